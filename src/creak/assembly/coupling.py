@@ -1,0 +1,180 @@
+"""Parts, full or reduced, joined into one System by links, supports and prescribed motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import FloatArray, IntArray, Matrix
+from creak.assembly.constraints import fixed_equations, linear_equations
+from creak.assembly.damping import Damping
+from creak.assembly.dofs import dof_label, node_dofs
+from creak.assembly.elimination import LinearEquation, eliminate, transformation
+from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
+from creak.assembly.system import Rows, Supports, System, symmetric, to_dense
+from creak.model.mesh import Model
+
+
+@dataclass(frozen=True)
+class Driven:
+    """Prescribed motion: name -> the physical dof labels that follow it."""
+
+    labels: Mapping[str, IntArray]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(self.labels)
+
+
+def couple(
+    systems: Sequence[System], model: Model, driven: Driven, common: Rayleigh, *, override: bool = False
+) -> System:
+    """Join part Systems into one: q_all = T q + T_s s(t), M = T' blkdiag(M_p) T.
+
+    The same call joins unreduced parts into the reference model and Craig-Bampton parts into the reduced
+    one (primal assembly: Klerk, Rixen, Voormeeren, AIAA J. 46, 2008).
+
+    Raises
+    ------
+    InputError : a driven dof is also held, or tied to another driven one.
+    """
+    rows = _stacked_rows(systems)
+    n_q = sum(s.n for s in systems)
+    K, M = _stack([s.K for s in systems]), _stack([s.M for s in systems])
+    C = _stacked_extra(systems)
+    between = _between_parts(model, common, override)
+    if between is not None:
+        R = rows(between.labels)
+        K, M = _add(K, R.T @ between.K @ R), _add(M, R.T @ between.M @ R)
+        if between.C is not None:
+            C = _add(C if C is not None else sp.csr_matrix((n_q, n_q)), R.T @ between.C @ R)
+    equations = _equations(model, driven, rows, n_q)
+    names = driven.names
+    ends = frozenset(range(n_q, n_q + len(names)))
+    T_all, independent = transformation(np.arange(n_q + len(names)), eliminate(equations, ends))
+    is_support = independent >= n_q
+    T, T_s = T_all[:n_q, ~is_support], T_all[:n_q, is_support]
+    active = _active(T, K, M)
+    T = T[:, active]
+    coordinates = np.concatenate([s.coordinates for s in systems])[independent[~is_support][active]]
+    supports = Supports(names, _side(T, M, T_s), _side(T, K, T_s), _extra_side(T, C, T_s),
+                        _corner(T_s, M), _corner(T_s, K), _extra_corner(T_s, C, len(names)))  # fmt: skip
+
+    def physical(labels: IntArray) -> tuple[Matrix, Matrix]:
+        A = rows(labels)
+        return A @ T, to_dense(A @ T_s)
+
+    velocity = np.concatenate([s.velocity for s in systems])[independent[~is_support][active]]
+    damping = Damping(common.alpha, common.beta, None if C is None else _congruent(T, C))
+    stats = {"mass": sum(s.stats.get("mass", 0.0) for s in systems)}
+    K_t, M_t = _congruent(T, K), _congruent(T, M)
+    return System("assembly", M_t, K_t, damping, physical, supports, coordinates, velocity, stats)
+
+
+def _stacked_rows(systems: Sequence[System]) -> "_Stacked":
+    return _Stacked([s.rows for s in systems])
+
+
+class _Stacked:
+    """Rows of all parts side by side: u[labels] = R [q_1; q_2; ...]."""
+
+    def __init__(self, rows: Sequence[Rows]) -> None:
+        self._rows = rows
+
+    def __call__(self, labels: IntArray) -> Matrix:
+        pieces = [r(labels)[0] for r in self._rows]
+        return sp.hstack([sp.csr_matrix(p) for p in pieces], format="csr")
+
+
+def _stack(blocks: Sequence[Matrix]) -> Matrix:
+    return sp.block_diag([sp.csr_matrix(b) for b in blocks], format="csr")
+
+
+def _stacked_extra(systems: Sequence[System]) -> Matrix | None:
+    if all(s.damping.extra is None for s in systems):
+        return None
+    return _stack([s.damping.extra if s.damping.extra is not None else sp.csr_matrix((s.n, s.n)) for s in systems])
+
+
+def _between_parts(model: Model, common: Rayleigh, override: bool) -> PartMatrices | None:
+    blocks = [b for b in model.blocks if b.part < 0]
+    if not blocks:
+        return None
+    nodes = np.unique(np.concatenate([b.nodes_idx.ravel() for b in blocks]))
+    return assemble_blocks(model, blocks, node_dofs(nodes), common, override)
+
+
+def _equations(model: Model, driven: Driven, rows: _Stacked, n_q: int) -> list[LinearEquation]:
+    """All constraints between parts, supports and driven dofs, in coordinates instead of labels."""
+    across = split_constraints(model)[1]
+    physical = [e for c in across for e in linear_equations(c, model.nodes.coords)]
+    physical += [e for f in model.fixed for e in fixed_equations(f)]
+    ends = [-1] * len(physical)
+    for j, (name, labels) in enumerate(driven.labels.items()):
+        physical += [LinearEquation([int(x)], [1.0], f"[excitation.{name}]") for x in labels]
+        ends += [j] * labels.size
+    labels = np.unique(np.array([x for e in physical for x in e.labels], dtype=np.int64))
+    R = rows(labels)
+    place = {label: i for i, label in enumerate(labels.tolist())}
+    out = []
+    for equation, end in zip(physical, ends, strict=True):
+        columns, values = _in_coordinates(equation, R, place)
+        if end >= 0:
+            columns, values = [*columns, n_q + end], [*values, -1.0]
+        out.append(LinearEquation(columns, values, equation.where))
+    return [e for e in out if e.labels]
+
+
+def _in_coordinates(
+    equation: LinearEquation, R: Matrix, place: Mapping[int, int]
+) -> tuple[list[int], list[float]]:
+    """The equation over coordinates; the declared dependent dof comes first where it is a coordinate."""
+    terms: dict[int, float] = {}
+    for label, c in zip(equation.labels, equation.coefficients, strict=True):
+        i = place[label]
+        span = slice(R.indptr[i], R.indptr[i + 1])
+        for column, value in zip(R.indices[span].tolist(), R.data[span].tolist(), strict=True):
+            terms[column] = terms.get(column, 0.0) + c * value
+    return list(terms), list(terms.values())
+
+
+def _active(T: Matrix, K: Matrix, M: Matrix) -> IntArray:
+    """Coordinates that have stiffness or mass; the others (unused rotations) are left out."""
+    k, m = _congruent(T, K).diagonal(), _congruent(T, M).diagonal()
+    return np.flatnonzero((k > 0.0) | (m > 0.0))
+
+
+def _add(A: Matrix, B: Matrix) -> Matrix:
+    return sp.csr_matrix(A + B)
+
+
+def _congruent(T: Matrix, A: Matrix) -> Matrix:
+    """T' A T, dense when it is mostly full (reduced parts)."""
+    B = sp.csr_matrix(T.T @ (A @ T))
+    if B.shape[0] and B.nnz > 0.1 * B.shape[0] ** 2:
+        return symmetric(B.toarray())
+    return B
+
+
+def _side(T: Matrix, A: Matrix, T_s: Matrix) -> FloatArray:
+    return to_dense(T.T @ (A @ T_s))
+
+
+def _corner(T_s: Matrix, A: Matrix) -> FloatArray:
+    return to_dense(T_s.T @ (A @ T_s))
+
+
+def _extra_side(T: Matrix, C: Matrix | None, T_s: Matrix) -> FloatArray:
+    return np.zeros((T.shape[1], T_s.shape[1])) if C is None else _side(T, C, T_s)
+
+
+def _extra_corner(T_s: Matrix, C: Matrix | None, n: int) -> FloatArray:
+    return np.zeros((n, n)) if C is None else _corner(T_s, C)
+
+
+def labels_of(nodes_idx: IntArray, dof: int) -> IntArray:
+    """Labels of one dof at several nodes."""
+    return np.array([dof_label(int(n), dof) for n in nodes_idx], dtype=np.int64)

@@ -1,0 +1,103 @@
+"""Elimination of linear constraints: sum_k c_k u_k = 0 becomes u = T q."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import FloatArray, IntArray, Matrix
+from creak.errors import InputError
+
+Expression = dict[int, float]
+
+
+@dataclass(frozen=True)
+class LinearEquation:
+    """sum_k coefficients[k] u[labels[k]] = 0; the first label is the one to eliminate when it can be."""
+
+    labels: Sequence[int]
+    coefficients: Sequence[float]
+    where: str = ""
+
+
+def eliminate(equations: Iterable[LinearEquation], driven: frozenset[int] = frozenset()) -> dict[int, Expression]:
+    """Dependent label -> {independent label: coefficient}, fully substituted.
+
+    Each equation is reduced by those before it; then its first label, or else the one with the largest
+    coefficient, becomes dependent. Equations that have become 0 = 0 are redundant and dropped. Labels in
+    `driven` never become dependent.
+
+    Raises
+    ------
+    InputError : an equation forces a driven dof to zero or ties driven dofs to each other.
+    """
+    solved: dict[int, Expression] = {}
+    users: dict[int, set[int]] = {}
+    for equation in equations:
+        terms = _substituted(equation, solved)
+        if not terms:
+            continue
+        dependent = _pivot(equation, terms, driven)
+        c = terms.pop(dependent)
+        expression = {label: -value / c for label, value in terms.items()}
+        for user in users.pop(dependent, set()):
+            _replace(solved[user], dependent, expression)
+            for label in expression:
+                users.setdefault(label, set()).add(user)
+        solved[dependent] = expression
+        for label in expression:
+            users.setdefault(label, set()).add(dependent)
+    return solved
+
+
+def _substituted(equation: LinearEquation, solved: dict[int, Expression]) -> Expression:
+    terms: Expression = {}
+    scale = 0.0
+    for label, c in zip(equation.labels, equation.coefficients, strict=True):
+        scale = max(scale, abs(c))
+        for independent, factor in solved.get(label, {label: 1.0}).items():
+            terms[independent] = terms.get(independent, 0.0) + c * factor
+    return {label: c for label, c in terms.items() if abs(c) > 1e-10 * scale}
+
+
+def _pivot(equation: LinearEquation, terms: Expression, driven: frozenset[int]) -> int:
+    first = equation.labels[0]
+    if first in terms and first not in driven:
+        return first
+    free = [label for label in terms if label not in driven]
+    if not free:
+        raise InputError(
+            "a driven degree of freedom is also constrained",
+            where=equation.where,
+            fix="Take it out of the boundary condition or coupling, or drive another one.",
+        )
+    return max(free, key=lambda label: abs(terms[label]))
+
+
+def _replace(expression: Expression, label: int, by: Expression) -> None:
+    c = expression.pop(label)
+    for independent, factor in by.items():
+        expression[independent] = expression.get(independent, 0.0) + c * factor
+
+
+def transformation(labels: IntArray, solved: dict[int, Expression]) -> tuple[Matrix, IntArray]:
+    """Sparse T (n_label, n_independent) with u[labels] = T q, and the labels of q (sorted as in `labels`).
+
+    Independents that the expressions bring in but `labels` lacks are an error of the caller.
+    """
+    independent = np.array([label for label in labels.tolist() if label not in solved], dtype=np.int64)
+    column = {label: j for j, label in enumerate(independent.tolist())}
+    row: list[int] = []
+    col: list[int] = []
+    val: list[float] = []
+    for i, label in enumerate(labels.tolist()):
+        for target, c in solved.get(label, {label: 1.0}).items():
+            row.append(i)
+            col.append(column[target])
+            val.append(c)
+    values: FloatArray = np.array(val)
+    T = sp.csr_matrix((values, (row, col)), shape=(labels.size, independent.size))
+    return T, independent

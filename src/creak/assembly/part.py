@@ -1,0 +1,226 @@
+"""One part of the model as an unsupported System: elements assembled, its own couplings eliminated."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import FloatArray, IntArray, Matrix
+from creak.assembly.constraints import constraint_nodes, linear_equations
+from creak.assembly.damping import Damping
+from creak.assembly.dofs import dof_label, node_dofs
+from creak.assembly.elimination import eliminate, transformation
+from creak.assembly.system import Rows, System, no_supports
+from creak.elements.geometry import DegenerateElement
+from creak.elements.registry import FORMULATIONS
+from creak.errors import InputError
+from creak.model.constraints import Constraint
+from creak.model.materials import PointMass, Spring
+from creak.model.mesh import ElementBlock, Model
+
+CHUNK = 16384
+"""Elements assembled at a time; bounds the memory of the triplets."""
+
+
+@dataclass(frozen=True)
+class Rayleigh:
+    """C = alpha M + beta K."""
+
+    alpha: float
+    beta: float
+
+
+@dataclass(frozen=True)
+class PartMatrices:
+    """Element matrices of some blocks, summed over dof labels."""
+
+    labels: IntArray
+    """(n,) sorted physical dof labels."""
+    K: Matrix
+    M: Matrix
+    C: Matrix | None
+    """Damping beyond the common Rayleigh numbers, None if there is none."""
+
+
+def common_rayleigh(model: Model) -> Rayleigh:
+    """The Rayleigh numbers of the structural material with most elements.
+
+    Blocks that differ (other materials, springs, point masses) get the difference in an explicit matrix, so
+    the sum is each material's own damping.
+    """
+    weight: dict[tuple[float, float], int] = {}
+    for block in model.blocks:
+        if not isinstance(block.section, PointMass | Spring):
+            key = (block.section.material.alpha, block.section.material.beta)
+            weight[key] = weight.get(key, 0) + block.ids.size
+    alpha, beta = max(weight, key=lambda k: weight[k]) if weight else (0.0, 0.0)
+    return Rayleigh(alpha, beta)
+
+
+def assemble_blocks(
+    model: Model, blocks: Iterable[ElementBlock], labels: IntArray, common: Rayleigh, override: bool
+) -> PartMatrices:
+    """Sum the element matrices of `blocks` over `labels`.
+
+    Parameters
+    ----------
+    common : Rayleigh numbers that the System carries as scalars.
+    override : True when they replace the deck's own damping (dashpots stay).
+    """
+    n = labels.size
+    K, M, C = (sp.csr_matrix((n, n)) for _ in range(3))
+    has_C = False
+    for block in blocks:
+        da, db, dashpot = _excess_damping(block, common, override)
+        for dofs, Ke, Me, Ce in _element_matrices(model, block, labels):
+            Ks, Ms = _scatter(Ke, dofs, n), _scatter(Me, dofs, n)
+            K, M = K + Ks, M + Ms
+            if da or db or dashpot:
+                has_C = True
+                C = C + da * Ms + db * Ks
+                if Ce is not None:
+                    C = C + _scatter(Ce, dofs, n)
+    return PartMatrices(labels, K, M, C if has_C else None)
+
+
+def _excess_damping(block: ElementBlock, common: Rayleigh, override: bool) -> tuple[float, float, bool]:
+    section = block.section
+    dashpot = isinstance(section, Spring) and section.damping != 0.0
+    if override:
+        return 0.0, 0.0, dashpot
+    if isinstance(section, Spring):
+        return 0.0, -common.beta if section.stiffness else 0.0, dashpot
+    if isinstance(section, PointMass):
+        return section.alpha - common.alpha, 0.0, False
+    return section.material.alpha - common.alpha, section.material.beta - common.beta, False
+
+
+def _element_matrices(
+    model: Model, block: ElementBlock, labels: IntArray
+) -> Iterator[tuple[IntArray, FloatArray, FloatArray, FloatArray | None]]:
+    formulation = FORMULATIONS[block.kind]
+    for start in range(0, block.ids.size, CHUNK):
+        nodes = block.nodes_idx[start : start + CHUNK]
+        coords = model.nodes.coords[nodes]
+        try:
+            Ke = formulation.stiffness(coords, block.section)
+            Me = formulation.mass(coords, block.section)
+            Ce = formulation.damping(coords, block.section) if formulation.damping else None
+        except DegenerateElement as error:
+            bad = block.ids[start + error.rows]
+            shown = ", ".join(str(i) for i in bad[:5])
+            raise InputError(
+                f"{bad.size} element(s) with {error.reason}: {shown}{', ...' if bad.size > 5 else ''}",
+                where=block.where,
+                fix="Repair these elements: check node order and coincident nodes.",
+            ) from error
+        dofs = np.searchsorted(labels, node_dofs(nodes.ravel()).reshape(nodes.shape[0], -1))
+        yield dofs, Ke, Me, Ce
+
+
+def _scatter(Ae: FloatArray, dofs: IntArray, n: int) -> Matrix:
+    d = dofs.shape[1]
+    rows = np.repeat(dofs, d, axis=1).ravel().astype(np.int32)
+    cols = np.tile(dofs, (1, d)).ravel().astype(np.int32)
+    A = sp.coo_matrix((Ae.ravel(), (rows, cols)), shape=(n, n)).tocsr()
+    A.eliminate_zeros()
+    return A
+
+
+def split_constraints(model: Model) -> tuple[list[list[Constraint]], list[Constraint]]:
+    """Constraints inside each part, and those that tie parts (or loose nodes) together."""
+    owner = np.full(model.nodes.count, -1, dtype=np.int64)
+    for i, part in enumerate(model.parts):
+        owner[part.nodes_idx] = i
+    inside: list[list[Constraint]] = [[] for _ in model.parts]
+    across: list[Constraint] = []
+    for constraint in model.constraints:
+        owners = set(owner[constraint_nodes(constraint)].tolist())
+        if len(owners) == 1 and -1 not in owners:
+            inside[owners.pop()].append(constraint)
+        else:
+            across.append(constraint)
+    return inside, across
+
+
+def part_system(model: Model, part: int, common: Rayleigh, *, override: bool = False) -> System:
+    """M, C, K of one part in its independent dofs, free in space.
+
+    Couplings within the part are eliminated (u = T q); supports and links to other parts are not: these act
+    later, on the full and on the reduced part alike.
+    """
+    inside, across = split_constraints(model)
+    labels = np.sort(node_dofs(model.parts[part].nodes_idx))
+    blocks = [b for b in model.blocks if b.part == part]
+    matrices = assemble_blocks(model, blocks, labels, common, override)
+    equations = [e for c in inside[part] for e in linear_equations(c, model.nodes.coords)]
+    T, independent = transformation(labels, eliminate(equations))
+    K, M = (_congruent(T, A) for A in (matrices.K, matrices.M))
+    C = None if matrices.C is None else _congruent(T, matrices.C)
+    needed = np.isin(independent, _outside_labels(model, across))
+    keep = np.flatnonzero((K.diagonal() != 0.0) | (M.diagonal() != 0.0) | needed)
+    K, M, T = K[keep][:, keep], M[keep][:, keep], T[:, keep]
+    C = None if C is None else C[keep][:, keep]
+    translation = (labels % 6 == 0).astype(np.float64)
+    return System(
+        name=model.parts[part].name,
+        M=M,
+        K=K,
+        damping=Damping(common.alpha, common.beta, C),
+        rows=_rows_of(labels, T, model.nodes.count),
+        supports=no_supports(keep.size),
+        coordinates=independent[keep],
+        velocity=_initial_velocity(model, independent[keep]),
+        stats={"mass": float(translation @ (matrices.M @ translation)), "elements": sum(b.ids.size for b in blocks)},
+    )
+
+
+def loose_system(model: Model, common: Rayleigh) -> System | None:
+    """Nodes that belong to no part but that constraints use (a reference node coupled to several parts)."""
+    owned = np.zeros(model.nodes.count, dtype=bool)
+    for part in model.parts:
+        owned[part.nodes_idx] = True
+    used = sorted({n for c in model.constraints for n in constraint_nodes(c) if not owned[n]})
+    if not used:
+        return None
+    labels = node_dofs(np.array(used, dtype=np.int64))
+    n = labels.size
+    zero = sp.csr_matrix((n, n))
+    rows = _rows_of(labels, sp.identity(n, format="csr"), model.nodes.count)
+    damping = Damping(common.alpha, common.beta)
+    return System("(loose nodes)", zero, zero, damping, rows, no_supports(n), labels, np.zeros(n), {"mass": 0.0})
+
+
+def _initial_velocity(model: Model, coordinates: IntArray) -> FloatArray:
+    given = {dof_label(node, dof): value for node, dof, value in model.initial_velocity}
+    return np.array([given.get(label, 0.0) for label in coordinates.tolist()])
+
+
+def _outside_labels(model: Model, across: Sequence[Constraint]) -> IntArray:
+    nodes = {n for c in across for n in constraint_nodes(c)}
+    for fixed in model.fixed:
+        nodes.update(fixed.nodes_idx.tolist())
+    return node_dofs(np.array(sorted(nodes), dtype=np.int64))
+
+
+def _congruent(T: Matrix, A: Matrix) -> Matrix:
+    B = (T.T @ (A @ T)).tocsr()
+    B.sum_duplicates()
+    return B
+
+
+def _rows_of(labels: IntArray, T: Matrix, n_node: int) -> Rows:
+    place = np.full(6 * n_node, -1, dtype=np.int64)
+    place[labels] = np.arange(labels.size)
+    T = sp.csr_matrix(T)
+
+    def rows(wanted: IntArray) -> tuple[Matrix, Matrix]:
+        at = place[wanted]
+        own = np.flatnonzero(at >= 0)
+        pick = sp.csr_matrix((np.ones(own.size), (own, at[own])), shape=(wanted.size, labels.size))
+        return pick @ T, np.zeros((wanted.size, 0))
+
+    return rows

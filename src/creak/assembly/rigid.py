@@ -1,0 +1,95 @@
+"""Does anything hold each part? Rigid-body modes that supports, links and springs leave free."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.assembly.constraints import fixed_equations, linear_equations
+from creak.assembly.coupling import Driven
+from creak.assembly.elimination import LinearEquation
+from creak.assembly.part import split_constraints
+from creak.model.materials import Spring
+from creak.model.mesh import Model
+
+STRUCTURAL = ("quad4", "tri3", "beam2")
+FREE = 1e-9
+"""A singular value below this share of the largest is a free motion."""
+
+
+def unheld_parts(model: Model, driven: Driven, stops: Iterable[LinearEquation] = ()) -> list[str]:
+    """Names of structural parts that can move as rigid bodies.
+
+    Every part moves as a rigid body, u = c + theta x r; links, supports, driven dofs, springs and stops
+    (play connectors) each forbid one combination. What is left free is the null space of that matrix.
+    Contact does not hold a part: it may be open.
+    """
+    structural = [any(b.part == i and b.kind in STRUCTURAL for b in model.blocks) for i in range(len(model.parts))]
+    bodies, n_body = _bodies(model)
+    length = max(float(np.ptp(model.nodes.coords, axis=0).max()), 1e-12) if model.nodes.count else 1.0
+    rows = [_row(e, bodies, n_body, model, length) for e in _equations(model, driven, stops)]
+    if not n_body:
+        return []
+    E = np.array(rows).reshape(-1, 6 * n_body)
+    _, s, Vt = np.linalg.svd(np.linalg.qr(E, mode="r") if E.shape[0] > E.shape[1] else E)
+    rank = int(np.count_nonzero(s > FREE * max(s.max(initial=0.0), 1e-300)))
+    motion = np.abs(Vt[rank:]).reshape(-1, n_body, 6).max(axis=(0, 2)) if rank < 6 * n_body else np.zeros(n_body)
+    return [p.name for i, p in enumerate(model.parts) if structural[i] and motion[i] > 1e-6]
+
+
+def _bodies(model: Model) -> tuple[dict[int, int], int]:
+    """Node row -> body; parts first, then each loose node on its own."""
+    bodies: dict[int, int] = {}
+    for i, part in enumerate(model.parts):
+        bodies.update(dict.fromkeys(part.nodes_idx.tolist(), i))
+    n = len(model.parts)
+    across = split_constraints(model)[1]
+    for constraint in across:
+        for equation in linear_equations(constraint, model.nodes.coords):
+            for label in equation.labels:
+                if label // 6 not in bodies:
+                    bodies[label // 6] = n
+                    n += 1
+    return bodies, n
+
+
+def _equations(model: Model, driven: Driven, stops: Iterable[LinearEquation]) -> Iterable[LinearEquation]:
+    for constraint in split_constraints(model)[1]:
+        yield from linear_equations(constraint, model.nodes.coords)
+    for fixed in model.fixed:
+        yield from fixed_equations(fixed)
+    for labels in driven.labels.values():
+        yield from (LinearEquation([int(x)], [1.0]) for x in labels)
+    for block in model.blocks:
+        if isinstance(block.section, Spring) and block.section.stiffness:
+            yield from _spring_equations(block.nodes_idx.tolist(), block.section)
+    yield from stops
+
+
+def _spring_equations(nodes: list[list[int]], spring: Spring) -> Iterable[LinearEquation]:
+    for row in nodes:
+        labels = [6 * row[0] + spring.dof1 - 1]
+        if len(row) > 1:
+            labels.append(6 * row[1] + (spring.dof2 or spring.dof1) - 1)
+        yield LinearEquation(labels, [1.0, -1.0][: len(labels)])
+
+
+def _row(e: LinearEquation, bodies: dict[int, int], n_body: int, model: Model, length: float) -> FloatArray:
+    """Coefficients of one equation on the rigid motions; lengths scaled so that all entries compare."""
+    row = np.zeros((n_body, 6))
+    for label, c in zip(e.labels, e.coefficients, strict=True):
+        node, axis = divmod(int(label), 6)
+        if node not in bodies:
+            continue
+        body, r = bodies[node], model.nodes.coords[node] / length
+        if axis >= 3:
+            row[body, axis] += c / length
+        else:
+            j, k = (axis + 1) % 3, (axis + 2) % 3
+            row[body, axis] += c
+            row[body, 3 + j] += c * r[k]
+            row[body, 3 + k] -= c * r[j]
+    size = np.linalg.norm(row)
+    return row.ravel() / size if size else row.ravel()

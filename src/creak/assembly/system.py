@@ -1,0 +1,131 @@
+"""The System: the one form in which every linear model, full or reduced, meets the rest of creak."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray, Matrix
+from creak.assembly.damping import Damping
+
+Rows = Callable[[IntArray], tuple[Matrix, Matrix]]
+"""Physical dof labels (k,) -> (R, R_s) with u[labels] = R q + R_s s; (k, n) and (k, n_support)."""
+
+
+@dataclass(frozen=True)
+class Supports:
+    """Coordinates whose motion s(t) is prescribed, and how they act on the free ones.
+
+    The equation of motion is M q'' + C q' + K q = f - M_qs s'' - C_qs s' - K_qs s.
+    """
+
+    names: tuple[str, ...]
+    """One per prescribed coordinate; several physical dofs may follow the same one."""
+    M_qs: Matrix
+    K_qs: Matrix
+    C_qs: FloatArray
+    """(n, n_support), damping that is not Rayleigh."""
+    M_ss: FloatArray
+    K_ss: FloatArray
+    C_ss: FloatArray
+    """(n_support, n_support)"""
+
+    @property
+    def count(self) -> int:
+        return len(self.names)
+
+
+def no_supports(n: int) -> Supports:
+    """Supports of a System with no prescribed motion."""
+    empty = np.zeros((0, 0))
+    side = np.zeros((n, 0))
+    return Supports((), side, side, side, empty, empty, empty)
+
+
+@dataclass(frozen=True)
+class System:
+    """M q'' + C q' + K q = f in coordinates q; `rows` gives the physical motion back.
+
+    A full-order System is sparse, a Craig-Bampton one dense, a diagonalised one diagonal: nobody asks.
+    """
+
+    name: str
+    M: Matrix
+    K: Matrix
+    damping: Damping
+    rows: Rows
+    supports: Supports
+    coordinates: IntArray
+    """(n,) physical dof label of each coordinate, -1 for generalised ones."""
+    velocity: FloatArray
+    """(n,) initial velocity."""
+    stats: dict[str, float] = field(default_factory=dict)
+    """Costs and health figures of how it came about."""
+
+    @property
+    def n(self) -> int:
+        return int(self.coordinates.size)
+
+    def displacement(self, labels: IntArray, q: FloatArray, s: FloatArray) -> FloatArray:
+        """Physical motion u[labels] = R q + R_s s for q (n,) or (n, n_time)."""
+        R, R_s = self.rows(labels)
+        return np.asarray(R @ q + R_s @ s)
+
+
+def project(system: System, V: FloatArray, *, static: FloatArray | None = None, name: str = "") -> System:
+    """The System in coordinates eta, q = V eta + R s (Galerkin).
+
+    M' = V' M V, M'_qs = V' (M R + M_qs), M'_ss = R' M R + R' M_qs + M_qs' R + M_ss; K and C alike.
+
+    Parameters
+    ----------
+    V : (n, r) basis. static : R, (n, n_support), motion that follows the supports; default 0.
+    """
+    sup = system.supports
+    R = np.zeros((system.n, sup.count)) if static is None else static
+
+    def side(A: Matrix, A_qs: Matrix) -> FloatArray:
+        return np.asarray(V.T @ (np.asarray(A @ R) + to_dense(A_qs)))
+
+    def corner(A: Matrix, A_qs: Matrix, A_ss: FloatArray) -> FloatArray:
+        cross = R.T @ to_dense(A_qs)
+        return np.asarray(R.T @ np.asarray(A @ R) + cross + cross.T + A_ss)
+
+    damping = system.damping
+    CR = np.zeros_like(R) if damping.is_rayleigh else np.asarray(damping.other(R))
+    cross = R.T @ sup.C_qs
+    supports = Supports(
+        sup.names,
+        side(system.M, sup.M_qs),
+        side(system.K, sup.K_qs),
+        np.asarray(V.T @ (CR + sup.C_qs)),
+        corner(system.M, sup.M_qs, sup.M_ss),
+        corner(system.K, sup.K_qs, sup.K_ss),
+        R.T @ CR + cross + cross.T + sup.C_ss,
+    )
+
+    def rows(labels: IntArray) -> tuple[Matrix, Matrix]:
+        A, A_s = system.rows(labels)
+        return np.asarray(A @ V), np.asarray(A @ R) + to_dense(A_s)
+
+    M, K = (symmetric(V.T @ np.asarray(A @ V)) for A in (system.M, system.K))
+    velocity = momentum_fit(M, V.T @ np.asarray(system.M @ system.velocity))
+    coordinates = np.full(V.shape[1], -1, dtype=np.int64)
+    return System(name or system.name, M, K, damping.projected(V), rows, supports, coordinates, velocity)
+
+
+def momentum_fit(M: FloatArray, momentum: FloatArray) -> FloatArray:
+    """Reduced initial velocity with the generalised momentum V' M v of the unreduced one: M' q' = V' M v."""
+    return np.linalg.solve(M, momentum) if momentum.any() else np.zeros(M.shape[0])
+
+
+def symmetric(A: FloatArray) -> FloatArray:
+    """The symmetric part, to clean round-off."""
+    return 0.5 * (A + A.T)
+
+
+def to_dense(A: Matrix) -> FloatArray:
+    """A as an ndarray, whatever it was."""
+    return np.asarray(A.toarray() if hasattr(A, "toarray") else A)

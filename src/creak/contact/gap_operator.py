@@ -1,0 +1,144 @@
+"""Gap channels: the scalar contacts g = g0 + G u that are the only nonlinearity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import FloatArray, IntArray, Matrix
+
+
+@dataclass(frozen=True)
+class GapOperator:
+    """m channels, each open for g > 0 and pressing with p >= 0 for g < 0.
+
+    g = gap0 + G u[labels]; the force on the structure is G' p.
+    """
+
+    labels: IntArray
+    """(n_label,) physical dof labels that any channel touches."""
+    G: Matrix
+    """(m, n_label) sparse."""
+    tangents: tuple[Matrix, Matrix]
+    """(m, n_label) each: relative motion along two tangents (zero for connectors)."""
+    gap0: FloatArray
+    """(m,) initial clearance, length."""
+    stiffness: FloatArray
+    """(m,) penalty, force / length."""
+    damping: FloatArray
+    """(m,) force time / length, acts while closed."""
+    area: FloatArray
+    """(m,) tributary area, length^2; 0 for connectors and nodes without facets."""
+    names: tuple[str, ...]
+    """Channel names: `flange:1017`, `HOOK1:upper`."""
+    nodes_idx: IntArray
+    """(m,) node row of the secondary node."""
+    group: tuple[str, ...]
+    """(m,) the contact or connector that each channel belongs to."""
+    retained_nodes: IntArray
+    """Node rows whose motion the channels need."""
+
+    @property
+    def m(self) -> int:
+        return int(self.gap0.size)
+
+    def without_force(self) -> GapOperator:
+        """The same gaps, watched but never pressing."""
+        return replace(self, stiffness=np.zeros_like(self.stiffness), damping=np.zeros_like(self.damping))
+
+    def select(self, keep: IntArray) -> GapOperator:
+        """The operator with only the channels in `keep`."""
+        G, t1, t2 = (A[keep] for A in (self.G, *self.tangents))
+        used = np.unique(np.concatenate([G.indices, t1.indices, t2.indices])).astype(np.int64)
+        labels = self.labels[used]
+        return replace(
+            self,
+            labels=labels,
+            G=G[:, used],
+            tangents=(t1[:, used], t2[:, used]),
+            gap0=self.gap0[keep],
+            stiffness=self.stiffness[keep],
+            damping=self.damping[keep],
+            area=self.area[keep],
+            names=tuple(self.names[i] for i in keep),
+            nodes_idx=self.nodes_idx[keep],
+            group=tuple(self.group[i] for i in keep),
+            retained_nodes=np.unique(labels // 6),
+        )
+
+
+@dataclass(frozen=True)
+class ChannelRows:
+    """Rows of new channels: (channel, label, value) triplets of the normal and both tangents."""
+
+    channel: IntArray
+    label: IntArray
+    normal: FloatArray
+    tangent1: FloatArray
+    tangent2: FloatArray
+
+
+def gap_operator(
+    rows: ChannelRows,
+    *,
+    gap0: FloatArray,
+    stiffness: FloatArray,
+    damping: FloatArray,
+    area: FloatArray,
+    names: Sequence[str],
+    nodes_idx: IntArray,
+    group: str,
+) -> GapOperator:
+    """Build an operator from triplets."""
+    labels, column = np.unique(rows.label, return_inverse=True)
+    shape = (gap0.size, labels.size)
+
+    def matrix(values: FloatArray) -> Matrix:
+        return sp.coo_matrix((values, (rows.channel, column)), shape=shape).tocsr()
+
+    return GapOperator(
+        labels=labels.astype(np.int64),
+        G=matrix(rows.normal),
+        tangents=(matrix(rows.tangent1), matrix(rows.tangent2)),
+        gap0=gap0,
+        stiffness=stiffness,
+        damping=damping,
+        area=area,
+        names=tuple(names),
+        nodes_idx=nodes_idx,
+        group=(group,) * gap0.size,
+        retained_nodes=np.unique(labels // 6).astype(np.int64),
+    )
+
+
+def join(operators: Sequence[GapOperator]) -> GapOperator:
+    """All channels of several operators as one (possibly with no channels)."""
+    labels = np.unique(np.concatenate([o.labels for o in operators])) if operators else np.zeros(0, dtype=np.int64)
+
+    def stacked(pick: int) -> Matrix:
+        pieces = []
+        for o in operators:
+            A = (o.G, *o.tangents)[pick].tocoo()
+            columns = np.searchsorted(labels, o.labels)[A.col]
+            pieces.append(sp.coo_matrix((A.data, (A.row, columns)), shape=(o.m, labels.size)))
+        return sp.vstack(pieces, format="csr") if pieces else sp.csr_matrix((0, 0))
+
+    def joined(arrays: list[FloatArray]) -> FloatArray:
+        return np.concatenate(arrays) if arrays else np.zeros(0)
+
+    return GapOperator(
+        labels=labels.astype(np.int64),
+        G=stacked(0),
+        tangents=(stacked(1), stacked(2)),
+        gap0=joined([o.gap0 for o in operators]),
+        stiffness=joined([o.stiffness for o in operators]),
+        damping=joined([o.damping for o in operators]),
+        area=joined([o.area for o in operators]),
+        names=tuple(name for o in operators for name in o.names),
+        nodes_idx=np.concatenate([o.nodes_idx for o in operators]) if operators else np.zeros(0, dtype=np.int64),
+        group=tuple(g for o in operators for g in o.group),
+        retained_nodes=np.unique(labels // 6).astype(np.int64),
+    )

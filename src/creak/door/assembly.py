@@ -1,0 +1,99 @@
+"""The whole door at one mesh size: parts, links, supports and verification pairs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.door import geometry as geo
+from creak.door.fasteners import Patch, link_patches, support_patches
+from creak.door.frame import frame_mesh
+from creak.door.mesh import PartMesh
+from creak.door.plastics import carrier_mesh, panel_mesh
+from creak.errors import InputError
+
+MESH_SIZE_RANGE = (3.0, 40.0)
+"""Smallest and largest mesh size, mm: larger does not resolve the relief."""
+FINEST_MESH_SIZE = 4.22
+"""Mesh size (mm) at which the door has 1,169,910 dof (the benchmark: 1,169,406)."""
+PAIR_COUNTS = {"PAIRS": 44, "PAIRS15": 15}
+"""Names and sizes of the sets of verification pairs."""
+
+
+@dataclass(frozen=True)
+class Door:
+    """Everything that the deck describes."""
+
+    mesh_size: float
+    parts: tuple[PartMesh, PartMesh, PartMesh]
+    """Frame, panel, carrier."""
+    links: tuple[tuple[Patch, Patch], ...]
+    """The two ends of every rigid link; the second follows the first."""
+    supports: tuple[Patch, ...]
+    """Patches A to G on the frame."""
+    pairs: dict[str, tuple[IntArray, IntArray]]
+    """Name -> rows on the frame's flange, rows on the panel's edge."""
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of nodes, reference nodes included."""
+        return sum(p.coords.shape[0] for p in self.parts) + 2 * len(self.links) + len(self.supports)
+
+    @property
+    def n_dof(self) -> int:
+        """Six for every node, before the couplings and supports take some away."""
+        return 6 * self.n_nodes
+
+
+def build_door(mesh_size: float) -> Door:
+    """Mesh the door.
+
+    Parameters
+    ----------
+    mesh_size : length of the elements' sides, mm, from 3 to 40.
+
+    Raises
+    ------
+    InputError : the mesh size is outside that range or no number.
+    """
+    size = checked_mesh_size(mesh_size)
+    frame, panel, carrier = frame_mesh(size), panel_mesh(size), carrier_mesh(size)
+    meshes = {m.name: m for m in (frame, panel, carrier)}
+    flange, edge = frame.nodes_of("FRAME_FLANGE"), panel.nodes_of("PANEL_EDGE")
+    contact = {"FRAME": flange, "PANEL": edge, "CARRIER": np.zeros(0, dtype=np.int64)}
+    pairs = {
+        name: (nearest(frame, flange, points), nearest(panel, panel.nodes["EDGE_LINE"], points))
+        for name, points in ((name, pair_points(n)) for name, n in PAIR_COUNTS.items())
+    }
+    links = link_patches(meshes, contact)
+    return Door(size, (frame, panel, carrier), links, support_patches(frame, flange), pairs)
+
+
+def checked_mesh_size(mesh_size: float) -> float:
+    """The mesh size as a float, or an error that says what is allowed."""
+    low, high = MESH_SIZE_RANGE
+    if math.isfinite(mesh_size) and low <= mesh_size <= high:
+        return float(mesh_size)
+    raise InputError(
+        f"mesh size {mesh_size:g} mm cannot be meshed",
+        expected=f"a number from {low:g} to {high:g}",
+        where="mesh size of the door",
+        fix=f"Take 20 for a first run, {FINEST_MESH_SIZE:g} for the benchmark.",
+    )
+
+
+def pair_points(count: int) -> FloatArray:
+    """Places (count, 3) along the panel's edge, equally far apart along it."""
+    xz = geo.PANEL.walk((np.arange(count) + 0.5) / count)
+    y = geo.base(xz[:, 0], xz[:, 1]) + geo.PANEL_OFFSET
+    return np.stack([geo.bow(xz[:, 0], xz[:, 1]), y, xz[:, 1]], axis=1)
+
+
+def nearest(mesh: PartMesh, rows: IntArray, points: FloatArray) -> IntArray:
+    """The row among `rows` whose node is nearest to each point, seen along y."""
+    plane = mesh.coords[rows][:, [0, 2]]
+    gap = np.linalg.norm(points[:, None, [0, 2]] - plane[None, :, :], axis=2)
+    return rows[np.argmin(gap, axis=1)]

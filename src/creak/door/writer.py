@@ -1,0 +1,41 @@
+"""Write the door's deck and study."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from creak.door.assembly import build_door
+from creak.door.deck import deck_text
+from creak.door.study import study_text
+from creak.errors import InputError
+
+
+def write_door(mesh_size: float, out: Path) -> list[Path]:
+    """Write `door.inp` and `door.toml` into a folder and return their paths.
+
+    Parameters
+    ----------
+    mesh_size : length of the elements' sides, mm, from 3 to 40; 20 for a first run.
+    out : the folder; it is made if missing.
+
+    Raises
+    ------
+    InputError : the mesh size is out of range or `out` is a file; nothing is written.
+    """
+    if out.exists() and not out.is_dir():
+        raise InputError("this is a file", expected="a folder", where=out, fix="Give another folder.")
+    texts = {"door.inp": deck_text(build_door(mesh_size)), "door.toml": study_text()}
+    out.mkdir(parents=True, exist_ok=True)
+    return [_write(out / name, text) for name, text in texts.items()]
+
+
+def _write(path: Path, text: str) -> Path:
+    """Write a file under another name first, so that nobody ever sees half of it."""
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.write_text(text, encoding="utf-8", newline="\n")
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+    return path

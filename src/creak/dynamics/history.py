@@ -1,0 +1,60 @@
+"""What a run leaves behind."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+
+ENERGIES = ("kinetic", "strain", "contact", "damping", "contact_damping", "external", "scheme")
+"""Columns of `History.energy`; `scheme` is what the others leave over of the external work and of the
+initial energy: the scheme's own dissipation, negative when energy was created."""
+
+
+@dataclass(frozen=True)
+class History:
+    """Time histories of one run; contact quantities at every step, motion at the output times."""
+
+    time: FloatArray
+    """(n_time,) every step."""
+    gap: FloatArray
+    """(n_time, m)"""
+    force: FloatArray
+    """(n_time, m), >= 0"""
+    slip: FloatArray
+    """(n_out, m): length of the tangential relative displacement."""
+    output_index: IntArray
+    """(n_out,) rows of `time` at which motion is kept."""
+    displacement: FloatArray
+    """(n_out, n_label)"""
+    energy: FloatArray
+    """(n_time, len(ENERGIES))"""
+    contact_steps: int
+    """Steps with at least one closed channel."""
+    worst_residual: float
+    """Largest |M a + C v + K u - f| at sampled steps, relative to the largest inertia force there."""
+    setup_s: float
+    """Wall time before the first step (factorisation, compliance of the channels)."""
+
+    @property
+    def step(self) -> float:
+        return float(self.time[1] - self.time[0])
+
+    @property
+    def energy_scale(self) -> float:
+        """Largest external work or stored energy of the run, the yardstick of the balance."""
+        external = float(np.abs(self.energy[:, ENERGIES.index("external")]).max())
+        stored = float(self.energy[0, :3].sum())
+        return max(external, stored, np.finfo(float).tiny)
+
+    @property
+    def energy_created(self) -> float:
+        """Largest energy that the scheme created so far at any time, as a fraction of the external work."""
+        return float(max(0.0, -self.energy[:, ENERGIES.index("scheme")].min() / self.energy_scale))
+
+    @property
+    def energy_dissipated_by_scheme(self) -> float:
+        """The scheme's own dissipation at the end, as a fraction of the external work."""
+        return float(self.energy[-1, ENERGIES.index("scheme")] / self.energy_scale)

@@ -1,0 +1,132 @@
+"""The state of a run and the linear terms of its equation of motion.
+
+K u, K v and K a are carried along with u, v and a, so that a step needs one product with K and one with M.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from creak.arrays import FloatArray, Matrix
+from creak.assembly.system import System
+from creak.dynamics.hht import HHT
+from creak.dynamics.loads import Loads
+from creak.dynamics.step_matrix import StepFactor
+
+REFRESH = 500
+"""Steps after which the carried products are computed anew, so that round-off does not pile up."""
+
+
+class HasG(Protocol):
+    """The channel rows on the coordinates."""
+
+    @property
+    def G(self) -> Matrix: ...
+
+
+@dataclass
+class State:
+    """Displacement, velocity, acceleration (n,) and their products with K and M."""
+
+    u: FloatArray
+    v: FloatArray
+    a: FloatArray
+    Ku: FloatArray
+    Kv: FloatArray
+    Ka: FloatArray
+    Mv: FloatArray
+    Ma: FloatArray
+    Cv: FloatArray
+
+
+@dataclass
+class Predictor:
+    """The state at the end of a step before its acceleration is known."""
+
+    u: FloatArray
+    v: FloatArray
+    Ku: FloatArray
+    Kv: FloatArray
+    Mv: FloatArray
+    Cv: FloatArray
+
+
+class LinearTerms:
+    """M, C, K, supports and forces of a System under given loads."""
+
+    def __init__(self, system: System, loads: Loads) -> None:
+        self.system, self.loads = system, loads
+        sup, d = system.supports, system.damping
+        self.M_qs, self.K_qs = np.asarray(sup.M_qs), np.asarray(sup.K_qs)
+        self.C_qs = d.alpha * self.M_qs + d.beta * self.K_qs + sup.C_qs
+        self.C_ss = d.alpha * sup.M_ss + d.beta * sup.K_ss + sup.C_ss
+        n_force = len(loads.force_labels)
+        self.B, self.B_s = np.zeros((system.n, n_force)), np.zeros((sup.count, n_force))
+        for j, labels in enumerate(loads.force_labels):
+            R, R_s = system.rows(labels)
+            self.B[:, j] = np.asarray(R.sum(axis=0)).ravel()
+            self.B_s[:, j] = np.asarray(R_s.sum(axis=0)).ravel()
+        self.forced = bool(n_force)
+        self._simple = d.is_rayleigh
+
+    def damped(self, v: FloatArray, Mv: FloatArray, Kv: FloatArray) -> FloatArray:
+        """C v from M v and K v."""
+        d = self.system.damping
+        Cv = d.alpha * Mv + d.beta * Kv
+        return Cv if self._simple else Cv + d.other(v)
+
+    def external(self, step: int) -> FloatArray:
+        """f - C_qs s' - K_qs s at a step (the inertia of the supports enters unweighted)."""
+        s, s_dot = self.loads.support[0, step], self.loads.support[1, step]
+        f = -(self.C_qs @ s_dot + self.K_qs @ s)
+        return f + self.B @ self.loads.force[step] if self.forced else f
+
+    def start(self, solver: StepFactor) -> State:
+        """u = 0, the initial velocity of the System, and the acceleration of the first instant."""
+        n = self.system.n
+        u, v = np.zeros(n), self.system.velocity.copy()
+        K, M = self.system.K, self.system.M
+        Ku, Kv, Mv = np.zeros(n), np.asarray(K @ v), np.asarray(M @ v)
+        Cv = self.damped(v, Mv, Kv)
+        a = solver.solve(self.external(0) - Cv - Ku - self.M_qs @ self.loads.support[2, 0])
+        return State(u, v, a, Ku, Kv, np.asarray(K @ a), Mv, np.asarray(M @ a), Cv)
+
+    def predict(self, x: State, scheme: HHT, h: float) -> Predictor:
+        """u + h v + h^2 (1/2 - beta) a and v + h (1 - gamma) a, with their products."""
+        c_u, c_v = h * h * (0.5 - scheme.beta), h * (1.0 - scheme.gamma)
+        v, Kv, Mv = x.v + c_v * x.a, x.Kv + c_v * x.Ka, x.Mv + c_v * x.Ma
+        u, Ku = x.u + h * x.v + c_u * x.a, x.Ku + h * x.Kv + c_u * x.Ka
+        return Predictor(u, v, Ku, Kv, Mv, self.damped(v, Mv, Kv))
+
+    def right_side(self, step: int, x: State, half: Predictor, scheme: HHT, on: HasG, p: FloatArray) -> FloatArray:
+        """r of S a1 = r, with the channel forces p of the step's beginning and none at its end."""
+        alpha = scheme.alpha
+        r = (1.0 + alpha) * (self.external(step) - half.Cv - half.Ku)
+        if alpha != 0.0:
+            before = self.external(step - 1) - x.Cv - x.Ku
+            if p.any():
+                before = before + np.asarray(on.G.T @ p)
+            r -= alpha * before
+        return r - self.M_qs @ self.loads.support[2, step]
+
+    def advance(self, half: Predictor, a: FloatArray, scheme: HHT, h: float, step: int) -> State:
+        """The state at the end of the step."""
+        K, M = self.system.K, self.system.M
+        c_u, c_v = scheme.beta * h * h, scheme.gamma * h
+        Ka, Ma = np.asarray(K @ a), np.asarray(M @ a)
+        u, v = half.u + c_u * a, half.v + c_v * a
+        if step % REFRESH == 0:
+            Ku, Kv, Mv = np.asarray(K @ u), np.asarray(K @ v), np.asarray(M @ v)
+        else:
+            Ku, Kv, Mv = half.Ku + c_u * Ka, half.Kv + c_v * Ka, half.Mv + c_v * Ma
+        return State(u, v, a, Ku, Kv, Ka, Mv, Ma, self.damped(v, Mv, Kv))
+
+    def residual(self, x: State, step: int, on: HasG, p: FloatArray) -> float:
+        """|M a + C v + K u - f| / (|M a| + |K u|): small but not zero, since HHT weights two instants."""
+        inertia = x.Ma + self.M_qs @ self.loads.support[2, step]
+        r = inertia + x.Cv + x.Ku - self.external(step) - np.asarray(on.G.T @ p)
+        size = float(np.linalg.norm(inertia) + np.linalg.norm(x.Ku))
+        return float(np.linalg.norm(r)) / size if size else 0.0

@@ -1,0 +1,290 @@
+"""Three-node flat shell: MITC3+ bending and shear, optimal ANDES membrane with drilling rotations."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.elements.geometry import (
+    DEGENERATE,
+    gauss_triangle,
+    in_chunks,
+    require_sound,
+    rotate_to_global,
+    unit,
+)
+from creak.elements.shell_common import mean_normal, plane_stress, shear_stiffness, shell_mass
+from creak.model.materials import ShellSection
+
+MEMBRANE_DOFS = np.array([0, 1, 5, 6, 7, 11, 12, 13, 17])
+"""(ux, uy, rz) of the three nodes in local axes."""
+PLATE_DOFS = np.array([2, 3, 4, 8, 9, 10, 14, 15, 16])
+"""(uz, rx, ry) of the three nodes in local axes."""
+TYING_SHIFT = 1e-4
+"""Distance of the inner tying points from the centroid (Lee, Lee and Bathe 2014)."""
+
+
+def stiffness(coords: FloatArray, section: ShellSection) -> FloatArray:
+    """Stiffness of flat triangular shells.
+
+    K = K_membrane(ux, uy, rz) + K_plate(uz, rx, ry) in the plane of the element, turned to global axes.
+    The membrane is Felippa's optimal ANDES triangle, which is exact in in-plane bending of a rectangle cut
+    along its diagonal; bending and shear are MITC3+, good from thin to moderately thick plates. Drilling
+    rotations of neighbours in different planes work against bending: doubly curved shells that bend without
+    stretching are too stiff until L^2 < 2 R t (element side L, radius R). Use quadrilaterals there.
+
+    Parameters
+    ----------
+    coords : (n, 3, 3) global coordinates, length.
+    section : thickness and material.
+
+    Returns
+    -------
+    (n, 18, 18), node by node (ux, uy, uz, rx, ry, rz) in global axes.
+
+    Raises
+    ------
+    DegenerateElement : nodes coincide or lie on one line.
+    """
+    _require_area(coords)
+
+    def kernel(piece: FloatArray) -> FloatArray:
+        frame, plane = _to_plane(piece)
+        local = np.zeros((piece.shape[0], 18, 18))
+        local[:, MEMBRANE_DOFS[:, None], MEMBRANE_DOFS] = _membrane(plane, section)
+        local[:, PLATE_DOFS[:, None], PLATE_DOFS] = _plate(plane, section)
+        return rotate_to_global(local, frame)
+
+    return in_chunks(kernel, coords, 18)
+
+
+def mass(coords: FloatArray, section: ShellSection) -> FloatArray:
+    """Consistent mass of flat triangular shells with rotary inertia, see `shell_mass`.
+
+    Parameters
+    ----------
+    coords : (n, 3, 3) global coordinates, length.
+    section : thickness and material.
+
+    Returns
+    -------
+    (n, 18, 18), node by node (ux, uy, uz, rx, ry, rz) in global axes.
+
+    Raises
+    ------
+    DegenerateElement : nodes coincide or lie on one line.
+    """
+    _require_area(coords)
+    points, weights = gauss_triangle()
+    r, s = points[:, 0], points[:, 1]
+    shapes = np.column_stack([1 - r - s, r, s])
+    edges = 4.0 * shapes * np.roll(shapes, -1, axis=1)
+
+    def kernel(piece: FloatArray) -> FloatArray:
+        area = _area(piece)[:, None] * weights
+        return shell_mass(piece, mean_normal(piece), area, shapes, edges, section)
+
+    return in_chunks(kernel, coords, 18)
+
+
+def _area(coords: FloatArray) -> FloatArray:
+    """Areas (n,)."""
+    normal = np.cross(coords[:, 1] - coords[:, 0], coords[:, 2] - coords[:, 0])
+    return 0.5 * np.linalg.norm(normal, axis=1)
+
+
+def _require_area(coords: FloatArray) -> None:
+    """Raise `DegenerateElement` for triangles whose height is nothing against their longest side."""
+    sides = coords - np.roll(coords, 1, axis=1)
+    longest = (sides**2).sum(axis=2).max(axis=1)
+    require_sound(~(_area(coords) > DEGENERATE * longest), "the element has no area")
+
+
+def _to_plane(coords: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Local axes (n, 3, 3) as rows and the node coordinates (n, 3, 2) in the plane, from node 1."""
+    edge = coords[:, 1] - coords[:, 0]
+    e1 = unit(edge)
+    e3 = unit(np.cross(edge, coords[:, 2] - coords[:, 0]))
+    frame = np.stack([e1, np.cross(e3, e1), e3], axis=1)
+    plane = np.einsum("nic,nac->nia", coords - coords[:, :1], frame[:, :2])
+    return frame, plane
+
+
+def _membrane(plane: FloatArray, section: ShellSection) -> FloatArray:
+    """Optimal ANDES triangle: K = L D L'/(A t) + 3/4 beta0 T' K_theta T.
+
+    Felippa, Comput. Methods Appl. Mech. Eng. 192 (2003) 2125, parameters OPT.
+
+    Parameters
+    ----------
+    plane : (n, 3, 2) node coordinates.
+    section : thickness and material.
+
+    Returns
+    -------
+    (n, 9, 9) on (ux, uy, rz) of each node.
+    """
+    d_matrix = plane_stress(section.material)
+    area = _plane_area(plane)
+    lumping = _force_lumping(plane)
+    scale = (section.thickness / area)[:, None, None]
+    basic = scale * (lumping @ d_matrix @ lumping.transpose(0, 2, 1))
+    beta0 = max(0.5 * (1.0 - 4.0 * section.material.poisson_ratio**2), 0.01)
+    hierarchical = _deviatoric_rotation(plane)
+    bending = _higher_order(plane, d_matrix)
+    factor = (0.75 * beta0 * section.thickness * area)[:, None, None]
+    return basic + factor * (hierarchical.transpose(0, 2, 1) @ bending @ hierarchical)
+
+
+def _plane_area(plane: FloatArray) -> FloatArray:
+    a, b = plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]
+    return 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+
+
+def _force_lumping(plane: FloatArray) -> FloatArray:
+    """L / t (n, 9, 3): nodal forces of a constant stress, drilling moments with alpha = 3/2."""
+    x, y = plane[:, :, 0], plane[:, :, 1]
+    out = np.zeros((plane.shape[0], 3, 3, 3))
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        x_kj, y_jk = x[:, k] - x[:, j], y[:, j] - y[:, k]
+        x_ki, x_ij = x[:, k] - x[:, i], x[:, i] - x[:, j]
+        y_ik, y_ji = y[:, i] - y[:, k], y[:, j] - y[:, i]
+        out[:, i, 0, 0] = out[:, i, 1, 2] = 0.5 * y_jk
+        out[:, i, 1, 1] = out[:, i, 0, 2] = 0.5 * x_kj
+        out[:, i, 2, 0] = 0.125 * y_jk * (y_ik - y_ji)
+        out[:, i, 2, 1] = 0.125 * x_kj * (x_ki - x_ij)
+        out[:, i, 2, 2] = 0.25 * (x_ki * y_ik - x_ij * y_ji)
+    return out.reshape(-1, 9, 3)
+
+
+def _deviatoric_rotation(plane: FloatArray) -> FloatArray:
+    """T (n, 3, 9): nodal rotations less the mean rotation of the linear displacement field."""
+    x, y = plane[:, :, 0], plane[:, :, 1]
+    four_area = 4.0 * _plane_area(plane)
+    out = np.zeros((plane.shape[0], 3, 3, 3))
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        out[:, :, i, 0] = ((x[:, k] - x[:, j]) / four_area)[:, None]
+        out[:, :, i, 1] = ((y[:, k] - y[:, j]) / four_area)[:, None]
+        out[:, i, i, 2] = 1.0
+    return out.reshape(-1, 3, 9)
+
+
+def _higher_order(plane: FloatArray, d_matrix: FloatArray) -> FloatArray:
+    """K_theta / (A t) (n, 3, 3) = Q4' E Q4 + Q5' E Q5 + Q6' E Q6 in natural strains along the sides."""
+    area = _plane_area(plane)
+    side = np.roll(plane, -1, axis=1) - plane  # sides 21, 32, 13
+    length2 = (side**2).sum(axis=2)
+    to_cartesian = _natural_to_cartesian(side, length2, area)
+    natural = to_cartesian.transpose(0, 2, 1) @ d_matrix @ to_cartesian
+    corner = [
+        (2.0 * area / 3.0)[:, None, None] * np.array(table, dtype=float) / length2[:, :, None]
+        for table in (
+            [[1, 2, 1], [0, 1, -1], [-1, -1, -2]],
+            [[-2, -1, -1], [1, 1, 2], [-1, 0, 1]],
+            [[1, -1, 0], [-1, -2, -1], [2, 1, 1]],
+        )
+    ]
+    total = np.zeros_like(natural)
+    for i in range(3):
+        mid = 0.5 * (corner[i] + corner[(i + 1) % 3])
+        total += mid.transpose(0, 2, 1) @ natural @ mid
+    return total
+
+
+def _natural_to_cartesian(side: FloatArray, length2: FloatArray, area: FloatArray) -> FloatArray:
+    """T_e (n, 3, 3): (exx, eyy, 2 exy) from the strains along the sides 21, 32, 13.
+
+    It is the inverse of rows (c^2, s^2, c s) of the side directions.
+    """
+    dx, dy = side[:, :, 0], side[:, :, 1]
+    rows = np.stack([dx * dx, dy * dy, dx * dy], axis=2) / length2[:, :, None]
+    return np.linalg.inv(rows).astype(np.float64)
+
+
+def _plate(plane: FloatArray, section: ShellSection) -> FloatArray:
+    """MITC3+ plate: bending and tied shear with a rotation bubble that is condensed out.
+
+    Lee, Lee and Bathe, Comput. Struct. 138 (2014) 12.
+
+    Parameters
+    ----------
+    plane : (n, 3, 2) node coordinates.
+    section : thickness and material.
+
+    Returns
+    -------
+    (n, 9, 9) on (uz, rx, ry) of each node.
+    """
+    points, weights = gauss_triangle()
+    jacobian = np.stack([plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]], axis=1)
+    inverse = np.linalg.inv(jacobian).astype(np.float64)
+    area = _plane_area(plane)
+    bending = plane_stress(section.material) * section.thickness**3 / 12.0
+    full = np.zeros((plane.shape[0], 11, 11))
+    for point, weight in zip(points, weights, strict=True):
+        curvature = _curvature(inverse, point)
+        gamma = inverse @ _tied_shear(jacobian, point)
+        full += weight * (curvature.transpose(0, 2, 1) @ bending @ curvature)
+        full += weight * shear_stiffness(section) * (gamma.transpose(0, 2, 1) @ gamma)
+    full *= area[:, None, None]
+    kept, coupling, bubble = full[:, :9, :9], full[:, 9:, :9], full[:, 9:, 9:]
+    return kept - coupling.transpose(0, 2, 1) @ np.linalg.solve(bubble, coupling)
+
+
+def _rotation_shapes(point: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Rotation functions f (4,) and df (2, 4) at (r, s): linear, and f4 = 27 r s (1-r-s)."""
+    r, s = point
+    q = 1.0 - r - s
+    bubble = 27.0 * r * s * q
+    slope = 27.0 * np.array([s * (q - r), r * (q - s)])
+    f = np.array([q - bubble / 3, r - bubble / 3, s - bubble / 3, bubble])
+    df = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0]])
+    df[:, :3] -= slope[:, None] / 3
+    df[:, 3] = slope
+    return f, df
+
+
+def _curvature(inverse: FloatArray, point: FloatArray) -> FloatArray:
+    """(n, 3, 11): d(ry)/dx, -d(rx)/dy, d(ry)/dy - d(rx)/dx on (w, rx, ry) x 3 and the bubble (rx, ry)."""
+    _, df = _rotation_shapes(point)
+    slope = inverse @ df
+    out = np.zeros((inverse.shape[0], 3, 11))
+    at_rx, at_ry = np.array([1, 4, 7, 9]), np.array([2, 5, 8, 10])
+    out[:, 0, at_ry] = slope[:, 0]
+    out[:, 1, at_rx] = -slope[:, 1]
+    out[:, 2, at_ry] = slope[:, 1]
+    out[:, 2, at_rx] = -slope[:, 0]
+    return out
+
+
+def _covariant_shear(jacobian: FloatArray, point: tuple[float, float]) -> FloatArray:
+    """(n, 2, 11): dw/dr + beta . x_r and dw/ds + beta . x_s with beta = (ry, -rx)."""
+    f, _ = _rotation_shapes(np.array(point))
+    out = np.zeros((jacobian.shape[0], 2, 11))
+    out[:, 0, 0] = out[:, 1, 0] = -1.0
+    out[:, 0, 3] = out[:, 1, 6] = 1.0
+    at_rx, at_ry = np.array([1, 4, 7, 9]), np.array([2, 5, 8, 10])
+    out[:, :, at_ry] = jacobian[:, :, 0, None] * f
+    out[:, :, at_rx] = -jacobian[:, :, 1, None] * f
+    return out
+
+
+def _tied_shear(jacobian: FloatArray, point: FloatArray) -> FloatArray:
+    """(n, 2, 11) covariant shear strains at (r, s), interpolated from six tying points.
+
+    g_r = 2/3 (g_r - g_s/2)(B) + 1/3 (g_r + g_s)(C) + c (3 s - 1)/3
+    g_s = 2/3 (g_s - g_r/2)(A) + 1/3 (g_r + g_s)(C) + c (1 - 3 r)/3
+    c = (g_r - g_s)(F) - g_r(D) + g_s(E)
+    """
+    r, s = point
+    d = TYING_SHIFT
+    a, b, c = (_covariant_shear(jacobian, p) for p in ((1 / 6, 2 / 3), (2 / 3, 1 / 6), (1 / 6, 1 / 6)))
+    near = (1 / 3 + d, 1 / 3 - 2 * d), (1 / 3 - 2 * d, 1 / 3 + d), (1 / 3 + d, 1 / 3 + d)
+    at_d, at_e, at_f = (_covariant_shear(jacobian, p) for p in near)
+    twist = at_f[:, 0] - at_f[:, 1] - at_d[:, 0] + at_e[:, 1]
+    common = (c[:, 0] + c[:, 1]) / 3
+    g_r = (2 * b[:, 0] - b[:, 1]) / 3 + common + twist * (3 * s - 1) / 3
+    g_s = (2 * a[:, 1] - a[:, 0]) / 3 + common + twist * (1 - 3 * r) / 3
+    return np.stack([g_r, g_s], axis=1)

@@ -1,0 +1,77 @@
+"""Two-node bar that carries axial force only."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.elements.geometry import in_chunks, require_sound
+from creak.model.materials import TrussSection
+
+TRANSLATIONS = np.array([0, 1, 2, 6, 7, 8])
+
+
+def stiffness(coords: FloatArray, section: TrussSection) -> FloatArray:
+    """K = EA/L [t t', -t t'; -t t', t t'] on the translations, zero on the rotations.
+
+    Parameters
+    ----------
+    coords : (n, 2, 3) global coordinates, length.
+    section : area and material.
+
+    Returns
+    -------
+    (n, 12, 12), node by node (ux, uy, uz, rx, ry, rz) in global axes.
+
+    Raises
+    ------
+    DegenerateElement : coincident nodes.
+    """
+    _require_length(coords)
+
+    def kernel(piece: FloatArray) -> FloatArray:
+        line = piece[:, 1] - piece[:, 0]
+        length = np.linalg.norm(line, axis=1)
+        both = np.concatenate([-line, line], axis=1) / length[:, None]
+        local = np.zeros((piece.shape[0], 12, 12))
+        rigidity = section.material.youngs_modulus * section.area / length
+        local[:, TRANSLATIONS[:, None], TRANSLATIONS] = (
+            rigidity[:, None, None] * both[:, :, None] * both[:, None, :]
+        )
+        return local
+
+    return in_chunks(kernel, coords, 12)
+
+
+def mass(coords: FloatArray, section: TrussSection) -> FloatArray:
+    """Consistent mass rho A L/6 [2, 1; 1, 2] on each of the three translations.
+
+    Parameters
+    ----------
+    coords : (n, 2, 3) global coordinates, length.
+    section : area and material.
+
+    Returns
+    -------
+    (n, 12, 12), node by node (ux, uy, uz, rx, ry, rz) in global axes.
+
+    Raises
+    ------
+    DegenerateElement : coincident nodes.
+    """
+    _require_length(coords)
+    pattern = np.kron(np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0, np.eye(3))
+
+    def kernel(piece: FloatArray) -> FloatArray:
+        length = np.linalg.norm(piece[:, 1] - piece[:, 0], axis=1)
+        local = np.zeros((piece.shape[0], 12, 12))
+        weight = section.material.density * section.area * length[:, None, None]
+        local[:, TRANSLATIONS[:, None], TRANSLATIONS] = weight * pattern
+        return local
+
+    return in_chunks(kernel, coords, 12)
+
+
+def _require_length(coords: FloatArray) -> None:
+    """Raise `DegenerateElement` for bars whose nodes coincide."""
+    require_sound(~(np.linalg.norm(coords[:, 1] - coords[:, 0], axis=1) > 0.0), "the two nodes coincide")

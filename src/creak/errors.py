@@ -1,0 +1,48 @@
+"""The two ways a creak call can fail: the input is wrong, or the analysis failed."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class CreakError(Exception):
+    """Base of all errors that creak raises on purpose."""
+
+
+class InputError(CreakError):
+    """The user's input is wrong: one message that says what, where and what to do.
+
+    Parameters
+    ----------
+    what : what is wrong, with the value that was found.
+    expected : what would have been right.
+    where : file and line, node, element, set or key.
+    fix : what to do about it.
+    """
+
+    def __init__(self, what: str, *, expected: str = "", where: object = "", fix: str = "") -> None:
+        self.what, self.expected, self.where, self.fix = what, expected, str(where), fix
+        text = f"{self.where}: {what}" if self.where else what
+        if expected:
+            text += f"; expected {expected}"
+        if fix:
+            text += f". {fix}"
+        super().__init__(text)
+
+
+class NumericalError(CreakError):
+    """The analysis failed on valid input; the message names the place and the likely cause."""
+
+
+def suggest(name: str, known: Iterable[str]) -> str:
+    """Say which known name was probably meant, or list what there is."""
+    names = sorted({str(k) for k in known})
+    by_upper = {k.upper(): k for k in names}
+    close = difflib.get_close_matches(name.upper(), list(by_upper), n=1, cutoff=0.6)
+    if close:
+        return f"Did you mean {by_upper[close[0]]!r}?"
+    if not names:
+        return "There are none."
+    shown = ", ".join(names[:12])
+    return f"There are: {shown}{', ...' if len(names) > 12 else ''}."

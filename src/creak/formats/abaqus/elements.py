@@ -1,0 +1,263 @@
+"""*ELEMENT blocks -> one table of all elements, before sections and parts are known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import BoolArray, IntArray
+from creak.errors import InputError, suggest
+from creak.formats.abaqus.lexer import Block
+from creak.formats.abaqus.names import Labels, Registry
+from creak.formats.abaqus.numbers import integer_table, to_label
+from creak.formats.abaqus.outline import Outline, Scope
+
+
+@dataclass(frozen=True)
+class ElementType:
+    """An Abaqus element type and creak's formulation for it."""
+
+    name: str
+    kind: str
+    n_nodes: int
+    sections: tuple[str, ...]
+    """Keywords that can give it its properties."""
+    note: str = ""
+
+
+_SHELL, _BEAM = ("SHELL SECTION",), ("BEAM SECTION", "BEAM GENERAL SECTION")
+TYPES = (
+    ElementType("S4", "quad4", 4, _SHELL),
+    ElementType("S4R", "quad4", 4, _SHELL),
+    ElementType("S3", "tri3", 3, _SHELL),
+    ElementType("S3R", "tri3", 3, _SHELL),
+    ElementType("STRI3", "tri3", 3, _SHELL, "STRI3 (thin) is treated as S3, which shears a little"),
+    ElementType(
+        "B31", "beam2", 2, _BEAM, "B31 is treated as an Euler-Bernoulli beam (B33): no shear flexibility"
+    ),
+    ElementType("B33", "beam2", 2, _BEAM),
+    ElementType("T3D2", "truss2", 2, ("SOLID SECTION",)),
+    ElementType("MASS", "mass", 1, ("MASS",)),
+    ElementType("ROTARYI", "rotary", 1, ("ROTARY INERTIA",)),
+    ElementType("SPRING1", "spring1", 1, ("SPRING",)),
+    ElementType("SPRING2", "spring2", 2, ("SPRING",)),
+    ElementType("DASHPOT1", "spring1", 1, ("DASHPOT",)),
+    ElementType("DASHPOT2", "spring2", 2, ("DASHPOT",)),
+)
+_TYPE_ROW = {t.name: k for k, t in enumerate(TYPES)}
+STRUCTURAL = ("quad4", "tri3", "beam2", "truss2")
+
+
+@dataclass(frozen=True)
+class Elements:
+    """All elements of a deck, in deck order, scope by scope."""
+
+    ids: IntArray
+    """(n_elem,) labels."""
+    type_idx: IntArray
+    """(n_elem,) rows into TYPES."""
+    nodes_idx: IntArray
+    """(n_elem, 4) node rows, -1 where the element has fewer nodes."""
+    scope_idx: IntArray
+    """(n_elem,) rows into the deck's scopes."""
+    codes: IntArray
+    """(n_elem,) places in the deck, for `Block.place`."""
+    probe: Block
+    """Any block: it decodes places."""
+
+    @property
+    def structural(self) -> BoolArray:
+        """(n_elem,) True for shells, beams and trusses."""
+        table = np.array([t.kind in STRUCTURAL for t in TYPES])
+        return np.asarray(table[self.type_idx], dtype=np.bool_)
+
+    def of(self, row: int) -> ElementType:
+        return TYPES[int(self.type_idx[row])]
+
+    def where(self, row: int) -> str:
+        """file:line of an element."""
+        return self.probe.place(int(self.codes[row]))
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Elements of one *ELEMENT block, nodes as rows."""
+
+    ids: IntArray
+    nodes_idx: IntArray
+    codes: IntArray
+
+
+def read_elements(deck: Outline, nodes: Registry) -> tuple[Elements, Registry]:
+    """Elements of all scopes.
+
+    Raises
+    ------
+    InputError : no elements, unknown type, malformed or truncated line, unknown or repeated node,
+        two elements with one label.
+    """
+    registry = Registry("element", {}, deck.assembly)
+    tables: list[tuple[int, int, _Table, Block]] = []
+    for k, scope in enumerate(deck.scopes):
+        blocks = [b for b in scope.blocks if b.name == "ELEMENT"]
+        tables += [(k, type_row(b), _element_table(b, scope, nodes), b) for b in blocks]
+    if not any(t.ids.size for _, _, t, _ in tables):
+        raise InputError(
+            "the deck has no elements", expected="*ELEMENT blocks", fix="Is this the right file?"
+        )
+    elements = Elements(
+        np.concatenate([t.ids for _, _, t, _ in tables]),
+        np.concatenate([np.full(t.ids.size, row, np.int64) for _, row, t, _ in tables]),
+        np.concatenate([t.nodes_idx for _, _, t, _ in tables]),
+        np.concatenate([np.full(t.ids.size, k, np.int64) for k, _, t, _ in tables]),
+        np.concatenate([t.codes for _, _, t, _ in tables]),
+        tables[0][3],
+    )
+    _register(deck, elements, registry)
+    _name_sets(deck, tables, registry)
+    _list_notes(deck, tables)
+    return elements, registry
+
+
+def type_row(block: Block) -> int:
+    """Row into TYPES of an *ELEMENT block.
+
+    Raises
+    ------
+    InputError : TYPE= missing or not an element that creak has.
+    """
+    name = block.need("TYPE").upper()
+    if name not in _TYPE_ROW:
+        raise InputError(
+            f"unknown element type {name!r}",
+            expected=", ".join(_TYPE_ROW),
+            where=block.where,
+            fix=suggest(name, _TYPE_ROW) if name else "",
+        )
+    return _TYPE_ROW[name]
+
+
+def _element_table(block: Block, scope: Scope, nodes: Registry) -> _Table:
+    kind = TYPES[type_row(block)]
+    fast = integer_table(block, kind.n_nodes + 1)
+    if fast is None:
+        return _element_table_by_line(block, kind, scope, nodes)
+    rows = nodes.labels[scope.name].find(fast[:, 1:])
+    codes = np.array(block.codes, dtype=np.int64)
+    if rows.min() < 0:
+        k, j = (int(v) for v in np.argwhere(rows < 0)[0])
+        raise _unknown_node(int(fast[k, 0]), str(fast[k, j + 1]), scope, nodes, block.place(int(codes[k])))
+    _check_distinct(fast[:, 0], rows, codes, block)
+    return _Table(fast[:, 0], _padded(rows), codes)
+
+
+def _element_table_by_line(block: Block, kind: ElementType, scope: Scope, nodes: Registry) -> _Table:
+    ids, table, codes = [], [], []
+    for fields, where, code in _joined_rows(block, kind.n_nodes + 1):
+        ids.append(to_label(fields[0], where, "element label"))
+        if len(fields) != kind.n_nodes + 1:
+            raise InputError(
+                f"element {fields[0]} of type {kind.name} has {len(fields) - 1} nodes",
+                expected=f"{kind.n_nodes}: label, node" + ", node" * (kind.n_nodes - 1),
+                where=where,
+                fix="Complete or correct the line.",
+            )
+        table.append([_node_row(ids[-1], f, scope, nodes, where) for f in fields[1:]])
+        codes.append(code)
+    rows = np.array(table, dtype=np.int64).reshape(-1, kind.n_nodes)
+    id_array, code_array = np.array(ids, np.int64), np.array(codes, np.int64)
+    _check_distinct(id_array, rows, code_array, block)
+    return _Table(id_array, _padded(rows), code_array)
+
+
+def _joined_rows(block: Block, n_fields: int) -> list[tuple[list[str], str, int]]:
+    """Data lines as fields; a line that ends in a comma and is too short goes on in the next one."""
+    result: list[tuple[list[str], str, int]] = []
+    unfinished = False
+    for k, (fields, where) in enumerate(block.rows(blanks=True)):
+        if not fields:
+            continue
+        if unfinished:
+            result[-1][0].extend(fields)
+        else:
+            result.append((fields, where, block.codes[k]))
+        unfinished = block.lines[k].endswith(",") and len(result[-1][0]) < n_fields
+    return result
+
+
+def _node_row(element: int, field: str, scope: Scope, nodes: Registry, where: str) -> int:
+    inst, _, label = field.rpartition(".")
+    inst = inst.upper().removeprefix(f"{nodes.assembly}.") or scope.name
+    number = to_label(label, where, f"node of element {element}")
+    labels = nodes.labels.get(inst)
+    row = -1 if labels is None else int(labels.find(np.array([number]))[0])
+    if row < 0:
+        raise _unknown_node(element, field, scope, nodes, where)
+    return row
+
+
+def _unknown_node(element: int, node: str, scope: Scope, nodes: Registry, where: str) -> InputError:
+    inside = f" in instance {scope.name!r}" if scope.name else ""
+    fix = f"Define node {node} or correct the element."
+    if not scope.name and len(nodes.labels) > 1:
+        fix = f"Instances are {', '.join(n for n in nodes.labels if n)}: write INSTANCE.LABEL."
+    return InputError(
+        f"element {element} uses node {node}, which is not defined{inside}", where=where, fix=fix
+    )
+
+
+def _padded(rows: IntArray) -> IntArray:
+    table = np.full((rows.shape[0], 4), -1, dtype=np.int64)
+    table[:, : rows.shape[1]] = rows
+    return table
+
+
+def _check_distinct(ids: IntArray, rows: IntArray, codes: IntArray, block: Block) -> None:
+    ordered = np.sort(rows, axis=1)
+    repeated = (ordered[:, 1:] == ordered[:, :-1]).any(axis=1)
+    if repeated.any():
+        k = int(np.argmax(repeated))
+        raise InputError(
+            f"element {ids[k]} has the same node twice",
+            expected="distinct nodes",
+            where=block.place(int(codes[k])),
+            fix="Correct it; a collapsed quadrilateral is an S3.",
+        )
+
+
+def _register(deck: Outline, elements: Elements, registry: Registry) -> None:
+    for k, scope in enumerate(deck.scopes):
+        rows = np.flatnonzero(elements.scope_idx == k)
+        labels = Labels(elements.ids[rows], rows)
+        registry.labels[scope.name] = labels
+        twice = np.flatnonzero(labels.ids[1:] == labels.ids[:-1])
+        if twice.size:
+            old, new = int(labels.rows[twice[0]]), int(labels.rows[twice[0] + 1])
+            raise InputError(
+                f"element {elements.ids[new]} is defined twice, first at {elements.where(old)}",
+                expected="one definition of each element",
+                where=elements.where(new),
+                fix="Give one of them another label.",
+            )
+
+
+def _name_sets(deck: Outline, tables: list[tuple[int, int, _Table, Block]], registry: Registry) -> None:
+    """Sets named by *ELEMENT, ELSET=, in deck order; many blocks may add to one set."""
+    chunks: dict[tuple[str, str], list[IntArray]] = {}
+    start = 0
+    for k, _, table, block in tables:
+        if block.get("ELSET"):
+            key = (deck.scopes[k].name, block.get("ELSET").upper())
+            chunks.setdefault(key, []).append(np.arange(start, start + table.ids.size))
+        start += table.ids.size
+    for (scope, name), rows in chunks.items():
+        registry.add(scope, name, rows)
+
+
+def _list_notes(deck: Outline, tables: list[tuple[int, int, _Table, Block]]) -> None:
+    seen: set[int] = set()
+    for _, row, _, block in tables:
+        if TYPES[row].note and row not in seen:
+            seen.add(row)
+            deck.note(block, TYPES[row].note, changes=False, what=f"*ELEMENT, TYPE={TYPES[row].name}")

@@ -1,0 +1,144 @@
+"""What each Abaqus keyword means to creak: read, harmless to leave out, or changes the answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from creak.errors import suggest
+from creak.formats.abaqus.lexer import squeeze
+
+
+@dataclass(frozen=True)
+class Keyword:
+    """The meaning of one keyword."""
+
+    role: str
+    """read, harmless, or changes (leaving it out changes the answer)."""
+    why: str = ""
+    params: frozenset[str] = frozenset()
+    """Parameters (without blanks) that creak reads or that cannot change the answer."""
+    under: str = ""
+    """Keyword that this one is an option of."""
+
+
+def _read(params: str = "", under: str = "") -> Keyword:
+    return Keyword("read", params=frozenset(squeeze(p) for p in params.split(",") if p), under=under)
+
+
+_ELEMENT_PROPERTY = "ELSET"
+_READ: dict[str, Keyword] = {
+    "HEADING": _read("SPARSE, UNSYMM"),
+    "NODE": _read("NSET, SYSTEM"),
+    "ELEMENT": _read("TYPE, ELSET"),
+    "NSET": _read("NSET, GENERATE, UNSORTED, INSTANCE, ELSET, INTERNAL"),
+    "ELSET": _read("ELSET, GENERATE, UNSORTED, INSTANCE, INTERNAL"),
+    "SURFACE": _read("NAME, TYPE, INTERNAL, NO THICK, NO OFFSET, REGION TYPE, DEFINITION"),
+    "SHELL SECTION": _read(
+        "ELSET, MATERIAL, COMPOSITE, OFFSET, NODAL THICKNESS, SECTION INTEGRATION, POISSON, CONTROLS,"
+        "SHELL THICKNESS, TEMPERATURE, ORIENTATION, STACK DIRECTION"
+    ),
+    "BEAM SECTION": _read("ELSET, MATERIAL, SECTION, TEMPERATURE, POISSON"),
+    "BEAM GENERAL SECTION": _read("ELSET, SECTION, DENSITY, POISSON, ZERO"),
+    "SOLID SECTION": _read("ELSET, MATERIAL, CONTROLS, REF NODE"),
+    "MASS": _read("ELSET, ALPHA, COMPOSITE, TYPE"),
+    "ROTARY INERTIA": _read("ELSET, ALPHA, COMPOSITE"),
+    "SPRING": _read("ELSET, NONLINEAR, COMPLEX STIFFNESS"),
+    "DASHPOT": _read("ELSET, NONLINEAR"),
+    "MATERIAL": _read("NAME, DESCRIPTION"),
+    "ELASTIC": _read("TYPE, MODULI, DEPENDENCIES", "MATERIAL"),
+    "DENSITY": _read("DEPENDENCIES", "MATERIAL"),
+    "DAMPING": _read("ALPHA, BETA, COMPOSITE", "MATERIAL"),
+    "COUPLING": _read("CONSTRAINT NAME, REF NODE, SURFACE"),
+    "KINEMATIC": _read("", "COUPLING"),
+    "DISTRIBUTING": _read("WEIGHTING METHOD, COUPLING", "COUPLING"),
+    "KINEMATIC COUPLING": _read("REF NODE"),
+    "RIGID BODY": _read("REF NODE, TIE NSET, PIN NSET, ELSET, POSITION"),
+    "MPC": _read("MODE"),
+    "EQUATION": _read(""),
+    "BOUNDARY": _read("OP, TYPE, AMPLITUDE, REGION TYPE"),
+    "INITIAL CONDITIONS": _read("TYPE"),
+    "PART": _read("NAME"),
+    "END PART": _read(),
+    "ASSEMBLY": _read("NAME"),
+    "END ASSEMBLY": _read(),
+    "INSTANCE": _read("NAME, PART"),
+    "END INSTANCE": _read(),
+    "STEP": _read(),
+    "END STEP": _read(),
+}
+
+_HARMLESS = {
+    "the study file defines contact": (
+        "CONTACT PAIR, CONTACT, CONTACT INCLUSIONS, CONTACT EXCLUSIONS, CONTACT PROPERTY ASSIGNMENT,"
+        "CONTACT FORMULATION, CONTACT INITIALIZATION DATA, CONTACT INITIALIZATION ASSIGNMENT,"
+        "CONTACT CONTROLS, CONTACT CONTROLS ASSIGNMENT, CONTACT STABILIZATION, CONTACT DAMPING,"
+        "CONTACT INTERFERENCE, SURFACE INTERACTION, SURFACE BEHAVIOR, SURFACE PROPERTY ASSIGNMENT,"
+        "FRICTION, CHANGE FRICTION, CLEARANCE, GAP CONDUCTANCE, GAP HEAT GENERATION"
+    ),
+    "the study file defines the excitation": "AMPLITUDE",
+    "it asks for output, which the study file defines": (
+        "OUTPUT, NODE OUTPUT, ELEMENT OUTPUT, CONTACT OUTPUT, ENERGY OUTPUT, MODAL OUTPUT, NODE PRINT,"
+        "EL PRINT, NODE FILE, EL FILE, CONTACT PRINT, CONTACT FILE, ENERGY PRINT, ENERGY FILE, FILE FORMAT,"
+        "MONITOR, TIME POINTS, FILTER, INTEGRATED OUTPUT, INTEGRATED OUTPUT SECTION, PRINT, FILE OUTPUT"
+    ),
+    "it controls the job, not the model": (
+        "PREPRINT, RESTART, DIAGNOSTICS, WAVEFRONT MINIMIZATION, PHYSICAL CONSTANTS"
+    ),
+    "creak's shells have no hourglass modes to control": "SECTION CONTROLS, HOURGLASS STIFFNESS",
+    "creak has no temperatures": "EXPANSION, CONDUCTIVITY, SPECIFIC HEAT, LATENT HEAT",
+    "it defines axes only; each keyword that uses them is listed where it does": "ORIENTATION",
+}
+
+_CHANGES = {
+    "creak does not read surface ties": "TIE, SHELL TO SOLID COUPLING, EMBEDDED ELEMENT, FASTENER",
+    "creak reads coordinates and dofs in global axes only": "TRANSFORM, SYSTEM",
+    "creak does not read added mass": "NONSTRUCTURAL MASS, BEAM ADDED INERTIA",
+    "loads are read from the study's [excitation], not from model data": "CLOAD, DLOAD, DSLOAD",
+    "creak does not generate nodes or elements; write them out": "NGEN, NFILL, NCOPY, NMAP, ELGEN, ELCOPY",
+    "creak's materials are linear elastic": (
+        "PLASTIC, HYPERELASTIC, HYPERFOAM, VISCOELASTIC, CREEP, NO COMPRESSION, NO TENSION,"
+        "TRANSVERSE SHEAR, FAIL STRESS, FAIL STRAIN, RATE DEPENDENT, CYCLIC HARDENING"
+    ),
+    "creak does not read this kind of section": (
+        "SHELL GENERAL SECTION, TRANSVERSE SHEAR STIFFNESS, MEMBRANE SECTION, GASKET SECTION, JOINT,"
+        "COHESIVE SECTION, GAP, PRE-TENSION SECTION, SURFACE SECTION"
+    ),
+    "creak does not read this constraint": "DISTRIBUTING COUPLING, RELEASE, DISPLAY BODY",
+    "creak does not read this extension of the model": (
+        "USER ELEMENT, UEL PROPERTY, MATRIX INPUT, MATRIX ASSEMBLE, SUBSTRUCTURE PROPERTY, IMPORT,"
+        "IMPERFECTION, PARAMETER, NORMAL, NODAL THICKNESS, DISTRIBUTION, DISTRIBUTION TABLE, INERTIA RELIEF"
+    ),
+}
+
+
+def _listed(groups: dict[str, str], role: str) -> dict[str, Keyword]:
+    return {n.strip(): Keyword(role, why) for why, names in groups.items() for n in names.split(",")}
+
+
+KEYWORDS: dict[str, Keyword] = {
+    **_listed(_HARMLESS, "harmless"),
+    **_listed(_CHANGES, "changes"),
+    **_READ,
+}
+"""Keyword without star, single blanks -> what it means."""
+
+_SPELLED = {squeeze(name): name for name in KEYWORDS}
+
+
+def canonical(name: str) -> str:
+    """The keyword as the table spells it; unknown ones are returned as they are."""
+    return _SPELLED.get(squeeze(name), name)
+
+
+def meaning(name: str) -> Keyword:
+    """What a keyword means to creak; an unknown one may change the answer."""
+    known = KEYWORDS.get(canonical(name))
+    if known is not None:
+        return known
+    if name.startswith("CONNECTOR"):
+        return Keyword(
+            "changes", "creak does not read connectors; describe them as [[connector]] in the study"
+        )
+    hint = suggest(name, KEYWORDS)
+    why = "creak does not know this keyword"
+    return Keyword("changes", f"{why}. {hint}" if hint.startswith("Did you mean") else why)

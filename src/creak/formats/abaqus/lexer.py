@@ -1,0 +1,226 @@
+"""Abaqus text -> keyword blocks: parameters, data lines, and the file and line of each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from creak.errors import InputError
+
+_FILE_SHIFT = 32
+_LINE_MASK = (1 << _FILE_SHIFT) - 1
+
+
+def squeeze(name: str) -> str:
+    """Upper case without blanks: Abaqus ignores both on keyword lines."""
+    return "".join(name.split()).upper()
+
+
+@dataclass
+class Block:
+    """One keyword line with its data lines.
+
+    `code` and `codes` hold the place of the keyword line and of each data line: file number and line
+    number in one integer, decoded by `where`.
+    """
+
+    name: str
+    """The keyword as written, upper case, without the star."""
+    params: dict[str, str]
+    """Parameter name without blanks, upper case -> value without quotes ("" for a flag)."""
+    code: int
+    files: list[str]
+    lines: list[str] = field(default_factory=list)
+    """Data lines without outer blanks; blank lines inside the block are kept as ""."""
+    codes: list[int] = field(default_factory=list)
+    options: list[Block] = field(default_factory=list)
+    """Keywords that belong to this one (*ELASTIC to *MATERIAL, *KINEMATIC to *COUPLING)."""
+
+    @property
+    def where(self) -> str:
+        """file:line of the keyword line."""
+        return self.place(self.code)
+
+    def place(self, code: int) -> str:
+        """file:line of a code."""
+        return f"{self.files[code >> _FILE_SHIFT]}:{code & _LINE_MASK}"
+
+    def has(self, param: str) -> bool:
+        return squeeze(param) in self.params
+
+    def get(self, param: str, default: str = "") -> str:
+        """Value of a parameter as written, or the default."""
+        return self.params.get(squeeze(param), default)
+
+    def option(self, param: str, default: str = "") -> str:
+        """Value of a parameter that is one word of a list: upper case, single blanks."""
+        return " ".join(self.get(param, default).upper().split())
+
+    def need(self, param: str) -> str:
+        """Value of a parameter that must be there.
+
+        Raises
+        ------
+        InputError : it is missing or empty.
+        """
+        value = self.get(param)
+        if not value:
+            raise InputError(
+                f"*{self.name} has no {param}=",
+                expected=f"*{self.name}, {param}=...",
+                where=self.where,
+                fix=f"Give {param}= on this keyword line.",
+            )
+        return value
+
+    def rows(self, *, blanks: bool = False) -> Iterator[tuple[list[str], str]]:
+        """Data lines as (fields, file:line); trailing empty fields are dropped."""
+        for line, code in zip(self.lines, self.codes, strict=True):
+            fields = split_fields(line)
+            while fields and not fields[-1]:
+                fields.pop()
+            if fields or blanks:
+                yield fields, self.place(code)
+
+
+def split_fields(line: str) -> list[str]:
+    """Comma-separated fields without outer blanks; a comma inside double quotes does not split."""
+    if '"' not in line:
+        return [f.strip() for f in line.split(",")]
+    fields, start, quoted = [], 0, False
+    for k, char in enumerate(line):
+        if char == '"':
+            quoted = not quoted
+        elif char == "," and not quoted:
+            fields.append(line[start:k])
+            start = k + 1
+    fields.append(line[start:])
+    return [f.strip().strip('"').strip() for f in fields]
+
+
+def lex(path: str | Path) -> list[Block]:
+    """Split a deck and everything it includes into keyword blocks.
+
+    Raises
+    ------
+    InputError : a file is missing or not text, a deck includes itself, data precede the first keyword.
+    """
+    lexer = _Lexer()
+    lexer.read_file(Path(path), included_at="")
+    return lexer.finished()
+
+
+def read_text(path: Path, included_at: str) -> list[str]:
+    """Lines of a text file (UTF-8, else Latin-1).
+
+    Raises
+    ------
+    InputError : no such file, unreadable, or not text.
+    """
+    what = "included file" if included_at else "deck"
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        fix = "Give the path relative to the including file." if included_at else "Check the path."
+        raise InputError(f"there is no {what} {path}", where=included_at, fix=fix) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot read the {what} {path}: {reason}", where=included_at) from None
+    if b"\0" in data:
+        raise InputError(
+            f"{path} is not a text file (it holds zero bytes)",
+            expected="an Abaqus deck in plain text (UTF-8 or Latin-1)",
+            where=included_at,
+            fix="Give the .inp file, not a result or a zipped file.",
+        )
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    return lines if lines[-1] else lines[:-1]
+
+
+class _Lexer:
+    def __init__(self) -> None:
+        self.blocks: list[Block] = []
+        self.files: list[str] = []
+        self.open_files: list[Path] = []
+
+    def finished(self) -> list[Block]:
+        for block in self.blocks:
+            while block.lines and not block.lines[-1]:
+                block.lines.pop()
+                block.codes.pop()
+        return self.blocks
+
+    def read_file(self, path: Path, included_at: str) -> None:
+        resolved = path.absolute()
+        if resolved in self.open_files or len(self.open_files) > 50:
+            raise InputError(f"{path} includes itself", where=included_at, fix="Remove this *INCLUDE line.")
+        lines = read_text(path, included_at)
+        self.open_files.append(resolved)
+        base = len(self.files) << _FILE_SHIFT
+        self.files.append(str(path))
+        self._read_lines(lines, base, path)
+        self.open_files.pop()
+
+    def _read_lines(self, lines: list[str], base: int, path: Path) -> None:
+        k = 0
+        while k < len(lines):
+            line = lines[k].strip()
+            k += 1
+            if not line.startswith("*"):
+                self._data(line, base | k)
+            elif not line.startswith("**"):
+                code = base | k
+                line, k = _with_continuation(line, lines, k)
+                self._keyword(line, code, path)
+
+    def _data(self, line: str, code: int) -> None:
+        if self.blocks:
+            self.blocks[-1].lines.append(line)
+            self.blocks[-1].codes.append(code)
+        elif line:
+            raise InputError(
+                f"data before the first keyword: {line[:60]!r}",
+                expected="a line that starts with * such as *HEADING or *NODE",
+                where=Block("", {}, code, self.files).where,
+                fix="Is this an Abaqus deck? Delete the line or start it with ** to make it a comment.",
+            )
+
+    def _keyword(self, line: str, code: int, path: Path) -> None:
+        name, *params = split_fields(line[1:])
+        block = Block(" ".join(name.upper().split()), {}, code, self.files)
+        if not name:
+            raise InputError(
+                "a keyword line without a keyword",
+                expected="*KEYWORD",
+                where=block.where,
+                fix="Name the keyword, or start the line with ** to make it a comment.",
+            )
+        for param in params:
+            key, _, value = param.partition("=")
+            if key.strip():
+                block.params[squeeze(key)] = " ".join(value.strip().strip('"').split())
+        if squeeze(name) == "INCLUDE":
+            self.read_file(path.parent / block.need("INPUT").replace("\\", "/"), block.where)
+            return
+        self.blocks.append(block)
+        if block.has("INPUT"):
+            self.read_file(path.parent / block.need("INPUT").replace("\\", "/"), block.where)
+
+
+def _with_continuation(line: str, lines: list[str], k: int) -> tuple[str, int]:
+    """Join the lines of a keyword line that ends in a comma; returns the line and the next index."""
+    while line.endswith(",") and k < len(lines):
+        following = lines[k].strip()
+        if following.startswith("**"):
+            k += 1
+            continue
+        if following.startswith("*") or not following:
+            break
+        line += following
+        k += 1
+    return line, k

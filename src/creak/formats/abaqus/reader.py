@@ -1,0 +1,102 @@
+"""Abaqus deck -> Model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from creak.arrays import IntArray
+from creak.errors import InputError
+from creak.formats.abaqus.blocks import make_blocks
+from creak.formats.abaqus.boundary import read_boundaries, read_initial_velocity
+from creak.formats.abaqus.couplings import read_couplings
+from creak.formats.abaqus.elements import read_elements
+from creak.formats.abaqus.keywords import meaning
+from creak.formats.abaqus.lexer import Block, lex
+from creak.formats.abaqus.links import read_links
+from creak.formats.abaqus.materials import read_materials
+from creak.formats.abaqus.names import with_short_names
+from creak.formats.abaqus.nodes import read_nodes
+from creak.formats.abaqus.outline import Outline, outline
+from creak.formats.abaqus.parts import read_parts
+from creak.formats.abaqus.sections import read_sections
+from creak.formats.abaqus.sets import read_sets
+from creak.formats.abaqus.surfaces import RawSurface, read_surfaces
+from creak.model.mesh import Model, Surface
+
+
+def read_deck(path: str | Path) -> Model:
+    """Read an Abaqus deck, flat or with parts and instances.
+
+    Model data are read; of the steps only the zero-valued *BOUNDARY lines of the first one, because the
+    study file defines the step. Everything else is listed in `Model.unread`; an entry with
+    `changes_answer` is one that the caller should stop on. An instance is a part; in a flat deck the
+    connected pieces of structure are (see `parts.read_parts`).
+
+    Parameters
+    ----------
+    path : the .inp file; files it includes are found relative to it.
+
+    Raises
+    ------
+    InputError : anything wrong with the deck, with file and line.
+    """
+    blocks = lex(path)
+    if not blocks:
+        raise InputError(
+            "the deck is empty",
+            expected="keywords such as *NODE and *ELEMENT",
+            where=path,
+            fix="Is this the right file?",
+        )
+    try:
+        with np.errstate(all="ignore"):
+            return _model(outline(blocks), str(path))
+    except InputError as error:
+        fix = f"{error.fix} {_misspelled(blocks)}".strip()
+        raise InputError(error.what, expected=error.expected, where=error.where or path, fix=fix) from None
+
+
+def _misspelled(blocks: list[Block]) -> str:
+    """Hint at the first keyword that looks like a misspelling: it may have caused the error."""
+    for block in blocks:
+        why = meaning(block.name).why
+        if "Did you mean" in why:
+            return f"Note that *{block.name} at {block.where} is not a keyword. {why.partition('. ')[2]}"
+    return ""
+
+
+def _model(deck: Outline, source: str) -> Model:
+    nodes, node_names = read_nodes(deck)
+    elements, element_names = read_elements(deck, node_names)
+    read_sets(deck, elements, node_names, element_names)
+    surfaces = read_surfaces(deck, nodes.coords, elements, node_names, element_names)
+    assigned = read_sections(deck, elements, element_names, read_materials(deck))
+    constraints = read_couplings(deck, surfaces, elements, node_names, element_names)
+    constraints += read_links(deck, node_names)
+    fixed = read_boundaries(deck, node_names)
+    velocity = read_initial_velocity(deck, node_names)
+    partition = read_parts(deck, nodes, elements, element_names, constraints)
+    made = make_blocks(elements, assigned, partition, nodes.coords)
+    sets = {name: made.place[rows] for name, rows in element_names.sets.items()}
+    return Model(
+        source=source,
+        nodes=nodes,
+        blocks=made.blocks,
+        parts=partition.parts,
+        node_sets=with_short_names(node_names.sets),
+        element_sets=with_short_names(sets),
+        surfaces=with_short_names(_surfaces(surfaces, made.place)),
+        constraints=tuple(constraints),
+        fixed=tuple(fixed),
+        initial_velocity=tuple(velocity),
+        unread=tuple(deck.unread),
+    )
+
+
+def _surfaces(raw: Mapping[str, RawSurface], place: IntArray) -> dict[str, Surface]:
+    return {
+        name: Surface(s.name, place[s.element_rows], s.side, s.nodes_idx, s.where) for name, s in raw.items()
+    }

@@ -1,0 +1,190 @@
+"""One interface to symmetric factorisations: `factor(A).solve(b)`.
+
+Sparse matrices go to MKL PARDISO where it is installed (x86-64) and to SuperLU elsewhere, dense ones to
+LAPACK, diagonal ones to a division. The caller never asks which.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+import sys
+from typing import Any, Protocol
+
+import numpy as np
+import scipy.linalg as sla
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from creak.arrays import FloatArray, IntArray, Matrix
+from creak.errors import NumericalError
+from creak.linalg.diagonal import Diagonal
+
+
+class SingularMatrixError(NumericalError):
+    """The matrix has no (positive definite) factorisation; `row` is the failing equation, -1 if unknown."""
+
+    def __init__(self, row: int, message: str) -> None:
+        self.row = row
+        super().__init__(message)
+
+
+class Factor(Protocol):
+    """A factorised symmetric matrix."""
+
+    n_negative: int
+    """Number of negative eigenvalues (Sylvester's inertia)."""
+
+    def solve(self, b: FloatArray) -> FloatArray:
+        """x with A x = b; b is (n,) or (n, k)."""
+        ...
+
+
+def factor(A: Matrix, *, definite: bool = True) -> Factor:
+    """Factorise the symmetric matrix A.
+
+    Parameters
+    ----------
+    A : (n, n) Diagonal, ndarray or SciPy sparse; both triangles stored.
+    definite : A should be positive definite (Cholesky). False: L D L', which also gives the inertia.
+
+    Raises
+    ------
+    SingularMatrixError : a pivot vanished, or was negative although `definite`.
+    """
+    if isinstance(A, Diagonal):
+        return _DiagonalFactor(A, definite)
+    if not sp.issparse(A):
+        return _CholeskyFactor(A) if definite else _DenseFactor(A)
+    if has_pardiso():
+        return _PardisoFactor(A, definite)
+    return _SuperLUFactor(A, definite)
+
+
+def has_pardiso() -> bool:
+    """True where the MKL PARDISO solver is installed."""
+    return importlib.util.find_spec("pypardiso") is not None
+
+
+class _DiagonalFactor:
+    def __init__(self, A: Diagonal, definite: bool) -> None:
+        self._inverse = _inverted(A.d, definite)
+        self.n_negative = int(np.count_nonzero(A.d < 0.0))
+
+    def solve(self, b: FloatArray) -> FloatArray:
+        return self._inverse * b if b.ndim == 1 else self._inverse[:, None] * b
+
+
+def _inverted(d: FloatArray, definite: bool) -> FloatArray:
+    bad = np.flatnonzero(d <= 0.0 if definite else d == 0.0)
+    if bad.size:
+        raise SingularMatrixError(int(bad[0]), f"diagonal matrix has pivot {d[bad[0]]:.3g} in row {bad[0]}")
+    return 1.0 / d
+
+
+class _CholeskyFactor:
+    n_negative = 0
+
+    def __init__(self, A: FloatArray) -> None:
+        try:
+            self._c = sla.cho_factor(A, lower=True, check_finite=True)
+        except np.linalg.LinAlgError as error:
+            row = int("".join(ch for ch in str(error).split("-th")[0] if ch.isdigit()) or 0) - 1
+            raise SingularMatrixError(row, f"dense matrix is not positive definite ({error})") from error
+
+    def solve(self, b: FloatArray) -> FloatArray:
+        return sla.cho_solve(self._c, b, check_finite=False)
+
+
+class _DenseFactor:
+    def __init__(self, A: FloatArray) -> None:
+        values = sla.eigvalsh(A)
+        scale = float(np.abs(values).max()) if values.size else 1.0
+        if values.size and np.abs(values).min() <= 1e-15 * scale:
+            raise SingularMatrixError(-1, "dense matrix is singular to round-off")
+        self.n_negative = int(np.count_nonzero(values < 0.0))
+        self._lu = sla.lu_factor(A)
+
+    def solve(self, b: FloatArray) -> FloatArray:
+        return sla.lu_solve(self._lu, b, check_finite=False)
+
+
+class _SuperLUFactor:
+    """SuperLU in symmetric mode: no row pivoting, so the signs of U's diagonal give the inertia."""
+
+    def __init__(self, A: Any, definite: bool) -> None:
+        try:
+            self._lu = spla.splu(
+                sp.csc_matrix(A),
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True},
+            )
+        except RuntimeError as error:
+            raise SingularMatrixError(-1, f"sparse matrix is singular ({error})") from error
+        pivots = self._lu.U.diagonal()
+        self.n_negative = int(np.count_nonzero(pivots < 0.0))
+        if definite and self.n_negative:
+            row = int(self._lu.perm_c[np.flatnonzero(pivots < 0.0)[0]])
+            raise SingularMatrixError(row, "sparse matrix is not positive definite")
+
+    def solve(self, b: FloatArray) -> FloatArray:
+        return self._lu.solve(np.ascontiguousarray(b))
+
+
+class _PardisoFactor:
+    """MKL PARDISO on the upper triangle: Cholesky (definite) or Bunch-Kaufman L D L'."""
+
+    _ANALYSE_AND_FACTOR, _SOLVE, _RELEASE = 12, 33, -1
+
+    def __init__(self, A: Any, definite: bool) -> None:
+        from pypardiso import PyPardisoSolver
+
+        upper = sp.triu(sp.csr_matrix(A), format="csr")
+        upper.sort_indices()
+        self._n = int(upper.shape[0])
+        if upper.diagonal().size and np.any(np.diff(upper.indptr) == 0):
+            row = int(np.flatnonzero(np.diff(upper.indptr) == 0)[0])
+            raise SingularMatrixError(row, f"matrix has an empty row {row}")
+        self._values: FloatArray = np.ascontiguousarray(upper.data, dtype=np.float64)
+        self._ia = (upper.indptr + 1).astype(np.int32)
+        self._ja = (upper.indices + 1).astype(np.int32)
+        solver = PyPardisoSolver(mtype=2 if definite else -2)
+        self._pardiso, self._mtype = solver._mkl_pardiso, solver.mtype
+        self._pt, self._iparm = solver.pt, solver.iparm
+        self._iparm[[0, 1, 9, 17, 23]] = 1, 2, 12, -1, 0  # own settings, METIS, pivot 1e-12
+        self._iparm[[7, 10, 12]] = 0, 0, 0  # no refinement, no scaling or matching: keep the inertia
+        self._call(self._ANALYSE_AND_FACTOR, np.zeros(1), np.zeros(1), 1)
+        self.n_negative = int(self._iparm[22]) if not definite else 0
+        self.nnz_factor = int(self._iparm[17])
+
+    def _call(self, phase: int, b: FloatArray, x: FloatArray, n_rhs: int) -> None:
+        def one(value: int) -> Any:
+            return ctypes.byref(ctypes.c_int32(value))
+
+        def pointer(array: FloatArray | IntArray | Any, ctype: Any) -> Any:
+            return array.ctypes.data_as(ctypes.POINTER(ctype))
+
+        i32, f64 = ctypes.c_int32, ctypes.c_double
+        error = i32(0)
+        self._pardiso(
+            pointer(self._pt, ctypes.c_int64), one(1), one(1), one(self._mtype), one(phase), one(self._n),
+            pointer(self._values, f64), pointer(self._ia, i32), pointer(self._ja, i32),
+            pointer(np.zeros(1, dtype=np.int32), i32), one(n_rhs), pointer(self._iparm, i32), one(0),
+            pointer(b, f64), pointer(x, f64), ctypes.byref(error),
+        )  # fmt: skip
+        if error.value == -4:
+            row = int(self._iparm[29]) - 1
+            raise SingularMatrixError(row, f"matrix is singular or not positive definite at row {row}")
+        if error.value != 0:
+            raise NumericalError(f"PARDISO failed with code {error.value} on a matrix of size {self._n}")
+
+    def solve(self, b: FloatArray) -> FloatArray:
+        rhs = np.asfortranarray(b, dtype=np.float64)
+        x = np.empty_like(rhs, order="F")
+        self._call(self._SOLVE, rhs, x, 1 if b.ndim == 1 else int(b.shape[1]))
+        return x
+
+    def __del__(self) -> None:
+        if hasattr(self, "_pt") and not sys.is_finalizing():
+            self._call(self._RELEASE, np.zeros(1), np.zeros(1), 1)

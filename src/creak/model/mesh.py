@@ -1,0 +1,135 @@
+"""Nodes, elements, sets, surfaces and parts, as the user described them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.errors import InputError, suggest
+from creak.model.constraints import Constraint, Fixed
+from creak.model.materials import Section
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """Grid points. `ids` are the deck's labels, rows (`*_idx`) are creak's."""
+
+    ids: IntArray
+    """(n_node,) labels as written in the deck."""
+    coords: FloatArray
+    """(n_node, 3) global coordinates, length unit of the deck."""
+    instance: tuple[str, ...] = ()
+    """Instance names; empty for a flat deck."""
+    instance_idx: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """(n_node,) row into `instance`, -1 for assembly-level nodes; empty for a flat deck."""
+
+    @property
+    def count(self) -> int:
+        return int(self.ids.size)
+
+    def label(self, idx: int) -> str:
+        """Name of a node for people: `17`, or `FRAME-1.17` in a deck with instances."""
+        if self.instance and self.instance_idx[idx] >= 0:
+            return f"{self.instance[self.instance_idx[idx]]}.{self.ids[idx]}"
+        return str(self.ids[idx])
+
+
+@dataclass(frozen=True)
+class ElementBlock:
+    """Elements of one kind, one section and one part."""
+
+    kind: str
+    """Element formulation: quad4, tri3, beam2, truss2, mass, rotary, spring1, spring2."""
+    ids: IntArray
+    """(n_elem,) labels as written in the deck."""
+    nodes_idx: IntArray
+    """(n_elem, n_node_per_element) rows into `Nodes`."""
+    section: Section
+    part: int
+    """Row into `Model.parts`, -1 for elements that belong to no part (springs between parts)."""
+    where: str = ""
+    """file:line of the first line of the block."""
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A contact surface: element facets or nodes.
+
+    `facets` is (n_facet, 2): row of the block in `Model.blocks`, row of the element in that block.
+    `side` is (n_facet,): +1 positive side only, -1 negative side only, 0 both sides.
+    A node surface has `nodes_idx` and no facets.
+    """
+
+    name: str
+    facets: IntArray
+    side: IntArray
+    nodes_idx: IntArray
+    where: str = ""
+
+    @property
+    def is_node_based(self) -> bool:
+        return self.facets.shape[0] == 0
+
+
+@dataclass(frozen=True)
+class Part:
+    """A connected piece of structure that can become a substructure."""
+
+    name: str
+    nodes_idx: IntArray
+    """Rows of all its nodes, coupling reference nodes included."""
+    aliases: tuple[str, ...] = ()
+    """Other names of the part: the *PART of its only instance."""
+
+
+@dataclass(frozen=True)
+class Unread:
+    """A keyword of the deck that creak did not use."""
+
+    keyword: str
+    where: str
+    changes_answer: bool
+    why: str
+
+
+@dataclass(frozen=True)
+class Model:
+    """Everything a deck describes, with rows instead of labels."""
+
+    source: str
+    nodes: Nodes
+    blocks: tuple[ElementBlock, ...]
+    parts: tuple[Part, ...]
+    node_sets: Mapping[str, IntArray]
+    """Name (upper case) -> rows into `Nodes`, in the order of the deck."""
+    element_sets: Mapping[str, IntArray]
+    """Name (upper case) -> (n, 2): row into `blocks`, row in the block."""
+    surfaces: Mapping[str, Surface]
+    constraints: tuple[Constraint, ...] = ()
+    fixed: tuple[Fixed, ...] = ()
+    initial_velocity: tuple[tuple[int, int, float], ...] = ()
+    """(node row, dof 1..6, velocity)."""
+    unread: tuple[Unread, ...] = ()
+
+    @property
+    def n_elements(self) -> int:
+        return sum(b.ids.size for b in self.blocks)
+
+    def node_set(self, name: str, *, where: object = "") -> IntArray:
+        """Rows of a node set (names are case-insensitive).
+
+        Raises
+        ------
+        InputError : the deck has no such set, or it is empty.
+        """
+        rows = self.node_sets.get(name.upper())
+        if rows is None:
+            raise InputError(
+                f"unknown node set {name!r}", where=where, fix=suggest(name, self.node_sets)
+            )
+        if rows.size == 0:
+            raise InputError(f"node set {name!r} is empty", where=where, fix="Put nodes into it.")
+        return rows

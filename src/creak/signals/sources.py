@@ -1,0 +1,157 @@
+"""Excitation signals as functions of time, with the derivatives or integrals that prescribed motion needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import Akima1DInterpolator, CubicSpline
+
+from creak.arrays import FloatArray
+from creak.signals.omega_arithmetic import integrate_twice
+
+
+@dataclass(frozen=True)
+class Multisine:
+    """Random-phase multisine: sum_k A cos(2 pi k f0 t + phi_k), f0 = 1/period, f_min <= k f0 <= f_max.
+
+    Phases are uniform on [0, 2 pi) from `seed` (Pintelon and Schoukens, System Identification, 2012, 2.3.1).
+    `amplitude` is that of each line.
+    """
+
+    f_min: float
+    f_max: float
+    amplitude: float
+    period: float = 1.0
+    seed: int = 1
+
+    @cached_property
+    def lines(self) -> tuple[FloatArray, FloatArray]:
+        """(n_line,) circular frequencies, rad/s, and phases, rad."""
+        first = max(1, int(np.ceil(self.f_min * self.period - 1e-9)))
+        last = int(np.floor(self.f_max * self.period + 1e-9))
+        omega = 2.0 * np.pi * np.arange(first, last + 1) / self.period
+        return omega, np.random.default_rng(self.seed).uniform(0.0, 2.0 * np.pi, omega.size)
+
+    def derivative(self, t: FloatArray, order: int) -> FloatArray:
+        """d^order/dt^order; negative orders are the zero-mean integrals (omega arithmetic)."""
+        omega, phase = self.lines
+        return self.amplitude * np.cos(np.outer(t, omega) + phase + 0.5 * np.pi * order) @ omega**order
+
+
+@dataclass(frozen=True)
+class Sine:
+    """A sin(2 pi f t), from t = 0."""
+
+    frequency: float
+    amplitude: float
+
+
+@dataclass(frozen=True)
+class Step:
+    """Constant A from t = 0 on."""
+
+    amplitude: float
+
+
+@dataclass(frozen=True)
+class Table:
+    """Samples of the signal; zero slope outside. `time` strictly increasing, s."""
+
+    time: FloatArray
+    value: FloatArray
+
+
+@dataclass(frozen=True)
+class Record:
+    """A measured acceleration, turned into displacement by omega arithmetic above `high_pass` Hz."""
+
+    time: FloatArray
+    value: FloatArray
+    high_pass: float
+
+
+Signal = Multisine | Sine | Step | Table | Record
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Prescribed displacement, velocity and acceleration at the steps, each (n_time,)."""
+
+    displacement: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    meta: dict[str, float] = field(default_factory=dict)
+
+
+def force(signal: Signal, t: FloatArray) -> FloatArray:
+    """The signal's own value at times t (n_time,)."""
+    if isinstance(signal, Multisine):
+        return signal.derivative(t, 0)
+    if isinstance(signal, Sine):
+        return signal.amplitude * np.sin(2.0 * np.pi * signal.frequency * t)
+    if isinstance(signal, Step):
+        return np.full_like(t, signal.amplitude)
+    return np.interp(t, signal.time, signal.value)
+
+
+def displacement_motion(signal: Signal, t: FloatArray) -> Motion:
+    """The signal is a displacement: differentiate it.
+
+    A table is interpolated by modified Akima splines, which neither overshoot on plateaus nor kink between
+    close samples; a record is integrated twice first.
+    """
+    if isinstance(signal, Multisine):
+        return Motion(*(signal.derivative(t, order) for order in (0, 1, 2)))
+    if isinstance(signal, Sine):
+        w, A = 2.0 * np.pi * signal.frequency, signal.amplitude
+        return Motion(A * np.sin(w * t), A * w * np.cos(w * t), -A * w**2 * np.sin(w * t))
+    if isinstance(signal, Step):
+        return Motion(np.full_like(t, signal.amplitude), np.zeros_like(t), np.zeros_like(t))
+    if isinstance(signal, Record):
+        return _record_motion(signal, t)
+    inside = np.clip(t, signal.time[0], signal.time[-1])
+    moving = (t >= signal.time[0]) & (t <= signal.time[-1])
+    spline = Akima1DInterpolator(signal.time, signal.value, method="makima")
+    return Motion(spline(inside), np.where(moving, spline(inside, 1), 0.0), np.where(moving, spline(inside, 2), 0.0))
+
+
+def acceleration_motion(signal: Signal, t: FloatArray) -> Motion:
+    """The signal is an acceleration (base motion).
+
+    Sine, step and table start from rest: v(0) = u(0) = 0. Multisine and record are periodic: their motion is
+    the zero-mean one of omega arithmetic.
+    """
+    if isinstance(signal, Multisine):
+        return Motion(*(signal.derivative(t, order) for order in (-2, -1, 0)))
+    if isinstance(signal, Sine):
+        w, A = 2.0 * np.pi * signal.frequency, signal.amplitude
+        return Motion(A / w * (t - np.sin(w * t) / w), A / w * (1.0 - np.cos(w * t)), A * np.sin(w * t))
+    if isinstance(signal, Step):
+        A = signal.amplitude
+        return Motion(0.5 * A * t**2, A * t, np.full_like(t, A))
+    if isinstance(signal, Record):
+        return _record_motion(signal, t)
+    return _integrated_table(signal, t)
+
+
+def _record_motion(record: Record, t: FloatArray) -> Motion:
+    step = float(record.time[1] - record.time[0])
+    u, v, a = integrate_twice(record.value, step, record.high_pass)
+    at = np.clip(t, record.time[0], record.time[-1])
+    return Motion(*(CubicSpline(record.time, x)(at) for x in (u, v, a)))
+
+
+def _integrated_table(table: Table, t: FloatArray) -> Motion:
+    """Exact integrals of the piecewise linear acceleration, constant before the first and after the last row."""
+    knots = np.union1d(np.union1d(table.time, t), [0.0])
+    a = np.interp(knots, table.time, table.value)
+    h = np.diff(knots)
+    v = np.concatenate([[0.0], np.cumsum(0.5 * h * (a[:-1] + a[1:]))])
+    u = np.concatenate([[0.0], np.cumsum(h * v[:-1] + h**2 * (a[:-1] / 3.0 + a[1:] / 6.0))])
+    start = int(np.searchsorted(knots, 0.0))
+    u = u - u[start] - v[start] * (knots - knots[start])
+    v = v - v[start]
+    at = np.searchsorted(knots, t)
+    return Motion(u[at], v[at], a[at])

@@ -1,0 +1,35 @@
+"""Spectra of periodic responses."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from creak.arrays import ComplexArray, FloatArray
+
+
+def spectrum(x: FloatArray, step: float, f_max: float) -> tuple[FloatArray, ComplexArray]:
+    """One-sided complex amplitudes of x (n_time, ...) over exactly its span, up to `f_max` Hz.
+
+    A line of A cos(2 pi f t + phi) with whole periods gives A exp(i phi).
+
+    Returns
+    -------
+    freq : (n_freq,) Hz, without 0. amplitude : (n_freq, ...).
+    """
+    n = x.shape[0]
+    freq = np.fft.rfftfreq(n, step)
+    amplitude = np.fft.rfft(x, axis=0) * (2.0 / n)
+    keep = (freq > 0.0) & (freq <= f_max * (1.0 + 1e-9))
+    return freq[keep], amplitude[keep]
+
+
+def low_pass(x: FloatArray, step: float, f_max: float) -> FloatArray:
+    """x (n_time, ...) without content above `f_max`: Butterworth of order 4, forward and backward (no delay).
+
+    Returns x itself where the sampling cannot hold more than `f_max`.
+    """
+    if f_max >= 0.45 / step or x.shape[0] < 16:
+        return x
+    sections = butter(4, 2.0 * f_max * step, output="sos")
+    return np.asarray(sosfiltfilt(sections, x, axis=0, padtype="constant", padlen=min(x.shape[0] - 1, 100)))

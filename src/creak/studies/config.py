@@ -1,0 +1,255 @@
+"""The study file: what a TOML may say, with units and defaults."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
+DOFS: tuple[Dof, ...] = ("x", "y", "z", "rx", "ry", "rz")
+
+
+class Table(BaseModel):
+    """A table of the study; unknown keys are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, str_strip_whitespace=True)
+
+
+class ModelTable(Table):
+    """[model]"""
+
+    deck: str
+    """Path of the deck, relative to the study file."""
+    units: Literal["mm-t-s", "m-kg-s"] = "mm-t-s"
+
+
+class RayleighTable(Table):
+    """C = alpha M + beta K."""
+
+    alpha: NonNegative = 0.0
+    """1/s"""
+    beta: NonNegative = 0.0
+    """s"""
+
+
+class DampingTable(Table):
+    """[damping]: replaces the deck's *DAMPING."""
+
+    modal: Annotated[float, Field(ge=0.0, lt=1.0, allow_inf_nan=False)] | None = None
+    """Fraction of critical, the same for all computed modes."""
+    rayleigh: RayleighTable | None = None
+
+    @model_validator(mode="after")
+    def _one_of(self) -> DampingTable:
+        if self.modal is not None and self.rayleigh is not None:
+            raise ValueError("give either modal or rayleigh, not both")
+        return self
+
+
+class ContactTable(Table):
+    """[contact.NAME]"""
+
+    secondary: str
+    main: str
+    method: Literal["surface-to-surface", "node-to-surface"] = "surface-to-surface"
+    stiffness: Literal["auto"] | Positive = "auto"
+    """force/length^3 (surface-to-surface) or force/length (node-to-surface)."""
+    clearance: Finite | None = None
+    """length; replaces the geometric gap."""
+    friction: NonNegative = 0.0
+
+
+class ConnectorTable(Table):
+    """[[connector]]"""
+
+    type: Literal["play"]
+    nodes: list[str] | str
+    """Two node sets (relative motion, second minus first), or one: against ground."""
+    dof: Dof
+    lower: Finite | None = None
+    """length or rad"""
+    upper: Finite | None = None
+    stiffness: Positive
+    """force/length"""
+    damping: NonNegative = 0.0
+    """force time/length, acts while the play is used up."""
+    name: str | None = None
+
+    @property
+    def node_sets(self) -> tuple[str, ...]:
+        return (self.nodes,) if isinstance(self.nodes, str) else tuple(self.nodes)
+
+    @model_validator(mode="after")
+    def _one_or_two(self) -> ConnectorTable:
+        if len(self.node_sets) not in (1, 2):
+            raise ValueError(f"nodes names {len(self.node_sets)} sets, expected one (to ground) or two")
+        return self
+
+
+class MultisineTable(Table):
+    """Random-phase multisine: every line between f_min and f_max with the same amplitude."""
+
+    type: Literal["multisine"]
+    f_min: NonNegative = 1.0
+    """Hz"""
+    f_max: Positive
+    """Hz"""
+    amplitude: Finite
+    """Of each line."""
+    period: Positive = 1.0
+    """s"""
+    seed: Annotated[int, Field(ge=0)] = 1
+
+    @model_validator(mode="after")
+    def _has_lines(self) -> MultisineTable:
+        if int(self.f_max * self.period + 1e-9) < max(1.0, self.f_min * self.period - 1e-9):
+            raise ValueError(f"no line k/{self.period} lies between f_min = {self.f_min} and f_max = {self.f_max}")
+        return self
+
+
+class SineTable(Table):
+    """A sin(2 pi f t)."""
+
+    type: Literal["sine"]
+    frequency: Positive
+    """Hz"""
+    amplitude: Finite
+
+
+class StepTable(Table):
+    """Constant from t = 0."""
+
+    type: Literal["step"]
+    amplitude: Finite
+
+
+class TableTable(Table):
+    """A CSV file with the header time,value."""
+
+    type: Literal["table"]
+    file: str
+
+
+class RecordTable(Table):
+    """A measured acceleration (CSV, header time,value), integrated by omega arithmetic."""
+
+    type: Literal["record"]
+    file: str
+    high_pass: Positive
+    """Hz"""
+
+
+SignalTable = Annotated[
+    MultisineTable | SineTable | StepTable | TableTable | RecordTable, Field(discriminator="type")
+]
+
+
+class ExcitationTable(Table):
+    """[excitation.NAME]"""
+
+    node_set: str
+    dof: Dof
+    kind: Literal["displacement", "force", "acceleration"] = "displacement"
+    signal: SignalTable
+
+
+class InterfaceTable(Table):
+    """How the retained dofs are thinned out."""
+
+    type: Literal["full", "spacing", "participation", "interpolation", "characteristic"] = "full"
+    n: Annotated[int, Field(ge=1)] | None = None
+    eta: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
+
+
+class ReductionTable(Table):
+    """[reduction]"""
+
+    method: Literal["craig-bampton", "guyan", "gap-modes", "massless-boundary", "none"] = "craig-bampton"
+    f_max: Positive = 1500.0
+    """Fixed-interface modes up to this frequency are kept, Hz."""
+    keep_out: NonNegative = 0.0
+    """length of mesh around the contact that stays unreduced."""
+    interface: InterfaceTable = InterfaceTable()
+
+
+class PrecheckTable(Table):
+    """[precheck]"""
+
+    enabled: bool = True
+    margin: NonNegative = 0.5
+    """length: contact is kept where the gap of the linear run falls to this or below."""
+
+
+class TimeTable(Table):
+    """[time]"""
+
+    step: Positive = 1e-3
+    """s"""
+    periods: Positive | None = None
+    """Of the excitation's longest period."""
+    end: Positive | None = None
+    """s"""
+    integrator: Literal["hht", "generalised-alpha", "massless-boundary"] = "hht"
+    alpha: Annotated[float, Field(ge=-0.5, le=0.0, allow_inf_nan=False)] = -0.05
+
+    @model_validator(mode="after")
+    def _one_of(self) -> TimeTable:
+        if self.periods is not None and self.end is not None:
+            raise ValueError("give either periods or end, not both")
+        return self
+
+
+class ReferenceTable(Table):
+    """[reference]"""
+
+    run: bool = True
+
+
+class OutputTable(Table):
+    """[output]"""
+
+    nodes: list[str] | str = []
+    """Node sets whose motion is kept besides the verification nodes."""
+    interval: Positive | None = None
+    """s; default: every step."""
+
+    @property
+    def node_sets(self) -> tuple[str, ...]:
+        return (self.nodes,) if isinstance(self.nodes, str) else tuple(self.nodes)
+
+
+class VerificationTable(Table):
+    """[verification]"""
+
+    pairs: str | list[str] | None = None
+    """One node set with main and secondary nodes in turn, a name with sets NAME_MAIN and NAME_SECONDARY,
+    or two set names."""
+    f_max: Positive = 500.0
+    """Hz, spectra and low-pass of forces."""
+    mac_f_max: Positive = 100.0
+    """Hz"""
+    event_tolerance: Positive = 0.010
+    """s"""
+    merge: NonNegative = 0.005
+    """s"""
+
+
+class StudyConfig(Table):
+    """The whole study file."""
+
+    title: str = ""
+    model: ModelTable
+    damping: DampingTable = DampingTable()
+    contact: dict[str, ContactTable] = {}
+    connector: list[ConnectorTable] = []
+    excitation: dict[str, ExcitationTable] = {}
+    reduction: ReductionTable = ReductionTable()
+    precheck: PrecheckTable = PrecheckTable()
+    time: TimeTable = TimeTable()
+    reference: ReferenceTable = ReferenceTable()
+    output: OutputTable = OutputTable()
+    verification: VerificationTable = VerificationTable()

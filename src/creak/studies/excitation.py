@@ -1,0 +1,153 @@
+"""The excitations of a study: driven dofs, and their samples at the steps."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.assembly.coupling import Driven, labels_of
+from creak.dynamics.loads import Loads
+from creak.errors import InputError
+from creak.model.mesh import Model
+from creak.signals import sources
+from creak.studies.config import (
+    DOFS,
+    ExcitationTable,
+    MultisineTable,
+    RecordTable,
+    SineTable,
+    StepTable,
+)
+from creak.studies.study_file import Study
+from creak.studies.tables import read_table
+
+EVEN = 1e-6
+"""Relative spread of the sampling interval that a record may have."""
+
+
+def driven_dofs(model: Model, study: Study) -> Driven:
+    """Dofs with prescribed motion, one coordinate per excitation.
+
+    Raises
+    ------
+    InputError : unknown node set; a dof driven twice.
+    """
+    labels = {}
+    seen: dict[int, str] = {}
+    for name, table in _prescribed(study).items():
+        nodes = model.node_set(table.node_set, where=study.where("excitation", name, "node_set"))
+        labels[name] = labels_of(nodes, DOFS.index(table.dof) + 1)
+        for label in labels[name].tolist():
+            if label in seen and seen[label] != name:
+                raise InputError(
+                    f"node {model.nodes.label(label // 6)} {table.dof} is driven by {seen[label]!r} and {name!r}",
+                    where=study.where("excitation", name), fix="Drive each dof once.",
+                )  # fmt: skip
+            seen[label] = name
+    return Driven(labels)
+
+
+def time_axis(study: Study) -> FloatArray:
+    """(n_step + 1,) times of the run.
+
+    Raises
+    ------
+    InputError : neither end nor a periodic excitation; fewer than two steps.
+    """
+    table = study.config.time
+    end = table.end
+    if end is None:
+        period = period_of(study)
+        if period is None and table.periods is not None:
+            raise InputError(
+                "periods without a periodic excitation", where=study.where("time", "periods"),
+                fix="Give end instead.",
+            )  # fmt: skip
+        if period is None:
+            raise InputError("the end of the run is not given", where=study.where("time"), fix="Add end = ... (s).")
+        end = period * (table.periods if table.periods is not None else 5.0)
+    n = round(end / table.step)
+    if n < 2:
+        raise InputError(
+            f"a run of {end} s has {n} step(s) of {table.step} s", where=study.where("time", "step"),
+            expected="two or more", fix="Shorten the step or move the end.",
+        )  # fmt: skip
+    return table.step * np.arange(n + 1)
+
+
+def period_of(study: Study) -> float | None:
+    """Longest period of the multisine and sine excitations, s; None when nothing is periodic."""
+    periods = []
+    for table in study.config.excitation.values():
+        if isinstance(table.signal, MultisineTable):
+            periods.append(table.signal.period)
+        elif isinstance(table.signal, SineTable):
+            periods.append(1.0 / table.signal.frequency)
+    return max(periods, default=None)
+
+
+def highest_frequency(study: Study) -> float:
+    """Highest frequency that the excitations are known to hold, Hz (0 for steps and tables)."""
+    highest = 0.0
+    for table in study.config.excitation.values():
+        if isinstance(table.signal, MultisineTable):
+            highest = max(highest, table.signal.f_max)
+        elif isinstance(table.signal, SineTable):
+            highest = max(highest, table.signal.frequency)
+    return highest
+
+
+def sample_loads(model: Model, study: Study, time: FloatArray) -> Loads:
+    """All excitations at the steps.
+
+    Raises
+    ------
+    InputError : unknown node set, or a table or record that cannot be used.
+    """
+    moving, forced = _prescribed(study), _forces(study)
+    support = np.zeros((3, time.size, len(moving)))
+    for j, (name, table) in enumerate(moving.items()):
+        rule = sources.displacement_motion if table.kind == "displacement" else sources.acceleration_motion
+        motion = rule(_signal(study, name, table), time)
+        support[:, :, j] = motion.displacement, motion.velocity, motion.acceleration
+    force = np.zeros((time.size, len(forced)))
+    labels = []
+    for j, (name, table) in enumerate(forced.items()):
+        nodes = model.node_set(table.node_set, where=study.where("excitation", name, "node_set"))
+        force[:, j] = sources.force(_signal(study, name, table), time)
+        labels.append(labels_of(nodes, DOFS.index(table.dof) + 1))
+    return Loads(time, support, force, tuple(labels))
+
+
+def _prescribed(study: Study) -> dict[str, ExcitationTable]:
+    return {name: t for name, t in study.config.excitation.items() if t.kind != "force"}
+
+
+def _forces(study: Study) -> dict[str, ExcitationTable]:
+    return {name: t for name, t in study.config.excitation.items() if t.kind == "force"}
+
+
+def _signal(study: Study, name: str, table: ExcitationTable) -> sources.Signal:
+    s = table.signal
+    if isinstance(s, MultisineTable):
+        return sources.Multisine(s.f_min, s.f_max, s.amplitude, s.period, s.seed)
+    if isinstance(s, SineTable):
+        return sources.Sine(s.frequency, s.amplitude)
+    if isinstance(s, StepTable):
+        return sources.Step(s.amplitude)
+    where = study.where("excitation", name, "signal")
+    time, value = read_table(study.sibling(s.file), where)
+    if not isinstance(s, RecordTable):
+        return sources.Table(time, value)
+    step = np.diff(time)
+    if np.ptp(step) > EVEN * step.mean():
+        raise InputError(
+            f"{s.file}: sampled every {step.min():.6g} to {step.max():.6g} s", where=where,
+            expected="even sampling", fix="Resample the record.",
+        )  # fmt: skip
+    nyquist = 0.5 / float(step.mean())
+    if s.high_pass >= nyquist or math.isclose(s.high_pass, 0.0):
+        raise InputError(f"high_pass = {s.high_pass} Hz", where=where, expected=f"below {nyquist:.6g} Hz")
+    return sources.Record(time, value, s.high_pass)

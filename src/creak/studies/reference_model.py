@@ -1,0 +1,136 @@
+"""The unreduced model: parts, their assembly, its modes, and the linear pre-check."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.coupling import couple
+from creak.assembly.part import loose_system, part_system
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.hht import HHT
+from creak.dynamics.simulate import simulate
+from creak.errors import NumericalError
+from creak.linalg.factor import Factor, SingularMatrixError, factor
+from creak.linalg.modes import Modes, modes
+from creak.reduction.modal import modal_system, support_motion, with_modal_damping
+from creak.studies.excitation import highest_frequency
+from creak.studies.setup import Setup
+
+PRECHECK_BAND = 3.0
+"""The linear pre-check uses the modes up to this multiple of the excitation's highest frequency."""
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class ReferenceModel:
+    """Unreduced parts and what was computed of their assembly."""
+
+    parts: tuple[System, ...]
+    loose: System | None
+    """Nodes between parts."""
+    system: System
+    modes: Modes
+    support_shapes: FloatArray | None
+    """R = -K^-1 K_qs; None where nothing but contact holds the structure."""
+    stiffness: Factor | None
+
+
+def build_reference(setup: Setup, progress: Progress) -> ReferenceModel:
+    """Assemble the parts, join them, and find the modes of the whole."""
+    count = len(setup.model.parts)
+    parts = []
+    for i in range(count):
+        progress("assemble", i, count)
+        parts.append(part_system(setup.model, i, setup.rayleigh, override=setup.override_damping))
+    loose = loose_system(setup.model, setup.rayleigh)
+    progress("assemble", count, count)
+    system = join_parts(setup, parts, loose)
+    stiffness = _factored(system)
+    found = modes(
+        system.K, system.M, f_max=modal_band(setup), free=stiffness is None, stiffness_factor=stiffness,
+        progress=lambda done, total: progress("modes of the assembly", done, total),
+    )  # fmt: skip
+    R = support_motion(system, stiffness) if stiffness is not None else None
+    return ReferenceModel(tuple(parts), loose, damped(setup, system, found, R), found, R, stiffness)
+
+
+def join_parts(setup: Setup, parts: list[System], loose: System | None) -> System:
+    """Couple parts, full or reduced, by the model's links and supports."""
+    systems = [*parts, loose] if loose is not None else parts
+    return couple(systems, setup.model, setup.driven, setup.rayleigh, override=setup.override_damping)
+
+
+def damped(setup: Setup, system: System, found: Modes, R: FloatArray | None) -> System:
+    """The System with the study's modal damping, if it asks for any."""
+    zeta = setup.study.config.damping.modal
+    if zeta is None:
+        return system
+    if R is None and system.supports.count:
+        raise NumericalError("modal damping with driven supports needs a structure that its supports hold")
+    return with_modal_damping(system, found, R if R is not None else np.zeros((system.n, 0)), zeta)
+
+
+def modal_band(setup: Setup) -> float:
+    """Highest frequency of the assembly's modes that the study needs, Hz."""
+    c = setup.study.config
+    band = max(1.1 * c.verification.mac_f_max, PRECHECK_BAND * highest_frequency(setup.study))
+    return max(band, c.verification.f_max) if c.damping.modal is not None else band
+
+
+def _factored(system: System) -> Factor | None:
+    try:
+        return factor(system.K)
+    except SingularMatrixError:
+        return None
+
+
+def precheck(setup: Setup, reference: ReferenceModel, scheme: HHT, progress: Progress) -> tuple[GapOperator, list[str]]:
+    """Contact channels whose gap falls to the margin in a linear run (thesis 3.3.2).
+
+    The run uses the modes of the assembly on top of the quasi-static motion of its supports and loads.
+    """
+    table, contacts = setup.study.config.precheck, setup.contacts
+    if not table.enabled or contacts.m == 0:
+        return contacts, []
+    if reference.stiffness is None:
+        return contacts, ["the pre-check was skipped: only contact holds the structure; all channels are kept"]
+    smallest = linear_gaps(setup, reference, scheme, progress)
+    keep = np.flatnonzero(smallest <= table.margin)
+    note = f"pre-check: {keep.size} of {contacts.m} channels kept (linear gap falls to {table.margin:g} or less)"
+    return contacts.select(keep), [note]
+
+
+def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: HHT, progress: Progress) -> FloatArray:
+    """(m,) smallest gap of every contact channel over a run without contact."""
+    R = reference.support_shapes
+    assert R is not None
+    assert reference.stiffness is not None
+    system = modal_system(reference.system, reference.modes, R, _static_shapes(setup, reference))
+    silent = setup.contacts.without_force()
+    history = simulate(
+        system, silent, setup.loads, scheme, observed=np.zeros(0, dtype=np.int64), output_every=setup.loads.n_step,
+        progress=lambda done, total: progress("linear pre-check", done, total),
+    )  # fmt: skip
+    return np.asarray(history.gap.min(axis=0))
+
+
+def _static_shapes(setup: Setup, reference: ReferenceModel) -> FloatArray:
+    """K^-1 B of the force excitations, (n, n_force)."""
+    n = reference.system.n
+    B = np.zeros((n, len(setup.loads.force_labels)))
+    for j, labels in enumerate(setup.loads.force_labels):
+        rows, _ = reference.system.rows(labels)
+        B[:, j] = np.asarray(rows.sum(axis=0)).ravel()
+    assert reference.stiffness is not None
+    return reference.stiffness.solve(np.asfortranarray(B)) if B.shape[1] else B
+
+
+def observed_labels(nodes_idx: IntArray) -> IntArray:
+    """All six dofs of each node, (6 n_node,)."""
+    return (6 * nodes_idx[:, None] + np.arange(6)).ravel()

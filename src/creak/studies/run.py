@@ -1,0 +1,176 @@
+"""The main job: a study in, two runs and their comparison out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import ComplexArray, FloatArray
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator, join
+from creak.dynamics.hht import HHT
+from creak.dynamics.history import History
+from creak.dynamics.simulate import simulate
+from creak.signals.spectra import spectrum
+from creak.studies.costs import Cost, Meter
+from creak.studies.reduced_model import ReducedModel, reduce_model, reduced_modes
+from creak.studies.reference_model import ReferenceModel, build_reference, observed_labels, precheck
+from creak.studies.setup import Setup, excitation_window, output_every
+from creak.verify.events import Event, EventMatch, find_events, match_events
+from creak.verify.mac import ModePairs, pair_modes
+from creak.verify.nrmse import nrmse_by_axis
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Run:
+    """One time integration."""
+
+    name: str
+    system: System
+    history: History
+    events: list[Event]
+    cost: Cost
+    retained: int
+    modes: int
+    offline_cpu_s: float
+    offline_wall_s: float
+
+
+@dataclass(frozen=True)
+class ModeComparison:
+    """Modes of the reference and the reduced model up to the verification's mac_f_max."""
+
+    pairs: ModePairs
+    freq_reference: FloatArray
+    freq_reduced: FloatArray
+
+
+@dataclass(frozen=True)
+class SpectraComparison:
+    """Relative motion of the verification pairs over the window, by frequency."""
+
+    freq: FloatArray
+    spectra: dict[str, ComplexArray]
+    """Run -> (n_freq, n_pair, 3)."""
+    nrmse: dict[str, float]
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """Everything that a study found."""
+
+    setup: Setup
+    gaps: GapOperator
+    """Channels that were kept, contacts first, connectors after."""
+    runs: dict[str, Run]
+    reference: ReferenceModel
+    reduced: ReducedModel | None
+    modes: ModeComparison | None
+    spectra: SpectraComparison | None
+    events: EventMatch | None
+    window: tuple[float, float]
+    notes: list[str]
+
+
+def run_study(setup: Setup, progress: Progress) -> StudyResult:
+    """Pre-check, reduction, both runs, verification."""
+    c = setup.study.config
+    scheme = HHT(c.time.alpha)
+    every = output_every(setup.study)
+    reference = build_reference(setup, progress)
+    kept, notes = precheck(setup, reference, scheme, progress)
+    gaps = join([kept, setup.connectors])
+    if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
+        notes.append("no channel can close under this load: both runs are linear")
+    runs: dict[str, Run] = {}
+    reduced = None
+    if c.reduction.method != "none":
+        reduced = reduce_model(setup, reference, gaps, progress)
+        runs["reduced"] = _march("reduced", setup, reduced.system, gaps, scheme, every, progress, reduced)
+    if c.reference.run or reduced is None:
+        runs["reference"] = _march("reference", setup, reference.system, gaps, scheme, every, progress, None)
+    window = excitation_window(setup.study, setup.loads.time)
+    return StudyResult(
+        setup, gaps, runs, reference, reduced,
+        _compare_modes(setup, reference, reduced, gaps),
+        _compare_spectra(setup, runs, window),
+        _compare_events(setup, runs, window),
+        window, [*setup.notes, *notes],
+    )  # fmt: skip
+
+
+def _march(
+    name: str, setup: Setup, system: System, gaps: GapOperator, scheme: HHT, every: int, progress: Progress,
+    reduced: ReducedModel | None,
+) -> Run:  # fmt: skip
+    meter = Meter()
+    history = simulate(
+        system, gaps, setup.loads, scheme, observed=observed_labels(setup.watched), output_every=every,
+        progress=lambda done, total: progress(f"{name} run", done, total),
+    )  # fmt: skip
+    cost = meter.read()
+    v = setup.study.config.verification
+    events = find_events(history, gaps, v.merge, v.f_max)
+    if reduced is None:
+        return Run(name, system, history, events, cost, 0, 0, 0.0, 0.0)
+    return Run(name, system, history, events, cost, reduced.retained, reduced.modes, reduced.cpu_s, reduced.wall_s)
+
+
+def _compare_modes(
+    setup: Setup, reference: ReferenceModel, reduced: ReducedModel | None, gaps: GapOperator
+) -> ModeComparison | None:
+    """MAC at the verification pairs, or at the watched and channel nodes where the study names no pairs."""
+    if reduced is None:
+        return None
+    f_max = setup.study.config.verification.mac_f_max
+    nodes = np.unique(setup.pairs) if setup.pairs.size else np.union1d(setup.watched, gaps.retained_nodes)
+    if nodes.size == 0:
+        return None
+    labels = (6 * nodes[:, None] + np.arange(3)).ravel().astype(np.int64)
+    freq = reference.modes.frequencies
+    below = freq <= f_max
+    other = reduced_modes(reduced.system, 1.2 * f_max)
+    shapes = np.asarray(reference.system.rows(labels)[0] @ reference.modes.shapes[:, below])
+    shapes_reduced = np.asarray(reduced.system.rows(labels)[0] @ other.shapes)
+    pairs = pair_modes(freq[below], shapes, other.frequencies, shapes_reduced)
+    return ModeComparison(pairs, freq[below], other.frequencies)
+
+
+def _compare_spectra(setup: Setup, runs: dict[str, Run], window: tuple[float, float]) -> SpectraComparison | None:
+    if not setup.pairs.size or not runs:
+        return None
+    spectra: dict[str, ComplexArray] = {}
+    freq = np.zeros(0)
+    for name, run in runs.items():
+        relative, step = _relative_motion(setup, run.history, window)
+        freq, spectra[name] = spectrum(relative, step, setup.study.config.verification.f_max)
+    both = "reference" in spectra and "reduced" in spectra
+    fit = nrmse_by_axis(spectra["reference"], spectra["reduced"]) if both else {}
+    return SpectraComparison(freq, spectra, fit)
+
+
+def _relative_motion(setup: Setup, history: History, window: tuple[float, float]) -> tuple[FloatArray, float]:
+    """(n_out in the window, n_pair, 3) secondary minus main, and the output step."""
+    row = {int(n): i for i, n in enumerate(setup.watched)}
+    u = history.displacement.reshape(history.displacement.shape[0], -1, 6)[:, :, :3]
+    main, secondary = ([row[int(n)] for n in setup.pairs[:, k]] for k in (0, 1))
+    time = history.time[history.output_index]
+    step = float(time[1] - time[0])
+    n = round((window[1] - window[0]) / step)
+    return (u[:, secondary] - u[:, main])[-n:], step
+
+
+def _compare_events(setup: Setup, runs: dict[str, Run], window: tuple[float, float]) -> EventMatch | None:
+    if "reference" not in runs or "reduced" not in runs:
+        return None
+    tolerance = setup.study.config.verification.event_tolerance
+    return match_events(runs["reference"].events, runs["reduced"].events, tolerance, window)
+
+
+def events_in(events: Sequence[Event], window: tuple[float, float]) -> list[Event]:
+    """Events that start inside a time window."""
+    return [e for e in events if window[0] <= e.t_start <= window[1]]

@@ -1,0 +1,225 @@
+"""From a study to what the analysis needs: model, channels, driven dofs, nodes to watch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.coupling import Driven
+from creak.assembly.elimination import LinearEquation
+from creak.assembly.part import Rayleigh, common_rayleigh
+from creak.assembly.rigid import unheld_parts
+from creak.contact.gap_operator import GapOperator, join
+from creak.contact.node_to_surface import node_to_surface
+from creak.contact.pair import ContactPair
+from creak.contact.play import Play, play_channels
+from creak.contact.surface_to_surface import surface_to_surface
+from creak.dynamics.loads import Loads
+from creak.errors import InputError
+from creak.formats.abaqus.reader import read_deck
+from creak.model.mesh import Model
+from creak.studies.config import DOFS
+from creak.studies.excitation import driven_dofs, highest_frequency, period_of, sample_loads, time_axis
+from creak.studies.study_file import Study
+
+METHODS = {"surface-to-surface": surface_to_surface, "node-to-surface": node_to_surface}
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A checked study with its model."""
+
+    study: Study
+    model: Model
+    rayleigh: Rayleigh
+    override_damping: bool
+    driven: Driven
+    contacts: GapOperator
+    """Channels of the contact pairs, before the pre-check."""
+    connectors: GapOperator
+    loads: Loads
+    pairs: IntArray
+    """(n_pair, 2) node rows: main, secondary."""
+    watched: IntArray
+    """Node rows whose motion is kept."""
+    notes: list[str]
+
+
+def read_model(path: Path) -> Model:
+    """Read a deck by its ending.
+
+    Raises
+    ------
+    InputError : an ending that creak does not read, or a deck that is wrong.
+    """
+    if path.suffix.lower() in (".bdf", ".dat", ".nas"):
+        raise InputError(
+            f"{path.name} is a Nastran deck, which this version of creak does not read", where=path,
+            expected="an Abaqus deck (.inp)", fix="Export the model as .inp.",
+        )  # fmt: skip
+    return read_deck(path)
+
+
+def set_up(study: Study, ignore: Sequence[str] = ()) -> Setup:
+    """Read the deck, check the study against it, build the gap channels.
+
+    Parameters
+    ----------
+    ignore : keywords of the deck that may go unread although they change the answer.
+
+    Raises
+    ------
+    InputError : anything wrong in the study or the deck.
+    """
+    c = study.config
+    model = read_model(study.sibling(c.model.deck))
+    _stop_on_unread(model, ignore)
+    _check_frequencies(study)
+    time = time_axis(study)
+    driven = driven_dofs(model, study)
+    loads = sample_loads(model, study, time)
+    contacts, notes = _contacts(model, study)
+    plays = _plays(study)
+    connectors = join([play_channels(model, p, where) for p, where in plays])
+    _check_held(model, driven, connectors)
+    pairs = _pairs(model, study)
+    rayleigh, override = _damping(model, study)
+    return Setup(
+        study, model, rayleigh, override, driven, contacts, connectors, loads, pairs,
+        _watched(model, study, pairs), notes,
+    )  # fmt: skip
+
+
+def _stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
+    accepted = {k.upper().lstrip("*") for k in ignore}
+    for unread in model.unread:
+        if unread.changes_answer and unread.keyword.upper().lstrip("*") not in accepted:
+            keyword = unread.keyword.lstrip("*")
+            raise InputError(
+                f"*{keyword} is not read by creak and would change the answer: {unread.why}", where=unread.where,
+                fix=f"Remove it, or run with --ignore {keyword!r} to go on without it.",
+            )  # fmt: skip
+
+
+def _check_frequencies(study: Study) -> None:
+    c, highest = study.config, highest_frequency(study)
+    if c.reduction.method != "none" and c.reduction.f_max <= highest:
+        raise InputError(
+            f"f_max = {c.reduction.f_max:g} Hz is not above the excitation, which reaches {highest:g} Hz",
+            where=study.where("reduction", "f_max"), expected="5 to 15 times the excitation",
+            fix=f"Raise f_max to {15 * highest:g}.",
+        )  # fmt: skip
+    if highest > 0.5 / c.time.step:
+        raise InputError(
+            f"step = {c.time.step:g} s cannot follow an excitation of {highest:g} Hz", where=study.where("time", "step"),
+            expected=f"at most {0.1 / highest:g} s", fix="Shorten the step.",
+        )  # fmt: skip
+
+
+def _contacts(model: Model, study: Study) -> tuple[GapOperator, list[str]]:
+    operators, notes = [], []
+    for name, t in study.config.contact.items():
+        pair = ContactPair(
+            name, t.secondary, t.main, t.method, None if t.stiffness == "auto" else t.stiffness, t.clearance
+        )
+        operator, more = METHODS[t.method](model, pair)
+        operators.append(operator)
+        notes.extend(more)
+    return join(operators), notes
+
+
+def _plays(study: Study) -> list[tuple[Play, str]]:
+    out = []
+    for i, t in enumerate(study.config.connector):
+        name = t.name or "-".join(t.node_sets)
+        play = Play(name, t.node_sets, DOFS.index(t.dof) + 1, t.lower, t.upper, t.stiffness, t.damping)
+        out.append((play, study.where("connector", i)))
+    return out
+
+
+def _check_held(model: Model, driven: Driven, connectors: GapOperator) -> None:
+    G = connectors.G
+    stops = [
+        LinearEquation(connectors.labels[G.indices[a:b]].tolist(), G.data[a:b].tolist())
+        for a, b in zip(G.indptr[:-1], G.indptr[1:], strict=True)
+    ]
+    loose = unheld_parts(model, driven, stops)
+    if loose:
+        raise InputError(
+            f"nothing holds part(s) {', '.join(loose)}: they can move as rigid bodies once coupled", where=model.source,
+            expected="supports, links, springs or connectors that hold every part",
+            fix="Add *BOUNDARY conditions or couple them to a part that is held.",
+        )  # fmt: skip
+
+
+def _pairs(model: Model, study: Study) -> IntArray:
+    """Verification node pairs (n, 2)."""
+    named = study.config.verification.pairs
+    where = study.where("verification", "pairs")
+    if named is None:
+        return np.zeros((0, 2), dtype=np.int64)
+    if isinstance(named, str):
+        split = [f"{named}_MAIN", f"{named}_SECONDARY"]
+        if named.upper() not in model.node_sets and all(s.upper() in model.node_sets for s in split):
+            named = split
+    if isinstance(named, str):
+        nodes = model.node_set(named, where=where)
+        if nodes.size % 2:
+            raise InputError(
+                f"node set {named!r} has {nodes.size} nodes", where=where, expected="an even number: pairs in turn",
+                fix="Use *NSET, UNSORTED with main and secondary nodes in turn, or two sets.",
+            )  # fmt: skip
+        return nodes.reshape(-1, 2)
+    if len(named) != 2:
+        raise InputError(f"pairs names {len(named)} sets", where=where, expected="one or two")
+    main, secondary = (model.node_set(n, where=where) for n in named)
+    if main.size != secondary.size:
+        raise InputError(
+            f"{named[0]!r} and {named[1]!r} have {main.size} and {secondary.size} nodes", where=where,
+            expected="the same number", fix="Make the sets equally long.",
+        )  # fmt: skip
+    return np.column_stack([main, secondary])
+
+
+def _watched(model: Model, study: Study, pairs: IntArray) -> IntArray:
+    where = study.where("output", "nodes")
+    sets = [model.node_set(name, where=where) for name in study.config.output.node_sets]
+    return np.array(list(dict.fromkeys(np.concatenate([pairs.ravel(), *sets]).tolist())), dtype=np.int64)
+
+
+def _damping(model: Model, study: Study) -> tuple[Rayleigh, bool]:
+    table = study.config.damping
+    if table.rayleigh is not None:
+        return Rayleigh(table.rayleigh.alpha, table.rayleigh.beta), True
+    if table.modal is not None:
+        return Rayleigh(0.0, 0.0), True
+    return common_rayleigh(model), False
+
+
+def output_every(study: Study) -> int:
+    """Steps between outputs.
+
+    Raises
+    ------
+    InputError : an interval shorter than the step, or no multiple of it.
+    """
+    interval, step = study.config.output.interval, study.config.time.step
+    if interval is None:
+        return 1
+    every = round(interval / step)
+    if every < 1 or abs(every * step - interval) > 1e-6 * interval:
+        raise InputError(
+            f"interval = {interval:g} s", where=study.where("output", "interval"),
+            expected=f"a multiple of the step, {step:g} s", fix=f"Use {max(every, 1) * step:g}.",
+        )  # fmt: skip
+    return every
+
+
+def excitation_window(study: Study, time: FloatArray) -> tuple[float, float]:
+    """The time span that verification looks at: the last period, or all of a run without one."""
+    period, end = period_of(study), float(time[-1])
+    return (end - period, end) if period is not None and period < end else (0.0, end)

@@ -1,0 +1,160 @@
+"""Reading a study file: TOML in, checked configuration out, errors with file and line."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from creak.errors import InputError, suggest
+from creak.studies import config
+from creak.studies.config import StudyConfig
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study file and where it lies."""
+
+    path: Path
+    config: StudyConfig
+    text: str
+
+    def where(self, *keys: str | int) -> str:
+        """file:line of a key, for messages."""
+        return f"{self.path}:{_line_of(self.text, keys)} [{_dotted(keys)}]"
+
+    def sibling(self, name: str) -> Path:
+        """A path of the study, relative to the study file."""
+        return (self.path.parent / name).resolve() if not Path(name).is_absolute() else Path(name)
+
+
+def read_study(path: Path) -> Study:
+    """Read and check a study file.
+
+    Raises
+    ------
+    InputError : no such file, not TOML, unknown or missing key, wrong value, or something this version of
+        creak does not do.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise InputError(f"no such study file: {path}", fix="Check the path.") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot read the study file {path}: {error}") from error
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"not valid TOML: {error}", where=path, fix="Repair that line.") from error
+    try:
+        study = Study(path, StudyConfig.model_validate(data), text)
+    except ValidationError as error:
+        raise _explain(path, text, error) from error
+    _refuse_what_is_not_there_yet(study)
+    return study
+
+
+def _refuse_what_is_not_there_yet(study: Study) -> None:
+    c = study.config
+    checks: list[tuple[bool, tuple[str | int, ...], str, str]] = [
+        (c.reduction.method not in ("craig-bampton", "none"), ("reduction", "method"),
+         f"method = {c.reduction.method!r}", '"craig-bampton" or "none"'),
+        (c.reduction.interface.type != "full", ("reduction", "interface"),
+         f"interface type = {c.reduction.interface.type!r}", '"full"'),
+        (c.time.integrator != "hht", ("time", "integrator"), f"integrator = {c.time.integrator!r}", '"hht"'),
+        *[(t.friction > 0.0, ("contact", name, "friction"), f"friction = {t.friction}", "0")
+          for name, t in c.contact.items()],
+    ]  # fmt: skip
+    for refused, keys, what, expected in checks:
+        if refused:
+            raise InputError(
+                f"{what} is not available in this version of creak", where=study.where(*keys),
+                expected=expected, fix="Change it, or use a later version.",
+            )  # fmt: skip
+
+
+def _explain(path: Path, text: str, error: ValidationError) -> InputError:
+    """The first problem of a validation, in the words of the study file."""
+    problem = error.errors()[0]
+    keys = tuple(k for k in problem["loc"] if not _is_tag(k))
+    where = f"{path}:{_line_of(text, keys)}"
+    name = _dotted(keys)
+    if problem["type"] == "extra_forbidden":
+        known = _known_keys(problem["loc"][:-1])
+        return InputError(f"unknown key {name!r}", where=where, fix=suggest(str(keys[-1]), known))
+    if problem["type"] == "missing":
+        return InputError(f"{name!r} is missing", where=where, fix="Add it.")
+    if problem["type"] in ("union_tag_invalid", "union_tag_not_found"):
+        kinds = [get_args(t.model_fields["type"].annotation)[0] for t in _signal_tables()]
+        got = problem["input"].get("type") if isinstance(problem["input"], dict) else problem["input"]
+        return InputError(f"{name} has type {got!r}", where=where, expected=f"one of {', '.join(kinds)}",
+                          fix=suggest(str(got), kinds))  # fmt: skip
+    message = problem["msg"].removeprefix("Value error, ")
+    got = problem["input"]
+    shown = "" if isinstance(got, dict) else f" = {got!r}"
+    return InputError(f"{name}{shown}: {message[:1].lower()}{message[1:]}", where=where, fix="Correct the value.")
+
+
+def _signal_tables() -> Sequence[type[BaseModel]]:
+    return get_args(get_args(config.SignalTable)[0])
+
+
+def _is_tag(key: Any) -> bool:
+    """Pydantic adds the tag of a union member to the location; the user never wrote it."""
+    return key in ("multisine", "sine", "step", "table", "record", "literal['auto']", "float", "str") or (
+        isinstance(key, str) and ("[" in key or "constrained" in key)
+    )
+
+
+def _known_keys(loc: Sequence[str | int]) -> list[str]:
+    """Keys allowed in the table at a location."""
+    table: Any = StudyConfig
+    for key in loc:
+        if isinstance(table, type) and issubclass(table, BaseModel):
+            field = table.model_fields.get(str(key))
+            if field is None:
+                break
+            table = field.annotation
+            members = [t for t in _flatten(table) if isinstance(t, type) and issubclass(t, BaseModel)]
+            table = members[0] if len(members) == 1 else members
+        elif isinstance(table, list):
+            named = [t for t in table if str(key) in get_args(t.model_fields["type"].annotation)]
+            table = named[0] if named else table
+    return list(table.model_fields) if isinstance(table, type) and issubclass(table, BaseModel) else []
+
+
+def _flatten(annotation: Any) -> list[Any]:
+    inner = get_args(annotation)
+    return [annotation] if not inner else [x for a in inner for x in _flatten(a)]
+
+
+def _dotted(keys: Sequence[str | int]) -> str:
+    return ".".join(str(k) for k in keys)
+
+
+def _line_of(text: str, keys: Sequence[str | int]) -> int:
+    """Line of a key in the TOML text: its table's header, then the key below it (best effort)."""
+    lines = text.splitlines()
+    names = [str(k) for k in keys if not isinstance(k, int)]
+    index = next((k for k in keys if isinstance(k, int)), 0)
+    best, start = 1, 0
+    for depth in range(len(names), 0, -1):
+        header = re.compile(r"^\s*\[\[?\s*" + r"\s*\.\s*".join(f'"?{re.escape(n)}"?' for n in names[:depth]) + r"\s*\]")
+        found = [i for i, line in enumerate(lines) if header.match(line)]
+        if found:
+            start = found[min(index, len(found) - 1)]
+            best = start + 1
+            names = names[depth:]
+            break
+    for name in reversed(names):
+        for i in range(start, len(lines)):
+            if i > start and lines[i].lstrip().startswith("["):
+                break
+            if re.search(rf'(^|[\s,{{."]){re.escape(name)}"?\s*[.=]', lines[i].split("#")[0]):
+                return i + 1
+    return best

@@ -1,0 +1,54 @@
+"""CSV files that a study points to."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.errors import InputError
+
+
+def read_table(path: Path, where: str) -> tuple[FloatArray, FloatArray]:
+    """Columns time and value, each (n,), of a CSV file with that header.
+
+    Raises
+    ------
+    InputError : no such file, wrong header, a value that is no finite number, time that does not increase.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except FileNotFoundError as error:
+        raise InputError(f"no such table: {path}", where=where, fix="Check the path.") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot read the table {path}: {error}", where=where) from error
+    rows = [(i, row) for i, row in enumerate(csv.reader(lines), start=1) if any(cell.strip() for cell in row)]
+    header = [cell.strip().lower() for cell in rows[0][1]] if rows else []
+    if header[:2] != ["time", "value"]:
+        raise InputError(
+            f"the table starts with {','.join(header) or 'nothing'}", where=f"{path}:1", expected="the header time,value",
+            fix="Put it into the first line.",
+        )  # fmt: skip
+    values = np.array([_numbers(path, i, row) for i, row in rows[1:]]).reshape(-1, 2)
+    if values.shape[0] < 2:
+        raise InputError(f"the table has {values.shape[0]} row(s)", where=path, expected="two or more")
+    back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
+    if back.size:
+        line = rows[int(back[0]) + 2][0]
+        raise InputError("time does not increase", where=f"{path}:{line}", fix="Sort the rows, drop doubles.")
+    return values[:, 0], values[:, 1]
+
+
+def _numbers(path: Path, line: int, row: list[str]) -> list[float]:
+    try:
+        numbers = [float(cell) for cell in row[:2]]
+    except ValueError:
+        numbers = []
+    if len(numbers) != 2 or not np.isfinite(numbers).all():
+        raise InputError(
+            f"got {','.join(row)!r}", where=f"{path}:{line}", expected="two finite numbers: time,value",
+            fix="Repair the row.",
+        )  # fmt: skip
+    return numbers

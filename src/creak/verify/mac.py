@@ -1,0 +1,65 @@
+"""Modal assurance criterion between reference and reduced modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from creak.arrays import FloatArray, IntArray
+
+CLOSE = 2e-3
+"""Modes nearer than this relative distance form one subspace: their shapes may rotate in it."""
+BAND = 0.15
+"""A reduced mode can pair with a reference mode within this relative distance."""
+
+
+@dataclass(frozen=True)
+class ModePairs:
+    """Reference modes with their partners."""
+
+    mac: FloatArray
+    """(n_ref,) diagonal value of each pair; within close modes, the share in the partners' subspace."""
+    matrix: FloatArray
+    """(n_ref, n_red) plain MAC."""
+    partner: IntArray
+    """(n_ref,) column of the partner, -1 for none (MAC 0)."""
+
+
+def mac_matrix(reference: FloatArray, reduced: FloatArray) -> FloatArray:
+    """(phi_i' psi_j)^2 / (|phi_i|^2 |psi_j|^2) for shapes (n_dof, n_ref) and (n_dof, n_red).
+
+    Allemang and Brown, Proc. IMAC 1, 1982.
+    """
+    cross = (reference.T @ reduced) ** 2
+    size = np.outer((reference**2).sum(axis=0), (reduced**2).sum(axis=0))
+    return np.divide(cross, size, out=np.zeros_like(cross), where=size > 0.0)
+
+
+def pair_modes(
+    freq_ref: FloatArray, shapes_ref: FloatArray, freq_red: FloatArray, shapes_red: FloatArray
+) -> ModePairs:
+    """Pair the modes by MAC among those of similar frequency, each reduced mode once."""
+    matrix = mac_matrix(shapes_ref, shapes_red)
+    n_ref = freq_ref.size
+    if n_ref == 0 or freq_red.size == 0:
+        return ModePairs(np.zeros(n_ref), matrix, np.full(n_ref, -1, dtype=np.int64))
+    allowed = np.abs(freq_red - freq_ref[:, None]) <= BAND * freq_ref[:, None] + 1e-9
+    row, col = linear_sum_assignment(-np.where(allowed, matrix, -1.0))
+    partner = np.full(n_ref, -1, dtype=np.int64)
+    good = allowed[row, col]
+    partner[row[good]] = col[good]
+    mac = np.where(partner >= 0, matrix[np.arange(n_ref), partner], 0.0)
+    for i in range(n_ref):
+        near = np.flatnonzero(np.abs(freq_ref - freq_ref[i]) <= CLOSE * freq_ref[i])
+        mates = partner[near][partner[near] >= 0]
+        if mates.size > 1:
+            mac[i] = _share(shapes_ref[:, i], shapes_red[:, mates])
+    return ModePairs(np.minimum(mac, 1.0), matrix, partner)
+
+
+def _share(x: FloatArray, space: FloatArray) -> float:
+    """cos^2 of the angle between a vector and a subspace."""
+    Q, _ = np.linalg.qr(space)
+    return float(((Q.T @ x) ** 2).sum() / (x @ x))

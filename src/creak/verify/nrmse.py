@@ -1,0 +1,29 @@
+"""Normalised root mean square error of stacked spectra."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from creak.arrays import ComplexArray, FloatArray
+
+AXES = ("x", "y", "z")
+
+
+def nrmse_fit(reference: ComplexArray | FloatArray, x: ComplexArray | FloatArray) -> float:
+    """1 - |ref - x| / |ref - mean(ref)| over all entries: 1 is perfect, 0 no better than a constant.
+
+    This is the fit of the thesis, equation 2.22; MATLAB's goodnessOfFit now returns its complement. Complex
+    spectra are compared with their phase. A reference that does not vary gives 1 if x equals it, else -inf.
+    """
+    r, y = np.ravel(reference), np.ravel(x)
+    spread = float(np.linalg.norm(r - r.mean()))
+    error = float(np.linalg.norm(r - y))
+    if spread == 0.0:
+        return 1.0 if error == 0.0 else -np.inf
+    return 1.0 - error / spread
+
+
+def nrmse_by_axis(reference: ComplexArray, x: ComplexArray) -> dict[str, float]:
+    """Fit per axis and over all; spectra are (n_freq, n_pair, 3)."""
+    fits = {axis: nrmse_fit(reference[:, :, i], x[:, :, i]) for i, axis in enumerate(AXES)}
+    return {**fits, "all": nrmse_fit(reference, x)}

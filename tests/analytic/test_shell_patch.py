@@ -1,0 +1,114 @@
+"""Patch tests of MacNeal and Harder, Finite Elem. Anal. Des. 1 (1985) 3: constant states are exact."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from helpers_fem import Mesh, dof, macneal_patch, random_rotation, shell_section, solve
+
+EXACT = 1e-9
+T, E, NU = 0.001, 1e6, 0.25
+SECTION = shell_section(T, E, NU)
+AREA = 0.24 * 0.12
+BOUNDARY = np.arange(4)
+kinds = pytest.mark.parametrize("kind", ["quad", "tri"])
+
+
+def membrane_state(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    u = np.zeros((len(x), 6))
+    u[:, 0], u[:, 1] = 1e-3 * (x + y / 2), 1e-3 * (y + x / 2)
+    return u.ravel()
+
+
+def bending_state(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    u = np.zeros((len(x), 6))
+    u[:, 2] = 1e-3 * (x * x + x * y + y * y) / 2
+    u[:, 3], u[:, 4] = 1e-3 * (x / 2 + y), -1e-3 * (x + y / 2)
+    return u.ravel()
+
+
+def interior_answer(mesh: Mesh, exact: np.ndarray) -> np.ndarray:
+    held = dof(BOUNDARY, 1, 2, 3, 4, 5, 6)
+    return solve(mesh.stiffness(SECTION), np.zeros(mesh.n_dof), held, exact[held])
+
+
+def reactions_in(mesh: Mesh, u: np.ndarray, mode: np.ndarray) -> float:
+    return float(mode @ (mesh.stiffness(SECTION) @ u))
+
+
+@kinds
+@pytest.mark.parametrize("state", [membrane_state, bending_state])
+def test_constant_strain_on_distorted_mesh_is_exact(kind, state):
+    mesh = macneal_patch(kind)
+    exact = state(mesh.coords[:, 0], mesh.coords[:, 1])
+    assert interior_answer(mesh, exact) == pytest.approx(exact, abs=EXACT * np.abs(exact).max())
+
+
+@kinds
+@pytest.mark.parametrize("state", [membrane_state, bending_state])
+def test_patch_in_an_arbitrary_plane_is_exact(kind, state):
+    mesh = macneal_patch(kind)
+    exact = state(mesh.coords[:, 0], mesh.coords[:, 1])
+    turn = random_rotation(7)
+    mesh.coords = mesh.coords @ turn.T
+    exact = (exact.reshape(-1, 3) @ turn.T).ravel()
+    assert interior_answer(mesh, exact) == pytest.approx(exact, abs=EXACT * np.abs(exact).max())
+
+
+@kinds
+def test_membrane_stresses_of_the_patch(kind):
+    """Virtual work of each unit strain: stresses 1333, 1333 and 400."""
+    mesh = macneal_patch(kind)
+    x, y, _ = mesh.coords.T
+    u = interior_answer(mesh, membrane_state(x, y))
+    for unit, stress in (((x, 0 * x), 4000 / 3), ((0 * x, y), 4000 / 3), ((y / 2, x / 2), 400.0)):
+        mode = np.zeros((8, 6))
+        mode[:, 0], mode[:, 1] = unit
+        assert reactions_in(mesh, u, mode.ravel()) == pytest.approx(stress * T * AREA, rel=EXACT)
+
+
+@kinds
+def test_bending_moments_of_the_patch(kind):
+    """Virtual work of each unit curvature: Mx = My = 1.111e-7, Mxy = 3.333e-8."""
+    mesh = macneal_patch(kind)
+    x, y, _ = mesh.coords.T
+    u = interior_answer(mesh, bending_state(x, y))
+    modes = [(x * x / 2, 0 * x, -x, 1e-6 / 9), (y * y / 2, y, 0 * x, 1e-6 / 9), (x * y / 2, x / 2, -y / 2, 1e-7 / 3)]
+    for w, r_x, r_y, moment in modes:
+        mode = np.zeros((8, 6))
+        mode[:, 2], mode[:, 3], mode[:, 4] = w, r_x, r_y
+        assert reactions_in(mesh, u, mode.ravel()) == pytest.approx(moment * AREA, rel=EXACT)
+
+
+def test_constant_transverse_shear_on_distorted_quads_is_exact():
+    """Rotations held at zero, the edge deflected linearly: inner nodes follow, energy kappa G t gamma^2 A/2."""
+    mesh = macneal_patch("quad")
+    x, y, _ = mesh.coords.T
+    exact = np.zeros((8, 6))
+    exact[:, 2] = 1e-3 * (x + 2 * y)
+    held = np.union1d(dof(BOUNDARY, 1, 2, 3), dof(np.arange(8), 4, 5, 6))
+    stiffness = mesh.stiffness(SECTION)
+    u = solve(stiffness, np.zeros(48), held, exact.ravel()[held])
+    assert u == pytest.approx(exact.ravel(), abs=EXACT * np.abs(exact).max())
+    expected = 5 / 6 * SECTION.material.shear_modulus * T * 5e-6 * AREA
+    assert u @ (stiffness @ u) == pytest.approx(expected, rel=EXACT)
+
+
+@kinds
+def test_in_plane_bending_of_a_slender_rectangle_is_exact(kind):
+    """Energy ratio of Felippa (2003): one, whatever the aspect ratio."""
+    from helpers_fem import rectangle
+
+    for length in (0.5, 1.0, 4.0):
+        mesh = rectangle(1, 1, length, 1.0, kind)
+        x, y = mesh.coords[:, 0] - length / 2, mesh.coords[:, 1] - 0.5
+        u = np.zeros((4, 6))
+        u[:, 0], u[:, 1], u[:, 5] = -x * y, x * x / 2 + NU * y * y / 2, x
+        ends = np.zeros((4, 6))
+        ends[:, 0] = -np.sign(x) * y
+        force = solve_energy(mesh, u.ravel())
+        assert force == pytest.approx(E * T * length / 12, rel=2e-3 if kind == "quad" else 1e-9)
+
+
+def solve_energy(mesh: Mesh, u: np.ndarray) -> float:
+    return float(u @ (mesh.stiffness(SECTION) @ u))

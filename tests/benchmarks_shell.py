@@ -1,0 +1,187 @@
+"""The classical shell obstacle course: each function returns computed / reference for one mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from helpers_fem import Mesh, dof, frequencies, grid, rectangle, shell_section, solve
+
+
+def straight_beam(load: str, layout: str = "regular", kind: str = "quad") -> float:
+    """MacNeal and Harder's 6 x 1 cantilever, 6 x 0.2 x 0.1, unit tip load."""
+    mesh = rectangle(6, 1, 6.0, 0.2, kind)
+    top = mesh.coords[:, 1] > 0.1
+    inner = (mesh.coords[:, 0] > 0.1) & (mesh.coords[:, 0] < 5.9)
+    row = np.rint(mesh.coords[:, 0]).astype(int)
+    if layout == "trapezoid":
+        mesh.coords[inner, 0] += np.where(top, 1, -1)[inner] * 0.1 * (-1.0) ** (row[inner] + 1)
+    elif layout == "parallelogram":
+        mesh.coords[inner, 0] += np.where(top, 0.1, -0.1)[inner]
+    stiffness = mesh.stiffness(shell_section(0.1, 1e7, 0.3))
+    root, tip = mesh.nodes(lambda x: x[:, 0] < 1e-9), mesh.nodes(lambda x: x[:, 0] > 6 - 1e-9)
+    force = np.zeros(mesh.n_dof)
+    if load == "twist":
+        force[dof(tip, 3)] = np.array([-5.0, 5.0])
+    else:
+        force[dof(tip, {"extension": 1, "in-plane": 2, "out-of-plane": 3}[load])] = 0.5
+    u = solve(stiffness, force, dof(root, 1, 2, 3, 4, 5, 6))
+    if load == "twist":
+        return float(u[dof(tip, 4)].mean() / 0.0341)
+    at, reference = {"extension": (1, 3.0e-5), "in-plane": (2, 0.1081), "out-of-plane": (3, 0.4321)}[load]
+    return float(u[dof(tip, at)].mean() / reference)
+
+
+def curved_beam(load: str, kind: str = "quad", n: int = 6) -> float:
+    def shape(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        radius, angle = 4.12 + 0.2 * eta, np.pi / 2 * (1 - xi)
+        return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), 0 * xi])
+
+    mesh = grid(n, 1, shape, kind)
+    mesh.elements = mesh.elements[:, ::-1]
+    tip, root = mesh.nodes(lambda x: x[:, 1] < 1e-9), mesh.nodes(lambda x: x[:, 0] < 1e-9)
+    at, reference = {"in-plane": (1, 0.08734), "out-of-plane": (3, 0.5022)}[load]
+    force = np.zeros(mesh.n_dof)
+    force[dof(tip, at)] = 0.5
+    u = solve(mesh.stiffness(shell_section(0.1, 1e7, 0.25)), force, dof(root, 1, 2, 3, 4, 5, 6))
+    return float(u[dof(tip, at)].mean() / reference)
+
+
+def twisted_beam(load: str, kind: str = "quad", n: int = 12, m: int = 2, thickness: float = 0.32) -> float:
+    """Load along the tip's width ("in-plane") or normal to it ("out-of-plane")."""
+
+    def shape(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        angle, across = np.pi / 2 * xi, 1.1 * (eta - 0.5)
+        return np.column_stack([12 * xi, across * np.cos(angle), across * np.sin(angle)])
+
+    mesh = grid(n, m, shape, kind)
+    tip, root = mesh.nodes(lambda x: x[:, 0] > 12 - 1e-9), mesh.nodes(lambda x: x[:, 0] < 1e-9)
+    at = {"in-plane": 3, "out-of-plane": 2}[load]
+    thick = {"in-plane": 0.0054245, "out-of-plane": 0.0017532}
+    thin = {"in-plane": 5256.0, "out-of-plane": 1294.0}
+    reference = (thick if thickness == 0.32 else thin)[load]
+    share = np.array([0.5, *(m - 1) * [1.0], 0.5]) / m
+    force = np.zeros(mesh.n_dof)
+    force[dof(tip, at)] = share
+    u = solve(mesh.stiffness(shell_section(thickness, 29e6, 0.22)), force, dof(root, 1, 2, 3, 4, 5, 6))
+    return float(u[dof(tip, at)] @ share / reference)
+
+
+def scordelis_lo(n: int, kind: str = "quad") -> float:
+    """Quarter of the roof, x along the axis from the mid-span, y across."""
+
+    def shape(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        angle = np.deg2rad(40.0) * eta
+        return np.column_stack([25 * xi, 25 * np.sin(angle), 25 * np.cos(angle)])
+
+    mesh = grid(n, n, shape, kind)
+    weight = mesh.assemble(_shape_mass(mesh, 0.25))
+    down = np.zeros(mesh.n_dof)
+    down[2::6] = -90.0
+    x, y = mesh.coords[:, 0], mesh.coords[:, 1]
+    held = np.concatenate([
+        dof(np.flatnonzero(x > 25 - 1e-9), 2, 3),
+        dof(np.flatnonzero(x < 1e-9), 1, 5, 6),
+        dof(np.flatnonzero(y < 1e-9), 2, 4, 6),
+    ])  # fmt: skip
+    stiffness = mesh.stiffness(shell_section(0.25, 4.32e8, 0.0))
+    u = solve(stiffness, weight @ down, np.unique(held))
+    corner = np.flatnonzero((x < 1e-9) & (y > y.max() - 1e-9))
+    return float(-u[dof(corner, 3)][0] / 0.3024)
+
+
+def _shape_mass(mesh: Mesh, thickness: float) -> np.ndarray:
+    return mesh.module.mass(mesh.coords[mesh.elements], shell_section(thickness, 1.0, 0.0, 1 / thickness))
+
+
+def hemisphere(n: int, kind: str = "quad") -> float:
+    """Quarter of the pinched hemisphere with an 18 degree hole."""
+
+    def shape(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        around, up = np.pi / 2 * xi, np.deg2rad(72.0) * eta
+        return 10 * np.column_stack([np.cos(up) * np.cos(around), np.cos(up) * np.sin(around), np.sin(up)])
+
+    mesh = grid(n, n, shape, kind)
+    x, y, z = mesh.coords.T
+    at_x = np.flatnonzero((y < 1e-9) & (z < 1e-9))
+    at_y = np.flatnonzero((x < 1e-9) & (z < 1e-9))
+    force = np.zeros(mesh.n_dof)
+    force[dof(at_x, 1)], force[dof(at_y, 2)] = 1.0, -1.0
+    held = np.concatenate([dof(np.flatnonzero(y < 1e-9), 2, 4, 6), dof(np.flatnonzero(x < 1e-9), 1, 5, 6), dof(at_x, 3)])
+    u = solve(mesh.stiffness(shell_section(0.04, 6.825e7, 0.3)), force, np.unique(held))
+    return float(u[dof(at_x, 1)][0] / 0.0940)
+
+
+def cylinder(n: int, kind: str = "quad") -> float:
+    """Eighth of the pinched cylinder with end diaphragms."""
+
+    def shape(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        angle = np.pi / 2 * eta
+        return np.column_stack([300 * xi, 300 * np.sin(angle), 300 * np.cos(angle)])
+
+    mesh = grid(n, n, shape, kind)
+    x, y, z = mesh.coords.T
+    held = np.concatenate([
+        dof(np.flatnonzero(x > 300 - 1e-6), 2, 3),
+        dof(np.flatnonzero(x < 1e-6), 1, 5, 6),
+        dof(np.flatnonzero(y < 1e-6), 2, 4, 6),
+        dof(np.flatnonzero(z < 1e-6), 3, 4, 5),
+    ])  # fmt: skip
+    force = np.zeros(mesh.n_dof)
+    under = np.flatnonzero((x < 1e-6) & (y < 1e-6))
+    force[dof(under, 3)] = -0.25
+    u = solve(mesh.stiffness(shell_section(3.0, 3e6, 0.3)), force, np.unique(held))
+    return float(-u[dof(under, 3)][0] / 1.8248e-5)
+
+
+STEEL = {"youngs_modulus": 200e9, "poisson_ratio": 0.3, "density": 8000.0}
+
+
+def plate_frequencies(mesh: Mesh, thickness: float, held: np.ndarray, count: int) -> np.ndarray:
+    section = shell_section(thickness, **STEEL)
+    return frequencies(mesh.stiffness(section), mesh.mass(section), held, count, -1.0)
+
+
+def out_of_plane_only(mesh: Mesh) -> np.ndarray:
+    return dof(np.arange(len(mesh.coords)), 1, 2, 6)
+
+
+def free_plate(n: int, kind: str = "quad") -> np.ndarray:
+    mesh = rectangle(n, n, 10.0, 10.0, kind)
+    got = plate_frequencies(mesh, 0.05, out_of_plane_only(mesh), 11)[3:]
+    return got / np.array([1.6217, 2.3595, 2.9223, 4.1902, 4.1902, 7.3560, 7.3560, 7.6682])
+
+
+def cantilever_plate(n: int, kind: str = "quad") -> np.ndarray:
+    mesh = rectangle(n, n, 10.0, 10.0, kind)
+    root = mesh.nodes(lambda x: x[:, 0] < 1e-9)
+    held = np.union1d(out_of_plane_only(mesh), dof(root, 3, 4, 5))
+    got = plate_frequencies(mesh, 0.05, held, 6)
+    return got / np.array([0.4179, 1.0242, 2.5628, 3.2749, 3.7273, 6.5244])
+
+
+def tapered_membrane(n: int, m: int, kind: str = "quad") -> np.ndarray:
+    """FV32: 10 long, 5 wide at the root and 1 at the tip, held at the root."""
+
+    def shape(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        return np.column_stack([10 * xi, (eta - 0.5) * (5 - 4 * xi), 0 * xi])
+
+    mesh = grid(n, m, shape, kind)
+    root = mesh.nodes(lambda x: x[:, 0] < 1e-9)
+    bending = dof(np.arange(len(mesh.coords)), 3, 4, 5)
+    got = plate_frequencies(mesh, 0.05, np.union1d(bending, dof(root, 1, 2, 6)), 6)
+    return got / np.array([44.618, 130.013, 162.690, 245.990, 379.720, 391.408])
+
+
+def thick_plate(n: int, kind: str = "quad") -> np.ndarray:
+    """Simply supported 10 x 10 x 1, hard supports: w and the tangential rotation are held."""
+    mesh = rectangle(n, n, 10.0, 10.0, kind)
+    x, y, _ = mesh.coords.T
+    on_x = np.flatnonzero((x < 1e-9) | (x > 10 - 1e-9))
+    on_y = np.flatnonzero((y < 1e-9) | (y > 10 - 1e-9))
+    held = np.unique(np.concatenate([out_of_plane_only(mesh), dof(on_x, 3, 4), dof(on_y, 3, 5)]))
+    got = plate_frequencies(mesh, 1.0, held, 4)
+    return got / np.array([45.911, 109.528, 109.528, 168.073])
+
+
+def is_symmetric(matrix: sp.csc_matrix) -> bool:
+    return abs(matrix - matrix.T).max() == 0.0

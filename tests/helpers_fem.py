@@ -1,0 +1,127 @@
+"""Small meshes, a tiny assembler and a dense or sparse solver for tests of the elements alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sp
+import scipy.sparse.linalg as spla
+
+from creak.elements import shell_quad4, shell_tri3
+from creak.model.materials import Material, ShellSection
+
+KINDS = {"quad": shell_quad4, "tri": shell_tri3}
+
+
+@dataclass
+class Mesh:
+    """Nodes (n_node, 3), elements (n_elem, n_node_per_element) and the module that computes them."""
+
+    coords: np.ndarray
+    elements: np.ndarray
+    module: object
+
+    @property
+    def n_dof(self) -> int:
+        return 6 * len(self.coords)
+
+    def nodes(self, select: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        return np.flatnonzero(select(self.coords))
+
+    def assemble(self, blocks: np.ndarray) -> sp.csc_matrix:
+        dofs = (6 * self.elements[:, :, None] + np.arange(6)).reshape(len(self.elements), -1)
+        rows = np.repeat(dofs, dofs.shape[1], axis=1).ravel()
+        cols = np.tile(dofs, (1, dofs.shape[1])).ravel()
+        return sp.coo_matrix((blocks.ravel(), (rows, cols)), shape=(self.n_dof, self.n_dof)).tocsc()
+
+    def stiffness(self, section: ShellSection) -> sp.csc_matrix:
+        return self.assemble(self.module.stiffness(self.coords[self.elements], section))
+
+    def mass(self, section: ShellSection) -> sp.csc_matrix:
+        return self.assemble(self.module.mass(self.coords[self.elements], section))
+
+
+def shell_section(
+    thickness: float, youngs_modulus: float, poisson_ratio: float, density: float = 1.0
+) -> ShellSection:
+    return ShellSection("S", Material("M", youngs_modulus, poisson_ratio, density), thickness)
+
+
+def grid(
+    n_x: int, n_y: int, shape: Callable[[np.ndarray, np.ndarray], np.ndarray], kind: str = "quad"
+) -> Mesh:
+    """Structured mesh of the unit square mapped by `shape(xi, eta)` -> (..., 3)."""
+    xi, eta = np.meshgrid(np.linspace(0, 1, n_x + 1), np.linspace(0, 1, n_y + 1), indexing="ij")
+    coords = np.asarray(shape(xi.ravel(), eta.ravel()), dtype=float)
+    first = (np.arange(n_x)[:, None] * (n_y + 1) + np.arange(n_y)).ravel()
+    quads = np.column_stack([first, first + n_y + 1, first + n_y + 2, first + 1])
+    return with_kind(coords, quads, kind)
+
+
+def with_kind(coords: np.ndarray, quads: np.ndarray, kind: str) -> Mesh:
+    """The quads as they are, or each cut in two triangles along its first diagonal."""
+    if kind == "tri":
+        elements = quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+    else:
+        elements = quads
+    return Mesh(coords, elements, KINDS[kind])
+
+
+def rectangle(n_x: int, n_y: int, length: float, width: float, kind: str = "quad") -> Mesh:
+    return grid(n_x, n_y, lambda x, y: np.column_stack([length * x, width * y, 0 * x]), kind)
+
+
+def macneal_patch(kind: str = "quad") -> Mesh:
+    """The patch of MacNeal and Harder (1985): 0.24 x 0.12, four inner nodes, five quads."""
+    plane = [
+        (0, 0), (0.24, 0), (0.24, 0.12), (0, 0.12),
+        (0.04, 0.02), (0.18, 0.03), (0.16, 0.08), (0.08, 0.08),
+    ]  # fmt: skip
+    coords = np.column_stack([np.array(plane), np.zeros(8)])
+    quads = np.array([[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [4, 5, 6, 7]])
+    return with_kind(coords, quads, kind)
+
+
+def dof(nodes: np.ndarray | int, *numbers: int) -> np.ndarray:
+    """Rows of dofs 1..6 of the nodes."""
+    return (6 * np.atleast_1d(nodes)[:, None] + np.array(numbers) - 1).ravel()
+
+
+def solve(
+    stiffness: sp.csc_matrix, force: np.ndarray, held: np.ndarray, values: np.ndarray | float = 0.0
+) -> np.ndarray:
+    """u of K u = f with u[held] = values."""
+    free = np.setdiff1d(np.arange(stiffness.shape[0]), held)
+    u = np.zeros(stiffness.shape[0])
+    u[held] = values
+    right = force[free] - stiffness[free][:, held] @ u[held]
+    u[free] = spla.spsolve(stiffness[free][:, free], right)
+    return u
+
+
+def frequencies(
+    stiffness: sp.csc_matrix, mass: sp.csc_matrix, held: np.ndarray, count: int, shift: float
+) -> np.ndarray:
+    """The lowest natural frequencies in Hz; `shift` < 0 is in (rad/s)^2."""
+    free = np.setdiff1d(np.arange(stiffness.shape[0]), held)
+    k, m = stiffness[free][:, free], mass[free][:, free]
+    start = np.random.default_rng(0).standard_normal(len(free))
+    lam = spla.eigsh(k, k=count, M=m, sigma=shift, v0=start, return_eigenvectors=False)
+    return np.sqrt(np.sort(np.maximum(lam, 0.0))) / (2 * np.pi)
+
+
+def rigid_modes(coords: np.ndarray) -> np.ndarray:
+    """(6 n_node, 6): three translations and the three rotations about the origin."""
+    modes = np.zeros((len(coords), 6, 6))
+    modes[:, :3, :3] = modes[:, 3:, 3:] = np.eye(3)
+    for axis, direction in enumerate(np.eye(3)):
+        modes[:, :3, 3 + axis] = np.cross(direction, coords)
+    return modes.reshape(-1, 6)
+
+
+def random_rotation(seed: int) -> np.ndarray:
+    q, _ = scipy.linalg.qr(np.random.default_rng(seed).standard_normal((3, 3)))
+    return q * np.sign(np.linalg.det(q))

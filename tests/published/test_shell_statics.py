@@ -1,0 +1,96 @@
+"""The obstacle course of MacNeal and Harder, Finite Elem. Anal. Des. 1 (1985) 3, and Belytschko's shells.
+
+Limits are those that published four-node shells of the same kind (MITC4 with enhanced membrane) meet on
+the same meshes; where the element cannot do better in principle the test says why.
+"""
+
+from __future__ import annotations
+
+import pytest
+from benchmarks_shell import (
+    curved_beam,
+    cylinder,
+    hemisphere,
+    scordelis_lo,
+    straight_beam,
+    twisted_beam,
+)
+
+LAYOUTS = ["regular", "trapezoid", "parallelogram"]
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+@pytest.mark.parametrize("kind", ["quad", "tri"])
+def test_straight_beam_in_extension(kind, layout):
+    assert straight_beam("extension", layout, kind) == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+@pytest.mark.parametrize("kind", ["quad", "tri"])
+def test_straight_beam_out_of_plane(kind, layout):
+    assert straight_beam("out-of-plane", layout, kind) == pytest.approx(1.0, abs=0.05)
+
+
+def test_straight_beam_in_plane_of_regular_quads():
+    assert straight_beam("in-plane") == pytest.approx(1.0, abs=0.02)
+
+
+def test_straight_beam_in_plane_of_distorted_quads_is_what_enhanced_strains_reach():
+    """Simo and Rifai (1990): 0.63 on parallelograms; trapezoids lock by MacNeal's theorem (1987)."""
+    assert straight_beam("in-plane", "parallelogram") > 0.62
+    assert 0.045 < straight_beam("in-plane", "trapezoid") < 1.0
+
+
+def test_straight_beam_in_plane_of_triangles():
+    assert straight_beam("in-plane", "regular", "tri") == pytest.approx(1.0, abs=0.06)
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_straight_beam_in_torsion_is_never_soft(layout):
+    """One element across the width: 0.0341 is St Venant's value, MITC4 stays 10 to 20 % below it."""
+    assert 0.78 < straight_beam("twist", layout) < 1.0
+
+
+def test_curved_beam_with_six_quads():
+    assert curved_beam("in-plane") == pytest.approx(0.89, abs=0.02)
+    assert curved_beam("out-of-plane") == pytest.approx(1.0, abs=0.06)
+
+
+def test_curved_beam_converges():
+    assert curved_beam("in-plane", n=24) == pytest.approx(0.08852 / 0.08734, abs=0.02)
+    assert curved_beam("out-of-plane", n=24) == pytest.approx(0.49830 / 0.5022, abs=0.03)
+
+
+@pytest.mark.parametrize("load", ["in-plane", "out-of-plane"])
+@pytest.mark.parametrize("kind", ["quad", "tri"])
+def test_twisted_beam(kind, load):
+    assert twisted_beam(load, kind) == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize("load", ["in-plane", "out-of-plane"])
+def test_very_thin_twisted_beam_does_not_lock(load):
+    """t = 0.0032, warped elements: a displacement-based membrane locks here."""
+    assert twisted_beam(load, thickness=0.0032) == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize("kind", ["quad", "tri"])
+def test_scordelis_lo_roof(kind):
+    assert scordelis_lo(8, kind) == pytest.approx(1.0, abs=0.02)
+    assert scordelis_lo(16, kind) == pytest.approx(1.0, abs=0.01)
+
+
+def test_pinched_hemisphere_of_quads():
+    assert hemisphere(8) == pytest.approx(1.0, abs=0.02)
+    assert hemisphere(16) == pytest.approx(1.0, abs=0.02)
+
+
+def test_pinched_hemisphere_of_triangles_converges_from_the_stiff_side():
+    """Drilling shape functions cost accuracy until L^2 < 2 R t."""
+    assert 0.9 < hemisphere(16, "tri") < hemisphere(32, "tri") < 1.0
+
+
+def test_pinched_cylinder_converges_as_published():
+    """MITC4 (Dvorkin and Bathe 1984): 0.37, 0.74, 0.93 on 4, 8, 16 elements a side."""
+    assert cylinder(8) == pytest.approx(0.75, abs=0.02)
+    assert cylinder(16) == pytest.approx(0.93, abs=0.01)
+    assert cylinder(32) == pytest.approx(1.0, abs=0.025)

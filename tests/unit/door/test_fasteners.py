@@ -1,0 +1,79 @@
+"""Fasteners, supports and verification pairs exist, apart from each other, at every mesh size."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from creak.door import FINEST_MESH_SIZE, build_door
+from creak.door.fasteners import SUPPORTS, fasteners
+
+sizes = pytest.mark.parametrize("mesh_size", [40.0, 27.0, 20.0, 13.0, 10.0, FINEST_MESH_SIZE, 3.5])
+door = cache(build_door)
+
+
+def test_fasteners_count_as_in_the_reference_door() -> None:
+    joined = [(f.name.split("_")[0], f.first, f.second) for f in fasteners()]
+    assert joined.count(("HOOK", "PANEL", "FRAME")) == 2
+    assert joined.count(("SCREW", "PANEL", "FRAME")) == 1
+    assert joined.count(("HOOK", "PANEL", "CARRIER")) == 6
+    assert joined.count(("SCREW", "CARRIER", "FRAME")) == 13
+    assert sum(len(f.points) for f in fasteners()) == 26
+
+
+@sizes
+def test_patches_are_disjoint_and_keep_off_the_contact(mesh_size: float) -> None:
+    d = door(mesh_size)
+    patches = [*d.supports, *(end for link in d.links for end in link)]
+    assert len({p.name for p in patches}) == len(patches) == 7 + 2 * 26
+    contact = {"FRAME": d.parts[0].nodes_of("FRAME_FLANGE"), "PANEL": d.parts[1].nodes_of("PANEL_EDGE")}
+    for part in d.parts:
+        rows = np.concatenate([p.rows for p in patches if p.part == part.name])
+        assert np.unique(rows).size == rows.size
+        assert np.intersect1d(rows, contact.get(part.name, [])).size == 0
+    assert min(p.rows.size for p in patches) >= 4
+
+
+@sizes
+def test_patches_surround_their_reference_node(mesh_size: float) -> None:
+    d = door(mesh_size)
+    coords = {p.name: p.coords for p in d.parts}
+    for patch in [*d.supports, *(end for link in d.links for end in link)]:
+        centre = coords[patch.part][patch.rows].mean(axis=0)
+        # The nearest free quad is at most one element away from the place.
+        assert np.linalg.norm(centre - patch.ref) < 0.8 * mesh_size + 4.0
+
+
+@sizes
+def test_fasteners_do_not_move_with_the_mesh(mesh_size: float) -> None:
+    for a, b in zip(door(mesh_size).links, door(10.0).links, strict=True):
+        for end, same in zip(a, b, strict=True):
+            np.testing.assert_allclose(end.ref[[0, 2]], same.ref[[0, 2]], atol=1e-9)
+            # The height is that of the nearest element, on relief up to 22 mm deep.
+            assert abs(end.ref[1] - same.ref[1]) < 12.0
+
+
+@sizes
+def test_verification_pairs_are_distinct_and_opposite(mesh_size: float) -> None:
+    d = door(mesh_size)
+    frame, panel, _ = d.parts
+    for name, count in (("PAIRS", 44), ("PAIRS15", 15)):
+        main, secondary = d.pairs[name]
+        assert np.unique(main).size == np.unique(secondary).size == count
+        apart = (frame.coords[main] - panel.coords[secondary])[:, [0, 2]]
+        assert np.linalg.norm(apart, axis=1).max() < 1.0 * mesh_size
+
+
+def test_supports_hold_what_the_study_needs() -> None:
+    fixed = {s.name: s.fixed for s in SUPPORTS}
+    assert fixed == {
+        "A": (2,),
+        "B": (1, 2, 3, 4, 5, 6),
+        "C": (2, 6),
+        "D": (2, 6),
+        "E": (2,),
+        "F": (2,),
+        "G": (2,),
+    }

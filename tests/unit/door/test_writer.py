@@ -1,0 +1,85 @@
+"""The deck and the study that `write_door` writes."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from creak.door import AMPLITUDE, build_door, write_door
+from creak.door.deck import ALPHA, BETA, deck_text
+from creak.errors import InputError
+
+
+def test_writes_a_deck_and_a_study_and_nothing_else(tmp_path: Path) -> None:
+    out = tmp_path / "new" / "door"
+    assert write_door(40.0, out) == [out / "door.inp", out / "door.toml"]
+    assert sorted(p.name for p in out.iterdir()) == ["door.inp", "door.toml"]
+
+
+def test_same_text_every_time(tmp_path: Path) -> None:
+    first = [p.read_bytes() for p in write_door(40.0, tmp_path / "a")]
+    assert first == [p.read_bytes() for p in write_door(40.0, tmp_path / "b")]
+
+
+@pytest.mark.parametrize("mesh_size", [0.0, -5.0, 2.9, 41.0, math.nan, math.inf])
+def test_bad_mesh_size_is_refused_and_nothing_is_written(mesh_size: float, tmp_path: Path) -> None:
+    out = tmp_path / "door"
+    with pytest.raises(InputError, match=r"mesh size .* expected a number from 3 to 40"):
+        write_door(mesh_size, out)
+    assert not out.exists()
+
+
+def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "door").write_text("mine", encoding="utf-8")
+    with pytest.raises(InputError, match=r"door: this is a file; expected a folder"):
+        write_door(40.0, tmp_path / "door")
+    assert (tmp_path / "door").read_text(encoding="utf-8") == "mine"
+
+
+@pytest.mark.parametrize("ratio_at", [8.0, 80.0])
+def test_damping_is_two_percent_at_both_frequencies(ratio_at: float) -> None:
+    omega = 2 * math.pi * ratio_at
+    assert ALPHA / (2 * omega) + BETA * omega / 2 == pytest.approx(0.02)
+
+
+def test_study_drives_the_upper_hinge_and_checks_the_pairs(tmp_path: Path) -> None:
+    study = tomllib.loads(write_door(40.0, tmp_path)[1].read_text(encoding="utf-8"))
+    assert study["model"] == {"deck": "door.inp", "units": "mm-t-s"}
+    assert study["contact"]["flange"]["secondary"] == "PANEL_EDGE"
+    assert study["excitation"]["hinge"]["signal"]["amplitude"] == AMPLITUDE
+    assert study["verification"]["pairs"] == "PAIRS"
+
+
+def test_deck_defines_everything_once_and_refers_to_nothing_unknown() -> None:
+    text = deck_text(build_door(40.0))
+    node_sets = re.findall(r"^\*NSET, NSET=(\w+)", text, re.M)
+    assert len(set(node_sets)) == len(node_sets)
+    assert set("ABCDEFG") <= set(node_sets)
+    assert len(re.findall(r"^\*COUPLING", text, re.M)) == 7 + 2 * 26
+    assert len(re.findall(r"^BEAM, ", text, re.M)) == 26
+    surfaces = re.findall(r"^\*SURFACE, TYPE=NODE, NAME=(\w+)\n(\w+), 1.0", text, re.M)
+    assert {patch for _, patch in surfaces} <= set(node_sets)
+    assert {name for name, _ in surfaces} == set(re.findall(r"SURFACE=(\w+)", text))
+
+
+def test_deck_numbers_every_node_and_element_once() -> None:
+    door = build_door(40.0)
+    text = deck_text(door)
+    blocks = re.findall(r"^\*(NODE|ELEMENT), [^\n]*\n((?:\d[^\n]*\n)+)", text, re.M)
+    for kind, count in (
+        ("NODE", door.n_nodes),
+        ("ELEMENT", sum(p.quads.shape[0] + p.tris.shape[0] for p in door.parts)),
+    ):
+        labels = [line.split(",")[0] for k, body in blocks if k == kind for line in body.splitlines()]
+        assert len(labels) == len(set(labels)) == count
+
+
+def test_lines_are_short_enough_for_other_readers() -> None:
+    lines = deck_text(build_door(40.0)).splitlines()
+    # Abaqus: 256 characters a line, 16 entries a data line, 80 characters a label.
+    assert max(map(len, lines)) <= 256
+    assert max(line.count(",") for line in lines if not line.startswith("*")) <= 15
