@@ -7,6 +7,7 @@ the same meshes; where the element cannot do better in principle the test says w
 from __future__ import annotations
 
 import pytest
+
 from benchmarks_shell import (
     curved_beam,
     cylinder,
@@ -57,8 +58,9 @@ def test_curved_beam_with_six_quads():
 
 
 def test_curved_beam_converges():
-    assert curved_beam("in-plane", n=24) == pytest.approx(0.08852 / 0.08734, abs=0.02)
-    assert curved_beam("out-of-plane", n=24) == pytest.approx(0.49830 / 0.5022, abs=0.03)
+    """Out of plane it twists: the edge layers of a section 0.2 x 0.1 need several elements across."""
+    assert curved_beam("in-plane", n=24, m=2) == pytest.approx(0.08852 / 0.08734, abs=0.02)
+    assert curved_beam("out-of-plane", n=24, m=8) == pytest.approx(0.49830 / 0.5022, abs=0.01)
 
 
 @pytest.mark.parametrize("load", ["in-plane", "out-of-plane"])

@@ -79,16 +79,18 @@ def require_convex(coords: FloatArray) -> None:
 def evaluate(coords: FloatArray, points: FloatArray, weights: FloatArray) -> Surface:
     """Base vectors, local axes and area at the points.
 
-    The local axis 1 bisects the diagonals, so it does not depend on which node comes first beyond turns by 90
-    degrees, and is projected on each point's tangent plane.
+    Axis 1 bisects the diagonals in the mean plane, so another first node turns it by 90 degrees at most. The
+    axes at a point are those of the mean plane after the smallest rotation that takes the mean normal N to
+    the normal n there: e1 = E1 - (n . E1) (n + N)/(1 + n . N).
     """
     x_r, x_s = tangents(coords, points)
     cross = np.cross(x_r, x_s)
     area = np.linalg.norm(cross, axis=2)
     normal = cross / area[:, :, None]
-    bisector = unit(coords[:, 2] - coords[:, 0]) - unit(coords[:, 3] - coords[:, 1])
-    along = np.einsum("nc,ngc->ng", bisector, normal)[:, :, None]
-    e1 = unit(bisector[:, None] - along * normal)
+    first, second = unit(coords[:, 2] - coords[:, 0]), unit(coords[:, 3] - coords[:, 1])
+    mean_axis, mean_normal = unit(first - second)[:, None], unit(np.cross(first, second))[:, None]
+    tilt = np.einsum("nqc,ngc->ng", mean_axis, normal) / (1.0 + np.einsum("nqc,ngc->ng", mean_normal, normal))
+    e1 = mean_axis - tilt[:, :, None] * (normal + mean_normal)
     axes = np.stack([e1, np.cross(normal, e1), normal], axis=2)
     jacobian = np.stack([x_r, x_s], axis=2) @ axes[:, :, :2].transpose(0, 1, 3, 2)
     return Surface(points, x_r, x_s, axes, _inverse(jacobian), area, area * weights)
