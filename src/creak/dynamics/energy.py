@@ -44,8 +44,11 @@ class EnergyAudit:
         self._table[0, :3] = stored
         self._forces = self._boundary(0, x, p)
 
-    def step(self, step: int, x0: State, x1: State, gap: FloatArray, p0: FloatArray, p1: FloatArray) -> None:
-        """Book one step that led from x0 to x1; `gap` and `p1` at its end, `p0` at its start."""
+    def step(self, step: int, x0: State, x1: State, gap: FloatArray, p0: FloatArray, p1: FloatArray) -> float:
+        """Book one step that led from x0 to x1; `gap` and `p1` at its end, `p0` at its start.
+
+        Returns the stored energy at its end.
+        """
         before, after = self._forces, self._boundary(step, x1, p1)
         self._forces = after
         du = x1.u - x0.u
@@ -63,6 +66,7 @@ class EnergyAudit:
         scheme = self._external + self._initial - sum(stored) - spent
         self._table[step] = [*stored, self._damping, self._contact_damping, self._external, scheme]
         self._gap = gap
+        return sum(stored)
 
     def table(self) -> FloatArray:
         """(n_time, len(ENERGIES))"""

@@ -33,8 +33,6 @@ class History:
     """(n_time, len(ENERGIES))"""
     contact_steps: int
     """Steps with at least one closed channel."""
-    worst_residual: float
-    """Largest |M a + C v + K u - f| at sampled steps, relative to the largest inertia force there."""
     setup_s: float
     """Wall time before the first step (factorisation, compliance of the channels)."""
 

@@ -123,10 +123,3 @@ class LinearTerms:
         else:
             Ku, Kv, Mv = half.Ku + c_u * Ka, half.Kv + c_v * Ka, half.Mv + c_v * Ma
         return State(u, v, a, Ku, Kv, Ka, Mv, Ma, self.damped(v, Mv, Kv))
-
-    def residual(self, x: State, step: int, on: HasG, p: FloatArray) -> float:
-        """|M a + C v + K u - f| / (|M a| + |K u|): small but not zero, since HHT weights two instants."""
-        inertia = x.Ma + self.M_qs @ self.loads.support[2, step]
-        r = inertia + x.Cv + x.Ku - self.external(step) - np.asarray(on.G.T @ p)
-        size = float(np.linalg.norm(inertia) + np.linalg.norm(x.Ku))
-        return float(np.linalg.norm(r)) / size if size else 0.0

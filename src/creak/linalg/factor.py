@@ -7,6 +7,7 @@ LAPACK, diagonal ones to a division. The caller never asks which.
 from __future__ import annotations
 
 import ctypes
+import functools
 import importlib.util
 import sys
 from typing import Any, Protocol
@@ -132,14 +133,20 @@ class _SuperLUFactor:
         return self._lu.solve(np.ascontiguousarray(b))
 
 
+@functools.cache
+def _pardiso_function() -> Any:
+    """MKL's `pardiso`, found and loaded by pypardiso."""
+    from pypardiso import PyPardisoSolver
+
+    return PyPardisoSolver()._mkl_pardiso
+
+
 class _PardisoFactor:
     """MKL PARDISO on the upper triangle: Cholesky (definite) or Bunch-Kaufman L D L'."""
 
     _ANALYSE_AND_FACTOR, _SOLVE, _RELEASE = 12, 33, -1
 
     def __init__(self, A: Any, definite: bool) -> None:
-        from pypardiso import PyPardisoSolver
-
         upper = sp.triu(sp.csr_matrix(A), format="csr")
         upper.sort_indices()
         self._n = int(upper.shape[0])
@@ -149,9 +156,8 @@ class _PardisoFactor:
         self._values: FloatArray = np.ascontiguousarray(upper.data, dtype=np.float64)
         self._ia = (upper.indptr + 1).astype(np.int32)
         self._ja = (upper.indices + 1).astype(np.int32)
-        solver = PyPardisoSolver(mtype=2 if definite else -2)
-        self._pardiso, self._mtype = solver._mkl_pardiso, solver.mtype
-        self._pt, self._iparm = solver.pt, solver.iparm
+        self._pardiso, self._mtype = _pardiso_function(), 2 if definite else -2
+        self._pt, self._iparm = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
         self._iparm[[0, 1, 9, 17, 23]] = 1, 2, 12, -1, 0  # own settings, METIS, pivot 1e-12
         self._iparm[[7, 10, 12]] = 0, 0, 0  # no refinement, no scaling or matching: keep the inertia
         self._call(self._ANALYSE_AND_FACTOR, np.zeros(1), np.zeros(1), 1)

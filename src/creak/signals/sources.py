@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -82,7 +82,6 @@ class Motion:
     displacement: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
-    meta: dict[str, float] = field(default_factory=dict)
 
 
 def force(signal: Signal, t: FloatArray) -> FloatArray:
@@ -96,14 +95,33 @@ def force(signal: Signal, t: FloatArray) -> FloatArray:
     return np.interp(t, signal.time, signal.value)
 
 
+RAMP = 0.1
+"""A multisine that prescribes motion is faded in over this part of its period."""
+
+
+def faded_in(motion: Motion, t: FloatArray, duration: float) -> Motion:
+    """The motion times a window w that rises smoothly from 0 to 1 over `duration` s.
+
+    A random-phase signal does not start at zero; without the window the supports would jump at t = 0. With
+    w = 10 x^3 - 15 x^4 + 6 x^5, x = t / duration, displacement, velocity and acceleration start at zero.
+    """
+    x = np.clip(t / duration, 0.0, 1.0)
+    w = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+    dw = 30.0 * x**2 * (1.0 - x) ** 2 / duration
+    ddw = 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / duration**2
+    u, v, a = motion.displacement, motion.velocity, motion.acceleration
+    return Motion(w * u, w * v + dw * u, w * a + 2.0 * dw * v + ddw * u)
+
+
 def displacement_motion(signal: Signal, t: FloatArray) -> Motion:
-    """The signal is a displacement: differentiate it.
+    """The signal is a displacement: differentiate it. Multisine and record are faded in (`faded_in`).
 
     A table is interpolated by modified Akima splines, which neither overshoot on plateaus nor kink between
     close samples; a record is integrated twice first.
     """
     if isinstance(signal, Multisine):
-        return Motion(*(signal.derivative(t, order) for order in (0, 1, 2)))
+        motion = Motion(*(signal.derivative(t, order) for order in (0, 1, 2)))
+        return faded_in(motion, t, RAMP * signal.period)
     if isinstance(signal, Sine):
         w, A = 2.0 * np.pi * signal.frequency, signal.amplitude
         return Motion(A * np.sin(w * t), A * w * np.cos(w * t), -A * w**2 * np.sin(w * t))
@@ -121,10 +139,11 @@ def acceleration_motion(signal: Signal, t: FloatArray) -> Motion:
     """The signal is an acceleration (base motion).
 
     Sine, step and table start from rest: v(0) = u(0) = 0. Multisine and record are periodic: their motion is
-    the zero-mean one of omega arithmetic.
+    the zero-mean one of omega arithmetic, faded in.
     """
     if isinstance(signal, Multisine):
-        return Motion(*(signal.derivative(t, order) for order in (-2, -1, 0)))
+        motion = Motion(*(signal.derivative(t, order) for order in (-2, -1, 0)))
+        return faded_in(motion, t, RAMP * signal.period)
     if isinstance(signal, Sine):
         w, A = 2.0 * np.pi * signal.frequency, signal.amplitude
         return Motion(A / w * (t - np.sin(w * t) / w), A / w * (1.0 - np.cos(w * t)), A * np.sin(w * t))
@@ -140,7 +159,8 @@ def _record_motion(record: Record, t: FloatArray) -> Motion:
     step = float(record.time[1] - record.time[0])
     u, v, a = integrate_twice(record.value, step, record.high_pass)
     at = np.clip(t, record.time[0], record.time[-1])
-    return Motion(*(CubicSpline(record.time, x)(at) for x in (u, v, a)))
+    motion = Motion(*(CubicSpline(record.time, x)(at) for x in (u, v, a)))
+    return faded_in(motion, t, 1.0 / record.high_pass)
 
 
 def _integrated_table(table: Table, t: FloatArray) -> Motion:
