@@ -118,7 +118,9 @@ def project(system: System, V: FloatArray, *, static: FloatArray | None = None, 
 
 def momentum_fit(M: FloatArray, momentum: FloatArray) -> FloatArray:
     """Reduced initial velocity with the generalised momentum V' M v of the unreduced one: M' q' = V' M v."""
-    return np.linalg.solve(M, momentum) if momentum.any() else np.zeros(M.shape[0])
+    if not momentum.any():
+        return np.zeros(M.shape[0])
+    return np.asarray(np.linalg.solve(M, momentum), dtype=np.float64)
 
 
 def symmetric(A: FloatArray) -> FloatArray:

@@ -48,11 +48,16 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
     if play.lower is not None and play.upper is not None and play.lower > play.upper:
         raise InputError(f"lower = {play.lower} lies above upper = {play.upper}", where=where, fix="Swap them.")
     moving = ends[-1]
-    channel, label, value, gap0, names, nodes = [], [], [], [], [], []
+    channel: list[int] = []
+    label: list[int] = []
+    value: list[float] = []
+    gap0: list[float] = []
+    names: list[str] = []
+    nodes: list[int] = []
     for k in range(moving.size):
         for side, sign, limit in sides:
             row = len(gap0)
-            terms = [(moving[k], sign)] + ([(ends[0][k], -sign)] if len(ends) == 2 else [])
+            terms = [(int(moving[k]), sign)] + ([(int(ends[0][k]), -sign)] if len(ends) == 2 else [])
             for node, c in terms:
                 channel.append(row)
                 label.append(6 * int(node) + play.dof - 1)

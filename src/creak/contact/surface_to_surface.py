@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -67,8 +68,8 @@ def surface_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, li
     half = 0.5 * (secondary.thickness[points.facet] + main.thickness[meet.facet])
     gap = np.abs(meet.distance) - half
     nodes, at, share, area, channel_of = _channels(secondary, points, found)
-    gap0 = np.bincount(at[found].ravel(), (share * gap[:, None])[found].ravel(), minlength=channel_of.size)
-    thick = np.bincount(at[found].ravel(), (share * 2 * half[:, None])[found].ravel(), minlength=channel_of.size)
+    gap0 = _summed(at[found], (share * gap[:, None])[found], channel_of.size)
+    thick = _summed(at[found], (share * 2.0 * half[:, None])[found], channel_of.size)
     keep = np.flatnonzero(channel_of >= 0)
     stiffness = _surface_stiffness(pair, secondary, main, points, meet.facet, found, at, share, channel_of.size)
     rows = _rows(secondary, main, points, meet.shape, meet.facet, normal, found, at, share, channel_of)
@@ -137,14 +138,19 @@ def _channels(
 ) -> tuple[IntArray, IntArray, FloatArray, FloatArray, IntArray]:
     """Nodes, node position per point, N_i w / A_i per point, A_i, and the channel number of each node (-1: none)."""
     nodes = secondary.node_rows
-    at = np.searchsorted(nodes, secondary.nodes[points.facet])
+    at = np.searchsorted(nodes, secondary.nodes[points.facet]).astype(np.int64)
     weighted = points.shape * points.weight[:, None]
-    area = np.bincount(at[found].ravel(), weighted[found].ravel(), minlength=nodes.size)
-    whole = np.bincount(at.ravel(), weighted.ravel(), minlength=nodes.size)
+    area = _summed(at[found], weighted[found], nodes.size)
+    whole = _summed(at, weighted, nodes.size)
     enough = area > LEAST_SHARE * whole
-    channel_of = np.where(enough, np.cumsum(enough) - 1, -1)
+    channel_of = np.where(enough, np.cumsum(enough) - 1, -1).astype(np.int64)
     share = np.where(enough[at], weighted / np.where(enough, area, 1.0)[at], 0.0)
-    return nodes, at, share, area, channel_of
+    return nodes, at, np.asarray(share, dtype=np.float64), area, channel_of
+
+
+def _summed(at: IntArray, values: FloatArray, n: int) -> FloatArray:
+    """(n,) sums of the values that belong to each node."""
+    return np.bincount(at.ravel(), values.ravel(), minlength=n).astype(np.float64)
 
 
 def _surface_stiffness(
@@ -156,7 +162,7 @@ def _surface_stiffness(
         return np.full(n, pair.stiffness)
     per_area = [f.normal_stiffness / np.linalg.norm(f.area_normals, axis=1) for f in (secondary, main)]
     soft = AUTO_FACTOR * np.minimum(per_area[0][points.facet], per_area[1][facet])
-    return np.bincount(at[found].ravel(), (share * soft[:, None])[found].ravel(), minlength=n)
+    return _summed(at[found], (share * soft[:, None])[found], n)
 
 
 def _rows(
@@ -168,7 +174,7 @@ def _rows(
     nodes = np.concatenate([secondary.nodes[points.facet[q]], main.nodes[facet[q]]], axis=1)
     weight = np.concatenate([points.shape[q], -main_shape[q]], axis=1)
     tangents = tangents_of(normal[q])
-    pieces: list[list[FloatArray]] = []
+    pieces: list[list[Any]] = []
     for corner in range(4):
         channel = channel_of[at[q, corner]]
         use = np.flatnonzero((channel >= 0) & (share[q, corner] != 0.0))
@@ -177,4 +183,4 @@ def _rows(
         values = [(scaled[:, :, None] * v[use][:, None, :]).ravel() for v in (normal[q], *tangents)]
         pieces.append([np.repeat(channel[use], 24), label.ravel(), *values])
     joined = [np.concatenate([p[i] for p in pieces]) for i in range(5)]
-    return ChannelRows(joined[0].astype(np.int64), joined[1].astype(np.int64), joined[2], joined[3], joined[4])
+    return ChannelRows(joined[0].astype(np.int64), joined[1].astype(np.int64), *joined[2:])

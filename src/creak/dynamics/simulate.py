@@ -5,6 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -34,21 +35,35 @@ class Instant:
     p: FloatArray
 
 
+class Stepper(Protocol):
+    """What `march` drives: a rule that leads from one instant to the next."""
+
+    gaps: GapOperator
+    loads: Loads
+    on: ChannelMatrices
+    terms: LinearTerms
+    setup_s: float
+
+    def start(self) -> Instant: ...
+
+    def step(self, n: int, now: Instant) -> Instant: ...
+
+
 class CondensedHHT:
     """One step of HHT-alpha: a back-substitution, the channels, and their effect on the acceleration."""
 
     def __init__(self, system: System, gaps: GapOperator, loads: Loads, scheme: HHT) -> None:
+        started = clock.perf_counter()
         self.scheme, self.gaps, self.loads, self.h = scheme, gaps, loads, loads.step
         self.solver = StepFactor(system, scheme, self.h)
         self.on: ChannelMatrices = channel_matrices(system, gaps)
         self.contact = CondensedContact(gaps, self.on, self.solver, scheme, self.h)
         self.terms = LinearTerms(system, loads)
+        self.setup_s = clock.perf_counter() - started
 
     def start(self) -> Instant:
         """The first instant: u = 0, the System's initial velocity, S a = f - C v - K u."""
-        x = self.terms.start(self.solver)
-        gap = self.gaps.gap0 + self.on.G @ x.u + self.on.G_s @ self.loads.support[0, 0]
-        return Instant(x, gap, self.gaps.stiffness * np.maximum(0.0, -gap))
+        return first_instant(self.terms, self.solver, self.gaps, self.on)
 
     def step(self, n: int, now: Instant) -> Instant:
         """From step n - 1 to step n."""
@@ -67,6 +82,13 @@ class CondensedHHT:
         if not self.gaps.damping.any():
             return np.zeros(self.gaps.m)
         return np.asarray(self.on.G @ v + self.on.G_s @ s_dot)
+
+
+def first_instant(terms: LinearTerms, solver: StepFactor, gaps: GapOperator, on: ChannelMatrices) -> Instant:
+    """State, gaps and forces at t = 0."""
+    x = terms.start(solver)
+    gap = gaps.gap0 + on.G @ x.u + on.G_s @ terms.loads.support[0, 0]
+    return Instant(x, gap, gaps.stiffness * np.maximum(0.0, -gap))
 
 
 def simulate(
@@ -93,15 +115,18 @@ def simulate(
     ------
     NumericalError : the step matrix is singular, or the motion is no longer finite.
     """
-    started = clock.perf_counter()
-    loads = loads.consistent_with(scheme)
-    stepper = CondensedHHT(system, gaps, loads, scheme)
-    recorder = Recorder(system, stepper.on, observed, loads, output_every)
-    audit = EnergyAudit(stepper.terms, gaps, stepper.on, loads)
+    return march(CondensedHHT(system, gaps, loads.consistent_with(scheme), scheme), observed, output_every, progress)
+
+
+def march(stepper: Stepper, observed: IntArray, output_every: int = 1, progress: Progress | None = None) -> History:
+    """Drive a stepper through its loads, keeping output and the energy balance."""
+    loads, started = stepper.loads, clock.perf_counter()
+    recorder = Recorder(stepper.terms.system, stepper.on, observed, loads, output_every)
+    audit = EnergyAudit(stepper.terms, stepper.gaps, stepper.on, loads)
     now = stepper.start()
     audit.start(now.x, now.gap, now.p)
     recorder.keep(0, now.gap, now.p, now.x.u)
-    setup_s = clock.perf_counter() - started
+    setup_s = stepper.setup_s + clock.perf_counter() - started
     contact_steps = 0
     with one_blas_thread():
         for n in range(1, loads.n_step + 1):

@@ -32,7 +32,8 @@ class Multisine:
         first = max(1, int(np.ceil(self.f_min * self.period - 1e-9)))
         last = int(np.floor(self.f_max * self.period + 1e-9))
         omega = 2.0 * np.pi * np.arange(first, last + 1) / self.period
-        return omega, np.random.default_rng(self.seed).uniform(0.0, 2.0 * np.pi, omega.size)
+        phase = np.random.default_rng(self.seed).uniform(0.0, 2.0 * np.pi, omega.size)
+        return np.asarray(omega, dtype=np.float64), phase
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
         """d^order/dt^order; negative orders are the zero-mean integrals (omega arithmetic)."""

@@ -21,7 +21,7 @@ def spectrum(x: FloatArray, step: float, f_max: float) -> tuple[FloatArray, Comp
     freq = np.fft.rfftfreq(n, step)
     amplitude = np.fft.rfft(x, axis=0) * (2.0 / n)
     keep = (freq > 0.0) & (freq <= f_max * (1.0 + 1e-9))
-    return freq[keep], amplitude[keep]
+    return np.asarray(freq[keep], dtype=np.float64), np.asarray(amplitude[keep])
 
 
 def low_pass(x: FloatArray, step: float, f_max: float) -> FloatArray:

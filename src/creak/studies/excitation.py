@@ -74,7 +74,7 @@ def time_axis(study: Study) -> FloatArray:
             f"a run of {end} s has {n} step(s) of {table.step} s", where=study.where("time", "step"),
             expected="two or more", fix="Shorten the step or move the end.",
         )  # fmt: skip
-    return table.step * np.arange(n + 1)
+    return np.asarray(table.step * np.arange(n + 1), dtype=np.float64)
 
 
 def period_of(study: Study) -> float | None:

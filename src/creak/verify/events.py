@@ -50,7 +50,7 @@ def find_events(history: History, gaps: GapOperator, merge: float, f_max: float)
     events = []
     for group in dict.fromkeys(gaps.group):
         channels = np.array([j for j, g in enumerate(gaps.group) if g == group], dtype=np.int64)
-        closed = (history.force[:, channels] > 0.0).any(axis=1)
+        closed = np.asarray((history.force[:, channels] > 0.0).any(axis=1))
         for chain in _chains(closed, merge / history.step):
             events.append(_event(history, gaps, smooth, group, channels, chain))
     return sorted(events, key=lambda e: (e.t_start, e.group))

@@ -1,0 +1,29 @@
+"""`creak example`: decks to start from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+app = typer.Typer(help="Write an example deck and study.", no_args_is_help=True)
+
+
+@app.callback()
+def _group() -> None:
+    pass
+
+
+@app.command("door")
+def door(
+    mesh_size: float = typer.Option(20.0, "--mesh-size", help="Element size, mm (40 to 3)."),
+    out: Path = typer.Option(Path("door"), "--out", help="Folder to write door.inp and door.toml into."),
+) -> None:
+    """Write the parametric car door: door.inp (Abaqus syntax) and door.toml."""
+    from creak.cli.output import writable_folder
+    from creak.door import write_door
+
+    writable_folder(out)
+    for path in write_door(mesh_size, out):
+        typer.echo(f"wrote {path}")
+    typer.echo(f"next: creak run {out / 'door.toml'}")

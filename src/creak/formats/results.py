@@ -1,0 +1,81 @@
+"""results.h5: time histories with units and axes as attributes; complete or absent."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+
+UNITS = {
+    "mm-t-s": {"length": "mm", "force": "N", "energy": "mJ", "time": "s"},
+    "m-kg-s": {"length": "m", "force": "N", "energy": "J", "time": "s"},
+}
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """Arrays of one run as they are stored."""
+
+    time: FloatArray
+    """(n_out,)"""
+    gap: FloatArray
+    """(n_out, n_channel)"""
+    normal_force: FloatArray
+    """(n_out, n_channel)"""
+    slip: FloatArray
+    """(n_out, n_channel)"""
+    displacement: FloatArray
+    """(n_out, n_node, 6)"""
+    node_ids: IntArray
+    """(n_node,) labels of the deck."""
+    node_names: Sequence[str]
+    channels: Sequence[str]
+    channel_nodes: IntArray
+    """(n_channel,) label of the secondary node."""
+    energy: FloatArray
+    """(n_out, n_term)"""
+    energy_terms: Sequence[str]
+
+
+def write_results(path: Path, runs: Mapping[str, RunRecord], attributes: Mapping[str, str], units: str) -> None:
+    """Write all runs to one HDF5 file, first under a temporary name, then renamed."""
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        with h5py.File(partial, "w") as file:
+            for key, value in attributes.items():
+                file.attrs[key] = value
+            for name, run in runs.items():
+                _write_run(file.create_group(f"runs/{name}"), run, UNITS[units])
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _write_run(group: h5py.Group, run: RunRecord, unit: Mapping[str, str]) -> None:
+    length, force = unit["length"], unit["force"]
+    _put(group, "time", run.time, unit["time"], "time")
+    _put(group, "gap", run.gap, length, "time, channel")
+    _put(group, "normal_force", run.normal_force, force, "time, channel")
+    _put(group, "slip", run.slip, length, "time, channel")
+    _put(group, "displacement", run.displacement, f"{length} (X Y Z), rad (RX RY RZ)", "time, node, dof")
+    _put(group, "node_ids", run.node_ids, "", "node")
+    _put(group, "energy", run.energy, unit["energy"], "time, term")
+    group["energy"].attrs["terms"] = list(run.energy_terms)
+    text = h5py.string_dtype()
+    group.create_dataset("node_names", data=np.array(list(run.node_names), dtype=object), dtype=text)
+    group.create_dataset("channels", data=np.array(list(run.channels), dtype=object), dtype=text)
+    _put(group, "channel_nodes", run.channel_nodes, "", "channel")
+
+
+def _put(group: h5py.Group, name: str, data: FloatArray | IntArray, unit: str, axes: str) -> None:
+    big = data.size > 10_000
+    options = {"compression": "gzip", "compression_opts": 4, "shuffle": True} if big else {}
+    dataset = group.create_dataset(name, data=data, **options)
+    dataset.attrs["unit"] = unit
+    dataset.attrs["axes"] = axes
