@@ -74,7 +74,7 @@ def couple(
     return System("assembly", M_t, K_t, damping, physical, supports, coordinates, velocity, stats)
 
 
-def _stacked_rows(systems: Sequence[System]) -> "_Stacked":
+def _stacked_rows(systems: Sequence[System]) -> _Stacked:
     return _Stacked([s.rows for s in systems])
 
 

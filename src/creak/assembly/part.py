@@ -179,14 +179,16 @@ def part_system(model: Model, part: int, common: Rayleigh, *, override: bool = F
 
 
 def loose_system(model: Model, common: Rayleigh) -> System | None:
-    """Nodes that belong to no part but that constraints use (a reference node coupled to several parts)."""
+    """Nodes that belong to no part: reference nodes shared by parts, ends of connectors, points of a wall.
+
+    They have neither mass nor stiffness of their own; those that nothing uses drop out when parts are joined.
+    """
     owned = np.zeros(model.nodes.count, dtype=bool)
     for part in model.parts:
         owned[part.nodes_idx] = True
-    used = sorted({n for c in model.constraints for n in constraint_nodes(c) if not owned[n]})
-    if not used:
+    if owned.all():
         return None
-    labels = node_dofs(np.array(used, dtype=np.int64))
+    labels = node_dofs(np.flatnonzero(~owned))
     n = labels.size
     zero = sp.csr_matrix((n, n))
     rows = _rows_of(labels, sp.identity(n, format="csr"), model.nodes.count)
@@ -200,10 +202,10 @@ def _initial_velocity(model: Model, coordinates: IntArray) -> FloatArray:
 
 
 def _outside_labels(model: Model, across: Sequence[Constraint]) -> IntArray:
-    nodes = {n for c in across for n in constraint_nodes(c)}
-    for fixed in model.fixed:
-        nodes.update(fixed.nodes_idx.tolist())
-    return node_dofs(np.array(sorted(nodes), dtype=np.int64))
+    """Dofs that links to other parts and supports refer to; they stay even without stiffness or mass."""
+    linked = {label for c in across for e in linear_equations(c, model.nodes.coords) for label in e.labels}
+    held = [node_dofs(fixed.nodes_idx, fixed.dofs) for fixed in model.fixed]
+    return np.concatenate([np.array(sorted(linked), dtype=np.int64), *held])
 
 
 def _congruent(T: Matrix, A: Matrix) -> Matrix:

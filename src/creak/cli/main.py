@@ -63,6 +63,9 @@ def main() -> NoReturn:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(FAILED)
     except Exception as error:
+        if type(error).__name__ == "NoArgsIsHelpError":
+            typer.echo(str(error))
+            sys.exit(WRONG_INPUT)
         if hasattr(error, "format_message"):  # a usage error of the command line itself
             console.print(f"creak: {error.format_message()} Try: creak --help", style="red", markup=False)
             sys.exit(WRONG_INPUT)

@@ -1,6 +1,6 @@
 """The study that goes with the door, as TOML."""
 
-AMPLITUDE = 0.02
+AMPLITUDE = 0.0115
 """Amplitude of every sine of the multisine that drives the upper hinge, mm."""
 
 _STUDY = """\

@@ -17,7 +17,7 @@ DENSE_LIMIT = 600
 """Up to this size the dense eigensolver is faster and simpler."""
 TOLERANCE = 1e-9
 """Lanczos residual relative to the eigenvalue; the eigenvalue's own error is of its square."""
-BLOCK = 8
+BLOCK = 16
 
 Progress = Callable[[int, int], None]
 
@@ -71,7 +71,7 @@ def modes(
         raise ValueError("give either f_max or count")
     if n <= DENSE_LIMIT:
         return _dense_modes(K, M, f_max, count, free)
-    shift = -_small_shift(K, M) if free else 0.0
+    shift = -small_shift(K, M) if free else 0.0
     try:
         inverse = stiffness_factor or factor(_shifted(K, M, shift))
     except SingularMatrixError as error:
@@ -91,7 +91,7 @@ def _shifted(K: Matrix, M: Matrix, shift: float) -> Matrix:
     return K if shift == 0.0 else K - shift * M
 
 
-def _small_shift(K: Matrix, M: Matrix) -> float:
+def small_shift(K: Matrix, M: Matrix) -> float:
     """A shift far below the first elastic eigenvalue of any mesh, far above round-off in K."""
     k, m = K.diagonal(), M.diagonal()
     both = (k > 0.0) & (m > 0.0)
@@ -127,12 +127,12 @@ def _lanczos(
 ) -> tuple[FloatArray, FloatArray]:
     """The `wanted` eigenpairs nearest above the shift, by block Lanczos on (K - shift M)^-1 M."""
     rng = np.random.default_rng(20190527)
-    capacity = min(n, 2 * wanted + 10 * BLOCK)
+    capacity = min(n, int(2.6 * wanted) + 10 * BLOCK)
     Q = np.empty((n, capacity), order="F")
     MQ = np.empty((n, capacity), order="F")
     T = np.zeros((capacity + BLOCK, capacity + BLOCK))
     block = _orthonormalised(inverse.solve(np.asarray(M @ rng.standard_normal((n, min(BLOCK, n))))), M)[0]
-    used = 0
+    used, look = 0, max(wanted + 2 * BLOCK, int(1.9 * wanted))
     while True:
         width = block.shape[1]
         if used + width > Q.shape[1]:
@@ -144,17 +144,20 @@ def _lanczos(
         MQ[:, here] = M @ block
         W = inverse.solve(np.ascontiguousarray(MQ[:, here]))
         used += width
-        projections = MQ[:, :used].T @ W
-        W = W - Q[:, :used] @ projections
-        again = MQ[:, :used].T @ W
-        W -= Q[:, :used] @ again
-        T[:used, here] = projections + again
+        near = slice(max(0, used - 2 * width - BLOCK), used)
+        local = MQ[:, near].T @ W
+        W -= Q[:, near] @ local
+        rest = MQ[:, :used].T @ W
+        W -= Q[:, :used] @ rest
+        T[:used, here] = rest
+        T[near, here] += local
         T[here, :used] = T[:used, here].T
         block, R = _orthonormalised(W, M)
         if progress is not None:
             progress(min(used // 2, wanted), wanted)
         exhausted = used >= n or block.shape[1] == 0
-        if used >= wanted and (exhausted or (used // BLOCK) % 3 == 0):
+        if exhausted or used >= look:
+            look = used + max(2 * BLOCK, wanted // 8)
             theta, s = sla.eigh(0.5 * (T[:used, :used] + T[:used, :used].T))
             order = np.argsort(-theta)[:wanted]
             error = np.linalg.norm(R @ s[used - width : used, order], axis=0)
@@ -191,7 +194,7 @@ def _checked(
     """Clean rigid-body values to 0, measure residuals, compare the count with the inertia just above the last."""
     order = np.argsort(omega2)
     omega2, shapes = omega2[order], shapes[:, order]
-    scale = max(abs(_small_shift(K, M)), 1e-300)
+    scale = max(abs(small_shift(K, M)), 1e-300)
     omega2 = np.where(np.abs(omega2) < scale, 0.0, omega2) if free else omega2
     Kx = K @ shapes
     size = np.linalg.norm(Kx, axis=0)

@@ -12,7 +12,7 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.damping import Damping
 from creak.assembly.system import Rows, System, momentum_fit, no_supports, symmetric, to_dense
 from creak.errors import NumericalError
-from creak.linalg.factor import Factor, SingularMatrixError, factor
+from creak.linalg.factor import Factor, regular_factor
 from creak.linalg.modes import Modes, modes
 
 COLUMNS = 128
@@ -87,13 +87,12 @@ def _basis(
     if i.size == 0:
         return Basis(np.zeros((0, b.size)), Modes(np.zeros(0), np.zeros((0, 0)), 0.0, True))
     K_ii, M_ii = K[i][:, i], M[i][:, i]
-    try:
-        K_ii_factor = factor(K_ii)
-    except SingularMatrixError as error:
+    K_ii_factor = regular_factor(K_ii)
+    if K_ii_factor is None:
         raise NumericalError(
-            f"part {name} cannot be reduced: its {b.size} retained dofs do not hold it "
-            f"(stiffness singular at internal row {error.row}). Couple or support it, or retain more nodes."
-        ) from error
+            f"part {name} cannot be reduced: its {b.size} retained dofs do not hold it (the stiffness of the "
+            "others is singular). Couple or support it, or retain more nodes."
+        )
 
     def report(stage: str) -> Callable[[int, int], None] | None:
         return None if progress is None else lambda done, total: progress(f"{name}: {stage}", done, total)

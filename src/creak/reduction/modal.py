@@ -9,10 +9,10 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.assembly.damping import Damping
 from creak.assembly.system import System, project
-from creak.reduction.diagonal import diagonalise
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.factor import Factor
 from creak.linalg.modes import Modes
+from creak.reduction.diagonal import diagonalise
 
 
 def support_motion(system: System, stiffness: Factor) -> FloatArray:

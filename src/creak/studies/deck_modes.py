@@ -7,7 +7,7 @@ from pathlib import Path
 
 from creak.assembly.coupling import Driven, couple
 from creak.assembly.part import Rayleigh, loose_system, part_system
-from creak.linalg.factor import SingularMatrixError, factor
+from creak.linalg.factor import regular_factor
 from creak.linalg.modes import modes
 from creak.studies.setup import read_model
 
@@ -35,10 +35,7 @@ def deck_modes(path: Path, *, f_max: float | None = None, count: int | None = No
     parts = [part_system(model, i, rayleigh, override=True) for i in range(len(model.parts))]
     loose = loose_system(model, rayleigh)
     system = couple([*parts, loose] if loose else parts, model, Driven({}), rayleigh, override=True)
-    try:
-        stiffness = factor(system.K)
-    except SingularMatrixError:
-        stiffness = None
+    stiffness = regular_factor(system.K)
     found = modes(system.K, system.M, f_max=f_max, count=count, free=stiffness is None, stiffness_factor=stiffness)
     rigid = int((found.omega2 == 0.0).sum())
     return DeckModes(found.frequencies.tolist(), system.stats["mass"], rigid, found.residual, found.sturm_ok)

@@ -15,8 +15,9 @@ from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.part import split_constraints
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
-from creak.linalg.factor import factor
-from creak.linalg.modes import Modes
+from creak.linalg.diagonal import Diagonal
+from creak.linalg.factor import factor, regular_factor
+from creak.linalg.modes import Modes, modes, small_shift
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.diagonal import diagonalise
 from creak.reduction.modal import support_motion
@@ -96,7 +97,7 @@ def _with_damping(setup: Setup, system: System) -> System:
     if setup.study.config.damping.modal is None:
         return system
     modes = _own_modes(system, modal_band(setup))
-    R = support_motion(system, factor(system.K)) if system.supports.count else None
+    R = support_motion(system, regular_factor(system.K) or factor(system.K + small_shift(system.K, system.M) * system.M))
     return damped(setup, system, modes, R)
 
 
@@ -111,9 +112,6 @@ def _own_modes(system: System, f_max: float) -> Modes:
 
 def reduced_modes(system: System, f_max: float) -> Modes:
     """Modes of the reduced model up to `f_max`, Hz, for comparison with the reference."""
-    from creak.linalg.diagonal import Diagonal
-    from creak.linalg.modes import modes
-
     if isinstance(system.K, Diagonal):
         return _own_modes(system, f_max)
     return modes(system.K, system.M, f_max=f_max, free=True)

@@ -14,9 +14,8 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.hht import HHT
 from creak.dynamics.simulate import simulate
-from creak.errors import NumericalError
-from creak.linalg.factor import Factor, SingularMatrixError, factor
-from creak.linalg.modes import Modes, modes
+from creak.linalg.factor import Factor, factor, regular_factor
+from creak.linalg.modes import Modes, modes, small_shift
 from creak.reduction.modal import modal_system, support_motion, with_modal_damping
 from creak.studies.excitation import highest_frequency
 from creak.studies.setup import Setup
@@ -36,9 +35,10 @@ class ReferenceModel:
     """Nodes between parts."""
     system: System
     modes: Modes
-    support_shapes: FloatArray | None
-    """R = -K^-1 K_qs; None where nothing but contact holds the structure."""
+    support_shapes: FloatArray
+    """R = -K^-1 K_qs; free motions of a structure that is not held do not follow."""
     stiffness: Factor | None
+    """A factor of K; None where the structure can move freely."""
 
 
 def build_reference(setup: Setup, progress: Progress) -> ReferenceModel:
@@ -51,12 +51,12 @@ def build_reference(setup: Setup, progress: Progress) -> ReferenceModel:
     loose = loose_system(setup.model, setup.rayleigh)
     progress("assemble", count, count)
     system = join_parts(setup, parts, loose)
-    stiffness = _factored(system)
+    stiffness = regular_factor(system.K)
     found = modes(
         system.K, system.M, f_max=modal_band(setup), free=stiffness is None, stiffness_factor=stiffness,
         progress=lambda done, total: progress("modes of the assembly", done, total),
     )  # fmt: skip
-    R = support_motion(system, stiffness) if stiffness is not None else None
+    R = support_motion(system, stiffness or factor(system.K + small_shift(system.K, system.M) * system.M))
     return ReferenceModel(tuple(parts), loose, damped(setup, system, found, R), found, R, stiffness)
 
 
@@ -66,14 +66,12 @@ def join_parts(setup: Setup, parts: list[System], loose: System | None) -> Syste
     return couple(systems, setup.model, setup.driven, setup.rayleigh, override=setup.override_damping)
 
 
-def damped(setup: Setup, system: System, found: Modes, R: FloatArray | None) -> System:
+def damped(setup: Setup, system: System, found: Modes, R: FloatArray) -> System:
     """The System with the study's modal damping, if it asks for any."""
     zeta = setup.study.config.damping.modal
     if zeta is None:
         return system
-    if R is None and system.supports.count:
-        raise NumericalError("modal damping with driven supports needs a structure that its supports hold")
-    return with_modal_damping(system, found, R if R is not None else np.zeros((system.n, 0)), zeta)
+    return with_modal_damping(system, found, R, zeta)
 
 
 def modal_band(setup: Setup) -> float:
@@ -81,13 +79,6 @@ def modal_band(setup: Setup) -> float:
     c = setup.study.config
     band = max(1.1 * c.verification.mac_f_max, PRECHECK_BAND * highest_frequency(setup.study))
     return max(band, c.verification.f_max) if c.damping.modal is not None else band
-
-
-def _factored(system: System) -> Factor | None:
-    try:
-        return factor(system.K)
-    except SingularMatrixError:
-        return None
 
 
 def precheck(setup: Setup, reference: ReferenceModel, scheme: HHT, progress: Progress) -> tuple[GapOperator, list[str]]:
@@ -109,7 +100,6 @@ def precheck(setup: Setup, reference: ReferenceModel, scheme: HHT, progress: Pro
 def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: HHT, progress: Progress) -> FloatArray:
     """(m,) smallest gap of every contact channel over a run without contact."""
     R = reference.support_shapes
-    assert R is not None
     assert reference.stiffness is not None
     system = modal_system(reference.system, reference.modes, R, _static_shapes(setup, reference))
     silent = setup.contacts.without_force()

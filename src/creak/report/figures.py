@@ -1,0 +1,235 @@
+"""The report's figures as plotly specifications, one function each; what is absent is said in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.dynamics.history import ENERGIES, History
+from creak.report import palette
+from creak.report.axes import Trace, axis, base_layout, line, peaks_kept, plain, stacked, thinned
+from creak.report.text import Units, fixed
+from creak.report.verdict import why_no_fit, why_no_mac
+from creak.studies.run import StudyResult, events_in
+
+MOST_ROWS = 6
+"""Contacts drawn one below the other; the hardest pressed ones."""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A plotly figure, or why there is none."""
+
+    spec: dict[str, Any] | None
+    caption: str
+    height: int = 0
+
+
+def force_figure(result: StudyResult, units: Units) -> Figure:
+    """Contact force over time, largest channel of each contact: reduced upward, reference mirrored downward."""
+    groups = _groups_by_force(result)
+    if not groups:
+        return Figure(None, _no_force(result))
+    shown = groups[:MOST_ROWS]
+    height = 150 + 190 * len(shown)
+    layout = base_layout(height, legend=True)
+    layout["xaxis"] = axis("time, s", anchor=f"y{len(shown) if len(shown) > 1 else ''}", range=list(result.window))
+    data: list[Trace] = []
+    layout["shapes"] = []
+    for row, group in enumerate(shown):
+        name = "yaxis" + (str(row + 1) if row else "")
+        layout[name] = axis(f"{group}, {units.force}", domain=stacked(row, len(shown)), zeroline=True, zerolinecolor=palette.MUTED)
+        traces, peak = _force_row(result, group, row)
+        data += traces
+        layout["shapes"] += _event_bands(result, group, row)
+        layout[name] |= _mirrored_ticks(peak, "reference" in result.runs and "reduced" in result.runs)
+    return Figure({"data": data, "layout": layout}, _force_caption(result, len(groups)), height)
+
+
+def _no_force(result: StudyResult) -> str:
+    if result.gaps.m == 0:
+        return "No contact forces: the study has no channel that can close."
+    return "No contact forces: nothing touched in the verification window."
+
+
+def _groups_by_force(result: StudyResult) -> list[str]:
+    """Contacts and connectors that pressed in the window, the hardest first."""
+    peaks: dict[str, float] = {}
+    for run in result.runs.values():
+        inside = _inside(run.history, result.window)
+        for j, group in enumerate(result.gaps.group):
+            top = float(run.history.force[inside, j].max(initial=0.0))
+            peaks[group] = max(peaks.get(group, 0.0), top)
+    return sorted((g for g, p in peaks.items() if p > 0.0), key=lambda g: -peaks[g])
+
+
+def _inside(history: History, window: tuple[float, float]) -> slice:
+    first, last = np.searchsorted(history.time, [window[0] - 1e-12, window[1] + 1e-12])
+    return slice(int(first), int(last))
+
+
+def _force_row(result: StudyResult, group: str, row: int) -> tuple[list[Trace], float]:
+    channels = [j for j, g in enumerate(result.gaps.group) if g == group]
+    traces, top = [], 0.0
+    for name, run in result.runs.items():
+        inside = _inside(run.history, result.window)
+        force = run.history.force[inside][:, channels].max(axis=1)
+        time, force = peaks_kept(run.history.time[inside], force)
+        top = max(top, float(force.max(initial=0.0)))
+        sign = -1.0 if name == "reference" and "reduced" in result.runs else 1.0
+        trace = line(time, sign * force, palette.RUN_NAMES[name], palette.RUNS[name], row=row, first=row == 0)
+        traces.append(trace | {"fill": "tozeroy", "customdata": plain(force), "hovertemplate": "%{x:.4f} s: %{customdata:.3g}"})
+    return traces, top
+
+
+def _event_bands(result: StudyResult, group: str, row: int) -> list[dict[str, Any]]:
+    """A band for each event, on the half of the run it belongs to; missed and extra ones in their own colour."""
+    match = result.events
+    missed = {id(e) for e in match.missed} if match else set()
+    extra = {id(e) for e in match.extra} if match else set()
+    halves = {"reduced": (0.5, 1.0), "reference": (0.0, 0.5)} if match else dict.fromkeys(result.runs, (0.0, 1.0))
+    y = "y" + (str(row + 1) if row else "")
+    bands = []
+    for name, run in result.runs.items():
+        for e in events_in(run.events, result.window):
+            if e.group != group:
+                continue
+            colour = palette.MISSED if id(e) in missed else palette.EXTRA if id(e) in extra else "#8a94a0"
+            low, high = halves[name]
+            bands.append({
+                "type": "rect", "xref": "x", "yref": f"{y} domain", "x0": e.t_start, "x1": e.t_end, "y0": low, "y1": high,
+                "fillcolor": colour, "opacity": 0.45 if colour != "#8a94a0" else 0.22, "line": {"width": 0}, "layer": "below",
+            })  # fmt: skip
+    return bands
+
+
+def _mirrored_ticks(peak: float, mirrored: bool) -> dict[str, Any]:
+    """A symmetric axis whose ticks carry no sign."""
+    if not mirrored or peak <= 0.0:
+        return {"rangemode": "tozero"}
+    step = 10.0 ** np.floor(np.log10(peak))
+    step *= next(f for f in (0.2, 0.5, 1.0, 2.0, 5.0) if peak / (f * step) <= 4.0)
+    ticks = np.arange(-4, 5) * step
+    return {"range": [-1.08 * peak, 1.08 * peak], "tickvals": plain(ticks), "ticktext": [f"{abs(t):.3g}" for t in ticks]}
+
+
+def _force_caption(result: StudyResult, groups: int) -> str:
+    text = "Largest channel force of the contact at each step, over the verification window; events shaded."
+    if "reduced" in result.runs and "reference" in result.runs:
+        text += " Reduced model upward, unreduced model mirrored downward; an event without a partner is orange (missed) or pink (extra)."
+    if groups > MOST_ROWS:
+        text += f" The {MOST_ROWS} hardest pressed of {groups} contacts are shown."
+    return text
+
+
+def mac_figure(result: StudyResult) -> Figure:
+    """MAC between all reference and reduced modes as a heat map."""
+    modes = result.modes
+    if modes is None or 0 in modes.pairs.matrix.shape:
+        return Figure(None, f"No mode shapes to compare: {why_no_mac(result)}.")
+    matrix = modes.pairs.matrix
+    n_ref, n_red = matrix.shape
+    size = int(np.clip(26 * n_ref, 240, 430))
+    layout = base_layout(size + 110)
+    layout["xaxis"] = axis("mode of the reduced model", dtick=max(1, -(-n_red // 14)), tick0=1, showgrid=False, constrain="domain")
+    layout["yaxis"] = axis("mode of the unreduced model", dtick=max(1, -(-n_ref // 14)), tick0=1, showgrid=False, scaleanchor="x", constrain="domain")
+    label = [[f"{a:.2f} Hz / {b:.2f} Hz" for b in modes.freq_reduced] for a in modes.freq_reference] if n_ref * n_red < 5000 else None
+    trace: Trace = {
+        "type": "heatmap", "z": np.round(matrix, 4).tolist(), "x": list(range(1, n_red + 1)), "y": list(range(1, n_ref + 1)),
+        "zmin": 0, "zmax": 1, "xgap": 1, "ygap": 1,
+        "colorscale": [[0.0, "#f3f6f9"], [0.3, "#b9d3e8"], [0.7, "#4a90c2"], [1.0, "#08306b"]],
+        "colorbar": {"title": {"text": "MAC"}, "thickness": 12, "len": 0.9, "outlinewidth": 0},
+        "hovertemplate": "unreduced %{y}, reduced %{x}: MAC %{z:.4f}" + ("<br>%{customdata}" if label else "") + "<extra></extra>",
+    }  # fmt: skip
+    if label:
+        trace["customdata"] = label
+    return Figure({"data": [trace], "layout": layout}, "Modal assurance criterion: dark on the diagonal alone is what one hopes for.", size + 110)
+
+
+def spectra_figure(result: StudyResult, units: Units) -> Figure:
+    """Mean magnitude over the verification pairs of the relative displacement, per axis."""
+    spectra = result.spectra
+    if spectra is None:
+        return Figure(None, f"No spectra: {why_no_fit(result)}.")
+    if spectra.freq.size == 0:
+        return Figure(None, "No spectra: the window is too short for a line below the verification's f_max.")
+    size = {name: np.abs(s).mean(axis=1) for name, s in spectra.spectra.items()}
+    top = max(float(s.max(initial=0.0)) for s in size.values())
+    if top == 0.0:
+        return Figure(None, "No spectra: the verification pairs do not move against each other.")
+    layout = base_layout(660, legend=True)
+    layout["xaxis"] = axis("frequency, Hz", anchor="y3", range=[0.0, float(spectra.freq[-1])])
+    layout["annotations"] = []
+    data: list[Trace] = []
+    for k, name in enumerate("xyz"):
+        number = str(k + 1) if k else ""
+        layout[f"yaxis{number}"] = axis(f"{name}, {units.length}", domain=stacked(k, 3), type="log", exponentformat="power",
+                                        dtick=1, minor={"showgrid": False}, range=_decades(size, k))  # fmt: skip
+        for run in ("reference", "reduced"):
+            if run in size:
+                freq, height = peaks_kept(spectra.freq, size[run][:, k])
+                wide = 3.2 if run == "reference" and len(size) > 1 else 1.4
+                data.append(line(freq, np.where(height > 0.0, height, np.nan), palette.RUN_NAMES[run], palette.RUNS[run], row=k, width=wide, first=k == 0))
+        if name in spectra.nrmse:
+            layout["annotations"].append({
+                "text": f"NRMSE fit {fixed(spectra.nrmse[name], 4)}", "xref": "paper", "x": 1.0, "xanchor": "right", "showarrow": False,
+                "yref": f"y{number} domain", "y": 0.97, "yanchor": "top", "bgcolor": "rgba(255,255,255,0.85)", "font": {"size": 13},
+            })  # fmt: skip
+    return Figure({"data": data, "layout": layout}, _spectra_caption(result), 660)
+
+
+def _decades(size: dict[str, FloatArray], k: int) -> list[float]:
+    """Log range of an axis: its values, at most seven decades."""
+    values = np.concatenate([s[:, k] for s in size.values()])
+    values = values[values > 0.0]
+    if values.size == 0:
+        return [-6.0, 0.0]
+    high = float(np.log10(values.max())) + 0.3
+    return [max(float(np.log10(values.min())) - 0.2, high - 7.0), high]
+
+
+def _spectra_caption(result: StudyResult) -> str:
+    text = (
+        f"Displacement of secondary against main node, mean magnitude over {result.setup.pairs.shape[0]} pairs, "
+        "over the verification window."
+    )
+    return text + (" The fit is 1 for equal spectra, phase included." if result.spectra and result.spectra.nrmse else "")
+
+
+def energy_terms(history: History) -> dict[str, FloatArray]:
+    """The terms of the balance by their names in the report, (n_time,) each."""
+    e = {name: history.energy[:, k] for k, name in enumerate(ENERGIES)}
+    return dict(zip(
+        palette.ENERGY,
+        (e["external"], e["kinetic"] + e["strain"], e["damping"], e["contact"] + e["contact_damping"], e["scheme"]),
+        strict=True,
+    ))  # fmt: skip
+
+
+def energy_figure(result: StudyResult, units: Units) -> Figure:
+    """Cumulative work and stored energy of each run over time."""
+    if not result.runs:
+        return Figure(None, "No energy balance: there is no run.")
+    if all(not run.history.energy.any() for run in result.runs.values()):
+        return Figure(None, "No energy balance: nothing moved.")
+    layout = base_layout(400, legend=True)
+    data: list[Trace] = []
+    count = len(result.runs)
+    layout["annotations"] = []
+    for k, (name, run) in enumerate(sorted(result.runs.items())[::-1]):
+        suffix = str(k + 1) if k else ""
+        domain = [k * 0.52, 0.48 + k * 0.52] if count > 1 else [0.0, 1.0]
+        layout[f"xaxis{suffix}"] = axis("time, s", domain=domain, anchor=f"y{suffix}")
+        layout[f"yaxis{suffix}"] = axis(f"energy, {units.energy}" if k == 0 else "", anchor=f"x{suffix}")
+        if k:
+            layout[f"yaxis{suffix}"] |= {"matches": "y", "showticklabels": False}
+        layout["annotations"].append({"text": f"<b>{palette.RUN_NAMES[name]}</b>", "xref": f"x{suffix} domain", "x": 0.0,
+                                      "xanchor": "left", "yref": "paper", "y": 1.0, "yanchor": "bottom", "showarrow": False})  # fmt: skip
+        for term, values in energy_terms(run.history).items():
+            time, thin = thinned(run.history.time, values)
+            trace = line(time, thin, term, palette.ENERGY[term], row=k, first=k == 0)
+            data.append(trace | {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"})
+    return Figure({"data": data, "layout": layout}, "Work done from outside and where it went, from the start of the run.", 400)

@@ -1,0 +1,28 @@
+"""Colours of the report: distinct for colour-blind readers and in grey print (Okabe and Ito, 2008)."""
+
+from __future__ import annotations
+
+INK = "#1b1f24"
+MUTED = "#5b6570"
+GRID = "#e4e8ec"
+
+REDUCED = "#0072b2"
+REFERENCE = "#e69f00"
+RUNS = {"reduced": REDUCED, "reference": REFERENCE}
+RUN_NAMES = {"reduced": "reduced model", "reference": "unreduced model"}
+
+MISSED = "#d55e00"
+EXTRA = "#cc79a7"
+CONTACT = "#c8102e"
+DRIVEN = "#009e73"
+
+ENERGY = {
+    "external work": INK,
+    "stored (kinetic + strain)": REDUCED,
+    "structural damping": "#009e73",
+    "contact (springs + dampers)": "#cc79a7",
+    "integration scheme": "#d55e00",
+}
+
+PARTS = ("#7fa8cf", "#e3bf82", "#93c39b", "#c5a3cc", "#d99a86", "#8fc6c6", "#b9b9b9", "#d6cf86")
+"""Pale enough for marks to stand out on them; used in turn."""

@@ -1,0 +1,241 @@
+"""Pictures of the model: shaded shells by the painter's algorithm, with marks on top."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.colors import Colormap, LinearSegmentedColormap, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from creak.arrays import FloatArray, IntArray
+from creak.model.mesh import Model
+from creak.report.palette import CONTACT, DRIVEN, INK, MUTED, PARTS
+from creak.report.view import Facets, View, facets_of, front, lines_of, three_quarter
+
+EDGES_UP_TO = 8000
+"""Facets up to which element edges are drawn."""
+DPI = 150
+LIGHT = np.array([-0.35, 0.45, 0.82])
+"""Direction to the light in the view: right, up, toward the reader."""
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Nodes drawn on top of the mesh."""
+
+    label: str
+    nodes_idx: IntArray
+    colour: str
+    shape: str
+    size: float
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """Nodes coloured by how hard they were hit."""
+
+    nodes_idx: IntArray
+    values: FloatArray
+    label: str
+    unit: str
+
+
+def model_picture(model: Model, marks: Sequence[Marks], outward: FloatArray) -> bytes | None:
+    """PNG of the model from three-quarters and from the front; None for a model without extent."""
+    views = _views(model, outward)
+    if views is None:
+        return None
+    facets = facets_of(model)
+    fig, axes = _canvas(model, views)
+    for ax, view in zip(axes, views, strict=True):
+        _draw_mesh(ax, model, facets, view, PARTS)
+        _draw_marks(ax, model, view, marks)
+    _legend(fig, [*_part_patches(model, facets), *_mark_handles(marks)])
+    return _png(fig)
+
+
+def contact_picture(model: Model, loaded: Loaded, outward: FloatArray) -> bytes | None:
+    """PNG of the model with its contact nodes coloured and sized by a value; None for a model without extent."""
+    views = _views(model, outward)
+    if views is None:
+        return None
+    facets = facets_of(model)
+    fig, axes = _canvas(model, views)
+    scale = float(loaded.values.max(initial=0.0)) or 1.0
+    for ax, view in zip(axes, views, strict=True):
+        _draw_mesh(ax, model, facets, view, ("#d9dee3", "#e6e2da"))
+        _draw_loaded(ax, model, view, loaded, scale)
+    _name_hardest(axes[1], model, views[1], loaded)
+    _colour_bar(fig, axes[1], loaded, scale)
+    return _png(fig)
+
+
+def standard_marks(contact: IntArray, verification: IntArray, driven: IntArray, held: IntArray) -> list[Marks]:
+    """The marks of the model picture, from node rows; empty ones are left out."""
+    marks = [
+        Marks("contact nodes", contact, CONTACT, "o", 9.0),
+        Marks("verification nodes", verification, "white", "o", 16.0),
+        Marks("held", held, INK, "^", 38.0),
+        Marks("driven", driven, DRIVEN, "D", 46.0),
+    ]
+    return [m for m in marks if m.nodes_idx.size]
+
+
+def _views(model: Model, outward: FloatArray) -> tuple[View, View] | None:
+    coords = model.nodes.coords
+    if coords.shape[0] < 2 or float(np.ptp(coords, axis=0).max()) == 0.0:
+        return None
+    straight = front(coords, outward)
+    return three_quarter(straight), straight
+
+
+def _canvas(model: Model, views: Sequence[View]) -> tuple[Figure, list[Axes]]:
+    spans = [np.ptp(v.flat(model.nodes.coords), axis=0) for v in views]
+    widths = [max(float(s[0]), 0.25 * float(s.max())) for s in spans]
+    tall = max(float(s[1]) for s in spans)
+    height = float(np.clip(10.2 * tall / sum(widths), 1.8, 5.6)) + 0.85
+    fig = Figure(figsize=(11.0, height), dpi=DPI)
+    FigureCanvasAgg(fig)
+    below = 0.8 / height
+    grid = fig.add_gridspec(1, 2, width_ratios=widths, left=0.01, right=0.99, top=0.995, bottom=below, wspace=0.03)
+    axes = [fig.add_subplot(grid[0, k]) for k in range(2)]
+    for ax, view in zip(axes, views, strict=True):
+        ax.set_aspect("equal")
+        ax.axis("off")
+        _triad(ax, view)
+    return fig, axes
+
+
+def _draw_mesh(ax: Axes, model: Model, facets: Facets, view: View, colours: Sequence[str]) -> None:
+    coords = view.rotate(model.nodes.coords)
+    if facets.count:
+        corners = coords[facets.nodes_idx]
+        order = np.argsort(corners[:, :, 2].mean(axis=1), kind="stable")
+        shade = _shaded(corners, facets.part, colours)[order]
+        edges = np.clip(shade * 0.72, 0.0, 1.0) if facets.count <= EDGES_UP_TO else shade
+        ax.add_collection(
+            PolyCollection(corners[order][:, :, :2], facecolors=shade, edgecolors=edges, linewidths=0.25)
+        )
+    lines = lines_of(model)
+    if lines.size:
+        ax.add_collection(LineCollection(list(coords[lines][:, :, :2]), colors=MUTED, linewidths=1.0))
+    if not facets.count:
+        ax.scatter(coords[:, 0], coords[:, 1], s=6.0, color=MUTED, linewidths=0.0)
+    ax.autoscale_view()
+    ax.margins(0.03)
+
+
+def _shaded(corners: FloatArray, part: IntArray, colours: Sequence[str]) -> FloatArray:
+    """(n, 3) colour of each facet under a light, the same on both of its sides."""
+    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    size = np.linalg.norm(normal, axis=1)
+    normal /= np.where(size > 0.0, size, 1.0)[:, None]
+    normal *= np.where(normal[:, 2] < 0.0, -1.0, 1.0)[:, None]
+    bright = 0.58 + 0.46 * np.clip(normal @ (LIGHT / np.linalg.norm(LIGHT)), 0.0, 1.0)
+    base = np.array([to_rgb(c) for c in colours])[part % len(colours)]
+    return np.clip(base * bright[:, None], 0.0, 1.0)
+
+
+def _draw_marks(ax: Axes, model: Model, view: View, marks: Sequence[Marks]) -> None:
+    for k, m in enumerate(marks):
+        xy = view.flat(model.nodes.coords[m.nodes_idx])
+        line = 0.7 if m.colour == "white" or m.shape != "o" else 0.0
+        edge = INK if m.colour != INK else "white"
+        ax.scatter(xy[:, 0], xy[:, 1], s=m.size, c=m.colour, marker=m.shape, edgecolors=edge, linewidths=line,
+                   zorder=5 + k)  # fmt: skip
+
+
+def _scale_colours() -> Colormap:
+    return LinearSegmentedColormap.from_list("impact", ["#f7c948", "#e8743b", "#b5173a", "#4a0d42"])
+
+
+def _draw_loaded(ax: Axes, model: Model, view: View, loaded: Loaded, scale: float) -> None:
+    xy = view.flat(model.nodes.coords[loaded.nodes_idx])
+    idle = loaded.values <= 0.0
+    ax.scatter(xy[idle, 0], xy[idle, 1], s=5.0, c="white", edgecolors=MUTED, linewidths=0.5, zorder=5)
+    order = np.flatnonzero(~idle)[np.argsort(loaded.values[~idle])]
+    ax.scatter(
+        xy[order, 0], xy[order, 1], s=14.0 + 110.0 * loaded.values[order] / scale, c=loaded.values[order],
+        cmap=_scale_colours(), vmin=0.0, vmax=scale, edgecolors=INK, linewidths=0.4, zorder=6,
+    )  # fmt: skip
+
+
+def _name_hardest(ax: Axes, model: Model, view: View, loaded: Loaded) -> None:
+    if loaded.values.max(initial=0.0) <= 0.0:
+        return
+    node = int(loaded.nodes_idx[int(loaded.values.argmax())])
+    x, y = view.flat(model.nodes.coords[[node]])[0]
+    middle = view.flat(model.nodes.coords).mean(axis=0)
+    inward = np.array([1.0 if x < middle[0] else -1.0, 1.0 if y < middle[1] else -1.0])
+    ax.annotate(
+        f"node {model.nodes.label(node)}: {loaded.values.max():.3g} {loaded.unit}", (float(x), float(y)),
+        xytext=(30.0 * inward[0], 46.0 * inward[1]), textcoords="offset points", fontsize=9, color=INK, zorder=8,
+        ha="left" if inward[0] > 0 else "right", va="center",
+        bbox={"boxstyle": "round,pad=0.3", "fc": "white", "ec": MUTED, "lw": 0.6},
+        arrowprops={"arrowstyle": "-", "color": INK, "lw": 0.8},
+    )  # fmt: skip
+
+
+def _colour_bar(fig: Figure, ax: Axes, loaded: Loaded, scale: float) -> None:
+    height = fig.get_size_inches()[1]
+    bar = fig.add_axes((0.36, 0.36 / height, 0.28, 0.11 / height))
+    bar.imshow(np.linspace(0.0, 1.0, 256)[None, :], aspect="auto", cmap=_scale_colours(), extent=(0.0, scale, 0.0, 1.0))
+    bar.set_yticks([])
+    bar.tick_params(labelsize=8, length=2, colors=MUTED, pad=1)
+    fig.text(0.35, 0.415 / height, loaded.label, ha="right", va="center", fontsize=9, color=INK)
+    fig.text(0.65, 0.415 / height, "white: never touched", ha="left", va="center", fontsize=9, color=MUTED)
+
+
+def _part_patches(model: Model, facets: Facets) -> list[Patch]:
+    seen = [p for p in np.unique(facets.part).tolist() if p >= 0]
+    shown = seen if len(seen) <= 10 else seen[:9]
+    patches = [Patch(color=PARTS[p % len(PARTS)], label=model.parts[p].name) for p in shown]
+    if len(shown) < len(seen):
+        patches.append(Patch(color="white", label=f"and {len(seen) - len(shown)} more parts"))
+    return patches
+
+
+def _mark_handles(marks: Sequence[Marks]) -> list[Line2D]:
+    return [
+        Line2D([], [], linestyle="", marker=m.shape, color=m.colour, label=f"{m.label} ({m.nodes_idx.size})",
+               markeredgecolor=INK if m.colour == "white" else m.colour, markersize=6.0)
+        for m in marks
+    ]  # fmt: skip
+
+
+def _legend(fig: Figure, handles: Sequence[Patch | Line2D]) -> None:
+    if handles:
+        fig.legend(
+            handles=list(handles), loc="lower center", ncols=min(len(handles), 8), frameon=False, fontsize=9,
+            handlelength=1.2, columnspacing=1.6, handletextpad=0.5, labelcolor=INK,
+        )  # fmt: skip
+
+
+def _triad(ax: Axes, view: View) -> None:
+    """Small coordinate axes in the lower left corner."""
+    origin = np.array([18.0, -22.0])
+    for k, name in enumerate("xyz"):
+        tip = view.matrix[k, :2]
+        if np.hypot(*tip) < 0.15:
+            continue
+        for text, length in (("", 22.0), (name, 30.0)):
+            end = origin + length * tip
+            ax.annotate(
+                text, end, xytext=origin if not text else end, xycoords="axes points", textcoords="axes points",
+                arrowprops={"arrowstyle": "-|>", "color": MUTED, "lw": 0.9, "shrinkA": 0, "shrinkB": 0} if not text else None,
+                ha="center", va="center", fontsize=8, color=MUTED, annotation_clip=False,
+            )  # fmt: skip
+
+
+def _png(fig: Figure) -> bytes:
+    data = io.BytesIO()
+    fig.savefig(data, format="png", dpi=DPI, facecolor="white")
+    return data.getvalue()

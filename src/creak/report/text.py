@@ -1,0 +1,105 @@
+"""Numbers and units as words for people."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+MINUS = "\N{MINUS SIGN}"
+NONE = "\N{EN DASH}"
+THIN = "\N{NARROW NO-BREAK SPACE}"
+
+
+@dataclass(frozen=True)
+class Units:
+    """Labels of the quantities in a study's system of units."""
+
+    length: str
+    force: str
+    energy: str
+    stress: str
+    to_kg: float
+    """Mass unit of the deck in kg."""
+
+    @property
+    def speed(self) -> str:
+        return f"{self.length}/s"
+
+    @property
+    def stiffness(self) -> str:
+        return f"{self.force}/{self.length}"
+
+    @property
+    def impulse(self) -> str:
+        return f"{self.force} s"
+
+
+UNITS = {
+    "mm-t-s": Units("mm", "N", "mJ", "MPa", 1000.0),
+    "m-kg-s": Units("m", "N", "J", "Pa", 1.0),
+}
+
+
+def number(value: float | int | None, digits: int = 4) -> str:
+    """A number with `digits` significant digits; whole numbers in full, thousands apart.
+
+    >>> number(14859), number(0.0012345), number(1.2e-9)
+    """
+    if value is None or not math.isfinite(value):
+        return NONE
+    if isinstance(value, int):
+        return f"{value:,}".replace(",", THIN).replace("-", MINUS)
+    if value == 0.0:
+        return "0"
+    exponent = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
+    if exponent < -4 or exponent > 8:
+        mantissa, power = f"{value:.{max(digits - 2, 0)}e}".split("e")
+        return f"{mantissa}e{int(power)}".replace("-", MINUS)
+    text = f"{value:,.{max(digits - 1 - exponent, 0)}f}"
+    return text.replace(",", THIN).replace("-", MINUS)
+
+
+def fixed(value: float | None, decimals: int) -> str:
+    """A number with so many decimals, for columns that line up."""
+    if value is None or not math.isfinite(value):
+        return NONE
+    text = f"{value:,.{decimals}f}"
+    if float(text.replace(",", "")) == 0.0:
+        text = text.lstrip("-")
+    return text.replace(",", THIN).replace("-", MINUS)
+
+
+def percent(ratio: float | None, decimals: int = 1, *, signed: bool = True) -> str:
+    """A ratio minus one as per cent: 1.005 -> +0.5 %."""
+    if ratio is None or not math.isfinite(ratio):
+        return NONE
+    value = round(100.0 * (ratio - 1.0), decimals) + 0.0
+    sign = "+" if signed and value > 0.0 else ""
+    return f"{sign}{value:.{decimals}f}{THIN}%".replace("-", MINUS)
+
+
+def share(fraction: float | None) -> str:
+    """A fraction as per cent, tiny ones as a bound: 0.0326 -> 3.3 %, 1e-10 -> below 0.001 %."""
+    if fraction is None or not math.isfinite(fraction):
+        return NONE
+    value = 100.0 * fraction
+    if 0.0 < abs(value) < 1e-3:
+        return f"below 0.001{THIN}%"
+    return f"{number(value, 2) if value else '0'}{THIN}%"
+
+
+def ratio(a: float | None, b: float | None) -> float | None:
+    """a / b where that is a number."""
+    if a is None or b is None or not b:
+        return None
+    return a / b
+
+
+def plural(count: int, noun: str) -> str:
+    """`1 event`, `3 events`, `no events`."""
+    return f"{number(count) if count else 'no'} {noun}{'' if count == 1 else 's'}"
+
+
+def times(factor: float) -> str:
+    """A speed-up in words: `190 times`, `1.7 times`."""
+    return f"{factor:.1f} times" if factor < 10.0 else f"{number(round(factor))} times"

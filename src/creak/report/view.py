@@ -1,0 +1,86 @@
+"""Where the reader stands, and what can be drawn of a model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.model.mesh import Model
+
+LINES = ("beam2", "truss2", "spring2")
+
+
+@dataclass(frozen=True)
+class View:
+    """Parallel projection; columns of `matrix` are right, up and toward the reader."""
+
+    matrix: FloatArray
+
+    def rotate(self, xyz: FloatArray) -> FloatArray:
+        """(n, 3) right, up, toward."""
+        return xyz @ self.matrix
+
+    def flat(self, xyz: FloatArray) -> FloatArray:
+        """(n, 2) position on paper."""
+        return xyz @ self.matrix[:, :2]
+
+
+@dataclass(frozen=True)
+class Facets:
+    """Surfaces to paint; a triangle repeats its last corner."""
+
+    nodes_idx: IntArray
+    """(n, 4)"""
+    part: IntArray
+    """(n,) row into `Model.parts`, -1 for none."""
+
+    @property
+    def count(self) -> int:
+        return int(self.part.size)
+
+
+def facets_of(model: Model) -> Facets:
+    """Shell elements of a model."""
+    nodes, part = [np.zeros((0, 4), dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    for block in model.blocks:
+        if block.kind.startswith("quad"):
+            corners = [0, 1, 2, 3]
+        elif block.kind.startswith("tri"):
+            corners = [0, 1, 2, 2]
+        else:
+            continue
+        nodes.append(block.nodes_idx[:, corners])
+        part.append(np.full(block.ids.size, block.part, dtype=np.int64))
+    return Facets(np.concatenate(nodes), np.concatenate(part))
+
+
+def lines_of(model: Model) -> IntArray:
+    """(n, 2) ends of beams, trusses and springs."""
+    ends = [b.nodes_idx[:, :2] for b in model.blocks if b.kind in LINES]
+    return np.concatenate([np.zeros((0, 2), dtype=np.int64), *ends])
+
+
+def front(coords: FloatArray, outward: FloatArray) -> View:
+    """Look along the shortest extent of the model, z up unless that is the shortest.
+
+    Parameters
+    ----------
+    outward : (3,) roughly the way from the hidden to the facing side; zero where there is no such way.
+    """
+    toward = int(np.argmin(np.ptp(coords, axis=0)))
+    up = 2 if toward != 2 else 1
+    axes = np.eye(3)
+    sign = float(np.sign(outward[toward])) or (-1.0 if toward == 1 else 1.0)
+    t, u = sign * axes[toward], axes[up]
+    return View(np.column_stack([np.cross(u, t), u, t]))
+
+
+def three_quarter(straight: View, azimuth: float = -32.0, elevation: float = 18.0) -> View:
+    """The front view turned about the vertical and tilted, degrees."""
+    a, e = np.radians([azimuth, elevation])
+    right, up, toward = straight.matrix.T
+    t = np.cos(e) * (np.cos(a) * toward + np.sin(a) * right) + np.sin(e) * up
+    r = np.cos(a) * right - np.sin(a) * toward
+    return View(np.column_stack([r, np.cross(t, r), t]))

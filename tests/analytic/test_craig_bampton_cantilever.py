@@ -1,0 +1,105 @@
+"""Craig-Bampton on the uniform cantilever of reference/cases.md, cut at mid-span."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from helpers_cantilever import N, accurate_frequencies, cantilever, full, reduced
+
+from creak.assembly.system import to_dense
+
+BETA_L = np.array([1.87510406871196, 4.69409113297417, 7.85475743823761, 10.9955407348754])
+TABLE = {
+    0: (2.6066, 34.22),
+    1: (6.756e-3, 0.6363, 10.90, 51.9),
+    2: (2.78e-4, 3.379e-2, 5.661e-2, 1.419),
+    3: (3.9e-5, 5.643e-3, 4.166e-3, 0.1829),
+    4: (8e-6, 1.525e-3, 6.38e-4, 4.701e-2),
+}
+"""Error in % of f1 to f4 over the number of fixed-interface modes per half."""
+LAST_DIGIT = {
+    0: (1e-4, 1e-2),
+    1: (1e-6, 1e-4, 1e-2, 1e-1),
+    2: (1e-6, 1e-5, 1e-5, 1e-3),
+    3: (1e-6, 1e-6, 1e-6, 1e-4),
+    4: (1e-6, 1e-6, 1e-6, 1e-5),
+}
+TABLE_ROUND_OFF = 1.5e-6
+"""%: f1 of the table's reference came from a double precision eigensolver, which is good to eps x cond(K) of
+some 1e-8; against the reference in extended precision f1's column is 1.0e-6 to 1.8e-6 % too low throughout."""
+FIRST = (2.60664973, 6.756984e-3, 2.793937e-4, 4.01950e-5, 9.8161e-6)
+"""The column of f1 against a reference in extended precision, %."""
+
+
+@pytest.fixture(scope="module")
+def reference() -> np.ndarray:
+    return accurate_frequencies(full(cantilever()), 4)
+
+
+@pytest.fixture(scope="module")
+def errors(reference) -> dict[int, np.ndarray]:
+    """Number of modes per half -> error of each frequency in %."""
+    out = {}
+    for count in TABLE:
+        system = reduced(cantilever(), count)
+        omega = accurate_frequencies(system, min(4, system.n))
+        out[count] = 100.0 * (omega / reference[: omega.size] - 1.0)
+    return out
+
+
+def test_unreduced_frequencies_have_the_known_error_of_cubic_elements(reference):
+    """omega_h / omega - 1 = (beta h)^4 / 1440: the consistent Hermite beam, to leading order."""
+    exact = BETA_L**2 / N**2 / np.sqrt(420.0)
+    theory = (BETA_L / N) ** 4 / 1440.0
+    # The next term is smaller by (beta h)^2 < .02; eigenvalues are good to 1e-12.
+    np.testing.assert_allclose(reference / exact - 1.0, theory, rtol=0.02, atol=1e-12)
+
+
+@pytest.mark.parametrize("count", sorted(TABLE))
+def test_error_table_of_the_cantilever(errors, count):
+    expected, digit = np.array(TABLE[count]), np.array(LAST_DIGIT[count])
+    found = errors[count][: expected.size]
+    # Half a unit of the last printed digit; f1 also carries the round-off of the table's own reference.
+    allowed = 0.51 * digit + np.where(np.arange(expected.size) == 0, TABLE_ROUND_OFF, 0.0)
+    np.testing.assert_array_less(np.abs(found - expected), allowed)
+
+
+def test_first_frequency_error_down_to_the_eighth_digit(errors):
+    # 2e-9 relative: eigenvalues and superelement matrices in double precision, f1 of a 1e9 conditioned K.
+    for count, expected in enumerate(FIRST):
+        assert errors[count][0] == pytest.approx(expected, abs=2e-7)
+
+
+def test_reduced_frequencies_are_upper_bounds(errors):
+    # Rayleigh-Ritz; 1e-7 % is the round-off of the superelement matrices.
+    assert min(e.min() for e in errors.values()) > -1e-7
+
+
+def test_errors_fall_with_every_mode_kept(errors):
+    for count in range(1, 5):
+        shared = min(errors[count].size, errors[count - 1].size)
+        assert (errors[count][:shared] < errors[count - 1][:shared]).all()
+
+
+def test_all_modes_kept_give_all_frequencies_of_the_full_model():
+    model = cantilever()
+    a, b = full(model), reduced(model, count=2 * N)
+    assert a.n == b.n
+    # Round-off: eps x cond(K) = 2e-16 x 1e9 for the lowest, much less for the others.
+    np.testing.assert_allclose(accurate_frequencies(b, 20), accurate_frequencies(a, 20), rtol=1e-8)
+
+
+def test_constraint_modes_alone_are_exact_for_static_loads_at_the_cut_and_the_tip():
+    from helpers_cantilever import HALF, TIP
+
+    model = cantilever()
+    a, b = full(model), reduced(model, 0, retain=(0, HALF, HALF + 1, TIP))
+    loaded = np.array([6 * HALF + 1, 6 * HALF + 5, 6 * TIP + 1, 6 * TIP + 5])
+    answers = []
+    for system in (a, b):
+        R = system.rows(loaded)[0]
+        answers.append(np.asarray(R @ np.linalg.solve(to_dense(system.K), to_dense(R).T)))
+    # Round-off: eps x cond(K) of some 1e9.
+    np.testing.assert_allclose(answers[1], answers[0], rtol=1e-7)
+    # Tip deflection under a unit tip load, L^3 / 3EI: Hermite beams are exact at the nodes.
+    assert answers[1][2, 2] == pytest.approx(N**3 / 3.0, rel=1e-7)
