@@ -59,7 +59,7 @@ def _list_unread(console: Console, unread: tuple[object, ...]) -> None:
 
 
 def _print_tables(console: Console, summary: dict[str, object]) -> None:
-    from creak.report.tables import run_rows, verification_rows
+    from creak.report.terminal import run_rows, verification_rows
 
     runs = Table(title="Runs", title_justify="left")
     rows = run_rows(summary)

@@ -43,6 +43,7 @@ class EnergyAudit:
         self._initial = sum(stored)
         self._table[0, :3] = stored
         self._forces = self._boundary(0, x, p)
+        self._gap = gap
 
     def step(self, step: int, x0: State, x1: State, gap: FloatArray, p0: FloatArray, p1: FloatArray) -> float:
         """Book one step that led from x0 to x1; `gap` and `p1` at its end, `p0` at its start.
@@ -92,7 +93,9 @@ class EnergyAudit:
         return damper, reaction, force
 
     def _dampers_of_channels(self, step: int, gap: FloatArray, p: FloatArray) -> float:
-        """Work that the channel dampers took in the step (backward rule: they act at its end)."""
-        previous = getattr(self, "_gap", gap)
+        """Work that the channel dampers took in the step (backward rule: they act at its end).
+
+        Also where a spring that unloads faster than its damper lets it go presses no more (p = 0, g < 0).
+        """
         viscous = p - self._gaps.stiffness * np.maximum(0.0, -gap)
-        return float(np.where(p > 0.0, viscous, 0.0) @ (previous - gap))
+        return float(viscous @ (self._gap - gap))

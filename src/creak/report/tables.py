@@ -1,49 +1,253 @@
-"""Figures of a summary as rows of text, for the terminal."""
+"""Rows of the report's tables, as text ready to show."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 
-def run_rows(summary: dict[str, Any]) -> list[list[str]]:
-    """Header and one row per figure, one column per run."""
-    runs: dict[str, dict[str, Any]] = summary["runs"]
-    figures = [
-        ("degrees of freedom", lambda r: f"{r['dof']:,}"),
-        ("retained dofs + modes", lambda r: f"{r['retained']:,} + {r['modes']:,}" if r["retained"] else "-"),
-        ("gap channels", lambda r: f"{r['channels']:,}"),
-        ("steps (with contact)", lambda r: f"{r['steps']:,} ({r['contact_steps']:,})"),
-        ("wall time, s", lambda r: f"{r['wall_s']:.2f}"),
-        ("CPU time, s", lambda r: f"{r['cpu_s']:.2f}"),
-        ("reduction CPU time, s", lambda r: f"{r['offline_cpu_s']:.2f}" if r["offline_cpu_s"] else "-"),
-        ("peak memory, GB", lambda r: f"{r['peak_rss_gb']:.2f}"),
-        ("contact events", lambda r: f"{len(r['events'])}"),
-        ("largest channel force", lambda r: f"{r['max_force']:.4g}"),
-        ("total impulse", lambda r: f"{r['impulse_total']:.4g}"),
-        ("energy created, % of work", lambda r: f"{100 * r['energy_created']:.3f}"),
-        ("dissipated by the scheme, %", lambda r: f"{100 * r['scheme_dissipation']:.2f}"),
-    ]
-    return [["", *runs], *([name, *(text(r) for r in runs.values())] for name, text in figures)]
+from creak.report.text import NONE, Units, fixed, number, percent, plural, ratio, share
+from creak.report.verdict import main_run
+from creak.studies.run import StudyResult, events_in
+from creak.verify.events import Event
+
+MOST_EVENTS = 400
+"""Lines of the event table; all events are in summary.json."""
 
 
-def verification_rows(summary: dict[str, Any]) -> list[list[str]]:
-    """Figures that compare the two runs; empty when only one was made."""
-    v, runs = summary["verification"], summary["runs"]
+@dataclass(frozen=True)
+class Table:
+    """A table; the first `text_columns` columns are words, the others numbers."""
+
+    head: list[str]
+    rows: list[list[str]]
+    text_columns: int = 1
+    note: str = ""
+    flags: list[str] = field(default_factory=list)
+    """Style of each row: `missed`, `extra` or nothing; empty for no styles."""
+    groups: list[tuple[str, int]] = field(default_factory=list)
+    """Headings over so many columns each; empty for none."""
+
+
+def event_table(result: StudyResult, units: Units) -> Table:
+    """Matched pairs, missed and extra events by time; the events of the only run where there is one."""
+    if result.events is None:
+        return _single_event_table(result, units)
+    match = result.events
+    lines: list[tuple[Event | None, Event | None]] = [
+        *match.pairs, *((e, None) for e in match.missed), *((None, e) for e in match.extra)
+    ]  # fmt: skip
+    lines.sort(key=lambda pair: (pair[0] or pair[1]).t_start)  # type: ignore[union-attr]
+    groups = [("", 3), (f"peak, low-passed, {units.force}", 3), (f"peak, raw, {units.force}", 2), (f"impulse, {units.impulse}", 3),
+              ("duration, ms", 2), (f"closing speed, {units.speed}", 2), ("", 1)]  # fmt: skip
+    two, three = ["unred.", "red."], ["unred.", "red.", "diff."]
+    head = ["time, s", "where", "Δt, ms", *three, *two, *three, *two, *two, ""]
+    rows = [_pair_row(a, b, result) for a, b in lines[:MOST_EVENTS]]
+    flags = ["missed" if b is None else "extra" if a is None else "" for a, b in lines[:MOST_EVENTS]]
+    return Table(head, rows, 2, _cut(len(lines)), flags, groups)
+
+
+def _cut(count: int) -> str:
+    return f"The first {MOST_EVENTS} of {count} lines; summary.json holds all." if count > MOST_EVENTS else ""
+
+
+def _pair_row(a: Event | None, b: Event | None, result: StudyResult) -> list[str]:
+    known = a or b
+    assert known is not None
+    apart = 1000.0 * (b.t_start - a.t_start) if a and b else None
+
+    def both(name: str, decimals: int, *, difference: bool) -> list[str]:
+        x, y = (None if e is None else float(getattr(e, name)) for e in (a, b))
+        cells = [_cell(x, decimals), _cell(y, decimals)]
+        return [*cells, percent(ratio(y, x))] if difference else cells
+
+    return [
+        fixed(known.t_start, 4), where(known, result), fixed(apart, 2),
+        *both("force_peak_filtered", 3, difference=True), *both("force_peak", 3, difference=False),
+        *both("impulse", 3, difference=True), fixed(_duration(a), 1), fixed(_duration(b), 1),
+        *both("closing_speed", 3, difference=False),
+        "missed" if b is None else "extra" if a is None else "",
+    ]  # fmt: skip
+
+
+def _cell(value: float | None, digits: int) -> str:
+    return number(value, digits)
+
+
+def _duration(e: Event | None) -> float | None:
+    return None if e is None else 1000.0 * (e.t_end - e.t_start)
+
+
+def where(e: Event, result: StudyResult) -> str:
+    """Contact and node of an event."""
+    return f"{e.group}, node {result.setup.model.nodes.label(e.node_idx)}"
+
+
+def _single_event_table(result: StudyResult, units: Units) -> Table:
+    run = main_run(result)
+    events = events_in(run.events, result.window) if run else []
+    head = ["time, s", "where", f"peak, low-passed, {units.force}", f"peak, raw, {units.force}", f"impulse, {units.impulse}",
+            "duration, ms", f"closing speed, {units.speed}", "touches"]  # fmt: skip
+    rows = [
+        [fixed(e.t_start, 4), where(e, result), number(e.force_peak_filtered, 3), number(e.force_peak, 3), number(e.impulse, 3),
+         fixed(_duration(e), 1), number(e.closing_speed, 3), number(e.contacts)]
+        for e in events[:MOST_EVENTS]
+    ]  # fmt: skip
+    return Table(head, rows, 2, _cut(len(events)))
+
+
+def statistics_table(result: StudyResult, units: Units) -> Table:
+    """Rates and distributions of the events in the window, run by run."""
+    names = [n for n in ("reference", "reduced") if n in result.runs]
+    length = result.window[1] - result.window[0]
+    columns = [_statistics(events_in(result.runs[n].events, result.window), length) for n in names]
+    labels = ["events", "events per second", f"median peak, low-passed, {units.force}", f"largest peak, low-passed, {units.force}",
+              f"median impulse, {units.impulse}", f"sum of impulses, {units.impulse}", "median duration, ms"]  # fmt: skip
+    rows = [[label, *(number(c[k]) for c in columns)] for k, label in enumerate(labels)]
+    if len(columns) == 2:
+        for k, row in enumerate(rows):
+            row.append(percent(ratio(columns[1][k], columns[0][k])))
+    head = ["", *("unreduced" if n == "reference" else "reduced" for n in names)]
+    return Table([*head, "difference"] if len(columns) == 2 else head, rows)
+
+
+def _statistics(events: list[Event], length: float) -> list[float | None]:
+    if not events:
+        return [0, 0.0 if length > 0.0 else None, None, None, None, 0.0, None]
+    peak, impulse = (np.array([getattr(e, n) for e in events]) for n in ("force_peak_filtered", "impulse"))
+    duration = [e.t_end - e.t_start for e in events]
+    return [
+        len(events), len(events) / length if length > 0.0 else None, float(np.median(peak)), float(peak.max()),
+        float(np.median(impulse)), float(impulse.sum()), 1000.0 * float(np.median(duration)),
+    ]  # fmt: skip
+
+
+def frequency_table(result: StudyResult) -> Table | None:
+    """Frequencies of the paired modes and their MAC."""
+    modes = result.modes
+    if modes is None or modes.freq_reference.size == 0:
+        return None
     rows = []
-    if v.get("mac"):
-        rows.append(["lowest diagonal MAC", f"{min(v['mac']):.4f} ({len(v['mac'])} modes)"])
-    if v.get("nrmse"):
-        rows.append(["NRMSE fit x, y, z", ", ".join(f"{v['nrmse'][a]:.4f}" for a in "xyz")])
-        rows.append(["NRMSE fit, all", f"{v['nrmse']['all']:.4f}"])
-    if v.get("events"):
-        e = v["events"]
-        rows.append(["events matched", f"{e['matched']} of {e['reference']} ({e['extra']} extra)"])
-        for name, key in (("event force", "amplitude_ratio_mean"), ("event impulse", "impulse_ratio_mean")):
-            if e[key] is not None:
-                rows.append([f"mean {name}, reduced / reference", f"{e[key]:.4f}"])
-        if e["matched"]:
-            rows.append(["events with force within 5 %", f"{e['within_5_percent']} of {e['matched']}"])
-    if "reduced" in runs and "reference" in runs:
-        ratio = runs["reference"]["wall_s"] / max(runs["reduced"]["wall_s"], 1e-9)
-        rows.append(["reduced run is faster by", f"{ratio:.0f} x"])
-    return rows
+    for i, (f, j) in enumerate(zip(modes.freq_reference.tolist(), modes.pairs.partner.tolist(), strict=True)):
+        other = float(modes.freq_reduced[j]) if j >= 0 else None
+        error = percent(ratio(other, f), 3) if f > 0.01 else NONE
+        rows.append([str(i + 1), fixed(f, 3), fixed(other, 3), error, fixed(float(modes.pairs.mac[i]), 4)])
+    return Table(["mode", "unreduced, Hz", "reduced, Hz", "error", "MAC"], rows)
+
+
+def gap_table(result: StudyResult, units: Units) -> Table | None:
+    """Candidates and kept channels of each contact, and how far its gap closed."""
+    setup = result.setup
+    every = [*dict.fromkeys(setup.contacts.group), *dict.fromkeys(setup.connectors.group)]
+    if not every:
+        return None
+    rows = []
+    for group in every:
+        source = setup.contacts if group in setup.contacts.group else setup.connectors
+        all_of = [j for j, g in enumerate(source.group) if g == group]
+        kept = [j for j, g in enumerate(result.gaps.group) if g == group]
+        low, high = (float(f(source.gap0[all_of])) for f in (np.min, np.max))
+        rows.append([group, number(len(all_of)), number(len(kept)), number(low), number(high),
+                     number(_smallest_gap(result, kept)), number(_mean(result.gaps.stiffness[kept]), 3)])  # fmt: skip
+    head = ["contact or connector", "candidates", "kept", f"clearance from, {units.length}", f"to, {units.length}",
+            f"smallest gap, {units.length}", f"mean channel stiffness, {units.stiffness}"]  # fmt: skip
+    return Table(head, rows)
+
+
+def _smallest_gap(result: StudyResult, channels: list[int]) -> float | None:
+    run = main_run(result)
+    return float(run.history.gap[:, channels].min()) if run is not None and channels else None
+
+
+def _mean(values: Any) -> float | None:
+    return float(np.mean(values)) if len(values) else None
+
+
+def part_table(summary: dict[str, Any], units: Units) -> Table:
+    """Nodes, elements and mass of each part, and of the whole."""
+    model = summary["model"]
+    rows = [[name, number(p["nodes"]), number(p["elements"]), _mass(p["mass"], units)] for name, p in model["parts"].items()]
+    rows.append(["whole model", number(model["nodes"]), number(model["elements"]), _mass(model["mass"], units)])
+    note = f"{number(model['dof'])} degrees of freedom, {number(model['free_dof'])} of them free."
+    return Table(["part", "nodes", "elements", "mass, kg"], rows, note=note, flags=[""] * (len(rows) - 1) + ["total"])
+
+
+def _mass(mass: float | None, units: Units) -> str:
+    return number(None if mass is None else mass * units.to_kg)
+
+
+def cost_table(result: StudyResult, summary: dict[str, Any]) -> Table:
+    """What the runs cost, and reduced against reference."""
+    names = [n for n in ("reference", "reduced") if n in summary["runs"]]
+    runs = [summary["runs"][n] for n in names]
+    simulated = {n: float(result.runs[n].history.time[-1] - result.runs[n].history.time[0]) for n in names}
+    for name, run in zip(names, runs, strict=True):
+        run = run | {"step_ms": 1000.0 * (ratio(run["wall_s"], run["steps"]) or 0.0)}
+        run["real_time"] = ratio(simulated[name], run["wall_s"])
+        runs[names.index(name)] = run
+    rows = [_cost_row(label, key, runs, compare) for label, key, compare in _COSTS]
+    head = ["", *("unreduced" if n == "reference" else "reduced" for n in names)]
+    return Table([*head, "reduced / unreduced"] if len(runs) == 2 else head, rows, note=_real_time(names, runs, simulated))
+
+
+_COSTS = (
+    ("unknowns in the time integration", "dof", True),
+    ("retained degrees of freedom", "retained", False),
+    ("fixed-interface modes", "modes", False),
+    ("gap channels", "channels", False),
+    ("steps", "steps", False),
+    ("steps with contact", "contact_steps", False),
+    ("time integration, wall, s", "wall_s", True),
+    ("time integration, CPU, s", "cpu_s", True),
+    ("before the first step, wall, s", "setup_s", True),
+    ("one step, wall, ms", "step_ms", True),
+    ("reduction, wall, s", "offline_wall_s", False),
+    ("reduction, CPU, s", "offline_cpu_s", False),
+    ("peak memory, GB", "peak_rss_gb", True),
+    ("simulated time / wall time", "real_time", False),
+)
+
+
+def _cost_row(label: str, key: str, runs: list[dict[str, Any]], compare: bool) -> list[str]:
+    absent = ("retained", "modes", "offline_wall_s", "offline_cpu_s")
+    cells = [NONE if key in absent and not run[key] else number(run[key], 3) for run in runs]
+    if len(runs) == 2:
+        cells.append(number(ratio(runs[1][key], runs[0][key]), 3) if compare else "")
+    return [label, *cells]
+
+
+def _real_time(names: list[str], runs: list[dict[str, Any]], simulated: dict[str, float]) -> str:
+    words = []
+    for name, run in zip(names, runs, strict=True):
+        if run["real_time"]:
+            pace = "faster" if run["real_time"] >= 1.0 else "slower"
+            who = "unreduced" if name == "reference" else "reduced"
+            words.append(f"The {who} run of {number(simulated[name], 3)} s took {number(run['wall_s'], 3)} s: {pace} than real time.")
+    return " ".join(words)
+
+
+def energy_sentence(result: StudyResult) -> str:
+    """What the balance leaves over, in words."""
+    words = []
+    for name, run in sorted(result.runs.items(), reverse=True):
+        h = run.history
+        who = "reduced" if name == "reduced" else "unreduced"
+        if not h.energy.any():
+            continue
+        made = h.energy_created
+        left = f"the {who} run leaves {share(max(h.energy_dissipated_by_scheme, 0.0))} of the energy put in to the scheme's own dissipation"
+        words.append(left + (f" and creates {share(made)} at most" if made > 1e-12 else " and never creates any"))
+    return f"{'; '.join(words)[:1].upper()}{'; '.join(words)[1:]}." if words else ""
+
+
+def unread_rows(summary: dict[str, Any]) -> list[tuple[str, str, str, bool]]:
+    """Keywords of the deck that were not used: keyword, where, what it means, whether the answer changes."""
+    return [(u["keyword"], u["where"], u["why"], u["changes_answer"]) for u in summary["unread"]]
+
+
+def counted_events(result: StudyResult) -> str:
+    """How many events each run shows over its whole length."""
+    return "; ".join(
+        f"{'unreduced' if n == 'reference' else n} run: {plural(len(r.events), 'event')}" for n, r in result.runs.items()
+    )

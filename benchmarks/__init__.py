@@ -1,0 +1,1 @@
+"""Speed, as ratios to stated limits: `python -m benchmarks [--mesh-size H]`."""

@@ -1,0 +1,44 @@
+"""The door as the benchmarks use it."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from creak.contact.gap_operator import GapOperator
+from creak.door import write_door
+from creak.dynamics.hht import HHT
+from creak.studies.reduced_model import ReducedModel, reduce_model
+from creak.studies.reference_model import ReferenceModel, build_reference, precheck
+from creak.studies.setup import Setup, set_up
+from creak.studies.study_file import read_study
+
+SCHEME = HHT(-0.05)
+
+
+def silent(stage: str, done: int, total: int) -> None:
+    """No progress: nothing may disturb the clock."""
+
+
+@dataclass(frozen=True)
+class Door:
+    """A door, set up, with its channels after the pre-check."""
+
+    setup: Setup
+    reference: ReferenceModel
+    gaps: GapOperator
+
+    def reduced(self) -> ReducedModel:
+        """Its Craig-Bampton model."""
+        return reduce_model(self.setup, self.reference, self.gaps, silent)
+
+
+def door(mesh_size: float) -> Door:
+    """Write, read and set up a door."""
+    with tempfile.TemporaryDirectory() as folder:
+        write_door(mesh_size, Path(folder))
+        setup = set_up(read_study(Path(folder) / "door.toml"))
+    reference = build_reference(setup, silent)
+    gaps, _ = precheck(setup, reference, SCHEME, silent)
+    return Door(setup, reference, gaps)

@@ -1,0 +1,158 @@
+"""report.html: one file that holds everything and opens anywhere, offline too."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from creak.arrays import FloatArray, IntArray
+from creak.report import figures, method, tables, verdict
+from creak.report.picture import Loaded, contact_picture, model_picture, standard_marks
+from creak.report.text import UNITS, Units
+from creak.studies.run import Run, StudyResult
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A PNG as a data URI, or why there is none."""
+
+    uri: str
+    caption: str
+
+
+def write_report(result: StudyResult, summary: dict[str, Any], path: Path) -> None:
+    """Write the report of a study as one self-contained HTML file.
+
+    Parameters
+    ----------
+    summary : what `creak.studies.summary.summarise` makes of the result.
+    path : the file; it appears whole or not at all.
+    """
+    text = report_text(result, summary)
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.write_text(text, encoding="utf-8", newline="\n")
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def report_text(result: StudyResult, summary: dict[str, Any]) -> str:
+    """The report as HTML."""
+    from plotly.offline import get_plotlyjs
+
+    units = UNITS[result.setup.study.config.model.units]
+    environment = Environment(
+        loader=PackageLoader("creak.report", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True,
+    )  # fmt: skip
+    template = environment.get_template("report.html.j2")
+    parts = _verdict_parts(result, summary, units) | _drawn_parts(result, units) | _table_parts(result, summary, units)
+    return template.render(**parts, plotly=Markup(get_plotlyjs()))
+
+
+def _verdict_parts(result: StudyResult, summary: dict[str, Any], units: Units) -> dict[str, Any]:
+    checks = verdict.checks(result, summary)
+    config = result.setup.study.config
+    return {
+        "title": config.title or result.setup.study.path.stem,
+        "version": summary["creak"],
+        "sentence": verdict.sentence(result, summary, units),
+        "checks": checks,
+        "all_passed": all(c.passed for c in checks),
+        "compared": {"reduced", "reference"} <= result.runs.keys(),
+        "warnings": verdict.warnings(result),
+        "notes": summary["notes"],
+        "unread": tables.unread_rows(summary),
+        "method": method.paragraph(result),
+        "parameters": method.parameters(result, summary, units),
+    }
+
+
+def _drawn_parts(result: StudyResult, units: Units) -> dict[str, Any]:
+    drawn = {
+        "force": figures.force_figure(result, units),
+        "mac": figures.mac_figure(result),
+        "spectra": figures.spectra_figure(result, units),
+        "energy": figures.energy_figure(result, units),
+    }
+    specs = {name: figure.spec for name, figure in drawn.items() if figure.spec is not None}
+    pictures = {"model_picture": _model_picture(result), "contact_picture": _contact_picture(result, units)}
+    return {"figures": drawn, "specs": _script_json(specs), **pictures}
+
+
+def _table_parts(result: StudyResult, summary: dict[str, Any], units: Units) -> dict[str, Any]:
+    return {
+        "events": tables.event_table(result, units),
+        "statistics": tables.statistics_table(result, units),
+        "counted": tables.counted_events(result),
+        "frequencies": tables.frequency_table(result),
+        "gaps": tables.gap_table(result, units),
+        "parts": tables.part_table(summary, units),
+        "costs": tables.cost_table(result, summary),
+        "energy_words": tables.energy_sentence(result),
+    }
+
+
+def _script_json(value: Any) -> Markup:
+    """JSON that may stand inside a script element: no `<` that could end it."""
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
+    return Markup(text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029"))
+
+
+def _model_picture(result: StudyResult) -> Picture:
+    setup = result.setup
+    moved = [*setup.driven.labels.values(), *setup.loads.force_labels]
+    marks = standard_marks(
+        np.unique(result.gaps.nodes_idx), np.unique(setup.pairs), _nodes([a // 6 for a in moved]),
+        _nodes([f.nodes_idx for f in setup.model.fixed]),
+    )  # fmt: skip
+    png = model_picture(setup.model, marks, _outward(result))
+    if png is None:
+        return Picture("", "No picture: the model has no extent to draw.")
+    return Picture(_uri(png), "The model from three-quarters and from the front, on the side of the secondary surface.")
+
+
+def _contact_picture(result: StudyResult, units: Units) -> Picture:
+    run = verdict.main_run(result)
+    if run is None or result.gaps.m == 0:
+        return Picture("", "No contact picture: there is no channel that can close.")
+    loaded = _impulses(result, run, units)
+    if not loaded.values.any():
+        return Picture("", "No contact picture: nothing touched during the run.")
+    png = contact_picture(result.setup.model, loaded, _outward(result))
+    if png is None:
+        return Picture("", "No contact picture: the model has no extent to draw.")
+    who = "reduced" if run.name == "reduced" else "unreduced"
+    return Picture(_uri(png), f"Where contact happened: impulse at each contact node over the whole {who} run.")
+
+
+def _impulses(result: StudyResult, run: Run, units: Units) -> Loaded:
+    nodes, row = np.unique(result.gaps.nodes_idx, return_inverse=True)
+    impulse = run.history.force.sum(axis=0) * run.history.step
+    return Loaded(nodes, np.bincount(row, impulse, nodes.size), f"impulse, {units.impulse}", units.impulse)
+
+
+def _outward(result: StudyResult) -> FloatArray:
+    """From the main to the secondary side of the contact, (3,); zero without contact."""
+    gaps, coords = result.setup.contacts, result.setup.model.nodes.coords
+    other = np.setdiff1d(gaps.retained_nodes, gaps.nodes_idx)
+    if gaps.m == 0 or other.size == 0:
+        return np.zeros(3)
+    return np.asarray(coords[gaps.nodes_idx].mean(axis=0) - coords[other].mean(axis=0))
+
+
+def _nodes(rows: list[IntArray]) -> IntArray:
+    return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *rows]))
+
+
+def _uri(png: bytes) -> str:
+    return "data:image/png;base64," + base64.b64encode(png).decode("ascii")

@@ -1,0 +1,49 @@
+"""Figures of a summary as rows of text, for the terminal."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def run_rows(summary: dict[str, Any]) -> list[list[str]]:
+    """Header and one row per figure, one column per run."""
+    runs: dict[str, dict[str, Any]] = summary["runs"]
+    figures = [
+        ("degrees of freedom", lambda r: f"{r['dof']:,}"),
+        ("retained dofs + modes", lambda r: f"{r['retained']:,} + {r['modes']:,}" if r["retained"] else "-"),
+        ("gap channels", lambda r: f"{r['channels']:,}"),
+        ("steps (with contact)", lambda r: f"{r['steps']:,} ({r['contact_steps']:,})"),
+        ("wall time, s", lambda r: f"{r['wall_s']:.2f}"),
+        ("CPU time, s", lambda r: f"{r['cpu_s']:.2f}"),
+        ("reduction CPU time, s", lambda r: f"{r['offline_cpu_s']:.2f}" if r["offline_cpu_s"] else "-"),
+        ("peak memory, GB", lambda r: f"{r['peak_rss_gb']:.2f}"),
+        ("contact events", lambda r: f"{len(r['events'])}"),
+        ("largest channel force", lambda r: f"{r['max_force']:.4g}"),
+        ("total impulse", lambda r: f"{r['impulse_total']:.4g}"),
+        ("energy created, % of work", lambda r: f"{100 * r['energy_created']:.3f}"),
+        ("dissipated by the scheme, %", lambda r: f"{100 * r['scheme_dissipation']:.2f}"),
+    ]
+    return [["", *runs], *([name, *(text(r) for r in runs.values())] for name, text in figures)]
+
+
+def verification_rows(summary: dict[str, Any]) -> list[list[str]]:
+    """Figures that compare the two runs; empty when only one was made."""
+    v, runs = summary["verification"], summary["runs"]
+    rows = []
+    if v.get("mac"):
+        rows.append(["lowest diagonal MAC", f"{min(v['mac']):.4f} ({len(v['mac'])} modes)"])
+    if v.get("nrmse"):
+        rows.append(["NRMSE fit x, y, z", ", ".join(f"{v['nrmse'][a]:.4f}" for a in "xyz")])
+        rows.append(["NRMSE fit, all", f"{v['nrmse']['all']:.4f}"])
+    if v.get("events"):
+        e = v["events"]
+        rows.append(["events matched", f"{e['matched']} of {e['reference']} ({e['extra']} extra)"])
+        for name, key in (("event force", "amplitude_ratio_mean"), ("event impulse", "impulse_ratio_mean")):
+            if e[key] is not None:
+                rows.append([f"mean {name}, reduced / reference", f"{e[key]:.4f}"])
+        if e["matched"]:
+            rows.append(["events with force within 5 %", f"{e['within_5_percent']} of {e['matched']}"])
+    if "reduced" in runs and "reference" in runs:
+        ratio = runs["reference"]["wall_s"] / max(runs["reduced"]["wall_s"], 1e-9)
+        rows.append(["reduced run is faster by", f"{ratio:.0f} x"])
+    return rows
