@@ -68,9 +68,9 @@ def couple(
         return A @ T, to_dense(A @ T_s)
 
     velocity = np.concatenate([s.velocity for s in systems])[independent[~is_support][active]]
-    damping = Damping(common.alpha, common.beta, None if C is None else _congruent(T, C))
+    M_t, K_t, *C_t = _of_one_kind([_congruent(T, A) for A in ([M, K] if C is None else [M, K, C])])
+    damping = Damping(common.alpha, common.beta, C_t[0] if C_t else None)
     stats = {"mass": sum(s.stats.get("mass", 0.0) for s in systems)}
-    K_t, M_t = _congruent(T, K), _congruent(T, M)
     return System("assembly", M_t, K_t, damping, physical, supports, coordinates, velocity, stats)
 
 
@@ -157,6 +157,11 @@ def _congruent(T: Matrix, A: Matrix) -> Matrix:
     if B.shape[0] and B.nnz > 0.1 * B.shape[0] ** 2:
         return symmetric(B.toarray())
     return B
+
+
+def _of_one_kind(matrices: list[Matrix]) -> list[Matrix]:
+    """All sparse, or all dense as soon as one is (their sums are np.matrix otherwise)."""
+    return matrices if all(sp.issparse(A) for A in matrices) else [to_dense(A) for A in matrices]
 
 
 def _side(T: Matrix, A: Matrix, T_s: Matrix) -> FloatArray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,8 @@ class GapOperator:
     """(m,) penalty, force / length."""
     damping: FloatArray
     """(m,) force time / length, acts while closed."""
+    step_limited: BoolArray
+    """(m,) the penalty is creak's own choice and may be lowered to what the time step resolves."""
     area: FloatArray
     """(m,) tributary area, length^2; 0 for connectors and nodes without facets."""
     names: tuple[str, ...]
@@ -62,6 +64,7 @@ class GapOperator:
             gap0=self.gap0[keep],
             stiffness=self.stiffness[keep],
             damping=self.damping[keep],
+            step_limited=self.step_limited[keep],
             area=self.area[keep],
             names=tuple(self.names[i] for i in keep),
             nodes_idx=self.nodes_idx[keep],
@@ -87,6 +90,7 @@ def gap_operator(
     gap0: FloatArray,
     stiffness: FloatArray,
     damping: FloatArray,
+    step_limited: bool = False,
     area: FloatArray,
     names: Sequence[str],
     nodes_idx: IntArray,
@@ -106,6 +110,7 @@ def gap_operator(
         gap0=gap0,
         stiffness=stiffness,
         damping=damping,
+        step_limited=np.full(gap0.size, step_limited),
         area=area,
         names=tuple(names),
         nodes_idx=nodes_idx,
@@ -136,6 +141,7 @@ def join(operators: Sequence[GapOperator]) -> GapOperator:
         gap0=joined([o.gap0 for o in operators]),
         stiffness=joined([o.stiffness for o in operators]),
         damping=joined([o.damping for o in operators]),
+        step_limited=np.array([x for o in operators for x in o.step_limited.tolist()], dtype=bool),
         area=joined([o.area for o in operators]),
         names=tuple(name for o in operators for name in o.names),
         nodes_idx=np.concatenate([o.nodes_idx for o in operators]) if operators else np.zeros(0, dtype=np.int64),

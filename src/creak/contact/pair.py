@@ -89,6 +89,7 @@ def channels_from_rows(
         gap0=gap0,
         stiffness=penalty,
         damping=np.zeros_like(gap0),
+        step_limited=pair.stiffness is None,
         area=area,
         names=[f"{pair.name}:{model.nodes.label(int(i))}" for i in nodes_idx],
         nodes_idx=nodes_idx,

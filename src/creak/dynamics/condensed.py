@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, Matrix
-from creak.assembly.system import System
+from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.contact.unilateral import solve_channels
 from creak.dynamics.hht import HHT
@@ -43,6 +43,30 @@ def channel_matrices(system: System, gaps: GapOperator) -> ChannelMatrices:
 
     G, G_s = on(gaps.G)
     return ChannelMatrices(G, G_s, tuple(on(t) for t in gaps.tangents))
+
+
+def step_limited_stiffness(system: System, gaps: GapOperator, scheme: HHT, h: float) -> FloatArray:
+    """(m,) penalties that the time step can follow: k_i <= 1 / sum_j |A_ij| over the channels of the same pair.
+
+    A is the compliance of one step. Then the eigenvalues of diag(k) A stay below 1 (Gershgorin): contact takes
+    a few steps instead of one, HHT neither chatters nor creates energy, and the pressure stiffness does not
+    depend on the mesh. Without the limit a stiff penalty throws a node back within the step that it arrives in;
+    the energy that this creates is shown in docs/numerics.md. As h falls the limit rises like 1 / h^2 and the
+    penalty of the parent shells is reached. Only channels with `step_limited` are lowered. Call it with the
+    unreduced System, so that full and reduced runs share the numbers.
+    """
+    limited = np.flatnonzero(gaps.step_limited)
+    if not limited.size:
+        return gaps.stiffness
+    part = gaps.select(limited)
+    G = channel_matrices(system, part).G
+    W = StepFactor(system, scheme, h).solve(np.asfortranarray(to_dense(G).T))
+    A = (1.0 + scheme.alpha) * scheme.beta * h * h * np.asarray(G @ W)
+    same = np.equal.outer(np.array(part.group), np.array(part.group))
+    together = np.where(same, np.abs(A), 0.0).sum(axis=1)
+    stiffness = gaps.stiffness.copy()
+    stiffness[limited] = stiffness[limited] / np.maximum(1.0, stiffness[limited] * together)
+    return stiffness
 
 
 class CondensedContact:

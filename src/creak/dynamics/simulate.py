@@ -62,7 +62,7 @@ class CondensedHHT:
         self.setup_s = clock.perf_counter() - started
 
     def start(self) -> Instant:
-        """The first instant: u = 0, the System's initial velocity, S a = f - C v - K u."""
+        """The first instant: u = 0, the System's initial velocity, S a = f + G' p - C v - K u."""
         return first_instant(self.terms, self.solver, self.gaps, self.on)
 
     def step(self, n: int, now: Instant) -> Instant:
@@ -86,9 +86,11 @@ class CondensedHHT:
 
 def first_instant(terms: LinearTerms, solver: StepFactor, gaps: GapOperator, on: ChannelMatrices) -> Instant:
     """State, gaps and forces at t = 0."""
-    x = terms.start(solver)
-    gap = gaps.gap0 + on.G @ x.u + on.G_s @ terms.loads.support[0, 0]
-    return Instant(x, gap, gaps.stiffness * np.maximum(0.0, -gap))
+    s, s_dot = terms.loads.support[:2, 0]
+    gap = gaps.gap0 + on.G_s @ s
+    rate = on.G @ terms.system.velocity + on.G_s @ s_dot
+    p = np.where(gap < 0.0, np.maximum(0.0, -gaps.stiffness * gap - gaps.damping * rate), 0.0)
+    return Instant(terms.start(solver, np.asarray(on.G.T @ p)), gap, p)
 
 
 def simulate(
@@ -104,7 +106,7 @@ def simulate(
     """March the System through the loads with contact in the channels of `gaps`.
 
     Starts from u = 0 and the initial velocity of the System, with the acceleration that the step matrix gives
-    (S a0 = f - C v0 - K u0, consistent to second order in h also where M is singular). Prescribed motion is
+    (S a0 = f + G' p0 - C v0 - K u0, consistent to second order in h also where M is singular). Prescribed motion is
     made consistent with the scheme (`Loads.consistent_with`).
 
     Parameters

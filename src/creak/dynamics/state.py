@@ -84,14 +84,14 @@ class LinearTerms:
         f = -(self.C_qs @ s_dot + self.K_qs @ s)
         return f + self.B @ self.loads.force[step] if self.forced else f
 
-    def start(self, solver: StepFactor) -> State:
-        """u = 0, the initial velocity of the System, and the acceleration of the first instant."""
+    def start(self, solver: StepFactor, contact: FloatArray) -> State:
+        """u = 0, the initial velocity of the System, and the acceleration under loads and `contact` forces (n,)."""
         n = self.system.n
         u, v = np.zeros(n), self.system.velocity.copy()
         K, M = self.system.K, self.system.M
         Ku, Kv, Mv = np.zeros(n), np.asarray(K @ v), np.asarray(M @ v)
         Cv = self.damped(v, Mv, Kv)
-        a = solver.solve(self.external(0) - Cv - Ku - self.M_qs @ self.loads.support[2, 0])
+        a = solver.solve(self.external(0) + contact - Cv - Ku - self.M_qs @ self.loads.support[2, 0])
         return State(u, v, a, Ku, Kv, np.asarray(K @ a), Mv, np.asarray(M @ a), Cv)
 
     def predict(self, x: State, scheme: HHT, h: float) -> Predictor:

@@ -20,14 +20,13 @@ def base_layout(height: int, *, legend: bool = False) -> dict[str, Any]:
     """Layout shared by all figures."""
     return {
         "height": height,
-        "margin": {"l": 76, "r": 18, "t": 44 if legend else 16, "b": 52},
+        "margin": {"l": 76, "r": 18, "t": 44, "b": 52},
         "font": {"family": FONT, "size": 13, "color": INK},
         "paper_bgcolor": "white",
         "plot_bgcolor": "white",
         "hovermode": "closest",
         "showlegend": legend,
-        "legend": {"orientation": "h", "x": 1.0, "xanchor": "right", "y": 1.0, "yanchor": "bottom", "yref": "container"}
-        | {"y": 0.995, "yanchor": "top", "traceorder": "normal"},
+        "legend": {"orientation": "h", "x": 0.0, "xanchor": "left", "y": 0.995, "yanchor": "top", "yref": "container"},
     }
 
 

@@ -11,10 +11,14 @@ from creak.arrays import FloatArray
 from creak.dynamics.history import ENERGIES, History
 from creak.report import palette
 from creak.report.axes import Trace, axis, base_layout, line, peaks_kept, plain, stacked, thinned
-from creak.report.text import Units, fixed
-from creak.report.verdict import why_no_fit, why_no_mac
+from creak.report.text import Units, four
+from creak.report.verdict import moving_axes, why_no_fit, why_no_mac
 from creak.studies.run import StudyResult, events_in
 
+ENERGY_CAPTION = (
+    "Work done from outside and where it went, from the start of the run: stored is kinetic and strain energy, "
+    "contact its springs and dampers, scheme what the others leave over."
+)
 MOST_ROWS = 6
 """Contacts drawn one below the other; the hardest pressed ones."""
 
@@ -41,7 +45,7 @@ def force_figure(result: StudyResult, units: Units) -> Figure:
     layout["shapes"] = []
     for row, group in enumerate(shown):
         name = "yaxis" + (str(row + 1) if row else "")
-        layout[name] = axis(f"{group}, {units.force}", domain=stacked(row, len(shown)), zeroline=True, zerolinecolor=palette.MUTED)
+        layout[name] = axis(f"{group}, {units.force}", domain=stacked(row, len(shown)), zeroline=True)
         traces, peak = _force_row(result, group, row)
         data += traces
         layout["shapes"] += _event_bands(result, group, row)
@@ -81,7 +85,8 @@ def _force_row(result: StudyResult, group: str, row: int) -> tuple[list[Trace], 
         top = max(top, float(force.max(initial=0.0)))
         sign = -1.0 if name == "reference" and "reduced" in result.runs else 1.0
         trace = line(time, sign * force, palette.RUN_NAMES[name], palette.RUNS[name], row=row, first=row == 0)
-        traces.append(trace | {"fill": "tozeroy", "customdata": plain(force), "hovertemplate": "%{x:.4f} s: %{customdata:.3g}"})
+        hover = {"customdata": plain(force), "hovertemplate": "%{x:.4f} s: %{customdata:.3g}"}
+        traces.append(trace | hover | {"fill": "tozeroy"})
     return traces, top
 
 
@@ -97,11 +102,12 @@ def _event_bands(result: StudyResult, group: str, row: int) -> list[dict[str, An
         for e in events_in(run.events, result.window):
             if e.group != group:
                 continue
-            colour = palette.MISSED if id(e) in missed else palette.EXTRA if id(e) in extra else "#8a94a0"
+            colour = palette.MISSED if id(e) in missed else palette.EXTRA if id(e) in extra else palette.MUTED
             low, high = halves[name]
             bands.append({
-                "type": "rect", "xref": "x", "yref": f"{y} domain", "x0": e.t_start, "x1": e.t_end, "y0": low, "y1": high,
-                "fillcolor": colour, "opacity": 0.45 if colour != "#8a94a0" else 0.22, "line": {"width": 0}, "layer": "below",
+                "type": "rect", "xref": "x", "yref": f"{y} domain", "x0": e.t_start, "x1": e.t_end, "y0": low,
+                "y1": high, "fillcolor": colour, "opacity": 0.2 if colour == palette.MUTED else 0.45,
+                "line": {"width": 0}, "layer": "below",
             })  # fmt: skip
     return bands
 
@@ -113,13 +119,17 @@ def _mirrored_ticks(peak: float, mirrored: bool) -> dict[str, Any]:
     step = 10.0 ** np.floor(np.log10(peak))
     step *= next(f for f in (0.2, 0.5, 1.0, 2.0, 5.0) if peak / (f * step) <= 4.0)
     ticks = np.arange(-4, 5) * step
-    return {"range": [-1.08 * peak, 1.08 * peak], "tickvals": plain(ticks), "ticktext": [f"{abs(t):.3g}" for t in ticks]}
+    words = [f"{abs(t):.3g}" for t in ticks]
+    return {"range": [-1.08 * peak, 1.08 * peak], "tickvals": plain(ticks), "ticktext": words}
 
 
 def _force_caption(result: StudyResult, groups: int) -> str:
     text = "Largest channel force of the contact at each step, over the verification window; events shaded."
     if "reduced" in result.runs and "reference" in result.runs:
-        text += " Reduced model upward, unreduced model mirrored downward; an event without a partner is orange (missed) or pink (extra)."
+        text += (
+            " Reduced model upward, unreduced model mirrored downward; an event without a partner is orange (missed) "
+            "or pink (extra)."
+        )
     if groups > MOST_ROWS:
         text += f" The {MOST_ROWS} hardest pressed of {groups} contacts are shown."
     return text
@@ -132,21 +142,25 @@ def mac_figure(result: StudyResult) -> Figure:
         return Figure(None, f"No mode shapes to compare: {why_no_mac(result)}.")
     matrix = modes.pairs.matrix
     n_ref, n_red = matrix.shape
-    size = int(np.clip(26 * n_ref, 240, 430))
+    size = int(np.clip(26 * n_ref, 200, 430))
     layout = base_layout(size + 110)
-    layout["xaxis"] = axis("mode of the reduced model", dtick=max(1, -(-n_red // 14)), tick0=1, showgrid=False, constrain="domain")
-    layout["yaxis"] = axis("mode of the unreduced model", dtick=max(1, -(-n_ref // 14)), tick0=1, showgrid=False, scaleanchor="x", constrain="domain")
-    label = [[f"{a:.2f} Hz / {b:.2f} Hz" for b in modes.freq_reduced] for a in modes.freq_reference] if n_ref * n_red < 5000 else None
+    layout["xaxis"] = axis("mode of the reduced model", dtick=max(1, -(-n_red // 14)), tick0=1, showgrid=False)
+    layout["yaxis"] = axis("mode of the unreduced model", dtick=max(1, -(-n_ref // 14)), tick0=1, showgrid=False)
     trace: Trace = {
-        "type": "heatmap", "z": np.round(matrix, 4).tolist(), "x": list(range(1, n_red + 1)), "y": list(range(1, n_ref + 1)),
-        "zmin": 0, "zmax": 1, "xgap": 1, "ygap": 1,
+        "type": "heatmap", "z": np.round(matrix, 4).tolist(),
+        "x": list(range(1, n_red + 1)), "y": list(range(1, n_ref + 1)), "zmin": 0, "zmax": 1, "xgap": 1, "ygap": 1,
         "colorscale": [[0.0, "#f3f6f9"], [0.3, "#b9d3e8"], [0.7, "#4a90c2"], [1.0, "#08306b"]],
         "colorbar": {"title": {"text": "MAC"}, "thickness": 12, "len": 0.9, "outlinewidth": 0},
-        "hovertemplate": "unreduced %{y}, reduced %{x}: MAC %{z:.4f}" + ("<br>%{customdata}" if label else "") + "<extra></extra>",
+        "hovertemplate": "unreduced %{y}, reduced %{x}: MAC %{z:.4f}<extra></extra>",
     }  # fmt: skip
-    if label:
-        trace["customdata"] = label
-    return Figure({"data": [trace], "layout": layout}, "Modal assurance criterion: dark on the diagonal alone is what one hopes for.", size + 110)
+    if n_ref * n_red < 5000:
+        trace["customdata"] = [[f"{a:.2f} / {b:.2f} Hz" for b in modes.freq_reduced] for a in modes.freq_reference]
+        trace["hovertemplate"] = "unreduced %{y}, reduced %{x}: MAC %{z:.4f}<br>%{customdata}<extra></extra>"
+    caption = (
+        "Modal assurance criterion between all modes, over the motion of the compared nodes only: a partner shows as a "
+        "dark cell; other shades mean that two modes look alike at these nodes."
+    )
+    return Figure({"data": [trace], "layout": layout}, caption, size + 110)
 
 
 def spectra_figure(result: StudyResult, units: Units) -> Figure:
@@ -165,20 +179,38 @@ def spectra_figure(result: StudyResult, units: Units) -> Figure:
     layout["annotations"] = []
     data: list[Trace] = []
     for k, name in enumerate("xyz"):
-        number = str(k + 1) if k else ""
-        layout[f"yaxis{number}"] = axis(f"{name}, {units.length}", domain=stacked(k, 3), type="log", exponentformat="power",
-                                        dtick=1, minor={"showgrid": False}, range=_decades(size, k))  # fmt: skip
-        for run in ("reference", "reduced"):
-            if run in size:
-                freq, height = peaks_kept(spectra.freq, size[run][:, k])
-                wide = 3.2 if run == "reference" and len(size) > 1 else 1.4
-                data.append(line(freq, np.where(height > 0.0, height, np.nan), palette.RUN_NAMES[run], palette.RUNS[run], row=k, width=wide, first=k == 0))
-        if name in spectra.nrmse:
-            layout["annotations"].append({
-                "text": f"NRMSE fit {fixed(spectra.nrmse[name], 4)}", "xref": "paper", "x": 1.0, "xanchor": "right", "showarrow": False,
-                "yref": f"y{number} domain", "y": 0.97, "yanchor": "top", "bgcolor": "rgba(255,255,255,0.85)", "font": {"size": 13},
-            })  # fmt: skip
+        suffix = str(k + 1) if k else ""
+        layout[f"yaxis{suffix}"] = axis(
+            f"{name}, {units.length}", domain=stacked(k, 3), type="log", exponentformat="power", dtick=1,
+            minor={"showgrid": False}, range=_decades(size, k),
+        )  # fmt: skip
+        drawn = [run for run in palette.DRAWN if run in size]
+        data += [_spectrum_line(spectra.freq, size[run][:, k], run, k, len(size)) for run in drawn]
+        layout["annotations"].append(_panel_label(_fit_words(result, name), f"y{suffix} domain"))
     return Figure({"data": data, "layout": layout}, _spectra_caption(result), 660)
+
+
+def _spectrum_line(freq: FloatArray, height: FloatArray, run: str, row: int, count: int) -> Trace:
+    """One run in one panel; the reference is a broad line under the reduced model's thin one."""
+    x, y = peaks_kept(freq, height)
+    width = 3.2 if run == "reference" and count > 1 else 1.4
+    y = np.where(y > 0.0, y, np.nan)
+    return line(x, y, palette.RUN_NAMES[run], palette.RUNS[run], row=row, width=width, first=row == 0)
+
+
+def _fit_words(result: StudyResult, name: str) -> str:
+    """What stands in the corner of a panel of spectra."""
+    if name not in moving_axes(result):
+        return f"no motion along {name} (round-off only)"
+    fits = result.spectra.nrmse if result.spectra is not None else {}
+    return f"NRMSE fit {four(fits[name])}" if name in fits else ""
+
+
+def _panel_label(text: str, yref: str) -> dict[str, Any]:
+    return {
+        "text": text, "xref": "paper", "x": 1.0, "xanchor": "right", "showarrow": False,
+        "yref": yref, "y": 0.97, "yanchor": "top", "bgcolor": "rgba(255,255,255,0.85)", "font": {"size": 13},
+    }  # fmt: skip
 
 
 def _decades(size: dict[str, FloatArray], k: int) -> list[float]:
@@ -196,7 +228,8 @@ def _spectra_caption(result: StudyResult) -> str:
         f"Displacement of secondary against main node, mean magnitude over {result.setup.pairs.shape[0]} pairs, "
         "over the verification window."
     )
-    return text + (" The fit is 1 for equal spectra, phase included." if result.spectra and result.spectra.nrmse else "")
+    fitted = result.spectra is not None and bool(result.spectra.nrmse)
+    return text + (" The fit is 1 for equal spectra, phase included." if fitted else "")
 
 
 def energy_terms(history: History) -> dict[str, FloatArray]:
@@ -226,10 +259,12 @@ def energy_figure(result: StudyResult, units: Units) -> Figure:
         layout[f"yaxis{suffix}"] = axis(f"energy, {units.energy}" if k == 0 else "", anchor=f"x{suffix}")
         if k:
             layout[f"yaxis{suffix}"] |= {"matches": "y", "showticklabels": False}
-        layout["annotations"].append({"text": f"<b>{palette.RUN_NAMES[name]}</b>", "xref": f"x{suffix} domain", "x": 0.0,
-                                      "xanchor": "left", "yref": "paper", "y": 1.0, "yanchor": "bottom", "showarrow": False})  # fmt: skip
+        layout["annotations"].append({
+            "text": f"<b>{palette.RUN_NAMES[name]}</b>", "xref": f"x{suffix} domain", "x": 0.0, "xanchor": "left",
+            "yref": "paper", "y": 1.0, "yanchor": "bottom", "showarrow": False,
+        })  # fmt: skip
         for term, values in energy_terms(run.history).items():
             time, thin = thinned(run.history.time, values)
             trace = line(time, thin, term, palette.ENERGY[term], row=k, first=k == 0)
             data.append(trace | {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"})
-    return Figure({"data": data, "layout": layout}, "Work done from outside and where it went, from the start of the run.", 400)
+    return Figure({"data": data, "layout": layout}, ENERGY_CAPTION, 400)

@@ -67,7 +67,7 @@ def _verdict_parts(result: StudyResult, summary: dict[str, Any], units: Units) -
         "version": summary["creak"],
         "sentence": verdict.sentence(result, summary, units),
         "checks": checks,
-        "all_passed": all(c.passed for c in checks),
+        "all_passed": all(c.passed is not False for c in checks),
         "compared": {"reduced", "reference"} <= result.runs.keys(),
         "warnings": verdict.warnings(result),
         "notes": summary["notes"],
@@ -138,7 +138,8 @@ def _contact_picture(result: StudyResult, units: Units) -> Picture:
 def _impulses(result: StudyResult, run: Run, units: Units) -> Loaded:
     nodes, row = np.unique(result.gaps.nodes_idx, return_inverse=True)
     impulse = run.history.force.sum(axis=0) * run.history.step
-    return Loaded(nodes, np.bincount(row, impulse, nodes.size), f"impulse, {units.impulse}", units.impulse)
+    total = np.bincount(row, impulse, nodes.size).astype(np.float64)
+    return Loaded(nodes, total, f"impulse, {units.impulse}", units.impulse)
 
 
 def _outward(result: StudyResult) -> FloatArray:

@@ -9,6 +9,8 @@ GRID = "#e4e8ec"
 REDUCED = "#0072b2"
 REFERENCE = "#e69f00"
 RUNS = {"reduced": REDUCED, "reference": REFERENCE}
+DRAWN = ("reference", "reduced")
+"""Order of drawing, the last on top."""
 RUN_NAMES = {"reduced": "reduced model", "reference": "unreduced model"}
 
 MISSED = "#d55e00"
@@ -18,10 +20,10 @@ DRIVEN = "#009e73"
 
 ENERGY = {
     "external work": INK,
-    "stored (kinetic + strain)": REDUCED,
-    "structural damping": "#009e73",
-    "contact (springs + dampers)": "#cc79a7",
-    "integration scheme": "#d55e00",
+    "stored": REDUCED,
+    "damping": "#009e73",
+    "contact": "#cc79a7",
+    "scheme": "#d55e00",
 }
 
 PARTS = ("#7fa8cf", "#e3bf82", "#93c39b", "#c5a3cc", "#d99a86", "#8fc6c6", "#b9b9b9", "#d6cf86")

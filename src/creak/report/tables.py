@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from creak.report.text import NONE, Units, fixed, number, percent, plural, ratio, share
-from creak.report.verdict import main_run
+from creak.report.text import NONE, Units, fixed, four, number, percent, plural, ratio, share, tidy
+from creak.report.verdict import RUN_WORDS, main_run
 from creak.studies.run import StudyResult, events_in
 from creak.verify.events import Event
 
@@ -39,8 +39,9 @@ def event_table(result: StudyResult, units: Units) -> Table:
         *match.pairs, *((e, None) for e in match.missed), *((None, e) for e in match.extra)
     ]  # fmt: skip
     lines.sort(key=lambda pair: (pair[0] or pair[1]).t_start)  # type: ignore[union-attr]
-    groups = [("", 3), (f"peak, low-passed, {units.force}", 3), (f"peak, raw, {units.force}", 2), (f"impulse, {units.impulse}", 3),
-              ("duration, ms", 2), (f"closing speed, {units.speed}", 2), ("", 1)]  # fmt: skip
+    groups = [("", 3), (f"peak, low-passed, {units.force}", 3), (f"peak, raw, {units.force}", 2),
+              (f"impulse, {units.impulse}", 3), ("duration, ms", 2),
+              (f"closing speed, {units.speed}", 2), ("", 1)]  # fmt: skip
     two, three = ["unred.", "red."], ["unred.", "red.", "diff."]
     head = ["time, s", "where", "Δt, ms", *three, *two, *three, *two, *two, ""]
     rows = [_pair_row(a, b, result) for a, b in lines[:MOST_EVENTS]]
@@ -65,7 +66,7 @@ def _pair_row(a: Event | None, b: Event | None, result: StudyResult) -> list[str
     return [
         fixed(known.t_start, 4), where(known, result), fixed(apart, 2),
         *both("force_peak_filtered", 3, difference=True), *both("force_peak", 3, difference=False),
-        *both("impulse", 3, difference=True), fixed(_duration(a), 1), fixed(_duration(b), 1),
+        *both("impulse", 3, difference=True), _duration(a, result), _duration(b, result),
         *both("closing_speed", 3, difference=False),
         "missed" if b is None else "extra" if a is None else "",
     ]  # fmt: skip
@@ -75,8 +76,12 @@ def _cell(value: float | None, digits: int) -> str:
     return number(value, digits)
 
 
-def _duration(e: Event | None) -> float | None:
-    return None if e is None else 1000.0 * (e.t_end - e.t_start)
+def _duration(e: Event | None, result: StudyResult) -> str:
+    """Milliseconds; below one step they are not resolved."""
+    if e is None:
+        return NONE
+    step = result.setup.study.config.time.step
+    return f"< {tidy(1e3 * step)}" if e.t_end - e.t_start < 0.999 * step else fixed(1e3 * (e.t_end - e.t_start), 1)
 
 
 def where(e: Event, result: StudyResult) -> str:
@@ -87,11 +92,11 @@ def where(e: Event, result: StudyResult) -> str:
 def _single_event_table(result: StudyResult, units: Units) -> Table:
     run = main_run(result)
     events = events_in(run.events, result.window) if run else []
-    head = ["time, s", "where", f"peak, low-passed, {units.force}", f"peak, raw, {units.force}", f"impulse, {units.impulse}",
-            "duration, ms", f"closing speed, {units.speed}", "touches"]  # fmt: skip
+    head = ["time, s", "where", f"peak, low-passed, {units.force}", f"peak, raw, {units.force}",
+            f"impulse, {units.impulse}", "duration, ms", f"closing speed, {units.speed}", "touches"]  # fmt: skip
     rows = [
-        [fixed(e.t_start, 4), where(e, result), number(e.force_peak_filtered, 3), number(e.force_peak, 3), number(e.impulse, 3),
-         fixed(_duration(e), 1), number(e.closing_speed, 3), number(e.contacts)]
+        [fixed(e.t_start, 4), where(e, result), number(e.force_peak_filtered, 3), number(e.force_peak, 3),
+         number(e.impulse, 3), _duration(e, result), number(e.closing_speed, 3), number(e.contacts)]
         for e in events[:MOST_EVENTS]
     ]  # fmt: skip
     return Table(head, rows, 2, _cut(len(events)))
@@ -102,13 +107,14 @@ def statistics_table(result: StudyResult, units: Units) -> Table:
     names = [n for n in ("reference", "reduced") if n in result.runs]
     length = result.window[1] - result.window[0]
     columns = [_statistics(events_in(result.runs[n].events, result.window), length) for n in names]
-    labels = ["events", "events per second", f"median peak, low-passed, {units.force}", f"largest peak, low-passed, {units.force}",
-              f"median impulse, {units.impulse}", f"sum of impulses, {units.impulse}", "median duration, ms"]  # fmt: skip
+    labels = ["events", "events per second", f"median peak, low-passed, {units.force}",
+              f"largest peak, low-passed, {units.force}", f"median impulse, {units.impulse}",
+              f"sum of impulses, {units.impulse}", "median duration, ms"]  # fmt: skip
     rows = [[label, *(number(c[k]) for c in columns)] for k, label in enumerate(labels)]
     if len(columns) == 2:
         for k, row in enumerate(rows):
             row.append(percent(ratio(columns[1][k], columns[0][k])))
-    head = ["", *("unreduced" if n == "reference" else "reduced" for n in names)]
+    head = ["", *(RUN_WORDS[n] for n in names)]
     return Table([*head, "difference"] if len(columns) == 2 else head, rows)
 
 
@@ -132,7 +138,7 @@ def frequency_table(result: StudyResult) -> Table | None:
     for i, (f, j) in enumerate(zip(modes.freq_reference.tolist(), modes.pairs.partner.tolist(), strict=True)):
         other = float(modes.freq_reduced[j]) if j >= 0 else None
         error = percent(ratio(other, f), 3) if f > 0.01 else NONE
-        rows.append([str(i + 1), fixed(f, 3), fixed(other, 3), error, fixed(float(modes.pairs.mac[i]), 4)])
+        rows.append([str(i + 1), fixed(f, 3), fixed(other, 3), error, four(float(modes.pairs.mac[i]))])
     return Table(["mode", "unreduced, Hz", "reduced, Hz", "error", "MAC"], rows)
 
 
@@ -167,8 +173,8 @@ def _mean(values: Any) -> float | None:
 def part_table(summary: dict[str, Any], units: Units) -> Table:
     """Nodes, elements and mass of each part, and of the whole."""
     model = summary["model"]
-    rows = [[name, number(p["nodes"]), number(p["elements"]), _mass(p["mass"], units)] for name, p in model["parts"].items()]
-    rows.append(["whole model", number(model["nodes"]), number(model["elements"]), _mass(model["mass"], units)])
+    named = [*model["parts"].items(), ("whole model", model)]
+    rows = [[name, number(p["nodes"]), number(p["elements"]), _mass(p["mass"], units)] for name, p in named]
     note = f"{number(model['dof'])} degrees of freedom, {number(model['free_dof'])} of them free."
     return Table(["part", "nodes", "elements", "mass, kg"], rows, note=note, flags=[""] * (len(rows) - 1) + ["total"])
 
@@ -187,8 +193,10 @@ def cost_table(result: StudyResult, summary: dict[str, Any]) -> Table:
         run["real_time"] = ratio(simulated[name], run["wall_s"])
         runs[names.index(name)] = run
     rows = [_cost_row(label, key, runs, compare) for label, key, compare in _COSTS]
-    head = ["", *("unreduced" if n == "reference" else "reduced" for n in names)]
-    return Table([*head, "reduced / unreduced"] if len(runs) == 2 else head, rows, note=_real_time(names, runs, simulated))
+    head = ["", *(RUN_WORDS[n] for n in names)]
+    if len(runs) == 2:
+        head.append("reduced / unreduced")
+    return Table(head, rows, note=_real_time(names, runs, simulated))
 
 
 _COSTS = (
@@ -222,8 +230,9 @@ def _real_time(names: list[str], runs: list[dict[str, Any]], simulated: dict[str
     for name, run in zip(names, runs, strict=True):
         if run["real_time"]:
             pace = "faster" if run["real_time"] >= 1.0 else "slower"
-            who = "unreduced" if name == "reference" else "reduced"
-            words.append(f"The {who} run of {number(simulated[name], 3)} s took {number(run['wall_s'], 3)} s: {pace} than real time.")
+            who = RUN_WORDS[name]
+            took = f"The {who} run of {tidy(simulated[name])} s took {number(run['wall_s'], 3)} s"
+            words.append(f"{took}: {pace} than real time.")
     return " ".join(words)
 
 
@@ -232,13 +241,17 @@ def energy_sentence(result: StudyResult) -> str:
     words = []
     for name, run in sorted(result.runs.items(), reverse=True):
         h = run.history
-        who = "reduced" if name == "reduced" else "unreduced"
+        who = RUN_WORDS[name]
         if not h.energy.any():
             continue
         made = h.energy_created
-        left = f"the {who} run leaves {share(max(h.energy_dissipated_by_scheme, 0.0))} of the energy put in to the scheme's own dissipation"
-        words.append(left + (f" and creates {share(made)} at most" if made > 1e-12 else " and never creates any"))
-    return f"{'; '.join(words)[:1].upper()}{'; '.join(words)[1:]}." if words else ""
+        left = share(max(h.energy_dissipated_by_scheme, 0.0))
+        created = f"at worst {share(made)} was created on the way" if made > 1e-12 else "none was created at any time"
+        words.append(
+            f"At the end of the {who} run {left} of the energy put in is left over, dissipated by the integration "
+            f"scheme; {created}."
+        )
+    return " ".join(words)
 
 
 def unread_rows(summary: dict[str, Any]) -> list[tuple[str, str, str, bool]]:
@@ -249,5 +262,5 @@ def unread_rows(summary: dict[str, Any]) -> list[tuple[str, str, str, bool]]:
 def counted_events(result: StudyResult) -> str:
     """How many events each run shows over its whole length."""
     return "; ".join(
-        f"{'unreduced' if n == 'reference' else n} run: {plural(len(r.events), 'event')}" for n, r in result.runs.items()
+        f"{RUN_WORDS[name]} run: {plural(len(run.events), 'event')}" for name, run in result.runs.items()
     )

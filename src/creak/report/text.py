@@ -59,6 +59,14 @@ def number(value: float | int | None, digits: int = 4) -> str:
     return text.replace(",", THIN).replace("-", MINUS)
 
 
+def tidy(value: float) -> str:
+    """A number that a person wrote, as it was written: 10, 0.5, 1500."""
+    if value == 0.0 or 1e-4 <= abs(value) < 1e9:
+        text = f"{value:.9f}".rstrip("0").rstrip(".")
+        return text.replace("-", MINUS) if float(f"{value:.9g}") == float(text) else number(value, 6)
+    return number(value, 4)
+
+
 def fixed(value: float | None, decimals: int) -> str:
     """A number with so many decimals, for columns that line up."""
     if value is None or not math.isfinite(value):
@@ -67,6 +75,13 @@ def fixed(value: float | None, decimals: int) -> str:
     if float(text.replace(",", "")) == 0.0:
         text = text.lstrip("-")
     return text.replace(",", THIN).replace("-", MINUS)
+
+
+def four(value: float, bar: float = 0.99) -> str:
+    """Four decimals, cut rather than rounded where rounding would lift a value to its bar."""
+    if value < bar <= round(value, 4):
+        value = math.floor(value * 1e4) / 1e4
+    return fixed(value, 4) if value > -10.0 else number(value, 3)
 
 
 def percent(ratio: float | None, decimals: int = 1, *, signed: bool = True) -> str:

@@ -5,13 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from creak.report.text import THIN, Units, fixed, number, percent, plural, ratio, share, times
+import numpy as np
+
+from creak.report.text import THIN, Units, four, number, percent, plural, ratio, share, tidy, times
 from creak.studies.run import Run, StudyResult, events_in
 
 MAC_BAR = 0.99
 NRMSE_BAR = 0.99
 FORCE_BAR = 0.05
 ENERGY_BAR = 0.005
+AT_REST = 1e-6
+"""Share of the largest axis below which an axis counts as not moving."""
+MANY = 10
+"""Events in the window from which their rate means something."""
+RUN_WORDS = {"reduced": "reduced", "reference": "unreduced"}
 CHAOTIC_RATE = 40.0
 """Events per second above which two exact solutions part."""
 
@@ -55,16 +62,24 @@ def span(result: StudyResult) -> str:
     start, end = result.window
     length = end - start
     if start <= 0.0:
-        return f"in {number(length, 3)} s"
-    return "in the last second" if abs(length - 1.0) < 1e-9 else f"in the last {number(length, 3)} s"
+        return f"in {tidy(length)} s"
+    return "in the last second" if abs(length - 1.0) < 1e-9 else f"in the last {tidy(length)} s"
 
 
 def _what(result: StudyResult, run: Run, count: int) -> str:
     if result.gaps.m == 0:
         return f"No rattle {span(result)}: nothing can touch under this load"
+    if count == 0 and _pressed(result, run):
+        return f"No contact begins {span(result)}, but one that began before lasts into it"
     if count == 0:
         return f"No rattle {span(result)}"
     return f"{plural(count, 'rattle event')} {span(result)}"
+
+
+def _pressed(result: StudyResult, run: Run) -> bool:
+    """Whether anything presses inside the window."""
+    h = run.history
+    return bool(h.force[(h.time >= result.window[0]) & (h.time <= result.window[1])].any())
 
 
 def _found(result: StudyResult) -> str:
@@ -76,8 +91,9 @@ def _found(result: StudyResult) -> str:
         extra = len(match.extra)
         return f"the reduced model shows {plural(extra, 'event')} of its own" if extra else "the reduced model agrees"
     limit = 1000.0 * result.setup.study.config.verification.event_tolerance
-    found = "it" if count == len(match.pairs) == 1 else f"all {count}" if not match.missed else f"{len(match.pairs)}"
-    text = f"the reduced model found {found}{f' of {count}' if match.missed else ''} within {number(limit, 3)} ms"
+    everything = {1: "it", 2: "both"}.get(count, f"all {count}")
+    found = everything if not match.missed else f"{len(match.pairs)}"
+    text = f"the reduced model found {found}{f' of {count}' if match.missed else ''} within {tidy(limit)} ms"
     if match.extra:
         text += f" and {len(match.extra)} more"
     mean = match.amplitude_ratio_mean
@@ -111,8 +127,8 @@ def _mac(result: StudyResult) -> Check:
     worst = int(modes.pairs.mac.argmin())
     mac = float(modes.pairs.mac[worst])
     found = (
-        f"{_four(mac)} (mode {worst + 1}, {number(float(modes.freq_reference[worst]), 3)} Hz; "
-        f"{plural(modes.pairs.mac.size, 'mode')} up to {number(f_max, 3)} Hz)"
+        f"{four(mac)} (mode {worst + 1}, {number(float(modes.freq_reference[worst]), 3)} Hz; "
+        f"{plural(modes.pairs.mac.size, 'mode')} up to {tidy(f_max)} Hz)"
     )
     return Check(name, bar, found, mac >= MAC_BAR)
 
@@ -123,12 +139,7 @@ def why_no_mac(result: StudyResult) -> str:
         return "there is no reduced model"
     if result.modes is None:
         return "the study watches no nodes"
-    return f"no mode lies below {number(result.setup.study.config.verification.mac_f_max, 3)} Hz"
-
-
-def _four(value: float) -> str:
-    """Four decimals, cut rather than rounded, so that 0.98999 never reads 0.9900."""
-    return fixed(int(value * 1e4 + (0.0 if value >= 0.0 else -1.0)) / 1e4, 4)
+    return f"no mode lies below {tidy(result.setup.study.config.verification.mac_f_max)} Hz"
 
 
 def _nrmse(result: StudyResult) -> Check:
@@ -136,8 +147,23 @@ def _nrmse(result: StudyResult) -> Check:
     fit = result.spectra.nrmse if result.spectra is not None else {}
     if not fit:
         return Check(name, bar, f"not compared: {why_no_fit(result)}", None)
-    axis, value = min(((a, fit[a]) for a in ("x", "y", "z")), key=lambda item: item[1])
-    return Check(name, bar, f"{_four(value)} ({axis}; all together {_four(fit['all'])})", value >= NRMSE_BAR)
+    moving = moving_axes(result)
+    if not moving:
+        return Check(name, bar, "not compared: the pairs do not move against each other", None)
+    axis, value = min(((a, fit[a]) for a in moving), key=lambda item: item[1])
+    rest = "".join(f"; no motion along {a}" for a in ("x", "y", "z") if a not in moving)
+    found = f"{four(value)} ({axis}; all together {four(fit['all'])}{rest})"
+    return Check(name, bar, found, value >= NRMSE_BAR)
+
+
+def moving_axes(result: StudyResult) -> list[str]:
+    """Axes along which the pairs of the reference move at all: the fit of mere round-off means nothing."""
+    spectra = result.spectra.spectra if result.spectra is not None else {}
+    of = spectra.get("reference", spectra.get("reduced"))
+    if of is None or of.size == 0:
+        return []
+    size = np.linalg.norm(of, axis=(0, 1))
+    return [a for a, s in zip("xyz", size.tolist(), strict=True) if s > AT_REST * size.max()]
 
 
 def why_no_fit(result: StudyResult) -> str:
@@ -150,7 +176,7 @@ def why_no_fit(result: StudyResult) -> str:
 def _events(result: StudyResult) -> Check:
     name, match = "Contact events", result.events
     limit = 1000.0 * result.setup.study.config.verification.event_tolerance
-    bar = f"all found within {number(limit, 3)} ms, none added"
+    bar = f"all found within {tidy(limit)} ms, none added"
     if match is None:
         return Check(name, bar, "not compared: there is only one run", None)
     total = len(match.pairs) + len(match.missed)
@@ -188,7 +214,7 @@ def _energy(summary: dict[str, Any]) -> Check:
     known = {k: v for k, v in created.items() if v is not None}
     if not known:
         return Check(name, bar, "no balance: the run has no energy figures", None)
-    found = "; ".join(f"{run} {share(v) if v > 1e-12 else 'none'}" for run, v in known.items())
+    found = "; ".join(f"{RUN_WORDS[run]} {share(v) if v > 1e-12 else 'none'}" for run, v in known.items())
     return Check(name, bar, found, max(known.values()) <= ENERGY_BAR)
 
 
@@ -199,9 +225,20 @@ def warnings(result: StudyResult) -> list[str]:
     length = result.window[1] - result.window[0]
     if run is not None and length > 0.0:
         rate = len(events_in(run.events, result.window)) / length
-        if rate > CHAOTIC_RATE:
+        if rate > CHAOTIC_RATE and rate * length >= MANY:
             out.append(
                 f"{number(rate, 3)} events per second: motion with so many impacts is chaotic, and two exact solutions "
                 "part after a while. Compare the statistics of the events rather than one event with another."
             )
+    out += _resolution(result)
     return out
+
+
+def _resolution(result: StudyResult) -> list[str]:
+    c = result.setup.study.config
+    if result.gaps.m == 0 or c.verification.f_max < 0.45 / c.time.step:
+        return []
+    return [
+        f"The step of {tidy(1e3 * c.time.step)} ms cannot hold more than the {tidy(c.verification.f_max)} Hz of the "
+        "low-pass: low-passed peaks are the raw ones. A shorter step separates the two."
+    ]

@@ -84,3 +84,21 @@ def three_quarter(straight: View, azimuth: float = -32.0, elevation: float = 18.
     t = np.cos(e) * (np.cos(a) * toward + np.sin(a) * right) + np.sin(e) * up
     r = np.cos(a) * right - np.sin(a) * toward
     return View(np.column_stack([r, np.cross(t, r), t]))
+
+
+def cut_up(corners: FloatArray, cuts: int) -> tuple[FloatArray, FloatArray]:
+    """Quadrilaterals (n, 4, 3) divided into cuts x cuts each, and their edges as patches without width.
+
+    Returns
+    -------
+    inner : (n cuts^2, 4, 3), edges : (4 n cuts, 4, 3); the pieces of one quadrilateral follow each other.
+    """
+    s = np.linspace(0.0, 1.0, cuts + 1)
+    u, v = np.meshgrid(s, s, indexing="ij")
+    weight = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v], axis=-1)
+    grid = np.einsum("uvk,nkx->nuvx", weight, corners)
+    inner = np.stack([grid[:, :-1, :-1], grid[:, 1:, :-1], grid[:, 1:, 1:], grid[:, :-1, 1:]], axis=3)
+    sides = np.stack([grid[:, :, 0], grid[:, :, -1], grid[:, 0, :], grid[:, -1, :]], axis=1)
+    ends = sides[:, :, :-1], sides[:, :, 1:]
+    edges = np.stack([ends[0], ends[1], ends[1], ends[0]], axis=3)
+    return inner.reshape(-1, 4, 3), edges.reshape(-1, 4, 3)

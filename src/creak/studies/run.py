@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from creak.arrays import ComplexArray, FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
+from creak.dynamics.condensed import step_limited_stiffness
 from creak.dynamics.hht import HHT
 from creak.dynamics.history import History
 from creak.dynamics.simulate import simulate
@@ -84,6 +85,8 @@ def run_study(setup: Setup, progress: Progress) -> StudyResult:
     reference = build_reference(setup, progress)
     kept, notes = precheck(setup, reference, scheme, progress)
     gaps = join([kept, setup.connectors])
+    stiffness = step_limited_stiffness(reference.system, gaps, scheme, setup.loads.step)
+    gaps = replace(gaps, stiffness=stiffness)
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
         notes.append("no channel can close under this load: both runs are linear")
     runs: dict[str, Run] = {}

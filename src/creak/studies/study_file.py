@@ -80,7 +80,7 @@ def _refuse_what_is_not_there_yet(study: Study) -> None:
 
 def _explain(path: Path, text: str, error: ValidationError) -> InputError:
     """The first problem of a validation, in the words of the study file."""
-    problem = error.errors()[0]
+    problem = min(error.errors(), key=lambda e: e["type"] != "extra_forbidden")  # a misspelt key explains a missing one
     keys = tuple(k for k in problem["loc"] if not _is_tag(k))
     where = f"{path}:{_line_of(text, keys)}"
     name = _dotted(keys)

@@ -1,0 +1,133 @@
+"""Each mistake ends in one message that says what, where and what to do; exit status 2; nothing written."""
+
+import re
+
+import pytest
+from helpers_decks import STUDY, two_strips, write_strips
+
+from creak.cli.main import main
+
+
+def run_cli(monkeypatch, capsys, *arguments):
+    """Exit status and the text on stderr of one call of the command."""
+    monkeypatch.setattr("sys.argv", ["creak", *map(str, arguments)])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    return stop.value.code, " ".join(capsys.readouterr().err.split())
+
+
+DECK_MISTAKES = {
+    "element on an unknown node": (("1, 1, 2, 15, 14", "1, 1, 2, 15, 9999"), ["strips.inp:", "9999"]),
+    "element without a section": (
+        ("*SHELL SECTION, ELSET=LOWER, MATERIAL=STEEL\n1.5,\n", ""), ["strips.inp:", "section", "1001"]),
+    "section with an unknown material": (
+        ("ELSET=LOWER, MATERIAL=STEEL", "ELSET=LOWER, MATERIAL=STEAL"), ["strips.inp:", "STEAL", "STEEL"]),
+    "zero thickness": (("MATERIAL=STEEL\n1.5,", "MATERIAL=STEEL\n0.0,"), ["strips.inp:", "thickness", "0"]),
+    "negative thickness": (("MATERIAL=STEEL\n1.5,", "MATERIAL=STEEL\n-1.5,"), ["strips.inp:", "thickness", "-1.5"]),
+    "zero density": (("7.85e-9,", "0.0,"), ["strips.inp:", "density", "0"]),
+    "negative density": (("7.85e-9,", "-7.85e-9,"), ["strips.inp:", "density", "-7.85e-9"]),
+    "unknown element type": (("TYPE=S4, ELSET=LOWER", "TYPE=S44, ELSET=LOWER"), ["strips.inp:", "S44"]),
+    "surface that faces nothing": (("*SURFACE, NAME=OVER\nLOWER, SPOS", "*SURFACE, NAME=OVER\nLOWER, SNEG"),
+                                   ["[contact.tip]", "UNDER", "OVER", "never face"]),
+    "part that nothing holds": (("ROOT_LOWER, 1, 6\n", ""), ["strips.inp", "nothing holds", "LOWER", "*BOUNDARY"]),
+    "keyword that changes the answer": (("*BOUNDARY\n", "*TIE, NAME=T\nUNDER, OVER\n*BOUNDARY\n"),
+                                        ["strips.inp:", "*TIE", "--ignore"]),
+}  # fmt: skip
+
+STUDY_MISTAKES = {
+    "no such deck": (('"strips.inp"', '"stripes.inp"'), ["stripes.inp", "Check"]),
+    "unknown set": (('"ROOT_UPPER"', '"ROOT_UPER"'), ["study.toml:12", "ROOT_UPER", "Did you mean 'ROOT_UPPER'"]),
+    "unknown surface": (('"UNDER"', '"UNDR"'), ["UNDR", "[contact.tip]", "Did you mean 'UNDER'"]),
+    "misspelt key": (("secondary =", "secondry ="), ["study.toml:7", "secondry", "Did you mean 'secondary'"]),
+    "misspelt table": (("[reduction]", "[reducton]"), ["study.toml:17", "reducton", "Did you mean 'reduction'"]),
+    "f_max below the excitation": (("f_max = 3000", "f_max = 50"), ["study.toml:18", "50 Hz", "60 Hz", "Raise f_max"]),
+    "NaN amplitude": (("amplitude = 0.05", "amplitude = nan"), ["study.toml:15", "amplitude", "nan", "finite"]),
+    "unknown signal": (('"multisine"', '"multisin"'), ["study.toml:15", "multisin", "Did you mean 'multisine'"]),
+    "not available yet": (("[reduction]\n", '[reduction]\nmethod = "gap-modes"\n'),
+                          ["study.toml:18", "gap-modes", "not available"]),
+    "friction": (('main = "OVER"\n', 'main = "OVER"\nfriction = 0.3\n'), ["study.toml:9", "friction", "not available"]),
+    "not TOML": (("[time]", "[time"), ["study.toml", "not valid TOML", "line"]),
+    "odd pairs": (('pairs = "PAIRS"', 'pairs = "ROOT_LOWER"'), ["study.toml", "ROOT_LOWER", "even"]),
+}  # fmt: skip
+
+
+def assert_refused(monkeypatch, capsys, study, words, tmp_path):
+    before = sorted(p.name for p in tmp_path.iterdir())
+    status, text = run_cli(monkeypatch, capsys, "run", study, "--quiet", "--out", tmp_path / "out")
+    assert status == 2
+    assert text.startswith("creak: ")
+    assert "Traceback" not in text
+    for word in words:
+        assert re.search(re.escape(word), text, re.IGNORECASE), f"{word!r} not in {text!r}"
+    assert sorted(p.name for p in tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize("mistake", DECK_MISTAKES)
+def test_mistake_in_the_deck_is_named(mistake, tmp_path, monkeypatch, capsys):
+    (old, new), words = DECK_MISTAKES[mistake]
+    deck = two_strips()
+    assert old in deck
+    assert_refused(monkeypatch, capsys, write_strips(tmp_path, deck.replace(old, new)), words, tmp_path)
+
+
+@pytest.mark.parametrize("mistake", STUDY_MISTAKES)
+def test_mistake_in_the_study_is_named(mistake, tmp_path, monkeypatch, capsys):
+    (old, new), words = STUDY_MISTAKES[mistake]
+    assert old in STUDY
+    (tmp_path / "table.csv").write_text("time,value\n0,0\n1,nan\n2,1\n", encoding="utf-8")
+    study = write_strips(tmp_path, study=STUDY.replace(old, new, 1))
+    assert_refused(monkeypatch, capsys, study, words, tmp_path)
+
+
+def test_output_folder_that_is_a_file_is_refused_before_any_work(tmp_path, monkeypatch, capsys):
+    study = write_strips(tmp_path)
+    (tmp_path / "taken").write_text("", encoding="utf-8")
+    status, text = run_cli(monkeypatch, capsys, "run", study, "--out", tmp_path / "taken" / "out")
+    assert status == 2
+    assert "taken is a file" in text
+    assert "--out" in text
+
+
+@pytest.mark.parametrize("folder", ["/proc/creak", "/sys/creak"])
+def test_output_folder_that_cannot_be_written_is_refused(folder, tmp_path, monkeypatch, capsys):
+    status, text = run_cli(monkeypatch, capsys, "run", write_strips(tmp_path), "--out", folder)
+    assert status == 2
+    assert "cannot write" in text
+
+
+def test_no_such_study(tmp_path, monkeypatch, capsys):
+    status, text = run_cli(monkeypatch, capsys, "run", tmp_path / "none.toml")
+    assert status == 2
+    assert "none.toml" in text
+
+
+@pytest.mark.parametrize("size", ["0", "-5", "41", "nan"])
+def test_bad_mesh_size_of_the_door(size, tmp_path, monkeypatch, capsys):
+    out = tmp_path / "door"
+    status, text = run_cli(monkeypatch, capsys, "example", "door", "--mesh-size", size, "--out", out)
+    assert status == 2
+    assert "mesh size" in text.lower()
+    assert not out.exists()
+
+
+def test_unknown_command_gets_a_hint(monkeypatch, capsys):
+    status, text = run_cli(monkeypatch, capsys, "rum")
+    assert status == 2
+    assert "rum" in text
+    assert "--help" in text
+
+
+def test_deck_as_study_is_explained(tmp_path, monkeypatch, capsys):
+    write_strips(tmp_path)
+    status, text = run_cli(monkeypatch, capsys, "run", tmp_path / "strips.inp")
+    assert status == 2
+    assert "study" in text
+
+
+def test_table_with_nan_names_its_line(tmp_path, monkeypatch, capsys):
+    (tmp_path / "table.csv").write_text("time,value\n0,0\n1,nan\n2,1\n", encoding="utf-8")
+    signal = 'signal = { type = "multisine", f_min = 5, f_max = 60, amplitude = 0.05, period = 0.2, seed = 3 }'
+    text = STUDY.replace(signal, 'signal = { type = "table", file = "table.csv" }').replace("periods = 2", "end = 0.1")
+    assert_refused(
+        monkeypatch, capsys, write_strips(tmp_path, study=text), ["table.csv:3", "nan", "two finite numbers"], tmp_path
+    )

@@ -1,0 +1,172 @@
+"""The main job on a small model, through the command."""
+
+import json
+import math
+
+import h5py
+import numpy as np
+import pytest
+from helpers_decks import STUDY, write_strips
+
+from creak.cli.main import main
+
+
+def creak(monkeypatch, *arguments):
+    monkeypatch.setattr("sys.argv", ["creak", *map(str, arguments)])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 0
+
+
+@pytest.fixture(scope="module")
+def strips(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("strips")
+    with pytest.MonkeyPatch.context() as patch:
+        creak(patch, "run", write_strips(folder), "--quiet", "--out", folder / "out")
+    return folder / "out", json.loads((folder / "out" / "summary.json").read_text())
+
+
+def without_costs(summary):
+    costs = ("wall_s", "setup_s", "cpu_s", "offline_cpu_s", "offline_wall_s", "peak_rss_gb")
+    return json.dumps(summary, default=str) if not isinstance(summary, dict) else {
+        k: without_costs(v) for k, v in summary.items() if k not in costs
+    }  # fmt: skip
+
+
+def test_three_files_come_out(strips):
+    out, _ = strips
+    assert sorted(p.name for p in out.iterdir()) == ["report.html", "results.h5", "summary.json"]
+
+
+def test_model_figures(strips):
+    model = strips[1]["model"]
+    assert model["nodes"] == 78
+    assert model["elements"] == 48
+    assert model["dof"] == 6 * 78
+    assert list(model["parts"]) == ["UPPER", "LOWER"]
+    assert model["mass"] == pytest.approx(7.85e-9 * 120 * 20 * (1.0 + 1.5), rel=1e-9)  # volume x density
+
+
+def test_both_runs_rattle_and_agree(strips):
+    summary = strips[1]
+    assert summary["runs"]["reference"]["events"]
+    check = summary["verification"]
+    assert min(check["mac"]) > 0.999
+    assert check["nrmse"]["all"] > 0.98  # f_max is 50 x the excitation; the motion is not chaotic
+    assert check["events"]["missed"] == 0
+    assert check["events"]["impulse_ratio_mean"] == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("run", ["reduced", "reference"])
+def test_no_energy_is_created(strips, run):
+    assert strips[1]["runs"][run]["energy_created"] <= 0.005
+
+
+@pytest.mark.parametrize("run", ["reduced", "reference"])
+def test_histories_agree_with_the_summary(strips, run):
+    out, summary = strips
+    with h5py.File(out / "results.h5") as file:
+        group = file[f"runs/{run}"]
+        time, force = group["time"][:], group["normal_force"][:]
+        assert time.size == 801
+        assert group["displacement"].shape == (801, 4, 6)
+        assert group["node_ids"][:].tolist() == [1039, 39, 1013, 13]
+        assert group["gap"].attrs["unit"] == "mm"
+        assert group["slip"].shape == group["gap"].shape == force.shape
+    figures = summary["runs"][run]
+    assert force.max() == pytest.approx(figures["max_force"])
+    assert force.sum() * (time[1] - time[0]) == pytest.approx(figures["impulse_total"])
+    assert sum(e["impulse"] for e in figures["events"]) == pytest.approx(figures["impulse_total"])
+    assert max(e["force_peak"] for e in figures["events"]) == pytest.approx(figures["max_force"])
+
+
+def test_same_seed_same_summary(strips, tmp_path, monkeypatch):
+    creak(monkeypatch, "run", write_strips(tmp_path), "--quiet", "--out", tmp_path / "again")
+    again = json.loads((tmp_path / "again" / "summary.json").read_text())
+    assert without_costs(again) == without_costs(strips[1])
+
+
+def test_other_seed_other_motion(strips, tmp_path, monkeypatch):
+    study = write_strips(tmp_path, study=STUDY.replace("seed = 3", "seed = 4"))
+    creak(monkeypatch, "run", study, "--quiet", "--out", tmp_path / "out")
+    other = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert other["runs"]["reduced"]["impulse_total"] != strips[1]["runs"]["reduced"]["impulse_total"]
+
+
+def test_reduction_none_runs_the_unreduced_model_alone(strips, tmp_path, monkeypatch):
+    study = STUDY.replace("[reduction]\n", '[reduction]\nmethod = "none"\n')
+    creak(monkeypatch, "run", write_strips(tmp_path, study=study), "--quiet", "--out", tmp_path / "out")
+    alone = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert list(alone["runs"]) == ["reference"]
+    assert alone["runs"]["reference"]["events"] == strips[1]["runs"]["reference"]["events"]
+
+
+def test_node_to_surface_and_output_interval(tmp_path, monkeypatch):
+    study = STUDY.replace('"surface-to-surface"', '"node-to-surface"')
+    study += '\n[output]\nnodes = ["TIP_UPPER"]\ninterval = 1e-3\n'
+    creak(monkeypatch, "run", write_strips(tmp_path, study=study), "--quiet", "--out", tmp_path / "out")
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["verification"]["events"]["missed"] == 0
+    with h5py.File(tmp_path / "out" / "results.h5") as file:
+        assert file["runs/reduced/time"].shape == (401,)
+        assert np.isin([13, 26, 39], file["runs/reduced/node_ids"][:]).all()
+
+
+STOP = """*NODE
+1, 0., 0., 0.
+*ELEMENT, TYPE=MASS, ELSET=M
+1, 1
+*MASS, ELSET=M
+100.
+*ELEMENT, TYPE=SPRING1, ELSET=K
+2, 1
+*SPRING, ELSET=K
+1
+10000.
+*NSET, NSET=TIP
+1
+*INITIAL CONDITIONS, TYPE=VELOCITY
+TIP, 1, 1.0
+"""
+STOP_STUDY = """[model]
+deck = "strips.inp"
+units = "m-kg-s"
+[[connector]]
+type = "play"
+nodes = "TIP"
+dof = "x"
+upper = 0.0
+stiffness = 1e6
+[reduction]
+method = "{method}"
+[time]
+step = 2e-5
+end = 0.05
+alpha = 0.0
+"""
+
+
+@pytest.mark.parametrize("method", ["none", "craig-bampton"])
+def test_mass_on_a_penalty_stop_from_a_deck(method, tmp_path, monkeypatch):
+    """omega = sqrt((k + K)/m): half a period in contact, F = K v / omega (phase error of the step 1e-7)."""
+    study = write_strips(tmp_path, deck=STOP, study=STOP_STUDY.format(method=method))
+    creak(monkeypatch, "run", study, "--quiet", "--out", tmp_path / "out")
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    run = summary["runs"]["reference"]
+    event = run["events"][0]
+    omega = math.sqrt(1.01e6 / 100.0)
+    assert event["force_peak"] == pytest.approx(1e6 / omega, rel=1e-6)
+    assert event["impulse"] == pytest.approx(2e6 / omega**2, rel=1e-6)
+    assert event["t_end"] - event["t_start"] == pytest.approx(math.pi / omega, rel=1e-5)
+
+
+def test_modes_and_info_commands(tmp_path, monkeypatch, capsys):
+    write_strips(tmp_path)
+    creak(monkeypatch, "modes", tmp_path / "strips.inp", "--count", "4", "--json", tmp_path / "m" / "modes.json")
+    modes = json.loads((tmp_path / "m" / "modes.json").read_text())
+    assert modes["rigid"] == 0
+    assert modes["frequencies"] == sorted(modes["frequencies"])
+    creak(monkeypatch, "info", tmp_path / "strips.inp")
+    text = capsys.readouterr().out
+    for word in ("UPPER", "LOWER", "UNDER", "PAIRS", "every keyword was read"):
+        assert word in text

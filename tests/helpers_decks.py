@@ -1,0 +1,74 @@
+"""Small decks and studies for tests of the whole way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+STEEL = "*MATERIAL, NAME=STEEL\n*ELASTIC\n210000., 0.3\n*DENSITY\n7.85e-9,\n*DAMPING, ALPHA=5.0, BETA=2.0e-6\n"
+
+
+def strip(first_node: int, first_element: int, elset: str, z: float, n: int = 12, length: float = 120.0) -> str:
+    """A clamped strip, n x 2 quads of 10 mm width, along x at height z; node set ROOT_<elset>."""
+    lines = ["*NODE"]
+    for j in range(3):
+        for i in range(n + 1):
+            lines.append(f"{first_node + j * (n + 1) + i}, {length * i / n:.6f}, {10.0 * j:.6f}, {z:.6f}")
+    lines.append(f"*ELEMENT, TYPE=S4, ELSET={elset}")
+    for j in range(2):
+        for i in range(n):
+            a = first_node + j * (n + 1) + i
+            label = first_element + j * n + i
+            lines.append(f"{label}, {a}, {a + 1}, {a + n + 2}, {a + n + 1}")
+    roots = ", ".join(str(first_node + j * (n + 1)) for j in range(3))
+    tips = ", ".join(str(first_node + j * (n + 1) + n) for j in range(3))
+    lines += [f"*NSET, NSET=ROOT_{elset}", roots, f"*NSET, NSET=TIP_{elset}", tips]
+    return "\n".join(lines) + "\n"
+
+
+def two_strips(gap: float = 0.5) -> str:
+    """An upper strip (1 mm, on a moving root) above a lower, longer-rooted one (1.5 mm), `gap` between them."""
+    middle = gap + 0.5 * (1.0 + 1.5)
+    return (
+        "*HEADING\ntwo strips\n" + strip(1, 1, "UPPER", middle) + strip(1001, 1001, "LOWER", 0.0) + STEEL
+        + "*SHELL SECTION, ELSET=UPPER, MATERIAL=STEEL\n1.0,\n*SHELL SECTION, ELSET=LOWER, MATERIAL=STEEL\n1.5,\n"
+        + "*SURFACE, NAME=UNDER\nUPPER, SNEG\n*SURFACE, NAME=OVER\nLOWER, SPOS\n"
+        + "*NSET, NSET=PAIRS, UNSORTED\n1039, 39, 1013, 13\n"
+        + "*BOUNDARY\nROOT_LOWER, 1, 6\nROOT_UPPER, 1, 2\nROOT_UPPER, 4, 6\n"
+    )  # fmt: skip
+
+
+STUDY = """title = "Two strips"
+
+[model]
+deck = "strips.inp"
+
+[contact.tip]
+secondary = "UNDER"
+main = "OVER"
+method = "surface-to-surface"
+
+[excitation.root]
+node_set = "ROOT_UPPER"
+dof = "z"
+kind = "displacement"
+signal = { type = "multisine", f_min = 5, f_max = 60, amplitude = 0.05, period = 0.2, seed = 3 }
+
+[reduction]
+f_max = 3000
+
+[time]
+step = 5e-4
+periods = 2
+
+[verification]
+pairs = "PAIRS"
+mac_f_max = 500
+"""
+
+
+def write_strips(folder: Path, deck: str | None = None, study: str = STUDY) -> Path:
+    """Write strips.inp and study.toml; returns the study's path."""
+    (folder / "strips.inp").write_text(two_strips() if deck is None else deck, encoding="utf-8")
+    path = folder / "study.toml"
+    path.write_text(study, encoding="utf-8")
+    return path

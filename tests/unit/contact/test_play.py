@@ -1,0 +1,58 @@
+"""Play connectors as gap channels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from helpers_core import block, model_of, point_mass
+
+from creak.contact.play import Play, play_channels
+from creak.errors import InputError
+
+
+def model():
+    return model_of(
+        np.zeros((4, 3)),
+        [block("mass", [[0], [1], [2], [3]], point_mass(1.0))],
+        node_sets={"A": [0, 1], "B": [2, 3], "ONE": [2]},
+    )
+
+
+def test_two_sided_play_between_two_nodes():
+    """gap = upper - (u_B - u_A) and (u_B - u_A) - lower."""
+    op = play_channels(model(), Play("hook", ("A", "B"), 2, -0.2, 0.3, 1e4, 5.0), "[[connector]]")
+    assert op.names == ("hook:upper:3", "hook:lower:3", "hook:upper:4", "hook:lower:4")
+    np.testing.assert_array_equal(op.gap0, [0.3, 0.2, 0.3, 0.2])
+    np.testing.assert_array_equal(op.stiffness, 1e4)
+    np.testing.assert_array_equal(op.damping, 5.0)
+    u = np.zeros(24)
+    u[6 * 2 + 1], u[1] = 0.5, 0.1
+    np.testing.assert_allclose(op.gap0 + op.G @ u[op.labels], [0.3 - 0.4, 0.4 + 0.2, 0.3, 0.2])
+
+
+def test_one_set_is_stopped_against_ground():
+    op = play_channels(model(), Play("stop", ("ONE",), 1, None, 0.1, 1e4), "")
+    assert op.m == 1
+    assert op.names == ("stop:upper",)
+    np.testing.assert_array_equal(op.labels, [12])
+    np.testing.assert_array_equal(op.G.toarray(), [[-1.0]])
+
+
+def test_rotational_play_uses_its_own_dof():
+    op = play_channels(model(), Play("stop", ("ONE",), 5, -0.01, None, 1e2), "")
+    np.testing.assert_array_equal(op.labels, [6 * 2 + 4])
+    np.testing.assert_array_equal(op.gap0, [0.01])
+
+
+@pytest.mark.parametrize(
+    ("play", "message"),
+    [
+        (Play("p", ("A", "ONE"), 1, -1.0, 1.0, 1.0), "have 2 and 1 nodes"),
+        (Play("p", ("A",), 1, None, None, 1.0), "without limits"),
+        (Play("p", ("A",), 1, 1.0, -1.0, 1.0), r"lower = 1.0 lies above upper = -1.0"),
+        (Play("p", ("AA",), 1, -1.0, 1.0, 1.0), r"unknown node set 'AA'.*'A'"),
+    ],
+)
+def test_wrong_play_is_refused(play, message):
+    with pytest.raises(InputError, match=message):
+        play_channels(model(), play, "study.toml:12 [connector]")

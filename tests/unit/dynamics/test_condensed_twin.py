@@ -1,0 +1,140 @@
+"""The condensed step gives the result of plain Newton iterations with refactorisation, to round-off."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from helpers_core import (
+    NO_CHANNELS,
+    assembled,
+    chain,
+    channels,
+    forces_on,
+    system_of,
+    time_axis,
+)
+
+from creak.assembly.coupling import Driven
+from creak.assembly.part import Rayleigh
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.hht import HHT
+from creak.dynamics.history import History
+from creak.dynamics.loads import Loads
+from creak.dynamics.plain_newton import simulate_plain_newton
+from creak.dynamics.simulate import simulate
+from creak.reduction.craig_bampton import craig_bampton
+from creak.reduction.diagonal import diagonalise
+
+N = 24
+SAME = 1e-8
+"""Relative; both solve the same equations exactly, round-off is amplified by contact over some hundred steps."""
+
+
+def two_chains(*, sparse: bool = True, beta: float = 2e-5) -> System:
+    """Two grounded chains of masses side by side, tuned apart."""
+    M1, K1 = chain(N // 2)
+    M2, K2 = chain(N // 2, stiffness=2.3e4)
+    M, K = np.zeros((N, N)), np.zeros((N, N))
+    M[: N // 2, : N // 2], M[N // 2 :, N // 2 :] = M1, M2
+    K[: N // 2, : N // 2], K[N // 2 :, N // 2 :] = K1, K2
+    return system_of(M, K, alpha=0.5, beta=beta, sparse=sparse)
+
+
+def between_the_chains(damping: float = 0.0) -> GapOperator:
+    """Six channels between facing masses, of different gap and stiffness, one of them starting closed."""
+    G = np.zeros((6, N))
+    for j, mass in enumerate((1, 3, 5, 7, 9, 11)):
+        G[j, mass], G[j, N // 2 + mass] = 1.0, -1.0
+    gap0 = np.array([1e-3, -2e-4, 2e-3, 1e-3, 3e-3, 5e-4])
+    return channels(G, gap0, np.array([1e5, 2e5, 5e4, 1e6, 1e5, 3e5]), damping)
+
+
+def loads() -> Loads:
+    time = time_axis(1.0, 2e-3)
+    push = -60.0 * np.sin(2 * np.pi * 3.0 * time) + 25.0 * np.sin(2 * np.pi * 11.3 * time)
+    return forces_on(time, [N // 2 - 1], push)
+
+
+def same(a: History, b: History) -> None:
+    assert a.contact_steps > 50
+    assert abs(a.contact_steps - b.contact_steps) <= 1  # a gap of exactly zero may count or not
+    for name in ("displacement", "force", "gap", "energy"):
+        x, y = getattr(a, name), getattr(b, name)
+        np.testing.assert_allclose(y, x, rtol=0.0, atol=SAME * np.abs(x).max(), err_msg=name)
+
+
+@pytest.mark.parametrize("alpha", [0.0, -0.05, 1.0 - np.sqrt(2.0)])
+def test_condensed_step_equals_plain_newton_on_the_full_model(alpha):
+    arguments = two_chains(), between_the_chains(), loads(), HHT(alpha)
+    same(simulate(*arguments, observed=np.arange(N)), simulate_plain_newton(*arguments, observed=np.arange(N)))
+
+
+def test_condensed_step_equals_plain_newton_on_the_reduced_model():
+    boundary = np.array([1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23])
+    reduced = diagonalise(craig_bampton(two_chains(), boundary, count=4))
+    arguments = reduced, between_the_chains(), loads(), HHT()
+    same(simulate(*arguments, observed=np.arange(N)), simulate_plain_newton(*arguments, observed=np.arange(N)))
+
+
+def test_condensed_step_equals_plain_newton_on_a_dense_model():
+    arguments = two_chains(sparse=False), between_the_chains(), loads(), HHT()
+    same(simulate(*arguments, observed=np.arange(N)), simulate_plain_newton(*arguments, observed=np.arange(N)))
+
+
+def test_all_modes_kept_equals_the_full_model_in_contact():
+    """Sparse full, dense Craig-Bampton and diagonal System: three bases, one motion."""
+    boundary = np.array([1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23])
+    full = two_chains()
+    dense = craig_bampton(full, boundary, count=N)
+    runs = [
+        simulate(s, between_the_chains(), loads(), HHT(), observed=np.arange(N))
+        for s in (full, dense, diagonalise(dense))
+    ]
+    same(runs[0], runs[1])
+    same(runs[0], runs[2])
+
+
+def test_channels_that_never_press_change_nothing():
+    system, drive = two_chains(), loads()
+    silent = simulate(system, between_the_chains().without_force(), drive, HHT(), observed=np.arange(N))
+    alone = simulate(system, NO_CHANNELS, drive, HHT(), observed=np.arange(N))
+    np.testing.assert_array_equal(silent.displacement, alone.displacement)
+    assert silent.contact_steps == 0
+    assert silent.gap.min() < 0.0
+
+
+def test_two_runs_give_the_same_numbers():
+    arguments = two_chains(), between_the_chains(), loads(), HHT()
+    a, b = (simulate(*arguments, observed=np.arange(N)) for _ in range(2))
+    np.testing.assert_array_equal(a.displacement, b.displacement)
+    np.testing.assert_array_equal(a.force, b.force)
+
+
+def test_condensed_step_equals_plain_newton_under_prescribed_motion():
+    """A channel between two masses and one driven node: the support's own motion enters gap and inertia."""
+    from helpers_core import block, model_of, point_mass, spring
+
+    model = model_of(
+        np.column_stack([np.arange(4.0), np.zeros(4), np.zeros(4)]),
+        [
+            block("mass", [[1], [2], [3]], point_mass(0.5)),
+            block("spring2", [[0, 1], [1, 2]], spring(4e3, damping=0.4), 0, 10),
+            block("spring1", [[3]], spring(9e3), 0, 20),
+        ],
+    )
+    system = assembled(model, Driven({"base": np.array([0])}), Rayleigh(0.3, 1e-5))
+    time = time_axis(0.6, 1e-3)
+    w = 2 * np.pi * 6.0
+    s = np.stack([5e-3 * np.sin(w * time), 5e-3 * w * np.cos(w * time), -5e-3 * w**2 * np.sin(w * time)])
+    drive = Loads(time, s[:, :, None], np.zeros((time.size, 0)))
+    G = np.zeros((2, 24))
+    G[0, 12], G[0, 18] = -1.0, 1.0  # third mass against the fourth
+    G[1, 0], G[1, 12] = -1.0, 1.0  # driven node against the third mass
+    gaps = channels(G, np.array([2e-3, 4e-3]), 5e4)
+    observed = np.array([0, 6, 12, 18])
+    a = simulate(system, gaps, drive, HHT(), observed=observed)
+    b = simulate_plain_newton(system, gaps, drive, HHT(), observed=observed)
+    assert (a.force > 0.0).any(axis=0).all()
+    same(a, b)
+    np.testing.assert_allclose(a.displacement[:, 0], s[0], atol=1e-15)

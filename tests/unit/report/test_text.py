@@ -1,0 +1,58 @@
+"""Numbers read as people write them."""
+
+import math
+
+import numpy as np
+import pytest
+
+from creak.report.axes import peaks_kept, thinned
+from creak.report.text import MINUS, NONE, THIN, fixed, four, number, percent, ratio, share, tidy, times
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [(14859, f"14{THIN}859"), (0.0123456, "0.01235"), (-2.5, f"{MINUS}2.500"), (1.2e-9, f"1.20e{MINUS}9"), (0.0, "0"),
+     (99999.6, f"100{THIN}000"), (None, NONE), (math.nan, NONE), (math.inf, NONE)],
+)  # fmt: skip
+def test_number(value, shown):
+    assert number(value) == shown
+
+
+def test_per_cent_of_a_ratio():
+    assert percent(1.005) == f"+0.5{THIN}%"
+    assert percent(0.9) == f"{MINUS}10.0{THIN}%"
+    assert percent(1.00001) == f"0.0{THIN}%"
+    assert percent(None) == NONE
+
+
+def test_a_value_below_its_bar_never_reads_as_the_bar():
+    assert four(0.98999) == "0.9899"
+    assert four(0.9999999) == "1.0000"
+    assert four(0.99) == "0.9900"
+
+
+def test_tiny_shares_are_bounds_and_written_numbers_stay_as_written():
+    assert share(1e-10) == f"below 0.001{THIN}%"
+    assert share(0.005) == f"0.50{THIN}%"
+    assert tidy(10.0) == "10"
+    assert tidy(0.0115) == "0.0115"
+    assert tidy(-0.05) == f"{MINUS}0.05"
+    assert fixed(-0.0004, 2) == "0.00"
+
+
+def test_speed_ups_and_ratios():
+    assert times(190.4) == "190 times"
+    assert times(1.66) == "1.7 times"
+    assert ratio(1.0, 0.0) is None
+    assert ratio(3.0, 2.0) == 1.5
+
+
+def test_thinning_keeps_peaks_and_ends():
+    x = np.arange(20001.0)
+    y = np.zeros_like(x)
+    y[12345] = 7.0
+    few_x, few_y = peaks_kept(x, y)
+    assert few_x.size <= 6000
+    assert few_y.max() == 7.0
+    assert few_x[few_y.argmax()] == 12345.0
+    assert thinned(x, x)[0][-1] == 20000.0
