@@ -66,7 +66,7 @@ def surface_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, li
     sign = np.where(meet.distance > 0.0, -1.0, 1.0)
     normal = points.normal * sign[:, None]
     half = 0.5 * (secondary.thickness[points.facet] + main.thickness[meet.facet])
-    gap = np.abs(meet.distance) - half
+    gap = np.where(found, np.abs(meet.distance) - half, 0.0)
     nodes, at, share, area, channel_of = _channels(secondary, points, found)
     gap0 = _summed(at[found], (share * gap[:, None])[found], channel_of.size)
     thick = _summed(at[found], (share * 2.0 * half[:, None])[found], channel_of.size)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, Matrix
+from creak.arrays import BoolArray, FloatArray, Matrix
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.contact.unilateral import solve_channels
@@ -22,6 +22,8 @@ from creak.dynamics.step_matrix import StepFactor
 
 RESPONSE_MEMORY = 2_000_000_000
 """Bytes up to which W = S^-1 G' is kept, so that contact costs no second back-substitution."""
+PATCH = 3.0
+"""Radius of a contact patch, in node spacings, whose channels may press at the same time."""
 
 
 @dataclass(frozen=True)
@@ -45,15 +47,21 @@ def channel_matrices(system: System, gaps: GapOperator) -> ChannelMatrices:
     return ChannelMatrices(G, G_s, tuple(on(t) for t in gaps.tangents))
 
 
-def step_limited_stiffness(system: System, gaps: GapOperator, scheme: HHT, h: float) -> FloatArray:
-    """(m,) penalties that the time step can follow: k_i <= 1 / sum_j |A_ij| over the channels of the same pair.
+def step_limited_stiffness(
+    system: System, gaps: GapOperator, positions: FloatArray, scheme: HHT, h: float
+) -> FloatArray:
+    """(m,) penalties that the time step can follow: 1/k_i >= sum_j |A_ij| over the neighbours of channel i.
 
-    A is the compliance of one step. Then the eigenvalues of diag(k) A stay below 1 (Gershgorin): contact takes
-    a few steps instead of one, HHT neither chatters nor creates energy, and the pressure stiffness does not
-    depend on the mesh. Without the limit a stiff penalty throws a node back within the step that it arrives in;
-    the energy that this creates is shown in docs/numerics.md. As h falls the limit rises like 1 / h^2 and the
-    penalty of the parent shells is reached. Only channels with `step_limited` are lowered. Call it with the
-    unreduced System, so that full and reduced runs share the numbers.
+    A is the compliance of one step; neighbours are the channels of the same pair within `PATCH` node spacings.
+    For a contact patch of that size the eigenvalues of diag(k) A then stay below 1 (Gershgorin): contact builds
+    up over a few steps, and HHT neither chatters nor creates energy. A stiffer penalty throws a node back within
+    the step that it arrives in, on average with more energy than it had (docs/numerics.md). As h falls the limit
+    rises and the penalty of the parent shells is reached. Only channels with `step_limited` are lowered. Call it
+    with the unreduced System, so that full and reduced runs share the numbers.
+
+    Parameters
+    ----------
+    positions : (m, 3) of the secondary nodes.
     """
     limited = np.flatnonzero(gaps.step_limited)
     if not limited.size:
@@ -62,11 +70,23 @@ def step_limited_stiffness(system: System, gaps: GapOperator, scheme: HHT, h: fl
     G = channel_matrices(system, part).G
     W = StepFactor(system, scheme, h).solve(np.asfortranarray(to_dense(G).T))
     A = (1.0 + scheme.alpha) * scheme.beta * h * h * np.asarray(G @ W)
-    same = np.equal.outer(np.array(part.group), np.array(part.group))
-    together = np.where(same, np.abs(A), 0.0).sum(axis=1)
+    together = np.where(_neighbours(part, positions[limited]), np.abs(A), 0.0).sum(axis=1)
     stiffness = gaps.stiffness.copy()
     stiffness[limited] = stiffness[limited] / np.maximum(1.0, stiffness[limited] * together)
     return stiffness
+
+
+def _neighbours(gaps: GapOperator, positions: FloatArray) -> BoolArray:
+    """(m, m) True for channels of the same pair within `PATCH` times the median node spacing."""
+    group = np.array(gaps.group)
+    near = np.eye(gaps.m, dtype=bool)
+    for name in dict.fromkeys(gaps.group):
+        mine = np.flatnonzero(group == name)
+        distance = np.linalg.norm(positions[mine][:, None] - positions[mine][None], axis=2)
+        if mine.size > 1:
+            spacing = np.median(np.sort(distance, axis=1)[:, 1])
+            near[np.ix_(mine, mine)] |= distance <= PATCH * spacing
+    return near
 
 
 class CondensedContact:

@@ -85,7 +85,9 @@ def run_study(setup: Setup, progress: Progress) -> StudyResult:
     reference = build_reference(setup, progress)
     kept, notes = precheck(setup, reference, scheme, progress)
     gaps = join([kept, setup.connectors])
-    stiffness = step_limited_stiffness(reference.system, gaps, scheme, setup.loads.step)
+    stiffness = step_limited_stiffness(
+        reference.system, gaps, setup.model.nodes.coords[gaps.nodes_idx], scheme, setup.loads.step
+    )
     gaps = replace(gaps, stiffness=stiffness)
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
         notes.append("no channel can close under this load: both runs are linear")

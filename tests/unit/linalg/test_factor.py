@@ -1,0 +1,119 @@
+"""All backends of `factor` give the same answer and name the row where a matrix is singular."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from creak.errors import NumericalError
+from creak.linalg.diagonal import Diagonal
+from creak.linalg.factor import SingularMatrixError, _SuperLUFactor, factor, has_pardiso, regular_factor
+
+
+def spd(n: int = 60, seed: int = 0) -> sp.csr_matrix:
+    rng = np.random.default_rng(seed)
+    B = sp.random(n, n, 0.1, random_state=rng, format="csr")
+    return sp.csr_matrix(B @ B.T + sp.diags_array(rng.uniform(1.0, 2.0, n)))
+
+
+def free_chain(n: int, stiffness: float = 1.0) -> sp.csr_matrix:
+    """n masses in a row, held by nothing."""
+    d = np.full(n, 2.0)
+    d[[0, -1]] = 1.0
+    return stiffness * sp.diags_array([d, -np.ones(n - 1), -np.ones(n - 1)], offsets=[0, 1, -1]).tocsr()
+
+
+BACKENDS = {
+    "sparse": lambda A, definite: factor(A, definite=definite),
+    "superlu": _SuperLUFactor,
+    "dense": lambda A, definite: factor(A.toarray(), definite=definite),
+}
+backends = pytest.mark.parametrize("backend", sorted(BACKENDS))
+
+
+def test_pardiso_is_used_where_it_is_installed():
+    name = type(factor(spd())).__name__
+    assert name == ("_PardisoFactor" if has_pardiso() else "_SuperLUFactor")
+
+
+@backends
+@pytest.mark.parametrize("definite", [True, False])
+@pytest.mark.parametrize("shape", [(60,), (60, 1), (60, 7)])
+def test_backends_solve_alike(backend, definite, shape):
+    A = spd()
+    x = np.random.default_rng(1).standard_normal(shape)
+    found = BACKENDS[backend](A, definite).solve(A @ x)
+    assert found.shape == shape
+    np.testing.assert_allclose(found, x, atol=1e-12)  # round-off of a well conditioned matrix
+
+
+@backends
+def test_inertia_counts_the_negative_eigenvalues(backend):
+    A = spd()
+    values = np.linalg.eigvalsh(A.toarray())
+    for k in (0, 1, 17, 60):
+        shift = 0.5 * (values[k - 1] + values[k]) if 0 < k < 60 else (values[0] - 1 if k == 0 else values[-1] + 1)
+        shifted = sp.csr_matrix(A - shift * sp.identity(60))
+        assert BACKENDS[backend](shifted, False).n_negative == k
+
+
+@backends
+def test_indefinite_matrix_is_refused_where_a_definite_one_is_needed(backend):
+    A = spd().tolil()
+    A[7, 7] = -5.0
+    with pytest.raises(SingularMatrixError):
+        BACKENDS[backend](sp.csr_matrix(A), True)
+
+
+def test_singular_row_is_named():
+    K = np.diag([2.0, 3.0, 0.0, 1.0])
+    with pytest.raises(SingularMatrixError, match="not positive definite") as dense:
+        factor(K)
+    assert dense.value.row == 2
+    with pytest.raises(SingularMatrixError, match=r"pivot 0 in row 2"):
+        factor(Diagonal(np.diag(K)))
+    with pytest.raises(SingularMatrixError):
+        factor(sp.csr_matrix(K))
+    assert issubclass(SingularMatrixError, NumericalError)
+
+
+def test_sparse_matrix_with_an_empty_row_is_named():
+    A = sp.csr_matrix(np.diag([1.0, 0.0, 1.0]))
+    A.eliminate_zeros()
+    with pytest.raises(SingularMatrixError) as found:
+        factor(A)
+    if has_pardiso():
+        assert found.value.row == 1
+
+
+def test_diagonal_matrix_solves_by_division():
+    d = np.array([1.0, 4.0, -2.0])
+    f = factor(Diagonal(d), definite=False)
+    assert f.n_negative == 1
+    np.testing.assert_array_equal(f.solve(np.array([2.0, 2.0, 2.0])), [2.0, 0.5, -1.0])
+    np.testing.assert_array_equal(f.solve(np.ones((3, 2))), np.array([[1.0, 1], [0.25, 0.25], [-0.5, -0.5]]))
+    D = Diagonal(d)
+    np.testing.assert_array_equal(D @ np.ones((3, 2)), np.repeat(d[:, None], 2, axis=1))
+    np.testing.assert_array_equal((2.0 * D + D).toarray(), 3 * np.diag(d))
+    assert D.T is D
+    assert D.shape == (3, 3)
+
+
+@pytest.mark.parametrize("n", [50, 1000, 100_000])
+@pytest.mark.parametrize("stiffness", [1.0, 0.3, 7.123e5])
+def test_body_that_can_move_freely_is_found_singular_at_any_size(n, stiffness):
+    """Round-off hides the zero pivot and a random trial vector holds only 1/sqrt(n) of the free motion."""
+    assert regular_factor(free_chain(n, stiffness)) is None
+
+
+@pytest.mark.parametrize("n", [50, 1000, 20_000])
+def test_held_body_is_regular_although_badly_conditioned(n):
+    """One end held: condition 4 n^2, up to 1.6e9."""
+    K = free_chain(n)[1:][:, 1:]
+    found = regular_factor(sp.csr_matrix(K))
+    assert found is not None
+    # Unit force at the free end: deflection n - 1 there.
+    force = np.zeros(n - 1)
+    force[-1] = 1.0
+    assert found.solve(force)[-1] == pytest.approx(n - 1, rel=1e-6)

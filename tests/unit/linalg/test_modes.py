@@ -1,0 +1,147 @@
+"""Modes: dense and Lanczos agree, free bodies, repeated frequencies, none missed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from helpers_core import NO_DAMPING, block, model_of, part_system, plate, shell
+
+from creak.errors import NumericalError
+from creak.linalg.modes import DENSE_LIMIT, modes
+
+
+def long_chain(n: int = 800, held: bool = True) -> tuple[sp.csr_matrix, sp.csr_matrix, np.ndarray]:
+    """K, M and exact eigenvalues of n equal masses, the first held by a spring (or none)."""
+    d = np.full(n, 2.0)
+    d[-1] = 1.0
+    if not held:
+        d[0] = 1.0
+    K = sp.diags_array([d, -np.ones(n - 1), -np.ones(n - 1)], offsets=[0, 1, -1]).tocsr() * 1e6
+    k = np.arange(n)
+    theta = (2 * k + 1) * np.pi / (2 * (2 * n + 1)) if held else k * np.pi / (2 * n)
+    return K, sp.identity(n, format="csr"), 4e6 * np.sin(theta) ** 2
+
+
+def test_lanczos_finds_the_lowest_modes_of_a_chain():
+    K, M, exact = long_chain()
+    assert K.shape[0] > DENSE_LIMIT
+    found = modes(K, M, count=40)
+    # Lanczos residual 1e-9, so eigenvalues to its square; factorisation of a 1e6 conditioned K.
+    np.testing.assert_allclose(found.omega2, exact[:40], rtol=1e-8)
+    np.testing.assert_allclose(found.shapes.T @ found.shapes, np.eye(40), atol=1e-10)
+    assert found.sturm_ok
+    assert found.residual < 1e-6
+    np.testing.assert_allclose(found.frequencies, np.sqrt(exact[:40]) / (2 * np.pi), rtol=1e-8)
+
+
+def test_frequency_limit_gives_all_modes_below_it_and_no_more():
+    K, M, exact = long_chain()
+    f = np.sqrt(exact) / (2 * np.pi)
+    for n in (0, 1, 17, 60):
+        limit = 0.5 * (f[n - 1] + f[n]) if n else 0.5 * f[0]
+        found = modes(K, M, f_max=limit)
+        assert found.omega2.size == n
+        np.testing.assert_allclose(found.omega2, exact[:n], rtol=1e-8)
+
+
+def test_free_body_has_exactly_zero_rigid_frequencies():
+    K, M, exact = long_chain(held=False)
+    found = modes(K, M, count=6, free=True)
+    assert found.omega2[0] == 0.0
+    np.testing.assert_allclose(found.omega2[1:], exact[1:6], rtol=1e-7)
+
+
+def test_plate_floating_in_space_has_six_rigid_modes():
+    coords, quads = plate(12, 10, (0.3, 0.25))
+    part = part_system(model_of(coords, [block("quad4", quads, shell(1e-3))]), 0, NO_DAMPING)
+    assert part.n > DENSE_LIMIT
+    found = modes(part.K, part.M, count=12, free=True)
+    np.testing.assert_array_equal(found.omega2[:6], 0.0)
+    assert (found.omega2[6:] > 0.0).all()
+    dense = modes(part.K.toarray()[:DENSE_LIMIT, :DENSE_LIMIT], part.M.toarray()[:DENSE_LIMIT, :DENSE_LIMIT], count=3)
+    assert dense.omega2.size == 3
+    assert found.sturm_ok
+
+
+def test_repeated_frequencies_are_all_found():
+    """Twenty equal chains side by side: every frequency twenty times; more than a block of Lanczos vectors."""
+    K, M, exact = long_chain(40)
+    K20, M20 = (sp.block_diag([A] * 20, format="csr") for A in (K, M))
+    found = modes(K20, M20, count=60)
+    np.testing.assert_allclose(found.omega2, np.repeat(exact[:3], 20), rtol=1e-8)
+    np.testing.assert_allclose(found.shapes.T @ found.shapes, np.eye(60), atol=1e-9)
+    f = np.sqrt(exact[:4]) / (2 * np.pi)
+    assert modes(K20, M20, f_max=0.5 * (f[1] + f[2])).omega2.size == 40
+    # A count that cuts through a group of twins is no missed mode.
+    assert modes(K20, M20, count=50).sturm_ok
+
+
+def test_square_plate_has_its_twin_modes():
+    coords, quads = plate(14, 14, (0.3, 0.3))
+    part = part_system(model_of(coords, [block("quad4", quads, shell(1e-3))]), 0, NO_DAMPING)
+    f = modes(part.K, part.M, count=12, free=True).frequencies
+    # Modes 4 and 5 of a free square plate are twins by symmetry.
+    assert f[9] == pytest.approx(f[10], rel=1e-7)
+
+
+def test_dense_and_lanczos_agree():
+    K, M, _ = long_chain(DENSE_LIMIT + 1)
+    rng = np.random.default_rng(2)
+    M = sp.csr_matrix(sp.diags_array(rng.uniform(0.5, 2.0, K.shape[0])))
+    lanczos = modes(K, M, count=10)
+    import scipy.linalg as sla
+
+    exact = sla.eigh(K.toarray(), M.toarray(), eigvals_only=True, subset_by_index=(0, 9))
+    np.testing.assert_allclose(lanczos.omega2, exact, rtol=1e-8)
+
+
+def test_massless_dofs_have_no_mode():
+    K, M, _ = long_chain(20)
+    M = M.tolil()
+    M[3, 3] = M[11, 11] = 0.0
+    found = modes(K, sp.csr_matrix(M), count=20)
+    assert found.omega2.size == 18
+    # The same as after condensing the massless ones out.
+    keep = np.setdiff1d(np.arange(20), [3, 11])
+    Kd = K.toarray()
+    gone = np.array([3, 11])
+    small = Kd[np.ix_(keep, keep)] - Kd[np.ix_(keep, gone)] @ np.linalg.solve(
+        Kd[np.ix_(gone, gone)], Kd[np.ix_(gone, keep)]
+    )
+    np.testing.assert_allclose(found.omega2, np.linalg.eigvalsh(small), rtol=1e-8)
+
+
+def test_zero_stiffness_of_a_body_called_clamped_is_an_error():
+    K = sp.csr_matrix(sp.block_diag([long_chain(700)[0], np.zeros((1, 1))]))
+    with pytest.raises(NumericalError, match="is the body held"):
+        modes(K, sp.identity(701, format="csr"), count=3)
+
+
+def test_either_limit_or_count():
+    K, M, _ = long_chain(5)
+    for arguments in ({}, {"f_max": 1.0, "count": 2}):
+        with pytest.raises(ValueError, match="either f_max or count"):
+            modes(K, M, **arguments)
+
+
+def test_slow_elastic_modes_of_a_fine_mesh_are_not_taken_for_rigid():
+    """A free beam of 400 Hermite elements: f1 is (4.73 / 400 h)^2 of the mesh's own frequencies, and not zero."""
+    from helpers_core import straight_beam
+    from helpers_cantilever import SECTION, planar
+
+    n = 400
+    coords, elements = straight_beam(n, float(n))
+    part = planar(part_system(model_of(coords, [block("beam2", elements, SECTION)]), 0, NO_DAMPING))
+    found = modes(part.K, part.M, count=5, free=True)
+    exact = np.array([4.730041, 7.853205, 10.995608]) ** 2 / n**2 / np.sqrt(420.0)
+    assert (found.omega2[:2] == 0.0).all()
+    np.testing.assert_allclose(np.sqrt(found.omega2[2:]), exact, rtol=1e-3)
+
+
+def test_progress_is_reported():
+    K, M, _ = long_chain()
+    seen = []
+    modes(K, M, count=30, progress=lambda done, total: seen.append((done, total)))
+    assert seen
+    assert all(0 <= done <= total == 30 for done, total in seen)
