@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import scipy.linalg as sla
-from helpers_core import NO_DAMPING, NONE, block, couple, model_of, part_system
 
 from creak.assembly.system import System, to_dense
 from creak.model.constraints import Fixed, RigidLink
 from creak.model.materials import BeamSection, Material
 from creak.model.mesh import Model
 from creak.reduction.craig_bampton import craig_bampton
+from helpers_core import NO_DAMPING, NONE, block, couple, model_of, part_system
 
 N = 80
 HALF = N // 2

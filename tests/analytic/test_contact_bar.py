@@ -6,12 +6,12 @@ from functools import cache
 
 import numpy as np
 import pytest
-from helpers_core import bar, channels, free_run, system_of, time_axis
 
 from creak.dynamics.hht import HHT
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
 from creak.dynamics.simulate import simulate
+from helpers_core import bar, channels, free_run, system_of, time_axis
 
 E_A, RHO_A, LENGTH, SPEED, HEIGHT = 900.0, 1.0, 10.0, 10.0, 5.0
 C = 30.0

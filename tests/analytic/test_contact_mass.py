@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers_core import channels, forces_on, free_run, system_of, time_axis
 
 from creak.dynamics.hht import HHT
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.simulate import simulate
 from creak.verify.events import find_events
+from helpers_core import channels, forces_on, free_run, system_of, time_axis
 
 PI = np.pi
 
@@ -39,9 +39,9 @@ def fine() -> History:
 
 
 def test_numbers_of_the_case_are_its_closed_form():
-    assert 1e6 / OMEGA == pytest.approx(9950.3719, abs=5e-5)
-    assert PI / OMEGA == pytest.approx(0.0312600153, abs=5e-11)
-    assert 2e6 / OMEGA**2 == pytest.approx(198.01980, abs=5e-6)
+    assert pytest.approx(9950.3719, abs=5e-5) == 1e6 / OMEGA
+    assert pytest.approx(0.0312600153, abs=5e-11) == PI / OMEGA
+    assert pytest.approx(198.01980, abs=5e-6) == 2e6 / OMEGA**2
 
 
 def test_mass_on_a_penalty_stop_force_duration_and_impulse(fine):

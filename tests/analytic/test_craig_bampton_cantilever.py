@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers_cantilever import N, accurate_frequencies, cantilever, full, reduced
 
 from creak.assembly.system import to_dense
+from helpers_cantilever import N, accurate_frequencies, cantilever, full, reduced
 
 BETA_L = np.array([1.87510406871196, 4.69409113297417, 7.85475743823761, 10.9955407348754])
 TABLE = {

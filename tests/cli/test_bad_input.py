@@ -3,9 +3,9 @@
 import re
 
 import pytest
-from helpers_decks import STUDY, two_strips, write_strips
 
 from creak.cli.main import main
+from helpers_decks import STUDY, two_strips, write_strips
 
 
 def run_cli(monkeypatch, capsys, *arguments):

@@ -193,7 +193,8 @@ def loose_system(model: Model, common: Rayleigh) -> System | None:
     zero = sp.csr_matrix((n, n))
     rows = _rows_of(labels, sp.identity(n, format="csr"), model.nodes.count)
     damping = Damping(common.alpha, common.beta)
-    return System("(loose nodes)", zero, zero, damping, rows, no_supports(n), labels, np.zeros(n), {"mass": 0.0})
+    velocity = _initial_velocity(model, labels)
+    return System("(loose nodes)", zero, zero, damping, rows, no_supports(n), labels, velocity, {"mass": 0.0})
 
 
 def _initial_velocity(model: Model, coordinates: IntArray) -> FloatArray:

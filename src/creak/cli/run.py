@@ -28,7 +28,7 @@ def run(
 
     if study_file.suffix.lower() in (".inp", ".bdf", ".dat", ".nas"):
         raise InputError(
-            f"{study_file.name} is a deck; running a deck's own *DYNAMIC step is not available in this version of creak",
+            f"{study_file.name} is a deck; this version of creak does not run a deck's own *DYNAMIC step",
             expected="a study file (.toml)", fix="Write a study that names the deck in [model].",
         )  # fmt: skip
     study = read_study(study_file)

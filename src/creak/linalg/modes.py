@@ -18,6 +18,8 @@ DENSE_LIMIT = 600
 TOLERANCE = 1e-9
 """Lanczos residual relative to the eigenvalue; the eigenvalue's own error is of its square."""
 BLOCK = 16
+RIGID = 0.02
+"""Eigenvalues of a free body below this share of the shift are its rigid-body modes."""
 
 Progress = Callable[[int, int], None]
 
@@ -107,7 +109,8 @@ def _dense_modes(K: Matrix, M: Matrix, f_max: float | None, count: int | None, f
     except np.linalg.LinAlgError:
         omega2, shapes = _massless_eigh(dense_K, dense_M)
     keep = omega2 <= (2.0 * np.pi * f_max) ** 2 if f_max is not None else np.arange(omega2.size) < (count or 0)
-    return _checked(dense_K, dense_M, omega2[keep], shapes[:, keep], None, free)
+    round_off = 100.0 * np.finfo(float).eps * float(np.abs(omega2).max(initial=0.0))
+    return _checked(dense_K, dense_M, omega2[keep], shapes[:, keep], None, free, round_off)
 
 
 def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -189,13 +192,15 @@ def _orthonormalised(W: FloatArray, M: Matrix) -> tuple[FloatArray, FloatArray]:
 
 
 def _checked(
-    K: Matrix, M: Matrix, omega2: FloatArray, shapes: FloatArray, f_max: float | None, free: bool
-) -> Modes:
+    K: Matrix, M: Matrix, omega2: FloatArray, shapes: FloatArray, f_max: float | None, free: bool,
+    round_off: float = 0.0,
+) -> Modes:  # fmt: skip
     """Clean rigid-body values to 0, measure residuals, compare the count with the inertia just above the last."""
     order = np.argsort(omega2)
     omega2, shapes = omega2[order], shapes[:, order]
     scale = max(abs(small_shift(K, M)), 1e-300)
-    omega2 = np.where(np.abs(omega2) < scale, 0.0, omega2) if free else omega2
+    rigid = max(RIGID * scale, round_off)
+    omega2 = np.where(np.abs(omega2) < rigid, 0.0, omega2) if free else omega2
     Kx = K @ shapes
     size = np.linalg.norm(Kx, axis=0)
     elastic = omega2 > 0.0

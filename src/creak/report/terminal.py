@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 
 def run_rows(summary: dict[str, Any]) -> list[list[str]]:
     """Header and one row per figure, one column per run."""
     runs: dict[str, dict[str, Any]] = summary["runs"]
-    figures = [
+    figures: list[tuple[str, Callable[[dict[str, Any]], str]]] = [
         ("degrees of freedom", lambda r: f"{r['dof']:,}"),
         ("retained dofs + modes", lambda r: f"{r['retained']:,} + {r['modes']:,}" if r["retained"] else "-"),
         ("gap channels", lambda r: f"{r['channels']:,}"),

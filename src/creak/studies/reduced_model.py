@@ -16,12 +16,11 @@ from creak.assembly.part import split_constraints
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.linalg.diagonal import Diagonal
-from creak.linalg.factor import factor, regular_factor
-from creak.linalg.modes import Modes, modes, small_shift
+from creak.linalg.modes import Modes, modes
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.diagonal import diagonalise
 from creak.reduction.modal import support_motion
-from creak.studies.reference_model import ReferenceModel, damped, join_parts, modal_band
+from creak.studies.reference_model import ReferenceModel, damped, held_factor, join_parts, modal_band
 from creak.studies.setup import Setup
 
 Progress = Callable[[str, int, int], None]
@@ -88,17 +87,17 @@ def _near_contact(setup: Setup, gaps: GapOperator) -> IntArray:
 
 
 def _touched(part: System, labels: IntArray) -> IntArray:
-    """Coordinates of the part that the labels depend on."""
+    """Coordinates of the part that the labels depend on, and those without stiffness (free point masses)."""
     rows, _ = part.rows(labels)
-    return np.unique(sp.csr_matrix(rows).indices).astype(np.int64)
+    loose = np.flatnonzero(part.K.diagonal() == 0.0)
+    return np.union1d(sp.csr_matrix(rows).indices, loose).astype(np.int64)
 
 
 def _with_damping(setup: Setup, system: System) -> System:
     if setup.study.config.damping.modal is None:
         return system
     modes = _own_modes(system, modal_band(setup))
-    R = support_motion(system, regular_factor(system.K) or factor(system.K + small_shift(system.K, system.M) * system.M))
-    return damped(setup, system, modes, R)
+    return damped(setup, system, modes, support_motion(system, held_factor(system)))
 
 
 def _own_modes(system: System, f_max: float) -> Modes:

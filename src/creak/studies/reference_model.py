@@ -56,7 +56,7 @@ def build_reference(setup: Setup, progress: Progress) -> ReferenceModel:
         system.K, system.M, f_max=modal_band(setup), free=stiffness is None, stiffness_factor=stiffness,
         progress=lambda done, total: progress("modes of the assembly", done, total),
     )  # fmt: skip
-    R = support_motion(system, stiffness or factor(system.K + small_shift(system.K, system.M) * system.M))
+    R = support_motion(system, stiffness or held_factor(system))
     return ReferenceModel(tuple(parts), loose, damped(setup, system, found, R), found, R, stiffness)
 
 
@@ -64,6 +64,11 @@ def join_parts(setup: Setup, parts: list[System], loose: System | None) -> Syste
     """Couple parts, full or reduced, by the model's links and supports."""
     systems = [*parts, loose] if loose is not None else parts
     return couple(systems, setup.model, setup.driven, setup.rayleigh, override=setup.override_damping)
+
+
+def held_factor(system: System) -> Factor:
+    """A factor of K, or of K with a trace of mass where the structure can move freely."""
+    return regular_factor(system.K) or factor(system.K + small_shift(system.K, system.M) * system.M)
 
 
 def damped(setup: Setup, system: System, found: Modes, R: FloatArray) -> System:

@@ -115,8 +115,8 @@ def _check_frequencies(study: Study) -> None:
         )  # fmt: skip
     if highest > 0.5 / c.time.step:
         raise InputError(
-            f"step = {c.time.step:g} s cannot follow an excitation of {highest:g} Hz", where=study.where("time", "step"),
-            expected=f"at most {0.1 / highest:g} s", fix="Shorten the step.",
+            f"step = {c.time.step:g} s cannot follow an excitation of {highest:g} Hz",
+            where=study.where("time", "step"), expected=f"at most {0.1 / highest:g} s", fix="Shorten the step.",
         )  # fmt: skip
 
 

@@ -81,7 +81,8 @@ def _refuse_what_is_not_there_yet(study: Study) -> None:
 def _explain(path: Path, text: str, error: ValidationError) -> InputError:
     """The first problem of a validation, in the words of the study file."""
     problem = min(error.errors(), key=lambda e: e["type"] != "extra_forbidden")  # a misspelt key explains a missing one
-    keys = tuple(k for k in problem["loc"] if not _is_tag(k))
+    loc = problem["loc"]
+    keys = tuple(k for k, before in zip(loc, (None, *loc), strict=False) if not _is_tag(k, before))
     where = f"{path}:{_line_of(text, keys)}"
     name = _dotted(keys)
     if problem["type"] == "extra_forbidden":
@@ -104,9 +105,11 @@ def _signal_tables() -> Sequence[type[BaseModel]]:
     return get_args(get_args(config.SignalTable)[0])
 
 
-def _is_tag(key: Any) -> bool:
+def _is_tag(key: Any, before: Any) -> bool:
     """Pydantic adds the tag of a union member to the location; the user never wrote it."""
-    return key in ("multisine", "sine", "step", "table", "record", "literal['auto']", "float", "str") or (
+    if before == "signal" and key in ("multisine", "sine", "step", "table", "record"):
+        return True
+    return key in ("literal['auto']", "float", "str") or (
         isinstance(key, str) and ("[" in key or "constrained" in key)
     )
 

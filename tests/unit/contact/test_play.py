@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers_core import block, model_of, point_mass
 
 from creak.contact.play import Play, play_channels
 from creak.errors import InputError
+from helpers_core import block, model_of, point_mass
 
 
 def model():

@@ -6,8 +6,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from helpers_core import NO_DAMPING, STEEL, block, model_of, part_system, plate, shell, whole_block
-from helpers_fem import random_rotation, rigid_modes
 
 from creak.contact.facets import facets_of, nodal_normals
 from creak.contact.node_to_surface import node_to_surface
@@ -16,6 +14,8 @@ from creak.contact.search import project_along, project_closest
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.errors import InputError
 from creak.model.mesh import Model
+from helpers_core import NO_DAMPING, STEEL, block, model_of, part_system, plate, shell, whole_block
+from helpers_fem import random_rotation, rigid_modes
 
 METHODS = {"surface-to-surface": surface_to_surface, "node-to-surface": node_to_surface}
 both = pytest.mark.parametrize("method", sorted(METHODS))

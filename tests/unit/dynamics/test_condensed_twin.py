@@ -4,15 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers_core import (
-    NO_CHANNELS,
-    assembled,
-    chain,
-    channels,
-    forces_on,
-    system_of,
-    time_axis,
-)
 
 from creak.assembly.coupling import Driven
 from creak.assembly.part import Rayleigh
@@ -25,6 +16,15 @@ from creak.dynamics.plain_newton import simulate_plain_newton
 from creak.dynamics.simulate import simulate
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.diagonal import diagonalise
+from helpers_core import (
+    NO_CHANNELS,
+    assembled,
+    chain,
+    channels,
+    forces_on,
+    system_of,
+    time_axis,
+)
 
 N = 24
 SAME = 1e-8

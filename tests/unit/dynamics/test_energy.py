@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers_core import NO_CHANNELS, chain, channels, forces_on, free_run, system_of, time_axis
 
 from creak.dynamics.hht import HHT
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.simulate import simulate
+from helpers_core import NO_CHANNELS, chain, channels, forces_on, free_run, system_of, time_axis
 
 KINETIC, STRAIN, CONTACT, DAMPING, CONTACT_DAMPING, EXTERNAL, SCHEME = range(len(ENERGIES))
 N = 12

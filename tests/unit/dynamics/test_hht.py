@@ -4,6 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
+from creak.assembly.coupling import Driven
+from creak.assembly.part import Rayleigh
+from creak.dynamics.hht import HHT
+from creak.dynamics.loads import Loads, at_rest
+from creak.dynamics.simulate import simulate
+from creak.errors import InputError, NumericalError
+from creak.linalg.factor import factor
+from creak.linalg.modes import modes
+from creak.reduction.craig_bampton import craig_bampton
+from creak.reduction.diagonal import diagonalise
+from creak.reduction.modal import support_motion, with_modal_damping
 from helpers_core import (
     NO_CHANNELS,
     NO_DAMPING,
@@ -21,18 +33,6 @@ from helpers_core import (
     system_of,
     time_axis,
 )
-
-from creak.assembly.coupling import Driven
-from creak.assembly.part import Rayleigh
-from creak.dynamics.hht import HHT
-from creak.dynamics.loads import Loads, at_rest
-from creak.dynamics.simulate import simulate
-from creak.errors import InputError, NumericalError
-from creak.linalg.factor import factor
-from creak.linalg.modes import modes
-from creak.reduction.craig_bampton import craig_bampton
-from creak.reduction.diagonal import diagonalise
-from creak.reduction.modal import support_motion, with_modal_damping
 
 PI2 = 2.0 * np.pi
 

@@ -5,6 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.linalg as sla
+
+from creak.assembly.part import Rayleigh
+from creak.assembly.system import System, to_dense
+from creak.dynamics.hht import HHT
+from creak.dynamics.simulate import simulate
+from creak.errors import NumericalError
+from creak.linalg.diagonal import Diagonal
+from creak.linalg.modes import modes
+from creak.model.constraints import Fixed, RigidLink
+from creak.model.mesh import Model
+from creak.reduction.craig_bampton import craig_bampton
+from creak.reduction.diagonal import diagonalise
 from helpers_core import (
     NO_CHANNELS,
     NO_DAMPING,
@@ -26,18 +38,6 @@ from helpers_core import (
     system_of,
     time_axis,
 )
-
-from creak.assembly.part import Rayleigh
-from creak.assembly.system import System, to_dense
-from creak.dynamics.hht import HHT
-from creak.dynamics.simulate import simulate
-from creak.errors import NumericalError
-from creak.linalg.diagonal import Diagonal
-from creak.linalg.modes import modes
-from creak.model.constraints import Fixed, RigidLink
-from creak.model.mesh import Model
-from creak.reduction.craig_bampton import craig_bampton
-from creak.reduction.diagonal import diagonalise
 
 EVERY = 10_000
 

@@ -1,0 +1,215 @@
+"""Excitation signals against closed forms, omega arithmetic on periodic records, spectra."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from creak.signals.omega_arithmetic import integrate_twice
+from creak.signals.sources import (
+    RAMP,
+    Multisine,
+    Record,
+    Sine,
+    Step,
+    Table,
+    acceleration_motion,
+    displacement_motion,
+    force,
+)
+from creak.signals.spectra import low_pass, spectrum
+
+T = np.linspace(0.0, 2.0, 2001)
+H = 1e-3
+W = 2 * np.pi * 3.0
+
+
+def derivatives_agree(motion, t: np.ndarray, *, skip: int = 2, tolerance: float = 1e-4) -> None:
+    """v = du/dt and a = dv/dt by central differences, away from the ends; O(h^2) of the differences."""
+    h = t[1] - t[0]
+    inside = slice(skip, -skip)
+    for x, dx in ((motion.displacement, motion.velocity), (motion.velocity, motion.acceleration)):
+        np.testing.assert_allclose(np.gradient(x, h)[inside], dx[inside], atol=tolerance * np.abs(dx).max())
+
+
+def test_sine_force_and_motion():
+    sine = Sine(3.0, 2.0)
+    np.testing.assert_allclose(force(sine, T), 2 * np.sin(W * T))
+    motion = displacement_motion(sine, T)
+    np.testing.assert_allclose(motion.displacement, 2 * np.sin(W * T))
+    np.testing.assert_allclose(motion.velocity, 2 * W * np.cos(W * T))
+    np.testing.assert_allclose(motion.acceleration, -2 * W**2 * np.sin(W * T))
+
+
+def test_sine_acceleration_starts_from_rest():
+    """u = A/w (t - sin(wt)/w): the base drifts, as a base with that acceleration from rest does."""
+    motion = acceleration_motion(Sine(3.0, 2.0), T)
+    np.testing.assert_allclose(motion.acceleration, 2 * np.sin(W * T))
+    assert motion.velocity[0] == motion.displacement[0] == 0.0
+    np.testing.assert_allclose(motion.velocity, 2 / W * (1 - np.cos(W * T)), atol=1e-14)
+    derivatives_agree(motion, T)
+
+
+def test_step_force_and_base_acceleration():
+    np.testing.assert_array_equal(force(Step(4.0), T), 4.0)
+    still = displacement_motion(Step(4.0), T)
+    np.testing.assert_array_equal(still.displacement, 4.0)
+    assert not still.velocity.any()
+    assert not still.acceleration.any()
+    falling = acceleration_motion(Step(-9.81), T)
+    np.testing.assert_allclose(falling.displacement, -0.5 * 9.81 * T**2)
+    np.testing.assert_allclose(falling.velocity, -9.81 * T)
+
+
+def test_table_force_is_linear_between_rows_and_constant_outside():
+    table = Table(np.array([0.5, 1.0, 1.5]), np.array([0.0, 2.0, -1.0]))
+    t = np.array([0.0, 0.5, 0.75, 1.0, 1.25, 1.5, 9.0])
+    np.testing.assert_allclose(force(table, t), [0.0, 0.0, 1.0, 2.0, 0.5, -1.0, -1.0])
+
+
+def test_table_acceleration_is_integrated_exactly():
+    """A ramp of slope 2 from t = .5 to 1.5: v = (t-.5)^2, u = (t-.5)^3 / 3; then constant acceleration 2."""
+    table = Table(np.array([0.5, 1.5]), np.array([0.0, 2.0]))
+    motion = acceleration_motion(table, T)
+    ramp = np.clip(T - 0.5, 0.0, 1.0)
+    after = np.maximum(T - 1.5, 0.0)
+    np.testing.assert_allclose(motion.velocity, ramp**2 + 2 * after, atol=1e-13)
+    np.testing.assert_allclose(motion.displacement, ramp**3 / 3 + after + after**2, atol=1e-13)
+
+
+def test_table_displacement_passes_its_rows_and_rests_outside():
+    rows = np.array([0.2, 0.5, 0.9, 1.4]), np.array([0.0, 1.0, -0.5, 0.25])
+    motion = displacement_motion(Table(*rows), T)
+    np.testing.assert_allclose(np.interp(rows[0], T, motion.displacement), rows[1], atol=1e-6)
+    outside = (T < 0.2) | (T > 1.4)
+    assert not motion.velocity[outside].any()
+    assert not motion.acceleration[outside].any()
+    # A makima spline never overshoots a table that is constant.
+    flat = displacement_motion(Table(rows[0], np.full(4, 2.0)), T)
+    np.testing.assert_allclose(flat.displacement, 2.0)
+
+
+# --- multisine ------------------------------------------------------------------------------------------------
+
+
+def test_multisine_is_the_same_for_the_same_seed_and_another_for_another():
+    a, b, c = (force(Multisine(1, 100, 1.9, 1.0, seed), T) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(a, b)
+    assert np.abs(a - c).max() > 1.0
+
+
+def test_multisine_has_a_flat_spectrum_with_uniform_phases():
+    m = Multisine(1.0, 100.0, 1.9, 1.0, 7)
+    t = np.arange(1000) / 1000.0
+    freq, lines = spectrum(force(m, t), 1e-3, 499.0)
+    inside = (freq >= 1.0) & (freq <= 100.0)
+    # Exact: whole periods.
+    np.testing.assert_allclose(np.abs(lines[inside]), 1.9, rtol=1e-10)
+    np.testing.assert_allclose(np.abs(lines[~inside]), 0.0, atol=1e-10)
+    np.testing.assert_allclose(np.angle(lines[inside]), np.angle(np.exp(1j * m.lines[1])), atol=1e-9)
+    # 100 uniform phases: mean resultant below .3 with 99.99 % (Rayleigh: exp(-100 x .09)).
+    assert abs(np.exp(1j * m.lines[1]).mean()) < 0.3
+
+
+def test_multisine_repeats_with_its_period():
+    m = Multisine(2.0, 30.0, 1.0, 0.5, 3)
+    t = np.linspace(0, 0.5, 301)
+    np.testing.assert_allclose(force(m, t + 0.5), force(m, t), atol=1e-10)
+
+
+@pytest.mark.parametrize(("f_min", "f_max", "period", "first", "last"), [
+    (1, 100, 1.0, 1, 100), (0, 10, 1.0, 1, 10), (0.3, 1.0, 10.0, 3, 10), (1.05, 2.95, 2.0, 3, 5),
+])  # fmt: skip
+def test_multisine_lines_lie_in_the_band(f_min, f_max, period, first, last):
+    omega, _ = Multisine(f_min, f_max, 1.0, period).lines
+    np.testing.assert_allclose(omega * period / (2 * np.pi), np.arange(first, last + 1))
+
+
+def test_multisine_displacement_fades_in_from_rest():
+    m = Multisine(1.0, 40.0, 1.9, 1.0, 1)
+    t = np.arange(0.0, 1.0, 1e-4)
+    motion = displacement_motion(m, t)
+    assert motion.displacement[0] == motion.velocity[0] == motion.acceleration[0] == 0.0
+    late = t >= RAMP
+    np.testing.assert_allclose(motion.displacement[late], force(m, t)[late], atol=1e-12)
+    derivatives_agree(motion, t, tolerance=1e-3)
+
+
+def test_multisine_acceleration_is_integrated_line_by_line():
+    m = Multisine(5.0, 40.0, 1.0, 1.0, 1)
+    t = np.arange(0.0, 1.0, 1e-4)
+    motion = acceleration_motion(m, t)
+    late = t >= RAMP
+    np.testing.assert_allclose(motion.acceleration[late], force(m, t)[late], atol=1e-10)
+    derivatives_agree(motion, t, tolerance=1e-3)
+
+
+# --- records and omega arithmetic -------------------------------------------------------------------------------
+
+
+def test_omega_arithmetic_is_exact_on_periodic_signals():
+    """a = sum A_k cos(w_k t + phi): u = -sum A_k / w_k^2 cos(w_k t + phi), to round-off."""
+    n, h = 1000, 1e-3
+    t = np.arange(n) * h
+    lines = [(3, 1.0, 0.4), (17, 2.0, 2.0), (120, 0.5, 5.0)]
+    a = sum(A * np.cos(2 * np.pi * k * t + p) for k, A, p in lines)
+    u, v, same = integrate_twice(a, h, 1.0)
+    w = [2 * np.pi * k for k, _, _ in lines]
+    exact_u = sum(-A / w**2 * np.cos(w * t + p) for (_, A, p), w in zip(lines, w, strict=True))
+    exact_v = sum(A / w * np.sin(w * t + p) for (_, A, p), w in zip(lines, w, strict=True))
+    np.testing.assert_allclose(u, exact_u, atol=1e-14)
+    np.testing.assert_allclose(v, exact_v, atol=1e-13)
+    np.testing.assert_allclose(same, a, atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [1000, 1001])
+def test_omega_arithmetic_drops_the_mean_and_everything_below_the_cut_off(n):
+    h = 1.0 / n
+    t = np.arange(n) * h
+    a = 5.0 + 3.0 * np.cos(2 * np.pi * 4 * t) + np.cos(2 * np.pi * 20 * t)
+    u, v, kept = integrate_twice(a, h, 7.0)
+    np.testing.assert_allclose(kept, np.cos(2 * np.pi * 20 * t), atol=1e-12)
+    np.testing.assert_allclose(u, -np.cos(2 * np.pi * 20 * t) / (2 * np.pi * 20) ** 2, atol=1e-14)
+    assert abs(v.mean()) < 1e-14
+
+
+def test_record_moves_the_base_like_its_acceleration():
+    t = np.arange(0.0, 4.0, 1e-3)
+    a = 2.0 * np.sin(2 * np.pi * 12.0 * t)
+    motion = displacement_motion(Record(t, a, 5.0), t)
+    late = (t > 0.5) & (t < 3.5)
+    w = 2 * np.pi * 12.0
+    np.testing.assert_allclose(motion.acceleration[late], a[late], atol=1e-8)
+    np.testing.assert_allclose(motion.displacement[late], -a[late] / w**2, atol=1e-10)
+    assert motion.displacement[0] == motion.velocity[0] == 0.0
+    same = acceleration_motion(Record(t, a, 5.0), t)
+    np.testing.assert_array_equal(same.displacement, motion.displacement)
+
+
+# --- spectra ----------------------------------------------------------------------------------------------------
+
+
+def test_spectrum_of_whole_periods_gives_amplitude_and_phase():
+    t = np.arange(500) * 2e-3
+    x = np.column_stack([1.5 * np.cos(2 * np.pi * 10 * t + 0.7), 0.2 * np.sin(2 * np.pi * 33 * t)])
+    freq, lines = spectrum(x, 2e-3, 50.0)
+    np.testing.assert_allclose(freq, np.arange(1, 51))
+    assert lines.shape == (50, 2)
+    assert lines[9, 0] == pytest.approx(1.5 * np.exp(0.7j))
+    assert lines[32, 1] == pytest.approx(-0.2j)
+    assert np.abs(np.delete(lines[:, 0], 9)).max() < 1e-12
+
+
+def test_low_pass_keeps_slow_and_drops_fast_without_delay():
+    t = np.arange(4000) * 1e-4
+    slow, fast = np.sin(2 * np.pi * 20 * t), np.sin(2 * np.pi * 2000 * t)
+    x = low_pass(slow + fast, 1e-4, 200.0)
+    inside = slice(500, -500)
+    # Butterworth of order 4, twice: (20/200)^16 in the band, (200/2000)^8 above.
+    np.testing.assert_allclose(x[inside], slow[inside], atol=1e-4)
+
+
+def test_low_pass_leaves_what_the_sampling_cannot_exceed():
+    x = np.random.default_rng(0).standard_normal(100)
+    assert low_pass(x, 1e-3, 500.0) is x
+    assert low_pass(x[:10], 1e-3, 100.0).size == 10

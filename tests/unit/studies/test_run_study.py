@@ -1,0 +1,65 @@
+"""A tiny study from end to end: same input, same summary; reduced equals reference where nothing is lost."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from helpers_decks import STUDY, write_strips
+
+from creak.studies.run import run_study
+from creak.studies.setup import set_up
+from creak.studies.study_file import read_study
+from creak.studies.summary import summarise
+
+TIMINGS = ("wall_s", "cpu_s", "setup_s", "offline_cpu_s", "offline_wall_s", "peak_rss_gb")
+
+
+def summary_of(folder: Path, study: str = STUDY) -> dict[str, Any]:
+    folder.mkdir(exist_ok=True)
+    path = write_strips(folder, study=study)
+    out = summarise(run_study(set_up(read_study(path)), lambda *_: None))
+    for run in out["runs"].values():
+        for key in TIMINGS:
+            run.pop(key, None)
+    return out
+
+
+@pytest.fixture(scope="module")
+def summary(tmp_path_factory) -> dict[str, Any]:
+    return summary_of(tmp_path_factory.mktemp("first"))
+
+
+def test_same_seed_gives_the_same_summary(summary, tmp_path):
+    assert summary_of(tmp_path / "again") == summary
+
+
+def test_summary_is_plain_json(summary):
+    assert json.loads(json.dumps(summary, allow_nan=False)) == summary
+
+
+def test_summary_has_what_the_design_promises(summary):
+    assert {"nodes", "elements", "dof", "mass", "parts"} <= set(summary["model"])
+    for name in ("reduced", "reference"):
+        run = summary["runs"][name]
+        assert {"dof", "retained", "modes", "channels", "steps", "energy_error", "events", "max_force",
+                "impulse_total"} <= set(run)  # fmt: skip
+        assert {"channel", "node", "t_start", "t_peak", "t_end", "force_peak", "force_peak_filtered", "impulse",
+                "closing_speed"} <= set(run["events"][0])  # fmt: skip
+    verification = summary["verification"]
+    assert {"mac", "frequencies", "nrmse", "events"} <= set(verification)
+    assert set(verification["nrmse"]) == {"x", "y", "z", "all"}
+    assert summary["seeds"] == {"root": 3}
+
+
+def test_both_runs_have_the_same_channels_and_steps(summary):
+    a, b = summary["runs"]["reduced"], summary["runs"]["reference"]
+    assert a["channels"] == b["channels"] > 0
+    assert a["steps"] == b["steps"] == 800
+    assert a["dof"] < b["dof"]
+    assert all(0.99 <= mac <= 1.0 for mac in summary["verification"]["mac"])
+    # Rayleigh-Ritz: reduced frequencies are upper bounds, to round-off of the eigensolvers.
+    for reference, reduced in summary["verification"]["frequencies"]:
+        assert reduced >= reference * (1 - 1e-7)

@@ -1,0 +1,240 @@
+"""A wrong study is refused with the file, the line, what was found and what to do."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from creak.errors import InputError
+from creak.studies.setup import set_up
+from creak.studies.study_file import read_study
+
+DECK = """*HEADING
+one mass on a spring, one beside it
+*NODE
+1, 0., 0., 0.
+2, 10., 0., 0.
+3, 20., 0., 0.
+*NSET, NSET=BASE
+1,
+*NSET, NSET=MASS
+2,
+*NSET, NSET=BOTH
+2, 3
+*ELEMENT, TYPE=MASS, ELSET=M
+1, 2
+2, 3
+*MASS, ELSET=M
+1e-3,
+*ELEMENT, TYPE=SPRING2, ELSET=K
+11, 1, 2
+*SPRING, ELSET=K
+1, 1
+40.,
+*ELEMENT, TYPE=SPRING1, ELSET=G
+12, 3
+*SPRING, ELSET=G
+1,
+60.,
+*BOUNDARY
+1, 2, 6
+2, 2, 6
+3, 2, 6
+"""
+STUDY = """title = "One mass"
+
+[model]
+deck = "mass.inp"
+
+[[connector]]
+type = "play"
+nodes = ["MASS"]
+dof = "x"
+lower = -0.2
+upper = 0.2
+stiffness = 1e3
+
+[excitation.base]
+node_set = "BASE"
+dof = "x"
+kind = "displacement"
+signal = { type = "sine", frequency = 20, amplitude = 1.5 }
+
+[reduction]
+f_max = 400
+
+[time]
+step = 1e-3
+end = 0.2
+"""
+SINE = '{ type = "sine", frequency = 20, amplitude = 1.5 }'
+
+
+def written(folder: Path, study: str, deck: str = DECK) -> Path:
+    (folder / "mass.inp").write_text(deck, encoding="utf-8")
+    path = folder / "study.toml"
+    path.write_text(study, encoding="utf-8")
+    return path
+
+
+def line_of(text: str, wanted: str) -> int:
+    return next(i for i, line in enumerate(text.splitlines(), start=1) if wanted in line)
+
+
+def refused(folder: Path, study: str) -> str:
+    path = written(folder, study)
+    with pytest.raises(InputError) as error:
+        set_up(read_study(path))
+    return str(error.value)
+
+
+def test_study_as_it_is_can_be_set_up(tmp_path):
+    setup = set_up(read_study(written(tmp_path, STUDY)))
+    assert setup.connectors.m == 2
+    assert setup.loads.n_step == 200
+    assert setup.driven.names == ("base",)
+
+
+MISTAKES = {
+    "misspelt key": ('stiffness = 1e3', 'stifness = 1e3', "stifness", r"unknown key.*stifness.*[Dd]id you mean 'stiffness'"),
+    "misspelt key of a table": ("step = 1e-3", "stepp = 1e-3", "stepp", r"unknown key 'time.stepp'.*Did you mean 'step'"),
+    "misspelt table": ("[reduction]", "[reductoin]", "reductoin", r"unknown key 'reductoin'.*Did you mean 'reduction'"),
+    "misspelt key of a signal": ("frequency = 20", "frequenzy = 20", "frequenzy",
+                                 r"(unknown key|missing).*frequen[cz]y"),
+    "missing key": ('dof = "x"\nlower', "lower", "[[connector]]", r"connector.*dof' is missing"),
+    "amplitude that is no number": ("amplitude = 1.5", "amplitude = nan", "amplitude", r"amplitude = nan.*finite"),
+    "infinite amplitude": ("amplitude = 1.5", "amplitude = inf", "amplitude", r"amplitude = inf.*finite"),
+    "text for a number": ("f_max = 400", 'f_max = "high"', "f_max", r"reduction.f_max = 'high'.*number"),
+    "negative step": ("step = 1e-3", "step = -1e-3", "step = ", r"time.step = -0.001.*greater than 0"),
+    "unknown signal": ('type = "sine"', 'type = "sinus"', "sinus",
+                       r"type 'sinus'.*expected one of multisine, sine.*Did you mean 'sine'"),
+    "unknown dof": ('kind = "displacement"', 'kind = "velocity"', "velocity", r"kind = 'velocity'.*displacement"),
+    "positive alpha": ("end = 0.2", "end = 0.2\nalpha = 0.1", "alpha", r"time.alpha = 0.1.*less than or equal to 0"),
+    "periods and end": ("end = 0.2", "end = 0.2\nperiods = 3", "[time]", r"either periods or end, not both"),
+    "two kinds of damping": ("[reduction]", "[damping]\nmodal = 0.02\nrayleigh = { alpha = 1 }\n[reduction]", "[damping]",
+                             r"either modal or rayleigh, not both"),
+    "f_max below the excitation": ("f_max = 400", "f_max = 15", "f_max", r"f_max = 15 Hz is not above the excitation.*20 Hz"),
+    "step too long for the excitation": ("step = 1e-3", "step = 0.04", "step = ", r"step = 0.04 s cannot follow"),
+    "run of one step": ("end = 0.2", "end = 0.001", "step = ", r"has 1 step\(s\) of 0.001 s"),
+    "unknown node set": ('node_set = "BASE"', 'node_set = "BASIS"', "BASIS", r"unknown node set 'BASIS'. Did you mean"),
+    "unknown set of a connector": ('nodes = ["MASS"]', 'nodes = ["MAS"]', "[[connector]]", r"unknown node set 'MAS'.*'MASS'"),
+    "three ends of a connector": ('nodes = ["MASS"]', 'nodes = ["MASS", "BASE", "BOTH"]', "[[connector]]",
+                                  r"names 3 sets, expected one .to ground. or two"),
+    "limits the wrong way round": ("lower = -0.2", "lower = 0.7", "[[connector]]", r"lower = 0.7 lies above upper = 0.2"),
+    "contact of unknown surfaces": ("[reduction]", '[contact.c]\nsecondary = "TOP"\nmain = "LOW"\n[reduction]', "[contact.c]",
+                                    r"unknown surface or set 'TOP'"),
+    "missing table file": (SINE, '{ type = "table", file = "push.csv" }', "[excitation.base]|signal",
+                           r"no such table: .*push.csv"),
+    "output interval off the step": ("[reduction]", "[output]\ninterval = 1.5e-3\n[reduction]", "interval",
+                                     r"interval = 0.0015 s.*multiple of the step"),
+    "no line in a multisine": (SINE, '{ type = "multisine", f_min = 0.2, f_max = 0.4, amplitude = 1.0 }', "signal",
+                               r"no line k/1.0 lies between"),
+    "friction": ("[reduction]", '[contact.c]\nsecondary = "A"\nmain = "B"\nfriction = 0.3\n[reduction]', "friction",
+                 r"friction = 0.3 is not available"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_mistake_is_named(mistake, tmp_path):
+    old, new, _, message = MISTAKES[mistake]
+    assert old in STUDY
+    study = STUDY.replace(old, new, 1)
+    if mistake == "output interval off the step":
+        from creak.studies.setup import output_every
+
+        with pytest.raises(InputError) as error:
+            output_every(read_study(written(tmp_path, study)))
+        told = str(error.value)
+    else:
+        told = refused(tmp_path, study)
+    assert re.search(message, told, re.DOTALL), told
+
+
+WITH_LINE = [
+    "misspelt key of a table", "misspelt table", "text for a number", "negative step", "periods and end",
+    "amplitude that is no number", "unknown signal", "f_max below the excitation", "unknown node set", "friction",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("mistake", WITH_LINE)
+def test_message_gives_the_line(mistake, tmp_path):
+    old, new, found_at, _ = MISTAKES[mistake]
+    study = STUDY.replace(old, new, 1)
+    told = refused(tmp_path, study)
+    expected = line_of(study, found_at)
+    assert f"study.toml:{expected}" in told, told
+
+
+def test_broken_toml_is_explained_with_its_line(tmp_path):
+    told = refused(tmp_path, STUDY.replace("f_max = 400", "f_max = = 400"))
+    assert re.search(r"not valid TOML.*line 21", told), told
+
+
+def test_missing_study_and_missing_deck(tmp_path):
+    with pytest.raises(InputError, match="no such study file"):
+        read_study(tmp_path / "none.toml")
+    path = tmp_path / "study.toml"
+    path.write_text(STUDY, encoding="utf-8")
+    with pytest.raises(InputError, match="mass.inp"):
+        set_up(read_study(path))
+
+
+def test_end_is_needed_without_a_period(tmp_path):
+    study = STUDY.replace(SINE, '{ type = "step", amplitude = 1 }').replace("end = 0.2", "")
+    assert re.search(r"\[time\].*the end of the run is not given.*Add end", refused(tmp_path, study))
+    told = refused(tmp_path, study + "periods = 2\n")
+    assert "periods without a periodic excitation" in told
+
+
+def test_dof_driven_twice_is_refused(tmp_path):
+    second = STUDY[STUDY.index("[excitation.base]") : STUDY.index("[reduction]")].replace(".base", ".again")
+    told = refused(tmp_path, STUDY.replace("[reduction]", second + "[reduction]"))
+    assert re.search(r"node 1 x is driven by 'base' and 'again'", told)
+
+
+TABLES = {
+    "nan": ("time,value\n0,0\n0.1,nan\n", r"push.csv:3: got '0.1,nan'"),
+    "text": ("time,value\n0,0\n0.1,much\n", r"push.csv:3: got '0.1,much'"),
+    "one column": ("time,value\n0\n1\n", r"push.csv:2"),
+    "no header": ("0,0\n1,1\n", r"push.csv:1: .*expected the header time,value"),
+    "backwards": ("time,value\n0,0\n0.2,1\n0.1,1\n", r"push.csv:4: time does not increase"),
+    "one row": ("time,value\n0,0\n", r"1 row\(s\)"),
+    "empty": ("", r"starts with nothing"),
+    "blank lines and nan": ("time,value\n\n0,0\n\n0.1,inf\n", r"push.csv:5"),
+}
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_table_file_with_a_mistake_names_its_line(table, tmp_path):
+    content, message = TABLES[table]
+    (tmp_path / "push.csv").write_text(content, encoding="utf-8")
+    told = refused(tmp_path, STUDY.replace(SINE, '{ type = "table", file = "push.csv" }'))
+    assert re.search(message, told), told
+
+
+def test_record_must_be_sampled_evenly_and_faster_than_its_cut_off(tmp_path):
+    record = '{ type = "record", file = "push.csv", high_pass = 7 }'
+    (tmp_path / "push.csv").write_text("time,value\n0,0\n0.1,1\n0.25,0\n", encoding="utf-8")
+    told = refused(tmp_path, STUDY.replace(SINE, record))
+    assert re.search(r"push.csv: sampled every 0.1 to 0.15 s.*even sampling", told), told
+    (tmp_path / "push.csv").write_text("time,value\n0,0\n0.1,1\n0.2,0\n", encoding="utf-8")
+    assert re.search(r"high_pass = 7.0 Hz.*below 5 Hz", refused(tmp_path, STUDY.replace(SINE, record)))
+
+
+def test_part_that_nothing_holds_is_named(tmp_path):
+    """A beam floating beside the mass."""
+    beam = """*NODE
+21, 0., 5., 0.
+22, 10., 5., 0.
+*ELEMENT, TYPE=B33, ELSET=FLOAT
+31, 21, 22
+*BEAM GENERAL SECTION, ELSET=FLOAT, DENSITY=7.8e-9
+1., 1., 0., 1., 2.
+0., 0., -1.
+210000., 80000.
+"""
+    path = written(tmp_path, STUDY, DECK + beam)
+    with pytest.raises(InputError, match=r"nothing holds part\(s\)"):
+        set_up(read_study(path))
