@@ -162,7 +162,8 @@ def beam_section(area: float = 1e-4, i: float = 1e-9, material: Material = STEEL
 def straight_beam(n: int, length: float, y: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Nodes (n + 1, 3) along x and elements (n, 2)."""
     x = np.linspace(0.0, length, n + 1)
-    return np.column_stack([x, np.full(n + 1, y), np.zeros(n + 1)]), np.column_stack([np.arange(n), np.arange(1, n + 1)])
+    coords = np.column_stack([x, np.full(n + 1, y), np.zeros(n + 1)])
+    return coords, np.column_stack([np.arange(n), np.arange(1, n + 1)])
 
 
 def spring(stiffness: float, dof: int = 1, damping: float = 0.0) -> Spring:

@@ -153,7 +153,8 @@ def test_play_between_two_stops_keeps_the_mass_inside():
     history = free_run(one_mass(m, 0.0, v), gaps, 0.05, h)
     events = find_events(history, gaps, merge=0.0, f_max=1e9)
     upper = [e.t_start for e in events if e.channel == "stop:0"]
-    np.testing.assert_allclose(np.diff(upper), 2 * d / v + 2 * PI / w, rtol=4e-4)  # (omega h)^2 = 1e-4 at each of 4 crossings
+    # (omega h)^2 = 1e-4 at each of 4 crossings.
+    np.testing.assert_allclose(np.diff(upper), 2 * d / v + 2 * PI / w, rtol=4e-4)
     assert -history.gap.min() == pytest.approx(v / w, rel=1e-4)
 
 

@@ -88,6 +88,7 @@ def run_study(setup: Setup, progress: Progress) -> StudyResult:
     stiffness = step_limited_stiffness(
         reference.system, gaps, setup.model.nodes.coords[gaps.nodes_idx], scheme, setup.loads.step
     )
+    notes += _note_of_limit(gaps, stiffness, setup.loads.step)
     gaps = replace(gaps, stiffness=stiffness)
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
         notes.append("no channel can close under this load: both runs are linear")
@@ -106,6 +107,17 @@ def run_study(setup: Setup, progress: Progress) -> StudyResult:
         _compare_events(setup, runs, window),
         window, [*setup.notes, *notes],
     )  # fmt: skip
+
+
+def _note_of_limit(gaps: GapOperator, stiffness: FloatArray, step: float) -> list[str]:
+    lowered = np.flatnonzero(stiffness < gaps.stiffness)
+    if not lowered.size:
+        return []
+    before, after = (float(np.median(k[lowered])) for k in (gaps.stiffness, stiffness))
+    return [
+        f"automatic contact stiffness: {lowered.size} of {gaps.m} channels lowered to what a step of {step:g} s resolves "
+        f"(median {before:.3g} to {after:.3g}); a shorter step gives harder contact and less penetration"
+    ]
 
 
 def _march(

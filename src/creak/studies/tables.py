@@ -28,8 +28,8 @@ def read_table(path: Path, where: str) -> tuple[FloatArray, FloatArray]:
     header = [cell.strip().lower() for cell in rows[0][1]] if rows else []
     if header[:2] != ["time", "value"]:
         raise InputError(
-            f"the table starts with {','.join(header) or 'nothing'}", where=f"{path}:1", expected="the header time,value",
-            fix="Put it into the first line.",
+            f"the table starts with {','.join(header) or 'nothing'}", where=f"{path}:1",
+            expected="the header time,value", fix="Put it into the first line.",
         )  # fmt: skip
     values = np.array([_numbers(path, i, row) for i, row in rows[1:]]).reshape(-1, 2)
     if values.shape[0] < 2:

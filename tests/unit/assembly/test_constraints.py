@@ -104,7 +104,8 @@ def test_chain_of_links_ends_at_the_last_master():
     for order in ([0, 1, 2], [2, 1, 0], [1, 2, 0]):
         system = part_system(cloud([links[i] for i in order], CLOUD[:4]), 0, NO_DAMPING)
         np.testing.assert_array_equal(system.coordinates // 6, 3)
-        np.testing.assert_allclose(system.rows(np.arange(24))[0].toarray(), rigid_modes(CLOUD[:4] - CLOUD[3]), atol=1e-14)
+        expected = rigid_modes(CLOUD[:4] - CLOUD[3])
+        np.testing.assert_allclose(system.rows(np.arange(24))[0].toarray(), expected, atol=1e-14)
 
 
 def test_redundant_constraints_are_dropped():
@@ -129,7 +130,8 @@ def test_node_in_two_couplings_ties_the_references():
 
 def test_elimination_substitutes_fully():
     solved = eliminate([
-        LinearEquation([1, 2], [1.0, -2.0]), LinearEquation([2, 3, 4], [1.0, -1.0, -1.0]), LinearEquation([5, 1], [1.0, 1.0]),
+        LinearEquation([1, 2], [1.0, -2.0]), LinearEquation([2, 3, 4], [1.0, -1.0, -1.0]),
+        LinearEquation([5, 1], [1.0, 1.0]),
     ])  # fmt: skip
     assert solved == {1: {3: 2.0, 4: 2.0}, 2: {3: 1.0, 4: 1.0}, 5: {3: -2.0, 4: -2.0}}
     T, free = transformation(np.arange(1, 6), solved)

@@ -41,7 +41,8 @@ def swing(alpha: float, steps_per_period: int, periods: int) -> tuple[float, flo
     """Relative period error and damping ratio of a free oscillator, from its complex amplitude."""
     omega = PI2
     h = 1.0 / steps_per_period
-    history = free_run(system_of(np.eye(1), np.array([[omega**2]]), velocity=np.ones(1)), NO_CHANNELS, periods, h, alpha)
+    system = system_of(np.eye(1), np.array([[omega**2]]), velocity=np.ones(1))
+    history = free_run(system, NO_CHANNELS, periods, h, alpha)
     u = history.displacement[:, 0]
     # The principal roots rule after a few steps: u_{n+1} = a u_n - b u_{n-1} has roots exp(-(zeta +- i) Omega_h).
     x, y = np.column_stack([u[20:-1], u[19:-2]]), u[21:]
@@ -203,9 +204,8 @@ def test_damper_and_mass_terms_of_the_support_reach_the_mass():
         [block("mass", [[1]], point_mass(m)), block("spring2", [[0, 1]], spring(k), 0, 10)],
     )
     rayleigh = Rayleigh(alpha, beta)
-    overridden = couple(
-        [part_system(model, 0, rayleigh, override=True)], model, Driven({"base": np.array([0])}), rayleigh, override=True
-    )
+    part = part_system(model, 0, rayleigh, override=True)
+    overridden = couple([part], model, Driven({"base": np.array([0])}), rayleigh, override=True)
     history = simulate(overridden, NO_CHANNELS, sine_base(time, w), HHT(), observed=np.array([6]))
     H = (k + 1j * beta * k * w) / (k - m * w**2 + 1j * w * (beta * k + alpha * m))
     expected = (H * np.exp(1j * w * time[late])).imag

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from helpers_decks import STUDY, write_strips
 
 from creak.studies.run import run_study
 from creak.studies.setup import set_up
 from creak.studies.study_file import read_study
 from creak.studies.summary import summarise
+from helpers_decks import STUDY, write_strips
 
 TIMINGS = ("wall_s", "cpu_s", "setup_s", "offline_cpu_s", "offline_wall_s", "peak_rss_gb")
 
