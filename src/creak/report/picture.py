@@ -207,6 +207,7 @@ def _colour_bar(fig: Figure, ax: Axes, loaded: Loaded, scale: float) -> None:
     bar = fig.add_axes((0.36, 0.22 / height, 0.28, 0.11 / height))
     bar.imshow(np.linspace(0.0, 1.0, 256)[None, :], aspect="auto", cmap=_scale_colours(), extent=(0.0, scale, 0.0, 1.0))
     bar.set_yticks([])
+    bar.locator_params(axis="x", nbins=5)
     bar.tick_params(labelsize=8, length=2, colors=MUTED, pad=1)
     fig.text(0.35, 0.275 / height, loaded.label, ha="right", va="center", fontsize=9, color=INK)
     fig.text(0.65, 0.275 / height, "white: never touched", ha="left", va="center", fontsize=9, color=MUTED)
