@@ -45,10 +45,12 @@ def couple(
     n_q = sum(s.n for s in systems)
     K, M = _stack([s.K for s in systems]), _stack([s.M for s in systems])
     C = _stacked_extra(systems)
+    M_between = sp.csr_matrix((n_q, n_q))
     between = _between_parts(model, common, override)
     if between is not None:
         R = rows(between.labels)
-        K, M = _add(K, R.T @ between.K @ R), _add(M, R.T @ between.M @ R)
+        M_between = sp.csr_matrix(R.T @ between.M @ R)
+        K, M = _add(K, R.T @ between.K @ R), _add(M, M_between)
         if between.C is not None:
             C = _add(C if C is not None else sp.csr_matrix((n_q, n_q)), R.T @ between.C @ R)
     equations = _equations(model, driven, rows, n_q)
@@ -61,7 +63,8 @@ def couple(
     T = T[:, active]
     coordinates = np.concatenate([s.coordinates for s in systems])[independent[~is_support][active]]
     supports = Supports(names, _side(T, M, T_s), _side(T, K, T_s), _extra_side(T, C, T_s),
-                        _corner(T_s, M), _corner(T_s, K), _extra_corner(T_s, C, len(names)))  # fmt: skip
+                        _corner(T_s, M), _corner(T_s, K), _extra_corner(T_s, C, len(names)),
+                        _side(T, _stack([s.M if s.M_alone is None else s.M_alone for s in systems]) + M_between, T_s))  # fmt: skip
 
     def physical(labels: IntArray) -> tuple[Matrix, Matrix]:
         A = rows(labels)
@@ -71,7 +74,7 @@ def couple(
     M_t, K_t, *C_t = _of_one_kind([_congruent(T, A) for A in ([M, K] if C is None else [M, K, C])])
     damping = Damping(common.alpha, common.beta, C_t[0] if C_t else None)
     stats = {"mass": sum(s.stats.get("mass", 0.0) for s in systems)}
-    return System("assembly", M_t, K_t, damping, physical, supports, coordinates, velocity, stats)
+    return System("assembly", M_t, K_t, damping, physical, supports, coordinates, velocity, stats=stats)
 
 
 def _stacked_rows(systems: Sequence[System]) -> _Stacked:

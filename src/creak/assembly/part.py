@@ -194,7 +194,7 @@ def loose_system(model: Model, common: Rayleigh) -> System | None:
     rows = _rows_of(labels, sp.identity(n, format="csr"), model.nodes.count)
     damping = Damping(common.alpha, common.beta)
     velocity = _initial_velocity(model, labels)
-    return System("(loose nodes)", zero, zero, damping, rows, no_supports(n), labels, velocity, {"mass": 0.0})
+    return System("(loose nodes)", zero, zero, damping, rows, no_supports(n), labels, velocity, stats={"mass": 0.0})
 
 
 def _initial_velocity(model: Model, coordinates: IntArray) -> FloatArray:

@@ -31,6 +31,9 @@ class Supports:
     K_ss: FloatArray
     C_ss: FloatArray
     """(n_support, n_support)"""
+    M_start: Matrix
+    """(n, n_support) momentum of the coordinates when a support moves and nothing else does. Equal to M_qs in a
+    full model; in a reduced one M_qs counts the inside that follows the support, which is at rest at t = 0."""
 
     @property
     def count(self) -> int:
@@ -41,7 +44,7 @@ def no_supports(n: int) -> Supports:
     """Supports of a System with no prescribed motion."""
     empty = np.zeros((0, 0))
     side = np.zeros((n, 0))
-    return Supports((), side, side, side, empty, empty, empty)
+    return Supports((), side, side, side, empty, empty, empty, side)
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,8 @@ class System:
     """(n,) physical dof label of each coordinate, -1 for generalised ones."""
     velocity: FloatArray
     """(n,) initial velocity."""
+    M_alone: Matrix | None = None
+    """(n, n) momentum of the coordinates when one boundary coordinate moves without its constraint mode; None: M."""
     stats: dict[str, float] = field(default_factory=dict)
     """Costs and health figures of how it came about."""
 
@@ -104,6 +109,7 @@ def project(system: System, V: FloatArray, *, static: FloatArray | None = None, 
         corner(system.M, sup.M_qs, sup.M_ss),
         corner(system.K, sup.K_qs, sup.K_ss),
         R.T @ CR + cross + cross.T + sup.C_ss,
+        np.asarray(V.T @ to_dense(sup.M_start)),
     )
 
     def rows(labels: IntArray) -> tuple[Matrix, Matrix]:

@@ -22,6 +22,8 @@ from creak.contact.pair import (
 from creak.contact.search import project_along
 from creak.model.mesh import Model
 
+QUADRATURE = 10
+"""Gauss points per direction: the edges of the main facets cross a secondary facet unseen, so few are not enough."""
 LEAST_SHARE = 0.05
 """A node with less than this share of its tributary area opposite the main surface gets no channel."""
 
@@ -79,7 +81,7 @@ def surface_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, li
 
 
 def _integration_points(facets: Facets) -> Points:
-    """3 x 3 Gauss points on quads, six (degree 4) on triangles."""
+    """Gauss points on quads, six points (degree 4) on triangles."""
     normals = nodal_normals(facets)[np.searchsorted(facets.node_rows, facets.nodes)]
     pieces = []
     triangle = facets.is_triangle
@@ -97,7 +99,7 @@ def _integration_points(facets: Facets) -> Points:
 
 
 def _quad_rule() -> tuple[FloatArray, FloatArray, FloatArray]:
-    x, w = np.polynomial.legendre.leggauss(3)
+    x, w = np.polynomial.legendre.leggauss(QUADRATURE)
     r, s = (a.ravel() for a in np.meshgrid(x, x, indexing="ij"))
     N = 0.25 * np.stack([(1 - r) * (1 - s), (1 + r) * (1 - s), (1 + r) * (1 + s), (1 - r) * (1 + s)], axis=1)
     dr = 0.25 * np.stack([-(1 - s), 1 - s, 1 + s, -(1 + s)], axis=1)

@@ -47,6 +47,12 @@ def solve_channels(
     return np.asarray(p)
 
 
+def compile_kernels() -> None:
+    """Compile now what would otherwise be compiled at the first contact of a run."""
+    one = np.ones(1)
+    solve_channels(np.eye(1), -one, 0.0 * one, 1.0, one, 0.0 * one)
+
+
 @numba.njit(cache=True)
 def _pivot(A, gap_free, k_hat, c_hat):  # type: ignore[no-untyped-def]
     m = gap_free.size

@@ -87,8 +87,8 @@ class CondensedHHT:
 def first_instant(terms: LinearTerms, solver: StepFactor, gaps: GapOperator, on: ChannelMatrices) -> Instant:
     """State, gaps and forces at t = 0."""
     s, s_dot = terms.loads.support[:2, 0]
-    gap = gaps.gap0 + on.G_s @ s
-    rate = on.G @ terms.system.velocity + on.G_s @ s_dot
+    gap = gaps.gap0 + on.G @ terms.inside_at_rest(0) + on.G_s @ s
+    rate = on.G @ (terms.system.velocity + terms.inside_at_rest(1)) + on.G_s @ s_dot
     p = np.where(gap < 0.0, np.maximum(0.0, -gaps.stiffness * gap - gaps.damping * rate), 0.0)
     return Instant(terms.start(solver, np.asarray(on.G.T @ p)), gap, p)
 
@@ -105,7 +105,7 @@ def simulate(
 ) -> History:
     """March the System through the loads with contact in the channels of `gaps`.
 
-    Starts from u = 0 and the initial velocity of the System, with the acceleration that the step matrix gives
+    Starts from rest, or the initial velocity of the System, with the acceleration that the step matrix gives
     (S a0 = f + G' p0 - C v0 - K u0, consistent to second order in h also where M is singular). Prescribed motion is
     made consistent with the scheme (`Loads.consistent_with`).
 

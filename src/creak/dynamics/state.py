@@ -11,10 +11,11 @@ from typing import Protocol
 import numpy as np
 
 from creak.arrays import FloatArray, Matrix
-from creak.assembly.system import System
+from creak.assembly.system import System, to_dense
 from creak.dynamics.hht import HHT
 from creak.dynamics.loads import Loads
 from creak.dynamics.step_matrix import StepFactor
+from creak.linalg.diagonal import Diagonal
 
 REFRESH = 500
 """Steps after which the carried products are computed anew, so that round-off does not pile up."""
@@ -87,12 +88,26 @@ class LinearTerms:
     def start(self, solver: StepFactor, contact: FloatArray) -> State:
         """u = 0, the initial velocity of the System, and the acceleration under loads and `contact` forces (n,)."""
         n = self.system.n
-        u, v = np.zeros(n), self.system.velocity.copy()
         K, M = self.system.K, self.system.M
-        Ku, Kv, Mv = np.zeros(n), np.asarray(K @ v), np.asarray(M @ v)
+        u, v = self.inside_at_rest(0), self.system.velocity + self.inside_at_rest(1)
+        Ku, Kv, Mv = np.asarray(K @ u), np.asarray(K @ v), np.asarray(M @ v)
         Cv = self.damped(v, Mv, Kv)
         a = solver.solve(self.external(0) + contact - Cv - Ku - self.M_qs @ self.loads.support[2, 0])
         return State(u, v, a, Ku, Kv, np.asarray(K @ a), Mv, np.asarray(M @ a), Cv)
+
+    def inside_at_rest(self, order: int) -> FloatArray:
+        """Coordinates that hold the inside of reduced parts at rest while the supports start with s or s'.
+
+        M q = (M_start - M_qs) s: the M-orthogonal projection of the full model's start; 0 in a full model.
+        """
+        drag = to_dense(self.system.supports.M_start) - self.M_qs
+        momentum = drag @ self.loads.support[order, 0]
+        if not momentum.any():
+            return np.zeros(self.system.n)
+        M = self.system.M
+        if isinstance(M, Diagonal):
+            return np.asarray(momentum / M.d)
+        return np.asarray(np.linalg.lstsq(to_dense(M), momentum, rcond=None)[0])
 
     def predict(self, x: State, scheme: HHT, h: float) -> Predictor:
         """u + h v + h^2 (1/2 - beta) a and v + h (1 - gamma) a, with their products."""

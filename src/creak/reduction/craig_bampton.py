@@ -76,6 +76,7 @@ def craig_bampton(
         supports=no_supports(n),
         coordinates=np.concatenate([system.coordinates[b], np.full(n - b.size, -1, dtype=np.int64)]),
         velocity=momentum_fit(reduced_M, momentum),
+        M_alone=_alone(reduced_M, M, i, b, basis),
         stats={**system.stats, "retained": b.size, "modes": n - b.size, "internal": i.size},
     )
 
@@ -138,6 +139,15 @@ def _reduced(K: Matrix, M: Matrix, i: IntArray, b: IntArray, basis: Basis) -> tu
     reduced_K[:n_b, :n_b] = to_dense(K[b][:, b]) + K[b][:, i] @ Psi
     reduced_K[n_b:, n_b:] = np.diag(basis.fixed.omega2)
     return symmetric(reduced_M), symmetric(reduced_K)
+
+
+def _alone(reduced_M: FloatArray, M: Matrix, i: IntArray, b: IntArray, basis: Basis) -> FloatArray:
+    """Reduced M whose boundary columns are V' M (u_b alone): [M_bb + Psi' M_ib; Phi' M_ib]."""
+    alone = reduced_M.copy()
+    M_ib = to_dense(M[i][:, b])
+    alone[: b.size, : b.size] = to_dense(M[b][:, b]) + basis.Psi.T @ M_ib
+    alone[b.size :, : b.size] = basis.fixed.shapes.T @ M_ib
+    return alone
 
 
 def _reduced_extra(C: Matrix | None, i: IntArray, b: IntArray, basis: Basis) -> FloatArray | None:

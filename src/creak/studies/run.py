@@ -10,6 +10,7 @@ import numpy as np
 from creak.arrays import ComplexArray, FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
+from creak.contact.unilateral import compile_kernels
 from creak.dynamics.condensed import step_limited_stiffness
 from creak.dynamics.hht import HHT
 from creak.dynamics.history import History
@@ -82,6 +83,7 @@ def run_study(setup: Setup, progress: Progress) -> StudyResult:
     c = setup.study.config
     scheme = HHT(c.time.alpha)
     every = output_every(setup.study)
+    compile_kernels()
     reference = build_reference(setup, progress)
     kept, notes = precheck(setup, reference, scheme, progress)
     gaps = join([kept, setup.connectors])

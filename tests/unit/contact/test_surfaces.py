@@ -240,10 +240,9 @@ def test_contact_patch_test_on_non_matching_shells_is_as_good_as_the_quadrature(
     np.testing.assert_allclose(patch_pressure(low, high, 1e9), 1.0, rtol=0.03)
 
 
-@pytest.mark.xfail(strict=True, reason="3 x 3 points: 5 to 9 % at the automatic stiffness; 10 x 10 pass")
 @pytest.mark.parametrize(("low", "high"), NON_MATCHING)
 def test_contact_patch_test_on_non_matching_shells_to_one_per_cent(low, high):
-    """The gate of reference/cases.md, with a penalty of the size of the automatic one (2e11)."""
+    """About 1 %, with a very stiff penalty (2e11: 10 kappa G t per facet); the quadrature misses facet edges."""
     np.testing.assert_allclose(patch_pressure(low, high, 2e11), 1.0, rtol=0.011)
 
 

@@ -275,7 +275,6 @@ def test_all_modes_kept_equals_full_under_prescribed_motion(extra, contact):
         np.testing.assert_allclose(y, x, rtol=0, atol=1e-8 * np.abs(x).max())
 
 
-@pytest.mark.xfail(strict=True, reason="a reduced part starts with Psi s'(0) inside, the full one at rest")
 def test_all_modes_kept_equals_full_when_the_support_starts_with_a_speed():
     """A sine as prescribed displacement starts with the speed A w, and a step with the displacement A."""
     n = 16
