@@ -62,9 +62,10 @@ def couple(
     active = _active(T, K, M)
     T = T[:, active]
     coordinates = np.concatenate([s.coordinates for s in systems])[independent[~is_support][active]]
+    M_alone = _stack([s.M if s.M_alone is None else s.M_alone for s in systems]) + M_between
     supports = Supports(names, _side(T, M, T_s), _side(T, K, T_s), _extra_side(T, C, T_s),
                         _corner(T_s, M), _corner(T_s, K), _extra_corner(T_s, C, len(names)),
-                        _side(T, _stack([s.M if s.M_alone is None else s.M_alone for s in systems]) + M_between, T_s))  # fmt: skip
+                        _side(T, M_alone, T_s))  # fmt: skip
 
     def physical(labels: IntArray) -> tuple[Matrix, Matrix]:
         A = rows(labels)

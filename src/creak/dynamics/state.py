@@ -86,8 +86,7 @@ class LinearTerms:
         return f + self.B @ self.loads.force[step] if self.forced else f
 
     def start(self, solver: StepFactor, contact: FloatArray) -> State:
-        """u = 0, the initial velocity of the System, and the acceleration under loads and `contact` forces (n,)."""
-        n = self.system.n
+        """At rest or with the System's initial velocity, and the acceleration under loads and `contact` forces (n,)."""
         K, M = self.system.K, self.system.M
         u, v = self.inside_at_rest(0), self.system.velocity + self.inside_at_rest(1)
         Ku, Kv, Mv = np.asarray(K @ u), np.asarray(K @ v), np.asarray(M @ v)

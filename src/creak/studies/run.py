@@ -117,8 +117,8 @@ def _note_of_limit(gaps: GapOperator, stiffness: FloatArray, step: float) -> lis
         return []
     before, after = (float(np.median(k[lowered])) for k in (gaps.stiffness, stiffness))
     return [
-        f"automatic contact stiffness: {lowered.size} of {gaps.m} channels lowered to what a step of {step:g} s resolves "
-        f"(median {before:.3g} to {after:.3g}); a shorter step gives harder contact and less penetration"
+        f"automatic contact stiffness: {lowered.size} of {gaps.m} channels lowered to what a step of {step:g} s "
+        f"resolves (median {before:.3g} to {after:.3g}); a shorter step gives harder contact and less penetration"
     ]
 
 
