@@ -37,7 +37,8 @@ def summarise(result: StudyResult) -> dict[str, Any]:
 
 def _model(result: StudyResult) -> dict[str, Any]:
     model, parts = result.setup.model, result.reference.parts
-    used = np.unique(np.concatenate([*(p.nodes_idx for p in model.parts), *(b.nodes_idx.ravel() for b in model.blocks)]))
+    in_parts, in_elements = (p.nodes_idx for p in model.parts), (b.nodes_idx.ravel() for b in model.blocks)
+    used = np.unique(np.concatenate([*in_parts, *in_elements]))
     return {
         "nodes": model.nodes.count,
         "elements": model.n_elements,
