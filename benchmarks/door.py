@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from creak.contact.gap_operator import GapOperator
 from creak.door import write_door
+from creak.dynamics.condensed import step_limited_stiffness
 from creak.dynamics.hht import HHT
 from creak.studies.reduced_model import ReducedModel, reduce_model
 from creak.studies.reference_model import ReferenceModel, build_reference, precheck
@@ -41,4 +42,6 @@ def door(mesh_size: float) -> Door:
         setup = set_up(read_study(Path(folder) / "door.toml"))
     reference = build_reference(setup, silent)
     gaps, _ = precheck(setup, reference, SCHEME, silent)
-    return Door(setup, reference, gaps)
+    positions = setup.model.nodes.coords[gaps.nodes_idx]
+    limited = step_limited_stiffness(reference.system, gaps, positions, SCHEME, setup.loads.step)
+    return Door(setup, reference, replace(gaps, stiffness=limited))
