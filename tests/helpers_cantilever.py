@@ -1,4 +1,4 @@
-"""The cantilever of reference/cases.md: 80 Euler-Bernoulli elements, cut at mid-span, bending in one plane."""
+"""The uniform cantilever: 80 Euler-Bernoulli elements, cut at mid-span, bending in one plane."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The layering of DESIGN.md, read from the syntax trees: imports point down, numerics do not draw or print."""
+"""The layering of ARCHITECTURE.md, read from the syntax trees: imports point down, numerics do not draw or print."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Elastic bars in impact: closed forms of reference/cases.md, and what penalty and HHT make of them."""
+"""Elastic bars in impact: closed forms, and what penalty and HHT make of them."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_bar_impulse_converges_with_the_mesh():
     ],
 )
 def test_dissipation_gives_a_smooth_force(alpha, penalty, again, rms, energy):
-    """The well-behaved rows of the table in cases.md."""
+    """The well-behaved rows of the table of penalties."""
     history = on_wall(alpha, penalty)
     assert reopenings(history) == again
     # The table's rms window is not stated: 10 % of the value, .01 % at least.

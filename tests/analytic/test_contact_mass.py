@@ -1,4 +1,4 @@
-"""One mass and its stop: closed forms of reference/cases.md."""
+"""One mass and its stop: closed forms."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Craig-Bampton on the uniform cantilever of reference/cases.md, cut at mid-span."""
+"""Craig-Bampton on the uniform cantilever, cut at mid-span."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def swing(alpha: float, steps_per_period: int, periods: int) -> tuple[float, flo
     ("alpha", "period_error", "damping_ratio"), [(-0.05, 0.0361, 1.18e-3), (1.0 - np.sqrt(2.0), 0.0458, 3.64e-3)]
 )
 def test_period_error_and_damping_ratio_at_a_tenth_of_the_period(alpha, period_error, damping_ratio):
-    """h / T = .1: the two rows of cases.md, to their digits."""
+    """h / T = .1: two rows of the published table, to their digits."""
     period, damping = swing(alpha, 10, 40)
     # The table's formulas are leading terms in Omega = .63: Omega^2 / 10 = 4 % may be missing, more for the damping.
     formula = 0.3947841760 * (1 / 12 - alpha / 4 - 3 * alpha**2 / 8)
