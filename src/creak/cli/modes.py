@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 
 import typer
@@ -23,6 +22,7 @@ def modes(
 ) -> None:
     """Natural frequencies of the linear structure, contact left out."""
     from creak.cli.output import writable_folder
+    from creak.formats.complete_file import complete_file
     from creak.studies.deck_modes import deck_modes
 
     if f_max is not None and count is not None:
@@ -44,6 +44,5 @@ def modes(
     if json_file is not None:
         data = {"frequencies": found.frequencies, "mass": found.mass, "rigid": found.rigid}
         json_file.parent.mkdir(parents=True, exist_ok=True)
-        partial = json_file.with_name(f".{json_file.name}.partial")
-        partial.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
-        os.replace(partial, json_file)
+        with complete_file(json_file) as partial:
+            partial.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ import h5py
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.formats.complete_file import complete_file
 
 UNITS = {
     "mm-t-s": {"length": "mm", "force": "N", "energy": "mJ", "time": "s"},
@@ -45,16 +45,11 @@ class RunRecord:
 
 def write_results(path: Path, runs: Mapping[str, RunRecord], attributes: Mapping[str, str], units: str) -> None:
     """Write all runs to one HDF5 file, first under a temporary name, then renamed."""
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        with h5py.File(partial, "w") as file:
-            for key, value in attributes.items():
-                file.attrs[key] = value
-            for name, run in runs.items():
-                _write_run(file.create_group(f"runs/{name}"), run, UNITS[units])
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
+    with complete_file(path) as partial, h5py.File(partial, "w") as file:
+        for key, value in attributes.items():
+            file.attrs[key] = value
+        for name, run in runs.items():
+            _write_run(file.create_group(f"runs/{name}"), run, UNITS[units])
 
 
 def _write_run(group: h5py.Group, run: RunRecord, unit: Mapping[str, str]) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from creak.arrays import FloatArray, IntArray
+from creak.formats.complete_file import complete_file
 from creak.report import figures, method, tables, verdict
 from creak.report.picture import Loaded, contact_picture, model_picture, standard_marks
 from creak.report.text import UNITS, Units
@@ -37,12 +37,8 @@ def write_report(result: StudyResult, summary: dict[str, Any], path: Path) -> No
     path : the file; it appears whole or not at all.
     """
     text = report_text(result, summary)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_text(text, encoding="utf-8", newline="\n")
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    with complete_file(path) as partial:
+        partial.write_text(text, encoding="utf-8", newline="\n")
 
 
 def report_text(result: StudyResult, summary: dict[str, Any]) -> str:

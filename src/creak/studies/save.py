@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from creak.dynamics.history import ENERGIES
+from creak.formats.complete_file import complete_file
 from creak.formats.results import RunRecord, write_results
 from creak.studies.run import Run, StudyResult
 
@@ -23,9 +23,8 @@ def save(result: StudyResult, summary: dict[str, Any], folder: Path) -> list[Pat
     attributes = {"creak": summary["creak"], "title": c.title, "units": c.model.units,
                   "study": result.setup.study.text}  # fmt: skip
     write_results(results, records, attributes, c.model.units)
-    partial = text.with_name(f".{text.name}.partial")
-    partial.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    os.replace(partial, text)
+    with complete_file(text) as partial:
+        partial.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     return [text, results]
 
 
