@@ -48,6 +48,7 @@ def system_of(
     return System(
         "by hand", kind(M), kind(K), Damping(alpha, beta, kind(extra)), rows, no_supports(n),
         np.arange(n, dtype=np.int64), np.zeros(n) if velocity is None else np.asarray(velocity, float),
+        labels=np.arange(n, dtype=np.int64),
     )  # fmt: skip
 
 

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.damping import Damping
 from creak.assembly.dofs import dof_label, node_dofs
 from creak.assembly.elimination import LinearEquation, eliminate, transformation
 from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
-from creak.assembly.system import Rows, Supports, System, symmetric, to_dense
+from creak.assembly.system import Supports, System, symmetric, to_dense
 from creak.model.mesh import Model
 
 
@@ -35,13 +35,15 @@ def couple(
     """Join part Systems into one: q_all = T q + T_s s(t), M = T' blkdiag(M_p) T.
 
     The same call joins unreduced parts into the reference model and Craig-Bampton parts into the reduced
-    one (primal assembly: Klerk, Rixen, Voormeeren, AIAA J. 46, 2008).
+    one (primal assembly: Klerk, Rixen, Voormeeren, AIAA J. 46, 2008). Systems that share a physical dof are tied
+    there where both offer it (`System.joins`); where one does not, its copy stays loose, and the motion of the
+    first unreduced System that has the dof counts as the physical one.
 
     Raises
     ------
     InputError : a driven dof is also held, or tied to another driven one.
     """
-    rows = _stacked_rows(systems)
+    rows = _Stacked(systems)
     n_q = sum(s.n for s in systems)
     K, M = _stack([s.K for s in systems]), _stack([s.M for s in systems])
     C = _stacked_extra(systems)
@@ -53,7 +55,7 @@ def couple(
         K, M = _add(K, R.T @ between.K @ R), _add(M, M_between)
         if between.C is not None:
             C = _add(C if C is not None else sp.csr_matrix((n_q, n_q)), R.T @ between.C @ R)
-    equations = _equations(model, driven, rows, n_q)
+    equations = _equations(model, driven, rows, n_q, rows.ties())
     names = driven.names
     ends = frozenset(range(n_q, n_q + len(names)))
     T_all, independent = transformation(np.arange(n_q + len(names)), eliminate(equations, ends))
@@ -71,26 +73,74 @@ def couple(
         A = rows(labels)
         return A @ T, to_dense(A @ T_s)
 
+    def whole(q: FloatArray, s: FloatArray) -> FloatArray:
+        return rows.recover(np.asarray(T @ q + T_s @ s))
+
     velocity = np.concatenate([s.velocity for s in systems])[independent[~is_support][active]]
     M_t, K_t, *C_t = _of_one_kind([_congruent(T, A) for A in ([M, K] if C is None else [M, K, C])])
     damping = Damping(common.alpha, common.beta, C_t[0] if C_t else None)
     stats = {"mass": sum(s.stats.get("mass", 0.0) for s in systems)}
-    return System("assembly", M_t, K_t, damping, physical, supports, coordinates, velocity, stats=stats)
-
-
-def _stacked_rows(systems: Sequence[System]) -> _Stacked:
-    return _Stacked([s.rows for s in systems])
+    return System(
+        "assembly", M_t, K_t, damping, physical, supports, coordinates, velocity, stats=stats, labels=rows.labels,
+        whole=whole,
+    )  # fmt: skip
 
 
 class _Stacked:
-    """Rows of all parts side by side: u[labels] = R [q_1; q_2; ...]."""
+    """Rows of all Systems side by side: u[labels] = R [q_1; q_2; ...]."""
 
-    def __init__(self, rows: Sequence[Rows]) -> None:
-        self._rows = rows
+    def __init__(self, systems: Sequence[System]) -> None:
+        self.systems = systems
+        order = sorted(range(len(systems)), key=lambda k: systems[k].interface is not None)  # unreduced first
+        every = np.concatenate([systems[k].labels for k in order])
+        self.labels, first, count = np.unique(every, return_index=True, return_counts=True)
+        self._owner = np.repeat(order, [systems[k].labels.size for k in order])[first]
+        self._shared = self.labels[count > 1]
+        self._prefer_joined()
+
+    def _prefer_joined(self) -> None:
+        """A shared dof belongs to the first System that offers it, if any does."""
+        for k in sorted(range(len(self.systems)), key=lambda k: self.systems[k].interface is not None, reverse=True):
+            offered = np.intersect1d(self._shared, self.systems[k].joins)
+            self._owner[np.searchsorted(self.labels, offered)] = k
+
+    def owner(self, labels: IntArray) -> IntArray:
+        """The System that each label's motion is taken from, -1 for unknown labels."""
+        at = np.minimum(np.searchsorted(self.labels, labels), max(self.labels.size - 1, 0))
+        known = self.labels[at] == labels if self.labels.size else np.zeros(labels.size, dtype=bool)
+        return np.where(known, self._owner[at] if self.labels.size else -1, -1)
 
     def __call__(self, labels: IntArray) -> Matrix:
-        pieces = [r(labels)[0] for r in self._rows]
-        return sp.hstack([sp.csr_matrix(p) for p in pieces], format="csr")
+        owner = self.owner(labels)
+        return sp.hstack([self.of(k, labels, owner == k) for k in range(len(self.systems))], format="csr")
+
+    def of(self, k: int, labels: IntArray, mine: BoolArray) -> Matrix:
+        """Rows of one System at those labels that are `mine`, empty rows elsewhere."""
+        at = np.flatnonzero(mine)
+        R = sp.coo_matrix(sp.csr_matrix(self.systems[k].rows(labels[at])[0]))
+        return sp.csr_matrix((R.data, (at[R.row], R.col)), shape=(labels.size, self.systems[k].n))
+
+    def ties(self) -> Matrix:
+        """E with E q_all = 0: the owner's motion minus that of every other System that offers the dof."""
+        pieces = [sp.csr_matrix((0, sum(s.n for s in self.systems)))]
+        for k, system in enumerate(self.systems):
+            labels = np.intersect1d(self._shared, system.joins)
+            labels = labels[self.owner(labels) != k]
+            if labels.size:
+                other = [self.of(j, labels, np.full(labels.size, j == k)) for j in range(len(self.systems))]
+                pieces.append(self(labels) - sp.hstack(other, format="csr"))
+        return sp.csr_matrix(sp.vstack(pieces, format="csr"))
+
+    def recover(self, q_all: FloatArray) -> FloatArray:
+        """(n_label, k) motion of all labels."""
+        u = np.zeros((self.labels.size, q_all.shape[1]))
+        start = 0
+        for k, system in enumerate(self.systems):
+            at = np.searchsorted(self.labels, system.labels)
+            mine = self._owner[at] == k
+            u[at[mine]] = system.recover(q_all[start : start + system.n])[mine]
+            start += system.n
+        return u
 
 
 def _stack(blocks: Sequence[Matrix]) -> Matrix:
@@ -111,8 +161,8 @@ def _between_parts(model: Model, common: Rayleigh, override: bool) -> PartMatric
     return assemble_blocks(model, blocks, node_dofs(nodes), common, override)
 
 
-def _equations(model: Model, driven: Driven, rows: _Stacked, n_q: int) -> list[LinearEquation]:
-    """All constraints between parts, supports and driven dofs, in coordinates instead of labels."""
+def _equations(model: Model, driven: Driven, rows: _Stacked, n_q: int, ties: Matrix) -> list[LinearEquation]:
+    """All ties and constraints between parts, supports and driven dofs, in coordinates instead of labels."""
     across = split_constraints(model)[1]
     physical = [e for c in across for e in linear_equations(c, model.nodes.coords)]
     physical += [e for f in model.fixed for e in fixed_equations(f)]
@@ -123,7 +173,10 @@ def _equations(model: Model, driven: Driven, rows: _Stacked, n_q: int) -> list[L
     labels = np.unique(np.array([x for e in physical for x in e.labels], dtype=np.int64))
     R = rows(labels)
     place = {label: i for i, label in enumerate(labels.tolist())}
-    out = []
+    out = [
+        LinearEquation(ties.indices[a:b].tolist(), ties.data[a:b].tolist(), "shared nodes")
+        for a, b in zip(ties.indptr[:-1], ties.indptr[1:], strict=True)
+    ]
     for equation, end in zip(physical, ends, strict=True):
         columns, values = _in_coordinates(equation, R, place)
         if end >= 0:

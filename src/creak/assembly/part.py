@@ -175,6 +175,7 @@ def part_system(model: Model, part: int, common: Rayleigh, *, override: bool = F
         coordinates=independent[keep],
         velocity=_initial_velocity(model, independent[keep]),
         stats={"mass": float(translation @ (matrices.M @ translation)), "elements": sum(b.ids.size for b in blocks)},
+        labels=labels,
     )
 
 
@@ -194,7 +195,10 @@ def loose_system(model: Model, common: Rayleigh) -> System | None:
     rows = _rows_of(labels, sp.identity(n, format="csr"), model.nodes.count)
     damping = Damping(common.alpha, common.beta)
     velocity = _initial_velocity(model, labels)
-    return System("(loose nodes)", zero, zero, damping, rows, no_supports(n), labels, velocity, stats={"mass": 0.0})
+    return System(
+        "(loose nodes)", zero, zero, damping, rows, no_supports(n), labels, velocity, stats={"mass": 0.0},
+        labels=labels,
+    )  # fmt: skip
 
 
 def _initial_velocity(model: Model, coordinates: IntArray) -> FloatArray:

@@ -12,6 +12,8 @@ from creak.assembly.damping import Damping
 
 Rows = Callable[[IntArray], tuple[Matrix, Matrix]]
 """Physical dof labels (k,) -> (R, R_s) with u[labels] = R q + R_s s; (k, n) and (k, n_support)."""
+Recover = Callable[[FloatArray, FloatArray], FloatArray]
+"""q (n, k) and s (n_support, k) -> u (n_label, k) of all labels of a System."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,12 @@ class System:
     """(n, n) momentum of the coordinates when one boundary coordinate moves without its constraint mode; None: M."""
     stats: dict[str, float] = field(default_factory=dict)
     """Costs and health figures of how it came about."""
+    labels: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """(n_label,) sorted physical dof labels that the System moves."""
+    whole: Recover | None = None
+    """The motion of all labels at once, where that is cheaper than through `rows`."""
+    interface: IntArray | None = None
+    """Sorted labels at which the System is joined to others that share them; None: all."""
 
     @property
     def n(self) -> int:
@@ -77,6 +85,22 @@ class System:
         """Physical motion u[labels] = R q + R_s s for q (n,) or (n, n_time)."""
         R, R_s = self.rows(labels)
         return np.asarray(R @ q + R_s @ s)
+
+    def recover(self, q: FloatArray, s: FloatArray | None = None) -> FloatArray:
+        """Full-field motion (n_label,) or (n_label, k) of `labels` for q (n,) or (n, k) and s likewise.
+
+        For many instants call it block by block (`creak.assembly.recovery`): a block costs its own size only.
+        """
+        one = q.ndim == 1
+        Q = q[:, None] if one else q
+        S = np.zeros((self.supports.count, Q.shape[1])) if s is None else (s[:, None] if one else s)
+        u = self.whole(Q, S) if self.whole is not None else self.displacement(self.labels, Q, S)
+        return u[:, 0] if one else u
+
+    @property
+    def joins(self) -> IntArray:
+        """(k,) sorted labels at which other Systems may be joined."""
+        return self.labels if self.interface is None else self.interface
 
 
 def project(system: System, V: FloatArray, *, static: FloatArray | None = None, name: str = "") -> System:
@@ -116,10 +140,16 @@ def project(system: System, V: FloatArray, *, static: FloatArray | None = None, 
         A, A_s = system.rows(labels)
         return np.asarray(A @ V), np.asarray(A @ R) + to_dense(A_s)
 
+    def whole(q: FloatArray, s: FloatArray) -> FloatArray:
+        return system.recover(np.asarray(V @ q) + R @ s, s)
+
     M, K = (symmetric(V.T @ np.asarray(A @ V)) for A in (system.M, system.K))
     velocity = momentum_fit(M, V.T @ np.asarray(system.M @ system.velocity))
     coordinates = np.full(V.shape[1], -1, dtype=np.int64)
-    return System(name or system.name, M, K, damping.projected(V), rows, supports, coordinates, velocity)
+    return System(
+        name or system.name, M, K, damping.projected(V), rows, supports, coordinates, velocity,
+        labels=system.labels, whole=whole, interface=system.interface,
+    )  # fmt: skip
 
 
 def momentum_fit(M: FloatArray, momentum: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,25 +10,54 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.damping import Damping
-from creak.assembly.system import Rows, System, momentum_fit, no_supports, symmetric, to_dense
-from creak.errors import NumericalError
-from creak.linalg.factor import Factor, regular_factor
+from creak.assembly.system import Rows, System, momentum_fit, no_supports, symmetric
 from creak.linalg.modes import Modes, modes
+from creak.linalg.sparse_product import times
+from creak.reduction.inside import Inside
 
 COLUMNS = 128
 """Right-hand sides solved at a time."""
+MOSTLY_FULL = 0.3
+"""Reduced matrices with a larger share of entries are stored dense."""
 
 Progress = Callable[[str, int, int], None]
+Report = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
 class Basis:
-    """u_i = Psi u_b + Phi eta on the internal dofs."""
+    """u_b = P xi on the boundary, u_i = Psi P xi + Phi eta inside, Psi = -K_ii^-1 K_ib.
 
-    Psi: FloatArray
-    """(n_i, n_b) constraint modes, -K_ii^-1 K_ib."""
+    Psi itself is never stored: what is needed of it is a back-substitution away.
+    """
+
+    inside: Inside
+    P: Matrix
+    """(n_b, n_xi) shapes of the boundary; the identity where every boundary dof is kept."""
     fixed: Modes
-    """Fixed-interface modes Phi (n_i, n_mode), K_ii Phi = M_ii Phi diag(omega^2)."""
+    """Fixed-interface modes, K_ii Phi = M_ii Phi diag(omega^2), Phi' M_ii Phi = I."""
+
+    @property
+    def n_boundary(self) -> int:
+        return int(self.P.shape[1])
+
+    @property
+    def n(self) -> int:
+        return self.n_boundary + int(self.fixed.omega2.size)
+
+    def expand(self, q: FloatArray) -> FloatArray:
+        """Coordinates (n, k) of the reduced System -> coordinates of the full one."""
+        inside, u_b = self.inside, self.P @ q[: self.n_boundary]
+        u = np.empty((inside.b.size + inside.i.size, q.shape[1]), order="F")
+        u[inside.b] = u_b
+        u[inside.i] = inside.follow(u_b) + self.fixed.shapes @ q[self.n_boundary :]
+        return u
+
+    def project(self, x: FloatArray) -> FloatArray:
+        """V' x for x (n_full, k)."""
+        inside, x_i = self.inside, x[self.inside.i]
+        boundary = self.P.T @ (x[inside.b] - inside.K_ib.T @ inside.solve(x_i))
+        return np.vstack([boundary, self.fixed.shapes.T @ x_i])
 
 
 def craig_bampton(
@@ -37,21 +66,31 @@ def craig_bampton(
     *,
     f_max: float | None = None,
     count: int | None = None,
+    shape: Matrix | None = None,
+    inside: Inside | None = None,
     progress: Progress | None = None,
 ) -> System:
     """Reduce a System to its boundary coordinates and the fixed-interface modes below `f_max` (Hz).
 
-    u = [I 0; Psi Phi] (u_b, eta), Psi = -K_ii^-1 K_ib. Reduced K = blkdiag(K_bb + K_bi Psi, diag(omega^2));
-    reduced M has M_qq = I; Rayleigh damping keeps its two numbers. `count` = 0 is Guyan reduction.
+    u_b = P xi, u_i = Psi P xi + Phi eta with Psi = -K_ii^-1 K_ib. Reduced K = blkdiag(P'(K_bb + K_bi Psi)P,
+    diag(omega^2)); reduced M has M_eta,eta = I; Rayleigh damping keeps its two numbers, other damping is projected.
+
+    Constraint modes are streamed `COLUMNS` at a time and not kept: with X = Psi P, the part of the reduced mass
+    that needs them twice is X' M_ii X = -(K_ib P)' K_ii^-1 (M_ii X), a second back-substitution of the same block.
+    Memory is that of the factor and the modes, however many dofs are retained; time is two back-substitutions a
+    column and the product Phi' M_ii X. Boundary dofs that do not touch the inside keep their own sparse entries and
+    cost nothing: that is how elements stay unreduced.
 
     Parameters
     ----------
     boundary : (n_b,) coordinates (rows of the System) to retain.
+    shape : P, (n_b, n_xi) where the boundary itself is reduced; default: the identity. Rows follow sorted `boundary`.
+    inside : blocks and factor, where the caller has them already for this boundary.
 
     Returns
     -------
-    System with coordinates (u_b, eta); `rows` also gives internal dofs back. stats: modes, retained,
-    first_frequency_left_out is not computed here.
+    System with coordinates (xi, eta); `rows` and `recover` give internal dofs back. stats: retained, modes,
+    internal, first_left_out (Hz), columns.
 
     Raises
     ------
@@ -59,126 +98,191 @@ def craig_bampton(
 
     Source: Craig and Bampton, AIAA J. 6(7), 1968. Accurate up to about f_max / 2 of the assembly.
     """
-    b = np.sort(boundary)
-    i = np.setdiff1d(np.arange(system.n), b)
-    K, M = sp.csr_matrix(system.K), sp.csr_matrix(system.M)
-    basis = _basis(system.name, K, M, i, b, f_max, count, progress)
-    reduced_M, reduced_K = _reduced(K, M, i, b, basis)
-    extra = _reduced_extra(system.damping.extra, i, b, basis)
-    n = b.size + basis.fixed.omega2.size
-    momentum = _project_vector(M @ system.velocity, i, b, basis)
+    inside = inside if inside is not None else Inside(system, boundary)
+    P = sp.csr_matrix(shape) if shape is not None else sp.identity(inside.b.size, format="csr")
+    basis = Basis(inside, P, _fixed_modes(inside, f_max, count, _stage(progress, inside.name, "fixed-interface modes")))
+    extra = None if system.damping.extra is None else sp.csr_matrix(system.damping.extra)
+    terms = _static_terms(basis, extra, _stage(progress, inside.name, "constraint modes"))
+    reduced = _reduced_system(system, basis, terms, extra)
+    inside.release()
+    return reduced
+
+
+def _stage(progress: Progress | None, name: str, stage: str) -> Report | None:
+    return None if progress is None else lambda done, total: progress(f"{name}: {stage}", done, total)
+
+
+def _fixed_modes(inside: Inside, f_max: float | None, count: int | None, report: Report | None) -> Modes:
+    n = inside.i.size
+    if n == 0 or count == 0:
+        return Modes(np.zeros(0), np.zeros((n, 0)), 0.0, True)
+    return modes(
+        inside.K_ii, inside.M_ii, f_max=f_max, count=count, stiffness_factor=inside.factor, progress=report
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Terms:
+    """Static terms on the boundary columns that touch the inside."""
+
+    columns: IntArray
+    """(n_c,) columns of P that reach the inside."""
+    stiffness: FloatArray
+    """(n_c, n_c) P' K_bi Psi P."""
+    cross: list[FloatArray]
+    """(n_c, n_c) P' A_bi Psi P for A = M and, where there is one, C."""
+    inner: list[FloatArray]
+    """(n_c, n_c) P' Psi' A_ii Psi P."""
+    modal: list[FloatArray]
+    """(n_mode, n_c) Phi' A_ii Psi P."""
+
+
+def _static_terms(basis: Basis, extra: Matrix | None, report: Report | None) -> _Terms:
+    """One pass over the constraint modes."""
+    inside, P = basis.inside, basis.P
+    F, H = sp.csc_matrix(inside.K_ib @ P), sp.csc_matrix(inside.M_ib @ P)
+    sides, cores = [H], [inside.M_ii]
+    if extra is not None:
+        rows = extra[inside.i]
+        sides.append(sp.csc_matrix(rows[:, inside.b] @ P))
+        cores.append(sp.csr_matrix(rows[:, inside.i]))
+    touched = sum((np.diff(A.indptr) for A in (F, *sides)), np.zeros(P.shape[1], dtype=np.int64))
+    columns = np.flatnonzero(touched)
+    n = columns.size
+    F, sides = F[:, columns], [A[:, columns] for A in sides]
+    near = np.unique(np.concatenate([A.indices for A in (F, *sides)]))
+    F_near, sides_near = sp.csr_matrix(F)[near].T, [sp.csr_matrix(A)[near].T for A in sides]
+    stiffness, cross = np.zeros((n, n)), [np.zeros((n, n)) for _ in sides]
+    inner = [np.zeros((n, n)) for _ in sides]
+    modal = [np.zeros((basis.fixed.omega2.size, n)) for _ in sides]
+    for block in _blocks(n):
+        X = -inside.solve(F[:, block].toarray(order="F"))
+        X_near = X[near]
+        stiffness[:, block] = F_near @ X_near
+        for k, core in enumerate(cores):
+            cross[k][:, block] = sides_near[k] @ X_near
+            momentum = times(core, X)
+            modal[k][:, block] = basis.fixed.shapes.T @ momentum
+            inner[k][:, block] = -(F_near @ inside.solve(momentum)[near])
+        if report is not None:
+            report(block.stop, n)
+    return _Terms(columns, symmetric(stiffness), cross, [symmetric(A) for A in inner], modal)
+
+
+def _blocks(n: int) -> Iterator[slice]:
+    for start in range(0, n, COLUMNS):
+        yield slice(start, min(start + COLUMNS, n))
+
+
+def _reduced_system(system: System, basis: Basis, terms: _Terms, extra: Matrix | None) -> System:
+    inside, P, omega2 = basis.inside, basis.P, basis.fixed.omega2
+    n_xi, c = basis.n_boundary, terms.columns
+
+    def own(A_bb: Matrix) -> Matrix:
+        return sp.csr_matrix(P.T @ A_bb @ P)
+
+    side = _to_modes(basis, inside.M_ib)
+    to_modes = _plus(side, c, terms.modal[0])
+    unit = np.eye(omega2.size)
+    K = _joined(own(inside.K_bb), c, terms.stiffness, np.zeros_like(side), np.diag(omega2))
+    M = _joined(own(inside.M_bb), c, terms.cross[0] + terms.cross[0].T + terms.inner[0], to_modes, unit)
+    alone = _joined(own(inside.M_bb), c, terms.cross[0].T, side, unit, upper=to_modes.T)
+    C = None if extra is None else _reduced_damping(basis, terms, extra, own)
+    labels = system.coordinates[inside.b] if sp.issparse(P) and _is_identity(P) else np.full(n_xi, -1, dtype=np.int64)
+    momentum = np.asarray(system.M @ system.velocity)
+    velocity = np.zeros(basis.n)
+    if momentum.any():
+        velocity = momentum_fit(M.toarray() if sp.issparse(M) else M, basis.project(momentum[:, None])[:, 0])
+    beyond = np.sqrt(getattr(basis.fixed, "next_omega2", np.inf)) / (2.0 * np.pi)
     return System(
         name=system.name,
-        M=reduced_M,
-        K=reduced_K,
-        damping=Damping(system.damping.alpha, system.damping.beta, extra),
-        rows=_rows(system.rows, i, b, basis),
-        supports=no_supports(n),
-        coordinates=np.concatenate([system.coordinates[b], np.full(n - b.size, -1, dtype=np.int64)]),
-        velocity=momentum_fit(reduced_M, momentum),
-        M_alone=_alone(reduced_M, M, i, b, basis),
-        stats={**system.stats, "retained": b.size, "modes": n - b.size, "internal": i.size},
-    )
+        M=M,
+        K=K,
+        damping=Damping(system.damping.alpha, system.damping.beta, C),
+        rows=_rows(system.rows, basis),
+        supports=no_supports(basis.n),
+        coordinates=np.concatenate([labels, np.full(omega2.size, -1, dtype=np.int64)]),
+        velocity=velocity,
+        M_alone=alone,
+        stats={**system.stats, "retained": n_xi, "modes": omega2.size, "internal": inside.i.size,
+               "columns": c.size + omega2.size, "first_left_out": beyond},
+        labels=system.labels,
+        whole=lambda q, s: system.recover(basis.expand(q)),
+        interface=_joinable(system, inside),
+    )  # fmt: skip
 
 
-def _basis(
-    name: str, K: Matrix, M: Matrix, i: IntArray, b: IntArray,
-    f_max: float | None, count: int | None, progress: Progress | None,
-) -> Basis:  # fmt: skip
-    if i.size == 0:
-        return Basis(np.zeros((0, b.size)), Modes(np.zeros(0), np.zeros((0, 0)), 0.0, True))
-    K_ii, M_ii = K[i][:, i], M[i][:, i]
-    K_ii_factor = regular_factor(K_ii)
-    if K_ii_factor is None:
-        raise NumericalError(
-            f"part {name} cannot be reduced: its {b.size} retained dofs do not hold it (the stiffness of the "
-            "others is singular). Couple or support it, or retain more nodes."
-        )
-
-    def report(stage: str) -> Callable[[int, int], None] | None:
-        return None if progress is None else lambda done, total: progress(f"{name}: {stage}", done, total)
-
-    if count == 0:
-        fixed = Modes(np.zeros(0), np.zeros((i.size, 0)), 0.0, True)
-    else:
-        fixed = modes(K_ii, M_ii, f_max=f_max, count=count, stiffness_factor=K_ii_factor,
-                      progress=report("fixed-interface modes"))  # fmt: skip
-    return Basis(_constraint_modes(K_ii_factor, K[i][:, b], report("constraint modes")), fixed)
+def _to_modes(basis: Basis, A_ib: Matrix) -> FloatArray:
+    """Phi' A_ib P, (n_mode, n_xi)."""
+    return np.asarray((A_ib @ basis.P).T @ basis.fixed.shapes).T
 
 
-def _constraint_modes(
-    K_ii: Factor, K_ib: Matrix, report: Callable[[int, int], None] | None
-) -> FloatArray:
-    """Psi = -K_ii^-1 K_ib, in blocks of columns."""
-    columns = sp.csc_matrix(K_ib)
-    n = int(columns.shape[1])
-    Psi = np.zeros(columns.shape, order="F")
-    for start in range(0, n, COLUMNS):
-        stop = min(start + COLUMNS, n)
-        block = columns[:, start:stop]
-        used = np.flatnonzero(np.diff(block.indptr))
-        if used.size:
-            Psi[:, start + used] = -K_ii.solve(np.asfortranarray(block[:, used].toarray()))
-        if report is not None:
-            report(stop, n)
-    return Psi
+def _plus(A: FloatArray, columns: IntArray, more: FloatArray) -> FloatArray:
+    B = A.copy()
+    B[:, columns] += more
+    return B
 
 
-def _reduced(K: Matrix, M: Matrix, i: IntArray, b: IntArray, basis: Basis) -> tuple[FloatArray, FloatArray]:
-    Psi, Phi = basis.Psi, basis.fixed.shapes
-    n_b, n_m = b.size, Phi.shape[1]
-    M_iiPsi = np.asarray(M[i][:, i] @ Psi)
-    M_ib = to_dense(M[i][:, b])
-    cross = Psi.T @ M_ib
-    reduced_M = np.zeros((n_b + n_m, n_b + n_m))
-    reduced_M[:n_b, :n_b] = to_dense(M[b][:, b]) + cross + cross.T + Psi.T @ M_iiPsi
-    reduced_M[n_b:, :n_b] = Phi.T @ (M_iiPsi + M_ib)
-    reduced_M[:n_b, n_b:] = reduced_M[n_b:, :n_b].T
-    reduced_M[n_b:, n_b:] = np.eye(n_m)
-    reduced_K = np.zeros_like(reduced_M)
-    reduced_K[:n_b, :n_b] = to_dense(K[b][:, b]) + K[b][:, i] @ Psi
-    reduced_K[n_b:, n_b:] = np.diag(basis.fixed.omega2)
-    return symmetric(reduced_M), symmetric(reduced_K)
+def _reduced_damping(basis: Basis, terms: _Terms, extra: Matrix, own: Callable[[Matrix], Matrix]) -> Matrix:
+    inside, Phi = basis.inside, basis.fixed.shapes
+    rows = extra[inside.i]
+    to_modes = _plus(_to_modes(basis, rows[:, inside.b]), terms.columns, terms.modal[1])
+    boundary = terms.cross[1] + terms.cross[1].T + terms.inner[1]
+    modal = symmetric(Phi.T @ times(rows[:, inside.i], Phi))
+    return _joined(own(extra[inside.b][:, inside.b]), terms.columns, boundary, to_modes, modal)
 
 
-def _alone(reduced_M: FloatArray, M: Matrix, i: IntArray, b: IntArray, basis: Basis) -> FloatArray:
-    """Reduced M whose boundary columns are V' M (u_b alone): [M_bb + Psi' M_ib; Phi' M_ib]."""
-    alone = reduced_M.copy()
-    M_ib = to_dense(M[i][:, b])
-    alone[: b.size, : b.size] = to_dense(M[b][:, b]) + basis.Psi.T @ M_ib
-    alone[b.size :, : b.size] = basis.fixed.shapes.T @ M_ib
-    return alone
+def _joined(
+    own: Matrix, columns: IntArray, boundary: FloatArray, low: FloatArray, inner: FloatArray,
+    upper: FloatArray | None = None,
+) -> Matrix:  # fmt: skip
+    """[own + boundary at `columns`, low'; low, inner], dense where it is mostly full, else sparse."""
+    n_xi, n_m = own.shape[0], inner.shape[0]
+    up = low.T if upper is None else upper
+    share = (columns.size**2 + own.nnz + 2 * np.count_nonzero(low)) / max((n_xi + n_m) ** 2, 1)
+    if share > MOSTLY_FULL:
+        A = np.zeros((n_xi + n_m, n_xi + n_m))
+        A[:n_xi, :n_xi] = own.toarray()
+        A[np.ix_(columns, columns)] += boundary
+        A[n_xi:, :n_xi], A[:n_xi, n_xi:], A[n_xi:, n_xi:] = low, up, inner
+        return A
+    at = np.repeat(columns, columns.size), np.tile(columns, columns.size)
+    static = sp.coo_matrix((boundary.ravel(), at), shape=(n_xi, n_xi))
+    blocks = [[own + static, sp.csr_matrix(up)], [sp.csr_matrix(low), sp.csr_matrix(inner)]]
+    return sp.csr_matrix(sp.bmat(blocks, format="csr"))
 
 
-def _reduced_extra(C: Matrix | None, i: IntArray, b: IntArray, basis: Basis) -> FloatArray | None:
-    if C is None:
-        return None
-    V = _dense_basis(i, b, basis)
-    return symmetric(V.T @ np.asarray(C @ V))
+def _is_identity(P: Matrix) -> bool:
+    return P.shape[0] == P.shape[1] and (sp.identity(P.shape[0], format="csr") != P).nnz == 0
 
 
-def _dense_basis(i: IntArray, b: IntArray, basis: Basis) -> FloatArray:
-    Phi = basis.fixed.shapes
-    V = np.zeros((i.size + b.size, b.size + Phi.shape[1]))
-    V[b, np.arange(b.size)] = 1.0
-    V[i, : b.size] = basis.Psi
-    V[i, b.size :] = Phi
-    return V
+def _joinable(system: System, inside: Inside) -> IntArray:
+    """Labels that depend on boundary dofs alone."""
+    if system.labels.size == 0:
+        return system.labels
+    internal = np.zeros(inside.b.size + inside.i.size)
+    internal[inside.i] = 1.0
+    A = abs(sp.csr_matrix(system.rows(system.labels)[0]))
+    return np.intersect1d(system.joins, system.labels[(A @ internal == 0.0) & (np.diff(A.indptr) > 0)])
 
 
-def _project_vector(x: FloatArray, i: IntArray, b: IntArray, basis: Basis) -> FloatArray:
-    return np.concatenate([x[b] + basis.Psi.T @ x[i], basis.fixed.shapes.T @ x[i]])
-
-
-def _rows(full: Rows, i: IntArray, b: IntArray, basis: Basis) -> Rows:
-    Phi = basis.fixed.shapes
+def _rows(full: Rows, basis: Basis) -> Rows:
+    inside, n_m = basis.inside, basis.fixed.omega2.size
 
     def rows(labels: IntArray) -> tuple[Matrix, Matrix]:
         A, A_s = full(labels)
         A = sp.csr_matrix(A)
-        A_b, A_i = A[:, b], A[:, i]
-        if A_i.nnz == 0:
-            return sp.hstack([A_b, sp.csr_matrix((labels.size, Phi.shape[1]))], format="csr"), A_s
-        return sp.csr_matrix(np.hstack([A_b.toarray() + A_i @ basis.Psi, A_i @ Phi])), A_s
+        A_b, A_i = A[:, inside.b] @ basis.P, sp.csr_matrix(A[:, inside.i])
+        inner = np.flatnonzero(np.diff(A_i.indptr))
+        if inner.size == 0:
+            return sp.hstack([A_b, sp.csr_matrix((labels.size, n_m))], format="csr"), A_s
+        R = np.zeros((labels.size, basis.n))
+        R[:, : basis.n_boundary] = A_b.toarray()
+        F = sp.csr_matrix((inside.K_ib @ basis.P).T)
+        for block in _blocks(inner.size):
+            some = inner[block]
+            R[some, : basis.n_boundary] -= np.asarray(F @ inside.solve(A_i[some].T.toarray(order="F"))).T
+        R[inner, basis.n_boundary :] = A_i[inner] @ basis.fixed.shapes
+        return sp.csr_matrix(R), A_s
 
     return rows

@@ -1,0 +1,71 @@
+"""The inside of a part whose boundary is held: what every static reduction needs of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import FloatArray, IntArray, Matrix
+from creak.assembly.system import System
+from creak.errors import NumericalError
+from creak.linalg.factor import Factor, regular_factor
+
+
+class Inside:
+    """Internal dofs i and boundary dofs b of a System: M and K in blocks, and one factor of K_ii.
+
+    The factor is made when first needed and given back by `release`; it comes again by itself when something
+    asks for it later, so that a superelement at rest holds no factor.
+    """
+
+    def __init__(self, system: System, boundary: IntArray) -> None:
+        self.name = system.name
+        self.b = np.unique(boundary).astype(np.int64)
+        self.i = np.setdiff1d(np.arange(system.n), self.b)
+        K, M = sp.csr_matrix(system.K), sp.csr_matrix(system.M)
+        self.K_ii, self.K_ib, self.K_bb = _blocks(K, self.i, self.b)
+        self.M_ii, self.M_ib, self.M_bb = _blocks(M, self.i, self.b)
+        self._factor: Factor | None = None
+
+    @property
+    def factor(self) -> Factor:
+        """A factor of K_ii.
+
+        Raises
+        ------
+        NumericalError : the boundary does not hold the part (K_ii is singular).
+        """
+        if self._factor is None:
+            self._factor = regular_factor(self.K_ii)
+        if self._factor is None:
+            raise NumericalError(
+                f"part {self.name} cannot be reduced: its {self.b.size} retained dofs do not hold it (the stiffness "
+                "of the others is singular). Couple or support it, or retain more nodes."
+            )
+        return self._factor
+
+    def release(self) -> None:
+        """Give the factor's memory back."""
+        self._factor = None
+
+    def solve(self, f: FloatArray) -> FloatArray:
+        """K_ii^-1 f; f is (n_i,) or (n_i, k)."""
+        if self.i.size == 0 or f.size == 0:
+            return np.zeros(f.shape)
+        return self.factor.solve(np.asfortranarray(f))
+
+    def follow(self, u_b: Matrix) -> FloatArray:
+        """The static motion of the inside, Psi u_b = -K_ii^-1 K_ib u_b; u_b is (n_b, k)."""
+        f = self.K_ib @ u_b
+        return -self.solve(f.toarray(order="F") if sp.issparse(f) else np.asarray(f))
+
+    @property
+    def coupled(self) -> IntArray:
+        """Positions in b of the boundary dofs that touch the inside; the others keep their own entries only."""
+        touches = np.diff(self.K_ib.tocsc().indptr) + np.diff(self.M_ib.tocsc().indptr)
+        return np.flatnonzero(touches)
+
+
+def _blocks(A: Matrix, i: IntArray, b: IntArray) -> tuple[Matrix, Matrix, Matrix]:
+    rows = A[i]
+    return rows[:, i], rows[:, b], A[b][:, b]
