@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from creak.model.constraints import (
     Fixed,
     KinematicCoupling,
     RigidLink,
+    Tie,
 )
 
 
@@ -26,6 +27,8 @@ def constraint_nodes(constraint: Constraint) -> list[int]:
         return [constraint.dependent_idx, constraint.independent_idx]
     if isinstance(constraint, Equation):
         return [int(i) for i in constraint.nodes_idx]
+    if isinstance(constraint, Tie):
+        return [constraint.node_idx, *(int(i) for i in constraint.nodes_idx)]
     return [constraint.ref_idx, *(int(i) for i in constraint.nodes_idx)]
 
 
@@ -38,6 +41,8 @@ def linear_equations(constraint: Constraint, coords: FloatArray) -> Iterator[Lin
         yield from _link(constraint, coords)
     elif isinstance(constraint, DistributingCoupling):
         yield from _distributing(constraint, coords)
+    elif isinstance(constraint, Tie):
+        yield from _tie(constraint)
     else:
         labels = [dof_label(int(n), int(d)) for n, d in zip(constraint.nodes_idx, constraint.dofs, strict=True)]
         yield LinearEquation(labels, constraint.coefficients.tolist(), constraint.where)
@@ -52,16 +57,28 @@ def fixed_equations(fixed: Fixed) -> Iterator[LinearEquation]:
 
 def _rigid(node: int, ref: int, dofs: tuple[int, ...], coords: FloatArray, where: str) -> Iterator[LinearEquation]:
     """u_node = u_ref + theta_ref x r, theta_node = theta_ref."""
-    r = coords[node] - coords[ref]
+    yield from _follow(node, [ref], [1.0], coords[node] - coords[ref], dofs, where)
+
+
+def _tie(tie: Tie) -> Iterator[LinearEquation]:
+    dofs = (1, 2, 3, 4, 5, 6) if tie.rotations else (1, 2, 3)
+    yield from _follow(tie.node_idx, tie.nodes_idx.tolist(), tie.weights.tolist(), tie.arm, dofs, tie.where)
+
+
+def _follow(
+    node: int, main: Sequence[int], weights: Sequence[float], arm: FloatArray, dofs: Sequence[int], where: str
+) -> Iterator[LinearEquation]:
+    """u_node = sum_k w_k (u_k + theta_k x arm), theta_node = sum_k w_k theta_k."""
     for dof in dofs:
-        labels, c = [dof_label(node, dof), dof_label(ref, dof)], [1.0, -1.0]
-        if dof <= 3:
-            i = dof - 1
-            j, k = (i + 1) % 3, (i + 2) % 3
-            for axis, arm in ((j, -r[k]), (k, r[j])):
-                if arm != 0.0:
-                    labels.append(dof_label(ref, 4 + axis))
-                    c.append(float(arm))
+        labels, c = [dof_label(node, dof)], [1.0]
+        j, k = dof % 3, (dof + 1) % 3
+        for other, w in zip(main, weights, strict=True):
+            labels.append(dof_label(other, dof))
+            c.append(-w)
+            for axis, lever in ((j, -arm[k]), (k, arm[j])) if dof <= 3 else ():
+                if lever != 0.0:
+                    labels.append(dof_label(other, 4 + axis))
+                    c.append(float(w * lever))
         yield LinearEquation(labels, c, where)
 
 

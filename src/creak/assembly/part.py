@@ -13,6 +13,7 @@ from creak.assembly.constraints import constraint_nodes, linear_equations
 from creak.assembly.damping import Damping
 from creak.assembly.dofs import dof_label, node_dofs
 from creak.assembly.elimination import eliminate, transformation
+from creak.assembly.partition import shared_nodes
 from creak.assembly.system import Rows, System, no_supports
 from creak.elements.geometry import DegenerateElement
 from creak.elements.registry import FORMULATIONS
@@ -131,10 +132,11 @@ def _scatter(Ae: FloatArray, dofs: IntArray, n: int) -> Matrix:
 
 
 def split_constraints(model: Model) -> tuple[list[list[Constraint]], list[Constraint]]:
-    """Constraints inside each part, and those that tie parts (or loose nodes) together."""
+    """Constraints inside each part, and those that tie parts (or loose or shared nodes) together."""
     owner = np.full(model.nodes.count, -1, dtype=np.int64)
     for i, part in enumerate(model.parts):
         owner[part.nodes_idx] = i
+    owner[shared_nodes(model)] = -1
     inside: list[list[Constraint]] = [[] for _ in model.parts]
     across: list[Constraint] = []
     for constraint in model.constraints:

@@ -17,6 +17,9 @@ def _group() -> None:
 @app.command("door")
 def door(
     mesh_size: float = typer.Option(20.0, "--mesh-size", help="Element size, mm (40 to 3)."),
+    coarsen: int = typer.Option(
+        1, "--coarsen", help="Elements of the frame's flange merged into one along the contact line: 1, 2 or 3."
+    ),
     out: Path = typer.Option(Path("door"), "--out", help="Folder to write door.inp and door.toml into."),
 ) -> None:
     """Write the parametric car door: door.inp (Abaqus syntax) and door.toml."""
@@ -24,6 +27,6 @@ def door(
     from creak.door import write_door
 
     writable_folder(out)
-    for path in write_door(mesh_size, out):
+    for path in write_door(mesh_size, out, coarsen):
         typer.echo(f"wrote {path}")
     typer.echo(f"next: creak run {out / 'door.toml'}")

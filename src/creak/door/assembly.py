@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from creak.arrays import FloatArray, IntArray
 from creak.door import geometry as geo
@@ -19,6 +20,8 @@ MESH_SIZE_RANGE = (3.0, 40.0)
 """Smallest and largest mesh size, mm: larger does not resolve the relief."""
 FINEST_MESH_SIZE = 4.22
 """Mesh size (mm) at which the door has 1,169,910 dof (the benchmark: 1,169,406)."""
+COARSEN = (1, 2, 3)
+"""How many elements of the flange may be merged into one along the contact line."""
 PAIR_COUNTS = {"PAIRS": 44, "PAIRS15": 15}
 """Names and sizes of the sets of verification pairs."""
 
@@ -28,6 +31,8 @@ class Door:
     """Everything that the deck describes."""
 
     mesh_size: float
+    coarsen: int
+    """Elements of the frame's flange merged into one along the contact line."""
     parts: tuple[PartMesh, PartMesh, PartMesh]
     """Frame, panel, carrier."""
     links: tuple[tuple[Patch, Patch], ...]
@@ -48,19 +53,22 @@ class Door:
         return 6 * self.n_nodes
 
 
-def build_door(mesh_size: float) -> Door:
+def build_door(mesh_size: float, coarsen: int = 1) -> Door:
     """Mesh the door.
 
     Parameters
     ----------
     mesh_size : length of the elements' sides, mm, from 3 to 40.
+    coarsen : 1, 2 or 3; so many elements of the frame's flange become one along the contact line, the rest of
+        the mesh and its joints stay. What is left over at the end of a side becomes one element too. Corners
+        are rounded by fewer elements: the frame loses up to 0.05 % of its area at 20 mm, 0.15 % at 40 mm.
 
     Raises
     ------
-    InputError : the mesh size is outside that range or no number.
+    InputError : the mesh size is outside that range or no number; `coarsen` is another number.
     """
-    size = checked_mesh_size(mesh_size)
-    frame, panel, carrier = frame_mesh(size), panel_mesh(size), carrier_mesh(size)
+    size, merge = checked_mesh_size(mesh_size), checked_coarsen(coarsen)
+    frame, panel, carrier = frame_mesh(size, merge), panel_mesh(size), carrier_mesh(size)
     meshes = {m.name: m for m in (frame, panel, carrier)}
     flange, edge = frame.nodes_of("FRAME_FLANGE"), panel.nodes_of("PANEL_EDGE")
     contact = {"FRAME": flange, "PANEL": edge, "CARRIER": np.zeros(0, dtype=np.int64)}
@@ -69,7 +77,7 @@ def build_door(mesh_size: float) -> Door:
         for name, points in ((name, pair_points(n)) for name, n in PAIR_COUNTS.items())
     }
     links = link_patches(meshes, contact)
-    return Door(size, (frame, panel, carrier), links, support_patches(frame, flange), pairs)
+    return Door(size, merge, (frame, panel, carrier), links, support_patches(frame, flange), pairs)
 
 
 def checked_mesh_size(mesh_size: float) -> float:
@@ -85,6 +93,18 @@ def checked_mesh_size(mesh_size: float) -> float:
     )
 
 
+def checked_coarsen(coarsen: int) -> int:
+    """The number of merged elements, or an error that says what is allowed."""
+    if coarsen in COARSEN:
+        return int(coarsen)
+    raise InputError(
+        f"{coarsen} elements of the flange cannot be merged into one",
+        expected="1, 2 or 3",
+        where="coarsening of the door",
+        fix="Take 1 for the plain mesh.",
+    )
+
+
 def pair_points(count: int) -> FloatArray:
     """Places (count, 3) along the panel's edge, equally far apart along it."""
     xz = geo.PANEL.walk((np.arange(count) + 0.5) / count)
@@ -93,7 +113,7 @@ def pair_points(count: int) -> FloatArray:
 
 
 def nearest(mesh: PartMesh, rows: IntArray, points: FloatArray) -> IntArray:
-    """The row among `rows` whose node is nearest to each point, seen along y."""
+    """The row among `rows` whose node is nearest to each point, seen along y; no row twice."""
     plane = mesh.coords[rows][:, [0, 2]]
     gap = np.linalg.norm(points[:, None, [0, 2]] - plane[None, :, :], axis=2)
-    return rows[np.argmin(gap, axis=1)]
+    return rows[linear_sum_assignment(gap)[1]]

@@ -68,6 +68,8 @@ def _heading(door: Door) -> Iterator[str]:
     yield f"Front door: frame, carrier and trim panel; mesh size {door.mesh_size:g} mm; units mm, t, s"
     yield "** x to the rear, y into the cabin, z upwards."
     yield "** Normals: frame and carrier into the cabin (+y), panel towards the frame (-y)."
+    if door.coarsen > 1:
+        yield f"** Flange of the frame: {door.coarsen} elements merged into one along the contact line."
     yield f"** {door.n_nodes} nodes, {sum(mass(door).values()):.3f} kg."
 
 

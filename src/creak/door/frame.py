@@ -8,6 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.door import geometry as geo
+from creak.door.coarsen import coarsen_band, kept_columns
 from creak.door.mesh import Grid, PartMesh, divisions, glue, spread, structured_quads
 from creak.door.outline import Outline, loop, loop_fraction
 
@@ -67,14 +68,28 @@ def spacing(mesh_size: float) -> Spacing:
     )
 
 
-def frame_mesh(mesh_size: float) -> PartMesh:
-    """Mesh the frame; its normals point into the cabin (+y on the faces)."""
+def frame_mesh(mesh_size: float, coarsen: int = 1) -> PartMesh:
+    """Mesh the frame; its normals point into the cabin (+y on the faces).
+
+    coarsen : number of elements of the flange merged into one along the contact line.
+    """
     s = spacing(mesh_size)
     around = [s.bottom, s.rear, s.rear_post, s.header, s.front_post, s.front]
     opening = [s.sill, s.rear_post, s.header, s.opening_post, np.linspace(0.0, 1.0, s.n_sail + 1)]
     outer = _fold(geo.PERIMETER, around, [(-o, d) for o, d in WALL], mesh_size, beads=True)
     inner = _fold(geo.OPENING, opening, list(RETURN), mesh_size, beads=False)
-    return glue("FRAME", [_body(s, mesh_size), _posts(s), _sail(s.n_sail), outer, inner])
+    frame = glue("FRAME", [_body(s, mesh_size), _posts(s), _sail(s.n_sail), outer, inner])
+    if coarsen == 1:
+        return frame
+    n_rim, n_flange, _ = body_rows(mesh_size)
+    lines = frame.nodes["FLANGE_LINES"].reshape(n_rim + n_flange + 1, -1)
+    return coarsen_band(frame, "FRAME_FLANGE", lines, kept_columns(flange_segments(s), coarsen))
+
+
+def flange_segments(s: Spacing) -> list[int]:
+    """Number of elements along each piece of the flange: bottom, rear, four pieces of the belt, front."""
+    foot = s.across_post.size - 1
+    return [s.bottom.size - 1, s.rear.size - 1, foot, s.sill.size - 1, s.n_sail, foot, s.front.size - 1]
 
 
 def body_rows(mesh_size: float) -> tuple[int, int, int]:
@@ -98,7 +113,8 @@ def _body(s: Spacing, mesh_size: float) -> Grid:
     n_rows, n = n_rim + n_flange + n_ring + 1, along.size
     quads = structured_quads(n_rows, n, closed=True, flip=True)
     tag = np.arange(quads.shape[0]) < (n_rim + n_flange) * n
-    return Grid(coords, quads, tags={"FRAME_FLANGE": tag})
+    lines = np.arange((n_rim + n_flange + 1) * n)
+    return Grid(coords, quads, tags={"FRAME_FLANGE": tag}, nodes={"FLANGE_LINES": lines})
 
 
 def _posts(s: Spacing) -> Grid:

@@ -11,21 +11,22 @@ from creak.door.study import study_text
 from creak.errors import InputError
 
 
-def write_door(mesh_size: float, out: Path) -> list[Path]:
+def write_door(mesh_size: float, out: Path, coarsen: int = 1) -> list[Path]:
     """Write `door.inp` and `door.toml` into a folder and return their paths.
 
     Parameters
     ----------
     mesh_size : length of the elements' sides, mm, from 3 to 40; 20 for a first run.
     out : the folder; it is made if missing.
+    coarsen : 1, 2 or 3 elements of the frame's flange merged into one along the contact line.
 
     Raises
     ------
-    InputError : the mesh size is out of range or `out` is a file; nothing is written.
+    InputError : the mesh size or `coarsen` is out of range or `out` is a file; nothing is written.
     """
     if out.exists() and not out.is_dir():
         raise InputError("this is a file", expected="a folder", where=out, fix="Give another folder.")
-    texts = {"door.inp": deck_text(build_door(mesh_size)), "door.toml": study_text()}
+    texts = {"door.inp": deck_text(build_door(mesh_size, coarsen)), "door.toml": study_text()}
     out.mkdir(parents=True, exist_ok=True)
     return [_write(out / name, text) for name, text in texts.items()]
 

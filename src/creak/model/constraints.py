@@ -51,7 +51,25 @@ class Equation:
     where: str = ""
 
 
-Constraint = KinematicCoupling | DistributingCoupling | RigidLink | Equation
+@dataclass(frozen=True)
+class Tie:
+    """A node joined to a point of a facet (or edge) between other nodes: u = sum_k w_k (u_k + theta_k x arm)."""
+
+    name: str
+    node_idx: int
+    """The secondary node; its dofs are eliminated."""
+    nodes_idx: IntArray
+    """(k,) main nodes."""
+    weights: FloatArray
+    """(k,) shape functions of the facet at the point; they sum to one."""
+    arm: FloatArray
+    """(3,) from the point to the secondary node."""
+    rotations: bool = True
+    """Whether theta = sum_k w_k theta_k as well."""
+    where: str = ""
+
+
+Constraint = KinematicCoupling | DistributingCoupling | RigidLink | Equation | Tie
 
 
 @dataclass(frozen=True)

@@ -139,15 +139,15 @@ def test_boundaries_of_the_model_and_of_the_first_step(read: Reader, flat: str) 
 
 
 def test_what_is_not_read_is_listed(read: Reader, flat: str) -> None:
-    extra = "*TIE, NAME=T\n EDGE, FLANGE\n*NODEE\n*CONTACT PAIR"
+    extra = "*EMBEDDED ELEMENT, HOST ELSET=FRAME\n PANEL,\n*NODEE\n*CONTACT PAIR"
     unread = {u.keyword: u for u in read(flat.replace("*CONTACT PAIR", extra)).unread}
     assert not unread["*CONTACT PAIR"].changes_answer
     assert not unread["*STEP"].changes_answer
     assert "*DYNAMIC" in unread["*STEP"].why
-    assert unread["*TIE"].changes_answer
+    assert unread["*EMBEDDED ELEMENT"].changes_answer
     assert unread["*NODEE"].changes_answer
     assert "Did you mean 'NODE'?" in unread["*NODEE"].why
-    assert unread["*TIE"].where.endswith("deck.inp:79")
+    assert unread["*EMBEDDED ELEMENT"].where.endswith("deck.inp:79")
 
 
 def test_unknown_parameter_is_listed(read: Reader, flat: str) -> None:

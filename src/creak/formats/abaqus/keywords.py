@@ -53,6 +53,7 @@ _READ: dict[str, Keyword] = {
     "DISTRIBUTING": _read("WEIGHTING METHOD, COUPLING", "COUPLING"),
     "KINEMATIC COUPLING": _read("REF NODE"),
     "RIGID BODY": _read("REF NODE, TIE NSET, PIN NSET, ELSET, POSITION"),
+    "TIE": _read("NAME, POSITION TOLERANCE, TIED NSET, ADJUST, NO ROTATION, NO THICKNESS, TYPE"),
     "MPC": _read("MODE"),
     "EQUATION": _read(""),
     "BOUNDARY": _read("OP, TYPE, AMPLITUDE, REGION TYPE"),
@@ -90,7 +91,7 @@ _HARMLESS = {
 }
 
 _CHANGES = {
-    "creak does not read surface ties": "TIE, SHELL TO SOLID COUPLING, EMBEDDED ELEMENT, FASTENER",
+    "creak does not read this joint": "SHELL TO SOLID COUPLING, EMBEDDED ELEMENT, FASTENER",
     "creak reads coordinates and dofs in global axes only": "TRANSFORM, SYSTEM",
     "creak does not read added mass": "NONSTRUCTURAL MASS, BEAM ADDED INERTIA",
     "loads are read from the study's [excitation], not from model data": "CLOAD, DLOAD, DSLOAD",

@@ -24,6 +24,7 @@ from creak.formats.abaqus.parts import read_parts
 from creak.formats.abaqus.sections import read_sections
 from creak.formats.abaqus.sets import read_sets
 from creak.formats.abaqus.surfaces import RawSurface, read_surfaces
+from creak.formats.abaqus.ties import read_ties
 from creak.model.mesh import Model, Surface
 
 
@@ -76,6 +77,7 @@ def _model(deck: Outline, source: str) -> Model:
     assigned = read_sections(deck, elements, element_names, read_materials(deck))
     constraints = read_couplings(deck, surfaces, elements, node_names, element_names)
     constraints += read_links(deck, node_names)
+    constraints += read_ties(deck, nodes, elements, assigned, surfaces, node_names)
     fixed = read_boundaries(deck, node_names)
     velocity = read_initial_velocity(deck, node_names)
     partition = read_parts(deck, nodes, elements, element_names, constraints)

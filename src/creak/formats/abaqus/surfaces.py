@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -34,6 +34,8 @@ class RawSurface:
     weights: FloatArray
     """(n_node,) tributary area of facets, tributary length of edges, or the factors of a node surface."""
     where: str
+    edges: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
+    """(n_edge, 2) ends of the shell edges of a surface of edges."""
 
 
 def read_surfaces(
@@ -171,7 +173,7 @@ def _tributary_areas(coords: FloatArray, elements: Elements, rows: IntArray) -> 
 def _edge_surface(
     name: str, block: Block, coords: FloatArray, elements: Elements, edges: list[tuple[IntArray, int]]
 ) -> RawSurface:
-    ends, lengths = [], []
+    pairs, lengths = [], []
     for rows, edge in edges:
         table = elements.nodes_idx[rows]
         n_nodes = (table >= 0).sum(axis=1)
@@ -184,11 +186,12 @@ def _edge_surface(
             )
         pair = np.stack([table[:, edge], table[np.arange(rows.size), (edge + 1) % n_nodes]], axis=1)
         length = np.linalg.norm(coords[pair[:, 1]] - coords[pair[:, 0]], axis=1)
-        ends.append(pair.ravel())
+        pairs.append(pair)
         lengths.append(np.repeat(0.5 * length, 2))
-    nodes_idx, weights = _summed(np.concatenate(ends), np.concatenate(lengths))
+    ends = np.concatenate(pairs)
+    nodes_idx, weights = _summed(ends.ravel(), np.concatenate(lengths))
     none = np.zeros(0, np.int64)
-    return RawSurface(name, none, none, nodes_idx, weights, block.where)
+    return RawSurface(name, none, none, nodes_idx, weights, block.where, ends)
 
 
 def _summed(rows: IntArray, values: FloatArray) -> tuple[IntArray, FloatArray]:
