@@ -1,0 +1,56 @@
+"""CalculiX matrices of *FREQUENCY, SOLVER=MATRIXSTORAGE: NAME.sti, NAME.mas and NAME.dof."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from creak.arrays import Matrix
+from creak.errors import InputError
+from creak.formats.matrices.checks import checked, read_text
+from creak.formats.matrices.dof_map import beside, read_dof_map
+from creak.formats.matrices.triplets import from_entries, read_table
+from creak.model.superelement import Superelement
+
+
+def read_calculix(path: Path, map_file: Path | None = None) -> Superelement:
+    """Read NAME.sti and NAME.mas (row, column, value of one triangle) and NAME.dof (node.dof of each row).
+
+    Places come from `map_file` (node,dof,x,y,z; NAME_dofs.csv beside is taken by itself). CalculiX has no viscous
+    damping matrix.
+
+    Raises
+    ------
+    InputError : a file is missing or cut off, or the files do not fit together.
+    """
+    nodes, dofs = _rows(path.with_suffix(".dof"))
+    n = nodes.size
+    K, M = (_matrix(path.with_suffix(ending), n) for ending in (".sti", ".mas"))
+    map_file = map_file or beside(path, "_dofs.csv")
+    positions = {} if map_file is None else read_dof_map(map_file).positions
+    return checked(path.stem, nodes, dofs, K, M, None, positions, path)
+
+
+def _rows(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    pairs = []
+    for i, line in enumerate(read_text(path).splitlines(), start=1):
+        if not line.strip():
+            continue
+        node, _, dof = line.strip().partition(".")
+        if not (node.isdigit() and dof.isdigit()):
+            raise InputError(f"{line.strip()!r}", where=f"{path}:{i}", expected="node.dof, such as 12.3")
+        pairs.append((int(node), int(dof)))
+    if not pairs:
+        raise InputError("there are no rows", where=path, fix="Copy or write the file again")
+    table = np.array(pairs, dtype=np.int64)
+    return table[:, 0], table[:, 1]
+
+
+def _matrix(path: Path, n: int) -> Matrix:
+    entries = read_table(path, 3, "row, column, value")
+    rows, columns = (entries[:, k].astype(np.int64) - 1 for k in (0, 1))
+    if min(rows.min(), columns.min()) < 0 or max(rows.max(), columns.max()) >= n:
+        raise InputError(f"the matrix has entries outside the {n} rows of the .dof file", where=path,
+                         fix="Give the three files of the same run")  # fmt: skip
+    return from_entries(rows, columns, entries[:, 2], n)

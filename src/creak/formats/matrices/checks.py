@@ -1,0 +1,179 @@
+"""What every superelement must satisfy, whatever file it came from."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+from scipy import sparse
+
+from creak.arrays import FloatArray, IntArray, Matrix
+from creak.errors import InputError
+from creak.model.superelement import Superelement
+
+SYMMETRY = 1e-8
+"""Largest |A_ij - A_ji| relative to the largest |A_ij| that still counts as rounding."""
+
+T = TypeVar("T")
+
+
+def checked(
+    name: str,
+    node_ids: Iterable[int] | IntArray,
+    dofs: Iterable[int] | IntArray,
+    K: Matrix,
+    M: Matrix,
+    C: Matrix | None,
+    positions: Mapping[int, FloatArray],
+    source: Path,
+) -> Superelement:
+    """A superelement with symmetric, finite matrices that fit its rows; rounding of symmetry is averaged out.
+
+    Raises
+    ------
+    InputError : matrices of the wrong size, not finite, not symmetric to 1e-8; dofs outside 1..6; a row given twice.
+    """
+    nodes, components = np.asarray(node_ids, dtype=np.int64), np.asarray(dofs, dtype=np.int64)
+    _check_rows(nodes, components, source)
+    matrices = {"K": K, "M": M} if C is None else {"K": K, "M": M, "C": C}
+    fine = {key: symmetric(matrix, key, nodes.size, source) for key, matrix in matrices.items()}
+    known = {int(n) for n in nodes if n > 0}
+    places = {n: np.asarray(x, dtype=float) for n, x in positions.items() if n in known}
+    lost = [n for n, x in places.items() if x.shape != (3,) or not np.all(np.isfinite(x))]
+    if lost:
+        raise InputError(f"the place of node {lost[0]} is {places[lost[0]].tolist()}", where=source,
+                         expected="three finite coordinates")  # fmt: skip
+    return Superelement(name, nodes, components, fine["K"], fine["M"], fine.get("C"), places, str(source))
+
+
+def _check_rows(nodes: IntArray, dofs: IntArray, source: Path) -> None:
+    physical = nodes > 0
+    bad = np.flatnonzero(physical & ((dofs < 1) | (dofs > 6)) | (nodes < 0))
+    if bad.size:
+        raise InputError(
+            f"row {bad[0] + 1} belongs to dof {dofs[bad[0]]} of node {nodes[bad[0]]}", where=source,
+            expected="dofs 1 to 6 of a node, or node 0 and dof 0 for a generalised coordinate",
+            fix="Reduce to displacements and rotations only",
+        )  # fmt: skip
+    keys, counts = np.unique(np.stack([nodes, dofs], axis=1)[physical], axis=0, return_counts=True)
+    if np.any(counts > 1):
+        node, dof = keys[np.argmax(counts > 1)]
+        raise InputError(f"dof {dof} of node {node} has more than one row", where=source, fix="List each dof once")
+
+
+def symmetric(matrix: Matrix, name: str, n: int, source: Path) -> Matrix:
+    """The matrix with rounding of symmetry averaged out; an error if it is not n x n, finite and symmetric."""
+    if tuple(matrix.shape) != (n, n):
+        shape = " x ".join(map(str, matrix.shape))
+        raise InputError(
+            f"matrix {name} is {shape} but the map of nodes and dofs has {n} rows", where=source,
+            fix="Give the map that was written together with the matrices",
+        )  # fmt: skip
+    values = matrix.data if sparse.issparse(matrix) else matrix
+    if not np.all(np.isfinite(values)):
+        raise InputError(f"matrix {name} has entries that are not finite", where=source, fix="Export it again")
+    largest = float(np.max(np.abs(values), initial=0.0))
+    difference = matrix - matrix.T
+    skew = float(abs(difference).max()) if n else 0.0
+    if skew == 0.0:
+        return matrix
+    if skew > SYMMETRY * largest:
+        raise InputError(
+            f"matrix {name} is not symmetric: largest |A_ij - A_ji| is {skew:.3g}, largest entry {largest:.3g}",
+            where=source, expected=f"symmetry to {SYMMETRY:g} of the largest entry",
+            fix="Export the symmetric part, without follower loads, friction or gyroscopic terms",
+        )  # fmt: skip
+    return 0.5 * (matrix + matrix.T)
+
+
+def dense(matrix: Matrix) -> FloatArray:
+    """Any matrix as an array."""
+    if sparse.issparse(matrix):
+        return np.asarray(matrix.toarray(), dtype=float)
+    if isinstance(matrix, np.ndarray):
+        return np.asarray(matrix, dtype=float)
+    return np.asarray(matrix @ np.eye(matrix.shape[1]), dtype=float)
+
+
+def compact(matrix: Matrix) -> Matrix:
+    """A sparse matrix as an array where more than a quarter of its entries are filled."""
+    filled = matrix.nnz > 0.25 * matrix.shape[0] * matrix.shape[1]
+    return dense(matrix) if filled else sparse.csr_array(matrix)
+
+
+def first_of(found: Mapping[str, T], names: Iterable[str], what: str, source: Path) -> T:
+    """The first of the known names that is there."""
+    known = tuple(names)
+    for name in known:
+        if name in found:
+            return found[name]
+    there = ", ".join(sorted(found)) or "none"
+    raise InputError(
+        f"there is no {what} matrix (found: {there})", where=source, expected=" or ".join(known),
+        fix=f"Write the {what} matrix to the file too, or rename it",
+    )  # fmt: skip
+
+
+def with_structural(C: Matrix | None, K4: Matrix | None, w4: float | None, source: Path) -> Matrix | None:
+    """Viscous damping C + K4 / w4 (N s/mm): structural damping K4 made viscous at the circular frequency w4.
+
+    The equivalence holds for harmonic motion at w4 (rad/s; Nastran's PARAM,W4) only. w4 = inf leaves K4 out.
+
+    Raises
+    ------
+    InputError : there is structural damping and w4 is not given, or w4 is not positive.
+    """
+    if w4 is not None and not w4 > 0.0:
+        raise InputError(f"w4 = {w4:g} rad/s", where=source, expected="a positive circular frequency")
+    if K4 is None or abs(K4).max() == 0.0:
+        return C
+    if w4 is None:
+        raise InputError(
+            "there is a structural damping matrix, which has no equivalent in time without a frequency", where=source,
+            fix="Give w4 (rad/s, as PARAM,W4) to make it viscous at that frequency, or w4 = inf to leave it out",
+        )  # fmt: skip
+    if np.isinf(w4):
+        return C
+    return K4 / w4 if C is None else C + K4 / w4
+
+
+def reordered(matrix: Matrix, rows: IntArray) -> FloatArray:
+    """Rows and columns of a matrix in another order, as an array."""
+    return dense(matrix)[np.ix_(rows, rows)]
+
+
+def by_node(superelement: Superelement) -> IntArray:
+    """Rows sorted by node and dof, generalised coordinates last, in their order."""
+    generalised = superelement.node_ids == 0
+    dofs = np.where(generalised, np.arange(superelement.n), superelement.dofs)
+    return np.lexsort((dofs, superelement.node_ids, generalised))
+
+
+def read_text(path: Path) -> str:
+    """The text of a file; latin-1 takes any byte, so that comments in any language pass."""
+    try:
+        return path.read_text(encoding="latin-1")
+    except OSError as error:
+        raise InputError(f"the file cannot be read: {error.strerror}", where=path, fix="Check the path") from error
+
+
+def read_bytes(path: Path) -> bytes:
+    """The bytes of a file."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"the file cannot be read: {error.strerror}", where=path, fix="Check the path") from error
+
+
+def number(text: str) -> float:
+    """A number as Fortran or Nastran writes it: 1.0E+03, 1.0D+03, 1.0+3. ValueError if it is none."""
+    try:
+        return float(text)
+    except ValueError:
+        plain = text.strip().upper().replace("D", "E")
+        if "E" not in plain:
+            plain = re.sub(r"(?<=[\d.])([+-]\d+)$", r"E\1", plain)
+        return float(plain)
