@@ -30,8 +30,8 @@ DECK_MISTAKES = {
     "surface that faces nothing": (("*SURFACE, NAME=OVER\nLOWER, SPOS", "*SURFACE, NAME=OVER\nLOWER, SNEG"),
                                    ["[contact.tip]", "UNDER", "OVER", "never face"]),
     "part that nothing holds": (("ROOT_LOWER, 1, 6\n", ""), ["strips.inp", "nothing holds", "LOWER", "*BOUNDARY"]),
-    "keyword that changes the answer": (("*BOUNDARY\n", "*TIE, NAME=T\nUNDER, OVER\n*BOUNDARY\n"),
-                                        ["strips.inp:", "*TIE", "--ignore"]),
+    "keyword that changes the answer": (("*BOUNDARY\n", "*TRANSFORM, NSET=ROOT_LOWER\n0,1,0,-1,0,0\n*BOUNDARY\n"),
+                                        ["strips.inp:", "*TRANSFORM", "--ignore"]),
 }  # fmt: skip
 
 STUDY_MISTAKES = {
@@ -43,8 +43,8 @@ STUDY_MISTAKES = {
     "f_max below the excitation": (("f_max = 3000", "f_max = 50"), ["study.toml:18", "50 Hz", "60 Hz", "Raise f_max"]),
     "NaN amplitude": (("amplitude = 0.05", "amplitude = nan"), ["study.toml:15", "amplitude", "nan", "finite"]),
     "unknown signal": (('"multisine"', '"multisin"'), ["study.toml:15", "multisin", "Did you mean 'multisine'"]),
-    "not available yet": (("[reduction]\n", '[reduction]\nmethod = "gap-modes"\n'),
-                          ["study.toml:18", "gap-modes", "not available"]),
+    "not available yet": (("[time]\n", '[time]\nintegrator = "generalised-alpha"\n'),
+                          ["study.toml:", "generalised-alpha", "not available"]),
     "friction": (('main = "OVER"\n', 'main = "OVER"\nfriction = 0.3\n'), ["study.toml:9", "friction", "not available"]),
     "not TOML": (("[time]", "[time"), ["study.toml", "not valid TOML", "line"]),
     "odd pairs": (('pairs = "PAIRS"', 'pairs = "ROOT_LOWER"'), ["study.toml", "ROOT_LOWER", "even"]),

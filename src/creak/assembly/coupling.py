@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.linalg as sla
 import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
@@ -121,14 +122,21 @@ class _Stacked:
         return sp.csr_matrix((R.data, (at[R.row], R.col)), shape=(labels.size, self.systems[k].n))
 
     def ties(self) -> Matrix:
-        """E with E q_all = 0: the owner's motion minus that of every other System that offers the dof."""
+        """E with E q_all = 0: the owner's motion minus that of every other System that offers the dof.
+
+        Where the owner's dofs are coordinates of their own, each row has one to eliminate. Where both sides follow
+        fewer coordinates, the rows repeat each other and are brought to echelon form first.
+        """
         pieces = [sp.csr_matrix((0, sum(s.n for s in self.systems)))]
         for k, system in enumerate(self.systems):
             labels = np.intersect1d(self._shared, system.joins)
             labels = labels[self.owner(labels) != k]
             if labels.size:
                 other = [self.of(j, labels, np.full(labels.size, j == k)) for j in range(len(self.systems))]
-                pieces.append(self(labels) - sp.hstack(other, format="csr"))
+                mine = self(labels)
+                E = mine - sp.hstack(other, format="csr")
+                plain = np.diff(mine.indptr).max() == 1 and np.unique(mine.indices).size == labels.size
+                pieces.append(E if plain else _echelon(E))
         return sp.csr_matrix(sp.vstack(pieces, format="csr"))
 
     def recover(self, q_all: FloatArray) -> FloatArray:
@@ -141,6 +149,30 @@ class _Stacked:
             u[at[mine]] = system.recover(q_all[start : start + system.n])[mine]
             start += system.n
         return u
+
+
+DEPENDENT = 1e-9
+"""Equations whose remainder is below this share of the largest coefficient repeat others."""
+
+
+def _echelon(E: Matrix) -> Matrix:
+    """Independent rows with the same null space, [I, R] on pivot columns that come first in each row.
+
+    QR with column pivoting, E P = Q [R_1, R_2], gives x_pivot + R_1^-1 R_2 x_rest = 0.
+    """
+    columns = np.unique(E.indices)
+    size = np.sqrt(np.asarray(E.multiply(E).sum(axis=1)).ravel())
+    A = E[:, columns].toarray() / np.maximum(size, 1e-300)[:, None]
+    R, order = sla.qr(A, mode="r", pivoting=True)
+    diagonal = np.abs(np.diag(R))
+    rank = int(np.count_nonzero(diagonal > DEPENDENT * diagonal.max(initial=0.0)))
+    rest = sla.solve_triangular(R[:rank, :rank], R[:rank, rank:])
+    rest[np.abs(rest) < DEPENDENT] = 0.0
+    indices = [np.concatenate([[p], np.flatnonzero(row) + rank]) for p, row in enumerate(rest)]
+    data = [np.concatenate([[1.0], row[row != 0.0]]) for row in rest]
+    indptr = np.concatenate([[0], np.cumsum([i.size for i in indices])])
+    where = columns[order][np.concatenate([np.zeros(0, dtype=np.int64), *indices]).astype(np.int64)]
+    return sp.csr_matrix((np.concatenate([np.zeros(0), *data]), where, indptr), shape=(rank, E.shape[1]))
 
 
 def _stack(blocks: Sequence[Matrix]) -> Matrix:

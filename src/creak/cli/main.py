@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 import creak
-from creak.cli import example, info, modes, run
+from creak.cli import example, info, modes, reduce, run
 from creak.errors import CreakError, InputError
 
 DONE, FAILED, WRONG_INPUT = 0, 1, 2
@@ -24,6 +24,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 app.command("run")(run.run)
+app.command("reduce")(reduce.reduce)
 app.command("info")(info.info)
 app.command("modes")(modes.modes)
 app.add_typer(example.app, name="example")

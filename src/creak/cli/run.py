@@ -16,6 +16,9 @@ def run(
     study_file: Path = typer.Argument(..., metavar="STUDY.toml", help="The study to run."),
     out: Path | None = typer.Option(None, "--out", help="Folder for results; default: results/ beside the study."),
     quiet: bool = typer.Option(False, "--quiet", help="No progress, no table."),
+    superelements: Path | None = typer.Option(
+        None, "--superelements", help="Folder that `creak reduce` wrote; default: superelements/ beside the study."
+    ),
     ignore: list[str] = typer.Option([], "--ignore", help="Keyword of the deck that may go unread."),
 ) -> None:
     """Run a study: reduced and unreduced model, their comparison, summary.json, results.h5, report.html."""
@@ -25,6 +28,7 @@ def run(
     from creak.studies.setup import set_up
     from creak.studies.study_file import read_study
     from creak.studies.summary import summarise
+    from creak.studies.superelements import store_of
 
     if study_file.suffix.lower() in (".inp", ".bdf", ".dat", ".nas"):
         raise InputError(
@@ -38,7 +42,7 @@ def run(
     setup = set_up(study, ignore)
     _list_unread(console, setup.model.unread)
     with ProgressBars(quiet) as progress:
-        result = run_study(setup, progress)
+        result = run_study(setup, progress, superelements if superelements is not None else store_of(study))
         summary = summarise(result)
         progress("write results", 0, 2)
         written = save(result, summary, folder)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -35,6 +35,10 @@ class History:
     """Steps with at least one closed channel."""
     setup_s: float
     """Wall time before the first step (factorisation, compliance of the channels)."""
+    whole_at: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """(n_whole,) steps at which all coordinates are kept."""
+    coordinates: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    """(n, n_whole) coordinates q of the System at those steps; `assembly.recovery` gives the motion of every node."""
 
     @property
     def step(self) -> float:

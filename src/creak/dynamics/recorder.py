@@ -18,8 +18,9 @@ class Recorder:
     """Keeps gaps and forces of every step and turns blocks of motion into output."""
 
     def __init__(
-        self, system: System, on: ChannelMatrices, observed: IntArray, loads: Loads, output_every: int
-    ) -> None:
+        self, system: System, on: ChannelMatrices, observed: IntArray, loads: Loads, output_every: int,
+        whole_at: IntArray,
+    ) -> None:  # fmt: skip
         n_time, m = loads.time.size, on.G.shape[0]
         self._loads, self._every = loads, output_every
         R, R_s = system.rows(observed)
@@ -33,10 +34,15 @@ class Recorder:
         width = int(np.clip(BUFFER_MEMORY // (8 * max(self._needed.size, 1)), 1, self.index.size))
         self._buffer = np.zeros((width, self._needed.size))
         self._filled = self._done = 0
+        self.whole_at = whole_at
+        self.coordinates = np.zeros((system.n, whole_at.size), order="F")
 
     def keep(self, step: int, gap: FloatArray, p: FloatArray, u: FloatArray) -> None:
-        """Keep gaps and forces of a step, and its motion where output is due."""
+        """Keep gaps and forces of a step, its motion where output is due, all coordinates where asked for."""
         self.gap[step], self.force[step] = gap, p
+        at = np.searchsorted(self.whole_at, step)
+        if at < self.whole_at.size and self.whole_at[at] == step:
+            self.coordinates[:, at] = u
         if step % self._every:
             return
         self._buffer[self._filled] = u[self._needed]

@@ -101,6 +101,7 @@ def simulate(
     *,
     observed: IntArray,
     output_every: int = 1,
+    whole_at: IntArray | None = None,
     progress: Progress | None = None,
 ) -> History:
     """March the System through the loads with contact in the channels of `gaps`.
@@ -112,18 +113,24 @@ def simulate(
     Parameters
     ----------
     observed : (n_label,) physical dof labels whose displacement is kept every `output_every` steps.
+    whole_at : sorted steps at which all coordinates are kept, to recover the motion of every node later.
 
     Raises
     ------
     NumericalError : the step matrix is singular, or the motion is no longer finite.
     """
-    return march(CondensedHHT(system, gaps, loads.consistent_with(scheme), scheme), observed, output_every, progress)
+    stepper = CondensedHHT(system, gaps, loads.consistent_with(scheme), scheme)
+    return march(stepper, observed, output_every, progress, whole_at)
 
 
-def march(stepper: Stepper, observed: IntArray, output_every: int = 1, progress: Progress | None = None) -> History:
+def march(
+    stepper: Stepper, observed: IntArray, output_every: int = 1, progress: Progress | None = None,
+    whole_at: IntArray | None = None,
+) -> History:  # fmt: skip
     """Drive a stepper through its loads, keeping output and the energy balance."""
     loads, started = stepper.loads, clock.perf_counter()
-    recorder = Recorder(stepper.terms.system, stepper.on, observed, loads, output_every)
+    at = np.zeros(0, dtype=np.int64) if whole_at is None else whole_at
+    recorder = Recorder(stepper.terms.system, stepper.on, observed, loads, output_every, at)
     audit = EnergyAudit(stepper.terms, stepper.gaps, stepper.on, loads)
     now = stepper.start()
     audit.start(now.x, now.gap, now.p)
@@ -146,5 +153,5 @@ def march(stepper: Stepper, observed: IntArray, output_every: int = 1, progress:
     displacement, slip = recorder.motion_kept()
     return History(
         loads.time, recorder.gap, recorder.force, slip, recorder.index, displacement, audit.table(),
-        contact_steps, setup_s,
+        contact_steps, setup_s, at, recorder.coordinates,
     )  # fmt: skip

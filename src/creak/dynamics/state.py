@@ -97,7 +97,8 @@ class LinearTerms:
     def inside_at_rest(self, order: int) -> FloatArray:
         """Coordinates that hold the inside of reduced parts at rest while the supports start with s or s'.
 
-        M q = (M_start - M_qs) s: the M-orthogonal projection of the full model's start; 0 in a full model.
+        M q = (M_start - M_qs) s: the M-orthogonal projection of the full model's start; 0 in a full model and for
+        coordinates without mass.
         """
         drag = to_dense(self.system.supports.M_start) - self.M_qs
         momentum = drag @ self.loads.support[order, 0]
@@ -105,7 +106,8 @@ class LinearTerms:
             return np.zeros(self.system.n)
         M = self.system.M
         if isinstance(M, Diagonal):
-            return np.asarray(momentum / M.d)
+            heavy = M.d > 0.0
+            return np.where(heavy, momentum / np.where(heavy, M.d, 1.0), 0.0)
         return np.asarray(np.linalg.lstsq(to_dense(M), momentum, rcond=None)[0])
 
     def predict(self, x: State, scheme: HHT, h: float) -> Predictor:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,19 @@ UNITS = {
     "mm-t-s": {"length": "mm", "force": "N", "energy": "mJ", "time": "s"},
     "m-kg-s": {"length": "m", "force": "N", "energy": "J", "time": "s"},
 }
+
+
+@dataclass(frozen=True)
+class Field:
+    """Motion of all nodes, produced block by block while it is written."""
+
+    time: FloatArray
+    """(n_field,)"""
+    blocks: Iterator[tuple[slice, FloatArray]]
+    """(instants, (k, n_node, 3) translations)."""
+    node_ids: IntArray
+    coords: FloatArray
+    """(n_node, 3)"""
 
 
 @dataclass(frozen=True)
@@ -41,6 +54,7 @@ class RunRecord:
     energy: FloatArray
     """(n_out, n_term)"""
     energy_terms: Sequence[str]
+    field: Field | None = None
 
 
 def write_results(path: Path, runs: Mapping[str, RunRecord], attributes: Mapping[str, str], units: str) -> None:
@@ -66,6 +80,19 @@ def _write_run(group: h5py.Group, run: RunRecord, unit: Mapping[str, str]) -> No
     group.create_dataset("node_names", data=np.array(list(run.node_names), dtype=object), dtype=text)
     group.create_dataset("channels", data=np.array(list(run.channels), dtype=object), dtype=text)
     _put(group, "channel_nodes", run.channel_nodes, "", "channel")
+    if run.field is not None:
+        _write_field(group.create_group("field"), run.field, unit)
+
+
+def _write_field(group: h5py.Group, field: Field, unit: Mapping[str, str]) -> None:
+    _put(group, "time", field.time, unit["time"], "time")
+    _put(group, "node_ids", field.node_ids, "", "node")
+    _put(group, "coordinates", field.coords, unit["length"], "node, axis")
+    n = field.node_ids.size
+    motion = group.create_dataset("displacement", (field.time.size, n, 3), dtype="f8", chunks=(1, n, 3))
+    motion.attrs["unit"], motion.attrs["axes"] = unit["length"], "time, node, axis"
+    for here, block in field.blocks:
+        motion[here] = block
 
 
 def _put(group: h5py.Group, name: str, data: FloatArray | IntArray, unit: str, axes: str) -> None:

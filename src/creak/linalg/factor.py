@@ -155,11 +155,11 @@ class _SuperLUFactor:
 
 
 @functools.cache
-def _pardiso_function() -> Any:
-    """MKL's `pardiso`, found and loaded by pypardiso."""
+def mkl_library() -> Any:
+    """MKL as a ctypes library, found and loaded by pypardiso."""
     from pypardiso import PyPardisoSolver
 
-    return PyPardisoSolver()._mkl_pardiso
+    return PyPardisoSolver().libmkl
 
 
 class _PardisoFactor:
@@ -177,13 +177,18 @@ class _PardisoFactor:
         self._values: FloatArray = np.ascontiguousarray(upper.data, dtype=np.float64)
         self._ia = (upper.indptr + 1).astype(np.int32)
         self._ja = (upper.indices + 1).astype(np.int32)
-        self._pardiso, self._mtype = _pardiso_function(), 2 if definite else -2
+        self._pardiso, self._mtype = mkl_library().pardiso, 2 if definite else -2
         self._pt, self._iparm = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
         self._iparm[[0, 1, 9, 17, 23]] = 1, 2, 12, -1, 0  # own settings, METIS, pivot 1e-12
         self._iparm[[7, 10, 12]] = 0, 0, 0  # no refinement, no scaling or matching: keep the inertia
         self._call(self._ANALYSE_AND_FACTOR, np.zeros(1), np.zeros(1), 1)
         self.n_negative = int(self._iparm[22]) if not definite else 0
         self.nnz_factor = int(self._iparm[17])
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the factor's entries, bytes; PARDISO's work space comes on top."""
+        return 8 * self.nnz_factor
 
     def _call(self, phase: int, b: FloatArray, x: FloatArray, n_rhs: int) -> None:
         def one(value: int) -> Any:
@@ -207,6 +212,7 @@ class _PardisoFactor:
             raise NumericalError(f"PARDISO failed with code {error.value} on a matrix of size {self._n}")
 
     def solve(self, b: FloatArray) -> FloatArray:
+        """x with A x = b, in Fortran order; a b in Fortran order is used where it lies."""
         rhs = np.asfortranarray(b, dtype=np.float64)
         x = np.empty_like(rhs, order="F")
         self._call(self._SOLVE, rhs, x, 1 if b.ndim == 1 else int(b.shape[1]))

@@ -12,14 +12,15 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, Matrix
 from creak.errors import NumericalError
 from creak.linalg.factor import Factor, SingularMatrixError, factor
+from creak.linalg.lanczos import lanczos
+from creak.linalg.sparse_product import BlockProduct
 
 DENSE_LIMIT = 600
 """Up to this size the dense eigensolver is faster and simpler."""
-TOLERANCE = 1e-9
-"""Lanczos residual relative to the eigenvalue; the eigenvalue's own error is of its square."""
-BLOCK = 16
 RIGID = 0.02
 """Eigenvalues of a free body below this share of the shift are its rigid-body modes."""
+COLUMNS = 64
+"""Modes whose residuals are measured at a time."""
 
 Progress = Callable[[int, int], None]
 
@@ -36,6 +37,11 @@ class Modes:
     """Largest |K x - omega^2 M x| / |K x| over the elastic modes."""
     sturm_ok: bool
     """The inertia count at the upper end agrees with the number of modes found."""
+    next_omega2: float = np.nan
+    """The eigenvalue just above those returned, rad^2/s^2, to the same accuracy: inf where there is none, nan where
+    it was not sought (Lanczos with `count`)."""
+    columns: int = 0
+    """Vectors that went through the factor of K - shift M."""
 
     @property
     def frequencies(self) -> FloatArray:
@@ -65,8 +71,8 @@ def modes(
     ------
     NumericalError : K is singular though the body was called clamped, or Lanczos missed a mode.
 
-    Method: Grimes, Lewis, Simon, SIAM J. Matrix Anal. 15 (1994), with full reorthogonalisation and no
-    restart; the number of modes below `f_max` comes from the inertia of K - omega^2 M.
+    Method: shift-invert block Lanczos (`linalg.lanczos`) without restart; the number of modes below `f_max` comes
+    from the inertia of K - omega^2 M. `progress(done, total)` rises to the number of modes.
     """
     n = K.shape[0]
     if (f_max is None) == (count is None):
@@ -78,15 +84,33 @@ def modes(
         inverse = stiffness_factor or factor(_shifted(K, M, shift))
     except SingularMatrixError as error:
         raise NumericalError(f"the stiffness matrix is singular at row {error.row}: is the body held?") from error
-    if f_max is not None:
-        upper = (2.0 * np.pi * f_max) ** 2
-        wanted = factor(_shifted(K, M, upper), definite=False).n_negative
-    else:
-        upper, wanted = np.inf, min(int(count or 0), n)
-    if wanted == 0:
-        return Modes(np.zeros(0), np.zeros((n, 0)), 0.0, True)
-    omega2, shapes = _lanczos(inverse, M, shift, wanted, n, progress)
-    return _checked(K, M, omega2, shapes, f_max, free)
+    if f_max is None:
+        return _lowest(K, M, shift, min(int(count or 0), n), inverse, free, progress)
+    return _below(K, M, shift, (2.0 * np.pi * f_max) ** 2, inverse, free, progress)
+
+
+def _lowest(
+    K: Matrix, M: Matrix, shift: float, count: int, inverse: Factor, free: bool, progress: Progress | None
+) -> Modes:  # fmt: skip
+    """The `count` lowest modes; the inertia above the last one tells whether one was missed."""
+    if count == 0:
+        return Modes(np.zeros(0), np.zeros((K.shape[0], 0)), 0.0, True)
+    found = lanczos(inverse, M, count, progress=progress)
+    omega2 = shift + 1.0 / found.theta[: found.shapes.shape[1]]
+    return _checked(K, M, omega2, found.shapes, free, count=True, columns=found.columns)
+
+
+def _below(
+    K: Matrix, M: Matrix, shift: float, upper: float, inverse: Factor, free: bool, progress: Progress | None
+) -> Modes:  # fmt: skip
+    """All modes below omega^2 = `upper` and the eigenvalue after them; their number is the inertia of K - upper M."""
+    wanted = factor(_shifted(K, M, upper), definite=False).n_negative
+    at_least = (1.0 - 1e-6) / (upper - shift)
+    found = lanczos(inverse, M, wanted, extra=1, at_least=at_least, progress=progress)
+    theta = found.theta[found.theta > 0.0]
+    after = shift + 1.0 / theta[wanted] if theta.size > wanted else np.inf
+    omega2 = shift + 1.0 / theta[:wanted]
+    return _checked(K, M, omega2, found.shapes, free, after=after, columns=found.columns)
 
 
 def _shifted(K: Matrix, M: Matrix, shift: float) -> Matrix:
@@ -103,14 +127,15 @@ def small_shift(K: Matrix, M: Matrix) -> float:
 def _dense_modes(K: Matrix, M: Matrix, f_max: float | None, count: int | None, free: bool) -> Modes:
     dense_K, dense_M = (A.toarray() if hasattr(A, "toarray") else np.asarray(A) for A in (K, M))
     if dense_K.shape[0] == 0:
-        return Modes(np.zeros(0), np.zeros((0, 0)), 0.0, True)
+        return Modes(np.zeros(0), np.zeros((0, 0)), 0.0, True, np.inf)
     try:
         omega2, shapes = sla.eigh(dense_K, dense_M)
     except np.linalg.LinAlgError:
         omega2, shapes = _massless_eigh(dense_K, dense_M)
     keep = omega2 <= (2.0 * np.pi * f_max) ** 2 if f_max is not None else np.arange(omega2.size) < (count or 0)
     round_off = 100.0 * np.finfo(float).eps * float(np.abs(omega2).max(initial=0.0))
-    return _checked(dense_K, dense_M, omega2[keep], shapes[:, keep], None, free, round_off)
+    after = float(omega2[~keep].min(initial=np.inf))
+    return _checked(dense_K, dense_M, omega2[keep], shapes[:, keep], free, round_off=round_off, after=after)
 
 
 def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -125,91 +150,33 @@ def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray
     return 1.0 / mu - shift, x / np.sqrt(mu)
 
 
-def _lanczos(
-    inverse: Factor, M: Matrix, shift: float, wanted: int, n: int, progress: Progress | None
-) -> tuple[FloatArray, FloatArray]:
-    """The `wanted` eigenpairs nearest above the shift, by block Lanczos on (K - shift M)^-1 M."""
-    rng = np.random.default_rng(20190527)
-    capacity = min(n, int(2.6 * wanted) + 10 * BLOCK)
-    Q = np.empty((n, capacity), order="F")
-    MQ = np.empty((n, capacity), order="F")
-    T = np.zeros((capacity + BLOCK, capacity + BLOCK))
-    block = _orthonormalised(inverse.solve(np.asarray(M @ rng.standard_normal((n, min(BLOCK, n))))), M)[0]
-    used, look = 0, max(wanted + 2 * BLOCK, int(1.9 * wanted))
-    while True:
-        width = block.shape[1]
-        if used + width > Q.shape[1]:
-            Q, MQ, T = _grown(Q, MQ, T, min(n, int(1.5 * Q.shape[1]) + BLOCK))
-        if used + width > n:
-            block, width = block[:, : n - used], n - used
-        here = slice(used, used + width)
-        Q[:, here] = block
-        MQ[:, here] = M @ block
-        W = inverse.solve(np.ascontiguousarray(MQ[:, here]))
-        used += width
-        near = slice(max(0, used - 2 * width - BLOCK), used)
-        local = MQ[:, near].T @ W
-        W -= Q[:, near] @ local
-        rest = MQ[:, :used].T @ W
-        W -= Q[:, :used] @ rest
-        T[:used, here] = rest
-        T[near, here] += local
-        T[here, :used] = T[:used, here].T
-        block, R = _orthonormalised(W, M)
-        if progress is not None:
-            progress(min(used // 2, wanted), wanted)
-        exhausted = used >= n or block.shape[1] == 0
-        if exhausted or used >= look:
-            look = used + max(2 * BLOCK, wanted // 8)
-            theta, s = sla.eigh(0.5 * (T[:used, :used] + T[:used, :used].T))
-            order = np.argsort(-theta)[:wanted]
-            error = np.linalg.norm(R @ s[used - width : used, order], axis=0)
-            if exhausted or np.all(error <= TOLERANCE * theta[order]):
-                return shift + 1.0 / theta[order], Q[:, :used] @ s[:, order]
-
-
-def _grown(Q: FloatArray, MQ: FloatArray, T: FloatArray, capacity: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    def wider(A: FloatArray) -> FloatArray:
-        B = np.empty((A.shape[0], capacity), order="F")
-        B[:, : A.shape[1]] = A
-        return B
-
-    bigger = np.zeros((capacity + BLOCK, capacity + BLOCK))
-    bigger[: T.shape[0], : T.shape[1]] = T
-    return wider(Q), wider(MQ), bigger
-
-
-def _orthonormalised(W: FloatArray, M: Matrix) -> tuple[FloatArray, FloatArray]:
-    """M-orthonormal basis of W's columns (rank revealing) and R with W = basis R."""
-    R = np.eye(W.shape[1])
-    for _ in range(2):
-        values, vectors = sla.eigh(W.T @ (M @ W))
-        keep = values > 1e-24 * max(values.max(), 1e-300)
-        scaled = np.sqrt(values[keep])
-        W = (W @ vectors[:, keep]) / scaled
-        R = (scaled[:, None] * vectors[:, keep].T) @ R
-    return W, R
-
-
 def _checked(
-    K: Matrix, M: Matrix, omega2: FloatArray, shapes: FloatArray, f_max: float | None, free: bool,
-    round_off: float = 0.0,
+    K: Matrix, M: Matrix, omega2: FloatArray, shapes: FloatArray, free: bool, *,
+    count: bool = False, round_off: float = 0.0, after: float = np.nan, columns: int = 0,
 ) -> Modes:  # fmt: skip
-    """Clean rigid-body values to 0, measure residuals, compare the count with the inertia just above the last."""
-    order = np.argsort(omega2)
-    omega2, shapes = omega2[order], shapes[:, order]
+    """Clean rigid-body values to 0, measure residuals; `count`: compare with the inertia just above the last."""
     scale = max(abs(small_shift(K, M)), 1e-300)
     rigid = max(RIGID * scale, round_off)
     omega2 = np.where(np.abs(omega2) < rigid, 0.0, omega2) if free else omega2
-    Kx = K @ shapes
-    size = np.linalg.norm(Kx, axis=0)
-    elastic = omega2 > 0.0
-    gap = np.linalg.norm(Kx - (M @ shapes) * omega2, axis=0)[elastic] / size[elastic] if elastic.any() else np.zeros(1)
+    after = 0.0 if free and abs(after) < rigid else after
     sturm_ok = True
-    if sp.issparse(K) and f_max is None and omega2.size and omega2.size < K.shape[0]:
+    if count and sp.issparse(K) and omega2.size and omega2.size < K.shape[0]:
         above = _shifted(K, M, omega2[-1] * (1.0 + 1e-6) + 1e-3 * scale)
         sturm_ok = factor(above, definite=False).n_negative == omega2.size or _last_is_repeated(omega2)
-    return Modes(omega2, shapes, float(gap.max()), sturm_ok)
+    return Modes(omega2, shapes, _residual(K, M, omega2, shapes), sturm_ok, float(after), columns)
+
+
+def _residual(K: Matrix, M: Matrix, omega2: FloatArray, shapes: FloatArray) -> float:
+    """Largest |K x - omega^2 M x| / |K x| over the elastic modes, some columns at a time."""
+    stiffness, mass, worst = BlockProduct(K), BlockProduct(M), 0.0
+    for first in range(int(np.count_nonzero(omega2 <= 0.0)), omega2.size, COLUMNS):
+        some = slice(first, first + COLUMNS)
+        Kx, Mx = stiffness(shapes[:, some]), mass(shapes[:, some])
+        size = np.linalg.norm(Kx, axis=0)
+        Mx *= omega2[some]
+        Kx -= Mx
+        worst = max(worst, float((np.linalg.norm(Kx, axis=0) / size).max()))
+    return worst
 
 
 def _last_is_repeated(omega2: FloatArray) -> bool:

@@ -10,9 +10,9 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.damping import Damping
-from creak.assembly.system import Rows, System, momentum_fit, no_supports, symmetric
+from creak.assembly.system import Rows, System, momentum_fit, no_supports, symmetric, to_dense
 from creak.linalg.modes import Modes, modes
-from creak.linalg.sparse_product import times
+from creak.linalg.sparse_product import BlockProduct
 from creak.reduction.inside import Inside
 
 COLUMNS = 128
@@ -99,13 +99,28 @@ def craig_bampton(
     Source: Craig and Bampton, AIAA J. 6(7), 1968. Accurate up to about f_max / 2 of the assembly.
     """
     inside = inside if inside is not None else Inside(system, boundary)
-    P = sp.csr_matrix(shape) if shape is not None else sp.identity(inside.b.size, format="csr")
-    basis = Basis(inside, P, _fixed_modes(inside, f_max, count, _stage(progress, inside.name, "fixed-interface modes")))
-    extra = None if system.damping.extra is None else sp.csr_matrix(system.damping.extra)
-    terms = _static_terms(basis, extra, _stage(progress, inside.name, "constraint modes"))
-    reduced = _reduced_system(system, basis, terms, extra)
+    basis = fixed_interface_basis(inside, shape, f_max, count, progress)
+    matrices = reduced_matrices(system, basis, progress)
     inside.release()
-    return reduced
+    return reduced_system(system, basis, matrices)
+
+
+def fixed_interface_basis(
+    inside: Inside, shape: Matrix | None, f_max: float | None, count: int | None, progress: Progress | None = None
+) -> Basis:
+    """The boundary's shapes and the fixed-interface modes."""
+    P = sp.csr_matrix(shape) if shape is not None else sp.identity(inside.b.size, format="csr")
+    return Basis(inside, P, _fixed_modes(inside, f_max, count, _stage(progress, inside.name, "fixed-interface modes")))
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """What a reduction computes, (n, n) each; with the basis it makes the reduced System."""
+
+    K: Matrix
+    M: Matrix
+    M_alone: Matrix
+    C: Matrix | None
 
 
 def _stage(progress: Progress | None, name: str, stage: str) -> Report | None:
@@ -115,7 +130,7 @@ def _stage(progress: Progress | None, name: str, stage: str) -> Report | None:
 def _fixed_modes(inside: Inside, f_max: float | None, count: int | None, report: Report | None) -> Modes:
     n = inside.i.size
     if n == 0 or count == 0:
-        return Modes(np.zeros(0), np.zeros((n, 0)), 0.0, True)
+        return Modes(np.zeros(0), np.zeros((n, 0)), 0.0, True, next_omega2=np.inf if n == 0 else np.nan)
     return modes(
         inside.K_ii, inside.M_ii, f_max=f_max, count=count, stiffness_factor=inside.factor, progress=report
     )  # fmt: skip
@@ -141,11 +156,11 @@ def _static_terms(basis: Basis, extra: Matrix | None, report: Report | None) -> 
     """One pass over the constraint modes."""
     inside, P = basis.inside, basis.P
     F, H = sp.csc_matrix(inside.K_ib @ P), sp.csc_matrix(inside.M_ib @ P)
-    sides, cores = [H], [inside.M_ii]
+    sides, products = [H], [BlockProduct(inside.M_ii)]
     if extra is not None:
         rows = extra[inside.i]
         sides.append(sp.csc_matrix(rows[:, inside.b] @ P))
-        cores.append(sp.csr_matrix(rows[:, inside.i]))
+        products.append(BlockProduct(rows[:, inside.i]))
     touched = sum((np.diff(A.indptr) for A in (F, *sides)), np.zeros(P.shape[1], dtype=np.int64))
     columns = np.flatnonzero(touched)
     n = columns.size
@@ -159,9 +174,9 @@ def _static_terms(basis: Basis, extra: Matrix | None, report: Report | None) -> 
         X = -inside.solve(F[:, block].toarray(order="F"))
         X_near = X[near]
         stiffness[:, block] = F_near @ X_near
-        for k, core in enumerate(cores):
+        for k, times in enumerate(products):
             cross[k][:, block] = sides_near[k] @ X_near
-            momentum = times(core, X)
+            momentum = times(X)
             modal[k][:, block] = basis.fixed.shapes.T @ momentum
             inner[k][:, block] = -(F_near @ inside.solve(momentum)[near])
         if report is not None:
@@ -174,42 +189,49 @@ def _blocks(n: int) -> Iterator[slice]:
         yield slice(start, min(start + COLUMNS, n))
 
 
-def _reduced_system(system: System, basis: Basis, terms: _Terms, extra: Matrix | None) -> System:
+def reduced_matrices(system: System, basis: Basis, progress: Progress | None = None) -> Matrices:
+    """K, M, the momentum of the boundary alone, and damping that is not Rayleigh, in the coordinates of the basis."""
     inside, P, omega2 = basis.inside, basis.P, basis.fixed.omega2
-    n_xi, c = basis.n_boundary, terms.columns
+    extra = None if system.damping.extra is None else sp.csr_matrix(system.damping.extra)
+    terms = _static_terms(basis, extra, _stage(progress, inside.name, "constraint modes"))
+    c, unit = terms.columns, np.eye(omega2.size)
 
     def own(A_bb: Matrix) -> Matrix:
         return sp.csr_matrix(P.T @ A_bb @ P)
 
     side = _to_modes(basis, inside.M_ib)
     to_modes = _plus(side, c, terms.modal[0])
-    unit = np.eye(omega2.size)
     K = _joined(own(inside.K_bb), c, terms.stiffness, np.zeros_like(side), np.diag(omega2))
     M = _joined(own(inside.M_bb), c, terms.cross[0] + terms.cross[0].T + terms.inner[0], to_modes, unit)
     alone = _joined(own(inside.M_bb), c, terms.cross[0].T, side, unit, upper=to_modes.T)
-    C = None if extra is None else _reduced_damping(basis, terms, extra, own)
-    labels = system.coordinates[inside.b] if sp.issparse(P) and _is_identity(P) else np.full(n_xi, -1, dtype=np.int64)
+    return Matrices(K, M, alone, None if extra is None else _reduced_damping(basis, terms, extra, own))
+
+
+def reduced_system(system: System, basis: Basis, matrices: Matrices) -> System:
+    """The reduced System of a basis and its matrices, however they came about."""
+    inside, n_xi, n_m = basis.inside, basis.n_boundary, basis.fixed.omega2.size
+    labels = system.coordinates[inside.b] if _is_identity(basis.P) else np.full(n_xi, -1, dtype=np.int64)
     momentum = np.asarray(system.M @ system.velocity)
     velocity = np.zeros(basis.n)
     if momentum.any():
-        velocity = momentum_fit(M.toarray() if sp.issparse(M) else M, basis.project(momentum[:, None])[:, 0])
-    beyond = np.sqrt(getattr(basis.fixed, "next_omega2", np.inf)) / (2.0 * np.pi)
+        velocity = momentum_fit(to_dense(matrices.M), basis.project(momentum[:, None])[:, 0])
+    beyond = basis.fixed.next_omega2
+    beyond = np.inf if np.isnan(beyond) else np.sqrt(beyond) / (2.0 * np.pi)
     return System(
         name=system.name,
-        M=M,
-        K=K,
-        damping=Damping(system.damping.alpha, system.damping.beta, C),
+        M=matrices.M,
+        K=matrices.K,
+        damping=Damping(system.damping.alpha, system.damping.beta, matrices.C),
         rows=_rows(system.rows, basis),
         supports=no_supports(basis.n),
-        coordinates=np.concatenate([labels, np.full(omega2.size, -1, dtype=np.int64)]),
+        coordinates=np.concatenate([labels, np.full(n_m, -1, dtype=np.int64)]),
         velocity=velocity,
-        M_alone=alone,
-        stats={**system.stats, "retained": n_xi, "modes": omega2.size, "internal": inside.i.size,
-               "columns": c.size + omega2.size, "first_left_out": beyond},
+        M_alone=matrices.M_alone,
+        stats={**system.stats, "retained": n_xi, "modes": n_m, "internal": inside.i.size, "first_left_out": beyond},
         labels=system.labels,
         whole=lambda q, s: system.recover(basis.expand(q)),
         interface=_joinable(system, inside),
-    )  # fmt: skip
+    )
 
 
 def _to_modes(basis: Basis, A_ib: Matrix) -> FloatArray:
@@ -228,7 +250,7 @@ def _reduced_damping(basis: Basis, terms: _Terms, extra: Matrix, own: Callable[[
     rows = extra[inside.i]
     to_modes = _plus(_to_modes(basis, rows[:, inside.b]), terms.columns, terms.modal[1])
     boundary = terms.cross[1] + terms.cross[1].T + terms.inner[1]
-    modal = symmetric(Phi.T @ times(rows[:, inside.i], Phi))
+    modal = symmetric(Phi.T @ BlockProduct(rows[:, inside.i])(Phi))
     return _joined(own(extra[inside.b][:, inside.b]), terms.columns, boundary, to_modes, modal)
 
 

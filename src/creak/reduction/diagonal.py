@@ -7,19 +7,70 @@ from dataclasses import replace
 import numpy as np
 import scipy.linalg as sla
 
+from creak.arrays import FloatArray
 from creak.assembly.system import System, project, to_dense
+from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
+
+NO_MASS = 1e-13
+"""Directions with less mass than this, each coordinate scaled by its own, count as massless."""
 
 
 def diagonalise(system: System) -> System:
     """K Phi = M Phi diag(omega^2), q = Phi eta with all modes: M = I, K = diag(omega^2).
 
     A step then costs O(n) instead of O(n^2). Returns the System unchanged where its damping would stay full.
+
+    Where M is singular its null space N is split off: N' K N = I, and the other modes are those of the statically
+    condensed rest (static condensation is exact without mass). Then M = diag(1.., 0..) and
+    K = diag(omega^2.., 1..).
+
+    Raises
+    ------
+    NumericalError : a direction has neither mass nor stiffness.
     """
     if system.damping.extra is not None:
         return system
-    omega2, Phi = sla.eigh(to_dense(system.K), to_dense(system.M), driver="gvd")
-    modal = project(system, Phi)
+    K, M = to_dense(system.K), to_dense(system.M)
+    omega2, Phi, N = _split_modes(K, M) if _singular(M) else (*sla.eigh(K, M, driver="gvd"), np.zeros((system.n, 0)))
+    modal = project(replace(system, velocity=np.zeros(system.n)), np.hstack([Phi, N]))
+    v = system.velocity
     return replace(
-        modal, M=Diagonal(np.ones(omega2.size)), K=Diagonal(np.maximum(omega2, 0.0)), stats=dict(system.stats)
+        modal,
+        M=Diagonal(np.concatenate([np.ones(omega2.size), np.zeros(N.shape[1])])),
+        K=Diagonal(np.concatenate([np.maximum(omega2, 0.0), np.ones(N.shape[1])])),
+        velocity=np.concatenate([Phi.T @ (M @ v), N.T @ (K @ v)]),
+        stats=dict(system.stats),
     )
+
+
+def _scales(M: FloatArray) -> FloatArray:
+    """1 / sqrt(M_ii), so that translations and rotations weigh alike; 1 where there is no mass."""
+    m = M.diagonal()
+    return np.where(m > 0.0, 1.0 / np.sqrt(np.where(m > 0.0, m, 1.0)), 1.0)
+
+
+def _singular(M: FloatArray) -> bool:
+    """No Cholesky factor, or one with a pivot of round-off only."""
+    d = _scales(M)
+    try:
+        pivots = np.linalg.cholesky(d[:, None] * M * d).diagonal() ** 2
+    except np.linalg.LinAlgError:
+        return True
+    return bool(pivots.min(initial=1.0) < NO_MASS)
+
+
+def _split_modes(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """omega^2 and Phi of the finite modes (Phi' M Phi = I), and the massless directions N (N' K N = I)."""
+    d = _scales(M)
+    mass, U = np.linalg.eigh(d[:, None] * M * d)
+    light = mass <= NO_MASS * mass.max(initial=0.0)
+    N, rest = d[:, None] * U[:, light], d[:, None] * U[:, ~light] / np.sqrt(mass[~light])
+    try:
+        L = np.linalg.cholesky(N.T @ K @ N)
+    except np.linalg.LinAlgError as error:
+        raise NumericalError("a degree of freedom has neither mass nor stiffness") from error
+    N = sla.solve_triangular(L, N.T, lower=True).T
+    rest = rest - N @ (N.T @ (K @ rest))
+    omega2, Y = sla.eigh(rest.T @ K @ rest)
+    return omega2, rest @ Y, N

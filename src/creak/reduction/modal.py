@@ -2,17 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.linalg as sla
 
 from creak.arrays import FloatArray
 from creak.assembly.damping import Damping
-from creak.assembly.system import System, project
+from creak.assembly.system import System, project, symmetric, to_dense
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.factor import Factor
 from creak.linalg.modes import Modes
-from creak.reduction.diagonal import diagonalise
+
+RANK = 1e-12
+"""Static answers whose strain energy falls below this share of that of the loads they come from are left out."""
+MASSLESS = 1e-13
+"""Residual shapes with less kinetic than strain energy by this factor, relative to the heaviest, have no mass."""
+
+
+@dataclass(frozen=True)
+class Residual:
+    """What the modes leave over of static answers: Z' K Z = I, Z' M Z = diag(mu), Z' M Phi = 0, Z' K Phi = 0."""
+
+    shapes: FloatArray
+    """Z, (n, k)"""
+    mu: FloatArray
+    """(k,) 1 / omega^2 of each shape; 0 for shapes without mass."""
+    dropped: int
+    """Answers left out because the modes and the other answers already hold them."""
 
 
 def support_motion(system: System, stiffness: Factor) -> FloatArray:
@@ -22,21 +39,63 @@ def support_motion(system: System, stiffness: Factor) -> FloatArray:
     return -stiffness.solve(np.asfortranarray(system.supports.K_qs))
 
 
+def residual_shapes(system: System, modes: Modes, rest: FloatArray, energy: FloatArray) -> Residual:
+    """An orthonormal basis of what is left of static answers beyond the modes.
+
+    Eigenvectors of D rest' K rest D, D = diag(energy)^-1/2, below `RANK` are dropped: loads that differ by such a
+    combination deform the structure, within that share of their energy, as the modes do (near-dependent channels).
+
+    Parameters
+    ----------
+    rest : (n, k) static answers less their modal part. energy : (k,) x' K x of the whole answers x.
+    """
+    Phi, MPhi = modes.shapes, np.asarray(system.M @ modes.shapes)
+    used = np.flatnonzero(energy > 0.0)
+    X = rest[:, used] / np.sqrt(energy[used])
+    X = X - Phi @ (MPhi.T @ X)
+    values, vectors = np.linalg.eigh(symmetric(X.T @ np.asarray(system.K @ X)))
+    keep = values > RANK
+    Z = X @ (vectors[:, keep] / np.sqrt(values[keep]))
+    Z = Z - Phi @ (MPhi.T @ Z)
+    stiffness, mass = (symmetric(Z.T @ np.asarray(A @ Z)) for A in (system.K, system.M))
+    mu, mix = sla.eigh(mass, stiffness) if keep.any() else (np.zeros(0), np.zeros((0, 0)))
+    mu = np.where(mu > MASSLESS * mu.max(initial=0.0), mu, 0.0)[::-1]
+    return Residual(Z @ mix[:, ::-1], mu, int(rest.shape[1] - mu.size))
+
+
+def riding_system(system: System, modes: Modes, R: FloatArray, residual: Residual, name: str) -> System:
+    """The System in q = Phi eta + Z zeta + R s: M = diag(1.., 0..), K = diag(omega^2.., 1..).
+
+    Residual shapes with mass are mass-normalised, those without are stiffness-normalised and have no initial
+    velocity. Dashpots make the matrices dense, other damping leaves them diagonal.
+    """
+    heavy = residual.mu > 0.0
+    size = np.where(heavy, np.sqrt(np.where(heavy, residual.mu, 1.0)), 1.0)
+    V = np.hstack([modes.shapes, residual.shapes / size])
+    n_modes = modes.omega2.size
+    mass = np.concatenate([np.ones(n_modes), heavy.astype(float)])
+    stiffness = np.concatenate([modes.omega2, 1.0 / size**2])
+    small = project(replace(system, velocity=np.zeros(system.n)), V, static=R, name=name)
+    velocity = mass * np.asarray(V.T @ np.asarray(system.M @ system.velocity))
+    M, K = Diagonal(mass), Diagonal(stiffness)
+    dense = small.damping.extra is not None
+    return replace(
+        small, M=M.toarray() if dense else M, K=K.toarray() if dense else K, velocity=velocity,
+        stats={**system.stats, "modes": n_modes, "retained": residual.mu.size, "dropped": residual.dropped,
+               "first_left_out": np.sqrt(np.nan_to_num(modes.next_omega2, nan=np.inf, posinf=np.inf)) / (2.0 * np.pi)},
+    )  # fmt: skip
+
+
 def modal_system(system: System, modes: Modes, R: FloatArray, static: FloatArray) -> System:
     """The System in its lowest modes, q = V eta + R s: small, diagonal, good for a linear pre-check.
 
-    V holds the modes and, made M-orthogonal to them, the `static` answers (n, k) to the applied forces
+    V holds the modes and, made orthogonal to them, the `static` answers (n, k) to the applied forces
     (mode acceleration).
     """
-    name = f"{system.name}, {modes.omega2.size} modes"
-    if static.shape[1] == 0 and system.damping.extra is None:
-        small = project(system, modes.shapes, static=R, name=name)
-        return replace(small, M=Diagonal(np.ones(modes.omega2.size)), K=Diagonal(modes.omega2))
     rest = static - modes.shapes @ (modes.shapes.T @ np.asarray(system.M @ static))
-    size, mix = np.linalg.eigh(rest.T @ np.asarray(system.M @ rest))
-    keep = size > 1e-16 * max(float(np.einsum("ij,ij->", static, np.asarray(system.M @ static))), 1e-300)
-    V = np.hstack([modes.shapes, rest @ (mix[:, keep] / np.sqrt(size[keep]))])
-    return diagonalise(project(system, V, static=R, name=name))
+    energy = np.einsum("ij,ij->j", static, to_dense(system.K @ static))
+    name = f"{system.name}, {modes.omega2.size} modes"
+    return riding_system(system, modes, R, residual_shapes(system, modes, rest, energy), name)
 
 
 def with_modal_damping(system: System, modes: Modes, R: FloatArray, zeta: float) -> System:

@@ -94,6 +94,7 @@ def _table_parts(result: StudyResult, summary: dict[str, Any], units: Units) -> 
         "gaps": tables.gap_table(result, units),
         "parts": tables.part_table(summary, units),
         "costs": tables.cost_table(result, summary),
+        "health": tables.health_tables(result),
         "energy_words": tables.energy_sentence(result),
     }
 

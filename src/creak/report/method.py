@@ -5,7 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from creak.report.text import Units, number, share, tidy
-from creak.studies.config import ExcitationTable, MultisineTable, RecordTable, SineTable, StepTable
+from creak.studies.config import (
+    ExcitationTable,
+    MultisineTable,
+    RecordTable,
+    ReductionTable,
+    SineTable,
+    StepTable,
+)
 from creak.studies.run import StudyResult
 
 KINDS = {
@@ -19,12 +26,7 @@ def paragraph(result: StudyResult) -> str:
     """The method of this study in a few sentences."""
     c = result.setup.study.config
     words = ["The structure is linear; only the gaps between parts, one scalar channel each, are not."]
-    if c.reduction.method != "none":
-        words.append(
-            "Each part was reduced by Craig-Bampton component mode synthesis to the degrees of freedom at links, "
-            "supports, loads, contact and watched nodes, and its fixed-interface modes up to "
-            f"{tidy(c.reduction.f_max)} Hz; the coupled parts were then diagonalised, keeping all modes."
-        )
+    words += _reduced(c.reduction)
     if result.setup.contacts.m and c.precheck.enabled:
         words.append(
             "A linear run decided beforehand which contact channels can close at all; the others were left out of all "
@@ -41,6 +43,20 @@ def paragraph(result: StudyResult) -> str:
         f"{tidy(c.verification.f_max)} Hz and the impulse do not, so these are compared."
     )
     return " ".join(words)
+
+
+def _reduced(t: ReductionTable) -> list[str]:
+    """What the reduction did."""
+    diagonal = "The result was then diagonalised, keeping all its coordinates."
+    if t.method == "none":
+        return []
+    if t.method in ("gap-modes", "massless-boundary"):
+        mass = "" if t.method == "gap-modes" else " whose own mass is neglected"
+        return [f"The assembly was reduced to its modes up to {tidy(t.f_max)} Hz and one static shape per gap "
+                f"channel{mass}, so that contact is exact in statics. {diagonal}"]  # fmt: skip
+    modes = "nothing else (Guyan)" if t.method == "guyan" else f"its fixed-interface modes up to {tidy(t.f_max)} Hz"
+    return [f"Each part was reduced to the degrees of freedom at links, supports, loads, contact and watched nodes, "
+            f"and {modes}. {diagonal}"]  # fmt: skip
 
 
 def parameters(result: StudyResult, summary: dict[str, Any], units: Units) -> list[tuple[str, str]]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from creak.reduction.health import health_rows
 from creak.report.text import NONE, Units, fixed, four, number, percent, plural, ratio, share, tidy
 from creak.report.verdict import RUN_WORDS, main_run
 from creak.studies.run import StudyResult, events_in
@@ -197,6 +198,14 @@ def cost_table(result: StudyResult, summary: dict[str, Any]) -> Table:
     if len(runs) == 2:
         head.append("reduced / unreduced")
     return Table(head, rows, note=_real_time(names, runs, simulated))
+
+
+def health_tables(result: StudyResult) -> list[tuple[str, Table]]:
+    """One table of checks for each superelement."""
+    head = ["", "value", "remark"]
+    return [
+        (name, Table(head, [list(row) for row in health_rows(health)], 3)) for name, health in result.health.items()
+    ]  # fmt: skip
 
 
 _COSTS = (

@@ -158,11 +158,25 @@ class ExcitationTable(Table):
 
 
 class InterfaceTable(Table):
-    """How the retained dofs are thinned out."""
+    """How the interface is thinned out: where substructures meet unreduced elements, or else the contact nodes."""
 
-    type: Literal["full", "spacing", "participation", "interpolation", "characteristic"] = "full"
+    type: Literal["full", "spacing", "participation", "interpolation", "characteristic", "coarse-mesh"] = "full"
     n: Annotated[int, Field(ge=1)] | None = None
+    """spacing, interpolation: every n-th node; characteristic: number of modes; coarse-mesh: most shapes kept."""
     eta: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
+    """participation: share of the 95th percentile up to which a dof is dropped (thesis, equation 3.3)."""
+    level: Literal["local", "system"] = "system"
+    """characteristic: modes of each substructure's own interface, or of the assembled one."""
+    deck: str | None = None
+    """coarse-mesh: a deck of the same structure with a coarser mesh, relative to the study file."""
+
+    @model_validator(mode="after")
+    def _complete(self) -> InterfaceTable:
+        needed = {"spacing": "n", "interpolation": "n", "characteristic": "n", "participation": "eta",
+                  "coarse-mesh": "deck"}.get(self.type)  # fmt: skip
+        if needed is not None and getattr(self, needed) is None:
+            raise ValueError(f"type = {self.type!r} needs {needed}")
+        return self
 
 
 class ReductionTable(Table):
@@ -170,10 +184,37 @@ class ReductionTable(Table):
 
     method: Literal["craig-bampton", "guyan", "gap-modes", "massless-boundary", "none"] = "craig-bampton"
     f_max: Positive = 1500.0
-    """Fixed-interface modes up to this frequency are kept, Hz."""
+    """Fixed-interface modes (gap-modes, massless-boundary: modes of the assembly) up to this frequency are kept, Hz."""
     keep_out: NonNegative = 0.0
     """length of mesh around the contact that stays unreduced."""
     interface: InterfaceTable = InterfaceTable()
+    substructures: list[str] = []
+    """Element sets that become substructures of their own; the other elements stay with their part."""
+    retain: list[str] | str = []
+    """Node sets that are retained besides what couplings, supports, loads, contact and outputs need."""
+
+    @property
+    def retained_sets(self) -> tuple[str, ...]:
+        return (self.retain,) if isinstance(self.retain, str) else tuple(self.retain)
+
+    @model_validator(mode="after")
+    def _applies(self) -> ReductionTable:
+        if self.method in ("gap-modes", "massless-boundary") and (
+            self.keep_out or self.substructures or self.interface.type != "full"
+        ):
+            raise ValueError(
+                f"method = {self.method!r} reduces the whole assembly: it knows no keep_out, substructures or interface"
+            )
+        return self
+
+
+class SuperelementTable(Table):
+    """[superelement.NAME]: a part given by its matrices."""
+
+    file: str
+    """Matrices: .op4, .mtx (Abaqus or MatrixMarket), .npz, DMIG; relative to the study file."""
+    map: str | None = None
+    """Nodes and dofs of the rows where the file does not tell them (.asm for .op4)."""
 
 
 class PrecheckTable(Table):
@@ -216,6 +257,10 @@ class OutputTable(Table):
     """Node sets whose motion is kept besides the verification nodes."""
     interval: Positive | None = None
     """s; default: every step."""
+    field_interval: Positive | None = None
+    """s; the motion of all nodes is recovered this often and written to results.h5; default: not at all."""
+    field_start: NonNegative = 0.0
+    """s; from here on."""
 
     @property
     def node_sets(self) -> tuple[str, ...]:
@@ -248,6 +293,7 @@ class StudyConfig(Table):
     connector: list[ConnectorTable] = []
     excitation: dict[str, ExcitationTable] = {}
     reduction: ReductionTable = ReductionTable()
+    superelement: dict[str, SuperelementTable] = {}
     precheck: PrecheckTable = PrecheckTable()
     time: TimeTable = TimeTable()
     reference: ReferenceTable = ReferenceTable()

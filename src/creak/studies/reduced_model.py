@@ -1,27 +1,36 @@
-"""The reduced model: Craig-Bampton per part, joined like the full parts, then diagonalised."""
+"""The reduced model: parts reduced and joined like the full ones, or the assembly reduced as a whole."""
 
 from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
-from creak.arrays import IntArray
-from creak.assembly.constraints import fixed_equations, linear_equations
-from creak.assembly.part import split_constraints
-from creak.assembly.system import System, to_dense
+from creak.assembly.coupling import couple
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
+from creak.dynamics.condensed import channel_matrices
+from creak.errors import InputError
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.modes import Modes, modes
-from creak.reduction.craig_bampton import craig_bampton
+from creak.model.mesh import Model
 from creak.reduction.diagonal import diagonalise
+from creak.reduction.gap_modes import gap_modes
+from creak.reduction.health.verdict import RULE
+from creak.reduction.interface.second_level import second_level
+from creak.reduction.massless_boundary import massless_boundary
 from creak.reduction.modal import support_motion
-from creak.studies.reference_model import ReferenceModel, damped, held_factor, join_parts, modal_band
+from creak.studies.excitation import highest_frequency
+from creak.studies.reference_model import ReferenceModel, damped, held_factor, modal_band, static_shapes
 from creak.studies.setup import Setup
+from creak.studies.substructures import Partition, partition
+from creak.studies.superelements import Reduced, reduce_substructure
+
+DIAGONAL_LIMIT = 6000
+"""Coupled models up to this size are diagonalised; larger ones keep their sparse form."""
 
 Progress = Callable[[str, int, int], None]
 
@@ -30,87 +39,148 @@ Progress = Callable[[str, int, int], None]
 class ReducedModel:
     """The coupled superelements and what they cost."""
 
-    parts: tuple[System, ...]
+    superelements: tuple[Reduced, ...]
+    """None where the assembly was reduced as a whole."""
+    model: Model
+    """Parts as they were reduced."""
     system: System
     retained: int
     modes: int
     wall_s: float
     cpu_s: float
+    notes: list[str]
 
 
-def reduce_model(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> ReducedModel:
-    """Reduce each part to its retained dofs and modes, couple the parts, diagonalise the whole."""
+def reduce_model(
+    setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress, store: Path | None = None
+) -> ReducedModel:
+    """Reduce as [reduction] says.
+
+    Parameters
+    ----------
+    store : folder of saved superelements to take unchanged ones from.
+
+    Raises
+    ------
+    InputError : what is asked for does not fit the model.
+    """
     wall, cpu = clock.perf_counter(), clock.process_time()
-    labels = retained_labels(setup, gaps)
-    f_max = setup.study.config.reduction.f_max
-    reduced = [
-        craig_bampton(part, _touched(part, labels), f_max=f_max, progress=progress) for part in reference.parts
-    ]
+    whole = setup.study.config.reduction.method in ("gap-modes", "massless-boundary")
+    made = _whole(setup, reference, gaps, progress) if whole else _by_parts(setup, reference, gaps, progress, store)
+    superelements, model, system, retained, kept, notes = made
+    wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
+    return ReducedModel(superelements, model, system, retained, kept, wall, cpu, notes)
+
+
+_Made = tuple[tuple[Reduced, ...], Model, System, int, int, list[str]]
+
+
+def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> _Made:
+    """Gap modes or massless boundary of the assembly."""
+    table, system = setup.study.config.reduction, reference.system
+    found = modes(
+        system.K, system.M, f_max=table.f_max, free=reference.stiffness is None,
+        stiffness_factor=reference.stiffness,
+        progress=lambda done, total: progress("modes of the assembly for the reduction", done, total),
+    )  # fmt: skip
+    G = channel_matrices(system, gaps).G
+    reduce = gap_modes if table.method == "gap-modes" else massless_boundary
+    reduced = reduce(
+        system, G, modes=found, stiffness=reference.stiffness, static=static_shapes(setup, reference)
+    )  # fmt: skip
+    return (), setup.model, reduced, int(reduced.stats["retained"]), found.omega2.size, []
+
+
+def _by_parts(
+    setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress, store: Path | None
+) -> _Made:
+    cut = partition(setup, reference, gaps)
+    superelements, systems, notes = [], [], []
+    for sub in cut.substructures:
+        if sub.stays:
+            systems.append(sub.part)
+            continue
+        reduced, more = reduce_substructure(setup, sub, store, progress)
+        superelements.append(reduced)
+        notes += more
+        systems.append(_own_interface(setup, cut, reduced))
+    _check_modes(setup, superelements)
     progress("couple and diagonalise", 0, 1)
-    coupled = join_parts(setup, list(reduced), reference.loose)
-    system = _with_damping(setup, diagonalise(coupled))
+    systems += [*setup.superelements, *([reference.loose] if reference.loose is not None else [])]
+    coupled = couple(systems, cut.model, setup.driven, setup.rayleigh, override=setup.override_damping)
+    coupled = _shared_interface(setup, cut, coupled)
+    system = _with_damping(setup, diagonalise(coupled) if coupled.n <= DIAGONAL_LIMIT else coupled)
     progress("couple and diagonalise", 1, 1)
-    return ReducedModel(
-        tuple(reduced), system, int(sum(p.stats["retained"] for p in reduced)),
-        int(sum(p.stats["modes"] for p in reduced)), clock.perf_counter() - wall, clock.process_time() - cpu,
+    retained = sum(int(r.system.stats["retained"]) for r in superelements)
+    kept = sum(int(r.system.stats["modes"]) for r in superelements)
+    return tuple(superelements), cut.model, system, retained, kept, notes
+
+
+def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:
+    """No fixed-interface mode below f_max though the first ones lie near the excitation: a mistake."""
+    c = setup.study.config.reduction
+    if c.method == "guyan" or any(r.system.stats["modes"] for r in superelements):
+        return
+    first = min((r.system.stats["first_left_out"] for r in superelements), default=np.inf)
+    if first > RULE * highest_frequency(setup.study):
+        return
+    raise InputError(
+        f"f_max = {c.f_max:g} Hz is below the first fixed-interface mode of every part ({first:.4g} Hz)",
+        where=setup.study.where("reduction", "f_max"), expected=f"more than {first:.4g} Hz",
+        fix='Raise f_max, or use method = "guyan" for a static reduction.',
     )  # fmt: skip
 
 
-def retained_labels(setup: Setup, gaps: GapOperator) -> IntArray:
-    """Physical dofs that must stay: links between parts, supports, loads, channels, watched nodes.
-
-    Channels and watched nodes need their translations (a connector its own dof); with `keep_out` all nodes
-    of the mesh within that distance of a channel stay as well, with all their dofs.
-    """
-    model = setup.model
-    pieces = [setup.connectors.labels, gaps.labels, *setup.driven.labels.values(), *setup.loads.force_labels]
-    pieces.append((6 * setup.watched[:, None] + np.arange(3)).ravel())
-    for constraint in split_constraints(model)[1]:
-        pieces += [np.array(e.labels, dtype=np.int64) for e in linear_equations(constraint, model.nodes.coords)]
-    for fixed in model.fixed:
-        pieces += [np.array(e.labels, dtype=np.int64) for e in fixed_equations(fixed)]
-    for block in model.blocks:
-        if block.part < 0:
-            pieces.append((6 * block.nodes_idx.ravel()[:, None] + np.arange(6)).ravel())
-    pieces.append(_near_contact(setup, gaps))
-    return np.unique(np.concatenate(pieces)).astype(np.int64)
+def _own_interface(setup: Setup, cut: Partition, reduced: Reduced) -> System:
+    """The superelement with characteristic modes of its own interface, where the study asks for them."""
+    table, sub, system = setup.study.config.reduction.interface, reduced.substructure, reduced.system
+    if table.type != "characteristic" or table.level != "local" or not sub.line.size:
+        return system
+    others = [s.part.labels for s in cut.substructures if s is not sub and not s.stays]
+    if others and np.isin(sub.line, np.concatenate(others)).any():
+        raise InputError(
+            f"substructure {system.name} meets another one: local characteristic modes of the two do not fit together",
+            where=setup.study.where("reduction", "interface"), fix='Use level = "system".',
+        )  # fmt: skip
+    columns = np.flatnonzero(np.isin(system.coordinates, sub.line))
+    return second_level(system, columns, count=_count(setup, columns.size))
 
 
-def _near_contact(setup: Setup, gaps: GapOperator) -> IntArray:
-    distance = setup.study.config.reduction.keep_out
-    if distance == 0.0 or gaps.m == 0:
-        return np.zeros(0, dtype=np.int64)
-    coords = setup.model.nodes.coords
-    near, _ = cKDTree(coords[gaps.retained_nodes]).query(coords, distance_upper_bound=distance)
-    nodes = np.flatnonzero(np.isfinite(near))
-    return (6 * nodes[:, None] + np.arange(6)).ravel()
+def _shared_interface(setup: Setup, cut: Partition, coupled: System) -> System:
+    """The assembly with characteristic modes of all interfaces together, where the study asks for them."""
+    table = setup.study.config.reduction.interface
+    if table.type != "characteristic" or table.level != "system":
+        return coupled
+    lines = [s.line for s in cut.substructures]
+    columns = np.flatnonzero(np.isin(coupled.coordinates, np.concatenate(lines)))
+    if not columns.size:
+        return coupled
+    return second_level(coupled, columns, count=_count(setup, columns.size))
 
 
-def _touched(part: System, labels: IntArray) -> IntArray:
-    """Coordinates of the part that the labels depend on, and those without stiffness (free point masses)."""
-    rows, _ = part.rows(labels)
-    loose = np.flatnonzero(part.K.diagonal() == 0.0)
-    return np.union1d(sp.csr_matrix(rows).indices, loose).astype(np.int64)
+def _count(setup: Setup, size: int) -> int:
+    return min(int(setup.study.config.reduction.interface.n or size), size)
 
 
 def _with_damping(setup: Setup, system: System) -> System:
     if setup.study.config.damping.modal is None:
         return system
-    modes = _own_modes(system, modal_band(setup))
+    modes = reduced_modes(system, modal_band(setup))
     return damped(setup, system, modes, support_motion(system, held_factor(system)))
 
 
 def _own_modes(system: System, f_max: float) -> Modes:
-    """Modes of a System that is diagonal already (M = I): unit vectors."""
-    omega2 = np.asarray(system.K.diagonal() if hasattr(system.K, "diagonal") else np.diag(to_dense(system.K)))
-    keep = np.flatnonzero(omega2 <= (2.0 * np.pi * f_max) ** 2)
+    """Modes of a System that is diagonal already (M = I, or 0 for massless coordinates): unit vectors."""
+    assert isinstance(system.M, Diagonal)
+    omega2 = np.asarray(system.K.diagonal())
+    keep = np.flatnonzero((omega2 <= (2.0 * np.pi * f_max) ** 2) & (system.M.d > 0.0))
     shapes = np.zeros((system.n, keep.size))
     shapes[keep, np.arange(keep.size)] = 1.0
     return Modes(omega2[keep], shapes, 0.0, True)
 
 
 def reduced_modes(system: System, f_max: float) -> Modes:
-    """Modes of the reduced model up to `f_max`, Hz, for comparison with the reference."""
+    """Modes of the reduced model up to `f_max`, Hz."""
     if isinstance(system.K, Diagonal):
         return _own_modes(system, f_max)
     return modes(system.K, system.M, f_max=f_max, free=True)

@@ -62,7 +62,7 @@ def build_reference(setup: Setup, progress: Progress) -> ReferenceModel:
 
 def join_parts(setup: Setup, parts: list[System], loose: System | None) -> System:
     """Couple parts, full or reduced, by the model's links and supports."""
-    systems = [*parts, loose] if loose is not None else parts
+    systems = [*parts, *setup.superelements, *([loose] if loose is not None else [])]
     return couple(systems, setup.model, setup.driven, setup.rayleigh, override=setup.override_damping)
 
 
@@ -106,7 +106,7 @@ def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: HHT, progress: 
     """(m,) smallest gap of every contact channel over a run without contact."""
     R = reference.support_shapes
     assert reference.stiffness is not None
-    system = modal_system(reference.system, reference.modes, R, _static_shapes(setup, reference))
+    system = modal_system(reference.system, reference.modes, R, static_shapes(setup, reference))
     silent = setup.contacts.without_force()
     history = simulate(
         system, silent, setup.loads, scheme, observed=np.zeros(0, dtype=np.int64), output_every=setup.loads.n_step,
@@ -115,7 +115,7 @@ def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: HHT, progress: 
     return np.asarray(history.gap.min(axis=0))
 
 
-def _static_shapes(setup: Setup, reference: ReferenceModel) -> FloatArray:
+def static_shapes(setup: Setup, reference: ReferenceModel) -> FloatArray:
     """K^-1 B of the force excitations, (n, n_force)."""
     n = reference.system.n
     B = np.zeros((n, len(setup.loads.force_labels)))

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
-from creak.arrays import ComplexArray, FloatArray
+from creak.arrays import ComplexArray, FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.unilateral import compile_kernels
@@ -15,11 +16,13 @@ from creak.dynamics.condensed import step_limited_stiffness
 from creak.dynamics.hht import HHT
 from creak.dynamics.history import History
 from creak.dynamics.simulate import simulate
+from creak.reduction.health import Health
 from creak.signals.spectra import spectrum
 from creak.studies.costs import Cost, Meter
+from creak.studies.health import checked
 from creak.studies.reduced_model import ReducedModel, reduce_model, reduced_modes
 from creak.studies.reference_model import ReferenceModel, build_reference, observed_labels, precheck
-from creak.studies.setup import Setup, excitation_window, output_every
+from creak.studies.setup import Setup, excitation_window, field_steps, output_every
 from creak.verify.events import Event, EventMatch, find_events, match_events
 from creak.verify.mac import ModePairs, pair_modes
 from creak.verify.nrmse import nrmse_by_axis
@@ -76,17 +79,22 @@ class StudyResult:
     events: EventMatch | None
     window: tuple[float, float]
     notes: list[str]
+    health: dict[str, Health]
+    """Of each superelement, by name."""
 
 
-def run_study(setup: Setup, progress: Progress) -> StudyResult:
-    """Pre-check, reduction, both runs, verification."""
+def run_study(setup: Setup, progress: Progress, store: Path | None = None) -> StudyResult:
+    """Pre-check, reduction, both runs, verification.
+
+    Parameters
+    ----------
+    store : folder of saved superelements; those that still fit are used instead of being made again.
+    """
     c = setup.study.config
     scheme = HHT(c.time.alpha)
-    every = output_every(setup.study)
+    every, whole_at = output_every(setup.study), field_steps(setup.study, setup.loads.time)
     compile_kernels()
-    reference = build_reference(setup, progress)
-    kept, notes = precheck(setup, reference, scheme, progress)
-    gaps = join([kept, setup.connectors])
+    reference, gaps, notes = prepare(setup, progress)
     stiffness = step_limited_stiffness(
         reference.system, gaps, setup.model.nodes.coords[gaps.nodes_idx], scheme, setup.loads.step
     )
@@ -95,20 +103,31 @@ def run_study(setup: Setup, progress: Progress) -> StudyResult:
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
         notes.append("no channel can close under this load: both runs are linear")
     runs: dict[str, Run] = {}
-    reduced = None
+    reduced, health = None, {}
     if c.reduction.method != "none":
-        reduced = reduce_model(setup, reference, gaps, progress)
-        runs["reduced"] = _march("reduced", setup, reduced.system, gaps, scheme, every, progress, reduced)
+        reduced = reduce_model(setup, reference, gaps, progress, store)
+        notes += reduced.notes
+        runs["reduced"] = march_run("reduced", setup, reduced.system, gaps, scheme, every, whole_at, progress, reduced)
+        health = checked(setup, reduced, progress)
+        notes += [f"superelement {name}: {text}" for name, h in health.items() for text in h.findings.warnings]
     if c.reference.run or reduced is None:
-        runs["reference"] = _march("reference", setup, reference.system, gaps, scheme, every, progress, None)
+        full = reference.system
+        runs["reference"] = march_run("reference", setup, full, gaps, scheme, every, whole_at, progress, None)
     window = excitation_window(setup.study, setup.loads.time)
     return StudyResult(
         setup, gaps, runs, reference, reduced,
-        _compare_modes(setup, reference, reduced, gaps),
-        _compare_spectra(setup, runs, window),
-        _compare_events(setup, runs, window),
-        window, [*setup.notes, *notes],
+        compare_modes(setup, reference, reduced, gaps),
+        compare_spectra(setup, runs, window),
+        compare_events(setup, runs, window),
+        window, [*setup.notes, *notes], health,
     )  # fmt: skip
+
+
+def prepare(setup: Setup, progress: Progress) -> tuple[ReferenceModel, GapOperator, list[str]]:
+    """The unreduced model, the channels that the pre-check keeps (connectors after contacts), and notes."""
+    reference = build_reference(setup, progress)
+    kept, notes = precheck(setup, reference, HHT(setup.study.config.time.alpha), progress)
+    return reference, join([kept, setup.connectors]), notes
 
 
 def _note_of_limit(gaps: GapOperator, stiffness: FloatArray, step: float) -> list[str]:
@@ -122,14 +141,14 @@ def _note_of_limit(gaps: GapOperator, stiffness: FloatArray, step: float) -> lis
     ]
 
 
-def _march(
-    name: str, setup: Setup, system: System, gaps: GapOperator, scheme: HHT, every: int, progress: Progress,
-    reduced: ReducedModel | None,
+def march_run(
+    name: str, setup: Setup, system: System, gaps: GapOperator, scheme: HHT, every: int, whole_at: IntArray,
+    progress: Progress, reduced: ReducedModel | None,
 ) -> Run:  # fmt: skip
     meter = Meter()
     history = simulate(
         system, gaps, setup.loads, scheme, observed=observed_labels(setup.watched), output_every=every,
-        progress=lambda done, total: progress(f"{name} run", done, total),
+        whole_at=whole_at, progress=lambda done, total: progress(f"{name} run", done, total),
     )  # fmt: skip
     cost = meter.read()
     v = setup.study.config.verification
@@ -139,7 +158,7 @@ def _march(
     return Run(name, system, history, events, cost, reduced.retained, reduced.modes, reduced.cpu_s, reduced.wall_s)
 
 
-def _compare_modes(
+def compare_modes(
     setup: Setup, reference: ReferenceModel, reduced: ReducedModel | None, gaps: GapOperator
 ) -> ModeComparison | None:
     """MAC at the verification pairs, or at the watched and channel nodes where the study names no pairs."""
@@ -159,7 +178,7 @@ def _compare_modes(
     return ModeComparison(pairs, freq[below], other.frequencies)
 
 
-def _compare_spectra(setup: Setup, runs: dict[str, Run], window: tuple[float, float]) -> SpectraComparison | None:
+def compare_spectra(setup: Setup, runs: dict[str, Run], window: tuple[float, float]) -> SpectraComparison | None:
     if not setup.pairs.size or not runs:
         return None
     spectra: dict[str, ComplexArray] = {}
@@ -183,7 +202,7 @@ def _relative_motion(setup: Setup, history: History, window: tuple[float, float]
     return (u[:, secondary] - u[:, main])[-n:], step
 
 
-def _compare_events(setup: Setup, runs: dict[str, Run], window: tuple[float, float]) -> EventMatch | None:
+def compare_events(setup: Setup, runs: dict[str, Run], window: tuple[float, float]) -> EventMatch | None:
     if "reference" not in runs or "reduced" not in runs:
         return None
     tolerance = setup.study.config.verification.event_tolerance

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from creak.assembly.recovery import by_node, recovered
 from creak.dynamics.history import ENERGIES
 from creak.formats.complete_file import complete_file
-from creak.formats.results import RunRecord, write_results
+from creak.formats.results import Field, RunRecord, write_results
 from creak.studies.run import Run, StudyResult
 
 
@@ -43,4 +44,15 @@ def _record(run: Run, result: StudyResult) -> RunRecord:
         channel_nodes=nodes.ids[result.gaps.nodes_idx].astype(np.int64),
         energy=h.energy[at],
         energy_terms=ENERGIES,
+        field=_field(run, result),
     )
+
+
+def _field(run: Run, result: StudyResult) -> Field | None:
+    h, nodes = run.history, result.setup.model.nodes
+    if not h.whole_at.size:
+        return None
+    s = result.setup.loads.support[0, h.whole_at].T
+    labels = run.system.labels
+    blocks = ((here, by_node(u, labels, nodes.count)) for here, u in recovered(run.system, h.coordinates, s))
+    return Field(h.time[h.whole_at], blocks, nodes.ids.astype(np.int64), nodes.coords)

@@ -13,6 +13,7 @@ from creak.assembly.coupling import Driven
 from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import Rayleigh, common_rayleigh
 from creak.assembly.rigid import unheld_parts
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.node_to_surface import node_to_surface
 from creak.contact.pair import ContactPair
@@ -24,6 +25,7 @@ from creak.formats.abaqus.reader import read_deck
 from creak.model.mesh import Model
 from creak.studies.config import DOFS
 from creak.studies.excitation import driven_dofs, highest_frequency, period_of, sample_loads, time_axis
+from creak.studies.imported import imported_superelements, resistance
 from creak.studies.study_file import Study
 
 METHODS = {"surface-to-surface": surface_to_surface, "node-to-surface": node_to_surface}
@@ -47,6 +49,8 @@ class Setup:
     watched: IntArray
     """Node rows whose motion is kept."""
     notes: list[str]
+    superelements: tuple[System, ...] = ()
+    """Parts that came as matrices."""
 
 
 def read_model(path: Path) -> Model:
@@ -85,12 +89,13 @@ def set_up(study: Study, ignore: Sequence[str] = ()) -> Setup:
     contacts, notes = _contacts(model, study)
     plays = _plays(study)
     connectors = join([play_channels(model, p, where) for p, where in plays])
-    _check_held(model, driven, connectors)
-    pairs = _pairs(model, study)
     rayleigh, override = _damping(model, study)
+    superelements = imported_superelements(model, study, rayleigh, override)
+    _check_held(model, driven, connectors, superelements)
+    pairs = _pairs(model, study)
     return Setup(
         study, model, rayleigh, override, driven, contacts, connectors, loads, pairs,
-        _watched(model, study, pairs), notes,
+        _watched(model, study, pairs), notes, superelements,
     )  # fmt: skip
 
 
@@ -141,12 +146,15 @@ def _plays(study: Study) -> list[tuple[Play, str]]:
     return out
 
 
-def _check_held(model: Model, driven: Driven, connectors: GapOperator) -> None:
+def _check_held(
+    model: Model, driven: Driven, connectors: GapOperator, superelements: tuple[System, ...]
+) -> None:
     G = connectors.G
     stops = [
         LinearEquation(connectors.labels[G.indices[a:b]].tolist(), G.data[a:b].tolist())
         for a, b in zip(G.indptr[:-1], G.indptr[1:], strict=True)
     ]
+    stops += [e for s in superelements for e in resistance(s)]
     loose = unheld_parts(model, driven, stops)
     if loose:
         raise InputError(
@@ -207,13 +215,36 @@ def output_every(study: Study) -> int:
     ------
     InputError : an interval shorter than the step, or no multiple of it.
     """
-    interval, step = study.config.output.interval, study.config.time.step
-    if interval is None:
-        return 1
+    interval = study.config.output.interval
+    return 1 if interval is None else _steps(study, "interval", interval)
+
+
+def field_steps(study: Study, time: FloatArray) -> IntArray:
+    """Steps at which the motion of all nodes is written.
+
+    Raises
+    ------
+    InputError : an interval shorter than the step, or no multiple of it; a start after the end of the run.
+    """
+    table = study.config.output
+    if table.field_interval is None:
+        return np.zeros(0, dtype=np.int64)
+    every = _steps(study, "field_interval", table.field_interval)
+    first = int(np.searchsorted(time, table.field_start - 1e-9 * study.config.time.step))
+    if first >= time.size:
+        raise InputError(
+            f"field_start = {table.field_start:g} s", where=study.where("output", "field_start"),
+            expected=f"a time within the run, which ends at {time[-1]:g} s", fix="Start earlier.",
+        )  # fmt: skip
+    return np.arange(first, time.size, every, dtype=np.int64)
+
+
+def _steps(study: Study, key: str, interval: float) -> int:
+    step = study.config.time.step
     every = round(interval / step)
     if every < 1 or abs(every * step - interval) > 1e-6 * interval:
         raise InputError(
-            f"interval = {interval:g} s", where=study.where("output", "interval"),
+            f"{key} = {interval:g} s", where=study.where("output", key),
             expected=f"a multiple of the step, {step:g} s", fix=f"Use {max(every, 1) * step:g}.",
         )  # fmt: skip
     return every

@@ -62,10 +62,6 @@ def read_study(path: Path) -> Study:
 def _refuse_what_is_not_there_yet(study: Study) -> None:
     c = study.config
     checks: list[tuple[bool, tuple[str | int, ...], str, str]] = [
-        (c.reduction.method not in ("craig-bampton", "none"), ("reduction", "method"),
-         f"method = {c.reduction.method!r}", '"craig-bampton" or "none"'),
-        (c.reduction.interface.type != "full", ("reduction", "interface"),
-         f"interface type = {c.reduction.interface.type!r}", '"full"'),
         (c.time.integrator != "hht", ("time", "integrator"), f"integrator = {c.time.integrator!r}", '"hht"'),
         *[(t.friction > 0.0, ("contact", name, "friction"), f"friction = {t.friction}", "0")
           for name, t in c.contact.items()],

@@ -25,6 +25,7 @@ def summarise(result: StudyResult) -> dict[str, Any]:
         "precheck": {"candidates": setup.contacts.m, "kept": result.gaps.m - setup.connectors.m},
         "seeds": {name: t.signal.seed for name, t in c.excitation.items() if t.signal.type == "multisine"},
         "runs": {name: _run(run, result, model) for name, run in result.runs.items()},
+        "superelements": {name: health.as_dict() for name, health in result.health.items()},
         "verification": _verification(result),
         "unread": [
             {"keyword": u.keyword, "where": u.where, "changes_answer": u.changes_answer, "why": u.why}

@@ -117,3 +117,23 @@ def test_held_body_is_regular_although_badly_conditioned(n):
     force = np.zeros(n - 1)
     force[-1] = 1.0
     assert found.solve(force)[-1] == pytest.approx(n - 1, rel=1e-6)
+
+
+@pytest.mark.skipif(not has_pardiso(), reason="PARDISO is not installed")
+def test_pardiso_tells_the_memory_of_its_factor():
+    """A tridiagonal matrix fills nothing in: between the diagonal and a band of one, in any ordering of a tree."""
+    n = 5000
+    found = factor(free_chain(n + 1)[1:][:, 1:])
+    assert 8 * n <= found.nbytes <= 8 * 20 * n  # supernodes are padded
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_wide_blocks_come_back_in_fortran_order_and_leave_the_right_hand_side_alone(order):
+    A = spd()
+    b = np.array(np.random.default_rng(3).standard_normal((60, 9)), order=order)
+    kept = b.copy()
+    x = factor(A).solve(b)
+    np.testing.assert_array_equal(b, kept)
+    np.testing.assert_allclose(A @ x, b, atol=1e-12)
+    if has_pardiso():
+        assert x.flags.f_contiguous

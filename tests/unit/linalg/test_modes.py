@@ -136,5 +136,118 @@ def test_progress_is_reported():
     K, M, _ = long_chain()
     seen = []
     modes(K, M, count=30, progress=lambda done, total: seen.append((done, total)))
-    assert seen
-    assert all(0 <= done <= total == 30 for done, total in seen)
+    done = [now for now, _ in seen]
+    assert all(total == 30 for _, total in seen)
+    assert done == sorted(done)
+    assert done[0] >= 0
+    assert done[-1] == 30
+
+
+def held_plate(cells: tuple[int, int], size: tuple[float, float]) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+    """K and M of a flat shell, one edge clamped; small enough for a dense solver, too large for `modes` to take it."""
+    coords, quads = plate(*cells, size)
+    part = part_system(model_of(coords, [block("quad4", quads, shell(1e-3))]), 0, NO_DAMPING)
+    inside = np.flatnonzero(~np.isin(part.coordinates // 6, np.flatnonzero(coords[:, 0] == coords[:, 0].min())))
+    K, M = (sp.csr_matrix(A)[inside][:, inside] for A in (part.K, part.M))
+    assert K.shape[0] > DENSE_LIMIT
+    return K, M
+
+
+@pytest.fixture(scope="module")
+def shell_case() -> tuple[sp.csr_matrix, sp.csr_matrix, np.ndarray]:
+    K, M = held_plate((13, 9), (0.4, 0.25))
+    return K, M, sla.eigh(K.toarray(), M.toarray(), eigvals_only=True)
+
+
+@pytest.mark.parametrize("n", [0, 1, 30, 140])
+def test_shell_modes_agree_with_the_dense_solver(shell_case, n):
+    K, M, exact = shell_case
+    limit = 0.5 * (exact[n - 1] + exact[n]) if n else 0.5 * exact[0]
+    found = modes(K, M, f_max=float(np.sqrt(limit)) / (2.0 * np.pi))
+    # Both solvers are backward stable: round-off of 1e-16 times the ratio of the extreme to the found eigenvalue
+    # (1e10 for the dense one at the bottom, so the lowest are compared to the residual instead).
+    safe = exact[:n] > 1e-6 * exact[-1]
+    np.testing.assert_allclose(found.omega2[safe], exact[:n][safe], rtol=1e-9)
+    np.testing.assert_allclose(found.omega2, exact[:n], rtol=1e-5)
+    np.testing.assert_allclose(found.shapes.T @ (M @ found.shapes), np.eye(n), atol=1e-9)
+    assert found.next_omega2 == pytest.approx(exact[n], rel=1e-5)
+    assert found.columns >= n
+    assert found.sturm_ok
+
+
+def test_residuals_are_those_of_the_rayleigh_quotient(shell_case):
+    K, M, exact = shell_case
+    found = modes(K, M, f_max=float(np.sqrt(0.5 * (exact[59] + exact[60]))) / (2.0 * np.pi))
+    x = found.shapes
+    np.testing.assert_allclose(np.einsum("ij,ij->j", x, K @ x), found.omega2, rtol=1e-9)
+    gap = np.linalg.norm(K @ x - (M @ x) * found.omega2, axis=0) / np.linalg.norm(K @ x, axis=0)
+    assert found.residual == pytest.approx(gap.max(), rel=0.5)  # both are round-off of K x, summed in another order
+    assert found.residual < 1e-6
+
+
+def test_limit_may_cut_through_a_cluster():
+    """Chains side by side whose frequencies differ by 1e-6: the limit lies between the 7th and the 8th of twelve."""
+    K, _, exact = long_chain(80)
+    scale = 1.0 + 1e-6 * np.arange(12)
+    K12, M12 = sp.block_diag([s * K for s in scale], format="csr"), sp.identity(960, format="csr")
+    every = np.sort(np.outer(scale, exact).ravel())
+    n = 5 * 12 + 7
+    limit = 0.5 * (every[n - 1] + every[n])
+    found = modes(K12, M12, f_max=float(np.sqrt(limit)) / (2.0 * np.pi))
+    # Neighbours are 1e-6 apart, so an error of 1e-9 leaves no doubt about which is which.
+    np.testing.assert_allclose(found.omega2, every[:n], rtol=1e-9)
+    assert found.next_omega2 == pytest.approx(every[n], rel=1e-9)
+    np.testing.assert_allclose(found.shapes.T @ found.shapes, np.eye(n), atol=1e-9)
+
+
+def test_more_twins_than_a_block_is_wide():
+    K, M, exact = long_chain(20)
+    K40, M40 = (sp.block_diag([A] * 40, format="csr") for A in (K, M))
+    f = np.sqrt(exact) / (2.0 * np.pi)
+    found = modes(K40, M40, f_max=0.5 * (f[1] + f[2]))
+    np.testing.assert_allclose(found.omega2, np.repeat(exact[:2], 40), rtol=1e-9)
+    np.testing.assert_allclose(found.shapes.T @ found.shapes, np.eye(80), atol=1e-9)
+    assert found.next_omega2 == pytest.approx(exact[2], rel=1e-9)
+
+
+@pytest.mark.parametrize("n", [30, 800])
+def test_nothing_is_left_above_the_last_mode(n):
+    """A single mass in a chain of massless ones: one mode, infinity after it; dense and Lanczos."""
+    K, _, _ = long_chain(n)
+    mass = np.zeros(n)
+    mass[n // 2] = 1.0
+    M = sp.csr_matrix(sp.diags_array(mass))
+    flexibility = np.linalg.solve(K.toarray(), mass)[n // 2]
+    found = modes(K, M, f_max=float(np.sqrt(2.0 / flexibility)) / (2.0 * np.pi))
+    np.testing.assert_allclose(found.omega2, [1.0 / flexibility], rtol=1e-9)
+    assert found.next_omega2 == np.inf
+
+
+def test_massless_dofs_of_a_large_matrix():
+    """Every second mass is missing; the others move as after static condensation."""
+    K, _, _ = long_chain(700)
+    M = sp.csr_matrix(sp.diags_array(np.tile([1.0, 0.0], 350)))
+    Kd = K.toarray()
+    a, b = np.arange(0, 700, 2), np.arange(1, 700, 2)
+    small = Kd[np.ix_(a, a)] - Kd[np.ix_(a, b)] @ np.linalg.solve(Kd[np.ix_(b, b)], Kd[np.ix_(b, a)])
+    exact = np.linalg.eigvalsh(small)
+    found = modes(K, M, f_max=float(np.sqrt(0.5 * (exact[24] + exact[25]))) / (2.0 * np.pi))
+    np.testing.assert_allclose(found.omega2, exact[:25], rtol=1e-8)  # condition 1e5 of the dense one
+    assert found.next_omega2 == pytest.approx(exact[25], rel=1e-8)
+
+
+def test_free_shell_has_a_next_eigenvalue():
+    coords, quads = plate(12, 10, (0.3, 0.25))
+    part = part_system(model_of(coords, [block("quad4", quads, shell(1e-3))]), 0, NO_DAMPING)
+    many = modes(part.K, part.M, count=12, free=True)
+    assert np.isnan(many.next_omega2)
+    found = modes(part.K, part.M, f_max=float(many.frequencies[8:10].mean()), free=True)
+    assert found.omega2.size == 9
+    assert found.next_omega2 == pytest.approx(many.omega2[9], rel=1e-7)  # the shift is near the rigid modes
+
+
+def test_same_input_same_output(shell_case):
+    K, M, _ = shell_case
+    first, second = (modes(K, M, count=40) for _ in range(2))
+    np.testing.assert_array_equal(first.omega2, second.omega2)
+    np.testing.assert_array_equal(first.shapes, second.shapes)

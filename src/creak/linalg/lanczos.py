@@ -1,0 +1,261 @@
+"""Block Lanczos for the largest eigenvalues of A = (K - shift M)^-1 M, with measured partial reorthogonalisation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as sla
+
+from creak.arrays import FloatArray, Matrix
+from creak.linalg.dense_product import inner, product, right_solve, subtract_product
+from creak.linalg.factor import Factor
+from creak.linalg.sparse_product import BlockProduct
+from creak.linalg.threads import one_blas_thread
+
+TOLERANCE = 1e-9
+"""Lanczos residual relative to the eigenvalue; the eigenvalue's own error is of its square."""
+ORTHOGONAL = 1e-10
+"""A new vector may have this much of the old ones in it; semi-orthogonality would do with 1e-8."""
+DEPENDENT = 1e-13
+"""A column that the old ones explain up to this share of the largest eigenvalue is replaced by a random one."""
+PROBES = 8
+"""Random combinations of the old vectors that a new block is tested with."""
+FRESH = 1e-6
+"""The same limit for columns of length 1."""
+FINITE = 1e-13
+"""Smaller eigenvalues, relative to the largest, are those of massless motion (infinite frequency)."""
+CONVERGING = 0.48
+"""Eigenvalues that converge per new vector once the process has settled."""
+MAX_PASSES = 8
+"""Orthonormalisations of one block; two are enough but where columns are dependent."""
+ROWS = 8192
+"""Rows of the basis turned into eigenvectors at a time."""
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Ritz:
+    """Largest eigenvalues of A and what they cost."""
+
+    theta: FloatArray
+    """(n_value,), falling; one more than vectors where there is one."""
+    shapes: FloatArray
+    """(n, n_vector) in Fortran order, M-orthonormal."""
+    columns: int
+    """Vectors that went through the factor."""
+
+
+class _Basis:
+    """Lanczos vectors Q (n, used) in one piece of memory, which the eigenvectors later take over."""
+
+    def __init__(self, n: int, capacity: int) -> None:
+        self._rows = np.empty((capacity, n))
+        self._signs = np.random.default_rng(1984)
+        self._probe = np.zeros((n, PROBES), order="F")
+        self.used = 0
+
+    def append(self, W: FloatArray) -> None:
+        width = W.shape[1]
+        if self.used + width > self._rows.shape[0]:
+            self._rows.resize((int(1.3 * self._rows.shape[0]) + width, self._rows.shape[1]), refcheck=False)
+        self._rows[self.used : self.used + width] = W.T
+        subtract_product(self._probe, W, self._signs.choice([-1.0, 1.0], (width, PROBES)))
+        self.used += width
+
+    def loss(self, Z: FloatArray) -> float:
+        """Largest |Q' z| over the columns z = M w, from random combinations of Q: |g' Q' z| is |Q' z| in the mean
+        square for random signs g."""
+        if self.used == 0 or Z.shape[1] == 0:
+            return 0.0
+        return float(np.linalg.norm(inner(self._probe, Z), axis=0).max() / np.sqrt(PROBES))
+
+    def remove(self, W: FloatArray, Z: FloatArray) -> FloatArray:
+        """W -= Q Q' Z in place; returns Q' Z."""
+        Q = self._rows[: self.used].T
+        share = inner(Q, Z)
+        subtract_product(W, Q, share)
+        return share
+
+    def remove_block(self, W: FloatArray, start: int, share: FloatArray) -> None:
+        """W -= Q[:, start:start + k] share in place."""
+        subtract_product(W, self._rows[start : start + share.shape[0]].T, share)
+
+    def combined(self, S: FloatArray) -> FloatArray:
+        """Q S (n, k) in the memory of Q; the basis is gone then."""
+        n, k = self._rows.shape[1], S.shape[1]
+        for first in range(0, n, ROWS):
+            part = slice(first, first + ROWS)
+            self._rows[:k, part] = product(self._rows[: self.used, part].T, S).T
+        self._rows.resize((k, n), refcheck=False)
+        return self._rows.T
+
+
+def lanczos(
+    inverse: Factor,
+    M: Matrix,
+    wanted: int,
+    *,
+    extra: int = 0,
+    at_least: float = 0.0,
+    progress: Progress | None = None,
+) -> Ritz:
+    """The `wanted` largest eigenpairs of A = inverse M, and `extra` eigenvalues more.
+
+    Parameters
+    ----------
+    inverse : factor of K - shift M, positive definite.
+    M : (n, n) positive semidefinite; A is self-adjoint in its inner product.
+    wanted, extra : number of eigenpairs, and of further eigenvalues without their vectors.
+    at_least : the `wanted` eigenvalues are known to be larger than this; the search goes on until they are.
+
+    Method: A Q_j = Q_j-1 R_j-1' + Q_j alpha_j + Q_j+1 R_j, with one product with M per block (Grimes, Lewis, Simon,
+    SIAM J. Matrix Anal. 15, 1994). Orthogonality to the earlier blocks is lost as eigenvalues converge. Instead
+    of estimating it by a recurrence, which must guess the round-off of the factor, it is measured on random
+    combinations of the old vectors, and restored when it exceeds `ORTHOGONAL` (partial reorthogonalisation,
+    Simon, Math. Comp. 42, 1984). Dependent columns are replaced by random ones, so multiplicities may exceed the
+    block width. The memory is that of the basis, about 2.7 `wanted` vectors.
+    """
+    n = M.shape[0]
+    values = min(wanted + extra, n)
+    width = min(block_width(values), n)
+    krylov = _Krylov(inverse, M, min(n, 3 * values + 4 * width))
+    W, Z, _ = krylov.next_block(np.zeros((n, 0)), width, 0.0)
+    if W.shape[1] == 0:  # no mass at all
+        return Ritz(np.zeros(0), np.zeros((n, 0)), krylov.columns)
+    T, back, look = np.zeros((0, 0)), np.zeros((0, W.shape[1])), _first_look(values, width)
+    while True:
+        W, alpha = krylov.step(W, Z, back)
+        scale = float(np.abs(T).max(initial=np.abs(alpha).max()))
+        used = krylov.basis.used
+        W, Z, R = krylov.next_block(W, min(width, n - used), DEPENDENT * scale)
+        T = _bordered(T, back, alpha)
+        back = R.T
+        exhausted = W.shape[1] == 0
+        if progress is not None and not exhausted:
+            progress(min(used // 3, wanted), wanted)
+        if exhausted or used >= look:
+            theta, S = _largest(T, min(values, used))
+            error = np.linalg.norm(R @ S[-alpha.shape[0] :], axis=0)
+            good = error <= TOLERANCE * theta
+            enough = wanted == 0 or bool(theta[min(wanted, theta.size) - 1] > at_least)
+            if exhausted or (enough and good.all()):
+                break
+            look = used + max(width, int(np.count_nonzero(~good) / CONVERGING))
+    del W, Z
+    if progress is not None:
+        progress(wanted, wanted)
+    theta = np.where(theta > FINITE * theta[0], theta, 0.0)
+    kept = min(wanted, int(np.count_nonzero(theta)))
+    return Ritz(theta, krylov.basis.combined(S[:, :kept]), krylov.columns)
+
+
+def _first_look(values: int, width: int) -> int:
+    """Size of the basis at which most of the eigenvalues have converged; the eigenproblem of T is not for free."""
+    return int(2.2 * values) + min(5 * width, values + width)
+
+
+def block_width(values: int) -> int:
+    """Wide blocks solve faster per column, narrow ones need fewer columns."""
+    return 16 if values < 100 else 32
+
+
+class _Krylov:
+    """The growing Krylov space of A = inverse M."""
+
+    def __init__(self, inverse: Factor, M: Matrix, capacity: int) -> None:
+        self._inverse, self._mass = inverse, BlockProduct(M)
+        self._rng = np.random.default_rng(20190527)
+        self.basis = _Basis(M.shape[0], capacity)
+        self.columns = 0
+
+    def step(self, W: FloatArray, Z: FloatArray, back: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Store the block W, with Z = M W; return A W without its part in this block and the one before, and alpha."""
+        self.basis.append(W)
+        before = self.basis.used - W.shape[1] - back.shape[0]
+        W = self._solve(Z)
+        self.basis.remove_block(W, before, back)
+        alpha = inner(Z, W)
+        self.basis.remove_block(W, before + back.shape[0], alpha)
+        return W, 0.5 * (alpha + alpha.T)
+
+    def next_block(self, W: FloatArray, width: int, floor: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Q (n, width), M Q and R with W = Q R: M-orthonormal, also to the basis, filled up with random columns.
+
+        `floor`: columns whose independent part is smaller are taken for dependent. Q is narrower than `width`
+        only where the space is exhausted.
+        """
+        R = np.eye(W.shape[1])
+        W, Z, R = self._orthonormal(W, R, floor)
+        if W.shape[1] > width:
+            W, Z, R = np.asfortranarray(W[:, :width]), np.asfortranarray(Z[:, :width]), R[:width]
+        if W.shape[1] < width:
+            W = np.asfortranarray(np.hstack([W, self._random(width - W.shape[1])]))
+            R = np.vstack([R, np.zeros((width - R.shape[0], R.shape[1]))])
+            W, Z, R = self._orthonormal(W, R, FRESH)
+        return W, Z, R
+
+    def _orthonormal(self, W: FloatArray, R: FloatArray, floor: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Cholesky orthonormalisation, repeated while it was ill-conditioned or old vectors had to be removed."""
+        Z = self._mass(W)
+        for _ in range(MAX_PASSES):
+            if W.shape[1] == 0:
+                break
+            W, Z, factor_R, good = self._scaled(W, Z, floor)
+            R, floor = factor_R @ R, FRESH
+            if self.basis.loss(Z) > ORTHOGONAL:
+                self.basis.remove(W, Z)
+                Z = self._mass(W)
+            elif good:
+                break
+        return W, Z, R
+
+    def _scaled(
+        self, W: FloatArray, Z: FloatArray, floor: float
+    ) -> tuple[FloatArray, FloatArray, FloatArray, bool]:
+        """W R^-1, M W R^-1, R and whether one pass is enough; dependent columns are dropped."""
+        gram = inner(W, Z)
+        gram = 0.5 * (gram + gram.T)
+        size = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
+        values = sla.eigvalsh(gram / np.outer(size, size))
+        if values[0] > 1e-12 and size.min() > floor:
+            R = np.asarray(sla.cholesky(gram))
+            right_solve(W, R)
+            right_solve(Z, R)
+            return W, Z, R, bool(values[0] > 1e-4)
+        values, vectors = sla.eigh(gram)
+        keep = values > max(floor**2, 1e-20 * values[-1])
+        length = np.sqrt(values[keep])
+        W = product(W, vectors[:, keep] / length)
+        return W, self._mass(W), length[:, None] * vectors[:, keep].T, False
+
+    def _random(self, width: int) -> FloatArray:
+        """Columns in the range of A, of M-length 1."""
+        W = self._solve(self._mass(self._rng.standard_normal((self._mass.n, width))))
+        size = np.sqrt(np.einsum("ij,ij->j", W, self._mass(W)))
+        return W / np.where(size > 0.0, size, 1.0)
+
+    def _solve(self, Z: FloatArray) -> FloatArray:
+        self.columns += Z.shape[1]
+        return np.asfortranarray(self._inverse.solve(Z))
+
+
+def _bordered(T: FloatArray, back: FloatArray, alpha: FloatArray) -> FloatArray:
+    """T with one more diagonal block; `back` (previous, new) couples it to the last one."""
+    old, new = T.shape[0], alpha.shape[0]
+    bigger = np.zeros((old + new, old + new))
+    bigger[:old, :old] = T
+    bigger[old - back.shape[0] : old, old:] = back
+    bigger[old:, old - back.shape[0] : old] = back.T
+    bigger[old:, old:] = alpha
+    return bigger
+
+
+def _largest(T: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
+    """The `count` largest eigenvalues of T, falling, and their vectors."""
+    n = T.shape[0]
+    with one_blas_thread():  # its tridiagonalisation is bound by memory, and the solver's threads are still awake
+        theta, S = sla.eigh(T, subset_by_index=(n - count, n - 1), driver="evr")
+    return theta[::-1], S[:, ::-1]

@@ -1,0 +1,142 @@
+"""Plain sentences for people: what is good about a superelement, and what is not."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.reduction.health.fixed import FixedModes
+from creak.reduction.health.free import GOOD, VERY_GOOD, FreeModes
+from creak.reduction.health.rigid import GROUNDING, RigidCheck
+
+RULE, RULE_CONTACT = 3.0, 5.0
+"""First mode left out over the highest frequency of interest: rule of thumb, and where contact excites more."""
+MASS_ERROR = 1e-4
+"""Mass properties are exact but for the round-off of K_ii^-1 K_ib, some 1e-16 times the condition of K_ii."""
+MISFIT = 1e-4
+"""Boundary shapes that miss rigid motion by more cannot carry the part's mass."""
+RESIDUAL = 1e-3
+"""Residual of a fixed-interface mode; its frequency is off by the square."""
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Sentences."""
+
+    warnings: tuple[str, ...]
+    good: tuple[str, ...]
+
+
+def findings(rigid: RigidCheck, fixed: FixedModes, free: FreeModes, f_excitation: float | None) -> Findings:
+    """Judge the figures against the thresholds of this module."""
+    lines = [*_range(free, fixed.first_left_out, f_excitation), *_cut(fixed.first_left_out, f_excitation)]
+    lines += [*_mass(rigid), *_ground(rigid), *_free(free, f_excitation), *_fixed(fixed)]
+    return Findings(tuple(t for bad, t in lines if bad), tuple(t for bad, t in lines if not bad))
+
+
+Line = tuple[bool, str]
+"""(is a warning, sentence)"""
+
+
+def hz(f: float) -> str:
+    """`1,512 Hz`, `48.2 Hz`, `0.031 Hz`."""
+    if not np.isfinite(f):
+        return "any frequency"
+    return f"{f:,.0f} Hz" if f >= 100.0 else f"{f:.3g} Hz"
+
+
+def rounded_up(f: float) -> float:
+    """To two digits."""
+    unit = 10.0 ** (np.floor(np.log10(f)) - 1.0)
+    return float(np.ceil(f / unit * (1.0 - 1e-9)) * unit)
+
+
+def percent(x: float) -> str:
+    """`0.34 %`, `54 %`, `0 %` for what is round-off."""
+    size = 100.0 * abs(x)
+    return f"{100.0 * x:.2g} %" if 1e-6 <= size < 10.0 else f"{100.0 * x:.0f} %"
+
+
+def _range(free: FreeModes, cut: float, f_excitation: float | None) -> Iterable[Line]:
+    if not free.definite:
+        yield True, "the superelement has no modes: its mass or stiffness is not positive"
+        return
+    if not np.isfinite(free.usable):
+        yield False, "good to any frequency: no fixed-interface mode is left out"
+        return
+    least = "at least " if free.at_least else ""
+    if f_excitation is None or free.usable >= f_excitation or free.at_least:
+        yield False, (
+            f"good to {least}{hz(free.usable)} (estimated frequency error below {percent(GOOD)}), "
+            f"to {hz(free.usable_tight)} below {percent(VERY_GOOD)}"
+        )
+        return
+    goal = rounded_up(max(RULE, cut / max(free.usable, 1e-300)) * f_excitation)
+    yield True, (
+        f"not good enough: the excitation reaches {hz(f_excitation)} but the estimated frequency error passes "
+        f"{percent(GOOD)} at {hz(free.usable)}; raise f_max to {hz(goal)}"
+    )
+
+
+def _cut(cut: float, f_excitation: float | None) -> Iterable[Line]:
+    if f_excitation is None or not np.isfinite(cut):
+        return
+    ratio = cut / f_excitation
+    said = f"first mode left out at {hz(cut)} is {ratio:.2g} x the excitation"
+    if ratio < RULE:
+        goals = [hz(rounded_up(k * f_excitation)) for k in (RULE, RULE_CONTACT)]
+        yield True, f"{said}; the rule of thumb is {RULE:g} x, with contact {RULE_CONTACT:g} x: {' or '.join(goals)}"
+    elif ratio < RULE_CONTACT:
+        yield False, f"{said}: enough without contact (rule of thumb {RULE:g} x), little with it ({RULE_CONTACT:g} x)"
+    else:
+        yield False, said
+
+
+def _mass(rigid: RigidCheck) -> Iterable[Line]:
+    if rigid.boundary_misfit > MISFIT:
+        missing = percent(rigid.boundary_misfit)
+        yield True, f"the reduced boundary cannot move rigidly: it misses rigid motion by {missing}"
+    errors = {"mass": rigid.mass_error, "centre of gravity": rigid.cog_error, "inertia": rigid.inertia_error}
+    wrong = [f"{name} by {percent(e)}" for name, e in errors.items() if e > MASS_ERROR]
+    if not wrong:
+        worst = percent(max(errors.values()))
+        yield False, f"mass, centre of gravity and inertia agree with the full part ({worst} off at most)"
+    elif rigid.grounded:
+        yield False, f"{', '.join(wrong)} off: the part's own springs to ground bend it when its boundary moves"
+    else:
+        yield True, f"rigid-body properties are wrong: {', '.join(wrong)}"
+
+
+def _ground(rigid: RigidCheck) -> Iterable[Line]:
+    if not rigid.passes_grounding:
+        yield True, (
+            f"the reduction ties the part to ground: rigid motion strains it (relative energy "
+            f"{max(rigid.strain_energy):.1e}, round-off is below {GROUNDING:.1e}) and would swing at "
+            f"{hz(rigid.grounding_frequency)}"
+        )
+    elif rigid.grounded:
+        yield False, "the part itself is tied to ground; the reduction adds nothing to that"
+    else:
+        yield False, "not grounded: rigid motion strains nothing"
+
+
+def _free(free: FreeModes, f_excitation: float | None) -> Iterable[Line]:
+    if 0 <= free.rigid_full < free.rigid_reduced:
+        found = f"{free.rigid_reduced} motions without stiffness, the part {free.rigid_full}"
+        yield True, f"the superelement has {found}"
+    if not free.full:
+        return
+    inside = [i for i, f in enumerate(free.full) if f_excitation is None or f <= f_excitation]
+    worst = max((abs(free.error[i]) for i in inside), default=0.0)
+    if f_excitation is not None and worst > GOOD:
+        yield True, f"a free mode of the part below {hz(f_excitation)} is off by {percent(worst)}"
+        return
+    most = percent(max(abs(e) for e in free.error))
+    yield False, f"its first {len(free.full)} free modes, to {hz(free.full[-1])}, are within {most} of the full part's"
+
+
+def _fixed(fixed: FixedModes) -> Iterable[Line]:
+    if fixed.residual > RESIDUAL:
+        yield True, f"a fixed-interface mode is no mode of the full part: its residual is {fixed.residual:.1e}"

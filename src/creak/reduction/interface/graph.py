@@ -1,0 +1,63 @@
+"""Which interface nodes are neighbours, and how far apart."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import FloatArray, IntArray, Matrix
+from creak.errors import InputError
+from creak.model.mesh import Model
+
+EDGES = {
+    "quad4": ((0, 1), (1, 2), (2, 3), (3, 0)),
+    "tri3": ((0, 1), (1, 2), (2, 0)),
+    "beam2": ((0, 1),),
+    "truss2": ((0, 1),),
+}
+"""Sides of the element kinds that make a mesh; diagonals are no edges."""
+SHORTEST = 1e-3
+"""Length of an edge between coincident nodes, as a share of the longest edge."""
+
+
+def interface_graph(model: Model, nodes_idx: IntArray) -> Matrix:
+    """Edges of the mesh between interface nodes, with their lengths.
+
+    Parameters
+    ----------
+    nodes_idx : (n,) rows of the model; position k of the graph is node nodes_idx[k].
+
+    Returns
+    -------
+    (n, n) symmetric csr matrix, entry = length of the element edge (sides of quad4 and tri3, axes of beam2 and
+    truss2); no entry where two nodes share no edge. Coincident nodes joined by an edge get 1e-3 of the longest.
+
+    Raises
+    ------
+    InputError : a node is given twice.
+    """
+    n = nodes_idx.size
+    if np.unique(nodes_idx).size != n:
+        raise InputError("the interface lists a node twice", expected="every node once", fix="Remove the duplicates.")
+    place = np.full(model.nodes.count, -1, dtype=np.int64)
+    place[nodes_idx] = np.arange(n)
+    found = [_edges(block.nodes_idx, block.kind, place) for block in model.blocks if block.kind in EDGES]
+    pairs = np.unique(np.vstack([np.zeros((0, 2), dtype=np.int64), *found]), axis=0)
+    a, b = pairs.T
+    coords = model.nodes.coords[nodes_idx]
+    return _symmetric(a, b, np.linalg.norm(coords[a] - coords[b], axis=1), n)
+
+
+def _edges(elements: IntArray, kind: str, place: IntArray) -> IntArray:
+    """(k, 2) sorted positions of the edges with both ends on the interface."""
+    pairs = place[elements][:, np.array(EDGES[kind])].reshape(-1, 2)
+    inside = (pairs >= 0).all(axis=1) & (pairs[:, 0] != pairs[:, 1])
+    return np.sort(pairs[inside], axis=1)
+
+
+def _symmetric(a: IntArray, b: IntArray, length: FloatArray, n: int) -> Matrix:
+    length = np.maximum(length, SHORTEST * length.max(initial=0.0))
+    ends = np.concatenate([a, b]), np.concatenate([b, a])
+    graph = sp.csr_matrix((np.concatenate([length, length]), ends), shape=(n, n))
+    graph.sort_indices()
+    return graph

@@ -1,0 +1,155 @@
+"""Superelements saved, used again, found stale, and written for other programs."""
+
+from __future__ import annotations
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+from creak.cli.main import main
+from creak.formats.matrices.superelements import FORMATS, read_superelement
+from helpers_decks import STUDY, two_strips, write_strips
+
+NEAR_TIP = STUDY.replace("[reduction]\n", "[reduction]\nkeep_out = 0\n").replace('secondary = "UNDER"', 'secondary = "TIPS"')
+"""Contact at the last quads only, so that much of each strip is inside."""
+TIP_SURFACES = "*SURFACE, NAME=TIPS\n12, SNEG\n24, SNEG\n"
+
+
+def tip_deck() -> str:
+    return two_strips().replace("*SURFACE, NAME=UNDER", TIP_SURFACES + "*SURFACE, NAME=UNDER")
+
+
+def creak(monkeypatch, capsys, *arguments) -> tuple[int, str]:
+    monkeypatch.setattr("sys.argv", ["creak", *map(str, arguments)])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    said = capsys.readouterr()
+    return int(stop.value.code or 0), " ".join((said.out + said.err).split())
+
+
+@pytest.fixture
+def study(tmp_path):
+    return write_strips(tmp_path, tip_deck(), NEAR_TIP.replace("periods = 2", "periods = 1"))
+
+
+def summary(folder) -> dict:
+    return json.loads((folder / "summary.json").read_text())
+
+
+def test_run_uses_what_reduce_saved(study, tmp_path, monkeypatch, capsys):
+    status, text = creak(monkeypatch, capsys, "run", study, "--out", tmp_path / "before")
+    assert status == 0
+    assert "taken from" not in text
+    status, text = creak(monkeypatch, capsys, "reduce", study)
+    assert status == 0
+    assert "ground check" in text  # the health report
+    store = tmp_path / "superelements"
+    assert sorted(p.name for p in store.iterdir()) == ["LOWER.h5", "UPPER.h5"]
+    status, text = creak(monkeypatch, capsys, "run", study, "--out", tmp_path / "after")
+    assert status == 0
+    assert text.count("taken from") == 2
+    before, after = summary(tmp_path / "before"), summary(tmp_path / "after")
+    for key in ("dof", "retained", "modes", "max_force", "impulse_total"):
+        # The same matrices, read back to the bit.
+        assert after["runs"]["reduced"][key] == pytest.approx(before["runs"]["reduced"][key], rel=1e-12)
+    assert set(after["superelements"]) == {"UPPER", "LOWER"}
+    assert after["superelements"]["UPPER"]["rigid_mass_error"] < 1e-6  # round-off of K_ii^-1 K_ib
+
+
+def test_only_the_changed_part_is_reduced_again(study, tmp_path, monkeypatch, capsys):
+    assert creak(monkeypatch, capsys, "reduce", study, "--quiet")[0] == 0
+    store = tmp_path / "superelements"
+    kept = {p.name: p.stat().st_mtime_ns for p in store.iterdir()}
+    (tmp_path / "strips.inp").write_text(tip_deck().replace("MATERIAL=STEEL\n1.5,", "MATERIAL=STEEL\n1.6,"))
+    status, text = creak(monkeypatch, capsys, "reduce", study)
+    assert status == 0
+    assert "superelement UPPER: taken from UPPER.h5" in text
+    assert "superelement LOWER: the saved one in LOWER.h5 is stale (its stiffness changed, its mass changed)" in text
+    now = {p.name: p.stat().st_mtime_ns for p in store.iterdir()}
+    assert now["UPPER.h5"] == kept["UPPER.h5"]
+    assert now["LOWER.h5"] > kept["LOWER.h5"]
+
+
+def test_other_modes_make_a_saved_superelement_stale(study, tmp_path, monkeypatch, capsys):
+    assert creak(monkeypatch, capsys, "reduce", study, "--quiet")[0] == 0
+    study.write_text(study.read_text().replace("f_max = 3000", "f_max = 9000"))
+    status, text = creak(monkeypatch, capsys, "run", study, "--out", tmp_path / "out")
+    assert status == 0
+    assert text.count("stale (other modes are asked for); reduced again") == 2
+
+
+@pytest.mark.parametrize("keep", [0.0, 0.3, 0.9])
+def test_file_cut_short_is_refused(keep, study, tmp_path, monkeypatch, capsys):
+    assert creak(monkeypatch, capsys, "reduce", study, "--quiet")[0] == 0
+    file = tmp_path / "superelements" / "UPPER.h5"
+    data = file.read_bytes()
+    file.write_bytes(data[: int(keep * len(data))])
+    status, text = creak(monkeypatch, capsys, "run", study, "--quiet", "--out", tmp_path / "out")
+    assert status == 2
+    assert "UPPER.h5" in text
+    assert "cut short" in text
+    assert "creak reduce" in text
+    assert not (tmp_path / "out").exists()
+
+
+def test_foreign_file_is_refused(study, tmp_path, monkeypatch, capsys):
+    (tmp_path / "superelements").mkdir()
+    with h5py.File(tmp_path / "superelements" / "LOWER.h5", "w") as file:
+        file["x"] = 1.0
+    status, text = creak(monkeypatch, capsys, "run", study, "--quiet", "--out", tmp_path / "out")
+    assert status == 2
+    assert "not a superelement that creak has saved" in text
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_export_reads_back_with_the_same_frequencies(name, study, tmp_path, monkeypatch, capsys):
+    out = tmp_path / "out"
+    assert creak(monkeypatch, capsys, "reduce", study, "--quiet", "--out", out, "--export", name)[0] == 0
+    files = sorted(p for p in out.iterdir() if p.suffix != ".h5" and p.name.startswith("LOWER"))
+    main_file = next(p for p in files if p.suffix in (".op4", ".npz", ".mtx", ".inp", ".dmig", ".bdf", ".dat", ".pch"))
+    with h5py.File(out / "LOWER.h5") as file:
+        K, M, nodes = (file[k][()] if isinstance(file[k], h5py.Dataset) else None for k in ("K", "M", "node_ids"))
+    back = read_superelement(main_file)
+    assert sorted(set(back.node_ids.tolist())) == sorted(set(nodes.tolist()))
+    dense = [np.asarray(A.toarray() if hasattr(A, "toarray") else A) for A in (back.K, back.M)]
+    if K is not None and M is not None:
+        # Rows may come in another order; traces and norms do not care.
+        for A, B in zip((K, M), dense, strict=True):
+            assert np.trace(B) == pytest.approx(np.trace(A), rel=1e-12)
+            assert np.linalg.norm(B) == pytest.approx(np.linalg.norm(A), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (('[reduction]\n', '[reduction]\nmethod = "gap-modes"\n'), ["gap-modes", "makes no superelements"]),
+        (('[reduction]\n', '[reduction]\nretain = "ROOT_LOWER"\n'), ["cannot retain node 1001", "boundary condition"]),
+        (('[reduction]\n', '[reduction]\nretain = "ROOT_LOWR"\n'), ["ROOT_LOWR", "Did you mean"]),
+        (('[reduction]\n', '[reduction]\nsubstructures = ["LOVER"]\n'), ["element set", "LOVER", "LOWER"]),
+        (('[reduction]\n', '[reduction]\ninterface = { type = "spacing" }\n'), ["interface", "needs n"]),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_is_explained(change, words, study, tmp_path, monkeypatch, capsys):
+    study.write_text(study.read_text().replace(*change))
+    status, text = creak(monkeypatch, capsys, "reduce", study, "--quiet", "--out", tmp_path / "out")
+    assert status == 2
+    for word in words:
+        assert word in text
+    assert not (tmp_path / "out").exists()
+
+
+def test_no_mode_below_f_max_near_the_excitation_is_explained(study, tmp_path, monkeypatch, capsys):
+    """The held strips' first mode lies near 360 Hz: 160 Hz keeps none, and 150 Hz of excitation needs some."""
+    study.write_text(study.read_text().replace("f_max = 60", "f_max = 150").replace("f_max = 3000", "f_max = 160"))
+    status, text = creak(monkeypatch, capsys, "reduce", study, "--quiet", "--out", tmp_path / "out")
+    assert status == 2
+    assert "f_max = 160 Hz is below the first fixed-interface mode of every part" in text
+    assert "guyan" in text
+
+
+def test_unknown_export_format(study, tmp_path, monkeypatch, capsys):
+    status, text = creak(monkeypatch, capsys, "reduce", study, "--export", "op5")
+    assert status == 2
+    assert "Did you mean 'op4'" in text

@@ -1,0 +1,91 @@
+"""Diagonalisation of Systems in which some directions have no mass."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from creak.dynamics.hht import HHT
+from creak.dynamics.simulate import simulate
+from creak.errors import NumericalError
+from creak.reduction.diagonal import diagonalise
+from helpers_core import chain, channels, forces_on, system_of, time_axis
+
+ALL = np.arange(8)
+
+
+def hinged_chain(light: tuple[int, ...], mix: bool = True) -> tuple[np.ndarray, np.ndarray]:
+    """A chain of eight, some links without mass, in coordinates that hide which (unless not `mix`)."""
+    M, K = chain(8)
+    M[light, light] = 0.0
+    T = np.eye(8) + (0.3 * np.random.default_rng(5).standard_normal((8, 8)) if mix else 0.0)
+    return T.T @ M @ T, T.T @ K @ T
+
+
+@pytest.mark.parametrize("mix", [False, True])
+@pytest.mark.parametrize("light", [(3,), (0, 4, 5, 7)])
+def test_massless_directions_are_split_off(light, mix):
+    M, K = hinged_chain(light, mix)
+    small = diagonalise(system_of(M, K, sparse=False))
+    Phi = small.rows(ALL)[0]
+    heavy = 8 - len(light)
+    np.testing.assert_array_equal(small.M.d, [1.0] * heavy + [0.0] * len(light))
+    np.testing.assert_array_equal(small.K.d[heavy:], 1.0)
+    # Round-off.
+    np.testing.assert_allclose(Phi.T @ M @ Phi, np.diag(small.M.d), atol=1e-11)
+    np.testing.assert_allclose(Phi.T @ K @ Phi, np.diag(small.K.d), atol=1e-10 * small.K.d.max())
+    # Static condensation of the plain chain gives the finite frequencies.
+    _, plain = hinged_chain(light, mix=False)
+    o, i = np.setdiff1d(ALL, light), np.array(light)
+    condensed = plain[np.ix_(o, o)] - plain[np.ix_(o, i)] @ np.linalg.solve(plain[np.ix_(i, i)], plain[np.ix_(i, o)])
+    np.testing.assert_allclose(small.K.d[:heavy], np.linalg.eigvalsh(condensed), rtol=1e-9)
+
+
+@pytest.mark.parametrize("damping", [(0.0, 0.0), (1.5, 2e-4)])
+def test_transient_is_unchanged(damping):
+    """All directions are kept: a change of basis, contact on a massless coordinate included."""
+    M, K = hinged_chain((3, 7), mix=True)
+    system = system_of(M, K, alpha=damping[0], beta=damping[1], velocity=np.cos(ALL), sparse=False)
+    time = time_axis(0.6, 1e-3)
+    loads = forces_on(time, [7], 300.0 * np.sin(40.0 * time))
+    gaps = channels(np.eye(8)[[7]], 0.01, 1e5)
+    a, b = (simulate(s, gaps, loads, HHT(), observed=ALL) for s in (system, diagonalise(system)))
+    assert 0 < a.contact_steps < time.size
+    np.testing.assert_allclose(b.displacement, a.displacement, atol=1e-9 * np.abs(a.displacement).max())
+    np.testing.assert_allclose(b.force, a.force, atol=1e-8 * a.force.max())
+    np.testing.assert_allclose(b.energy, a.energy, atol=1e-8 * np.abs(a.energy).max())
+
+
+def test_initial_velocity_is_kept_in_massless_directions_too():
+    M, K = hinged_chain((2, 6))
+    v = np.sin(ALL + 1.0)
+    small = diagonalise(system_of(M, K, velocity=v, sparse=False))
+    np.testing.assert_allclose(small.rows(ALL)[0] @ small.velocity, v, atol=1e-11)
+
+
+def test_little_mass_is_mass():
+    """Coordinates in very different units (1e-12 against 1) are not taken for massless ones."""
+    M, K = chain(8)
+    scale = np.where(ALL % 2, 1e-6, 1.0)
+    small = diagonalise(system_of(M * scale * scale[:, None], K * scale * scale[:, None], sparse=False))
+    np.testing.assert_array_equal(small.M.d, 1.0)
+    np.testing.assert_allclose(small.K.d, np.linalg.eigvalsh(K), rtol=1e-8)
+
+
+def test_neither_mass_nor_stiffness_is_an_error():
+    M, K = chain(8)
+    M[3, 3] = 0.0
+    K[3], K[:, 3] = 0.0, 0.0
+    with pytest.raises(NumericalError, match="neither mass nor stiffness"):
+        diagonalise(system_of(M, K, sparse=False))
+
+
+def test_statistics_and_labels_stay():
+    M, K = hinged_chain((1,))
+    system = replace(system_of(M, K, sparse=False), stats={"modes": 4.0})
+    small = diagonalise(system)
+    assert small.stats == {"modes": 4.0}
+    np.testing.assert_array_equal(small.labels, ALL)
+    np.testing.assert_allclose(small.recover(np.eye(8)), small.rows(ALL)[0])
