@@ -31,6 +31,7 @@ lint: $(VENV)/dev.stamp
 
 bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks
+	$(BIN)/python -m benchmarks.million
 
 clean:
 	rm -rf $(VENV) door build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache

@@ -1,0 +1,73 @@
+"""Every way to reduce, through a study: contact is found and agrees with the unreduced model."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+import pytest
+
+from creak.studies.run import StudyResult, run_study
+from creak.studies.save import save
+from creak.studies.setup import set_up
+from creak.studies.study_file import read_study
+from creak.studies.summary import summarise
+from helpers_decks import STUDY, two_strips, write_strips
+
+TIPS = "*SURFACE, NAME=TIPS\n12, SNEG\n24, SNEG\n*ELSET, ELSET=HALF, GENERATE\n1001, 1006, 1\n1013, 1018, 1\n"
+
+
+def run(folder, reduction: str, more: str = "") -> StudyResult:
+    deck = two_strips().replace("*SURFACE, NAME=UNDER", TIPS + "*SURFACE, NAME=UNDER")
+    study = STUDY.replace('secondary = "UNDER"', 'secondary = "TIPS"').replace("[reduction]\nf_max = 3000\n", reduction)
+    write_strips(folder, deck)
+    path = write_strips(folder, deck, study.replace("periods = 2", "periods = 1") + more)
+    return run_study(set_up(read_study(path)), lambda *_: None)
+
+
+@pytest.mark.parametrize(
+    "reduction",
+    [
+        "[reduction]\nf_max = 6000\n",
+        "[reduction]\nf_max = 6000\nkeep_out = 15\n",
+        "[reduction]\nf_max = 6000\nsubstructures = [\"HALF\"]\n",
+        "[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = \"characteristic\", n = 12 }\n",
+        "[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = \"characteristic\", n = 12, level = \"local\" }\n",
+        "[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = \"interpolation\", n = 2 }\n",
+        "[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = \"coarse-mesh\", deck = \"strips.inp\" }\n",
+        "[reduction]\nmethod = \"gap-modes\"\nf_max = 6000\n",
+        "[reduction]\nmethod = \"massless-boundary\"\nf_max = 6000\n",
+    ],
+)  # fmt: skip
+def test_modes_and_motion_agree_with_the_unreduced_model(reduction, tmp_path):
+    """f_max is 100 x the excitation: what is left is interface error, a per cent or two at most."""
+    result = run(tmp_path, reduction)
+    check = summarise(result)["verification"]
+    assert min(check["mac"]) > 0.99
+    for reference, reduced in check["frequencies"]:
+        assert reduced == pytest.approx(reference, rel=0.02)
+    assert check["nrmse"]["all"] > 0.9
+    assert check["events"]["missed"] == 0
+
+
+def test_guyan_and_spacing_keep_fewer_dofs_and_run(tmp_path):
+    full = run(tmp_path, "[reduction]\nf_max = 6000\n")
+    static = run(tmp_path, '[reduction]\nmethod = "guyan"\n')
+    assert static.runs["reduced"].modes == 0
+    spaced = run(tmp_path, '[reduction]\nf_max = 6000\ninterface = { type = "spacing", n = 2 }\n')
+    assert spaced.runs["reduced"].retained < full.runs["reduced"].retained
+    some = run(tmp_path, '[reduction]\nf_max = 6000\ninterface = { type = "participation", eta = 0.5 }\n')
+    assert some.runs["reduced"].retained < full.runs["reduced"].retained
+
+
+def test_whole_field_is_recovered_and_agrees_with_the_watched_nodes(tmp_path):
+    result = run(tmp_path, "[reduction]\nf_max = 6000\n", "\n[output]\nfield_interval = 0.01\nfield_start = 0.05\n")
+    save(result, summarise(result), tmp_path / "out")
+    with h5py.File(tmp_path / "out" / "results.h5") as file:
+        for name in ("reduced", "reference"):
+            field, own = file[f"runs/{name}/field"], file[f"runs/{name}"]
+            assert field["displacement"].shape == (16, 78, 3)
+            at = np.round(field["time"][:] / 5e-4).astype(int)
+            rows = [field["node_ids"][:].tolist().index(i) for i in own["node_ids"][:]]
+            motion = own["displacement"][:][at][:, :, :3]
+            # Two routes to the same motion; round-off of K_ii^-1 K_ib.
+            np.testing.assert_allclose(field["displacement"][:][:, rows], motion, atol=1e-7 * np.abs(motion).max())
