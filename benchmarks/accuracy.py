@@ -1,0 +1,116 @@
+"""Accuracy against size for every reduction: `python -m benchmarks.accuracy [--mesh-size H] [--out FOLDER]`.
+
+One reference run; then each reduction of the same door: frequencies and MAC to 100 Hz, events and forces of the last
+period, times. A table (CSV) and a plot are written.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from rich.console import Console
+
+from benchmarks.door import SCHEME, silent
+from creak.contact.unilateral import compile_kernels
+from creak.door import write_door
+from creak.dynamics.condensed import step_limited_stiffness
+from creak.studies.config import ReductionTable
+from creak.studies.reduced_model import reduce_model
+from creak.studies.run import compare_events, compare_modes, march_run, prepare
+from creak.studies.setup import Setup, excitation_window, set_up
+from creak.studies.study_file import read_study
+
+CASES: dict[str, dict[str, object]] = {
+    "Guyan": {"method": "guyan"},
+    **{f"Craig-Bampton {f}": {"f_max": f} for f in (300, 700, 1500)},
+    "D8": {"keep_out": 8},
+    "D8 spacing 2": {"keep_out": 8, "interface": {"type": "spacing", "n": 2}},
+    "D8 participation .35": {"keep_out": 8, "interface": {"type": "participation", "eta": 0.35}},
+    "D8 interpolation 2": {"keep_out": 8, "interface": {"type": "interpolation", "n": 2}},
+    "D8 interpolation 4": {"keep_out": 8, "interface": {"type": "interpolation", "n": 4}},
+    "D8 characteristic 200": {"keep_out": 8, "interface": {"type": "characteristic", "n": 200}},
+    **{f"gap modes {f}": {"method": "gap-modes", "f_max": f} for f in (300, 700)},
+    **{f"massless {f}": {"method": "massless-boundary", "f_max": f} for f in (300, 700)},
+}
+HEAD = ("reduction", "retained", "unknowns", "worst_frequency_error", "lowest_mac", "events_matched", "events_missed",
+        "events_extra", "mean_force_error", "mean_impulse_error", "offline_s", "online_s")  # fmt: skip
+
+
+def main() -> None:
+    """Run all cases."""
+    options = argparse.ArgumentParser(prog="python -m benchmarks.accuracy")
+    options.add_argument("--mesh-size", type=float, default=20.0, help="mm")
+    options.add_argument("--out", type=Path, default=Path("build/accuracy"))
+    given = options.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        write_door(given.mesh_size, Path(folder))
+        setup = set_up(read_study(Path(folder) / "door.toml"))
+    rows = study(setup)
+    given.out.mkdir(parents=True, exist_ok=True)
+    with (given.out / "accuracy.csv").open("w", newline="") as file:
+        csv.writer(file).writerows([HEAD, *rows])
+    plot(rows, given.out / "accuracy.png")
+
+
+def study(setup: Setup) -> list[list[object]]:
+    """One row a reduction."""
+    compile_kernels()
+    console = Console(width=200)
+    reference, gaps, _ = prepare(setup, silent)
+    positions = setup.model.nodes.coords[gaps.nodes_idx]
+    stiffness = step_limited_stiffness(reference.system, gaps, positions, SCHEME, setup.loads.step)
+    gaps, none = replace(gaps, stiffness=stiffness), np.zeros(0, dtype=np.int64)
+    full = march_run("reference", setup, reference.system, gaps, SCHEME, 1, none, silent, None)
+    window = excitation_window(setup.study, setup.loads.time)
+    console.print(*HEAD)
+    rows: list[list[object]] = []
+    for name, change in CASES.items():
+        config = setup.study.config.model_copy(update={"reduction": ReductionTable.model_validate(change)})
+        case = replace(setup, study=replace(setup.study, config=config))
+        started = time.perf_counter()
+        model = reduce_model(case, reference, gaps, silent)
+        offline = time.perf_counter() - started
+        run = march_run("reduced", case, model.system, gaps, SCHEME, 1, none, silent, model)
+        modes = compare_modes(case, reference, model, gaps)
+        match = compare_events(case, {"reference": full, "reduced": run}, window)
+        assert modes is not None
+        assert match is not None
+        partner = modes.pairs.partner
+        paired = np.where(partner >= 0, modes.freq_reduced[np.maximum(partner, 0)], np.inf)
+        worst = float(np.abs(paired / modes.freq_reference - 1.0).max())
+        rows.append([
+            name, model.retained, model.system.n, worst, float(modes.pairs.mac.min()), len(match.pairs),
+            len(match.missed), len(match.extra), match.amplitude_ratio_mean - 1.0, match.impulse_ratio_mean - 1.0,
+            round(offline, 1), round(run.cost.wall_s, 2),
+        ])  # fmt: skip
+        console.print(*(f"{x:.3g}" if isinstance(x, float) else x for x in rows[-1]))
+    return rows
+
+
+def plot(rows: list[list[object]], path: Path) -> None:
+    """Worst frequency error and mean impulse error over the number of unknowns."""
+    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes, labels = figure.subplots(1, 2), ("worst frequency error to 100 Hz", "mean impulse error")
+    for ax, column, label in zip(axes, (3, 9), labels, strict=True):
+        for row in rows:
+            x, y = float(str(row[2])), max(abs(float(str(row[column]))), 1e-9)
+            if np.isfinite(y):
+                ax.loglog(x, y, "o", color="#2a6f97")
+                ax.annotate(str(row[0]), (x, y), fontsize=7, xytext=(4, 3), textcoords="offset points")
+        ax.set_xlabel("unknowns of the reduced model")
+        ax.set_ylabel(label)
+        ax.grid(alpha=0.3)
+    figure.savefig(path, dpi=140)
+
+
+if __name__ == "__main__":
+    main()
