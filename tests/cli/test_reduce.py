@@ -149,6 +149,25 @@ def test_no_mode_below_f_max_near_the_excitation_is_explained(study, tmp_path, m
     assert "guyan" in text
 
 
+def test_interface_without_nodes_is_explained(study, tmp_path, monkeypatch, capsys):
+    """No channel comes near, no node is watched: there is nothing to thin out."""
+    text = study.read_text().replace('pairs = "PAIRS"\n', "").replace('main = "OVER"\n', 'main = "OVER"\nclearance = 50.0\n')
+    study.write_text(text.replace("[reduction]\n", '[reduction]\ninterface = { type = "spacing", n = 2 }\n'))
+    status, said = creak(monkeypatch, capsys, "reduce", study, "--quiet", "--out", tmp_path / "out")
+    assert status == 2
+    assert "the interface has no node" in said
+    assert "study.toml:" in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_part_that_floats_is_explained(study, tmp_path, monkeypatch, capsys):
+    deck = (tmp_path / "strips.inp").read_text().replace("ROOT_LOWER, 1, 6\n", "")
+    (tmp_path / "strips.inp").write_text(deck)
+    status, said = creak(monkeypatch, capsys, "reduce", study, "--quiet", "--out", tmp_path / "out")
+    assert status == 2
+    assert "nothing holds part(s) LOWER" in said
+
+
 def test_unknown_export_format(study, tmp_path, monkeypatch, capsys):
     status, text = creak(monkeypatch, capsys, "reduce", study, "--export", "op5")
     assert status == 2
