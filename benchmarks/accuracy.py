@@ -88,11 +88,16 @@ def study(setup: Setup) -> list[list[object]]:
         worst = float(np.abs(paired / modes.freq_reference - 1.0).max())
         rows.append([
             name, model.retained, model.system.n, worst, float(modes.pairs.mac.min()), len(match.pairs),
-            len(match.missed), len(match.extra), match.amplitude_ratio_mean - 1.0, match.impulse_ratio_mean - 1.0,
-            round(offline, 1), round(run.cost.wall_s, 2),
+            len(match.missed), len(match.extra), less_one(match.amplitude_ratio_mean),
+            less_one(match.impulse_ratio_mean), round(offline, 1), round(run.cost.wall_s, 2),
         ])  # fmt: skip
         console.print(*(f"{x:.3g}" if isinstance(x, float) else x for x in rows[-1]))
     return rows
+
+
+def less_one(ratio: float | None) -> float:
+    """Error of a ratio; infinite where no event was matched."""
+    return float("inf") if ratio is None else ratio - 1.0
 
 
 def plot(rows: list[list[object]], path: Path) -> None:
