@@ -9,7 +9,7 @@ from pathlib import Path
 from creak.contact.gap_operator import GapOperator
 from creak.door import write_door
 from creak.dynamics.condensed import step_limited_stiffness
-from creak.dynamics.hht import HHT
+from creak.dynamics.scheme import HHT
 from creak.studies.reduced_model import ReducedModel, reduce_model
 from creak.studies.reference_model import ReferenceModel, build_reference, precheck
 from creak.studies.setup import Setup, set_up

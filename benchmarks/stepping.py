@@ -1,71 +1,96 @@
-"""What a step costs: in back-substitutions for the unreduced model, against real time for the reduced one."""
+"""What a step costs: `python -m benchmarks.stepping [--mesh-size H ...]`.
+
+In back-substitutions for the unreduced model, against plain Newton, and for the reduced one against real time and
+against the memory traffic of its own matrices.
+"""
 
 from __future__ import annotations
 
+import argparse
 import time
 from dataclasses import replace
 
 import numpy as np
+from rich.console import Console
+from rich.table import Table
 
-from benchmarks.door import SCHEME, Door
-from creak.contact.unilateral import compile_kernels
-from creak.dynamics.loads import Loads
-from creak.dynamics.plain_newton import PlainNewtonHHT
-from creak.dynamics.simulate import CondensedHHT, Instant, Stepper, simulate
+from benchmarks.door import SCHEME, Door, door
+from creak.contact.gap_operator import GapOperator
+from creak.contact.step_problem import compile_kernels
+from creak.dynamics.instant import Instant
+from creak.dynamics.modal_march import simulate_modal
+from creak.dynamics.plain_newton import PlainNewton
+from creak.dynamics.simulate import CondensedStepper, Stepper
 from creak.linalg.threads import one_blas_thread
+from creak.studies.integrate import divided_loads
 
 Row = tuple[str, str, str]
+NEWTON_LIMIT = 400_000
+"""Free dofs up to which plain Newton is run."""
 
 
-def shortened(loads: Loads, n: int) -> Loads:
-    """The first n steps."""
-    return replace(loads, time=loads.time[: n + 1], support=loads.support[:, : n + 1], force=loads.force[: n + 1])
+def main() -> None:
+    """Measure on doors of several mesh sizes."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.stepping")
+    parser.add_argument("--mesh-size", type=float, nargs="+", default=[20.0], help="mm")
+    for size in parser.parse_args().mesh_size:
+        model = door(size)
+        table = Table("what", "measured", "against", title=f"Door, {model.reference.system.n:,} free dofs")
+        for rows in (full_order, against_plain_newton, reduced_order):
+            for row in rows(model):
+                table.add_row(*row)
+            table.add_section()
+        Console(width=130).print(table)
 
 
-def timed_steps(stepper: Stepper, now: Instant, first: int, n: int) -> tuple[dict[bool, list[float]], Instant]:
+def touching(gaps: GapOperator) -> GapOperator:
+    """The same channels without clearance: they touch within a few steps."""
+    return replace(gaps, gap0=np.zeros(gaps.m))
+
+
+def timed_steps(stepper: Stepper, now: Instant, steps: int) -> tuple[dict[bool, list[float]], Instant]:
     """Seconds of each step, by whether it ended in contact."""
     seconds: dict[bool, list[float]] = {False: [], True: []}
     with one_blas_thread():
-        for k in range(first, first + n):
+        for _ in range(steps):
             started = time.perf_counter()
-            now = stepper.step(k, now)
+            for after in stepper.advance(now):
+                now = after
             seconds[bool(now.p.any())].append(time.perf_counter() - started)
     return seconds, now
 
 
-def full_order(door: Door, steps: int = 800) -> list[Row]:
+def full_order(model: Door, steps: int = 40) -> list[Row]:
     """Step over back-substitution: free flight (limit 1.5) and contact (limit 2.5)."""
-    loads = door.setup.loads.consistent_with(SCHEME)
-    stepper = CondensedHHT(door.reference.system, door.gaps, loads, SCHEME)
-    seconds, _ = timed_steps(stepper, stepper.start(), 1, steps)
-    b = np.random.default_rng(1).standard_normal(door.reference.system.n)
+    system, loads = model.reference.system, model.setup.loads
+    open_steps = CondensedStepper(system, model.gaps, loads, SCHEME)
+    seconds, _ = timed_steps(open_steps, open_steps.start(), steps)
+    closed = CondensedStepper(system, touching(model.gaps), loads, SCHEME)
+    pressed, _ = timed_steps(closed, closed.start(), steps)
+    b = np.random.default_rng(1).standard_normal(system.n)
     solves = []
-    for _ in range(50):
+    for _ in range(20):
         started = time.perf_counter()
-        stepper.solver.solve(b)
+        closed.solver.solve(b)
         solves.append(time.perf_counter() - started)
     one = float(np.median(solves))
     rows = [("one back-substitution", f"{1e3 * one:.2f} ms", "")]
-    for contact, limit in ((False, 1.5), (True, 2.5)):
-        name = "step in contact" if contact else "step in free flight"
-        if seconds[contact]:
-            step = float(np.median(seconds[contact]))
-            rows.append((name, f"{1e3 * step:.2f} ms = {step / one:.2f} back-substitutions", f"limit {limit}"))
+    for name, times, limit in (("free flight", seconds[False], 1.5), ("contact", pressed[True], 2.5)):
+        step = float(np.median(times))
+        what = f"{1e3 * step:.2f} ms = {step / one:.2f} back-substitutions ({len(times)} steps)"
+        rows.append((f"step in {name}", what, f"limit {limit}"))
     return rows
 
 
-def against_plain_newton(door: Door, steps: int = 12) -> list[Row]:
-    """Condensed contact against Newton with refactorisation, on the first steps in contact."""
-    loads = door.setup.loads.consistent_with(SCHEME)
-    condensed = CondensedHHT(door.reference.system, door.gaps, loads, SCHEME)
-    now, k = condensed.start(), 1
-    while not now.p.any() and k <= loads.n_step:
-        now, k = condensed.step(k, now), k + 1
-    if not now.p.any():
-        return [("condensed against plain Newton", "no contact in this run", "")]
-    fast, end = timed_steps(condensed, now, k, steps)
-    plain = PlainNewtonHHT(door.reference.system, door.gaps, loads, SCHEME)
-    slow, twin = timed_steps(plain, now, k, steps)
+def against_plain_newton(model: Door, steps: int = 10) -> list[Row]:
+    """Condensed contact against Newton with refactorisation, on steps in contact."""
+    system, loads, gaps = model.reference.system, model.setup.loads, touching(model.gaps)
+    if system.n > NEWTON_LIMIT:
+        return []
+    condensed = CondensedStepper(system, gaps, loads, SCHEME)
+    fast, end = timed_steps(condensed, condensed.start(), steps)
+    plain = PlainNewton(system, gaps, loads, SCHEME)
+    slow, twin = timed_steps(plain, plain.start(), steps)
     cost = [sum(sum(v) for v in s.values()) / steps for s in (fast, slow)]
     apart = float(np.abs(end.x.u - twin.x.u).max() / np.abs(end.x.u).max())
     return [
@@ -75,19 +100,46 @@ def against_plain_newton(door: Door, steps: int = 12) -> list[Row]:
     ]
 
 
-def reduced_order(door: Door) -> list[Row]:
-    """The reduced five-second run against real time, and the energy balance with half the step."""
+def reduced_order(model: Door) -> list[Row]:
+    """The reduced five-second run at 1 kHz and at 100 kHz, and the energy balance."""
     compile_kernels()
-    model = door.reduced()
-    none = np.zeros(0, dtype=np.int64)
-    started = time.perf_counter()
-    history = simulate(model.system, door.gaps, door.setup.loads, SCHEME, observed=none)
-    wall = time.perf_counter() - started
-    span = float(door.setup.loads.time[-1])
-    return [
-        ("reduction", f"{model.wall_s:.1f} s for {model.retained} retained dofs and {model.modes} modes", ""),
-        ("reduced run", f"{wall:.2f} s for {span:.0f} s, {1e6 * wall / door.setup.loads.n_step:.0f} us a step",
-         f"limit {span:.0f} s"),
-        ("energy created", f"{100 * history.energy_created:.3f} % of the external work", "limit 0.5 %"),
-        ("dissipated by the scheme", f"{100 * history.energy_dissipated_by_scheme:.2f} %", ""),
-    ]  # fmt: skip
+    reduced = model.reduced()
+    system, n_step = reduced.system, model.setup.loads.n_step
+    rows: list[Row] = [
+        ("reduction", f"{reduced.wall_s:.1f} s for {reduced.retained} retained dofs and {reduced.modes} modes", "")
+    ]
+    for parts, limit in ((1, 5.0), (100, 60.0)):
+        loads = divided_loads(model.setup, parts)
+        warm = replace(loads, time=loads.time[:3], support=loads.support[:, :3], force=loads.force[:3])
+        none = np.zeros(0, dtype=np.int64)
+        simulate_modal(system, model.gaps, warm, SCHEME, observed=none)
+        started = time.perf_counter()
+        history = simulate_modal(system, model.gaps, loads, SCHEME, observed=none, output_every=parts)
+        wall = time.perf_counter() - started
+        span = f"{system.n} modes, {model.gaps.m} channels, {1e-3 * parts / model.setup.loads.step:.0f} kHz"
+        floor = n_step * parts * traffic_seconds(system.n, model.gaps.m)
+        rows += [
+            (f"reduced run, {span}", f"{wall:.2f} s, {1e6 * wall / (n_step * parts):.0f} us a step",
+             f"limit {limit:.0f} s"),
+            ("  against its memory traffic", f"{wall / floor:.1f} x", ""),
+            ("  energy created", f"{100 * history.energy_created:.3f} % of the external work", "limit 0.5 %"),
+            ("  dissipated by the scheme", f"{100 * history.energy_dissipated_by_scheme:.2f} %", ""),
+        ]  # fmt: skip
+    return rows
+
+
+def traffic_seconds(n: int, m: int, vectors: int = 12) -> float:
+    """Seconds to read G (m, n) and `vectors` vectors of n once: the least that a step can take."""
+    data = np.ones((m + vectors, n))
+    x = np.ones(n)
+    with one_blas_thread():
+        times = []
+        for _ in range(200):
+            started = time.perf_counter()
+            data @ x
+            times.append(time.perf_counter() - started)
+    return float(np.median(times))
+
+
+if __name__ == "__main__":
+    main()

@@ -12,9 +12,9 @@ from creak.assembly.damping import Damping
 from creak.assembly.part import Rayleigh, common_rayleigh, loose_system, part_system
 from creak.assembly.system import System, no_supports
 from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator, join
-from creak.dynamics.hht import HHT
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
+from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.model.constraints import Constraint, Fixed
 from creak.model.materials import BeamSection, Material, PointMass, Section, ShellSection, Spring

@@ -22,8 +22,8 @@ from creak.model.constraints import Constraint
 from creak.model.materials import PointMass, Spring
 from creak.model.mesh import ElementBlock, Model
 
-CHUNK = 16384
-"""Elements assembled at a time; bounds the memory of the triplets."""
+CHUNK = 10_000_000
+"""Entries of element matrices made at a time; bounds the memory of the triplets."""
 
 
 @dataclass(frozen=True)
@@ -103,8 +103,9 @@ def _element_matrices(
     model: Model, block: ElementBlock, labels: IntArray
 ) -> Iterator[tuple[IntArray, FloatArray, FloatArray, FloatArray | None]]:
     formulation = FORMULATIONS[block.kind]
-    for start in range(0, block.ids.size, CHUNK):
-        nodes = block.nodes_idx[start : start + CHUNK]
+    rows = max(1, CHUNK // (6 * block.nodes_idx.shape[1]) ** 2)
+    for start in range(0, block.ids.size, rows):
+        nodes = block.nodes_idx[start : start + rows]
         coords = model.nodes.coords[nodes]
         try:
             Ke = formulation.stiffness(coords, block.section)

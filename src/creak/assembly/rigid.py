@@ -14,7 +14,7 @@ from creak.assembly.part import split_constraints
 from creak.model.materials import Spring
 from creak.model.mesh import Model
 
-STRUCTURAL = ("quad4", "tri3", "beam2")
+STRUCTURAL = ("quad4", "tri3", "beam2", "hex8", "wedge6", "tet4")
 FREE = 1e-9
 """A singular value below this share of the largest is a free motion."""
 

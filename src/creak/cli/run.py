@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
 from creak.cli.output import ProgressBars, writable_folder
-from creak.errors import InputError
+from creak.errors import InputError, NumericalError
+
+if TYPE_CHECKING:
+    from creak.studies.converge import Convergence
 
 
 def run(
@@ -20,11 +24,17 @@ def run(
         None, "--superelements", help="Folder that `creak reduce` wrote; default: superelements/ beside the study."
     ),
     ignore: list[str] = typer.Option([], "--ignore", help="Keyword of the deck that may go unread."),
+    converge: bool = typer.Option(
+        False, "--converge", help="Repeat the run with shorter steps, stiffer contact and more modes (about 15 times "
+        "its cost) and tell which figures of each event have settled; also in convergence.csv. Ctrl-C ends the "
+        "repeated run that is under way, the next one follows."
+    ),
 ) -> None:
     """Run a study: reduced and unreduced model, their comparison, summary.json, results.h5, report.html."""
     from creak.report.html import write_report
+    from creak.studies.converge import converge as repeat
     from creak.studies.run import run_study
-    from creak.studies.save import save
+    from creak.studies.save import save, save_convergence
     from creak.studies.setup import set_up
     from creak.studies.study_file import read_study
     from creak.studies.summary import summarise
@@ -43,17 +53,24 @@ def run(
     _list_unread(console, setup.model.unread)
     with ProgressBars(quiet) as progress:
         result = run_study(setup, progress, superelements if superelements is not None else store_of(study))
-        summary = summarise(result)
+        convergence = repeat(result, progress) if converge else None
+        summary = summarise(result, convergence)
         progress("write results", 0, 2)
         written = save(result, summary, folder)
+        if convergence is not None:
+            written.append(save_convergence(convergence, folder))
         progress("write results", 1, 2)
-        write_report(result, summary, folder / "report.html")
+        write_report(result, summary, folder / "report.html", convergence)
         progress("write results", 2, 2)
     for note in summary["notes"]:
         console.print(f"note: {note}", markup=False)
     _print_tables(console, summary)
+    if convergence is not None:
+        _print_convergence(console, convergence, summary)
     for path in [*written, folder / "report.html"]:
         console.print(f"wrote {path}", markup=False, soft_wrap=True)
+    if result.stopped is not None:
+        raise NumericalError(f"{result.stopped}. What was computed until then is in {folder}")
 
 
 def _list_unread(console: Console, unread: tuple[object, ...]) -> None:
@@ -80,3 +97,27 @@ def _print_tables(console: Console, summary: dict[str, object]) -> None:
         for row in checks:
             table.add_row(*row)
         console.print(table)
+
+
+def _print_convergence(console: Console, convergence: Convergence, summary: dict[str, Any]) -> None:
+    from creak.report.convergence import ON_TERMINAL, run_table, terminal_rows
+    from creak.report.text import UNITS
+
+    runs = run_table(convergence, UNITS[summary["units"]])
+    console.print(_table("Convergence: the runs", runs.head, runs.rows))
+    head, *rows = terminal_rows(convergence)
+    title = "Convergence: what each event of the base run has settled to"
+    cut = f" (first {ON_TERMINAL} of {len(convergence.events)})" if len(convergence.events) > ON_TERMINAL else ""
+    if rows:
+        console.print(_table(title + cut, head, rows))
+    for text in summary["convergence"]["findings"]:
+        console.print(f"convergence: {text}", markup=False)
+
+
+def _table(title: str, head: list[str], rows: list[list[str]]) -> Table:
+    table = Table(title=title, title_justify="left")
+    for i, text in enumerate(head):
+        table.add_column(text, justify="left" if i in (0, len(head) - 1) else "right")
+    for row in rows:
+        table.add_row(*row)
+    return table

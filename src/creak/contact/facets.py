@@ -1,4 +1,4 @@
-"""Facets of contact surfaces: geometry, thickness, stiffness of the parent shells."""
+"""Facets of contact surfaces: geometry, thickness and stiffness of the shells and solids they belong to."""
 
 from __future__ import annotations
 
@@ -9,16 +9,25 @@ import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
-from creak.model.materials import ShellSection
-from creak.model.mesh import Model
+from creak.model.materials import BeamSection, Material, ShellSection
+from creak.model.mesh import ElementBlock, Model
+from creak.model.solid_faces import FACES, faces_of, free_faces, volumes
 
 SHEAR_CORRECTION = 5.0 / 6.0
 SHELLS = ("quad4", "tri3")
+FEATURE = np.cos(np.radians(45.0))
+"""Faces of solids that turn by more than 45 degrees meet at an edge; their normals are not averaged across it."""
+NO_AREA = 1e-10
+"""A facet with less than this share of the square of its extent has no area."""
 
 
 @dataclass(frozen=True)
 class Facets:
-    """Shell facets of a surface; triangles repeat their third node in the fourth column."""
+    """Facets of a surface: shells and outer faces of solids; triangles repeat their third node in the fourth column.
+
+    Shells have a thickness and touch with either side unless the surface names one. Faces of solids are ordered so
+    that their normal looks outward, touch with that side only (side = 1) and have no thickness.
+    """
 
     nodes: IntArray
     """(n, 4) node rows."""
@@ -27,9 +36,13 @@ class Facets:
     side: IntArray
     """(n,) +1, -1, or 0 for both sides."""
     thickness: FloatArray
-    """(n,)"""
+    """(n,) 0 for faces of solids."""
     normal_stiffness: FloatArray
-    """(n,) kappa G t: how the parent shell resists a transverse displacement of one node, force / length."""
+    """(n,) how the parent element resists a displacement across the facet, force / length: kappa G t of shells;
+    E_c A^2 / V of solids with the modulus E_c = K + 4 G / 3 of confined compression (LS-DYNA takes K A^2 / V:
+    Hallquist, LS-DYNA Theory Manual, contact stiffness)."""
+    depth: FloatArray
+    """(n,) half the height V / A of solids, 0 for shells."""
 
     @property
     def count(self) -> int:
@@ -40,10 +53,21 @@ class Facets:
         return self.nodes[:, 2] == self.nodes[:, 3]
 
     @property
+    def is_solid(self) -> BoolArray:
+        return self.thickness == 0.0
+
+    @property
     def area_normals(self) -> FloatArray:
         """(n, 3) normals whose length is the facet's area (half the cross product of the diagonals)."""
         x = self.coords
         return 0.5 * np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
+
+    @property
+    def width(self) -> FloatArray:
+        """(n,) length of the shorter way across: area over the longest edge (triangles: height on it)."""
+        longest = np.linalg.norm(np.roll(self.coords, -1, axis=1) - self.coords, axis=2).max(axis=1)
+        area = np.linalg.norm(self.area_normals, axis=1)
+        return np.asarray(np.where(self.is_triangle, 2.0, 1.0) * area / longest, dtype=np.float64)
 
     @property
     def node_rows(self) -> IntArray:
@@ -51,19 +75,34 @@ class Facets:
         return np.unique(self.nodes)
 
 
+@dataclass(frozen=True)
+class SecondaryNodes:
+    """Nodes that may touch a main surface."""
+
+    rows: IntArray
+    thickness: FloatArray
+    """(n,) twice the distance from the node to the surface it stands for."""
+    normal_stiffness: FloatArray
+    """(n,) of the parent elements, see `Facets`; inf where there is none to ask."""
+    depth: FloatArray
+    """(n,) see `Facets`."""
+    width: FloatArray
+    """(n,) of the facets around; inf for nodes without."""
+
+
 def facets_of(model: Model, name: str, *, where: str) -> Facets:
-    """The shell facets of a surface or element set.
+    """The facets of a surface or element set; of the solids in a set all faces that no other solid shares.
 
     Raises
     ------
-    InputError : no such surface or set; it is node-based; it has elements that are no shells.
+    InputError : no such surface or set; it is node-based or empty; it has elements that are neither shells nor
+        solids; a facet without area.
     """
     surface = model.surfaces.get(name.upper())
     if surface is not None and not surface.is_node_based:
         return _gather(model, surface.facets, surface.side, name, where)
     if surface is None and name.upper() in model.element_sets:
-        facets = model.element_sets[name.upper()]
-        return _gather(model, facets, np.zeros(facets.shape[0], dtype=np.int64), name, where)
+        return _gather(model, *_of_set(model, model.element_sets[name.upper()]), name, where)
     if surface is not None or name.upper() in model.node_sets:
         raise InputError(
             f"{name!r} is a set of nodes, without facets", where=where, expected="an element-based surface or set",
@@ -72,20 +111,44 @@ def facets_of(model: Model, name: str, *, where: str) -> Facets:
     raise _unknown(model, name, where)
 
 
-def nodes_of(model: Model, name: str, *, where: str) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Node rows of a secondary surface, their thickness and parent stiffness (0 and inf for node sets).
+def nodes_of(model: Model, name: str, *, where: str) -> SecondaryNodes:
+    """Nodes of a secondary surface, element set or node set.
 
-    A node-based surface has no thickness, as in Abaqus.
+    Nodes of facets take the mean of the facets around them. Nodes of beams have the section's outer radius where
+    it is known (CIRC, PIPE; RECT: half the smaller side), also in node sets and node-based surfaces; all other
+    nodes of these have no thickness, as in Abaqus.
+
+    Raises
+    ------
+    InputError : see `facets_of`.
     """
     surface = model.surfaces.get(name.upper())
     if surface is not None and surface.is_node_based:
-        rows = np.unique(surface.nodes_idx)
-    elif surface is None and name.upper() not in model.element_sets and name.upper() in model.node_sets:
-        rows = np.unique(model.node_set(name, where=where))
-    else:
-        facets = facets_of(model, name, where=where)
-        return facets.node_rows, nodal(facets, facets.thickness), nodal(facets, facets.normal_stiffness)
-    return rows, np.zeros(rows.size), np.full(rows.size, np.inf)
+        return _bare_nodes(model, np.unique(surface.nodes_idx))
+    members = model.element_sets.get(name.upper()) if surface is None else None
+    if surface is None and members is None and name.upper() in model.node_sets:
+        return _bare_nodes(model, np.unique(model.node_set(name, where=where)))
+    if members is not None:
+        lines = np.array([model.blocks[row].kind in ("beam2", "truss2") for row in members[:, 0]], dtype=bool)
+        if lines.any() and lines.all():
+            ends = [model.blocks[row].nodes_idx[element] for row, element in members]
+            return _bare_nodes(model, np.unique(np.concatenate(ends)))
+    facets = facets_of(model, name, where=where)
+    values = (facets.thickness, facets.normal_stiffness, facets.depth, facets.width)
+    return SecondaryNodes(facets.node_rows, *(nodal(facets, v) for v in values))
+
+
+def _bare_nodes(model: Model, rows: IntArray) -> SecondaryNodes:
+    """Nodes without facets: those of beams alone have the radius of the thickest."""
+    radius, other = np.zeros(model.nodes.count), np.zeros(model.nodes.count, dtype=bool)
+    for block in model.blocks:
+        if isinstance(block.section, BeamSection):
+            np.maximum.at(radius, block.nodes_idx, block.section.radius)
+        elif block.kind in SHELLS or block.kind in FACES:
+            other[block.nodes_idx] = True
+    thickness = np.where(other, 0.0, 2.0 * radius)[rows]
+    endless = np.full(rows.size, np.inf)
+    return SecondaryNodes(rows, thickness, endless, np.zeros(rows.size), endless)
 
 
 def nodal(facets: Facets, values: FloatArray) -> FloatArray:
@@ -118,11 +181,37 @@ def nodal_normals(facets: Facets) -> FloatArray:
     return total / np.linalg.norm(total, axis=1)[:, None]
 
 
+def corner_normals(facets: Facets) -> FloatArray:
+    """(n, 4, 3) unit normals at the corners of each facet: `nodal_normals`, but not averaged round edges of solids."""
+    normals = nodal_normals(facets)[np.searchsorted(facets.node_rows, facets.nodes)]
+    solid = np.flatnonzero(facets.is_solid)
+    if not solid.size:
+        return normals
+    area_normals = facets.area_normals
+    unit = area_normals / np.linalg.norm(area_normals, axis=1)[:, None]
+    corner, other = _corners_at_one_node(facets, solid)
+    facet = solid[corner // 4]
+    level = np.einsum("nx,nx->n", unit[facet], unit[other]) > FEATURE
+    total = np.zeros((4 * solid.size, 3))
+    np.add.at(total, corner[level], area_normals[other[level]])
+    normals[solid] = (total / np.linalg.norm(total, axis=1)[:, None]).reshape(-1, 4, 3)
+    return normals
+
+
+def _corners_at_one_node(facets: Facets, solid: IntArray) -> tuple[IntArray, IntArray]:
+    """Pairs: corner 4 i + j of the i-th solid facet, and every solid facet with that node (itself included)."""
+    at = facets.nodes[solid]
+    own = np.where(facets.is_triangle[solid][:, None] & (np.arange(4) == 3), -1, at).ravel()
+    order = np.argsort(own, kind="stable")
+    first, last = (np.searchsorted(own[order], at.ravel(), side=side) for side in ("left", "right"))
+    count = last - first
+    inner = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    return np.repeat(np.arange(at.size), count), solid[order[np.repeat(first, count) + inner] // 4]
+
+
 def _orientation(facets: Facets) -> FloatArray:
-    """+1 or -1 per facet so that facets sharing an edge have the same orientation (given sides are kept)."""
-    n = facets.count
-    given = facets.side != 0
-    if given.all():
+    """+1 or -1 per facet so that facets sharing an edge have the same orientation; given sides are kept."""
+    if (facets.side != 0).all():
         return facets.side.astype(np.float64)
     edges, owner, direction = _directed_edges(facets)
     order = np.lexsort((owner, edges[:, 1], edges[:, 0]))
@@ -130,7 +219,7 @@ def _orientation(facets: Facets) -> FloatArray:
     same = np.flatnonzero((edges[1:] == edges[:-1]).all(axis=1))
     a, b = owner[same], owner[same + 1]
     agree = direction[same] != direction[same + 1]
-    return _propagate(n, a, b, agree)
+    return _propagate(facets.side, a, b, agree)
 
 
 def _directed_edges(facets: Facets) -> tuple[IntArray, IntArray, BoolArray]:
@@ -143,43 +232,106 @@ def _directed_edges(facets: Facets) -> tuple[IntArray, IntArray, BoolArray]:
     return np.sort(pairs, axis=1), owner, pairs[:, 0] < pairs[:, 1]
 
 
-def _propagate(n: int, a: IntArray, b: IntArray, agree: BoolArray) -> FloatArray:
-    sign = np.ones(n)
-    graph = sp.coo_matrix((np.ones(a.size), (a, b)), shape=(n, n)).tocsr()
-    flips = {(int(i), int(j)): bool(ok) for i, j, ok in zip(a, b, agree, strict=True)}
-    seen = np.zeros(n, dtype=bool)
-    for root in range(n):
-        if seen[root]:
-            continue
-        order, parent = sp.csgraph.breadth_first_order(graph, root, directed=False)
-        seen[order] = True
-        for k in order[1:].tolist():
-            j = int(parent[k])
-            ok = flips.get((j, k), flips.get((k, j), True))
-            sign[k] = sign[j] if ok else -sign[j]
-    return sign
+def _propagate(side: IntArray, a: IntArray, b: IntArray, agree: BoolArray) -> FloatArray:
+    """Signs from the facets with a given side (or the first of a connected piece) on, along a spanning tree."""
+    n = side.size
+    _, once = np.unique(a * n + b, return_index=True)
+    a, b, agree = a[once], b[once], agree[once]
+    graph = sp.coo_matrix((np.where(agree, 1.0, -1.0), (a, b)), shape=(n, n)).tocsr()
+    _, piece = sp.csgraph.connected_components(graph, directed=False)
+    given = np.flatnonzero(side != 0)
+    first = np.unique(piece, return_index=True)[1]
+    seeds = np.append(given, first[~np.isin(np.arange(first.size), piece[given])])
+    root = sp.coo_matrix((np.where(side[seeds] < 0, -1.0, 1.0), (np.full(seeds.size, n), seeds)), shape=(n + 1, n + 1))
+    graph.resize((n + 1, n + 1))
+    graph = (graph + graph.T + root + root.T).tocsr()
+    _, parent = sp.csgraph.breadth_first_order(graph, n, directed=False)
+    above = np.append(parent[:n], n).astype(np.int64)
+    sign = np.where(np.asarray(graph[above, np.arange(n + 1)]).ravel() < 0.0, -1.0, 1.0)
+    while (above != n).any():
+        sign, above = sign * sign[above], above[above]
+    return np.asarray(sign[:n], dtype=np.float64)
+
+
+def _of_set(model: Model, members: IntArray) -> tuple[IntArray, IntArray]:
+    """Facets and sides of an element set: shells with both sides, all free faces of solids."""
+    kind = np.array([model.blocks[row].kind for row in members[:, 0]], dtype=object)
+    solid = np.isin(kind, tuple(FACES))
+    pairs, number, corners = [np.zeros((0, 2), dtype=np.int64)], [np.zeros(0, np.int64)], [np.zeros((0, 4), np.int64)]
+    for row in np.unique(members[solid, 0]).tolist():
+        block, mine = model.blocks[row], members[members[:, 0] == row]
+        faces = faces_of(block.kind, block.nodes_idx[mine[:, 1]])
+        pairs.append(np.repeat(mine, faces.shape[1], axis=0))
+        number.append(np.tile(np.arange(1, faces.shape[1] + 1), mine.shape[0]))
+        corners.append(faces.reshape(-1, 4))
+    every = [faces_of(b.kind, b.nodes_idx).reshape(-1, 4) for b in model.blocks if b.kind in FACES]
+    free = free_faces(np.concatenate(corners), every)
+    shells = members[~solid]
+    return (
+        np.concatenate([shells, np.concatenate(pairs)[free]]),
+        np.concatenate([np.zeros(shells.shape[0], dtype=np.int64), np.concatenate(number)[free]]),
+    )
 
 
 def _gather(model: Model, pairs: IntArray, side: IntArray, name: str, where: str) -> Facets:
-    nodes = np.zeros((pairs.shape[0], 4), dtype=np.int64)
-    thickness, stiffness = np.zeros(pairs.shape[0]), np.zeros(pairs.shape[0])
+    """Facets of elements (block, row); `side` of a solid is the number of its face."""
+    n = pairs.shape[0]
+    nodes = np.zeros((n, 4), dtype=np.int64)
+    thickness, stiffness, depth = np.zeros(n), np.zeros(n), np.zeros(n)
+    side = side.copy()
     for row in np.unique(pairs[:, 0]).tolist():
         block, mine = model.blocks[row], np.flatnonzero(pairs[:, 0] == row)
-        section = block.section
-        if block.kind not in SHELLS or not isinstance(section, ShellSection):
+        element, section = pairs[mine, 1], block.section
+        if block.kind in FACES:
+            nodes[mine], stiffness[mine], depth[mine] = _faces(model, block, element, side[mine])
+            side[mine] = 1
+        elif block.kind in SHELLS and isinstance(section, ShellSection):
+            corner = block.nodes_idx[element]
+            nodes[mine] = corner[:, [0, 1, 2, -1]]
+            thickness[mine] = section.thickness
+            stiffness[mine] = SHEAR_CORRECTION * section.material.shear_modulus * section.thickness
+        else:
             raise InputError(
-                f"surface {name!r} holds {block.kind} elements (element {block.ids[pairs[mine[0], 1]]})",
-                where=where, expected="shell elements", fix="Take only shells into a contact surface.",
+                f"surface {name!r} holds {block.kind} elements (element {block.ids[element[0]]})",
+                where=where, expected="shell and solid elements",
+                fix="Take only shells and solids into a contact surface; nodes of beams may be secondary "
+                'with method = "node-to-surface".',
             )  # fmt: skip
-        corner = block.nodes_idx[pairs[mine, 1]]
-        nodes[mine, : corner.shape[1]] = corner
-        if corner.shape[1] == 3:
-            nodes[mine, 3] = corner[:, 2]
-        thickness[mine] = section.thickness
-        stiffness[mine] = SHEAR_CORRECTION * section.material.shear_modulus * section.thickness
     if not nodes.size:
-        raise InputError(f"surface {name!r} is empty", where=where, fix="Put shell elements into it.")
-    return Facets(nodes, model.nodes.coords[nodes], side, thickness, stiffness)
+        raise InputError(
+            f"surface {name!r} is empty", where=where, expected="shell elements or free faces of solids",
+            fix="Put shell or solid elements into it.",
+        )  # fmt: skip
+    facets = Facets(nodes, model.nodes.coords[nodes], side, thickness, stiffness, depth)
+    _require_area(model, facets, pairs, name, where)
+    return facets
+
+
+def _faces(
+    model: Model, block: ElementBlock, element: IntArray, number: IntArray
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Corners (n, 4), normal stiffness and depth of faces `number` (1, 2, ...) of solids."""
+    every = faces_of(block.kind, block.nodes_idx[element])
+    x = model.nodes.coords[every]
+    volume = np.maximum(np.abs(volumes(x)), 1e-300)
+    rows = np.arange(element.size)
+    face = x[rows, number - 1]
+    area = 0.5 * np.linalg.norm(np.cross(face[:, 2] - face[:, 0], face[:, 3] - face[:, 1]), axis=1)
+    material: Material = block.section.material  # type: ignore[union-attr]
+    confined = 2.0 * material.shear_modulus * (1.0 - material.poisson_ratio) / (1.0 - 2.0 * material.poisson_ratio)
+    return every[rows, number - 1], confined * area**2 / volume, 0.5 * volume / np.maximum(area, 1e-300)
+
+
+def _require_area(model: Model, facets: Facets, pairs: IntArray, name: str, where: str) -> None:
+    extent = np.ptp(facets.coords, axis=1).max(axis=1)
+    bad = np.flatnonzero(~(np.linalg.norm(facets.area_normals, axis=1) > NO_AREA * extent**2))
+    if bad.size:
+        block, row = pairs[bad[0]]
+        raise InputError(
+            f"surface {name!r} has {bad.size} facet(s) without area, so without a normal; the first is of element "
+            f"{model.blocks[block].ids[row]}",
+            where=where, expected="facets with an area", fix="Repair or leave out the element: do nodes coincide?",
+        )  # fmt: skip
 
 
 def _unknown(model: Model, name: str, where: str) -> InputError:

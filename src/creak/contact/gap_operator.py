@@ -9,6 +9,14 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
+from creak.contact.laws.parameters import (
+    Curves,
+    Friction,
+    join_curves,
+    join_friction,
+    select_curves,
+    select_friction,
+)
 
 
 @dataclass(frozen=True)
@@ -27,7 +35,7 @@ class GapOperator:
     gap0: FloatArray
     """(m,) initial clearance, length."""
     stiffness: FloatArray
-    """(m,) penalty, force / length."""
+    """(m,) penalty, force / length; inf: no penetration at all (exact unilateral contact)."""
     damping: FloatArray
     """(m,) force time / length, acts while closed."""
     step_limited: BoolArray
@@ -42,14 +50,38 @@ class GapOperator:
     """(m,) the contact or connector that each channel belongs to."""
     retained_nodes: IntArray
     """Node rows whose motion the channels need."""
+    curves: Curves | None = None
+    """Tabular laws; None: stiffness only."""
+    friction: Friction | None = None
+    """None: no channel rubs."""
+    preload: FloatArray | None = None
+    """(m,) force with which a channel presses at rest, balanced by the rest of the structure; None: 0."""
+    size: FloatArray | None = None
+    """(m,) width of the facets at the channel, the smaller of both sides', length; inf or None: not known."""
 
     @property
     def m(self) -> int:
         return int(self.gap0.size)
 
+    @property
+    def presses(self) -> bool:
+        """Any channel can carry a force."""
+        return bool(self.stiffness.any()) or self.curves is not None
+
+    @property
+    def has_dampers(self) -> bool:
+        """Any channel damps while it is closed."""
+        return bool(self.damping.any())
+
+    @property
+    def rubbing(self) -> int:
+        """f, the number of channels with friction."""
+        return 0 if self.friction is None else int(self.friction.channels.size)
+
     def without_force(self) -> GapOperator:
         """The same gaps, watched but never pressing."""
-        return replace(self, stiffness=np.zeros_like(self.stiffness), damping=np.zeros_like(self.damping))
+        zero = np.zeros(self.m)
+        return replace(self, stiffness=zero, damping=zero, curves=None, friction=None, preload=None)
 
     def select(self, keep: IntArray) -> GapOperator:
         """The operator with only the channels in `keep`."""
@@ -70,6 +102,10 @@ class GapOperator:
             nodes_idx=self.nodes_idx[keep],
             group=tuple(self.group[i] for i in keep),
             retained_nodes=np.unique(labels // 6),
+            curves=select_curves(self.curves, keep),
+            friction=select_friction(self.friction, keep),
+            preload=None if self.preload is None else self.preload[keep],
+            size=None if self.size is None else self.size[keep],
         )
 
 
@@ -134,6 +170,12 @@ def join(operators: Sequence[GapOperator]) -> GapOperator:
     def joined(arrays: list[FloatArray]) -> FloatArray:
         return np.concatenate(arrays) if arrays else np.zeros(0)
 
+    preload = None
+    if any(o.preload is not None for o in operators):
+        preload = joined([np.zeros(o.m) if o.preload is None else o.preload for o in operators])
+    size = None
+    if any(o.size is not None for o in operators):
+        size = joined([np.full(o.m, np.inf) if o.size is None else o.size for o in operators])
     return GapOperator(
         labels=labels.astype(np.int64),
         G=stacked(0),
@@ -147,4 +189,8 @@ def join(operators: Sequence[GapOperator]) -> GapOperator:
         nodes_idx=np.concatenate([o.nodes_idx for o in operators]) if operators else np.zeros(0, dtype=np.int64),
         group=tuple(g for o in operators for g in o.group),
         retained_nodes=np.unique(labels // 6).astype(np.int64),
+        curves=join_curves([(o.curves, o.m) for o in operators]),
+        friction=join_friction([(o.friction, o.m) for o in operators]),
+        preload=preload,
+        size=size,
     )

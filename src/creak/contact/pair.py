@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import Facets, facets_of
 from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator
+from creak.contact.laws.parameters import Curves, Friction
 from creak.contact.search import Projection
 from creak.errors import InputError
 from creak.model.mesh import Model
@@ -17,6 +19,12 @@ AUTO_FACTOR = 10.0
 """Penalty = 10 x the stiffness of the softer parent element, as Abaqus does."""
 REACH = 0.25
 """A partner is looked for within this fraction of the secondary surface's diagonal."""
+EDGE_ON = 0.05
+"""A one-sided facet takes part along a given normal when their cosine is above this."""
+ROUND_OFF = 1e-9
+"""Share of an element's width by which surfaces that touch may seem to overlap."""
+SHOWN = 5
+"""Nodes that a note names."""
 
 
 @dataclass(frozen=True)
@@ -28,13 +36,42 @@ class ContactPair:
     main: str
     method: str = "surface-to-surface"
     stiffness: float | None = None
-    """force/length^3 (surface-to-surface) or force/length (node-to-surface); None: from the parent shells."""
-    clearance: float | None = None
-    """Replaces the geometric gap."""
+    """force/length^3 (surface-to-surface) or force/length (node-to-surface); inf: hard; None: from the parent
+    elements."""
+    clearance: float | Mapping[int, float] | None = None
+    """Replaces the geometric gap, length: of all channels, or by node row."""
+    normal: tuple[float, float, float] | None = None
+    """Direction from the main to the secondary surface, instead of the surfaces' own."""
+    overclosure: FloatArray | None = None
+    """(k, 2) overclosure and pressure (node-to-surface: force), instead of the stiffness."""
+    damping: float = 0.0
+    """force time/length^3 (surface-to-surface) or force time/length (node-to-surface)."""
+    friction: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Static and kinetic coefficient, decay speed (length / time)."""
 
     @property
     def where(self) -> str:
         return f"[contact.{self.name}]"
+
+
+@dataclass(frozen=True)
+class Channels:
+    """The m channels of a pair as geometry: what the laws are laid over."""
+
+    nodes_idx: IntArray
+    """(m,) secondary nodes."""
+    gap: FloatArray
+    """(m,) geometric gap, length."""
+    depth: FloatArray
+    """(m,) how deep they may start inside, length."""
+    stiffness: FloatArray
+    """(m,) force / length (surface-to-surface: over area), from the parent elements."""
+    area: FloatArray
+    """(m,) tributary area; 0 for node-to-surface."""
+    size: FloatArray
+    """(m,) width of the facets there."""
+    scale: FloatArray
+    """(m,) what turns the study's numbers into those of a channel: the area, or 1 for node-to-surface."""
 
 
 def reach(coords: FloatArray) -> float:
@@ -47,55 +84,190 @@ def main_facets(model: Model, pair: ContactPair) -> Facets:
     return facets_of(model, pair.main, where=f"{pair.where} main")
 
 
+def given_normal(pair: ContactPair) -> FloatArray | None:
+    """The study's direction from main to secondary, of unit length; None: the surfaces' own normals.
+
+    Raises
+    ------
+    InputError : a direction of length zero.
+    """
+    if pair.normal is None:
+        return None
+    normal = np.array(pair.normal, dtype=np.float64)
+    length = float(np.linalg.norm(normal))
+    if not 0.0 < length < np.inf:
+        raise InputError(
+            f"normal = {list(pair.normal)} has no direction", where=f"{pair.where} normal",
+            expected="a vector from the main to the secondary surface", fix="Give one, or leave it out.",
+        )  # fmt: skip
+    return normal / length
+
+
+def deepest(facets: Facets) -> FloatArray:
+    """(n,) how far behind a one-sided facet a point still belongs to it: the height of a solid, 0 for shells."""
+    return np.where(facets.is_solid, 2.0 * facets.depth, 0.0)
+
+
+def overlap(thickness: tuple[FloatArray, FloatArray], depth: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """How deep two sides may start in each other: the thickness of both shells, and half a solid's height."""
+    return thickness[0] + thickness[1] + np.maximum(*depth)
+
+
+def looks_along(facets: Facets, rows: IntArray, direction: FloatArray, cosine: float = 0.0) -> BoolArray:
+    """Which of the facets `rows` touch with a side that looks along `direction` (n, 3); two-sided ones always do."""
+    normal = facets.area_normals[rows] * facets.side[rows, None]
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    return np.asarray((facets.side[rows] == 0) | (np.einsum("nx,nx->n", normal, direction) > cosine))
+
+
 def never_face(pair: ContactPair, limit: float) -> InputError:
     """The error for surfaces that have no point opposite each other."""
+    along = "" if pair.normal is None else f" along the normal {list(pair.normal)}"
+    sides = "the sides (SPOS, SNEG) of the surfaces" if pair.normal is None else "the sense of the normal"
     return InputError(
         f"surfaces {pair.secondary!r} and {pair.main!r} never face each other: no point of the first has a facet "
-        f"of the second opposite it within {limit:.4g}",
+        f"of the second opposite it within {limit:.4g}{along}",
         where=pair.where, expected="two surfaces that lie opposite each other",
-        fix="Check the names, the positions of the parts and the sides (SPOS, SNEG) of the surfaces.",
+        fix=f"Check the names, the positions of the parts and {sides}.",
     )  # fmt: skip
 
 
 def channels_from_rows(
-    model: Model,
-    pair: ContactPair,
-    rows: ChannelRows,
-    nodes_idx: IntArray,
-    gap0: FloatArray,
-    penalty: FloatArray,
-    area: FloatArray,
-    thickness: FloatArray,
+    model: Model, pair: ContactPair, rows: ChannelRows, channels: Channels
 ) -> tuple[GapOperator, list[str]]:
-    """Finish the channels of a pair: clearance, initial overclosure, names."""
-    notes: list[str] = []
-    gap0 = np.full_like(gap0, pair.clearance) if pair.clearance is not None else gap0
-    closed = np.flatnonzero(gap0 < 0.0)
-    if closed.size:
-        worst = closed[np.argmin(gap0[closed] + thickness[closed])]
-        node = model.nodes.label(int(nodes_idx[worst]))
-        if -gap0[worst] > max(thickness[worst], 1e-12) and pair.clearance is None:
-            raise InputError(
-                f"node {node} starts {-gap0[worst]:.4g} inside the main surface, more than the shells' thickness",
-                where=pair.where, fix="Move the parts apart, or give a clearance.",
-            )  # fmt: skip
-        notes.append(
-            f"{pair.where} {closed.size} channel(s) start closed, by up to {-gap0.min():.3g} at node "
-            f"{model.nodes.label(int(nodes_idx[np.argmin(gap0)]))}; their gap is set to 0 without strain"
-        )
-        gap0 = np.maximum(gap0, 0.0)
+    """Finish the channels of a pair: clearance, initial overclosure, laws, names."""
+    scale, friction = channels.scale, _friction(pair, channels.gap.size)
+    given, notes = _given_gaps(model, pair, channels)
+    gap0, more = _without_overclosure(model, pair, channels, given)
     operator = gap_operator(
         rows,
         gap0=gap0,
-        stiffness=penalty,
-        damping=np.zeros_like(gap0),
-        step_limited=pair.stiffness is None,
-        area=area,
-        names=[f"{pair.name}:{model.nodes.label(int(i))}" for i in nodes_idx],
-        nodes_idx=nodes_idx,
+        stiffness=_slope(pair, channels) * scale,
+        damping=pair.damping * scale,
+        step_limited=pair.stiffness is None and pair.overclosure is None,
+        area=channels.area,
+        names=[f"{pair.name}:{model.nodes.label(int(i))}" for i in channels.nodes_idx],
+        nodes_idx=channels.nodes_idx,
         group=pair.name,
     )
-    return operator, notes
+    curves = None
+    if pair.overclosure is not None:
+        curves = Curves(np.zeros(gap0.size, dtype=np.int64), scale.copy(), (_curve(pair),))
+    if pair.stiffness == np.inf and pair.damping:
+        notes.append(f"{pair.where} a hard contact takes no damping; the number given is not used")
+    return replace(operator, curves=curves, friction=friction, size=channels.size), [*notes, *more]
+
+
+def _curve(pair: ContactPair) -> FloatArray:
+    """(k, 2) overclosure and pressure.
+
+    Raises
+    ------
+    InputError : fewer than two points, a first point other than [0, 0], or one of both does not rise.
+    """
+    points = np.array(pair.overclosure, dtype=np.float64).reshape(-1, 2)
+    rises = np.diff(points[:, 0]) > 0.0, np.diff(points[:, 1]) >= 0.0
+    problem = ""
+    if len(points) < 2 or not np.isfinite(points).all():
+        problem = f"the overclosure curve has {len(points)} point(s)"
+    elif points[0].any():
+        problem = f"the overclosure curve starts at {points[0].tolist()}"
+    elif not (rises[0].all() and rises[1].all() and points[-1, 1] > 0.0):
+        at = int(np.argmin(rises[0] & rises[1]))
+        problem = f"the overclosure curve does not rise from {points[at].tolist()} to {points[at + 1].tolist()}"
+    if problem:
+        raise InputError(
+            problem, where=f"{pair.where} overclosure",
+            expected="[[0, 0], [overclosure, pressure], ...], both rising", fix="Correct its points.",
+        )  # fmt: skip
+    return points
+
+
+def _friction(pair: ContactPair, m: int) -> Friction | None:
+    """Friction of m channels, None without.
+
+    Raises
+    ------
+    InputError : a number below zero, or a kinetic coefficient above the static one.
+    """
+    static, kinetic, decay = pair.friction
+    if not (0.0 <= kinetic <= static < np.inf and 0.0 <= decay < np.inf):
+        raise InputError(
+            f"friction with static = {static:g}, kinetic = {kinetic:g}, decay = {decay:g}",
+            where=f"{pair.where} friction", expected="0 <= kinetic <= static and decay >= 0",
+            fix="Friction falls once it slides: give the larger coefficient as static.",
+        )  # fmt: skip
+    return Friction(np.full(m, static), np.full(m, kinetic), np.full(m, decay)) if static > 0.0 else None
+
+
+def _slope(pair: ContactPair, channels: Channels) -> FloatArray:
+    """Stiffness of each channel (over area); of a curve its steepest, which is what a time step has to resolve."""
+    if pair.overclosure is not None:
+        x, y = _curve(pair).T
+        return np.full_like(channels.gap, np.max(np.diff(y) / np.diff(x)))
+    return channels.stiffness if pair.stiffness is None else np.full_like(channels.gap, pair.stiffness)
+
+
+def _given_gaps(model: Model, pair: ContactPair, channels: Channels) -> tuple[FloatArray, list[str]]:
+    """(m,) gaps that the study gives, nan where the geometric one holds."""
+    given = np.full_like(channels.gap, np.nan)
+    if pair.clearance is None:
+        return given, []
+    if not isinstance(pair.clearance, Mapping):
+        return np.full_like(given, pair.clearance), []
+    table = pair.clearance
+    given = np.array([table.get(int(i), np.nan) for i in channels.nodes_idx])
+    notes = []
+    without = channels.nodes_idx[np.isnan(given)]
+    if without.size:
+        notes.append(
+            f"{pair.where} {without.size} node(s) have no row in the table of clearances and keep their geometric "
+            f"gap: {_listed(model, without)}"
+        )
+    unused = np.array(sorted(set(table) - set(channels.nodes_idx.tolist())), dtype=np.int64)
+    if unused.size:
+        notes.append(
+            f"{pair.where} {unused.size} row(s) of the table of clearances are for nodes that face nothing: "
+            f"{_listed(model, unused)}"
+        )
+    return given, notes
+
+
+def _without_overclosure(
+    model: Model, pair: ContactPair, channels: Channels, given: FloatArray
+) -> tuple[FloatArray, list[str]]:
+    """Gaps (m,) with channels that start closed set to zero, and a note about these.
+
+    Raises
+    ------
+    InputError : the geometric gap of a node is deeper inside than `Channels.depth`.
+    """
+    free = np.isnan(given)
+    gap0 = np.where(free, channels.gap, given)
+    deep = np.where(free, gap0 + np.maximum(channels.depth, 1e-12), np.inf)
+    if deep.size and deep.min() < 0.0:
+        worst = int(np.argmin(deep))
+        raise InputError(
+            f"node {model.nodes.label(int(channels.nodes_idx[worst]))} starts {-gap0[worst]:.4g} inside the main "
+            "surface, more than the shells' thickness (of solids: half an element's height)",
+            where=pair.where,
+            fix="Move the parts apart, or give a clearance."
+            + ("" if pair.normal is None else " Does the normal point from the main to the secondary surface?"),
+        )  # fmt: skip
+    closed = np.flatnonzero(gap0 < -ROUND_OFF * channels.size)
+    if not closed.size:
+        return np.maximum(gap0, 0.0), []
+    node = model.nodes.label(int(channels.nodes_idx[np.argmin(gap0)]))
+    note = (
+        f"{pair.where} {closed.size} channel(s) start closed, by up to {-gap0.min():.3g} at node {node}; "
+        "their gap is set to 0 without strain"
+    )
+    return np.maximum(gap0, 0.0), [note]
+
+
+def _listed(model: Model, rows: IntArray) -> str:
+    names = ", ".join(model.nodes.label(int(i)) for i in rows[:SHOWN])
+    return names + (f" and {rows.size - SHOWN} more" if rows.size > SHOWN else "")
 
 
 def gap_normals(projection: Projection, sides: IntArray) -> tuple[FloatArray, FloatArray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,12 @@ class Play:
     """u_B - u_A in one dof stays free between `lower` and `upper`; beyond, a spring and a dashpot push back.
 
     With one node set the nodes are stopped against ground (u_A = 0).
+
+    A one-sided stop with a `preload` P (a bumper under compression, a seal) presses with P at rest. Its spring is
+    squeezed by P / stiffness then, gap0 = -P / stiffness, and it lets go once the nodes have parted by that much.
+    What holds the preload is not in the model's displacements: the rest of the structure balances it at t = 0, so
+    the channels push with p - P and the model starts in equilibrium, undeformed. The limit must be 0, the place at
+    rest.
     """
 
     name: str
@@ -26,6 +32,8 @@ class Play:
     upper: float | None
     stiffness: float
     damping: float = 0.0
+    preload: float = 0.0
+    """force at rest of each channel"""
 
 
 def play_channels(model: Model, play: Play, where: str) -> GapOperator:
@@ -33,7 +41,8 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
 
     Raises
     ------
-    InputError : unknown sets, sets of different size, no limit at all, lower > upper.
+    InputError : unknown sets, sets of different size, no limit at all, lower > upper; a preload below zero, with
+        two limits, or with a limit other than zero.
     """
     ends = [model.node_set(name, where=where) for name in play.nodes]
     if len(ends) == 2 and ends[0].size != ends[1].size:
@@ -47,6 +56,7 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
         raise InputError("a play connector without limits", where=where, fix="Give lower, upper or both.")
     if play.lower is not None and play.upper is not None and play.lower > play.upper:
         raise InputError(f"lower = {play.lower} lies above upper = {play.upper}", where=where, fix="Swap them.")
+    _check_preload(play, [value for _, _, value in sides], where)
     moving = ends[-1]
     channel: list[int] = []
     label: list[int] = []
@@ -62,13 +72,13 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
                 channel.append(row)
                 label.append(6 * int(node) + play.dof - 1)
                 value.append(c)
-            gap0.append(-sign * limit)
+            gap0.append(-sign * limit - play.preload / play.stiffness)
             names.append(f"{play.name}:{side}" + (f":{model.nodes.label(int(moving[k]))}" if moving.size > 1 else ""))
             nodes.append(int(moving[k]))
     n = len(gap0)
     zero = np.zeros(len(value))
     rows = ChannelRows(_ints(channel), _ints(label), np.array(value), zero, zero)
-    return gap_operator(
+    operator = gap_operator(
         rows,
         gap0=np.array(gap0),
         stiffness=np.full(n, play.stiffness),
@@ -78,6 +88,23 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
         nodes_idx=_ints(nodes),
         group=play.name,
     )
+    return replace(operator, preload=np.full(n, play.preload)) if play.preload else operator
+
+
+def _check_preload(play: Play, limits: list[float], where: str) -> None:
+    if play.preload < 0.0:
+        raise InputError(f"preload = {play.preload:g}", where=where, expected="zero or more", fix="Stops only press.")
+    if play.preload and len(limits) != 1:
+        raise InputError(
+            "a play connector with a preload and two limits", where=where, expected="lower or upper, not both",
+            fix="Leave out the limit that does not press, or make two connectors.",
+        )  # fmt: skip
+    if play.preload and limits[0] != 0.0:
+        raise InputError(
+            f"a preloaded stop with its limit at {limits[0]:g}", where=where,
+            expected="0: with a preload the limit is the place at rest, where the stop presses with it",
+            fix="Set the limit to 0, or leave out the preload.",
+        )  # fmt: skip
 
 
 def _ints(values: list[int]) -> IntArray:

@@ -2,28 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.contact.facets import Facets, facets_of, nodal_normals
+from creak.contact.facets import Facets, corner_normals, facets_of
 from creak.contact.gap_operator import ChannelRows, GapOperator
 from creak.contact.pair import (
     AUTO_FACTOR,
+    EDGE_ON,
+    Channels,
     ContactPair,
     channels_from_rows,
+    deepest,
+    given_normal,
+    looks_along,
     main_facets,
     never_face,
+    overlap,
     reach,
     tangents_of,
 )
-from creak.contact.search import project_along
+from creak.contact.search import Accept, project_along
+from creak.elements.geometry import gauss_triangle
 from creak.model.mesh import Model
 
 QUADRATURE = 10
 """Gauss points per direction: the edges of the main facets cross a secondary facet unseen, so few are not enough."""
+CUTS = 4
+"""Parts of a triangle's side: CUTS^2 times six points, about as many as a quadrilateral has."""
 LEAST_SHARE = 0.05
 """A node with less than this share of its tributary area opposite the main surface gets no channel."""
 
@@ -50,39 +59,58 @@ def surface_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, li
     force k_A A_i max(-g_i, 0) with A_i = int N_i dA acts through the same weights, so a uniform pressure is
     passed on exactly between non-matching meshes wherever the quadrature resolves the main facets.
     Weights follow Puso and Laursen, Comput. Methods Appl. Mech. Eng. 193 (2004), with one constraint per
-    secondary node; partner facets are found once (small sliding).
+    secondary node; partner facets are found once (small sliding). A normal given by the study replaces the
+    averaged one. Faces of solids touch with their outer side; one that starts inside counts as closed up to the
+    height of the element behind it.
 
     Raises
     ------
-    InputError : unknown or unfit surfaces; surfaces that never face each other; deep initial overclosure.
+    InputError : unknown or unfit surfaces; surfaces that never face each other; deep initial overclosure; a normal
+        of length zero.
     """
     secondary = facets_of(model, pair.secondary, where=f"{pair.where} secondary")
-    main = main_facets(model, pair)
+    main, given = main_facets(model, pair), given_normal(pair)
     limit = max(reach(secondary.coords), reach(main.coords))
     points = _integration_points(secondary)
-    meet = project_along(points.position, points.normal, main, limit)
-    found = meet.found & _right_sides(points, meet.distance, meet.facet, secondary, main)
-    found &= ~_shares_nodes(secondary, main, points.facet, meet.facet)
+    if given is not None:
+        points = replace(points, normal=np.tile(-given, (points.weight.size, 1)))
+    sides = _Sides(points, secondary, main, given is not None, limit)
+    meet = project_along(points.position, points.normal, main, limit, sides.accept)
+    found = meet.found
     if not found.any():
         raise never_face(pair, limit)
-    sign = np.where(meet.distance > 0.0, -1.0, 1.0)
+    sign = sides.sign(np.arange(found.size), meet.facet, meet.distance)
     normal = points.normal * sign[:, None]
     half = 0.5 * (secondary.thickness[points.facet] + main.thickness[meet.facet])
-    gap = np.where(found, np.abs(meet.distance) - half, 0.0)
+    gap = np.where(found, -sign * np.where(found, meet.distance, 0.0) - half, 0.0)
     nodes, at, share, area, channel_of = _channels(secondary, points, found)
-    gap0 = _summed(at[found], (share * gap[:, None])[found], channel_of.size)
-    thick = _summed(at[found], (share * 2.0 * half[:, None])[found], channel_of.size)
     keep = np.flatnonzero(channel_of >= 0)
-    stiffness = _surface_stiffness(pair, secondary, main, points, meet.facet, found, at, share, channel_of.size)
-    rows = _rows(secondary, main, points, meet.shape, meet.facet, normal, found, at, share, channel_of)
-    return channels_from_rows(
-        model, pair, rows, nodes[keep], gap0[keep], stiffness[keep] * area[keep], area[keep], thick[keep]
+
+    def mean(values: FloatArray) -> FloatArray:
+        return _summed(at[found], (share * values[:, None])[found], channel_of.size)[keep]
+
+    width = np.minimum(secondary.width[points.facet], main.width[meet.facet])
+    channels = Channels(
+        nodes_idx=nodes[keep],
+        gap=mean(gap),
+        depth=mean(
+            overlap(
+                (secondary.thickness[points.facet], main.thickness[meet.facet]),
+                (secondary.depth[points.facet], main.depth[meet.facet]),
+            )
+        ),
+        stiffness=mean(_automatic(secondary, main, points.facet, meet.facet)),
+        area=area[keep],
+        size=_least(at[found], width[found], nodes.size)[keep],
+        scale=area[keep],
     )
+    rows = _rows(secondary, main, points, meet.shape, meet.facet, normal, found, at, share, channel_of)
+    return channels_from_rows(model, pair, rows, channels)
 
 
 def _integration_points(facets: Facets) -> Points:
-    """Gauss points on quads, six points (degree 4) on triangles."""
-    normals = nodal_normals(facets)[np.searchsorted(facets.node_rows, facets.nodes)]
+    """Gauss points on quads, as many in parts on triangles."""
+    normals = corner_normals(facets)
     pieces = []
     triangle = facets.is_triangle
     for mine, (N, dN, w) in ((np.flatnonzero(~triangle), _quad_rule()), (np.flatnonzero(triangle), _tri_rule())):
@@ -108,25 +136,63 @@ def _quad_rule() -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _tri_rule() -> tuple[FloatArray, FloatArray, FloatArray]:
-    a, b = 0.445948490915965, 0.091576213509771
-    r = np.array([a, 1 - 2 * a, a, b, 1 - 2 * b, b])
-    s = np.array([a, a, 1 - 2 * a, b, b, 1 - 2 * b])
-    w = 0.5 * np.repeat([0.223381589678011, 0.109951743655322], 3)
-    N = np.stack([1 - r - s, r, s, np.zeros(6)], axis=1)
-    dN = np.broadcast_to(np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]), (6, 4, 2))
+    """The six-point rule in each of `CUTS`^2 triangles that the unit triangle is cut into."""
+    points, weights = gauss_triangle()
+    pieces = []
+    for i in range(CUTS):
+        for j in range(CUTS - i):
+            pieces.append(np.array([i, j]) + points)
+            if i + j < CUTS - 1:
+                pieces.append(np.array([i + 1, j + 1]) - points)
+    r, s = np.concatenate(pieces).T / CUTS
+    w = np.tile(0.5 * weights / CUTS**2, len(pieces))
+    N = np.stack([1 - r - s, r, s, np.zeros(r.size)], axis=1)
+    dN = np.broadcast_to(np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0], [0.0, 0.0]]), (r.size, 4, 2))
     return N, dN, w
 
 
-def _right_sides(
-    points: Points, distance: FloatArray, facet: IntArray, secondary: Facets, main: Facets
-) -> BoolArray:
-    """False where a one-sided surface would have to touch with its other side."""
-    towards = np.sign(distance)
-    own_side = secondary.side[points.facet]
-    ok = (own_side == 0) | (towards >= 0)
-    normal = main.area_normals[facet] * np.where(main.side == 0, 1, main.side)[facet][:, None]
-    facing = np.einsum("nx,nx->n", normal, points.normal) * towards
-    return ok & ((main.side[facet] == 0) | (facing < 0.0))
+@dataclass(frozen=True)
+class _Sides:
+    """Which side of the surfaces may touch."""
+
+    points: Points
+    secondary: Facets
+    main: Facets
+    given: bool
+    """The points' normal is the study's, not the surface's."""
+    limit: float
+
+    def sign(self, row: IntArray, facet: IntArray, distance: FloatArray) -> FloatArray:
+        """+1 or -1: the normal from main to secondary is this times the points' normal.
+
+        One-sided secondary surfaces touch along their normal, two-sided ones with the side that looks at a
+        one-sided main surface, or at wherever a two-sided main surface lies.
+        """
+        one_sided = self.given | (self.secondary.side[self.points.facet[row]] != 0)
+        outward = self.main.area_normals[facet] * self.main.side[facet][:, None]
+        along = np.einsum("nx,nx->n", outward, self.points.normal[row])
+        by_main = np.where(along > 0.0, 1.0, -1.0)
+        free = np.where(self.main.side[facet] != 0, by_main, np.where(distance > 0.0, -1.0, 1.0))
+        return np.where(one_sided, -1.0, free)
+
+    @property
+    def accept(self) -> Accept:
+        """Meetings on the right sides, at most as deep as what lies behind, and not with a facet's own neighbours."""
+        behind_s, behind_m = deepest(self.secondary), deepest(self.main)
+        cosine = EDGE_ON if self.given else 0.0
+
+        def accepted(row: IntArray, facet: IntArray, distance: FloatArray, _: FloatArray) -> BoolArray:
+            own, sign = self.points.facet[row], self.sign(row, facet, distance)
+            normal = self.points.normal[row] * sign[:, None]
+            behind = np.maximum(behind_s[own], behind_m[facet])
+            if self.given:
+                behind = np.where(behind > 0.0, behind, self.limit)
+            good = (-sign * distance >= -behind) & looks_along(self.main, facet, normal, cosine)
+            if self.given:
+                good &= looks_along(self.secondary, own, -normal, cosine)
+            return good & ~_shares_nodes(self.secondary, self.main, own, facet)
+
+        return accepted
 
 
 def _shares_nodes(secondary: Facets, main: Facets, facet_s: IntArray, facet_m: IntArray) -> BoolArray:
@@ -155,16 +221,17 @@ def _summed(at: IntArray, values: FloatArray, n: int) -> FloatArray:
     return np.bincount(at.ravel(), values.ravel(), minlength=n).astype(np.float64)
 
 
-def _surface_stiffness(
-    pair: ContactPair, secondary: Facets, main: Facets, points: Points, facet: IntArray,
-    found: BoolArray, at: IntArray, share: FloatArray, n: int,
-) -> FloatArray:  # fmt: skip
-    """(n,) force / length^3: the study's number, or 10 x the softer parent's kappa G t over its facet's area."""
-    if pair.stiffness is not None:
-        return np.full(n, pair.stiffness)
+def _least(at: IntArray, values: FloatArray, n: int) -> FloatArray:
+    """(n,) smallest of the values (k,) at the points of each node; `at` (k, 4)."""
+    least = np.full(n, np.inf)
+    np.minimum.at(least, at, values[:, None])
+    return least
+
+
+def _automatic(secondary: Facets, main: Facets, facet_s: IntArray, facet_m: IntArray) -> FloatArray:
+    """(n_point,) force / length^3: 10 x the softer parent's stiffness over its facet's area."""
     per_area = [f.normal_stiffness / np.linalg.norm(f.area_normals, axis=1) for f in (secondary, main)]
-    soft = AUTO_FACTOR * np.minimum(per_area[0][points.facet], per_area[1][facet])
-    return _summed(at[found], (share * soft[:, None])[found], n)
+    return AUTO_FACTOR * np.minimum(per_area[0][facet_s], per_area[1][facet_m])
 
 
 def _rows(

@@ -1,54 +1,31 @@
 """Contact condensed to its channels: a few equations a step instead of a nonlinear system.
 
-With gaps g = g0 + G u and channel forces p the step equation S a1 = r + (1 + alpha) G' p(g1) is solved by
-elimination: a1 = a_free + (1 + alpha) W p with W = S^-1 G', which leaves g1 = g_free + A p(g1) with
-A = (1 + alpha) beta h^2 G W, a piecewise-linear system in the few channels. No iteration touches the
-structure, and the result is that of a converged Newton loop to round-off.
+With gaps g = g0 + G u, tangential motion w = T u and channel forces f = (p, tau) the step equation
+S a1 = r + (1 - af) [G; T]' f is solved by elimination: a1 = a_free + (1 - af) W f with W = S^-1 [G; T]', which leaves
+g1 = g_free + A f, A = (1 - af) beta h^2 [G; T] W: equations in the few channels (`contact.step_problem`). No
+iteration touches the structure, and the result is that of a converged Newton loop to round-off.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-import scipy.sparse as sp
 
-from creak.arrays import BoolArray, FloatArray, Matrix
+from creak.arrays import BoolArray, FloatArray
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
-from creak.contact.unilateral import solve_channels
-from creak.dynamics.hht import HHT
+from creak.contact.step_problem import law_arrays, solve_channels
+from creak.dynamics.channels import ChannelMatrices, channel_matrices
+from creak.dynamics.scheme import Scheme
 from creak.dynamics.step_matrix import StepFactor
 
 RESPONSE_MEMORY = 2_000_000_000
-"""Bytes up to which W = S^-1 G' is kept, so that contact costs no second back-substitution."""
+"""Bytes up to which W = S^-1 [G; T]' is kept, so that contact costs no second back-substitution."""
 PATCH = 3.0
 """Radius of a contact patch, in node spacings, whose channels may press at the same time."""
 
 
-@dataclass(frozen=True)
-class ChannelMatrices:
-    """The gap operator in the coordinates of a System."""
-
-    G: Matrix
-    G_s: FloatArray
-    tangents: tuple[tuple[Matrix, FloatArray], ...]
-
-
-def channel_matrices(system: System, gaps: GapOperator) -> ChannelMatrices:
-    """G rows(labels): (m, n) on the coordinates and (m, n_support) on the prescribed motion."""
-    R, R_s = system.rows(gaps.labels)
-
-    def on(A: Matrix) -> tuple[Matrix, FloatArray]:
-        B = A @ R
-        return (sp.csr_matrix(B) if sp.issparse(B) else np.asarray(B)), np.asarray(A @ R_s)
-
-    G, G_s = on(gaps.G)
-    return ChannelMatrices(G, G_s, tuple(on(t) for t in gaps.tangents))
-
-
 def step_limited_stiffness(
-    system: System, gaps: GapOperator, positions: FloatArray, scheme: HHT, h: float
+    system: System, gaps: GapOperator, positions: FloatArray, scheme: Scheme, h: float
 ) -> FloatArray:
     """(m,) penalties that the time step can follow: 1/k_i >= sum_j |A_ij| over the neighbours of channel i.
 
@@ -69,7 +46,7 @@ def step_limited_stiffness(
     part = gaps.select(limited)
     G = channel_matrices(system, part).G
     W = StepFactor(system, scheme, h).solve(np.asfortranarray(to_dense(G).T))
-    A = (1.0 + scheme.alpha) * scheme.beta * h * h * np.asarray(G @ W)
+    A = (1.0 - scheme.alpha_f) * scheme.beta * h * h * np.asarray(G @ W)
     together = np.where(_neighbours(part, positions[limited]), np.abs(A), 0.0).sum(axis=1)
     stiffness = gaps.stiffness.copy()
     stiffness[limited] = stiffness[limited] / np.maximum(1.0, stiffness[limited] * together)
@@ -90,30 +67,40 @@ def _neighbours(gaps: GapOperator, positions: FloatArray) -> BoolArray:
 
 
 class CondensedContact:
-    """Channels of a run: compliance, forces at the end of a step, and their effect on the acceleration."""
+    """Channels of a run at one step length: compliance, forces at the end of a step, their effect on the motion."""
 
-    def __init__(self, gaps: GapOperator, on: ChannelMatrices, solver: StepFactor, scheme: HHT, h: float) -> None:
-        self.gaps, self.on = gaps, on
-        self._solver, self._weight = solver, 1.0 + scheme.alpha
-        self._presses = bool(gaps.m and gaps.stiffness.any())
-        self._rate_gain = scheme.gamma / (scheme.beta * h)
-        n = on.G.shape[1]
-        columns = np.asarray(on.G.toarray() if sp.issparse(on.G) else on.G).T
-        W = solver.solve(np.asfortranarray(columns)) if self._presses else np.zeros((n, gaps.m))
-        self.compliance = (1.0 + scheme.alpha) * scheme.beta * h * h * np.asarray(on.G @ W)
-        self.compliance = np.ascontiguousarray(0.5 * (self.compliance + self.compliance.T))
+    def __init__(self, gaps: GapOperator, on: ChannelMatrices, solver: StepFactor, scheme: Scheme, h: float) -> None:
+        self.gaps, self.on, self.laws = gaps, on, law_arrays(gaps)
+        self._solver, self._weight, self._h = solver, 1.0 - scheme.alpha_f, h
+        self._rate_gain, self._slip_gain = scheme.gamma / (scheme.beta * h), scheme.gamma / scheme.beta
+        self._rows = on.rows
+        W = solver.solve(np.asfortranarray(to_dense(self._rows).T))
+        compliance = self._weight * scheme.beta * h * h * np.asarray(self._rows @ W)
+        self.compliance = np.ascontiguousarray(0.5 * (compliance + compliance.T))
         self._W = np.asfortranarray(W) if W.nbytes <= RESPONSE_MEMORY else None
 
-    def forces(self, gap_free: FloatArray, rate_free: FloatArray) -> FloatArray:
-        """p (m,) at the end of the step."""
-        if not self._presses or gap_free.min() >= 0.0:
-            return np.zeros(self.gaps.m)
-        g = self.gaps
-        return solve_channels(self.compliance, gap_free, rate_free, self._rate_gain, g.stiffness, g.damping)
+    def forces(
+        self, gap_free: FloatArray, rate_free: FloatArray, slip_free: FloatArray, stuck: BoolArray, before: FloatArray
+    ) -> tuple[FloatArray, BoolArray]:
+        """(m + 2 f,) forces at the end of the step, and which rubbing channels stick then."""
+        force, stuck = before.copy(), stuck.copy()
+        solve_channels(
+            self.compliance, gap_free, rate_free, self._rate_gain, slip_free, self._slip_gain, self._h, self.laws,
+            stuck, force,
+        )  # fmt: skip
+        return force, stuck
 
-    def acceleration(self, p: FloatArray) -> FloatArray:
-        """(1 + alpha) S^-1 G' p."""
-        active = np.flatnonzero(p)
+    def gaps_after(self, gap_free: FloatArray, force: FloatArray) -> FloatArray:
+        """g = g_free + A f, (m,)."""
+        return np.asarray(gap_free + self.compliance[: self.gaps.m] @ force)
+
+    def sliding_after(self, slip_free: FloatArray, force: FloatArray) -> FloatArray:
+        """(2 f,) slip velocity at the end of the step."""
+        return np.asarray((slip_free + self._slip_gain * (self.compliance[self.gaps.m :] @ force)) / self._h)
+
+    def acceleration(self, force: FloatArray) -> FloatArray:
+        """(1 - af) S^-1 [G; T]' f."""
+        active = np.flatnonzero(force)
         if self._W is not None:
-            return self._weight * (self._W[:, active] @ p[active])
-        return self._weight * self._solver.solve(np.asarray(self.on.G.T @ p))
+            return self._weight * (self._W[:, active] @ force[active])
+        return self._weight * self._solver.solve(np.asarray(self._rows.T @ force))

@@ -8,9 +8,10 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 
-ENERGIES = ("kinetic", "strain", "contact", "damping", "contact_damping", "external", "scheme")
-"""Columns of `History.energy`; `scheme` is what the others leave over of the external work and of the
-initial energy: the scheme's own dissipation, negative when energy was created."""
+ENERGIES = ("kinetic", "strain", "contact", "damping", "contact_damping", "friction", "external", "scheme")
+"""Columns of `History.energy`: three stored energies, then work since the start. `friction` is what sliding took;
+`scheme` is what the others leave over of the external work and of the initial energy: the scheme's own dissipation,
+negative when energy was created."""
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,7 @@ class History:
     """Time histories of one run; contact quantities at every step, motion at the output times."""
 
     time: FloatArray
-    """(n_time,) every step."""
+    """(n_time,) every instant; uneven where steps are shorter near contact."""
     gap: FloatArray
     """(n_time, m)"""
     force: FloatArray
@@ -40,9 +41,24 @@ class History:
     coordinates: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     """(n, n_whole) coordinates q of the System at those steps; `assembly.recovery` gives the motion of every node."""
 
+    tangential: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    """(n_time, 2 f) friction forces on the structure, two tangents for each rubbing channel in turn; empty without
+    friction."""
+    sliding: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    """(n_time, 2 f) slip velocity of the rubbing channels, 0 while stuck and while open; empty without friction."""
+    residual: float = 0.0
+    """Largest residual of the equations of motion seen, as a fraction of the forces in them; 0: not measured."""
+
     @property
-    def step(self) -> float:
-        return float(self.time[1] - self.time[0])
+    def weights(self) -> FloatArray:
+        """(n_time,) time that each instant stands for, half of the steps on both sides of it (trapezoidal rule).
+
+        `weights @ force` is the impulse of the channels. With even steps it is the sum of the forces times the step,
+        just what Newmark's family gives the structure between two instants at which nothing presses: the shares in
+        which the force of an instant enters the steps around it add up to one.
+        """
+        half = 0.5 * np.diff(self.time)
+        return np.asarray(np.concatenate([[0.0], half]) + np.concatenate([half, [0.0]]))
 
     @property
     def energy_scale(self) -> float:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.dynamics.hht import HHT
+from creak.dynamics.scheme import Scheme
 
 
 @dataclass(frozen=True)
 class Loads:
-    """Samples at every step, n_time = n_step + 1."""
+    """Samples at every instant a run may step to."""
 
     time: FloatArray
     """(n_time,) s, evenly spaced."""
@@ -23,23 +23,6 @@ class Loads:
     force_labels: tuple[IntArray, ...] = ()
     """Physical dof labels that each force acts on (each with its full value)."""
 
-    def consistent_with(self, scheme: HHT) -> Loads:
-        """The same prescribed displacement, with velocity and acceleration that follow Newmark's rule.
-
-        s1 = s0 + h v0 + h^2 ((1/2 - beta) a0 + beta a1), v1 = v0 + h ((1 - gamma) a0 + gamma a1), solved for
-        a1 and v1 from the exact start. The prescribed dofs then obey the same difference equations as the
-        free ones, so a change of basis that mixes them (Craig-Bampton, static modes) changes no result. With
-        the exact derivatives instead, a full and a reduced model differ by the O(h^2) error of the scheme.
-        """
-        h, beta, gamma = self.step, scheme.beta, scheme.gamma
-        s = self.support[0]
-        v, a = np.empty_like(s), np.empty_like(s)
-        v[0], a[0] = self.support[1, 0], self.support[2, 0]
-        for n in range(self.n_step):
-            a[n + 1] = ((s[n + 1] - s[n]) / h - v[n]) / (beta * h) - (0.5 / beta - 1.0) * a[n]
-            v[n + 1] = v[n] + h * ((1.0 - gamma) * a[n] + gamma * a[n + 1])
-        return replace(self, support=np.stack([s, v, a]))
-
     @property
     def step(self) -> float:
         return float(self.time[1] - self.time[0])
@@ -47,6 +30,20 @@ class Loads:
     @property
     def n_step(self) -> int:
         return int(self.time.size) - 1
+
+
+def follow(before: FloatArray, displacement: FloatArray, scheme: Scheme, h: float) -> FloatArray:
+    """(3, n_support) prescribed displacement, velocity and acceleration at the end of a step, by Newmark's rule.
+
+    s1 = s0 + h v0 + h^2 ((1/2 - beta) a0 + beta a1), v1 = v0 + h ((1 - gamma) a0 + gamma a1), solved for a1 and v1
+    from the exact start. The prescribed dofs then obey the same difference equations as the free ones, so a change of
+    basis that mixes them (Craig-Bampton, static modes) changes no result. With the exact derivatives instead, a full
+    and a reduced model differ by the O(h^2) error of the scheme.
+    """
+    s, v, a = before
+    a1 = ((displacement - s) / h - v) / (scheme.beta * h) - (0.5 / scheme.beta - 1.0) * a
+    v1 = v + h * ((1.0 - scheme.gamma) * a + scheme.gamma * a1)
+    return np.stack([displacement, v1, a1])
 
 
 def at_rest(time: FloatArray) -> Loads:

@@ -7,18 +7,20 @@ round-off, at the cost of a factorisation per iteration.
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Iterator
 
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import BoolArray, IntArray, Matrix
+from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.condensed import channel_matrices
-from creak.dynamics.hht import HHT
+from creak.dynamics.channels import channel_matrices
 from creak.dynamics.history import History
+from creak.dynamics.instant import Instant
 from creak.dynamics.loads import Loads
-from creak.dynamics.simulate import Instant, first_instant, march
+from creak.dynamics.scheme import Scheme
+from creak.dynamics.simulate import begin, first_instant, march
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.step_matrix import StepFactor, step_matrix
 from creak.errors import NumericalError
@@ -28,49 +30,63 @@ from creak.linalg.factor import Factor, factor
 MAX_ITERATIONS = 50
 
 
-class PlainNewtonHHT:
-    """One step of HHT-alpha by Newton's method: (S + (1 + alpha) beta h^2 G_c' k G_c) da = residual."""
+class PlainNewton:
+    """One step by Newton's method: (S + (1 - af) beta h^2 G' k G) da = residual, k the tangent of the channels.
 
-    def __init__(self, system: System, gaps: GapOperator, loads: Loads, scheme: HHT) -> None:
-        if gaps.damping.any() or system.damping.modal_shapes is not None:
-            raise ValueError("plain Newton handles neither channel dampers nor modal damping")
+    Normal laws with a tangent: penalty, damper, pressure curve. Exact contact and friction have none.
+    """
+
+    def __init__(self, system: System, gaps: GapOperator, loads: Loads, scheme: Scheme) -> None:
+        if system.damping.modal_shapes is not None or gaps.rubbing or not np.isfinite(gaps.stiffness).all():
+            raise ValueError("plain Newton handles neither modal damping nor friction nor exact contact")
         started = clock.perf_counter()
-        self.scheme, self.gaps, self.loads, self.h = scheme, gaps, loads, loads.step
+        self.scheme, self.gaps, self.loads, self.h, self.substeps = scheme, gaps, loads, loads.step, 1
         S = step_matrix(system, scheme, self.h)
         self.S: Matrix = np.diag(S.diagonal()) if isinstance(S, Diagonal) else S
         self.on = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
-        self.factorisations = 0
+        self._preload = np.asarray(self.on.G.T @ (np.zeros(gaps.m) if gaps.preload is None else gaps.preload))
+        self.factorisations, self.residual = 0, 0.0
         self._start = StepFactor(system, scheme, self.h)
         self.setup_s = clock.perf_counter() - started
 
     def start(self) -> Instant:
         """As the condensed stepper starts."""
-        return first_instant(self.terms, self._start, self.gaps, self.on)
+        return first_instant(self.terms, self._start, self.scheme, self.gaps, self.on, self._preload)
 
-    def step(self, n: int, now: Instant) -> Instant:
-        """From step n - 1 to step n."""
-        scheme, h, on = self.scheme, self.h, self.on
-        half = self.terms.predict(now.x, scheme, h)
-        rhs = self.terms.right_side(n, now.x, half, scheme, on, now.p)
-        base = self.gaps.gap0 + on.G @ half.u + on.G_s @ self.loads.support[0, n]
-        a, closed = now.x.a, now.gap < 0.0
+    def advance(self, now: Instant) -> Iterator[Instant]:
+        """One step."""
+        scheme, h, on, gaps = self.scheme, self.h, self.on, self.gaps
+        begun = begin(self.terms, self._preload, on, scheme, h, now)
+        half, support = begun.half, begun.support
+        base = gaps.gap0 + on.G @ half.u + on.G_s @ support[0]
+        base_rate = on.G @ half.v + on.G_s @ support[1]
+        a, gain = now.x.a, scheme.gamma / (scheme.beta * h)
+        gap, rate = self._at(a, base, base_rate)
+        p, tangent = _normal_law(gaps, gap, rate, gain)
         for _ in range(MAX_ITERATIONS):
-            gap = base + scheme.beta * h * h * (on.G @ a)
-            p = np.where(closed, -self.gaps.stiffness * gap, 0.0)
-            residual = rhs + (1.0 + scheme.alpha) * np.asarray(on.G.T @ p) - self.S @ a
-            a = a + self._tangent(closed).solve(residual)
-            gap = base + scheme.beta * h * h * (on.G @ a)
-            if np.array_equal(gap < 0.0, closed):
-                p = self.gaps.stiffness * np.maximum(0.0, -gap)
-                return Instant(self.terms.advance(half, a, scheme, h, n), gap, p)
-            closed = gap < 0.0
-        raise NumericalError(f"Newton did not converge at step {n}")
+            residual = begun.right_side + (1.0 - scheme.alpha_f) * np.asarray(on.G.T @ p) - self.S @ a
+            a = a + self._tangent(tangent).solve(residual)
+            before = tangent
+            gap, rate = self._at(a, base, base_rate)
+            p, tangent = _normal_law(gaps, gap, rate, gain)
+            if np.array_equal(tangent, before):  # every channel stayed on its piece: the step is solved
+                break
+        else:
+            raise NumericalError(f"Newton did not converge at t = {self.loads.time[begun.row]:.6g} s")
+        x = self.terms.advance(half, a, scheme, h, begun.fresh)
+        yield Instant(begun.row, x, support, gap, rate, p, np.zeros(0), np.zeros(0, dtype=bool))
 
-    def _tangent(self, closed: BoolArray) -> Factor:
+    def _at(self, a: FloatArray, base: FloatArray, base_rate: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Gaps and their rates for an acceleration."""
+        h, G = self.h, self.on.G
+        move = np.asarray(G @ a)
+        return base + self.scheme.beta * h * h * move, base_rate + self.scheme.gamma * h * move
+
+    def _tangent(self, k: FloatArray) -> Factor:
+        """A factor of the step matrix with the channels' tangent stiffness k (m,)."""
         self.factorisations += 1
-        weight = (1.0 + self.scheme.alpha) * self.scheme.beta * self.h**2
-        k = weight * np.where(closed, self.gaps.stiffness, 0.0)
+        k = (1.0 - self.scheme.alpha_f) * self.scheme.beta * self.h**2 * k
         G = self.on.G
         if sp.issparse(self.S):
             G = sp.csr_matrix(G)
@@ -79,8 +95,24 @@ class PlainNewtonHHT:
         return factor(to_dense(self.S) + (G.T * k) @ G)
 
 
+def _normal_law(
+    gaps: GapOperator, gap: FloatArray, rate: FloatArray, rate_gain: float
+) -> tuple[FloatArray, FloatArray]:
+    """Forces (m,) and -dp/dg, with the damper's share by rate = rate_gain g + ..."""
+    elastic, slope = gaps.stiffness * -gap, gaps.stiffness.copy()
+    if gaps.curves is not None:
+        for j in np.flatnonzero((gaps.curves.of >= 0) & (gap < 0.0)):
+            x, y = gaps.curves.points[gaps.curves.of[j]].T
+            k = int(np.clip(np.searchsorted(x, -gap[j], side="right") - 1, 0, x.size - 2))
+            slope[j] = gaps.curves.scale[j] * (y[k + 1] - y[k]) / (x[k + 1] - x[k])
+            elastic[j] = gaps.curves.scale[j] * y[k] + slope[j] * (-gap[j] - x[k])
+    p = elastic - gaps.damping * rate
+    pressing = (gap < 0.0) & (p > 0.0)
+    return np.where(pressing, p, 0.0), np.where(pressing, slope + gaps.damping * rate_gain, 0.0)
+
+
 def simulate_plain_newton(
-    system: System, gaps: GapOperator, loads: Loads, scheme: HHT, *, observed: IntArray, output_every: int = 1
+    system: System, gaps: GapOperator, loads: Loads, scheme: Scheme, *, observed: IntArray, output_every: int = 1
 ) -> History:
-    """As `simulate`, by plain Newton; channels without dampers only."""
-    return march(PlainNewtonHHT(system, gaps, loads.consistent_with(scheme), scheme), observed, output_every)
+    """As `simulate`, by plain Newton."""
+    return march(PlainNewton(system, gaps, loads, scheme), observed, output_every)

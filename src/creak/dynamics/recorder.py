@@ -7,45 +7,52 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
-from creak.dynamics.condensed import ChannelMatrices
-from creak.dynamics.loads import Loads
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.channels import ChannelMatrices
+from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.instant import Instant
 
 BUFFER_MEMORY = 64_000_000
 """Bytes of motion kept before it is turned into output."""
 
 
 class Recorder:
-    """Keeps gaps and forces of every step and turns blocks of motion into output."""
+    """Keeps channel quantities and energies of every instant and turns blocks of motion into output."""
 
     def __init__(
-        self, system: System, on: ChannelMatrices, observed: IntArray, loads: Loads, output_every: int,
-        whole_at: IntArray,
+        self, system: System, gaps: GapOperator, on: ChannelMatrices, observed: IntArray, n_step: int,
+        output_every: int, whole_at: IntArray,
     ) -> None:  # fmt: skip
-        n_time, m = loads.time.size, on.G.shape[0]
-        self._loads, self._every = loads, output_every
+        self._m, f2 = gaps.m, on.T.shape[0]
+        self._every, self._whole_at = output_every, whole_at
         R, R_s = system.rows(observed)
         wanted = [(R, R_s), *on.tangents]
         self._needed = _columns([A for A, _ in wanted], system.n)
         self._rows = [(A[:, self._needed], A_s) for A, A_s in wanted]
-        self.gap, self.force = np.zeros((n_time, m)), np.zeros((n_time, m))
-        self.index = np.arange(0, n_time, output_every, dtype=np.int64)
-        self._displacement = np.zeros((self.index.size, observed.size))
-        self._slip = np.zeros((self.index.size, m))
-        width = int(np.clip(BUFFER_MEMORY // (8 * max(self._needed.size, 1)), 1, self.index.size))
+        self._kept = Growing(1 + self._m + self._m + f2 + f2 + len(ENERGIES), n_step + 1)
+        n_out = n_step // output_every + 1
+        self._index = np.zeros(n_out, dtype=np.int64)
+        self._support = np.zeros((n_out, system.supports.count))
+        self._displacement, self._slip = np.zeros((n_out, observed.size)), np.zeros((n_out, self._m))
+        width = int(np.clip(BUFFER_MEMORY // (8 * max(self._needed.size, 1)), 1, n_out))
         self._buffer = np.zeros((width, self._needed.size))
-        self._filled = self._done = 0
-        self.whole_at = whole_at
-        self.coordinates = np.zeros((system.n, whole_at.size), order="F")
+        self._filled = self._done = self._contact_steps = 0
+        self._coordinates = np.zeros((system.n, whole_at.size), order="F")
 
-    def keep(self, step: int, gap: FloatArray, p: FloatArray, u: FloatArray) -> None:
-        """Keep gaps and forces of a step, its motion where output is due, all coordinates where asked for."""
-        self.gap[step], self.force[step] = gap, p
-        at = np.searchsorted(self.whole_at, step)
-        if at < self.whole_at.size and self.whole_at[at] == step:
-            self.coordinates[:, at] = u
+    def keep(self, time: float, now: Instant, energy: FloatArray, step: int | None) -> None:
+        """Keep an instant; `step`: the output step that it ends, None within one."""
+        self._kept.append(np.concatenate([[time], now.gap, now.force, now.sliding, energy]))
+        self._contact_steps += bool(now.p.any())
+        if step is None:
+            return
+        at = np.searchsorted(self._whole_at, step)
+        if at < self._whole_at.size and self._whole_at[at] == step:
+            self._coordinates[:, at] = now.x.u
         if step % self._every:
             return
-        self._buffer[self._filled] = u[self._needed]
+        out = self._done + self._filled
+        self._index[out], self._support[out] = self._kept.used - 1, now.support[0]
+        self._buffer[self._filled] = now.x.u[self._needed]
         self._filled += 1
         if self._filled == self._buffer.shape[0]:
             self._flush()
@@ -53,17 +60,45 @@ class Recorder:
     def _flush(self) -> None:
         here = slice(self._done, self._done + self._filled)
         Q = self._buffer[: self._filled].T
-        S = self._loads.support[0, self.index[here]].T
+        S = self._support[here].T
         motion, slip1, slip2 = (np.asarray(A @ Q + A_s @ S) for A, A_s in self._rows)
         self._displacement[here] = motion.T
         self._slip[here] = np.hypot(slip1, slip2).T
         self._done, self._filled = here.stop, 0
 
-    def motion_kept(self) -> tuple[FloatArray, FloatArray]:
-        """Displacement (n_out, n_label) and slip (n_out, m) so far."""
+    def history(self, setup_s: float, residual: float = 0.0) -> History:
+        """All that was kept so far."""
         if self._filled:
             self._flush()
-        return self._displacement, self._slip
+        m, f2 = self._m, (self._kept.width - 1 - 2 * self._m - len(ENERGIES)) // 2
+        cuts = np.cumsum([1, m, m, f2, f2])
+        time, gap, force, tangential, sliding, energy = np.split(self._kept.rows, cuts, axis=1)
+        n, reached = self._done, int(np.searchsorted(self._whole_at, self._every * self._done))
+        return History(
+            time[:, 0].copy(), gap, force, self._slip[:n], self._index[:n], self._displacement[:n], energy,
+            self._contact_steps, setup_s, self._whole_at[:reached], self._coordinates[:, :reached], tangential, sliding,
+            residual,
+        )  # fmt: skip
+
+
+class Growing:
+    """Rows (used, width) appended one by one."""
+
+    def __init__(self, width: int, capacity: int) -> None:
+        self.width, self.used = width, 0
+        self._table = np.empty((capacity, width))
+
+    def append(self, row: FloatArray) -> None:
+        """One more row."""
+        if self.used == self._table.shape[0]:
+            self._table.resize((2 * self.used + 1, self.width), refcheck=False)
+        self._table[self.used] = row
+        self.used += 1
+
+    @property
+    def rows(self) -> FloatArray:
+        """(used, width)"""
+        return self._table[: self.used]
 
 
 def _columns(matrices: list[Matrix], n: int) -> IntArray:

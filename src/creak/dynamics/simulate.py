@@ -1,9 +1,9 @@
-"""Time integration of any System: HHT-alpha with condensed contact."""
+"""Time integration of any System with condensed contact: HHT-alpha and generalised-alpha."""
 
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -12,115 +12,263 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.condensed import ChannelMatrices, CondensedContact, channel_matrices
+from creak.dynamics.channels import ChannelMatrices, channel_matrices
+from creak.dynamics.closing import closes_between
+from creak.dynamics.condensed import CondensedContact
 from creak.dynamics.energy import EnergyAudit
-from creak.dynamics.hht import HHT
 from creak.dynamics.history import History
-from creak.dynamics.loads import Loads
+from creak.dynamics.instant import Instant
+from creak.dynamics.loads import Loads, follow
 from creak.dynamics.recorder import Recorder
-from creak.dynamics.state import LinearTerms, State
+from creak.dynamics.scheme import Scheme
+from creak.dynamics.state import LinearTerms, Predictor
 from creak.dynamics.step_matrix import StepFactor
+from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.errors import NumericalError
 from creak.linalg.threads import one_blas_thread
+
+REFRESH = 500
+"""Steps after which the carried products are computed anew, so that round-off does not pile up."""
 
 Progress = Callable[[int, int], None]
 
 
-@dataclass
-class Instant:
-    """State, gaps and channel forces at one time."""
-
-    x: State
-    gap: FloatArray
-    p: FloatArray
-
-
 class Stepper(Protocol):
-    """What `march` drives: a rule that leads from one instant to the next."""
+    """What `march` drives: a rule that leads from one output step to the next, in one step or several."""
 
     gaps: GapOperator
     loads: Loads
     on: ChannelMatrices
     terms: LinearTerms
+    substeps: int
     setup_s: float
+    residual: float
 
     def start(self) -> Instant: ...
 
-    def step(self, n: int, now: Instant) -> Instant: ...
+    def advance(self, now: Instant) -> Iterator[Instant]: ...
 
 
-class CondensedHHT:
-    """One step of HHT-alpha: a back-substitution, the channels, and their effect on the acceleration."""
+@dataclass
+class _Trial:
+    """The end of a step if no channel pressed."""
 
-    def __init__(self, system: System, gaps: GapOperator, loads: Loads, scheme: HHT) -> None:
+    begun: Begun
+    a: FloatArray
+    gap: FloatArray
+    rate: FloatArray
+    slip: FloatArray
+    """(2 f,) sliding of the step, length."""
+
+
+class _Gear:
+    """Everything that depends on the step length."""
+
+    def __init__(self, system: System, gaps: GapOperator, on: ChannelMatrices, scheme: Scheme, h: float) -> None:
+        self.h = h
+        self.solver = StepFactor(system, scheme, h)
+        self.contact = CondensedContact(gaps, on, self.solver, scheme, h) if gaps.presses else None
+
+
+class CondensedStepper:
+    """A step is a back-substitution, the equations of the channels, and their effect on the acceleration.
+
+    With `substeps` > 1 a step is divided as soon as contact could occur in it: it starts with a channel that presses,
+    or a gap reaches zero at its end or, by the cubic through gaps and gap rates at both ends, in its course.
+    """
+
+    def __init__(self, system: System, gaps: GapOperator, loads: Loads, scheme: Scheme, substeps: int = 1) -> None:
         started = clock.perf_counter()
-        self.scheme, self.gaps, self.loads, self.h = scheme, gaps, loads, loads.step
-        self.solver = StepFactor(system, scheme, self.h)
+        self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)
-        self.contact = CondensedContact(gaps, self.on, self.solver, scheme, self.h)
         self.terms = LinearTerms(system, loads)
+        self._watched = gaps.without_force() if substeps > 1 else gaps
+        self._whole = _Gear(system, self._watched, self.on, scheme, substeps * loads.step)
+        self._divided = self._whole if substeps == 1 else None
+        preload = np.zeros(gaps.m) if gaps.preload is None else gaps.preload
+        self._preload = np.asarray(self.on.G.T @ preload)
+        self._rated = gaps.has_dampers or substeps > 1
+        self.residual = 0.0
         self.setup_s = clock.perf_counter() - started
+
+    @property
+    def solver(self) -> StepFactor:
+        """The factor of a whole step."""
+        return self._whole.solver
 
     def start(self) -> Instant:
         """The first instant: u = 0, the System's initial velocity, S a = f + G' p - C v - K u."""
-        return first_instant(self.terms, self.solver, self.gaps, self.on)
+        return first_instant(self.terms, self._whole.solver, self.scheme, self.gaps, self.on, self._preload)
 
-    def step(self, n: int, now: Instant) -> Instant:
-        """From step n - 1 to step n."""
-        scheme, h, on = self.scheme, self.h, self.on
-        half = self.terms.predict(now.x, scheme, h)
-        a = self.solver.solve(self.terms.right_side(n, now.x, half, scheme, on, now.p))
-        s, s_dot = self.loads.support[0, n], self.loads.support[1, n]
-        gap = self.gaps.gap0 + on.G @ (half.u + scheme.beta * h * h * a) + on.G_s @ s
-        p = self.contact.forces(gap, self._closing_rate(half.v + scheme.gamma * h * a, s_dot))
-        if p.any():
-            a = a + self.contact.acceleration(p)
-            gap = gap + self.contact.compliance @ p
-        return Instant(self.terms.advance(half, a, scheme, h, n), gap, p)
+    def advance(self, now: Instant) -> Iterator[Instant]:
+        """The instants up to the next output step."""
+        if self.substeps == 1:
+            yield self._finished(self._whole, now, self._trial(self._whole, now))
+            return
+        if self.gaps.presses and not now.p.any():
+            trial = self._trial(self._whole, now)
+            if not closes_between(now.gap, now.rate, trial.gap, trial.rate, self._whole.h):
+                yield self._finished(self._whole, now, trial)
+                return
+        for _ in range(self.substeps):
+            now = self._finished(self._gear(), now, self._trial(self._gear(), now))
+            yield now
 
-    def _closing_rate(self, v: FloatArray, s_dot: FloatArray) -> FloatArray:
-        if not self.gaps.damping.any():
-            return np.zeros(self.gaps.m)
-        return np.asarray(self.on.G @ v + self.on.G_s @ s_dot)
+    def _gear(self) -> _Gear:
+        if self._divided is None:
+            system = self.terms.system
+            self._divided = _Gear(system, self.gaps, self.on, self.scheme, self.loads.step)
+        return self._divided
+
+    def _trial(self, gear: _Gear, now: Instant) -> _Trial:
+        scheme, h, on = self.scheme, gear.h, self.on
+        begun = begin(self.terms, self._preload, on, scheme, h, now)
+        a = gear.solver.solve(begun.right_side)
+        half, support = begun.half, begun.support
+        u, v = half.u + scheme.beta * h * h * a, half.v + scheme.gamma * h * a
+        gap = self.gaps.gap0 + on.G @ u + on.G_s @ support[0]
+        rate = on.G @ v + on.G_s @ support[1] if self._rated else np.zeros(self.gaps.m)
+        slip = h * (on.T @ v + on.T_s @ support[1]) if on.T.shape[0] else np.zeros(0)
+        return _Trial(begun, a, np.asarray(gap), np.asarray(rate), np.asarray(slip))
+
+    def _finished(self, gear: _Gear, now: Instant, trial: _Trial) -> Instant:
+        """The step's end with its channel forces."""
+        after = self._pressed(gear, now, trial)
+        self._check(now, after, trial.begun)
+        return after
+
+    def _pressed(self, gear: _Gear, now: Instant, trial: _Trial) -> Instant:
+        contact = gear.contact
+        if contact is None:
+            return self._open(gear, trial)
+        force, stuck = contact.forces(trial.gap, trial.rate, trial.slip, now.stuck, now.force)
+        if not force.any():
+            return self._open(gear, trial)
+        after = self._open(gear, trial, contact.acceleration(force))
+        m = self.gaps.m
+        after.gap = contact.gaps_after(trial.gap, force)
+        if self._rated:
+            after.rate = trial.rate + (after.gap - trial.gap) * self.scheme.gamma / (self.scheme.beta * gear.h)
+        after.force, after.stuck = force, stuck
+        if after.sliding.size:
+            slides = (force[:m][self._rubs] > 0.0) & ~stuck
+            after.sliding = np.where(np.repeat(slides, 2), contact.sliding_after(trial.slip, force), 0.0)
+        return after
+
+    @property
+    def _rubs(self) -> IntArray:
+        assert self.gaps.friction is not None
+        return self.gaps.friction.channels
+
+    def _open(self, gear: _Gear, trial: _Trial, more: FloatArray | float = 0.0) -> Instant:
+        """The step's end with `more` acceleration from contact, and no force."""
+        begun, f = trial.begun, self.gaps.rubbing
+        x = self.terms.advance(begun.half, trial.a + more, self.scheme, gear.h, begun.fresh)
+        none = np.zeros(self.gaps.m + 2 * f)
+        return Instant(
+            begun.row, x, begun.support, trial.gap, trial.rate, none, np.zeros(2 * f), np.ones(f, dtype=bool)
+        )  # fmt: skip
+
+    def _check(self, now: Instant, after: Instant, begun: Begun) -> None:
+        """Residual of the equations of motion, from products computed anew."""
+        if begun.fresh:
+            self.residual = max(self.residual, residual(self.on, self.scheme, now, after, begun))
 
 
-def first_instant(terms: LinearTerms, solver: StepFactor, gaps: GapOperator, on: ChannelMatrices) -> Instant:
-    """State, gaps and forces at t = 0."""
-    s, s_dot = terms.loads.support[:2, 0]
-    gap = gaps.gap0 + on.G @ terms.inside_at_rest(0) + on.G_s @ s
-    rate = on.G @ (terms.system.velocity + terms.inside_at_rest(1)) + on.G_s @ s_dot
-    p = np.where(gap < 0.0, np.maximum(0.0, -gaps.stiffness * gap - gaps.damping * rate), 0.0)
-    return Instant(terms.start(solver, np.asarray(on.G.T @ p)), gap, p)
+@dataclass
+class Begun:
+    """A step before its acceleration is known."""
+
+    row: int
+    """Row of the loads at its end."""
+    support: FloatArray
+    half: Predictor
+    right_side: FloatArray
+    external: tuple[FloatArray, FloatArray]
+    """(n,) loads at both ends, less preload."""
+    inertia: tuple[FloatArray, FloatArray]
+    """(n,) M_qs s'' at both ends."""
+    fresh: bool
+    """Time to compute the carried products anew."""
+
+
+def begin(
+    terms: LinearTerms, preload: FloatArray, on: ChannelMatrices, scheme: Scheme, h: float, now: Instant
+) -> Begun:
+    """Loads and right side of the step from `now` that is h long."""
+    stride = round(h / terms.loads.step)
+    row = now.row + stride
+    support = follow(now.support, terms.loads.support[0, row], scheme, h)
+    half = terms.predict(now.x, scheme, h)
+    external = terms.external(now.row, now.support) - preload, terms.external(row, support) - preload
+    inertia = terms.M_qs @ now.support[2], terms.M_qs @ support[2]
+    contact = np.asarray(on.rows.T @ now.force) if now.force.any() else None
+    r = terms.right_side(now.x, half, scheme, external, inertia, contact)
+    return Begun(row, support, half, r, external, inertia, row // (REFRESH * stride) != now.row // (REFRESH * stride))
+
+
+def residual(on: ChannelMatrices, scheme: Scheme, now: Instant, after: Instant, begun: Begun) -> float:
+    """|(1 - am) M a1 + am M a0 + (1 - af)(C v1 + K u1 - f1) + af (C v0 + K u0 - f0)| over the largest of its terms."""
+    af, am = scheme.alpha_f, scheme.alpha_m
+    ends = ((now, begun.external[0], begun.inertia[0], af, am),
+            (after, begun.external[1], begun.inertia[1], 1.0 - af, 1.0 - am))  # fmt: skip
+    total, largest = np.zeros(now.x.u.size), 0.0
+    for x, external, inertia, w_f, w_m in ends:
+        inner = w_f * (x.x.Cv + x.x.Ku)
+        outer = w_f * (external + np.asarray(on.rows.T @ x.force))
+        heavy = w_m * (x.x.Ma + inertia)
+        total += inner + heavy - outer
+        largest = max(largest, *(float(np.linalg.norm(term)) for term in (inner, outer, heavy)))
+    return float(np.linalg.norm(total)) / largest if largest > 0.0 else 0.0
+
+
+def first_instant(
+    terms: LinearTerms, solver: StepFactor, scheme: Scheme, gaps: GapOperator, on: ChannelMatrices,
+    preload: FloatArray,
+) -> Instant:  # fmt: skip
+    """State, gaps and forces at t = 0. Exact contact that starts closed presses from the first step on."""
+    support = terms.loads.support[:, 0]
+    f = gaps.rubbing
+    gap = np.asarray(gaps.gap0 + on.G @ terms.inside_at_rest(0) + on.G_s @ support[0])
+    rate = np.asarray(on.G @ (terms.system.velocity + terms.inside_at_rest(1)) + on.G_s @ support[1])
+    k = np.where(np.isfinite(gaps.stiffness), gaps.stiffness, 0.0)
+    p = np.where(gap < 0.0, np.maximum(0.0, -k * gap - gaps.damping * rate), 0.0)
+    force = np.concatenate([p, np.zeros(2 * f)])
+    x = terms.start(solver, scheme, np.asarray(on.rows.T @ force) - preload)
+    return Instant(0, x, support, gap, rate, force, np.zeros(2 * f), np.ones(f, dtype=bool))
 
 
 def simulate(
     system: System,
     gaps: GapOperator,
     loads: Loads,
-    scheme: HHT,
+    scheme: Scheme,
     *,
     observed: IntArray,
     output_every: int = 1,
     whole_at: IntArray | None = None,
+    substeps: int = 1,
     progress: Progress | None = None,
 ) -> History:
     """March the System through the loads with contact in the channels of `gaps`.
 
     Starts from rest, or the initial velocity of the System, with the acceleration that the step matrix gives
-    (S a0 = f + G' p0 - C v0 - K u0, consistent to second order in h also where M is singular). Prescribed motion is
-    made consistent with the scheme (`Loads.consistent_with`).
+    (S a0 = f + G' p0 - C v0 - K u0, consistent to second order in h also where M is singular). Prescribed motion
+    follows the scheme (`loads.follow`).
 
     Parameters
     ----------
     observed : (n_label,) physical dof labels whose displacement is kept every `output_every` steps.
     whole_at : sorted steps at which all coordinates are kept, to recover the motion of every node later.
+    substeps : a step is `substeps` samples of the loads long, and divided into as many near contact.
 
     Raises
     ------
-    NumericalError : the step matrix is singular, or the motion is no longer finite.
+    NumericalError : the step matrix is singular.
+    Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted); what was
+        computed is in its `history`.
     """
-    stepper = CondensedHHT(system, gaps, loads.consistent_with(scheme), scheme)
-    return march(stepper, observed, output_every, progress, whole_at)
+    return march(CondensedStepper(system, gaps, loads, scheme, substeps), observed, output_every, progress, whole_at)
 
 
 def march(
@@ -128,30 +276,31 @@ def march(
     whole_at: IntArray | None = None,
 ) -> History:  # fmt: skip
     """Drive a stepper through its loads, keeping output and the energy balance."""
-    loads, started = stepper.loads, clock.perf_counter()
+    started = clock.perf_counter()
+    loads, n_step = stepper.loads, stepper.loads.n_step // stepper.substeps
     at = np.zeros(0, dtype=np.int64) if whole_at is None else whole_at
-    recorder = Recorder(stepper.terms.system, stepper.on, observed, loads, output_every, at)
-    audit = EnergyAudit(stepper.terms, stepper.gaps, stepper.on, loads)
+    recorder = Recorder(stepper.terms.system, stepper.gaps, stepper.on, observed, n_step, output_every, at)
+    audit = EnergyAudit(stepper.terms, stepper.gaps, stepper.on)
     now = stepper.start()
-    audit.start(now.x, now.gap, now.p)
-    recorder.keep(0, now.gap, now.p, now.x.u)
+    recorder.keep(loads.time[0], now, audit.start(now), 0)
     setup_s = stepper.setup_s + clock.perf_counter() - started
-    contact_steps = 0
-    with one_blas_thread():
-        for n in range(1, loads.n_step + 1):
-            before, now = now, stepper.step(n, now)
-            stored = audit.step(n, before.x, now.x, now.gap, before.p, now.p)
-            if not np.isfinite(stored):
-                raise NumericalError(
-                    f"the motion is no longer finite at t = {loads.time[n]:.6g} s (step {n}): "
-                    "shorten the step or lower the contact stiffness"
-                )
-            contact_steps += bool(now.p.any())
-            recorder.keep(n, now.gap, now.p, now.x.u)
-            if progress is not None:
-                progress(n, loads.n_step)
-    displacement, slip = recorder.motion_kept()
-    return History(
-        loads.time, recorder.gap, recorder.force, slip, recorder.index, displacement, audit.table(),
-        contact_steps, setup_s, at, recorder.coordinates,
-    )  # fmt: skip
+    try:
+        with one_blas_thread():
+            for n in range(1, n_step + 1):
+                for after in stepper.advance(now):
+                    energy = audit.step(now, after)
+                    now = after
+                    ends = now.row == n * stepper.substeps
+                    recorder.keep(loads.time[now.row], now, energy, n if ends else None)
+                if not np.isfinite(energy).all():
+                    raise Diverged(float(loads.time[now.row]), recorder.history(setup_s, stepper.residual))
+                if progress is not None:
+                    progress(n, n_step)
+    except KeyboardInterrupt as error:
+        raise Interrupted(recorder.history(setup_s, stepper.residual)) from error
+    except Stopped:
+        raise
+    except NumericalError as error:
+        why = f"at t = {loads.time[now.row]:.6g} s: {error}"
+        raise Stopped(why, recorder.history(setup_s, stepper.residual)) from error
+    return recorder.history(setup_s, stepper.residual)

@@ -6,26 +6,15 @@ K u, K v and K a are carried along with u, v and a, so that a step needs one pro
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
-from creak.arrays import FloatArray, Matrix
+from creak.arrays import FloatArray
 from creak.assembly.system import System, to_dense
-from creak.dynamics.hht import HHT
 from creak.dynamics.loads import Loads
+from creak.dynamics.scheme import Scheme
 from creak.dynamics.step_matrix import StepFactor
 from creak.linalg.diagonal import Diagonal
-
-REFRESH = 500
-"""Steps after which the carried products are computed anew, so that round-off does not pile up."""
-
-
-class HasG(Protocol):
-    """The channel rows on the coordinates."""
-
-    @property
-    def G(self) -> Matrix: ...
 
 
 @dataclass
@@ -79,19 +68,19 @@ class LinearTerms:
         Cv = d.alpha * Mv + d.beta * Kv
         return Cv if self._simple else Cv + d.other(v)
 
-    def external(self, step: int) -> FloatArray:
-        """f - C_qs s' - K_qs s at a step (the inertia of the supports enters unweighted)."""
-        s, s_dot = self.loads.support[0, step], self.loads.support[1, step]
-        f = -(self.C_qs @ s_dot + self.K_qs @ s)
-        return f + self.B @ self.loads.force[step] if self.forced else f
+    def external(self, row: int, support: FloatArray) -> FloatArray:
+        """f - C_qs s' - K_qs s at an instant (the inertia of the supports is weighted like M a)."""
+        f = -(self.C_qs @ support[1] + self.K_qs @ support[0])
+        return f + self.B @ self.loads.force[row] if self.forced else f
 
-    def start(self, solver: StepFactor, contact: FloatArray) -> State:
+    def start(self, solver: StepFactor, scheme: Scheme, contact: FloatArray) -> State:
         """At rest or with the System's initial velocity, and the acceleration under loads and `contact` forces (n,)."""
-        K, M = self.system.K, self.system.M
+        K, M, support = self.system.K, self.system.M, self.loads.support[:, 0]
         u, v = self.inside_at_rest(0), self.system.velocity + self.inside_at_rest(1)
         Ku, Kv, Mv = np.asarray(K @ u), np.asarray(K @ v), np.asarray(M @ v)
         Cv = self.damped(v, Mv, Kv)
-        a = solver.solve(self.external(0) + contact - Cv - Ku - self.M_qs @ self.loads.support[2, 0])
+        pull = self.external(0, support) + contact - Cv - Ku - self.M_qs @ support[2]
+        a = (1.0 - scheme.alpha_m) * solver.solve(pull)
         return State(u, v, a, Ku, Kv, np.asarray(K @ a), Mv, np.asarray(M @ a), Cv)
 
     def inside_at_rest(self, order: int) -> FloatArray:
@@ -110,31 +99,40 @@ class LinearTerms:
             return np.where(heavy, momentum / np.where(heavy, M.d, 1.0), 0.0)
         return np.asarray(np.linalg.lstsq(to_dense(M), momentum, rcond=None)[0])
 
-    def predict(self, x: State, scheme: HHT, h: float) -> Predictor:
+    def predict(self, x: State, scheme: Scheme, h: float) -> Predictor:
         """u + h v + h^2 (1/2 - beta) a and v + h (1 - gamma) a, with their products."""
         c_u, c_v = h * h * (0.5 - scheme.beta), h * (1.0 - scheme.gamma)
         v, Kv, Mv = x.v + c_v * x.a, x.Kv + c_v * x.Ka, x.Mv + c_v * x.Ma
         u, Ku = x.u + h * x.v + c_u * x.a, x.Ku + h * x.Kv + c_u * x.Ka
         return Predictor(u, v, Ku, Kv, Mv, self.damped(v, Mv, Kv))
 
-    def right_side(self, step: int, x: State, half: Predictor, scheme: HHT, on: HasG, p: FloatArray) -> FloatArray:
-        """r of S a1 = r, with the channel forces p of the step's beginning and none at its end."""
-        alpha = scheme.alpha
-        r = (1.0 + alpha) * (self.external(step) - half.Cv - half.Ku)
-        if alpha != 0.0:
-            before = self.external(step - 1) - x.Cv - x.Ku
-            if p.any():
-                before = before + np.asarray(on.G.T @ p)
-            r -= alpha * before
-        return r - self.M_qs @ self.loads.support[2, step]
+    def right_side(
+        self, x: State, half: Predictor, scheme: Scheme, external: tuple[FloatArray, FloatArray],
+        inertia: tuple[FloatArray, FloatArray], contact: FloatArray | None,
+    ) -> FloatArray:  # fmt: skip
+        """r of S a1 = r without channel forces at the end of the step.
 
-    def advance(self, half: Predictor, a: FloatArray, scheme: HHT, h: float, step: int) -> State:
-        """The state at the end of the step."""
+        Parameters
+        ----------
+        external, inertia : (n,) `external` and M_qs s'' at the step's beginning and end.
+        contact : (n,) channel forces at its beginning; None: none.
+        """
+        af, am = scheme.alpha_f, scheme.alpha_m
+        r = (1.0 - af) * (external[1] - half.Cv - half.Ku) - (1.0 - am) * inertia[1]
+        if af != 0.0:
+            before = external[0] - x.Cv - x.Ku
+            r += af * (before if contact is None else before + contact)
+        if am != 0.0:
+            r -= am * (x.Ma + inertia[0])
+        return r
+
+    def advance(self, half: Predictor, a: FloatArray, scheme: Scheme, h: float, fresh: bool) -> State:
+        """The state at the end of the step; `fresh`: products computed anew, so that round-off does not pile up."""
         K, M = self.system.K, self.system.M
         c_u, c_v = scheme.beta * h * h, scheme.gamma * h
         Ka, Ma = np.asarray(K @ a), np.asarray(M @ a)
         u, v = half.u + c_u * a, half.v + c_v * a
-        if step % REFRESH == 0:
+        if fresh:
             Ku, Kv, Mv = np.asarray(K @ u), np.asarray(K @ v), np.asarray(M @ v)
         else:
             Ku, Kv, Mv = half.Ku + c_u * Ka, half.Kv + c_v * Ka, half.Mv + c_v * Ma

@@ -1,4 +1,4 @@
-"""S = M + (1 + alpha)(gamma h C + beta h^2 K), factored once for a run."""
+"""S = (1 - am) M + (1 - af)(gamma h C + beta h^2 K), factored once for a step length."""
 
 from __future__ import annotations
 
@@ -7,23 +7,23 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, Matrix
 from creak.assembly.system import System
-from creak.dynamics.hht import HHT
+from creak.dynamics.scheme import Scheme
 from creak.linalg.factor import Factor, factor
 
 
-def step_matrix(system: System, scheme: HHT, h: float) -> Matrix:
+def step_matrix(system: System, scheme: Scheme, h: float) -> Matrix:
     """S without the low-rank modal damping (see `StepFactor`)."""
     d = system.damping
-    w_C = (1.0 + scheme.alpha) * scheme.gamma * h
-    w_K = (1.0 + scheme.alpha) * scheme.beta * h * h
-    S = (1.0 + w_C * d.alpha) * system.M + (w_K + w_C * d.beta) * system.K
+    w_C = (1.0 - scheme.alpha_f) * scheme.gamma * h
+    w_K = (1.0 - scheme.alpha_f) * scheme.beta * h * h
+    S = (1.0 - scheme.alpha_m + w_C * d.alpha) * system.M + (w_K + w_C * d.beta) * system.K
     return S if d.extra is None else S + w_C * d.extra
 
 
 class StepFactor:
     """Solves with S; modal damping enters as a low-rank update (Woodbury)."""
 
-    def __init__(self, system: System, scheme: HHT, h: float) -> None:
+    def __init__(self, system: System, scheme: Scheme, h: float) -> None:
         S = step_matrix(system, scheme, h)
         self._factor: Factor = factor(sp.csr_matrix(S) if sp.issparse(S) else S)
         W, d = system.damping.modal_shapes, system.damping.modal_values
@@ -31,7 +31,7 @@ class StepFactor:
         if W is not None and d is not None and W.shape[1]:
             self._W = W
             self._U = self._factor.solve(W)
-            weight = (1.0 + scheme.alpha) * scheme.gamma * h * d
+            weight = (1.0 - scheme.alpha_f) * scheme.gamma * h * d
             self._core = np.linalg.inv(np.diag(1.0 / weight) + W.T @ self._U)
 
     def solve(self, b: FloatArray) -> FloatArray:

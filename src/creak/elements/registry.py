@@ -7,7 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from creak.arrays import FloatArray
-from creak.elements import beam2, mass, shell_quad4, shell_tri3, spring, truss2
+from creak.elements import (
+    beam2,
+    mass,
+    shell_quad4,
+    shell_tri3,
+    solid_hex8,
+    solid_tet4,
+    solid_wedge6,
+    spring,
+    truss2,
+)
 
 Matrices = Callable[[FloatArray, Any], FloatArray]
 
@@ -28,6 +38,9 @@ FORMULATIONS: dict[str, Formulation] = {
     "tri3": Formulation(shell_tri3.stiffness, shell_tri3.mass),
     "beam2": Formulation(beam2.stiffness, beam2.mass),
     "truss2": Formulation(truss2.stiffness, truss2.mass),
+    "hex8": Formulation(solid_hex8.stiffness, solid_hex8.mass),
+    "wedge6": Formulation(solid_wedge6.stiffness, solid_wedge6.mass),
+    "tet4": Formulation(solid_tet4.stiffness, solid_tet4.mass),
     "mass": Formulation(mass.stiffness, mass.mass),
     "rotary": Formulation(mass.stiffness, mass.mass),
     "spring1": Formulation(spring.stiffness, spring.mass, spring.damping),

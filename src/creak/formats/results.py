@@ -16,6 +16,12 @@ UNITS = {
     "mm-t-s": {"length": "mm", "force": "N", "energy": "mJ", "time": "s"},
     "m-kg-s": {"length": "m", "force": "N", "energy": "J", "time": "s"},
 }
+MEAN = "mean over the output interval around each time, so that the sum times the interval keeps the integral"
+BIG = 10_000
+"""Numbers from which a dataset is compressed."""
+COMPRESSED = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+BLOCK = 4_000_000
+"""Numbers copied at a time."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +38,28 @@ class Field:
 
 
 @dataclass(frozen=True)
+class ContactRecord:
+    """Contact quantities at full resolution, kept at the instants near contact; copied block by block when written."""
+
+    rows: IntArray
+    """(n_near,) instants that are stored, numbered from the start of the run."""
+    time: FloatArray
+    """(n_time,) all instants of the run."""
+    channels: IntArray
+    """(n_touched,) channels that pressed at some time."""
+    gap: FloatArray
+    """(n_time, n_channel)"""
+    force: FloatArray
+    """(n_time, n_channel)"""
+    rubbing: IntArray
+    """(n_rub,) channels that rub."""
+    tangential: FloatArray
+    """(n_time, 2 n_rub)"""
+    sliding: FloatArray
+    """(n_time, 2 n_rub)"""
+
+
+@dataclass(frozen=True)
 class RunRecord:
     """Arrays of one run as they are stored."""
 
@@ -40,9 +68,14 @@ class RunRecord:
     gap: FloatArray
     """(n_out, n_channel)"""
     normal_force: FloatArray
-    """(n_out, n_channel)"""
+    """(n_out, n_channel) means over the output intervals."""
     slip: FloatArray
     """(n_out, n_channel)"""
+    friction_force: FloatArray
+    """(n_out, 2 n_rub) means over the output intervals; no columns without friction."""
+    slip_speed: FloatArray
+    """(n_out, 2 n_rub) means over the output intervals."""
+    contact: ContactRecord
     displacement: FloatArray
     """(n_out, n_node, 6)"""
     node_ids: IntArray
@@ -70,7 +103,7 @@ def _write_run(group: h5py.Group, run: RunRecord, unit: Mapping[str, str]) -> No
     length, force = unit["length"], unit["force"]
     _put(group, "time", run.time, unit["time"], "time")
     _put(group, "gap", run.gap, length, "time, channel")
-    _put(group, "normal_force", run.normal_force, force, "time, channel")
+    _put(group, "normal_force", run.normal_force, force, "time, channel", MEAN)
     _put(group, "slip", run.slip, length, "time, channel")
     _put(group, "displacement", run.displacement, f"{length} (X Y Z), rad (RX RY RZ)", "time, node, dof")
     _put(group, "node_ids", run.node_ids, "", "node")
@@ -80,8 +113,42 @@ def _write_run(group: h5py.Group, run: RunRecord, unit: Mapping[str, str]) -> No
     group.create_dataset("node_names", data=np.array(list(run.node_names), dtype=object), dtype=text)
     group.create_dataset("channels", data=np.array(list(run.channels), dtype=object), dtype=text)
     _put(group, "channel_nodes", run.channel_nodes, "", "channel")
+    if run.contact.rubbing.size:
+        rub, axes = run.contact.rubbing, "time, rubbing channel, tangent"
+        _put(group, "rubbing_channels", rub, "", "rubbing channel", "columns of gap and normal_force that rub")
+        for name, data, label in (("friction_force", run.friction_force, force),
+                                  ("slip_speed", run.slip_speed, f"{length}/{unit['time']}")):  # fmt: skip
+            _put(group, name, data.reshape(data.shape[0], rub.size, 2), label, axes, MEAN)
+    _write_contact(group.create_group("contact"), run.contact, unit)
     if run.field is not None:
         _write_field(group.create_group("field"), run.field, unit)
+
+
+def _write_contact(group: h5py.Group, c: ContactRecord, unit: Mapping[str, str]) -> None:
+    group.attrs["content"] = "every instant near contact, steps uneven where they are shorter there"
+    _put(group, "time", c.time[c.rows], unit["time"], "time")
+    _put(group, "instant", c.rows, "", "time", "number of the instant in the run; a jump is time without contact")
+    _put(group, "channel", c.channels, "", "channel", "columns of the run's gap and normal_force that touched")
+    speed = f"{unit['length']}/{unit['time']}"
+    _put_rows(group, "gap", c.gap, c.rows, c.channels, unit["length"], "time, channel")
+    _put_rows(group, "force", c.force, c.rows, c.channels, unit["force"], "time, channel")
+    if c.rubbing.size:
+        columns, axes = np.arange(2 * c.rubbing.size), "time, two tangents of each rubbing channel in turn"
+        _put(group, "rubbing_channels", c.rubbing, "", "rubbing channel")
+        _put_rows(group, "tangential", c.tangential, c.rows, columns, unit["force"], axes)
+        _put_rows(group, "sliding", c.sliding, c.rows, columns, speed, axes)
+
+
+def _put_rows(
+    group: h5py.Group, name: str, data: FloatArray, rows: IntArray, columns: IntArray, unit: str, axes: str
+) -> None:
+    """Some rows and columns of a large array, copied a bounded number at a time."""
+    shape = (rows.size, columns.size)
+    dataset = group.create_dataset(name, shape, dtype="f8", **(COMPRESSED if rows.size * columns.size > BIG else {}))
+    dataset.attrs["unit"], dataset.attrs["axes"] = unit, axes
+    few = max(1, BLOCK // max(columns.size, 1))
+    for k in range(0, rows.size if columns.size else 0, few):
+        dataset[k : k + few] = data[np.ix_(rows[k : k + few], columns)]
 
 
 def _write_field(group: h5py.Group, field: Field, unit: Mapping[str, str]) -> None:
@@ -95,9 +162,9 @@ def _write_field(group: h5py.Group, field: Field, unit: Mapping[str, str]) -> No
         motion[here] = block
 
 
-def _put(group: h5py.Group, name: str, data: FloatArray | IntArray, unit: str, axes: str) -> None:
-    big = data.size > 10_000
-    options = {"compression": "gzip", "compression_opts": 4, "shuffle": True} if big else {}
-    dataset = group.create_dataset(name, data=data, **options)
+def _put(group: h5py.Group, name: str, data: FloatArray | IntArray, unit: str, axes: str, note: str = "") -> None:
+    dataset = group.create_dataset(name, data=data, **(COMPRESSED if data.size > BIG else {}))
     dataset.attrs["unit"] = unit
     dataset.attrs["axes"] = axes
+    if note:
+        dataset.attrs["note"] = note

@@ -45,6 +45,9 @@ class BeamSection:
     i22: float
     torsion: float
     axis1: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    radius: float = 0.0
+    """From the axis to the surface, for contact: radius of circle and pipe, half the smaller side of a rectangle; 0:
+    not known."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,14 @@ class TrussSection:
     name: str
     material: Material
     area: float
+
+
+@dataclass(frozen=True)
+class SolidSection:
+    """Homogeneous solid."""
+
+    name: str
+    material: Material
 
 
 @dataclass(frozen=True)
@@ -78,4 +89,4 @@ class Spring:
     damping: float = 0.0
 
 
-Section = ShellSection | BeamSection | TrussSection | PointMass | Spring
+Section = ShellSection | BeamSection | TrussSection | SolidSection | PointMass | Spring

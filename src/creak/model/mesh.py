@@ -59,7 +59,8 @@ class Surface:
     """A contact surface: element facets or nodes.
 
     `facets` is (n_facet, 2): row of the block in `Model.blocks`, row of the element in that block.
-    `side` is (n_facet,): +1 positive side only, -1 negative side only, 0 both sides.
+    `side` is (n_facet,): +1 positive side only, -1 negative side only, 0 both sides;
+    for solids the number of the face, 1 to 6.
     A node surface has `nodes_idx` and no facets.
     """
 

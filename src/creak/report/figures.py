@@ -17,7 +17,8 @@ from creak.studies.run import StudyResult, events_in
 
 ENERGY_CAPTION = (
     "Work done from outside and where it went, from the start of the run: stored is kinetic and strain energy, "
-    "contact its springs and dampers, scheme what the others leave over."
+    "contact its springs and dampers, friction the work of sliding, scheme what the others leave over: the algorithmic "
+    "dissipation of the time integration, below zero where it created energy."
 )
 MOST_ROWS = 6
 """Contacts drawn one below the other; the hardest pressed ones."""
@@ -124,7 +125,7 @@ def _mirrored_ticks(peak: float, mirrored: bool) -> dict[str, Any]:
 
 
 def _force_caption(result: StudyResult, groups: int) -> str:
-    text = "Largest channel force of the contact at each step, over the verification window; events shaded."
+    text = "Largest channel force of the contact at each instant, over the verification window; events shaded."
     if "reduced" in result.runs and "reference" in result.runs:
         text += (
             " Reduced model upward, unreduced model mirrored downward; an event without a partner is orange (missed) "
@@ -233,13 +234,19 @@ def _spectra_caption(result: StudyResult) -> str:
 
 
 def energy_terms(history: History) -> dict[str, FloatArray]:
-    """The terms of the balance by their names in the report, (n_time,) each."""
+    """The terms of the balance by their names in the report, (n_time,) each; friction only where something rubs."""
     e = {name: history.energy[:, k] for k, name in enumerate(ENERGIES)}
-    return dict(zip(
-        palette.ENERGY,
-        (e["external"], e["kinetic"] + e["strain"], e["damping"], e["contact"] + e["contact_damping"], e["scheme"]),
-        strict=True,
-    ))  # fmt: skip
+    terms = {
+        "external work": e["external"],
+        "stored": e["kinetic"] + e["strain"],
+        "damping": e["damping"],
+        "contact": e["contact"] + e["contact_damping"],
+        "friction": e["friction"],
+        "scheme": e["scheme"],
+    }
+    if not terms["friction"].any():
+        del terms["friction"]
+    return terms
 
 
 def energy_figure(result: StudyResult, units: Units) -> Figure:
@@ -252,6 +259,7 @@ def energy_figure(result: StudyResult, units: Units) -> Figure:
     data: list[Trace] = []
     count = len(result.runs)
     layout["annotations"] = []
+    listed: set[str] = set()
     for k, (name, run) in enumerate(sorted(result.runs.items())[::-1]):
         suffix = str(k + 1) if k else ""
         domain = [k * 0.52, 0.48 + k * 0.52] if count > 1 else [0.0, 1.0]
@@ -265,6 +273,7 @@ def energy_figure(result: StudyResult, units: Units) -> Figure:
         })  # fmt: skip
         for term, values in energy_terms(run.history).items():
             time, thin = thinned(run.history.time, values)
-            trace = line(time, thin, term, palette.ENERGY[term], row=k, first=k == 0)
+            trace = line(time, thin, term, palette.ENERGY[term], row=k, first=term not in listed)
+            listed.add(term)
             data.append(trace | {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"})
     return Figure({"data": data, "layout": layout}, ENERGY_CAPTION, 400)

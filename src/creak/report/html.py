@@ -14,9 +14,11 @@ from markupsafe import Markup
 
 from creak.arrays import FloatArray, IntArray
 from creak.formats.complete_file import complete_file
-from creak.report import figures, method, tables, verdict
+from creak.report import event_tables, figures, method, tables, verdict
+from creak.report.convergence import convergence_parts
 from creak.report.picture import Loaded, contact_picture, model_picture, standard_marks
 from creak.report.text import UNITS, Units
+from creak.studies.converge import Convergence
 from creak.studies.run import Run, StudyResult
 
 
@@ -28,20 +30,23 @@ class Picture:
     caption: str
 
 
-def write_report(result: StudyResult, summary: dict[str, Any], path: Path) -> None:
+def write_report(
+    result: StudyResult, summary: dict[str, Any], path: Path, convergence: Convergence | None = None
+) -> None:
     """Write the report of a study as one self-contained HTML file.
 
     Parameters
     ----------
     summary : what `creak.studies.summary.summarise` makes of the result.
     path : the file; it appears whole or not at all.
+    convergence : what `creak.studies.converge` found, where it was looked at.
     """
-    text = report_text(result, summary)
+    text = report_text(result, summary, convergence)
     with complete_file(path) as partial:
         partial.write_text(text, encoding="utf-8", newline="\n")
 
 
-def report_text(result: StudyResult, summary: dict[str, Any]) -> str:
+def report_text(result: StudyResult, summary: dict[str, Any], convergence: Convergence | None = None) -> str:
     """The report as HTML."""
     from plotly.offline import get_plotlyjs
 
@@ -52,7 +57,10 @@ def report_text(result: StudyResult, summary: dict[str, Any]) -> str:
     )  # fmt: skip
     template = environment.get_template("report.html.j2")
     parts = _verdict_parts(result, summary, units) | _drawn_parts(result, units) | _table_parts(result, summary, units)
-    return template.render(**parts, plotly=Markup(get_plotlyjs()))
+    settling = None if convergence is None else convergence_parts(
+        convergence, summary["convergence"]["findings"], units
+    )  # fmt: skip
+    return template.render(**parts, convergence=settling, plotly=Markup(get_plotlyjs()))
 
 
 def _verdict_parts(result: StudyResult, summary: dict[str, Any], units: Units) -> dict[str, Any]:
@@ -87,9 +95,13 @@ def _drawn_parts(result: StudyResult, units: Units) -> dict[str, Any]:
 
 def _table_parts(result: StudyResult, summary: dict[str, Any], units: Units) -> dict[str, Any]:
     return {
-        "events": tables.event_table(result, units),
-        "statistics": tables.statistics_table(result, units),
-        "counted": tables.counted_events(result),
+        "events": event_tables.event_table(result, units),
+        "statistics": event_tables.statistics_table(result, units),
+        "counted": event_tables.counted_events(result),
+        "agreement": event_tables.agreement_table(result),
+        "slips": event_tables.slip_table(result, units),
+        "squeak": event_tables.squeak_sentence(result),
+        "balance": tables.balance_table(result, units),
         "frequencies": tables.frequency_table(result),
         "gaps": tables.gap_table(result, units),
         "parts": tables.part_table(summary, units),
@@ -134,7 +146,7 @@ def _contact_picture(result: StudyResult, units: Units) -> Picture:
 
 def _impulses(result: StudyResult, run: Run, units: Units) -> Loaded:
     nodes, row = np.unique(result.gaps.nodes_idx, return_inverse=True)
-    impulse = run.history.force.sum(axis=0) * run.history.step
+    impulse = run.history.weights @ run.history.force
     total = np.bincount(row, impulse, nodes.size).astype(np.float64)
     return Loaded(nodes, total, f"impulse, {units.impulse}", units.impulse)
 

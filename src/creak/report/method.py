@@ -6,12 +6,15 @@ from typing import Any
 
 from creak.report.text import Units, number, share, tidy
 from creak.studies.config import (
+    ContactTable,
     ExcitationTable,
+    FrictionTable,
     MultisineTable,
     RecordTable,
     ReductionTable,
     SineTable,
     StepTable,
+    TimeTable,
 )
 from creak.studies.run import StudyResult
 
@@ -33,9 +36,8 @@ def paragraph(result: StudyResult) -> str:
             "runs."
         )
     words.append(
-        f"Time integration is HHT-alpha with alpha = {tidy(c.time.alpha)} and a step of {tidy(1e3 * c.time.step)} ms. "
-        "The contact forces of each step are solved for exactly on the channels alone (penalty springs that act in "
-        "compression only)."
+        f"Time integration is {_scheme(c.time)} and a step of {tidy(1e3 * c.time.step)} ms. The contact forces of each "
+        f"step are solved for exactly on the channels alone ({_laws(list(c.contact.values()))})."
     )
     words.append(
         f"Touches less than {tidy(1e3 * c.verification.merge)} ms apart count as one event. The raw peak of a penalty "
@@ -43,6 +45,25 @@ def paragraph(result: StudyResult) -> str:
         f"{tidy(c.verification.f_max)} Hz and the impulse do not, so these are compared."
     )
     return " ".join(words)
+
+
+def _scheme(t: TimeTable) -> str:
+    """The time integration with its parameter."""
+    if t.integrator == "generalised-alpha":
+        return f"generalised-alpha with rho = {tidy(t.rho_inf)} at infinite frequency"
+    return f"HHT-alpha with alpha = {tidy(t.alpha)}" if t.integrator == "hht" else f"the {t.integrator} scheme"
+
+
+def _laws(contacts: list[ContactTable]) -> str:
+    """The laws that the channels of a study follow."""
+    words = ["springs that act in compression only"]
+    if any(t.overclosure is not None for t in contacts):
+        words.append("measured curves of pressure")
+    if any(t.stiffness == "hard" for t in contacts):
+        words.append("hard contact without penetration")
+    if any(isinstance(t.friction, FrictionTable) or t.friction for t in contacts):
+        words.append("Coulomb friction with sticking and sliding")
+    return ", ".join(words)
 
 
 def _reduced(t: ReductionTable) -> list[str]:
@@ -72,7 +93,7 @@ def parameters(result: StudyResult, summary: dict[str, Any], units: Units) -> li
         *((f"Connector {t.name or '-'.join(t.node_sets)}", _connector(t, units)) for t in c.connector),
         ("Reduction", _reduction(result, units)),
         ("Pre-check", f"margin {tidy(c.precheck.margin)} {units.length}" if c.precheck.enabled else "off"),
-        ("Time", f"step {tidy(1e3 * c.time.step)} ms, {c.time.integrator}, alpha {tidy(c.time.alpha)}"),
+        ("Time", f"step {tidy(1e3 * c.time.step)} ms, {_scheme(c.time)}"),
         ("Verification", _verification(result)),
     ]
     if summary.get("seeds"):
@@ -114,19 +135,48 @@ def _signal(table: ExcitationTable, unit: str) -> str:
 
 def _contact(result: StudyResult, name: str, units: Units) -> str:
     t = result.setup.study.config.contact[name]
+    words = [f"{t.secondary} on {t.main}", t.method, _law(t, units)]
+    if t.damping and t.stiffness != "hard":
+        words.append(f"damping {tidy(t.damping)} {_per_area(t, f'{units.force} s/{units.length}', units)}")
+    if isinstance(t.clearance, str):
+        words.append(f"clearances of the table {t.clearance}")
+    elif t.clearance is not None:
+        words.append(f"clearance set to {tidy(t.clearance)} {units.length}")
+    if t.normal is not None:
+        words.append(f"normal ({', '.join(tidy(x) for x in t.normal)})")
+    return ", ".join([*words, _friction(t, units)])
+
+
+def _law(t: ContactTable, units: Units) -> str:
+    """How the contact answers to being closed."""
+    if t.overclosure is not None:
+        what = "pressure" if t.method == "surface-to-surface" else "force"
+        deep = f"{tidy(t.overclosure[-1][0])} {units.length}"
+        return f"{what} by a curve of {len(t.overclosure)} points up to {deep} deep"
+    if t.stiffness == "hard":
+        return "hard: no penetration at all"
     if t.stiffness == "auto":
-        stiffness = "automatic, from the shells"
-    else:
-        per = f"{units.force}/{units.length}³" if t.method == "surface-to-surface" else units.stiffness
-        stiffness = f"{tidy(t.stiffness)} {per}"
-    clearance = "" if t.clearance is None else f", clearance set to {tidy(t.clearance)} {units.length}"
-    return f"{t.secondary} on {t.main}, {t.method}, stiffness {stiffness}{clearance}, friction {tidy(t.friction)}"
+        return "stiffness automatic, from the parent elements"
+    return f"stiffness {tidy(t.stiffness)} {_per_area(t, units.stiffness, units)}"
+
+
+def _per_area(t: ContactTable, unit: str, units: Units) -> str:
+    """The unit, per area for surface-to-surface: N/mm becomes N/mm³."""
+    return unit.replace(f"/{units.length}", f"/{units.length}³") if t.method == "surface-to-surface" else unit
+
+
+def _friction(t: ContactTable, units: Units) -> str:
+    if not isinstance(t.friction, FrictionTable):
+        return f"friction {tidy(t.friction)}" if t.friction else "no friction"
+    fall = f", falling over {tidy(t.friction.decay)} {units.length}/s" if t.friction.decay else ""
+    return f"friction {tidy(t.friction.static)} sticking, {tidy(t.friction.kinetic)} sliding{fall}"
 
 
 def _connector(t: Any, units: Units) -> str:
     ends = " to ".join(t.node_sets) if len(t.node_sets) == 2 else f"{t.node_sets[0]} to ground"
     lower, upper = (tidy(x) if x is not None else "free" for x in (t.lower, t.upper))
-    return f"{ends}, {t.dof} from {lower} to {upper}, stiffness {tidy(t.stiffness)} {units.stiffness}"
+    preload = f", preload {tidy(t.preload)} {units.force}" if t.preload else ""
+    return f"{ends}, {t.dof} from {lower} to {upper}, stiffness {tidy(t.stiffness)} {units.stiffness}{preload}"
 
 
 def _reduction(result: StudyResult, units: Units) -> str:

@@ -23,6 +23,7 @@ ENERGY = {
     "stored": REDUCED,
     "damping": "#009e73",
     "contact": "#cc79a7",
+    "friction": "#8c6d1f",
     "scheme": "#d55e00",
 }
 

@@ -7,14 +7,24 @@ from typing import Any
 
 import numpy as np
 
+from creak.arrays import FloatArray
+from creak.dynamics.history import ENERGIES
 from creak.reduction.health import health_rows
-from creak.report.text import NONE, Units, fixed, four, number, percent, plural, ratio, share, tidy
-from creak.report.verdict import RUN_WORDS, main_run
-from creak.studies.run import StudyResult, events_in
-from creak.verify.events import Event
+from creak.report.text import NONE, Units, fixed, four, number, percent, ratio, share, tidy
+from creak.report.verdict import RUN_WORDS, main_run, penetration
+from creak.studies.run import StudyResult
 
-MOST_EVENTS = 400
-"""Lines of the event table; all events are in summary.json."""
+BALANCE = {
+    "external": "work from outside",
+    "kinetic": "kinetic energy at the end",
+    "strain": "strain energy at the end",
+    "contact": "energy of the contact springs at the end",
+    "damping": "structural damping",
+    "contact_damping": "dampers of the contacts",
+    "friction": "friction",
+    "scheme": "time integration (algorithmic)",
+}
+"""Terms of `ENERGIES` in the order of the report's balance."""
 
 
 @dataclass(frozen=True)
@@ -29,105 +39,6 @@ class Table:
     """Style of each row: `missed`, `extra` or nothing; empty for no styles."""
     groups: list[tuple[str, int]] = field(default_factory=list)
     """Headings over so many columns each; empty for none."""
-
-
-def event_table(result: StudyResult, units: Units) -> Table:
-    """Matched pairs, missed and extra events by time; the events of the only run where there is one."""
-    if result.events is None:
-        return _single_event_table(result, units)
-    match = result.events
-    lines: list[tuple[Event | None, Event | None]] = [
-        *match.pairs, *((e, None) for e in match.missed), *((None, e) for e in match.extra)
-    ]  # fmt: skip
-    lines.sort(key=lambda pair: (pair[0] or pair[1]).t_start)  # type: ignore[union-attr]
-    groups = [("", 3), (f"peak, low-passed, {units.force}", 3), (f"peak, raw, {units.force}", 2),
-              (f"impulse, {units.impulse}", 3), ("duration, ms", 2),
-              (f"closing speed, {units.speed}", 2), ("", 1)]  # fmt: skip
-    two, three = ["unred.", "red."], ["unred.", "red.", "diff."]
-    head = ["time, s", "where", "Δt, ms", *three, *two, *three, *two, *two, ""]
-    rows = [_pair_row(a, b, result) for a, b in lines[:MOST_EVENTS]]
-    flags = ["missed" if b is None else "extra" if a is None else "" for a, b in lines[:MOST_EVENTS]]
-    return Table(head, rows, 2, _cut(len(lines)), flags, groups)
-
-
-def _cut(count: int) -> str:
-    return f"The first {MOST_EVENTS} of {count} lines; summary.json holds all." if count > MOST_EVENTS else ""
-
-
-def _pair_row(a: Event | None, b: Event | None, result: StudyResult) -> list[str]:
-    known = a or b
-    assert known is not None
-    apart = 1000.0 * (b.t_start - a.t_start) if a and b else None
-
-    def both(name: str, decimals: int, *, difference: bool) -> list[str]:
-        x, y = (None if e is None else float(getattr(e, name)) for e in (a, b))
-        cells = [_cell(x, decimals), _cell(y, decimals)]
-        return [*cells, percent(ratio(y, x))] if difference else cells
-
-    return [
-        fixed(known.t_start, 4), where(known, result), fixed(apart, 2),
-        *both("force_peak_filtered", 3, difference=True), *both("force_peak", 3, difference=False),
-        *both("impulse", 3, difference=True), _duration(a, result), _duration(b, result),
-        *both("closing_speed", 3, difference=False),
-        "missed" if b is None else "extra" if a is None else "",
-    ]  # fmt: skip
-
-
-def _cell(value: float | None, digits: int) -> str:
-    return number(value, digits)
-
-
-def _duration(e: Event | None, result: StudyResult) -> str:
-    """Milliseconds; below one step they are not resolved."""
-    if e is None:
-        return NONE
-    step = result.setup.study.config.time.step
-    return f"< {tidy(1e3 * step)}" if e.t_end - e.t_start < 0.999 * step else fixed(1e3 * (e.t_end - e.t_start), 1)
-
-
-def where(e: Event, result: StudyResult) -> str:
-    """Contact and node of an event."""
-    return f"{e.group}, node {result.setup.model.nodes.label(e.node_idx)}"
-
-
-def _single_event_table(result: StudyResult, units: Units) -> Table:
-    run = main_run(result)
-    events = events_in(run.events, result.window) if run else []
-    head = ["time, s", "where", f"peak, low-passed, {units.force}", f"peak, raw, {units.force}",
-            f"impulse, {units.impulse}", "duration, ms", f"closing speed, {units.speed}", "touches"]  # fmt: skip
-    rows = [
-        [fixed(e.t_start, 4), where(e, result), number(e.force_peak_filtered, 3), number(e.force_peak, 3),
-         number(e.impulse, 3), _duration(e, result), number(e.closing_speed, 3), number(e.contacts)]
-        for e in events[:MOST_EVENTS]
-    ]  # fmt: skip
-    return Table(head, rows, 2, _cut(len(events)))
-
-
-def statistics_table(result: StudyResult, units: Units) -> Table:
-    """Rates and distributions of the events in the window, run by run."""
-    names = [n for n in ("reference", "reduced") if n in result.runs]
-    length = result.window[1] - result.window[0]
-    columns = [_statistics(events_in(result.runs[n].events, result.window), length) for n in names]
-    labels = ["events", "events per second", f"median peak, low-passed, {units.force}",
-              f"largest peak, low-passed, {units.force}", f"median impulse, {units.impulse}",
-              f"sum of impulses, {units.impulse}", "median duration, ms"]  # fmt: skip
-    rows = [[label, *(number(c[k]) for c in columns)] for k, label in enumerate(labels)]
-    if len(columns) == 2:
-        for k, row in enumerate(rows):
-            row.append(percent(ratio(columns[1][k], columns[0][k])))
-    head = ["", *(RUN_WORDS[n] for n in names)]
-    return Table([*head, "difference"] if len(columns) == 2 else head, rows)
-
-
-def _statistics(events: list[Event], length: float) -> list[float | None]:
-    if not events:
-        return [0, 0.0 if length > 0.0 else None, None, None, None, 0.0, None]
-    peak, impulse = (np.array([getattr(e, n) for e in events]) for n in ("force_peak_filtered", "impulse"))
-    duration = [e.t_end - e.t_start for e in events]
-    return [
-        len(events), len(events) / length if length > 0.0 else None, float(np.median(peak)), float(peak.max()),
-        float(np.median(impulse)), float(impulse.sum()), 1000.0 * float(np.median(duration)),
-    ]  # fmt: skip
 
 
 def frequency_table(result: StudyResult) -> Table | None:
@@ -156,15 +67,24 @@ def gap_table(result: StudyResult, units: Units) -> Table | None:
         kept = [j for j, g in enumerate(result.gaps.group) if g == group]
         low, high = (float(f(source.gap0[all_of])) for f in (np.min, np.max))
         rows.append([group, number(len(all_of)), number(len(kept)), number(low), number(high),
-                     number(_smallest_gap(result, kept)), number(_mean(result.gaps.stiffness[kept]), 3)])  # fmt: skip
+                     *_penetration_cells(result, group), _stiffness(result.gaps.stiffness[kept])])  # fmt: skip
     head = ["contact or connector", "candidates", "kept", f"clearance from, {units.length}", f"to, {units.length}",
-            f"smallest gap, {units.length}", f"mean channel stiffness, {units.stiffness}"]  # fmt: skip
+            f"smallest gap, {units.length}", f"penetration, {units.length}", "of the clearance",
+            f"mean channel stiffness, {units.stiffness}"]  # fmt: skip
     return Table(head, rows)
 
 
-def _smallest_gap(result: StudyResult, channels: list[int]) -> float | None:
+def _penetration_cells(result: StudyResult, group: str) -> list[str]:
     run = main_run(result)
-    return float(run.history.gap[:, channels].min()) if run is not None and channels else None
+    p = None if run is None else penetration(result, run.history, group)
+    return [NONE] * 3 if p is None else [number(p.smallest), number(p.depth, 3), share(p.of_clearance)]
+
+
+def _stiffness(values: FloatArray) -> str:
+    """Mean of the channels; those that cannot give way at all have none."""
+    if values.size and np.isinf(values).all():
+        return "hard"
+    return number(_mean(values[np.isfinite(values)]), 3)
 
 
 def _mean(values: Any) -> float | None:
@@ -245,6 +165,26 @@ def _real_time(names: list[str], runs: list[dict[str, Any]], simulated: dict[str
     return " ".join(words)
 
 
+def balance_table(result: StudyResult, units: Units) -> Table | None:
+    """Where the energy of each run went by its end, as a share of the largest work or initial energy."""
+    runs = {name: run.history for name, run in sorted(result.runs.items(), reverse=True) if run.history.energy.any()}
+    if not runs:
+        return None
+    rows = []
+    for term, label in BALANCE.items():
+        row = [label]
+        for h in runs.values():
+            value = float(h.energy[-1, ENERGIES.index(term)])
+            row += [number(value, 3), share(value / h.energy_scale)]
+        rows.append(row)
+    created = ["energy created at the worst moment"]
+    for h in runs.values():
+        created += [number(h.energy_created * h.energy_scale, 3), share(h.energy_created)]
+    head = ["", *(text for name in runs for text in (f"{RUN_WORDS[name]}, {units.energy}", "share"))]
+    note = "Shares are of the largest work from outside during the run, or of the energy at its start."
+    return Table(head, [*rows, created], note=note)
+
+
 def energy_sentence(result: StudyResult) -> str:
     """What the balance leaves over, in words."""
     words = []
@@ -260,16 +200,11 @@ def energy_sentence(result: StudyResult) -> str:
             f"At the end of the {who} run {left} of the energy put in is left over, dissipated by the integration "
             f"scheme; {created}."
         )
+        if h.residual > 0.0:
+            words.append(f"Its equations of motion held to {number(h.residual, 2)} of the forces in them.")
     return " ".join(words)
 
 
 def unread_rows(summary: dict[str, Any]) -> list[tuple[str, str, str, bool]]:
     """Keywords of the deck that were not used: keyword, where, what it means, whether the answer changes."""
     return [(u["keyword"], u["where"], u["why"], u["changes_answer"]) for u in summary["unread"]]
-
-
-def counted_events(result: StudyResult) -> str:
-    """How many events each run shows over its whole length."""
-    return "; ".join(
-        f"{RUN_WORDS[name]} run: {plural(len(run.events), 'event')}" for name, run in result.runs.items()
-    )

@@ -19,10 +19,12 @@ def run_rows(summary: dict[str, Any]) -> list[list[str]]:
         ("reduction CPU time, s", lambda r: f"{r['offline_cpu_s']:.2f}" if r["offline_cpu_s"] else "-"),
         ("peak memory, GB", lambda r: f"{r['peak_rss_gb']:.2f}"),
         ("contact events", lambda r: f"{len(r['events'])}"),
+        ("stick-slip events", lambda r: f"{len(r['slip_events'])}" if r["energies"]["friction"] else "-"),
         ("largest channel force", lambda r: f"{r['max_force']:.4g}"),
         ("total impulse", lambda r: f"{r['impulse_total']:.4g}"),
         ("energy created, % of work", lambda r: f"{100 * r['energy_created']:.3f}"),
         ("dissipated by the scheme, %", lambda r: f"{100 * r['scheme_dissipation']:.2f}"),
+        ("largest penetration", lambda r: f"{r['penetration_max']:.3g}"),
     ]
     return [["", *runs], *([name, *(text(r) for r in runs.values())] for name, text in figures)]
 
@@ -43,7 +45,12 @@ def verification_rows(summary: dict[str, Any]) -> list[list[str]]:
             if e[key] is not None:
                 rows.append([f"mean {name}, reduced / reference", f"{e[key]:.4f}"])
         if e["matched"]:
+            mean, most = (1e3 * e["time_error"][key] for key in ("mean", "percentile_95"))
+            rows.append(["event time error, mean (95 %), ms", f"{mean:.2f} ({most:.2f})"])
             rows.append(["events with force within 5 %", f"{e['within_5_percent']} of {e['matched']}"])
+    if v.get("events") and v["events"]["statistics"]["chaotic"]:
+        rate = v["events"]["statistics"]["rate"]
+        rows.append(["chaotic: events per second", f"{rate['reduced']:.1f}, reference {rate['reference']:.1f}"])
     if "reduced" in runs and "reference" in runs:
         ratio = runs["reference"]["wall_s"] / max(runs["reduced"]["wall_s"], 1e-9)
         rows.append(["reduced run is faster by", f"{ratio:.0f} x"])

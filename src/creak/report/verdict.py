@@ -7,8 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from creak.report.text import THIN, Units, four, number, percent, plural, ratio, share, tidy, times
+from creak.dynamics.history import History
+from creak.report.text import NONE, THIN, Units, fixed, four, number, percent, plural, ratio, share, tidy, times
 from creak.studies.run import Run, StudyResult, events_in
+from creak.studies.summary import event_statistics
+from creak.verify.statistics import CHAOTIC_RATE, Distance, EventStatistics, is_chaotic
 
 MAC_BAR = 0.99
 NRMSE_BAR = 0.99
@@ -16,11 +19,9 @@ FORCE_BAR = 0.05
 ENERGY_BAR = 0.005
 AT_REST = 1e-6
 """Share of the largest axis below which an axis counts as not moving."""
-MANY = 10
-"""Events in the window from which their rate means something."""
+PENETRATION_BAR = 0.1
+"""Share of the clearance above which penetration is worth a word."""
 RUN_WORDS = {"reduced": "reduced", "reference": "unreduced"}
-CHAOTIC_RATE = 40.0
-"""Events per second above which two exact solutions part."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,34 @@ class Check:
     bar: str
     found: str
     passed: bool | None
+
+
+@dataclass(frozen=True)
+class Penetration:
+    """How far the channels of one contact came together."""
+
+    smallest: float
+    """Smallest gap, length; negative: penetration."""
+    clearance: float
+    """Mean initial gap, length."""
+
+    @property
+    def depth(self) -> float:
+        return max(0.0, -self.smallest)
+
+    @property
+    def of_clearance(self) -> float | None:
+        """Depth as a share of the clearance; None where the parts touch from the start."""
+        return self.depth / self.clearance if self.clearance > 0.0 else None
+
+
+def penetration(result: StudyResult, history: History, group: str) -> Penetration | None:
+    """Of the kept channels of one contact or connector over a whole run; None without channels."""
+    channels = [j for j, g in enumerate(result.gaps.group) if g == group]
+    if not channels:
+        return None
+    smallest = min(float(history.gap[:, j].min()) for j in channels)
+    return Penetration(smallest, float(result.gaps.gap0[channels].mean()))
 
 
 def main_run(result: StudyResult) -> Run | None:
@@ -50,11 +79,23 @@ def sentence(result: StudyResult, summary: dict[str, Any], units: Units) -> str:
     if hardest is not None:
         node = result.setup.model.nodes.label(hardest.node_idx)
         where = f", the hardest {number(hardest.force_peak_filtered, 3)} {units.force} at node {node}"
+    alarm = _alarm(summary)
     if "reference" not in result.runs:
-        return f"{what}{where}. The unreduced model was not run, so the reduced model is not checked here."
+        return f"{what}{where}. The unreduced model was not run, so the reduced model is not checked here.{alarm}"
     if "reduced" not in result.runs:
-        return f"{what}{where}, computed on the unreduced model; nothing was reduced."
-    return f"{what}{where}; {_found(result)}, {_speed(summary)}."
+        return f"{what}{where}, computed on the unreduced model; nothing was reduced.{alarm}"
+    return f"{what}{where}; {_found(result)}, {_speed(summary)}.{alarm}"
+
+
+def _alarm(summary: dict[str, Any]) -> str:
+    """What makes the forces of a run worthless, whatever else agrees."""
+    worst = max((run["energy_created"] or 0.0 for run in summary["runs"].values()), default=0.0)
+    if worst <= ENERGY_BAR:
+        return ""
+    return (
+        f" Do not rely on it: the time integration created {share(worst)} of the energy put in. Shorten the step, "
+        "soften the contact or dissipate more."
+    )
 
 
 def span(result: StudyResult) -> str:
@@ -96,6 +137,9 @@ def _found(result: StudyResult) -> str:
     text = f"the reduced model found {found}{f' of {count}' if match.missed else ''} within {tidy(limit)} ms"
     if match.extra:
         text += f" and {len(match.extra)} more"
+    s = event_statistics(result)
+    if s.chaotic:
+        return f"{text}; motion is chaotic: {number(s.rate[1], 3)} events per second against {number(s.rate[0], 3)}"
     mean = match.amplitude_ratio_mean
     return text + (f", mean force {percent(mean)}" if mean is not None else "")
 
@@ -114,8 +158,35 @@ def _speed(summary: dict[str, Any]) -> str:
 
 def checks(result: StudyResult, summary: dict[str, Any]) -> list[Check]:
     """The comparison with the unreduced model against the bars, and the energy balance."""
-    return [_mac(result), _nrmse(result), _events(result), _mean_force(result), _each_force(result),
-            _energy(summary)]  # fmt: skip
+    judged = [_events(result), _mean_force(result), _each_force(result)]
+    if result.events is not None:
+        s = event_statistics(result)
+        if s.chaotic:
+            judged = [*(_not_judged(check) for check in judged), *_statistics(s)]
+    return [_mac(result), _nrmse(result), *judged, _energy(summary)]
+
+
+def _not_judged(check: Check) -> Check:
+    """A comparison event by event where motion is chaotic: told, without a mark."""
+    return Check(check.name, check.bar, f"{check.found}; not judged, the motion is chaotic", None)
+
+
+def _statistics(s: EventStatistics) -> list[Check]:
+    """Rates and distributions, for motion in which two exact solutions part."""
+    a, b = s.rate
+    words = f"{number(b, 3)} per second, unreduced {number(a, 3)}"
+    spread = number(1.96 * float(np.sqrt(sum(s.count))) / s.length, 2)
+    checks = [Check("Event rate", f"within {spread} per second, 95{THIN}% of pairs of runs", words, s.rates_alike)]
+    for name, distance in (("force", s.force), ("impulse", s.impulse)):
+        checks.append(_distribution(f"Distribution of the event {name}", distance))
+    return checks
+
+
+def _distribution(name: str, distance: Distance | None) -> Check:
+    if distance is None:
+        return Check(name, NONE, "one run has no events", False)
+    bar = f"Kolmogorov-Smirnov distance at most {fixed(distance.critical, 3)}"
+    return Check(name, bar, fixed(distance.value, 3), distance.alike)
 
 
 def _mac(result: StudyResult) -> Check:
@@ -221,24 +292,38 @@ def _energy(summary: dict[str, Any]) -> Check:
 def warnings(result: StudyResult) -> list[str]:
     """What the reader must know besides the checks."""
     out = []
-    run = main_run(result)
+    run = result.runs.get("reference") or result.runs.get("reduced")
     length = result.window[1] - result.window[0]
-    if run is not None and length > 0.0:
-        rate = len(events_in(run.events, result.window)) / length
-        if rate > CHAOTIC_RATE and rate * length >= MANY:
+    if run is not None:
+        count = len(events_in(run.events, result.window))
+        if is_chaotic(count, length):
             out.append(
-                f"{number(rate, 3)} events per second: motion with so many impacts is chaotic, and two exact solutions "
-                "part after a while. Compare the statistics of the events rather than one event with another."
+                f"{number(count / length, 3)} events per second: motion with more than some "
+                f"{number(int(CHAOTIC_RATE))} of them is chaotic, and two exact solutions part after a while. Compare "
+                "the statistics of the events (rate, distributions of force and impulse) rather than one with another."
             )
-    out += _resolution(result)
-    return out
+    return [*out, *_resolution(result), *_deep(result)]
+
+
+def _deep(result: StudyResult) -> list[str]:
+    """Contacts that penetrate by a good part of their clearance."""
+    run = main_run(result)
+    if run is None:
+        return []
+    found = {g: penetration(result, run.history, g) for g in dict.fromkeys(result.gaps.group)}
+    return [
+        f"{group}: the parts penetrate each other by {share(p.of_clearance)} of the clearance. A shorter step allows a "
+        "stiffer contact, and so do [time] substeps."
+        for group, p in found.items() if p is not None and (p.of_clearance or 0.0) > PENETRATION_BAR
+    ]  # fmt: skip
 
 
 def _resolution(result: StudyResult) -> list[str]:
     c = result.setup.study.config
-    if result.gaps.m == 0 or c.verification.f_max < 0.45 / c.time.step:
+    step = c.time.step / c.time.substeps
+    if result.gaps.m == 0 or c.verification.f_max < 0.45 / step:
         return []
     return [
-        f"The step of {tidy(1e3 * c.time.step)} ms cannot hold more than the {tidy(c.verification.f_max)} Hz of the "
+        f"The step of {tidy(1e3 * step)} ms cannot hold more than the {tidy(c.verification.f_max)} Hz of the "
         "low-pass: low-passed peaks are the raw ones. A shorter step separates the two."
     ]

@@ -8,6 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.model.mesh import Model
+from creak.model.solid_faces import FACES, faces_of, free_faces
 
 LINES = ("beam2", "truss2", "spring2")
 
@@ -42,8 +43,11 @@ class Facets:
 
 
 def facets_of(model: Model) -> Facets:
-    """Shell elements of a model."""
+    """Shell elements and free faces of solids."""
     nodes, part = [np.zeros((0, 4), dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+    for faces, owner in _solid_faces(model):
+        nodes.append(faces)
+        part.append(owner)
     for block in model.blocks:
         if block.kind.startswith("quad"):
             corners = [0, 1, 2, 3]
@@ -54,6 +58,18 @@ def facets_of(model: Model) -> Facets:
         nodes.append(block.nodes_idx[:, corners])
         part.append(np.full(block.ids.size, block.part, dtype=np.int64))
     return Facets(np.concatenate(nodes), np.concatenate(part))
+
+
+def _solid_faces(model: Model) -> list[tuple[IntArray, IntArray]]:
+    """Free faces (k, 4) of the solids and their parts (k,); none where there are no solids."""
+    solids = [b for b in model.blocks if b.kind in FACES]
+    if not solids:
+        return []
+    faces = [faces_of(b.kind, b.nodes_idx) for b in solids]
+    every = np.concatenate([f.reshape(-1, 4) for f in faces])
+    owner = np.concatenate([np.full(f.shape[0] * f.shape[1], b.part) for f, b in zip(faces, solids, strict=True)])
+    free = free_faces(every, [every])
+    return [(every[free], owner[free].astype(np.int64))]
 
 
 def lines_of(model: Model) -> IntArray:

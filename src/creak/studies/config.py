@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -50,17 +50,45 @@ class DampingTable(Table):
         return self
 
 
+class FrictionTable(Table):
+    """Coulomb friction that falls with the sliding speed: kinetic + (static - kinetic) exp(-v / decay)."""
+
+    static: NonNegative
+    kinetic: NonNegative
+    decay: NonNegative = 0.0
+    """length/time; 0: kinetic as soon as it slides."""
+
+    @model_validator(mode="after")
+    def _falls(self) -> FrictionTable:
+        if self.kinetic > self.static:
+            raise ValueError(f"kinetic = {self.kinetic} is above static = {self.static}")
+        return self
+
+
+FrictionValue = Annotated[
+    Annotated[NonNegative, Tag("number")] | Annotated[FrictionTable, Tag("table")],
+    Discriminator(lambda value: "table" if isinstance(value, dict | FrictionTable) else "number"),
+]
+
+
 class ContactTable(Table):
     """[contact.NAME]"""
 
     secondary: str
     main: str
     method: Literal["surface-to-surface", "node-to-surface"] = "surface-to-surface"
-    stiffness: Literal["auto"] | Positive = "auto"
-    """force/length^3 (surface-to-surface) or force/length (node-to-surface)."""
-    clearance: Finite | None = None
-    """length; replaces the geometric gap."""
-    friction: NonNegative = 0.0
+    stiffness: Literal["auto", "hard"] | Positive = "auto"
+    """force/length^3 (surface-to-surface) or force/length (node-to-surface); "hard": no penetration at all."""
+    overclosure: list[tuple[NonNegative, NonNegative]] | None = None
+    """Tabular law instead of a stiffness: [[overclosure, pressure], ...] from [0, 0] on, both rising
+    (node-to-surface: force)."""
+    damping: NonNegative = 0.0
+    """Acts while closed: force time/length^3 (surface-to-surface) or force time/length (node-to-surface)."""
+    clearance: Finite | str | None = None
+    """length; replaces the geometric gap. A string names a CSV file, header node,clearance."""
+    normal: tuple[Finite, Finite, Finite] | None = None
+    """Direction from the main to the secondary surface, instead of the surfaces' own."""
+    friction: FrictionValue = 0.0
 
 
 class ConnectorTable(Table):
@@ -77,6 +105,8 @@ class ConnectorTable(Table):
     """force/length"""
     damping: NonNegative = 0.0
     """force time/length, acts while the play is used up."""
+    preload: NonNegative = 0.0
+    """force with which a one-sided stop (one limit) presses at rest; the limit is then where it presses so."""
     name: str | None = None
 
     @property
@@ -236,6 +266,11 @@ class TimeTable(Table):
     """s"""
     integrator: Literal["hht", "generalised-alpha", "massless-boundary"] = "hht"
     alpha: Annotated[float, Field(ge=-0.5, le=0.0, allow_inf_nan=False)] = -0.05
+    """hht"""
+    rho_inf: Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)] = 0.9
+    """generalised-alpha: what is left of the highest frequencies after a step."""
+    substeps: Annotated[int, Field(ge=1)] = 1
+    """Steps into which a step near contact is divided."""
 
     @model_validator(mode="after")
     def _one_of(self) -> TimeTable:

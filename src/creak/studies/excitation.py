@@ -49,8 +49,8 @@ def driven_dofs(model: Model, study: Study) -> Driven:
     return Driven(labels)
 
 
-def time_axis(study: Study) -> FloatArray:
-    """(n_step + 1,) times of the run.
+def time_axis(study: Study, parts: int | None = None) -> FloatArray:
+    """(parts n_step + 1,) instants of the run: `parts` of them a step, by default as many as there are substeps.
 
     Raises
     ------
@@ -74,7 +74,8 @@ def time_axis(study: Study) -> FloatArray:
             f"a run of {end} s has {n} step(s) of {table.step} s", where=study.where("time", "step"),
             expected="two or more", fix="Shorten the step or move the end.",
         )  # fmt: skip
-    return np.asarray(table.step * np.arange(n + 1), dtype=np.float64)
+    parts = table.substeps if parts is None else parts
+    return np.asarray(table.step / parts * np.arange(parts * n + 1), dtype=np.float64)
 
 
 def period_of(study: Study) -> float | None:

@@ -12,7 +12,7 @@ import numpy as np
 from creak.assembly.coupling import couple
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.condensed import channel_matrices
+from creak.dynamics.channels import channel_matrices
 from creak.errors import InputError
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.modes import Modes, modes
@@ -31,6 +31,9 @@ from creak.studies.superelements import Reduced, reduce_substructure
 
 DIAGONAL_LIMIT = 6000
 """Coupled models up to this size are diagonalised; larger ones keep their sparse form."""
+
+WHOLE = ("gap-modes", "massless-boundary")
+"""Methods that reduce the assembly as a whole."""
 
 Progress = Callable[[str, int, int], None]
 
@@ -65,7 +68,7 @@ def reduce_model(
     InputError : what is asked for does not fit the model.
     """
     wall, cpu = clock.perf_counter(), clock.process_time()
-    whole = setup.study.config.reduction.method in ("gap-modes", "massless-boundary")
+    whole = setup.study.config.reduction.method in WHOLE
     made = _whole(setup, reference, gaps, progress) if whole else _by_parts(setup, reference, gaps, progress, store)
     superelements, model, system, retained, kept, notes = made
     wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
@@ -83,10 +86,10 @@ def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress:
         stiffness_factor=reference.stiffness,
         progress=lambda done, total: progress("modes of the assembly for the reduction", done, total),
     )  # fmt: skip
-    G = channel_matrices(system, gaps).G
+    rows = channel_matrices(system, gaps).rows
     reduce = gap_modes if table.method == "gap-modes" else massless_boundary
     reduced = reduce(
-        system, G, modes=found, stiffness=reference.stiffness, static=static_shapes(setup, reference)
+        system, rows, modes=found, stiffness=reference.stiffness, static=static_shapes(setup, reference)
     )  # fmt: skip
     return (), setup.model, reduced, int(reduced.stats["retained"]), found.omega2.size, []
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,9 @@ from creak.assembly.coupling import couple
 from creak.assembly.part import loose_system, part_system
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.hht import HHT
+from creak.dynamics.modal_coefficients import is_modal
+from creak.dynamics.modal_march import simulate_modal
+from creak.dynamics.scheme import Scheme
 from creak.dynamics.simulate import simulate
 from creak.linalg.factor import Factor, factor, regular_factor
 from creak.linalg.modes import Modes, modes, small_shift
@@ -38,7 +40,11 @@ class ReferenceModel:
     support_shapes: FloatArray
     """R = -K^-1 K_qs; free motions of a structure that is not held do not follow."""
     stiffness: Factor | None
-    """A factor of K; None where the structure can move freely."""
+    """A factor of K; None where the structure can move freely, or once it was given back."""
+
+    def without_factor(self) -> ReferenceModel:
+        """The same with the memory of the factor given back: only whole-assembly reductions use it again."""
+        return replace(self, stiffness=None)
 
 
 def build_reference(setup: Setup, progress: Progress) -> ReferenceModel:
@@ -86,7 +92,9 @@ def modal_band(setup: Setup) -> float:
     return max(band, c.verification.f_max) if c.damping.modal is not None else band
 
 
-def precheck(setup: Setup, reference: ReferenceModel, scheme: HHT, progress: Progress) -> tuple[GapOperator, list[str]]:
+def precheck(
+    setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress
+) -> tuple[GapOperator, list[str]]:
     """Contact channels whose gap falls to the margin in a linear run (thesis 3.3.2).
 
     The run uses the modes of the assembly on top of the quasi-static motion of its supports and loads.
@@ -102,14 +110,16 @@ def precheck(setup: Setup, reference: ReferenceModel, scheme: HHT, progress: Pro
     return contacts.select(keep), [note]
 
 
-def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: HHT, progress: Progress) -> FloatArray:
+def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress) -> FloatArray:
     """(m,) smallest gap of every contact channel over a run without contact."""
     R = reference.support_shapes
     assert reference.stiffness is not None
     system = modal_system(reference.system, reference.modes, R, static_shapes(setup, reference))
-    silent = setup.contacts.without_force()
-    history = simulate(
-        system, silent, setup.loads, scheme, observed=np.zeros(0, dtype=np.int64), output_every=setup.loads.n_step,
+    silent, parts = setup.contacts.without_force(), setup.study.config.time.substeps
+    run = simulate_modal if is_modal(system) else simulate
+    history = run(
+        system, silent, setup.loads, scheme, observed=np.zeros(0, dtype=np.int64),
+        output_every=setup.loads.n_step // parts, substeps=parts,
         progress=lambda done, total: progress("linear pre-check", done, total),
     )  # fmt: skip
     return np.asarray(history.gap.min(axis=0))

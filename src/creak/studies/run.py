@@ -8,24 +8,30 @@ from pathlib import Path
 
 import numpy as np
 
-from creak.arrays import ComplexArray, FloatArray, IntArray
+from creak.arrays import ComplexArray, FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
-from creak.contact.unilateral import compile_kernels
+from creak.contact.small_sliding import slip_warnings
+from creak.contact.step_problem import compile_kernels
 from creak.dynamics.condensed import step_limited_stiffness
-from creak.dynamics.hht import HHT
 from creak.dynamics.history import History
-from creak.dynamics.simulate import simulate
+from creak.dynamics.stopped import Stopped
 from creak.reduction.health import Health
 from creak.signals.spectra import spectrum
 from creak.studies.costs import Cost, Meter
 from creak.studies.health import checked
-from creak.studies.reduced_model import ReducedModel, reduce_model, reduced_modes
+from creak.studies.integrate import integrate, output_times, scheme_of
+from creak.studies.reduced_model import WHOLE, ReducedModel, reduce_model, reduced_modes
 from creak.studies.reference_model import ReferenceModel, build_reference, observed_labels, precheck
 from creak.studies.setup import Setup, excitation_window, field_steps, output_every
-from creak.verify.events import Event, EventMatch, find_events, match_events
+from creak.verify.events import Event, find_events
 from creak.verify.mac import ModePairs, pair_modes
+from creak.verify.matching import EventMatch, match_events
 from creak.verify.nrmse import nrmse_by_axis
+from creak.verify.slips import SlipEvent, find_slips
+
+SHARE = 0.1
+"""Longest step as a share of the shortest event."""
 
 Progress = Callable[[str, int, int], None]
 
@@ -43,6 +49,12 @@ class Run:
     modes: int
     offline_cpu_s: float
     offline_wall_s: float
+    slips: tuple[SlipEvent, ...] = ()
+    """Stick-slip events of the pairs that rub."""
+    integrator: str = ""
+    """In a few words."""
+    stopped: str | None = None
+    """Why the run ended early; None: it did not."""
 
 
 @dataclass(frozen=True)
@@ -81,25 +93,24 @@ class StudyResult:
     notes: list[str]
     health: dict[str, Health]
     """Of each superelement, by name."""
+    stopped: str | None = None
+    """Why the study ended early; None: it did not."""
 
 
 def run_study(setup: Setup, progress: Progress, store: Path | None = None) -> StudyResult:
     """Pre-check, reduction, both runs, verification.
+
+    A run that stops early keeps what it has and ends the study: `StudyResult.stopped` says why.
 
     Parameters
     ----------
     store : folder of saved superelements; those that still fit are used instead of being made again.
     """
     c = setup.study.config
-    scheme = HHT(c.time.alpha)
-    every, whole_at = output_every(setup.study), field_steps(setup.study, setup.loads.time)
     compile_kernels()
     reference, gaps, notes = prepare(setup, progress)
-    stiffness = step_limited_stiffness(
-        reference.system, gaps, setup.model.nodes.coords[gaps.nodes_idx], scheme, setup.loads.step
-    )
-    notes += _note_of_limit(gaps, stiffness, setup.loads.step)
-    gaps = replace(gaps, stiffness=stiffness)
+    gaps, more = limited(setup, reference, gaps)
+    notes += more
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
         notes.append("no channel can close under this load: both runs are linear")
     runs: dict[str, Run] = {}
@@ -107,26 +118,59 @@ def run_study(setup: Setup, progress: Progress, store: Path | None = None) -> St
     if c.reduction.method != "none":
         reduced = reduce_model(setup, reference, gaps, progress, store)
         notes += reduced.notes
-        runs["reduced"] = march_run("reduced", setup, reduced.system, gaps, scheme, every, whole_at, progress, reduced)
+        runs["reduced"] = march_run("reduced", setup, reduced.system, gaps, progress, reduced)
         health = checked(setup, reduced, progress)
         notes += [f"superelement {name}: {text}" for name, h in health.items() for text in h.findings.warnings]
-    if c.reference.run or reduced is None:
-        full = reference.system
-        runs["reference"] = march_run("reference", setup, full, gaps, scheme, every, whole_at, progress, None)
-    window = excitation_window(setup.study, setup.loads.time)
+    stopped = next((r.stopped for r in runs.values() if r.stopped), None)
+    if stopped is None and (c.reference.run or reduced is None):
+        runs["reference"] = march_run("reference", setup, reference.system, gaps, progress, None)
+        stopped = runs["reference"].stopped
+    for name, run in runs.items():
+        notes += [f"{name} run: {text}" for text in [*slip_warnings(gaps, slip_of(run)), *step_warnings(setup, run)]]
+    window = excitation_window(setup.study, output_times(setup))
+    whole = {} if stopped else runs
     return StudyResult(
         setup, gaps, runs, reference, reduced,
         compare_modes(setup, reference, reduced, gaps),
-        compare_spectra(setup, runs, window),
-        compare_events(setup, runs, window),
-        window, [*setup.notes, *notes], health,
+        compare_spectra(setup, whole, window),
+        compare_events(setup, whole, window),
+        window, [*setup.notes, *notes], health, stopped,
     )  # fmt: skip
+
+
+def limited(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> tuple[GapOperator, list[str]]:
+    """Channels with automatic penalties lowered to what the step resolves, and a note of it."""
+    positions, step = setup.model.nodes.coords[gaps.nodes_idx], setup.loads.step
+    stiffness = step_limited_stiffness(reference.system, gaps, positions, scheme_of(setup.study.config.time), step)
+    return replace(gaps, stiffness=stiffness), _note_of_limit(gaps, stiffness, step)
+
+
+def slip_of(run: Run) -> FloatArray:
+    """(m,) largest tangential motion of each channel while it presses, at the output times."""
+    h = run.history
+    return np.asarray(np.where(h.force[h.output_index] > 0.0, h.slip, 0.0).max(axis=0, initial=0.0))
+
+
+def step_warnings(setup: Setup, run: Run) -> list[str]:
+    """A step longer than a tenth of the shortest contact event cannot follow its force."""
+    table, step = setup.study.config.time, setup.loads.step
+    short = min(run.events, key=lambda e: e.t_end - e.t_start, default=None)
+    if short is None or step <= SHARE * (short.t_end - short.t_start):
+        return []
+    key = "substeps" if table.integrator != "massless-boundary" else "step"
+    return [
+        f"the step near contact, {step:g} s, is longer than a tenth of the shortest event "
+        f"({short.t_end - short.t_start:.3g} s at {short.channel}, t = {short.t_start:.4g} s): its force is not "
+        f"resolved; set [time] {key}, or compare with `creak run --converge`"
+    ]
 
 
 def prepare(setup: Setup, progress: Progress) -> tuple[ReferenceModel, GapOperator, list[str]]:
     """The unreduced model, the channels that the pre-check keeps (connectors after contacts), and notes."""
     reference = build_reference(setup, progress)
-    kept, notes = precheck(setup, reference, HHT(setup.study.config.time.alpha), progress)
+    kept, notes = precheck(setup, reference, scheme_of(setup.study.config.time), progress)
+    if setup.study.config.reduction.method not in WHOLE:
+        reference = reference.without_factor()
     return reference, join([kept, setup.connectors]), notes
 
 
@@ -142,20 +186,23 @@ def _note_of_limit(gaps: GapOperator, stiffness: FloatArray, step: float) -> lis
 
 
 def march_run(
-    name: str, setup: Setup, system: System, gaps: GapOperator, scheme: HHT, every: int, whole_at: IntArray,
-    progress: Progress, reduced: ReducedModel | None,
-) -> Run:  # fmt: skip
-    meter = Meter()
-    history = simulate(
-        system, gaps, setup.loads, scheme, observed=observed_labels(setup.watched), output_every=every,
-        whole_at=whole_at, progress=lambda done, total: progress(f"{name} run", done, total),
-    )  # fmt: skip
+    name: str, setup: Setup, system: System, gaps: GapOperator, progress: Progress, reduced: ReducedModel | None
+) -> Run:
+    """One run with its events and cost; one that stops early has them up to there."""
+    meter, stopped, how = Meter(), None, ""
+    try:
+        history, how = integrate(
+            setup, system, gaps, observed=observed_labels(setup.watched), output_every=output_every(setup.study),
+            whole_at=field_steps(setup.study, output_times(setup)),
+            progress=lambda done, total: progress(f"{name} run", done, total),
+        )  # fmt: skip
+    except Stopped as error:
+        history, stopped = error.history, f"{name} run: {error}"
     cost = meter.read()
     v = setup.study.config.verification
-    events = find_events(history, gaps, v.merge, v.f_max)
-    if reduced is None:
-        return Run(name, system, history, events, cost, 0, 0, 0.0, 0.0)
-    return Run(name, system, history, events, cost, reduced.retained, reduced.modes, reduced.cpu_s, reduced.wall_s)
+    events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge))
+    size = (0, 0, 0.0, 0.0) if reduced is None else (reduced.retained, reduced.modes, reduced.cpu_s, reduced.wall_s)
+    return Run(name, system, history, events, cost, *size, slips, how, stopped)
 
 
 def compare_modes(

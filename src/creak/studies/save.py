@@ -1,18 +1,26 @@
-"""What a study leaves on disk: summary.json and results.h5, complete or absent."""
+"""What a study leaves on disk: summary.json, results.h5 and convergence.csv, complete or absent."""
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from creak.arrays import FloatArray, IntArray
 from creak.assembly.recovery import by_node, recovered
-from creak.dynamics.history import ENERGIES
+from creak.dynamics.history import ENERGIES, History
 from creak.formats.complete_file import complete_file
-from creak.formats.results import Field, RunRecord, write_results
+from creak.formats.results import ContactRecord, Field, RunRecord, write_results
+from creak.signals.resampling import cell_means
+from creak.studies.converge import Convergence
+from creak.studies.convergence_words import csv_rows
 from creak.studies.run import Run, StudyResult
+
+MARGIN = 4
+"""Instants before and after a touch that are stored with it."""
 
 
 def save(result: StudyResult, summary: dict[str, Any], folder: Path) -> list[Path]:
@@ -29,14 +37,29 @@ def save(result: StudyResult, summary: dict[str, Any], folder: Path) -> list[Pat
     return [text, results]
 
 
+def save_convergence(convergence: Convergence, folder: Path) -> Path:
+    """Write convergence.csv into `folder`: a line for each figure of each event."""
+    path = folder / "convergence.csv"
+    with complete_file(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows(csv_rows(convergence))
+    return path
+
+
 def _record(run: Run, result: StudyResult) -> RunRecord:
     h, nodes, watched = run.history, result.setup.model.nodes, result.setup.watched
-    at = h.output_index
+    at, friction = h.output_index, result.gaps.friction
+    rubbing = np.zeros(0, dtype=np.int64) if friction is None else friction.channels
+    touched = np.flatnonzero((h.force > 0.0).any(axis=0))
     return RunRecord(
         time=h.time[at],
         gap=h.gap[at],
-        normal_force=h.force[at],
+        normal_force=cell_means(h.time, h.force, h.time[at]),
         slip=h.slip,
+        friction_force=_means(h, h.tangential),
+        slip_speed=_means(h, h.sliding),
+        contact=ContactRecord(
+            _near_contact(h), h.time, touched, h.gap, h.force, rubbing, h.tangential, h.sliding
+        ),
         displacement=h.displacement.reshape(at.size, watched.size, 6),
         node_ids=nodes.ids[watched].astype(np.int64),
         node_names=[nodes.label(int(i)) for i in watched],
@@ -48,11 +71,24 @@ def _record(run: Run, result: StudyResult) -> RunRecord:
     )
 
 
+def _means(h: History, x: FloatArray) -> FloatArray:
+    """Means over the output intervals of what only rubbing channels have."""
+    return cell_means(h.time, x, h.time[h.output_index]) if x.size else np.zeros((h.output_index.size, 0))
+
+
+def _near_contact(h: History) -> IntArray:
+    """Instants at which anything presses, and `MARGIN` before and after."""
+    pressed = np.asarray((h.force > 0.0).any(axis=1))
+    near = np.convolve(pressed, np.ones(2 * MARGIN + 1), mode="full")[MARGIN : MARGIN + pressed.size] > 0.5
+    return np.flatnonzero(near)
+
+
 def _field(run: Run, result: StudyResult) -> Field | None:
     h, nodes = run.history, result.setup.model.nodes
     if not h.whole_at.size:
         return None
-    s = result.setup.loads.support[0, h.whole_at].T
+    loads, parts = result.setup.loads, result.setup.study.config.time.substeps
+    s = loads.support[0, parts * h.whole_at].T
     labels = run.system.labels
     blocks = ((here, by_node(u, labels, nodes.count)) for here, u in recovered(run.system, h.coordinates, s))
-    return Field(h.time[h.whole_at], blocks, nodes.ids.astype(np.int64), nodes.coords)
+    return Field(loads.time[parts * h.whole_at], blocks, nodes.ids.astype(np.int64), nodes.coords)

@@ -16,7 +16,6 @@ from creak.assembly.rigid import unheld_parts
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.node_to_surface import node_to_surface
-from creak.contact.pair import ContactPair
 from creak.contact.play import Play, play_channels
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.dynamics.loads import Loads
@@ -24,6 +23,7 @@ from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.model.mesh import Model
 from creak.studies.config import DOFS
+from creak.studies.contact_pairs import contact_pair
 from creak.studies.excitation import driven_dofs, highest_frequency, period_of, sample_loads, time_axis
 from creak.studies.imported import imported_superelements, resistance
 from creak.studies.study_file import Study
@@ -83,6 +83,7 @@ def set_up(study: Study, ignore: Sequence[str] = ()) -> Setup:
     model = read_model(study.sibling(c.model.deck))
     _stop_on_unread(model, ignore)
     _check_frequencies(study)
+    _check_integrator(study)
     time = time_axis(study)
     driven = driven_dofs(model, study)
     loads = sample_loads(model, study, time)
@@ -97,6 +98,16 @@ def set_up(study: Study, ignore: Sequence[str] = ()) -> Setup:
         study, model, rayleigh, override, driven, contacts, connectors, loads, pairs,
         _watched(model, study, pairs), notes, superelements,
     )  # fmt: skip
+
+
+def _check_integrator(study: Study) -> None:
+    c = study.config
+    if c.time.integrator == "massless-boundary" and c.reduction.method != "massless-boundary":
+        raise InputError(
+            f'integrator = "massless-boundary" with [reduction] method = {c.reduction.method!r}',
+            where=study.where("time", "integrator"), expected='method = "massless-boundary"',
+            fix='Change the method, or use integrator = "hht".',
+        )  # fmt: skip
 
 
 def _stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
@@ -128,10 +139,7 @@ def _check_frequencies(study: Study) -> None:
 def _contacts(model: Model, study: Study) -> tuple[GapOperator, list[str]]:
     operators, notes = [], []
     for name, t in study.config.contact.items():
-        pair = ContactPair(
-            name, t.secondary, t.main, t.method, None if t.stiffness == "auto" else t.stiffness, t.clearance
-        )
-        operator, more = METHODS[t.method](model, pair)
+        operator, more = METHODS[t.method](model, contact_pair(model, study, name))
         operators.append(operator)
         notes.extend(more)
     return join(operators), notes
@@ -141,7 +149,8 @@ def _plays(study: Study) -> list[tuple[Play, str]]:
     out = []
     for i, t in enumerate(study.config.connector):
         name = t.name or "-".join(t.node_sets)
-        play = Play(name, t.node_sets, DOFS.index(t.dof) + 1, t.lower, t.upper, t.stiffness, t.damping)
+        dof = DOFS.index(t.dof) + 1
+        play = Play(name, t.node_sets, dof, t.lower, t.upper, t.stiffness, t.damping, t.preload)
         out.append((play, study.where("connector", i)))
     return out
 
@@ -220,7 +229,7 @@ def output_every(study: Study) -> int:
 
 
 def field_steps(study: Study, time: FloatArray) -> IntArray:
-    """Steps at which the motion of all nodes is written.
+    """Whole steps, of those that end at `time`, at which the motion of all nodes is written.
 
     Raises
     ------

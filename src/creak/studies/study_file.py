@@ -55,28 +55,17 @@ def read_study(path: Path) -> Study:
         study = Study(path, StudyConfig.model_validate(data), text)
     except ValidationError as error:
         raise _explain(path, text, error) from error
-    _refuse_what_is_not_there_yet(study)
     return study
 
 
-def _refuse_what_is_not_there_yet(study: Study) -> None:
-    c = study.config
-    checks: list[tuple[bool, tuple[str | int, ...], str, str]] = [
-        (c.time.integrator != "hht", ("time", "integrator"), f"integrator = {c.time.integrator!r}", '"hht"'),
-        *[(t.friction > 0.0, ("contact", name, "friction"), f"friction = {t.friction}", "0")
-          for name, t in c.contact.items()],
-    ]  # fmt: skip
-    for refused, keys, what, expected in checks:
-        if refused:
-            raise InputError(
-                f"{what} is not available in this version of creak", where=study.where(*keys),
-                expected=expected, fix="Change it, or use a later version.",
-            )  # fmt: skip
+OTHER_MEMBER = ("literal_error", "float_type", "string_type", "model_type", "dict_type", "none_required")
+"""Errors of union members that the value was not meant for."""
 
 
 def _explain(path: Path, text: str, error: ValidationError) -> InputError:
     """The first problem of a validation, in the words of the study file."""
-    problem = min(error.errors(), key=lambda e: e["type"] != "extra_forbidden")  # a misspelt key explains a missing one
+    # A misspelt key explains a missing one; of a union the member that was meant explains more than the others.
+    problem = min(error.errors(), key=lambda e: (e["type"] != "extra_forbidden", e["type"] in OTHER_MEMBER))
     loc = problem["loc"]
     keys = tuple(k for k, before in zip(loc, (None, *loc), strict=False) if not _is_tag(k, before))
     where = f"{path}:{_line_of(text, keys)}"
@@ -104,6 +93,8 @@ def _signal_tables() -> Sequence[type[BaseModel]]:
 def _is_tag(key: Any, before: Any) -> bool:
     """Pydantic adds the tag of a union member to the location; the user never wrote it."""
     if before == "signal" and key in ("multisine", "sine", "step", "table", "record"):
+        return True
+    if before == "friction" and key in ("number", "table"):
         return True
     return key in ("literal['auto']", "float", "str") or (
         isinstance(key, str) and ("[" in key or "constrained" in key)

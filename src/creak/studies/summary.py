@@ -8,13 +8,24 @@ from typing import Any
 import numpy as np
 
 import creak
+from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Model
+from creak.studies.converge import Convergence
+from creak.studies.convergence_words import as_dict
 from creak.studies.run import Run, StudyResult
 from creak.verify.events import Event
+from creak.verify.matching import Errors, EventMatch
+from creak.verify.slips import SlipEvent, squeak_rates
+from creak.verify.statistics import EventStatistics, compare_statistics
 
 
-def summarise(result: StudyResult) -> dict[str, Any]:
-    """The summary as plain numbers, strings and lists; infinite or undefined figures are null."""
+def summarise(result: StudyResult, convergence: Convergence | None = None) -> dict[str, Any]:
+    """The summary as plain numbers, strings and lists; infinite or undefined figures are null.
+
+    Parameters
+    ----------
+    convergence : of `creak.studies.converge`, where it was looked at.
+    """
     setup, model = result.setup, result.setup.model
     c = setup.study.config
     summary = {
@@ -33,6 +44,8 @@ def summarise(result: StudyResult) -> dict[str, Any]:
         ],
         "notes": result.notes,
     }
+    if convergence is not None:
+        summary["convergence"] = as_dict(convergence)
     return _plain(summary)
 
 
@@ -56,6 +69,7 @@ def _model(result: StudyResult) -> dict[str, Any]:
 
 def _run(run: Run, result: StudyResult, model: Model) -> dict[str, Any]:
     h = run.history
+    penetration = float(max(0.0, -h.gap.min(initial=0.0)))
     return {
         "dof": run.system.n,
         "retained": run.retained,
@@ -72,10 +86,16 @@ def _run(run: Run, result: StudyResult, model: Model) -> dict[str, Any]:
         "energy_error": -h.energy_created if h.energy_created > 0.0 else h.energy_dissipated_by_scheme,
         "energy_created": h.energy_created,
         "scheme_dissipation": h.energy_dissipated_by_scheme,
+        "energies": dict(zip(ENERGIES, h.energy[-1].tolist(), strict=True)),
+        "worst_residual": h.residual,
         "events": [_event(e, model) for e in run.events],
+        "slip_events": [_slip_event(e, model) for e in run.slips],
+        "squeak_rate": squeak_rates(run.slips, result.window),
         "max_force": float(h.force.max(initial=0.0)),
-        "max_penetration": float(max(0.0, -h.gap.min(initial=0.0))),
-        "impulse_total": float(h.force.sum() * h.step),
+        "max_penetration": penetration,
+        "penetration_max": penetration,
+        "gap_min": float(h.gap.min()) if h.gap.size else None,
+        "impulse_total": float((h.weights @ h.force).sum()),
     }
 
 
@@ -92,6 +112,22 @@ def _event(e: Event, model: Model) -> dict[str, Any]:
         "impulse": e.impulse,
         "closing_speed": e.closing_speed,
         "contacts": e.contacts,
+        "touches": e.touches,
+    }
+
+
+def _slip_event(e: SlipEvent, model: Model) -> dict[str, Any]:
+    return {
+        "contact": e.group,
+        "channel": e.channel,
+        "node": int(model.nodes.ids[e.node_idx]),
+        "t_start": e.t_start,
+        "t_end": e.t_end,
+        "slip_length": e.slip_length,
+        "speed_peak": e.speed_peak,
+        "friction_work": e.friction_work,
+        "rate": e.rate,
+        "slips": e.slips,
     }
 
 
@@ -107,18 +143,49 @@ def _verification(result: StudyResult) -> dict[str, Any]:
     if result.spectra is not None:
         out["nrmse"] = result.spectra.nrmse
     if result.events is not None:
-        match = result.events
-        out["events"] = {
-            "reference": len(match.pairs) + len(match.missed),
-            "reduced": len(match.pairs) + len(match.extra),
-            "matched": len(match.pairs),
-            "missed": len(match.missed),
-            "extra": len(match.extra),
-            "amplitude_ratio_mean": match.amplitude_ratio_mean,
-            "impulse_ratio_mean": match.impulse_ratio_mean,
-            "within_5_percent": match.within_5_percent,
-        }
+        out["events"] = _matched(result.events) | {"statistics": _statistics(result)}
     return out
+
+
+def _matched(match: EventMatch) -> dict[str, Any]:
+    return {
+        "reference": len(match.pairs) + len(match.missed),
+        "reduced": len(match.pairs) + len(match.extra),
+        "matched": len(match.pairs),
+        "missed": len(match.missed),
+        "extra": len(match.extra),
+        "precision": match.precision,
+        "recall": match.recall,
+        "time_error": _errors(match.time_error),
+        "force_error": _errors(match.force_error),
+        "impulse_error": _errors(match.impulse_error),
+        "amplitude_ratio_mean": match.amplitude_ratio_mean,
+        "impulse_ratio_mean": match.impulse_ratio_mean,
+        "within_5_percent": match.within_5_percent,
+    }
+
+
+def _errors(e: Errors) -> dict[str, Any]:
+    return {"mean": e.mean, "bias": e.bias, "percentile_95": e.percentile_95, "each": e.each.tolist()}
+
+
+def _statistics(result: StudyResult) -> dict[str, Any]:
+    s = event_statistics(result)
+    distances = {"force": s.force, "impulse": s.impulse}
+    return {
+        "chaotic": s.chaotic,
+        "rate": {"reference": s.rate[0], "reduced": s.rate[1], "alike": s.rates_alike},
+        **{
+            f"{name}_distance": None if d is None else {"value": d.value, "critical": d.critical, "alike": d.alike}
+            for name, d in distances.items()
+        },
+    }
+
+
+def event_statistics(result: StudyResult) -> EventStatistics:
+    """Statistics of the events of both runs in the verification window."""
+    runs = result.runs
+    return compare_statistics(runs["reference"].events, runs["reduced"].events, result.window)
 
 
 def _plain(value: Any) -> Any:

@@ -1,8 +1,7 @@
-"""Contact events: when, where and how hard, and which of them two runs share."""
+"""Contact events: when, where and how hard."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,12 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
-from creak.signals.spectra import low_pass
+from creak.signals.resampling import blocks, low_pass_uneven
+from creak.verify.intervals import chains, stretches
+
+REACH = 6.0
+"""Periods of f_max around an event that its low-pass sees: the slowest pole of a Butterworth of order 4 decays by
+exp(-2 pi 6 sin(pi / 8)) = 5e-7 over them."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +30,7 @@ class Event:
     """Channel with the highest force."""
     node_idx: int
     t_start: float
+    """Where the first gap crosses zero, located inside the step."""
     t_peak: float
     t_end: float
     force_peak: float
@@ -33,152 +38,153 @@ class Event:
     force_peak_filtered: float
     """Largest channel force, low-passed at the verification's f_max."""
     impulse: float
-    """Sum over channels of the integral of force over the event."""
+    """Sum over channels of the trapezoidal integral of force over the event (`History.weights`)."""
     closing_speed: float
-    """Speed at which the gap of the first channel closed."""
+    """Speed at which the gap of the first channel closed, from its rate at the onset; 0 where the run starts closed."""
     contacts: int
     """Number of micro-contacts merged into the event."""
+    touches: tuple[tuple[float, float], ...] = ()
+    """Start and end of each micro-contact, s."""
+    step: float = 0.0
+    """Length of the step in which the event began, s: the resolution of its times."""
+
+
+@dataclass(frozen=True)
+class _Touch:
+    """One micro-contact: rows of the history, times, and the channel that touched first."""
+
+    first: int
+    last: int
+    start: float
+    end: float
+    leader: int
 
 
 def find_events(history: History, gaps: GapOperator, merge: float, f_max: float) -> list[Event]:
     """All events of a run, by start time.
 
-    Intervals in which any channel of a group presses; those less than `merge` seconds apart are one event.
-    Start and end are where the gap crosses zero between two steps (linear).
+    Intervals in which any channel of a group presses; less than `merge` seconds apart they are one event. Start and end
+    are where the gap crosses zero inside a step: linear between the gaps on both sides, or, where exact unilateral
+    contact holds the gap at zero, at the rate that it had while open. Steps may be uneven.
+
+    Low-passed peaks are those of the forces on an even axis that keeps their impulse (`signals.resampling`); where the
+    steps around an event cannot hold `f_max` (Hz) they are the raw ones.
     """
-    smooth = low_pass(history.force, history.step, f_max)
+    pressing = np.asarray(history.force > 0.0)
+    weights = history.weights
     events = []
     for group in dict.fromkeys(gaps.group):
         channels = np.array([j for j, g in enumerate(gaps.group) if g == group], dtype=np.int64)
-        closed = np.asarray((history.force[:, channels] > 0.0).any(axis=1))
-        for chain in _chains(closed, merge / history.step):
-            events.append(_event(history, gaps, smooth, group, channels, chain))
+        closed = stretches(np.asarray(pressing[:, channels].any(axis=1)))
+        touches = [_touch(history, gaps, pressing, channels, first, last) for first, last in closed]
+        for chain in chains(touches, merge):
+            events.append(_event(history, gaps, pressing, weights, channels, chain, f_max))
     return sorted(events, key=lambda e: (e.t_start, e.group))
 
 
-def _chains(closed: BoolArray, merge_steps: float) -> list[list[tuple[int, int]]]:
-    """Runs of closed steps (first, last), grouped where the pause is shorter than `merge_steps`."""
-    edges = np.diff(np.concatenate([[False], closed, [False]]).astype(np.int8))
-    starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
-    chains: list[list[tuple[int, int]]] = []
-    for start, stop in zip(starts.tolist(), stops.tolist(), strict=True):
-        if chains and start - chains[-1][-1][1] <= merge_steps:
-            chains[-1].append((start, stop))
-        else:
-            chains.append([(start, stop)])
-    return chains
-
-
 def _event(
-    history: History, gaps: GapOperator, smooth: FloatArray, group: str, channels: IntArray,
-    chain: list[tuple[int, int]],
+    history: History, gaps: GapOperator, pressing: BoolArray, weights: FloatArray, channels: IntArray,
+    chain: list[_Touch], f_max: float,
 ) -> Event:  # fmt: skip
-    first, last = chain[0][0], chain[-1][1]
-    force = history.force[first : last + 1, channels]
-    row, col = np.unravel_index(int(np.argmax(force)), force.shape)
-    peak = int(channels[col])
-    near = slice(max(0, first - 1), last + 2)
-    leader, t_start = _onset(history, channels, first)
+    first, last, begin = chain[0].first, chain[-1].last, chain[0]
+    active = channels[pressing[first : last + 1, channels].any(axis=0)]
+    row, peak, force, impulse = _peak_and_impulse(history, weights, active, first, last)
     return Event(
-        group=group,
+        group=gaps.group[peak],
         channel=gaps.names[peak],
         node_idx=int(gaps.nodes_idx[peak]),
-        t_start=t_start,
-        t_peak=float(history.time[first + int(row)]),
-        t_end=_release(history, channels, last),
-        force_peak=float(force.max()),
-        force_peak_filtered=float(smooth[near][:, channels].max()),
-        impulse=float(force.sum() * history.step),
-        closing_speed=_closing_speed(history, leader, first),
+        t_start=begin.start,
+        t_peak=float(history.time[row]),
+        t_end=chain[-1].end,
+        force_peak=force,
+        force_peak_filtered=_filtered_peak(history, active, first, last, f_max, force),
+        impulse=impulse,
+        closing_speed=_closing_speed(history, pressing, begin),
         contacts=len(chain),
+        touches=tuple((t.start, t.end) for t in chain),
+        step=float(history.time[max(first, 1)] - history.time[max(first, 1) - 1]),
     )
 
 
-def _crossing(history: History, channel: int, before: int) -> float:
-    g0, g1 = history.gap[before, channel], history.gap[before + 1, channel]
-    fraction = float(np.clip(g0 / (g0 - g1), 0.0, 1.0)) if g0 != g1 else 0.5
-    return float(history.time[before]) + fraction * history.step
+def _peak_and_impulse(
+    history: History, weights: FloatArray, channels: IntArray, first: int, last: int
+) -> tuple[int, int, float, float]:
+    """Row, channel and size of the largest force, and the impulse of all channels."""
+    row, channel, top, impulse = first, int(channels[0]), -1.0, 0.0
+    for part in blocks(last + 1 - first, channels.size):
+        rows = slice(first + part.start, first + part.stop)
+        force = history.force[rows][:, channels]
+        impulse += float(weights[rows] @ force.sum(axis=1))
+        k, j = np.unravel_index(int(np.argmax(force)), force.shape)
+        if force[k, j] > top:
+            row, channel, top = rows.start + int(k), int(channels[j]), float(force[k, j])
+    return row, channel, top, impulse
 
 
-def _onset(history: History, channels: IntArray, first: int) -> tuple[int, float]:
-    active = channels[history.force[first, channels] > 0.0]
-    if first == 0:
-        return int(active[0]), float(history.time[0])
-    times = [_crossing(history, int(j), first - 1) for j in active]
-    k = int(np.argmin(times))
-    return int(active[k]), times[k]
+def _filtered_peak(
+    history: History, channels: IntArray, first: int, last: int, f_max: float, raw: float
+) -> float:
+    time = history.time
+    begin, end = max(0, first - 1), min(last + 1, time.size - 1)
+    if f_max * float(np.median(np.diff(time[begin : end + 1]))) >= 0.45:
+        return raw
+    a, b = np.searchsorted(time, [time[begin] - REACH / f_max, time[end] + REACH / f_max])
+    rows, top = slice(int(a), int(b)), -np.inf
+    for part in blocks(channels.size, int(b - a)):
+        even, smooth = low_pass_uneven(time[rows], history.force[rows][:, channels[part]], f_max)
+        inside = (even >= time[begin] - 1e-9) & (even <= time[end] + 1e-9)
+        top = max(top, float(smooth[inside].max()))
+    return top
 
 
-def _release(history: History, channels: IntArray, last: int) -> float:
-    if last + 1 >= history.time.size:
-        return float(history.time[-1])
-    active = channels[history.force[last, channels] > 0.0]
-    return max(_crossing(history, int(j), last) for j in active)
+# --- where a touch begins and ends inside a step -------------------------------------------------------------------
 
 
-def _closing_speed(history: History, channel: int, first: int) -> float:
+def _touch(
+    history: History, gaps: GapOperator, pressing: BoolArray, channels: IntArray, first: int, last: int
+) -> _Touch:
+    active = channels[pressing[first, channels]]
+    start, leader = float(history.time[0]), int(active[0])
+    if first > 0:
+        times = _crossings(history, gaps, active, first - 1, first, first - 2)
+        leader, start = int(active[np.argmin(times)]), float(times.min())
+    end = float(history.time[-1])
+    if last + 1 < history.time.size:
+        left = channels[pressing[last, channels]]
+        end = float(_crossings(history, gaps, left, last + 1, last, last + 2).max())
+    return _Touch(first, last, start, max(start, end), leader)
+
+
+def _crossings(
+    history: History, gaps: GapOperator, channels: IntArray, opened: int, closed: int, beyond: int
+) -> FloatArray:
+    """Times at which gaps cross zero between an open and a closed instant, (k,).
+
+    `beyond` is the instant past the open one: the rate towards it tells where a gap that is then held at zero got
+    there.
+    """
+    time, step = history.time, history.time[closed] - history.time[opened]
+    g0, g1 = history.gap[opened, channels], history.gap[closed, channels].copy()
+    hard = np.isinf(gaps.stiffness[channels])
+    if hard.any() and 0 <= beyond < time.size:
+        rate = (g0 - history.gap[beyond, channels]) / (time[opened] - time[beyond])
+        g1[hard] = np.minimum(g1, g0 + rate * step)[hard]
+    drop = g0 - g1
+    share = np.divide(g0, drop, out=np.full(channels.size, 0.5), where=drop != 0.0)
+    return np.asarray(time[opened] + np.clip(share, 0.0, 1.0) * step)
+
+
+def _closing_speed(history: History, pressing: BoolArray, touch: _Touch) -> float:
+    """Rate of the parabola through the last three open gaps at the onset; of fewer where there are no more."""
+    first, j = touch.first, touch.leader
     if first == 0:
         return 0.0
-    end = first - 1 if first >= 2 else first
-    return float(max(0.0, (history.gap[end - 1, channel] - history.gap[end, channel]) / history.step))
-
-
-@dataclass(frozen=True)
-class EventMatch:
-    """Events of a reduced run against those of its reference, within a time window."""
-
-    pairs: list[tuple[Event, Event]]
-    """(reference, reduced)"""
-    missed: list[Event]
-    extra: list[Event]
-
-    @property
-    def amplitude_ratio_mean(self) -> float | None:
-        """Mean low-passed peak of the common events, reduced / reference (thesis 3.7.3)."""
-        return self._ratio("force_peak_filtered")
-
-    @property
-    def impulse_ratio_mean(self) -> float | None:
-        """Mean impulse of the common events, reduced / reference."""
-        return self._ratio("impulse")
-
-    @property
-    def within_5_percent(self) -> int:
-        """Common events whose low-passed peaks differ by at most 5 %."""
-        return sum(
-            abs(b.force_peak_filtered / a.force_peak_filtered - 1.0) <= 0.05
-            for a, b in self.pairs if a.force_peak_filtered > 0.0
-        )  # fmt: skip
-
-    def _ratio(self, name: str) -> float | None:
-        reference = sum(getattr(a, name) for a, _ in self.pairs)
-        return sum(getattr(b, name) for _, b in self.pairs) / reference if reference > 0.0 else None
-
-
-def match_events(
-    reference: Sequence[Event], reduced: Sequence[Event], tolerance: float, window: tuple[float, float]
-) -> EventMatch:
-    """Match one to one by start time within `tolerance` s, nearest first, in the same group.
-
-    Only events that start inside `window` are counted, but their partners may start just outside it.
-    """
-    candidates = sorted(
-        (abs(a.t_start - b.t_start), i, j)
-        for i, a in enumerate(reference)
-        for j, b in enumerate(reduced)
-        if a.group == b.group and abs(a.t_start - b.t_start) <= tolerance
-    )
-    partner: dict[int, int] = {}
-    taken: set[int] = set()
-    for _, i, j in candidates:
-        if i not in partner and j not in taken:
-            partner[i] = j
-            taken.add(j)
-
-    def inside(e: Event) -> bool:
-        return window[0] <= e.t_start <= window[1]
-
-    pairs = [(reference[i], reduced[j]) for i, j in sorted(partner.items()) if inside(reference[i])]
-    missed = [e for i, e in enumerate(reference) if i not in partner and inside(e)]
-    extra = [e for j, e in enumerate(reduced) if j not in taken and inside(e)]
-    return EventMatch(pairs, missed, extra)
+    open_before = np.flatnonzero(pressing[max(0, first - 3) : first, j])
+    low = max(0, first - 3) + (int(open_before[-1]) + 1 if open_before.size else 0)
+    rows = range(low, first) if first - low > 1 else range(first - 1, first + 1)
+    t, g = history.time[rows.start : rows.stop], history.gap[rows.start : rows.stop, j]
+    slope = np.diff(g) / np.diff(t)
+    rate = slope[-1]
+    if slope.size == 2:
+        rate += (slope[1] - slope[0]) / (t[2] - t[0]) * (2.0 * touch.start - t[1] - t[2])
+    return float(max(0.0, -rate))

@@ -50,9 +50,26 @@ def test_rotational_play_uses_its_own_dof():
         (Play("p", ("A", "ONE"), 1, -1.0, 1.0, 1.0), "have 2 and 1 nodes"),
         (Play("p", ("A",), 1, None, None, 1.0), "without limits"),
         (Play("p", ("A",), 1, 1.0, -1.0, 1.0), r"lower = 1.0 lies above upper = -1.0"),
+        (Play("p", ("A",), 1, -1.0, 1.0, 1.0, preload=5.0), "preload and two limits"),
+        (Play("p", ("A",), 1, None, 0.3, 1.0, preload=5.0), "limit at 0.3; expected 0"),
+        (Play("p", ("A",), 1, None, 0.0, 1.0, preload=-5.0), "preload = -5"),
         (Play("p", ("AA",), 1, -1.0, 1.0, 1.0), r"unknown node set 'AA'.*'A'"),
     ],
 )
 def test_wrong_play_is_refused(play, message):
     with pytest.raises(InputError, match=message):
         play_channels(model(), play, "study.toml:12 [connector]")
+
+
+@pytest.mark.parametrize(("lower", "upper"), [(None, 0.0), (0.0, None)])
+def test_a_preloaded_stop_presses_at_rest_and_lets_go_when_its_spring_is_relieved(lower, upper):
+    """p = -k g is the preload at u = 0 and zero once the nodes have parted by preload / k."""
+    op = play_channels(model(), Play("bumper", ("ONE",), 3, lower, upper, 200.0, preload=30.0), "")
+    np.testing.assert_array_equal(op.preload, [30.0])
+    np.testing.assert_allclose(-op.stiffness * op.gap0, 30.0, rtol=1e-14)
+    away = -op.G.toarray()[0] * op.gap0[0]  # opens the gap by what it is squeezed
+    np.testing.assert_allclose(op.gap0 + op.G @ away, 0.0, atol=1e-15)
+
+
+def test_no_preload_is_no_array():
+    assert play_channels(model(), Play("p", ("ONE",), 1, None, 0.1, 1e4), "").preload is None

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.dynamics.hht import HHT
 from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from helpers_core import NO_CHANNELS, chain, channels, forces_on, free_run, system_of, time_axis
 
-KINETIC, STRAIN, CONTACT, DAMPING, CONTACT_DAMPING, EXTERNAL, SCHEME = range(len(ENERGIES))
+KINETIC, STRAIN, CONTACT, DAMPING, CONTACT_DAMPING, FRICTION, EXTERNAL, SCHEME = range(len(ENERGIES))
 N = 12
 
 
@@ -27,7 +27,7 @@ def rattling(h: float, alpha: float = -0.05, *, stiffness: float = 2e5, damper: 
 
 
 def test_columns_are_named_in_order():
-    assert ENERGIES == ("kinetic", "strain", "contact", "damping", "contact_damping", "external", "scheme")
+    assert ENERGIES == ("kinetic", "strain", "contact", "damping", "contact_damping", "friction", "external", "scheme")
 
 
 @pytest.mark.parametrize("alpha", [-0.05, 1.0 - np.sqrt(2.0)])

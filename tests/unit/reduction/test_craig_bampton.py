@@ -8,7 +8,7 @@ import scipy.linalg as sla
 
 from creak.assembly.part import Rayleigh
 from creak.assembly.system import System, to_dense
-from creak.dynamics.hht import HHT
+from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal

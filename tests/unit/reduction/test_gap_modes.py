@@ -11,9 +11,9 @@ import scipy.sparse as sp
 
 from creak.assembly.part import Rayleigh
 from creak.assembly.system import System, to_dense
-from creak.dynamics.hht import HHT
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
+from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.errors import InputError, NumericalError
 from creak.linalg.diagonal import Diagonal

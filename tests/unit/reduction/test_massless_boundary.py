@@ -10,10 +10,10 @@ import scipy.linalg as sla
 
 from creak.assembly.part import Rayleigh
 from creak.assembly.system import System, to_dense
-from creak.dynamics.hht import HHT
 from creak.dynamics.history import History
 from creak.dynamics.loads import at_rest
 from creak.dynamics.plain_newton import simulate_plain_newton
+from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.modes import modes

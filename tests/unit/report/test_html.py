@@ -5,12 +5,16 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from plotly import graph_objects
 
+from creak.contact.laws.parameters import Friction
+from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Unread
 from creak.report.html import report_text, write_report
 from creak.studies.summary import summarise
+from creak.verify.slips import SlipEvent
 
 CASES = (
     "both runs", "reduced only", "unreduced only", "no pairs", "no contact, no pairs", "no events", "connector only",
@@ -123,3 +127,62 @@ def test_report_does_not_depend_on_the_working_folder(result_of, tmp_path, monke
     result = result_of("both runs")
     write_report(result, summarise(result), Path("report.html"))
     assert (tmp_path / "report.html").exists()
+
+
+@pytest.fixture(scope="module")
+def rubbed(result_of):
+    """The two plates with friction and two made-up stick-slip events."""
+    result = result_of("both runs")
+    m = result.gaps.m
+    gaps = replace(result.gaps, friction=Friction(np.full(m, 0.3), np.full(m, 0.3), np.zeros(m)))
+    slips = (
+        SlipEvent("tip", "tip:110", 1, 0.005, 0.02, 0.125, 40.0, 0.75, ((0.005, 0.006), (0.0175, 0.02))),
+        SlipEvent("tip", "tip:110", 1, 0.03, 0.031, 0.02, 7.0, 0.1, ((0.03, 0.031),)),
+    )
+    runs = {}
+    for name, run in result.runs.items():
+        energy = run.history.energy.copy()
+        energy[:, ENERGIES.index("friction")] = np.linspace(0.0, 0.03, energy.shape[0])
+        runs[name] = replace(run, history=replace(run.history, energy=energy, residual=2e-11), slips=slips)
+    return replace(result, gaps=gaps, runs=runs)
+
+
+def test_stick_slip_events_are_listed_where_something_rubs(rubbed, full):
+    html = report_of(replace(rubbed, window=(0.0, 0.04)))
+    assert "<h3>Stick-slip events</h3>" in html
+    # Two slips 12.5 ms apart: 80 per second, .125 mm.
+    assert "<td>2</td><td>80.0</td><td>15.0</td><td>0.125</td><td>40.0</td><td>0.750</td>" in html
+    assert "Slips per second in the window: reduced tip 75.0; unreduced tip 75.0." in html
+    assert "Stick-slip events" not in full
+    assert "No slip between two sticks" in report_of(replace(rubbed, window=(0.035, 0.04)))
+
+
+def test_energy_balance_tells_friction_and_the_algorithmic_part(rubbed, full):
+    html = report_of(rubbed)
+    for words in ("<td>friction</td><td>0.0300</td>", "time integration (algorithmic)", "energy created at the worst",
+                  "equations of motion held to"):  # fmt: skip
+        assert words in html
+    names = [t["name"] for t in json.loads(specs_of(html))["energy"]["data"]]
+    assert "friction" in names
+    assert "friction" not in [t["name"] for t in json.loads(specs_of(full))["energy"]["data"]]
+
+
+def specs_of(html: str) -> str:
+    found = re.search(r'<script type="application/json" id="specs">(.*?)</script>', html, flags=re.DOTALL)
+    assert found is not None
+    return found[1]
+
+
+def test_agreement_and_penetration_are_in_tables(full, result_of):
+    result = result_of("both runs")
+    assert result.events is not None
+    if result.events.pairs:
+        assert "mean error of each" in full
+        assert "(recall)" in full
+    assert "penetration, mm" in full
+    assert "Kolmogorov-Smirnov distance" in full
+
+
+def test_notes_are_shown(result_of):
+    result = result_of("reduced only")
+    assert "A made-up note" in report_of(replace(result, notes=["a made-up note"]))

@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from creak.report.text import UNITS
-from creak.report.verdict import checks, moving_axes, sentence
+from creak.report.text import THIN, UNITS
+from creak.report.verdict import checks, moving_axes, penetration, sentence, warnings
 from creak.studies.summary import summarise
-from creak.verify.events import Event, EventMatch
+from creak.verify.events import Event
+from creak.verify.matching import EventMatch
 
 
 def event(start: float, force: float) -> Event:
@@ -70,3 +72,68 @@ def test_nothing_to_check_is_neither_pass_nor_attention(result_of):
     result = result_of("unreduced only")
     status = [c.passed for c in checks(result, summarise(result))]
     assert status[:5] == [None] * 5
+
+
+def test_created_energy_is_said_in_the_first_sentence(result_of):
+    result = result_of("both runs")
+    summary = summarise(result)
+    assert "Do not rely on it" not in sentence(result, summary, UNITS["mm-t-s"])
+    summary["runs"]["reference"]["energy_created"] = 0.02
+    text = sentence(result, summary, UNITS["mm-t-s"])
+    assert "Do not rely on it: the time integration created 2.0" in text
+
+
+# --- chaotic motion -------------------------------------------------------------------------------------------------
+
+
+def many(count: int, scale: float, seed: int) -> list[Event]:
+    rng = np.random.default_rng(seed)
+    starts = np.sort(rng.uniform(0.02, 0.04, count))
+    return [event(t, f) for t, f in zip(starts.tolist(), rng.exponential(scale, count).tolist(), strict=True)]
+
+
+@pytest.mark.parametrize(("scale", "alike"), [(5.0, True), (50.0, False)])
+def test_chaotic_motion_is_judged_by_its_statistics(with_events, scale, alike):
+    """200 events in 20 ms, none of them in common: rate and distributions decide, and the words say why."""
+    result = with_events(EventMatch([], many(200, 5.0, 1), many(195, scale, 2)))
+    found = checks(result, summarise(result))
+    assert [c.passed for c in found[2:5]] == [None] * 3
+    assert all("motion is chaotic" in c.found for c in found[2:5])
+    assert [c.name for c in found[5:8]] == [
+        "Event rate", "Distribution of the event force", "Distribution of the event impulse"
+    ]  # fmt: skip
+    assert [c.passed for c in found[5:8]] == [True, alike, alike]
+    assert found[-1].name == "Energy created by the integration"
+    assert any("chaotic" in text and "statistics" in text for text in warnings(result))
+    assert "motion is chaotic: 9" in sentence(result, summarise(result), UNITS["mm-t-s"])  # 9 750 per second
+
+
+def test_few_events_are_judged_one_by_one(with_events):
+    result = with_events(EventMatch([(event(0.021, 100.0), event(0.0211, 101.0))], [], []))
+    assert len(checks(result, summarise(result))) == 6
+    assert not any("chaotic" in text for text in warnings(result))
+
+
+# --- penetration ----------------------------------------------------------------------------------------------------
+
+
+def with_history(result, **changes):
+    run = result.runs["reduced"]
+    return replace(result, runs={**result.runs, "reduced": replace(run, history=replace(run.history, **changes))})
+
+
+def test_penetration_is_held_against_the_clearance(result_of):
+    result = result_of("both runs")
+    h = result.runs["reduced"].history
+    clearance = float(result.gaps.gap0.mean())
+    found = penetration(result, h, "tip")
+    assert found is not None
+    assert found.smallest == h.gap.min()
+    assert found.of_clearance == pytest.approx(max(0.0, -h.gap.min()) / clearance)
+    shallow = np.maximum(h.gap, 0.0)
+    deep = shallow.copy()
+    deep[10, 0] = -0.3 * clearance
+    text = f"penetrate each other by 30{THIN}% of the clearance"
+    assert any(text in t for t in warnings(with_history(result, gap=deep)))
+    assert not any("penetrate" in t for t in warnings(with_history(result, gap=shallow)))
+    assert penetration(result, h, "no such contact") is None

@@ -138,8 +138,8 @@ MISTAKES = {
                                      r"interval = 0.0015 s.*multiple of the step"),
     "no line in a multisine": (SINE, '{ type = "multisine", f_min = 0.2, f_max = 0.4, amplitude = 1.0 }', "signal",
                                r"no line k/1.0 lies between"),
-    "friction": ("[reduction]", '[contact.c]\nsecondary = "A"\nmain = "B"\nfriction = 0.3\n[reduction]', "friction",
-                 r"friction = 0.3 is not available"),
+    "friction": ("[reduction]", '[contact.c]\nsecondary = "A"\nmain = "B"\nfriction = -0.3\n[reduction]', "friction",
+                 r"friction.*-0.3.*greater than or equal to 0"),
 }  # fmt: skip
 
 

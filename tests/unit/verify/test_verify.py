@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from creak.dynamics.history import ENERGIES, History
-from creak.verify.events import Event, find_events, match_events
+from creak.verify.events import Event, find_events
 from creak.verify.mac import mac_matrix, pair_modes
+from creak.verify.matching import match_events
 from creak.verify.nrmse import nrmse_by_axis, nrmse_fit
 from helpers_core import channels
 

@@ -26,7 +26,7 @@ def read_beam_section(scope: Scope, block: Block, materials: dict[str, RawMateri
     material = find_material(block.need("MATERIAL"), materials, block.where)
     shape = block.need("SECTION").upper()
     rows = list(block.rows(blanks=True))
-    return _section(scope, block, material, _shape(block, shape, rows), rows)
+    return _section(scope, block, material, _shape(block, shape, rows), rows, _radius(shape, rows))
 
 
 def read_beam_general_section(scope: Scope, block: Block, materials: dict[str, RawMaterial]) -> BeamSection:
@@ -55,7 +55,7 @@ def read_beam_general_section(scope: Scope, block: Block, materials: dict[str, R
     )
     nu = young / (2.0 * shear) - 1.0
     check_poisson(nu, name, where)
-    return _section(scope, block, Material(name, young, nu, density), values, rows)
+    return _section(scope, block, Material(name, young, nu, density), values, rows, _radius(shape, rows))
 
 
 def _section(
@@ -64,6 +64,7 @@ def _section(
     material: Material,
     values: tuple[float, float, float, float],
     rows: list[tuple[list[str], str]],
+    radius: float,
 ) -> BeamSection:
     if not all(0.0 < v < math.inf for v in values):
         raise InputError(
@@ -71,7 +72,16 @@ def _section(
             where=block.where,
             fix="Correct its dimensions.",
         )
-    return BeamSection(block.get("ELSET"), material, *values, axis1=_axis1(scope, rows))
+    return BeamSection(block.get("ELSET"), material, *values, axis1=_axis1(scope, rows), radius=radius)
+
+
+def _radius(shape: str, rows: list[tuple[list[str], str]]) -> float:
+    """From the axis to the surface: outer radius, half the smaller side of a rectangle, 0 for general sections."""
+    fields, where = rows[0]
+    sizes = [to_float(f, where, "dimension of the section") for f in fields[: _SHAPES.get(shape, 0)]]
+    if shape == "RECT":
+        return 0.5 * min(sizes)
+    return sizes[0] if sizes else 0.0
 
 
 def _axis1(scope: Scope, rows: list[tuple[list[str], str]]) -> tuple[float, float, float]:

@@ -26,7 +26,7 @@ class ElementType:
     note: str = ""
 
 
-_SHELL, _BEAM = ("SHELL SECTION",), ("BEAM SECTION", "BEAM GENERAL SECTION")
+_SHELL, _BEAM, _SOLID = ("SHELL SECTION",), ("BEAM SECTION", "BEAM GENERAL SECTION"), ("SOLID SECTION",)
 TYPES = (
     ElementType("S4", "quad4", 4, _SHELL),
     ElementType("S4R", "quad4", 4, _SHELL),
@@ -37,7 +37,16 @@ TYPES = (
         "B31", "beam2", 2, _BEAM, "B31 is treated as an Euler-Bernoulli beam (B33): no shear flexibility"
     ),
     ElementType("B33", "beam2", 2, _BEAM),
-    ElementType("T3D2", "truss2", 2, ("SOLID SECTION",)),
+    ElementType("T3D2", "truss2", 2, _SOLID),
+    ElementType("C3D8", "hex8", 8, _SOLID, "C3D8 is treated as C3D8I (incompatible modes): softer in bending"),
+    ElementType("C3D8I", "hex8", 8, _SOLID),
+    ElementType(
+        "C3D8R", "hex8", 8, _SOLID,
+        "C3D8R is treated as C3D8I (fully integrated, incompatible modes): no hourglass modes, stiffer where one "
+        "element goes through the thickness",
+    ),
+    ElementType("C3D6", "wedge6", 6, _SOLID, "C3D6 is fully integrated: a little stiffer than in Abaqus"),
+    ElementType("C3D4", "tet4", 4, _SOLID),
     ElementType("MASS", "mass", 1, ("MASS",)),
     ElementType("ROTARYI", "rotary", 1, ("ROTARY INERTIA",)),
     ElementType("SPRING1", "spring1", 1, ("SPRING",)),
@@ -46,7 +55,8 @@ TYPES = (
     ElementType("DASHPOT2", "spring2", 2, ("DASHPOT",)),
 )
 _TYPE_ROW = {t.name: k for k, t in enumerate(TYPES)}
-STRUCTURAL = ("quad4", "tri3", "beam2", "truss2")
+SOLIDS = ("hex8", "wedge6", "tet4")
+STRUCTURAL = ("quad4", "tri3", "beam2", "truss2", *SOLIDS)
 
 
 @dataclass(frozen=True)
@@ -58,7 +68,7 @@ class Elements:
     type_idx: IntArray
     """(n_elem,) rows into TYPES."""
     nodes_idx: IntArray
-    """(n_elem, 4) node rows, -1 where the element has fewer nodes."""
+    """(n_elem, 4, or 8 in decks with larger elements) node rows, -1 where the element has fewer nodes."""
     scope_idx: IntArray
     """(n_elem,) rows into the deck's scopes."""
     codes: IntArray
@@ -68,7 +78,7 @@ class Elements:
 
     @property
     def structural(self) -> BoolArray:
-        """(n_elem,) True for shells, beams and trusses."""
+        """(n_elem,) True for shells, beams, trusses and solids."""
         table = np.array([t.kind in STRUCTURAL for t in TYPES])
         return np.asarray(table[self.type_idx], dtype=np.bool_)
 
@@ -109,7 +119,7 @@ def read_elements(deck: Outline, nodes: Registry) -> tuple[Elements, Registry]:
     elements = Elements(
         np.concatenate([t.ids for _, _, t, _ in tables]),
         np.concatenate([np.full(t.ids.size, row, np.int64) for _, row, t, _ in tables]),
-        np.concatenate([t.nodes_idx for _, _, t, _ in tables]),
+        _stacked([t.nodes_idx for _, _, t, _ in tables]),
         np.concatenate([np.full(t.ids.size, k, np.int64) for k, _, t, _ in tables]),
         np.concatenate([t.codes for _, _, t, _ in tables]),
         tables[0][3],
@@ -149,7 +159,7 @@ def _element_table(block: Block, scope: Scope, nodes: Registry) -> _Table:
         k, j = (int(v) for v in np.argwhere(rows < 0)[0])
         raise _unknown_node(int(fast[k, 0]), str(fast[k, j + 1]), scope, nodes, block.place(int(codes[k])))
     _check_distinct(fast[:, 0], rows, codes, block)
-    return _Table(fast[:, 0], _padded(rows), codes)
+    return _Table(fast[:, 0], rows, codes)
 
 
 def _element_table_by_line(block: Block, kind: ElementType, scope: Scope, nodes: Registry) -> _Table:
@@ -168,7 +178,7 @@ def _element_table_by_line(block: Block, kind: ElementType, scope: Scope, nodes:
     rows = np.array(table, dtype=np.int64).reshape(-1, kind.n_nodes)
     id_array, code_array = np.array(ids, np.int64), np.array(codes, np.int64)
     _check_distinct(id_array, rows, code_array, block)
-    return _Table(id_array, _padded(rows), code_array)
+    return _Table(id_array, rows, code_array)
 
 
 def _joined_rows(block: Block, n_fields: int) -> list[tuple[list[str], str, int]]:
@@ -207,10 +217,10 @@ def _unknown_node(element: int, node: str, scope: Scope, nodes: Registry, where:
     )
 
 
-def _padded(rows: IntArray) -> IntArray:
-    table = np.full((rows.shape[0], 4), -1, dtype=np.int64)
-    table[:, : rows.shape[1]] = rows
-    return table
+def _stacked(tables: list[IntArray]) -> IntArray:
+    """All node rows in one table."""
+    width = max(4, *(t.shape[1] for t in tables))
+    return np.concatenate([np.pad(t, ((0, 0), (0, width - t.shape[1])), constant_values=-1) for t in tables])
 
 
 def _check_distinct(ids: IntArray, rows: IntArray, codes: IntArray, block: Block) -> None:
@@ -222,7 +232,7 @@ def _check_distinct(ids: IntArray, rows: IntArray, codes: IntArray, block: Block
             f"element {ids[k]} has the same node twice",
             expected="distinct nodes",
             where=block.place(int(codes[k])),
-            fix="Correct it; a collapsed quadrilateral is an S3.",
+            fix="Correct it; a collapsed quadrilateral is an S3, a collapsed C3D8 a C3D6.",
         )
 
 

@@ -39,7 +39,7 @@ _READ: dict[str, Keyword] = {
     ),
     "BEAM SECTION": _read("ELSET, MATERIAL, SECTION, TEMPERATURE, POISSON"),
     "BEAM GENERAL SECTION": _read("ELSET, SECTION, DENSITY, POISSON, ZERO"),
-    "SOLID SECTION": _read("ELSET, MATERIAL, CONTROLS, REF NODE"),
+    "SOLID SECTION": _read("ELSET, MATERIAL, CONTROLS, REF NODE, ORIENTATION, COMPOSITE, SYMMETRIC, LAYUP"),
     "MASS": _read("ELSET, ALPHA, COMPOSITE, TYPE"),
     "ROTARY INERTIA": _read("ELSET, ALPHA, COMPOSITE"),
     "SPRING": _read("ELSET, NONLINEAR, COMPLEX STIFFNESS"),
@@ -85,7 +85,7 @@ _HARMLESS = {
     "it controls the job, not the model": (
         "PREPRINT, RESTART, DIAGNOSTICS, WAVEFRONT MINIMIZATION, PHYSICAL CONSTANTS"
     ),
-    "creak's shells have no hourglass modes to control": "SECTION CONTROLS, HOURGLASS STIFFNESS",
+    "creak's elements have no hourglass modes to control": "SECTION CONTROLS, HOURGLASS STIFFNESS",
     "creak has no temperatures": "EXPANSION, CONDUCTIVITY, SPECIFIC HEAT, LATENT HEAT",
     "it defines axes only; each keyword that uses them is listed where it does": "ORIENTATION",
 }

@@ -10,14 +10,14 @@ import numpy as np
 from creak.arrays import IntArray
 from creak.errors import InputError
 from creak.formats.abaqus.beams import read_beam_general_section, read_beam_section
-from creak.formats.abaqus.elements import Elements
+from creak.formats.abaqus.elements import SOLIDS, TYPES, Elements
 from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.materials import RawMaterial, find_material
 from creak.formats.abaqus.names import Registry
 from creak.formats.abaqus.numbers import positive
 from creak.formats.abaqus.outline import Outline, Scope
 from creak.formats.abaqus.points import read_dashpot, read_mass, read_rotary_inertia, read_spring
-from creak.model.materials import Section, ShellSection, TrussSection
+from creak.model.materials import Section, ShellSection, SolidSection, TrussSection
 
 Materials = dict[str, RawMaterial]
 
@@ -47,7 +47,8 @@ def read_sections(deck: Outline, elements: Elements, names: Registry, materials:
         _check_types(block, rows, elements)
         _check_free(block, rows, section_idx, elements, places)
         section_idx[rows] = len(sections)
-        sections.append(_READERS[block.name](scope, block, materials))
+        reader = read_truss_section if _is_truss(block, rows, elements) else _READERS[block.name]
+        sections.append(reader(scope, block, materials))
         places.append(block.where)
         _list_directions(deck, scope, block)
     _check_all(elements, section_idx)
@@ -70,12 +71,45 @@ def read_shell_section(scope: Scope, block: Block, materials: Materials) -> Sect
     return ShellSection(block.get("ELSET"), material, positive(fields[0], where, "shell thickness"))
 
 
-def read_solid_section(scope: Scope, block: Block, materials: Materials) -> Section:
+def read_truss_section(scope: Scope, block: Block, materials: Materials) -> Section:
     """*SOLID SECTION of trusses: area on the data line, 1 when there is none."""
     material = find_material(block.need("MATERIAL"), materials, block.where)
     rows = list(block.rows())
     area = positive(rows[0][0][0], rows[0][1], "area of the truss") if rows else 1.0
     return TrussSection(block.get("ELSET"), material, area)
+
+
+def read_solid_section(scope: Scope, block: Block, materials: Materials) -> Section:
+    """*SOLID SECTION of solids: homogeneous; what the data line says (a thickness of plane elements) is not used."""
+    for param in ("COMPOSITE", "SYMMETRIC", "LAYUP"):
+        if block.has(param):
+            raise InputError(
+                f"*SOLID SECTION with {param} is not supported",
+                expected="one material",
+                where=block.where,
+                fix="Give every material its elements and a section of its own.",
+            )
+    return SolidSection(block.get("ELSET"), find_material(block.need("MATERIAL"), materials, block.where))
+
+
+def _is_truss(block: Block, rows: IntArray, elements: Elements) -> bool:
+    """Is this the *SOLID SECTION of trusses?
+
+    Raises
+    ------
+    InputError : it holds trusses and solids.
+    """
+    if block.name != "SOLID SECTION" or not rows.size:
+        return False
+    solid = np.array([t.kind in SOLIDS for t in TYPES])[elements.type_idx[rows]]
+    if solid.any() and not solid.all():
+        raise InputError(
+            f"*SOLID SECTION, ELSET={block.get('ELSET')} holds both solids and trusses",
+            expected="one kind",
+            where=block.where,
+            fix="Make two sections of it.",
+        )
+    return not solid.any()
 
 
 def first_row(block: Block, what: str) -> tuple[list[str], str]:

@@ -1,4 +1,4 @@
-"""*SURFACE of element facets, shell edges or nodes."""
+"""*SURFACE of shell facets, solid faces, shell edges or nodes."""
 
 from __future__ import annotations
 
@@ -9,15 +9,18 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.formats.abaqus.elements import TYPES, Elements
+from creak.formats.abaqus.elements import SOLIDS, TYPES, Elements
 from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.names import Registry, qualified, unique_in_order
 from creak.formats.abaqus.numbers import positive
 from creak.formats.abaqus.outline import Outline, Scope
+from creak.model.solid_faces import FACES, faces_of, free_faces
 
 _SIDES = {"": 0, "SPOS": 1, "SNEG": -1, "POS": 1, "NEG": -1, "S1": -1, "S2": 1}
 _EDGES = {"E1": 0, "E2": 1, "E3": 2, "E4": 3}
-_SHELL_KINDS = {"quad4": 4, "tri3": 3}
+_FACES = {f"S{k}": k for k in range(1, 7)}
+_IS_SHELL = np.array([t.kind in ("quad4", "tri3") for t in TYPES])
+_IS_SOLID = np.array([t.kind in SOLIDS for t in TYPES])
 
 
 @dataclass(frozen=True)
@@ -26,9 +29,9 @@ class RawSurface:
 
     name: str
     element_rows: IntArray
-    """(n_facet,) shells; empty for a surface of nodes or edges."""
+    """(n_facet,) shells and solids; empty for a surface of nodes or edges."""
     side: IntArray
-    """(n_facet,) +1, -1, or 0 for both sides."""
+    """(n_facet,) of shells +1, -1, or 0 for both sides; of solids the number 1 to 6 of the face."""
     nodes_idx: IntArray
     """(n_node,) all its nodes."""
     weights: FloatArray
@@ -36,6 +39,8 @@ class RawSurface:
     where: str
     edges: IntArray = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     """(n_edge, 2) ends of the shell edges of a surface of edges."""
+    corners: IntArray = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int64))
+    """(n_facet, 4) node rows of the facets; a triangle repeats its third node. Faces of solids look outward."""
 
 
 def read_surfaces(
@@ -44,11 +49,13 @@ def read_surfaces(
     """Surfaces by qualified name.
 
     On shells SPOS (or S2, POS) is the positive side, SNEG (or S1, NEG) the negative one, no label both,
-    and E1 to E4 are edges, which become a surface of nodes.
+    and E1 to E4 are edges, which become a surface of nodes. On solids S1 to S6 are faces, no label all faces
+    that no other solid of the deck shares.
 
     Raises
     ------
-    InputError : unknown set, element or side, not a shell, facets and edges in one surface, name used twice.
+    InputError : unknown set, element, side or face, neither shell nor solid, facets and edges in one surface,
+        name used twice.
     """
     result: dict[str, RawSurface] = {}
     for scope, block in deck.blocks("SURFACE"):
@@ -95,14 +102,21 @@ def _element_surface(
     name: str, scope: Scope, block: Block, coords: FloatArray, elements: Elements, names: Registry
 ) -> RawSurface:
     facets: dict[int, list[IntArray]] = {}
+    faces: list[IntArray] = [np.zeros((0, 2), np.int64)]
     edges: list[tuple[IntArray, int]] = []
     for fields, where in block.rows():
         label = fields[1].upper() if len(fields) > 1 else ""
-        rows = _shells(fields[0], scope, where, elements, names)
+        rows = _shells_and_solids(fields[0], scope, where, elements, names)
+        solid = _IS_SOLID[elements.type_idx[rows]]
+        shells = rows[~solid]
+        if solid.any():
+            faces.append(_faces(rows[solid], label, where, elements))
+        if not shells.size:
+            continue
         if label in _EDGES:
-            edges.append((rows, _EDGES[label]))
+            edges.append((shells, _EDGES[label]))
         elif label in _SIDES:
-            facets.setdefault(_SIDES[label], []).append(rows)
+            facets.setdefault(_SIDES[label], []).append(shells)
         else:
             raise InputError(
                 f"unknown side {label!r} of a shell",
@@ -110,18 +124,23 @@ def _element_surface(
                 where=where,
                 fix="Correct the side.",
             )
-    if facets and edges:
+    chosen = np.concatenate(faces)
+    if edges and (facets or chosen.size):
         raise InputError(
             f"surface {name!r} has both facets and edges", where=block.where, fix="Make two surfaces of them."
         )
     if edges:
         return _edge_surface(name, block, coords, elements, edges)
     rows, side = _merged_sides(facets)
-    nodes_idx, weights = _tributary_areas(coords, elements, rows)
-    return RawSurface(name, rows, side, nodes_idx, weights, block.where)
+    _, first = np.unique(chosen, axis=0, return_index=True)
+    chosen = chosen[np.sort(first)]
+    rows, side = np.concatenate([rows, chosen[:, 0]]), np.concatenate([side, chosen[:, 1]])
+    corners = _corners(elements, rows, side)
+    nodes_idx, weights = _tributary_areas(coords, corners)
+    return RawSurface(name, rows, side, nodes_idx, weights, block.where, corners=corners)
 
 
-def _shells(token: str, scope: Scope, where: str, elements: Elements, names: Registry) -> IntArray:
+def _shells_and_solids(token: str, scope: Scope, where: str, elements: Elements, names: Registry) -> IntArray:
     if not token:
         raise InputError(
             "a surface line without an element set",
@@ -130,16 +149,62 @@ def _shells(token: str, scope: Scope, where: str, elements: Elements, names: Reg
             fix="Name the elements.",
         )
     rows = names.find(token, scope.name, where)
-    is_shell = np.array([t.kind in _SHELL_KINDS for t in TYPES])[elements.type_idx[rows]]
-    if not is_shell.all():
-        row = int(rows[int(np.argmin(is_shell))])
+    fits = (_IS_SHELL | _IS_SOLID)[elements.type_idx[rows]]
+    if not fits.all():
+        row = int(rows[int(np.argmin(fits))])
         raise InputError(
-            f"element {elements.ids[row]} ({elements.of(row).name}) of {token!r} is not a shell",
-            expected="shell elements in a surface",
+            f"element {elements.ids[row]} ({elements.of(row).name}) of {token!r} is not a shell or a solid",
+            expected="shell or solid elements in a surface",
             where=where,
             fix="Leave it out, or make a node surface (TYPE=NODE).",
         )
     return rows
+
+
+def _faces(rows: IntArray, label: str, where: str, elements: Elements) -> IntArray:
+    """(k, 2) element row and number of the face: the one that `label` names, or all free ones."""
+    if not label:
+        return _free(rows, elements)
+    if label not in _FACES:
+        raise InputError(
+            f"unknown face {label!r} of a solid",
+            expected="S1 to S6, or nothing (all free faces)",
+            where=where,
+            fix="Correct the face.",
+        )
+    n_faces = np.array([len(FACES.get(t.kind, ())) for t in TYPES])[elements.type_idx[rows]]
+    if _FACES[label] > n_faces.min():
+        row = int(rows[int(np.argmin(n_faces))])
+        raise InputError(
+            f"element {elements.ids[row]} ({elements.of(row).name}) has no face {label}",
+            where=where,
+            fix="Correct the face.",
+        )
+    return np.column_stack([rows, np.full(rows.size, _FACES[label])]).astype(np.int64)
+
+
+def _free(rows: IntArray, elements: Elements) -> IntArray:
+    found, every = [], []
+    for kind in SOLIDS:
+        of_kind = np.array([t.kind == kind for t in TYPES])[elements.type_idx]
+        n_node = 1 + max(max(face) for face in FACES[kind])
+        every.append(faces_of(kind, elements.nodes_idx[of_kind, :n_node]).reshape(-1, 4))
+        mine = rows[of_kind[rows]]
+        numbers = np.arange(1, len(FACES[kind]) + 1)
+        found.append(np.column_stack([np.repeat(mine, numbers.size), np.tile(numbers, mine.size)]))
+    chosen = np.concatenate(found).astype(np.int64)
+    return chosen[free_faces(_corners(elements, chosen[:, 0], chosen[:, 1]), every)]
+
+
+def _corners(elements: Elements, rows: IntArray, side: IntArray) -> IntArray:
+    """(n, 4) node rows of shells, or of face number `side` of solids; a triangle repeats its third node."""
+    table = elements.nodes_idx[rows]
+    corners = np.where(table[:, :4] >= 0, table[:, :4], table[:, 2:3])
+    for kind in SOLIDS:
+        mine = np.flatnonzero(np.array([t.kind == kind for t in TYPES])[elements.type_idx[rows]])
+        face = np.array(FACES[kind])[side[mine] - 1]
+        corners[mine] = np.take_along_axis(table[mine], face, axis=1)
+    return corners
 
 
 def _merged_sides(facets: Mapping[int, list[IntArray]]) -> tuple[IntArray, IntArray]:
@@ -158,16 +223,14 @@ def _merged_sides(facets: Mapping[int, list[IntArray]]) -> tuple[IntArray, IntAr
     return unique[order], merged[order].astype(np.int64)
 
 
-def _tributary_areas(coords: FloatArray, elements: Elements, rows: IntArray) -> tuple[IntArray, FloatArray]:
+def _tributary_areas(coords: FloatArray, corners: IntArray) -> tuple[IntArray, FloatArray]:
     """Nodes of facets and, at each, the sum of facet area / number of facet nodes."""
-    table = elements.nodes_idx[rows]
-    n_nodes = (table >= 0).sum(axis=1)
-    corner = coords[np.where(table >= 0, table, table[:, :1])]
-    quad_area = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
-    tri_area = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    area = 0.5 * np.linalg.norm(np.where((n_nodes == 4)[:, None], quad_area, tri_area), axis=1)
-    share = np.repeat((area / np.maximum(n_nodes, 1))[:, None], 4, axis=1)
-    return _summed(table[table >= 0], share[table >= 0])
+    corner = coords[corners]
+    area = 0.5 * np.linalg.norm(np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]), axis=1)
+    real = np.ones(corners.shape, dtype=bool)
+    real[:, 3] = corners[:, 3] != corners[:, 2]
+    share = np.repeat((area / real.sum(axis=1))[:, None], 4, axis=1)
+    return _summed(corners[real], share[real])
 
 
 def _edge_surface(
@@ -176,7 +239,7 @@ def _edge_surface(
     pairs, lengths = [], []
     for rows, edge in edges:
         table = elements.nodes_idx[rows]
-        n_nodes = (table >= 0).sum(axis=1)
+        n_nodes = (table[:, :4] >= 0).sum(axis=1)
         if (n_nodes <= edge).any():
             row = int(rows[int(np.argmax(n_nodes <= edge))])
             raise InputError(

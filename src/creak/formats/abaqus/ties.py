@@ -29,14 +29,14 @@ SHOWN = 8
 
 @dataclass(frozen=True)
 class MainSurface:
-    """What nodes can be tied to: shell facets or shell edges, as in `model.projection`."""
+    """What nodes can be tied to: shell facets, faces of solids or shell edges, as in `model.projection`."""
 
     nodes_idx: IntArray
     """(n, 4) node rows; a triangle repeats its third node, an edge its second one twice."""
     coords: FloatArray
     """(n, 4, 3)"""
     thickness: FloatArray
-    """(n,) 0 for edges."""
+    """(n,) 0 for faces of solids and for edges."""
 
     @property
     def is_triangle(self) -> BoolArray:
@@ -184,11 +184,10 @@ def _main_surface(surface: RawSurface, source: _Source, where: str) -> MainSurfa
     if not surface.element_rows.size:
         raise InputError(
             f"main surface {surface.name!r} of *TIE is a surface of nodes",
-            expected="a surface of shell facets or shell edges", where=where,
+            expected="a surface of shell facets, faces of solids or shell edges", where=where,
             fix="Give one; the surface of nodes may be the secondary one, which stands first.",
         )  # fmt: skip
-    corners = source.elements.nodes_idx[surface.element_rows]
-    corners = np.where(corners >= 0, corners, corners[:, 2:3])
+    corners = surface.corners
     return MainSurface(corners, coords[corners], _thickness(surface.element_rows, source.assigned))
 
 
@@ -199,10 +198,10 @@ def _thickness(element_rows: IntArray, assigned: Assigned) -> FloatArray:
 
 def _half_thickness(rows: IntArray, surface: RawSurface, source: _Source) -> FloatArray:
     """Half the thickness of the secondary shells at the nodes; surfaces of nodes and edges have none."""
-    corners = source.elements.nodes_idx[surface.element_rows]
+    corners = surface.corners
     thickness = np.repeat(_thickness(surface.element_rows, source.assigned)[:, None], corners.shape[1], axis=1)
     at_node = np.zeros(max(int(corners.max(initial=0)), int(rows.max(initial=0))) + 1)
-    np.maximum.at(at_node, corners[corners >= 0], thickness[corners >= 0])
+    np.maximum.at(at_node, corners, thickness)
     return 0.5 * at_node[rows]
 
 

@@ -1,0 +1,299 @@
+"""The few nonlinear equations of a step: all laws of contact at the ends of the channels, the structure condensed.
+
+    g    = gap_free  + A[:m] force,     force = [p (m); tau (2f)]
+    rate = rate_free + rate_gain (g - gap_free)
+    d    = slip_free + slip_gain A[m:] force
+
+with the laws of creak.contact.laws between p and g, g', and between tau, p and d. A (m + 2f, m + 2f) is symmetric
+positive semidefinite. Only channels that close take part: those with gap_free < 0 or a force before, and whatever they
+close in turn.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.contact.coulomb import Rubbing, solve_rubbing
+from creak.contact.gap_operator import GapOperator
+from creak.contact.laws.linear import linear_energy, linear_pieces
+from creak.contact.laws.parameters import Curves, Friction
+from creak.contact.laws.pieces import Pieces
+from creak.contact.laws.tabular import curve_energy, tabular_pieces
+from creak.contact.laws.unilateral import hard_pieces
+from creak.contact.pivoting import NO_SOLUTION, SOLVED, UNENDED, solve_frictionless
+from creak.errors import InputError, NumericalError
+
+
+class LawArrays(NamedTuple):
+    """Laws of m channels, f of which rub, as arrays for compiled code."""
+
+    stiffness: FloatArray
+    """(m,) inf: hard; 0 (and no damper): watched only."""
+    damping: FloatArray
+    """(m,)"""
+    curve: IntArray
+    """(m,) curve of the channel, -1: its stiffness."""
+    start: IntArray
+    """(n_curve + 1,) where the points of a curve begin in x, y."""
+    x: FloatArray
+    """Overclosures of all points, length."""
+    y: FloatArray
+    """Pressure or force there."""
+    scale: FloatArray
+    """(m,) force of a channel = scale y."""
+    rubs: IntArray
+    """(f,) channels with friction, rising."""
+    mu_static: FloatArray
+    """(f,)"""
+    mu_kinetic: FloatArray
+    decay: FloatArray
+    """(f,) length / time; 0: kinetic as soon as it slides."""
+
+
+def law_arrays(gaps: GapOperator) -> LawArrays:
+    """Laws of the channels of a gap operator.
+
+    Raises
+    ------
+    InputError : a curve that does not rise from zero; friction coefficients out of order.
+    """
+    m = gaps.m
+    curves = gaps.curves or Curves(np.full(m, -1, dtype=np.int64), np.ones(m), ())
+    for number, points in enumerate(curves.points):
+        _check_curve(points, number)
+    points = np.concatenate([np.zeros((0, 2)), *curves.points])
+    friction = gaps.friction or Friction(np.zeros(m), np.zeros(m), np.zeros(m))
+    _check_friction(friction)
+    rubs = friction.channels.astype(np.int64)
+    return LawArrays(
+        stiffness=np.array(gaps.stiffness, dtype=np.float64),
+        damping=np.array(gaps.damping, dtype=np.float64),
+        curve=np.array(curves.of, dtype=np.int64),
+        start=np.cumsum([0, *[len(c) for c in curves.points]]).astype(np.int64),
+        x=points[:, 0].copy(),
+        y=points[:, 1].copy(),
+        scale=np.array(curves.scale, dtype=np.float64),
+        rubs=rubs,
+        mu_static=np.array(friction.static[rubs], dtype=np.float64),
+        mu_kinetic=np.array(friction.kinetic[rubs], dtype=np.float64),
+        decay=np.array(friction.decay[rubs], dtype=np.float64),
+    )
+
+
+def _check_friction(friction: Friction) -> None:
+    """Raise unless 0 <= kinetic <= static and decay >= 0."""
+    wrong = (friction.kinetic > friction.static) | (friction.kinetic < 0.0) | (friction.decay < 0.0)
+    if wrong.any():
+        raise InputError(
+            "friction coefficients out of order", where="[[contact]] friction",
+            expected="0 <= kinetic <= static and decay >= 0", fix="Exchange static and kinetic?",
+        )  # fmt: skip
+
+
+def _check_curve(points: FloatArray, number: int) -> None:
+    """Raise unless overclosures rise strictly, pressures rise, and the first point is zero."""
+    good = points.ndim == 2 and len(points) >= 2 and not points[0].any() and (np.diff(points[:, 0]) > 0.0).all()
+    if not good or (np.diff(points[:, 1]) < 0.0).any() or points[-1, 1] <= 0.0:
+        raise InputError(
+            f"overclosure curve {number + 1} does not rise from zero", where="[[contact]] overclosure",
+            expected="two or more points from [0, 0] on, overclosure and pressure rising",
+            fix="Sort the points by overclosure.",
+        )  # fmt: skip
+
+
+def contact_energy(laws: LawArrays, gap: FloatArray) -> FloatArray:
+    """(m,) energy in the springs of the channels at gaps (m,); 0 for hard ones."""
+    return np.asarray(_contact_energy(laws, gap))
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _contact_energy(laws, gap):  # type: ignore[no-untyped-def]
+    energy = np.zeros(gap.size)
+    for i in range(gap.size):
+        c = laws.curve[i]
+        if c >= 0:
+            energy[i] = laws.scale[i] * curve_energy(laws.x, laws.y, laws.start[c], laws.start[c + 1], -gap[i])
+        elif laws.stiffness[i] < np.inf:
+            energy[i] = linear_energy(laws.stiffness[i], gap[i])
+    return energy
+
+
+@numba.njit(cache=True, error_model="numpy")
+def solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force):  # type: ignore[no-untyped-def]
+    """Channel forces at the end of a step, to be called from compiled code.
+
+    Parameters
+    ----------
+    A : (m + 2f, m + 2f) C-contiguous compliance of the step, length / force, symmetric positive semidefinite.
+    gap_free, rate_free : (m,) at the end of the step without channel forces. slip_free : (2f,) sliding of the step.
+    rate_gain : 1 / time. slip_gain : -. step : time.
+    stuck : (f,) bool; in: was stuck (or open) at the start of the step, out: is at its end.
+    force : (m + 2f,) in: a first guess, the forces of the step before; out: the solution.
+
+    Returns
+    -------
+    0 solved to round-off (residual of all laws below 1e-12 of the largest force), 1 the iteration did not end,
+    2 no forces can open the gaps. `force` is the last iterate then.
+    """
+    m = gap_free.size
+    inside = np.zeros(m, dtype=np.bool_)
+    if not _add_closing(gap_free, laws, rate_gain, inside):
+        force[:] = 0.0
+        stuck[:] = True
+        return SOLVED
+    gap, was_stuck = np.empty(m), stuck.copy()
+    for _ in range(m):
+        members = np.flatnonzero(inside)
+        stuck[:] = was_stuck
+        code = _solve_members(
+            A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, members, stuck, force
+        )
+        if code != SOLVED or members.size == m:
+            return code
+        gap[:] = gap_free
+        for j in range(force.size):
+            if force[j] != 0.0:
+                gap += A[j, :m] * force[j]
+        if not _add_closing(gap, laws, rate_gain, inside):
+            return SOLVED
+    return UNENDED
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _add_closing(gap, laws, rate_gain, inside):  # type: ignore[no-untyped-def]
+    """Mark the channels with a law that would penetrate; True if there are new ones."""
+    found = False
+    for i in range(gap.size):
+        presses = laws.curve[i] >= 0 or laws.stiffness[i] + laws.damping[i] * rate_gain > 0.0
+        if gap[i] < 0.0 and presses and not inside[i]:
+            inside[i] = True
+            found = True
+    return found
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, members, stuck, force):  # type: ignore[no-untyped-def]
+    """Solve for the forces of some channels, all others open."""
+    n, m = members.size, gap_free.size
+    rub = _rubbing_members(A, laws, members, m)
+    at = np.empty(n + 2 * np.count_nonzero(rub >= 0), dtype=np.int64)
+    tangent = np.full(n, -1)
+    end = n
+    for k in range(n):
+        at[k] = members[k]
+        if rub[k] >= 0:
+            at[end], at[end + 1], tangent[k] = m + 2 * rub[k], m + 2 * rub[k] + 1, end
+            end += 2
+    inner, free, x = np.empty((end, end)), np.empty(end), np.empty(end)
+    for k in range(end):
+        free[k] = gap_free[at[k]] if k < n else slip_free[at[k] - m] / slip_gain
+        x[k] = force[at[k]]
+        for j in range(end):
+            inner[k, j] = A[at[k], at[j]]
+    law = _pieces(laws, members, gap_free, rate_free, rate_gain)
+    c, holds = _rubbing(inner, free, law, tangent, slip_gain / step, laws, rub, stuck)
+    code = solve_frictionless(inner, free, law, x) if end == n else solve_rubbing(c, holds, x)
+    stuck[:] = True
+    for k in range(n):
+        if rub[k] >= 0:
+            stuck[rub[k]] = holds[k]
+    force[:] = 0.0
+    for k in range(end):
+        force[at[k]] = x[k]
+    return code
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _rubbing_members(A, laws, members, m):  # type: ignore[no-untyped-def]
+    """Rubbing channel of each member; -1 if it does not rub or cannot move along the contact."""
+    rub = np.full(members.size, -1)
+    for k in range(members.size):
+        f = np.searchsorted(laws.rubs, members[k])
+        if f < laws.rubs.size and laws.rubs[f] == members[k]:
+            t = m + 2 * f
+            rub[k] = f if A[t, t] + A[t + 1, t + 1] > 0.0 else -1
+    return rub
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _pieces(laws, members, gap_free, rate_free, rate_gain):  # type: ignore[no-untyped-def]
+    """The laws of the members as straight pieces; their dampers see the rate of this step."""
+    room = 2 * members.size
+    for i in members:
+        c = laws.curve[i]
+        if c >= 0:
+            room += laws.start[c + 1] - laws.start[c]
+    law = Pieces(np.empty(members.size + 1, dtype=np.int64), np.empty(room), np.empty(room), np.empty(room))
+    at = 0
+    for k in range(members.size):
+        i, law.first[k] = members[k], at
+        c, slope = laws.curve[i], laws.damping[i] * rate_gain
+        c_hat = laws.damping[i] * (rate_free[i] - rate_gain * gap_free[i])
+        if c >= 0:
+            start, end = laws.start[c], laws.start[c + 1]
+            at = tabular_pieces(law, at, laws.x, laws.y, start, end, laws.scale[i], slope, c_hat)
+        elif laws.stiffness[i] == np.inf:
+            at = hard_pieces(law, at)
+        else:
+            at = linear_pieces(law, at, laws.stiffness[i] + slope, c_hat)
+    law.first[members.size] = at
+    return law
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _rubbing(A, free, law, tangent, speed, laws, rub, stuck):  # type: ignore[no-untyped-def]
+    """The problem of members with friction, and which of them stuck (or were open) before."""
+    n = tangent.size
+    c = Rubbing(A, free, law, tangent, np.zeros(n), np.zeros(n), np.zeros(n), speed, np.zeros(n))
+    holds = np.ones(n, dtype=np.bool_)
+    for k in range(n):
+        f, t = rub[k], tangent[k]
+        if f >= 0:
+            c.static[k], c.kinetic[k], c.decay[k] = laws.mu_static[f], laws.mu_kinetic[f], laws.decay[f]
+            c.slack[k] = 0.5 * (A[t, t] + A[t + 1, t + 1])
+            holds[k] = stuck[f]
+    return c, holds
+
+
+def solve_channels(
+    A: FloatArray,
+    gap_free: FloatArray,
+    rate_free: FloatArray,
+    rate_gain: float,
+    slip_free: FloatArray,
+    slip_gain: float,
+    step: float,
+    laws: LawArrays,
+    stuck: BoolArray,
+    force: FloatArray,
+) -> FloatArray:
+    """`solve_step` for callers outside compiled code: `force` and `stuck` are changed in place, `force` returned.
+
+    Raises
+    ------
+    NumericalError : the step has no solution, or it was not found.
+    """
+    code = solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force)
+    if code != SOLVED:
+        raise NumericalError(failure(code))
+    return force
+
+
+def failure(code: int) -> str:
+    """What a code of `solve_step` other than 0 means."""
+    if code == NO_SOLUTION:
+        return "contact has no solution: hard channels shut each other in, or press on parts that cannot move"
+    return "the contact solve did not end: the compliance is not positive semidefinite, or friction is too steep"
+
+
+def compile_kernels() -> None:
+    """Compile now what would otherwise be compiled at the first contact of a run."""
+    one, none, no_channel = np.ones(1), np.zeros(0), np.zeros(0, dtype=np.int64)
+    laws = LawArrays(
+        one, 0.0 * one, np.full(1, -1), np.zeros(1, dtype=np.int64), none, none, one, no_channel, none, none, none
+    )
+    solve_channels(np.eye(1), -one, 0.0 * one, 1.0, none, 1.0, 1.0, laws, np.zeros(0, dtype=np.bool_), np.zeros(1))

@@ -1,0 +1,55 @@
+"""The gap operator in the coordinates of a System."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import FloatArray, Matrix
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+
+
+@dataclass(frozen=True)
+class ChannelMatrices:
+    """g = gap0 + G q + G_s s, tangential motion w = T q + T_s s of the channels that rub."""
+
+    G: Matrix
+    """(m, n)"""
+    G_s: FloatArray
+    """(m, n_support)"""
+    tangents: tuple[tuple[Matrix, FloatArray], ...]
+    """Both tangents of all channels, as G and G_s."""
+    T: Matrix
+    """(2 f, n): both tangents of each rubbing channel in turn."""
+    T_s: FloatArray
+    """(2 f, n_support)"""
+
+    @property
+    def rows(self) -> Matrix:
+        """(m + 2 f, n) G above T: channel forces act through its transpose."""
+        if self.T.shape[0] == 0:
+            return self.G
+        if sp.issparse(self.G):
+            return sp.vstack([self.G, self.T], format="csr")
+        return np.vstack([self.G, self.T])
+
+
+def channel_matrices(system: System, gaps: GapOperator) -> ChannelMatrices:
+    """The rows of all channels on the coordinates and on the prescribed motion."""
+    R, R_s = system.rows(gaps.labels)
+
+    def on(A: Matrix) -> tuple[Matrix, FloatArray]:
+        B = A @ R
+        return (sp.csr_matrix(B) if sp.issparse(B) else np.asarray(B)), np.asarray(A @ R_s)
+
+    G, G_s = on(gaps.G)
+    tangents = tuple(on(t) for t in gaps.tangents)
+    rubs = np.zeros(0, dtype=np.int64) if gaps.friction is None else gaps.friction.channels
+    order = np.arange(2 * rubs.size).reshape(2, -1).T.ravel()
+    first, second = (t[rubs] for t, _ in tangents)
+    T = sp.vstack([first, second], format="csr") if sp.issparse(first) else np.vstack([first, second])
+    T_s = np.vstack([t_s[rubs] for _, t_s in tangents])
+    return ChannelMatrices(G, G_s, tangents, T[order], T_s[order])

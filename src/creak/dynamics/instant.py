@@ -1,0 +1,39 @@
+"""What is known of a run at one time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from creak.arrays import BoolArray, FloatArray
+from creak.dynamics.state import State
+
+
+@dataclass
+class Instant:
+    """Motion, prescribed motion, gaps and channel forces at one time."""
+
+    row: int
+    """Row of the loads."""
+    x: State
+    support: FloatArray
+    """(3, n_support) prescribed displacement, velocity, acceleration."""
+    gap: FloatArray
+    """(m,)"""
+    rate: FloatArray
+    """(m,) of the gaps; zero where nothing asks for it."""
+    force: FloatArray
+    """(m + 2 f,): p >= 0 of all channels, then both friction forces of each rubbing one."""
+    sliding: FloatArray
+    """(2 f,) slip velocity of the rubbing channels."""
+    stuck: BoolArray
+    """(f,) sticking, or open."""
+
+    @property
+    def p(self) -> FloatArray:
+        """(m,) normal forces."""
+        return self.force[: self.gap.size]
+
+    @property
+    def tau(self) -> FloatArray:
+        """(2 f,) friction forces."""
+        return self.force[self.gap.size :]

@@ -1,0 +1,72 @@
+"""Six-node wedge."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.elements.geometry import gauss_triangle
+from creak.elements.solid_common import Reference, consistent_mass, isoparametric_stiffness
+from creak.model.materials import SolidSection
+
+
+def reference(points: FloatArray, weights: FloatArray) -> Reference:
+    """h = L_i (1 -+ t)/2 with the area coordinates L = (1 - r - s, r, s) at the points (n_point, 3)."""
+    r, s, t = points.T
+    area = np.stack([1.0 - r - s, r, s], axis=1)
+    low, high = 0.5 * (1.0 - t)[:, None], 0.5 * (1.0 + t)[:, None]
+    by_plane = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
+    in_plane = [np.concatenate([low * row, high * row], axis=1) for row in by_plane]
+    slopes = np.stack([*in_plane, np.concatenate([-0.5 * area, 0.5 * area], axis=1)], axis=1)
+    return Reference(points, weights, np.concatenate([low * area, high * area], axis=1), slopes)
+
+
+def _rule() -> Reference:
+    """Six points in the triangle times two along the axis."""
+    plane, weight = gauss_triangle()
+    t = np.repeat([-1.0, 1.0], len(plane)) / np.sqrt(3.0)
+    return reference(np.column_stack([np.tile(plane, (2, 1)), t]), np.tile(0.5 * weight, 2))
+
+
+GAUSS = _rule()
+
+
+def stiffness(coords: FloatArray, section: SolidSection) -> FloatArray:
+    """K = integral of B' D B of the displacements L_i (1 -+ t)/2.
+
+    A fill-in element: like the tetrahedron it is too stiff in bending and in nearly incompressible material.
+    Source: Zienkiewicz and Taylor, The Finite Element Method, vol. 1 (2000), chapter 8.
+
+    Parameters
+    ----------
+    coords : (n, 6, 3) global coordinates, length: the triangle 1-2-3, then the nodes opposite them.
+    section : material.
+
+    Returns
+    -------
+    (n, 36, 36), node by node (ux, uy, uz, rx, ry, rz) in global axes; the rotations have no stiffness.
+
+    Raises
+    ------
+    DegenerateElement : no volume, or nodes in the wrong order.
+    """
+    return isoparametric_stiffness(coords, section, GAUSS)
+
+
+def mass(coords: FloatArray, section: SolidSection) -> FloatArray:
+    """Consistent mass, see `consistent_mass`.
+
+    Parameters
+    ----------
+    coords : (n, 6, 3) global coordinates, length.
+    section : material.
+
+    Returns
+    -------
+    (n, 36, 36), node by node (ux, uy, uz, rx, ry, rz) in global axes.
+
+    Raises
+    ------
+    DegenerateElement : no volume, or nodes in the wrong order.
+    """
+    return consistent_mass(coords, section, GAUSS)

@@ -1,0 +1,189 @@
+"""Tables of contact events, their agreement and statistics, and of stick-slip events."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from creak.report.tables import Table
+from creak.report.text import NONE, Units, fixed, number, percent, plural, ratio, share
+from creak.report.verdict import RUN_WORDS, main_run
+from creak.studies.run import StudyResult, events_in
+from creak.studies.summary import event_statistics
+from creak.verify.events import Event
+from creak.verify.slips import SlipEvent, squeak_rates
+
+MOST_EVENTS = 400
+"""Lines of the event table; all events are in summary.json."""
+
+
+def event_table(result: StudyResult, units: Units) -> Table:
+    """Matched pairs, missed and extra events by time; the events of the only run where there is one."""
+    if result.events is None:
+        return _single_event_table(result, units)
+    match = result.events
+    lines: list[tuple[Event | None, Event | None]] = [
+        *match.pairs, *((e, None) for e in match.missed), *((None, e) for e in match.extra)
+    ]  # fmt: skip
+    lines.sort(key=lambda pair: (pair[0] or pair[1]).t_start)  # type: ignore[union-attr]
+    groups = [("", 3), (f"peak, low-passed, {units.force}", 3), (f"peak, raw, {units.force}", 2),
+              (f"impulse, {units.impulse}", 3), ("duration, ms", 2),
+              (f"closing speed, {units.speed}", 2), ("", 1)]  # fmt: skip
+    two, three = ["unred.", "red."], ["unred.", "red.", "diff."]
+    head = ["time, s", "where", "Δt, ms", *three, *two, *three, *two, *two, ""]
+    rows = [_pair_row(a, b, result) for a, b in lines[:MOST_EVENTS]]
+    flags = ["missed" if b is None else "extra" if a is None else "" for a, b in lines[:MOST_EVENTS]]
+    return Table(head, rows, 2, _cut(len(lines)), flags, groups)
+
+
+def _cut(count: int) -> str:
+    return f"The first {MOST_EVENTS} of {count} lines; summary.json holds all." if count > MOST_EVENTS else ""
+
+
+def _pair_row(a: Event | None, b: Event | None, result: StudyResult) -> list[str]:
+    known = a or b
+    assert known is not None
+    apart = 1000.0 * (b.t_start - a.t_start) if a and b else None
+
+    def both(name: str, decimals: int, *, difference: bool) -> list[str]:
+        x, y = (None if e is None else float(getattr(e, name)) for e in (a, b))
+        cells = [_cell(x, decimals), _cell(y, decimals)]
+        return [*cells, percent(ratio(y, x))] if difference else cells
+
+    return [
+        fixed(known.t_start, 4), where(known.group, known.node_idx, result), fixed(apart, 2),
+        *both("force_peak_filtered", 3, difference=True), *both("force_peak", 3, difference=False),
+        *both("impulse", 3, difference=True), _duration(a), _duration(b),
+        *both("closing_speed", 3, difference=False),
+        "missed" if b is None else "extra" if a is None else "",
+    ]  # fmt: skip
+
+
+def _cell(value: float | None, digits: int) -> str:
+    return number(value, digits)
+
+
+def _duration(e: Event | None) -> str:
+    """Milliseconds; below one step they are not resolved."""
+    if e is None:
+        return NONE
+    length = e.t_end - e.t_start
+    return f"< {number(1e3 * e.step, 2)}" if length < 0.999 * e.step else fixed(1e3 * length, 1)
+
+
+def where(group: str, node_idx: int, result: StudyResult) -> str:
+    """Contact and node of an event."""
+    return f"{group}, node {result.setup.model.nodes.label(node_idx)}"
+
+
+def _single_event_table(result: StudyResult, units: Units) -> Table:
+    run = main_run(result)
+    events = events_in(run.events, result.window) if run else []
+    head = ["time, s", "where", f"peak, low-passed, {units.force}", f"peak, raw, {units.force}",
+            f"impulse, {units.impulse}", "duration, ms", f"closing speed, {units.speed}", "touches"]  # fmt: skip
+    rows = [
+        [fixed(e.t_start, 4), where(e.group, e.node_idx, result), number(e.force_peak_filtered, 3),
+         number(e.force_peak, 3), number(e.impulse, 3), _duration(e), number(e.closing_speed, 3), number(e.contacts)]
+        for e in events[:MOST_EVENTS]
+    ]  # fmt: skip
+    return Table(head, rows, 2, _cut(len(events)))
+
+
+def statistics_table(result: StudyResult, units: Units) -> Table:
+    """Rates and distributions of the events in the window, run by run."""
+    names = [n for n in ("reference", "reduced") if n in result.runs]
+    length = result.window[1] - result.window[0]
+    columns = [_statistics(events_in(result.runs[n].events, result.window), length) for n in names]
+    labels = ["events", "events per second", f"median peak, low-passed, {units.force}",
+              f"largest peak, low-passed, {units.force}", f"median impulse, {units.impulse}",
+              f"sum of impulses, {units.impulse}", "median duration, ms"]  # fmt: skip
+    rows = [[label, *(number(c[k]) for c in columns)] for k, label in enumerate(labels)]
+    if len(columns) == 2:
+        for k, row in enumerate(rows):
+            row.append(percent(ratio(columns[1][k], columns[0][k])))
+    head = ["", *(RUN_WORDS[n] for n in names)]
+    return Table([*head, "difference"] if len(columns) == 2 else head, rows, note=_distribution_words(result))
+
+
+def _distribution_words(result: StudyResult) -> str:
+    """How far the distributions of both runs are apart."""
+    if result.events is None:
+        return ""
+    s = event_statistics(result)
+    if s.force is None or s.impulse is None:
+        return ""
+    return (
+        f"Kolmogorov-Smirnov distance of the two runs' distributions: {fixed(s.force.value, 3)} for peaks, "
+        f"{fixed(s.impulse.value, 3)} for impulses; two samples of one distribution stay below "
+        f"{fixed(s.force.critical, 3)} in 95 of 100 cases."
+    )
+
+
+def agreement_table(result: StudyResult) -> Table | None:
+    """How well the common events agree, each and in the mean; None where the runs were not compared."""
+    match = result.events
+    if match is None or not match.pairs:
+        return None
+    time, force, impulse = match.time_error, match.force_error, match.impulse_error
+
+    def milliseconds(value: float | None) -> str:
+        return NONE if value is None else f"{number(1e3 * value, 2)} ms"
+
+    rows = [
+        ["start time", milliseconds(time.mean), milliseconds(time.percentile_95), milliseconds(time.bias)],
+        ["peak, low-passed", share(force.mean), share(force.percentile_95), percent(match.amplitude_ratio_mean)],
+        ["impulse", share(impulse.mean), share(impulse.percentile_95), percent(match.impulse_ratio_mean)],
+    ]
+    note = (
+        f"{share(match.recall)} of the unreduced model's events were found (recall); {share(match.precision)} of the "
+        "reduced model's events are real (precision)."
+    )
+    return Table(["common events", "mean error of each", "95 % stay below", "error of the mean"], rows, note=note)
+
+
+def slip_table(result: StudyResult, units: Units) -> Table | None:
+    """Stick-slip events of the window in every run; None where nothing rubs."""
+    if result.gaps.friction is None:
+        return None
+    found = [(name, e) for name, run in result.runs.items() for e in slips_in(run.slips, result.window)]
+    found.sort(key=lambda item: (item[1].t_start, item[0]))
+    head = ["time, s", "where", "run", "slips", "slips per second", "duration, ms", f"slip, {units.length}",
+            f"peak speed, {units.speed}", f"friction work, {units.energy}"]  # fmt: skip
+    rows = [
+        [fixed(e.t_start, 4), where(e.group, e.node_idx, result), RUN_WORDS[name], number(len(e.slips)),
+         number(e.rate, 3), fixed(1e3 * (e.t_end - e.t_start), 1), number(e.slip_length, 3),
+         number(e.speed_peak, 3), number(e.friction_work, 3)]
+        for name, e in found[:MOST_EVENTS]
+    ]  # fmt: skip
+    return Table(head, rows, 3, _cut(len(found)))
+
+
+def slips_in(slips: tuple[SlipEvent, ...], window: tuple[float, float]) -> list[SlipEvent]:
+    """Stick-slip events that start inside a time window."""
+    return [e for e in slips if window[0] <= e.t_start <= window[1]]
+
+
+def squeak_sentence(result: StudyResult) -> str:
+    """How often each pair slips in the window."""
+    words = []
+    for name, run in result.runs.items():
+        rates = squeak_rates(run.slips, result.window)
+        words += [f"{RUN_WORDS[name]} {group} {number(rate, 3)}" for group, rate in rates.items()]
+    return f"Slips per second in the window: {'; '.join(words)}." if words else ""
+
+
+def _statistics(events: list[Event], length: float) -> list[float | None]:
+    if not events:
+        return [0, 0.0 if length > 0.0 else None, None, None, None, 0.0, None]
+    peak, impulse = (np.array([getattr(e, n) for e in events]) for n in ("force_peak_filtered", "impulse"))
+    duration = [e.t_end - e.t_start for e in events]
+    return [
+        len(events), len(events) / length if length > 0.0 else None, float(np.median(peak)), float(peak.max()),
+        float(np.median(impulse)), float(impulse.sum()), 1000.0 * float(np.median(duration)),
+    ]  # fmt: skip
+
+
+def counted_events(result: StudyResult) -> str:
+    """How many events each run shows over its whole length."""
+    return "; ".join(
+        f"{RUN_WORDS[name]} run: {plural(len(run.events), 'event')}" for name, run in result.runs.items()
+    )

@@ -1,0 +1,82 @@
+"""The integrator that a study asks for, and the compiled one wherever a System allows it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.channels import channel_matrices
+from creak.dynamics.history import History
+from creak.dynamics.loads import Loads
+from creak.dynamics.modal_coefficients import MasslessBoundary, is_modal
+from creak.dynamics.modal_march import simulate_modal
+from creak.dynamics.modal_massless import massless_substeps
+from creak.dynamics.modal_taper import tapered
+from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
+from creak.dynamics.simulate import simulate
+from creak.studies.config import TimeTable
+from creak.studies.excitation import sample_loads, time_axis
+from creak.studies.setup import Setup
+
+Report = Callable[[int, int], None]
+
+
+def scheme_of(table: TimeTable) -> Scheme:
+    """HHT-alpha or generalised-alpha; HHT-alpha beside a massless boundary, for models that have none."""
+    return generalised_alpha(table.rho_inf) if table.integrator == "generalised-alpha" else HHT(table.alpha)
+
+
+def integrate(
+    setup: Setup, system: System, gaps: GapOperator, *, observed: IntArray, output_every: int, whole_at: IntArray,
+    progress: Report | None = None,
+) -> tuple[History, str]:  # fmt: skip
+    """March a System through the study's loads; the history, and how it was done in a few words.
+
+    Diagonal Systems run in compiled code. With integrator = "massless-boundary" those that have massless coordinates
+    are marched by it, with as many substeps near contact as its springs need; all others by HHT-alpha.
+    """
+    table = setup.study.config.time
+    if table.integrator == "massless-boundary" and is_modal(system) and _has_massless(system):
+        return _massless(setup, system, gaps, observed, output_every, whole_at, progress)
+    run = simulate_modal if is_modal(system) else simulate
+    history = run(
+        system, gaps, setup.loads, scheme_of(table), observed=observed, output_every=output_every, whole_at=whole_at,
+        substeps=table.substeps, progress=progress,
+    )  # fmt: skip
+    name = "generalised-alpha" if table.integrator == "generalised-alpha" else "HHT-alpha"
+    return history, name if table.substeps == 1 else f"{name}, {table.substeps} substeps near contact"
+
+
+def _has_massless(system: System) -> bool:
+    return bool(np.any(np.asarray(system.M.diagonal()) <= 0.0))
+
+
+def _massless(
+    setup: Setup, system: System, gaps: GapOperator, observed: IntArray, output_every: int, whole_at: IntArray,
+    progress: Report | None,
+) -> tuple[History, str]:  # fmt: skip
+    table = setup.study.config.time
+    if gaps.presses:
+        system = tapered(system, channel_matrices(system, gaps).rows)
+    parts = massless_substeps(system, gaps, table.step, table.substeps) if gaps.presses else 1
+    history = simulate_modal(
+        system, gaps, divided_loads(setup, parts), MasslessBoundary(), observed=observed, output_every=output_every,
+        whole_at=whole_at, substeps=parts, progress=progress,
+    )  # fmt: skip
+    return history, f"massless boundary, {parts} substeps near contact"
+
+
+def divided_loads(setup: Setup, parts: int) -> Loads:
+    """The loads with `parts` samples a step."""
+    if parts == setup.study.config.time.substeps:
+        return setup.loads
+    return sample_loads(setup.model, setup.study, time_axis(setup.study, parts))
+
+
+def output_times(setup: Setup) -> FloatArray:
+    """(n_step + 1,) ends of the whole steps."""
+    return np.asarray(setup.loads.time[:: setup.study.config.time.substeps])

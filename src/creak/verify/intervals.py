@@ -1,0 +1,43 @@
+"""Stretches of a record and chains of stretches that follow each other closely."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+from creak.arrays import BoolArray
+
+
+class Stretch(Protocol):
+    """Something that lasts for a while, s."""
+
+    @property
+    def start(self) -> float: ...
+
+    @property
+    def end(self) -> float: ...
+
+
+Piece = TypeVar("Piece", bound=Stretch)
+
+
+def stretches(flags: BoolArray) -> list[tuple[int, int]]:
+    """First and last row of each run of true flags."""
+    edges = np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8))
+    starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
+    return list(zip(starts.tolist(), stops.tolist(), strict=True))
+
+
+def chains(pieces: Iterable[Piece], merge: float) -> list[list[Piece]]:
+    """Stretches by their start, grouped where one begins less than `merge` seconds after all before it have ended."""
+    found: list[list[Piece]] = []
+    end = -np.inf
+    for piece in sorted(pieces, key=lambda p: p.start):
+        if found and piece.start - end < merge:
+            found[-1].append(piece)
+        else:
+            found.append([piece])
+        end = max(end, piece.end)
+    return found

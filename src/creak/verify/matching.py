@@ -1,0 +1,128 @@
+"""Which events two runs share, and how far apart they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.verify.events import Event
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Differences of the common events, one by one."""
+
+    each: FloatArray
+    """(n,) with sign, reduced against reference."""
+
+    @property
+    def mean(self) -> float | None:
+        """Mean size, without sign."""
+        return float(np.abs(self.each).mean()) if self.each.size else None
+
+    @property
+    def bias(self) -> float | None:
+        """Mean with sign."""
+        return float(self.each.mean()) if self.each.size else None
+
+    @property
+    def percentile_95(self) -> float | None:
+        """Size that 95 % of the events stay below."""
+        return float(np.percentile(np.abs(self.each), 95.0)) if self.each.size else None
+
+
+@dataclass(frozen=True)
+class EventMatch:
+    """Events of a reduced run against those of its reference, within a time window."""
+
+    pairs: list[tuple[Event, Event]]
+    """(reference, reduced)"""
+    missed: list[Event]
+    extra: list[Event]
+
+    @property
+    def precision(self) -> float | None:
+        """Share of the reduced run's events that the reference has too."""
+        return _share(len(self.pairs), len(self.extra))
+
+    @property
+    def recall(self) -> float | None:
+        """Share of the reference's events that were found."""
+        return _share(len(self.pairs), len(self.missed))
+
+    @property
+    def time_error(self) -> Errors:
+        """Start times, s."""
+        return Errors(np.array([b.t_start - a.t_start for a, b in self.pairs]))
+
+    @property
+    def force_error(self) -> Errors:
+        """Low-passed peaks, as fractions of the reference's."""
+        return self._relative("force_peak_filtered")
+
+    @property
+    def impulse_error(self) -> Errors:
+        """Impulses, as fractions of the reference's."""
+        return self._relative("impulse")
+
+    @property
+    def amplitude_ratio_mean(self) -> float | None:
+        """Mean low-passed peak of the common events, reduced / reference (thesis 3.7.3)."""
+        return self._ratio("force_peak_filtered")
+
+    @property
+    def impulse_ratio_mean(self) -> float | None:
+        """Mean impulse of the common events, reduced / reference."""
+        return self._ratio("impulse")
+
+    @property
+    def within_5_percent(self) -> int:
+        """Common events whose low-passed peaks differ by at most 5 %."""
+        return sum(
+            abs(b.force_peak_filtered / a.force_peak_filtered - 1.0) <= 0.05
+            for a, b in self.pairs if a.force_peak_filtered > 0.0
+        )  # fmt: skip
+
+    def _ratio(self, name: str) -> float | None:
+        reference = sum(getattr(a, name) for a, _ in self.pairs)
+        return sum(getattr(b, name) for _, b in self.pairs) / reference if reference > 0.0 else None
+
+    def _relative(self, name: str) -> Errors:
+        values = [(getattr(a, name), getattr(b, name)) for a, b in self.pairs]
+        return Errors(np.array([b / a - 1.0 for a, b in values if a > 0.0]))
+
+
+def _share(common: int, alone: int) -> float | None:
+    return common / (common + alone) if common + alone else None
+
+
+def match_events(
+    reference: Sequence[Event], reduced: Sequence[Event], tolerance: float, window: tuple[float, float]
+) -> EventMatch:
+    """Match one to one by start time within `tolerance` s, nearest first, in the same group.
+
+    Only events that start inside `window` are counted, but their partners may start just outside it.
+    """
+    candidates = sorted(
+        (abs(a.t_start - b.t_start), i, j)
+        for i, a in enumerate(reference)
+        for j, b in enumerate(reduced)
+        if a.group == b.group and abs(a.t_start - b.t_start) <= tolerance
+    )
+    partner: dict[int, int] = {}
+    taken: set[int] = set()
+    for _, i, j in candidates:
+        if i not in partner and j not in taken:
+            partner[i] = j
+            taken.add(j)
+
+    def inside(e: Event) -> bool:
+        return window[0] <= e.t_start <= window[1]
+
+    pairs = [(reference[i], reduced[j]) for i, j in sorted(partner.items()) if inside(reference[i])]
+    missed = [e for i, e in enumerate(reference) if i not in partner and inside(e)]
+    extra = [e for j, e in enumerate(reduced) if j not in taken and inside(e)]
+    return EventMatch(pairs, missed, extra)

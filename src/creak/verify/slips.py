@@ -1,0 +1,137 @@
+"""Stick-slip events: where and how often a rubbing pair squeaks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import BoolArray, FloatArray
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.history import History
+from creak.verify.intervals import chains, stretches
+
+
+@dataclass(frozen=True)
+class SlipEvent:
+    """Slips of one rubbing pair that follow each other closely.
+
+    Length, speed and the chain of slips are those of the channel that takes the most work; the work is that of all
+    channels of the pair.
+    """
+
+    group: str
+    channel: str
+    node_idx: int
+    t_start: float
+    t_end: float
+    slip_length: float
+    """Integral of the slip speed over all its slips, length."""
+    speed_peak: float
+    friction_work: float
+    """Energy that the slips of the pair turned into heat."""
+    slips: tuple[tuple[float, float], ...]
+    """Start and end of each slip, s."""
+
+    @property
+    def rate(self) -> float | None:
+        """Slips per second within the event: the frequency of the squeak; None for a single slip."""
+        span = self.slips[-1][0] - self.slips[0][0]
+        return (len(self.slips) - 1) / span if span > 0.0 else None
+
+
+@dataclass(frozen=True)
+class _Slip:
+    """One slip of one channel."""
+
+    channel: int
+    start: float
+    end: float
+    length: float
+    peak: float
+    work: float
+
+
+def find_slips(history: History, gaps: GapOperator, merge: float) -> list[SlipEvent]:
+    """Stick-slip events of a run, by start time.
+
+    A slip is an interval in which a channel presses and slides, between two in which it presses and sticks: sliding
+    that begins with the touch or ends with the release is a rub, no stick-slip. A single instant at rest is a reversal
+    of the sliding, no stick. Slips of a pair less than `merge` seconds apart are one event. The slip speed is
+    extrapolated to zero inside the steps at both ends; length and work are trapezoidal (`History.weights`).
+    """
+    if gaps.friction is None or not history.sliding.size:
+        return []
+    rubbing, weights = gaps.friction.channels, history.weights
+    by_group: dict[str, list[_Slip]] = {}
+    for i, j in enumerate(rubbing.tolist()):
+        by_group.setdefault(gaps.group[j], []).extend(_slips(history, weights, i, j))
+    events = [_event(gaps, chain) for slips in by_group.values() for chain in chains(slips, merge)]
+    return sorted(events, key=lambda e: (e.t_start, e.group))
+
+
+def squeak_rates(events: Sequence[SlipEvent], window: tuple[float, float]) -> dict[str, float]:
+    """Slips per second that start inside the window, of each pair that slips in it (leading channel of each event)."""
+    length = window[1] - window[0]
+    counts: dict[str, int] = {}
+    for e in events:
+        inside = sum(window[0] <= start <= window[1] for start, _ in e.slips)
+        if inside:
+            counts[e.group] = counts.get(e.group, 0) + inside
+    return {group: n / length for group, n in counts.items()} if length > 0.0 else {}
+
+
+def _slips(history: History, weights: FloatArray, i: int, channel: int) -> list[_Slip]:
+    """Slips of the i-th rubbing channel."""
+    sliding, tau = (a[:, 2 * i : 2 * i + 2] for a in (history.sliding, history.tangential))
+    speed = np.hypot(sliding[:, 0], sliding[:, 1])
+    closed = np.asarray(history.force[:, channel] > 0.0)
+    slides = _without_reversals(closed & (speed > 0.0), closed)
+    found = []
+    for first, last in stretches(slides):
+        if first == 0 or last + 1 == closed.size or not (closed[first - 1] and closed[last + 1]):
+            continue
+        rows = slice(first, last + 1)
+        w = weights[rows]
+        start = _at_rest(history.time, speed, first, first + 1, first - 1)
+        end = _at_rest(history.time, speed, last, last - 1, last + 1)
+        work = -float(w @ (tau[rows] * sliding[rows]).sum(axis=1))
+        found.append(_Slip(channel, start, end, float(w @ speed[rows]), float(speed[rows].max()), work))
+    return found
+
+
+def _without_reversals(slides: BoolArray, closed: BoolArray) -> BoolArray:
+    """Sliding, with single closed instants at rest in between counted in."""
+    alone = closed[1:-1] & slides[:-2] & slides[2:]
+    filled = slides.copy()
+    filled[1:-1] |= alone
+    return filled
+
+
+def _at_rest(time: FloatArray, speed: FloatArray, row: int, inner: int, outer: int) -> float:
+    """When the speed was zero between `row`, the last sliding instant, and `outer`, at which it sticks."""
+    drop = speed[inner] - speed[row]
+    if drop <= 0.0:
+        return float(time[outer])
+    share = speed[row] / drop * (time[row] - time[inner]) / (time[outer] - time[row])
+    return float(time[row] + min(share, 1.0) * (time[outer] - time[row]))
+
+
+def _event(gaps: GapOperator, chain: list[_Slip]) -> SlipEvent:
+    work: dict[int, float] = {}
+    for s in chain:
+        work[s.channel] = work.get(s.channel, 0.0) + s.work
+    leader = max(work, key=lambda j: work[j])
+    own = [s for s in chain if s.channel == leader]
+    return SlipEvent(
+        group=gaps.group[leader],
+        channel=gaps.names[leader],
+        node_idx=int(gaps.nodes_idx[leader]),
+        t_start=min(s.start for s in chain),
+        t_end=max(s.end for s in chain),
+        slip_length=sum(s.length for s in own),
+        speed_peak=max(s.peak for s in own),
+        friction_work=sum(work.values()),
+        slips=tuple((s.start, s.end) for s in own),
+    )

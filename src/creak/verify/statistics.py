@@ -1,0 +1,94 @@
+"""Events of two runs as samples: rates and distributions, for motion too chaotic to compare event by event."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.verify.events import Event
+
+CHAOTIC_RATE = 40.0
+"""Events per second above which two exact solutions part."""
+MANY = 10
+"""Events in the window from which their rate means something."""
+
+
+@dataclass(frozen=True)
+class Distance:
+    """Kolmogorov-Smirnov distance of two samples."""
+
+    value: float
+    """Largest difference of their cumulative distributions, 0 to 1."""
+    critical: float
+    """Exceeded in 5 % of cases by two independent samples of one distribution, 1.358 sqrt((n + m) / (n m)) (Smirnov,
+    Ann. Math. Stat. 19, 1948; for large n and m)."""
+
+    @property
+    def alike(self) -> bool:
+        return self.value <= self.critical
+
+
+@dataclass(frozen=True)
+class EventStatistics:
+    """Rates and distributions of the events in a window; None where a run has no events."""
+
+    count: tuple[int, int]
+    """Events in the reference and in the reduced run."""
+    length: float
+    """Of the window, s."""
+    force: Distance | None
+    """Of the low-passed peaks."""
+    impulse: Distance | None
+
+    @property
+    def rate(self) -> tuple[float, float]:
+        """Events per second in the reference and in the reduced run."""
+        a, b = (n / self.length if self.length > 0.0 else 0.0 for n in self.count)
+        return a, b
+
+    @property
+    def rates_alike(self) -> bool:
+        """Counts differ by no more than 1.96 sqrt(n + m), as 95 % of those of two equal Poisson processes."""
+        a, b = self.count
+        return abs(a - b) <= 1.96 * np.sqrt(a + b)
+
+    @property
+    def chaotic(self) -> bool:
+        """So many events that they are to be compared by their statistics."""
+        return is_chaotic(self.count[0], self.length)
+
+
+def is_chaotic(count: int, length: float) -> bool:
+    """Whether so many events in a window of `length` s are more than `CHAOTIC_RATE`."""
+    return length > 0.0 and count >= MANY and count / length > CHAOTIC_RATE
+
+
+def compare_statistics(
+    reference: Sequence[Event], reduced: Sequence[Event], window: tuple[float, float]
+) -> EventStatistics:
+    """Statistics of the events that start inside `window`.
+
+    Events of one run are not quite independent of each other, so the critical distances are a yardstick, no test.
+    """
+    a, b = ([e for e in events if window[0] <= e.t_start <= window[1]] for events in (reference, reduced))
+
+    def distance(name: str) -> Distance | None:
+        return ks_distance(*(np.array([getattr(e, name) for e in events]) for events in (a, b)))
+
+    return EventStatistics(
+        (len(a), len(b)), window[1] - window[0], distance("force_peak_filtered"), distance("impulse")
+    )  # fmt: skip
+
+
+def ks_distance(a: FloatArray, b: FloatArray) -> Distance | None:
+    """sup |F_a(x) - F_b(x)| of two samples (n,) and (m,); None where one is empty."""
+    if not a.size or not b.size:
+        return None
+    x = np.concatenate([a, b])
+    below = [np.searchsorted(np.sort(s), x, side="right") / s.size for s in (a, b)]
+    return Distance(
+        float(np.abs(below[0] - below[1]).max()), float(1.358 * np.sqrt((a.size + b.size) / (a.size * b.size)))
+    )

@@ -1,0 +1,41 @@
+"""Blocks of solid elements."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from creak.elements import solid_hex8, solid_tet4, solid_wedge6
+from helpers_fem import Mesh
+
+KINDS = {"hex8": solid_hex8, "tet4": solid_tet4, "wedge6": solid_wedge6}
+WEDGES = np.array([[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]])
+TETRAHEDRA = np.array([[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]])
+
+
+def solid_mesh(
+    n: tuple[int, int, int], size: tuple[float, float, float], kind: str = "hex8", distortion: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and elements of a box from the origin; inner nodes are moved by up to `distortion` of a cell."""
+    axes = [np.linspace(0.0, length, k + 1) for length, k in zip(size, n, strict=True)]
+    coords = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    row = np.arange(coords.shape[0]).reshape(tuple(k + 1 for k in n))
+    low = [row[:-1, :-1], row[1:, :-1], row[1:, 1:], row[:-1, 1:]]
+    hexes = np.stack([a[:, :, :-1].ravel() for a in low] + [a[:, :, 1:].ravel() for a in low], axis=1)
+    cell = np.array(size) / np.array(n)
+    shift = np.random.default_rng(4).uniform(-1.0, 1.0, coords.shape) * distortion * cell
+    outer = np.isclose(coords, 0.0) | np.isclose(coords, size)
+    coords = coords + np.where(outer, 0.0, shift)
+    table = {"hex8": np.arange(8)[None], "wedge6": WEDGES, "tet4": TETRAHEDRA}[kind]
+    return coords, hexes[:, table].reshape(-1, table.shape[1])
+
+
+def block(
+    n: tuple[int, int, int], size: tuple[float, float, float], kind: str = "hex8", distortion: float = 0.0
+) -> Mesh:
+    """The box as a mesh of one of the solid elements."""
+    return Mesh(*solid_mesh(n, size, kind, distortion), KINDS[kind])
+
+
+def in_place(mesh: Mesh, coords: np.ndarray) -> Mesh:
+    """The same elements at other places."""
+    return Mesh(coords, mesh.elements, mesh.module)
