@@ -82,42 +82,30 @@ def _list_unread(console: Console, unread: tuple[object, ...]) -> None:
 def _print_tables(console: Console, summary: dict[str, object]) -> None:
     from creak.report.terminal import run_rows, verification_rows
 
-    runs = Table(title="Runs", title_justify="left")
-    rows = run_rows(summary)
-    for i, head in enumerate(rows[0]):
-        runs.add_column(head, justify="left" if i == 0 else "right")
-    for row in rows[1:]:
-        runs.add_row(*row)
-    console.print(runs)
+    console.print(_table("Runs", run_rows(summary)))
     checks = verification_rows(summary)
     if checks:
-        table = Table(title="Reduced against reference", title_justify="left")
-        table.add_column("")
-        table.add_column("value", justify="right")
-        for row in checks:
-            table.add_row(*row)
-        console.print(table)
+        console.print(_table("Reduced against reference", [["", "value"], *checks]))
 
 
 def _print_convergence(console: Console, convergence: Convergence, summary: dict[str, Any]) -> None:
-    from creak.report.convergence import ON_TERMINAL, run_table, terminal_rows
+    from creak.report.convergence import ON_TERMINAL, run_rows, settled_rows
     from creak.report.text import UNITS
 
-    runs = run_table(convergence, UNITS[summary["units"]])
-    console.print(_table("Convergence: the runs", runs.head, runs.rows))
-    head, *rows = terminal_rows(convergence)
-    title = "Convergence: what each event of the base run has settled to"
-    cut = f" (first {ON_TERMINAL} of {len(convergence.events)})" if len(convergence.events) > ON_TERMINAL else ""
-    if rows:
-        console.print(_table(title + cut, head, rows))
+    console.print(_table("Convergence: the runs", run_rows(convergence, UNITS[summary["units"]])))
+    rows = settled_rows(convergence)
+    if len(rows) > 1:
+        cut = f" (the first {ON_TERMINAL})" if len(convergence.events) > ON_TERMINAL else ""
+        console.print(_table(f"Convergence: what the events have settled to{cut}", rows))
     for text in summary["convergence"]["findings"]:
         console.print(f"convergence: {text}", markup=False)
 
 
-def _table(title: str, head: list[str], rows: list[list[str]]) -> Table:
+def _table(title: str, rows: list[list[str]]) -> Table:
+    """A table with a header, the first column to the left."""
     table = Table(title=title, title_justify="left")
-    for i, text in enumerate(head):
-        table.add_column(text, justify="left" if i in (0, len(head) - 1) else "right")
-    for row in rows:
+    for i, text in enumerate(rows[0]):
+        table.add_column(text, justify="left" if i == 0 else "right", no_wrap=i == 0)
+    for row in rows[1:]:
         table.add_row(*row)
     return table

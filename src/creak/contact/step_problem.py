@@ -22,7 +22,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.contact.laws.linear import linear_energy, linear_pieces
 from creak.contact.laws.parameters import Curves, Friction
 from creak.contact.laws.pieces import Pieces
-from creak.contact.laws.tabular import curve_energy, tabular_pieces
+from creak.contact.laws.tabular import curve_energy, curve_force, tabular_pieces
 from creak.contact.laws.unilateral import hard_pieces
 from creak.contact.pivoting import NO_SOLUTION, SOLVED, UNENDED, solve_frictionless
 from creak.errors import InputError, NumericalError
@@ -120,6 +120,19 @@ def _contact_energy(laws, gap):  # type: ignore[no-untyped-def]
         elif laws.stiffness[i] < np.inf:
             energy[i] = linear_energy(laws.stiffness[i], gap[i])
     return energy
+
+
+@numba.njit(cache=True, error_model="numpy")
+def spring_forces(laws, gap):  # type: ignore[no-untyped-def]
+    """(m,) elastic forces of the channels at gaps (m,), without dampers; 0 for hard ones."""
+    force = np.zeros(gap.size)
+    for i in range(gap.size):
+        c = laws.curve[i]
+        if c >= 0:
+            force[i] = laws.scale[i] * curve_force(laws.x, laws.y, laws.start[c], laws.start[c + 1], -gap[i])
+        elif laws.stiffness[i] < np.inf:
+            force[i] = laws.stiffness[i] * max(0.0, -gap[i])
+    return force
 
 
 @numba.njit(cache=True, error_model="numpy")

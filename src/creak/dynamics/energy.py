@@ -6,7 +6,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator
-from creak.contact.step_problem import contact_energy, law_arrays
+from creak.contact.step_problem import contact_energy, law_arrays, spring_forces
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.history import ENERGIES
 from creak.dynamics.instant import Instant
@@ -88,6 +88,7 @@ class EnergyAudit:
         Also where a spring that unloads faster than its damper lets it go presses no more (p = 0, g < 0).
         """
         g = self._gaps
-        damped = np.flatnonzero(g.damping > 0.0)
-        elastic = g.stiffness[damped] * np.maximum(0.0, -now.gap[damped])
-        return float((now.p[damped] - elastic) @ (before.gap[damped] - now.gap[damped]))
+        damped = np.flatnonzero((g.damping > 0.0) & np.isfinite(g.stiffness))
+        work = np.zeros(g.m)
+        work[damped] = now.p[damped] - np.asarray(spring_forces(self._laws, now.gap))[damped]
+        return float(work @ (before.gap - now.gap))

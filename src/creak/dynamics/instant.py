@@ -27,6 +27,8 @@ class Instant:
     """(2 f,) slip velocity of the rubbing channels."""
     stuck: BoolArray
     """(f,) sticking, or open."""
+    recent: bool = False
+    """A channel pressed in the output step that ends here."""
 
     @property
     def p(self) -> FloatArray:

@@ -79,6 +79,8 @@ class MarchState(NamedTuple):
     """(n_support,)"""
     energy: FloatArray
     """(9,) the columns of the table, then the energy at t = 0."""
+    recent: BoolArray
+    """(1,) a channel pressed in the output step that ends here."""
 
 
 class Output(NamedTuple):
@@ -585,11 +587,12 @@ def march_chunk(model, laws, whole, A_whole, part, A_part, now, after, out, time
     for n in range(begin + 1, end + 1):
         row0, flown = (n - 1) * substeps, (0.0, 0.0)
         divided = substeps > 1 and model.presses
-        if divided and not acts(now.force, 0, now.gap.size):
+        if divided and not now.recent[0] and not acts(now.force, 0, now.gap.size):
             flown = fly(model, whole, now, after, row0 + substeps, load)
             look(model, after, True)
             divided = closes(now, after, whole.h)
         count, stride = (substeps, 1) if divided else (1, substeps)
+        pressed = False
         for q in range(count):
             row = row0 + (q + 1) * stride
             step = part if divided else whole
@@ -606,6 +609,8 @@ def march_chunk(model, laws, whole, A_whole, part, A_part, now, after, out, time
             swapped = not swapped
             write(out, used, time[row], now)
             used += 1
+            pressed = pressed or acts(now.force, 0, now.gap.size)
+        now.recent[0] = pressed
         if n % every == 0:
             out.at[kept] = used - 1
             put(out.u[kept], 0, now.x[0])

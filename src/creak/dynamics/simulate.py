@@ -73,8 +73,9 @@ class _Gear:
 class CondensedStepper:
     """A step is a back-substitution, the equations of the channels, and their effect on the acceleration.
 
-    With `substeps` > 1 a step is divided as soon as contact could occur in it: it starts with a channel that presses,
-    or a gap reaches zero at its end or, by the cubic through gaps and gap rates at both ends, in its course.
+    With `substeps` > 1 a step is divided as soon as contact could occur in it: a channel presses at its start or
+    pressed in the step before (else a long step would carry on with an acceleration that still has a contact force in
+    it), or a gap reaches zero at its end or, by the cubic through gaps and gap rates at both ends, in its course.
     """
 
     def __init__(self, system: System, gaps: GapOperator, loads: Loads, scheme: Scheme, substeps: int = 1) -> None:
@@ -105,13 +106,17 @@ class CondensedStepper:
         if self.substeps == 1:
             yield self._finished(self._whole, now, self._trial(self._whole, now))
             return
-        if self.gaps.presses and not now.p.any():
+        if not (now.recent or now.p.any()):
             trial = self._trial(self._whole, now)
-            if not closes_between(now.gap, now.rate, trial.gap, trial.rate, self._whole.h):
+            closes = self.gaps.presses and closes_between(now.gap, now.rate, trial.gap, trial.rate, self._whole.h)
+            if not closes:
                 yield self._finished(self._whole, now, trial)
                 return
-        for _ in range(self.substeps):
+        pressed = False
+        for part in range(self.substeps):
             now = self._finished(self._gear(), now, self._trial(self._gear(), now))
+            pressed = pressed or bool(now.p.any())
+            now.recent = pressed and part == self.substeps - 1
             yield now
 
     def _gear(self) -> _Gear:

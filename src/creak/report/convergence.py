@@ -82,11 +82,23 @@ def event_table(c: Convergence, units: Units, most: int = MOST_EVENTS) -> Table:
     return Table(head, rows, 1, cut, groups=groups)
 
 
-def terminal_rows(c: Convergence) -> list[list[str]]:
+def run_rows(c: Convergence, units: Units) -> list[list[str]]:
+    """`run_table` for narrow pages: header and one line per figure, a column for each run."""
+    table = run_table(c, units)
+    rows = [list(column) for column in zip(table.head, *table.rows, strict=True)]
+    return [row for row in rows if any(row[1:])]
+
+
+def settled_rows(c: Convergence) -> list[list[str]]:
     """Header and one line per event: when, and what each figure has settled to."""
     head = ["time, s", *(WORDS[name] for name in FIGURES), ""]
-    return [head, *([fixed(e.event.t_start, 4), *(_change(f, f.settled_to) for f in e.figures.values()), _verdict(e)]
-                    for e in c.events[:ON_TERMINAL])]  # fmt: skip
+    shown = c.events[:ON_TERMINAL]
+    return [head, *([fixed(e.event.t_start, 4), *(_change(f, f.settled_to) for f in e.figures.values()), _short(e)]
+                    for e in shown)]  # fmt: skip
+
+
+def _short(e: EventSettling) -> str:
+    return e.problem or ("settled" if e.settled else f"{sum(not f.settled for f in e.figures.values())} open")
 
 
 def _cells(f: Settling) -> list[str]:

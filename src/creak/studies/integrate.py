@@ -33,8 +33,8 @@ def scheme_of(table: TimeTable) -> Scheme:
 def integrate(
     setup: Setup, system: System, gaps: GapOperator, *, observed: IntArray, output_every: int, whole_at: IntArray,
     progress: Report | None = None,
-) -> tuple[History, str]:  # fmt: skip
-    """March a System through the study's loads; the history, and how it was done in a few words.
+) -> tuple[History, System, str]:  # fmt: skip
+    """March a System through the study's loads; the history, the System as it was marched, and how in a few words.
 
     Diagonal Systems run in compiled code. With integrator = "massless-boundary" those that have massless coordinates
     are marched by it, with as many substeps near contact as its springs need; all others by HHT-alpha.
@@ -48,7 +48,7 @@ def integrate(
         substeps=table.substeps, progress=progress,
     )  # fmt: skip
     name = "generalised-alpha" if table.integrator == "generalised-alpha" else "HHT-alpha"
-    return history, name if table.substeps == 1 else f"{name}, {table.substeps} substeps near contact"
+    return history, system, name if table.substeps == 1 else f"{name}, {table.substeps} substeps near contact"
 
 
 def _has_massless(system: System) -> bool:
@@ -58,7 +58,7 @@ def _has_massless(system: System) -> bool:
 def _massless(
     setup: Setup, system: System, gaps: GapOperator, observed: IntArray, output_every: int, whole_at: IntArray,
     progress: Report | None,
-) -> tuple[History, str]:  # fmt: skip
+) -> tuple[History, System, str]:  # fmt: skip
     table = setup.study.config.time
     if gaps.presses:
         system = tapered(system, channel_matrices(system, gaps).rows)
@@ -67,7 +67,7 @@ def _massless(
         system, gaps, divided_loads(setup, parts), MasslessBoundary(), observed=observed, output_every=output_every,
         whole_at=whole_at, substeps=parts, progress=progress,
     )  # fmt: skip
-    return history, f"massless boundary, {parts} substeps near contact"
+    return history, system, f"massless boundary, {parts} substeps near contact"
 
 
 def divided_loads(setup: Setup, parts: int) -> Loads:

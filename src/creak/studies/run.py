@@ -191,7 +191,7 @@ def march_run(
     """One run with its events and cost; one that stops early has them up to there."""
     meter, stopped, how = Meter(), None, ""
     try:
-        history, how = integrate(
+        history, system, how = integrate(
             setup, system, gaps, observed=observed_labels(setup.watched), output_every=output_every(setup.study),
             whole_at=field_steps(setup.study, output_times(setup)),
             progress=lambda done, total: progress(f"{name} run", done, total),

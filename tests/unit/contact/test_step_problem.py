@@ -227,3 +227,10 @@ def test_kinetic_above_static_is_refused():
     friction = Friction(np.array([0.0, 0.2]), np.array([0.0, 0.3]), np.zeros(2))
     with pytest.raises(InputError, match="kinetic <= static"):
         law_arrays(operator(friction=friction))
+
+
+@pytest.mark.parametrize("rub", [False, True])
+def test_a_matrix_that_is_not_finite_is_never_solved(rub):
+    laws = springs([1e6], friction=[(0, 0.3, 0.3, 0.0)] if rub else [])
+    with pytest.raises(NumericalError):
+        solve(problem(np.full((3, 3) if rub else (1, 1), np.nan), [-1e-3], laws, slip_free=[1e-3, 0.0] if rub else None))
