@@ -170,3 +170,19 @@ def test_modes_and_info_commands(tmp_path, monkeypatch, capsys):
     text = capsys.readouterr().out
     for word in ("UPPER", "LOWER", "UNDER", "PAIRS", "every keyword was read"):
         assert word in text
+
+
+def test_converge_tells_what_has_settled(tmp_path, monkeypatch, capsys):
+    study = write_strips(tmp_path, study=STUDY + "\n[reference]\nrun = false\n")
+    creak(monkeypatch, "run", study, "--converge", "--out", tmp_path / "out")
+    printed = capsys.readouterr().out
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    told = summary["convergence"]
+    assert list(told["runs"]) == ["base", "h/2", "h/4", "2 x stiffness", "10 x stiffness", "1.5 x f_max"]
+    assert list(summary["runs"]) == ["reduced"]
+    table = (tmp_path / "out" / "convergence.csv").read_text().splitlines()
+    assert len(table) == 1 + 5 * len(told["events"])
+    assert "Convergence: the runs" in printed
+    assert "are settled in every figure" in printed
+    report = (tmp_path / "out" / "report.html").read_text()
+    assert report.count('class="open"') + report.count('class="settled"') == 6 * len(told["events"])

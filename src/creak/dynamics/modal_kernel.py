@@ -367,11 +367,10 @@ def modal_energies(model, now, after):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def massless_work(model, step, now, after):  # type: ignore[no-untyped-def]
-    """Trapezoidal work of the loads on modes without mass; what their dampers took, exact for the force of the end."""
-    work = lost = 0.0
+def massless_work(model, now, after):  # type: ignore[no-untyped-def]
+    """Trapezoidal work of the loads on modes without mass."""
+    work = 0.0
     u0, u1 = now.x[0], after.x[0]
-    pressed = acts(after.force, 0, after.force.size)
     for i in range(u0.size):
         if model.m[i] > 0.0:
             continue
@@ -380,11 +379,7 @@ def massless_work(model, step, now, after):  # type: ignore[no-untyped-def]
             E0 += model.X[j, i] * now.amplitude[j]
             E1 += model.X[j, i] * after.amplitude[j]
         work += 0.5 * (E0 + E1) * (u1[i] - u0[i])
-        left = step.free[0, i]
-        if left > 0.0:
-            way = u0[i] - (E1 + (after.F[i] if pressed else 0.0)) / model.k[i]
-            lost += 0.5 * model.k[i] * way * way * (1.0 - left * left)
-    return work, lost
+    return work
 
 
 @numba.njit(cache=True)
@@ -515,9 +510,8 @@ def book(model, step, laws, now, after, flown, slip):  # type: ignore[no-untyped
     kinetic, strain, damped = modal_energies(model, now, after)
     if step.exact:
         damping, external = books_of_exact(model, now, after)
-        work, lost = massless_work(model, step, now, after)
-        damping += flown[1] + lost
-        external += flown[0] + work
+        damping += flown[1]
+        external += flown[0] + massless_work(model, now, after)
     else:
         damping, external = books_of_newmark(model, now, after)
         damping += damped

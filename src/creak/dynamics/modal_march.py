@@ -103,6 +103,8 @@ class _Run:
         self.n_step, self.every = loads.n_step // substeps, output_every
         self.time = np.ascontiguousarray(loads.time, dtype=np.float64)
         m, c, k = modal_matrices(system)
+        if isinstance(scheme, MasslessBoundary):
+            c = np.where(m > 0.0, c, 0.0)  # coordinates without mass follow their forces at once
         self.on, self.terms, self.laws = channel_matrices(system, gaps), LinearTerms(system, loads), law_arrays(gaps)
         self.model = _model(m, c, k, self.on, self.terms, gaps)
         if isinstance(scheme, MasslessBoundary) and self.model.presses:

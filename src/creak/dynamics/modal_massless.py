@@ -11,7 +11,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
-from creak.dynamics.modal_coefficients import memory, modal_matrices
+from creak.dynamics.modal_coefficients import modal_matrices
 from creak.errors import InputError
 
 FRACTION = 0.1
@@ -25,24 +25,23 @@ SMALL = 400
 """Matrices up to this size are taken densely."""
 
 
-def contact_frequency(system: System, gaps: GapOperator, h: float = math.inf) -> float:
+def contact_frequency(system: System, gaps: GapOperator) -> float:
     """omega_c (rad/s), the highest frequency of the System with all its channels closed.
 
     omega_c^2 = largest eigenvalue of diag(omega^2) + Phi' G' (R + 1/k)^-1 G Phi (masses 1), R = G_z K_z^-1 G_z' the
     flexibility of the coordinates without mass, k the stiffness of the channels (hard: none). Tabular laws count as
-    hard, sticking tangents as closed channels. With damped massless coordinates R is what moves within a step h.
+    hard, sticking tangents as closed channels.
 
     Raises
     ------
     InputError : a channel that presses, or a tangent that rubs, has no residual flexibility.
     """
-    m, c, k = modal_matrices(system)
+    m, _, k = modal_matrices(system)
     rows, soft = _closing_rows(system, gaps)
     light, heavy = m <= 0.0, m > 0.0
     if not rows.shape[0] or not heavy.any():
         return 0.0
-    moves = 1.0 - memory(c[light], k[light], h) if math.isfinite(h) else np.ones(int(light.sum()))
-    R = (rows[:, light] * (moves / k[light])) @ rows[:, light].T
+    R = (rows[:, light] / k[light]) @ rows[:, light].T
     _check_flexibility(system, gaps, rows, m, k, R)
     B = rows[:, heavy] / np.sqrt(m[heavy])
     values, Q = np.linalg.eigh(R + np.diag(soft))
@@ -62,17 +61,12 @@ def massless_substeps(system: System, gaps: GapOperator, h: float, least: int = 
     ------
     InputError : as `contact_frequency`.
     """
-    n = max(1, least)
-    while True:
-        needed = math.ceil(contact_frequency(system, gaps, h / n) * h / FRACTION * (1.0 - 1e-9))
-        if needed <= n:
-            return n
-        n = max(needed, n + 1) if needed < 4 * n else 2 * n
+    return max(1, least, math.ceil(contact_frequency(system, gaps) * h / FRACTION * (1.0 - 1e-9)))
 
 
 def check_step(system: System, gaps: GapOperator, h: float) -> None:
     """Raise InputError unless the step h follows the contact springs."""
-    product = contact_frequency(system, gaps, h) * h
+    product = contact_frequency(system, gaps) * h
     if product > LIMIT:
         raise InputError(
             f"the step near contact ({h:.3g} s) is {product:.3g} times the time scale of the contact springs",

@@ -80,6 +80,10 @@ def sentence(result: StudyResult, summary: dict[str, Any], units: Units) -> str:
         node = result.setup.model.nodes.label(hardest.node_idx)
         where = f", the hardest {number(hardest.force_peak_filtered, 3)} {units.force} at node {node}"
     alarm = _alarm(summary)
+    if result.stopped is not None:
+        reached = number(float(run.history.time[-1]), 3)
+        until = f"Until {reached} s: {len(run.events)} contact events{where}"
+        return f"The study ended early ({result.stopped}). {until}.{alarm}"
     if "reference" not in result.runs:
         return f"{what}{where}. The unreduced model was not run, so the reduced model is not checked here.{alarm}"
     if "reduced" not in result.runs:

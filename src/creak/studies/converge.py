@@ -16,7 +16,7 @@ from creak.studies.reduced_model import ReducedModel, reduce_model
 from creak.studies.run import Run, StudyResult, events_in, march_run
 from creak.studies.setup import Setup
 from creak.verify.events import Event
-from creak.verify.matching import match_events
+from creak.verify.matching import EventMatch, match_events
 from creak.verify.statistics import EventStatistics, compare_statistics, is_chaotic
 
 SETTLED = 0.05
@@ -118,8 +118,8 @@ class Settling:
 
     @property
     def base_error(self) -> float:
-        """Base run against the shortest step, as `changes`; nan where one of them does not have the figure."""
-        return change(self.name, self.values.get(QUARTER), self.values.get(BASE))
+        """Base run less the shortest step, as `changes`; nan where one of them does not have the figure."""
+        return -change(self.name, self.values.get(BASE), self.values.get(QUARTER))
 
 
 @dataclass(frozen=True)
@@ -149,6 +149,8 @@ class Convergence:
     window: tuple[float, float]
     """Events that start in it are compared, s."""
     events: tuple[EventSettling, ...]
+    new: dict[str, int]
+    """Run -> events of it in the window that the base run does not have."""
     totals: dict[str, Settling]
     """Number of events, impulse and largest low-passed force of the whole run."""
     statistics: dict[str, EventStatistics]
@@ -202,9 +204,14 @@ def assess(
     samples = {
         name: compare_statistics(outcomes[a].events, outcomes[b].events, window) for name, (a, b) in families.items()
     }
-    events = _events(outcomes, families, window, tolerance)
+    matches = {
+        name: match_events(outcomes[BASE].events, o.events, tolerance, window)
+        for name, o in outcomes.items() if name != BASE
+    }  # fmt: skip
+    events = _events(outcomes, matches, families, window, tolerance)
+    new = {name: len(match.extra) for name, match in matches.items()}
     return Convergence(
-        model, outcomes, families, window, events, _totals(outcomes, families), samples,
+        model, outcomes, families, window, events, new, _totals(outcomes, families), samples,
         is_chaotic(len(events), window[1] - window[0]), notes,
     )  # fmt: skip
 
@@ -274,7 +281,7 @@ def _repeat(result: StudyResult, base: Run, variant: Variant, progress: Progress
 
     try:
         setup = repeated_setup(result.setup, variant, _substeps(result.setup, base))
-        system, reduced = _model(result, base, variant, setup, report)
+        system, reduced = _model(result, variant, setup, report)
         gaps = scaled_contact(result.gaps, _scaled(result), variant.stiffness)
         quiet = replace(setup, watched=np.zeros(0, dtype=np.int64))
         return _outcome(variant, march_run(variant.name, quiet, system, gaps, report, reduced))
@@ -283,12 +290,14 @@ def _repeat(result: StudyResult, base: Run, variant: Variant, progress: Progress
 
 
 def _model(
-    result: StudyResult, base: Run, variant: Variant, setup: Setup, progress: Progress
+    result: StudyResult, variant: Variant, setup: Setup, progress: Progress
 ) -> tuple[System, ReducedModel | None]:
     """The base run's model, reduced anew where more modes are asked for."""
-    if variant.family != "modes":
-        return base.system, result.reduced
-    reduced = reduce_model(setup, result.reference, result.gaps, progress)
+    if result.reduced is None:
+        return result.reference.system, None
+    reduced = result.reduced
+    if variant.family == "modes":
+        reduced = reduce_model(setup, result.reference, result.gaps, progress)
     return reduced.system, reduced
 
 
@@ -323,13 +332,11 @@ def _outcome(variant: Variant, run: Run) -> Outcome:
 
 
 def _events(
-    outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]], window: tuple[float, float], tolerance: float
-) -> tuple[EventSettling, ...]:
+    outcomes: dict[str, Outcome], matches: dict[str, EventMatch], families: dict[str, tuple[str, str]],
+    window: tuple[float, float], tolerance: float,
+) -> tuple[EventSettling, ...]:  # fmt: skip
     own = events_in(outcomes[BASE].events, window)
-    partners: dict[str, dict[int, Event]] = {
-        name: {id(a): b for a, b in match_events(outcomes[BASE].events, o.events, tolerance, window).pairs}
-        for name, o in outcomes.items() if name != BASE
-    }  # fmt: skip
+    partners = {name: {id(a): b for a, b in match.pairs} for name, match in matches.items()}
     limits = {name: TIME_SHARE * tolerance if name in TIMES else SETTLED for name in FIGURES}
     found = []
     for event in own:

@@ -25,7 +25,9 @@ def findings(c: Convergence) -> list[str]:
     """What an engineer should know, in sentences."""
     if not c.families:
         return list(c.notes)
-    said = [_events_words(c)] if c.events else ["no events in the window to compare"]
+    said = [_events_words(c)] if c.events else ["the base run has no events in the window to compare"]
+    new = [f"{name} {n}" for name, n in c.new.items() if n]
+    said += [f"events in the window that the base run does not have: {', '.join(new)}"] if new else []
     said += _family_words(c) + [_total_words(t) for t in c.totals.values()]
     if c.chaotic:
         rate = len(c.events) / (c.window[1] - c.window[0])
@@ -54,11 +56,21 @@ def _family_words(c: Convergence) -> list[str]:
         median = {name: _median(c, name, family) for name in ("force", "impulse")}
         if any(m is None for m in median.values()):
             continue
-        much = max(m for m in median.values() if m is not None)
-        words = " and ".join(f"{WORDS[name]} by {100 * m:.2g} %" for name, m in median.items() if m is not None)
-        advice = f": it takes {ADVICE[family]}" if much > SETTLED else ""
-        said.append(f"from {a} to {b} the events' median change is {words}{advice}")
+        words = " and ".join(f"{100 * m:.2g} % in {WORDS[name]}" for name, m in median.items() if m is not None)
+        said.append(f"from {a} to {b} the events' median change is {words}{_advice(family, **median)}")
     return said
+
+
+def _advice(family: str, force: float | None, impulse: float | None) -> str:
+    """What a family that moves the events asks for."""
+    if max(force or 0.0, impulse or 0.0) <= SETTLED:
+        return ""
+    if family == "stiffness" and (impulse or 0.0) <= SETTLED:
+        return (
+            ": the blow itself has settled, the share of the hardest channel has not (the stiffer, the fewer "
+            "channels carry it)"
+        )
+    return f": it takes {ADVICE[family]}"
 
 
 def _median(c: Convergence, name: str, family: str) -> float | None:
@@ -102,6 +114,7 @@ def as_dict(c: Convergence) -> dict[str, Any]:
              "problem": e.problem, "figures": {name: _settling_dict(f) for name, f in e.figures.items()}}
             for e in c.events
         ],
+        "new": c.new,
         "settled": {name: c.settled_events(name) for name in FIGURES},
         "totals": {name: _settling_dict(t) for name, t in c.totals.items()},
         "chaotic": c.chaotic,

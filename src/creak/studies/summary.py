@@ -43,6 +43,7 @@ def summarise(result: StudyResult, convergence: Convergence | None = None) -> di
             for u in model.unread
         ],
         "notes": result.notes,
+        "stopped": result.stopped,
     }
     if convergence is not None:
         summary["convergence"] = as_dict(convergence)
@@ -71,6 +72,8 @@ def _run(run: Run, result: StudyResult, model: Model) -> dict[str, Any]:
     h = run.history
     penetration = float(max(0.0, -h.gap.min(initial=0.0)))
     return {
+        "integrator": run.integrator,
+        "stopped": run.stopped,
         "dof": run.system.n,
         "retained": run.retained,
         "modes": run.modes,

@@ -9,8 +9,10 @@ from creak.assembly.coupling import Driven
 from creak.assembly.part import Rayleigh
 from creak.dynamics.history import ENERGIES
 from creak.dynamics.loads import Loads, at_rest, follow
+from creak.dynamics.modal_march import simulate_modal
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
+from creak.dynamics.stopped import Interrupted
 from creak.errors import InputError, NumericalError
 from creak.linalg.factor import factor
 from creak.linalg.modes import modes
@@ -344,3 +346,22 @@ def test_modal_damping_gives_each_mode_its_fraction(sparse):
     np.testing.assert_allclose(amplitude, exact, atol=1.5e-3 / w)
     others = np.delete(history.displacement @ Phi, mode, axis=1)
     np.testing.assert_allclose(others, 0.0, atol=1e-10 / w)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_ctrl_c_keeps_what_was_computed(compiled):
+    """The interrupt comes with a call of progress; all instants before it are there."""
+    system = diagonalise(system_of(np.eye(2), np.diag([1e4, 2e4]), velocity=np.ones(2), sparse=False))
+
+    def interrupt(done: int, total: int) -> None:
+        if done >= 2000:
+            raise KeyboardInterrupt
+
+    run = simulate_modal if compiled else simulate
+    with pytest.raises(Interrupted) as stop:
+        run(system, NO_CHANNELS, at_rest(time_axis(5.0, 1e-3)), HHT(), observed=np.arange(2), progress=interrupt)
+    history = stop.value.history
+    assert history.time.size == 2001
+    assert history.displacement.shape == (2001, 2)
+    assert np.isfinite(history.displacement).all()
+    assert np.abs(history.displacement[-100:]).max() > 0.0

@@ -1,0 +1,83 @@
+"""Contact laws and integrators through the command, and runs that end early."""
+
+from __future__ import annotations
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+from creak.cli.main import main
+from helpers_decks import STUDY, write_strips
+
+
+def run(folder, study, monkeypatch):
+    """Exit status and summary."""
+    path = write_strips(folder)
+    path.write_text(study)
+    monkeypatch.setattr("sys.argv", ["creak", "run", str(path), "--quiet", "--out", str(folder / "out")])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    summary = folder / "out" / "summary.json"
+    return stop.value.code, json.loads(summary.read_text()) if summary.exists() else None
+
+
+def changed(*pairs):
+    study = STUDY
+    for old, new in pairs:
+        assert old in study
+        study = study.replace(old, new)
+    return study
+
+
+def test_generalised_alpha_with_divided_steps(tmp_path, monkeypatch):
+    study = changed(("[time]\n", '[time]\nintegrator = "generalised-alpha"\nrho_inf = 0.8\nsubsteps = 4\n'))
+    status, summary = run(tmp_path, study, monkeypatch)
+    assert status == 0
+    for name in ("reduced", "reference"):
+        figures = summary["runs"][name]
+        assert figures["integrator"] == "generalised-alpha, 4 substeps near contact"
+        assert figures["events"]
+        assert figures["energy_created"] <= 0.005
+        assert figures["steps"] > 800  # divided near contact only
+        assert figures["steps"] < 4 * 800
+    assert summary["verification"]["events"]["missed"] == 0
+
+
+def test_hard_contact_with_friction_on_a_massless_boundary(tmp_path, monkeypatch):
+    study = changed(
+        ('main = "OVER"\n', 'main = "OVER"\nstiffness = "hard"\nfriction = 0.3\n'),
+        ("[reduction]\n", '[reduction]\nmethod = "massless-boundary"\n'),
+        ("[time]\n", '[time]\nintegrator = "massless-boundary"\n'), ("[time]", "[reference]\nrun = false\n[time]"),
+    )  # fmt: skip
+    status, summary = run(tmp_path, study, monkeypatch)
+    assert status == 0
+    figures = summary["runs"]["reduced"]
+    assert figures["integrator"].startswith("massless boundary")
+    assert figures["events"]
+    assert figures["energy_created"] <= 0.005
+    # Nothing penetrates: the gap is zero to round-off of the motion, some .1 mm.
+    assert figures["penetration_max"] < 1e-10
+    assert figures["energies"]["friction"] >= 0.0
+    with h5py.File(tmp_path / "out" / "results.h5") as file:
+        group = file["runs/reduced"]
+        pressed, rubbed = group["normal_force"][:], np.linalg.norm(group["friction_force"][:], axis=-1)
+        assert rubbed.max() > 0.0
+        assert (rubbed <= 0.3 * pressed + 1e-9 * pressed.max()).all()
+
+
+def test_a_run_that_diverges_keeps_what_it_has(tmp_path, monkeypatch, capsys):
+    """A motion beyond the range of numbers: one message, status 1, results up to there."""
+    start = STUDY.index("amplitude = ")
+    end = STUDY.index("}", start)
+    study = STUDY[:start] + "amplitude = 1e160 " + STUDY[end:] + "\n[precheck]\nenabled = false\n"
+    status, summary = run(tmp_path, study, monkeypatch)
+    assert status == 1
+    told = capsys.readouterr().err
+    assert "no longer finite at t = " in told
+    assert "Traceback" not in told
+    assert "What was computed until then is in" in told
+    assert "no longer finite" in summary["stopped"]
+    assert (tmp_path / "out" / "results.h5").exists()
+    assert "ended early" in (tmp_path / "out" / "report.html").read_text()

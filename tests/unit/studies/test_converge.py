@@ -1,0 +1,344 @@
+"""Repeated runs with other steps, stiffness and modes: what has settled, and what is said of it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from creak.contact.laws.parameters import Curves
+from creak.dynamics.stopped import Diverged
+from creak.errors import InputError
+from creak.studies import converge as module
+from creak.studies import run as running
+from creak.studies.converge import (
+    BASE,
+    FIGURES,
+    HALF,
+    LAST_TWO,
+    MORE_MODES,
+    QUARTER,
+    SETTLED,
+    TENFOLD,
+    TWICE,
+    Outcome,
+    Variant,
+    assess,
+    change,
+    converge,
+    repeated_setup,
+    scaled_contact,
+)
+from creak.studies.convergence_words import as_dict, csv_rows, findings
+from creak.studies.run import run_study
+from creak.studies.save import save_convergence
+from creak.studies.setup import set_up
+from creak.studies.study_file import read_study
+from creak.studies.summary import summarise
+from creak.verify.events import Event
+from helpers_decks import STUDY, write_strips
+
+STOP = """*NODE
+1, 0., 0., 0.
+*ELEMENT, TYPE=MASS, ELSET=M
+1, 1
+*MASS, ELSET=M
+100.
+*ELEMENT, TYPE=SPRING1, ELSET=K
+2, 1
+*SPRING, ELSET=K
+1
+10000.
+*NSET, NSET=TIP
+1
+*INITIAL CONDITIONS, TYPE=VELOCITY
+TIP, 1, 1.0
+"""
+STOP_STUDY = """[model]
+deck = "strips.inp"
+units = "m-kg-s"
+[[connector]]
+type = "play"
+nodes = "TIP"
+dof = "x"
+upper = 0.0
+stiffness = 1e6
+[reduction]
+method = "none"
+[time]
+step = {step}
+end = {end}
+alpha = 0.0
+"""
+OMEGA = math.sqrt(1.01e6 / 100.0)
+"""Of the mass while it presses: half a period of contact, F = K v / omega, then the spring brings it back."""
+
+
+def silent(*_):
+    pass
+
+
+def solved(folder, study, deck=None):
+    return run_study(set_up(read_study(write_strips(folder, deck=deck, study=study))), silent)
+
+
+def event(t, force=1.0, impulse=1e-3, duration=2e-3, speed=5.0):
+    return Event("c", "c:1", 0, t, t + 0.5 * duration, t + duration, force, force, impulse, speed, 1)
+
+
+def outcomes(stopped=(), **events):
+    """Outcomes of runs named by their families' letters: base, h2, h4, k2, k10, f."""
+    names = {"base": BASE, "h2": HALF, "h4": QUARTER, "k2": TWICE, "k10": TENFOLD, "f": MORE_MODES}
+    family = {name: key for key, pair in LAST_TWO.items() for name in pair if name != BASE} | {BASE: ""}
+    out = {}
+    for key, found in events.items():
+        name = names[key]
+        early = key in stopped
+        out[name] = Outcome(
+            Variant(name, family[name], 1e-3), tuple(found), sum(e.impulse for e in found), 0.0, 0.01, 1000,
+            0.15 if early else 1.0, 0.1, f"{name} run: diverged" if early else None,
+        )  # fmt: skip
+    return out
+
+
+@pytest.fixture(scope="module")
+def strips(tmp_path_factory):
+    return solved(tmp_path_factory.mktemp("strips"), STUDY + "\n[reference]\nrun = false\n")
+
+
+@pytest.fixture(scope="module")
+def repeated(strips):
+    return converge(strips, silent)
+
+
+# --- a case that settles, one that does not --------------------------------------------------------------------------
+
+
+def test_mass_on_a_stop_settles_to_the_exact_blow(tmp_path):
+    """Trapezoidal rule, omega h = 0.05 at h: period and force are off by (omega h)^2 / 12 = 2e-4, far below 5 %."""
+    c = converge(solved(tmp_path, STOP_STUDY.format(step=5e-4, end=0.1), STOP), silent)
+    assert list(c.outcomes) == [BASE, HALF, QUARTER]  # a connector, and nothing reduced: only the step varies
+    assert c.model == "reference"
+    first = c.events[0]
+    assert first.settled
+    assert first.figures["force"].settled_to < 1e-3
+    assert first.figures["force"].values[QUARTER] == pytest.approx(1e6 / OMEGA, rel=1e-3)
+    assert first.figures["duration"].values[QUARTER] == pytest.approx(math.pi / OMEGA, rel=1e-3)
+    assert c.totals["impulse"].settled
+    assert any("connectors" in text for text in c.notes)
+
+
+def test_a_coarse_step_does_not_settle(tmp_path):
+    """omega h = 6, 3, 1.5: one or two instants in contact; exact is 2 K v / omega^2 = 198 N s."""
+    c = converge(solved(tmp_path, STOP_STUDY.format(step=0.06, end=0.48), STOP), silent)
+    first = c.events[0]
+    assert not first.settled
+    assert not first.figures["impulse"].settled
+    assert first.figures["impulse"].worst == "step"
+    values = first.figures["impulse"].values
+    assert first.figures["impulse"].base_error == pytest.approx(values[BASE] / values[QUARTER] - 1.0)
+    assert first.figures["impulse"].base_error > SETTLED
+    assert any("shorter [time] step" in text for text in findings(c))
+
+
+# --- the runs that are made ------------------------------------------------------------------------------------------
+
+
+def test_every_family_is_run_on_the_same_time_and_channels(strips, repeated):
+    h = strips.setup.study.config.time.step
+    assert list(repeated.outcomes) == [BASE, HALF, QUARTER, TWICE, TENFOLD, MORE_MODES]
+    made = {name: (o.variant.step / h, o.variant.stiffness, o.variant.f_max, o.steps) for name, o in repeated.outcomes.items()}
+    n = strips.setup.loads.n_step
+    assert made == {
+        BASE: (1.0, 1.0, 3000.0, n), HALF: (0.5, 1.0, 3000.0, 2 * n), QUARTER: (0.25, 1.0, 3000.0, 4 * n),
+        TWICE: (0.25, 2.0, 3000.0, 4 * n), TENFOLD: (0.25, 10.0, 3000.0, 4 * n), MORE_MODES: (1.0, 1.0, 4500.0, n),
+    }  # fmt: skip
+    end = float(strips.setup.loads.time[-1])
+    assert [o.end for o in repeated.outcomes.values()] == pytest.approx([end] * 6, rel=1e-12)
+    assert repeated.families == LAST_TWO
+
+
+def test_the_base_run_is_that_of_the_study(strips, repeated):
+    summary = summarise(strips)["runs"]["reduced"]
+    base = as_dict(repeated)["runs"][BASE]
+    assert base["impulse_total"] == summary["impulse_total"]
+    assert base["max_force_filtered"] == max(e["force_peak_filtered"] for e in summary["events"])
+    assert len(repeated.events) == sum(strips.window[0] <= e["t_start"] <= strips.window[1] for e in summary["events"])
+
+
+def test_refinement_changes_what_the_names_say(strips, repeated):
+    """A run repeated at h/2 is that of a study with half the step and the base run's contact stiffness."""
+    setup = repeated_setup(strips.setup, Variant(HALF, "step", 2.5e-4, f_max=3000.0), 1)
+    again = running.march_run("again", setup, strips.reduced.system, strips.gaps, silent, strips.reduced)
+    assert tuple(again.events) == repeated.outcomes[HALF].events
+    assert setup.loads.time[-1] == strips.setup.loads.time[-1]
+    np.testing.assert_allclose(setup.loads.support[0, ::2], strips.setup.loads.support[0], rtol=0, atol=1e-12)
+    assert again.history.output_index.tolist() == list(range(0, 1601, 2))  # the output interval of the base run
+
+
+def test_contact_stiffness_and_curves_are_scaled_hard_ones_are_not(strips):
+    gaps = strips.gaps
+    curves = Curves(np.zeros(gaps.m, dtype=np.int64), gaps.area.copy(), (np.array([[0.0, 0.0], [1.0, 2.0]]),))
+    k = gaps.stiffness.copy()
+    k[0] = np.inf
+    channels = np.arange(0, gaps.m, 2)
+    scaled = scaled_contact(replace(gaps, stiffness=k, curves=curves), channels, 10.0)
+    by = np.where(np.arange(gaps.m) % 2, 1.0, 10.0)
+    np.testing.assert_array_equal(scaled.stiffness, k * by)
+    assert np.isinf(scaled.stiffness[0])
+    np.testing.assert_array_equal(scaled.curves.scale, gaps.area * by)
+
+
+def test_hard_contact_and_guyan_leave_out_what_they_do_not_have(strips):
+    c = strips.setup.study.config
+    config = c.model_copy(update={"reduction": c.reduction.model_copy(update={"method": "guyan"})})
+    hard = replace(
+        strips, gaps=replace(strips.gaps, stiffness=np.full(strips.gaps.m, np.inf)),
+        setup=replace(strips.setup, study=replace(strips.setup.study, config=config)),
+    )  # fmt: skip
+    variants, notes = module.plan(hard)
+    assert [v.name for v in variants] == [HALF, QUARTER]
+    for word in (f"{strips.gaps.m} hard channels", "no contact has a stiffness", "Guyan"):
+        assert any(word in note for note in notes)
+
+
+# --- runs that stop --------------------------------------------------------------------------------------------------
+
+
+def test_a_run_that_stops_is_reported_and_the_rest_goes_on(strips, repeated, monkeypatch):
+    whole = running.integrate
+
+    def until_0_3(setup, system, gaps, **options):
+        history, *rest = whole(setup, system, gaps, **options)
+        if setup.study.config.time.step > 1.3e-4 or gaps.stiffness[0] > strips.gaps.stiffness[0]:
+            return history, *rest
+        n = int(np.searchsorted(history.time, 0.3))
+        cut = replace(history, time=history.time[:n], gap=history.gap[:n], force=history.force[:n], energy=history.energy[:n])
+        raise Diverged(float(history.time[n]), cut)
+
+    monkeypatch.setattr(running, "integrate", until_0_3)
+    c = converge(strips, silent)
+    assert [name for name, o in c.outcomes.items() if o.stopped] == [QUARTER]
+    assert c.outcomes[QUARTER].end == pytest.approx(0.3, abs=2e-4)
+    for name in (HALF, TWICE, TENFOLD, MORE_MODES):
+        assert c.outcomes[name].events == repeated.outcomes[name].events
+    before = [e for e in c.events if e.event.t_end < 0.28]
+    after = [e for e in c.events if e.event.t_start > 0.31]
+    assert before
+    assert after
+    assert all(QUARTER in e.figures["force"].values for e in before)
+    assert all(f"{QUARTER} stopped before" in e.problem and not e.settled for e in after)
+    assert not c.totals["impulse"].settled
+    assert any("h/4 run: the motion is no longer finite" in text for text in findings(c))
+
+
+def test_a_run_that_cannot_be_made_says_why(strips, monkeypatch):
+    def refuse(*_):
+        raise InputError("no such modes")
+
+    monkeypatch.setattr(module, "reduce_model", refuse)
+    c = converge(strips, silent)
+    assert c.outcomes[MORE_MODES].stopped == "1.5 x f_max was not run: no such modes"
+    assert c.outcomes[TENFOLD].stopped is None
+
+
+def test_a_base_run_that_stopped_is_not_repeated(strips):
+    base = replace(strips.runs["reduced"], stopped="reduced run: diverged")
+    c = converge(replace(strips, runs={"reduced": base}), silent)
+    assert list(c.outcomes) == [BASE]
+    assert findings(c) == ["convergence was not looked at: the reduced run: diverged"]
+
+
+# --- the comparison --------------------------------------------------------------------------------------------------
+
+
+def test_the_worst_family_decides_and_limits_are_inclusive():
+    c = assess(outcomes(
+        base=[event(0.5, force=1.0)], h2=[event(0.5, force=1.03)], h4=[event(0.5, force=1.0)],
+        k2=[event(0.5, force=0.96)], k10=[event(0.5, force=1.0)], f=[event(0.5, force=0.98)],
+    ), "reduced", (0.0, 1.0), 0.01)  # fmt: skip
+    force = c.events[0].figures["force"]
+    assert force.changes == pytest.approx({"step": -0.03, "stiffness": 0.04, "modes": -0.02 / 0.98})
+    assert (force.settled_to, force.worst, force.settled) == (pytest.approx(0.04), "stiffness", True)
+    assert c.events[0].settled
+
+
+@pytest.mark.parametrize(("moved", "settled"), [(0.0009, True), (0.0011, False)])
+def test_times_may_move_by_a_tenth_of_the_tolerance(moved, settled):
+    c = assess(outcomes(base=[event(0.5)], h2=[event(0.5)], h4=[event(0.5 + moved)]), "reduced", (0.0, 1.0), 0.01)
+    start = c.events[0].figures["start"]
+    assert start.settled is settled
+    assert start.settled_to == pytest.approx(moved)
+    assert c.events[0].figures["duration"].settled
+
+
+def test_absent_events_are_not_settled_and_new_ones_are_counted():
+    c = assess(outcomes(
+        base=[event(0.3), event(0.6)], h2=[event(0.3)], h4=[event(0.3), event(0.6), event(0.9)],
+    ), "reduced", (0.0, 1.0), 0.01)  # fmt: skip
+    assert [e.settled for e in c.events] == [True, False]
+    assert c.events[1].problem == "absent with h/2"
+    assert np.isnan(c.events[1].figures["force"].settled_to)
+    assert c.new == {HALF: 0, QUARTER: 1}
+    assert any("h/4 1" in text for text in findings(c))
+
+
+def test_dense_events_are_compared_by_their_distributions():
+    """50 events in a second: single ones scatter by 30 %, the samples are the same in another order."""
+    rng = np.random.default_rng(0)
+    forces = 1.0 + 0.3 * rng.random(50)
+    runs = [[event(0.02 * i + 0.001, force=f) for i, f in enumerate(rng.permutation(forces))] for _ in range(3)]
+    c = assess(outcomes(base=runs[0], h2=runs[1], h4=runs[2]), "reduced", (0.0, 1.0), 0.01)
+    assert c.chaotic
+    assert c.settled_events("force") < 50
+    assert c.statistics["step"].force.value == 0.0
+    assert any("50 events per second" in text for text in findings(c))
+    assert any("h/2 (50) and h/4 (50) are alike" in text for text in findings(c))
+
+
+@pytest.mark.parametrize(("impulse", "words"), [(1.03e-3, "hardest channel has not"), (1.2e-3, "stiffer contact")])
+def test_a_force_that_follows_the_penalty_is_told_from_a_blow_that_does(impulse, words):
+    runs = {key: [event(0.5)] for key in ("base", "h2", "h4", "k2")}
+    c = assess(outcomes(**runs, k10=[event(0.5, force=1.5, impulse=impulse)]), "reduced", (0.0, 1.0), 0.01)
+    assert sum(words in text for text in findings(c)) == 1
+
+
+def test_few_events_are_not_called_chaotic():
+    c = assess(outcomes(base=[event(0.5)], h2=[event(0.5)], h4=[event(0.5)]), "reduced", (0.0, 1.0), 0.01)
+    assert not c.chaotic
+    assert not any("samples" in text for text in findings(c))
+
+
+def test_change_of_figures_that_vanish():
+    assert change("force", 1.0, 0.0) == np.inf
+    assert change("closing_speed", 0.0, 0.0) == 0.0
+    assert np.isnan(change("impulse", None, 1.0))
+    assert change("start", 1.0, 1.5) == 0.5
+    assert change("impulse", 3.0, 2.0) == -0.5
+
+
+# --- what is written -------------------------------------------------------------------------------------------------
+
+
+def test_csv_has_a_line_for_each_figure_of_each_event(repeated, tmp_path):
+    with save_convergence(repeated, tmp_path).open(encoding="utf-8", newline="") as file:
+        lines = list(csv.DictReader(file))
+    assert len(lines) == len(FIGURES) * len(repeated.events)
+    for line in lines:
+        if line["figure"] == "impulse" and line[HALF] and line[QUARTER]:
+            assert float(line["change_step"]) == pytest.approx(1.0 - float(line[HALF]) / float(line[QUARTER]), abs=1e-6)
+    assert {line["verdict"].split(":")[0] for line in lines} <= {"settled", "not settled"}
+    assert csv_rows(repeated)[0][:4] == ["contact", "channel", "t_start", "figure"]
+
+
+def test_summary_holds_it_as_plain_json(strips, repeated):
+    summary = summarise(strips, repeated)
+    told = json.loads(json.dumps(summary, allow_nan=False))["convergence"]
+    assert set(told["runs"]) == set(repeated.outcomes)
+    assert told["findings"] == findings(repeated)
+    assert len(told["events"]) == len(repeated.events)
+    assert "convergence" not in summarise(strips)
