@@ -345,8 +345,8 @@ def last_line(log: str) -> str:
 
 SIGMA_INFINITY = 0.01
 """N/mm^2: rounds the corner of CalculiX's linear law over SIGMA_INFINITY pi / STIFFNESS = 1 um."""
-GAP_TENSION = 1e-5
-"""N with which an open gap element of CalculiX pulls."""
+PULL = 1e-4
+"""N with which the open gap elements of CalculiX pull, all together."""
 LEAST_STEP = 1e-9
 """s, for CalculiX's automatic steps."""
 
@@ -368,7 +368,7 @@ def gap_elements(case: Case) -> list[str]:
             if its_area == area:
                 label += 1
                 lines.append(f"{label}, {lower}, {upper}")
-        lines += [f"*GAP, ELSET=GAP{k}", f"{GAP}, 0., 0., 1., , {STIFFNESS * area}, {GAP_TENSION}"]
+        lines += [f"*GAP, ELSET=GAP{k}", f"{GAP}, 0., 0., 1., , {STIFFNESS * area}, {PULL / len(case.pairs)}"]
     return lines
 
 

@@ -321,7 +321,7 @@ def press(model, step, A, laws, now, after, gap_free, rate_free, slip):  # type:
         return code
     respond(model, step, A, after)
     for i in range(f2):
-        if after.force[laws.rubs[i // 2]] > 0.0:
+        if after.force[laws.rubs[i // 2]] > 0.0 and not after.stuck[i // 2]:
             moved = 0.0
             for j in range(after.force.size):
                 moved += A[m + i, j] * after.force[j]

@@ -172,8 +172,9 @@ def converge(result: StudyResult, progress: Progress) -> Convergence:
     that stiffness at h/4, which resolves it; with 1.5 times the f_max of the reduction at h. All cover the same time
     at the same output interval, with the same channels. A run that stops early, or cannot be made, is reported and the
     others go on. A figure that has settled is free of the step, of the penalty and of the cut-off: it may still be off
-    by what the mesh, the contact normals (found once) and the damping say. Figures of a single event that differ from
-    run to run without trend are chaotic, not unconverged: `Convergence.statistics` compares the samples then.
+    by what the mesh, the contact normals (found once), the damping and the pre-check (made with the base step, not
+    repeated) say. Figures of single events that differ from run to run without trend are chaotic, not unconverged:
+    `Convergence.statistics` compares the samples then.
     """
     base = result.runs.get("reduced") or result.runs["reference"]
     notes: list[str] = []

@@ -15,7 +15,7 @@ WORDS = {
 }  # fmt: skip
 TOTALS = {"events": "number of events", "impulse": "total impulse", "force": "largest low-passed force"}
 ADVICE = {
-    "step": "a shorter [time] step (or more substeps)",
+    "step": "a shorter [time] step",
     "stiffness": "a stiffer contact with a step that resolves it",
     "modes": "a higher [reduction] f_max",
 }
