@@ -368,7 +368,8 @@ def gap_elements(case: Case) -> list[str]:
             if its_area == area:
                 label += 1
                 lines.append(f"{label}, {lower}, {upper}")
-        lines += [f"*GAP, ELSET=GAP{k}", f"{GAP}, 0., 0., 1., , {STIFFNESS * area}, {PULL / len(case.pairs)}"]
+        law = f"{STIFFNESS * area:.9g}, {PULL / len(case.pairs):.9g}"  # CalculiX reads 20 characters of a number
+        lines += [f"*GAP, ELSET=GAP{k}", f"{GAP}, 0., 0., 1., , {law}"]
     return lines
 
 
