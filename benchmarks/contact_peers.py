@@ -90,7 +90,7 @@ class Strip:
         ]  # fmt: skip
 
     @property
-    def quads(self) -> list[tuple[int, int, int, int, int]]:
+    def quads(self) -> list[tuple[int, ...]]:
         """Label, four nodes; the normal is +z."""
         return [
             (self.quad(i, j), *(self.label(i + a, j + b) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))))
@@ -149,7 +149,8 @@ class Case:
         """Displacement of the upper root at the steps, mm: a sine that swells over its first period."""
         x = np.clip(self.times * FREQUENCY, 0.0, 1.0)
         swell = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
-        return np.asarray(AMPLITUDE * swell * np.sin(2.0 * np.pi * FREQUENCY * self.times))
+        base: FloatArray = AMPLITUDE * swell * np.sin(2.0 * np.pi * FREQUENCY * self.times)
+        return base
 
     @property
     def pairs(self) -> list[tuple[int, int, float]]:
@@ -443,9 +444,9 @@ def opensees_run(python: str | None) -> Program:
         if ended.late or ended.code:
             return failure(f"status {ended.code}: {last_line(ended.log)}", ended)
         said = json.loads((folder / "result.json").read_text())
-        rows = np.array(said["rows"])
-        step_s = (said["cpu_s"] - said["setup_s"]) / max(1, len(rows) - 1)
-        return Trace(*rows.T, said["failed"], ended.wall_s, step_s, ended.cpu_s, ended.peak_gb)
+        times, tip, middle, force = np.array(said["rows"]).T
+        step_s = (said["cpu_s"] - said["setup_s"]) / max(1, times.size - 1)
+        return Trace(times, tip, middle, force, said["failed"], ended.wall_s, step_s, ended.cpu_s, ended.peak_gb)
 
     return run
 
@@ -520,7 +521,7 @@ HEAD = ("", "to ms", "tip rms: flight", "to 2nd, end", "contacts: start ms", "im
 def row(name: str, trace: Trace, reference: Trace) -> tuple[str, ...]:
     """A line of the table."""
     if not trace.time.size:
-        return (name, *("-",) * 7, _seconds(trace), f"{trace.peak_gb:.2f}", trace.failed)
+        return (name, *("-",) * 7, _seconds(trace), _memory(trace), trace.failed)
     hits, expected = contacts(trace), [hit.start for hit in contacts(reference)]
     end = reference.time[-1]
     first, second = (*expected, end, end)[:2]
@@ -531,8 +532,12 @@ def row(name: str, trace: Trace, reference: Trace) -> tuple[str, ...]:
         name, f"{1e3 * trace.time[-1]:.2f}", shown[0], ", ".join(shown[1:]),
         " ".join(f"{1e3 * hit.start:.2f}" for hit in hits), " ".join(f"{1e3 * hit.impulse:.3f}" for hit in hits),
         " ".join(f"{hit.peak:.1f}" for hit in hits), f"{1e3 * trace.step_s:.2f}", _seconds(trace),
-        f"{trace.peak_gb:.2f}", trace.failed,
+        _memory(trace), trace.failed,
     )  # fmt: skip
+
+
+def _memory(trace: Trace) -> str:
+    return "-" if np.isnan(trace.peak_gb) else f"{trace.peak_gb:.2f}"
 
 
 def _seconds(trace: Trace) -> str:

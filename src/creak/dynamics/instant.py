@@ -29,6 +29,8 @@ class Instant:
     """(f,) sticking, or open."""
     recent: bool = False
     """A channel pressed in the output step that ends here."""
+    outside: tuple[FloatArray, FloatArray] | None = None
+    """(n,) loads less preload, and M_qs s'', where they are known."""
 
     @property
     def p(self) -> FloatArray:

@@ -149,7 +149,7 @@ class CondensedStepper:
         force, stuck = contact.forces(trial.gap, trial.rate, trial.slip, now.stuck, now.force)
         if not force.any():
             return self._open(gear, trial)
-        after = self._open(gear, trial, contact.acceleration(force))
+        after = self._open(gear, trial, contact.acceleration(force), force)
         m = self.gaps.m
         after.gap = contact.gaps_after(trial.gap, force)
         if self._rated:
@@ -165,13 +165,19 @@ class CondensedStepper:
         assert self.gaps.friction is not None
         return self.gaps.friction.channels
 
-    def _open(self, gear: _Gear, trial: _Trial, more: FloatArray | float = 0.0) -> Instant:
-        """The step's end with `more` acceleration from contact, and no force."""
+    def _open(
+        self, gear: _Gear, trial: _Trial, more: FloatArray | float = 0.0, force: FloatArray | None = None
+    ) -> Instant:
+        """The step's end with `more` acceleration from channel forces, which are not entered yet."""
         begun, f = trial.begun, self.gaps.rubbing
-        x = self.terms.advance(begun.half, trial.a + more, self.scheme, gear.h, begun.fresh)
+        Sa = begun.right_side
+        if force is not None:
+            Sa = Sa + (1.0 - self.scheme.alpha_f) * np.asarray(self.on.rows.T @ force)
+        x = self.terms.advance(begun.half, trial.a + more, self.scheme, gear.h, begun.fresh, Sa)
         none = np.zeros(self.gaps.m + 2 * f)
         return Instant(
-            begun.row, x, begun.support, trial.gap, trial.rate, none, np.zeros(2 * f), np.ones(f, dtype=bool)
+            begun.row, x, begun.support, trial.gap, trial.rate, none, np.zeros(2 * f), np.ones(f, dtype=bool),
+            outside=(begun.external[1], begun.inertia[1]),
         )  # fmt: skip
 
     def _check(self, now: Instant, after: Instant, begun: Begun) -> None:
@@ -205,8 +211,9 @@ def begin(
     row = now.row + stride
     support = follow(now.support, terms.loads.support[0, row], scheme, h)
     half = terms.predict(now.x, scheme, h)
-    external = terms.external(now.row, now.support) - preload, terms.external(row, support) - preload
-    inertia = terms.M_qs @ now.support[2], terms.M_qs @ support[2]
+    outside = now.outside or (terms.external(now.row, now.support) - preload, terms.M_qs @ now.support[2])
+    external = outside[0], terms.external(row, support) - preload
+    inertia = outside[1], terms.M_qs @ support[2]
     contact = np.asarray(on.rows.T @ now.force) if now.force.any() else None
     r = terms.right_side(now.x, half, scheme, external, inertia, contact)
     return Begun(row, support, half, r, external, inertia, row // (REFRESH * stride) != now.row // (REFRESH * stride))

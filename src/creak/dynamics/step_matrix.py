@@ -14,10 +14,17 @@ from creak.linalg.factor import Factor, factor
 def step_matrix(system: System, scheme: Scheme, h: float) -> Matrix:
     """S without the low-rank modal damping (see `StepFactor`)."""
     d = system.damping
+    c_M, c_K = rayleigh_weights(system, scheme, h)
+    S = c_M * system.M + c_K * system.K
+    return S if d.extra is None else S + (1.0 - scheme.alpha_f) * scheme.gamma * h * d.extra
+
+
+def rayleigh_weights(system: System, scheme: Scheme, h: float) -> tuple[float, float]:
+    """c_M and c_K of S = c_M M + c_K K, damping that is not Rayleigh left out."""
+    d = system.damping
     w_C = (1.0 - scheme.alpha_f) * scheme.gamma * h
     w_K = (1.0 - scheme.alpha_f) * scheme.beta * h * h
-    S = (1.0 - scheme.alpha_m + w_C * d.alpha) * system.M + (w_K + w_C * d.beta) * system.K
-    return S if d.extra is None else S + w_C * d.extra
+    return 1.0 - scheme.alpha_m + w_C * d.alpha, w_K + w_C * d.beta
 
 
 class StepFactor:
