@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from creak.arrays import BoolArray, FloatArray
+from creak.arrays import BoolArray, FloatArray, Matrix
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import law_arrays, solve_channels
@@ -20,6 +20,8 @@ from creak.dynamics.step_matrix import StepFactor
 
 RESPONSE_MEMORY = 2_000_000_000
 """Bytes up to which W = S^-1 [G; T]' is kept, so that contact costs no second back-substitution."""
+COLUMNS = 64
+"""Channels whose response is solved for at a time."""
 PATCH = 3.0
 """Radius of a contact patch, in node spacings, whose channels may press at the same time."""
 
@@ -45,12 +47,29 @@ def step_limited_stiffness(
         return gaps.stiffness
     part = gaps.select(limited)
     G = channel_matrices(system, part).G
-    W = StepFactor(system, scheme, h).solve(np.asfortranarray(to_dense(G).T))
-    A = (1.0 - scheme.alpha_f) * scheme.beta * h * h * np.asarray(G @ W)
+    A, _ = response(StepFactor(system, scheme, h), G, keep=False)
+    A *= (1.0 - scheme.alpha_f) * scheme.beta * h * h
     together = np.where(_neighbours(part, positions[limited]), np.abs(A), 0.0).sum(axis=1)
     stiffness = gaps.stiffness.copy()
     stiffness[limited] = stiffness[limited] / np.maximum(1.0, stiffness[limited] * together)
     return stiffness
+
+
+def response(solver: StepFactor, rows: Matrix, *, keep: bool) -> tuple[FloatArray, FloatArray | None]:
+    """rows S^-1 rows' (k, k), and W = S^-1 rows' (n, k) if asked for and no larger than `RESPONSE_MEMORY`.
+
+    Solved `COLUMNS` at a time, so that memory does not grow with the channels where W is not kept.
+    """
+    k, n = rows.shape
+    A = np.empty((k, k))
+    W = np.empty((n, k), order="F") if keep and 8 * n * k <= RESPONSE_MEMORY else None
+    for start in range(0, k, COLUMNS):
+        here = slice(start, min(start + COLUMNS, k))
+        X = solver.solve(np.asfortranarray(to_dense(rows[here]).T))
+        A[:, here] = rows @ X
+        if W is not None:
+            W[:, here] = X
+    return A, W
 
 
 def _neighbours(gaps: GapOperator, positions: FloatArray) -> BoolArray:
@@ -74,10 +93,9 @@ class CondensedContact:
         self._solver, self._weight, self._h = solver, 1.0 - scheme.alpha_f, h
         self._rate_gain, self._slip_gain = scheme.gamma / (scheme.beta * h), scheme.gamma / scheme.beta
         self._rows = on.rows
-        W = solver.solve(np.asfortranarray(to_dense(self._rows).T))
-        compliance = self._weight * scheme.beta * h * h * np.asarray(self._rows @ W)
+        compliance, self._W = response(solver, self._rows, keep=True)
+        compliance *= self._weight * scheme.beta * h * h
         self.compliance = np.ascontiguousarray(0.5 * (compliance + compliance.T))
-        self._W = np.asfortranarray(W) if W.nbytes <= RESPONSE_MEMORY else None
 
     def forces(
         self, gap_free: FloatArray, rate_free: FloatArray, slip_free: FloatArray, stuck: BoolArray, before: FloatArray
