@@ -133,8 +133,8 @@ class LinearTerms:
     ) -> State:
         """The state at the end of the step; `fresh`: products computed anew, so that round-off does not pile up.
 
-        With S a known (the right side of the step), M a = (S a - c_K K a) / c_M saves a product with a sparse M. It loses
-        digits only where stiffness outweighs inertia within a step, and such motion has no M a to speak of.
+        With S a known (the right side of the step), M a = (S a - c_K K a) / c_M saves a product with a sparse M. It
+        loses digits only where stiffness outweighs inertia within a step, and such motion has no M a to speak of.
         """
         K, M = self.system.K, self.system.M
         c_u, c_v = scheme.beta * h * h, scheme.gamma * h
