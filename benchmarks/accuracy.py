@@ -21,13 +21,12 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 from rich.console import Console
 
-from benchmarks.door import SCHEME, silent
+from benchmarks.door import silent
 from creak.contact.step_problem import compile_kernels
 from creak.door import write_door
-from creak.dynamics.condensed import step_limited_stiffness
 from creak.studies.config import ReductionTable
 from creak.studies.reduced_model import reduce_model
-from creak.studies.run import compare_events, compare_modes, march_run, prepare
+from creak.studies.run import compare_events, compare_modes, limited, march_run, prepare
 from creak.studies.setup import Setup, excitation_window, set_up
 from creak.studies.study_file import read_study
 
@@ -68,9 +67,7 @@ def study(setup: Setup) -> list[list[object]]:
     compile_kernels()
     console = Console(width=200)
     reference, gaps, _ = prepare(with_reduction(setup, {"method": "gap-modes"}), silent)  # keeps its factor
-    positions = setup.model.nodes.coords[gaps.nodes_idx]
-    stiffness = step_limited_stiffness(reference.system, gaps, positions, SCHEME, setup.loads.step)
-    gaps = replace(gaps, stiffness=stiffness)
+    gaps, _ = limited(setup, reference, gaps)
     full = march_run("reference", setup, reference.system, gaps, silent, None)
     window = excitation_window(setup.study, setup.loads.time)
     console.print(*HEAD)

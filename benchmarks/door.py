@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from creak.contact.gap_operator import GapOperator
 from creak.door import write_door
-from creak.dynamics.condensed import step_limited_stiffness
 from creak.dynamics.scheme import HHT
 from creak.studies.reduced_model import ReducedModel, reduce_model
 from creak.studies.reference_model import ReferenceModel, build_reference, precheck
+from creak.studies.run import limited
 from creak.studies.setup import Setup, set_up
 from creak.studies.study_file import read_study
 
@@ -42,6 +42,4 @@ def door(mesh_size: float) -> Door:
         setup = set_up(read_study(Path(folder) / "door.toml"))
     reference = build_reference(setup, silent)
     gaps, _ = precheck(setup, reference, SCHEME, silent)
-    positions = setup.model.nodes.coords[gaps.nodes_idx]
-    limited = step_limited_stiffness(reference.system, gaps, positions, SCHEME, setup.loads.step)
-    return Door(setup, reference, replace(gaps, stiffness=limited))
+    return Door(setup, reference, limited(setup, reference, gaps)[0])

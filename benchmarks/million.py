@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import tempfile
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,11 +21,11 @@ from creak.assembly.dofs import node_dofs
 from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import compile_kernels
 from creak.door import FINEST_MESH_SIZE, write_door
-from creak.dynamics.condensed import step_limited_stiffness
 from creak.dynamics.modal_march import simulate_modal
 from creak.studies.costs import Meter
 from creak.studies.reduced_model import reduce_model
 from creak.studies.reference_model import ReferenceModel, build_reference, linear_gaps
+from creak.studies.run import limited
 from creak.studies.setup import Setup, set_up
 from creak.studies.study_file import read_study
 from creak.studies.substructures import partition
@@ -91,9 +90,7 @@ def closest(setup: Setup, reference: ReferenceModel, retained: int) -> GapOperat
 def whole_reduction(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> list[Row]:
     """All parts, coupled and diagonalised, as `creak run` does it; then five seconds of it."""
     compile_kernels()
-    positions = setup.model.nodes.coords[gaps.nodes_idx]
-    limited = step_limited_stiffness(reference.system, gaps, positions, SCHEME, setup.loads.step)
-    gaps = replace(gaps, stiffness=limited)
+    gaps, _ = limited(setup, reference, gaps)
     meter = Meter()
     model = reduce_model(setup, reference, gaps, silent)
     cost = meter.read()

@@ -78,6 +78,12 @@ class GapOperator:
         """f, the number of channels with friction."""
         return 0 if self.friction is None else int(self.friction.channels.size)
 
+    @property
+    def resting(self) -> FloatArray:
+        """(m + 2 f,) channel forces that the preload balances at rest."""
+        normal = np.zeros(self.m) if self.preload is None else self.preload
+        return np.concatenate([normal, np.zeros(2 * self.rubbing)])
+
     def without_force(self) -> GapOperator:
         """The same gaps, watched but never pressing."""
         zero = np.zeros(self.m)

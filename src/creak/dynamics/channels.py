@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, Matrix
+from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 
@@ -27,7 +28,7 @@ class ChannelMatrices:
     T_s: FloatArray
     """(2 f, n_support)"""
 
-    @property
+    @cached_property
     def rows(self) -> Matrix:
         """(m + 2 f, n) G above T: channel forces act through its transpose."""
         if self.T.shape[0] == 0:
@@ -35,6 +36,21 @@ class ChannelMatrices:
         if sp.issparse(self.G):
             return sp.vstack([self.G, self.T], format="csr")
         return np.vstack([self.G, self.T])
+
+    @cached_property
+    def _touched(self) -> tuple[IntArray, Matrix]:
+        """Coordinates that any channel acts on, and the columns of `rows` that belong to them."""
+        if not sp.issparse(self.G):
+            return np.arange(self.G.shape[1]), self.rows
+        touched = np.unique(self.rows.indices)
+        return touched, self.rows[:, touched]
+
+    def push(self, r: FloatArray, force: FloatArray, weight: float = 1.0) -> FloatArray:
+        """r + weight [G; T]' f, in place."""
+        if force.any():
+            touched, rows = self._touched
+            r[touched] += weight * np.asarray(rows.T @ force)
+        return r
 
 
 def channel_matrices(system: System, gaps: GapOperator) -> ChannelMatrices:

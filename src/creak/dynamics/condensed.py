@@ -17,6 +17,7 @@ from creak.contact.step_problem import law_arrays, solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.step_matrix import StepFactor
+from creak.dynamics.vector_kernels import combination
 
 RESPONSE_MEMORY = 2_000_000_000
 """Bytes up to which W = S^-1 [G; T]' is kept, so that contact costs no second back-substitution."""
@@ -120,5 +121,5 @@ class CondensedContact:
         """(1 - af) S^-1 [G; T]' f."""
         active = np.flatnonzero(force)
         if self._W is not None:
-            return self._weight * (self._W[:, active] @ force[active])
-        return self._weight * self._solver.solve(np.asarray(self._rows.T @ force))
+            return np.asarray(combination(self._W.T, active, self._weight * force[active]))
+        return self._solver.solve(self.on.push(np.zeros(self._rows.shape[1]), force, self._weight))

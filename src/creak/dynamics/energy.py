@@ -6,7 +6,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator
-from creak.contact.step_problem import contact_energy, law_arrays, spring_forces
+from creak.contact.step_problem import contact_energy, damper_work, law_arrays
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.history import ENERGIES
 from creak.dynamics.instant import Instant
@@ -45,12 +45,13 @@ class EnergyAudit:
         self._forces = after
         damper1, reaction1, force1 = after
         du, ds = now.x.u - before.x.u, now.support[0] - before.support[0]
-        self._damping += 0.5 * float((damper0[0] + damper1[0]) @ du + (damper0[1] + damper1[1]) @ ds)
+        self._damping += 0.5 * float((before.x.Cv + now.x.Cv) @ du)
+        self._damping += 0.5 * float((damper0[0] + damper1[0]) @ du[self._t.driven] + (damper0[1] + damper1[1]) @ ds)
         self._external += 0.5 * float((reaction0 + reaction1) @ ds)
         if self._t.forced:
-            self._external += 0.5 * float((force0 + force1) @ (self._t.B.T @ du + self._t.B_s.T @ ds))
+            self._external += 0.5 * float((force0 + force1) @ (self._t.B.T @ du[self._t.driven] + self._t.B_s.T @ ds))
         if self._gaps.has_dampers:
-            self._contact_damping += self._dampers_of_channels(before, now)
+            self._contact_damping += float(damper_work(self._laws, before.gap, now.gap, now.force))
         if now.tau.any() or before.tau.any():
             slid = np.asarray(self._on.T @ du + self._on.T_s @ ds)
             self._friction -= 0.5 * float((before.tau + now.tau) @ slid)
@@ -62,33 +63,23 @@ class EnergyAudit:
     def _stored(self, now: Instant) -> tuple[float, float, float]:
         s, s_dot = now.support[0], now.support[1]
         sup, t, x = self._t.system.supports, self._t, now.x
-        kinetic = 0.5 * x.v @ x.Mv + x.v @ (t.M_qs @ s_dot) + 0.5 * s_dot @ sup.M_ss @ s_dot
-        strain = 0.5 * x.u @ x.Ku + x.u @ (t.K_qs @ s) + 0.5 * s @ sup.K_ss @ s
+        kinetic = 0.5 * x.v @ x.Mv + x.v[t.driven] @ (t.M_qs @ s_dot) + 0.5 * s_dot @ sup.M_ss @ s_dot
+        strain = 0.5 * x.u @ x.Ku + x.u[t.driven] @ (t.K_qs @ s) + 0.5 * s @ sup.K_ss @ s
         return float(kinetic), float(strain), self._in_channels(now.gap)
 
     def _in_channels(self, gap: FloatArray) -> float:
         """Energy of the springs; a preload adds the potential of the force that balances it."""
-        springs = float(contact_energy(self._laws, gap).sum())
+        springs = float(contact_energy(self._laws, gap))
         balance = self._gaps.preload
         return springs if balance is None else springs + float(balance @ (gap - self._gaps.gap0))
 
     def _boundary(self, now: Instant) -> tuple[tuple[FloatArray, FloatArray], FloatArray, FloatArray]:
-        """Damper forces (on q, on s), reaction of the supports, applied forces."""
+        """Damper forces (of supports on q, all on s), reaction of the supports, applied forces."""
         s, s_dot, s_ddot = now.support
         sup, t, x = self._t.system.supports, self._t, now.x
         force = t.loads.force[now.row]
-        damper = (x.Cv + t.C_qs @ s_dot, t.C_qs.T @ x.v + t.C_ss @ s_dot)
-        reaction = t.M_qs.T @ x.a + sup.M_ss @ s_ddot + t.K_qs.T @ x.u + sup.K_ss @ s + damper[1]
+        u, v, a = x.u[t.driven], x.v[t.driven], x.a[t.driven]
+        damper = (t.C_qs @ s_dot, t.C_qs.T @ v + t.C_ss @ s_dot)
+        reaction = t.M_qs.T @ a + sup.M_ss @ s_ddot + t.K_qs.T @ u + sup.K_ss @ s + damper[1]
         reaction = reaction - self._rows_s.T @ now.force + self._preload - t.B_s @ force
         return damper, reaction, force
-
-    def _dampers_of_channels(self, before: Instant, now: Instant) -> float:
-        """Work that the channel dampers took in the step (backward rule: they act at its end).
-
-        Also where a spring that unloads faster than its damper lets it go presses no more (p = 0, g < 0).
-        """
-        g = self._gaps
-        damped = np.flatnonzero((g.damping > 0.0) & np.isfinite(g.stiffness))
-        work = np.zeros(g.m)
-        work[damped] = now.p[damped] - np.asarray(spring_forces(self._laws, now.gap))[damped]
-        return float(work @ (before.gap - now.gap))

@@ -14,6 +14,12 @@ ENERGIES = ("kinetic", "strain", "contact", "damping", "contact_damping", "frict
 negative when energy was created."""
 
 
+def split_columns(table: FloatArray, m: int, f2: int) -> tuple[FloatArray, ...]:
+    """time (n,), gap and force (n, m), tangential and sliding (n, f2), energy, side by side in a table of instants."""
+    time, *others = np.split(table, np.cumsum([1, m, m, f2, f2]), axis=1)
+    return time[:, 0].copy(), *others
+
+
 @dataclass(frozen=True)
 class History:
     """Time histories of one run; contact quantities at every step, motion at the output times."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from creak.arrays import BoolArray, FloatArray
-from creak.dynamics.state import State
+from creak.dynamics.state import Outside, State
 
 
 @dataclass
@@ -29,8 +29,8 @@ class Instant:
     """(f,) sticking, or open."""
     recent: bool = False
     """A channel pressed in the output step that ends here."""
-    outside: tuple[FloatArray, FloatArray] | None = None
-    """(n,) loads less preload, and M_qs s'', where they are known."""
+    outside: Outside | None = None
+    """What acts from outside, where it is known."""
 
     @property
     def p(self) -> FloatArray:

@@ -12,9 +12,8 @@ import numba
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.contact.laws.linear import linear_energy
-from creak.contact.laws.tabular import curve_energy, curve_force
-from creak.contact.step_problem import solve_step
+from creak.contact.step_problem import contact_energy, damper_work, solve_step
+from creak.dynamics.closing import closes_between
 
 FAST = {"reassoc", "contract", "nsz", "arcp"}
 """Sums in any order; infinities and NaN keep their meaning."""
@@ -254,23 +253,6 @@ def look(model, after, rated):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def closes(now, after, h):  # type: ignore[no-untyped-def]
-    """Does the cubic through gaps and rates at both ends of a step reach zero in it?"""
-    for i in range(now.gap.size):
-        g0, g1 = now.gap[i], after.gap[i]
-        if g1 <= 0.0:
-            return True
-        d0, d1 = h * now.rate[i], h * after.rate[i]
-        if d0 < 0.0 < d1:
-            a, b = 2.0 * (g0 - g1) + d0 + d1, -3.0 * (g0 - g1) - 2.0 * d0 - d1
-            q = b + np.sqrt(max(b * b - 3.0 * a * d0, 0.0))
-            x = -d0 / q if q != 0.0 else 0.5
-            if g0 + x * (d0 + x * (b + x * a)) <= 0.0:
-                return True
-    return False
-
-
-@numba.njit(cache=True)
 def slide(model, now, after, out):  # type: ignore[no-untyped-def]
     """Tangential displacement of the rubbing channels in a step."""
     m = model.gap0.size
@@ -383,34 +365,12 @@ def massless_work(model, now, after):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def contact_energy(model, laws, gap):  # type: ignore[no-untyped-def]
+def in_channels(model, laws, gap):  # type: ignore[no-untyped-def]
     """Energy of the springs of the channels, and of what balances their preload."""
-    energy = 0.0
+    energy = contact_energy(laws, gap)
     for i in range(gap.size):
-        c = laws.curve[i]
-        if c >= 0:
-            energy += laws.scale[i] * curve_energy(laws.x, laws.y, laws.start[c], laws.start[c + 1], -gap[i])
-        elif laws.stiffness[i] < np.inf:
-            energy += linear_energy(laws.stiffness[i], gap[i])
         energy += model.preload[i] * (gap[i] - model.gap0[i])
     return energy
-
-
-@numba.njit(cache=True)
-def damper_work(laws, now, after):  # type: ignore[no-untyped-def]
-    """Work that the channel dampers took in a step (they act at its end)."""
-    work = 0.0
-    for i in range(now.gap.size):
-        if laws.damping[i] > 0.0 and (after.gap[i] < 0.0 or after.force[i] != 0.0):
-            c, elastic = laws.curve[i], 0.0
-            if c >= 0:
-                elastic = laws.scale[i] * curve_force(laws.x, laws.y, laws.start[c], laws.start[c + 1], -after.gap[i])
-            elif laws.stiffness[i] == np.inf:
-                continue
-            else:
-                elastic = laws.stiffness[i] * max(0.0, -after.gap[i])
-            work += (after.force[i] - elastic) * (now.gap[i] - after.gap[i])
-    return work
 
 
 @numba.njit(cache=True)
@@ -517,11 +477,11 @@ def book(model, step, laws, now, after, flown, slip):  # type: ignore[no-untyped
         damping += damped
     more_kinetic, more_strain = carried(model, after)
     e[KINETIC], e[STRAIN] = kinetic + more_kinetic, strain + more_strain
-    e[CONTACT] = contact_energy(model, laws, after.gap)
+    e[CONTACT] = in_channels(model, laws, after.gap)
     e[DAMPING] += damping
     e[EXTERNAL] += external
     if model.damped:
-        e[CONTACT_DAMPING] += damper_work(laws, now, after)
+        e[CONTACT_DAMPING] += damper_work(laws, now.gap, after.gap, after.force)
     m = model.gap0.size
     if slip.size and (acts(now.force, m, now.force.size) or acts(after.force, m, after.force.size)):
         slide(model, now, after, slip)
@@ -539,7 +499,7 @@ def start_books(model, laws, x):  # type: ignore[no-untyped-def]
     more_kinetic, more_strain = carried(model, x)
     fill(x.energy, 0.0)
     x.energy[KINETIC], x.energy[STRAIN] = kinetic + more_kinetic, strain + more_strain
-    x.energy[CONTACT] = contact_energy(model, laws, x.gap)
+    x.energy[CONTACT] = in_channels(model, laws, x.gap)
     x.energy[INITIAL] = x.energy[0] + x.energy[1] + x.energy[2]
 
 
@@ -584,7 +544,7 @@ def march_chunk(model, laws, whole, A_whole, part, A_part, now, after, out, time
         if divided and not now.recent[0] and not acts(now.force, 0, now.gap.size):
             flown = fly(model, whole, now, after, row0 + substeps, load)
             look(model, after, True)
-            divided = closes(now, after, whole.h)
+            divided = closes_between(now.gap, now.rate, after.gap, after.rate, whole.h)
         count, stride = (substeps, 1) if divided else (1, substeps)
         pressed = False
         for q in range(count):

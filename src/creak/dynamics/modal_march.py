@@ -12,7 +12,7 @@ from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import failure, law_arrays, solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
-from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.history import ENERGIES, History, split_columns
 from creak.dynamics.loads import Loads
 from creak.dynamics.modal_coefficients import (
     MasslessBoundary,
@@ -252,13 +252,12 @@ class _Log:
 
     def history(self) -> History:
         """All that was kept so far."""
-        cuts = np.cumsum([1, self._m, self._m, self._f2, self._f2])
-        time, gap, force, tangential, sliding, energy = np.split(self._table[: self.used], cuts, axis=1)
+        time, gap, force, tangential, sliding, energy = split_columns(self._table[: self.used], self._m, self._f2)
         n = self._out
-        reached = int(np.count_nonzero(self._whole_time <= time[-1, 0]))
+        reached = int(np.count_nonzero(self._whole_time <= time[-1]))
         steps = int(np.count_nonzero(force.any(axis=1)))
         return History(
-            time[:, 0].copy(), gap, force, self._slip[:n], self._at[:n], self._displacement[:n], energy, steps,
+            time, gap, force, self._slip[:n], self._at[:n], self._displacement[:n], energy, steps,
             self.setup_s, self._whole_at[:reached], self._whole[:reached].T, tangential, sliding,
         )  # fmt: skip
 
@@ -278,7 +277,8 @@ def _model(
 ) -> ModalModel:
     """Contiguous arrays for the kernel; load columns that are zero are left out."""
     sup, preload = terms.system.supports, np.zeros(gaps.m) if gaps.preload is None else gaps.preload
-    blocks = [(ACCELERATION, -terms.M_qs), (VELOCITY, -terms.C_qs), (DISPLACEMENT, -terms.K_qs), (FORCE, terms.B),
+    blocks = [(ACCELERATION, terms.on_all(-terms.M_qs)), (VELOCITY, terms.on_all(-terms.C_qs)),
+              (DISPLACEMENT, terms.on_all(-terms.K_qs)), (FORCE, terms.on_all(terms.B)),
               (CONSTANT, -np.asarray(on.G.T @ preload)[:, None])]  # fmt: skip
     columns = [(order, j, A[:, j]) for order, A in blocks for j in range(A.shape[1]) if A[:, j].any()]
     X = np.ascontiguousarray([x for _, _, x in columns]) if columns else np.zeros((0, m.size))

@@ -45,19 +45,18 @@ class PlainNewton:
         self.S: Matrix = np.diag(S.diagonal()) if isinstance(S, Diagonal) else S
         self.on = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
-        self._preload = np.asarray(self.on.G.T @ (np.zeros(gaps.m) if gaps.preload is None else gaps.preload))
         self.factorisations, self.residual = 0, 0.0
         self._start = StepFactor(system, scheme, self.h)
         self.setup_s = clock.perf_counter() - started
 
     def start(self) -> Instant:
         """As the condensed stepper starts."""
-        return first_instant(self.terms, self._start, self.scheme, self.gaps, self.on, self._preload)
+        return first_instant(self.terms, self._start, self.scheme, self.gaps, self.on)
 
     def advance(self, now: Instant) -> Iterator[Instant]:
         """One step."""
         scheme, h, on, gaps = self.scheme, self.h, self.on, self.gaps
-        begun = begin(self.terms, self._preload, on, scheme, h, now)
+        begun = begin(self.terms, gaps, on, scheme, h, now)
         half, support = begun.half, begun.support
         base = gaps.gap0 + on.G @ half.u + on.G_s @ support[0]
         base_rate = on.G @ half.v + on.G_s @ support[1]

@@ -9,7 +9,7 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
-from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.history import ENERGIES, History, split_columns
 from creak.dynamics.instant import Instant
 
 BUFFER_MEMORY = 64_000_000
@@ -71,11 +71,10 @@ class Recorder:
         if self._filled:
             self._flush()
         m, f2 = self._m, (self._kept.width - 1 - 2 * self._m - len(ENERGIES)) // 2
-        cuts = np.cumsum([1, m, m, f2, f2])
-        time, gap, force, tangential, sliding, energy = np.split(self._kept.rows, cuts, axis=1)
+        time, gap, force, tangential, sliding, energy = split_columns(self._kept.rows, m, f2)
         n, reached = self._done, int(np.searchsorted(self._whole_at, self._every * self._done))
         return History(
-            time[:, 0].copy(), gap, force, self._slip[:n], self._index[:n], self._displacement[:n], energy,
+            time, gap, force, self._slip[:n], self._index[:n], self._displacement[:n], energy,
             self._contact_steps, setup_s, self._whole_at[:reached], self._coordinates[:, :reached], tangential, sliding,
             residual,
         )  # fmt: skip

@@ -21,7 +21,7 @@ from creak.dynamics.instant import Instant
 from creak.dynamics.loads import Loads, follow
 from creak.dynamics.recorder import Recorder
 from creak.dynamics.scheme import Scheme
-from creak.dynamics.state import LinearTerms, Predictor
+from creak.dynamics.state import LinearTerms, Outside, Predictor
 from creak.dynamics.step_matrix import StepFactor
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.errors import NumericalError
@@ -83,11 +83,9 @@ class CondensedStepper:
         self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
-        self._watched = gaps.without_force() if substeps > 1 else gaps
-        self._whole = _Gear(system, self._watched, self.on, scheme, substeps * loads.step)
+        watched = gaps.without_force() if substeps > 1 else gaps
+        self._whole = _Gear(system, watched, self.on, scheme, substeps * loads.step)
         self._divided = self._whole if substeps == 1 else None
-        preload = np.zeros(gaps.m) if gaps.preload is None else gaps.preload
-        self._preload = np.asarray(self.on.G.T @ preload)
         self._rated = gaps.has_dampers or substeps > 1
         self.residual = 0.0
         self.setup_s = clock.perf_counter() - started
@@ -99,7 +97,7 @@ class CondensedStepper:
 
     def start(self) -> Instant:
         """The first instant: u = 0, the System's initial velocity, S a = f + G' p - C v - K u."""
-        return first_instant(self.terms, self._whole.solver, self.scheme, self.gaps, self.on, self._preload)
+        return first_instant(self.terms, self._whole.solver, self.scheme, self.gaps, self.on)
 
     def advance(self, now: Instant) -> Iterator[Instant]:
         """The instants up to the next output step."""
@@ -127,13 +125,14 @@ class CondensedStepper:
 
     def _trial(self, gear: _Gear, now: Instant) -> _Trial:
         scheme, h, on = self.scheme, gear.h, self.on
-        begun = begin(self.terms, self._preload, on, scheme, h, now)
+        begun = begin(self.terms, self.gaps, on, scheme, h, now)
         a = gear.solver.solve(begun.right_side)
         half, support = begun.half, begun.support
-        u, v = half.u + scheme.beta * h * h * a, half.v + scheme.gamma * h * a
-        gap = self.gaps.gap0 + on.G @ u + on.G_s @ support[0]
-        rate = on.G @ v + on.G_s @ support[1] if self._rated else np.zeros(self.gaps.m)
-        slip = h * (on.T @ v + on.T_s @ support[1]) if on.T.shape[0] else np.zeros(0)
+        c_u, c_v = scheme.beta * h * h, scheme.gamma * h
+        move = np.asarray(on.G @ a)
+        gap = self.gaps.gap0 + on.G @ half.u + c_u * move + on.G_s @ support[0]
+        rate = on.G @ half.v + c_v * move + on.G_s @ support[1] if self._rated else np.zeros(self.gaps.m)
+        slip = h * (on.T @ half.v + c_v * (on.T @ a) + on.T_s @ support[1]) if on.T.shape[0] else np.zeros(0)
         return _Trial(begun, a, np.asarray(gap), np.asarray(rate), np.asarray(slip))
 
     def _finished(self, gear: _Gear, now: Instant, trial: _Trial) -> Instant:
@@ -166,24 +165,25 @@ class CondensedStepper:
         return self.gaps.friction.channels
 
     def _open(
-        self, gear: _Gear, trial: _Trial, more: FloatArray | float = 0.0, force: FloatArray | None = None
+        self, gear: _Gear, trial: _Trial, more: FloatArray | None = None, force: FloatArray | None = None
     ) -> Instant:
         """The step's end with `more` acceleration from channel forces, which are not entered yet."""
         begun, f = trial.begun, self.gaps.rubbing
-        Sa = begun.right_side
-        if force is not None:
-            Sa = Sa + (1.0 - self.scheme.alpha_f) * np.asarray(self.on.rows.T @ force)
-        x = self.terms.advance(begun.half, trial.a + more, self.scheme, gear.h, begun.fresh, Sa)
+        a, Sa = trial.a, begun.right_side
+        if more is not None and force is not None:
+            a += more
+            self.on.push(Sa, force, 1.0 - self.scheme.alpha_f)
+        x = self.terms.advance(begun.half, a, self.scheme, gear.h, begun.fresh, Sa)
         none = np.zeros(self.gaps.m + 2 * f)
         return Instant(
             begun.row, x, begun.support, trial.gap, trial.rate, none, np.zeros(2 * f), np.ones(f, dtype=bool),
-            outside=(begun.external[1], begun.inertia[1]),
+            outside=begun.ends[1],
         )  # fmt: skip
 
     def _check(self, now: Instant, after: Instant, begun: Begun) -> None:
         """Residual of the equations of motion, from products computed anew."""
         if begun.fresh:
-            self.residual = max(self.residual, residual(self.on, self.scheme, now, after, begun))
+            self.residual = max(self.residual, residual(self.terms, self.gaps, self.on, self.scheme, now, after, begun))
 
 
 @dataclass
@@ -195,49 +195,48 @@ class Begun:
     support: FloatArray
     half: Predictor
     right_side: FloatArray
-    external: tuple[FloatArray, FloatArray]
-    """(n,) loads at both ends, less preload."""
-    inertia: tuple[FloatArray, FloatArray]
-    """(n,) M_qs s'' at both ends."""
+    ends: tuple[Outside, Outside]
+    """What acts from outside at its beginning and end."""
     fresh: bool
     """Time to compute the carried products anew."""
 
 
 def begin(
-    terms: LinearTerms, preload: FloatArray, on: ChannelMatrices, scheme: Scheme, h: float, now: Instant
+    terms: LinearTerms, gaps: GapOperator, on: ChannelMatrices, scheme: Scheme, h: float, now: Instant
 ) -> Begun:
     """Loads and right side of the step from `now` that is h long."""
     stride = round(h / terms.loads.step)
     row = now.row + stride
     support = follow(now.support, terms.loads.support[0, row], scheme, h)
-    half = terms.predict(now.x, scheme, h)
-    outside = now.outside or (terms.external(now.row, now.support) - preload, terms.M_qs @ now.support[2])
-    external = outside[0], terms.external(row, support) - preload
-    inertia = outside[1], terms.M_qs @ support[2]
-    contact = np.asarray(on.rows.T @ now.force) if now.force.any() else None
-    r = terms.right_side(now.x, half, scheme, external, inertia, contact)
-    return Begun(row, support, half, r, external, inertia, row // (REFRESH * stride) != now.row // (REFRESH * stride))
+    ends = now.outside or terms.outside(now.row, now.support), terms.outside(row, support)
+    half, r = terms.begin(now.x, scheme, h, ends)
+    on.push(r, scheme.alpha_f * now.force)
+    if gaps.preload is not None:
+        on.push(r, -gaps.resting)
+    return Begun(row, support, half, r, ends, row // (REFRESH * stride) != now.row // (REFRESH * stride))
 
 
-def residual(on: ChannelMatrices, scheme: Scheme, now: Instant, after: Instant, begun: Begun) -> float:
+def residual(
+    terms: LinearTerms, gaps: GapOperator, on: ChannelMatrices, scheme: Scheme, now: Instant, after: Instant,
+    begun: Begun,
+) -> float:  # fmt: skip
     """|(1 - am) M a1 + am M a0 + (1 - af)(C v1 + K u1 - f1) + af (C v0 + K u0 - f0)| over the largest of its terms."""
     af, am = scheme.alpha_f, scheme.alpha_m
-    ends = ((now, begun.external[0], begun.inertia[0], af, am),
-            (after, begun.external[1], begun.inertia[1], 1.0 - af, 1.0 - am))  # fmt: skip
     total, largest = np.zeros(now.x.u.size), 0.0
-    for x, external, inertia, w_f, w_m in ends:
-        inner = w_f * (x.x.Cv + x.x.Ku)
-        outer = w_f * (external + np.asarray(on.rows.T @ x.force))
-        heavy = w_m * (x.x.Ma + inertia)
+    for instant, outside, w_f, w_m in ((now, begun.ends[0], af, am), (after, begun.ends[1], 1.0 - af, 1.0 - am)):
+        x = instant.x
+        inner, heavy = w_f * (x.Cv + x.Ku), w_m * x.Ma
+        heavy[terms.driven] += w_m * outside.inertia
+        outer = on.push(np.zeros(total.size), instant.force - gaps.resting, w_f)
+        outer[terms.driven] += w_f * outside.load
         total += inner + heavy - outer
         largest = max(largest, *(float(np.linalg.norm(term)) for term in (inner, outer, heavy)))
     return float(np.linalg.norm(total)) / largest if largest > 0.0 else 0.0
 
 
 def first_instant(
-    terms: LinearTerms, solver: StepFactor, scheme: Scheme, gaps: GapOperator, on: ChannelMatrices,
-    preload: FloatArray,
-) -> Instant:  # fmt: skip
+    terms: LinearTerms, solver: StepFactor, scheme: Scheme, gaps: GapOperator, on: ChannelMatrices
+) -> Instant:
     """State, gaps and forces at t = 0. Exact contact that starts closed presses from the first step on."""
     support = terms.loads.support[:, 0]
     f = gaps.rubbing
@@ -246,7 +245,7 @@ def first_instant(
     k = np.where(np.isfinite(gaps.stiffness), gaps.stiffness, 0.0)
     p = np.where(gap < 0.0, np.maximum(0.0, -k * gap - gaps.damping * rate), 0.0)
     force = np.concatenate([p, np.zeros(2 * f)])
-    x = terms.start(solver, scheme, np.asarray(on.rows.T @ force) - preload)
+    x = terms.start(solver, scheme, on.push(np.zeros(terms.system.n), force - gaps.resting))
     return Instant(0, x, support, gap, rate, force, np.zeros(2 * f), np.ones(f, dtype=bool))
 
 

@@ -1,6 +1,7 @@
 """The state of a run and the linear terms of its equation of motion.
 
-K u, K v and K a are carried along with u, v and a, so that a step needs one product with K and one with M.
+K u, K v and K a are carried along with u, v and a, so that a step needs one product with K and one with M. The vectors
+of a step are read and written once (`vector_kernels`): in a large model they cost as much memory traffic as that.
 """
 
 from __future__ import annotations
@@ -10,11 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray
+from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System, to_dense
 from creak.dynamics.loads import Loads
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.step_matrix import StepFactor, rayleigh_weights
+from creak.dynamics.vector_kernels import correct, predict
 from creak.linalg.diagonal import Diagonal
 
 
@@ -35,53 +37,73 @@ class State:
 
 @dataclass
 class Predictor:
-    """The state at the end of a step before its acceleration is known."""
+    """The state at the end of a step before its acceleration is known; `LinearTerms.advance` completes it in place."""
 
     u: FloatArray
     v: FloatArray
     Ku: FloatArray
     Kv: FloatArray
     Mv: FloatArray
-    Cv: FloatArray
+
+
+@dataclass(frozen=True)
+class Outside:
+    """What acts from outside at an instant, (k,) on the `driven` coordinates."""
+
+    load: FloatArray
+    """f - C_qs s' - K_qs s"""
+    inertia: FloatArray
+    """M_qs s'', which the scheme weights like M a."""
 
 
 class LinearTerms:
     """M, C, K, supports and forces of a System under given loads."""
 
+    driven: IntArray
+    """(k,) coordinates that supports or forces act on: few in a full model. M_qs, C_qs, K_qs (k, n_support) and B
+    (k, n_force) have these rows."""
+
     def __init__(self, system: System, loads: Loads) -> None:
         self.system, self.loads = system, loads
         sup, d = system.supports, system.damping
-        self.M_qs, self.K_qs = np.asarray(sup.M_qs), np.asarray(sup.K_qs)
-        self.C_qs = d.alpha * self.M_qs + d.beta * self.K_qs + sup.C_qs
+        M_qs, K_qs = to_dense(sup.M_qs), to_dense(sup.K_qs)
+        C_qs = d.alpha * M_qs + d.beta * K_qs + sup.C_qs
         self.C_ss = d.alpha * sup.M_ss + d.beta * sup.K_ss + sup.C_ss
         n_force = len(loads.force_labels)
-        self.B, self.B_s = np.zeros((system.n, n_force)), np.zeros((sup.count, n_force))
+        B, self.B_s = np.zeros((system.n, n_force)), np.zeros((sup.count, n_force))
         for j, labels in enumerate(loads.force_labels):
             R, R_s = system.rows(labels)
-            self.B[:, j] = np.asarray(R.sum(axis=0)).ravel()
+            B[:, j] = np.asarray(R.sum(axis=0)).ravel()
             self.B_s[:, j] = np.asarray(R_s.sum(axis=0)).ravel()
+        sides = (M_qs, C_qs, K_qs, B)
+        self.driven = np.flatnonzero(np.any([np.any(side != 0.0, axis=1) for side in sides], axis=0))
+        self.M_qs, self.C_qs, self.K_qs, self.B = (side[self.driven] for side in sides)
         self.forced = bool(n_force)
         self._simple = d.is_rayleigh
         self._derives = self._simple and sp.issparse(system.M)
 
-    def damped(self, v: FloatArray, Mv: FloatArray, Kv: FloatArray) -> FloatArray:
-        """C v from M v and K v."""
-        d = self.system.damping
-        Cv = d.alpha * Mv + d.beta * Kv
-        return Cv if self._simple else Cv + d.other(v)
+    def on_all(self, side: FloatArray) -> FloatArray:
+        """(n, j) from rows of the driven coordinates."""
+        whole = np.zeros((self.system.n, side.shape[1]))
+        whole[self.driven] = side
+        return whole
 
-    def external(self, row: int, support: FloatArray) -> FloatArray:
-        """f - C_qs s' - K_qs s at an instant (the inertia of the supports is weighted like M a)."""
+    def outside(self, row: int, support: FloatArray) -> Outside:
+        """Loads at row `row` with the supports' motion (3, n_support)."""
         f = -(self.C_qs @ support[1] + self.K_qs @ support[0])
-        return f + self.B @ self.loads.force[row] if self.forced else f
+        if self.forced:
+            f += self.B @ self.loads.force[row]
+        return Outside(f, self.M_qs @ support[2])
 
     def start(self, solver: StepFactor, scheme: Scheme, contact: FloatArray) -> State:
         """At rest or with the System's initial velocity, and the acceleration under loads and `contact` forces (n,)."""
-        K, M, support = self.system.K, self.system.M, self.loads.support[:, 0]
+        K, M = self.system.K, self.system.M
         u, v = self.inside_at_rest(0), self.system.velocity + self.inside_at_rest(1)
         Ku, Kv, Mv = np.asarray(K @ u), np.asarray(K @ v), np.asarray(M @ v)
-        Cv = self.damped(v, Mv, Kv)
-        pull = self.external(0, support) + contact - Cv - Ku - self.M_qs @ support[2]
+        Cv = self._damped(v, Mv, Kv)
+        now = self.outside(0, self.loads.support[:, 0])
+        pull = contact - Cv - Ku
+        pull[self.driven] += now.load - now.inertia
         a = (1.0 - scheme.alpha_m) * solver.solve(pull)
         return State(u, v, a, Ku, Kv, np.asarray(K @ a), Mv, np.asarray(M @ a), Cv)
 
@@ -91,7 +113,7 @@ class LinearTerms:
         M q = (M_start - M_qs) s: the M-orthogonal projection of the full model's start; 0 in a full model and for
         coordinates without mass.
         """
-        drag = to_dense(self.system.supports.M_start) - self.M_qs
+        drag = to_dense(self.system.supports.M_start) - to_dense(self.system.supports.M_qs)
         momentum = drag @ self.loads.support[order, 0]
         if not momentum.any():
             return np.zeros(self.system.n)
@@ -101,52 +123,64 @@ class LinearTerms:
             return np.where(heavy, momentum / np.where(heavy, M.d, 1.0), 0.0)
         return np.asarray(np.linalg.lstsq(to_dense(M), momentum, rcond=None)[0])
 
-    def predict(self, x: State, scheme: Scheme, h: float) -> Predictor:
-        """u + h v + h^2 (1/2 - beta) a and v + h (1 - gamma) a, with their products."""
-        c_u, c_v = h * h * (0.5 - scheme.beta), h * (1.0 - scheme.gamma)
-        v, Kv, Mv = x.v + c_v * x.a, x.Kv + c_v * x.Ka, x.Mv + c_v * x.Ma
-        u, Ku = x.u + h * x.v + c_u * x.a, x.Ku + h * x.Kv + c_u * x.Ka
-        return Predictor(u, v, Ku, Kv, Mv, self.damped(v, Mv, Kv))
+    def begin(
+        self, x: State, scheme: Scheme, h: float, ends: tuple[Outside, Outside]
+    ) -> tuple[Predictor, FloatArray]:
+        """The step's end without its acceleration, and r of S a1 = r without channel forces.
 
-    def right_side(
-        self, x: State, half: Predictor, scheme: Scheme, external: tuple[FloatArray, FloatArray],
-        inertia: tuple[FloatArray, FloatArray], contact: FloatArray | None,
-    ) -> FloatArray:  # fmt: skip
-        """r of S a1 = r without channel forces at the end of the step.
+        u + h v + h^2 (1/2 - beta) a and v + h (1 - gamma) a with their products, and
+        r = (1 - af)(f1 - C v - K u) + af (f0 - C v0 - K u0) - (1 - am) M_qs s1'' - am (M a0 + M_qs s0'').
 
         Parameters
         ----------
-        external, inertia : (n,) `external` and M_qs s'' at the step's beginning and end.
-        contact : (n,) channel forces at its beginning; None: none.
+        ends : what acts from outside at the step's beginning and end.
         """
-        af, am = scheme.alpha_f, scheme.alpha_m
-        r = (1.0 - af) * (external[1] - half.Cv - half.Ku) - (1.0 - am) * inertia[1]
-        if af != 0.0:
-            before = external[0] - x.Cv - x.Ku
-            r += af * (before if contact is None else before + contact)
-        if am != 0.0:
-            r -= am * (x.Ma + inertia[0])
-        return r
+        af, am, d = scheme.alpha_f, scheme.alpha_m, self.system.damping
+        c_u, c_v = h * h * (0.5 - scheme.beta), h * (1.0 - scheme.gamma)
+        *half, r = predict(
+            x.u, x.v, x.a, x.Ku, x.Kv, x.Ka, x.Mv, x.Ma, x.Cv, h, c_u, c_v, d.alpha, d.beta, af, am
+        )  # fmt: skip
+        before, after = ends
+        r[self.driven] += (1.0 - af) * after.load + af * before.load - (1.0 - am) * after.inertia - am * before.inertia
+        predictor = Predictor(*half)
+        if not self._simple:
+            r -= (1.0 - af) * d.other(predictor.v)
+        return predictor, r
 
     def advance(
         self, half: Predictor, a: FloatArray, scheme: Scheme, h: float, fresh: bool, Sa: FloatArray | None = None
     ) -> State:
-        """The state at the end of the step; `fresh`: products computed anew, so that round-off does not pile up.
+        """The state at the end of the step, in the vectors of `half`.
 
         With S a known (the right side of the step), M a = (S a - c_K K a) / c_M saves a product with a sparse M. It
         loses digits only where stiffness outweighs inertia within a step, and such motion has no M a to speak of.
+
+        Parameters
+        ----------
+        fresh : compute the products anew, so that round-off does not pile up.
         """
-        K, M = self.system.K, self.system.M
-        c_u, c_v = scheme.beta * h * h, scheme.gamma * h
+        K, M, d = self.system.K, self.system.M, self.system.damping
         Ka = np.asarray(K @ a)
-        if Sa is None or fresh or not self._derives:
-            Ma = np.asarray(M @ a)
-        else:
+        c_M, c_K = 1.0, 0.0
+        if Sa is not None and self._derives and not fresh:
+            Ma = Sa
             c_M, c_K = rayleigh_weights(self.system, scheme, h)
-            Ma = (Sa - c_K * Ka) / c_M
-        u, v = half.u + c_u * a, half.v + c_v * a
-        if fresh:
-            Ku, Kv, Mv = np.asarray(K @ u), np.asarray(K @ v), np.asarray(M @ v)
         else:
-            Ku, Kv, Mv = half.Ku + c_u * Ka, half.Kv + c_v * Ka, half.Mv + c_v * Ma
-        return State(u, v, a, Ku, Kv, Ka, Mv, Ma, self.damped(v, Mv, Kv))
+            Ma = np.asarray(M @ a)
+        c_u, c_v = scheme.beta * h * h, scheme.gamma * h
+        Ma, Cv = correct(
+            half.u, half.v, half.Ku, half.Kv, half.Mv, a, Ka, Ma, c_u, c_v, c_M, c_K, d.alpha, d.beta
+        )  # fmt: skip
+        x = State(half.u, half.v, a, half.Ku, half.Kv, Ka, half.Mv, Ma, Cv)
+        if fresh:
+            x.Ku, x.Kv, x.Mv = np.asarray(K @ x.u), np.asarray(K @ x.v), np.asarray(M @ x.v)
+            x.Cv = d.alpha * x.Mv + d.beta * x.Kv
+        if not self._simple:
+            x.Cv += d.other(x.v)
+        return x
+
+    def _damped(self, v: FloatArray, Mv: FloatArray, Kv: FloatArray) -> FloatArray:
+        """C v from M v and K v."""
+        d = self.system.damping
+        Cv = d.alpha * Mv + d.beta * Kv
+        return Cv if self._simple else Cv + d.other(v)

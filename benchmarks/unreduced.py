@@ -1,0 +1,120 @@
+"""Five seconds of the unreduced door beside the reduced one: `python -m benchmarks.unreduced [--out FILE]`.
+
+At 1.17 million dofs the unreduced run takes most of an hour; the thesis's took 463,450 s of CPU time.
+Both runs have the same channels, as many as retain about `--retained` dofs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+import time
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks.door import Door, silent
+from benchmarks.million import closest
+from benchmarks.stepping import full_order
+from creak.contact.step_problem import compile_kernels
+from creak.door import FINEST_MESH_SIZE, write_door
+from creak.studies.integrate import output_times
+from creak.studies.reduced_model import reduce_model
+from creak.studies.reference_model import build_reference
+from creak.studies.run import Run, events_in, limited, march_run
+from creak.studies.setup import excitation_window, set_up
+from creak.studies.study_file import read_study
+from creak.verify.matching import match_events
+
+THESIS_CPU_S = 463_450.0
+"""CPU time of the thesis's unreduced run (table 4.7)."""
+REPORT_S = 60.0
+"""Seconds between lines of progress."""
+
+
+class Lines:
+    """A line of progress a minute."""
+
+    def __init__(self, console: Console) -> None:
+        self._console, self._last = console, time.perf_counter()
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        if time.perf_counter() - self._last > REPORT_S:
+            self._last = time.perf_counter()
+            self._console.print(f"{stage}: {done} of {total}")
+
+
+def main() -> None:
+    """Run both and compare."""
+    options = argparse.ArgumentParser(prog="python -m benchmarks.unreduced")
+    options.add_argument("--mesh-size", type=float, default=FINEST_MESH_SIZE, help="mm")
+    options.add_argument("--retained", type=int, default=1500)
+    options.add_argument("--out", type=Path, help="JSON file for the figures")
+    given = options.parse_args()
+    console = Console(width=130)
+    compile_kernels()
+    with tempfile.TemporaryDirectory() as folder:
+        write_door(given.mesh_size, Path(folder))
+        setup = set_up(read_study(Path(folder) / "door.toml"))
+    reference = build_reference(setup, silent)
+    gaps = closest(setup, reference, given.retained)
+    reference = reference.without_factor()
+    gaps, _ = limited(setup, reference, gaps)
+    title = f"Door, {6 * setup.model.nodes.count:,} dofs, {reference.system.n:,} free, {gaps.m} channels"
+    console.print(title)
+    table = Table("what", "measured", "against", title=title)
+    for row in full_order(Door(setup, reference, gaps)):
+        console.print(*row)
+        table.add_row(*row)
+    lines = Lines(console)
+    full = march_run("unreduced", setup, reference.system, gaps, lines, None)
+    console.print(cost_line(full))
+    model = reduce_model(setup, reference, gaps, silent)
+    reduced = march_run("reduced", setup, model.system, gaps, lines, model)
+    for row in comparison(full, reduced, setup.study.config.verification.event_tolerance,
+                          excitation_window(setup.study, output_times(setup))):  # fmt: skip
+        table.add_row(*row)
+    console.print(table)
+    if given.out is not None:
+        given.out.write_text(json.dumps({"model": title, "runs": [figures(full), figures(reduced)]}, indent=1))
+
+
+def cost_line(run: Run) -> str:
+    """Wall and CPU time."""
+    return f"{run.cost.wall_s:.1f} s wall, {run.cost.cpu_s:.1f} s CPU, {run.cost.peak_rss_gb:.1f} GB"
+
+
+def figures(run: Run) -> dict[str, object]:
+    """What a table of costs needs."""
+    return {
+        "name": run.name, "wall_s": run.cost.wall_s, "cpu_s": run.cost.cpu_s, "peak_rss_gb": run.cost.peak_rss_gb,
+        "offline_cpu_s": run.offline_cpu_s, "offline_wall_s": run.offline_wall_s, "retained": run.retained,
+        "modes": run.modes, "contact_steps": run.history.contact_steps, "energy_created": run.history.energy_created,
+        "events": [[e.group, e.t_start, e.t_end, e.force_peak, e.impulse] for e in run.events],
+    }  # fmt: skip
+
+
+def comparison(full: Run, reduced: Run, tolerance: float, window: tuple[float, float]) -> list[tuple[str, str, str]]:
+    """Cost of both runs, and their events in the window."""
+    match = match_events(full.events, reduced.events, tolerance, window)
+    rows = [
+        ("unreduced run, 5 s", cost_line(full), f"thesis {THESIS_CPU_S:,.0f} s CPU"),
+        ("  steps in contact", f"{full.history.contact_steps} of {full.history.time.size - 1}", ""),
+        ("  energy created", f"{100 * full.history.energy_created:.4f} %", "limit 0.5 %"),
+        ("reduction", f"{reduced.offline_wall_s:.0f} s wall, {reduced.offline_cpu_s:.0f} s CPU", ""),
+        ("reduced run, 5 s", cost_line(reduced), f"{reduced.retained} retained, {reduced.modes} modes"),
+        ("  online CPU time saved", f"{100 * (1 - reduced.cost.cpu_s / full.cost.cpu_s):.3f} %", "thesis 97.9 %"),
+        ("events in the window", f"{len(events_in(full.events, window))}, {len(events_in(reduced.events, window))}",
+         f"{len(match.pairs)} in common"),
+    ]  # fmt: skip
+    if match.pairs:
+        times, ratio, impulse = match.time_error, match.amplitude_ratio_mean, match.impulse_ratio_mean
+        apart = f"{1e3 * (times.mean or 0.0):.3f} ms, ratio {ratio:.4f}, {impulse:.4f}"
+        rows.append(("  mean start, force, impulse", apart, ""))
+    return rows
+
+
+if __name__ == "__main__":
+    main()
