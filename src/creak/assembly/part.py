@@ -15,11 +15,11 @@ from creak.assembly.dofs import dof_label, node_dofs
 from creak.assembly.elimination import eliminate, transformation
 from creak.assembly.partition import shared_nodes
 from creak.assembly.system import Rows, System, no_supports
+from creak.elements.block_matrices import block_matrices
 from creak.elements.geometry import DegenerateElement
-from creak.elements.registry import FORMULATIONS
 from creak.errors import InputError
-from creak.model.constraints import Constraint
-from creak.model.materials import PointMass, Spring
+from creak.model.constraints import Constraint, Equation
+from creak.model.materials import Discrete, NodalMatrices, PointMass, Structural, has_dashpot, has_stiffness, rayleigh
 from creak.model.mesh import ElementBlock, Model
 
 CHUNK = 10_000_000
@@ -54,8 +54,8 @@ def common_rayleigh(model: Model) -> Rayleigh:
     """
     weight: dict[tuple[float, float], int] = {}
     for block in model.blocks:
-        if not isinstance(block.section, PointMass | Spring):
-            key = (block.section.material.alpha, block.section.material.beta)
+        if isinstance(block.section, Structural):
+            key = rayleigh(block.section)
             weight[key] = weight.get(key, 0) + block.ids.size
     alpha, beta = max(weight, key=lambda k: weight[k]) if weight else (0.0, 0.0)
     return Rayleigh(alpha, beta)
@@ -89,28 +89,27 @@ def assemble_blocks(
 
 def _excess_damping(block: ElementBlock, common: Rayleigh, override: bool) -> tuple[float, float, bool]:
     section = block.section
-    dashpot = isinstance(section, Spring) and section.damping != 0.0
+    dashpot = isinstance(section, Discrete) and has_dashpot(section)
     if override:
         return 0.0, 0.0, dashpot
-    if isinstance(section, Spring):
-        return 0.0, -common.beta if section.stiffness else 0.0, dashpot
+    if isinstance(section, Discrete):
+        alpha = common.alpha if isinstance(section, NodalMatrices) and section.mass.any() else 0.0
+        return -alpha, -common.beta if has_stiffness(section) else 0.0, dashpot
     if isinstance(section, PointMass):
         return section.alpha - common.alpha, 0.0, False
-    return section.material.alpha - common.alpha, section.material.beta - common.beta, False
+    alpha, beta = rayleigh(section)
+    return alpha - common.alpha, beta - common.beta, False
 
 
 def _element_matrices(
     model: Model, block: ElementBlock, labels: IntArray
 ) -> Iterator[tuple[IntArray, FloatArray, FloatArray, FloatArray | None]]:
-    formulation = FORMULATIONS[block.kind]
     rows = max(1, CHUNK // (6 * block.nodes_idx.shape[1]) ** 2)
     for start in range(0, block.ids.size, rows):
         nodes = block.nodes_idx[start : start + rows]
-        coords = model.nodes.coords[nodes]
+        some = slice(start, start + rows)
         try:
-            Ke = formulation.stiffness(coords, block.section)
-            Me = formulation.mass(coords, block.section)
-            Ce = formulation.damping(coords, block.section) if formulation.damping else None
+            Ke, Me, Ce = block_matrices(block, some, model.nodes.coords, form=model.mass_form)
         except DegenerateElement as error:
             bad = block.ids[start + error.rows]
             shown = ", ".join(str(i) for i in bad[:5])
@@ -133,7 +132,7 @@ def _scatter(Ae: FloatArray, dofs: IntArray, n: int) -> Matrix:
 
 
 def split_constraints(model: Model) -> tuple[list[list[Constraint]], list[Constraint]]:
-    """Constraints inside each part, and those that tie parts (or loose or shared nodes) together."""
+    """Constraints inside each part, and those that tie parts (or loose or shared nodes) together or hold one."""
     owner = np.full(model.nodes.count, -1, dtype=np.int64)
     for i, part in enumerate(model.parts):
         owner[part.nodes_idx] = i
@@ -142,11 +141,16 @@ def split_constraints(model: Model) -> tuple[list[list[Constraint]], list[Constr
     across: list[Constraint] = []
     for constraint in model.constraints:
         owners = set(owner[constraint_nodes(constraint)].tolist())
-        if len(owners) == 1 and -1 not in owners:
+        if len(owners) == 1 and -1 not in owners and not _supports(constraint):
             inside[owners.pop()].append(constraint)
         else:
             across.append(constraint)
     return inside, across
+
+
+def _supports(constraint: Constraint) -> bool:
+    """Whether an equation names one node only: a support along no global axis, which acts like `Model.fixed`."""
+    return isinstance(constraint, Equation) and np.unique(constraint.nodes_idx).size == 1
 
 
 def part_system(model: Model, part: int, common: Rayleigh, *, override: bool = False) -> System:

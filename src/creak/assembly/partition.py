@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from creak.arrays import IntArray
-from creak.model.mesh import ElementBlock, Model, Part
+from creak.model.mesh import ElementBlock, Model, Part, some_of
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def cut(model: Model, groups: Sequence[IntArray], names: Sequence[str]) -> Piece
                     origin.append(part)
                 part = row[part, int(g)]
             mine = np.flatnonzero(of == g)
-            blocks.append(replace(block, ids=block.ids[mine], nodes_idx=block.nodes_idx[mine], part=part))
+            blocks.append(replace(some_of(block, mine), part=part))
     used = [_nodes_of(blocks, i) for i in range(len(parts))]
     for (part, _), new in row.items():
         parts[new] = replace(parts[new], nodes_idx=used[new])

@@ -9,12 +9,14 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.coupling import Driven
+from creak.assembly.dofs import node_dofs
 from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import split_constraints
-from creak.model.materials import Spring
-from creak.model.mesh import Model
+from creak.elements.block_matrices import block_matrices
+from creak.model.materials import Discrete, Spring, has_stiffness
+from creak.model.mesh import ElementBlock, Model
 
-STRUCTURAL = ("quad4", "tri3", "beam2", "hex8", "wedge6", "tet4")
+STRUCTURAL = ("quad4", "tri3", "beam2", "hex8", "wedge6", "tet4", "tet10")
 FREE = 1e-9
 """A singular value below this share of the largest is a free motion."""
 
@@ -63,8 +65,11 @@ def _equations(model: Model, driven: Driven, stops: Iterable[LinearEquation]) ->
     for labels in driven.labels.values():
         yield from (LinearEquation([int(x)], [1.0]) for x in labels)
     for block in model.blocks:
-        if isinstance(block.section, Spring) and block.section.stiffness:
-            yield from _spring_equations(block.nodes_idx.tolist(), block.section)
+        if isinstance(block.section, Spring):
+            if block.section.stiffness:
+                yield from _spring_equations(block.nodes_idx.tolist(), block.section)
+        elif isinstance(block.section, Discrete) and has_stiffness(block.section):
+            yield from _resisted_motions(block, model)
     yield from stops
 
 
@@ -74,6 +79,15 @@ def _spring_equations(nodes: list[list[int]], spring: Spring) -> Iterable[Linear
         if len(row) > 1:
             labels.append(6 * row[1] + (spring.dof2 or spring.dof1) - 1)
         yield LinearEquation(labels, [1.0, -1.0][: len(labels)])
+
+
+def _resisted_motions(block: ElementBlock, model: Model) -> Iterable[LinearEquation]:
+    """The motions that each element of bushings and the like resists: eigenvectors of its stiffness."""
+    K = block_matrices(block, slice(None), model.nodes.coords)[0]
+    values, vectors = np.linalg.eigh(K)
+    dofs = node_dofs(block.nodes_idx.ravel()).reshape(len(K), -1)
+    for row, k in np.argwhere(values > FREE * values[:, -1:]).tolist():
+        yield LinearEquation(dofs[row].tolist(), vectors[row, :, k].tolist())
 
 
 def _row(e: LinearEquation, bodies: dict[int, int], n_body: int, model: Model, length: float) -> FloatArray:

@@ -20,6 +20,10 @@ def door(
     coarsen: int = typer.Option(
         1, "--coarsen", help="Elements of the frame's flange merged into one along the contact line: 1, 2 or 3."
     ),
+    load: str = typer.Option("A3", "--load", help="A1 (no contact), A2, A3 or A4 (most contact)."),
+    hook_play: float | None = typer.Option(
+        None, "--hook-play", help="Play of the panel's hooks to either side, mm; without it they are rigid."
+    ),
     out: Path = typer.Option(Path("door"), "--out", help="Folder to write door.inp and door.toml into."),
 ) -> None:
     """Write the parametric car door: door.inp (Abaqus syntax) and door.toml."""
@@ -27,6 +31,6 @@ def door(
     from creak.door import write_door
 
     writable_folder(out)
-    for path in write_door(mesh_size, out, coarsen):
+    for path in write_door(mesh_size, out, coarsen, load, hook_play):
         typer.echo(f"wrote {path}")
     typer.echo(f"next: creak run {out / 'door.toml'}")

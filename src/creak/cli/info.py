@@ -37,8 +37,7 @@ def info(deck: Path = typer.Argument(..., metavar="DECK", help="The deck to look
         console.print("every keyword was read")
     for u in model.unread:
         effect = "changes the answer" if u.changes_answer else "does not change the answer"
-        keyword = u.keyword.lstrip("*")
-        console.print(f"not read: *{keyword} ({u.where}), {effect}: {u.why}", markup=False, soft_wrap=True)
+        console.print(f"not read: {u.keyword} ({u.where}), {effect}: {u.why}", markup=False, soft_wrap=True)
 
 
 def _listing(console: Console, title: str, entries: dict[str, str]) -> None:

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 import creak
-from creak.cli import example, info, modes, reduce, run
+from creak.cli import example, info, modes, reduce, run, sweep, thesis
 from creak.errors import CreakError, InputError
 
 DONE, FAILED, WRONG_INPUT = 0, 1, 2
@@ -25,8 +25,10 @@ app = typer.Typer(
 )
 app.command("run")(run.run)
 app.command("reduce")(reduce.reduce)
+app.command("sweep")(sweep.sweep)
 app.command("info")(info.info)
 app.command("modes")(modes.modes)
+app.command("thesis")(thesis.thesis)
 app.add_typer(example.app, name="example")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 from rich.console import Console
@@ -14,14 +14,20 @@ from creak.errors import InputError, NumericalError
 
 if TYPE_CHECKING:
     from creak.studies.converge import Convergence
+    from creak.studies.setup import Setup
 
 
 def run(
-    study_file: Path = typer.Argument(..., metavar="STUDY.toml", help="The study to run."),
+    study_file: Path = typer.Argument(
+        ..., metavar="STUDY.toml|DECK.inp", help="The study to run, or a deck whose own *DYNAMIC step is run unreduced."
+    ),
     out: Path | None = typer.Option(None, "--out", help="Folder for results; default: results/ beside the study."),
     quiet: bool = typer.Option(False, "--quiet", help="No progress, no table."),
     superelements: Path | None = typer.Option(
         None, "--superelements", help="Folder that `creak reduce` wrote; default: superelements/ beside the study."
+    ),
+    units: Literal["mm-t-s", "m-kg-s"] = typer.Option(
+        "mm-t-s", "--units", help="Units of a deck that is run by itself, for the report; a study names its own."
     ),
     ignore: list[str] = typer.Option([], "--ignore", help="Keyword of the deck that may go unread."),
     converge: bool = typer.Option(
@@ -35,24 +41,16 @@ def run(
     from creak.studies.converge import converge as repeat
     from creak.studies.run import run_study
     from creak.studies.save import save, save_convergence
-    from creak.studies.setup import set_up
-    from creak.studies.study_file import read_study
     from creak.studies.summary import summarise
     from creak.studies.superelements import store_of
 
-    if study_file.suffix.lower() in (".inp", ".bdf", ".dat", ".nas"):
-        raise InputError(
-            f"{study_file.name} is a deck; this version of creak does not run a deck's own *DYNAMIC step",
-            expected="a study file (.toml)", fix="Write a study that names the deck in [model].",
-        )  # fmt: skip
-    study = read_study(study_file)
     folder = out if out is not None else study_file.parent / "results"
     writable_folder(folder)
     console = Console(quiet=quiet)
-    setup = set_up(study, ignore)
+    setup = _set_up(study_file, ignore, units)
     _list_unread(console, setup.model.unread)
     with ProgressBars(quiet) as progress:
-        result = run_study(setup, progress, superelements if superelements is not None else store_of(study))
+        result = run_study(setup, progress, superelements if superelements is not None else store_of(setup.study))
         convergence = repeat(result, progress) if converge else None
         summary = summarise(result, convergence)
         progress("write results", 0, 2)
@@ -73,9 +71,25 @@ def run(
         raise NumericalError(f"{result.stopped}. What was computed until then is in {folder}")
 
 
+def _set_up(path: Path, ignore: list[str], units: Literal["mm-t-s", "m-kg-s"]) -> Setup:
+    """A study file, or a deck by its own step."""
+    from creak.studies.deck_study import set_up_deck
+    from creak.studies.setup import set_up
+    from creak.studies.study_file import read_study
+
+    if path.suffix.lower() in (".bdf", ".dat", ".nas"):
+        raise InputError(
+            f"{path.name} is a Nastran deck; creak runs the step of Abaqus decks (.inp) only",
+            expected="a study file (.toml)", fix="Write a study that names the deck in [model].",
+        )  # fmt: skip
+    if path.suffix.lower() == ".inp":
+        return set_up_deck(path, ignore, units)
+    return set_up(read_study(path), ignore)
+
+
 def _list_unread(console: Console, unread: tuple[object, ...]) -> None:
     for u in unread:
-        console.print(f"not read: *{str(getattr(u, 'keyword', u)).lstrip('*')} ({getattr(u, 'where', '')}): "
+        console.print(f"not read: {getattr(u, 'keyword', u)} ({getattr(u, 'where', '')}): "
                       f"{getattr(u, 'why', '')}", markup=False)  # fmt: skip
 
 

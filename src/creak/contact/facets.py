@@ -9,9 +9,9 @@ import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
-from creak.model.materials import BeamSection, Material, ShellSection
+from creak.model.materials import AnisotropicMaterial, BeamSection, GeneralShell, Material, ShellSection
 from creak.model.mesh import ElementBlock, Model
-from creak.model.solid_faces import FACES, faces_of, free_faces, volumes
+from creak.model.solid_faces import FACES, PER_FACE, faces_of, free_faces, volumes
 
 SHEAR_CORRECTION = 5.0 / 6.0
 SHELLS = ("quad4", "tri3")
@@ -285,11 +285,11 @@ def _gather(model: Model, pairs: IntArray, side: IntArray, name: str, where: str
         if block.kind in FACES:
             nodes[mine], stiffness[mine], depth[mine] = _faces(model, block, element, side[mine])
             side[mine] = 1
-        elif block.kind in SHELLS and isinstance(section, ShellSection):
+        elif block.kind in SHELLS and isinstance(section, ShellSection | GeneralShell):
             corner = block.nodes_idx[element]
             nodes[mine] = corner[:, [0, 1, 2, -1]]
-            thickness[mine] = section.thickness
-            stiffness[mine] = SHEAR_CORRECTION * section.material.shear_modulus * section.thickness
+            thickness[mine] = _thickness(model, block, element, side[mine], name, where)
+            stiffness[mine] = _shear_stiffness(section)
         else:
             raise InputError(
                 f"surface {name!r} holds {block.kind} elements (element {block.ids[element[0]]})",
@@ -307,19 +307,55 @@ def _gather(model: Model, pairs: IntArray, side: IntArray, name: str, where: str
     return facets
 
 
+def _thickness(
+    model: Model, block: ElementBlock, element: IntArray, side: IntArray, name: str, where: str
+) -> FloatArray:  # fmt: skip
+    """Twice the distance (n,) of a shell's outer surface from the surface of its nodes."""
+    section: ShellSection | GeneralShell = block.section  # type: ignore[assignment]
+    own = block.own.take(element)
+    ratio = np.ones(element.size) if own.thickness is None else own.thickness.mean(axis=1)
+    offset = ratio * (section.offset if isinstance(section, GeneralShell) else 0.0)
+    if own.arms is not None:
+        corner = model.nodes.coords[block.nodes_idx[element]]
+        normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, -1] - corner[:, 1])
+        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        offset = offset + np.einsum("nx,nx->n", own.arms.mean(axis=1), normal)
+    if not offset.any():
+        return section.thickness * ratio
+    if (side == 0).any():
+        raise InputError(
+            f"surface {name!r} holds shells whose nodes lie off their middle (element {block.ids[element[0]]})",
+            where=where, expected="a side, SPOS or SNEG", fix="Say which side touches, in a *SURFACE of the deck.",
+        )  # fmt: skip
+    return section.thickness * ratio + 2.0 * side * offset
+
+
+def _shear_stiffness(section: ShellSection | GeneralShell) -> float:
+    """Transverse shear force per width over shear strain; the mean of both directions."""
+    if isinstance(section, GeneralShell):
+        return 0.5 * float(section.S[0, 0] + section.S[1, 1])
+    return SHEAR_CORRECTION * section.material.shear_modulus * section.thickness
+
+
 def _faces(
     model: Model, block: ElementBlock, element: IntArray, number: IntArray
 ) -> tuple[IntArray, FloatArray, FloatArray]:
     """Corners (n, 4), normal stiffness and depth of faces `number` (1, 2, ...) of solids."""
     every = faces_of(block.kind, block.nodes_idx[element])
     x = model.nodes.coords[every]
-    volume = np.maximum(np.abs(volumes(x)), 1e-300)
+    volume = np.maximum(np.abs(volumes(x)), 1e-300) / PER_FACE.get(block.kind, 1)
     rows = np.arange(element.size)
     face = x[rows, number - 1]
     area = 0.5 * np.linalg.norm(np.cross(face[:, 2] - face[:, 0], face[:, 3] - face[:, 1]), axis=1)
-    material: Material = block.section.material  # type: ignore[union-attr]
-    confined = 2.0 * material.shear_modulus * (1.0 - material.poisson_ratio) / (1.0 - 2.0 * material.poisson_ratio)
+    confined = _confined_modulus(block.section.material)  # type: ignore[union-attr]
     return every[rows, number - 1], confined * area**2 / volume, 0.5 * volume / np.maximum(area, 1e-300)
+
+
+def _confined_modulus(material: Material | AnisotropicMaterial) -> float:
+    """Stress over strain in uniaxial strain; the mean of the three directions."""
+    if isinstance(material, AnisotropicMaterial):
+        return float(np.trace(material.elasticity[:3, :3])) / 3.0
+    return 2.0 * material.shear_modulus * (1.0 - material.poisson_ratio) / (1.0 - 2.0 * material.poisson_ratio)
 
 
 def _require_area(model: Model, facets: Facets, pairs: IntArray, name: str, where: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.contact.facets import Facets, nodes_of
+from creak.contact.facets import Facets, facets_of, nodes_of
 from creak.contact.gap_operator import ChannelRows, GapOperator
 from creak.contact.pair import (
     AUTO_FACTOR,
@@ -24,6 +24,7 @@ from creak.contact.pair import (
     tangents_of,
 )
 from creak.contact.search import Projection, project_along, project_closest
+from creak.errors import InputError
 from creak.model.mesh import Model
 
 
@@ -58,7 +59,7 @@ def node_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, list[
         stiffness=AUTO_FACTOR * np.minimum(secondary.normal_stiffness[found], main.normal_stiffness[meet.facet]),
         area=np.zeros(nodes.size),
         size=np.minimum(secondary.width[found], main.width[meet.facet]),
-        scale=np.ones(nodes.size),
+        scale=_areas(model, pair, nodes) if pair.per_area else np.ones(nodes.size),
     )
     return channels_from_rows(model, pair, _rows(nodes, main, meet, normal), channels)
 
@@ -76,6 +77,27 @@ def _partners(model: Model, pair: ContactPair, nodes: IntArray, main: Facets) ->
     if normal is None:
         return project_closest(points, main, limit, accept), limit
     return project_along(points, np.tile(normal, (nodes.size, 1)), main, limit, accept), limit
+
+
+def _areas(model: Model, pair: ContactPair, nodes: IntArray) -> FloatArray:
+    """(n,) area of the secondary surface that belongs to each node: an equal share of every facet around it.
+
+    Raises
+    ------
+    InputError : the surface has no facets; the stiffness of the elements is asked for, which is not per area.
+    """
+    if pair.stiffness is None and pair.overclosure is None:
+        raise InputError(
+            "per_area with the stiffness of the elements", where=f"{pair.where} per_area",
+            expected="a stiffness or an overclosure curve", fix="Give one, or leave out per_area.",
+        )  # fmt: skip
+    facets = facets_of(model, pair.secondary, where=f"{pair.where} secondary")
+    area = np.linalg.norm(facets.area_normals, axis=1) / np.where(facets.is_triangle, 3.0, 4.0)
+    corners = np.where(facets.is_triangle, 3, 4)[:, None] > np.arange(4)
+    share = np.bincount(
+        facets.nodes[corners], np.broadcast_to(area[:, None], corners.shape)[corners], model.nodes.count
+    )
+    return np.asarray(share[nodes])
 
 
 def _subset(meet: Projection, keep: IntArray) -> Projection:

@@ -48,6 +48,8 @@ class ContactPair:
     """force time/length^3 (surface-to-surface) or force time/length (node-to-surface)."""
     friction: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Static and kinetic coefficient, decay speed (length / time)."""
+    per_area: bool = False
+    """node-to-surface: stiffness, overclosure and damping are per area of the secondary surface."""
 
     @property
     def where(self) -> str:

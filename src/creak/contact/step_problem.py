@@ -105,34 +105,45 @@ def _check_curve(points: FloatArray, number: int) -> None:
         )  # fmt: skip
 
 
-def contact_energy(laws: LawArrays, gap: FloatArray) -> FloatArray:
-    """(m,) energy in the springs of the channels at gaps (m,); 0 for hard ones."""
-    return np.asarray(_contact_energy(laws, gap))
+@numba.njit(cache=True, error_model="numpy")
+def spring_energy(laws, i, gap):  # type: ignore[no-untyped-def]
+    """Energy in the spring of channel i at a gap; 0 for a hard one."""
+    c = laws.curve[i]
+    if c >= 0:
+        return laws.scale[i] * curve_energy(laws.x, laws.y, laws.start[c], laws.start[c + 1], -gap)
+    return linear_energy(laws.stiffness[i], gap) if laws.stiffness[i] < np.inf else 0.0
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _contact_energy(laws, gap):  # type: ignore[no-untyped-def]
-    energy = np.zeros(gap.size)
+def spring_force(laws, i, gap):  # type: ignore[no-untyped-def]
+    """Elastic force of channel i at a gap, without its damper; 0 for a hard one."""
+    c = laws.curve[i]
+    if c >= 0:
+        return laws.scale[i] * curve_force(laws.x, laws.y, laws.start[c], laws.start[c + 1], -gap)
+    return laws.stiffness[i] * max(0.0, -gap) if laws.stiffness[i] < np.inf else 0.0
+
+
+@numba.njit(cache=True, error_model="numpy")
+def contact_energy(laws, gap):  # type: ignore[no-untyped-def]
+    """Energy in the springs of all channels at gaps (m,)."""
+    energy = 0.0
     for i in range(gap.size):
-        c = laws.curve[i]
-        if c >= 0:
-            energy[i] = laws.scale[i] * curve_energy(laws.x, laws.y, laws.start[c], laws.start[c + 1], -gap[i])
-        elif laws.stiffness[i] < np.inf:
-            energy[i] = linear_energy(laws.stiffness[i], gap[i])
+        energy += spring_energy(laws, i, gap[i])
     return energy
 
 
 @numba.njit(cache=True, error_model="numpy")
-def spring_forces(laws, gap):  # type: ignore[no-untyped-def]
-    """(m,) elastic forces of the channels at gaps (m,), without dampers; 0 for hard ones."""
-    force = np.zeros(gap.size)
+def damper_work(laws, gap, gap_after, force_after):  # type: ignore[no-untyped-def]
+    """Work that the channel dampers took in a step, by the backward rule: they act at its end.
+
+    Also where a spring that unloads faster than its damper lets it go presses no more (p = 0, g < 0).
+    """
+    work = 0.0
     for i in range(gap.size):
-        c = laws.curve[i]
-        if c >= 0:
-            force[i] = laws.scale[i] * curve_force(laws.x, laws.y, laws.start[c], laws.start[c + 1], -gap[i])
-        elif laws.stiffness[i] < np.inf:
-            force[i] = laws.stiffness[i] * max(0.0, -gap[i])
-    return force
+        hard = laws.curve[i] < 0 and laws.stiffness[i] == np.inf
+        if laws.damping[i] > 0.0 and not hard and (gap_after[i] < 0.0 or force_after[i] != 0.0):
+            work += (force_after[i] - spring_force(laws, i, gap_after[i])) * (gap[i] - gap_after[i])
+    return work
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
+from scipy.spatial.distance import cdist
 
 from creak.arrays import FloatArray, IntArray
 from creak.door import geometry as geo
@@ -22,8 +23,8 @@ FINEST_MESH_SIZE = 4.22
 """Mesh size (mm) at which the door has 1,169,910 dof (the benchmark: 1,169,406)."""
 COARSEN = (1, 2, 3)
 """How many elements of the flange may be merged into one along the contact line."""
-PAIR_COUNTS = {"PAIRS": 44, "PAIRS15": 15}
-"""Names and sizes of the sets of verification pairs."""
+PAIRS = {"PAIRS": (44, *geo.CONTACT_AREA), "PAIRS15": (15, 0.0, 1.0)}
+"""Sets of verification pairs: how many, from where to where along the panel's edge (fractions of its length)."""
 
 
 @dataclass(frozen=True)
@@ -72,10 +73,7 @@ def build_door(mesh_size: float, coarsen: int = 1) -> Door:
     meshes = {m.name: m for m in (frame, panel, carrier)}
     flange, edge = frame.nodes_of("FRAME_FLANGE"), panel.nodes_of("PANEL_EDGE")
     contact = {"FRAME": flange, "PANEL": edge, "CARRIER": np.zeros(0, dtype=np.int64)}
-    pairs = {
-        name: (nearest(frame, flange, points), nearest(panel, panel.nodes["EDGE_LINE"], points))
-        for name, points in ((name, pair_points(n)) for name, n in PAIR_COUNTS.items())
-    }
+    pairs = {name: _pairs(frame, panel, pair_points(*span)) for name, span in PAIRS.items()}
     links = link_patches(meshes, contact)
     return Door(size, merge, (frame, panel, carrier), links, support_patches(frame, flange), pairs)
 
@@ -105,15 +103,23 @@ def checked_coarsen(coarsen: int) -> int:
     )
 
 
-def pair_points(count: int) -> FloatArray:
-    """Places (count, 3) along the panel's edge, equally far apart along it."""
-    xz = geo.PANEL.walk((np.arange(count) + 0.5) / count)
+def _pairs(frame: PartMesh, panel: PartMesh, points: FloatArray) -> tuple[IntArray, IntArray]:
+    """Nodes of the contact surfaces at the points: those of the panel first, then those of the frame behind them.
+
+    Where the panel's outermost row has too few nodes, those of its next two are taken too; where the frame's flange
+    has, because it is coarsened, those of the frame beside it.
+    """
+    secondary = nearest(panel, panel.nodes_of("PANEL_EDGE"), points)
+    return nearest(frame, np.arange(frame.coords.shape[0]), panel.coords[secondary]), secondary
+
+
+def pair_points(count: int, start: float, end: float) -> FloatArray:
+    """Places (count, 3) along the panel's edge, equally far apart between two fractions of its length."""
+    xz = geo.PANEL.walk(start + (end - start) * (np.arange(count) + 0.5) / count)
     y = geo.base(xz[:, 0], xz[:, 1]) + geo.PANEL_OFFSET
     return np.stack([geo.bow(xz[:, 0], xz[:, 1]), y, xz[:, 1]], axis=1)
 
 
 def nearest(mesh: PartMesh, rows: IntArray, points: FloatArray) -> IntArray:
-    """The row among `rows` whose node is nearest to each point, seen along y; no row twice."""
-    plane = mesh.coords[rows][:, [0, 2]]
-    gap = np.linalg.norm(points[:, None, [0, 2]] - plane[None, :, :], axis=2)
-    return rows[linear_sum_assignment(gap)[1]]
+    """The row among `rows` whose node is nearest to each point; no row twice."""
+    return rows[linear_sum_assignment(cdist(points, mesh.coords[rows]))[1]]

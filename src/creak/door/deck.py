@@ -58,9 +58,21 @@ def mass(door: Door) -> dict[str, float]:
     return {p.name: 1e3 * p.area() * SHEETS[p.name].thickness * SHEETS[p.name].density for p in door.parts}
 
 
-def deck_text(door: Door) -> str:
-    """The whole deck."""
-    return "\n".join([*_heading(door), *_parts(door), *_joints(door), *_contact(door), *_sheets(), ""])
+def deck_text(door: Door, *, loose_hooks: bool = False) -> str:
+    """The whole deck.
+
+    Parameters
+    ----------
+    loose_hooks : the hooks between panel and frame let go in y; the study gives them play there.
+    """
+    joints = _joints(door, loose_hooks)
+    return "\n".join([*_heading(door), *_parts(door), *joints, *_contact(door), *_sheets(), ""])
+
+
+def hook_ends(door: Door) -> list[tuple[int, Patch, Patch]]:
+    """Number of the link and both ends of every link of a hook between panel and frame."""
+    links = enumerate(door.links)
+    return [(k, a, b) for k, (a, b) in links if {a.part, b.part} == {"PANEL", "FRAME"} and "HOOK" in a.name]
 
 
 def _heading(door: Door) -> Iterator[str]:
@@ -103,7 +115,7 @@ def _patches(door: Door) -> list[Patch]:
     return [*door.supports, *(end for link in door.links for end in link)]
 
 
-def _joints(door: Door) -> Iterator[str]:
+def _joints(door: Door, loose_hooks: bool) -> Iterator[str]:
     ref = FIRST_ID["REFERENCE"]
     yield "** ---- patches: the shell nodes that follow a reference node as a rigid body ----"
     for label, patch in enumerate(_patches(door), start=ref):
@@ -113,11 +125,15 @@ def _joints(door: Door) -> Iterator[str]:
         yield f"*COUPLING, CONSTRAINT NAME=COUPLING_{patch.name}, REF NODE={label}, SURFACE=GRIP_{patch.name}"
         yield "*KINEMATIC"
         yield "1, 6"
-    yield f"** ---- {len(door.links)} rigid links: follower, leader ----"
-    yield "*MPC"
     start = ref + len(door.supports)
+    loose = {k for k, _, _ in hook_ends(door)} if loose_hooks else set()
+    yield f"** ---- {len(door.links) - len(loose)} rigid links: follower, leader ----"
+    yield "*MPC"
     for k in range(len(door.links)):
-        yield f"BEAM, {start + 2 * k + 1}, {start + 2 * k}"
+        if k not in loose:
+            yield f"BEAM, {start + 2 * k + 1}, {start + 2 * k}"
+    for k in sorted(loose):
+        yield from _loose_link(start + 2 * k, start + 2 * k + 1, door.links[k])
     yield "** ---- supports: A header, B lower hinge, C D latch, E bottom, F upper hinge, G rear post ----"
     for k, support in enumerate(SUPPORTS):
         yield from _set_lines(f"NSET, NSET={support.name}", np.array([ref + k]))
@@ -125,6 +141,19 @@ def _joints(door: Door) -> Iterator[str]:
     yield "*BOUNDARY"
     for support in SUPPORTS:
         yield from (f"{support.name}, {dof}, {dof}" for dof in support.fixed)
+
+
+def _loose_link(leader: int, follower: int, ends: tuple[Patch, Patch]) -> Iterator[str]:
+    """A rigid link without its y translation: u_f = u_l + theta x r in x and z, the same rotations."""
+    x, y, z = (ends[1].ref - ends[0].ref).tolist()
+    yield f"** ---- hook with play in y: {ends[0].name}, {ends[1].name} ----"
+    for name, label in ((ends[0].name, leader), (ends[1].name, follower)):
+        yield from _set_lines(f"NSET, NSET={name}", np.array([label]))
+    for dof, arms in ((1, ((5, z), (6, -y))), (3, ((4, y), (5, -x))), *((r, ()) for r in (4, 5, 6))):
+        terms = [(follower, dof, 1.0), (leader, dof, -1.0), *((leader, r, -arm) for r, arm in arms if arm)]
+        yield "*EQUATION"
+        yield f"{len(terms)}"
+        yield from (f"{label}, {d}, {value:.9g}" for label, d, value in terms)
 
 
 def _contact(door: Door) -> Iterator[str]:

@@ -82,8 +82,8 @@ def fasteners() -> tuple[Fastener, ...]:
     legs = np.array([[-LEG, 0.0], [LEG, 0.0]])
     upright = np.array([[0.0, -LEG], [0.0, LEG]])
     to_frame = [
-        Fastener("HOOK_FRONT", "PANEL", "FRAME", np.array([118.0, 440.0]) + upright),
-        Fastener("HOOK_REAR", "PANEL", "FRAME", np.array([1048.0, 440.0]) + upright),
+        Fastener("HOOK_FRONT", "PANEL", "FRAME", np.array([118.0, 500.0]) + upright),
+        Fastener("HOOK_REAR", "PANEL", "FRAME", np.array([1048.0, 500.0]) + upright),
         Fastener("SCREW_PANEL", "PANEL", "FRAME", np.array([[590.0, 104.0]])),
     ]
     places = [(420.0, 450.0), (595.0, 450.0), (770.0, 455.0), (400.0, 310.0), (595.0, 310.0), (790.0, 310.0)]

@@ -43,6 +43,12 @@ SCREW_LINE = APERTURE.offset(-21.0)
 """The screws between carrier and frame sit on this line."""
 PANEL = Outline(BODY.offset(EDGE_INSET).corners, (88.0, 68.0, 45.0, 45.0))
 """Edge of the panel."""
+TRAY = (180.0, 590.0)
+"""Ends in x of the tray below the window sill, where the panel stays as low as its lip."""
+TRAY_DEPTH = 70.0
+"""Width of the tray's floor, from the belt edge of the panel."""
+CONTACT_AREA = (0.66, 0.76)
+"""Where panel and frame touch: the free edge of the tray, as fractions of the length of `PANEL`."""
 
 _TOP_REAR, _TOP_FRONT = (1122.0, 1160.0), (480.0, 1132.0)
 PERIMETER = Outline(
@@ -137,15 +143,26 @@ def panel_rise(inset: FloatArray) -> FloatArray:
     return step(inset, LIP_WIDTH, 64.0)
 
 
+def tray(x: FloatArray, z: FloatArray) -> FloatArray:
+    """1 on the floor of the tray below the window sill, 0 on the main surface of the panel.
+
+    There the edge is a soft tongue of 1.8 mm plastic; along the rest of it the side wall of the panel stiffens it.
+    """
+    rear, front = PANEL.corners[2], PANEL.corners[3]
+    along = (rear - front) / np.linalg.norm(rear - front)
+    inset = (x - front[0]) * along[1] - (z - front[1]) * along[0]
+    return box(x, *TRAY, 80.0) * (1.0 - step(inset, TRAY_DEPTH, TRAY_DEPTH + 60.0))
+
+
 def panel_height(x: FloatArray, z: FloatArray, rise: FloatArray) -> FloatArray:
-    """Height of the panel over its own edge: main surface, armrest, map pocket, speaker, swages."""
+    """Height of the panel over its own edge: main surface, armrest, map pocket, speaker, swages, tray."""
     armrest = 60.0 * box(x, 330.0, 900.0, 70.0) * box(z, 395.0, 470.0, 65.0)
     pocket = -26.0 * box(x, 400.0, 930.0, 45.0) * box(z, 120.0, 230.0, 45.0)
     radius = np.hypot(x - 215.0, z - 215.0)
     speaker = 14.0 * (1.0 - step(radius, 45.0, 110.0))
     swages = 7.0 * np.cos(2 * np.pi * (z - 0.12 * x) / 150.0) * step(z, 500.0, 560.0)
     ribs = 5.0 * np.cos(2 * np.pi * x / 150.0) * (1.0 - step(z, 330.0, 390.0))
-    return rise * (72.0 + armrest + pocket + speaker + swages + ribs)
+    return rise * (1.0 - tray(x, z)) * (72.0 + armrest + pocket + speaker + swages + ribs)
 
 
 def carrier_height(x: FloatArray, z: FloatArray, inset: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import CreakError
+from creak.model.mesh import COMMON, Own
 
 CHUNK = 4096
 """Elements computed at once; bounds the scratch memory to some 100 MB whatever the size of the block."""
@@ -42,14 +43,17 @@ def require_sound(bad: BoolArray, reason: str) -> None:
         raise DegenerateElement(np.flatnonzero(bad).astype(np.int64), reason)
 
 
-def in_chunks(kernel: Callable[[FloatArray], FloatArray], coords: FloatArray, n_dof: int) -> FloatArray:
+def in_chunks(
+    kernel: Callable[[FloatArray, Own], FloatArray], coords: FloatArray, n_dof: int, own: Own = COMMON
+) -> FloatArray:
     """Run `kernel` over a block piece by piece and make the result exactly symmetric.
 
     Parameters
     ----------
-    kernel : maps coords (m, n_node, 3) to matrices (m, n_dof, n_dof).
+    kernel : maps coords (m, n_node, 3) and what these elements have of their own to matrices (m, n_dof, n_dof).
     coords : (n, n_node, 3) global coordinates.
     n_dof : size of one element matrix.
+    own : of all n elements.
 
     Returns
     -------
@@ -58,8 +62,12 @@ def in_chunks(kernel: Callable[[FloatArray], FloatArray], coords: FloatArray, n_
     coords = np.asarray(coords, dtype=np.float64)
     out = np.empty((coords.shape[0], n_dof, n_dof))
     for start in range(0, coords.shape[0], CHUNK):
-        piece = kernel(coords[start : start + CHUNK])
-        out[start : start + CHUNK] = 0.5 * (piece + piece.transpose(0, 2, 1))
+        rows = slice(start, start + CHUNK)
+        try:
+            piece = kernel(coords[rows], own.take(rows))
+        except DegenerateElement as error:
+            raise DegenerateElement(start + error.rows, error.reason) from None
+        out[rows] = 0.5 * (piece + piece.transpose(0, 2, 1))
     return out
 
 
@@ -85,6 +93,26 @@ def gauss_triangle() -> tuple[FloatArray, FloatArray]:
 def unit(vectors: FloatArray) -> FloatArray:
     """Vectors (..., 3) scaled to length one."""
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+
+
+def material_frames(own: Own, n: int) -> FloatArray:
+    """(n, 3, 3): rows are the material axes of solids and bushings in global components.
+
+    Axis 1, then axis 2 made perpendicular to it, then their cross product; global axes where there are none.
+
+    Raises
+    ------
+    DegenerateElement : axes of no length, or parallel ones.
+    """
+    if own.axis1 is None:
+        return np.broadcast_to(np.eye(3), (n, 3, 3))
+    fallback = np.eye(3)[np.argmin(np.abs(own.axis1), axis=1)]
+    second = fallback if own.axis2 is None else own.axis2
+    third = np.cross(own.axis1, second)
+    size = np.linalg.norm(own.axis1, axis=1) * np.linalg.norm(second, axis=1)
+    require_sound(~(np.linalg.norm(third, axis=1) > DEGENERATE * size), "the two material axes are parallel or zero")
+    first, third = unit(own.axis1), unit(third)
+    return np.stack([first, np.cross(third, first), third], axis=1)
 
 
 def rotate_to_global(local: FloatArray, frame: FloatArray) -> FloatArray:

@@ -5,16 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.elements.bushing import arm_matrix
 from creak.model.materials import PointMass
+from creak.model.mesh import COMMON, Own
 
 
-def stiffness(coords: FloatArray, section: PointMass) -> FloatArray:
+def stiffness(coords: FloatArray, section: PointMass, own: Own = COMMON) -> FloatArray:
     """Zero (n, 6, 6): a mass has no stiffness."""
     return np.zeros((coords.shape[0], 6, 6))
 
 
-def mass(coords: FloatArray, section: PointMass) -> FloatArray:
-    """M = diag(m I, J) with J = [Ixx Ixy Ixz; Ixy Iyy Iyz; Ixz Iyz Izz].
+def mass(coords: FloatArray, section: PointMass, own: Own = COMMON) -> FloatArray:
+    """M = T' diag(m I, J) T with J = [Ixx Ixy Ixz; Ixy Iyy Iyz; Ixz Iyz Izz] and T the rigid arm to the mass.
 
     The six values are the entries of the inertia tensor itself, so Ixy = -(integral of x y dm).
 
@@ -31,4 +33,7 @@ def mass(coords: FloatArray, section: PointMass) -> FloatArray:
     one = np.zeros((6, 6))
     one[:3, :3] = section.mass * np.eye(3)
     one[3:, 3:] = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+    if any(section.offset):
+        arm = arm_matrix(np.array([section.offset]))[0]
+        one = arm.T @ one @ arm
     return np.tile(one, (coords.shape[0], 1, 1))

@@ -14,14 +14,14 @@ from creak.elements.quad4_geometry import (
     strain_transform,
     tangents,
 )
-from creak.elements.shell_common import plane_stress, weighted_gram
-from creak.model.materials import ShellSection
+from creak.elements.shell_common import weighted_gram
+from creak.elements.shell_rigidity import Rigidity
 
 TYING = np.array([[0.0, 1.0], [0.0, -1.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 0.0]])
 """e_rr is sampled at the first two points, e_ss at the next two, 2 e_rs at the centre."""
 
 
-def membrane_stiffness(coords: FloatArray, surface: Surface, section: ShellSection) -> FloatArray:
+def membrane_stiffness(coords: FloatArray, surface: Surface, rigidity: Rigidity) -> FloatArray:
     """K = K_uu - K_ua K_aa^-1 K_au with strains B u + M alpha.
 
     B: the assumed strains of `tied_strains` (equal to the displacement-based ones on flat elements).
@@ -32,18 +32,25 @@ def membrane_stiffness(coords: FloatArray, surface: Surface, section: ShellSecti
     ----------
     coords : (n, 4, 3) global coordinates.
     surface : the mid-surface at the 2 x 2 points.
-    section : thickness and material.
+    rigidity : of the section at these points.
 
     Returns
     -------
     (n, 24, 24) in global axes.
     """
+    return condensed(weighted_gram(membrane_strains(coords, surface), rigidity.A, surface.weights), 24)
+
+
+def membrane_strains(coords: FloatArray, surface: Surface) -> FloatArray:
+    """(n, n_point, 3, 29): B for the 24 dofs, then M for the five enhanced modes."""
     compatible = strain_transform(surface.inverse) @ tied_strains(coords, surface.points)
-    operator = np.concatenate([compatible, _enhanced_modes(coords, surface)], axis=3)
-    rigidity = plane_stress(section.material) * section.thickness
-    full = weighted_gram(operator, rigidity, surface.weights)
-    kept, coupling, enhanced = full[:, :24, :24], full[:, 24:, :24], full[:, 24:, 24:]
-    return kept - coupling.transpose(0, 2, 1) @ np.linalg.solve(enhanced, coupling)
+    return np.concatenate([compatible, _enhanced_modes(coords, surface)], axis=3)
+
+
+def condensed(full: FloatArray, n_kept: int) -> FloatArray:
+    """(n, n_kept, n_kept): matrices (n, d, d) with the dofs from `n_kept` on free of force."""
+    kept, coupling, inner = full[:, :n_kept, :n_kept], full[:, n_kept:, :n_kept], full[:, n_kept:, n_kept:]
+    return np.asarray(kept - coupling.transpose(0, 2, 1) @ np.linalg.solve(inner, coupling), dtype=np.float64)
 
 
 def tied_strains(coords: FloatArray, points: FloatArray) -> FloatArray:

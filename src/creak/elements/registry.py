@@ -9,40 +9,53 @@ from typing import Any
 from creak.arrays import FloatArray
 from creak.elements import (
     beam2,
+    bushing,
     mass,
+    nodal,
     shell_quad4,
     shell_tri3,
     solid_hex8,
     solid_tet4,
+    solid_tet10,
     solid_wedge6,
     spring,
+    spring_axial,
     truss2,
 )
+from creak.model.mesh import Own
 
-Matrices = Callable[[FloatArray, Any], FloatArray]
+Matrices = Callable[[FloatArray, Any, Own], FloatArray]
 
 
 @dataclass(frozen=True)
 class Formulation:
-    """Element matrices of a whole block: `coords` (n, n_node, 3) and the section in, (n, d, d) out,
-    d = 6 n_node, node by node (ux, uy, uz, rx, ry, rz) in global axes."""
+    """Element matrices of a whole block: `coords` (n, n_node, 3), the section and what elements have of their own in,
+    (n, d, d) out, d = 6 n_node, node by node (ux, uy, uz, rx, ry, rz) in global axes."""
 
     stiffness: Matrices
     mass: Matrices
     damping: Matrices | None = None
     """Viscous damping that the element itself has (dashpots); None where it has none."""
+    softened: Matrices | None = None
+    """Stiffness for lumped or linear mass, None where it is the same."""
 
 
 FORMULATIONS: dict[str, Formulation] = {
-    "quad4": Formulation(shell_quad4.stiffness, shell_quad4.mass),
+    "quad4": Formulation(shell_quad4.stiffness, shell_quad4.mass, softened=shell_quad4.softened_stiffness),
     "tri3": Formulation(shell_tri3.stiffness, shell_tri3.mass),
     "beam2": Formulation(beam2.stiffness, beam2.mass),
     "truss2": Formulation(truss2.stiffness, truss2.mass),
     "hex8": Formulation(solid_hex8.stiffness, solid_hex8.mass),
     "wedge6": Formulation(solid_wedge6.stiffness, solid_wedge6.mass),
     "tet4": Formulation(solid_tet4.stiffness, solid_tet4.mass),
+    "tet10": Formulation(solid_tet10.stiffness, solid_tet10.mass),
     "mass": Formulation(mass.stiffness, mass.mass),
     "rotary": Formulation(mass.stiffness, mass.mass),
     "spring1": Formulation(spring.stiffness, spring.mass, spring.damping),
     "spring2": Formulation(spring.stiffness, spring.mass, spring.damping),
+    "axial2": Formulation(spring_axial.stiffness, spring_axial.mass, spring_axial.damping),
+    "bush1": Formulation(bushing.stiffness, bushing.mass, bushing.damping),
+    "bush2": Formulation(bushing.stiffness, bushing.mass, bushing.damping),
+    "nodal1": Formulation(nodal.stiffness, nodal.mass, nodal.damping),
+    "nodal2": Formulation(nodal.stiffness, nodal.mass, nodal.damping),
 }

@@ -1,4 +1,4 @@
-"""What the quadrilateral and the triangular shell share: material matrices and the consistent mass."""
+"""What the quadrilateral and the triangular shell share: the integral of B' D B and the consistent mass."""
 
 from __future__ import annotations
 
@@ -6,22 +6,9 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.elements.geometry import unit
-from creak.model.materials import Material, ShellSection
-
-SHEAR_CORRECTION = 5.0 / 6.0
-"""Transverse shear correction of a homogeneous section (Reissner)."""
-
-
-def plane_stress(material: Material) -> FloatArray:
-    """D (3, 3), force / length^2: (sxx, syy, sxy) = D (exx, eyy, 2 exy) of an isotropic sheet."""
-    nu = material.poisson_ratio
-    factor = material.youngs_modulus / (1.0 - nu * nu)
-    return factor * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]])
-
-
-def shear_stiffness(section: ShellSection) -> float:
-    """kappa G t, force / length: transverse shear force per unit width over shear strain."""
-    return SHEAR_CORRECTION * section.material.shear_modulus * section.thickness
+from creak.elements.shell_rigidity import areal_mass
+from creak.model.materials import GeneralShell, ShellSection
+from creak.model.mesh import COMMON, Own
 
 
 def weighted_gram(operator: FloatArray, material: FloatArray, weights: FloatArray) -> FloatArray:
@@ -30,7 +17,7 @@ def weighted_gram(operator: FloatArray, material: FloatArray, weights: FloatArra
     Parameters
     ----------
     operator : (n, n_point, m, d) rows B.
-    material : (m, m) symmetric D.
+    material : (m, m) symmetric D, or one for each point, (n or 1, n_point or 1, m, m).
     weights : (n, n_point) weight times area.
 
     Returns
@@ -49,12 +36,13 @@ def shell_mass(
     weights: FloatArray,
     shapes: FloatArray,
     edge_shapes: FloatArray,
-    section: ShellSection,
+    section: ShellSection | GeneralShell,
+    own: Own = COMMON,
 ) -> FloatArray:
     """Consistent mass with a deflection that is quadratic along the edges, and rotary inertia.
 
     u = sum h_i u_i + n sum_e q_e w_e,   w_e = (1/8) n . (L_e x (theta_j - theta_i)),   L_e = x_j - x_i
-    M = integral of rho t N_u' N_u + rho t^3/12 h_i h_j on the three rotations
+    M = integral of m N_u' N_u + I h_i h_j on the three rotations, m = rho t, I = rho t^3/12
 
     w_e is the deflection at the middle of an edge that the end rotations imply (linked interpolation:
     Zienkiewicz, Xu, Zeng, Samuelsson and Wiberg, Int. J. Numer. Meth. Eng. 36 (1993) 3043). It vanishes in
@@ -64,7 +52,8 @@ def shell_mass(
 
     The rotary inertia is isotropic, so it is the same in every frame. Its share about the shell normal is
     not physical (a director has no inertia about itself); it is of the same small size as the bending
-    share and keeps M positive definite.
+    share and keeps M positive definite. Where the centre of mass lies at a height c above the nodes,
+    u + c theta x n stands for u, and I is about that centre.
 
     Parameters
     ----------
@@ -73,13 +62,16 @@ def shell_mass(
     weights : (n, n_point) quadrature weights times area, length^2.
     shapes : (n_point, n_node) values h_i.
     edge_shapes : (n_point, n_node) values q_e; edge e runs from node e to the next.
-    section : thickness and density.
+    section : mass and inertia per area.
+    own : of these elements; the thickness at their nodes counts.
 
     Returns
     -------
     (n, 6 n_node, 6 n_node), node by node (ux, uy, uz, rx, ry, rz).
     """
     n, n_node, _ = coords.shape
+    density, inertia, centre = areal_mass(section)
+    ratio = 1.0 if own.thickness is None else own.thickness @ shapes.T
     moment_arm = 0.125 * np.cross(normal[:, None], np.roll(coords, -1, axis=1) - coords)
     per_edge = edge_shapes[None, :, :, None] * moment_arm[:, None]
     per_node = np.roll(per_edge, 1, axis=2) - per_edge
@@ -87,12 +79,16 @@ def shell_mass(
     for axis in range(3):
         operator[:, :, axis, :, axis] = shapes
         operator[:, :, axis, :, 3:] = normal[:, None, axis, None, None] * per_node
-    density = section.material.density * section.thickness
+    if centre:
+        turn = np.cross(np.eye(3), normal[:, None, :])
+        height = centre * np.broadcast_to(ratio, weights.shape)
+        per_point = height[:, :, None, None, None] * shapes[:, :, None, None] * turn[:, None, None]
+        operator[:, :, :, :, 3:] += per_point.transpose(0, 1, 4, 2, 3)
     flat = operator.reshape(n, len(shapes), 3, 6 * n_node)
-    out = weighted_gram(flat, density * np.eye(3), weights).reshape(n, n_node, 6, n_node, 6)
-    products = np.einsum("ng,gi,gj->nij", weights, shapes, shapes, optimize=True)
+    out = weighted_gram(flat, density * np.eye(3), weights * ratio).reshape(n, n_node, 6, n_node, 6)
+    products = np.einsum("ng,gi,gj->nij", weights * ratio**3, shapes, shapes, optimize=True)
     for dof in (3, 4, 5):
-        out[:, :, dof, :, dof] += density * section.thickness**2 / 12.0 * products
+        out[:, :, dof, :, dof] += inertia * products
     return out.reshape(n, 6 * n_node, 6 * n_node)
 
 

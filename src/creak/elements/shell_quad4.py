@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from creak.arrays import FloatArray
@@ -17,9 +19,11 @@ from creak.elements.quad4_geometry import (
     strain_transform,
     tangents,
 )
-from creak.elements.quad4_membrane import membrane_stiffness
-from creak.elements.shell_common import mean_normal, plane_stress, shear_stiffness, shell_mass, weighted_gram
-from creak.model.materials import ShellSection
+from creak.elements.quad4_membrane import condensed, membrane_stiffness, membrane_strains
+from creak.elements.shell_common import mean_normal, shell_mass, weighted_gram
+from creak.elements.shell_rigidity import Rigidity, rigidity
+from creak.model.materials import GeneralShell, ShellSection
+from creak.model.mesh import COMMON, Own
 
 DRILLING = 1e-3
 """Drilling stiffness as a share of G t. Up to 1e-3 the pinched hemisphere and a twisted beam of t/L = 1/3750
@@ -30,7 +34,7 @@ SHEAR_TYING = np.array([[0.0, 1.0], [0.0, -1.0], [1.0, 0.0], [-1.0, 0.0]])
 """Mid-edge points: the first two tie the shear strain along r, the last two along s."""
 
 
-def stiffness(coords: FloatArray, section: ShellSection) -> FloatArray:
+def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
     """Stiffness of four-node shells, flat or warped.
 
     x = sum h_i x_i + z sum h_i V_i,   u = sum h_i u_i + z sum h_i theta_i x V_i,   |z| <= t/2
@@ -55,7 +59,8 @@ def stiffness(coords: FloatArray, section: ShellSection) -> FloatArray:
     Parameters
     ----------
     coords : (n, 4, 3) global coordinates, length; counter-clockwise about the positive normal.
-    section : thickness and material.
+    section : homogeneous, or by its resultants about the surface of the nodes.
+    own : material direction and thickness of each element.
 
     Returns
     -------
@@ -63,29 +68,55 @@ def stiffness(coords: FloatArray, section: ShellSection) -> FloatArray:
 
     Raises
     ------
-    DegenerateElement : no area, or a corner angle not between 0 and 180 degrees.
+    DegenerateElement : no area, a corner angle not between 0 and 180 degrees, a material direction along the normal.
     """
+    return _stiffness(coords, section, own, softened=False)
+
+
+def softened_stiffness(
+    coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON
+) -> FloatArray:
+    """`stiffness` with the residual bending flexibility: S^-1 + (h_r h_r' + h_s h_s')/(12 D) instead of S^-1.
+
+    A linear element of length h lacks the flexibility h^2/(12 D) of the bending that shear forces cause within it, an
+    error of the order (k h)^2/12 in the stiffness of a wave of number k; h_r, h_s are the two lengths as vectors.
+    Constant states are as exact as before. It goes with lumped and linear mass; the consistent mass here makes up for
+    the same error in the inertia. Source: MacNeal, Computers and Structures 8 (1978) 175.
+    """
+    return _stiffness(coords, section, own, softened=True)
+
+
+def _stiffness(
+    coords: FloatArray, section: ShellSection | GeneralShell, own: Own, *, softened: bool
+) -> FloatArray:
     require_convex(coords)
     points, weights = gauss_square(2)
 
-    def kernel(piece: FloatArray) -> FloatArray:
+    def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         surface = evaluate(piece, points, weights)
-        total = membrane_stiffness(piece, surface, section)
-        total += _bending(piece, surface, section)
-        total += _shear(piece, surface, section)
-        total += _drilling(surface, section)
+        stiff = rigidity(section, surface.axes, mine, shape(points))
+        if softened:
+            stiff = replace(stiff, S=_softened_shear(surface, stiff))
+        if stiff.B is None:
+            total = membrane_stiffness(piece, surface, stiff)
+            total += weighted_gram(_curvature(piece, surface), stiff.D, surface.weights)
+        else:
+            total = _coupled(piece, surface, stiff)
+        total += _shear(piece, surface, stiff)
+        total += _drilling(surface, stiff)
         return total
 
-    return in_chunks(kernel, coords, 24)
+    return in_chunks(kernel, coords, 24, own)
 
 
-def mass(coords: FloatArray, section: ShellSection) -> FloatArray:
+def mass(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
     """Consistent mass of four-node shells with rotary inertia, see `shell_mass`.
 
     Parameters
     ----------
     coords : (n, 4, 3) global coordinates, length.
-    section : thickness and material.
+    section : homogeneous, or by its resultants about the surface of the nodes.
+    own : material direction and thickness of each element.
 
     Returns
     -------
@@ -102,16 +133,23 @@ def mass(coords: FloatArray, section: ShellSection) -> FloatArray:
     along_r, along_s = 0.5 * (1 - r * r), 0.5 * (1 - s * s)
     edges = np.column_stack([along_r * (1 - s), along_s * (1 + r), along_r * (1 + s), along_s * (1 - r)])
 
-    def kernel(piece: FloatArray) -> FloatArray:
+    def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         x_r, x_s = tangents(piece, points)
         area = np.linalg.norm(np.cross(x_r, x_s), axis=2) * weights
-        return shell_mass(piece, mean_normal(piece), area, shapes, edges, section)
+        return shell_mass(piece, mean_normal(piece), area, shapes, edges, section, mine)
 
-    return in_chunks(kernel, coords, 24)
+    return in_chunks(kernel, coords, 24, own)
 
 
-def _bending(coords: FloatArray, surface: Surface, section: ShellSection) -> FloatArray:
-    """(n, 24, 24): the part of the strains that is linear in z, times t^3/12."""
+def _coupled(coords: FloatArray, surface: Surface, stiff: Rigidity) -> FloatArray:
+    """(n, 24, 24) of membrane and bending together; the enhanced modes are condensed out of both."""
+    curvature = np.pad(_curvature(coords, surface), ((0, 0), (0, 0), (0, 0), (0, 5)))
+    operator = np.concatenate([membrane_strains(coords, surface), curvature], axis=2)
+    return condensed(weighted_gram(operator, stiff.coupled, surface.weights), 24)
+
+
+def _curvature(coords: FloatArray, surface: Surface) -> FloatArray:
+    """(n, n_point, 3, 24): the part of the strains that is linear in z."""
     n = coords.shape[0]
     slopes = shape_derivatives(surface.points)
     normals = directors(coords)
@@ -124,12 +162,10 @@ def _bending(coords: FloatArray, surface: Surface, section: ShellSection) -> Flo
     operator[:, :, 1, :, :3], operator[:, :, 1, :, 3:] = h_s * v_s, h_s * turn_s
     operator[:, :, 2, :, :3] = h_s * v_r + h_r * v_s
     operator[:, :, 2, :, 3:] = h_s * turn_r + h_r * turn_s
-    curvature = strain_transform(surface.inverse) @ operator.reshape(n, -1, 3, 24)
-    rigidity = plane_stress(section.material) * (section.thickness**3 / 12.0)
-    return weighted_gram(curvature, rigidity, surface.weights)
+    return np.asarray(strain_transform(surface.inverse) @ operator.reshape(n, -1, 3, 24), dtype=np.float64)
 
 
-def _shear(coords: FloatArray, surface: Surface, section: ShellSection) -> FloatArray:
+def _shear(coords: FloatArray, surface: Surface, stiff: Rigidity) -> FloatArray:
     """(n, 24, 24): gamma_a = x_,a . (theta x V) + V . u_,a sampled at mid-edges, linear in between."""
     n = coords.shape[0]
     slopes, shapes = shape_derivatives(SHEAR_TYING), shape(SHEAR_TYING)
@@ -145,10 +181,19 @@ def _shear(coords: FloatArray, surface: Surface, section: ShellSection) -> Float
     blend[:, 0, 0], blend[:, 0, 1] = 0.5 * (1 + s), 0.5 * (1 - s)
     blend[:, 1, 2], blend[:, 1, 3] = 0.5 * (1 + r), 0.5 * (1 - r)
     gamma = surface.inverse @ (blend @ tied.reshape(n, 1, 4, 24))
-    return weighted_gram(gamma, shear_stiffness(section) * np.eye(2), surface.weights)
+    return weighted_gram(gamma, stiff.S, surface.weights)
 
 
-def _drilling(surface: Surface, section: ShellSection) -> FloatArray:
+def _softened_shear(surface: Surface, stiff: Rigidity) -> FloatArray:
+    """(n, n_point, 2, 2) transverse shear stiffness with the residual bending flexibility."""
+    in_plane = surface.axes[:, :, :2]
+    lengths = [2.0 * np.einsum("ngax,ngx->nga", in_plane, x) for x in (surface.x_r, surface.x_s)]
+    squares = sum(np.einsum("nga,ngb->ngab", h, h) for h in lengths)
+    bending = 0.5 * (stiff.D[..., 0, 0] + stiff.D[..., 1, 1])
+    return np.asarray(np.linalg.inv(np.linalg.inv(stiff.S) + squares / (12.0 * bending[..., None, None])))
+
+
+def _drilling(surface: Surface, stiff: Rigidity) -> FloatArray:
     """(n, 24, 24): penalty on theta . n - (e2 . u_,1 - e1 . u_,2)/2 in the tangent plane."""
     n, n_point = surface.weights.shape
     slope = surface.inverse @ shape_derivatives(surface.points)
@@ -156,5 +201,4 @@ def _drilling(surface: Surface, section: ShellSection) -> FloatArray:
     operator = np.empty((n, n_point, 1, len(CORNERS), 6))
     operator[:, :, 0, :, :3] = 0.5 * (slope[:, :, 1, :, None] * e1 - slope[:, :, 0, :, None] * e2)
     operator[:, :, 0, :, 3:] = shape(surface.points)[:, :, None] * normal
-    penalty = DRILLING * section.material.shear_modulus * section.thickness
-    return weighted_gram(operator.reshape(n, n_point, 1, 24), penalty * np.eye(1), surface.weights)
+    return weighted_gram(operator.reshape(n, n_point, 1, 24), DRILLING * stiff.drilling * np.eye(1), surface.weights)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from creak.arrays import FloatArray
@@ -13,18 +15,22 @@ from creak.elements.geometry import (
     rotate_to_global,
     unit,
 )
-from creak.elements.shell_common import mean_normal, plane_stress, shear_stiffness, shell_mass
-from creak.model.materials import ShellSection
+from creak.elements.quad4_membrane import condensed
+from creak.elements.shell_common import mean_normal, shell_mass
+from creak.elements.shell_rigidity import Rigidity, rigidity
+from creak.model.materials import GeneralShell, ShellSection
+from creak.model.mesh import COMMON, Own
 
 MEMBRANE_DOFS = np.array([0, 1, 5, 6, 7, 11, 12, 13, 17])
 """(ux, uy, rz) of the three nodes in local axes."""
-PLATE_DOFS = np.array([2, 3, 4, 8, 9, 10, 14, 15, 16])
-"""(uz, rx, ry) of the three nodes in local axes."""
+PLATE_DOFS = np.array([2, 3, 4, 8, 9, 10, 14, 15, 16, 18, 19])
+"""(uz, rx, ry) of the three nodes in local axes, then (rx, ry) of the bubble."""
+CENTRE = np.full((1, 3), 1.0 / 3.0)
 TYING_SHIFT = 1e-4
 """Distance of the inner tying points from the centroid (Lee, Lee and Bathe 2014)."""
 
 
-def stiffness(coords: FloatArray, section: ShellSection) -> FloatArray:
+def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
     """Stiffness of flat triangular shells.
 
     K = K_membrane(ux, uy, rz) + K_plate(uz, rx, ry) in the plane of the element, turned to global axes.
@@ -36,7 +42,8 @@ def stiffness(coords: FloatArray, section: ShellSection) -> FloatArray:
     Parameters
     ----------
     coords : (n, 3, 3) global coordinates, length.
-    section : thickness and material.
+    section : homogeneous, or by its resultants about the surface of the nodes.
+    own : material direction and thickness of each element.
 
     Returns
     -------
@@ -48,23 +55,39 @@ def stiffness(coords: FloatArray, section: ShellSection) -> FloatArray:
     """
     _require_area(coords)
 
-    def kernel(piece: FloatArray) -> FloatArray:
+    def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         frame, plane = _to_plane(piece)
-        local = np.zeros((piece.shape[0], 18, 18))
-        local[:, MEMBRANE_DOFS[:, None], MEMBRANE_DOFS] = _membrane(plane, section)
-        local[:, PLATE_DOFS[:, None], PLATE_DOFS] = _plate(plane, section)
-        return rotate_to_global(local, frame)
+        stiff = _one_each(rigidity(section, frame[:, None], mine, CENTRE))
+        local = np.zeros((piece.shape[0], 20, 20))
+        local[:, MEMBRANE_DOFS[:, None], MEMBRANE_DOFS] = _membrane(plane, stiff)
+        local[:, PLATE_DOFS[:, None], PLATE_DOFS] = _plate(plane, stiff)
+        if stiff.B is not None:
+            across = _coupling(plane, stiff.B)
+            local[:, MEMBRANE_DOFS[:, None], PLATE_DOFS] += across
+            local[:, PLATE_DOFS[:, None], MEMBRANE_DOFS] += across.transpose(0, 2, 1)
+        return rotate_to_global(condensed(local, 18), frame)
 
-    return in_chunks(kernel, coords, 18)
+    return in_chunks(kernel, coords, 18, own)
 
 
-def mass(coords: FloatArray, section: ShellSection) -> FloatArray:
+def _one_each(stiff: Rigidity) -> Rigidity:
+    """Matrices (n, 1, k, k) as (n, k, k)."""
+    B = None if stiff.B is None else _squeezed(stiff.B)
+    return replace(stiff, A=_squeezed(stiff.A), B=B, D=_squeezed(stiff.D), S=_squeezed(stiff.S))
+
+
+def _squeezed(matrix: FloatArray) -> FloatArray:
+    return matrix[:, 0] if matrix.ndim == 4 else matrix
+
+
+def mass(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
     """Consistent mass of flat triangular shells with rotary inertia, see `shell_mass`.
 
     Parameters
     ----------
     coords : (n, 3, 3) global coordinates, length.
-    section : thickness and material.
+    section : homogeneous, or by its resultants about the surface of the nodes.
+    own : material direction and thickness of each element.
 
     Returns
     -------
@@ -80,11 +103,11 @@ def mass(coords: FloatArray, section: ShellSection) -> FloatArray:
     shapes = np.column_stack([1 - r - s, r, s])
     edges = 4.0 * shapes * np.roll(shapes, -1, axis=1)
 
-    def kernel(piece: FloatArray) -> FloatArray:
+    def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         area = _area(piece)[:, None] * weights
-        return shell_mass(piece, mean_normal(piece), area, shapes, edges, section)
+        return shell_mass(piece, mean_normal(piece), area, shapes, edges, section, mine)
 
-    return in_chunks(kernel, coords, 18)
+    return in_chunks(kernel, coords, 18, own)
 
 
 def _area(coords: FloatArray) -> FloatArray:
@@ -110,29 +133,27 @@ def _to_plane(coords: FloatArray) -> tuple[FloatArray, FloatArray]:
     return frame, plane
 
 
-def _membrane(plane: FloatArray, section: ShellSection) -> FloatArray:
-    """Optimal ANDES triangle: K = L D L'/(A t) + 3/4 beta0 T' K_theta T.
+def _membrane(plane: FloatArray, stiff: Rigidity) -> FloatArray:
+    """Optimal ANDES triangle: K = L D L'/(A t) + 3/4 beta0 T' K_theta T, with t D the rigidity A of the section.
 
     Felippa, Comput. Methods Appl. Mech. Eng. 192 (2003) 2125, parameters OPT.
 
     Parameters
     ----------
     plane : (n, 3, 2) node coordinates.
-    section : thickness and material.
+    stiff : of the section.
 
     Returns
     -------
     (n, 9, 9) on (ux, uy, rz) of each node.
     """
-    d_matrix = plane_stress(section.material)
     area = _plane_area(plane)
     lumping = _force_lumping(plane)
-    scale = (section.thickness / area)[:, None, None]
-    basic = scale * (lumping @ d_matrix @ lumping.transpose(0, 2, 1))
-    beta0 = max(0.5 * (1.0 - 4.0 * section.material.poisson_ratio**2), 0.01)
+    basic = (lumping @ stiff.A @ lumping.transpose(0, 2, 1)) / area[:, None, None]
+    beta0 = max(0.5 * (1.0 - 4.0 * stiff.poisson**2), 0.01)
     hierarchical = _deviatoric_rotation(plane)
-    bending = _higher_order(plane, d_matrix)
-    factor = (0.75 * beta0 * section.thickness * area)[:, None, None]
+    bending = _higher_order(plane, stiff.A)
+    factor = (0.75 * beta0 * area)[:, None, None]
     return basic + factor * (hierarchical.transpose(0, 2, 1) @ bending @ hierarchical)
 
 
@@ -172,7 +193,7 @@ def _deviatoric_rotation(plane: FloatArray) -> FloatArray:
 
 
 def _higher_order(plane: FloatArray, d_matrix: FloatArray) -> FloatArray:
-    """K_theta / (A t) (n, 3, 3) = Q4' E Q4 + Q5' E Q5 + Q6' E Q6 in natural strains along the sides."""
+    """K_theta / area (n, 3, 3) = Q4' E Q4 + Q5' E Q5 + Q6' E Q6 in natural strains along the sides."""
     area = _plane_area(plane)
     side = np.roll(plane, -1, axis=1) - plane  # sides 21, 32, 13
     length2 = (side**2).sum(axis=2)
@@ -203,34 +224,44 @@ def _natural_to_cartesian(side: FloatArray, length2: FloatArray, area: FloatArra
     return np.linalg.inv(rows).astype(np.float64)
 
 
-def _plate(plane: FloatArray, section: ShellSection) -> FloatArray:
-    """MITC3+ plate: bending and tied shear with a rotation bubble that is condensed out.
+def _coupling(plane: FloatArray, B: FloatArray) -> FloatArray:
+    """(n, 9, 11): area e' B k of the mean membrane strain e = L' u / area and the mean curvature k.
+
+    The membrane's basic part has that constant strain, so membrane, coupling and bending together are the
+    energy of one field and positive wherever [A B; B D] is.
+    """
+    points, weights = gauss_triangle()
+    jacobian = np.stack([plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]], axis=1)
+    inverse = np.linalg.inv(jacobian).astype(np.float64)
+    curvature = sum(w * _curvature(inverse, point) for point, w in zip(points, weights, strict=True))
+    return np.asarray(_force_lumping(plane) @ B @ curvature, dtype=np.float64)
+
+
+def _plate(plane: FloatArray, stiff: Rigidity) -> FloatArray:
+    """MITC3+ plate: bending and tied shear with a rotation bubble, which the caller condenses out.
 
     Lee, Lee and Bathe, Comput. Struct. 138 (2014) 12.
 
     Parameters
     ----------
     plane : (n, 3, 2) node coordinates.
-    section : thickness and material.
+    stiff : of the section.
 
     Returns
     -------
-    (n, 9, 9) on (uz, rx, ry) of each node.
+    (n, 11, 11) on (uz, rx, ry) of each node and (rx, ry) of the bubble.
     """
     points, weights = gauss_triangle()
     jacobian = np.stack([plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]], axis=1)
     inverse = np.linalg.inv(jacobian).astype(np.float64)
     area = _plane_area(plane)
-    bending = plane_stress(section.material) * section.thickness**3 / 12.0
     full = np.zeros((plane.shape[0], 11, 11))
     for point, weight in zip(points, weights, strict=True):
         curvature = _curvature(inverse, point)
         gamma = inverse @ _tied_shear(jacobian, point)
-        full += weight * (curvature.transpose(0, 2, 1) @ bending @ curvature)
-        full += weight * shear_stiffness(section) * (gamma.transpose(0, 2, 1) @ gamma)
-    full *= area[:, None, None]
-    kept, coupling, bubble = full[:, :9, :9], full[:, 9:, :9], full[:, 9:, 9:]
-    return kept - coupling.transpose(0, 2, 1) @ np.linalg.solve(bubble, coupling)
+        full += weight * (curvature.transpose(0, 2, 1) @ stiff.D @ curvature)
+        full += weight * (gamma.transpose(0, 2, 1) @ stiff.S @ gamma)
+    return np.asarray(full * area[:, None, None], dtype=np.float64)
 
 
 def _rotation_shapes(point: FloatArray) -> tuple[FloatArray, FloatArray]:

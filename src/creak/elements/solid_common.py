@@ -1,4 +1,4 @@
-"""What solid elements share: Hooke's law, strains from gradients, the consistent mass, rotations left out."""
+"""What solid elements share: elasticity in global axes, strains from gradients, mass, rotations left out."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.elements.geometry import DEGENERATE, in_chunks, require_sound
+from creak.elements.geometry import DEGENERATE, in_chunks, material_frames, require_sound
 from creak.elements.shell_common import weighted_gram
-from creak.model.materials import Material, SolidSection
+from creak.model.elasticity import hooke
+from creak.model.materials import AnisotropicMaterial, Material, SolidSection
+from creak.model.mesh import COMMON, Own
 
 
 @dataclass(frozen=True)
@@ -31,12 +33,29 @@ class Reference:
         return int(self.shapes.shape[1])
 
 
-def hooke(material: Material) -> FloatArray:
-    """D (6, 6), force / length^2: stresses xx, yy, zz, xy, yz, zx from strains exx, eyy, ezz, 2 exy, 2 eyz, 2 ezx."""
-    shear, nu = material.shear_modulus, material.poisson_ratio
-    D = np.diag([2.0 * shear] * 3 + [shear] * 3)
-    D[:3, :3] += 2.0 * shear * nu / (1.0 - 2.0 * nu)
-    return D
+VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
+"""Axes of the six strains."""
+
+
+def elasticity(material: Material | AnisotropicMaterial, own: Own) -> FloatArray:
+    """D in global axes: (6, 6), or (n, 1, 6, 6) where elements have material axes of their own."""
+    D = hooke(material)
+    if isinstance(material, Material) or own.axis1 is None:
+        return D
+    T = strain_rotation(material_frames(own, len(own.axis1)))
+    return np.asarray(T.transpose(0, 2, 1) @ D @ T, dtype=np.float64)[:, None]
+
+
+def strain_rotation(frames: FloatArray) -> FloatArray:
+    """(n, 6, 6): strains (shear doubled) in axes with rows `frames` (n, 3, 3) from those in global axes."""
+    T = np.empty((len(frames), 6, 6))
+    for row, (a, b) in enumerate(VOIGT):
+        for column, (i, j) in enumerate(VOIGT):
+            term = frames[:, a, i] * frames[:, b, j]
+            if i != j:
+                term = 0.5 * (term + frames[:, a, j] * frames[:, b, i])
+            T[:, row, column] = term if a == b else 2.0 * term
+    return T
 
 
 def jacobians(coords: FloatArray, slopes: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -79,35 +98,38 @@ def with_rotations(blocks: FloatArray) -> FloatArray:
     return out.reshape(n, 2 * d, 2 * d)
 
 
-def isoparametric_stiffness(coords: FloatArray, section: SolidSection, reference: Reference) -> FloatArray:
+def isoparametric_stiffness(
+    coords: FloatArray, section: SolidSection, reference: Reference, own: Own = COMMON
+) -> FloatArray:
     """K = integral of B' D B of displacements alone, (n, 6 n_node, 6 n_node)."""
-    D = hooke(section.material)
 
-    def kernel(piece: FloatArray) -> FloatArray:
+    def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         inverse, det = jacobians(piece, reference.slopes)
         operator = strains(inverse @ reference.slopes)
-        return with_rotations(weighted_gram(operator, D, det * reference.weights))
+        return with_rotations(weighted_gram(operator, elasticity(section.material, mine), det * reference.weights))
 
-    return _over_block(kernel, coords, reference)
+    return _over_block(kernel, coords, reference, own)
 
 
-def consistent_mass(coords: FloatArray, section: SolidSection, reference: Reference) -> FloatArray:
+def consistent_mass(
+    coords: FloatArray, section: SolidSection, reference: Reference, own: Own = COMMON
+) -> FloatArray:
     """M = integral of rho N_i N_j on each translation, (n, 6 n_node, 6 n_node); rotations have no mass."""
     products = np.einsum("gi,gj,g->gij", reference.shapes, reference.shapes, reference.weights)
 
-    def kernel(piece: FloatArray) -> FloatArray:
+    def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         det = np.linalg.det(np.einsum("gai,nix->ngax", reference.slopes, piece))
         out = np.zeros((len(piece), reference.n_node, 6, reference.n_node, 6))
         for axis in range(3):
             out[:, :, axis, :, axis] = section.material.density * np.einsum("ng,gij->nij", det, products)
         return out.reshape(len(piece), 6 * reference.n_node, 6 * reference.n_node)
 
-    return _over_block(kernel, coords, reference)
+    return _over_block(kernel, coords, reference, own)
 
 
 def _over_block(
-    kernel: Callable[[FloatArray], FloatArray], coords: FloatArray, reference: Reference
+    kernel: Callable[[FloatArray, Own], FloatArray], coords: FloatArray, reference: Reference, own: Own
 ) -> FloatArray:
     coords = np.asarray(coords, dtype=np.float64)
     require_volume(coords, reference.slopes)
-    return in_chunks(kernel, coords, 6 * reference.n_node)
+    return in_chunks(kernel, coords, 6 * reference.n_node, own)

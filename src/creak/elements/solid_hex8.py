@@ -10,13 +10,14 @@ from creak.elements.shell_common import weighted_gram
 from creak.elements.solid_common import (
     Reference,
     consistent_mass,
-    hooke,
+    elasticity,
     jacobians,
     require_volume,
     strains,
     with_rotations,
 )
 from creak.model.materials import SolidSection
+from creak.model.mesh import COMMON, Own
 
 CORNERS = np.array(
     [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]],
@@ -38,7 +39,7 @@ GAUSS = reference(CORNERS / np.sqrt(3.0), np.ones(8))
 CENTRE = reference(np.zeros((1, 3)), np.array([8.0]))
 
 
-def stiffness(coords: FloatArray, section: SolidSection) -> FloatArray:
+def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
     """K = K_uu - K_ua K_aa^-1 K_au with strains B u + G a.
 
     B is the trilinear strain. G has 13 modes that are condensed out, all scaled by j0/j (Jacobian at the centre
@@ -59,6 +60,7 @@ def stiffness(coords: FloatArray, section: SolidSection) -> FloatArray:
     ----------
     coords : (n, 8, 3) global coordinates, length: four nodes round one face, then those opposite them.
     section : material.
+    own : material axes of each element.
 
     Returns
     -------
@@ -71,19 +73,18 @@ def stiffness(coords: FloatArray, section: SolidSection) -> FloatArray:
     coords = np.asarray(coords, dtype=np.float64)
     require_volume(coords, GAUSS.slopes)
     require_volume(coords, CENTRE.slopes)
-    D = hooke(section.material)
 
-    def kernel(piece: FloatArray) -> FloatArray:
+    def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         inverse, det = jacobians(piece, GAUSS.slopes)
         operator = np.concatenate([strains(inverse @ GAUSS.slopes), _incompatible(piece, det)], axis=3)
-        full = weighted_gram(operator, D, det)
+        full = weighted_gram(operator, elasticity(section.material, mine), det)
         kept, coupling, inner = full[:, :24, :24], full[:, 24:, :24], full[:, 24:, 24:]
         return with_rotations(kept - coupling.transpose(0, 2, 1) @ np.linalg.solve(inner, coupling))
 
-    return in_chunks(kernel, coords, 48)
+    return in_chunks(kernel, coords, 48, own)
 
 
-def mass(coords: FloatArray, section: SolidSection) -> FloatArray:
+def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
     """Consistent mass of the trilinear displacements, see `consistent_mass`.
 
     Parameters
@@ -99,7 +100,7 @@ def mass(coords: FloatArray, section: SolidSection) -> FloatArray:
     ------
     DegenerateElement : no volume, or nodes in the wrong order.
     """
-    return consistent_mass(coords, section, GAUSS)
+    return consistent_mass(coords, section, GAUSS, own)
 
 
 def _incompatible(coords: FloatArray, det: FloatArray) -> FloatArray:

@@ -7,6 +7,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.elements.solid_common import Reference, consistent_mass, isoparametric_stiffness
 from creak.model.materials import SolidSection
+from creak.model.mesh import COMMON, Own
 
 SLOPES = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 1.0]])
 CENTRE = Reference(np.full((1, 3), 0.25), np.array([1.0 / 6.0]), np.full((1, 4), 0.25), SLOPES[None])
@@ -22,7 +23,7 @@ def _four_points() -> Reference:
 FOUR = _four_points()
 
 
-def stiffness(coords: FloatArray, section: SolidSection) -> FloatArray:
+def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
     """K = V B' D B with constant strain.
 
     Much too stiff in bending (some ten elements through the thickness are needed) and locked in nearly
@@ -33,6 +34,7 @@ def stiffness(coords: FloatArray, section: SolidSection) -> FloatArray:
     ----------
     coords : (n, 4, 3) global coordinates, length; the fourth node lies on the side to which 1-2-3 turn right-handed.
     section : material.
+    own : material axes of each element.
 
     Returns
     -------
@@ -42,10 +44,10 @@ def stiffness(coords: FloatArray, section: SolidSection) -> FloatArray:
     ------
     DegenerateElement : no volume, or nodes in the wrong order.
     """
-    return isoparametric_stiffness(coords, section, CENTRE)
+    return isoparametric_stiffness(coords, section, CENTRE, own)
 
 
-def mass(coords: FloatArray, section: SolidSection) -> FloatArray:
+def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
     """Consistent mass rho V/20 (1 + delta_ij) on each translation.
 
     Parameters
@@ -61,4 +63,4 @@ def mass(coords: FloatArray, section: SolidSection) -> FloatArray:
     ------
     DegenerateElement : no volume, or nodes in the wrong order.
     """
-    return consistent_mass(coords, section, FOUR)
+    return consistent_mass(coords, section, FOUR, own)

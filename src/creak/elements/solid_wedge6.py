@@ -8,6 +8,7 @@ from creak.arrays import FloatArray
 from creak.elements.geometry import gauss_triangle
 from creak.elements.solid_common import Reference, consistent_mass, isoparametric_stiffness
 from creak.model.materials import SolidSection
+from creak.model.mesh import COMMON, Own
 
 
 def reference(points: FloatArray, weights: FloatArray) -> Reference:
@@ -31,7 +32,7 @@ def _rule() -> Reference:
 GAUSS = _rule()
 
 
-def stiffness(coords: FloatArray, section: SolidSection) -> FloatArray:
+def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
     """K = integral of B' D B of the displacements L_i (1 -+ t)/2.
 
     A fill-in element: like the tetrahedron it is too stiff in bending and in nearly incompressible material.
@@ -41,6 +42,7 @@ def stiffness(coords: FloatArray, section: SolidSection) -> FloatArray:
     ----------
     coords : (n, 6, 3) global coordinates, length: the triangle 1-2-3, then the nodes opposite them.
     section : material.
+    own : material axes of each element.
 
     Returns
     -------
@@ -50,10 +52,10 @@ def stiffness(coords: FloatArray, section: SolidSection) -> FloatArray:
     ------
     DegenerateElement : no volume, or nodes in the wrong order.
     """
-    return isoparametric_stiffness(coords, section, GAUSS)
+    return isoparametric_stiffness(coords, section, GAUSS, own)
 
 
-def mass(coords: FloatArray, section: SolidSection) -> FloatArray:
+def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
     """Consistent mass, see `consistent_mass`.
 
     Parameters
@@ -69,4 +71,4 @@ def mass(coords: FloatArray, section: SolidSection) -> FloatArray:
     ------
     DegenerateElement : no volume, or nodes in the wrong order.
     """
-    return consistent_mass(coords, section, GAUSS)
+    return consistent_mass(coords, section, GAUSS, own)

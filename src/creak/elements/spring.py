@@ -6,9 +6,10 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.model.materials import Spring
+from creak.model.mesh import COMMON, Own
 
 
-def stiffness(coords: FloatArray, section: Spring) -> FloatArray:
+def stiffness(coords: FloatArray, section: Spring, own: Own = COMMON) -> FloatArray:
     """K = k g g', with g u = u2[dof2] - u1[dof1] for two nodes and u1[dof1] for one.
 
     The dofs are global axes and the nodes need not coincide: a two-node spring between nodes that are apart
@@ -26,12 +27,12 @@ def stiffness(coords: FloatArray, section: Spring) -> FloatArray:
     return section.stiffness * _pattern(coords, section)
 
 
-def damping(coords: FloatArray, section: Spring) -> FloatArray:
+def damping(coords: FloatArray, section: Spring, own: Own = COMMON) -> FloatArray:
     """C = c g g' of the dashpot, same shape and same g as `stiffness`."""
     return section.damping * _pattern(coords, section)
 
 
-def mass(coords: FloatArray, section: Spring) -> FloatArray:
+def mass(coords: FloatArray, section: Spring, own: Own = COMMON) -> FloatArray:
     """Zero (n, d, d): a spring has no mass."""
     return 0.0 * _pattern(coords, section)
 

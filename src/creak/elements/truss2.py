@@ -7,11 +7,12 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.elements.geometry import in_chunks, require_sound
 from creak.model.materials import TrussSection
+from creak.model.mesh import COMMON, Own
 
 TRANSLATIONS = np.array([0, 1, 2, 6, 7, 8])
 
 
-def stiffness(coords: FloatArray, section: TrussSection) -> FloatArray:
+def stiffness(coords: FloatArray, section: TrussSection, own: Own = COMMON) -> FloatArray:
     """K = EA/L [t t', -t t'; -t t', t t'] on the translations, zero on the rotations.
 
     Parameters
@@ -29,7 +30,7 @@ def stiffness(coords: FloatArray, section: TrussSection) -> FloatArray:
     """
     _require_length(coords)
 
-    def kernel(piece: FloatArray) -> FloatArray:
+    def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         line = piece[:, 1] - piece[:, 0]
         length = np.linalg.norm(line, axis=1)
         both = np.concatenate([-line, line], axis=1) / length[:, None]
@@ -43,7 +44,7 @@ def stiffness(coords: FloatArray, section: TrussSection) -> FloatArray:
     return in_chunks(kernel, coords, 12)
 
 
-def mass(coords: FloatArray, section: TrussSection) -> FloatArray:
+def mass(coords: FloatArray, section: TrussSection, own: Own = COMMON) -> FloatArray:
     """Consistent mass rho A L/6 [2, 1; 1, 2] on each of the three translations.
 
     Parameters
@@ -62,7 +63,7 @@ def mass(coords: FloatArray, section: TrussSection) -> FloatArray:
     _require_length(coords)
     pattern = np.kron(np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0, np.eye(3))
 
-    def kernel(piece: FloatArray) -> FloatArray:
+    def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         length = np.linalg.norm(piece[:, 1] - piece[:, 0], axis=1)
         local = np.zeros((piece.shape[0], 12, 12))
         weight = section.material.density * section.area * length[:, None, None]

@@ -63,7 +63,8 @@ def modes(
 
     Parameters
     ----------
-    K, M : (n, n) symmetric sparse or dense; M may be singular, K + s M must not be.
+    K, M : (n, n) symmetric sparse or dense; M may be singular, K + s M must not be. Without
+        mass there are no modes.
     free : the body may have rigid-body modes: a small negative shift is used. A clamped K is factorised as is.
     stiffness_factor : a factor of K that already exists (clamped only).
 
@@ -77,6 +78,8 @@ def modes(
     n = K.shape[0]
     if (f_max is None) == (count is None):
         raise ValueError("give either f_max or count")
+    if not M.diagonal().any():
+        return Modes(np.zeros(0), np.zeros((n, 0)), 0.0, True, np.inf)
     if n <= DENSE_LIMIT:
         return _dense_modes(K, M, f_max, count, free)
     shift = -small_shift(K, M) if free else 0.0

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from creak.arrays import FloatArray
+
 
 @dataclass(frozen=True)
 class Material:
@@ -25,18 +27,92 @@ class Material:
         return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
 
 
+@dataclass(frozen=True, eq=False)
+class AnisotropicMaterial:
+    """Linear elastic solid without symmetry; see `model.elasticity.orthotropic`."""
+
+    name: str
+    elasticity: FloatArray
+    """(6, 6), force / length^2: stresses xx, yy, zz, xy, yz, zx from exx, eyy, ezz, 2 exy, 2 eyz, 2 ezx, in the
+    material axes of the element."""
+    density: float
+    alpha: float = 0.0
+    """Mass-proportional damping, 1/s."""
+    beta: float = 0.0
+    """Stiffness-proportional damping, s."""
+
+
+@dataclass(frozen=True, eq=False)
+class SheetMaterial:
+    """Linear elastic sheet in plane stress; see `model.elasticity.lamina`."""
+
+    name: str
+    in_plane: FloatArray
+    """(3, 3), force / length^2: s11, s22, s12 from e11, e22, 2 e12."""
+    shear: FloatArray
+    """(2, 2), force / length^2: s13, s23 from 2 e13, 2 e23."""
+    density: float
+    alpha: float = 0.0
+    """Mass-proportional damping, 1/s."""
+    beta: float = 0.0
+    """Stiffness-proportional damping, s."""
+
+
+AnyMaterial = Material | AnisotropicMaterial | SheetMaterial
+
+
 @dataclass(frozen=True)
 class ShellSection:
-    """Homogeneous shell, mid-surface at the nodes."""
+    """Homogeneous isotropic shell, mid-surface at the nodes."""
 
     name: str
     material: Material
     thickness: float
 
 
+@dataclass(frozen=True, eq=False)
+class GeneralShell:
+    """Shell by its resultants about the surface of the nodes, in the material axes of the element.
+
+    N = A e + B k,   M = B e + D k,   Q = S gamma, with e (e11, e22, 2 e12) and k = de/dz, z along the normal.
+    `model.laminates` makes it of plies, of a homogeneous sheet beside the nodes, or of separate moduli.
+    """
+
+    name: str
+    A: FloatArray
+    """(3, 3) membrane, force / length."""
+    B: FloatArray
+    """(3, 3) coupling, force."""
+    D: FloatArray
+    """(3, 3) bending, force length."""
+    S: FloatArray
+    """(2, 2) transverse shear, force / length: Q13, Q23 from the mean 2 e13, 2 e23."""
+    mass: float
+    """integral of rho dz, mass / length^2."""
+    first_moment: float = 0.0
+    """integral of rho z dz, mass / length."""
+    rotary_inertia: float = 0.0
+    """integral of rho z^2 dz, mass."""
+    thickness: float = 0.0
+    """For contact."""
+    offset: float = 0.0
+    """Height z of the middle surface, for contact."""
+    alpha: float = 0.0
+    """Mass-proportional damping, 1/s."""
+    beta: float = 0.0
+    """Stiffness-proportional damping, s."""
+
+    def __post_init__(self) -> None:
+        if self.first_moment**2 > self.mass * self.rotary_inertia * (1.0 + 1e-9):
+            raise ValueError(f"shell {self.name!r}: mass, first moment and rotary inertia are those of no body")
+
+
 @dataclass(frozen=True)
 class BeamSection:
-    """Prismatic beam: area, second moments about local axes 1 and 2, torsion constant, direction of axis 1."""
+    """Prismatic beam: area, second moments about local axes 1 and 2, torsion constant, direction of axis 1.
+
+    i11 and i22 are about the centroid and principal axes, which lie at `angle` from axes 1 and 2.
+    """
 
     name: str
     material: Material
@@ -48,6 +124,27 @@ class BeamSection:
     radius: float = 0.0
     """From the axis to the surface, for contact: radius of circle and pipe, half the smaller side of a rectangle; 0:
     not known."""
+    shear_area1: float = 0.0
+    """Area over which a shear force along principal axis 1 spreads, k A; 0: rigid in shear (Euler-Bernoulli)."""
+    shear_area2: float = 0.0
+    """The same along principal axis 2."""
+    angle: float = 0.0
+    """From axis 1 to principal axis 1 about the tangent, radian."""
+    centroid: tuple[float, float] = (0.0, 0.0)
+    """Where the centroid lies from the line of the nodes, along axes 1 and 2."""
+    shear_centre: tuple[float, float] = (0.0, 0.0)
+    """Where the shear centre lies, along axes 1 and 2."""
+    line_mass: float = 0.0
+    """Further mass per length on the centroid line."""
+    twist_inertia: float | None = None
+    """Mass moment of inertia per length about the axis; None: rho (i11 + i22)."""
+
+    @property
+    def polar_inertia(self) -> float:
+        """Mass moment of inertia per length about the axis."""
+        if self.twist_inertia is not None:
+            return self.twist_inertia
+        return self.material.density * (self.i11 + self.i22)
 
 
 @dataclass(frozen=True)
@@ -64,7 +161,7 @@ class SolidSection:
     """Homogeneous solid."""
 
     name: str
-    material: Material
+    material: Material | AnisotropicMaterial
 
 
 @dataclass(frozen=True)
@@ -76,6 +173,8 @@ class PointMass:
     inertia: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     alpha: float = 0.0
     """Mass-proportional damping, 1/s."""
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """From the node to the centre of mass, global axes; the inertia is about that centre."""
 
 
 @dataclass(frozen=True)
@@ -89,4 +188,64 @@ class Spring:
     damping: float = 0.0
 
 
-Section = ShellSection | BeamSection | TrussSection | SolidSection | PointMass | Spring
+@dataclass(frozen=True)
+class AxialSpring:
+    """Spring and dashpot along the line between two nodes."""
+
+    name: str
+    stiffness: float = 0.0
+    damping: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Bushing:
+    """Springs and dashpots in all six relative motions of two nodes (or of one and ground).
+
+    The relative motion is that of rigid arms from both nodes to the point a + location (b - a), in the axes
+    `Own.axis1`, `Own.axis2` of the element, or in global axes.
+    """
+
+    name: str
+    stiffness: FloatArray
+    """(6, 6): forces 1, 2, 3 and moments 1, 2, 3 from relative displacements and rotations."""
+    damping: FloatArray
+    """(6, 6)"""
+    location: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class NodalMatrices:
+    """Matrices of any size as they are, on (ux, uy, uz, rx, ry, rz) of the nodes in global axes."""
+
+    name: str
+    stiffness: FloatArray
+    """(d, d)"""
+    mass: FloatArray
+    """(d, d)"""
+    damping: FloatArray
+    """(d, d)"""
+
+
+Structural = ShellSection | GeneralShell | BeamSection | TrussSection | SolidSection
+Discrete = Spring | AxialSpring | Bushing | NodalMatrices
+Section = Structural | PointMass | Discrete
+
+
+def rayleigh(section: Structural) -> tuple[float, float]:
+    """alpha (1/s) and beta (s) of the section's material."""
+    source = section if isinstance(section, GeneralShell) else section.material
+    return source.alpha, source.beta
+
+
+def has_dashpot(section: Discrete) -> bool:
+    """Whether it damps by itself."""
+    if isinstance(section, Spring | AxialSpring):
+        return section.damping != 0.0
+    return bool(section.damping.any())
+
+
+def has_stiffness(section: Discrete) -> bool:
+    """Whether it resists displacement."""
+    if isinstance(section, Spring | AxialSpring):
+        return section.stiffness != 0.0
+    return bool(section.stiffness.any())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -37,12 +37,39 @@ class Nodes:
         return str(self.ids[idx])
 
 
+@dataclass(frozen=True, eq=False)
+class Own:
+    """What elements of a block have each of their own; None where all follow the section."""
+
+    axis1: FloatArray | None = None
+    """(n_elem, 3) direction 1 in global axes. Shells: the material direction, projected on the surface (None:
+    global x, or z where x is normal to it). Solids, bushings: material or spring axis 1 (None: global axes).
+    Beams: instead of axis 1 of the section."""
+    axis2: FloatArray | None = None
+    """(n_elem, 3) a direction in the 1-2 plane, of solids and bushings."""
+    thickness: FloatArray | None = None
+    """(n_elem, n_node_per_element) thickness of shells at the nodes over that of the section."""
+    arms: FloatArray | None = None
+    """(n_elem, n_node_per_element, 3) rigid arms from the nodes to the corners of the element, global axes."""
+
+    def take(self, rows: slice | IntArray) -> Own:
+        """The same of some elements."""
+        axis1, axis2, thickness, arms = (
+            None if a is None else a[rows] for a in (self.axis1, self.axis2, self.thickness, self.arms)
+        )
+        return Own(axis1, axis2, thickness, arms)
+
+
+COMMON = Own()
+"""Elements that differ in nothing but their nodes."""
+
+
 @dataclass(frozen=True)
 class ElementBlock:
     """Elements of one kind, one section and one part."""
 
     kind: str
-    """Element formulation: quad4, tri3, beam2, truss2, mass, rotary, spring1, spring2."""
+    """Element formulation, a key of `elements.registry.FORMULATIONS`."""
     ids: IntArray
     """(n_elem,) labels as written in the deck."""
     nodes_idx: IntArray
@@ -52,6 +79,12 @@ class ElementBlock:
     """Row into `Model.parts`, -1 for elements that belong to no part (springs between parts)."""
     where: str = ""
     """file:line of the first line of the block."""
+    own: Own = COMMON
+
+
+def some_of(block: ElementBlock, rows: IntArray) -> ElementBlock:
+    """The block of some of its elements."""
+    return replace(block, ids=block.ids[rows], nodes_idx=block.nodes_idx[rows], own=block.own.take(rows))
 
 
 @dataclass(frozen=True)
@@ -114,6 +147,8 @@ class Model:
     initial_velocity: tuple[tuple[int, int, float], ...] = ()
     """(node row, dof 1..6, velocity)."""
     unread: tuple[Unread, ...] = ()
+    mass_form: str = "consistent"
+    """Mass of structural elements: consistent, lumped or linear; see `elements.mass_forms`."""
 
     @property
     def n_elements(self) -> int:

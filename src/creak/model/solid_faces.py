@@ -12,13 +12,25 @@ FACES = {
     "hex8": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
     "tet4": ((0, 2, 1, 1), (0, 1, 3, 3), (1, 2, 3, 3), (2, 0, 3, 3)),
     "wedge6": ((0, 2, 1, 1), (3, 4, 5, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
+    "tet10": tuple(
+        (i, j, k, k)
+        for a, b, c, ab, bc, ca in ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (2, 0, 3, 6, 7, 9))
+        for i, j, k in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
+    ),
 }
-"""Corners of faces S1, S2, ... of Abaqus, turned so that their normals look outward; a triangle repeats its third."""
+"""Corners of faces S1, S2, ... of Abaqus, turned so that their normals look outward; a triangle repeats its third.
+
+A face of a ten-node tetrahedron counts as four triangles, so that contact and ties reach its middle nodes."""
+PER_FACE = {"tet10": 4}
+"""How many facets a face of the element makes, where that is not one."""
 
 
 def faces_of(kind: str, nodes_idx: IntArray) -> IntArray:
     """(n, n_face, 4) node rows of the faces of elements with nodes (n, n_node)."""
-    return np.asarray(nodes_idx[:, np.array(FACES[kind])], dtype=np.int64)
+    table = np.array(FACES[kind])
+    if not nodes_idx.shape[0]:
+        return np.zeros((0, *table.shape), dtype=np.int64)
+    return np.asarray(nodes_idx[:, table], dtype=np.int64)
 
 
 def free_faces(wanted: IntArray, every: Iterable[IntArray]) -> IntArray:

@@ -10,9 +10,11 @@ from creak.studies.config import (
     ExcitationTable,
     FrictionTable,
     MultisineTable,
+    PeriodicTable,
     RecordTable,
     ReductionTable,
     SineTable,
+    SmoothStepTable,
     StepTable,
     TimeTable,
 )
@@ -21,6 +23,7 @@ from creak.studies.run import StudyResult
 KINDS = {
     "displacement": "enforced displacement",
     "force": "force",
+    "velocity": "enforced velocity",
     "acceleration": "base motion (acceleration)",
 }
 
@@ -115,7 +118,8 @@ def _excitation(table: ExcitationTable, units: Units) -> str:
     length, force = units.length, units.force
     if table.dof.startswith("r"):
         length, force = "rad", f"{units.force} {units.length}"
-    unit = {"displacement": length, "force": force, "acceleration": f"{length}/s²"}[table.kind]
+    unit = {"displacement": length, "force": force, "acceleration": f"{length}/s²",
+            "velocity": f"{length}/s"}[table.kind]
     return f"{KINDS[table.kind]} of {table.node_set} along {table.dof}: {_signal(table, unit)}"
 
 
@@ -130,7 +134,12 @@ def _signal(table: ExcitationTable, unit: str) -> str:
         return f"step of {tidy(s.amplitude)} {unit}"
     if isinstance(s, RecordTable):
         return f"record {s.file}, above {tidy(s.high_pass)} Hz"
-    return f"table {s.file}"
+    if isinstance(s, PeriodicTable):
+        terms = max(len(s.cosine), len(s.sine))
+        return f"periodic, {tidy(s.frequency)} Hz, {terms} term(s), {unit}"
+    if isinstance(s, SmoothStepTable):
+        return f"smooth step through {len(s.values)} points, {unit}"
+    return f"table {s.file}" if s.values is None else f"table of {len(s.values)} point(s), {unit}"
 
 
 def _contact(result: StudyResult, name: str, units: Units) -> str:

@@ -51,6 +51,21 @@ class Loaded:
     unit: str
 
 
+@dataclass(frozen=True)
+class Panel:
+    """A mesh, or some of it, seen from one side."""
+
+    title: str
+    model: Model
+    facets: Facets
+    """What is painted; `part` is the row into `colours`."""
+    colours: Sequence[str]
+    view: View
+    marks: Sequence[Marks] = ()
+    window: FloatArray | None = None
+    """(2, 2) lowest and highest corner that is shown, in the view; None: all facets."""
+
+
 def model_picture(model: Model, marks: Sequence[Marks], outward: FloatArray) -> bytes | None:
     """PNG of the model from three-quarters and from the front; None for a model without extent."""
     views = _views(model, outward)
@@ -79,6 +94,45 @@ def contact_picture(model: Model, loaded: Loaded, outward: FloatArray) -> bytes 
     _name_hardest(axes[1], model, views[1], loaded)
     _colour_bar(fig, axes[1], loaded, scale)
     return _png(fig)
+
+
+def panels_picture(panels: Sequence[Panel], legend: Sequence[tuple[str, str]]) -> bytes:
+    """PNG of meshes side by side, a title above each.
+
+    Parameters
+    ----------
+    legend : (colour, words) of the facets; the marks of the first panel that has some are listed after them.
+    """
+    shapes = [_extent(p) for p in panels]
+    widths = [max(float(s[1, 0] - s[0, 0]), 0.2 * float(s[1, 1] - s[0, 1])) for s in shapes]
+    ratios = [min(w / max(float(s[1, 1] - s[0, 1]), 1e-9), 2.5) for w, s in zip(widths, shapes, strict=True)]
+    height = float(np.clip(10.0 / sum(ratios), 1.6, 5.6)) + 0.85
+    fig = Figure(figsize=(11.0, height), dpi=DPI)
+    FigureCanvasAgg(fig)
+    grid = fig.add_gridspec(1, len(panels), width_ratios=ratios, left=0.01, right=0.99, top=1.0 - 0.34 / height,
+                            bottom=0.55 / height, wspace=0.04)  # fmt: skip
+    for k, (panel, shape) in enumerate(zip(panels, shapes, strict=True)):
+        ax = fig.add_subplot(grid[0, k])
+        ax.set_aspect("equal")
+        ax.axis("off")
+        ax.set_title(panel.title, fontsize=10, color=INK)
+        _draw_mesh(ax, panel.model, panel.facets, panel.view, panel.colours)
+        _draw_marks(ax, panel.model, panel.view, panel.marks)
+        pad = 0.03 * float((shape[1] - shape[0]).max())
+        ax.set_xlim(shape[0, 0] - pad, shape[1, 0] + pad)
+        ax.set_ylim(shape[0, 1] - pad, shape[1, 1] + pad)
+    marks = next((p.marks for p in panels if p.marks), ())
+    _legend(fig, [*(Patch(color=c, label=words) for c, words in legend), *_mark_handles(marks)])
+    return _png(fig)
+
+
+def _extent(panel: Panel) -> FloatArray:
+    """(2, 2) lowest and highest corner of what the panel shows."""
+    if panel.window is not None:
+        return panel.window
+    nodes = np.unique(panel.facets.nodes_idx)
+    xy = panel.view.flat(panel.model.nodes.coords[nodes])
+    return np.stack([xy.min(axis=0), xy.max(axis=0)])
 
 
 def standard_marks(contact: IntArray, verification: IntArray, driven: IntArray, held: IntArray) -> list[Marks]:

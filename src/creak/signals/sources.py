@@ -9,6 +9,7 @@ import numpy as np
 from scipy.interpolate import Akima1DInterpolator, CubicSpline
 
 from creak.arrays import FloatArray
+from creak.signals.curves import Curve, Periodic, Rounded, SmoothStep
 from creak.signals.omega_arithmetic import integrate_twice
 
 
@@ -62,6 +63,9 @@ class Table:
 
     time: FloatArray
     value: FloatArray
+    rounding: float | None = None
+    """Share of the shorter interval at a point over which prescribed motion rounds the corner (`Rounded`); None:
+    prescribed displacement follows splines instead of straight lines."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +77,7 @@ class Record:
     high_pass: float
 
 
-Signal = Multisine | Sine | Step | Table | Record
+Signal = Multisine | Sine | Step | Table | Record | SmoothStep | Periodic
 
 
 @dataclass(frozen=True)
@@ -93,6 +97,8 @@ def force(signal: Signal, t: FloatArray) -> FloatArray:
         return signal.amplitude * np.sin(2.0 * np.pi * signal.frequency * t)
     if isinstance(signal, Step):
         return np.full_like(t, signal.amplitude)
+    if isinstance(signal, SmoothStep | Periodic):
+        return signal.derivative(t, 0)
     return np.interp(t, signal.time, signal.value)
 
 
@@ -130,10 +136,39 @@ def displacement_motion(signal: Signal, t: FloatArray) -> Motion:
         return Motion(np.full_like(t, signal.amplitude), np.zeros_like(t), np.zeros_like(t))
     if isinstance(signal, Record):
         return _record_motion(signal, t)
+    if isinstance(signal, SmoothStep | Periodic):
+        return _curve_motion(signal, t, 0)
+    if signal.rounding is not None:
+        return _curve_motion(Rounded(signal.time, signal.value, signal.rounding), t, 0)
     inside = np.clip(t, signal.time[0], signal.time[-1])
     moving = (t >= signal.time[0]) & (t <= signal.time[-1])
     spline = Akima1DInterpolator(signal.time, signal.value, method="makima")
     return Motion(spline(inside), np.where(moving, spline(inside, 1), 0.0), np.where(moving, spline(inside, 2), 0.0))
+
+
+def velocity_motion(signal: Signal, t: FloatArray) -> Motion:
+    """The signal is a velocity; the displacement starts at zero.
+
+    Multisine and record as in `acceleration_motion`. A table is linear between its points, with corners rounded by
+    its `rounding`.
+    """
+    if isinstance(signal, Multisine):
+        motion = Motion(*(signal.derivative(t, order) for order in (-1, 0, 1)))
+        return faded_in(motion, t, RAMP * signal.period)
+    if isinstance(signal, Sine):
+        w, A = 2.0 * np.pi * signal.frequency, signal.amplitude
+        return Motion(A / w * (1.0 - np.cos(w * t)), A * np.sin(w * t), A * w * np.cos(w * t))
+    if isinstance(signal, Step):
+        return Motion(signal.amplitude * t, np.full_like(t, signal.amplitude), np.zeros_like(t))
+    if isinstance(signal, Record):
+        return _record_motion(signal, t)
+    curve = Rounded(signal.time, signal.value, signal.rounding or 0.0) if isinstance(signal, Table) else signal
+    return _curve_motion(curve, t, -1)
+
+
+def _curve_motion(curve: Curve, t: FloatArray, first: int) -> Motion:
+    """Motion whose displacement is the derivative of order `first` of the curve."""
+    return Motion(*(curve.derivative(t, first + k) for k in range(3)))
 
 
 def acceleration_motion(signal: Signal, t: FloatArray) -> Motion:
@@ -153,6 +188,8 @@ def acceleration_motion(signal: Signal, t: FloatArray) -> Motion:
         return Motion(0.5 * A * t**2, A * t, np.full_like(t, A))
     if isinstance(signal, Record):
         return _record_motion(signal, t)
+    if isinstance(signal, SmoothStep | Periodic):
+        return _curve_motion(signal, t, -2)
     return _integrated_table(signal, t)
 
 

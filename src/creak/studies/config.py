@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
@@ -84,6 +85,9 @@ class ContactTable(Table):
     (node-to-surface: force)."""
     damping: NonNegative = 0.0
     """Acts while closed: force time/length^3 (surface-to-surface) or force time/length (node-to-surface)."""
+    per_area: bool = False
+    """node-to-surface: stiffness, overclosure and damping as surface-to-surface takes them, times the area of the
+    secondary surface that belongs to each node."""
     clearance: Finite | str | None = None
     """length; replaces the geometric gap. A string names a CSV file, header node,clearance."""
     normal: tuple[Finite, Finite, Finite] | None = None
@@ -157,11 +161,59 @@ class StepTable(Table):
     amplitude: Finite
 
 
+Points = Annotated[list[tuple[Finite, Finite]], Field(min_length=1)]
+"""[[time, value], ...], s, times that increase."""
+CLOSEST = 1e-12
+"""s between two points of a signal."""
+
+
+def _increase(points: list[tuple[float, float]]) -> None:
+    for before, after in pairwise(points):
+        if after[0] < before[0] + CLOSEST:
+            raise ValueError(f"the time {after[0]:g} s does not come {CLOSEST:g} s or more after {before[0]:g} s")
+
+
 class TableTable(Table):
-    """A CSV file with the header time,value."""
+    """A CSV file with the header time,value, or the points themselves."""
 
     type: Literal["table"]
-    file: str
+    file: str | None = None
+    values: Points | None = None
+    rounding: Annotated[float, Field(ge=0.0, le=0.5, allow_inf_nan=False)] | None = None
+    """For displacement and velocity: straight lines whose corners are rounded over this share of the shorter interval
+    beside them; default: displacement follows splines, velocity straight lines."""
+
+    @model_validator(mode="after")
+    def _one_of(self) -> TableTable:
+        if (self.file is None) == (self.values is None):
+            raise ValueError("give either file or values")
+        _increase(self.values or [])
+        return self
+
+
+class SmoothStepTable(Table):
+    """From point to point by a polynomial of degree five that starts and ends with zero slope and curvature."""
+
+    type: Literal["smooth-step"]
+    values: Annotated[Points, Field(min_length=2)]
+
+    @model_validator(mode="after")
+    def _rises(self) -> SmoothStepTable:
+        _increase(self.values)
+        return self
+
+
+class PeriodicTable(Table):
+    """mean + sum_n cosine_n cos(2 pi n f (t - start)) + sine_n sin(2 pi n f (t - start)); the mean before start."""
+
+    type: Literal["periodic"]
+    frequency: Positive
+    """Hz"""
+    cosine: list[Finite] = []
+    sine: list[Finite] = []
+    mean: Finite = 0.0
+    start: Finite = 0.0
+    """s"""
 
 
 class RecordTable(Table):
@@ -174,7 +226,8 @@ class RecordTable(Table):
 
 
 SignalTable = Annotated[
-    MultisineTable | SineTable | StepTable | TableTable | RecordTable, Field(discriminator="type")
+    MultisineTable | SineTable | StepTable | TableTable | RecordTable | SmoothStepTable | PeriodicTable,
+    Field(discriminator="type")
 ]
 
 
@@ -183,7 +236,7 @@ class ExcitationTable(Table):
 
     node_set: str
     dof: Dof
-    kind: Literal["displacement", "force", "acceleration"] = "displacement"
+    kind: Literal["displacement", "velocity", "acceleration", "force"] = "displacement"
     signal: SignalTable
 
 
@@ -220,6 +273,8 @@ class ReductionTable(Table):
     interface: InterfaceTable = InterfaceTable()
     substructures: list[str] = []
     """Element sets that become substructures of their own; the other elements stay with their part."""
+    unreduced: list[str] = []
+    """Element sets that stay unreduced, besides what keep_out leaves."""
     retain: list[str] | str = []
     """Node sets that are retained besides what couplings, supports, loads, contact and outputs need."""
 
@@ -230,10 +285,11 @@ class ReductionTable(Table):
     @model_validator(mode="after")
     def _applies(self) -> ReductionTable:
         if self.method in ("gap-modes", "massless-boundary") and (
-            self.keep_out or self.substructures or self.interface.type != "full"
+            self.keep_out or self.substructures or self.unreduced or self.interface.type != "full"
         ):
             raise ValueError(
-                f"method = {self.method!r} reduces the whole assembly: it knows no keep_out, substructures or interface"
+                f"method = {self.method!r} reduces the whole assembly: it knows no keep_out, substructures, unreduced "
+                "or interface"
             )
         return self
 

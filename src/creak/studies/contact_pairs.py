@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from creak.errors import InputError, suggest
 from creak.model.mesh import Model
 from creak.studies.config import ContactTable, FrictionTable
 from creak.studies.study_file import Study
+from creak.studies.tables import read_rows
 
 STIFFNESS = {"auto": None, "hard": math.inf}
 
@@ -37,7 +37,7 @@ def contact_pair(model: Model, study: Study, name: str) -> ContactPair:
     curve = None if t.overclosure is None else np.array(t.overclosure, dtype=np.float64).reshape(-1, 2)
     return ContactPair(
         name, t.secondary, t.main, t.method, stiffness, _clearance(model, study, name), t.normal, curve, t.damping,
-        friction_of(t),
+        friction_of(t), t.per_area,
     )  # fmt: skip
 
 
@@ -69,16 +69,10 @@ def read_clearances(path: Path, model: Model, nodes: IntArray, surface: str, whe
     InputError : no such file, wrong header, no rows; a row without node, with an unknown node, with one that is not
         on the surface or was there before, or with a clearance that is no finite number.
     """
-    lines = _lines(path, where)
-    header = [cell.strip().lower() for cell in lines[0][1]] if lines else []
-    if header[:2] != ["node", "clearance"]:
-        raise InputError(
-            f"the table starts with {','.join(header) or 'nothing'}", where=f"{path}:1",
-            expected="the header node,clearance", fix="Put it into the first line.",
-        )  # fmt: skip
+    rows = read_rows(path, where, "table of clearances", ["node", "clearance"])
     known = _labels(model, nodes)
     result: dict[int, float] = {}
-    for line, row in lines[1:]:
+    for line, row in rows:
         node, value = _node(row, f"{path}:{line}", known, model, surface), _number(row, f"{path}:{line}")
         if node in result:
             raise InputError(
@@ -89,17 +83,6 @@ def read_clearances(path: Path, model: Model, nodes: IntArray, surface: str, whe
     if not result:
         raise InputError("the table has no rows", where=path, expected="node,clearance lines", fix="Add them.")
     return result
-
-
-def _lines(path: Path, where: str) -> list[tuple[int, list[str]]]:
-    """Lines with something on them, and their numbers."""
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except FileNotFoundError as error:
-        raise InputError(f"no such table of clearances: {path}", where=where, fix="Check the path.") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read the table of clearances {path}: {error}", where=where) from error
-    return [(i, row) for i, row in enumerate(csv.reader(lines), start=1) if any(cell.strip() for cell in row)]
 
 
 def _labels(model: Model, nodes: IntArray) -> dict[str, int]:

@@ -12,17 +12,25 @@ from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.model.mesh import Model
 from creak.signals import sources
+from creak.signals.curves import Periodic, SmoothStep
 from creak.studies.config import (
     DOFS,
     ExcitationTable,
     MultisineTable,
+    PeriodicTable,
     RecordTable,
     SineTable,
+    SmoothStepTable,
     StepTable,
 )
 from creak.studies.study_file import Study
 from creak.studies.tables import read_table
 
+MOTIONS = {
+    "displacement": sources.displacement_motion,
+    "velocity": sources.velocity_motion,
+    "acceleration": sources.acceleration_motion,
+}
 EVEN = 1e-6
 """Relative spread of the sampling interval that a record may have."""
 
@@ -84,7 +92,7 @@ def period_of(study: Study) -> float | None:
     for table in study.config.excitation.values():
         if isinstance(table.signal, MultisineTable):
             periods.append(table.signal.period)
-        elif isinstance(table.signal, SineTable):
+        elif isinstance(table.signal, SineTable | PeriodicTable):
             periods.append(1.0 / table.signal.frequency)
     return max(periods, default=None)
 
@@ -97,6 +105,9 @@ def highest_frequency(study: Study) -> float:
             highest = max(highest, table.signal.f_max)
         elif isinstance(table.signal, SineTable):
             highest = max(highest, table.signal.frequency)
+        elif isinstance(table.signal, PeriodicTable):
+            terms = max(len(table.signal.cosine), len(table.signal.sine))
+            highest = max(highest, terms * table.signal.frequency)
     return highest
 
 
@@ -110,8 +121,7 @@ def sample_loads(model: Model, study: Study, time: FloatArray) -> Loads:
     moving, forced = _prescribed(study), _forces(study)
     support = np.zeros((3, time.size, len(moving)))
     for j, (name, table) in enumerate(moving.items()):
-        rule = sources.displacement_motion if table.kind == "displacement" else sources.acceleration_motion
-        motion = rule(_signal(study, name, table), time)
+        motion = MOTIONS[table.kind](_signal(study, name, table), time)
         support[:, :, j] = motion.displacement, motion.velocity, motion.acceleration
     force = np.zeros((time.size, len(forced)))
     labels = []
@@ -138,10 +148,17 @@ def _signal(study: Study, name: str, table: ExcitationTable) -> sources.Signal:
         return sources.Sine(s.frequency, s.amplitude)
     if isinstance(s, StepTable):
         return sources.Step(s.amplitude)
+    if isinstance(s, PeriodicTable):
+        return _periodic(s)
+    if isinstance(s, SmoothStepTable):
+        return SmoothStep(*_columns(s.values))
+    if not isinstance(s, RecordTable) and s.values is not None:
+        return sources.Table(*_columns(s.values), s.rounding)
+    assert s.file is not None
     where = study.where("excitation", name, "signal")
     time, value = read_table(study.sibling(s.file), where)
     if not isinstance(s, RecordTable):
-        return sources.Table(time, value)
+        return sources.Table(time, value, s.rounding)
     step = np.diff(time)
     if np.ptp(step) > EVEN * step.mean():
         raise InputError(
@@ -152,3 +169,14 @@ def _signal(study: Study, name: str, table: ExcitationTable) -> sources.Signal:
     if s.high_pass >= nyquist or math.isclose(s.high_pass, 0.0):
         raise InputError(f"high_pass = {s.high_pass} Hz", where=where, expected=f"below {nyquist:.6g} Hz")
     return sources.Record(time, value, s.high_pass)
+
+
+def _columns(points: list[tuple[float, float]]) -> tuple[FloatArray, FloatArray]:
+    table = np.array(points, dtype=np.float64)
+    return table[:, 0], table[:, 1]
+
+
+def _periodic(s: PeriodicTable) -> Periodic:
+    n = max(len(s.cosine), len(s.sine))
+    cosine, sine = (np.array([*c, *[0.0] * (n - len(c))], dtype=np.float64) for c in (s.cosine, s.sine))
+    return Periodic(s.frequency, cosine, sine, s.mean, s.start)

@@ -42,13 +42,17 @@ def integrate(
     table = setup.study.config.time
     if table.integrator == "massless-boundary" and is_modal(system) and _has_massless(system):
         return _massless(setup, system, gaps, observed, output_every, whole_at, progress)
-    run = simulate_modal if is_modal(system) else simulate
-    history = run(
+    history = simulator(system)(
         system, gaps, setup.loads, scheme_of(table), observed=observed, output_every=output_every, whole_at=whole_at,
         substeps=table.substeps, progress=progress,
     )  # fmt: skip
     name = "generalised-alpha" if table.integrator == "generalised-alpha" else "HHT-alpha"
     return history, system, name if table.substeps == 1 else f"{name}, {table.substeps} substeps near contact"
+
+
+def simulator(system: System) -> Callable[..., History]:
+    """The compiled march for diagonal Systems, the general one for others."""
+    return simulate_modal if is_modal(system) else simulate
 
 
 def _has_massless(system: System) -> bool:

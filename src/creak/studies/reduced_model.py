@@ -52,6 +52,8 @@ class ReducedModel:
     wall_s: float
     cpu_s: float
     notes: list[str]
+    coupled: System | None = None
+    """The coupled superelements before they were diagonalised; None where the assembly was reduced as a whole."""
 
 
 def reduce_model(
@@ -70,12 +72,12 @@ def reduce_model(
     wall, cpu = clock.perf_counter(), clock.process_time()
     whole = setup.study.config.reduction.method in WHOLE
     made = _whole(setup, reference, gaps, progress) if whole else _by_parts(setup, reference, gaps, progress, store)
-    superelements, model, system, retained, kept, notes = made
+    superelements, model, system, retained, kept, notes, coupled = made
     wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
-    return ReducedModel(superelements, model, system, retained, kept, wall, cpu, notes)
+    return ReducedModel(superelements, model, system, retained, kept, wall, cpu, notes, coupled)
 
 
-_Made = tuple[tuple[Reduced, ...], Model, System, int, int, list[str]]
+_Made = tuple[tuple[Reduced, ...], Model, System, int, int, list[str], System | None]
 
 
 def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> _Made:
@@ -91,7 +93,7 @@ def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress:
     reduced = reduce(
         system, rows, modes=found, stiffness=reference.stiffness, static=static_shapes(setup, reference)
     )  # fmt: skip
-    return (), setup.model, reduced, int(reduced.stats["retained"]), found.omega2.size, []
+    return (), setup.model, reduced, int(reduced.stats["retained"]), found.omega2.size, [], None
 
 
 def _by_parts(
@@ -116,7 +118,7 @@ def _by_parts(
     progress("couple and diagonalise", 1, 1)
     retained = sum(int(r.system.stats["retained"]) for r in superelements)
     kept = sum(int(r.system.stats["modes"]) for r in superelements)
-    return tuple(superelements), cut.model, system, retained, kept, notes
+    return tuple(superelements), cut.model, system, retained, kept, notes, coupled
 
 
 def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:

@@ -12,14 +12,12 @@ from creak.assembly.coupling import couple
 from creak.assembly.part import loose_system, part_system
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.modal_coefficients import is_modal
-from creak.dynamics.modal_march import simulate_modal
 from creak.dynamics.scheme import Scheme
-from creak.dynamics.simulate import simulate
 from creak.linalg.factor import Factor, factor, regular_factor
 from creak.linalg.modes import Modes, modes, small_shift
 from creak.reduction.modal import modal_system, support_motion, with_modal_damping
 from creak.studies.excitation import highest_frequency
+from creak.studies.integrate import simulator
 from creak.studies.setup import Setup
 
 PRECHECK_BAND = 3.0
@@ -88,7 +86,8 @@ def damped(setup: Setup, system: System, found: Modes, R: FloatArray) -> System:
 def modal_band(setup: Setup) -> float:
     """Highest frequency of the assembly's modes that the study needs, Hz."""
     c = setup.study.config
-    band = max(1.1 * c.verification.mac_f_max, PRECHECK_BAND * highest_frequency(setup.study))
+    driven = PRECHECK_BAND * highest_frequency(setup.study) if c.precheck.enabled else 0.0
+    band = max(1.1 * c.verification.mac_f_max, driven)
     return max(band, c.verification.f_max) if c.damping.modal is not None else band
 
 
@@ -116,8 +115,7 @@ def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: Scheme, progres
     assert reference.stiffness is not None
     system = modal_system(reference.system, reference.modes, R, static_shapes(setup, reference))
     silent, parts = setup.contacts.without_force(), setup.study.config.time.substeps
-    run = simulate_modal if is_modal(system) else simulate
-    history = run(
+    history = simulator(system)(
         system, silent, setup.loads, scheme, observed=np.zeros(0, dtype=np.int64),
         output_every=setup.loads.n_step // parts, substeps=parts,
         progress=lambda done, total: progress("linear pre-check", done, total),

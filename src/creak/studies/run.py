@@ -34,6 +34,7 @@ SHARE = 0.1
 """Longest step as a share of the shortest event."""
 
 Progress = Callable[[str, int, int], None]
+ReferenceRun = Callable[[Setup, ReferenceModel, GapOperator, Progress], "Run"]
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,9 @@ class StudyResult:
     """Why the study ended early; None: it did not."""
 
 
-def run_study(setup: Setup, progress: Progress, store: Path | None = None) -> StudyResult:
+def run_study(
+    setup: Setup, progress: Progress, store: Path | None = None, reference_run: ReferenceRun | None = None
+) -> StudyResult:
     """Pre-check, reduction, both runs, verification.
 
     A run that stops early keeps what it has and ends the study: `StudyResult.stopped` says why.
@@ -105,6 +108,7 @@ def run_study(setup: Setup, progress: Progress, store: Path | None = None) -> St
     Parameters
     ----------
     store : folder of saved superelements; those that still fit are used instead of being made again.
+    reference_run : makes the run of the unreduced model, or takes a saved one of the same model, channels and loads.
     """
     c = setup.study.config
     compile_kernels()
@@ -123,7 +127,7 @@ def run_study(setup: Setup, progress: Progress, store: Path | None = None) -> St
         notes += [f"superelement {name}: {text}" for name, h in health.items() for text in h.findings.warnings]
     stopped = next((r.stopped for r in runs.values() if r.stopped), None)
     if stopped is None and (c.reference.run or reduced is None):
-        runs["reference"] = march_run("reference", setup, reference.system, gaps, progress, None)
+        runs["reference"] = (reference_run or unreduced_run)(setup, reference, gaps, progress)
         stopped = runs["reference"].stopped
     for name, run in runs.items():
         notes += [f"{name} run: {text}" for text in [*slip_warnings(gaps, slip_of(run)), *step_warnings(setup, run)]]
@@ -203,6 +207,11 @@ def march_run(
     events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge))
     size = (0, 0, 0.0, 0.0) if reduced is None else (reduced.retained, reduced.modes, reduced.cpu_s, reduced.wall_s)
     return Run(name, system, history, events, cost, *size, slips, how, stopped)
+
+
+def unreduced_run(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> Run:
+    """The run of the unreduced model."""
+    return march_run("reference", setup, reference.system, gaps, progress, None)
 
 
 def compare_modes(

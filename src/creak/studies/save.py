@@ -17,6 +17,7 @@ from creak.formats.results import ContactRecord, Field, RunRecord, write_results
 from creak.signals.resampling import cell_means
 from creak.studies.converge import Convergence
 from creak.studies.convergence_words import csv_rows
+from creak.studies.integrate import output_times
 from creak.studies.run import Run, StudyResult
 
 MARGIN = 4
@@ -87,8 +88,8 @@ def _field(run: Run, result: StudyResult) -> Field | None:
     h, nodes = run.history, result.setup.model.nodes
     if not h.whole_at.size:
         return None
-    loads, parts = result.setup.loads, result.setup.study.config.time.substeps
-    s = loads.support[0, parts * h.whole_at].T
+    parts = result.setup.study.config.time.substeps
+    s = result.setup.loads.support[0, parts * h.whole_at].T
     labels = run.system.labels
     blocks = ((here, by_node(u, labels, nodes.count)) for here, u in recovered(run.system, h.coordinates, s))
-    return Field(loads.time[parts * h.whole_at], blocks, nodes.ids.astype(np.int64), nodes.coords)
+    return Field(output_times(result.setup)[h.whole_at], blocks, nodes.ids.astype(np.int64), nodes.coords)

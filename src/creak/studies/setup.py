@@ -21,6 +21,7 @@ from creak.contact.surface_to_surface import surface_to_surface
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
+from creak.formats.nastran.reader import read_nastran
 from creak.model.mesh import Model
 from creak.studies.config import DOFS
 from creak.studies.contact_pairs import contact_pair
@@ -61,10 +62,7 @@ def read_model(path: Path) -> Model:
     InputError : an ending that creak does not read, or a deck that is wrong.
     """
     if path.suffix.lower() in (".bdf", ".dat", ".nas"):
-        raise InputError(
-            f"{path.name} is a Nastran deck, which this version of creak does not read", where=path,
-            expected="an Abaqus deck (.inp)", fix="Export the model as .inp.",
-        )  # fmt: skip
+        return read_nastran(path)
     return read_deck(path)
 
 
@@ -79,8 +77,20 @@ def set_up(study: Study, ignore: Sequence[str] = ()) -> Setup:
     ------
     InputError : anything wrong in the study or the deck.
     """
-    c = study.config
-    model = read_model(study.sibling(c.model.deck))
+    return set_up_model(study, read_model(study.sibling(study.config.model.deck)), ignore)
+
+
+def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free: bool = False) -> Setup:
+    """The same for a model that was read already.
+
+    Parameters
+    ----------
+    free : whether parts may move as rigid bodies; a note names them.
+
+    Raises
+    ------
+    InputError : as `set_up`.
+    """
     _stop_on_unread(model, ignore)
     _check_frequencies(study)
     _check_integrator(study)
@@ -92,7 +102,7 @@ def set_up(study: Study, ignore: Sequence[str] = ()) -> Setup:
     connectors = join([play_channels(model, p, where) for p, where in plays])
     rayleigh, override = _damping(model, study)
     superelements = imported_superelements(model, study, rayleigh, override)
-    _check_held(model, driven, connectors, superelements)
+    notes += _check_held(model, driven, connectors, superelements, free)
     pairs = _pairs(model, study)
     return Setup(
         study, model, rayleigh, override, driven, contacts, connectors, loads, pairs,
@@ -116,7 +126,7 @@ def _stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
         if unread.changes_answer and unread.keyword.upper().lstrip("*") not in accepted:
             keyword = unread.keyword.lstrip("*")
             raise InputError(
-                f"*{keyword} is not read by creak and would change the answer: {unread.why}", where=unread.where,
+                f"{unread.keyword} is not read by creak and would change the answer: {unread.why}", where=unread.where,
                 fix=f"Remove it, or run with --ignore {keyword!r} to go on without it.",
             )  # fmt: skip
 
@@ -156,8 +166,8 @@ def _plays(study: Study) -> list[tuple[Play, str]]:
 
 
 def _check_held(
-    model: Model, driven: Driven, connectors: GapOperator, superelements: tuple[System, ...]
-) -> None:
+    model: Model, driven: Driven, connectors: GapOperator, superelements: tuple[System, ...], free: bool
+) -> list[str]:
     G = connectors.G
     stops = [
         LinearEquation(connectors.labels[G.indices[a:b]].tolist(), G.data[a:b].tolist())
@@ -165,12 +175,13 @@ def _check_held(
     ]
     stops += [e for s in superelements for e in resistance(s)]
     loose = unheld_parts(model, driven, stops)
-    if loose:
+    if loose and not free:
         raise InputError(
             f"nothing holds part(s) {', '.join(loose)}: they can move as rigid bodies once coupled", where=model.source,
             expected="supports, links, springs or connectors that hold every part",
             fix="Add *BOUNDARY conditions or couple them to a part that is held.",
         )  # fmt: skip
+    return [f"nothing holds part(s) {', '.join(loose)}: they move freely"] if loose else []
 
 
 def _pairs(model: Model, study: Study) -> IntArray:

@@ -41,29 +41,40 @@ def read_study(path: Path) -> Study:
     InputError : no such file, not TOML, unknown or missing key, wrong value, or something this version of
         creak does not do.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError as error:
-        raise InputError(f"no such study file: {path}", fix="Check the path.") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read the study file {path}: {error}") from error
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"not valid TOML: {error}", where=path, fix="Repair that line.") from error
+    data, text = read_toml(path, "study")
     try:
         study = Study(path, StudyConfig.model_validate(data), text)
     except ValidationError as error:
-        raise _explain(path, text, error) from error
+        raise explain(path, text, error) from error
     return study
 
 
+def read_toml(path: Path, kind: str) -> tuple[dict[str, Any], str]:
+    """Tables and text of a TOML file; `kind` names it in messages.
+
+    Raises
+    ------
+    InputError : no such file, unreadable, or not TOML.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise InputError(f"no such {kind} file: {path}", fix="Check the path.") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot read the {kind} file {path}: {error}") from error
+    try:
+        return tomllib.loads(text), text
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"not valid TOML: {error}", where=path, fix="Repair that line.") from error
+
+
+SIGNALS = ("multisine", "sine", "step", "table", "record", "smooth-step", "periodic")
 OTHER_MEMBER = ("literal_error", "float_type", "string_type", "model_type", "dict_type", "none_required")
 """Errors of union members that the value was not meant for."""
 
 
-def _explain(path: Path, text: str, error: ValidationError) -> InputError:
-    """The first problem of a validation, in the words of the study file."""
+def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel] = StudyConfig) -> InputError:
+    """The first problem of a validation, in the words of the file; `root` is what the file was checked against."""
     # A misspelt key explains a missing one; of a union the member that was meant explains more than the others.
     problem = min(error.errors(), key=lambda e: (e["type"] != "extra_forbidden", e["type"] in OTHER_MEMBER))
     loc = problem["loc"]
@@ -71,7 +82,7 @@ def _explain(path: Path, text: str, error: ValidationError) -> InputError:
     where = f"{path}:{_line_of(text, keys)}"
     name = _dotted(keys)
     if problem["type"] == "extra_forbidden":
-        known = _known_keys(problem["loc"][:-1])
+        known = _known_keys(problem["loc"][:-1], root)
         return InputError(f"unknown key {name!r}", where=where, fix=suggest(str(keys[-1]), known))
     if problem["type"] == "missing":
         return InputError(f"{name!r} is missing", where=where, fix="Add it.")
@@ -83,7 +94,8 @@ def _explain(path: Path, text: str, error: ValidationError) -> InputError:
     message = problem["msg"].removeprefix("Value error, ")
     got = problem["input"]
     shown = "" if isinstance(got, dict) else f" = {got!r}"
-    return InputError(f"{name}{shown}: {message[:1].lower()}{message[1:]}", where=where, fix="Correct the value.")
+    text = f"{message[:1].lower()}{message[1:]}"
+    return InputError(f"{name}{shown}: {text}" if name else text, where=where, fix="Correct the value.")
 
 
 def _signal_tables() -> Sequence[type[BaseModel]]:
@@ -92,7 +104,7 @@ def _signal_tables() -> Sequence[type[BaseModel]]:
 
 def _is_tag(key: Any, before: Any) -> bool:
     """Pydantic adds the tag of a union member to the location; the user never wrote it."""
-    if before == "signal" and key in ("multisine", "sine", "step", "table", "record"):
+    if before == "signal" and key in SIGNALS:
         return True
     if before == "friction" and key in ("number", "table"):
         return True
@@ -101,9 +113,9 @@ def _is_tag(key: Any, before: Any) -> bool:
     )
 
 
-def _known_keys(loc: Sequence[str | int]) -> list[str]:
+def _known_keys(loc: Sequence[str | int], root: type[BaseModel]) -> list[str]:
     """Keys allowed in the table at a location."""
-    table: Any = StudyConfig
+    table: Any = root
     for key in loc:
         if isinstance(table, type) and issubclass(table, BaseModel):
             field = table.model_fields.get(str(key))

@@ -75,24 +75,27 @@ def _cut(setup: Setup, gaps: GapOperator) -> Pieces:
     """Element sets become parts of their own; elements near the contact become unreduced parts."""
     model, table = setup.model, setup.study.config.reduction
     groups = [np.zeros(b.ids.size, dtype=np.int64) for b in model.blocks]
-    for k, name in enumerate(table.substructures, start=1):
-        for block, row in _element_set(setup, name).tolist():
+    last = len(table.substructures) + 1
+    chosen = [*enumerate(table.substructures, start=1), *((last, name) for name in table.unreduced)]
+    for k, name in chosen:
+        where = "unreduced" if k == last else "substructures"
+        for block, row in _element_set(setup, name, where).tolist():
             groups[block][row] = k
     if table.keep_out > 0.0 and gaps.m:
         near = _near(model, gaps.retained_nodes, table.keep_out)
         for of, block in zip(groups, model.blocks, strict=True):
             if block.part >= 0 and of.size:
-                of[near[block.nodes_idx].all(axis=1)] = len(table.substructures) + 1
+                of[near[block.nodes_idx].all(axis=1)] = last
     if not any(g.any() for g in groups):
         return Pieces(model, (0,) * len(model.parts), tuple(range(len(model.parts))))
     return cut(model, groups, [*(n.upper() for n in table.substructures), UNREDUCED])
 
 
-def _element_set(setup: Setup, name: str) -> IntArray:
+def _element_set(setup: Setup, name: str, key: str) -> IntArray:
     found = setup.model.element_sets.get(name.upper())
     if found is None or found.size == 0:
         raise InputError(
-            f"unknown or empty element set {name!r}", where=setup.study.where("reduction", "substructures"),
+            f"unknown or empty element set {name!r}", where=setup.study.where("reduction", key),
             fix=suggest(name, setup.model.element_sets),
         )  # fmt: skip
     return found

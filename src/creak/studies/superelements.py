@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -124,18 +125,35 @@ def _path(folder: Path, name: str) -> Path:
     return folder / f"{safe}.h5"
 
 
+def shared_path(folder: Path, name: str, made_from: Mapping[str, str]) -> Path:
+    """File of one of several superelements of a part that lie in one folder, told apart by what they depend on."""
+    digest = hashlib.blake2b(json.dumps(dict(made_from), sort_keys=True).encode(), digest_size=8).hexdigest()
+    path = _path(folder, name)
+    return path.with_name(f"{path.stem}.{digest}.h5")
+
+
 def _from_store(
     folder: Path | None, name: str, made_from: Mapping[str, str]
 ) -> tuple[SavedSuperelement | None, list[str]]:
-    if folder is None or not _path(folder, name).exists():
+    if folder is None:
         return None, []
+    shared = shared_path(folder, name, made_from)
+    if shared.exists():
+        saved = read_superelement_file(shared)
+        if saved.made_from == made_from:
+            return saved, [f"superelement {name}: taken from {shared.name}"]
     path = _path(folder, name)
+    if not path.exists():
+        return None, []
     before = read_made_from(path)
     changed = [WORDS[key] for key in made_from if before.get(key) != made_from[key]]
     if changed:
         why = ", ".join(changed)
         return None, [f"superelement {name}: the saved one in {path.name} is stale ({why}); reduced again"]
-    return read_superelement_file(path), [f"superelement {name}: taken from {path.name}"]
+    saved = read_superelement_file(path)
+    if saved.made_from != made_from:  # replaced by another process since
+        return None, [f"superelement {name}: the saved one in {path.name} is stale; reduced again"]
+    return saved, [f"superelement {name}: taken from {path.name}"]
 
 
 def _restored(inside: Inside, saved: SavedSuperelement) -> tuple[Basis, Matrices]:
@@ -144,15 +162,25 @@ def _restored(inside: Inside, saved: SavedSuperelement) -> tuple[Basis, Matrices
     return Basis(inside, sp.csr_matrix(saved.shape), fixed), Matrices(m["K"], m["M"], m["M_alone"], m.get("C"))
 
 
-def save_superelement(folder: Path, reduced: Reduced, model: Model, about: Mapping[str, Any]) -> Path:
-    """Write one superelement; returns its file."""
-    path = _path(folder, reduced.system.name)
+def save_superelement(
+    folder: Path, reduced: Reduced, model: Model, about: Mapping[str, Any], *, shared: bool = False
+) -> Path:
+    """Write one superelement; returns its file.
+
+    Parameters
+    ----------
+    shared : beside others of the same part instead of in their place; one that is there already is left alone.
+    """
+    name = reduced.system.name
+    path = shared_path(folder, name, reduced.made_from) if shared else _path(folder, name)
+    if shared and path.exists():
+        return path
     m = reduced.matrices
     matrices = {"K": m.K, "M": m.M, "M_alone": m.M_alone, **({} if m.C is None else {"C": m.C})}
     ids, dofs = row_names(reduced.system, model)
     fixed = reduced.basis.fixed
     write_superelement_file(path, SavedSuperelement(
-        reduced.system.name, reduced.made_from, matrices, reduced.basis.P, fixed.omega2, fixed.shapes,
+        name, reduced.made_from, matrices, reduced.basis.P, fixed.omega2, fixed.shapes,
         fixed.next_omega2, ids, dofs, about,
     ))  # fmt: skip
     return path

@@ -18,27 +18,42 @@ def read_table(path: Path, where: str) -> tuple[FloatArray, FloatArray]:
     ------
     InputError : no such file, wrong header, a value that is no finite number, time that does not increase.
     """
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except FileNotFoundError as error:
-        raise InputError(f"no such table: {path}", where=where, fix="Check the path.") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read the table {path}: {error}", where=where) from error
-    rows = [(i, row) for i, row in enumerate(csv.reader(lines), start=1) if any(cell.strip() for cell in row)]
-    header = [cell.strip().lower() for cell in rows[0][1]] if rows else []
-    if header[:2] != ["time", "value"]:
-        raise InputError(
-            f"the table starts with {','.join(header) or 'nothing'}", where=f"{path}:1",
-            expected="the header time,value", fix="Put it into the first line.",
-        )  # fmt: skip
-    values = np.array([_numbers(path, i, row) for i, row in rows[1:]]).reshape(-1, 2)
+    rows = read_rows(path, where, "table", ["time", "value"])
+    values = np.array([_numbers(path, i, row) for i, row in rows]).reshape(-1, 2)
     if values.shape[0] < 2:
         raise InputError(f"the table has {values.shape[0]} row(s)", where=path, expected="two or more")
     back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
     if back.size:
-        line = rows[int(back[0]) + 2][0]
+        line = rows[int(back[0]) + 1][0]
         raise InputError("time does not increase", where=f"{path}:{line}", fix="Sort the rows, drop doubles.")
     return values[:, 0], values[:, 1]
+
+
+def read_rows(path: Path, where: str, kind: str, header: list[str]) -> list[tuple[int, list[str]]]:
+    """Rows with something in them, and their line numbers, of a CSV file whose first columns have these names.
+
+    Parameters
+    ----------
+    where : of the key that names the file. kind : what messages call it.
+
+    Raises
+    ------
+    InputError : no such file, unreadable, wrong header.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except FileNotFoundError as error:
+        raise InputError(f"no such {kind}: {path}", where=where, fix="Check the path.") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot read the {kind} {path}: {error}", where=where) from error
+    rows = [(i, row) for i, row in enumerate(csv.reader(lines), start=1) if any(cell.strip() for cell in row)]
+    found = [cell.strip().lower() for cell in rows[0][1]] if rows else []
+    if found[: len(header)] != header:
+        raise InputError(
+            f"the table starts with {','.join(found) or 'nothing'}", where=f"{path}:1",
+            expected=f"the header {','.join(header)}", fix="Put it into the first line.",
+        )  # fmt: skip
+    return rows[1:]
 
 
 def _numbers(path: Path, line: int, row: list[str]) -> list[float]:

@@ -102,7 +102,7 @@ def test_door_weighs_ten_kilograms(mesh_size: float) -> None:
     # One geometry: the coarse facets only lose a little of the area of the relief.
     fine = mass(door(10.0))
     for name, kilograms in parts.items():
-        assert kilograms == pytest.approx(fine[name], rel=0.02)
+        assert kilograms == pytest.approx(fine[name], rel=0.02 if mesh_size <= 20 else 0.025)
 
 
 @pytest.mark.parametrize("mesh_size", [20.0, 10.0])
@@ -129,6 +129,17 @@ def height_under(part: PartMesh, quads: IntArray, points: FloatArray) -> FloatAr
                 n = inside[0]
                 height[k] = t[n, 0, 1] + ab[n] @ (t[n, 1:, 1] - t[n, 0, 1])
     return height
+
+
+def test_edge_of_the_tray_is_the_only_one_without_a_wall() -> None:
+    panel = door(10.0).parts[1]
+    x, z = panel.coords[:, 0], panel.coords[:, 2]
+    height = panel.coords[:, 1] - geo.base(x, z) - geo.PANEL_OFFSET
+    floor = (x > 200.0) & (x < 570.0) & (z > 670.0)
+    assert np.abs(height[floor]).max() < 5.0
+    # Anywhere else the panel has risen to its main surface 100 mm from its edge: 72 mm less the map pocket of 26.
+    for place in ((900.0, 640.0), (600.0, 130.0), (130.0, 400.0), (1040.0, 400.0)):
+        assert height[np.argmin(np.hypot(x - place[0], z - place[1]))] > 45.0
 
 
 def test_node_count_grows_with_the_inverse_square_of_the_mesh_size() -> None:

@@ -8,8 +8,10 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
-from creak.door import AMPLITUDE, build_door, write_door
+from creak.cli.main import app
+from creak.door import LOAD, LOADS, build_door, write_door
 from creak.door.deck import ALPHA, BETA, deck_text
 from creak.errors import InputError
 
@@ -50,8 +52,37 @@ def test_study_drives_the_upper_hinge_and_checks_the_pairs(tmp_path: Path) -> No
     study = tomllib.loads(write_door(40.0, tmp_path)[1].read_text(encoding="utf-8"))
     assert study["model"] == {"deck": "door.inp", "units": "mm-t-s"}
     assert study["contact"]["flange"]["secondary"] == "PANEL_EDGE"
-    assert study["excitation"]["hinge"]["signal"]["amplitude"] == AMPLITUDE
+    assert study["excitation"]["hinge"]["signal"]["amplitude"] == LOADS[LOAD]
     assert study["verification"]["pairs"] == "PAIRS"
+
+
+@pytest.mark.parametrize("load", LOADS)
+def test_study_says_what_load_it_has(load: str, tmp_path: Path) -> None:
+    text = write_door(40.0, tmp_path, load=load)[1].read_text(encoding="utf-8")
+    signal = tomllib.loads(text)["excitation"]["hinge"]["signal"]
+    assert signal["amplitude"] == LOADS[load]
+    assert f"load {load};" in text
+    # The loads of the reference: 1 Hz lines up to 100 Hz, repeated every second.
+    assert (signal["f_max"], signal["period"], signal["type"]) == (100, 1.0, "multisine")
+
+
+def test_loads_rise() -> None:
+    assert list(LOADS) == ["A1", "A2", "A3", "A4"]
+    assert list(LOADS.values()) == sorted(set(LOADS.values()))
+
+
+def test_unknown_load_is_refused_and_nothing_is_written(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"load of the door: there is no load 'A5'; expected A1, A2, A3, A4"):
+        write_door(40.0, tmp_path / "door", load="A5")
+    assert not (tmp_path / "door").exists()
+
+
+@pytest.mark.parametrize(("given", "load"), [([], LOAD), (["--load", "A4"], "A4")])
+def test_command_takes_the_load(given: list[str], load: str, tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["example", "door", "--mesh-size", "40", *given, "--out", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    study = tomllib.loads((tmp_path / "door.toml").read_text(encoding="utf-8"))
+    assert study["excitation"]["hinge"]["signal"]["amplitude"] == LOADS[load]
 
 
 def test_deck_defines_everything_once_and_refers_to_nothing_unknown() -> None:

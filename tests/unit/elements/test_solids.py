@@ -40,7 +40,7 @@ def test_constant_strain_on_a_distorted_mesh_is_exact(kind):
     exact = np.zeros((len(mesh.coords), 6))
     exact[:, :3] = mesh.coords @ gradient.T
     border = mesh.nodes(lambda x: (np.isclose(x, 0.0) | np.isclose(x, [0.24, 0.2, 0.16])).any(axis=1))
-    assert border.size == 26
+    assert border.size == {"tet10": 98}.get(kind, 26)
     held = np.union1d(dof(border, 1, 2, 3), held_in_place(mesh))
     K = mesh.stiffness(STEEL)
     u = solve(K, np.zeros(mesh.n_dof), held, exact.ravel()[held])

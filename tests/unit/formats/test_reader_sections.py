@@ -132,9 +132,9 @@ def test_mpc_between_sets_pairs_their_nodes(read: Reader) -> None:
 
 
 def test_other_mpc_types_are_listed(read: Reader) -> None:
-    unread = read(_with_beams("*MPC\n LINK, 1, 3\n")).unread
+    unread = read(_with_beams("*MPC\n SLIDER, 1, 3\n")).unread
     assert [u.changes_answer for u in unread] == [True]
-    assert "*MPC, LINK" in unread[0].keyword
+    assert "*MPC, SLIDER" in unread[0].keyword
 
 
 def test_equation_over_two_lines(read: Reader) -> None:

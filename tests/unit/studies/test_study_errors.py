@@ -112,7 +112,7 @@ MISTAKES = {
     "negative step": ("step = 1e-3", "step = -1e-3", "step = ", r"time.step = -0.001.*greater than 0"),
     "unknown signal": ('type = "sine"', 'type = "sinus"', "sinus",
                        r"type 'sinus'.*expected one of multisine, sine.*Did you mean 'sine'"),
-    "unknown dof": ('kind = "displacement"', 'kind = "velocity"', "velocity", r"kind = 'velocity'.*displacement"),
+    "unknown dof": ('kind = "displacement"', 'kind = "jerk"', "jerk", r"kind = 'jerk'.*displacement"),
     "positive alpha": ("end = 0.2", "end = 0.2\nalpha = 0.1", "alpha", r"time.alpha = 0.1.*less than or equal to 0"),
     "periods and end": ("end = 0.2", "end = 0.2\nperiods = 3", "[time]", r"either periods or end, not both"),
     "two kinds of damping": ("[reduction]", "[damping]\nmodal = 0.02\nrayleigh = { alpha = 1 }\n[reduction]",

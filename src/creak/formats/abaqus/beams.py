@@ -3,42 +3,52 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from creak.errors import InputError, suggest
+from creak.formats.abaqus.beam_shapes import SHAPES, Shape, rectangle_torsion
 from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.materials import RawMaterial, check_poisson, find_material
-from creak.formats.abaqus.numbers import positive, to_float
+from creak.formats.abaqus.numbers import floats, positive, to_float
 from creak.formats.abaqus.outline import Scope
 from creak.model.materials import BeamSection, Material
 
-_SHAPES = {"RECT": 2, "CIRC": 1, "PIPE": 2}
+__all__ = ["read_beam_general_section", "read_beam_section", "rectangle_torsion"]
+
+Rows = list[tuple[list[str], str]]
 
 
 def read_beam_section(scope: Scope, block: Block, materials: dict[str, RawMaterial]) -> BeamSection:
-    """*BEAM SECTION, SECTION=RECT (a, b), CIRC (r) or PIPE (r, t); second line: direction of axis 1.
+    """*BEAM SECTION, SECTION=RECT, CIRC, PIPE, BOX or I; second line: direction of axis 1.
 
     Raises
     ------
     InputError : unknown shape, bad dimensions, zero axis.
     """
     material = find_material(block.need("MATERIAL"), materials, block.where)
-    shape = block.need("SECTION").upper()
     rows = list(block.rows(blanks=True))
-    return _section(scope, block, material, _shape(block, shape, rows), rows, _radius(shape, rows))
+    return _section(scope, block, material, _shape(block, block.need("SECTION").upper(), rows), rows)
 
 
 def read_beam_general_section(scope: Scope, block: Block, materials: dict[str, RawMaterial]) -> BeamSection:
     """*BEAM GENERAL SECTION: dimensions or A, I11, I12, I22, J; axis 1; E, G. Density on the keyword line.
 
+    *CENTROID and *SHEAR CENTER after it move these points off the nodes.
+
     Raises
     ------
-    InputError : unknown shape, missing density or moduli, I12 not zero, bad values.
+    InputError : unknown shape, missing density or moduli, second moments of no section, bad values.
     """
     shape = block.option("SECTION", "GENERAL")
     rows = list(block.rows(blanks=True))
-    values = _general(block, rows) if shape == "GENERAL" else _shape(block, shape, rows)
+    found = _general(block, rows) if shape == "GENERAL" else _shape(block, shape, rows)
+    found = replace(
+        found,
+        centroid=_point(block, "CENTROID", found.centroid),
+        shear_centre=_point(block, "SHEAR CENTER", found.shear_centre),
+    )
     name = f"{block.get('ELSET')}-E-G"
     density = positive(block.get("DENSITY"), block.where, "DENSITY of the beam section")
     if len(rows) < 3:
@@ -55,36 +65,67 @@ def read_beam_general_section(scope: Scope, block: Block, materials: dict[str, R
     )
     nu = young / (2.0 * shear) - 1.0
     check_poisson(nu, name, where)
-    return _section(scope, block, Material(name, young, nu, density), values, rows, _radius(shape, rows))
+    return _section(scope, block, Material(name, young, nu, density), found, rows)
 
 
-def _section(
-    scope: Scope,
-    block: Block,
-    material: Material,
-    values: tuple[float, float, float, float],
-    rows: list[tuple[list[str], str]],
-    radius: float,
-) -> BeamSection:
-    if not all(0.0 < v < math.inf for v in values):
+def _section(scope: Scope, block: Block, material: Material, shape: Shape, rows: Rows) -> BeamSection:
+    """The section with shear areas k A; the second moments turned to principal axes."""
+    values = (shape.area, shape.i11, shape.i22, shape.torsion)
+    if not all(0.0 < v < math.inf for v in values) or shape.i12**2 >= shape.i11 * shape.i22:
         raise InputError(
             "the beam section has an area or second moment that is zero, negative or too large",
             where=block.where,
             fix="Correct its dimensions.",
         )
-    return BeamSection(block.get("ELSET"), material, *values, axis1=_axis1(scope, rows), radius=radius)
+    i1, i2, angle = principal(shape.i11, shape.i22, shape.i12)
+    along1, along2 = _shear_areas(block, shape, material)
+    if angle:
+        along1 = along2 = 0.5 * (along1 + along2)
+    return BeamSection(
+        block.get("ELSET"), material, shape.area, i1, i2, shape.torsion, _axis1(scope, rows), shape.radius,
+        along1, along2, angle, shape.centroid, shape.shear_centre,
+    )  # fmt: skip
 
 
-def _radius(shape: str, rows: list[tuple[list[str], str]]) -> float:
-    """From the axis to the surface: outer radius, half the smaller side of a rectangle, 0 for general sections."""
-    fields, where = rows[0]
-    sizes = [to_float(f, where, "dimension of the section") for f in fields[: _SHAPES.get(shape, 0)]]
-    if shape == "RECT":
-        return 0.5 * min(sizes)
-    return sizes[0] if sizes else 0.0
+def principal(i11: float, i22: float, i12: float) -> tuple[float, float, float]:
+    """Second moments about principal axes 1 and 2, and the angle from axis 1 to principal axis 1.
+
+    I1 = I11 c^2 + I22 s^2 - 2 I12 s c with tan 2 angle = 2 I12/(I22 - I11), I12 = integral of x1 x2 dA.
+    """
+    if i12 == 0.0:
+        return i11, i22, 0.0
+    angle = 0.5 * math.atan2(2.0 * i12, i22 - i11)
+    c, s = math.cos(angle), math.sin(angle)
+    return (
+        i11 * c * c + i22 * s * s - 2.0 * i12 * s * c,
+        i11 * s * s + i22 * c * c + 2.0 * i12 * s * c,
+        angle,
+    )
 
 
-def _axis1(scope: Scope, rows: list[tuple[list[str], str]]) -> tuple[float, float, float]:
+def _shear_areas(block: Block, shape: Shape, material: Material) -> tuple[float, float]:
+    """k A along axes 1 and 2, or K13/G and K23/G of *TRANSVERSE SHEAR STIFFNESS (K23, K13)."""
+    for option in block.options:
+        if option.name == "TRANSVERSE SHEAR STIFFNESS":
+            rows = list(option.rows())
+            fields, where = rows[0] if rows else ([], option.where)
+            k23 = positive(fields[0] if fields else "", where, "shear stiffness K23")
+            k13 = positive(fields[1], where, "shear stiffness K13") if len(fields) > 1 and fields[1] else k23
+            return k13 / material.shear_modulus, k23 / material.shear_modulus
+    return shape.shear_factor * shape.area, shape.shear_factor * shape.area
+
+
+def _point(block: Block, keyword: str, default: tuple[float, float]) -> tuple[float, float]:
+    for option in block.options:
+        if option.name == keyword:
+            rows = list(option.rows())
+            if rows:
+                x, y = floats(*rows[0], f"coordinate of *{keyword}", 2)
+                return x, y
+    return default
+
+
+def _axis1(scope: Scope, rows: Rows) -> tuple[float, float, float]:
     """Direction of axis 1 in global axes; (0, 0, -1) when not given."""
     axis = np.array([0.0, 0.0, -1.0])
     if len(rows) > 1 and rows[1][0]:
@@ -101,65 +142,40 @@ def _axis1(scope: Scope, rows: list[tuple[list[str], str]]) -> tuple[float, floa
     return x, y, z
 
 
-def _shape(block: Block, shape: str, rows: list[tuple[list[str], str]]) -> tuple[float, float, float, float]:
-    """Area, I11, I22 and torsion constant of a standard shape; a lies along axis 1, b along axis 2."""
-    if shape not in _SHAPES:
+def _shape(block: Block, name: str, rows: Rows) -> Shape:
+    """Properties of a standard shape; its first dimension lies along axis 1."""
+    if name not in SHAPES:
         raise InputError(
-            f"beam section {shape!r} is not supported",
-            expected="RECT, CIRC, PIPE or GENERAL",
+            f"beam section {name!r} is not supported",
+            expected=f"{', '.join(SHAPES)} or GENERAL",
             where=block.where,
-            fix=suggest(shape, [*_SHAPES, "GENERAL"]),
+            fix=suggest(name, [*SHAPES, "GENERAL"]),
         )
+    count, made = SHAPES[name]
     fields, where = rows[0] if rows else ([], block.where)
-    size = [positive(f, where, f"dimension of the {shape} section") for f in [*fields, ""][: _SHAPES[shape]]]
-    if len(size) < _SHAPES[shape]:
-        raise InputError(f"{shape} needs {_SHAPES[shape]} dimensions", where=where, fix="Complete the line.")
-    if shape == "RECT":
-        a, b = size
-        return a * b, a * b * b * b / 12.0, b * a * a * a / 12.0, rectangle_torsion(a, b)
-    outer = size[0]
-    inner = outer - size[1] if shape == "PIPE" else 0.0
-    if inner < 0.0:
+    first = 1 if name == "I" else 0  # the height of the node above the bottom may be anything
+    size = [to_float(f, where, "height of the node in the I section") for f in fields[:first]]
+    size += [positive(f, where, f"dimension of the {name} section") for f in [*fields, ""][first:count]]
+    if len(size) < count:
+        raise InputError(f"{name} needs {count} dimensions", where=where, fix="Complete the line.")
+    try:
+        return made(size)
+    except ValueError as error:
         raise InputError(
-            f"PIPE with wall {size[1]:g} thicker than its radius {outer:g}",
-            expected="radius, wall thickness",
-            where=where,
-            fix="Correct the line.",
-        )
-    area = math.pi * (outer * outer - inner * inner)
-    second = math.pi * (outer * outer * outer * outer - inner * inner * inner * inner) / 4.0
-    return area, second, second, 2.0 * second
+            str(error), expected="dimensions that leave a section", where=where, fix="Correct the line."
+        ) from None
 
 
-def rectangle_torsion(a: float, b: float) -> float:
-    """St Venant torsion constant of an a x b rectangle.
-
-    J = l s^3 (1/3 - (64/pi^5) (s/l) sum_{n odd} tanh(n pi l / 2 s) / n^5), l the long and s the short side
-    (Timoshenko and Goodier, Theory of Elasticity, art. 109).
-    """
-    long, short = max(a, b), min(a, b)
-    ratio = long / short
-    series = sum(math.tanh(n * math.pi * ratio / 2.0) / n**5 for n in range(1, 60, 2))
-    return long * short * short * short * (1.0 / 3.0 - 64.0 / math.pi**5 / ratio * series)
-
-
-def _general(block: Block, rows: list[tuple[list[str], str]]) -> tuple[float, float, float, float]:
+def _general(block: Block, rows: Rows) -> Shape:
     fields, where = rows[0] if rows else ([], block.where)
     names = ("area", "I11", "I12", "I22", "J")
-    values = [to_float(f, where, n) for f, n in zip([*fields, *[""] * 5], names, strict=False)]
-    if values[2] != 0.0:
-        raise InputError(
-            f"I12 of the beam section is {values[2]:g}",
-            expected="0",
-            where=where,
-            fix="Give principal axes: I12 = 0 and axis 1 along a principal direction.",
-        )
-    for name, value in zip(names, values, strict=True):
-        if name != "I12" and value <= 0.0:
+    area, i11, i12, i22, torsion = floats(fields, where, "property of the beam section", 5)
+    for name, value in (("area", area), ("I11", i11), ("I22", i22), ("J", torsion)):
+        if value <= 0.0:
             raise InputError(
                 f"{name} of the beam section is {value:g}",
                 expected="a number greater than zero",
                 where=where,
                 fix=f"Give {names}.",
             )
-    return values[0], values[1], values[3], values[4]
+    return Shape(area, i11, i22, i12, torsion)

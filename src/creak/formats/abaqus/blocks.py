@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,8 +11,8 @@ from creak.errors import InputError
 from creak.formats.abaqus.elements import TYPES, Elements
 from creak.formats.abaqus.parts import Partition
 from creak.formats.abaqus.sections import Assigned
-from creak.model.materials import BeamSection
-from creak.model.mesh import ElementBlock
+from creak.model.materials import AxialSpring, BeamSection, NodalMatrices
+from creak.model.mesh import ElementBlock, Own
 
 _KINDS = tuple(dict.fromkeys(t.kind for t in TYPES))
 _KIND_OF_TYPE = np.array([_KINDS.index(t.kind) for t in TYPES])
@@ -57,27 +57,37 @@ def make_blocks(elements: Elements, assigned: Assigned, partition: Partition, co
 
 def _block(elements: Elements, rows: IntArray, assigned: Assigned, partition: Partition) -> ElementBlock:
     row = int(rows[0])
-    kind = elements.of(row).kind
+    kind, section = elements.of(row).kind, assigned.sections[int(assigned.section_idx[row])]
+    formulation = kind
+    if isinstance(section, NodalMatrices):
+        formulation = f"nodal{_N_NODES[kind]}"
+    elif isinstance(section, AxialSpring):
+        formulation = "axial2"
     return ElementBlock(
-        kind,
+        formulation,
         elements.ids[rows],
         elements.nodes_idx[rows, : _N_NODES[kind]],
-        assigned.sections[int(assigned.section_idx[row])],
+        section,
         int(partition.element_part[row]),
         elements.where(row),
+        _corners_only(assigned.own_of(rows), _N_NODES[kind]),
     )
+
+
+def _corners_only(own: Own, n_node: int) -> Own:
+    return own if own.thickness is None else replace(own, thickness=own.thickness[:, :n_node])
 
 
 def _check_geometry(block: ElementBlock, elements: Elements, rows: IntArray, coords: FloatArray) -> None:
     corner = coords[block.nodes_idx]
-    if block.kind in ("beam2", "truss2"):
+    if block.kind in ("beam2", "truss2", "axial2"):
         along = corner[:, 1] - corner[:, 0]
         size = np.linalg.norm(along, axis=1)
         _refuse(size <= _SMALL * np.abs(corner).max(), "has zero length", elements, rows)
         if isinstance(block.section, BeamSection):
-            axis = np.array(block.section.axis1)
+            axis = np.array(block.section.axis1) if block.own.axis1 is None else block.own.axis1
             across = np.linalg.norm(np.cross(along, axis), axis=1)
-            parallel = across <= 1e-6 * size * float(np.linalg.norm(axis))
+            parallel = across <= 1e-6 * size * np.linalg.norm(axis, axis=-1)
             _refuse(parallel, "lies along the direction of its section axis 1", elements, rows)
     elif block.kind in ("quad4", "tri3"):
         diagonals = (corner[:, 2] - corner[:, 0], corner[:, -1] - corner[:, 1])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.couplings import note_rotated
 from creak.formats.abaqus.lexer import Block
@@ -47,37 +49,58 @@ def read_boundaries(deck: Outline, nodes: Registry) -> list[Fixed]:
     return result
 
 
+def model_boundaries(deck: Outline, nodes: Registry) -> list[Fixed]:
+    """Dofs that the model data alone hold at zero.
+
+    Raises
+    ------
+    InputError : as `read_boundaries`.
+    """
+    return [f for scope, block in deck.blocks("BOUNDARY") for f in _fixed(block, scope.name, nodes, in_step=False)]
+
+
+def boundary_dofs(fields: Sequence[str], where: str) -> tuple[tuple[int, ...], float | None]:
+    """Dofs of a *BOUNDARY line and their value; None for a named condition (ENCASTRE, PINNED, ...).
+
+    Raises
+    ------
+    InputError : no dof, an unknown name, a dof outside 1..6, a value that is no number.
+    """
+    if len(fields) < 2:
+        raise InputError(
+            f"*BOUNDARY on {fields[0]} names no degree of freedom",
+            expected="node or set, first dof, last dof; or ENCASTRE, PINNED, XSYMM, ...",
+            where=where,
+            fix="Complete the line.",
+        )
+    dofs = _NAMED.get(fields[1].upper())
+    if dofs is not None:
+        return dofs, None
+    if fields[1][:1].isalpha():
+        raise InputError(
+            f"*BOUNDARY on {fields[0]} is of unknown type {fields[1]!r}",
+            expected=", ".join(_NAMED),
+            where=where,
+            fix=suggest(fields[1], _NAMED),
+        )
+    dofs = dof_range(fields[1:3], where)
+    return dofs, to_float(fields[3] if len(fields) > 3 else "", where, "boundary value")
+
+
 def _fixed(block: Block, scope: str, nodes: Registry, *, in_step: bool) -> list[Fixed]:
     result: list[Fixed] = []
     for fields, where in block.rows():
         rows = nodes.find(fields[0], scope, where)
-        if len(fields) < 2:
+        dofs, value = boundary_dofs(fields, where)
+        if value and in_step:
+            continue
+        if value:
             raise InputError(
-                f"*BOUNDARY on {fields[0]} names no degree of freedom",
-                expected="node or set, first dof, last dof; or ENCASTRE, PINNED, XSYMM, ...",
+                f"*BOUNDARY on {fields[0]} prescribes {value:g}",
+                expected="0 in the model data",
                 where=where,
-                fix="Complete the line.",
+                fix="Prescribe motion in the study's [excitation].",
             )
-        dofs = _NAMED.get(fields[1].upper())
-        if dofs is None and fields[1][:1].isalpha():
-            raise InputError(
-                f"*BOUNDARY on {fields[0]} is of unknown type {fields[1]!r}",
-                expected=", ".join(_NAMED),
-                where=where,
-                fix=suggest(fields[1], _NAMED),
-            )
-        if dofs is None:
-            dofs = dof_range(fields[1:3], where)
-            value = to_float(fields[3] if len(fields) > 3 else "", where, "boundary value")
-            if value != 0.0 and in_step:
-                continue
-            if value != 0.0:
-                raise InputError(
-                    f"*BOUNDARY on {fields[0]} prescribes {value:g}",
-                    expected="0 in the model data",
-                    where=where,
-                    fix="Prescribe motion in the study's [excitation].",
-                )
         result.append(Fixed(rows, dofs, where))
     return result
 

@@ -1,19 +1,23 @@
-"""*COUPLING, *KINEMATIC COUPLING and *RIGID BODY."""
+"""*COUPLING, *KINEMATIC COUPLING, *DISTRIBUTING COUPLING and *RIGID BODY."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
-from creak.arrays import IntArray
+from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.elements import Elements
 from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.names import Registry, lookup, unique_in_order, with_short_names
-from creak.formats.abaqus.numbers import dof_range
+from creak.formats.abaqus.numbers import dof_range, positive
+from creak.formats.abaqus.orientations import Orientations, find_orientation
 from creak.formats.abaqus.outline import Outline, Scope
 from creak.formats.abaqus.sets import nodes_of
 from creak.formats.abaqus.surfaces import RawSurface
-from creak.model.constraints import Constraint, DistributingCoupling, KinematicCoupling
+from creak.formats.abaqus.transforms import Transforms
+from creak.model.constraints import Constraint, DistributingCoupling, Equation, KinematicCoupling
 
 
 def read_couplings(
@@ -22,6 +26,7 @@ def read_couplings(
     elements: Elements,
     nodes: Registry,
     element_names: Registry,
+    place: Placement,
 ) -> list[Constraint]:
     """All couplings and rigid bodies.
 
@@ -31,13 +36,103 @@ def read_couplings(
     """
     result: list[Constraint] = []
     for scope, block in deck.blocks("COUPLING"):
-        result.append(_coupling(deck, scope, block, surfaces, nodes))
-        note_rotated(deck, scope, block)
+        result += _coupling(deck, scope, block, surfaces, nodes, place)
     for scope, block in deck.blocks("KINEMATIC COUPLING"):
-        result += _kinematic_coupling(scope, block, nodes)
-        note_rotated(deck, scope, block)
+        for found in _kinematic_coupling(scope, block, nodes):
+            result += _along_axes(found, _frame(deck, scope, block, place), place)
+            _note_transformed(deck, block, found, place)
+    for scope, block in deck.blocks("DISTRIBUTING COUPLING"):
+        result += _distributing_elements(scope, block, elements, nodes, element_names)
     for scope, block in deck.blocks("RIGID BODY"):
         result += _rigid_body(deck, scope, block, elements, nodes, element_names)
+    return result
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Where nodes are and along which axes their dofs and orientations lie."""
+
+    coords: FloatArray
+    orientations: Orientations
+    transforms: Transforms
+
+
+def _frame(deck: Outline, scope: Scope, block: Block, place: Placement) -> FloatArray | None:
+    """(3, 3) axes of the coupling's dofs: ORIENTATION=, or those of a rotated instance; None for global ones."""
+    if not block.get("ORIENTATION"):
+        return scope.rotation.T if scope.rotated else None
+    orientation = find_orientation(block.get("ORIENTATION"), place.orientations, scope, deck, block.where)
+    if orientation.system.kind != "R":
+        raise InputError(
+            f"*{block.name} with an orientation that is not rectangular", expected="SYSTEM=RECTANGULAR",
+            where=block.where, fix="Use a rectangular system.",
+        )  # fmt: skip
+    return orientation.axes(np.zeros((1, 3)))[0]
+
+
+def _along_axes(c: KinematicCoupling, frame: FloatArray | None, place: Placement) -> list[Constraint]:
+    """The coupling, or equations where it holds one or two directions along axes that are not global.
+
+    e . (u - u_ref - theta_ref x r) = 0 and e . (theta - theta_ref) = 0 for each listed direction e.
+    """
+    partial = [g for g in ((1, 2, 3), (4, 5, 6)) if 0 < len(set(g) & set(c.dofs)) < 3]
+    if frame is None or not partial:
+        return [c]
+    result: list[Constraint] = []
+    whole = tuple(d for d in c.dofs if all(d not in g for g in partial))
+    if whole:
+        result.append(replace(c, dofs=whole))
+    for node in c.nodes_idx.tolist():
+        lever = place.coords[node] - place.coords[c.ref_idx]
+        for dof in (d for g in partial for d in g if d in c.dofs):
+            result.append(_one_direction(node, c.ref_idx, frame[(dof - 1) % 3], lever, dof > 3, c.where))
+    return result
+
+
+def _one_direction(node: int, ref: int, e: FloatArray, lever: FloatArray, turn: bool, where: str) -> Equation:
+    base = 4 if turn else 1
+    order = np.argsort(-np.abs(e), kind="stable")
+    terms = [(node, base + int(k), float(e[k])) for k in order] + [(ref, base + k, -float(e[k])) for k in range(3)]
+    if not turn:
+        terms += [(ref, 4 + k, -float(v)) for k, v in enumerate(np.cross(lever, e))]
+    kept = [t for t in terms if abs(t[2]) > 1e-14]
+    nodes_idx, dofs = (np.array([t[k] for t in kept], dtype=np.int64) for k in (0, 1))
+    return Equation(nodes_idx, dofs, np.array([t[2] for t in kept]), where)
+
+
+def _note_transformed(deck: Outline, block: Block, c: KinematicCoupling, place: Placement) -> None:
+    if place.transforms.touched(c.nodes_idx) and any(
+        0 < len(set(g) & set(c.dofs)) < 3 for g in ((1, 2, 3), (4, 5, 6))
+    ):
+        why = "creak takes its directions as global, though some of its nodes have a *TRANSFORM"
+        deck.note(block, why, changes=True, what=f"*{block.name} on transformed nodes")
+
+
+def _distributing_elements(
+    scope: Scope, block: Block, elements: Elements, nodes: Registry, element_names: Registry
+) -> list[Constraint]:
+    """The node of each DCOUP3D element follows the weighted mean of the nodes on the data lines."""
+    coupled: list[IntArray] = []
+    weights: list[FloatArray] = []
+    for fields, where in block.rows():
+        rows = nodes.find(fields[0], scope.name, where)
+        coupled.append(rows)
+        weight = positive(fields[1], where, "weight of the coupling") if len(fields) > 1 and fields[1] else 1.0
+        weights.append(np.full(rows.size, weight))
+    result: list[Constraint] = []
+    for element in element_names.find(block.need("ELSET"), scope.name, block.where).tolist():
+        ref = int(elements.nodes_idx[element, 0])
+        rows, first = np.unique(np.concatenate([np.zeros(0, np.int64), *coupled]), return_index=True)
+        share = np.concatenate([np.zeros(0), *weights])[first]
+        keep = rows != ref
+        if not keep.any():
+            raise InputError(
+                "*DISTRIBUTING COUPLING names no nodes", expected="node or set, weight", where=block.where,
+                fix="Name the nodes that carry the load.",
+            )  # fmt: skip
+        result.append(
+            DistributingCoupling(block.get("ELSET"), ref, rows[keep], share[keep], (1, 2, 3, 4, 5, 6), block.where)
+        )
     return result
 
 
@@ -87,8 +182,8 @@ def _others(rows: IntArray, ref_idx: int, block: Block) -> IntArray:
 
 
 def _coupling(
-    deck: Outline, scope: Scope, block: Block, surfaces: dict[str, RawSurface], nodes: Registry
-) -> Constraint:
+    deck: Outline, scope: Scope, block: Block, surfaces: dict[str, RawSurface], nodes: Registry, place: Placement
+) -> list[Constraint]:
     ref_idx = reference_node(scope, block, nodes)
     name = block.get("CONSTRAINT NAME") or block.get("SURFACE")
     surface = lookup(surfaces, block.need("SURFACE"), scope.name, deck.assembly)
@@ -107,16 +202,32 @@ def _coupling(
         )
     option = block.options[0]
     dofs = _listed_dofs(option)
-    coupled = _others(surface.nodes_idx, ref_idx, block)
+    frame = _frame(deck, scope, block, place)
+    near = _within_radius(surface.nodes_idx, ref_idx, block, place)
+    coupled = _others(surface.nodes_idx[near], ref_idx, block)
     if option.name == "KINEMATIC":
-        return KinematicCoupling(name, ref_idx, coupled, dofs, block.where)
+        return _along_axes(KinematicCoupling(name, ref_idx, coupled, dofs, block.where), frame, place)
     _note_weighting(deck, option)
-    weights = surface.weights[surface.nodes_idx != ref_idx]
+    if frame is not None and any(0 < len(set(g) & set(dofs)) < 3 for g in ((1, 2, 3), (4, 5, 6))):
+        deck.note(
+            block, "creak takes the dofs of distributing couplings as global", changes=True,
+            what="*DISTRIBUTING along other axes",
+        )  # fmt: skip
+    weights = surface.weights[near & (surface.nodes_idx != ref_idx)]
     if not 0.0 < float(weights.sum()) < np.inf:
         raise InputError(
             f"surface {surface.name!r} has no area", where=block.where, fix="Check its elements."
         )
-    return DistributingCoupling(name, ref_idx, coupled, weights, dofs, block.where)
+    return [DistributingCoupling(name, ref_idx, coupled, weights, dofs, block.where)]
+
+
+def _within_radius(rows: IntArray, ref_idx: int, block: Block, place: Placement) -> BoolArray:
+    """Mask of the nodes within INFLUENCE RADIUS of the reference node; all without it."""
+    radius = np.inf
+    if block.has("INFLUENCE RADIUS"):
+        radius = positive(block.get("INFLUENCE RADIUS"), block.where, "INFLUENCE RADIUS")
+    distance = np.linalg.norm(place.coords[rows] - place.coords[ref_idx], axis=1)
+    return np.asarray(distance <= radius * (1.0 + 1e-9), dtype=np.bool_)
 
 
 def _listed_dofs(option: Block) -> tuple[int, ...]:
@@ -144,7 +255,7 @@ def _note_weighting(deck: Outline, option: Block) -> None:
         )
 
 
-def _kinematic_coupling(scope: Scope, block: Block, nodes: Registry) -> list[Constraint]:
+def _kinematic_coupling(scope: Scope, block: Block, nodes: Registry) -> list[KinematicCoupling]:
     """One coupling for each set of dofs that the data lines name."""
     ref_idx = reference_node(scope, block, nodes)
     groups: dict[tuple[int, ...], list[IntArray]] = {}

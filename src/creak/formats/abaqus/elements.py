@@ -26,20 +26,26 @@ class ElementType:
     note: str = ""
 
 
-_SHELL, _BEAM, _SOLID = ("SHELL SECTION",), ("BEAM SECTION", "BEAM GENERAL SECTION"), ("SOLID SECTION",)
+_SHELL = ("SHELL SECTION", "SHELL GENERAL SECTION")
+_BEAM, _SOLID = ("BEAM SECTION", "BEAM GENERAL SECTION"), ("SOLID SECTION",)
 TYPES = (
     ElementType("S4", "quad4", 4, _SHELL),
     ElementType("S4R", "quad4", 4, _SHELL),
     ElementType("S3", "tri3", 3, _SHELL),
     ElementType("S3R", "tri3", 3, _SHELL),
     ElementType("STRI3", "tri3", 3, _SHELL, "STRI3 (thin) is treated as S3, which shears a little"),
+    ElementType("S4R5", "quad4", 4, _SHELL, "S4R5 (thin) is treated as S4"),
     ElementType(
-        "B31", "beam2", 2, _BEAM, "B31 is treated as an Euler-Bernoulli beam (B33): no shear flexibility"
+        "B31", "beam2", 2, _BEAM,
+        "B31 has exact shape functions and their consistent mass: one element is as good as many of Abaqus's"
     ),
     ElementType("B33", "beam2", 2, _BEAM),
+    ElementType("PIPE31", "beam2", 2, _BEAM, "PIPE31 is treated as B31: no pressure in the pipe"),
     ElementType("T3D2", "truss2", 2, _SOLID),
     ElementType("C3D8", "hex8", 8, _SOLID, "C3D8 is treated as C3D8I (incompatible modes): softer in bending"),
     ElementType("C3D8I", "hex8", 8, _SOLID),
+    ElementType("C3D8H", "hex8", 8, _SOLID, "C3D8H is treated as C3D8I, which does not lock in volume either"),
+    ElementType("C3D8RH", "hex8", 8, _SOLID, "C3D8RH is treated as C3D8I, which does not lock in volume either"),
     ElementType(
         "C3D8R", "hex8", 8, _SOLID,
         "C3D8R is treated as C3D8I (fully integrated, incompatible modes): no hourglass modes, stiffer where one "
@@ -47,15 +53,22 @@ TYPES = (
     ),
     ElementType("C3D6", "wedge6", 6, _SOLID, "C3D6 is fully integrated: a little stiffer than in Abaqus"),
     ElementType("C3D4", "tet4", 4, _SOLID),
+    ElementType("C3D10", "tet10", 10, _SOLID),
+    ElementType("C3D10M", "tet10", 10, _SOLID, "C3D10M is treated as C3D10"),
+    ElementType("C3D10HS", "tet10", 10, _SOLID, "C3D10HS is treated as C3D10: stiff if nearly incompressible"),
     ElementType("MASS", "mass", 1, ("MASS",)),
     ElementType("ROTARYI", "rotary", 1, ("ROTARY INERTIA",)),
     ElementType("SPRING1", "spring1", 1, ("SPRING",)),
     ElementType("SPRING2", "spring2", 2, ("SPRING",)),
+    ElementType("SPRINGA", "axial2", 2, ("SPRING",)),
+    ElementType("DASHPOTA", "axial2", 2, ("DASHPOT",)),
+    ElementType("CONN3D2", "bush2", 2, ("CONNECTOR SECTION",)),
+    ElementType("DCOUP3D", "bush1", 1, ("DISTRIBUTING COUPLING",)),
     ElementType("DASHPOT1", "spring1", 1, ("DASHPOT",)),
     ElementType("DASHPOT2", "spring2", 2, ("DASHPOT",)),
 )
 _TYPE_ROW = {t.name: k for k, t in enumerate(TYPES)}
-SOLIDS = ("hex8", "wedge6", "tet4")
+SOLIDS = ("hex8", "wedge6", "tet4", "tet10")
 STRUCTURAL = ("quad4", "tri3", "beam2", "truss2", *SOLIDS)
 
 
@@ -75,6 +88,8 @@ class Elements:
     """(n_elem,) places in the deck, for `Block.place`."""
     probe: Block
     """Any block: it decodes places."""
+    third: IntArray
+    """(n_elem,) node rows that give beams their axis 1, -1 for none."""
 
     @property
     def structural(self) -> BoolArray:
@@ -97,6 +112,7 @@ class _Table:
     ids: IntArray
     nodes_idx: IntArray
     codes: IntArray
+    third: IntArray
 
 
 def read_elements(deck: Outline, nodes: Registry) -> tuple[Elements, Registry]:
@@ -123,6 +139,7 @@ def read_elements(deck: Outline, nodes: Registry) -> tuple[Elements, Registry]:
         np.concatenate([np.full(t.ids.size, k, np.int64) for k, _, t, _ in tables]),
         np.concatenate([t.codes for _, _, t, _ in tables]),
         tables[0][3],
+        np.concatenate([t.third for _, _, t, _ in tables]),
     )
     _register(deck, elements, registry)
     _name_sets(deck, tables, registry)
@@ -159,13 +176,16 @@ def _element_table(block: Block, scope: Scope, nodes: Registry) -> _Table:
         k, j = (int(v) for v in np.argwhere(rows < 0)[0])
         raise _unknown_node(int(fast[k, 0]), str(fast[k, j + 1]), scope, nodes, block.place(int(codes[k])))
     _check_distinct(fast[:, 0], rows, codes, block)
-    return _Table(fast[:, 0], rows, codes)
+    return _Table(fast[:, 0], rows, codes, np.full(rows.shape[0], -1, np.int64))
 
 
 def _element_table_by_line(block: Block, kind: ElementType, scope: Scope, nodes: Registry) -> _Table:
-    ids, table, codes = [], [], []
+    ids, table, codes, third = [], [], [], []
     for fields, where, code in _joined_rows(block, kind.n_nodes + 1):
         ids.append(to_label(fields[0], where, "element label"))
+        third.append(-1)
+        if kind.kind == "beam2" and len(fields) == kind.n_nodes + 2:
+            third[-1] = _node_row(ids[-1], fields.pop(), scope, nodes, where)
         if len(fields) != kind.n_nodes + 1:
             raise InputError(
                 f"element {fields[0]} of type {kind.name} has {len(fields) - 1} nodes",
@@ -178,7 +198,7 @@ def _element_table_by_line(block: Block, kind: ElementType, scope: Scope, nodes:
     rows = np.array(table, dtype=np.int64).reshape(-1, kind.n_nodes)
     id_array, code_array = np.array(ids, np.int64), np.array(codes, np.int64)
     _check_distinct(id_array, rows, code_array, block)
-    return _Table(id_array, rows, code_array)
+    return _Table(id_array, rows, code_array, np.array(third, np.int64))
 
 
 def _joined_rows(block: Block, n_fields: int) -> list[tuple[list[str], str, int]]:

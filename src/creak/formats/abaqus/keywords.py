@@ -18,7 +18,12 @@ class Keyword:
     params: frozenset[str] = frozenset()
     """Parameters (without blanks) that creak reads or that cannot change the answer."""
     under: str = ""
-    """Keyword that this one is an option of."""
+    """Keywords that this one is an option of, separated by commas."""
+
+    @property
+    def owners(self) -> tuple[str, ...]:
+        """Keywords that this one is an option of."""
+        return tuple(name.strip() for name in self.under.split(","))
 
 
 def _read(params: str = "", under: str = "") -> Keyword:
@@ -35,23 +40,43 @@ _READ: dict[str, Keyword] = {
     "SURFACE": _read("NAME, TYPE, INTERNAL, NO THICK, NO OFFSET, REGION TYPE, DEFINITION"),
     "SHELL SECTION": _read(
         "ELSET, MATERIAL, COMPOSITE, OFFSET, NODAL THICKNESS, SECTION INTEGRATION, POISSON, CONTROLS,"
-        "SHELL THICKNESS, TEMPERATURE, ORIENTATION, STACK DIRECTION"
+        "SHELL THICKNESS, TEMPERATURE, ORIENTATION, STACK DIRECTION, SYMMETRIC, LAYUP"
     ),
-    "BEAM SECTION": _read("ELSET, MATERIAL, SECTION, TEMPERATURE, POISSON"),
-    "BEAM GENERAL SECTION": _read("ELSET, SECTION, DENSITY, POISSON, ZERO"),
+    "SHELL GENERAL SECTION": _read(
+        "ELSET, MATERIAL, COMPOSITE, OFFSET, NODAL THICKNESS, POISSON, CONTROLS, SHELL THICKNESS, ORIENTATION,"
+        "STACK DIRECTION, SYMMETRIC, LAYUP, DENSITY, ZERO"
+    ),
+    "TRANSVERSE SHEAR STIFFNESS": _read(
+        "", "SHELL SECTION, SHELL GENERAL SECTION, BEAM SECTION, BEAM GENERAL SECTION"
+    ),
+    "NODAL THICKNESS": _read("GENERATE"),
+    "BEAM SECTION": _read("ELSET, MATERIAL, SECTION, TEMPERATURE, POISSON, LUMPED, ROTARY INERTIA"),
+    "BEAM GENERAL SECTION": _read("ELSET, SECTION, DENSITY, POISSON, ZERO, LUMPED, ROTARY INERTIA"),
+    "CENTROID": _read("", "BEAM GENERAL SECTION"),
+    "SHEAR CENTER": _read("", "BEAM GENERAL SECTION"),
+    "ORIENTATION": _read("NAME, SYSTEM, DEFINITION"),
+    "TRANSFORM": _read("NSET, TYPE"),
+    "SYSTEM": _read(""),
+    "NONSTRUCTURAL MASS": _read("ELSET, UNITS, DISTRIBUTION"),
+    "DISTRIBUTING COUPLING": _read("ELSET"),
+    "CONNECTOR SECTION": _read("ELSET, BEHAVIOR"),
+    "CONNECTOR BEHAVIOR": _read("NAME, INTEGRATION"),
+    "CONNECTOR ELASTICITY": _read("COMPONENT, RIGID, NONLINEAR", "CONNECTOR BEHAVIOR"),
+    "CONNECTOR DAMPING": _read("COMPONENT, TYPE, NONLINEAR", "CONNECTOR BEHAVIOR"),
+    "CONNECTOR CONSTITUTIVE REFERENCE": _read("", "CONNECTOR BEHAVIOR"),
     "SOLID SECTION": _read("ELSET, MATERIAL, CONTROLS, REF NODE, ORIENTATION, COMPOSITE, SYMMETRIC, LAYUP"),
-    "MASS": _read("ELSET, ALPHA, COMPOSITE, TYPE"),
-    "ROTARY INERTIA": _read("ELSET, ALPHA, COMPOSITE"),
-    "SPRING": _read("ELSET, NONLINEAR, COMPLEX STIFFNESS"),
-    "DASHPOT": _read("ELSET, NONLINEAR"),
+    "MASS": _read("ELSET, ALPHA, COMPOSITE, TYPE, ORIENTATION"),
+    "ROTARY INERTIA": _read("ELSET, ALPHA, COMPOSITE, ORIENTATION"),
+    "SPRING": _read("ELSET, NONLINEAR, COMPLEX STIFFNESS, ORIENTATION"),
+    "DASHPOT": _read("ELSET, NONLINEAR, ORIENTATION"),
     "MATERIAL": _read("NAME, DESCRIPTION"),
     "ELASTIC": _read("TYPE, MODULI, DEPENDENCIES", "MATERIAL"),
     "DENSITY": _read("DEPENDENCIES", "MATERIAL"),
     "DAMPING": _read("ALPHA, BETA, COMPOSITE", "MATERIAL"),
-    "COUPLING": _read("CONSTRAINT NAME, REF NODE, SURFACE"),
+    "COUPLING": _read("CONSTRAINT NAME, REF NODE, SURFACE, ORIENTATION, INFLUENCE RADIUS"),
     "KINEMATIC": _read("", "COUPLING"),
     "DISTRIBUTING": _read("WEIGHTING METHOD, COUPLING", "COUPLING"),
-    "KINEMATIC COUPLING": _read("REF NODE"),
+    "KINEMATIC COUPLING": _read("REF NODE, ORIENTATION"),
     "RIGID BODY": _read("REF NODE, TIE NSET, PIN NSET, ELSET, POSITION"),
     "TIE": _read("NAME, POSITION TOLERANCE, TIED NSET, ADJUST, NO ROTATION, NO THICKNESS, TYPE"),
     "MPC": _read("MODE"),
@@ -87,13 +112,11 @@ _HARMLESS = {
     ),
     "creak's elements have no hourglass modes to control": "SECTION CONTROLS, HOURGLASS STIFFNESS",
     "creak has no temperatures": "EXPANSION, CONDUCTIVITY, SPECIFIC HEAT, LATENT HEAT",
-    "it defines axes only; each keyword that uses them is listed where it does": "ORIENTATION",
 }
 
 _CHANGES = {
     "creak does not read this joint": "SHELL TO SOLID COUPLING, EMBEDDED ELEMENT, FASTENER",
-    "creak reads coordinates and dofs in global axes only": "TRANSFORM, SYSTEM",
-    "creak does not read added mass": "NONSTRUCTURAL MASS, BEAM ADDED INERTIA",
+    "creak does not read added mass": "BEAM ADDED INERTIA",
     "loads are read from the study's [excitation], not from model data": "CLOAD, DLOAD, DSLOAD",
     "creak does not generate nodes or elements; write them out": "NGEN, NFILL, NCOPY, NMAP, ELGEN, ELCOPY",
     "creak's materials are linear elastic": (
@@ -101,13 +124,13 @@ _CHANGES = {
         "TRANSVERSE SHEAR, FAIL STRESS, FAIL STRAIN, RATE DEPENDENT, CYCLIC HARDENING"
     ),
     "creak does not read this kind of section": (
-        "SHELL GENERAL SECTION, TRANSVERSE SHEAR STIFFNESS, MEMBRANE SECTION, GASKET SECTION, JOINT,"
+        "MEMBRANE SECTION, GASKET SECTION, JOINT,"
         "COHESIVE SECTION, GAP, PRE-TENSION SECTION, SURFACE SECTION"
     ),
-    "creak does not read this constraint": "DISTRIBUTING COUPLING, RELEASE, DISPLAY BODY",
+    "creak does not read this constraint": "RELEASE, DISPLAY BODY",
     "creak does not read this extension of the model": (
         "USER ELEMENT, UEL PROPERTY, MATRIX INPUT, MATRIX ASSEMBLE, SUBSTRUCTURE PROPERTY, IMPORT,"
-        "IMPERFECTION, PARAMETER, NORMAL, NODAL THICKNESS, DISTRIBUTION, DISTRIBUTION TABLE, INERTIA RELIEF"
+        "IMPERFECTION, PARAMETER, NORMAL, DISTRIBUTION, DISTRIBUTION TABLE, INERTIA RELIEF"
     ),
 }
 
@@ -138,7 +161,7 @@ def meaning(name: str) -> Keyword:
         return known
     if name.startswith("CONNECTOR"):
         return Keyword(
-            "changes", "creak does not read connectors; describe them as [[connector]] in the study"
+            "changes", "creak reads *CONNECTOR SECTION, BEHAVIOR, ELASTICITY and DAMPING"
         )
     hint = suggest(name, KEYWORDS)
     why = "creak does not know this keyword"

@@ -4,11 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.lexer import Block
-from creak.formats.abaqus.numbers import positive, to_float
+from creak.formats.abaqus.numbers import floats, positive, to_float
 from creak.formats.abaqus.outline import Outline
-from creak.model.materials import Material
+from creak.model.elasticity import lamina, orthotropic, require_stable, symmetric
+from creak.model.materials import AnisotropicMaterial, AnyMaterial, Material, SheetMaterial
+
+
+@dataclass(frozen=True)
+class Elastic:
+    """*ELASTIC: which kind, and its numbers as the deck lists them."""
+
+    kind: str
+    """ISOTROPIC, LAMINA, ENGINEERING CONSTANTS, ORTHOTROPIC or ANISOTROPIC."""
+    values: tuple[float, ...]
+    where: str
 
 
 @dataclass(frozen=True)
@@ -17,8 +31,7 @@ class RawMaterial:
 
     name: str
     where: str
-    elastic: tuple[float, float] | None
-    """Young's modulus, Poisson's ratio."""
+    elastic: Elastic | None
     density: float | None
     alpha: float
     beta: float
@@ -29,7 +42,7 @@ def read_materials(deck: Outline) -> dict[str, RawMaterial]:
 
     Raises
     ------
-    InputError : not isotropic, depends on temperature, a value out of range, a name used twice.
+    InputError : unknown kind of elasticity, depends on temperature, a value out of range, a name used twice.
     """
     result: dict[str, RawMaterial] = {}
     seen: set[int] = set()
@@ -49,6 +62,41 @@ def read_materials(deck: Outline) -> dict[str, RawMaterial]:
 
 
 def find_material(name: str, materials: dict[str, RawMaterial], where: str) -> Material:
+    """The material of a section that must be isotropic.
+
+    Raises
+    ------
+    InputError : no such material, it lacks *ELASTIC or *DENSITY, or it is not isotropic.
+    """
+    material = find_any_material(name, materials, where)
+    if isinstance(material, Material):
+        return material
+    raise InputError(
+        f"material {name!r} of this section is not isotropic", expected="*ELASTIC, TYPE=ISOTROPIC", where=where,
+        fix="Give E and nu.",
+    )  # fmt: skip
+
+
+def find_solid_material(
+    name: str, materials: dict[str, RawMaterial], where: str
+) -> Material | AnisotropicMaterial:
+    """The material of solids.
+
+    Raises
+    ------
+    InputError : as `find_any_material`, or it is TYPE=LAMINA.
+    """
+    material = find_any_material(name, materials, where)
+    if isinstance(material, SheetMaterial):
+        raise InputError(
+            f"material {name!r} is TYPE=LAMINA, plane stress only",
+            expected="TYPE=ISOTROPIC, ENGINEERING CONSTANTS, ORTHOTROPIC or ANISOTROPIC", where=where,
+            fix="Give all nine constants.",
+        )  # fmt: skip
+    return material
+
+
+def find_any_material(name: str, materials: dict[str, RawMaterial], where: str) -> AnyMaterial:
     """The material of a structural section.
 
     Raises
@@ -66,11 +114,35 @@ def find_material(name: str, materials: dict[str, RawMaterial], where: str) -> M
             where=where,
             fix=f"Add {lacks} after its *MATERIAL line.",
         )
-    return Material(raw.name, *raw.elastic, raw.density, raw.alpha, raw.beta)
+    common = (raw.density, raw.alpha, raw.beta)
+    values, at = raw.elastic.values, raw.elastic.where
+    if raw.elastic.kind == "ISOTROPIC":
+        return Material(raw.name, values[0], values[1], *common)
+    if raw.elastic.kind == "LAMINA":
+        E1, E2, nu12, G12, G13, G23 = values
+        return SheetMaterial(raw.name, *lamina(E1, E2, nu12, G12, G13, G23, where=at), *common)
+    if raw.elastic.kind == "ENGINEERING CONSTANTS":
+        E, nu, G = values[:3], values[3:6], values[6:9]
+        matrix = orthotropic((E[0], E[1], E[2]), (nu[0], nu[1], nu[2]), (G[0], G[1], G[2]), where=at)
+        return AnisotropicMaterial(raw.name, matrix, *common)
+    return AnisotropicMaterial(raw.name, _stiffness(raw.elastic), *common)
+
+
+def _stiffness(elastic: Elastic) -> FloatArray:
+    """(6, 6) in the order xx, yy, zz, xy, yz, zx from Abaqus's xx, yy, zz, xy, xz, yz, listed column by column."""
+    if elastic.kind == "ANISOTROPIC":
+        D = symmetric(elastic.values, 6)
+    else:
+        D = np.diag([0.0, 0.0, 0.0, *elastic.values[6:]])
+        D[:3, :3] = symmetric(elastic.values[:6], 3)
+    order = np.array([0, 1, 2, 3, 5, 4])
+    D = D[np.ix_(order, order)]
+    require_stable(D, elastic.where)
+    return D
 
 
 def _material(deck: Outline, name: str, block: Block) -> RawMaterial:
-    elastic: tuple[float, float] | None = None
+    elastic: Elastic | None = None
     density: float | None = None
     alpha = beta = 0.0
     for option in block.options:
@@ -84,20 +156,32 @@ def _material(deck: Outline, name: str, block: Block) -> RawMaterial:
     return RawMaterial(name, block.where, elastic, density, alpha, beta)
 
 
-def _elastic(name: str, option: Block) -> tuple[float, float]:
+_COUNTS = {"ISOTROPIC": 2, "LAMINA": 6, "ENGINEERING CONSTANTS": 9, "ORTHOTROPIC": 9, "ANISOTROPIC": 21}
+"""Number of constants of each kind of *ELASTIC."""
+_MODULI = {"LAMINA": (0, 1, 3, 4, 5), "ENGINEERING CONSTANTS": (0, 1, 2, 6, 7, 8)}
+"""Which of them must be positive."""
+
+
+def _elastic(name: str, option: Block) -> Elastic:
     kind = option.option("TYPE", "ISOTROPIC")
-    if kind not in ("ISOTROPIC", "ISO"):
+    kind = "ISOTROPIC" if kind == "ISO" else kind
+    if kind not in _COUNTS:
         raise InputError(
             f"*ELASTIC, TYPE={kind} in material {name!r}",
-            expected="TYPE=ISOTROPIC",
+            expected=f"TYPE={', '.join(_COUNTS)}",
             where=option.where,
-            fix="creak reads isotropic elasticity only; give E and nu.",
+            fix="Give one of these kinds of elasticity.",
         )
-    fields, where = _single_row(name, option, 2)
-    youngs = positive(fields[0], where, f"Young's modulus of material {name!r}")
-    nu = to_float(fields[1] if len(fields) > 1 else "", where, f"Poisson's ratio of material {name!r}")
-    check_poisson(nu, name, where)
-    return youngs, nu
+    fields, where = _single_row(name, option, _COUNTS[kind])
+    if kind == "ISOTROPIC":
+        youngs = positive(fields[0], where, f"Young's modulus of material {name!r}")
+        nu = to_float(fields[1] if len(fields) > 1 else "", where, f"Poisson's ratio of material {name!r}")
+        check_poisson(nu, name, where)
+        return Elastic(kind, (youngs, nu), where)
+    values = floats(fields, where, f"constant of material {name!r}", _COUNTS[kind])
+    for k in _MODULI.get(kind, ()):
+        positive(fields[k] if k < len(fields) else "", where, f"constant {k + 1} of material {name!r}")
+    return Elastic(kind, tuple(values), where)
 
 
 def check_poisson(nu: float, name: str, where: str) -> None:
@@ -112,20 +196,22 @@ def check_poisson(nu: float, name: str, where: str) -> None:
 
 
 def _single_row(name: str, option: Block, n_values: int) -> tuple[list[str], str]:
-    """The only data line; a temperature after the values is left out, further lines are refused."""
+    """The values of the only entry, over as many lines as they need (8 each); a temperature at the end is left out."""
     rows = list(option.rows())
     if not rows:
         raise InputError(
             f"*{option.name} of material {name!r} has no data line", where=option.where, fix="Add its values."
         )
-    if len(rows) > 1 or option.has("DEPENDENCIES"):
+    n_lines = -(-n_values // 8)
+    if len(rows) > n_lines or option.has("DEPENDENCIES"):
         raise InputError(
             f"*{option.name} of material {name!r} depends on temperature or fields",
-            expected="one line of values",
+            expected="one line of values" if n_lines == 1 else f"{n_values} values on {n_lines} lines",
             where=rows[-1][1],
             fix="Keep the line of the temperature to be analysed.",
         )
-    fields, where = rows[0]
+    where = rows[0][1]
+    fields = [f for line, _ in rows[:-1] for f in [*line, *[""] * 8][:8]] + rows[-1][0]
     if len(fields) > n_values + 1:
         raise InputError(
             f"*{option.name} of material {name!r} has {len(fields)} values",

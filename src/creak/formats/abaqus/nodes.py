@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError
+from creak.formats.abaqus.directions import LocalSystem
 from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.names import Labels, Registry
-from creak.formats.abaqus.numbers import label_and_reals, to_float, to_label
+from creak.formats.abaqus.numbers import floats, label_and_reals, to_float, to_label
 from creak.formats.abaqus.outline import Outline, Scope
 from creak.model.mesh import Nodes
 
@@ -54,9 +55,10 @@ def read_nodes(deck: Outline) -> tuple[Nodes, Registry]:
 
 def _scope_nodes(deck: Outline, scope: Scope, tables: dict[int, _Table]) -> tuple[IntArray, FloatArray]:
     blocks = [b for b in scope.blocks if b.name == "NODE"]
+    systems = _systems(scope)
     for block in blocks:
         if id(block) not in tables:
-            tables[id(block)] = _node_table(block)
+            tables[id(block)] = _placed(_node_table(block), block, systems[id(block)])
             _list_normals(deck, block, tables[id(block)])
     if not blocks:
         return np.zeros(0, np.int64), np.zeros((0, 3))
@@ -97,15 +99,67 @@ def _shown(xyz: FloatArray) -> str:
     return "(" + ", ".join(f"{x:g}" for x in xyz) + ")"
 
 
-def _node_table(block: Block) -> _Table:
-    system = block.option("SYSTEM", "R")
-    if system != "R":
+@dataclass(frozen=True)
+class _System:
+    """*SYSTEM: x_part = rotation x + origin for the *NODE blocks after it."""
+
+    rotation: FloatArray
+    origin: FloatArray
+
+
+def _systems(scope: Scope) -> dict[int, _System]:
+    """The system in force at each *NODE block, by id of the block."""
+    current = _System(np.eye(3), np.zeros(3))
+    result: dict[int, _System] = {}
+    for block in scope.blocks:
+        if block.name == "SYSTEM":
+            current = _system(block)
+        elif block.name == "NODE":
+            result[id(block)] = current
+    return result
+
+
+def _system(block: Block) -> _System:
+    """Origin and a point on axis 1; a point in the 1-2 plane (without it axis 3 stays global z). No line: global."""
+    rows = list(block.rows())
+    if not rows:
+        return _System(np.eye(3), np.zeros(3))
+    numbers = np.array(floats(*rows[0], "point of the system", 6))
+    origin, first = numbers[:3], numbers[3:] - numbers[:3]
+    where = rows[0][1]
+    second = np.cross([0.0, 0.0, 1.0], first)
+    if len(rows) > 1:
+        second = np.array(floats(*rows[1], "point of the system", 3)) - origin
+    if not first.any():
+        return _System(np.eye(3), origin)
+    frame = LocalSystem("R", first, second, where).axes(np.zeros((1, 3)))[0]
+    return _System(frame.T, origin)
+
+
+def _placed(table: _Table, block: Block, system: _System) -> _Table:
+    """Nodes in Cartesian coordinates of the part.
+
+    SYSTEM=C: r, angle in degrees, z. S: r, angle in the x-y plane, angle up from that plane, in degrees.
+    """
+    kind = block.option("SYSTEM", "R")
+    x = table.coords
+    if kind == "C":
+        angle = np.radians(x[:, 1])
+        x = np.column_stack([x[:, 0] * np.cos(angle), x[:, 0] * np.sin(angle), x[:, 2]])
+    elif kind == "S":
+        angle, up = np.radians(x[:, 1]), np.radians(x[:, 2])
+        flat = x[:, 0] * np.cos(up)
+        x = np.column_stack([flat * np.cos(angle), flat * np.sin(angle), x[:, 0] * np.sin(up)])
+    elif kind != "R":
         raise InputError(
-            f"*NODE, SYSTEM={system}",
-            expected="global Cartesian coordinates (SYSTEM=R)",
-            where=block.where,
-            fix="Write the nodes in Cartesian coordinates.",
+            f"*NODE, SYSTEM={kind}", expected="SYSTEM=R, C or S", where=block.where, fix="Correct the system."
         )
+    if not np.array_equal(system.rotation, np.eye(3)) or system.origin.any():
+        x = x @ system.rotation.T + system.origin
+    return replace(table, coords=x)
+
+
+def _node_table(block: Block) -> _Table:
     fast = label_and_reals(block, 3)
     if fast is not None:
         return _Table(*fast, np.array(block.codes, dtype=np.int64), False)

@@ -34,6 +34,14 @@ class Scope:
 
 
 @dataclass
+class StepBlocks:
+    """*STEP and what stands between it and *END STEP."""
+
+    block: Block
+    blocks: list[Block] = field(default_factory=list)
+
+
+@dataclass
 class Outline:
     """A deck sorted into scopes, instances first, the flat or assembly scope last."""
 
@@ -42,6 +50,9 @@ class Outline:
     step_boundaries: list[Block] = field(default_factory=list)
     """*BOUNDARY blocks of the first step."""
     unread: list[Unread] = field(default_factory=list)
+    steps: list[StepBlocks] = field(default_factory=list)
+    set_aside: list[Block] = field(default_factory=list)
+    """Blocks of the model data that only a deck's own step uses: contact, amplitudes; and those never used."""
 
     def blocks(self, *names: str) -> Iterator[tuple[Scope, Block]]:
         """Blocks of the given keywords, scope by scope, in deck order."""
@@ -123,15 +134,17 @@ class _Sorter:
         known = meaning(block.name)
         if known.role != "read":
             self.result.note(block, known.why, changes=known.role == "changes")
+            self.result.set_aside.append(block)
             return
         self._list_params(block, known.params)
         if known.under:
-            if self.parent is None or self.parent.name != known.under:
+            owners = " or *".join(known.owners)
+            if self.parent is None or self.parent.name not in known.owners:
                 raise InputError(
-                    f"*{block.name} without *{known.under}",
-                    expected=f"*{known.under} before it",
+                    f"*{block.name} without *{owners}",
+                    expected=f"*{owners} before it",
                     where=block.where,
-                    fix=f"Put *{block.name} after its *{known.under}.",
+                    fix=f"Put *{block.name} after its *{owners}.",
                 )
             self.parent.options.append(block)
             return
@@ -147,11 +160,13 @@ class _Sorter:
 
     def _in_step(self, block: Block) -> None:
         self.step_names.append(f"*{block.name}")
+        self.result.steps[-1].blocks.append(block)
         if block.name == "BOUNDARY" and self.n_steps == 1:
             self.result.step_boundaries.append(block)
 
     def begin_step(self, block: Block) -> None:
         self.step, self.step_names, self.n_steps = block, [], self.n_steps + 1
+        self.result.steps.append(StepBlocks(block))
 
     def end_step(self, block: Block) -> None:
         if self.step is None:

@@ -2,30 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
 from creak.arrays import IntArray
 from creak.errors import InputError
+from creak.formats.abaqus.added_mass import with_added_mass
 from creak.formats.abaqus.blocks import make_blocks
 from creak.formats.abaqus.boundary import read_boundaries, read_initial_velocity
-from creak.formats.abaqus.couplings import read_couplings
+from creak.formats.abaqus.couplings import Placement, read_couplings
 from creak.formats.abaqus.elements import read_elements
+from creak.formats.abaqus.joints import joint_constraints
 from creak.formats.abaqus.keywords import meaning
 from creak.formats.abaqus.lexer import Block, lex
 from creak.formats.abaqus.links import read_links
 from creak.formats.abaqus.materials import read_materials
 from creak.formats.abaqus.names import with_short_names
+from creak.formats.abaqus.nodal_thickness import read_nodal_thickness
 from creak.formats.abaqus.nodes import read_nodes
+from creak.formats.abaqus.orientations import read_orientations
 from creak.formats.abaqus.outline import Outline, outline
+from creak.formats.abaqus.own_data import Geometry
 from creak.formats.abaqus.parts import read_parts
 from creak.formats.abaqus.sections import read_sections
 from creak.formats.abaqus.sets import read_sets
+from creak.formats.abaqus.steps import read_run
 from creak.formats.abaqus.surfaces import RawSurface, read_surfaces
 from creak.formats.abaqus.ties import read_ties
+from creak.formats.abaqus.transforms import held_along_axes, note_transformed, read_transforms
 from creak.model.mesh import Model, Surface
+from creak.model.steps import DeckRun
+
+T = TypeVar("T")
 
 
 def read_deck(path: str | Path) -> Model:
@@ -44,6 +55,28 @@ def read_deck(path: str | Path) -> Model:
     ------
     InputError : anything wrong with the deck, with file and line.
     """
+    return _read(path, lambda deck: _model(deck, str(path), own_step=False)[0])
+
+
+def read_deck_run(path: str | Path) -> tuple[Model, DeckRun]:
+    """Read an Abaqus deck for a run of its own *DYNAMIC step (`steps.read_run`).
+
+    `Model.fixed` holds what is held at zero in that step; `Model.unread` lists what of the step is not used.
+
+    Raises
+    ------
+    InputError : anything wrong with the deck, with file and line.
+    """
+
+    def both(deck: Outline) -> tuple[Model, DeckRun]:
+        model, run = _model(deck, str(path), own_step=True)
+        assert run is not None
+        return model, run
+
+    return _read(path, both)
+
+
+def _read(path: str | Path, made: Callable[[Outline], T]) -> T:
     blocks = lex(path)
     if not blocks:
         raise InputError(
@@ -54,7 +87,7 @@ def read_deck(path: str | Path) -> Model:
         )
     try:
         with np.errstate(all="ignore"):
-            return _model(outline(blocks), str(path))
+            return made(outline(blocks))
     except InputError as error:
         fix = f"{error.fix} {_misspelled(blocks)}".strip()
         raise InputError(error.what, expected=error.expected, where=error.where or path, fix=fix) from None
@@ -69,21 +102,33 @@ def _misspelled(blocks: list[Block]) -> str:
     return ""
 
 
-def _model(deck: Outline, source: str) -> Model:
+def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRun | None]:
+    """The model, and the step that is to be run by itself, if any is."""
     nodes, node_names = read_nodes(deck)
     elements, element_names = read_elements(deck, node_names)
     read_sets(deck, elements, node_names, element_names)
     surfaces = read_surfaces(deck, nodes.coords, elements, node_names, element_names)
-    assigned = read_sections(deck, elements, element_names, read_materials(deck))
-    constraints = read_couplings(deck, surfaces, elements, node_names, element_names)
-    constraints += read_links(deck, node_names)
+    place = Placement(
+        nodes.coords, read_orientations(deck, node_names, nodes.coords), read_transforms(deck, node_names, nodes.coords)
+    )
+    thickness = read_nodal_thickness(deck, node_names, nodes.count)
+    geometry = Geometry(nodes.coords, place.orientations, thickness)
+    assigned = read_sections(deck, elements, element_names, read_materials(deck), geometry)
+    assigned = with_added_mass(deck, elements, element_names, assigned, nodes.coords)
+    constraints = read_couplings(deck, surfaces, elements, node_names, element_names, place)
+    constraints += joint_constraints(assigned.connectors, nodes.coords)
+    constraints += read_links(deck, node_names, nodes.coords, place.transforms)
     constraints += read_ties(deck, nodes, elements, assigned, surfaces, node_names)
-    fixed = read_boundaries(deck, node_names)
+    note_transformed(deck, place.transforms, node_names)
+    run = read_run(deck, with_short_names(surfaces), node_names, place.transforms) if own_step else None
+    fixed = read_boundaries(deck, node_names) if run is None else list(run.step.fixed)
+    fixed, skew = held_along_axes(fixed, place.transforms)
+    constraints += skew
     velocity = read_initial_velocity(deck, node_names)
     partition = read_parts(deck, nodes, elements, element_names, constraints)
     made = make_blocks(elements, assigned, partition, nodes.coords)
     sets = {name: made.place[rows] for name, rows in element_names.sets.items()}
-    return Model(
+    model = Model(
         source=source,
         nodes=nodes,
         blocks=made.blocks,
@@ -96,6 +141,7 @@ def _model(deck: Outline, source: str) -> Model:
         initial_velocity=tuple(velocity),
         unread=tuple(deck.unread),
     )
+    return model, run
 
 
 def _surfaces(raw: Mapping[str, RawSurface], place: IntArray) -> dict[str, Surface]:

@@ -2,22 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from creak.arrays import IntArray
+from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 from creak.formats.abaqus.beams import read_beam_general_section, read_beam_section
+from creak.formats.abaqus.connectors import Connectors, read_connectors
 from creak.formats.abaqus.elements import SOLIDS, TYPES, Elements
+from creak.formats.abaqus.joints import Connector
 from creak.formats.abaqus.lexer import Block
-from creak.formats.abaqus.materials import RawMaterial, find_material
+from creak.formats.abaqus.materials import RawMaterial, find_material, find_solid_material
 from creak.formats.abaqus.names import Registry
 from creak.formats.abaqus.numbers import positive
 from creak.formats.abaqus.outline import Outline, Scope
-from creak.formats.abaqus.points import read_dashpot, read_mass, read_rotary_inertia, read_spring
-from creak.model.materials import Section, ShellSection, SolidSection, TrussSection
+from creak.formats.abaqus.own_data import Geometry, constant_frame, own_data
+from creak.formats.abaqus.points import (
+    read_dashpot,
+    read_mass,
+    read_rotary_inertia,
+    read_spring,
+    turned_point,
+    turned_spring,
+)
+from creak.formats.abaqus.shell_sections import read_shell_general_section, read_shell_section
+from creak.model.materials import (
+    AxialSpring,
+    BeamSection,
+    Bushing,
+    NodalMatrices,
+    PointMass,
+    Section,
+    SolidSection,
+    Spring,
+    TrussSection,
+)
+from creak.model.mesh import COMMON, Own
 
 Materials = dict[str, RawMaterial]
 
@@ -29,46 +51,99 @@ class Assigned:
     sections: tuple[Section, ...]
     section_idx: IntArray
     """(n_elem,) rows into `sections`."""
+    own: Mapping[int, Own]
+    """Row into `sections` -> what its elements, in ascending rows of the element table, have of their own."""
+    connectors: tuple[Connector, ...] = ()
+    """Connectors with rigid components."""
+
+    def own_of(self, rows: IntArray) -> Own:
+        """Of elements (ascending rows of the element table) that share one section."""
+        section = int(self.section_idx[rows[0]])
+        if section not in self.own:
+            return COMMON
+        return self.own[section].take(np.searchsorted(np.flatnonzero(self.section_idx == section), rows))
 
 
-def read_sections(deck: Outline, elements: Elements, names: Registry, materials: Materials) -> Assigned:
+def read_sections(
+    deck: Outline, elements: Elements, names: Registry, materials: Materials, geometry: Geometry
+) -> Assigned:
     """Read every section keyword and give each element its section.
 
     Raises
     ------
-    InputError : unknown set or material, bad dimensions, wrong element type, an element with two
+    InputError : unknown set, material or orientation, bad dimensions, wrong element type, an element with two
         sections or none.
     """
     sections: list[Section] = []
+    own: dict[int, Own] = {}
     places: list[str] = []
     section_idx = np.full(elements.ids.size, -1, dtype=np.int64)
     for scope, block in deck.blocks(*_READERS):
         rows = names.find(block.need("ELSET"), scope.name, block.where)
         _check_types(block, rows, elements)
         _check_free(block, rows, section_idx, elements, places)
-        section_idx[rows] = len(sections)
         reader = read_truss_section if _is_truss(block, rows, elements) else _READERS[block.name]
-        sections.append(reader(scope, block, materials))
-        places.append(block.where)
-        _list_directions(deck, scope, block)
+        section = reader(scope, block, materials)
+        frame = constant_frame(deck, scope, block, geometry) if isinstance(section, Spring) else None
+        if isinstance(section, NodalMatrices) or (isinstance(section, PointMass) and block.get("ORIENTATION")):
+            turn = constant_frame(deck, scope, block, geometry)
+            section = section if turn is None else turned_point(section, turn)
+        for some, kind in _kinds(section, np.sort(rows), elements, frame):
+            section_idx[some] = len(sections)
+            mine = own_data(deck, scope, block, kind, elements, some, geometry)
+            if mine is not COMMON:
+                own[len(sections)] = mine
+            sections.append(kind)
+            places.append(block.where)
+    connectors = read_connectors(deck, elements, names, geometry.orientations, geometry.coords)
+    _add_connectors(connectors, elements, section_idx, sections, places, own)
     _check_all(elements, section_idx)
-    return Assigned(tuple(sections), section_idx)
+    return Assigned(tuple(sections), section_idx, own, connectors.rigid)
 
 
-def read_shell_section(scope: Scope, block: Block, materials: Materials) -> Section:
-    """*SHELL SECTION: homogeneous, mid-surface at the nodes, thickness on the data line."""
-    for param in ("COMPOSITE", "OFFSET", "NODAL THICKNESS", "SHELL THICKNESS", "STACK DIRECTION"):
-        value = block.option(param)
-        if block.has(param) and not (param == "OFFSET" and value in ("0", "0.", "0.0", "MID", "MIDDLE")):
+def _kinds(
+    section: Section, rows: IntArray, elements: Elements, frame: FloatArray | None
+) -> list[tuple[IntArray, Section]]:
+    """The section as each type of its elements has it: B33 is rigid in shear, SPRINGA acts along its line."""
+    names = np.array([t.name for t in TYPES])[elements.type_idx[rows]]
+    if isinstance(section, BeamSection):
+        other: Section = replace(section, shear_area1=0.0, shear_area2=0.0)
+        mask = names == "B33"
+    elif isinstance(section, Spring):
+        other = AxialSpring(section.name, section.stiffness, section.damping)
+        mask = np.isin(names, AXIAL)
+        if not section.dof1 and not mask.all():
             raise InputError(
-                f"*SHELL SECTION with {param} is not supported yet",
-                expected="one thickness, reference surface in the middle",
-                where=block.where,
-                fix="Use a homogeneous section without this parameter.",
-            )
-    material = find_material(block.need("MATERIAL"), materials, block.where)
-    fields, where = first_row(block, "the thickness")
-    return ShellSection(block.get("ELSET"), material, positive(fields[0], where, "shell thickness"))
+                f"springs or dashpots of type {names[~mask][0]} without a degree of freedom",
+                expected="a first data line with it", where=elements.where(int(rows[~mask][0])),
+                fix="Only SPRINGA and DASHPOTA have a blank first line.",
+            )  # fmt: skip
+        if frame is not None and not mask.all():
+            n_node = np.array([t.n_nodes for t in TYPES])[elements.type_idx[rows]]
+            pairs: list[tuple[IntArray, Section]] = [(rows[mask], other)]
+            pairs += [(rows[~mask & (n_node == n)], turned_spring(section, frame, n)) for n in (1, 2)]
+            return [(some, kind) for some, kind in pairs if some.size]
+    else:
+        return [(rows, section)]
+    both: list[tuple[IntArray, Section]] = [(rows[~mask], section), (rows[mask], other)]
+    return [(some, kind) for some, kind in both if some.size]
+
+
+def _add_connectors(
+    connectors: Connectors,
+    elements: Elements,
+    section_idx: IntArray,
+    sections: list[Section],
+    places: list[str],
+    own: dict[int, Own],
+) -> None:
+    for made in connectors.sections:
+        _check_free(made.block, made.rows, section_idx, elements, places)
+        section_idx[made.rows] = len(sections)
+        if made.own is not COMMON:
+            own[len(sections)] = made.own
+        sections.append(made.section)
+        places.append(made.block.where)
 
 
 def read_truss_section(scope: Scope, block: Block, materials: Materials) -> Section:
@@ -89,7 +164,7 @@ def read_solid_section(scope: Scope, block: Block, materials: Materials) -> Sect
                 where=block.where,
                 fix="Give every material its elements and a section of its own.",
             )
-    return SolidSection(block.get("ELSET"), find_material(block.need("MATERIAL"), materials, block.where))
+    return SolidSection(block.get("ELSET"), find_solid_material(block.need("MATERIAL"), materials, block.where))
 
 
 def _is_truss(block: Block, rows: IntArray, elements: Elements) -> bool:
@@ -127,8 +202,19 @@ def first_row(block: Block, what: str) -> tuple[list[str], str]:
 
 
 _Reader = Callable[[Scope, Block, Materials], Section]
+AXIAL = ("SPRINGA", "DASHPOTA")
+"""Types that act along the line between their nodes."""
+
+
+def _nothing(scope: Scope, block: Block, materials: Materials) -> Section:
+    """The element of a *DISTRIBUTING COUPLING has neither stiffness nor mass."""
+    return Bushing(block.get("ELSET"), np.zeros((6, 6)), np.zeros((6, 6)))
+
+
 _READERS: dict[str, _Reader] = {
     "SHELL SECTION": read_shell_section,
+    "SHELL GENERAL SECTION": read_shell_general_section,
+    "DISTRIBUTING COUPLING": _nothing,
     "BEAM SECTION": read_beam_section,
     "BEAM GENERAL SECTION": read_beam_general_section,
     "SOLID SECTION": read_solid_section,
@@ -182,13 +268,3 @@ def _check_all(elements: Elements, section_idx: IntArray) -> None:
         where=elements.where(int(without[0])),
         fix=f"Add *{kind.sections[0]} for them.",
     )
-
-
-def _list_directions(deck: Outline, scope: Scope, block: Block) -> None:
-    if scope.rotated and block.name in ("SPRING", "DASHPOT"):
-        deck.note(
-            block,
-            f"creak takes its directions as global, though instance {scope.name!r} is rotated",
-            changes=True,
-            what=f"*{block.name} in a rotated instance",
-        )

@@ -14,7 +14,7 @@ from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.names import Registry, qualified, unique_in_order
 from creak.formats.abaqus.numbers import positive
 from creak.formats.abaqus.outline import Outline, Scope
-from creak.model.solid_faces import FACES, faces_of, free_faces
+from creak.model.solid_faces import FACES, PER_FACE, faces_of, free_faces
 
 _SIDES = {"": 0, "SPOS": 1, "SNEG": -1, "POS": 1, "NEG": -1, "S1": -1, "S2": 1}
 _EDGES = {"E1": 0, "E2": 1, "E3": 2, "E4": 3}
@@ -172,7 +172,8 @@ def _faces(rows: IntArray, label: str, where: str, elements: Elements) -> IntArr
             where=where,
             fix="Correct the face.",
         )
-    n_faces = np.array([len(FACES.get(t.kind, ())) for t in TYPES])[elements.type_idx[rows]]
+    per_face = np.array([PER_FACE.get(t.kind, 1) for t in TYPES])[elements.type_idx[rows]]
+    n_faces = np.array([len(FACES.get(t.kind, ())) for t in TYPES])[elements.type_idx[rows]] // per_face
     if _FACES[label] > n_faces.min():
         row = int(rows[int(np.argmin(n_faces))])
         raise InputError(
@@ -180,7 +181,9 @@ def _faces(rows: IntArray, label: str, where: str, elements: Elements) -> IntArr
             where=where,
             fix="Correct the face.",
         )
-    return np.column_stack([rows, np.full(rows.size, _FACES[label])]).astype(np.int64)
+    first = (_FACES[label] - 1) * per_face + 1
+    number = np.concatenate([np.arange(f, f + k) for f, k in zip(first, per_face, strict=True)])
+    return np.column_stack([np.repeat(rows, per_face), number]).astype(np.int64)
 
 
 def _free(rows: IntArray, elements: Elements) -> IntArray:

@@ -17,7 +17,7 @@ from creak.formats.abaqus.outline import Outline, Scope
 from creak.formats.abaqus.sections import Assigned
 from creak.formats.abaqus.surfaces import RawSurface
 from creak.model.constraints import Tie
-from creak.model.materials import ShellSection
+from creak.model.materials import GeneralShell, Section, ShellSection
 from creak.model.mesh import Nodes
 from creak.model.projection import SAME, Nearest, nearest_points
 
@@ -192,8 +192,15 @@ def _main_surface(surface: RawSurface, source: _Source, where: str) -> MainSurfa
 
 
 def _thickness(element_rows: IntArray, assigned: Assigned) -> FloatArray:
-    of = np.array([s.thickness if isinstance(s, ShellSection) else 0.0 for s in assigned.sections])
+    of = np.array([_reach(s) for s in assigned.sections])
     return np.asarray(of[assigned.section_idx[element_rows]], dtype=np.float64)
+
+
+def _reach(section: Section) -> float:
+    """Thickness of a shell, and twice the offset of its middle from the nodes."""
+    if isinstance(section, GeneralShell):
+        return section.thickness + 2.0 * abs(section.offset)
+    return section.thickness if isinstance(section, ShellSection) else 0.0
 
 
 def _half_thickness(rows: IntArray, surface: RawSurface, source: _Source) -> FloatArray:

@@ -1,0 +1,147 @@
+"""`creak sweep`: many cases of one study."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+from rich.text import Text
+
+from creak.cli.output import writable_folder
+from creak.errors import InputError, NumericalError
+
+if TYPE_CHECKING:
+    from creak.studies.run import StudyResult
+    from creak.studies.sweep_case import Outcome
+    from creak.studies.sweep_cases import Case
+    from creak.studies.sweep_table import Row
+
+
+def sweep(
+    sweep_file: Path = typer.Argument(..., metavar="SWEEP.toml", help="Base study, grid of changes, seeds."),
+    out: Path | None = typer.Option(
+        None, "--out", help="Folder for the results; default: <sweep file>_sweep beside the sweep file."
+    ),
+    workers: int | None = typer.Option(
+        None, "--workers", min=1, help="Worker processes on this machine; default: one per core. They share the cores."
+    ),
+    scheduler: str | None = typer.Option(
+        None, "--scheduler", metavar="ADDRESS", help="Run on the cluster of this dask scheduler instead."
+    ),
+    dry_run: bool = typer.Option(False, "--dry-run", help="List the cases, run nothing."),
+    reports: bool = typer.Option(True, "--reports/--no-reports", help="Write report.html of every case."),
+    quiet: bool = typer.Option(False, "--quiet", help="No progress, no table."),
+    ignore: list[str] = typer.Option([], "--ignore", help="Keyword of the deck that may go unread."),
+) -> None:
+    """Run every case of a sweep: a folder each, all figures in sweep.csv and sweep.h5.
+
+    A case that has its result is not run again: after a stop the same command goes on.
+    """
+    from creak.studies.sweep import finished
+    from creak.studies.sweep_cases import resolve
+    from creak.studies.sweep_cluster import need_distributed
+    from creak.studies.sweep_file import read_sweep
+
+    if workers is not None and scheduler is not None:
+        raise InputError("--workers and --scheduler exclude each other", fix="A cluster has its own workers.")
+    read = read_sweep(sweep_file)
+    folder = out if out is not None else sweep_file.parent / f"{sweep_file.stem}_sweep"
+    writable_folder(folder)
+    cases = resolve(read, folder)
+    console = Console(quiet=quiet, highlight=False, soft_wrap=True)
+    if dry_run:
+        known = finished(cases, folder, rename=False)
+        _list(console, cases, known)
+        return
+    need_distributed()
+    folder.mkdir(parents=True, exist_ok=True)
+    known = finished(cases, folder)
+    with _Drawn(quiet, len(cases), len(known)) as progress:
+        try:
+            rows = _rows(read, cases, folder, known, progress, workers, scheduler, ignore, reports)
+        except KeyboardInterrupt:
+            raise NumericalError(
+                f"stopped with {progress.done} of {len(cases)} cases finished; the same command goes on from there"
+            ) from None
+    _finish(console, rows, folder, len(known))
+
+
+def _rows(
+    read: Any, cases: Sequence[Case], folder: Path, known: dict[str, Outcome], progress: Any, workers: int | None,
+    scheduler: str | None, ignore: Sequence[str], reports: bool,
+) -> list[Row]:  # fmt: skip
+    from creak.studies.sweep import process_alive, run_sweep, tasks_of
+    from creak.studies.sweep_case import remove_partials
+    from creak.studies.sweep_cluster import cores, local_workers, running_cluster
+    from creak.studies.sweep_table import Row, write_table
+
+    remove_partials(folder, process_alive)
+    tasks = tasks_of(cases, folder, ignore, write_case_report if reports else None)
+    left = len(cases) - len(known)
+    if not left:
+        rows = [Row(c, known[c.name]) for c in cases]
+        write_table(read, rows, folder)
+        return rows
+    count = min(workers or cores(), left)
+    with running_cluster(scheduler) if scheduler is not None else local_workers(count) as client:
+        return run_sweep(read, cases, folder, client, tasks, known, progress)
+
+
+def write_case_report(result: StudyResult, summary: dict[str, Any], folder: Path) -> None:
+    """report.html of a case; called in the workers."""
+    from creak.report.html import write_report
+
+    write_report(result, summary, folder / "report.html")
+
+
+def _list(console: Console, cases: Sequence[Case], known: dict[str, Outcome]) -> None:
+    table = Table(title=f"{len(cases)} cases, {len(known)} of them finished", title_justify="left")
+    for head in ("case", ""):
+        table.add_column(head, overflow="fold")
+    for case in cases:
+        table.add_row(Text(case.name), "finished" if case.name in known else "to run")
+    console.print(table)
+
+
+def _finish(console: Console, rows: Sequence[Row], folder: Path, known: int) -> None:
+    from creak.studies.sweep_case import DONE
+
+    failed = [r for r in rows if r.outcome.status != DONE]
+    console.print(f"{len(rows) - len(failed)} of {len(rows)} cases have results, {known} from before")
+    for name in ("sweep.csv", "sweep.h5"):
+        console.print(f"wrote {folder / name}", markup=False)
+    if failed:
+        lines = [f"  {r.case.name}: {r.outcome.error}" for r in failed]
+        raise NumericalError("\n".join([f"{len(failed)} of {len(rows)} cases failed", *lines]))
+
+
+class _Drawn:
+    """A bar on a terminal, a line for each case that ends; silent when asked."""
+
+    def __init__(self, quiet: bool, total: int, done: int) -> None:
+        self._console = Console(stderr=True, highlight=False, soft_wrap=True, quiet=quiet)
+        self._bar = Progress(
+            TextColumn("{task.description}"), BarColumn(bar_width=28), MofNCompleteColumn(), TimeElapsedColumn(),
+            console=self._console, disable=quiet or not self._console.is_terminal,
+        )  # fmt: skip
+        self._task = self._bar.add_task("cases", total=total, completed=done)
+        self.done = done
+
+    def __enter__(self) -> _Drawn:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.stop()
+
+    def __call__(self, row: Row, done: int, total: int) -> None:
+        seconds, error = row.outcome.record.get("case_wall_s", 0.0), row.outcome.error
+        self.done += not error
+        text = f"{done}/{total} {row.case.name}: {row.outcome.status}, {seconds:.1f} s"
+        self._console.print(f"{text}: {error}" if error else text, markup=False)
+        self._bar.update(self._task, completed=done)

@@ -1,0 +1,88 @@
+"""The mass of a block's elements: consistent, lumped, or with linear shape functions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.elements import beam2, quad4_geometry
+from creak.elements.geometry import gauss_square
+from creak.elements.lumping import lumped
+from creak.elements.registry import FORMULATIONS
+from creak.elements.shell_rigidity import areal_mass
+from creak.model.materials import BeamSection, GeneralShell, ShellSection, Structural, TrussSection
+from creak.model.mesh import ElementBlock, Own
+
+
+def mass_matrices(block: ElementBlock, x: FloatArray, own: Own, form: str) -> FloatArray:
+    """Mass (n, d, d) of elements with corners x (n, n_node, 3).
+
+    * consistent: the element's own;
+    * lumped: on the translations of the nodes, see `lumped`, and the inertia of beams about their axis;
+    * linear: translations only, with linear shape functions. Of bars the mean of lumped and linear along the axis,
+      (5, 1; 1, 5) m/12, and cubic across it; solids as consistent. This is the coupled mass of Nastran.
+
+    Discrete elements are as they are.
+    """
+    consistent = FORMULATIONS[block.kind].mass
+    if form == "consistent" or not isinstance(block.section, Structural):
+        return consistent(x, block.section, own)
+    if form == "lumped":
+        matrix = lumped(consistent(x, block.section, own))
+        return matrix + _lumped_twist(x, block.section) if isinstance(block.section, BeamSection) else matrix
+    if isinstance(block.section, ShellSection | GeneralShell):
+        return linear_shell_mass(x, block.section, own)
+    if isinstance(block.section, BeamSection):
+        return _bar_mass(x, block.section, own)
+    matrix = consistent(x, block.section, own)
+    return 0.5 * (matrix + lumped(matrix)) if isinstance(block.section, TrussSection) else matrix
+
+
+def linear_shell_mass(x: FloatArray, section: ShellSection | GeneralShell, own: Own) -> FloatArray:
+    """integral of m h_i h_j on the three translations of triangles or quadrilaterals."""
+    n, k, _ = x.shape
+    if k == 3:
+        shapes = np.array([[4.0, 1.0, 1.0], [1.0, 4.0, 1.0], [1.0, 1.0, 4.0]]) / 6.0
+        area = np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1)
+        weights = np.repeat(area[:, None] / 6.0, 3, axis=1)
+    else:
+        points, share = gauss_square(2)
+        shapes = quad4_geometry.shape(points)
+        along_r, along_s = quad4_geometry.tangents(x, points)
+        weights = np.linalg.norm(np.cross(along_r, along_s), axis=2) * share
+    if own.thickness is not None:
+        weights = weights * (own.thickness @ shapes.T)
+    products = areal_mass(section)[0] * np.einsum("ng,gi,gj->nij", weights, shapes, shapes, optimize=True)
+    out = np.zeros((n, k, 6, k, 6))
+    for dof in range(3):
+        out[:, :, dof, :, dof] = products
+    return out.reshape(n, 6 * k, 6 * k)
+
+
+def _bar_mass(x: FloatArray, section: BeamSection, own: Own) -> FloatArray:
+    """The Euler-Bernoulli mass with (5, 1; 1, 5)/12 instead of (4, 2; 2, 4)/12 along the axis."""
+    plain = replace(section, shear_area1=0.0, shear_area2=0.0)
+    matrix = beam2.mass(x, plain, own).reshape(-1, 2, 6, 2, 6)
+    along = _along(x)
+    line_mass = section.material.density * section.area + section.line_mass
+    sway = np.array([[1.0, -1.0], [-1.0, 1.0]]) / 12.0 * line_mass
+    for i in range(2):
+        for j in range(2):
+            matrix[:, i, :3, j, :3] += sway[i, j] * along
+    return matrix.reshape(-1, 12, 12)
+
+
+def _lumped_twist(x: FloatArray, section: BeamSection) -> FloatArray:
+    """Half of the inertia about the axis at each end."""
+    out = np.zeros((x.shape[0], 2, 6, 2, 6))
+    for i in range(2):
+        out[:, i, 3:, i, 3:] = 0.5 * section.polar_inertia * _along(x)
+    return out.reshape(-1, 12, 12)
+
+
+def _along(x: FloatArray) -> FloatArray:
+    """L t t' (n, 3, 3) of bars of length L along t."""
+    line = x[:, 1] - x[:, 0]
+    return np.asarray(np.einsum("ni,nj->nij", line, line) / np.linalg.norm(line, axis=1)[:, None, None])

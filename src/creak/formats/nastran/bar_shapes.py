@@ -1,0 +1,131 @@
+"""PBARL and PBEAML: cross-sections by their dimensions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.errors import InputError
+from creak.formats.nastran.bulk_data import Card
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A cross-section about its centroid; axis y is plane 1 (the orientation vector), z plane 2."""
+
+    area: float
+    i1: float
+    """integral of y^2: bending in plane 1."""
+    i2: float
+    torsion: float
+    k1: float = 0.0
+    """Shear factor in plane 1; 0: rigid."""
+    k2: float = 0.0
+    radius: float = 0.0
+    i12: float = 0.0
+
+
+def _box_shape(width: float, height: float, flange: float, web: float) -> Shape:
+    """Closed box: width along z, height along y; torsion by Bredt."""
+    inner_w, inner_h = width - 2.0 * web, height - 2.0 * flange
+    mean = (width - web) * (height - flange)
+    around = 2.0 * ((width - web) / flange + (height - flange) / web)
+    return Shape(
+        width * height - inner_w * inner_h, (width * height**3 - inner_w * inner_h**3) / 12.0,
+        (height * width**3 - inner_h * inner_w**3) / 12.0, 4.0 * mean**2 / around, radius=0.5 * min(width, height),
+    )  # fmt: skip
+
+
+def rectangle(width: float, height: float) -> Shape:
+    """Width along z (plane 2), height along y; torsion by Roark's series, shear factor 5/6."""
+    a, b = max(width, height), min(width, height)
+    torsion = a * b**3 * (1.0 / 3.0 - 0.21 * b / a * (1.0 - b**4 / (12.0 * a**4)))
+    return Shape(width * height, width * height**3 / 12.0, height * width**3 / 12.0, torsion, 5.0 / 6.0, 5.0 / 6.0,
+                 0.5 * b)  # fmt: skip
+
+
+def _thin(rectangles: list[tuple[float, float, float, float]]) -> Shape:
+    """Open section of rectangles (y, z of the centre, height along y, width along z); torsion sum of l t^3/3."""
+    r = np.array(rectangles)
+    area = r[:, 2] * r[:, 3]
+    y, z = r[:, 0] - area @ r[:, 0] / area.sum(), r[:, 1] - area @ r[:, 1] / area.sum()
+    i1 = float(area @ (y**2 + r[:, 2] ** 2 / 12.0))
+    i2 = float(area @ (z**2 + r[:, 3] ** 2 / 12.0))
+    long, short = np.maximum(r[:, 2], r[:, 3]), np.minimum(r[:, 2], r[:, 3])
+    torsion = float((long * short**3).sum()) / 3.0
+    return Shape(float(area.sum()), i1, i2, torsion, radius=0.5 * float(short.max()), i12=float(area @ (y * z)))
+
+
+def _rod(r: float) -> Shape:
+    quarter = math.pi * r**4 / 4.0
+    return Shape(math.pi * r * r, quarter, quarter, 2.0 * quarter, 0.9, 0.9, r)
+
+
+def _tube(outer: float, inner: float) -> Shape:
+    quarter = math.pi * (outer**4 - inner**4) / 4.0
+    return Shape(math.pi * (outer**2 - inner**2), quarter, quarter, 2.0 * quarter, 0.5, 0.5, outer)
+
+
+def _i(h: float, a: float, b: float, tw: float, ta: float, tb: float) -> Shape:
+    """Height, bottom and top flange widths, web, bottom and top flange thickness."""
+    web = h - ta - tb
+    return _thin([(0.5 * ta, 0.0, ta, a), (ta + 0.5 * web, 0.0, web, tw), (h - 0.5 * tb, 0.0, tb, b)])
+
+
+def _i1(flange: float, web: float, inner: float, height: float) -> Shape:
+    """DIM1 both flange overhangs together, DIM2 web, DIM3 height between the flanges, DIM4 total height."""
+    t = 0.5 * (height - inner)
+    return _i(height, flange + web, flange + web, web, t, t)
+
+
+def _channel(width: float, height: float, web: float, flange: float) -> Shape:
+    """CHAN: flange width, height, web and flange thickness; the web along y."""
+    mid = height - 2.0 * flange
+    return _thin([
+        (0.5 * flange, 0.5 * width, flange, width), (0.5 * height, 0.5 * web, mid, web),
+        (height - 0.5 * flange, 0.5 * width, flange, width),
+    ])  # fmt: skip
+
+
+def _tee(width: float, height: float, flange: float, web: float) -> Shape:
+    stem = height - flange
+    return _thin([(0.5 * stem, 0.0, stem, web), (height - 0.5 * flange, 0.0, flange, width)])
+
+
+def _angle(width: float, height: float, flange: float, web: float) -> Shape:
+    """L: horizontal leg along z, vertical along y, their thicknesses."""
+    return _thin([(0.5 * flange, 0.5 * width, flange, width),
+                  (flange + 0.5 * (height - flange), 0.5 * web, height - flange, web)])  # fmt: skip
+
+
+SHAPES: dict[str, tuple[int, Callable[..., Shape]]] = {
+    "ROD": (1, _rod), "TUBE": (2, _tube), "BAR": (2, rectangle), "BOX": (4, _box_shape),
+    "I": (6, _i), "I1": (4, _i1), "T": (4, _tee), "CHAN": (4, _channel), "L": (4, _angle),
+}  # fmt: skip
+"""Number of dimensions and the section of each type."""
+OFF_CENTRE = {"T", "CHAN", "L"}
+"""The shear centre is not the centroid; where Nastran puts it is not followed for bars, which have none."""
+
+
+def read_shape(card: Card, first: int) -> tuple[Shape, float]:
+    """The section of a PBARL or PBEAML card whose type stands in field 3, and the non-structural mass after it.
+
+    Raises
+    ------
+    InputError : an unknown type, a dimension that is missing or not positive.
+    """
+    kind = card.text(3).upper()
+    if kind not in SHAPES:
+        raise card.wrong(3, f"one of {', '.join(SHAPES)}", "Give the area and the moments on PBAR or PBEAM.")
+    n, make = SHAPES[kind]
+    dims = [card.real(first + i) for i in range(n)]
+    if any(not d > 0.0 for d in dims[: 1 if kind == "TUBE" else n]):
+        raise InputError(f"{card.name} {card.text(0)} has dimensions {dims}", where=card.where, expected="> 0")
+    shape = make(*dims)
+    if not (shape.area > 0.0 and shape.i1 > 0.0 and shape.i2 > 0.0 and shape.torsion > 0.0):
+        raise InputError(f"{card.name} {card.text(0)}: dimensions {dims} make no {kind}", where=card.where,
+                         expected="walls thinner than the section")  # fmt: skip
+    return shape, card.real(first + n, 0.0)

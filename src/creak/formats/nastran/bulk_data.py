@@ -1,0 +1,184 @@
+"""Cards of Nastran bulk data in small, large and free field."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from creak.errors import InputError
+from creak.formats.matrices.checks import number, read_text
+
+_INTEGER = re.compile(r"[+-]?\d+")
+_BEGIN_BULK = re.compile(r"\s*BEGIN\s+BULK\b", re.I)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a file."""
+
+    text: str
+    where: str
+    """File and line."""
+
+
+@dataclass(frozen=True)
+class Card:
+    """One bulk data entry with its continuations."""
+
+    name: str
+    fields: tuple[str, ...]
+    """Data fields from the second on, eight per small and four per large line, blank where not given."""
+    where: str
+    """File and line, for messages."""
+    continued: tuple[tuple[int, str], ...] = ()
+    """First data field and place of each continuation line."""
+
+    def text(self, i: int) -> str:
+        return self.fields[i] if i < len(self.fields) else ""
+
+    def place(self, i: int) -> str:
+        """File and line of field i."""
+        return next((where for first, where in reversed(self.continued) if i >= first), self.where)
+
+    def wrong(self, i: int, expected: str, fix: str = "") -> InputError:
+        """The error for field i; fields are counted as Nastran does, ten to a line with name and continuation."""
+        return InputError(f"field {2 + i + 2 * (i // 8)} of {self.name} is {self.text(i)!r}", where=self.place(i),
+                          expected=expected, fix=fix)  # fmt: skip
+
+    def integer(self, i: int, default: int | None = None) -> int:
+        """Field i (from 0) as an integer; the default where it is blank."""
+        text = self.text(i)
+        if not text and default is not None:
+            return default
+        if not _INTEGER.fullmatch(text):
+            raise self.wrong(i, "an integer")
+        return int(text)
+
+    def real(self, i: int, default: float | None = None) -> float:
+        """Field i (from 0) as a real number, also in Nastran's short form 1.-3; the default where it is blank."""
+        text = self.text(i)
+        if not text and default is not None:
+            return default
+        try:
+            value = math.nan if "_" in text else number(text)
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            raise self.wrong(i, "a real number")
+        return value
+
+    def is_integer(self, i: int) -> bool:
+        """Does field i hold an integer (a real number has a point)?"""
+        return _INTEGER.fullmatch(self.text(i)) is not None
+
+    def components(self, i: int, default: str | None = None) -> tuple[int, ...]:
+        """Field i as dofs: digits 1 to 6, each once; a blank or 0 without default is none."""
+        text = self.text(i) or (default or "")
+        if text.strip("0") and not re.fullmatch("[1-6]+", text):
+            raise self.wrong(i, "dofs, digits 1 to 6")
+        return tuple(sorted({int(c) for c in text} - {0}))
+
+
+def read_cards(path: Path) -> list[Card]:
+    """All cards of a bulk data file (.asm, .pch, .bdf); what stands before BEGIN BULK is skipped.
+
+    INCLUDE files are not followed.
+    """
+    lines = read_text(path).splitlines()
+    begin = next((i for i, line in enumerate(lines, start=1) if _BEGIN_BULK.match(line)), 0)
+    return cards_of(Line(text, f"{path}:{i}") for i, text in enumerate(lines[begin:], start=begin + 1))
+
+
+def cards_of(lines: Iterable[Line]) -> list[Card]:
+    """The cards of bulk data lines; comments ($) and blank lines are skipped.
+
+    Raises
+    ------
+    InputError : a free-field line with too many fields, continuations that are not in order.
+    """
+    found: list[_Open] = []
+    for line in lines:
+        text = line.text.split("$")[0].expandtabs(8).rstrip()
+        if not text:
+            continue
+        head, fields, tail = _split(text, line.where)
+        if head and head[0] not in "+*":
+            found.append(_Open(head.rstrip("*").strip().upper(), fields, line.where, [], tail))
+        elif found:
+            found[-1].extend(head, fields, tail, line.where)
+    return [Card(o.name, tuple(o.fields), o.where, tuple(o.continued)) for o in found]
+
+
+@dataclass
+class _Open:
+    """A card that may go on."""
+
+    name: str
+    fields: list[str]
+    where: str
+    continued: list[tuple[int, str]]
+    tail: str
+    """Field 10 of the last line: the name of the line that follows."""
+
+    def extend(self, head: str, fields: list[str], tail: str, where: str) -> None:
+        asked, own = self.tail.lstrip("+*").strip(), head.lstrip("+*").strip()
+        if asked and own and asked != own:
+            raise InputError(
+                f"continuation {own!r} follows a line of {self.name} that asks for {asked!r}", where=where,
+                expected="each continuation right after its line", fix="Sort the lines of the card.",
+            )  # fmt: skip
+        self.continued.append((len(self.fields), where))
+        self.fields.extend(fields)
+        self.tail = tail
+
+
+def _split(line: str, where: str) -> tuple[str, list[str], str]:
+    """First field, the data fields and the continuation field of one line."""
+    if "," in line:
+        head, *items = (item.strip() for item in line.split(","))
+        count = 4 if "*" in head else 8
+        tail = items[count] if len(items) > count else ""
+        if any(items[count + 1 :]):
+            raise InputError(f"the line has {len(items) + 1} fields", where=where, expected=f"at most {count + 2}",
+                             fix="Go on in a continuation line.")  # fmt: skip
+    else:
+        head = line[:8].strip()
+        width = 16 if "*" in head else 8
+        count = 64 // width
+        items = [line[i : i + width].strip() for i in range(8, 72, width)]
+        tail = line[72:80].strip()
+    return head, (items[:count] + [""] * count)[:count], tail
+
+
+def id_list(card: Card, start: int = 0) -> Iterator[int]:
+    """Ids of a list with THRU (and BY), from field `start` on."""
+    fields = [text.upper() for text in card.fields[start:]]
+    i = 0
+    while i < len(fields):
+        if not fields[i]:
+            i += 1
+        elif i + 2 < len(fields) and fields[i + 1] == "THRU":
+            by = i + 4 < len(fields) and fields[i + 3] == "BY"
+            step = card.integer(start + i + 4) if by else 1
+            yield from range(card.integer(start + i), card.integer(start + i + 2) + 1, max(step, 1))
+            i += 5 if by else 3
+        else:
+            yield card.integer(start + i)
+            i += 1
+
+
+def free_card(name: str, fields: Iterable[object], per_line: int = 8) -> str:
+    """A free-field card; with per_line = 4 in large field, whose numbers keep their digits."""
+    items = ["" if f is None else str(f) for f in fields]
+    star = "*" if per_line == 4 else ""
+    lines = [",".join([star if i else name + star, *items[i : i + per_line]]) for i in range(0, len(items), per_line)]
+    return "\n".join(lines) + "\n"
+
+
+def real(value: float) -> str:
+    """Shortest decimal that reads back exactly, with Nastran's double precision exponent."""
+    text = repr(float(value)).upper().replace("E", "D")
+    return text if "." in text or "D" in text else f"{text}."

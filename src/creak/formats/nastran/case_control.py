@@ -1,0 +1,127 @@
+"""Executive and case control: which constraint sets the first subcase takes, and the sets it names."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from creak.errors import InputError
+from creak.formats.nastran.bulk_data import Line
+from creak.model.mesh import Unread
+
+_COMMAND = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)\s*(\([^)]*\))?\s*(?:=\s*|\s+|$)(.*)")
+_CHANGES = {
+    "K2GG", "M2GG", "B2GG", "K42GG", "K2PP", "M2PP", "B2PP", "TFL", "NSM", "DEFORM", "AXISYMMETRIC", "SUPORT1",
+    "BOLTLD", "STATSUB", "PRELOAD", "RIGID", "NLPARM", "TSTRU",
+}  # fmt: skip
+"""Commands that change the structure and that creak does not follow."""
+
+
+@dataclass(frozen=True)
+class CaseControl:
+    """What of the first subcase (and above it) bears on the model."""
+
+    solution: str = ""
+    spc: int = 0
+    mpc: int = 0
+    initial: int = 0
+    """IC: the set of TIC cards."""
+    sets: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    """SET commands with ids."""
+    unread: tuple[Unread, ...] = ()
+    given: bool = False
+    """Whether there is a case control section."""
+    where: str = ""
+
+
+def read_case_control(executive: list[Line], case: list[Line]) -> CaseControl:
+    """SPC, MPC, IC and SET of the first subcase; the rest is listed.
+
+    Raises
+    ------
+    InputError : SPC, MPC or IC is not a number.
+    """
+    commands, unread = _first_subcase(case)
+    ids = {key: _identifier(commands, key) for key in ("SPC", "MPC", "IC")}
+    sets = {number: _ids(text) for number, text in _sets(case).items()}
+    unread += [Unread(key, line.where, True, "creak does not follow this case control command")
+               for key, (_, line) in commands.items() if key in _CHANGES]  # fmt: skip
+    rest = [key for key in commands if key not in _CHANGES | {"SPC", "MPC", "IC", "SET"}]
+    if rest:
+        why = f"the study file defines loads, analysis and output ({', '.join(rest)})"
+        unread.append(Unread("case control", commands[rest[0]][1].where, False, why))
+    unread += [Unread(line.text.split()[0].upper(), line.where, True, "creak does not run DMAP")
+               for line in executive if re.match(r"\s*(ALTER|COMPILE|MALTER)\b", line.text, re.I)]  # fmt: skip
+    return CaseControl(_solution(executive), ids["SPC"], ids["MPC"], ids["IC"], sets, tuple(unread),
+                       bool(case or executive), (case or executive)[0].where if case or executive else "")  # fmt: skip
+
+
+def _solution(executive: list[Line]) -> str:
+    found = (re.match(r"\s*SOL\s+(\w+)", line.text, re.I) for line in executive)
+    return next((m.group(1).upper() for m in found if m), "")
+
+
+def _first_subcase(case: list[Line]) -> tuple[dict[str, tuple[str, Line]], list[Unread]]:
+    """Commands above the subcases and of the first one; the other subcases as unread."""
+    commands: dict[str, tuple[str, Line]] = {}
+    unread: list[Unread] = []
+    n_subcase, go_on = 0, False
+    for line in case:
+        text = line.text.split("$")[0].rstrip()
+        found = None if go_on else _COMMAND.match(text)
+        go_on = text.endswith(",")
+        if not found:
+            continue
+        key, value = _key(found.group(1)), found.group(3).strip()
+        if key in ("SUBCASE", "SUBCOM", "SYM", "REPCASE"):
+            n_subcase += 1
+            if n_subcase > 1:
+                unread.append(Unread(f"{key} {value}", line.where, False, "creak takes the first subcase"))
+        elif n_subcase <= 1:
+            commands[key] = (value, line)
+    return commands, unread
+
+
+def _key(word: str) -> str:
+    """Full name of a command that may be cut to four letters."""
+    word = word.upper()
+    full = {"SUBC": "SUBCASE", "METH": "METHOD", "DISP": "DISPLACEMENT", "TEMP": "TEMPERATURE"}
+    return full.get(word, word)
+
+
+def _identifier(commands: dict[str, tuple[str, Line]], key: str) -> int:
+    if key not in commands:
+        return 0
+    value, line = commands[key]
+    if not value.isdigit():
+        raise InputError(f"{key} = {value!r}", where=line.where, expected="the number of a set")
+    return int(value)
+
+
+def _sets(case: list[Line]) -> dict[int, str]:
+    found: dict[int, str] = {}
+    number = -1
+    for line in case:
+        text = line.text.split("$")[0].strip()
+        start = re.match(r"SET\s+(\d+)\s*=\s*(.*)", text, re.I)
+        if start:
+            number, text = int(start.group(1)), start.group(2)
+            found[number] = ""
+        if number >= 0:
+            found[number] += " " + text
+        if not text.endswith(","):
+            number = -1
+    return found
+
+
+def _ids(text: str) -> tuple[int, ...]:
+    """Ids of `1, 5, 10 THRU 20 EXCEPT 15`; empty for ALL, NONE and lists of something else."""
+    ids: list[int] = []
+    for piece in text.upper().split(","):
+        many = re.fullmatch(r"\s*(\d+)\s+THRU\s+(\d+)((?:\s+EXCEPT)?[\s\d]*)", piece)
+        if many:
+            left_out = {int(i) for i in re.findall(r"\d+", many.group(3))}
+            ids += [i for i in range(int(many.group(1)), int(many.group(2)) + 1) if i not in left_out]
+        elif re.fullmatch(r"\s*\d+\s*", piece):
+            ids.append(int(piece))
+    return tuple(dict.fromkeys(ids))

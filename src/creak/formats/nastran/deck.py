@@ -1,0 +1,159 @@
+"""What the readers of single cards share: the cards by name, points, parameters, and the list of what was not used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.errors import InputError
+from creak.formats.nastran.bulk_data import Card
+from creak.formats.nastran.case_control import CaseControl
+from creak.formats.nastran.coordinate_systems import BASIC, CoordinateSystem
+from creak.formats.nastran.grids import Grids
+from creak.model.materials import Section
+from creak.model.mesh import Unread
+
+
+@dataclass
+class Group:
+    """Elements of one kind and one section."""
+
+    kind: str
+    section: Section
+    ids: list[int] = field(default_factory=list)
+    nodes: list[list[int]] = field(default_factory=list)
+    where: str = ""
+    own: dict[str, list[FloatArray]] = field(default_factory=dict)
+    """axis1, axis2, thickness, arms: one entry for each element, or none at all."""
+
+
+@dataclass
+class Deck:
+    """The deck while it is read."""
+
+    by_name: dict[str, list[Card]]
+    case: CaseControl
+    systems: dict[int, CoordinateSystem]
+    grids: Grids
+    params: dict[str, Card]
+    unread: list[Unread] = field(default_factory=list)
+    groups: dict[tuple[object, ...], Group] = field(default_factory=dict)
+    """By a key that tells sections apart."""
+    element_at: dict[int, str] = field(default_factory=dict)
+    """Element id -> file and line."""
+    property_of: dict[int, int] = field(default_factory=dict)
+    """Element id -> property id, of elements that have one."""
+
+    def cards(self, *names: str) -> Iterator[Card]:
+        for name in names:
+            yield from self.by_name.get(name, [])
+
+    def note(self, card: Card, why: str, *, changes: bool, what: str = "") -> None:
+        """List something that creak does not use."""
+        entry = Unread(what or card.name, card.where, changes, why)
+        if not any(u.keyword == entry.keyword and u.why == why for u in self.unread):
+            self.unread.append(entry)
+
+    def param(self, name: str, default: float) -> float:
+        card = self.params.get(name)
+        return default if card is None else card.real(1)
+
+    @property
+    def mass_factor(self) -> float:
+        """PARAM,WTMASS: weight to mass."""
+        return self.param("WTMASS", 1.0)
+
+    def system(self, identifier: int, card: Card) -> CoordinateSystem:
+        """A coordinate system that a card uses.
+
+        Raises
+        ------
+        InputError : it is not defined.
+        """
+        if identifier == 0:
+            return BASIC
+        if identifier not in self.systems:
+            raise InputError(f"{card.name} {card.text(0)} uses coordinate system {identifier}, which is not defined",
+                             where=card.where, fix="Add its CORD card.")  # fmt: skip
+        return self.systems[identifier]
+
+    def new_element(self, card: Card, pid: int | None = None) -> int:
+        """Id of an element, checked to be new.
+
+        Raises
+        ------
+        InputError : another element has this id.
+        """
+        identifier = card.integer(0)
+        if identifier in self.element_at:
+            raise InputError(f"element {identifier} ({card.name}) is defined twice, first at "
+                             f"{self.element_at[identifier]}", where=card.where,
+                             fix="Give one of them another id.")  # fmt: skip
+        self.element_at[identifier] = card.where
+        if pid is not None:
+            self.property_of[identifier] = pid
+        return identifier
+
+    def nodes(self, card: Card, fields: range | tuple[int, ...]) -> list[int]:
+        """Rows of the grids in these fields.
+
+        Raises
+        ------
+        InputError : one is missing, not defined, a scalar point, or there twice.
+        """
+        rows = [self.grids.row(card.integer(i), card) for i in fields]
+        for i, row in zip(fields, rows, strict=True):
+            if row in self.grids.scalar:
+                raise InputError(f"{card.name} {card.text(0)} uses scalar point {card.text(i)}", where=card.where,
+                                 expected="a GRID")  # fmt: skip
+        if len(set(rows)) < len(rows):
+            raise InputError(f"{card.name} {card.text(0)} uses a grid twice", where=card.where,
+                             expected="distinct grids",
+                             fix="A collapsed CQUAD4 is a CTRIA3, a collapsed CHEXA a CPENTA.")  # fmt: skip
+        return rows
+
+    def add(self, key: tuple[object, ...], kind: str, section: Section, identifier: int, nodes: list[int],
+            card: Card, **own: FloatArray) -> None:  # fmt: skip
+        """Put an element into the group of its kind, section and of what it has of its own."""
+        full = (kind, *key, *sorted(own))
+        group = self.groups.get(full)
+        if group is None:
+            group = self.groups[full] = Group(kind, section, where=card.where, own={name: [] for name in own})
+        group.ids.append(identifier)
+        group.nodes.append(nodes)
+        for name, value in own.items():
+            group.own[name].append(np.asarray(value, dtype=np.float64))
+
+
+def unique_cards(cards: Iterator[Card], what: str) -> dict[int, Card]:
+    """Cards by their id; a card that is there twice with the same fields counts once.
+
+    Raises
+    ------
+    InputError : two different cards have one id.
+    """
+    found: dict[int, Card] = {}
+    for card in cards:
+        identifier = card.integer(0)
+        first = found.get(identifier)
+        if first is not None and (first.name, first.fields) != (card.name, card.fields):
+            raise InputError(f"{what} {identifier} is defined twice, first at {first.where}", where=card.where,
+                             fix="Give one of them another id.")  # fmt: skip
+        found[identifier] = card
+    return found
+
+
+def referred(found: dict[int, Card], identifier: int, user: Card, what: str, names: str) -> Card:
+    """The card of this id that `user` refers to.
+
+    Raises
+    ------
+    InputError : there is none.
+    """
+    if identifier not in found:
+        raise InputError(f"{user.name} {user.text(0)} uses {what} {identifier}, which is not defined", where=user.where,
+                         expected=f"a {names} card with this id", fix="Add the card or correct the id.")  # fmt: skip
+    return found[identifier]

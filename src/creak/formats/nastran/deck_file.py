@@ -1,0 +1,158 @@
+"""Nastran files -> executive control, case control and bulk data, INCLUDE files read where they stand."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from creak.errors import InputError
+from creak.formats.nastran.bulk_data import Card, Line, cards_of
+
+_BULK = re.compile(r"\s*BEGIN(\s+BULK)?\b", re.I)
+_SUPER = re.compile(r"\s*BEGIN\s+(BULK\s+)?(SUPER|AUXMODEL|MODULE|ARBMODEL|FLXBDY|TRMC|UDS|CMODEXT)\b", re.I)
+_END = re.compile(r"\s*ENDDATA\b", re.I)
+_INCLUDE = re.compile(r"\s*INCLUDE\b[\s=]*(.*)", re.I)
+_PARAM = re.compile(r"\s*PARAM\b", re.I)
+"""PARAM cards may stand in the case control as well."""
+_NAMES = (
+    re.compile(r"\$\s*Femap Property (\d+)\s*:\s*(.+?)\s*$", re.I),
+    re.compile(r'\$HMNAME PROP\s+(\d+)\s*"([^"]+)"', re.I),
+    re.compile(r"\$ANSA_NAME_COMMENT;(\d+);P[A-Z]+;([^;]+);", re.I),
+)
+"""Comments in which pre-processors keep the names of properties."""
+DEPTH = 50
+
+
+@dataclass(frozen=True)
+class DeckFile:
+    """The sections of a deck."""
+
+    executive: list[Line]
+    case: list[Line]
+    cards: list[Card]
+    property_names: dict[int, str]
+    others: list[Line]
+    """BEGIN lines of sections that were skipped (superelements)."""
+    not_found: list[Line]
+    """INCLUDE lines of the executive control (DMAP) whose file is missing."""
+
+
+def read_deck_file(path: Path) -> DeckFile:
+    """Read a deck and what it includes; a file without CEND and BEGIN BULK is bulk data alone.
+
+    Raises
+    ------
+    InputError : a file is missing or not text, a deck includes itself, BEGIN BULK without ENDDATA.
+    """
+    lines = _text(path, "")
+    whole = any(_BULK.match(t) or t.strip().upper().startswith("CEND") for t in lines)
+    reader = _Reader(path, "executive" if whole else "bulk")
+    reader.read(path, lines, ())
+    if (whole or reader.begun) and reader.section != "end":
+        raise InputError("the deck ends without ENDDATA", where=path, expected="CEND, BEGIN BULK and ENDDATA",
+                         fix="Is the file cut off? Add ENDDATA if it is complete.")  # fmt: skip
+    case = reader.lines["case"]
+    params = [line for line in case if _PARAM.match(line.text)]
+    cards = cards_of([*params, *reader.lines["bulk"]])
+    commands = [line for line in case if not _PARAM.match(line.text)]
+    return DeckFile(reader.lines["executive"], commands, cards, reader.names, reader.others, reader.not_found)
+
+
+@dataclass
+class _Reader:
+    main: Path
+    section: str
+    begun: bool = False
+    """Whether BEGIN BULK was met."""
+    lines: dict[str, list[Line]] = field(
+        default_factory=lambda: {"executive": [], "case": [], "bulk": [], "skipped": []}
+    )
+    names: dict[int, str] = field(default_factory=dict)
+    others: list[Line] = field(default_factory=list)
+    not_found: list[Line] = field(default_factory=list)
+
+    def read(self, path: Path, lines: list[str], above: tuple[Path, ...]) -> None:
+        k = 0
+        while k < len(lines) and self.section != "end":
+            text, where = lines[k], f"{path}:{k + 1}"
+            k += 1
+            if text.startswith("$"):
+                self._comment(text)
+                continue
+            found = _INCLUDE.match(text)
+            if found:
+                name, k = _file_name(found.group(1), lines, k)
+                self._include(name, path, Line(text.strip(), where), (*above, path.absolute()))
+            else:
+                self._line(Line(text, where))
+
+    def _line(self, line: Line) -> None:
+        if _END.match(line.text):
+            self.section = "end"
+        elif _SUPER.match(line.text):
+            self.section = "skipped"
+            self.others.append(Line(line.text.split("$")[0].strip(), line.where))
+        elif _BULK.match(line.text) and not self.begun:
+            self._turn_to("bulk", "case")
+            self.begun = True
+        elif not self.begun and line.text.strip().upper().startswith("CEND"):
+            self._turn_to("case", "executive")
+        else:
+            self.lines[self.section].append(line)
+
+    def _turn_to(self, section: str, before: str) -> None:
+        """Go on in another section; what was taken for bulk data until here belongs to the one before."""
+        if self.section == "bulk":
+            self.lines[before], self.lines["bulk"] = self.lines["bulk"], []
+        self.section = section
+
+    def _comment(self, text: str) -> None:
+        for pattern in _NAMES:
+            found = pattern.match(text)
+            if found:
+                self.names[int(found.group(1))] = found.group(2).strip()
+
+    def _include(self, name: str, path: Path, line: Line, above: tuple[Path, ...]) -> None:
+        choices = [path.parent / name, self.main.parent / name]
+        target = next((c for c in choices if c.is_file()), None)
+        if self.section == "skipped":
+            return
+        if target is None:
+            if self.section == "executive":
+                self.not_found.append(line)
+                return
+            raise InputError(f"there is no included file {name}", where=line.where,
+                             fix="Give the path relative to the including file.")  # fmt: skip
+        if target.absolute() in above or len(above) > DEPTH:
+            raise InputError(f"{target} includes itself", where=line.where, fix="Remove this INCLUDE line.")
+        self.read(target, _text(target, line.where), above)
+
+
+def _file_name(rest: str, lines: list[str], k: int) -> tuple[str, int]:
+    """Name of the file and the next line; a quoted name may go on over lines."""
+    rest = rest.strip()
+    if rest[:1] in ("'", '"'):
+        quote, text = rest[0], rest[1:]
+        while quote not in text and k < len(lines):
+            text += lines[k].strip()
+            k += 1
+        return text.split(quote)[0].replace("\\", "/"), k
+    return rest.split("$")[0].strip().replace("\\", "/"), k
+
+
+def _text(path: Path, included_at: str) -> list[str]:
+    what = "included file" if included_at else "deck"
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        reason = "it does not exist" if isinstance(error, FileNotFoundError) else error.strerror
+        raise InputError(f"cannot read the {what} {path}: {reason}", where=included_at, fix="Check the path.") from None
+    if b"\0" in data:
+        raise InputError(f"{path} is not a text file (it holds zero bytes)", where=included_at,
+                         expected="a Nastran deck in plain text",
+                         fix="Give the .bdf, .dat or .nas file, not a result file.")  # fmt: skip
+    try:
+        return data.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        return data.decode("latin-1").splitlines()

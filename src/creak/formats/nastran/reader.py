@@ -1,0 +1,102 @@
+"""Nastran deck -> Model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from creak.arrays import IntArray
+from creak.errors import InputError
+from creak.formats.nastran.bars import read_bars
+from creak.formats.nastran.bulk_data import Card
+from creak.formats.nastran.case_control import read_case_control
+from creak.formats.nastran.coordinate_systems import read_systems
+from creak.formats.nastran.deck import Deck, Group
+from creak.formats.nastran.deck_file import DeckFile, read_deck_file
+from creak.formats.nastran.grids import read_grids
+from creak.formats.nastran.known_cards import list_unread
+from creak.formats.nastran.materials import read_materials
+from creak.formats.nastran.parts import read_parts
+from creak.formats.nastran.points import read_points
+from creak.formats.nastran.rigid import read_rigid
+from creak.formats.nastran.sets import element_sets, node_sets, surfaces
+from creak.formats.nastran.shells import read_shells
+from creak.formats.nastran.solids import read_solids
+from creak.formats.nastran.supports import read_initial_velocity, read_supports
+from creak.model.mesh import ElementBlock, Model, Own, Unread
+
+
+def read_nastran(path: str | Path) -> Model:
+    """Read a Nastran deck (.bdf, .dat, .nas), or bulk data alone.
+
+    The supports and multi-point constraints are those of the first subcase. Displacement frames (CD) are turned into
+    global dofs: springs and masses become matrices, constraints equations. Mass is lumped at the grids unless
+    PARAM,COUPMASS is positive, as in Nastran, and multiplied by PARAM,WTMASS. What is not used is listed in
+    `Model.unread`; an entry with `changes_answer` is one that the caller should stop on.
+
+    Raises
+    ------
+    InputError : anything wrong with the deck, with file and line.
+    """
+    source = read_deck_file(Path(path))
+    with np.errstate(all="ignore"):
+        return _model(source, str(path))
+
+
+def _model(source: DeckFile, path: str) -> Model:
+    by_name: dict[str, list[Card]] = {}
+    for card in source.cards:
+        by_name.setdefault(card.name, []).append(card)
+    if "GRID" not in by_name:
+        raise InputError("the deck has no GRID cards", where=path, fix="Is this the right file?")
+    systems = read_systems(source.cards)
+    grids, permanent = read_grids(by_name, systems)
+    case = read_case_control(source.executive, source.case)
+    params = {card.text(0).upper(): card for card in by_name.get("PARAM", [])}
+    deck = Deck(by_name, case, systems, grids, params, list(case.unread))
+    _list_sections(deck, source)
+    materials = read_materials(deck)
+    read_shells(deck, materials)
+    read_solids(deck, materials)
+    constraints = read_bars(deck, materials)
+    read_points(deck)
+    constraints += read_rigid(deck)
+    n_own = len(grids.ids)
+    fixed, skew = read_supports(deck, permanent)
+    list_unread(deck)
+    parts, of_node = read_parts(deck, [*constraints, *skew], set(range(n_own, len(grids.ids))))
+    blocks = _blocks(deck, of_node)
+    sets = element_sets(deck, blocks, source.property_names)
+    return Model(
+        source=path, nodes=grids.nodes(), blocks=blocks, parts=parts, node_sets=node_sets(deck), element_sets=sets,
+        surfaces=surfaces(blocks, sets), constraints=(*constraints, *skew), fixed=tuple(fixed),
+        initial_velocity=read_initial_velocity(deck), unread=tuple(deck.unread),
+        mass_form="lumped" if deck.param("COUPMASS", -1.0) <= 0.0 else "linear",
+    )  # fmt: skip
+
+
+def _list_sections(deck: Deck, source: DeckFile) -> None:
+    for line in source.others:
+        why = "creak reads the residual structure; read each superelement's bulk data as a deck of its own"
+        deck.unread.append(Unread(line.text, line.where, True, why))
+    for line in source.not_found:
+        deck.unread.append(Unread("INCLUDE", line.where, False, "executive control (DMAP) that was not found"))
+
+
+def _blocks(deck: Deck, of_node: IntArray) -> tuple[ElementBlock, ...]:
+    """One block for each group and part."""
+    found: list[ElementBlock] = []
+    for group in deck.groups.values():
+        nodes = np.array(group.nodes, dtype=np.int64)
+        part = of_node[nodes]
+        part_of = np.where((part == part[:, :1]).all(axis=1), part[:, 0], -1)
+        for p in dict.fromkeys(part_of.tolist()):
+            found.append(_block(group, nodes, np.flatnonzero(part_of == p), p))
+    return tuple(found)
+
+
+def _block(group: Group, nodes: IntArray, rows: IntArray, part: int) -> ElementBlock:
+    own = Own(**{name: np.array(values)[rows] for name, values in group.own.items()})
+    ids = np.array(group.ids, dtype=np.int64)[rows]
+    return ElementBlock(group.kind, ids, nodes[rows], group.section, int(part), group.where, own)

@@ -1,0 +1,64 @@
+"""CHEXA, CPENTA, CTETRA -> solid elements."""
+
+from __future__ import annotations
+
+from creak.arrays import FloatArray
+from creak.errors import InputError
+from creak.formats.nastran.bulk_data import Card
+from creak.formats.nastran.coordinate_systems import axes_at
+from creak.formats.nastran.deck import Deck, referred, unique_cards
+from creak.formats.nastran.materials import Materials
+from creak.model.materials import AnisotropicMaterial, SheetMaterial, SolidSection
+
+_KINDS = {"CHEXA": (("hex8", 8), ("", 20)), "CPENTA": (("wedge6", 6), ("", 15)), "CTETRA": (("tet4", 4), ("tet10", 10))}
+"""First- and second-order element and number of grids; "" where creak has none."""
+
+
+def read_solids(deck: Deck, materials: Materials) -> None:
+    """Add all solids to the deck's groups.
+
+    Raises
+    ------
+    InputError : unknown grid, property or material, an id twice, some but not all mid-side grids.
+    """
+    properties = unique_cards(deck.cards("PSOLID"), "property")
+    sections = {pid: _section(card, materials) for pid, card in properties.items()}
+    for name in _KINDS:
+        for card in deck.cards(name):
+            pid = card.integer(1, card.integer(0))
+            identifier = deck.new_element(card, pid)
+            owner = referred(properties, pid, card, "property", "PSOLID")
+            kind, nodes = _corners(deck, card)
+            own = _axes(deck, owner, nodes) if isinstance(sections[pid].material, AnisotropicMaterial) else {}
+            deck.add((pid,), kind, sections[pid], identifier, nodes, card, **own)
+
+
+def _section(card: Card, materials: Materials) -> SolidSection:
+    material = materials.of(card.integer(1), card).material
+    if isinstance(material, SheetMaterial):
+        raise InputError(f"PSOLID {card.integer(0)} uses {material.name}", where=card.where, expected="MAT1 or MAT9")
+    return SolidSection(f"PSOLID {card.integer(0)}", material)
+
+
+def _corners(deck: Deck, card: Card) -> tuple[str, list[int]]:
+    (first, n), (second, more) = _KINDS[card.name]
+    given = [i for i in range(2 + n, 2 + more) if card.text(i)]
+    if not given:
+        return first, deck.nodes(card, range(2, 2 + n))
+    if second and len(given) == more - n:
+        return second, deck.nodes(card, range(2, 2 + more))
+    raise InputError(
+        f"{card.name} {card.text(0)} has {n + len(given)} grids", where=card.where,
+        expected=f"{n} grids" + (f" or {more}" if second else " (first order)"),
+        fix="Export the mesh in first order" + (" or with all mid-side grids." if second else "."),
+    )  # fmt: skip
+
+
+def _axes(deck: Deck, owner: Card, nodes: list[int]) -> dict[str, FloatArray]:
+    """Material axes of a MAT9: those of CORDM at the middle of the element; -1 (the element's own) is not read."""
+    if owner.integer(2, 0) == -1:
+        deck.note(owner, "creak takes the material axes of the basic system", changes=True, what="PSOLID, CORDM = -1")
+        return {}
+    place = sum((deck.grids.place(row) for row in nodes), start=0.0 * deck.grids.place(nodes[0])) / len(nodes)
+    axes = axes_at(deck.system(owner.integer(2, 0), owner), place)
+    return {"axis1": axes[:, 0], "axis2": axes[:, 1]}

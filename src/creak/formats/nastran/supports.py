@@ -1,0 +1,107 @@
+"""SPC, SPC1, the PS field of GRID and TIC -> supports and initial velocities."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.formats.nastran.bulk_data import Card, id_list
+from creak.formats.nastran.deck import Deck
+from creak.formats.nastran.grids import Permanent
+from creak.formats.nastran.linear import global_equations
+from creak.formats.nastran.set_ids import combined, selected
+from creak.model.constraints import Constraint, Fixed
+
+Held = dict[int, tuple[set[int], str]]
+"""Node row -> local dofs held and where it says so."""
+
+
+def read_supports(deck: Deck, permanent: list[Permanent]) -> tuple[list[Fixed], list[Constraint]]:
+    """Held dofs: as they are where they are global, else as equations to one fixed node.
+
+    Raises
+    ------
+    InputError : an unknown grid or set.
+    """
+    held: Held = {}
+    for p in permanent:
+        _hold(held, p.row, p.dofs, p.where)
+    chosen = combined(deck, "SPCADD", selected(deck, "SPC", deck.case.spc))
+    for card in deck.cards("SPC"):
+        if card.integer(0) in chosen:
+            for i in (1, 4):
+                if card.text(i):
+                    _hold(held, *_one(deck, card, i), card.where)
+                if card.real(i + 2, 0.0):
+                    deck.note(card, "an enforced displacement is held at zero; drive it in the study", changes=True,
+                              what="SPC, D")  # fmt: skip
+    for card in deck.cards("SPC1"):
+        if card.integer(0) in chosen:
+            _hold_all(deck, held, card)
+    return _as_constraints(deck, held)
+
+
+def _one(deck: Deck, card: Card, i: int) -> tuple[int, tuple[int, ...]]:
+    row = deck.grids.row(card.integer(i), card)
+    return row, (1,) if row in deck.grids.scalar else card.components(i + 1)
+
+
+def _hold_all(deck: Deck, held: Held, card: Card) -> None:
+    """SPC1: ids that THRU spans need not all exist."""
+    many = any(text.upper() == "THRU" for text in card.fields)
+    for identifier in id_list(card, 2):
+        if many and identifier not in deck.grids.row_of:
+            continue
+        row = deck.grids.row(identifier, card)
+        _hold(held, row, (1,) if row in deck.grids.scalar else card.components(1), card.where)
+
+
+def _hold(held: Held, row: int, dofs: tuple[int, ...], where: str) -> None:
+    held.setdefault(row, (set(), where))[0].update(dofs)
+
+
+def _as_constraints(deck: Deck, held: Held) -> tuple[list[Fixed], list[Constraint]]:
+    by_dofs: dict[tuple[tuple[int, ...], str], list[int]] = {}
+    skew: list[tuple[int, set[int], str]] = []
+    for row, (dofs, where) in held.items():
+        turned = row in deck.grids.axes
+        whole = {d for group in ({1, 2, 3}, {4, 5, 6}) if not turned or group <= dofs for d in dofs & group}
+        if whole:
+            by_dofs.setdefault((tuple(sorted(whole)), where), []).append(row)
+        if dofs - whole:
+            skew.append((row, dofs - whole, where))
+    fixed = [Fixed(np.array(rows, dtype=np.int64), dofs, where) for (dofs, where), rows in by_dofs.items()]
+    if not skew:
+        return fixed, []
+    ground = deck.grids.add(deck.grids.place(skew[0][0]))
+    fixed.append(Fixed(np.array([ground], dtype=np.int64), (1, 2, 3, 4, 5, 6), skew[0][2]))
+    return fixed, [e for row, dofs, where in skew for e in _to_ground(deck, row, sorted(dofs), ground, where)]
+
+
+def _to_ground(deck: Deck, row: int, dofs: list[int], ground: int, where: str) -> Iterator[Constraint]:
+    """e_d . u = a dof of the fixed node, for each held direction e_d; the dofs of ground differ, so none cancels."""
+    C = np.zeros((len(dofs), 12))
+    for k, dof in enumerate(dofs):
+        first = 3 if dof > 3 else 0
+        C[k, first : first + 3] = deck.grids.direction(row, dof)
+        C[k, 6 + k] = -1.0
+    names = [(node, d) for node in (row, ground) for d in range(1, 7)]
+    yield from global_equations(names, C, set(range(6)), where)
+
+
+def read_initial_velocity(deck: Deck) -> tuple[tuple[int, int, float], ...]:
+    """V0 of the TIC set that the case control takes (IC), turned to global dofs."""
+    velocity: dict[int, FloatArray] = {}
+    for card in deck.cards("TIC"):
+        if not deck.case.initial or card.integer(0) != deck.case.initial:
+            deck.note(card, "the case control does not take this set (IC)", changes=False)
+            continue
+        row = deck.grids.row(card.integer(1), card)
+        dof = 1 if row in deck.grids.scalar else card.integer(2)
+        if card.real(3, 0.0):
+            deck.note(card, "creak starts from the undeformed place: U0 is left out", changes=True, what="TIC, U0")
+        first = 3 if dof > 3 else 0
+        velocity.setdefault(row, np.zeros(6))[first : first + 3] += card.real(4, 0.0) * deck.grids.direction(row, dof)
+    return tuple((row, dof + 1, float(v)) for row, six in velocity.items() for dof, v in enumerate(six) if v)

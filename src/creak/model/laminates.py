@@ -1,0 +1,105 @@
+"""General shell sections: homogeneous beside the nodes, of plies, or of separate moduli."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.model.elasticity import sheet_matrices, turned_shear, turned_sheet
+from creak.model.materials import AnyMaterial, GeneralShell
+
+SHEAR_CORRECTION = 5.0 / 6.0
+"""Of a homogeneous section (Reissner)."""
+
+
+@dataclass(frozen=True)
+class Ply:
+    """One layer of a laminate."""
+
+    material: AnyMaterial
+    thickness: float
+    angle: float = 0.0
+    """From the material axis 1 of the element to that of the ply, about the normal, radian."""
+
+
+def homogeneous_shell(name: str, material: AnyMaterial, thickness: float, offset: float = 0.0) -> GeneralShell:
+    """One material through the thickness, its middle at height `offset` above the nodes (along the normal)."""
+    return laminate(name, [Ply(material, thickness)], -0.5 * thickness + offset)
+
+
+def laminate(name: str, plies: Sequence[Ply], bottom: float | None = None, added_mass: float = 0.0) -> GeneralShell:
+    """Classical laminate with transverse shear.
+
+    A, B, D = integral of Q (1, z, z^2) dz with each ply's plane-stress matrix Q turned to the element's axes
+    (Jones, Mechanics of Composite Materials, eq. 4.22-4.24). Transverse shear from equilibrium, see
+    `_shear_stiffness`; 5/6 G t for one ply.
+
+    Parameters
+    ----------
+    plies : from the bottom (negative side) up.
+    bottom : height z of the bottom above the nodes; None: the middle lies at the nodes.
+    added_mass : per area, at the middle.
+    """
+    total = sum(p.thickness for p in plies)
+    z0 = -0.5 * total if bottom is None else bottom
+    offset = z0 + 0.5 * total
+    z = np.concatenate([[0.0], np.cumsum([p.thickness for p in plies])]) - 0.5 * total
+    matrices = [sheet_matrices(p.material) for p in plies]
+    Q = np.array([turned_sheet(q, p.angle) for (q, _), p in zip(matrices, plies, strict=True)])
+    G = np.array([turned_shear(g, p.angle) for (_, g), p in zip(matrices, plies, strict=True)])
+    density = np.array([p.material.density for p in plies])
+    A, B, D = (np.einsum("k,kij->ij", (z[1:] ** n - z[:-1] ** n) / n, Q) for n in (1, 2, 3))
+    mass, moment, inertia = (float(density @ (z[1:] ** n - z[:-1] ** n)) / n for n in (1, 2, 3))
+    share = density * np.diff(z) / max(mass, 1e-300)
+    alpha, beta = (float(share @ np.array([getattr(p.material, key) for p in plies])) for key in ("alpha", "beta"))
+    middle = GeneralShell(
+        name, A, B, D, _shear_stiffness(z, Q, G, A, B, D), mass + added_mass, moment, inertia, total, 0.0, alpha, beta
+    )
+    return shifted(middle, offset)
+
+
+def shifted(shell: GeneralShell, height: float) -> GeneralShell:
+    """The section moved up by `height` along the normal: z becomes z + height.
+
+    A, B + h A, D + 2 h B + h^2 A, and the same of the mass.
+    """
+    h, m = height, shell.mass
+    return GeneralShell(
+        shell.name, shell.A, shell.B + h * shell.A, shell.D + 2.0 * h * shell.B + h * h * shell.A, shell.S,
+        m, shell.first_moment + h * m, shell.rotary_inertia + 2.0 * h * shell.first_moment + h * h * m,
+        shell.thickness, shell.offset + h, shell.alpha, shell.beta,
+    )  # fmt: skip
+
+
+def _shear_stiffness(
+    z: FloatArray, Q: FloatArray, G: FloatArray, A: FloatArray, B: FloatArray, D: FloatArray
+) -> FloatArray:
+    """(2, 2) from the complementary energy of the shear stresses that equilibrate bending in cylindrical form.
+
+    In each direction i = 1, 2 the stress s_ii(z) = (Q (e + z k))_i of a unit moment M_i (N = 0) changes along x_i
+    with Q_i; equilibrium gives s_i3(z) = -integral of s_ii dz, and 1/S_ii = integral of s_i3^2/G_i3 dz. The
+    coupling 13-23 is taken from the mean of the plies' own, scaled alike. 5/6 for a homogeneous sheet. The choice
+    of directions is an assumption: other material axes change S a little where plies differ.
+    Source: Rohwer, Composite Structures 10 (1988) 285, without the mixed terms.
+    """
+    middle = np.concatenate([np.concatenate([A, B], axis=1), np.concatenate([B, D], axis=1)])
+    compliance = np.linalg.inv(middle)
+    factor = np.zeros(2)
+    plain = np.einsum("k,kij->ij", np.diff(z), G)
+    for i in range(2):
+        load = compliance[:, 3 + i]
+        energy, below = 0.0, 0.0
+        for k in range(len(Q)):
+            at, weight = np.polynomial.legendre.leggauss(3)
+            half = 0.5 * (z[k + 1] - z[k])
+            depth = half * (at + 1.0)
+            s0, s1 = Q[k][i] @ (load[:3] + z[k] * load[3:]), Q[k][i] @ load[3:]
+            stress = below + s0 * depth + 0.5 * s1 * depth**2
+            energy += float(half * weight @ stress**2) / float(G[k][i, i])
+            below += 2.0 * half * s0 + 0.5 * s1 * (2.0 * half) ** 2
+        factor[i] = 1.0 / energy / plain[i, i]
+    scale = np.sqrt(factor)
+    return plain * np.outer(scale, scale)

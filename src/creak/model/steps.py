@@ -1,0 +1,145 @@
+"""What a deck's own analysis step asks for: motion, loads, contact and time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.model.constraints import Fixed
+
+
+@dataclass(frozen=True)
+class Amplitude:
+    """A function of time that scales boundary values and loads.
+
+    tabular: linear between `points`, constant before and after. smooth step: between two points
+    a_1 + (a_2 - a_1) x^3 (10 - 15 x + 6 x^2). periodic: mean + sum_n A_n cos(2 pi n f (t - start)) +
+    B_n sin(2 pi n f (t - start)) from `start` on, the mean before.
+    """
+
+    name: str
+    kind: str
+    """tabular, smooth step or periodic."""
+    points: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
+    """(k, 2) time, s, and value."""
+    rounding: float = 0.25
+    """tabular: share of the shorter interval at a point over which a corner of prescribed displacement or velocity
+    becomes a parabola."""
+    absolute: bool = False
+    """Whether the values are the magnitudes themselves instead of factors on them."""
+    frequency: float = 0.0
+    """Hz"""
+    start: float = 0.0
+    """s"""
+    mean: float = 0.0
+    cosine: tuple[float, ...] = ()
+    sine: tuple[float, ...] = ()
+    where: str = ""
+
+
+@dataclass(frozen=True)
+class Prescribed:
+    """Motion of one dof of some nodes: value times amplitude; the value is 1 where the amplitude is absolute."""
+
+    nodes_idx: IntArray
+    dof: int
+    """1..6"""
+    kind: str
+    """displacement, velocity or acceleration."""
+    value: float
+    amplitude: str
+    """Name in `DeckRun.amplitudes`; empty: none."""
+    name: str
+    """As the deck names the nodes."""
+    where: str
+
+
+@dataclass(frozen=True)
+class PointLoad:
+    """Force (moment) on one dof of each of some nodes: value times amplitude, as in `Prescribed`."""
+
+    nodes_idx: IntArray
+    dof: int
+    value: float
+    amplitude: str
+    name: str
+    where: str
+
+
+@dataclass(frozen=True)
+class Interaction:
+    """How the surfaces of a contact pair press and rub."""
+
+    name: str
+    law: str = "default"
+    """default (hard, enforced as the kind of contact has it), hard, penalty, linear or tabular."""
+    stiffness: float = 0.0
+    """linear: pressure / length."""
+    curve: tuple[tuple[float, float], ...] = ()
+    """tabular: (overclosure, pressure), from (0, 0) on."""
+    friction: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Static and kinetic coefficient, decay speed (length / time, 0: none)."""
+    damping: float = 0.0
+    """pressure time / length, while closed."""
+    where: str = ""
+
+
+@dataclass(frozen=True)
+class SurfacePair:
+    """Two surfaces that may touch."""
+
+    secondary: str
+    main: str
+    interaction: str
+    method: str
+    """node-to-surface or surface-to-surface."""
+    small_sliding: bool
+    clearance: float | None = None
+    """Instead of the geometric gap, length."""
+    where: str = ""
+
+
+@dataclass(frozen=True)
+class DynamicStep:
+    """An implicit *DYNAMIC step: M a + C v + K u + contact = f from rest or from the initial velocity."""
+
+    name: str
+    where: str
+    increment: float
+    """s"""
+    period: float
+    """s"""
+    direct: bool
+    """Whether the deck asks for increments of constant size."""
+    alpha: float | None
+    """Of HHT; None: the deck gives none."""
+    application: str
+    """TRANSIENT FIDELITY, MODERATE DISSIPATION, or empty."""
+    ramped: bool = False
+    """Whether what has no amplitude grows linearly over the step."""
+    fixed: tuple[Fixed, ...] = ()
+    """All dofs held at zero in the step, those of the model data included."""
+    moved: tuple[Prescribed, ...] = ()
+    loads: tuple[PointLoad, ...] = ()
+    output_sets: tuple[str, ...] = ()
+    """Node sets whose motion the deck asks for."""
+    places: Mapping[str, str] = field(default_factory=dict)
+    """file:line of the data line, under `time`."""
+
+
+@dataclass(frozen=True)
+class DeckRun:
+    """The step of a deck that creak runs, with all that it refers to."""
+
+    step: DynamicStep
+    amplitudes: Mapping[str, Amplitude]
+    """By name, upper case."""
+    interactions: Mapping[str, Interaction]
+    pairs: tuple[SurfacePair, ...]
+    before: tuple[str, ...] = ()
+    """Steps before it, none of which changes the state."""
+    after: tuple[str, ...] = ()
+    """Steps after it, which are not run."""

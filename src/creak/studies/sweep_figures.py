@@ -1,0 +1,44 @@
+"""The figures of a summary that go into the table of a sweep, as one flat row."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+OF_A_RUN = (
+    "dof", "retained", "modes", "channels", "wall_s", "cpu_s", "offline_cpu_s", "peak_rss_gb", "events", "max_force",
+    "impulse_total", "energy_error",
+)  # fmt: skip
+RUNS = ("reduced", "reference")
+OF_EVENTS = {
+    "events_matched": "matched", "events_missed": "missed", "events_extra": "extra",
+    "amplitude_ratio": "amplitude_ratio_mean", "impulse_ratio": "impulse_ratio_mean",
+}  # fmt: skip
+UNITS = {"wall_s": "s", "cpu_s": "s", "offline_cpu_s": "s", "peak_rss_gb": "GiB", "case_wall_s": "s"}
+"""Units of columns that do not depend on those of the deck."""
+FORCE = {"mm-t-s": "N", "m-kg-s": "N"}
+
+
+def flat_figures(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """Run and figure -> number; what a study did not look at is left out, what is undefined is None."""
+    out: dict[str, Any] = {"units": summary["units"]}
+    for name in RUNS:
+        run = summary["runs"].get(name)
+        if run is not None:
+            out |= {f"{name}.{key}": len(run[key]) if key == "events" else run[key] for key in OF_A_RUN}
+    verification = summary["verification"]
+    if verification.get("mac"):
+        out["worst_mac"] = min(verification["mac"])
+    out |= {f"nrmse_{axis}": value for axis, value in (verification.get("nrmse") or {}).items()}
+    events = verification.get("events")
+    if events is not None:
+        out |= {column: events[key] for column, key in OF_EVENTS.items()}
+    return out
+
+
+def unit_of(column: str, units: str | None) -> str:
+    """Unit of a column; empty for pure numbers and words."""
+    figure = column.rpartition(".")[2]
+    if figure in ("max_force", "impulse_total") and units in FORCE:
+        return FORCE[units] + (" s" if figure == "impulse_total" else "")
+    return UNITS.get(figure, "")

@@ -1,0 +1,107 @@
+"""The files that a study names: their paths rewritten, their contents hashed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from creak.errors import InputError
+from creak.formats.abaqus.lexer import lex
+
+PLACES = (
+    ("model", "deck"), ("contact", "*", "clearance"), ("excitation", "*", "signal", "file"),
+    ("superelement", "*", "file"), ("superelement", "*", "map"), ("reduction", "interface", "deck"),
+)  # fmt: skip
+"""Keys of a study whose strings are paths."""
+DECKS = (PLACES[0], PLACES[-1])
+
+
+def map_paths(
+    data: Mapping[str, Any], change: Callable[[tuple[str, ...], str], str], at: tuple[str, ...] = ()
+) -> dict[str, Any]:
+    """The tables of a study with every path replaced by `change(place, path)`."""
+    out: dict[str, Any] = {}
+    for key, value in data.items():
+        here = next(((*at, k) for k in (key, "*") if any(p[: len(at) + 1] == (*at, k) for p in PLACES)), None)
+        if here is None:
+            out[key] = value
+        elif isinstance(value, Mapping):
+            out[key] = map_paths(value, change, here)
+        else:
+            out[key] = change(here, value) if here in PLACES and isinstance(value, str) else value
+    return out
+
+
+class Contents:
+    """Hashes of files, each read once."""
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[str, Path], str] = {}
+
+    def deck(self, path: Path) -> str:
+        """Hash of a deck with all files that it includes.
+
+        Raises
+        ------
+        InputError : a file is missing or cannot be read.
+        """
+        return self._of("deck", path, deck_files)
+
+    def file(self, path: Path) -> str:
+        """Hash of a file and of those beside it that share its name: matrices come as several files.
+
+        Raises
+        ------
+        InputError : no such file.
+        """
+        return self._of("file", path, family)
+
+    def _of(self, kind: str, path: Path, files: Callable[[Path], list[Path]]) -> str:
+        path = path.resolve()
+        if (kind, path) not in self._known:
+            self._known[kind, path] = digest([_hash(p) for p in files(path)])
+        return self._known[kind, path]
+
+
+def digest(value: Any) -> str:
+    """Hash of plain data, the same for the same content."""
+    text = json.dumps(value, sort_keys=True, default=list)
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
+
+
+def deck_files(path: Path) -> list[Path]:
+    """A deck and what it includes, in reading order."""
+    if path.suffix.lower() == ".inp":
+        blocks = lex(path)
+        return [Path(name) for name in blocks[0].files] if blocks else [path]
+    files = [path]
+    for file in files:  # grows on the way
+        for name in re.findall(rb"(?im)^\s*INCLUDE\s+['\"]?([^'\"\r\n$]+)", _content(file)):
+            included = file.parent / name.decode("latin-1").strip()
+            if included.is_file() and included not in files:
+                files.append(included)
+    return files
+
+
+def family(path: Path) -> list[Path]:
+    """A file and those beside it whose names begin alike up to the last underscore."""
+    stem = path.stem.rpartition("_")[0] or path.stem
+    beside = [p for p in sorted(path.parent.glob("*")) if p.is_file() and p.name.startswith(stem) and p != path]
+    return [path, *(p for p in beside if p.suffix.lower() not in (".toml", ".html"))]
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError as error:
+        raise InputError(f"no such file: {path}", fix="Check the path.") from error
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from error
+
+
+def _hash(path: Path) -> str:
+    return hashlib.blake2b(_content(path), digest_size=16).hexdigest()

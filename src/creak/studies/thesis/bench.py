@@ -1,0 +1,108 @@
+"""The doors of the thesis, each set up once: model, unreduced System, channels."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from creak.arrays import IntArray
+from creak.contact.gap_operator import GapOperator, join
+from creak.door import LOADS, write_door
+from creak.dynamics.scheme import Scheme
+from creak.errors import InputError
+from creak.studies.config import StudyConfig
+from creak.studies.excitation import sample_loads, time_axis
+from creak.studies.integrate import scheme_of
+from creak.studies.reference_model import ReferenceModel, build_reference, precheck
+from creak.studies.run import limited
+from creak.studies.setup import Setup, set_up
+from creak.studies.study_file import Study, read_study
+from creak.studies.thesis.plan import CHECKED_BY, Variant
+
+Progress = Callable[[str, int, int], None]
+AMPLITUDE = "excitation.hinge.signal.amplitude"
+
+
+@dataclass(frozen=True)
+class Base:
+    """One variant, ready to be reduced and run."""
+
+    variant: Variant
+    setup: Setup
+    reference: ReferenceModel
+    gaps: GapOperator
+    checked: int
+    """Channels before the pre-check."""
+
+    @property
+    def scheme(self) -> Scheme:
+        return scheme_of(self.setup.study.config.time)
+
+    def under(self, load: str) -> Setup:
+        """The setup with another load."""
+        study = changed(self.setup.study, {AMPLITUDE: LOADS[load]})
+        loads = sample_loads(self.setup.model, study, time_axis(study))
+        return replace(self.setup, study=study, loads=loads)
+
+
+class Bench:
+    """Doors of one mesh size; a variant is set up when it is first asked for."""
+
+    def __init__(self, mesh_size: float, folder: Path, progress: Progress) -> None:
+        self.mesh_size, self._folder, self._progress = mesh_size, folder, progress
+        self._bases: dict[str, Base] = {}
+
+    def base(self, variant: Variant, others: Mapping[str, Variant]) -> Base:
+        """The variant set up; `others` by name, for those whose pre-check is taken over."""
+        if variant.name not in self._bases:
+            kept = None
+            if variant.channels_of:
+                source = self.base(others[variant.channels_of], others)
+                kept = source.setup.model.nodes.coords[source.gaps.nodes_idx]
+            self._bases[variant.name] = self._set_up(variant, kept)
+        return self._bases[variant.name]
+
+    def _set_up(self, variant: Variant, kept: Any) -> Base:
+        hooks = "" if variant.hook_play is None else "_play"
+        folder = self._folder / f"door_{self.mesh_size:g}mm_{variant.coarsen}{hooks}"
+        write_door(self.mesh_size, folder, variant.coarsen, hook_play=variant.hook_play)
+        study = changed(read_study(folder / "door.toml"), {AMPLITUDE: LOADS[CHECKED_BY], **variant.changes})
+        setup = set_up(study)
+        reference = build_reference(setup, self._progress)
+        if kept is None:
+            gaps, _ = precheck(setup, reference, scheme_of(study.config.time), self._progress)
+        else:
+            gaps = setup.contacts.select(at_positions(setup, kept))
+        gaps, _ = limited(setup, reference, join([gaps, setup.connectors]))
+        return Base(variant, setup, reference, gaps, setup.contacts.m)
+
+
+def at_positions(setup: Setup, positions: Any) -> IntArray:
+    """Contact channels whose secondary node lies at one of the positions (k, 3)."""
+    coords = setup.model.nodes.coords[setup.contacts.nodes_idx]
+    away, _ = cKDTree(positions).query(coords)
+    return np.flatnonzero(away < 1e-6 * np.ptp(coords)).astype(np.int64)
+
+
+def changed(study: Study, changes: Mapping[str, Any]) -> Study:
+    """The study with dotted keys set to other values.
+
+    Raises
+    ------
+    InputError : a key on the way is no table.
+    """
+    data = study.config.model_dump(exclude_unset=True)
+    for dotted, value in changes.items():
+        *path, last = dotted.split(".")
+        table = data
+        for key in path:
+            table = table.setdefault(key, {})
+            if not isinstance(table, dict):
+                raise InputError(f"{dotted}: {key} is no table", where=study.path)
+        table[last] = value
+    return replace(study, config=StudyConfig.model_validate(data))

@@ -1,0 +1,73 @@
+"""`creak info`, `creak modes` and `creak run` on a Nastran deck; the same strips as an Abaqus deck."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from creak.cli.main import main
+from helpers_decks import STUDY, write_strips
+from helpers_nastran_strips import STUDY as CHANGES
+from helpers_nastran_strips import strips
+
+
+@pytest.fixture
+def creak(monkeypatch, capsys):
+    """Run the command; its exit status and what it printed."""
+
+    def call(*words: object) -> tuple[int, str]:
+        monkeypatch.setattr("sys.argv", ["creak", *map(str, words)])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        printed = capsys.readouterr()
+        return int(stop.value.code or 0), " ".join((printed.out + printed.err).split())
+
+    return call
+
+
+def nastran_study(folder: Path, deck: str) -> Path:
+    study = STUDY
+    for old, new in CHANGES.items():
+        assert old in study
+        study = study.replace(old, new)
+    (folder / "strips.bdf").write_text(deck)
+    path = folder / "study.toml"
+    path.write_text(study)
+    return path
+
+
+def test_info_and_modes(creak, tmp_path):
+    nastran_study(tmp_path, strips(extra="EIGRL,1,,,10"))
+    _, text = creak("info", tmp_path / "strips.bdf")
+    assert "78 nodes, 48 elements" in text
+    assert "not read: EIGRL" in text
+    creak("modes", tmp_path / "strips.bdf", "--count", 4, "--json", tmp_path / "n.json")
+    write_strips(tmp_path)
+    creak("modes", tmp_path / "strips.inp", "--count", 4, "--json", tmp_path / "a.json")
+    ours, theirs = (json.loads((tmp_path / f"{k}.json").read_text()) for k in "na")
+    # Linear mass and residual bending flexibility against the consistent mass: both are good to (kh)^4 or (kh)^2/100.
+    assert ours["frequencies"] == pytest.approx(theirs["frequencies"], rel=0.01)
+    assert ours["mass"] == pytest.approx(theirs["mass"])
+
+
+@pytest.mark.parametrize("coupled", [True, False])
+def test_run(creak, tmp_path, coupled):
+    """A study with contact runs reduced and unreduced, with coupled and with lumped mass (massless rotations)."""
+    deck = strips() if coupled else strips().replace("PARAM,COUPMASS,1\n", "")
+    status, text = creak("run", nastran_study(tmp_path, deck), "--quiet")
+    assert status == 0, text
+    summary = json.loads((tmp_path / "results" / "summary.json").read_text())
+    assert summary["verification"]
+
+
+def test_what_changes_the_answer_stops_the_run(creak, tmp_path):
+    study = nastran_study(tmp_path, strips(extra="CGAP,901,9,1013,13"))
+    status, text = creak("run", study)
+    assert status == 2
+    assert "CGAP is not read by creak and would change the answer" in text
+    assert "--ignore 'CGAP'" in text
+    assert not (tmp_path / "results" / "summary.json").exists()
+    creak("run", study, "--ignore", "CGAP", "--quiet")
+    assert (tmp_path / "results" / "summary.json").exists()

@@ -1,0 +1,143 @@
+"""`creak sweep` through the command line; one test with a real cluster whose processes are killed."""
+
+from __future__ import annotations
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from creak.cli.main import main
+from creak.studies.sweep import tasks_of
+from creak.studies.sweep_case import run_case
+from creak.studies.sweep_cases import resolve
+from creak.studies.sweep_cluster import THREADS, cores, need_distributed
+from creak.studies.sweep_file import read_sweep
+from helpers_decks import STUDY, write_strips
+
+PATIENCE = 240.0
+"""s that a step of the test with processes may take on a busy machine."""
+
+
+def creak(monkeypatch, *arguments) -> int:
+    monkeypatch.setattr("sys.argv", ["creak", *map(str, arguments)])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    return stop.value.code
+
+
+def sweep_in(folder: Path, text: str, periods: int = 1) -> Path:
+    write_strips(folder, study=STUDY.replace("periods = 2", f"periods = {periods}"))
+    path = folder / "sweep.toml"
+    path.write_text(f'base = "study.toml"\n{text}', encoding="utf-8")
+    return path
+
+
+def rows_of(folder: Path) -> dict[str, dict[str, str]]:
+    with (folder / "sweep.csv").open(newline="") as file:
+        return {row["case"]: row for row in csv.DictReader(file)}
+
+
+def test_dry_run_lists_the_cases_and_writes_nothing(tmp_path, monkeypatch, capsys):
+    path = sweep_in(tmp_path, 'seeds = [1, 2]\n[grid]\n"reduction.f_max" = [2000, 3000]')
+    before = set(tmp_path.iterdir())
+    assert creak(monkeypatch, "sweep", path, "--dry-run") == 0
+    text = capsys.readouterr().out
+    assert "4 cases, 0 of them finished" in text
+    assert "f_max=3000,seed=2" in text
+    assert set(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [(["--workers", "2", "--scheduler", "tcp://x:1"], "exclude each other"), (["--workers", "0"], "--workers")],
+)
+def test_wrong_options(tmp_path, monkeypatch, capsys, arguments, words):
+    assert creak(monkeypatch, "sweep", sweep_in(tmp_path, "seeds = [1]"), *arguments) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_wrong_sweep_file(tmp_path, monkeypatch, capsys):
+    assert creak(monkeypatch, "sweep", sweep_in(tmp_path, '[grid]\n"reduction.f_mx" = [1]')) == 2
+    assert "Did you mean 'f_max'?" in capsys.readouterr().err
+    assert not (tmp_path / "sweep_sweep").exists()
+
+
+def test_without_dask_it_says_what_to_install(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert creak(monkeypatch, "sweep", sweep_in(tmp_path, "seeds = [1]")) == 2
+    assert "pip install distributed" in capsys.readouterr().err
+
+
+def test_a_finished_sweep_needs_no_workers(tmp_path, monkeypatch, capsys):
+    path, out = sweep_in(tmp_path, "seeds = [5]"), tmp_path / "results"
+    out.mkdir()
+    cases = resolve(read_sweep(path), out)
+    run_case(tasks_of(cases, out)["seed=5"])
+    monkeypatch.setattr("creak.studies.sweep_cluster.local_workers", None)
+    assert creak(monkeypatch, "sweep", path, "--out", out) == 0
+    assert "1 of 1 cases have results, 1 from before" in capsys.readouterr().out
+    assert rows_of(out)["seed=5"]["status"] == "done"
+    assert (out / "sweep.h5").exists()
+
+
+def test_the_command_line_starts_without_dask():
+    code = "import sys, creak.cli.main; sys.exit('dask' in sys.modules or 'distributed' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def wait_for(condition, process: subprocess.Popen) -> None:
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert process.poll() is None, "the sweep ended before it could be killed"
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def workers_of(process: subprocess.Popen) -> list[psutil.Process]:
+    return [p for p in psutil.Process(process.pid).children(recursive=True) if "spawn_main" in " ".join(p.cmdline())]
+
+
+def test_killed_worker_and_killed_sweep_lose_nothing(tmp_path):
+    """kill -9 of a worker, then of everything; the next start does the rest, and only the rest."""
+    need_distributed()
+    path = sweep_in(tmp_path, 'seeds = [1, 2, 3, 4]\n[[case]]\nname = "good"\n', periods=2)
+    text = path.read_text()
+    path.write_text(f'{text}[[case]]\nname = "bad"\nchanges = {{ "excitation.root.node_set" = "NOWHERE" }}\n')
+    out = tmp_path / "sweep_sweep"
+    command = [sys.executable, "-m", "creak.cli.main", "sweep", str(path), "--workers", "2", "--no-reports"]
+
+    def done() -> list[Path]:
+        return sorted(p for p in out.glob("good*/case.json") if not p.parent.name.startswith("."))
+
+    first = subprocess.Popen(command, start_new_session=True, stderr=subprocess.DEVNULL)
+    try:
+        wait_for(lambda: len(done()) >= 1, first)
+        killed = workers_of(first)[0]
+        share = str(max(1, cores() // 2))
+        assert {killed.environ()[name] for name in THREADS} == {share}
+        killed.kill()
+        before = len(done())
+        wait_for(lambda: len(done()) > before, first)
+    finally:
+        os.killpg(first.pid, signal.SIGKILL)
+        first.wait()
+    kept = {p: p.stat().st_mtime_ns for p in done()}
+    assert len(kept) >= 2
+
+    second = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
+    assert second.returncode == 1
+    assert "4 of 8 cases failed" in second.stderr
+    assert "bad,seed=3: " in second.stderr
+    assert len(done()) == 4
+    assert {p: p.stat().st_mtime_ns for p in kept} == kept
+    assert [p.name for p in out.iterdir() if p.name.startswith(".")] == []
+    assert {name: row["status"] for name, row in rows_of(out).items()} == {
+        f"{kind},seed={k}": status for kind, status in (("good", "done"), ("bad", "failed")) for k in range(1, 5)
+    }

@@ -1,0 +1,183 @@
+"""CBAR, CBEAM, CROD, CTUBE: each field against the closed form of a loaded bar."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from creak.assembly.system import to_dense
+from creak.errors import InputError
+from helpers_nastran import assembled, motion, read, rigid_mass, unread
+
+E, G, L = 2.0e5, 8.0e4, 100.0
+A, I1, I2, J = 50.0, 400.0, 150.0, 320.0
+MATERIAL = f"MAT1,1,{E},{G},,7.8-9\n"
+PBAR = f"PBAR,1,1,{A},{I1},{I2},{J}\n"
+GRIDS = f"GRID,1,,0.,0.,0.\nGRID,2,,{L},0.,0.\nSPC1,1,123456,1\n"
+EXACT = 1e-9
+
+
+def cantilever(tmp_path, element="CBAR,1,1,1,2,0.,1.,0.", bar=PBAR, grids=GRIDS):
+    return read(tmp_path, grids + element + "\n" + bar + MATERIAL)
+
+
+@pytest.mark.parametrize(("dof", "stiffness"), [(1, E * A / L), (2, 3 * E * I1 / L**3), (3, 3 * E * I2 / L**3), (4, G * J / L)])
+def test_cantilever(tmp_path, dof, stiffness):
+    """Plane 1 holds the orientation vector: I1 resists the load along it. Bars are exact under end loads."""
+    u = motion(cantilever(tmp_path), {(2, dof): 7.0})
+    assert u[1, dof - 1] == pytest.approx(7.0 / stiffness, rel=EXACT)
+
+
+@pytest.mark.parametrize("element", ["CBAR,1,1,1,2,9", "CBAR,1,1,1,2,0.,0.,-3.", "CBAR,1,,1,2,\nBAROR,,1,,,0.,0.,1."])
+def test_orientation(tmp_path, element):
+    """A grid, a vector or the default of BAROR turn plane 1 to z."""
+    u = motion(cantilever(tmp_path, element, grids=GRIDS + "GRID,9,,5.,0.,8.,,123456\n"), {(2, 3): 7.0})
+    assert u[1, 2] == pytest.approx(7.0 * L**3 / (3 * E * I1), rel=EXACT)
+
+
+def test_orientation_in_the_displacement_frame(tmp_path):
+    """X1, X2, X3 are in the frame of GA: its y is the basic z; OFFT = BGG takes the basic frame."""
+    frame = "CORD2R,5,,0.,0.,0.,0.,-1.,0.\n,1.,0.,0.\n"
+    grids = frame + GRIDS.replace("GRID,1,,0.,0.,0.", "GRID,1,,0.,0.,0.,5")
+    u = motion(cantilever(tmp_path, grids=grids), {(2, 3): 7.0})
+    assert u[1, 2] == pytest.approx(7.0 * L**3 / (3 * E * I1), rel=EXACT)
+    u = motion(cantilever(tmp_path, "CBAR,1,1,1,2,0.,1.,0.,BGG", grids=grids), {(2, 3): 7.0})
+    assert u[1, 2] == pytest.approx(7.0 * L**3 / (3 * E * I2), rel=EXACT)
+
+
+def test_shear(tmp_path):
+    """P L^3/(3 E I) + P L/(K A G); PBEAM has K1 = K2 = 1 unless it says otherwise."""
+    bar = PBAR.strip() + ",\n,\n,.5,.25\n"
+    model = cantilever(tmp_path, bar=bar)
+    for dof, i, k in ((2, I1, 0.5), (3, I2, 0.25)):
+        assert motion(model, {(2, dof): 1.0})[1, dof - 1] == pytest.approx(L**3 / (3 * E * i) + L / (k * A * G), rel=EXACT)
+    model = cantilever(tmp_path, "CBEAM,1,1,1,2,0.,1.,0.", f"PBEAM,1,1,{A},{I1},{I2},,{J}\n")
+    assert motion(model, {(2, 2): 1.0})[1, 1] == pytest.approx(L**3 / (3 * E * I1) + L / (A * G), rel=EXACT)
+
+
+def test_product_of_inertia(tmp_path):
+    """Unsymmetric bending: (u_y, u_z) = P L^3/(3 E) [I1 I12; I12 I2]^-1 e_y, I12 = integral of y z."""
+    i12 = 120.0
+    u = motion(cantilever(tmp_path, bar=PBAR.strip() + f",\n,\n,,,{i12}\n"), {(2, 2): 1.0})
+    wanted = L**3 / (3 * E) * np.linalg.solve([[I1, i12], [i12, I2]], [1.0, 0.0])
+    np.testing.assert_allclose(u[1, 1:3], wanted, rtol=EXACT)
+
+
+def test_offsets(tmp_path):
+    """A bar at height e above its grids: the axial force at the grid bends it, u = P L/(E A) + P e^2 L/(E I)."""
+    e = 4.0
+    u = motion(cantilever(tmp_path, f"CBAR,1,1,1,2,0.,1.,0.\n,,,0.,{e},0.,0.,{e},0."), {(2, 1): 6.0})
+    assert u[1, 0] == pytest.approx(6.0 * L / (E * A) + 6.0 * e**2 * L / (E * I1), rel=EXACT)
+    assert u[1, 5] == pytest.approx(6.0 * e * L / (E * I1), rel=EXACT)
+
+
+def test_offsets_of_both_ends(tmp_path):
+    """Offsets along the bar shorten it; in the element's own axes (OFFT = GOO) as in the basic ones."""
+    for offt in ("GGG", "GOO"):
+        element = f"CBAR,1,1,1,2,0.,1.,0.,{offt}\n,,,10.,0.,0.,-30.,0.,0."
+        u = motion(cantilever(tmp_path, element), {(2, 4): 1.0})
+        assert u[1, 3] == pytest.approx((L - 40.0) / (G * J), rel=EXACT)
+
+
+def test_pins(tmp_path):
+    """A released bending at end B leaves 3 E I/L^3 where the rotations of the grid are held, a released axis nothing."""
+    held = GRIDS + "SPC1,1,3456,2\n"
+    u = motion(cantilever(tmp_path, "CBAR,1,1,1,2,0.,1.,0.\n,,6", grids=held), {(2, 2): 7.0})
+    assert u[1, 1] == pytest.approx(7.0 * L**3 / (3 * E * I1), rel=EXACT)
+    u = motion(cantilever(tmp_path, "CBAR,1,1,1,2,0.,1.,0.", grids=held), {(2, 2): 7.0})
+    assert u[1, 1] == pytest.approx(7.0 * L**3 / (12 * E * I1), rel=EXACT)
+
+
+def test_pins_of_a_slanted_bar(tmp_path):
+    """The released direction is the bar's own: 45 degrees in the plane."""
+    s = L / math.sqrt(2.0)
+    grids = f"GRID,1,,0.,0.,0.\nGRID,2,,{s},{s},0.\nSPC1,1,123456,1\nSPC1,1,3456,2\n"
+    u = motion(cantilever(tmp_path, "CBAR,1,1,1,2,0.,0.,1.\n,,5", grids=grids), {(2, 1): -1.0, (2, 2): 1.0})
+    assert u[1, 1] == pytest.approx(L**3 / (3 * E * I2), rel=EXACT)
+    assert u[1, 0] == pytest.approx(-u[1, 1], rel=EXACT)
+
+
+def test_rods(tmp_path):
+    """CROD and CONROD carry force, and torque where J > 0; CTUBE by its diameter and wall."""
+    held = GRIDS + "SPC1,1,2356,2\n"
+    for element in (f"CROD,1,1,1,2\nPROD,1,1,{A},{J}", f"CONROD,1,1,2,1,{A},{J}"):
+        model = read(tmp_path, held + element + "\n" + MATERIAL)
+        assert motion(model, {(2, 1): 1.0})[1, 0] == pytest.approx(L / (E * A), rel=EXACT)
+        assert motion(model, {(2, 4): 1.0})[1, 3] == pytest.approx(L / (G * J), rel=EXACT)
+    model = read(tmp_path, held + "CTUBE,1,1,1,2\nPTUBE,1,1,10.,1.\n" + MATERIAL)
+    assert motion(model, {(2, 1): 1.0})[1, 0] == pytest.approx(L / (E * math.pi * 9.0), rel=EXACT)
+    assert motion(model, {(2, 4): 1.0})[1, 3] == pytest.approx(L / (G * math.pi / 32.0 * (1e4 - 8.0**4)), rel=EXACT)
+
+
+@pytest.mark.parametrize(
+    ("shape", "area", "i1", "i2"),
+    [
+        ("ROD\n,3.", 9 * math.pi, 81 * math.pi / 4, 81 * math.pi / 4),
+        ("TUBE\n,3.,2.", 5 * math.pi, 65 * math.pi / 4, 65 * math.pi / 4),
+        ("BAR\n,2.,6.", 12.0, 36.0, 4.0),
+        ("BOX\n,10.,20.,1.,2.", 92.0, (10 * 8000 - 6 * 18**3) / 12, (20 * 1000 - 18 * 216) / 12),
+        ("I\n,20.,10.,10.,1.,2.,2.", 56.0, (10 * 8000 - 9 * 4096) / 12, (4 * 1000 + 16) / 12),
+        ("T\n,10.,12.,2.,1.", 30.0, 10 * 8 / 12 + 20 * 4 + 1000 / 12 + 10 * 16, 2000 / 12 + 10 / 12),
+    ],
+)  # fmt: skip
+def test_shapes(tmp_path, shape, area, i1, i2):
+    """Area and moments of PBARL (width along z, height along y), from rectangles and circles."""
+    section = cantilever(tmp_path, bar=f"PBARL,1,1,,{shape}\n").blocks[0].section
+    assert (section.area, section.i22, section.i11) == pytest.approx((area, i1, i2), rel=1e-12)
+
+
+def test_torsion_of_shapes(tmp_path):
+    """A square has J = 0.1406 a^4 (Timoshenko), a thin box 2 t a^3-like by Bredt; the series is good to 0.3 %."""
+    square = cantilever(tmp_path, bar="PBARL,1,1,,BAR\n,2.,2.\n").blocks[0].section
+    assert square.torsion == pytest.approx(0.1406 * 16.0, rel=3e-3)
+    box = cantilever(tmp_path, bar="PBARL,1,1,,BOX\n,10.,10.,.1,.1\n").blocks[0].section
+    assert box.torsion == pytest.approx(0.1 * 9.9**3, rel=1e-9)
+
+
+def test_beam_stations(tmp_path):
+    """YESA without stress points, then K1, K2; a different end B is the mean, and listed."""
+    bar = f"PBEAM,1,1,{A},{I1},{I2},,{J},\n,1.,1.,1.,1.,1.,1.,1.,1.\n,YESA,1.0\n,.5,.25\n"
+    section = cantilever(tmp_path, "CBEAM,1,1,1,2,0.,1.,0.", bar).blocks[0].section
+    assert (section.shear_area1, section.shear_area2) == pytest.approx((0.5 * A, 0.25 * A))
+    model = cantilever(tmp_path, "CBEAM,1,1,1,2,0.,1.,0.", bar.replace("YESA,1.0", "NO,1.0,70."))
+    assert model.blocks[0].section.area == pytest.approx(60.0)
+    assert unread(model)["PBEAM, taper"]
+
+
+def test_mass(tmp_path):
+    """rho A L + NSM L, times WTMASS; half at each end unless COUPMASS, then (5, 1; 1, 5)/12 along the axis."""
+    bar = PBAR.strip() + ",.002\n"
+    total = (7.8e-9 * A + 0.002) * L
+    model = cantilever(tmp_path, bar=bar + "PARAM,WTMASS,2.\n")
+    M = to_dense(assembled(model).M)
+    assert rigid_mass(model)[0, 0] == pytest.approx(2.0 * total)
+    assert M.diagonal().max() == pytest.approx(total)
+    axial = assembled(cantilever(tmp_path, bar=bar + "PARAM,COUPMASS,1\n"))
+    x = axial.coordinates.tolist().index(6)
+    assert to_dense(axial.M)[x, x] == pytest.approx(total * 5.0 / 12.0)
+
+
+@pytest.mark.parametrize(
+    ("element", "message"),
+    [
+        ("CBAR,1,1,1,1,0.,1.,0.", "uses a grid twice"),
+        ("CBAR,1,1,1,2,1.,0.,0.", "orientation vector of CBAR 1 lies along it"),
+        ("CBAR,1,1,1,2", "no orientation vector"),
+        ("CBAR,1,7,1,2,0.,1.,0.", "uses property 7, which is not defined; expected a PBAR or PBARL"),
+        ("CBAR,1,1,1,3,0.,1.,0.", "uses grid 3, which is not defined"),
+        ("CBAR,1,1,1,2,0.,1.,0.\n,,,,,,-100.", "has zero length"),
+        ("CBAR,1,1,1,2,0.,1x,0.", "field 7 of CBAR is '1x'; expected a real number"),
+        ("CBAR,1,1,1,2,0.,1.,0.\nCBAR,1,1,1,2,0.,1.,0.", "element 1 .CBAR. is defined twice, first at .*deck.bdf:"),
+    ],
+)  # fmt: skip
+def test_mistakes(tmp_path, element, message):
+    with pytest.raises(InputError, match=message):
+        cantilever(tmp_path, element)
+
+
+def test_no_material(tmp_path):
+    with pytest.raises(InputError, match=r"deck\.bdf:9: PBAR 1 uses material 3, which is not defined"):
+        cantilever(tmp_path, bar=PBAR.replace("PBAR,1,1", "PBAR,1,3"))
+

@@ -1,0 +1,202 @@
+"""Sections, INCLUDE, case control, frames, what is not read, and mistakes of the file."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from creak.errors import InputError
+from creak.formats.nastran.bulk_data import Line, cards_of, id_list
+from creak.formats.nastran.coordinate_systems import point_in_basic, read_systems
+from creak.formats.nastran.reader import read_nastran
+from helpers_nastran import read, unread
+
+BULK = "GRID,1,,0.\nGRID,2,,1.\nCROD,1,1,1,2\nPROD,1,1,3.\nMAT1,1,2.+5,,.3,1.-9\n"
+
+
+def cards(text):
+    return cards_of(Line(line, f"deck:{i}") for i, line in enumerate(text.splitlines(), start=1))
+
+
+def test_fields_are_counted_over_lines():
+    """Field 13 is the second data field of the second line, which is where the message points."""
+    (card,) = cards("CBAR    1       1       1       2       0.      1.      0.\n                5       1.x\n")
+    assert card.integer(9) == 5
+    with pytest.raises(InputError, match=r"deck:2: field 14 of CBAR is '1\.x'; expected a real number"):
+        card.real(10)
+    with pytest.raises(InputError, match=r"deck:1: field 6 of CBAR is '0\.'; expected an integer"):
+        card.integer(4)
+
+
+def test_large_and_free_fields():
+    large = "GRID*   " + "7".rjust(16) + 16 * " " + "1.5-3".rjust(16) + "\n*       " + "2.".rjust(16) + "\n"
+    for text in (large, "GRID*,7,,1.5-3,\n*,2.\n"):
+        (card,) = cards(text)
+        assert (card.integer(0), card.real(2), card.real(4)) == (7, 1.5e-3, 2.0)
+
+
+def test_continuations_out_of_order():
+    """Named continuations must follow; anything else would put numbers in the wrong fields."""
+    text = "PBAR,1,1,1.,1.,1.,1.,,,+A\nPBAR,2,1,1.,1.,1.,1.,,,+B\n+A,1.\n+B,1."
+    with pytest.raises(InputError, match="deck:3: continuation 'A' follows a line of PBAR that asks for 'B'"):
+        cards(text)
+
+
+def test_too_many_fields():
+    with pytest.raises(InputError, match="deck:1: the line has 11 fields; expected at most 10"):
+        cards("GRID,1,,1.,2.,3.,,,,,5")
+
+
+def test_id_lists():
+    (card,) = cards("SET1,1,3,THRU,9,BY,3,20\n,30,THRU,32")
+    assert list(id_list(card, 1)) == [3, 6, 9, 20, 30, 31, 32]
+
+
+def test_chained_systems():
+    """System 3 lies in cylinder 2, which lies in 1, moved by 10 along y; 4 is given by grids, one of them in system 1."""
+    text = ("CORD2R,1,,0.,10.,0.,0.,10.,1.\n,1.,10.,0.\nCORD2C,2,1,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\n"
+            "CORD2R,3,2,2.,90.,0.,2.,90.,1.\n,3.,90.,0.\nCORD1R,4,1,2,3\nGRID,1,1,0.,0.,0.\nGRID,2,1,0.,0.,4.\nGRID,3,,1.,10.")  # fmt: skip
+    systems = read_systems(cards(text))
+    np.testing.assert_allclose(point_in_basic(systems[3], np.array([1.0, 0.0, 0.0])), [0.0, 13.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(point_in_basic(systems[4], np.array([1.0, 2.0, 3.0])), [1.0, 12.0, 3.0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("CORD2R,1,2,0.,0.,0.,0.,0.,1.\n,1.\nCORD2R,2,1,0.,0.,0.,0.,0.,1.\n,1.", "CORD2R 2 refers to system 1"),
+        ("CORD2R,1,7,0.,0.,0.,0.,0.,1.\n,1.", "CORD2R 1 refers to system 7"),
+        ("CORD2R,1,,0.,0.,0.,0.,0.,1.\n,0.,0.,2.", "three points of CORD2R 1 lie on a line"),
+        ("CORD1R,1,5,6,7", "CORD1R uses grid 5, which is not defined"),
+        ("CORD1R,1,5,6,7\nGRID,5,1\nGRID,6,,1.\nGRID,7,,,1.", "GRID 5 refers to system 1"),
+        ("CORD2R,1,,0.,0.,0.,0.,0.,1.\n,1.\nCORD2R,1,,0.,0.,0.,0.,0.,1.\n,2.", "coordinate system 1 is defined twice"),
+    ],
+)  # fmt: skip
+def test_wrong_systems(text, message):
+    with pytest.raises(InputError, match=message):
+        read_systems(cards(text))
+
+
+def test_grid_defaults(tmp_path):
+    """GRDSET gives CP, CD and PS where GRID leaves them blank."""
+    frame = "CORD2R,5,,0.,0.,0.,0.,0.,1.\n,0.,1.,0.\n"
+    model = read(tmp_path, frame + "GRDSET,,5,,,,5,3\n" + BULK)
+    np.testing.assert_allclose(model.nodes.coords[1], [0.0, 1.0, 0.0], atol=1e-15)
+    assert len(model.fixed) == 1  # the ground that the turned dofs are tied to
+    assert read(tmp_path, "GRDSET,,,,,,,3\n" + BULK).fixed[0].dofs == (3,)
+
+
+def test_include(tmp_path):
+    """Nested, in quotes over two lines, with backslashes, in case control and bulk; relative to the including file."""
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "grids.bdf").write_text("GRID,1,,0.\ninclude more.bdf\n")
+    (tmp_path / "parts" / "more.bdf").write_text("GRID,2,,1.\n")
+    (tmp_path / "case.inc").write_text("SPC = 4\n")
+    bulk = BULK.replace("GRID,1,,0.\nGRID,2,,1.\n", "INCLUDE 'parts\\\n  grids.bdf'\n") + "SPC1,4,1,1\n"
+    model = read(tmp_path, bulk, "include 'case.inc'\n")
+    assert model.nodes.ids.tolist() == [1, 2]
+    assert len(model.fixed) == 1
+
+
+def test_all_in_included_files(tmp_path):
+    """A main file of INCLUDE lines only: the sections are those of what it includes."""
+    (tmp_path / "head.bdf").write_text("SOL 103\nCEND\nSPC = 4\n")
+    (tmp_path / "bulk.bdf").write_text(f"BEGIN BULK\n{BULK}SPC1,4,1,1\nENDDATA\n")
+    main = tmp_path / "main.bdf"
+    main.write_text("INCLUDE head.bdf\nINCLUDE bulk.bdf\n")
+    model = read_nastran(main)
+    assert len(model.fixed) == 1
+    assert unread(model) == {}
+
+
+def test_missing_and_circular_include(tmp_path):
+    with pytest.raises(InputError, match=r"deck\.bdf:4: there is no included file nothing\.bdf"):
+        read(tmp_path, "INCLUDE nothing.bdf\n" + BULK)
+    with pytest.raises(InputError, match="includes itself"):
+        read(tmp_path, "INCLUDE deck.bdf\n" + BULK)
+
+
+def test_files_that_are_no_decks(tmp_path):
+    path = tmp_path / "a.bdf"
+    with pytest.raises(InputError, match=r"cannot read the deck .* it does not exist"):
+        read_nastran(path)
+    path.write_bytes(b"\x00\x01\x02")
+    with pytest.raises(InputError, match="not a text file"):
+        read_nastran(path)
+    path.write_text("SOL 103\nCEND\nBEGIN BULK\n" + BULK)
+    with pytest.raises(InputError, match=r"ends without ENDDATA.*cut off"):
+        read_nastran(path)
+    path.write_text("hello world\n")
+    with pytest.raises(InputError, match="no GRID cards"):
+        read_nastran(path)
+
+
+def test_sections_after_enddata_are_not_read(tmp_path):
+    assert read(tmp_path, BULK + "ENDDATA\nGRID,1,,5.\n").nodes.count == 2
+
+
+def test_superelement_sections(tmp_path):
+    """The residual structure is read, and that it is not all is said."""
+    model = read(tmp_path, BULK + "BEGIN SUPER=1\nGRID,1,,7.\n")
+    assert model.nodes.count == 2
+    assert unread(model)["BEGIN SUPER=1"]
+
+
+def test_unread_cards(tmp_path):
+    """Harmless ones, ones that change the answer, unknown ones with a hint; parameters; subcases."""
+    extra = "EIGRL,1,,,10\nFORCE,1,1,,1.,1.,0.,0.\nCGAP,9,9,1,2,1.,0.,0.\nCHEXXA,1\nPARAM,K6ROT,10.\nPARAM,INREL,-1\nPARAM,POST,-1\n"
+    case = "TITLE = x\nK2GG = STIFF\nSUBCASE 1\nLOAD = 3\nSUBCASE 2\nSPC = 5\n"
+    model = read(tmp_path, BULK + extra, case)
+    found = unread(model)
+    assert {k: v for k, v in found.items() if not v}.keys() == {"EIGRL", "FORCE", "PARAM,K6ROT", "PARAM", "case control", "SUBCASE 2"}
+    assert {k: v for k, v in found.items() if v}.keys() == {"CGAP", "CHEXXA", "PARAM,INREL", "K2GG"}
+    why = {u.keyword: u.why for u in model.unread}
+    assert "Did you mean 'CHEXA'" in why["CHEXXA"]
+    assert "TITLE, LOAD" in why["case control"]
+    assert all(u.where.startswith(str(tmp_path)) for u in model.unread)
+
+
+def test_damping(tmp_path):
+    """GE acts where W4 is given, G where W3 is; ALPHA1 and ALPHA2 are Rayleigh's numbers."""
+    bulk = BULK.replace(",.3,1.-9", ",.3,1.-9,,,.04")
+    assert read(tmp_path, bulk).blocks[0].section.material.beta == 0.0
+    assert unread(read(tmp_path, bulk))["MAT1, GE"] is False
+    material = read(tmp_path, bulk + "PARAM,W4,200.\nPARAM,G,.1\nPARAM,W3,50.\nPARAM,ALPHA1,3.\n").blocks[0].section.material
+    assert material.beta == pytest.approx(0.04 / 200.0 + 0.1 / 50.0)
+    assert material.alpha == 3.0
+
+
+@pytest.mark.parametrize(
+    ("card", "message"),
+    [
+        ("GRID,1,,9.", "grid 1 is defined twice, first at .*deck.bdf:4"),
+        ("GRID,3,8,1.", "deck.bdf:9: GRID 3 needs coordinate system 8"),
+        ("GRID,3,,1.,,,-1", "GRID 3 is a fluid point"),
+        ("GRID,x,,1.", "field 2 of GRID is 'x'; expected an integer"),
+        ("GRID,3,,1.e", "field 4 of GRID is '1.e'; expected a real number"),
+        ("MAT1,1,3.+5,,.3", "material 1 is defined twice"),
+        ("MAT1,2,,,.3", "MAT1 2 has neither E nor G"),
+        ("MAT1,2,1.,,.5", "MAT1 2 has E = 1 and nu = 0.5"),
+        ("MAT8,2,1.,1.,1.1,1.", "elastic constants are those of no stable material"),
+        ("PARAM,WTMASS,abc", "field 3 of PARAM is 'abc'; expected a real number"),
+    ],
+)  # fmt: skip
+def test_mistakes(tmp_path, card, message):
+    with pytest.raises(InputError, match=message):
+        read(tmp_path, BULK + card + "\n")
+
+
+def test_parameters_in_the_case_control(tmp_path):
+    """PARAM stands there too; a later one in the bulk data counts."""
+    assert read(tmp_path, BULK, "PARAM,WTMASS,2.\nPARAM,COUPMASS,1\n").blocks[0].section.material.density == 2e-9
+    assert read(tmp_path, BULK, "PARAM,COUPMASS,1\n").mass_form == "linear"
+    assert read(tmp_path, BULK).mass_form == "lumped"
+
+
+def test_equal_cards_count_once(tmp_path):
+    assert read(tmp_path, BULK + "GRID,1,,0.\nMAT1,1,2.+5,,.3,1.-9\n").nodes.count == 2
+
+
+def test_bad_set_number(tmp_path):
+    with pytest.raises(InputError, match="SPC = 'ABC'; expected the number of a set"):
+        read(tmp_path, BULK, "SPC = ABC\n")

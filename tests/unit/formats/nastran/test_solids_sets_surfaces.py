@@ -1,0 +1,103 @@
+"""Solids, and what a study can name: sets, properties, surfaces, parts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from creak.errors import InputError
+from helpers_nastran import motion, read, rigid_mass, row, unread
+
+CUBE = "".join(f"GRID,{i},,{x}.,{y}.,{z}.\n" for i, (x, y, z) in enumerate(
+    [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2)], start=1))  # fmt: skip
+MAT1 = "MAT1,1,1000.,,.25,3.-3\n"
+HELD = "SPC1,1,3,1,2,3,4\nSPC1,1,2,1,2\nSPC1,1,1,1\n"
+ELEMENTS = {
+    "hex8": "CHEXA,1,1,1,2,3,4,5,6\n,7,8\n",
+    "wedge6": "CPENTA,1,1,1,2,3,5,6,7\nCPENTA,2,1,1,3,4,5,7,8\n",
+    "tet4": "CTETRA,1,1,1,2,3,7\nCTETRA,2,1,1,3,4,7\nCTETRA,3,1,4,8,1,7\nCTETRA,4,1,8,5,1,7\nCTETRA,5,1,5,6,1,7\nCTETRA,6,1,6,2,1,7\n",
+}
+
+
+def stretched(model, dof=3):
+    """Motion of grid 7 under a pull of 4 on the top, shared as constant stress asks."""
+    shares = {5: 0.0, 6: 0.0, 7: 0.0, 8: 0.0}
+    for block in model.blocks:
+        for nodes in block.nodes_idx:
+            top = [int(model.nodes.ids[i]) for i in nodes if model.nodes.ids[i] >= 5]
+            if len(top) > 2:
+                area = 4.0 if len(top) == 4 else 2.0
+                for grid in top:
+                    shares[grid] += area / len(top)
+    return motion(model, {(g, dof): f for g, f in shares.items()})[row(model, 7)]
+
+
+@pytest.mark.parametrize("kind", ELEMENTS)
+def test_solids(tmp_path, kind):
+    """A cube of side 2 under stress 1: strain 1/E along it, -nu/E across; mass rho V."""
+    model = read(tmp_path, CUBE + ELEMENTS[kind] + "PSOLID,1,1\n" + MAT1 + HELD)
+    assert model.blocks[0].kind == kind
+    np.testing.assert_allclose(stretched(model)[:3], [-0.5e-3, -0.5e-3, 2e-3], atol=1e-12)
+    assert rigid_mass(model)[0, 0] == pytest.approx(8 * 3e-3)
+
+
+def test_quadratic_tetrahedron(tmp_path):
+    """Mid-side grids in Nastran's order: 1-2, 2-3, 3-1, 1-4, 2-4, 3-4; mass and volume come out right."""
+    corners = np.array([[0, 0, 0], [3, 0, 0], [0, 3, 0], [0, 0, 3]], dtype=float)
+    middles = [0.5 * (corners[a] + corners[b]) for a, b in ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))]
+    grids = "".join(f"GRID,{i},,{x},{y},{z}\n" for i, (x, y, z) in enumerate([*corners, *middles], start=1))
+    model = read(tmp_path, grids + "CTETRA,1,1,1,2,3,4,5,6\n,7,8,9,10\nPSOLID,1,1\n" + MAT1)
+    assert model.blocks[0].kind == "tet10"
+    assert rigid_mass(model)[0, 0] == pytest.approx(4.5 * 3e-3)
+
+
+def test_anisotropic_solid(tmp_path):
+    """MAT9 whose axis 1 is the basic z (CORDM): stress 1 along it strains by 1/E1."""
+    E1, E2, nu, G = 5000.0, 1000.0, 0.0, 400.0
+    upper = [E1, nu, 0, 0, 0, 0, E2, 0, 0, 0, 0, E2, 0, 0, 0, G, 0, 0, G, 0, G]
+    f = [f"{float(v)}" for v in upper]
+    card = "MAT9,1," + ",".join(f[:7]) + "\n," + ",".join(f[7:15]) + "\n," + ",".join(f[15:]) + ",3.-3\n"
+    frame = "CORD2R,5,,0.,0.,0.,1.,0.,0.\n,0.,0.,1.\n"
+    model = read(tmp_path, frame + CUBE + ELEMENTS["hex8"] + "PSOLID,1,1,5\n" + card + HELD)
+    # x of system 5 is the basic z, its z the basic x.
+    np.testing.assert_allclose(stretched(model)[2], 2.0 / E1, rtol=1e-9)
+    assert rigid_mass(model)[0, 0] == pytest.approx(8 * 3e-3)
+
+
+def test_second_order_solids_are_refused(tmp_path):
+    with pytest.raises(InputError, match=r"CHEXA 1 has 9 grids; expected 8 grids \(first order\)"):
+        read(tmp_path, CUBE + "GRID,9\nCHEXA,1,1,1,2,3,4,5,6\n,7,8,9\nPSOLID,1,1\n" + MAT1)
+
+
+PLATES = (
+    "$HMNAME PROP       1\"Upper skin\"\nGRID,1\nGRID,2,,1.\nGRID,3,,1.,1.\nGRID,4,,,1.\nGRID,11,,,,5.\nGRID,12,,1.,,5.\nGRID,13,,1.,1.,5.\n"
+    "CQUAD4,1,1,1,2,3,4\nCTRIA3,2,2,11,12,13\nPSHELL,1,1,.1,1,,1\nPSHELL,2,1,.1,1,,1\n" + MAT1
+)  # fmt: skip
+
+
+def test_parts_and_sets(tmp_path):
+    """A part of one property is called after it; properties are element sets, with their names from comments."""
+    sets = "SET1,7,1,2,11\nSET3,8,ELEM,2\nASET1,123,1,THRU,3\nSUPORT,4,123456\nBSET,11,3,12,3\n"
+    model = read(tmp_path, PLATES + sets, "SET 9 = 1, 3 THRU 12 EXCEPT 12\n")
+    assert [p.name for p in model.parts] == ["PID_1", "PID_2"]
+    assert {k: v.tolist() for k, v in model.element_sets.items()} == {
+        "PID_1": [[0, 0]], "PID_2": [[1, 0]], "UPPER_SKIN": [[0, 0]], "SET_7": [[0, 0], [1, 0]], "SET_8": [[1, 0]], "SET_9": [[0, 0]],
+    }  # fmt: skip
+    ids = {k: model.nodes.ids[v].tolist() for k, v in model.node_sets.items()}
+    assert ids == {"ASET": [1, 2, 3], "SUPORT": [4], "BSET": [11, 12], "SET_7": [1, 2, 11], "SET_9": [1, 3, 4, 11]}
+    assert not any(unread(model).values())
+
+
+def test_two_properties_in_one_part(tmp_path):
+    model = read(tmp_path, PLATES.replace("11,12,13", "1,2,13"))
+    assert [p.name for p in model.parts] == ["PART-1"]
+
+
+def test_surfaces(tmp_path):
+    """Shells: both sides, positive, negative. Solids: the faces that no other solid shares."""
+    model = read(tmp_path, PLATES)
+    assert {k: s.side.tolist() for k, s in model.surfaces.items() if k.startswith("PID_1")} == {
+        "PID_1": [0], "PID_1.SPOS": [1], "PID_1.SNEG": [-1]}  # fmt: skip
+    model = read(tmp_path, CUBE + ELEMENTS["wedge6"] + "PSOLID,1,1\n" + MAT1)
+    assert model.surfaces["PID_1"].facets.shape == (8, 2)
+    assert model.surfaces["PID_1"].nodes_idx.size == 8

@@ -1,0 +1,254 @@
+"""Cases of a sweep: what is left on disk, what is shared, what ends up in the table; without a cluster."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import pytest
+
+from creak.errors import InputError
+from creak.studies.run import run_study
+from creak.studies.setup import set_up
+from creak.studies.study_file import read_study
+from creak.studies.summary import summarise
+from creak.studies.superelements import save_superelement, shared_path
+from creak.studies.sweep import Queue, finished, process_alive, tasks_of
+from creak.studies.sweep_case import Task, finished_record, partial_name, publish, remove_partials, run_case
+from creak.studies.sweep_cases import resolve
+from creak.studies.sweep_file import SweepFile, read_sweep
+from creak.studies.sweep_table import Row, columns, waiting, write_table
+from helpers_decks import STUDY, write_strips
+
+SWEEP = """base = "study.toml"
+[grid]
+"contact.tip.stiffness" = [50.0, 60.0]
+"reduction.f_max" = [3000, 12000]
+[[case]]
+name = "good"
+[[case]]
+name = "bad"
+changes = { "excitation.root.node_set" = "NOWHERE" }
+"""
+COSTS = ("wall_s", "setup_s", "cpu_s", "offline_cpu_s", "offline_wall_s", "peak_rss_gb")
+
+
+def sweep_in(folder: Path, text: str = SWEEP) -> SweepFile:
+    write_strips(folder, study=STUDY.replace("periods = 2", "periods = 1"))
+    (folder / "sweep.toml").write_text(text, encoding="utf-8")
+    return read_sweep(folder / "sweep.toml")
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """Every case run once, in order."""
+    folder = tmp_path_factory.mktemp("sweep")
+    sweep, out = sweep_in(folder), folder / "out"
+    cases = resolve(sweep, out)
+    out.mkdir()
+    tasks = tasks_of(cases, out)
+    return sweep, cases, out, tasks, [Row(c, run_case(tasks[c.name])) for c in cases]
+
+
+def test_a_failed_case_does_not_lose_the_others(ran):
+    _, cases, out, _, rows = ran
+    assert [r.outcome.status for r in rows] == ["done"] * 4 + ["failed"] * 4
+    assert "unknown node set 'NOWHERE'" in rows[4].outcome.error
+    for case, row in zip(cases, rows, strict=True):
+        folder = out / case.folder_name
+        assert folder.exists() == (row.outcome.status == "done")
+        if folder.exists():
+            assert sorted(p.name for p in folder.iterdir()) == ["case.json", "results.h5", "summary.json"]
+    assert not [p.name for p in out.iterdir() if p.name.startswith(".")]
+
+
+def test_superelements_and_references_are_shared(ran):
+    records = [r.outcome.record for r in ran[4][:4]]
+    # Grid order: stiffness, then f_max. Superelements depend on f_max alone, the reference on the stiffness alone.
+    assert [(r["superelements_made"], r["superelements_reused"]) for r in records] == [(2, 0), (2, 0), (0, 2), (0, 2)]
+    assert [r["reference_reused"] for r in records] == [False, True, False, True]
+    assert len(list((ran[2] / "superelements").iterdir())) == 4
+    assert len(list((ran[2] / "references").iterdir())) == 2
+
+
+def without_costs(value):
+    if isinstance(value, dict):
+        return {k: without_costs(v) for k, v in value.items() if k not in (*COSTS, "notes")}
+    return value
+
+
+def test_what_is_shared_changes_nothing(ran):
+    """A case that took superelements and another that took the reference, against the same studies run alone."""
+    _, cases, out, tasks, _ = ran
+    for k in (1, 2):
+        alone = summarise(run_study(set_up(read_study(tasks[cases[k].name].study)), lambda *_: None))
+        saved = json.loads((out / cases[k].folder_name / "summary.json").read_text())
+        assert without_costs(saved) == without_costs(alone)
+
+
+def test_a_finished_case_is_not_run_again(ran):
+    _, cases, out, tasks, rows = ran
+    record = out / cases[0].folder_name / "case.json"
+    before = record.stat().st_mtime_ns
+    again = run_case(tasks[cases[0].name])
+    assert again.record == rows[0].outcome.record
+    assert record.stat().st_mtime_ns == before
+    assert list(finished(cases, out)) == [c.name for c in cases[:4]]
+
+
+def test_another_version_is_refused(ran):
+    task = replace(ran[3][ran[1][4].name], creak="0.0")
+    assert "started with 0.0" in run_case(task).error
+
+
+def test_results_follow_a_case_that_is_renamed(ran, tmp_path):
+    _, cases, out, _, _ = ran
+    old = tmp_path / "old name"
+    old.mkdir()
+    (old / "case.json").write_bytes((out / cases[0].folder_name / "case.json").read_bytes())
+    assert list(finished(cases[:1], tmp_path, rename=False)) == [cases[0].name]
+    assert old.exists()
+    assert list(finished(cases[:1], tmp_path)) == [cases[0].name]
+    assert [p.name for p in tmp_path.iterdir()] == [cases[0].folder_name]
+
+
+def test_what_is_no_result_is_not_overwritten(ran, tmp_path):
+    (tmp_path / ran[1][0].folder_name).mkdir()
+    with pytest.raises(InputError, match="in the way"):
+        finished(ran[1], tmp_path)
+
+
+def test_the_table(ran, tmp_path):
+    sweep, cases, _, _, rows = ran
+    write_table(sweep, [*rows[:-1], waiting(cases[-1])], tmp_path)
+    with (tmp_path / "sweep.csv").open(newline="") as file:
+        table = list(csv.DictReader(file))
+    assert [r["case"] for r in table] == [c.name for c in cases]
+    assert [float(r["reduction.f_max"]) for r in table] == [3000.0, 12000.0] * 4
+    assert [r["status"] for r in table] == ["done"] * 4 + ["failed"] * 3 + ["not run"]
+    assert "NOWHERE" in table[4]["error"]
+    assert table[4]["reduced.dof"] == ""
+    assert {r["seed"] for r in table} == {"3"}
+    for name in ("creak", "study_hash", "deck_hash", "date", "host", "python", "numpy", "scipy", "threads"):
+        assert all(r[name] for r in table[:7]), name
+    figures = rows[0].outcome.record
+    with h5py.File(tmp_path / "sweep.h5") as file:
+        assert file.attrs["columns"].tolist() == list(table[0])
+        assert file["reduced.max_force"][0] == float(table[0]["reduced.max_force"]) == figures["reduced.max_force"]
+        assert file["reduced.max_force"].attrs["unit"] == "N"
+        assert file["nrmse_all"].shape == (8,)
+        assert file["case"].asstr()[:].tolist() == [c.name for c in cases]
+
+
+def test_figures_are_those_of_the_summary(ran):
+    _, cases, out, _, rows = ran
+    summary = json.loads((out / cases[0].folder_name / "summary.json").read_text())
+    record = rows[0].outcome.record
+    for name, run in summary["runs"].items():
+        for key in ("dof", "retained", "modes", "channels", "wall_s", "max_force", "impulse_total", "energy_error"):
+            assert record[f"{name}.{key}"] == run[key]
+        assert record[f"{name}.events"] == len(run["events"]) > 0
+    check = summary["verification"]
+    assert record["worst_mac"] == min(check["mac"])
+    assert record["nrmse_z"] == check["nrmse"]["z"]
+    assert record["events_missed"] == check["events"]["missed"]
+    assert record["impulse_ratio"] == check["events"]["impulse_ratio_mean"]
+
+
+def test_columns_leave_out_what_no_case_has(ran):
+    table = columns([waiting(ran[1][0])])
+    assert list(table) == ["case", *ran[1][0].changes, "seed", "status", "error", "study_hash", "deck_hash"]
+
+
+def test_a_folder_is_complete_or_absent(tmp_path):
+    def fails(folder: Path) -> None:
+        (folder / "half").write_text("")
+        raise ValueError("disk full")
+
+    with pytest.raises(ValueError, match="disk full"):
+        publish(tmp_path / "case", "1", fails)
+    assert list(tmp_path.iterdir()) == []
+
+
+def record(number: str):
+    return lambda folder: (folder / "case.json").write_text(json.dumps({"id": number}))
+
+
+def test_newer_results_replace_those_of_another_study_only(tmp_path):
+    folder = tmp_path / "case"
+    publish(folder, "1", record("1"))
+    (folder / "mark").write_text("first")
+    publish(folder, "1", record("1"))  # a second worker with the same case: the first result stays
+    assert (folder / "mark").exists()
+    publish(folder, "2", record("2"))
+    assert finished_record(folder) == {"id": "2"}
+    assert not (folder / "mark").exists()
+    assert [p.name for p in tmp_path.iterdir()] == ["case"]
+
+
+def test_leftovers_of_dead_processes_are_removed(tmp_path):
+    dead = subprocess.Popen([sys.executable, "-c", ""])
+    dead.wait()
+    mine, other = tmp_path / partial_name("a.b"), tmp_path / ".a.elsewhere.1.abcd.partial"
+    left = tmp_path / f".a.{socket.gethostname()}.{dead.pid}.abcd.partial"
+    for folder in (mine, other, left):
+        folder.mkdir()
+    assert process_alive(os.getpid())
+    remove_partials(tmp_path, process_alive)
+    assert set(tmp_path.iterdir()) == {mine, other}
+
+
+def test_two_that_write_a_superelement_at_once_leave_a_whole_one(tmp_path):
+    sweep_in(tmp_path)
+    setup = set_up(read_study(tmp_path / "study.toml"))
+    result = run_study(setup, lambda *_: None)
+    reduced, store = result.reduced.superelements[0], tmp_path / "store"
+    together = threading.Barrier(4)
+
+    def write() -> None:
+        together.wait()
+        save_superelement(store, reduced, setup.model, {}, shared=True)
+
+    threads = [threading.Thread(target=write) for _ in range(4)]
+    for t in threads:
+        t.start()
+    for t in threads:
+        t.join()
+    path = shared_path(store, reduced.system.name, reduced.made_from)
+    assert list(store.iterdir()) == [path]
+    again = run_study(setup, lambda *_: None, store)
+    assert [r.reused for r in again.reduced.superelements] == [True, False]
+
+
+def task(name: str, reference: Path | None) -> Task:
+    here = Path("x")
+    return Task(name, name, here, here, here, reference, {}, "")
+
+
+def test_one_case_makes_the_reference_the_others_wait(tmp_path):
+    a, b = tmp_path / "a.npz", tmp_path / "b.npz"
+    queue = Queue([task("a1", a), task("a2", a), task("b1", b), task("none", None), task("a3", a)])
+    first = queue.ready(9)
+    assert [t.name for t in first] == ["a1", "b1", "none"]
+    assert queue.ready(9) == []
+    queue.ended(first[0])  # failed without a reference: the next one makes it
+    second = queue.ready(9)
+    assert [t.name for t in second] == ["a2"]
+    a.touch()
+    queue.ended(second[0])
+    assert [t.name for t in queue.ready(9)] == ["a3"]
+
+
+def test_no_more_are_handed_out_than_there_is_room_for():
+    queue = Queue([task(str(k), None) for k in range(3)])
+    assert [t.name for t in queue.ready(2)] == ["0", "1"]
+    assert queue.ready(0) == []
+    assert [t.name for t in queue.ready(2)] == ["2"]
