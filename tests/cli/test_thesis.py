@@ -25,7 +25,7 @@ def measured(monkeypatch):
         progress("cases", 2, 2)
         return ThesisResult(mesh_size, outcomes, out)
 
-    def no_door(mesh_size, folder):
+    def no_door(mesh_size, folder, channels):
         raise InputError("no door today")
 
     short = creak.studies.thesis.record.study_record

@@ -46,7 +46,7 @@ def random_case(seed: int, hard: bool, mu: float):
     return system, gaps, float(rng.uniform(1e-4, 2e-3))
 
 
-@settings(max_examples=150, derandomize=True, deadline=None)
+@settings(max_examples=1000, derandomize=True, deadline=None)
 @given(st.integers(0, 10**6), st.booleans(), st.sampled_from([0.0, 0.3, 1.0]), st.integers(4, 2 * N - 3))
 def test_no_energy_is_created(seed, hard, mu, count):
     system, gaps, step = random_case(seed, hard, mu)

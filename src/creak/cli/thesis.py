@@ -14,7 +14,7 @@ from creak.cli.output import writable_folder
 from creak.errors import CreakError, NumericalError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from creak.studies.thesis.doors import Doors
     from creak.studies.thesis.outcome import Outcome
@@ -55,19 +55,20 @@ def thesis(
         progress("write the page", 0, 2)
         record = study_record()
         progress("write the page", 1, 2)
-        page = Inputs(size, outcomes, record, _doors(size, out, console), LOADS)
+        channels = outcomes["Ref StS"].channel_names if "Ref StS" in outcomes else ()
+        page = Inputs(size, outcomes, record, _doors(size, out, channels, console), LOADS)
         write_thesis_page(page, out / "thesis.html")
         progress("write the page", 2, 2)
     console.print(f"wrote {out / 'thesis.html'}", markup=False)
     _stop_on_failed(outcomes)
 
 
-def _doors(size: float, out: Path, console: Console) -> Doors | None:
+def _doors(size: float, out: Path, channels: Sequence[str], console: Console) -> Doors | None:
     """The doors for pictures and tables; None, with a line, where they cannot be built."""
     from creak.studies.thesis.doors import open_doors
 
     try:
-        return open_doors(size, out)
+        return open_doors(size, out, channels)
     except CreakError as error:
         console.print(f"no pictures of the door: {error}", markup=False)
         return None

@@ -45,7 +45,7 @@ class PlainNewton:
         self.S: Matrix = np.diag(S.diagonal()) if isinstance(S, Diagonal) else S
         self.on = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
-        self.factorisations, self.residual = 0, 0.0
+        self.factorisations, self.steps, self.residual = 0, 0, 0.0
         self._start = StepFactor(system, scheme, self.h)
         self.setup_s = clock.perf_counter() - started
 
@@ -55,6 +55,7 @@ class PlainNewton:
 
     def advance(self, now: Instant) -> Iterator[Instant]:
         """One step."""
+        self.steps += 1
         scheme, h, on, gaps = self.scheme, self.h, self.on, self.gaps
         begun = begin(self.terms, gaps, on, scheme, h, now)
         half, support = begun.half, begun.support

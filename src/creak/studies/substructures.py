@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
-from creak.arrays import BoolArray, IntArray, Matrix
+from creak.arrays import IntArray, Matrix
 from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.dofs import dof_name, node_dofs
 from creak.assembly.part import part_system, split_constraints
@@ -82,10 +82,8 @@ def _cut(setup: Setup, gaps: GapOperator) -> Pieces:
         for block, row in _element_set(setup, name, where).tolist():
             groups[block][row] = k
     if table.keep_out > 0.0 and gaps.m:
-        near = _near(model, gaps.retained_nodes, table.keep_out)
-        for of, block in zip(groups, model.blocks, strict=True):
-            if block.part >= 0 and of.size:
-                of[near[block.nodes_idx].all(axis=1)] = last
+        for of, rows in zip(groups, near_elements(model, gaps.retained_nodes, table.keep_out), strict=True):
+            of[rows] = last
     if not any(g.any() for g in groups):
         return Pieces(model, (0,) * len(model.parts), tuple(range(len(model.parts))))
     return cut(model, groups, [*(n.upper() for n in table.substructures), UNREDUCED])
@@ -101,9 +99,11 @@ def _element_set(setup: Setup, name: str, key: str) -> IntArray:
     return found
 
 
-def _near(model: Model, nodes: IntArray, distance: float) -> BoolArray:
+def near_elements(model: Model, nodes: IntArray, distance: float) -> list[IntArray]:
+    """Rows of the elements of each block whose nodes all lie within `distance` of `nodes`: keep_out leaves them."""
     away, _ = cKDTree(model.nodes.coords[nodes]).query(model.nodes.coords, distance_upper_bound=1.000001 * distance)
-    return np.isfinite(away)
+    near, none = np.isfinite(away), np.zeros(0, dtype=np.int64)
+    return [np.flatnonzero(near[b.nodes_idx].all(axis=1)) if b.part >= 0 and b.ids.size else none for b in model.blocks]
 
 
 def _full_part(setup: Setup, reference: ReferenceModel, pieces: Pieces, k: int) -> System:

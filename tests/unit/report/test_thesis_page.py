@@ -99,4 +99,5 @@ def test_million_dofs_are_compared_where_they_were_measured():
     text = thesis_page(Inputs(20.0, {}, None, None, {}, data))
     assert "D8 runs 25 times faster in CPU time than unreduced, 10 times with its reduction counted" in text
     assert "11.0 N (+10.0" in text
+    assert "<td>4.2000</td>" in text
     assert "two cores." in text

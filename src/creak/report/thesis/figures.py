@@ -189,7 +189,7 @@ def mac_figure(facts: Facts, title: str, cases: Sequence[str], caption: str) -> 
     for k, name in enumerate(shown):
         found = facts.case(name)
         assert found is not None
-        z = np.array(found.mac_matrix)
+        z = np.nan_to_num(np.array(found.mac_matrix))
         suffix = str(k + 1) if k else ""
         domain = [k * share + (0.035 if k else 0.0), (k + 1) * share - (0.035 if k + 1 < len(shown) else 0.0)]
         layout[f"xaxis{suffix}"] = axis("mode of the reduced model", domain=domain, anchor=f"y{suffix}", showgrid=False)

@@ -14,7 +14,8 @@ from creak.report.palette import CONTACT, DRIVEN, INK, PARTS
 from creak.report.picture import Marks, Panel, model_picture, panels_picture
 from creak.report.thesis.blocks import PictureBlock
 from creak.report.view import Facets, View, facets_of, front
-from creak.studies.thesis.doors import POINTS, Doors, middle_of, near
+from creak.studies.substructures import near_elements
+from creak.studies.thesis.doors import POINTS, Doors, middle_of
 
 PALE = "#d9dee3"
 PANEL_EDGE, FLANGE, LINE = "#d55e00", "#0072b2", "#003e78"
@@ -153,7 +154,7 @@ def _around(model: Model, view: View, window: FloatArray) -> Facets:
 def _stays(model: Model, nodes: IntArray, distance: float) -> set[tuple[int, ...]]:
     """Corner rows of the elements that stay unreduced."""
     found: set[tuple[int, ...]] = set()
-    for block, rows in zip(model.blocks, near(model, nodes, distance), strict=True):
+    for block, rows in zip(model.blocks, near_elements(model, nodes, distance), strict=True):
         found.update(tuple(r) for r in block.nodes_idx[rows].tolist())
     return found
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from creak.arrays import FloatArray, IntArray
 from creak.door import build_door, write_door
@@ -47,14 +47,17 @@ class Doors:
     """M1 and M2."""
 
 
-def open_doors(mesh_size: float, folder: Path) -> Doors:
+def open_doors(mesh_size: float, folder: Path, channels: Sequence[str]) -> Doors:
     """Build the doors of a mesh size in `folder`/doors, as the runs do.
 
-    The kept channels are read from the unreduced run under the reference load, where that is there.
+    Parameters
+    ----------
+    channels : names of those that the pre-check keeps; empty: not known.
     """
     setups = [set_up(read_study(_written(mesh_size, folder / "doors", merge))) for merge in (1, 2, 3)]
     facts = _facts(mesh_size, setups[0])
-    return Doors(facts, setups[0], _kept(setups[0], folder / "runs"), {"M1": setups[1].model, "M2": setups[2].model})
+    kept = np.flatnonzero(np.isin(setups[0].contacts.names, list(channels))) if channels else None
+    return Doors(facts, setups[0], kept, {"M1": setups[1].model, "M2": setups[2].model})
 
 
 def _written(mesh_size: float, folder: Path, merge: int) -> Path:
@@ -80,26 +83,6 @@ def _held(setup: Setup, point: str) -> str:
     names = " ".join(DOF_NAMES[d - 1] for d in held)
     moved = " ".join(DOF_NAMES[d] for d in driven)
     return f"{names} held, {moved} driven" if moved else names
-
-
-def _kept(setup: Setup, runs: Path) -> IntArray | None:
-    """Channels of the unreduced run under A4, by name."""
-    for path in sorted(runs.glob("Ref StS_A4_*.npz")):
-        with np.load(path) as data:
-            names = set(data["channels"].tolist())
-        rows = np.flatnonzero([n in names for n in setup.contacts.names])
-        if rows.size:
-            return rows.astype(np.int64)
-    return None
-
-
-def near(model: Model, nodes: IntArray, distance: float) -> list[IntArray]:
-    """Rows of the elements of each block whose nodes all lie within `distance` of `nodes`: they stay unreduced."""
-    away, _ = cKDTree(model.nodes.coords[nodes]).query(model.nodes.coords, distance_upper_bound=1.000001 * distance)
-    close = np.isfinite(away)
-    return [
-        np.flatnonzero(close[b.nodes_idx].all(axis=1)) if b.part >= 0 else np.zeros(0, np.int64) for b in model.blocks
-    ]
 
 
 def middle_of(points: FloatArray) -> FloatArray:

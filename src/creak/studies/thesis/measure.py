@@ -67,7 +67,7 @@ def _unreduced(case: Case, bay: Bay) -> Outcome:
     return Outcome(
         case.name, case.study, case.variant.name, base.reference.system.n, base.gaps.m, {}, {}, base.reference.system.n,
         0.0, 0.0, f[f <= base.setup.study.config.verification.mac_f_max].tolist(), [], [], [],
-        _newton(case, base, base.reference.system), loads, freq.tolist(),
+        _newton(case, base, base.reference.system), loads, freq.tolist(), list(base.gaps.names),
     )  # fmt: skip
 
 
@@ -88,7 +88,7 @@ def _reduced(case: Case, bay: Bay) -> Outcome:
     return Outcome(
         case.name, case.study, case.variant.name, n, base.gaps.m, retained or {"assembly": model.retained},
         kept or {"assembly": model.modes}, _stay(model), model.cpu_s, model.wall_s, frequencies, errors, mac, matrix,
-        _newton(case, base, model.coupled or model.system), loads, freq.tolist(),
+        _newton(case, base, model.coupled or model.system), loads, freq.tolist(), list(base.gaps.names),
     )  # fmt: skip
 
 
@@ -115,8 +115,8 @@ def _modes(
     partner = found.pairs.partner
     mates = np.where(partner >= 0, found.freq_reduced[np.maximum(partner, 0)], np.inf)
     errors = mates / found.freq_reference - 1.0
-    matrix = found.pairs.matrix[:, : found.freq_reference.size + 3]
-    return found.freq_reference.tolist(), errors.tolist(), found.pairs.mac.tolist(), np.round(matrix, 4).tolist()
+    matrix = np.round(found.pairs.matrix, 4).tolist()
+    return found.freq_reference.tolist(), errors.tolist(), found.pairs.mac.tolist(), matrix
 
 
 def _load_outcome(case: Case, bay: Bay, load: str, run: Run) -> tuple[FloatArray, LoadOutcome]:
@@ -141,7 +141,7 @@ def _load_outcome(case: Case, bay: Bay, load: str, run: Run) -> tuple[FloatArray
     mean_square = np.sqrt((np.abs(spectra) ** 2).mean(axis=1))
     return freq, LoadOutcome(
         run.cost.cpu_s, run.cost.wall_s, history.time.size - 1, history.contact_steps, history.energy_created, rows,
-        pairs, fit, np.round(mean_square, 9).tolist(),
+        pairs, fit, [[float(f"{x:.4g}") for x in row] for row in mean_square.tolist()],
     )  # fmt: skip
 
 

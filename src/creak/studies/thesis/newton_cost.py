@@ -1,4 +1,7 @@
-"""What the usual way costs: steps of plain Newton with refactorisation, timed and scaled to a whole run."""
+"""What the usual way costs: steps of plain Newton with refactorisation, timed and scaled to a whole run.
+
+Beside them the condensed steps on the same matrices.
+"""
 
 from __future__ import annotations
 
@@ -12,19 +15,22 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.loads import Loads
 from creak.dynamics.plain_newton import PlainNewton
 from creak.dynamics.scheme import Scheme
+from creak.dynamics.simulate import CondensedStepper, Stepper
 from creak.linalg.threads import one_blas_thread
 
 
 @dataclass(frozen=True)
 class NewtonCost:
-    """CPU time of plain Newton's steps on one model."""
+    """CPU time of plain Newton's steps on one model, and of condensed ones."""
 
     flight_s: float
     """A step without contact, s."""
     contact_s: float
     """A step with contact, s."""
     factorisations: float
-    """Of a step with contact."""
+    """Of a step, on average over all that were made with contact about."""
+    condensed_flight_s: float
+    condensed_contact_s: float
     steps: int
     """That were timed of each kind."""
 
@@ -43,22 +49,27 @@ def newton_cost(system: System, gaps: GapOperator, loads: Loads, scheme: Scheme,
 
     Every iteration of a step factorises anew, as an implicit code without condensation does.
     """
-    flight, _ = _timed(PlainNewton(system, gaps.without_force(), loads, scheme), steps, pressed=False)
-    contact, factorisations = _timed(PlainNewton(system, touching(gaps), loads, scheme), steps, pressed=True)
-    return NewtonCost(flight, contact, factorisations, steps)
+    closed = touching(gaps)
+    flight = _timed(PlainNewton(system, gaps.without_force(), loads, scheme), steps, pressed=False)
+    newton = PlainNewton(system, closed, loads, scheme)
+    contact = _timed(newton, steps, pressed=True)
+    condensed = CondensedStepper(system, closed, loads, scheme)
+    again = _timed(CondensedStepper(system, gaps.without_force(), loads, scheme), 5 * steps, pressed=False)
+    return NewtonCost(
+        flight, contact, newton.factorisations / newton.steps, again, _timed(condensed, 5 * steps, pressed=True), steps
+    )
 
 
-def _timed(stepper: PlainNewton, steps: int, *, pressed: bool) -> tuple[float, float]:
-    """Median CPU time and mean factorisations of `steps` steps that end with or without contact."""
-    now, seconds, used = stepper.start(), [], []
+def _timed(stepper: Stepper, steps: int, *, pressed: bool) -> float:
+    """Median CPU time of `steps` steps that end with or without contact."""
+    now, seconds = stepper.start(), []
     with one_blas_thread():
         for _ in range(20 * steps):
-            started, before = time.process_time(), stepper.factorisations
+            started = time.process_time()
             for now in stepper.advance(now):  # noqa: B007, B020
                 pass
             if bool(now.p.any()) == pressed:
                 seconds.append(time.process_time() - started)
-                used.append(stepper.factorisations - before)
             if len(seconds) == steps:
                 break
-    return (float(np.median(seconds)), float(np.mean(used))) if seconds else (float("nan"), float("nan"))
+    return float(np.median(seconds)) if seconds else float("nan")

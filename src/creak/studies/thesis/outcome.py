@@ -74,6 +74,8 @@ class Outcome:
     loads: dict[str, LoadOutcome]
     freq: list[float] = field(default_factory=list)
     """Of the spectra, Hz."""
+    channel_names: list[str] = field(default_factory=list)
+    """Kept by the pre-check."""
     reason: str = ""
     """Why the case could not be run; empty: it was."""
 

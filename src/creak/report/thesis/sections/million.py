@@ -7,7 +7,7 @@ from typing import Any
 from creak.report.tables import Table
 from creak.report.text import NONE, fixed, number, percent, plural, times
 from creak.report.thesis.blocks import Section, TableBlock, Text, absent
-from creak.report.thesis.figures import Panel, events_figure
+from creak.report.thesis.facts import matched
 from creak.report.thesis.words import listed
 from creak.studies.thesis.outcome import EventRow
 
@@ -18,13 +18,15 @@ def million_section(data: dict[str, Any] | None) -> Section:
     if data is None or not runs:
         section.blocks.append(absent("This version of creak carries no measurement of the door of 1.17 million dofs."))
         return section
-    where = "".join(f" {str(data[k]).rstrip('.')}." for k in ("where", "machine", "date") if data.get(k))
+    where = "".join(f" {str(data[k]).rstrip('.')}." for k in ("where", "machine", "measured", "note") if data.get(k))
     section.blocks += [
         Text(f"{data.get('model', 'The door')}: measured beforehand, not by this run of the command.{where}"),
         TableBlock("Runs", _table(runs)),
     ]
     if all("events" in r for r in runs) and len(runs) > 1:
-        section.blocks.append(_figure(runs))
+        section.blocks += [
+            TableBlock(f"Contact events: {r['name']} against {runs[0]['name']}", _events(runs[0], r)) for r in runs[1:]
+        ]
     section.blocks.append(Text(_words(runs)))
     return section
 
@@ -75,21 +77,23 @@ def _digits(value: float | None) -> str:
     return NONE if value is None or value == 0.0 else number(float(value), 3)
 
 
-def _events(run: dict[str, Any]) -> list[EventRow]:
-    """Events of the last period; they carry no peak time, their middle stands for it."""
-    rows = [(float(s), float(e), float(f), float(i)) for _, s, e, f, i in run["events"]]
-    return [EventRow(s, 0.5 * (s + e), f, f, i) for s, e, f, i in rows if s >= 4.0]
+def _rows(run: dict[str, Any]) -> list[EventRow]:
+    return [EventRow(float(s), float(s), float(f), float(f), float(i), str(g)) for g, s, _, f, i in run["events"]]
 
 
-def _figure(runs: list[dict[str, Any]]) -> Any:
-    reference = _events(runs[0])
-    panels = [Panel(str(r["name"]), _events(r), reference) for r in runs[1:]]
-    return events_figure(
-        "Contact events at 1.17 million dofs",
-        panels,
-        ("reduced model", str(runs[0]["name"])),
-        "Contact events of the last second.",
-    )
+def _events(first: dict[str, Any], second: dict[str, Any]) -> Table:
+    """Every event of the whole run, those of both within 10 ms of each other in one row."""
+    own, other = _rows(first), _rows(second)
+    pairs = matched(own, other)
+    lines: list[tuple[float, EventRow | None, EventRow | None]] = [(a.t_start, a, b) for a, b in pairs]
+    lines += [(a.t_start, a, None) for a in own if all(a is not x for x, _ in pairs)]
+    lines += [(b.t_start, None, b) for b in other if all(b is not y for _, y in pairs)]
+    rows = []
+    for start, a, b in sorted(lines, key=lambda x: x[0]):
+        cells = [[NONE] * 2 if e is None else [number(e.force, 3), number(e.impulse, 3)] for e in (a, b)]
+        rows.append([fixed(start, 4), cells[0][0], cells[1][0], cells[0][1], cells[1][1]])
+    names = [str(first["name"]), str(second["name"])]
+    return Table(["start, s", *names, *names], rows, groups=[("", 1), ("highest force, N", 2), ("impulse, N s", 2)])
 
 
 def _words(runs: list[dict[str, Any]]) -> str:
@@ -105,7 +109,7 @@ def _words(runs: list[dict[str, Any]]) -> str:
             peaks = [max(e[3] for e in x["events"]) for x in (first, r)]
             text += (
                 f"; {plural(len(r['events']), 'event')} against {number(len(first['events']))}, highest force "
-                f"{fixed(peaks[1], 1)} N ({percent(peaks[1] / peaks[0])})"
+                f"{number(peaks[1], 3)} N ({percent(peaks[1] / peaks[0])})"
             )
         out.append(text)
     return f"{listed(out)}." if out else "The runs carry no CPU times to compare."
