@@ -15,7 +15,6 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.door import SCHEME, Door, door
-from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import compile_kernels
 from creak.dynamics.instant import Instant
 from creak.dynamics.modal_march import simulate_modal
@@ -23,6 +22,7 @@ from creak.dynamics.plain_newton import PlainNewton
 from creak.dynamics.simulate import CondensedStepper, Stepper
 from creak.linalg.threads import one_blas_thread
 from creak.studies.integrate import divided_loads
+from creak.studies.thesis.newton_cost import touching
 
 Row = tuple[str, str, str]
 LARGE = 400_000
@@ -41,11 +41,6 @@ def main() -> None:
                 table.add_row(*row)
             table.add_section()
         Console(width=130).print(table)
-
-
-def touching(gaps: GapOperator) -> GapOperator:
-    """The same channels without clearance: they touch within a few steps."""
-    return replace(gaps, gap0=np.zeros(gaps.m))
 
 
 def timed_steps(stepper: Stepper, now: Instant, steps: int) -> tuple[dict[bool, list[float]], Instant]:

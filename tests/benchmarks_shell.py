@@ -190,3 +190,49 @@ def thick_plate(n: int, kind: str = "quad") -> np.ndarray:
     held = np.unique(np.concatenate([out_of_plane_only(mesh), dof(on_x, 3, 4), dof(on_y, 3, 5)]))
     got = plate_frequencies(mesh, 1.0, held, 4)
     return got / np.array([45.911, 109.528, 109.528, 168.073])
+
+
+THIN_PLATES = {
+    "FFFF": [13.4682, 19.5961, 24.2702, 34.8009, 34.8009],
+    "CFFF": [3.471, 8.507, 21.285, 27.199, 30.956],
+    "CCCC": [35.9852, 73.3938, 73.3938, 108.2165],
+    "SSSS": [19.7392, 49.3480, 49.3480, 78.9568],
+}
+"""omega a^2 sqrt(rho h / D) of thin square plates, nu = 0.3: SSSS is exact, the others are converged Ritz values."""
+
+
+def thin_plate(edges: str, n: int, kind: str = "quad") -> np.ndarray:
+    """Square plate, thickness a / 1000; edges x = 0, y = 0, x = a, y = a free, clamped or (hard) simply supported."""
+    mesh = rectangle(n, n, 10.0, 10.0, kind)
+    x, y, _ = mesh.coords.T
+    held = [out_of_plane_only(mesh)]
+    sides = [(x < 1e-9, 4), (y < 1e-9, 5), (x > 10 - 1e-9, 4), (y > 10 - 1e-9, 5)]
+    for edge, (on, along) in zip(edges, sides, strict=True):
+        held.append(dof(np.flatnonzero(on), *{"F": (), "C": (3, 4, 5), "S": (3, along)}[edge]))
+    reference = np.array(THIN_PLATES[edges])
+    rigid = 3 if edges == "FFFF" else 0
+    got = plate_frequencies(mesh, 0.01, np.unique(np.concatenate(held)), reference.size + rigid)[rigid:]
+    bending = STEEL["youngs_modulus"] * 0.01**3 / (12 * (1 - 0.3**2))
+    return 2 * np.pi * got * 10.0**2 * np.sqrt(STEEL["density"] * 0.01 / bending) / reference
+
+
+def fitted_slope(n: np.ndarray, values: np.ndarray) -> tuple[float, np.ndarray, float]:
+    """p of values = limit + C n^-p: the slope of log(error) against log(h), h ~ 1/n, without a reference.
+
+    Parameters
+    ----------
+    n : (n_mesh,) elements along a side. values : (n_mesh, n_value); one p for all, a limit and a C for each.
+
+    Returns
+    -------
+    p between 0.2 and 6; (n_value,) limits; misfit, the rms residual over the rms change between the meshes.
+    """
+    n, values = np.asarray(n, dtype=float), np.asarray(values, dtype=float).reshape(len(n), -1)
+    best = (0.0, values[-1], np.inf)
+    for p in np.arange(0.2, 6.001, 0.02):
+        A = np.column_stack([np.ones(len(n)), n**-p])
+        x = np.linalg.lstsq(A, values, rcond=None)[0]
+        misfit = float(np.linalg.norm(values - A @ x) / np.linalg.norm(values - values.mean(axis=0)))
+        if misfit < best[2]:
+            best = (float(p), x[0], misfit)
+    return best

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 import creak
-from creak.cli import example, info, modes, reduce, run, sweep, thesis
+from creak.cli import advise, convert, example, info, modes, reduce, run, sweep, thesis
 from creak.errors import CreakError, InputError
 
 DONE, FAILED, WRONG_INPUT = 0, 1, 2
@@ -24,10 +24,12 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 app.command("run")(run.run)
+app.command("advise")(advise.advise)
 app.command("reduce")(reduce.reduce)
 app.command("sweep")(sweep.sweep)
 app.command("info")(info.info)
 app.command("modes")(modes.modes)
+app.command("convert")(convert.convert)
 app.command("thesis")(thesis.thesis)
 app.add_typer(example.app, name="example")
 

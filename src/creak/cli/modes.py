@@ -1,48 +1,136 @@
-"""`creak modes`: natural frequencies of a deck."""
+"""`creak modes`: natural frequencies, effective masses and mode shapes of a deck."""
 
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
+import numpy as np
 import typer
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
 from creak.errors import InputError
 
-DEFAULT_COUNT = 20
+if TYPE_CHECKING:
+    from creak.arrays import FloatArray
+    from creak.studies.deck_modes import DeckModes
+
+DIRECTIONS = ("X", "Y", "Z", "RX", "RY", "RZ")
+ROUND_OFF = 1e-6
+"""Participation factors below this share of the square root of the model's inertia are shown as 0."""
 
 
 def modes(
     deck: Path = typer.Argument(..., metavar="DECK", help="The deck."),
     f_max: float | None = typer.Option(None, "--f-max", help="All modes up to this frequency, Hz."),
-    count: int | None = typer.Option(None, "--count", help=f"The lowest modes; default {DEFAULT_COUNT}."),
-    json_file: Path | None = typer.Option(None, "--json", help="Write frequencies, mass and rigid modes here."),
+    count: int | None = typer.Option(None, "--count", help="The lowest modes; default 20."),
+    about: str = typer.Option("0,0,0", "--about", metavar="X,Y,Z", help="Point of the rotations of effective mass."),
+    vtk: Path | None = typer.Option(None, "--vtk", help="Write the shapes here (.vtu) for ParaView."),
+    uff: Path | None = typer.Option(None, "--uff", help="Write the shapes here as a universal file (data set 55)."),
+    units: Literal["mm-t-s", "m-kg-s"] = typer.Option("mm-t-s", "--units", help="Units named in the universal file."),
+    json_file: Path | None = typer.Option(None, "--json", help="Write frequencies, masses and checks here."),
+    ignore: list[str] = typer.Option([], "--ignore", help="Keyword of the deck that may go unread."),
 ) -> None:
-    """Natural frequencies of the linear structure, contact left out."""
+    """Natural frequencies of the linear structure, contact left out; effective masses and shapes."""
     from creak.cli.output import writable_folder
-    from creak.formats.complete_file import complete_file
     from creak.studies.deck_modes import deck_modes
 
-    if f_max is not None and count is not None:
-        raise InputError("both --f-max and --count", expected="one of them")
-    if (f_max is not None and not f_max > 0.0) or (count is not None and count < 1):
-        raise InputError(f"--f-max {f_max}, --count {count}", expected="a positive number")
-    if json_file is not None:
-        writable_folder(json_file.parent)
-    if f_max is None and count is None:
-        count = DEFAULT_COUNT
-    found = deck_modes(deck, f_max=f_max, count=count)
-    table = Table("mode", "Hz")
-    for i, f in enumerate(found.frequencies, start=1):
-        table.add_row(f"{i}", f"{f:.6g}")
+    point = _point(about)
+    if vtk is not None and vtk.suffix.lower() != ".vtu":
+        raise InputError(f"--vtk {vtk}", expected="a file name that ends in .vtu")
+    files = [path for path in (json_file, vtk, uff) if path is not None]
+    for path in files:
+        if path.is_dir():
+            raise InputError(f"cannot write to {path}: it is a folder", expected="a file name")
+        writable_folder(path.parent)
+    found = deck_modes(deck, f_max=f_max, count=count, about=point, ignore=ignore)
+    for path in files:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    _write(found, json_file, vtk, uff, units, deck.name)
     console = Console()
-    console.print(table)
-    console.print(f"mass {found.mass:.6g}, {found.rigid} rigid-body mode(s), largest residual {found.residual:.1e}, "
-                  f"Sturm count {'agrees' if found.sturm_ok else 'DOES NOT AGREE'}")  # fmt: skip
+    _print(console, found)
+    ids = found.model.nodes.ids
+    if uff is not None and np.unique(ids).size < ids.size:
+        console.print("note: instances repeat node labels; the universal file numbers the nodes 1, 2, ... in the order "
+                      "of the deck", soft_wrap=True)  # fmt: skip
+    for path in files:
+        console.print(f"wrote {path}", markup=False, soft_wrap=True, highlight=False)
+
+
+def _point(text: str) -> tuple[float, ...]:
+    try:
+        point = tuple(float(word) for word in text.split(","))
+    except ValueError:
+        point = ()
+    if len(point) != 3 or not all(map(math.isfinite, point)):
+        raise InputError(f"--about {text}", expected="three numbers X,Y,Z without blanks, for instance 0,0,120.5")
+    return point
+
+
+def _write(
+    found: DeckModes, json_file: Path | None, vtk: Path | None, uff: Path | None,
+    units: Literal["mm-t-s", "m-kg-s"], title: str,
+) -> None:  # fmt: skip
+    from creak.formats.complete_file import complete_file
+    from creak.formats.uff import write_uff
+    from creak.formats.vtu import write_vtu
+
     if json_file is not None:
-        data = {"frequencies": found.frequencies, "mass": found.mass, "rigid": found.rigid}
-        json_file.parent.mkdir(parents=True, exist_ok=True)
         with complete_file(json_file) as partial:
-            partial.write_text(json.dumps(data, indent=2) + "\n", encoding="utf-8")
+            partial.write_text(json.dumps(_data(found), indent=2) + "\n", encoding="utf-8")
+    if vtk is not None:
+        write_vtu(vtk, found.model, found.frequencies, found.translations())
+    if uff is not None:
+        write_uff(uff, found.model, found.frequencies, found.translations(), units, title=title)
+
+
+def _data(found: DeckModes) -> dict[str, object]:
+    e = found.effective
+    return {
+        "frequencies": found.frequencies, "mass": found.mass, "rigid": found.rigid, "residual": found.residual,
+        "sturm_ok": found.sturm_ok,
+        "effective_mass": {
+            "about": e.about.tolist(), "directions": DIRECTIONS, "total": e.total.tolist(),
+            "participation": e.participation.tolist(), "effective": e.effective.tolist(),
+            "cumulative_share": e.cumulative.tolist(),
+        },
+    }  # fmt: skip
+
+
+def _print(console: Console, found: DeckModes) -> None:
+    e = found.effective
+    if not found.frequencies:
+        console.print("no modes: none in the range, or the model has no mass that can move")
+    else:
+        x, y, z = e.about.tolist()
+        share = _table(found, f"Effective mass, % of the model; rotations about {x:g}, {y:g}, {z:g}", 100.0 * e.share)
+        share.add_section()
+        share.add_row("sum", "", *_cells(100.0 * e.cumulative[-1], e.total, "{:.2f}"))
+        share.add_row("model", "", *_cells(e.total, e.total, "{:.4g}"))
+        console.print(share)
+        console.print(_table(found, "Cumulative effective mass, %", 100.0 * e.cumulative))
+        factors = np.where(np.abs(e.participation) < ROUND_OFF * np.sqrt(e.total), 0.0, e.participation)
+        console.print(_table(found, "Participation factors, mass-normalised modes", factors, "{:.3g}"))
+    sturm = "agrees" if found.sturm_ok else "DOES NOT AGREE: a mode may be missing"
+    console.print(f"mass {found.mass:.6g}, {found.rigid} rigid-body mode(s), largest residual {found.residual:.1e}, "
+                  f"Sturm count {sturm}", soft_wrap=True)  # fmt: skip
+
+
+def _table(found: DeckModes, title: str, rows: FloatArray, form: str = "{:.2f}") -> Table:
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False)
+    table.add_column("mode", no_wrap=True)
+    table.add_column("Hz", no_wrap=True)
+    for direction in DIRECTIONS:
+        table.add_column(direction, justify="right", no_wrap=True)
+    for i, (f, row) in enumerate(zip(found.frequencies, rows, strict=True), start=1):
+        table.add_row(f"{i}", f"{f:.6g}", *_cells(row, found.effective.total, form))
+    return table
+
+
+def _cells(values: FloatArray, total: FloatArray, form: str) -> list[str]:
+    """A dash where the model has no inertia in the direction."""
+    return [form.format(v) if t > 0.0 else "-" for v, t in zip(values.tolist(), total.tolist(), strict=True)]

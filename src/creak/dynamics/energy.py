@@ -18,7 +18,10 @@ class EnergyAudit:
 
     Works are trapezoidal: dW = 1/2 (F0 + F1) . (u1 - u0), which is exact for Newmark's average acceleration
     on a linear system; the remainder `scheme` is then the dissipation of the scheme and of contact impacts in it.
-    Work at the supports is that of the reaction, M_sq a + M_ss s'' + C_sq v + ... - G_s' p.
+    Work at the supports is that of the reaction, C_sq v + K_sq u + ... - G_s' p, and of its inertia as the change of
+    momentum M_sq v + M_ss s'. The accelerations of the scheme would not do: they are those of a time (gamma - 1/2) h
+    before the instant (Erlicher, Bonaventura, Bursi, Comput. Mech. 28, 2002), and how much of the reaction is inertia
+    depends on the coordinates.
     """
 
     def __init__(self, terms: LinearTerms, gaps: GapOperator, on: ChannelMatrices) -> None:
@@ -41,13 +44,14 @@ class EnergyAudit:
 
     def step(self, before: Instant, now: Instant) -> FloatArray:
         """Book one step; returns its row of the table, (len(ENERGIES),)."""
-        (damper0, reaction0, force0), after = self._forces, self._boundary(now)
+        (damper0, reaction0, momentum0, force0), after = self._forces, self._boundary(now)
         self._forces = after
-        damper1, reaction1, force1 = after
+        damper1, reaction1, momentum1, force1 = after
+        h = (now.row - before.row) * self._t.loads.step
         du, ds = now.x.u - before.x.u, now.support[0] - before.support[0]
         self._damping += 0.5 * float((before.x.Cv + now.x.Cv) @ du)
         self._damping += 0.5 * float((damper0[0] + damper1[0]) @ du[self._t.driven] + (damper0[1] + damper1[1]) @ ds)
-        self._external += 0.5 * float((reaction0 + reaction1) @ ds)
+        self._external += float((0.5 * (reaction0 + reaction1) + (momentum1 - momentum0) / h) @ ds)
         if self._t.forced:
             self._external += 0.5 * float((force0 + force1) @ (self._t.B.T @ du[self._t.driven] + self._t.B_s.T @ ds))
         if self._gaps.has_dampers:
@@ -73,13 +77,13 @@ class EnergyAudit:
         balance = self._gaps.preload
         return springs if balance is None else springs + float(balance @ (gap - self._gaps.gap0))
 
-    def _boundary(self, now: Instant) -> tuple[tuple[FloatArray, FloatArray], FloatArray, FloatArray]:
-        """Damper forces (of supports on q, all on s), reaction of the supports, applied forces."""
-        s, s_dot, s_ddot = now.support
+    def _boundary(self, now: Instant) -> tuple[tuple[FloatArray, FloatArray], FloatArray, FloatArray, FloatArray]:
+        """Damper forces (of supports on q, all on s), reaction of the supports, its momentum, applied forces."""
+        s, s_dot = now.support[:2]
         sup, t, x = self._t.system.supports, self._t, now.x
         force = t.loads.force[now.row]
-        u, v, a = x.u[t.driven], x.v[t.driven], x.a[t.driven]
+        u, v = x.u[t.driven], x.v[t.driven]
         damper = (t.C_qs @ s_dot, t.C_qs.T @ v + t.C_ss @ s_dot)
-        reaction = t.M_qs.T @ a + sup.M_ss @ s_ddot + t.K_qs.T @ u + sup.K_ss @ s + damper[1]
+        reaction = t.K_qs.T @ u + sup.K_ss @ s + damper[1]
         reaction = reaction - self._rows_s.T @ now.force + self._preload - t.B_s @ force
-        return damper, reaction, force
+        return damper, reaction, t.M_qs.T @ v + sup.M_ss @ s_dot, force

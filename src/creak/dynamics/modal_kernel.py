@@ -71,11 +71,13 @@ class MarchState(NamedTuple):
     amplitude: FloatArray
     """(n_x,) of the load columns."""
     dots: FloatArray
-    """(3, n_x) X u, X v, X a."""
+    """(2, n_x) X u, X v."""
     damper: FloatArray
     """(n_support,) damper forces on the supports."""
     reaction: FloatArray
-    """(n_support,)"""
+    """(n_support,) of the supports, without inertia."""
+    momentum: FloatArray
+    """(n_support,) M_sq v + M_ss s'."""
     energy: FloatArray
     """(9,) the columns of the table, then the energy at t = 0."""
     recent: BoolArray
@@ -375,25 +377,27 @@ def in_channels(model, laws, gap):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True)
 def boundary(model, x):  # type: ignore[no-untyped-def]
-    """Products of the load columns with the motion; damper forces and reactions at the supports."""
+    """Products of the load columns with the motion; damper forces, reactions and momenta at the supports."""
     for j in range(model.order.size):
         x.dots[0, j], x.dots[1, j] = two_dots(model.X[j], x.x[0], x.x[1])
-        x.dots[2, j] = dot(model.X[j], x.x[2]) if model.order[j] == ACCELERATION else 0.0
     s, m = x.support, model.gap0.size
     for a in range(s.shape[1]):
-        damper = reaction = 0.0
+        damper = reaction = momentum = 0.0
         for b in range(s.shape[1]):
             damper += model.C_ss[a, b] * s[1, b]
-            reaction += model.M_ss[a, b] * s[2, b] + model.K_ss[a, b] * s[0, b]
+            reaction += model.K_ss[a, b] * s[0, b]
+            momentum += model.M_ss[a, b] * s[1, b]
         for j in range(model.order.size):
             if model.column[j] == a and model.order[j] <= ACCELERATION:
                 if model.order[j] == VELOCITY:
                     damper -= x.dots[1, j]
+                elif model.order[j] == DISPLACEMENT:
+                    reaction -= x.dots[0, j]
                 else:
-                    reaction -= x.dots[model.order[j], j]
+                    momentum -= x.dots[1, j]
         for j in range(x.force.size):
             reaction -= model.rows_s[j, a] * (x.force[j] - (model.preload[j] if j < m else 0.0))
-        x.damper[a], x.reaction[a] = damper, reaction + damper
+        x.damper[a], x.reaction[a], x.momentum[a] = damper, reaction + damper, momentum
 
 
 @numba.njit(cache=True)
@@ -425,13 +429,14 @@ def forces_on_supports(model, now, after):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def books_of_newmark(model, now, after):  # type: ignore[no-untyped-def]
-    """Damper work at the supports and external work of a step, trapezoidal."""
+def books_of_newmark(model, h, now, after):  # type: ignore[no-untyped-def]
+    """Damper work at the supports and external work of a step: trapezoidal, inertia by the change of momentum."""
     damping = external = 0.0
     for a in range(now.support.shape[1]):
         ds = after.support[0, a] - now.support[0, a]
         damping += 0.5 * (now.damper[a] + after.damper[a]) * ds
         external += 0.5 * (now.reaction[a] + after.reaction[a]) * ds
+        external += (after.momentum[a] - now.momentum[a]) / h * ds
     for j in range(model.order.size):
         du = after.dots[0, j] - now.dots[0, j]
         mean = 0.5 * (now.amplitude[j] + after.amplitude[j])
@@ -473,7 +478,7 @@ def book(model, step, laws, now, after, flown, slip):  # type: ignore[no-untyped
         damping += flown[1]
         external += flown[0] + massless_work(model, now, after)
     else:
-        damping, external = books_of_newmark(model, now, after)
+        damping, external = books_of_newmark(model, step.h, now, after)
         damping += damped
     more_kinetic, more_strain = carried(model, after)
     e[KINETIC], e[STRAIN] = kinetic + more_kinetic, strain + more_strain

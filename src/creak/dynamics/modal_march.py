@@ -296,7 +296,7 @@ def _empty_state(model: ModalModel, loads: Loads) -> MarchState:
     n_x = model.order.size
     return MarchState(
         np.zeros((3, n)), np.zeros(n), np.zeros(m + f2), np.zeros(m), np.zeros(m), np.zeros(f2),
-        np.ones(f2 // 2, dtype=np.bool_), np.zeros((3, n_s)), np.zeros(n_x), np.zeros((3, n_x)), np.zeros(n_s),
-        np.zeros(n_s), np.zeros(9), np.zeros(1, dtype=np.bool_),
+        np.ones(f2 // 2, dtype=np.bool_), np.zeros((3, n_s)), np.zeros(n_x), np.zeros((2, n_x)), np.zeros(n_s),
+        np.zeros(n_s), np.zeros(n_s), np.zeros(9), np.zeros(1, dtype=np.bool_),
     )  # fmt: skip
 

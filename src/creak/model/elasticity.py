@@ -61,7 +61,8 @@ def orthotropic(
     for (i, j), ratio in zip(((0, 1), (0, 2), (1, 2)), nu, strict=True):
         flexibility[i, j] = flexibility[j, i] = -ratio / E[i]
     require_stable(flexibility, where)
-    return np.linalg.inv(flexibility)
+    stiffness = np.linalg.inv(flexibility)
+    return np.asarray(0.5 * (stiffness + stiffness.T), dtype=np.float64)
 
 
 def require_stable(matrix: FloatArray, where: object) -> None:

@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.model.elasticity import sheet_matrices, turned_shear, turned_sheet
-from creak.model.materials import AnyMaterial, GeneralShell
+from creak.model.materials import AnyMaterial, GeneralShell, Ply
+
+__all__ = ["Ply", "homogeneous_shell", "laminate", "shifted"]
 
 SHEAR_CORRECTION = 5.0 / 6.0
 """Of a homogeneous section (Reissner)."""
-
-
-@dataclass(frozen=True)
-class Ply:
-    """One layer of a laminate."""
-
-    material: AnyMaterial
-    thickness: float
-    angle: float = 0.0
-    """From the material axis 1 of the element to that of the ply, about the normal, radian."""
 
 
 def homogeneous_shell(name: str, material: AnyMaterial, thickness: float, offset: float = 0.0) -> GeneralShell:
@@ -58,7 +50,7 @@ def laminate(name: str, plies: Sequence[Ply], bottom: float | None = None, added
     middle = GeneralShell(
         name, A, B, D, _shear_stiffness(z, Q, G, A, B, D), mass + added_mass, moment, inertia, total, 0.0, alpha, beta
     )
-    return shifted(middle, offset)
+    return replace(shifted(middle, offset), plies=tuple(plies), bottom=z0)
 
 
 def shifted(shell: GeneralShell, height: float) -> GeneralShell:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from creak.arrays import FloatArray
+from creak.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -56,9 +59,21 @@ class SheetMaterial:
     """Mass-proportional damping, 1/s."""
     beta: float = 0.0
     """Stiffness-proportional damping, s."""
+    constants: tuple[float, ...] = ()
+    """E1, E2, nu12, G12, G13, G23 that the matrices were made of, for writers; empty: not known."""
 
 
 AnyMaterial = Material | AnisotropicMaterial | SheetMaterial
+
+
+@dataclass(frozen=True)
+class Ply:
+    """One layer of a laminate."""
+
+    material: AnyMaterial
+    thickness: float
+    angle: float = 0.0
+    """From the material axis 1 of the element to that of the ply, about the normal, radian."""
 
 
 @dataclass(frozen=True)
@@ -101,10 +116,19 @@ class GeneralShell:
     """Mass-proportional damping, 1/s."""
     beta: float = 0.0
     """Stiffness-proportional damping, s."""
+    plies: tuple[Ply, ...] = ()
+    """What the section was made of, from the bottom up, for writers; empty: not known."""
+    bottom: float = 0.0
+    """Height z of the first ply's lower face."""
 
     def __post_init__(self) -> None:
-        if self.first_moment**2 > self.mass * self.rotary_inertia * (1.0 + 1e-9):
-            raise ValueError(f"shell {self.name!r}: mass, first moment and rotary inertia are those of no body")
+        if not all(np.isfinite(m).all() for m in (self.A, self.B, self.D, self.S, self.rotary_inertia)):
+            raise InputError(f"shell {self.name!r} is too thick or too stiff to compute with", fix="Check its section.")
+        if self.first_moment * self.first_moment > self.mass * self.rotary_inertia * (1.0 + 1e-9):
+            raise InputError(
+                f"shell {self.name!r}: mass, first moment and rotary inertia are those of no body",
+                fix="Check its thickness, offset and density.",
+            )
 
 
 @dataclass(frozen=True)
@@ -138,6 +162,10 @@ class BeamSection:
     """Further mass per length on the centroid line."""
     twist_inertia: float | None = None
     """Mass moment of inertia per length about the axis; None: rho (i11 + i22)."""
+    profile: str = ""
+    """Shape that the properties were made of, for writers: RECT, CIRC, ..., GENERAL; empty: not known."""
+    dimensions: tuple[float, ...] = ()
+    """Its dimensions; of GENERAL area, I11, I12, I22, J."""
 
     @property
     def polar_inertia(self) -> float:

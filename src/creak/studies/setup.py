@@ -91,7 +91,7 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
     ------
     InputError : as `set_up`.
     """
-    _stop_on_unread(model, ignore)
+    stop_on_unread(model, ignore)
     _check_frequencies(study)
     _check_integrator(study)
     time = time_axis(study)
@@ -120,7 +120,8 @@ def _check_integrator(study: Study) -> None:
         )  # fmt: skip
 
 
-def _stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
+def stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
+    """Raise InputError at the first keyword that went unread although it changes the answer, unless it is ignored."""
     accepted = {k.upper().lstrip("*") for k in ignore}
     for unread in model.unread:
         if unread.changes_answer and unread.keyword.upper().lstrip("*") not in accepted:

@@ -15,6 +15,7 @@ from creak.report.thesis.sections.spacing import captured_modes, slower_than_ref
 from creak.report.thesis.tables import cost_table, grade_table, participation_table, spacing_table
 from creak.report.thesis.words import CLOSE, listed, predicts
 from creak.studies.thesis.outcome import EventRow
+from creak.studies.thesis.plan import ETAS, FINE_ETAS
 from helpers_thesis import STEPS, failed, fake_outcomes
 
 
@@ -133,7 +134,7 @@ def test_tables_hold_both_columns(facts):
     table = grade_table(facts, "D8")
     assert [r[1] for r in table.rows[:3]] == [str(head["predictions"][k][0]) for k in ("perfect", "low", "high")]
     assert table.rows[3][3:5] == ["0", "1"]
-    assert len(participation_table(facts).rows) == 6
+    assert len(participation_table(facts).rows) == len(FINE_ETAS) + len(ETAS)
     spacing = spacing_table(facts)
     assert spacing.rows[1][5] == "1.25"
     assert spacing.rows[1][7] == "1.30"

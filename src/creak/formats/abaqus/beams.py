@@ -29,7 +29,9 @@ def read_beam_section(scope: Scope, block: Block, materials: dict[str, RawMateri
     """
     material = find_material(block.need("MATERIAL"), materials, block.where)
     rows = list(block.rows(blanks=True))
-    return _section(scope, block, material, _shape(block, block.need("SECTION").upper(), rows), rows)
+    name = block.need("SECTION").upper()
+    shape, size = _shape(block, name, rows)
+    return _section(scope, block, material, shape, rows, (name, size))
 
 
 def read_beam_general_section(scope: Scope, block: Block, materials: dict[str, RawMaterial]) -> BeamSection:
@@ -43,7 +45,7 @@ def read_beam_general_section(scope: Scope, block: Block, materials: dict[str, R
     """
     shape = block.option("SECTION", "GENERAL")
     rows = list(block.rows(blanks=True))
-    found = _general(block, rows) if shape == "GENERAL" else _shape(block, shape, rows)
+    found, size = _general(block, rows) if shape == "GENERAL" else _shape(block, shape, rows)
     found = replace(
         found,
         centroid=_point(block, "CENTROID", found.centroid),
@@ -65,10 +67,12 @@ def read_beam_general_section(scope: Scope, block: Block, materials: dict[str, R
     )
     nu = young / (2.0 * shear) - 1.0
     check_poisson(nu, name, where)
-    return _section(scope, block, Material(name, young, nu, density), found, rows)
+    return _section(scope, block, Material(name, young, nu, density), found, rows, (shape, size))
 
 
-def _section(scope: Scope, block: Block, material: Material, shape: Shape, rows: Rows) -> BeamSection:
+def _section(
+    scope: Scope, block: Block, material: Material, shape: Shape, rows: Rows, given: tuple[str, tuple[float, ...]]
+) -> BeamSection:
     """The section with shear areas k A; the second moments turned to principal axes."""
     values = (shape.area, shape.i11, shape.i22, shape.torsion)
     if not all(0.0 < v < math.inf for v in values) or shape.i12**2 >= shape.i11 * shape.i22:
@@ -83,7 +87,7 @@ def _section(scope: Scope, block: Block, material: Material, shape: Shape, rows:
         along1 = along2 = 0.5 * (along1 + along2)
     return BeamSection(
         block.get("ELSET"), material, shape.area, i1, i2, shape.torsion, _axis1(scope, rows), shape.radius,
-        along1, along2, angle, shape.centroid, shape.shear_centre,
+        along1, along2, angle, shape.centroid, shape.shear_centre, profile=given[0], dimensions=given[1],
     )  # fmt: skip
 
 
@@ -142,8 +146,8 @@ def _axis1(scope: Scope, rows: Rows) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _shape(block: Block, name: str, rows: Rows) -> Shape:
-    """Properties of a standard shape; its first dimension lies along axis 1."""
+def _shape(block: Block, name: str, rows: Rows) -> tuple[Shape, tuple[float, ...]]:
+    """Properties and dimensions of a standard shape; its first dimension lies along axis 1."""
     if name not in SHAPES:
         raise InputError(
             f"beam section {name!r} is not supported",
@@ -159,14 +163,14 @@ def _shape(block: Block, name: str, rows: Rows) -> Shape:
     if len(size) < count:
         raise InputError(f"{name} needs {count} dimensions", where=where, fix="Complete the line.")
     try:
-        return made(size)
+        return made(size), tuple(size)
     except ValueError as error:
         raise InputError(
             str(error), expected="dimensions that leave a section", where=where, fix="Correct the line."
         ) from None
 
 
-def _general(block: Block, rows: Rows) -> Shape:
+def _general(block: Block, rows: Rows) -> tuple[Shape, tuple[float, ...]]:
     fields, where = rows[0] if rows else ([], block.where)
     names = ("area", "I11", "I12", "I22", "J")
     area, i11, i12, i22, torsion = floats(fields, where, "property of the beam section", 5)
@@ -178,4 +182,4 @@ def _general(block: Block, rows: Rows) -> Shape:
                 where=where,
                 fix=f"Give {names}.",
             )
-    return Shape(area, i11, i22, i12, torsion)
+    return Shape(area, i11, i22, i12, torsion), (area, i11, i12, i22, torsion)

@@ -120,7 +120,7 @@ def find_any_material(name: str, materials: dict[str, RawMaterial], where: str) 
         return Material(raw.name, values[0], values[1], *common)
     if raw.elastic.kind == "LAMINA":
         E1, E2, nu12, G12, G13, G23 = values
-        return SheetMaterial(raw.name, *lamina(E1, E2, nu12, G12, G13, G23, where=at), *common)
+        return SheetMaterial(raw.name, *lamina(E1, E2, nu12, G12, G13, G23, where=at), *common, values)
     if raw.elastic.kind == "ENGINEERING CONSTANTS":
         E, nu, G = values[:3], values[3:6], values[6:9]
         matrix = orthotropic((E[0], E[1], E[2]), (nu[0], nu[1], nu[2]), (G[0], G[1], G[2]), where=at)

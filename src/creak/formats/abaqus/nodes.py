@@ -15,6 +15,9 @@ from creak.formats.abaqus.numbers import floats, label_and_reals, to_float, to_l
 from creak.formats.abaqus.outline import Outline, Scope
 from creak.model.mesh import Nodes
 
+LARGEST = 1e100
+"""Coordinate whose square is still a number."""
+
 
 @dataclass(frozen=True)
 class _Table:
@@ -69,10 +72,12 @@ def _scope_nodes(deck: Outline, scope: Scope, tables: dict[int, _Table]) -> tupl
     placed = coords[keep]
     if scope.rotated or scope.origin.any():
         placed = placed @ scope.rotation.T + scope.origin
-    if not np.isfinite(placed).all():
+    far = np.flatnonzero(~(np.abs(placed) < LARGEST).all(axis=1))
+    if far.size:
         raise InputError(
-            f"instance {scope.name!r} has coordinates too large to compute with", where=blocks[0].where
-        )
+            f"node {ids[keep][far[0]]} has coordinates too large to compute with: {_shown(placed[far[0]])}",
+            where=blocks[0].place(int(codes[keep][far[0]])), fix="Correct them.",
+        )  # fmt: skip
     return ids[keep], placed
 
 

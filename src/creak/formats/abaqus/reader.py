@@ -88,6 +88,11 @@ def _read(path: str | Path, made: Callable[[Outline], T]) -> T:
     try:
         with np.errstate(all="ignore"):
             return made(outline(blocks))
+    except (OverflowError, np.linalg.LinAlgError):
+        raise InputError(
+            "a number of the deck is too large or too small to compute with", where=path,
+            fix="Check the sections, materials and coordinates.",
+        ) from None  # fmt: skip
     except InputError as error:
         fix = f"{error.fix} {_misspelled(blocks)}".strip()
         raise InputError(error.what, expected=error.expected, where=error.where or path, fix=fix) from None

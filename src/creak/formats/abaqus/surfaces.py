@@ -136,7 +136,7 @@ def _element_surface(
     chosen = chosen[np.sort(first)]
     rows, side = np.concatenate([rows, chosen[:, 0]]), np.concatenate([side, chosen[:, 1]])
     corners = _corners(elements, rows, side)
-    nodes_idx, weights = _tributary_areas(coords, corners)
+    nodes_idx, weights = tributary_areas(coords, corners)
     return RawSurface(name, rows, side, nodes_idx, weights, block.where, corners=corners)
 
 
@@ -226,7 +226,7 @@ def _merged_sides(facets: Mapping[int, list[IntArray]]) -> tuple[IntArray, IntAr
     return unique[order], merged[order].astype(np.int64)
 
 
-def _tributary_areas(coords: FloatArray, corners: IntArray) -> tuple[IntArray, FloatArray]:
+def tributary_areas(coords: FloatArray, corners: IntArray) -> tuple[IntArray, FloatArray]:
     """Nodes of facets and, at each, the sum of facet area / number of facet nodes."""
     corner = coords[corners]
     area = 0.5 * np.linalg.norm(np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]), axis=1)

@@ -124,8 +124,12 @@ def read_shape(card: Card, first: int) -> tuple[Shape, float]:
     dims = [card.real(first + i) for i in range(n)]
     if any(not d > 0.0 for d in dims[: 1 if kind == "TUBE" else n]):
         raise InputError(f"{card.name} {card.text(0)} has dimensions {dims}", where=card.where, expected="> 0")
-    shape = make(*dims)
-    if not (shape.area > 0.0 and shape.i1 > 0.0 and shape.i2 > 0.0 and shape.torsion > 0.0):
+    try:
+        shape = make(*dims)
+        right = all(0.0 < v < math.inf for v in (shape.area, shape.i1, shape.i2, shape.torsion))
+    except ArithmeticError:  # no wall, or too large to compute with
+        right = False
+    if not right:
         raise InputError(f"{card.name} {card.text(0)}: dimensions {dims} make no {kind}", where=card.where,
                          expected="walls thinner than the section")  # fmt: skip
     return shape, card.real(first + n, 0.0)

@@ -11,7 +11,11 @@ from pathlib import Path
 from creak.errors import InputError
 from creak.formats.matrices.checks import number, read_text
 
-_INTEGER = re.compile(r"[+-]?\d+")
+_INTEGER = re.compile(r"[+-]?[0-9]+")
+MAX_DIGITS = 15
+"""Of an integer."""
+MAX_LIST = 10_000_000
+"""Ids in one THRU range."""
 _BEGIN_BULK = re.compile(r"\s*BEGIN\s+BULK\b", re.I)
 
 
@@ -55,6 +59,8 @@ class Card:
             return default
         if not _INTEGER.fullmatch(text):
             raise self.wrong(i, "an integer")
+        if len(text) > MAX_DIGITS:
+            raise self.wrong(i, f"an integer of at most {MAX_DIGITS} digits")
         return int(text)
 
     def real(self, i: int, default: float | None = None) -> float:
@@ -153,6 +159,19 @@ def _split(line: str, where: str) -> tuple[str, list[str], str]:
     return head, (items[:count] + [""] * count)[:count], tail
 
 
+def id_range(first: int, last: int, step: int, where: str) -> range:
+    """first, first + step, ... up to last.
+
+    Raises
+    ------
+    InputError : more than `MAX_LIST` ids.
+    """
+    if (last - first) // step >= MAX_LIST:
+        raise InputError(f"{first} THRU {last} holds {(last - first) // step + 1} ids", where=where,
+                         expected=f"at most {MAX_LIST}", fix="Give the last id that there is.")  # fmt: skip
+    return range(first, last + 1, step)
+
+
 def id_list(card: Card, start: int = 0) -> Iterator[int]:
     """Ids of a list with THRU (and BY), from field `start` on."""
     fields = [text.upper() for text in card.fields[start:]]
@@ -163,7 +182,7 @@ def id_list(card: Card, start: int = 0) -> Iterator[int]:
         elif i + 2 < len(fields) and fields[i + 1] == "THRU":
             by = i + 4 < len(fields) and fields[i + 3] == "BY"
             step = card.integer(start + i + 4) if by else 1
-            yield from range(card.integer(start + i), card.integer(start + i + 2) + 1, max(step, 1))
+            yield from id_range(card.integer(start + i), card.integer(start + i + 2), max(step, 1), card.where)
             i += 5 if by else 3
         else:
             yield card.integer(start + i)

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field
 
 from creak.errors import InputError
-from creak.formats.nastran.bulk_data import Line
+from creak.formats.nastran.bulk_data import Line, id_range
 from creak.model.mesh import Unread
 
 _COMMAND = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)\s*(\([^)]*\))?\s*(?:=\s*|\s+|$)(.*)")
@@ -39,11 +39,12 @@ def read_case_control(executive: list[Line], case: list[Line]) -> CaseControl:
 
     Raises
     ------
-    InputError : SPC, MPC or IC is not a number.
+    InputError : SPC, MPC or IC is not a number; a SET with a range of too many ids.
     """
     commands, unread = _first_subcase(case)
     ids = {key: _identifier(commands, key) for key in ("SPC", "MPC", "IC")}
-    sets = {number: _ids(text) for number, text in _sets(case).items()}
+    sets = {number: _ids(text, f"{case[0].where.rpartition(':')[0]}, SET {number}")
+            for number, text in _sets(case).items()}  # fmt: skip
     unread += [Unread(key, line.where, True, "creak does not follow this case control command")
                for key, (_, line) in commands.items() if key in _CHANGES]  # fmt: skip
     rest = [key for key in commands if key not in _CHANGES | {"SPC", "MPC", "IC", "SET"}]
@@ -93,7 +94,7 @@ def _identifier(commands: dict[str, tuple[str, Line]], key: str) -> int:
     if key not in commands:
         return 0
     value, line = commands[key]
-    if not value.isdigit():
+    if not re.fullmatch("[0-9]{1,15}", value):
         raise InputError(f"{key} = {value!r}", where=line.where, expected="the number of a set")
     return int(value)
 
@@ -103,7 +104,7 @@ def _sets(case: list[Line]) -> dict[int, str]:
     number = -1
     for line in case:
         text = line.text.split("$")[0].strip()
-        start = re.match(r"SET\s+(\d+)\s*=\s*(.*)", text, re.I)
+        start = re.match(r"SET\s+([0-9]{1,15})\s*=\s*(.*)", text, re.I)
         if start:
             number, text = int(start.group(1)), start.group(2)
             found[number] = ""
@@ -114,14 +115,14 @@ def _sets(case: list[Line]) -> dict[int, str]:
     return found
 
 
-def _ids(text: str) -> tuple[int, ...]:
+def _ids(text: str, where: str) -> tuple[int, ...]:
     """Ids of `1, 5, 10 THRU 20 EXCEPT 15`; empty for ALL, NONE and lists of something else."""
     ids: list[int] = []
     for piece in text.upper().split(","):
-        many = re.fullmatch(r"\s*(\d+)\s+THRU\s+(\d+)((?:\s+EXCEPT)?[\s\d]*)", piece)
+        many = re.fullmatch(r"\s*([0-9]{1,15})\s+THRU\s+([0-9]{1,15})((?:\s+EXCEPT)?[\s0-9]*)", piece)
         if many:
-            left_out = {int(i) for i in re.findall(r"\d+", many.group(3))}
-            ids += [i for i in range(int(many.group(1)), int(many.group(2)) + 1) if i not in left_out]
-        elif re.fullmatch(r"\s*\d+\s*", piece):
+            left_out = {int(i) for i in many.group(3).replace("EXCEPT", " ").split()}
+            ids += [i for i in id_range(int(many.group(1)), int(many.group(2)), 1, where) if i not in left_out]
+        elif re.fullmatch(r"\s*[0-9]{1,15}\s*", piece):
             ids.append(int(piece))
     return tuple(dict.fromkeys(ids))

@@ -13,6 +13,8 @@ from creak.formats.nastran.coordinate_systems import CoordinateSystem, axes_at, 
 from creak.model.mesh import Nodes
 
 ALL_DOFS = (1, 2, 3, 4, 5, 6)
+LARGEST = 1e100
+"""Coordinate whose square is still a number."""
 
 
 @dataclass
@@ -106,6 +108,9 @@ def _placed(card: Card, default: Card, systems: dict[int, CoordinateSystem]) -> 
         raise InputError(f"GRID {card.integer(0)} is a fluid point (CD = -1)", where=card.where,
                          expected="points of a structure", fix="creak has no fluid elements.")  # fmt: skip
     place = point_in_basic(systems[cp], np.array([card.real(i, 0.0) for i in (2, 3, 4)]))
+    if not (np.abs(place) < LARGEST).all():
+        raise InputError(f"GRID {card.integer(0)} has coordinates too large to compute with", where=card.where,
+                         fix="Correct them.")  # fmt: skip
     return place, axes_at(systems[cd], place)
 
 

@@ -142,7 +142,8 @@ def _mat8(deck: Deck, card: Card) -> Elastic:
     in_plane, shear = lamina(E1, E2, nu12, G12, G1z, G2z, where=card.where)
     alpha, beta = _damping(deck, card, 16)
     rho = _density(deck, card, 7)
-    return Elastic(SheetMaterial(f"MAT8 {card.integer(0)}", in_plane, shear, rho, alpha, beta))
+    given = (E1, E2, nu12, G12, G1z, G2z)
+    return Elastic(SheetMaterial(f"MAT8 {card.integer(0)}", in_plane, shear, rho, alpha, beta, given))
 
 
 def _mat9(deck: Deck, card: Card) -> Elastic:

@@ -40,8 +40,12 @@ def read_nastran(path: str | Path) -> Model:
     InputError : anything wrong with the deck, with file and line.
     """
     source = read_deck_file(Path(path))
-    with np.errstate(all="ignore"):
-        return _model(source, str(path))
+    try:
+        with np.errstate(all="ignore"):
+            return _model(source, str(path))
+    except (OverflowError, np.linalg.LinAlgError):
+        raise InputError("a number of the deck is too large or too small to compute with", where=path,
+                         fix="Check the properties, materials and coordinates.") from None  # fmt: skip
 
 
 def _model(source: DeckFile, path: str) -> Model:

@@ -145,7 +145,10 @@ def _participation(facts: Facts) -> Finding:
         return Finding("participation", told, NOT_RUN, "not run")
     words = f"Right: {listed(right)}; wrong: {listed(wrong)}."
     same = "P35" in right and wrong[:1] == ["P37"]
-    return Finding("participation", told, words, "same" if same else "differs")
+    if not same and right and wrong:
+        words += f" The loss is as sudden, between {right[-1]} and {wrong[0]}: where it comes depends on the model."
+    mark: Mark = "same" if same else "explained" if right and wrong else "differs"
+    return Finding("participation", told, words, mark)
 
 
 def _coarse(facts: Facts) -> Finding:

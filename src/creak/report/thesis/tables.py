@@ -10,7 +10,7 @@ from creak.report.thesis.facts import PARTS, Facts, against, flange_events
 from creak.report.thesis.numbers import thesis, thesis_cpu
 from creak.report.thesis.words import against_reference, bias, fit, seconds
 from creak.studies.thesis.doors import DoorFacts
-from creak.studies.thesis.plan import RATTLING
+from creak.studies.thesis.plan import FINE_ETAS, RATTLING
 
 RANGES = {300: "F300", 500: "F500", 700: "F700", 900: "F900", 1100: "F1100", 1300: "F1300", 1500: "D8", 2000: "F2000"}
 """Case for each range of fixed-interface modes; D8 keeps those up to 1500 Hz."""
@@ -250,20 +250,20 @@ def participation_table(facts: Facts) -> Table:
     """Tables 3.8 and 4.5."""
     t, rows = thesis()["participation"], []
     base = facts.all_retained("D8")
-    for k, eta in enumerate(t["eta"]):
-        name = f"P{eta}"
+    for eta in (*FINE_ETAS, *t["eta"]):
+        name, k = f"P{eta}", t["eta"].index(eta) if eta in t["eta"] else None
         total, lowest = facts.all_retained(name), facts.lowest_mac(name)
         saved = None if total is None or not base else 100.0 * (1.0 - total / base)
         rows.append(
             [
                 name,
-                number(t["frame"][k]),
+                NONE if k is None else number(t["frame"][k]),
                 count(facts.retained(name, "FRAME")),
-                number(t["panel"][k]),
+                NONE if k is None else number(t["panel"][k]),
                 count(facts.retained(name, "PANEL")),
-                fixed(t["reduction"][k], 2),
+                NONE if k is None else fixed(t["reduction"][k], 2),
                 fixed(saved, 2),
-                f"{fixed(t['mac'][k], 4)} ({t['mode'][k]})",
+                NONE if k is None else f"{fixed(t['mac'][k], 4)} ({t['mode'][k]})",
                 NONE if lowest is None else f"{fit(lowest[0])} ({lowest[1]})",
             ]
         )

@@ -16,6 +16,11 @@ PAIRS, FEW_PAIRS = "PAIRS", "PAIRS15"
 F_MAX = 1500.0
 """Fixed-interface modes, Hz (thesis 3.3.3)."""
 
+ETAS = (25, 30, 35, 37, 40, 45)
+"""Of the thesis, %."""
+FINE_ETAS = (2, 5, 10, 15, 20)
+"""Below them, %."""
+
 
 @dataclass(frozen=True)
 class Variant:
@@ -85,7 +90,7 @@ def plan() -> list[Case]:
         *(
             Case(f"P{eta}", "participation", _d8(interface={"type": "participation", "eta": eta / 100}),
                  newton=eta == 35)
-            for eta in (25, 30, 35, 37, 40, 45)
+            for eta in (*FINE_ETAS, *ETAS)
         ),
         *(Case(v.name, "coarse", _d8(), v, newton=v is M2) for v in (M1, M2)),
         Case("Ref M2", "coarse", None, M2, ("A4",), "Ref M2"),

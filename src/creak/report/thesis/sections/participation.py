@@ -9,8 +9,9 @@ from creak.report.thesis.facts import Facts
 from creak.report.thesis.figures import events_of, fits_figure, loads_of
 from creak.report.thesis.tables import agreement_table, participation_table
 from creak.report.thesis.words import FOUND, fit, listed, not_run, predicts
+from creak.studies.thesis.plan import ETAS, FINE_ETAS
 
-NAMES = tuple(f"P{eta}" for eta in (25, 30, 35, 37, 40, 45))
+NAMES = tuple(f"P{eta}" for eta in (*FINE_ETAS, *ETAS))
 
 
 def participation_section(facts: Facts) -> Section:

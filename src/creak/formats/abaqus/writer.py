@@ -1,0 +1,111 @@
+"""Model -> Abaqus deck."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from creak.errors import InputError
+from creak.formats.abaqus.reader import read_deck
+from creak.formats.abaqus.write_conditions import condition_lines, constraint_lines, set_lines, surface_lines
+from creak.formats.abaqus.write_elements import Written, element_lines
+from creak.formats.abaqus.write_names import ROOT, Scopes, vector
+from creak.formats.complete_file import complete_file
+from creak.model.comparison import difference
+from creak.model.mesh import Model
+
+
+def write_deck(model: Model, path: str | Path, ignore: Sequence[str] = ()) -> None:
+    """Write the model data of a Model as an Abaqus deck, and read it back: the file appears only if nothing is lost.
+
+    Flat, or one *PART and *INSTANCE for each instance, in global coordinates. Numbers have all their digits. Reading
+    gives the same model back, as `model.comparison.difference` sees it, names of sections and materials aside:
+    couplings that belong to no surface of the model get node surfaces `_COUPLING-n`, sections that belong to no
+    element set `_SECTION-n`, a second material of one name a number. Element types are those of the formulation (S4R
+    becomes S4).
+
+    Parameters
+    ----------
+    ignore : keywords of `Model.unread` that may be left out although they change the answer.
+
+    Raises
+    ------
+    InputError : the model holds what creak does not read from Abaqus decks (lumped mass, springs along turned axes,
+        axes that vary inside a section), ties, or keywords that were not read; named, and nothing is written.
+    """
+    stop_on_unread(model, ignore)
+    if model.mass_form != "consistent":
+        raise InputError(
+            f"the mass of this deck is {model.mass_form}; creak reads Abaqus decks with consistent mass",
+            where=model.source, fix="Accept another mass with --mass consistent (the answer changes with it).",
+        )  # fmt: skip
+    text = "\n".join(deck_lines(model)) + "\n"
+    try:
+        with complete_file(Path(path)) as partial:
+            partial.write_text(text, encoding="utf-8", newline="\n")
+            _check(model, partial)
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror or error}", fix="Name another file.") from None
+
+
+def deck_lines(model: Model) -> list[str]:
+    """Lines of the deck.
+
+    Raises
+    ------
+    InputError : as `write_deck`.
+    """
+    scopes = Scopes(model)
+    out = Written({scope: _nodes(model, scopes, scope) for scope in scopes.all})
+    element_lines(model, scopes, out)
+    set_lines(model, scopes, out)
+    conditions, weights = constraint_lines(model, scopes, out)
+    surface_lines(model, scopes, weights, out)
+    conditions += condition_lines(model, scopes)
+    lines = ["*HEADING", f"written by creak from {Path(model.source).name}"]
+    for scope, name in enumerate(scopes.names):
+        lines += [f"*PART, NAME={_part_name(model, name)}", *out.lines[scope], "*END PART"]
+    inside = [*out.lines[ROOT], *conditions]
+    if scopes.names:
+        placed = [line for name in scopes.names for line in _instance(model, name)]
+        inside = ["*ASSEMBLY, NAME=ASSEMBLY", *placed, *inside, "*END ASSEMBLY"]
+    return [*lines, *inside, *out.materials.lines()]
+
+
+def _nodes(model: Model, scopes: Scopes, scope: int) -> list[str]:
+    rows = (scopes.of_node == scope).nonzero()[0].tolist()
+    lines = [f"{int(model.nodes.ids[r])}, {vector(model.nodes.coords[r])}" for r in rows]
+    return ["*NODE", *lines] if lines else []
+
+
+def _instance(model: Model, name: str) -> list[str]:
+    return [f"*INSTANCE, NAME={name}, PART={_part_name(model, name)}", "*END INSTANCE"]
+
+
+def _part_name(model: Model, instance: str) -> str:
+    """The *PART of an instance: its alias where it has one."""
+    return next((p.aliases[0] for p in model.parts if p.name == instance and p.aliases), instance)
+
+
+def stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
+    """Raise InputError where the model was read without something that changes the answer."""
+    accepted = {k.upper().lstrip("*") for k in ignore}
+    for u in model.unread:
+        if u.changes_answer and u.keyword.upper().lstrip("*") not in accepted:
+            raise InputError(
+                f"{u.keyword} was not read and would be lost: {u.why}", where=u.where,
+                fix=f"Remove it, or go on without it: --ignore {u.keyword.lstrip('*')!r}.",
+            )  # fmt: skip
+
+
+def _check(model: Model, path: Path) -> None:
+    """Raise InputError where the written deck does not read back as the model."""
+    try:
+        lost = difference(model, read_deck(path), names=False)
+    except InputError as error:
+        lost = f"{error.what} {error.expected}".strip()
+    if lost:
+        raise InputError(
+            f"the model cannot be written as an Abaqus deck without a loss: {lost}", where=model.source,
+            fix="Change this in the model, or keep the deck as it is.",
+        )  # fmt: skip

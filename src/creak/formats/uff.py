@@ -1,0 +1,136 @@
+"""Mode shapes -> universal file (UFF): data sets 164, 15, 2412, 82 and 55, read by modal test software."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import Literal, TextIO
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.formats.complete_file import complete_file
+from creak.model.mesh import ElementBlock, Model
+
+DESCRIPTORS = {"quad4": 94, "tri3": 91, "hex8": 115, "wedge6": 112, "tet4": 111, "tet10": 118}
+"""Finite element descriptors: thin shells and solids."""
+TET10 = [0, 4, 1, 5, 2, 6, 7, 8, 9, 3]
+"""A parabolic tetrahedron goes round: corner, mid-side, corner, ... of the base, mid-sides above, the fourth corner."""
+UNITS = {"mm-t-s": (10, "mm (newton)", 1000.0), "m-kg-s": (1, "Meter (newton)", 1.0)}
+"""Units code, its name, lengths per metre; force is N in both."""
+SEGMENTS = 80
+"""Two-node elements in one trace line."""
+SMALLEST = 1e-99
+"""Smaller values are written as 0: their exponent has three digits, which the fields cannot hold."""
+
+Units = Literal["mm-t-s", "m-kg-s"]
+
+
+def write_uff(
+    path: Path, model: Model, frequencies: Sequence[float], shapes: Iterable[FloatArray], units: Units = "mm-t-s",
+    *, title: str = "",
+) -> None:  # fmt: skip
+    """Write nodes, elements and one data set 55 per mode: real translations in global axes, modal mass 1, no damping.
+
+    Shells and solids are data set 2412; beams, trusses and springs are trace lines (82). Labels are the deck's;
+    where instances repeat them, nodes (or elements) are numbered 1, 2, ... in the order of the model.
+
+    Parameters
+    ----------
+    frequencies : (n_mode,) Hz. shapes : (n_node, 3) for each mode in turn, mass-normalised; taken one at a time.
+    units : of the deck; they name the units of the file (164).
+
+    Source: Universal File Formats for Modal Analysis Testing (SDRC; University of Cincinnati): widths 6I10, 8I10,
+    4I10 with 1P3E13.5, 6E13.5.
+    """
+    labels = _unique(model.nodes.ids)
+    with complete_file(path) as partial, partial.open("w", encoding="ascii", newline="\r\n") as file:
+        _data_set(file, 164, _units(units))
+        _data_set(file, 15, _nodes(labels, model.nodes.coords))
+        if any(b.kind in DESCRIPTORS for b in model.blocks):
+            _data_set(file, 2412, _elements(model, labels))
+        for lines in _trace_lines(model, labels):
+            _data_set(file, 82, lines)
+        for mode, (frequency, shape) in enumerate(zip(frequencies, shapes, strict=True), start=1):
+            _data_set(file, 55, _mode(title or model.source, labels, mode, frequency, shape))
+
+
+def _data_set(file: TextIO, number: int, lines: Iterable[str]) -> None:
+    file.write(f"    -1\n{number:6d}\n")
+    file.writelines(f"{line}\n" for line in lines)
+    file.write("    -1\n")
+
+
+def _units(units: Units) -> Iterator[str]:
+    code, name, length = UNITS[units]
+    yield f"{code:10d}{name:<20}{2:10d}"
+    yield "".join(_d25(v) for v in (length, 1.0, 1.0))
+    yield _d25(273.15)
+
+
+def _d25(value: float) -> str:
+    return f"{value:25.17E}".replace("E", "D")
+
+
+def _nodes(labels: IntArray, coords: FloatArray) -> Iterator[str]:
+    for label, x in zip(labels.tolist(), coords, strict=True):
+        yield f"{label:10d}{1:10d}{1:10d}{11:10d}{_e13(x)}"
+
+
+def _elements(model: Model, labels: IntArray) -> Iterator[str]:
+    """Two records an element: label, descriptor, property and material tables, colour, number of nodes; nodes."""
+    blocks = [b for b in model.blocks if b.kind in DESCRIPTORS]
+    numbers = _unique(np.concatenate([b.ids for b in blocks]))
+    start = 0
+    for block in blocks:
+        nodes = labels[_order(block)]
+        for number, row in zip(numbers[start : start + block.ids.size].tolist(), nodes.tolist(), strict=True):
+            yield f"{number:10d}{DESCRIPTORS[block.kind]:10d}{block.part + 1:10d}{1:10d}{7:10d}{len(row):10d}"
+            yield from _i10(row)
+        start += block.ids.size
+
+
+def _order(block: ElementBlock) -> IntArray:
+    return block.nodes_idx[:, TET10] if block.kind == "tet10" else block.nodes_idx
+
+
+def _trace_lines(model: Model, labels: IntArray) -> Iterator[Iterator[str]]:
+    """Two-node elements, `SEGMENTS` to a trace line; node 0 lifts the pen."""
+    pairs = [b.nodes_idx for b in model.blocks if b.nodes_idx.shape[1] == 2]
+    ends = labels[np.concatenate(pairs)] if pairs else np.zeros((0, 2), dtype=np.int64)
+    drawn = np.column_stack([ends, np.zeros(len(ends), dtype=np.int64)])
+    for number, start in enumerate(range(0, len(drawn), SEGMENTS), start=1):
+        yield _trace_line(number, drawn[start : start + SEGMENTS].ravel()[:-1].tolist())
+
+
+def _trace_line(number: int, nodes: list[int]) -> Iterator[str]:
+    yield f"{number:10d}{len(nodes):10d}{7:10d}"
+    yield f"LINES {number}"
+    yield from _i10(nodes)
+
+
+def _mode(title: str, labels: IntArray, mode: int, frequency: float, shape: FloatArray) -> Iterator[str]:
+    yield title.encode("ascii", "replace").decode()[-80:]
+    yield f"Mode {mode}, {frequency:.6g} Hz"
+    yield from ["NONE", "mass-normalised", "NONE"]
+    yield "".join(f"{v:10d}" for v in (1, 2, 2, 8, 2, 3))  # structural, normal mode, translations, real, 3 values
+    yield "".join(f"{v:10d}" for v in (2, 4, 1, mode))
+    yield _e13(np.array([frequency, 1.0, 0.0, 0.0]))
+    rows = np.where(np.abs(shape) < SMALLEST, 0.0, shape)
+    for label, u in zip(labels.tolist(), rows, strict=True):
+        yield f"{label:10d}"
+        yield _e13(u)
+
+
+def _e13(values: FloatArray) -> str:
+    return "".join(f"{v:13.5E}" for v in values)
+
+
+def _i10(values: list[int]) -> Iterator[str]:
+    """8I10"""
+    for start in range(0, len(values), 8):
+        yield "".join(f"{v:10d}" for v in values[start : start + 8])
+
+
+def _unique(ids: IntArray) -> IntArray:
+    return ids if np.unique(ids).size == ids.size else np.arange(1, ids.size + 1)

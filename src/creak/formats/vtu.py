@@ -1,0 +1,103 @@
+"""Mode shapes -> VTU (VTK unstructured grid, XML), which ParaView, VisIt and PyVista open."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TextIO
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.formats.complete_file import complete_file
+from creak.model.mesh import Model
+
+CELLS = {"quad4": 9, "tri3": 5, "beam2": 3, "truss2": 3, "hex8": 12, "wedge6": 13, "tet4": 10, "tet10": 24}
+"""VTK cell types; every other kind is a vertex or a line, by its number of nodes."""
+VERTEX, LINE = 1, 3
+TYPES = {"f4": "Float32", "f8": "Float64", "i8": "Int64", "u1": "UInt8"}
+
+
+def write_vtu(path: Path, model: Model, frequencies: Sequence[float], shapes: Iterable[FloatArray]) -> None:
+    """Write the mesh and one displacement vector per mode.
+
+    Point arrays: `mode_001_12.34_Hz`, ... (n_node, 3) in single precision, `node` (label of the deck), and `instance`
+    (row of the instance, -1 for none) in decks with instances. Cell arrays: `element` (label), `part` (row, -1 for
+    elements between parts). Field array: `frequency`, Hz. All nodes of the model are points.
+
+    Parameters
+    ----------
+    frequencies : (n_mode,) Hz. shapes : (n_node, 3) for each mode in turn; taken one at a time.
+
+    XML with inline base64 arrays, little-endian, 8-byte headers (VTK file formats, version 1.0).
+    """
+    with complete_file(path) as partial, partial.open("w", encoding="ascii") as file:
+        file.write('<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" '
+                   'header_type="UInt64">\n<UnstructuredGrid>\n')  # fmt: skip
+        if len(frequencies):
+            file.write("<FieldData>\n")
+            _array(file, "frequency", np.asarray(frequencies, dtype="<f8"), tuples=True)
+            file.write("</FieldData>\n")
+        file.write(f'<Piece NumberOfPoints="{model.nodes.count}" NumberOfCells="{model.n_elements}">\n')
+        _points(file, model)
+        _cells(file, model)
+        _point_data(file, model, frequencies, shapes)
+        file.write("</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
+
+
+def mode_names(frequencies: Sequence[float]) -> list[str]:
+    """`mode_001_12.34_Hz`, ..."""
+    digits = max(3, len(str(len(frequencies))))
+    return [f"mode_{i:0{digits}d}_{f:.6g}_Hz" for i, f in enumerate(frequencies, start=1)]
+
+
+def _points(file: TextIO, model: Model) -> None:
+    file.write("<Points>\n")
+    _array(file, "Points", model.nodes.coords.astype("<f8"))
+    file.write("</Points>\n")
+
+
+def _cells(file: TextIO, model: Model) -> None:
+    blocks = model.blocks
+    sizes = [np.full(b.ids.size, b.nodes_idx.shape[1]) for b in blocks]
+    types = [np.full(b.ids.size, _cell_type(b.kind, b.nodes_idx.shape[1])) for b in blocks]
+    parts = [np.full(b.ids.size, b.part) for b in blocks]
+    file.write("<Cells>\n")
+    _array(file, "connectivity", _joined([b.nodes_idx.ravel() for b in blocks], "<i8"))
+    _array(file, "offsets", np.cumsum(_joined(sizes, "<i8")).astype("<i8"))
+    _array(file, "types", _joined(types, "u1"))
+    file.write("</Cells>\n<CellData>\n")
+    _array(file, "element", _joined([b.ids for b in blocks], "<i8"))
+    _array(file, "part", _joined(parts, "<i8"))
+    file.write("</CellData>\n")
+
+
+def _point_data(file: TextIO, model: Model, frequencies: Sequence[float], shapes: Iterable[FloatArray]) -> None:
+    file.write("<PointData>\n")
+    _array(file, "node", model.nodes.ids.astype("<i8"))
+    if model.nodes.instance:
+        _array(file, "instance", model.nodes.instance_idx.astype("<i8"))
+    for name, shape in zip(mode_names(frequencies), shapes, strict=True):
+        _array(file, name, shape.astype("<f4"))
+    file.write("</PointData>\n")
+
+
+def _cell_type(kind: str, n_node: int) -> int:
+    return CELLS.get(kind, VERTEX if n_node == 1 else LINE)
+
+
+def _joined(arrays: list[np.ndarray], dtype: str) -> np.ndarray:
+    return np.concatenate([np.zeros(0, dtype=np.int64), *arrays]).astype(dtype)
+
+
+def _array(file: TextIO, name: str, values: np.ndarray, *, tuples: bool = False) -> None:
+    """One array: 8 bytes with its length and the values, base64 each in one piece."""
+    width = f' NumberOfComponents="{values.shape[1]}"' if values.ndim == 2 else ""
+    width += f' NumberOfTuples="{values.shape[0]}"' if tuples else ""
+    raw = np.ascontiguousarray(values).tobytes()
+    kind = TYPES[values.dtype.str[1:]]
+    file.write(f'<DataArray type="{kind}" Name={quoteattr(name)}{width} format="binary">\n')
+    file.write(base64.b64encode(len(raw).to_bytes(8, "little") + raw).decode("ascii"))
+    file.write("\n</DataArray>\n")

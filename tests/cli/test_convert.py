@@ -1,0 +1,87 @@
+"""`creak convert` from Abaqus and Nastran decks to Abaqus decks and matrices."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from creak.cli.main import main
+from creak.formats.abaqus.reader import read_deck
+from creak.formats.matrices.superelements import read_superelement
+from creak.formats.nastran.reader import read_nastran
+from creak.model.comparison import difference
+from creak.studies.deck_modes import deck_modes
+from helpers_decks import two_strips
+from helpers_same_model import mesh, nastran_deck
+
+FLAT_PLATE = "\n".join(
+    line for line in nastran_deck(mesh()).splitlines()
+    if not line.startswith(("CBEAM", ",,,0.", "PBEAM", ",,,,", ",YES", ",0.8,0.6", ",4.-5"))
+) + "\n"  # fmt: skip
+"""The sample without its offset beams and the inertia of its mass, which an Abaqus deck of creak cannot say."""
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch, capsys):
+    (tmp_path / "strips.inp").write_text(two_strips(), encoding="utf-8")
+    (tmp_path / "plate.bdf").write_text(FLAT_PLATE, encoding="utf-8")
+    (tmp_path / "beams.bdf").write_text(nastran_deck(mesh()), encoding="utf-8")
+
+    def call(*arguments):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr("sys.argv", ["creak", "convert", *arguments])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        shown = capsys.readouterr()
+        return stop.value.code, " ".join((shown.out + shown.err).split())
+
+    return call
+
+
+def test_abaqus_to_abaqus(run, tmp_path):
+    status, text = run("strips.inp", "new/copy.inp")
+    assert status == 0
+    assert "wrote new/copy.inp" in text
+    assert difference(read_deck(tmp_path / "strips.inp"), read_deck(tmp_path / "new" / "copy.inp")) == ""
+
+
+def test_nastran_to_abaqus(run, tmp_path):
+    status, text = run("plate.bdf", "plate.inp", "--mass", "consistent")
+    assert status == 0, text
+    model = replace(read_nastran(tmp_path / "plate.bdf"), mass_form="consistent")
+    assert difference(model, read_deck(tmp_path / "plate.inp"), names=False) == ""
+
+
+@pytest.mark.parametrize(("form", "file"), [("npz", "k.npz"), ("mtx", "k_K.mtx"), ("op4", "k.op4"), ("dmig", "k.pch")])
+def test_matrices_have_the_frequencies_of_the_deck(run, tmp_path, form, file):
+    """Text formats keep all digits of a double; the lowest frequencies lose 1e-8 to round-off."""
+    status, text = run("strips.inp", "k", "--matrices", form)
+    assert status == 0, text
+    assert (tmp_path / file).exists()
+    found = read_superelement(tmp_path / file)
+    K, M = (A.toarray() if hasattr(A, "toarray") else np.asarray(A) for A in (found.K, found.M))
+    values = np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)
+    expected = deck_modes(tmp_path / "strips.inp", count=6).frequencies
+    assert_allclose(np.sqrt(np.maximum(values[:6], 0.0)) / (2.0 * np.pi), expected, rtol=1e-5, atol=1e-2)
+
+
+REFUSED = {
+    "lumped mass": (("plate.bdf", "plate.inp"), "--mass consistent"),
+    "rigid arms": (("beams.bdf", "beams.inp", "--mass", "consistent"), "rigid arms"),
+    "no such format": (("strips.inp", "k", "--matrices", "matlab"), "npz"),
+    "no such mass": (("strips.inp", "k.inp", "--mass", "heavy"), "lumped"),
+    "a Nastran deck": (("strips.inp", "k.bdf"), ".inp"),
+    "the same file": (("strips.inp", "./strips.inp"), "same file"),
+    "no deck": (("none.inp", "k.inp"), "none.inp"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused_with_status_2_and_nothing_written(run, tmp_path, name):
+    arguments, word = REFUSED[name]
+    before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
+    status, text = run(*arguments)
+    assert (status, "Traceback" in text) == (2, False)
+    assert word in text
+    assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before

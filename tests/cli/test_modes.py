@@ -1,0 +1,83 @@
+"""`creak modes`: tables, files, wrong input."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ET
+
+import pytest
+
+from creak.cli.main import main
+from helpers_decks import two_strips
+
+
+@pytest.fixture
+def creak(monkeypatch, capsys):
+    def call(*words: object) -> tuple[int, str]:
+        monkeypatch.setattr("sys.argv", ["creak", *map(str, words)])
+        with pytest.raises(SystemExit) as stop:
+            main()
+        printed = capsys.readouterr()
+        return int(stop.value.code or 0), " ".join((printed.out + printed.err).split())
+
+    return call
+
+
+@pytest.fixture
+def deck(tmp_path):
+    path = tmp_path / "strips.inp"
+    path.write_text(two_strips())
+    return path
+
+
+def test_tables_and_files(creak, deck, tmp_path):
+    out = tmp_path / "new"
+    status, text = creak(
+        "modes", deck, "--count", 3, "--about", "0,5,-1.5", "--vtk", out / "m.vtu", "--uff", out / "m.unv",
+        "--json", out / "m.json",
+    )  # fmt: skip
+    assert status == 0, text
+    for word in ("rotations about 0, 5, -1.5", "Cumulative", "Participation", "residual", "Sturm count agrees"):
+        assert word in text
+    data = json.loads((out / "m.json").read_text())
+    assert list(data)[:3] == ["frequencies", "mass", "rigid"]
+    assert len(data["effective_mass"]["effective"]) == 3
+    # The upper strip is free in z: its 2 of 5 thicknesses are the share that the rigid mode carries.
+    assert data["effective_mass"]["cumulative_share"][0][2] == pytest.approx(0.4, abs=1e-6)
+    assert ET.parse(out / "m.vtu").getroot().get("type") == "UnstructuredGrid"
+    assert (out / "m.unv").read_bytes().count(b"    -1\r\n    55\r\n") == 3
+
+
+def test_no_modes_in_the_range(creak, deck):
+    deck.write_text(two_strips() + "ROOT_UPPER, 3\n")
+    status, text = creak("modes", deck, "--f-max", "1")
+    assert status == 0
+    assert "no modes: none in the range" in text
+    assert "0 rigid-body mode(s)" in text
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--about", "1,2"], ["--about 1,2", "X,Y,Z"]),
+        (["--about", "1,2,nan"], ["three numbers"]),
+        (["--vtk", "shape.vtk"], [".vtu"]),
+        (["--uff", "."], ["is a folder"]),
+        (["--count", "0"], ["positive"]),
+        (["--count", "3", "--f-max", "5"], ["one of them"]),
+    ],
+)
+def test_wrong_options(creak, deck, options, words):
+    status, text = creak("modes", deck, *options)
+    assert status == 2
+    assert all(word in text for word in words)
+
+
+def test_unread_keywords_stop_it_and_are_listed_by_info(creak, deck):
+    deck.write_text(two_strips() + "*EMBEDDED ELEMENT\nUPPER\n")
+    status, text = creak("modes", deck)
+    assert status == 2
+    assert "strips.inp:" in text
+    assert "--ignore 'EMBEDDED ELEMENT'" in text
+    assert "not read: *EMBEDDED ELEMENT" in creak("info", deck)[1]
+    assert creak("modes", deck, "--count", 1, "--ignore", "EMBEDDED ELEMENT")[0] == 0

@@ -1,0 +1,228 @@
+"""Advice before a run: counts against the reductions themselves, estimates against closed forms, changes that fit."""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from creak.dynamics.scheme import HHT
+from creak.studies.advise import Advice, as_dict, changes_toml
+from creak.studies.advise_choice import choose
+from creak.studies.advise_contact import bounces, numerical_damping, period_error, rounded_step, substeps_for
+from creak.studies.advise_evidence import MEASURED, measured, rule_of_thumb
+from creak.studies.advise_facts import Facts, excitation_of, gather
+from creak.studies.advise_size import sizes, sturm_counts
+from creak.studies.config import StudyConfig
+from creak.studies.reduced_model import reduce_model
+from creak.studies.reference_model import build_reference
+from creak.studies.setup import Setup, set_up
+from creak.studies.study_file import read_study
+from helpers_core import chain, channels, system_of
+from helpers_decks import STUDY, two_strips, write_strips
+
+
+def quiet(*_: object) -> None:
+    """No progress."""
+
+
+@pytest.fixture(scope="module")
+def setup(tmp_path_factory: pytest.TempPathFactory) -> Setup:
+    return set_up(read_study(write_strips(tmp_path_factory.mktemp("strips"))))
+
+
+@pytest.fixture(scope="module")
+def facts(setup: Setup) -> Facts:
+    return gather(setup, quiet)
+
+
+def changed(setup: Setup, changes: dict[str, Any]) -> Setup:
+    """The setup with tables of the study replaced."""
+    data = setup.study.config.model_dump(exclude_unset=True)
+    for name, table in changes.items():
+        data[name] = {**data.get(name, {}), **table}
+    return replace(setup, study=replace(setup.study, config=StudyConfig.model_validate(data)))
+
+
+@pytest.mark.parametrize("f_max", [6000.0, 20000.0])
+def test_counted_size_is_that_of_the_reduced_model(setup, facts, f_max):
+    """No mode is computed for the count, so nothing but equality will do."""
+    reference = build_reference(setup, quiet)
+    study = changed(setup, {"reduction": {"f_max": f_max}})
+    few = facts.gaps.select(np.array([0, 12, 38]))
+    found = sizes(study, reference, few, [f_max], quiet)
+    made = reduce_model(study, reference, few, quiet)
+    assert made.coupled is not None
+    assert found.unknowns(f_max) == made.coupled.n
+    assert sum(p.boundary for p in found.parts) == made.retained
+    assert {p.name: p.modes.below[f_max] for p in found.parts} == {
+        r.system.name: r.system.stats["modes"] for r in made.superelements
+    }
+    assert made.modes > 0
+
+
+def test_every_retained_dof_has_a_reason(facts):
+    """Counted once, by the strongest reason: the watched nodes are contact nodes already."""
+    upper, lower = facts.sizes.parts
+    assert upper.retained["loads"] == 3  # z of the three nodes at its root
+    assert upper.retained["supports"] == 15  # the other five dofs there
+    assert lower.retained["supports"] == 18
+    assert upper.retained["contact"] == lower.retained["contact"] == 3 * 36  # translations of all nodes but the root's
+    assert set(upper.retained) | set(lower.retained) == {"loads", "supports", "contact"}
+
+
+def test_sturm_count_of_a_fixed_chain():
+    """Against the dense eigenvalues."""
+    M, K = chain(40)
+    f = np.sqrt(np.linalg.eigvalsh(np.linalg.solve(M, K)).clip(0.0)) / (2.0 * np.pi)
+    between = [float(0.5 * (f[k] + f[k + 1])) for k in (4, 17)]
+    assert list(sturm_counts(K, M, between).below.values()) == [5, 18]
+
+
+def test_errors_at_the_measured_multiples_are_the_measured_ones():
+    for method, points in MEASURED.items():
+        for p in points:
+            found = measured(method, p.multiple)
+            assert found is not None
+            assert found.impulse_error == pytest.approx(p.impulse_error, rel=1e-12)
+        assert measured(method, 0.9 * points[0].multiple) is None
+        assert measured(method, 1.1 * points[-1].multiple) is None
+    between = measured("massless-boundary", math.sqrt(3.0 * 7.0))  # halfway on a logarithmic axis
+    assert between is not None
+    assert between.impulse_error == pytest.approx(math.sqrt(0.092 * 0.0094), rel=1e-12)
+    assert between.frequency_error == 0.0
+
+
+def test_rule_of_thumb_ends_where_it_was_measured():
+    assert [rule_of_thumb(x) for x in (1.9, 2.0, 3.0, 5.0, 15.0)] == pytest.approx([math.inf, 1e-2, 1e-3, 3e-4, 3e-4])
+
+
+@pytest.mark.parametrize(("alpha", "longer", "ratio"), [(-0.05, 0.0361, 1.18e-3), (1.0 - math.sqrt(2.0), 0.0458, 3.64e-3)])
+def test_period_error_and_damping_of_hht(alpha, longer, ratio):
+    """Published at h / T = .1, to three digits."""
+    angle = 2.0 * math.pi * 0.1
+    assert period_error(HHT(alpha), angle) == pytest.approx(longer, rel=2e-2)
+    assert numerical_damping(HHT(alpha), angle) == pytest.approx(ratio, rel=2e-2)
+
+
+def test_a_free_mass_bounces_for_half_a_period():
+    mass, k = 2.0, 1e4
+    system = system_of(np.diag([mass]), np.zeros((1, 1)))
+    gaps = channels(np.array([[1.0]]), 1.0, k)
+    automatic, fixed = bounces(system, gaps, np.zeros((1, 3)), HHT(), 1e-4)
+    assert automatic is None
+    assert fixed is not None
+    # S = M where there is neither spring nor damper: the mass is exact
+    assert fixed.shortest_s == pytest.approx(math.pi * math.sqrt(mass / k), rel=1e-12)
+    assert substeps_for(1e-3, fixed) == 1  # 44 steps a bounce
+    assert substeps_for(1e-2, fixed) == 3  # 100 ms / 44.4 ms
+
+
+@pytest.mark.parametrize(("h", "rounded"), [(1e-3, 1e-3), (9.9e-4, 5e-4), (2.6e-4, 2.5e-4), (4.2e-5, 4e-5), (0.03, 0.025)])
+def test_rounded_steps(h, rounded):
+    assert rounded_step(h) == pytest.approx(rounded, rel=1e-12)
+
+
+HARD = {"contact": {"tip": {"secondary": "UNDER", "main": "OVER", "stiffness": "hard"}}}
+THINNED = {"reduction": {"keep_out": 12.0, "interface": {"type": "participation", "eta": 0.35}}}
+VARIANTS: list[tuple[dict[str, Any], str]] = [
+    ({}, "gap-modes"),
+    (THINNED, "gap-modes"),
+    ({"reduction": {"interface": {"type": "characteristic", "n": 4}}}, "gap-modes"),
+    (HARD, "massless-boundary"),
+    ({"reduction": {"method": "massless-boundary"}, "time": {"integrator": "massless-boundary"}}, "massless-boundary"),
+    ({"reduction": {"unreduced": ["LOWER"], "keep_out": 5.0}}, "craig-bampton"),
+    ({"reduction": {"method": "none"}}, "none"),
+    ({"time": {"step": 2e-3, "integrator": "generalised-alpha"}, "precheck": {"enabled": False}}, "gap-modes"),
+]
+
+
+@pytest.mark.parametrize(("changes", "method"), VARIANTS)
+def test_the_lines_to_change_make_a_valid_study(setup, facts, changes, method):
+    varied = changed(setup, changes)
+    choice = choose(varied, facts)
+    assert ("none" if choice.option is None else choice.option.method) == method
+    data = varied.study.config.model_dump(exclude_unset=True)
+    for table, lines in tomllib.loads(changes_toml(choice.changes)).items():
+        data[table] = {**data.get(table, {}), **lines}
+    config = StudyConfig.model_validate(data)
+    assert config.reduction.method == method
+    assert config.precheck.enabled
+    assert config.time.step <= 1.0 / (40.0 * 60.0)  # the multisine ends at 60 Hz
+    assert config.reduction.keep_out == 0.0 or method == "none"
+    assert (config.time.integrator == "massless-boundary") == (method == "massless-boundary")
+    assert config.reduction.f_max >= 7.0 * 60.0
+    assert choose(replace(varied, study=replace(varied.study, config=config)), facts).changes == ()
+
+
+def test_a_number_for_the_stiffness_asks_for_substeps(setup):
+    stiff = HARD["contact"]["tip"] | {"stiffness": 1e4}
+    study = replace(setup.study, config=changed(setup, {"contact": {"tip": stiff}}).study.config)
+    varied = set_up(study)
+    found = gather(varied, quiet)
+    choice = choose(varied, found)
+    assert choice.step.fixed is not None
+    assert choice.step.automatic is None
+    assert choice.substeps > 1
+    assert choice.step.step / choice.substeps <= 0.1 * choice.step.fixed.shortest_s * (1 + 1e-9) or choice.substeps == 100
+    assert {c.key: c.new for c in choice.changes}["time.substeps"] == choice.substeps
+
+
+def other(tmp_path: Any, study: str, deck: str | None = None) -> Setup:
+    return set_up(read_study(write_strips(tmp_path, deck, study)))
+
+
+def warnings_of(setup: Setup) -> str:
+    found = gather(setup, quiet)
+    return "\n".join(choose(setup, found).warnings)
+
+
+def test_a_load_that_closes_nothing_is_told(tmp_path):
+    said = warnings_of(other(tmp_path, STUDY, two_strips(gap=20.0)))
+    assert "no channel closes: the smallest gap of the linear run is 1" in said  # 20 mm less a motion of some mm
+
+
+def test_contact_everywhere_is_told(tmp_path):
+    said = warnings_of(other(tmp_path, STUDY + "[precheck]\nmargin = 5.0\n"))
+    assert "contact everywhere: 39 of 39 channels stay" in said
+
+
+def test_an_unknown_excitation_is_told(tmp_path):
+    line = STUDY[STUDY.index("signal =") : STUDY.index("[reduction]")]
+    study = STUDY.replace(line, 'signal = { type = "step", amplitude = 0.1 }\n\n').replace("periods = 2", "end = 0.1")
+    study = study.replace('kind = "displacement"', 'kind = "force"').replace("ROOT_UPPER", "TIP_UPPER")
+    deck = two_strips().replace("ROOT_UPPER, 1, 2\nROOT_UPPER, 4, 6", "ROOT_UPPER, 1, 6")
+    loaded = other(tmp_path, study, deck)
+    assert excitation_of(loaded).source == "assumed"
+    assert "500 Hz, the verification's mac_f_max" in warnings_of(loaded)
+
+
+def test_a_table_tells_its_frequency_by_its_samples(tmp_path):
+    t = np.linspace(0.0, 0.4, 801)
+    points = ", ".join(f"[{a:.6f}, {b:.9f}]" for a, b in zip(t, 0.1 * np.sin(2 * np.pi * 20.0 * t), strict=True))
+    line = STUDY[STUDY.index("signal =") : STUDY.index("[reduction]")]
+    study = STUDY.replace(line, f'signal = {{ type = "table", values = [{points}] }}\n\n').replace("periods = 2", "end = 0.4")
+    found = excitation_of(other(tmp_path, study))
+    assert found.source == "sampled"
+    assert found.frequency == pytest.approx(20.0, abs=5.0)  # lines every 2.5 Hz, and the start bends the record
+
+
+def test_everything_fits_into_a_json_file(setup, facts):
+    data = as_dict(Advice(facts, choose(setup, facts)))
+    again = json.loads(json.dumps(data, allow_nan=False))
+    assert again == data
+    assert again["channels"]["contacts"] == 39
+    assert [r["method"] for r in again["reductions"]].count("craig-bampton") == 5
+    assert all(s["unreduced_s"] > 0.0 and s["reduced_s"] > 0.0 for s in again["steps"])
+
+
+def test_bounds_are_above_what_the_door_left(facts):
+    """The bound holds for any model, so for the measured one too."""
+    for option in facts.options:
+        if option.method == "craig-bampton" and option.door is not None:
+            assert option.door.frequency_error < option.bound
