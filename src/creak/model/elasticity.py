@@ -11,6 +11,10 @@ from creak.errors import InputError
 from creak.model.materials import AnisotropicMaterial, AnyMaterial, Material, SheetMaterial
 
 
+SOFTEST = 1e-12
+"""Transverse shear modulus over the largest one, below which a sheet has none."""
+
+
 def plane_stress(material: Material) -> FloatArray:
     """D (3, 3), force / length^2: (sxx, syy, sxy) = D (exx, eyy, 2 exy) of an isotropic sheet."""
     nu = material.poisson_ratio
@@ -41,6 +45,11 @@ def lamina(
     """
     flexibility = np.array([[1.0 / E1, -nu12 / E1, 0.0], [-nu12 / E1, 1.0 / E2, 0.0], [0.0, 0.0, 1.0 / G12]])
     require_stable(flexibility, where)
+    if not min(G13, G23) > SOFTEST * max(G12, G13, G23):
+        raise InputError(
+            f"the transverse shear moduli are {G13:g} and {G23:g}, against {G12:g} in the plane", where=where,
+            expected="moduli of one order", fix="Correct G13 and G23.",
+        )  # fmt: skip
     return np.linalg.inv(flexibility), np.diag([G13, G23])
 
 

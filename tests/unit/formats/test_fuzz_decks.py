@@ -59,3 +59,29 @@ def test_the_fuzzer_sees_faults(monkeypatch, tmp_path, reader, word):
     one("abaqus", 1, tmp_path, tally)
     assert len(tally.faults) == (word is not None)
     assert word is None or word in tally.faults[0]
+
+
+FOUND = {
+    "SPOINT range": ("nastran", "SPOINT,20,THRU,22", "SPOINT,20,THRU,999999999999", "THRU"),
+    "SPC1 range": ("nastran", "SPC1,1,12,1,THRU,3", "SPC1,1,12,1,THRU,999999999999", "THRU"),
+    "case control range": ("nastran", "SET 1 = 1, 3 THRU 6", "SET 1 = 1, 3 THRU 99999999999", "SET 1"),
+    "element id": ("nastran", "CELAS2,11,", "CELAS2,99999999999999999999999,", "15 digits"),
+    "scalar point id": ("nastran", "SPOINT,20,THRU,22", "SPOINT,20,99999999999999999999999", "15 digits"),
+    "walls of a box": ("nastran", ",1.,2.,.1,.1\nCBAR,5", ",.1,.1,.1,.1\nCBAR,5", "BOX"),
+    "size of a box": ("nastran", ",1.,2.,.1,.1\nCBAR,5", ",1e200,2e200,.1,.1\nCBAR,5", "BOX"),
+    "far grid": ("nastran", "GRID,8,,0.,1.,1.", "GRID,8,,0.,1e200,1.", "GRID 8"),
+    "far node": ("abaqus", " 10, 0., 0., 0.\n", " 10, 1e200, 0., 0.\n", "node 10"),
+    "thick ply": ("abaqus", " 0.4, 3, Carbon, 45.", " 1e300, 3, Carbon, 45.", "thick"),
+}
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_what_the_fuzzer_found_is_named(name, tmp_path):
+    kind, old, new, word = FOUND[name]
+    text = samples(kind)[0]
+    assert old in text
+    path = tmp_path / ("deck.inp" if kind == "abaqus" else "deck.bdf")
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError, match=word) as stop:
+        fuzz_decks.READERS[kind](path)
+    assert path.name in str(stop.value)

@@ -6,7 +6,7 @@ from creak.report.text import NONE, number, percent
 from creak.report.thesis.blocks import Finding, Mark
 from creak.report.thesis.facts import Facts
 from creak.report.thesis.sections.beyond import interface_words, smallest_good
-from creak.report.thesis.sections.coarse import saving
+from creak.report.thesis.sections.coarse import OWN, saving
 from creak.report.thesis.sections.cost import saved, slower, timed
 from creak.report.thesis.sections.node import method_ratios
 from creak.report.thesis.sections.participation import right_and_wrong
@@ -162,13 +162,16 @@ def _coarse(facts: Facts) -> Finding:
         for label, s in (("plain Newton saves", usual), ("creak's step", own))
         if s is not None
     )
-    words = (
-        f"{common} of {reference} events, {extra or 'none'} extra; {cost}."
-        if cost
-        else f"{common} of {reference} events."
-    )
-    same = predicts(facts, "M2") and (usual or 0.0) > 0.1
-    return Finding("coarse", told, words, "same" if same else "differs")
+    words = f"{common} of {reference} events, {extra or 'none'} extra{'; ' + cost if cost else ''}."
+    if predicts(facts, "M2") and (usual or 0.0) > 0.1:
+        return Finding("coarse", told, words, "same")
+    events, found, more = captured(facts, OWN)
+    if not events:
+        return Finding("coarse", told, words, "differs")
+    good = predicts(facts, OWN)
+    words += f" Against the unreduced model of its own mesh {found} of {events}, {more or 'none'} extra: the mesh moves the "
+    words += "events, the reduction loses none." if good else "events, and so does the reduction."
+    return Finding("coarse", told, words, "explained" if good else "differs")
 
 
 def _methods(facts: Facts) -> Finding:

@@ -146,16 +146,16 @@ def interface_words(facts: Facts) -> str:
     ran = facts.ran(GENERALISED)
     if not ran:
         return "The cases with generalised interface coordinates are not there."
-    best, whole = smallest_good(facts), facts.all_retained("D8")
+    best, whole = smallest_good(facts), facts.case("D8")
     if best is None:
         spread = worst_fit_change(facts, (ran[-1],), "D8")
         return f"None of {listed(ran)} keeps the NRMSE within 0.02 of D8" + (
             "." if spread is None else f" ({ran[-1]}: {spread:.4f} away)."
         )
-    few = facts.all_retained(best)
+    few = facts.case(best)
     text = f"{best} keeps the NRMSE within 0.02 of D8 ({events_words(facts, best)}; mean force {biases(facts, best)})"
-    if few is not None and whole:
-        text += f" with {number(few)} retained coordinates instead of {number(whole)}"
+    if few is not None and whole is not None:
+        text += f" with {number(few.n)} coordinates in all instead of {number(whole.n)}"
     usual = [facts.usual_cpu(n) for n in (best, "D8")]
     if usual[0] is not None and usual[1]:
         text += f"; with plain Newton it takes {percent(usual[0] / usual[1], 0)} of the CPU time of D8"
