@@ -10,7 +10,6 @@ from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.model.materials import AnisotropicMaterial, AnyMaterial, Material, SheetMaterial
 
-
 SOFTEST = 1e-12
 """Transverse shear modulus over the largest one, below which a sheet has none."""
 
