@@ -57,12 +57,16 @@ def driven_dofs(model: Model, study: Study) -> Driven:
     return Driven(labels)
 
 
+MOST_STEPS = 100_000_000
+"""Steps of a run, substeps counted; the loads of more do not fit into memory."""
+
+
 def time_axis(study: Study, parts: int | None = None) -> FloatArray:
     """(parts n_step + 1,) instants of the run: `parts` of them a step, by default as many as there are substeps.
 
     Raises
     ------
-    InputError : neither end nor a periodic excitation; fewer than two steps.
+    InputError : neither end nor a periodic excitation; fewer than two steps, or more than `MOST_STEPS`.
     """
     table = study.config.time
     end = table.end
@@ -76,13 +80,14 @@ def time_axis(study: Study, parts: int | None = None) -> FloatArray:
         if period is None:
             raise InputError("the end of the run is not given", where=study.where("time"), fix="Add end = ... (s).")
         end = period * (table.periods if table.periods is not None else 5.0)
-    n = round(end / table.step)
-    if n < 2:
-        raise InputError(
-            f"a run of {end} s has {n} step(s) of {table.step} s", where=study.where("time", "step"),
-            expected="two or more", fix="Shorten the step or move the end.",
-        )  # fmt: skip
     parts = table.substeps if parts is None else parts
+    steps = end / table.step
+    if not 1.5 < steps or parts * steps > MOST_STEPS:
+        raise InputError(
+            f"a run of {end:g} s has {steps:.6g} step(s) of {table.step:g} s", where=study.where("time", "step"),
+            expected=f"two to {MOST_STEPS // parts:,}", fix="Change the step or move the end.",
+        )  # fmt: skip
+    n = round(steps)
     return np.asarray(table.step / parts * np.arange(parts * n + 1), dtype=np.float64)
 
 

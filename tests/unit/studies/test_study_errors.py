@@ -122,6 +122,7 @@ MISTAKES = {
                                   r"f_max = 15 Hz is not above the excitation.*20 Hz"),
     "step too long for the excitation": ("step = 1e-3", "step = 0.04", "step = ", r"step = 0.04 s cannot follow"),
     "run of one step": ("end = 0.2", "end = 0.001", "step = ", r"has 1 step\(s\) of 0.001 s"),
+    "run without end": ("end = 0.2", "end = 1e30", "step = ", r"has 1e\+33 step\(s\) of 0.001 s"),
     "unknown node set": ('node_set = "BASE"', 'node_set = "BASIS"', "BASIS", r"unknown node set 'BASIS'. Did you mean"),
     "unknown set of a connector": ('nodes = ["MASS"]', 'nodes = ["MAS"]', "[[connector]]",
                                   r"unknown node set 'MAS'.*'MASS'"),

@@ -169,7 +169,7 @@ def _coarse(facts: Facts) -> Finding:
     if not events:
         return Finding("coarse", told, words, "differs")
     good = predicts(facts, OWN)
-    words += f" Against the unreduced model of its own mesh {found} of {events}, {more or 'none'} extra: the mesh moves "
+    words += f" Against the unreduced model of its mesh {found} of {events}, {more or 'none'} extra: the mesh moves "
     words += "the events, the reduction loses none." if good else "the events, and so does the reduction."
     return Finding("coarse", told, words, "explained" if good else "differs")
 
