@@ -82,7 +82,7 @@ def time_axis(study: Study, parts: int | None = None) -> FloatArray:
         end = period * (table.periods if table.periods is not None else 5.0)
     parts = table.substeps if parts is None else parts
     steps = end / table.step
-    if not 1.5 < steps or parts * steps > MOST_STEPS:
+    if not steps > 1.5 or parts * steps > MOST_STEPS:
         raise InputError(
             f"a run of {end:g} s has {steps:.6g} step(s) of {table.step:g} s", where=study.where("time", "step"),
             expected=f"two to {MOST_STEPS // parts:,}", fix="Change the step or move the end.",
