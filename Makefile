@@ -31,7 +31,9 @@ lint: $(VENV)/dev.stamp
 
 bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks
+	$(BIN)/python -m benchmarks.stepping --mesh-size 8.7
 	$(BIN)/python -m benchmarks.million
+	$(BIN)/python -m benchmarks.unreduced
 
 clean:
 	rm -rf $(VENV) door build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache
