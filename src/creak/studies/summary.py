@@ -18,6 +18,9 @@ from creak.verify.matching import Errors, EventMatch
 from creak.verify.slips import SlipEvent, squeak_rates
 from creak.verify.statistics import EventStatistics, compare_statistics
 
+ROUND_OFF = 1e-9
+"""Share of the external work below which no energy counts as created."""
+
 
 def summarise(result: StudyResult, convergence: Convergence | None = None) -> dict[str, Any]:
     """The summary as plain numbers, strings and lists; infinite or undefined figures are null.
@@ -86,7 +89,7 @@ def _run(run: Run, result: StudyResult, model: Model) -> dict[str, Any]:
         "offline_cpu_s": run.offline_cpu_s,
         "offline_wall_s": run.offline_wall_s,
         "peak_rss_gb": run.cost.peak_rss_gb,
-        "energy_error": -h.energy_created if h.energy_created > 0.0 else h.energy_dissipated_by_scheme,
+        "energy_error": -h.energy_created if h.energy_created > ROUND_OFF else h.energy_dissipated_by_scheme,
         "energy_created": h.energy_created,
         "scheme_dissipation": h.energy_dissipated_by_scheme,
         "energies": dict(zip(ENERGIES, h.energy[-1].tolist(), strict=True)),
