@@ -139,16 +139,23 @@ def fits_figure(facts: Facts, title: str, cases: Sequence[str], caption: str) ->
             "type": "bar",
             "name": c,
             "x": list(LOADS),
-            "marker": {"color": SERIES[k % len(SERIES)]},
+            "marker": {"color": colour},
             "y": [facts.fit(c, load) for load in LOADS],
             "text": [fixed(facts.fit(c, load), 4) if len(shown) <= MOST_LABELLED else "" for load in LOADS],
             "textposition": "outside",
             "cliponaxis": False,
             "hovertemplate": f"{c}, %{{x}}: %{{y:.4f}}<extra></extra>",
         }
-        for k, c in enumerate(shown)
+        for c, colour in zip(shown, _colours(len(shown)), strict=True)
     ]
     return FigureBlock(title, {"data": data, "layout": layout}, f"{caption} The axis does not begin at zero.", 320)
+
+
+def _colours(count: int) -> list[str]:
+    """One colour for each of `count` series: the palette, or a ramp from blue to red where it is too short."""
+    if count <= len(SERIES):
+        return list(SERIES[:count])
+    return [f"hsl({220.0 - 220.0 * k / (count - 1):.0f}, 55%, 45%)" for k in range(count)]
 
 
 def range_figure(facts: Facts, title: str, names: Mapping[int, str], caption: str) -> FigureBlock:
