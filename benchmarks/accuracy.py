@@ -10,7 +10,6 @@ import argparse
 import csv
 import tempfile
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -96,8 +95,7 @@ def study(setup: Setup) -> list[list[object]]:
 
 def with_reduction(setup: Setup, change: dict[str, object]) -> Setup:
     """The same study, reduced otherwise."""
-    config = setup.study.config.model_copy(update={"reduction": ReductionTable.model_validate(change)})
-    return replace(setup, study=replace(setup.study, config=config))
+    return setup.with_tables(reduction=ReductionTable.model_validate(change))
 
 
 def less_one(ratio: float | None) -> float:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 from rich.console import Console
 
 from creak.errors import InputError, suggest
-from creak.model.mesh import Model
+
+if TYPE_CHECKING:
+    from creak.model.mesh import Model
 
 MATRICES = {"npz": "npz", "mtx": "matrix-market", "op4": "op4", "dmig": "dmig"}
 """What --matrices takes -> name of the format."""

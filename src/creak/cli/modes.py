@@ -7,7 +7,6 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-import numpy as np
 import typer
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -53,8 +52,8 @@ def modes(
     _write(found, json_file, vtk, uff, units, deck.name)
     console = Console()
     _print(console, found)
-    ids = found.model.nodes.ids
-    if uff is not None and np.unique(ids).size < ids.size:
+    ids = found.model.nodes.ids.tolist()
+    if uff is not None and len(set(ids)) < len(ids):
         console.print("note: instances repeat node labels; the universal file numbers the nodes 1, 2, ... in the order "
                       "of the deck", soft_wrap=True)  # fmt: skip
     for path in files:
@@ -102,6 +101,8 @@ def _data(found: DeckModes) -> dict[str, object]:
 
 
 def _print(console: Console, found: DeckModes) -> None:
+    import numpy as np
+
     e = found.effective
     if not found.frequencies:
         console.print("no modes: none in the range, or the model has no mass that can move")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -78,7 +79,7 @@ class GapOperator:
         """f, the number of channels with friction."""
         return 0 if self.friction is None else int(self.friction.channels.size)
 
-    @property
+    @cached_property
     def resting(self) -> FloatArray:
         """(m + 2 f,) channel forces that the preload balances at rest."""
         normal = np.zeros(self.m) if self.preload is None else self.preload

@@ -148,7 +148,9 @@ class CondensedStepper:
         force, stuck = contact.forces(trial.gap, trial.rate, trial.slip, now.stuck, now.force)
         if not force.any():
             return self._open(gear, trial)
-        after = self._open(gear, trial, contact.acceleration(force), force)
+        trial.a += contact.acceleration(force)
+        self.on.push(trial.begun.right_side, force, 1.0 - self.scheme.alpha_f)
+        after = self._open(gear, trial)
         m = self.gaps.m
         after.gap = contact.gaps_after(trial.gap, force)
         if self._rated:
@@ -164,16 +166,10 @@ class CondensedStepper:
         assert self.gaps.friction is not None
         return self.gaps.friction.channels
 
-    def _open(
-        self, gear: _Gear, trial: _Trial, more: FloatArray | None = None, force: FloatArray | None = None
-    ) -> Instant:
-        """The step's end with `more` acceleration from channel forces, which are not entered yet."""
+    def _open(self, gear: _Gear, trial: _Trial) -> Instant:
+        """The step's end with the acceleration of the trial; channel forces are not entered yet."""
         begun, f = trial.begun, self.gaps.rubbing
-        a, Sa = trial.a, begun.right_side
-        if more is not None and force is not None:
-            a += more
-            self.on.push(Sa, force, 1.0 - self.scheme.alpha_f)
-        x = self.terms.advance(begun.half, a, self.scheme, gear.h, begun.fresh, Sa)
+        x = self.terms.advance(begun.half, trial.a, self.scheme, gear.h, begun.fresh, begun.right_side)
         none = np.zeros(self.gaps.m + 2 * f)
         return Instant(
             begun.row, x, begun.support, trial.gap, trial.rate, none, np.zeros(2 * f), np.ones(f, dtype=bool),
@@ -210,9 +206,7 @@ def begin(
     support = follow(now.support, terms.loads.support[0, row], scheme, h)
     ends = now.outside or terms.outside(now.row, now.support), terms.outside(row, support)
     half, r = terms.begin(now.x, scheme, h, ends)
-    on.push(r, scheme.alpha_f * now.force)
-    if gaps.preload is not None:
-        on.push(r, -gaps.resting)
+    on.push(r, scheme.alpha_f * now.force - gaps.resting)
     return Begun(row, support, half, r, ends, row // (REFRESH * stride) != now.row // (REFRESH * stride))
 
 

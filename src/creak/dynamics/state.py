@@ -174,8 +174,8 @@ class LinearTerms:
         x = State(half.u, half.v, a, half.Ku, half.Kv, Ka, half.Mv, Ma, Cv)
         if fresh:
             x.Ku, x.Kv, x.Mv = np.asarray(K @ x.u), np.asarray(K @ x.v), np.asarray(M @ x.v)
-            x.Cv = d.alpha * x.Mv + d.beta * x.Kv
-        if not self._simple:
+            x.Cv = self._damped(x.v, x.Mv, x.Kv)
+        elif not self._simple:
             x.Cv += d.other(x.v)
         return x
 

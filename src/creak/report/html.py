@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,12 +11,13 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import IntArray
 from creak.formats.complete_file import complete_file
 from creak.report import event_tables, figures, method, tables, verdict
 from creak.report.convergence import convergence_parts
-from creak.report.picture import Loaded, contact_picture, model_picture, standard_marks
+from creak.report.picture import Loaded, contact_picture, data_uri, model_picture, standard_marks
 from creak.report.text import UNITS, Units
+from creak.report.view import outward
 from creak.studies.converge import Convergence
 from creak.studies.run import Run, StudyResult
 
@@ -124,10 +124,11 @@ def _model_picture(result: StudyResult) -> Picture:
         np.unique(result.gaps.nodes_idx), np.unique(setup.pairs), _nodes([a // 6 for a in moved]),
         _nodes([f.nodes_idx for f in setup.model.fixed]),
     )  # fmt: skip
-    png = model_picture(setup.model, marks, _outward(result))
+    png = model_picture(setup.model, marks, outward(result.setup.contacts, result.setup.model.nodes.coords))
     if png is None:
         return Picture("", "No picture: the model has no extent to draw.")
-    return Picture(_uri(png), "The model from three-quarters and from the front, on the side of the secondary surface.")
+    caption = "The model from three-quarters and from the front, on the side of the secondary surface."
+    return Picture(data_uri(png), caption)
 
 
 def _contact_picture(result: StudyResult, units: Units) -> Picture:
@@ -137,11 +138,11 @@ def _contact_picture(result: StudyResult, units: Units) -> Picture:
     loaded = _impulses(result, run, units)
     if not loaded.values.any():
         return Picture("", "No contact picture: nothing touched during the run.")
-    png = contact_picture(result.setup.model, loaded, _outward(result))
+    png = contact_picture(result.setup.model, loaded, outward(result.setup.contacts, result.setup.model.nodes.coords))
     if png is None:
         return Picture("", "No contact picture: the model has no extent to draw.")
     who = "reduced" if run.name == "reduced" else "unreduced"
-    return Picture(_uri(png), f"Where contact happened: impulse at each contact node over the whole {who} run.")
+    return Picture(data_uri(png), f"Where contact happened: impulse at each contact node over the whole {who} run.")
 
 
 def _impulses(result: StudyResult, run: Run, units: Units) -> Loaded:
@@ -151,18 +152,5 @@ def _impulses(result: StudyResult, run: Run, units: Units) -> Loaded:
     return Loaded(nodes, total, f"impulse, {units.impulse}", units.impulse)
 
 
-def _outward(result: StudyResult) -> FloatArray:
-    """From the main to the secondary side of the contact, (3,); zero without contact."""
-    gaps, coords = result.setup.contacts, result.setup.model.nodes.coords
-    other = np.setdiff1d(gaps.retained_nodes, gaps.nodes_idx)
-    if gaps.m == 0 or other.size == 0:
-        return np.zeros(3)
-    return np.asarray(coords[gaps.nodes_idx].mean(axis=0) - coords[other].mean(axis=0))
-
-
 def _nodes(rows: list[IntArray]) -> IntArray:
     return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *rows]))
-
-
-def _uri(png: bytes) -> str:
-    return "data:image/png;base64," + base64.b64encode(png).decode("ascii")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -313,3 +314,8 @@ def _png(fig: Figure) -> bytes:
     data = io.BytesIO()
     fig.savefig(data, format="png", dpi=DPI, facecolor="white", pil_kwargs={"optimize": True})
     return data.getvalue()
+
+
+def data_uri(png: bytes) -> str:
+    """A PNG as an address that holds the picture itself."""
+    return "data:image/png;base64," + base64.b64encode(png).decode("ascii")

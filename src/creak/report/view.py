@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.contact.gap_operator import GapOperator
 from creak.model.mesh import Model
 from creak.model.solid_faces import FACES, faces_of, free_faces
 
@@ -100,6 +101,14 @@ def three_quarter(straight: View, azimuth: float = -32.0, elevation: float = 18.
     t = np.cos(e) * (np.cos(a) * toward + np.sin(a) * right) + np.sin(e) * up
     r = np.cos(a) * right - np.sin(a) * toward
     return View(np.column_stack([r, np.cross(t, r), t]))
+
+
+def outward(gaps: GapOperator, coords: FloatArray) -> FloatArray:
+    """From the main to the secondary side of the contact, (3,); zero without contact."""
+    other = np.setdiff1d(gaps.retained_nodes, gaps.nodes_idx)
+    if gaps.m == 0 or other.size == 0:
+        return np.zeros(3)
+    return np.asarray(coords[gaps.nodes_idx].mean(axis=0) - coords[other].mean(axis=0))
 
 
 def cut_up(corners: FloatArray, cuts: int) -> tuple[FloatArray, FloatArray]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -140,9 +140,7 @@ def gather(setup: Setup, progress: Progress) -> Facts:
 
 def _checked(setup: Setup) -> Setup:
     """The study with its pre-check on."""
-    c = setup.study.config
-    table = c.precheck.model_copy(update={"enabled": True})
-    return replace(setup, study=replace(setup.study, config=c.model_copy(update={"precheck": table})))
+    return setup.with_tables(precheck=setup.study.config.precheck.model_copy(update={"enabled": True}))
 
 
 def excitation_of(setup: Setup) -> Excitation:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,7 +23,7 @@ from creak.reduction.inside import Inside
 from creak.studies.config import InterfaceTable
 from creak.studies.reference_model import ReferenceModel
 from creak.studies.setup import Setup
-from creak.studies.substructures import Partition, Substructure, partition
+from creak.studies.substructures import Partition, Substructure, partition, required
 
 BLOCK = 32
 """Columns of the back-substitution that is timed."""
@@ -77,9 +77,8 @@ class Sizes:
 
 def plain(setup: Setup) -> Setup:
     """The study with every contact dof retained: no keep_out, no thinned interface."""
-    c = setup.study.config
-    table = c.reduction.model_copy(update={"keep_out": 0.0, "interface": InterfaceTable()})
-    return replace(setup, study=replace(setup.study, config=c.model_copy(update={"reduction": table})))
+    table = setup.study.config.reduction
+    return setup.with_tables(reduction=table.model_copy(update={"keep_out": 0.0, "interface": InterfaceTable()}))
 
 
 def sizes(
@@ -165,21 +164,14 @@ def _by_reason(part: System, boundary: IntArray, reasons: Sequence[tuple[str, In
 
 def _reasons(setup: Setup, model: Model, gaps: GapOperator) -> Iterator[tuple[str, IntArray]]:
     """Why a physical dof stays, the strongest reason first."""
-    none = np.zeros(0, dtype=np.int64)
-    links = [x for c in split_constraints(model)[1] for e in linear_equations(c, model.nodes.coords) for x in e.labels]
-    joined = [node_dofs(b.nodes_idx.ravel()) for b in model.blocks if b.part < 0]
-    yield "links", np.concatenate([np.array(links, dtype=np.int64), *joined])
-    held = [x for f in model.fixed for e in fixed_equations(f) for x in e.labels]
-    yield "supports", np.array(held, dtype=np.int64)
-    yield "loads", np.concatenate([none, *setup.driven.labels.values(), *setup.loads.force_labels])
-    yield "connectors", setup.connectors.labels
-    yield "imported parts", np.concatenate([none, *(s.joins for s in setup.superelements)])
+    must = required(setup, model)
+    chosen = must.pop("chosen")
+    yield from must.items()
     yield "interfaces", node_dofs(shared_nodes(model))
     contact = np.union1d(node_dofs(gaps.retained_nodes, (1, 2, 3)), gaps.labels)
     yield "contact", contact.astype(np.int64)
     yield "outputs", node_dofs(setup.watched, (1, 2, 3))
-    sets = [setup.model.node_set(n) for n in setup.study.config.reduction.retained_sets]
-    yield "chosen", node_dofs(np.concatenate([none, *sets]))
+    yield "chosen", chosen
 
 
 def _coupled(setup: Setup, reference: ReferenceModel, cut: Partition) -> int:

@@ -78,20 +78,8 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: Units = "mm-t-s")
     }
     config = _checked(tables, path, places)
     study = DeckStudy(path, config, config.model_dump_json(indent=2, exclude_defaults=True), places)
-    setup = _set_up(study, replace(model, node_sets={**model.node_sets, **sets}), ignore)
+    setup = set_up_model(study, replace(model, node_sets={**model.node_sets, **sets}), ignore, free=True)
     return replace(setup, notes=[*_steps_note(run), *notes, *_jumps(setup), *setup.notes])
-
-
-def _set_up(study: DeckStudy, model: Model, ignore: Sequence[str]) -> Setup:
-    """Set up; errors of a contact pair get its line in the deck."""
-    try:
-        return set_up_model(study, model, ignore, free=True)
-    except InputError as error:
-        for name in study.config.contact:
-            if error.where.startswith(f"[contact.{name}]"):
-                where = study.where("contact", name)
-                raise InputError(error.what, expected=error.expected, where=where, fix=error.fix) from error
-        raise
 
 
 def _jumps(setup: Setup) -> list[str]:

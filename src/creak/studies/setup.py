@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +23,7 @@ from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.nastran.reader import read_nastran
 from creak.model.mesh import Model
-from creak.studies.config import DOFS
+from creak.studies.config import DOFS, Table
 from creak.studies.contact_pairs import contact_pair
 from creak.studies.excitation import driven_dofs, highest_frequency, period_of, sample_loads, time_axis
 from creak.studies.imported import imported_superelements, resistance
@@ -52,6 +52,11 @@ class Setup:
     notes: list[str]
     superelements: tuple[System, ...] = ()
     """Parts that came as matrices."""
+
+    def with_tables(self, **tables: Table) -> Setup:
+        """The same setup with other tables of its study, of those that setting up does not look at."""
+        config = self.study.config.model_copy(update=tables)
+        return replace(self, study=replace(self.study, config=config))
 
 
 def read_model(path: Path) -> Model:
@@ -150,10 +155,22 @@ def _check_frequencies(study: Study) -> None:
 def _contacts(model: Model, study: Study) -> tuple[GapOperator, list[str]]:
     operators, notes = [], []
     for name, t in study.config.contact.items():
-        operator, more = METHODS[t.method](model, contact_pair(model, study, name))
+        try:
+            operator, more = METHODS[t.method](model, contact_pair(model, study, name))
+        except InputError as error:
+            raise _in_file(study, name, error) from error
         operators.append(operator)
         notes.extend(more)
     return join(operators), notes
+
+
+def _in_file(study: Study, name: str, error: InputError) -> InputError:
+    """The error of a contact pair with its line in the study or in the deck that it came from."""
+    table, _, key = error.where.partition("] ")
+    if table.rstrip("]") != f"[contact.{name}":
+        return error
+    where = f"{study.where('contact', name)} {key}".strip()
+    return InputError(error.what, expected=error.expected, where=where, fix=error.fix)
 
 
 def _plays(study: Study) -> list[tuple[Play, str]]:

@@ -119,20 +119,26 @@ def _full_part(setup: Setup, reference: ReferenceModel, pieces: Pieces, k: int) 
     return part_system(pieces.model, k, setup.rayleigh, override=setup.override_damping)
 
 
+def required(setup: Setup, model: Model) -> dict[str, IntArray]:
+    """Why physical dofs always stay -> their labels, the strongest reason first."""
+    none = np.zeros(0, dtype=np.int64)
+    links = [x for c in split_constraints(model)[1] for e in linear_equations(c, model.nodes.coords) for x in e.labels]
+    joined = [node_dofs(b.nodes_idx.ravel()) for b in model.blocks if b.part < 0]
+    held = [x for f in model.fixed for e in fixed_equations(f) for x in e.labels]
+    return {
+        "links": np.concatenate([np.array(links, dtype=np.int64), *joined]),
+        "supports": np.array(held, dtype=np.int64),
+        "loads": np.concatenate([none, *setup.driven.labels.values(), *setup.loads.force_labels]),
+        "connectors": setup.connectors.labels,
+        "imported parts": np.concatenate([none, *(s.joins for s in setup.superelements)]),
+        "chosen": _chosen(setup),
+    }
+
+
 def required_labels(setup: Setup, model: Model) -> IntArray:
     """Physical dofs that always stay: links between parts, supports, loads, connectors, elements between parts, and
     the user's own choice."""
-    pieces = [setup.connectors.labels, *setup.driven.labels.values(), *setup.loads.force_labels]
-    for constraint in split_constraints(model)[1]:
-        pieces += [np.array(e.labels, dtype=np.int64) for e in linear_equations(constraint, model.nodes.coords)]
-    for fixed in model.fixed:
-        pieces += [np.array(e.labels, dtype=np.int64) for e in fixed_equations(fixed)]
-    for block in model.blocks:
-        if block.part < 0:
-            pieces.append(node_dofs(block.nodes_idx.ravel()))
-    pieces += [s.joins for s in setup.superelements]
-    pieces.append(_chosen(setup))
-    return np.unique(np.concatenate(pieces)).astype(np.int64)
+    return np.unique(np.concatenate([*required(setup, model).values()])).astype(np.int64)
 
 
 def _chosen(setup: Setup) -> IntArray:

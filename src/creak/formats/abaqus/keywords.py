@@ -30,7 +30,6 @@ def _read(params: str = "", under: str = "") -> Keyword:
     return Keyword("read", params=frozenset(squeeze(p) for p in params.split(",") if p), under=under)
 
 
-_ELEMENT_PROPERTY = "ELSET"
 _READ: dict[str, Keyword] = {
     "HEADING": _read("SPARSE, UNSYMM"),
     "NODE": _read("NSET, SYSTEM"),

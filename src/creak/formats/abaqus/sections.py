@@ -187,19 +187,6 @@ def _is_truss(block: Block, rows: IntArray, elements: Elements) -> bool:
     return not solid.any()
 
 
-def first_row(block: Block, what: str) -> tuple[list[str], str]:
-    """First data line.
-
-    Raises
-    ------
-    InputError : there is none.
-    """
-    for fields, where in block.rows():
-        return fields, where
-    raise InputError(
-        f"*{block.name} has no data line", expected=f"a line with {what}", where=block.where, fix="Add it."
-    )
-
 
 _Reader = Callable[[Scope, Block, Materials], Section]
 AXIAL = ("SPRINGA", "DASHPOTA")

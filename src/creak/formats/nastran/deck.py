@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from creak.formats.nastran.coordinate_systems import BASIC, CoordinateSystem
 from creak.formats.nastran.grids import Grids
 from creak.model.materials import Section
 from creak.model.mesh import Unread
+
+T = TypeVar("T")
 
 
 @dataclass
@@ -146,8 +149,8 @@ def unique_cards(cards: Iterator[Card], what: str) -> dict[int, Card]:
     return found
 
 
-def referred(found: dict[int, Card], identifier: int, user: Card, what: str, names: str) -> Card:
-    """The card of this id that `user` refers to.
+def referred(found: Mapping[int, T], identifier: int, user: Card, what: str, names: str) -> T:
+    """What stands under this id, that `user` refers to.
 
     Raises
     ------

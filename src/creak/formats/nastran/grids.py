@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.nastran.bulk_data import Card, id_list
 from creak.formats.nastran.coordinate_systems import CoordinateSystem, axes_at, point_in_basic
@@ -125,8 +125,3 @@ def _add_scalars(by_name: dict[str, list[Card]], grids: Grids) -> None:
                 grids.scalar.add(len(grids.ids))
                 grids.ids.append(identifier)
                 grids.coords.append(middle)
-
-
-def rows_of(grids: Grids, ids: list[int], card: Card) -> IntArray:
-    """Rows of several grids."""
-    return np.array([grids.row(i, card) for i in ids], dtype=np.int64)

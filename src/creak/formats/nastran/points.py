@@ -62,8 +62,8 @@ def _add_scalar(deck: Deck, card: Card, values: dict[str, dict[int, tuple[Card, 
     kind = card.name
     if kind in _BY_PROPERTY:
         table, pid = values[_BY_PROPERTY[kind]], card.integer(1, card.integer(0))
-        referred({i: c for i, (c, _) in table.items()}, pid, card, "property", _BY_PROPERTY[kind])
-        identifier, value = deck.new_element(card, pid), table[pid][1]
+        _, value = referred(table, pid, card, "property", _BY_PROPERTY[kind])
+        identifier = deck.new_element(card, pid)
     else:
         identifier, value = deck.new_element(card), card.real(1)
     ends = _ends(deck, card, ((2, 0), (3, 0)) if kind[-1] in "34" else ((2, 3), (4, 5)))
@@ -118,8 +118,7 @@ def _read_viscous(deck: Deck) -> None:
     table = {card.integer(i): (card, i) for card in deck.cards("PVISC") for i in (0, 4) if card.text(i)}
     for card in deck.cards("CVISC"):
         pid = card.integer(1, card.integer(0))
-        referred({i: c for i, (c, _) in table.items()}, pid, card, "property", "PVISC")
-        owner, at = table[pid]
+        owner, at = referred(table, pid, card, "property", "PVISC")
         if owner.real(at + 2, 0.0):
             deck.note(owner, "creak reads the axial dashpot only", changes=True, what="PVISC, CR")
         section = AxialSpring(f"PVISC {pid}", 0.0, owner.real(at + 1, 0.0))

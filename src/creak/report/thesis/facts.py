@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 from creak.studies.thesis.outcome import EventRow, LoadOutcome, Outcome
 from creak.studies.thesis.plan import RATTLING, plan
@@ -171,10 +172,12 @@ class Facts:
 
 def against(name: str) -> str:
     """The unreduced case that a case is compared with."""
-    known = {c.name: c.against for c in plan()}
-    if name in known:
-        return known[name]
-    return name.replace("D8", "Ref", 1)
+    return _references().get(name) or name.replace("D8", "Ref", 1)
+
+
+@cache
+def _references() -> dict[str, str]:
+    return {c.name: c.against for c in plan()}
 
 
 def matched(first: Sequence[EventRow], second: Sequence[EventRow]) -> list[tuple[EventRow, EventRow]]:

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import base64
-from collections.abc import Sequence
-
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.model.constraints import RigidLink
 from creak.model.mesh import Model
 from creak.report.palette import CONTACT, DRIVEN, INK, PARTS
-from creak.report.picture import Marks, Panel, model_picture, panels_picture
+from creak.report.picture import Marks, Panel, data_uri, model_picture, panels_picture
 from creak.report.thesis.blocks import PictureBlock
-from creak.report.view import Facets, View, facets_of, front
+from creak.report.view import Facets, View, facets_of, front, outward
 from creak.studies.substructures import near_elements
 from creak.studies.thesis.doors import POINTS, Doors, middle_of
 
@@ -51,7 +48,7 @@ def supports_picture(doors: Doors) -> PictureBlock:
         Marks("supports A to G", points, INK, "^", 46.0),
         Marks("driven (F)", driven, DRIVEN, "D", 46.0),
     ]
-    png = model_picture(setup.model, marks, _outward(doors))
+    png = model_picture(setup.model, marks, outward(setup.contacts, setup.model.nodes.coords))
     assert png is not None
     return _block("Figure 3.5", png, "Supports, the driven upper hinge and the contact surfaces.")
 
@@ -202,23 +199,9 @@ def _of_part(facets: Facets, part: int) -> Facets:
     return Facets(facets.nodes_idx[mine], np.zeros(int(mine.sum()), dtype=np.int64))
 
 
-def _outward(doors: Doors) -> FloatArray:
-    """From the frame to the panel."""
-    gaps, coords = doors.setup.contacts, doors.setup.model.nodes.coords
-    other = np.setdiff1d(gaps.retained_nodes, gaps.nodes_idx)
-    if gaps.m == 0 or other.size == 0:
-        return np.zeros(3)
-    return np.asarray(coords[gaps.nodes_idx].mean(axis=0) - coords[other].mean(axis=0))
-
-
 def _view(doors: Doors) -> View:
-    return front(doors.setup.model.nodes.coords, _outward(doors))
+    return front(doors.setup.model.nodes.coords, outward(doors.setup.contacts, doors.setup.model.nodes.coords))
 
 
 def _block(title: str, png: bytes, caption: str) -> PictureBlock:
-    return PictureBlock(title, "data:image/png;base64," + base64.b64encode(png).decode("ascii"), caption)
-
-
-def no_pictures(titles: Sequence[str], why: str) -> list[PictureBlock]:
-    """Why there are no pictures."""
-    return [PictureBlock(t, "", why) for t in titles]
+    return PictureBlock(title, data_uri(png), caption)

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from creak.arrays import IntArray
+from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator, join
 from creak.door import LOADS, write_door
 from creak.dynamics.scheme import Scheme
-from creak.errors import InputError
 from creak.studies.config import StudyConfig
 from creak.studies.excitation import sample_loads, time_axis
 from creak.studies.integrate import scheme_of
@@ -22,6 +21,7 @@ from creak.studies.reference_model import ReferenceModel, build_reference, prech
 from creak.studies.run import limited
 from creak.studies.setup import Setup, set_up
 from creak.studies.study_file import Study, read_study
+from creak.studies.sweep_cases import changed as with_changes
 from creak.studies.thesis.plan import CHECKED_BY, Variant
 
 Progress = Callable[[str, int, int], None]
@@ -67,7 +67,7 @@ class Bench:
             self._bases[variant.name] = self._set_up(variant, kept)
         return self._bases[variant.name]
 
-    def _set_up(self, variant: Variant, kept: Any) -> Base:
+    def _set_up(self, variant: Variant, kept: FloatArray | None) -> Base:
         hooks = "" if variant.hook_play is None else "_play"
         folder = self._folder / f"door_{self.mesh_size:g}mm_{variant.coarsen}{hooks}"
         write_door(self.mesh_size, folder, variant.coarsen, hook_play=variant.hook_play)
@@ -82,7 +82,7 @@ class Bench:
         return Base(variant, setup, reference, gaps, setup.contacts.m)
 
 
-def at_positions(setup: Setup, positions: Any) -> IntArray:
+def at_positions(setup: Setup, positions: FloatArray) -> IntArray:
     """Contact channels whose secondary node lies at one of the positions (k, 3)."""
     coords = setup.model.nodes.coords[setup.contacts.nodes_idx]
     away, _ = cKDTree(positions).query(coords)
@@ -96,13 +96,5 @@ def changed(study: Study, changes: Mapping[str, Any]) -> Study:
     ------
     InputError : a key on the way is no table.
     """
-    data = study.config.model_dump(exclude_unset=True)
-    for dotted, value in changes.items():
-        *path, last = dotted.split(".")
-        table = data
-        for key in path:
-            table = table.setdefault(key, {})
-            if not isinstance(table, dict):
-                raise InputError(f"{dotted}: {key} is no table", where=study.path)
-        table[last] = value
+    data = with_changes(study.config.model_dump(exclude_unset=True), changes, None)
     return replace(study, config=StudyConfig.model_validate(data))

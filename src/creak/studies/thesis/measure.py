@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -41,16 +41,20 @@ class Bay:
     runs: Path
     """Folder of the unreduced runs, which are kept for cases to come."""
     progress: Progress
+    made: dict[tuple[str, str], Run] = field(default_factory=dict)
+    """Unreduced runs by case and load, as many cases are compared with each."""
 
     def base(self, case: Case) -> Base:
         return self.bench.base(case.variant, self.variants)
 
     def unreduced(self, case: Case, load: str) -> Run:
         """The run of an unreduced case, made once."""
-        base = self.base(case)
-        key = digest([self.bench.mesh_size, case.key, load])
-        shared = SharedReference(self.runs / f"{case.name.replace('/', '_')}_{load}_{key[:12]}.npz")
-        return shared(base.under(load), base.reference, base.gaps, self.progress)
+        if (case.name, load) not in self.made:
+            base = self.base(case)
+            key = digest([self.bench.mesh_size, case.key, load])
+            shared = SharedReference(self.runs / f"{case.name.replace('/', '_')}_{load}_{key[:12]}.npz")
+            self.made[case.name, load] = shared(base.under(load), base.reference, base.gaps, self.progress)
+        return self.made[case.name, load]
 
 
 def measure(case: Case, bay: Bay) -> Outcome:
@@ -77,7 +81,7 @@ def _reduced(case: Case, bay: Bay) -> Outcome:
     model = reduce_model(setup, base.reference, base.gaps, bay.progress)
     loads, freq = {}, np.zeros(0)
     for load in case.loads:
-        under = replace(base.under(load), study=with_reduction(base.under(load), case).study)
+        under = with_reduction(base.under(load), case)
         run = march_run(case.name, under, model.system, base.gaps, bay.progress, model)
         freq, loads[load] = _load_outcome(case, bay, load, run)
     names = [r.system.name for r in model.superelements]
@@ -94,9 +98,7 @@ def _reduced(case: Case, bay: Bay) -> Outcome:
 
 def with_reduction(setup: Setup, case: Case) -> Setup:
     """The setup reduced as the case says."""
-    table = ReductionTable.model_validate(case.reduction)
-    config = setup.study.config.model_copy(update={"reduction": table})
-    return replace(setup, study=replace(setup.study, config=config))
+    return setup.with_tables(reduction=ReductionTable.model_validate(case.reduction))
 
 
 def _stay(model: ReducedModel) -> int:

@@ -36,9 +36,6 @@ class Variant:
     channels_of: str = ""
     """Another variant whose pre-check is taken over: the same secondary nodes stay in contact."""
 
-    def __hash__(self) -> int:
-        return hash(self.name)
-
 
 StS = Variant("StS")
 NtS = Variant("NtS", changes={"contact.flange.method": "node-to-surface"}, channels_of="StS")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from creak.report.text import fixed, number
-from creak.report.thesis.blocks import PictureBlock, Section, TableBlock, Text, absent, agree, differ
+from creak.report.thesis.blocks import PictureBlock, Section, TableBlock, Text, agree, differ
 from creak.report.thesis.facts import Facts
 from creak.report.thesis.numbers import thesis
 from creak.report.thesis.tables import load_table, material_table, size_table, support_table
@@ -62,8 +62,3 @@ def _differ(facts: Facts, door: DoorFacts | None) -> str:
         "Amplitudes cannot be compared: a sine of 1.4 mm is 56 g at 100 Hz, and one at every frequency would throw "
         "this door far beyond 17 events per second, so creak scales them to the thesis's number of events."
     )
-
-
-def no_door(reason: str) -> list[Text]:
-    """Said where the doors could not be built."""
-    return [absent(f"The door could not be built for the pictures: {reason}")]
