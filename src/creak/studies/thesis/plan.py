@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from creak.door import LOADS as AMPLITUDES
+
 LOADS = ("A1", "A2", "A3", "A4")
 RATTLING = LOADS[1:]
 """Loads with contact."""
@@ -67,7 +69,8 @@ class Case:
         return {
             "reduction": None if self.reduction is None else dict(self.reduction), "variant": self.variant.name,
             "coarsen": self.variant.coarsen, "hook_play": self.variant.hook_play,
-            "changes": dict(self.variant.changes), "loads": self.loads, "against": self.against, "newton": self.newton,
+            "changes": dict(self.variant.changes), "loads": {name: AMPLITUDES[name] for name in self.loads},
+            "against": self.against, "newton": self.newton,
         }  # fmt: skip
 
 
