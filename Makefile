@@ -4,17 +4,17 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 H      ?= 20
 
-.PHONY: demo test lint bench clean
+.PHONY: demo test lint bench dist clean
 .DELETE_ON_ERROR:
 
 $(VENV)/run.stamp: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check -e '.[cluster]'
+	$(BIN)/pip install --quiet --disable-pip-version-check -e '.[report,cluster]'
 	touch $@
 
 $(VENV)/dev.stamp: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check -e '.[dev,cluster]'
+	$(BIN)/pip install --quiet --disable-pip-version-check -e '.[dev,report,cluster]'
 	touch $@
 
 demo: $(VENV)/run.stamp
@@ -34,6 +34,14 @@ bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks.stepping --mesh-size 8.7
 	$(BIN)/python -m benchmarks.million
 	$(BIN)/python -m benchmarks.unreduced
+	$(BIN)/python -m benchmarks.deck_size
+	$(BIN)/python -m benchmarks.modes_cost
+	$(BIN)/python -m benchmarks.modes_peers
+
+dist: $(VENV)/dev.stamp
+	rm -rf dist
+	$(BIN)/python -m build
+	$(BIN)/python -m pytest tests/packaging
 
 clean:
 	rm -rf $(VENV) door build dist src/*.egg-info .pytest_cache .mypy_cache .ruff_cache

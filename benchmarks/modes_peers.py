@@ -90,7 +90,7 @@ def failure(why: str) -> Found:
 
 def creak_run(deck: Path, count: int, threads: int, folder: Path) -> Found:
     """creak through its command line."""
-    command = [sys.executable, "-m", "creak.cli.main", "modes", str(deck), "--count", str(count), "--json"]
+    command = [sys.executable, "-m", "creak.cli.main", "modes", str(deck), "--count", str(count), "--json", "-"]
     return run(command, threads, folder / LOG, creak_frequencies)
 
 

@@ -1,10 +1,121 @@
-"""creak: open squeak-and-rattle simulation with reduced finite element models."""
+"""creak: open squeak-and-rattle simulation with reduced finite element models.
+
+A study, as `creak run` does it:
+
+    import creak
+
+    study = creak.read_study("door.toml")
+    result = creak.run(study)
+    result.events                     # when, where, how hard
+    result.save("results")            # summary.json, results.h5
+    result.report("report.html")
+
+The steps alone, on matrices of any program:
+
+    system = creak.system_from_matrices(K, M)                       # SciPy sparse or dense
+    reduced = creak.craig_bampton(system, boundary, f_max=1500.0)   # a System like any other
+    held = creak.couple(reduced, fixed=[0], driven={"base": [6]})
+    gaps = creak.gap_channels(G, gap0, stiffness)                   # g = gap0 + G u
+    loads = creak.make_loads(held, time, motion={"base": creak.Sine(20.0, 0.1)})
+    history = creak.simulate(creak.diagonalise(held), gaps, loads)  # HHT-alpha with contact
+    events = creak.find_events(history, gaps, merge=0.005, f_max=500.0)
+
+Nothing heavy is imported before it is used. Wrong input raises `creak.InputError`, a failed analysis
+`creak.NumericalError`.
+"""
 
 from __future__ import annotations
 
-from importlib.metadata import PackageNotFoundError, version
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-try:
-    __version__ = version("creak")
-except PackageNotFoundError:
-    __version__ = "0+unknown"
+if TYPE_CHECKING:
+    from creak.api.channels import gap_channels, join_gaps
+    from creak.api.decks import deck_modes, read_deck, write_door
+    from creak.api.matrices import couple, modes, system_from_matrices
+    from creak.api.motion import make_loads, simulate
+    from creak.api.reductions import craig_bampton, gap_modes, guyan, massless_boundary
+    from creak.api.result import Result
+    from creak.api.study import change_study, make_study, read_study, run
+    from creak.assembly.system import System
+    from creak.contact.gap_operator import GapOperator
+    from creak.dynamics.history import History
+    from creak.dynamics.loads import Loads
+    from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
+    from creak.errors import CreakError, InputError, NumericalError
+    from creak.linalg.modes import Modes
+    from creak.model.mesh import Model
+    from creak.reduction.diagonal import diagonalise
+    from creak.signals.sources import Motion, Multisine, Record, Sine, Step, Table, acceleration_motion
+    from creak.studies.deck_modes import DeckModes
+    from creak.studies.study_file import Study
+    from creak.verify.events import Event, find_events
+    from creak.verify.mac import mac_matrix
+    from creak.verify.matching import EventMatch, match_events
+    from creak.verify.nrmse import nrmse_fit
+    from creak.verify.slips import SlipEvent, find_slips
+
+    __version__: str
+
+_HOMES = {
+    "api.channels": ("gap_channels", "join_gaps"),
+    "api.decks": ("deck_modes", "read_deck", "write_door"),
+    "api.matrices": ("couple", "modes", "system_from_matrices"),
+    "api.motion": ("make_loads", "simulate"),
+    "api.reductions": ("craig_bampton", "gap_modes", "guyan", "massless_boundary"),
+    "api.result": ("Result",),
+    "api.study": ("change_study", "make_study", "read_study", "run"),
+    "assembly.system": ("System",),
+    "contact.gap_operator": ("GapOperator",),
+    "dynamics.history": ("History",),
+    "dynamics.loads": ("Loads",),
+    "dynamics.scheme": ("HHT", "Scheme", "generalised_alpha"),
+    "errors": ("CreakError", "InputError", "NumericalError"),
+    "linalg.modes": ("Modes",),
+    "model.mesh": ("Model",),
+    "reduction.diagonal": ("diagonalise",),
+    "signals.sources": ("Motion", "Multisine", "Record", "Sine", "Step", "Table", "acceleration_motion"),
+    "studies.deck_modes": ("DeckModes",),
+    "studies.study_file": ("Study",),
+    "verify.events": ("Event", "find_events"),
+    "verify.mac": ("mac_matrix",),
+    "verify.matching": ("EventMatch", "match_events"),
+    "verify.nrmse": ("nrmse_fit",),
+    "verify.slips": ("SlipEvent", "find_slips"),
+}
+"""Module -> public names that live in it."""
+_HOME = {name: f"creak.{module}" for module, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "HHT", "CreakError", "DeckModes", "Event", "EventMatch", "GapOperator", "History", "InputError", "Loads",
+    "Model", "Modes", "Motion", "Multisine", "NumericalError", "Record", "Result", "Scheme", "Sine", "SlipEvent",
+    "Step", "Study", "System", "Table", "acceleration_motion", "change_study", "couple", "craig_bampton", "deck_modes",
+    "diagonalise", "find_events", "find_slips", "gap_channels", "gap_modes", "generalised_alpha", "guyan",
+    "join_gaps", "mac_matrix", "make_loads", "make_study", "massless_boundary", "match_events", "modes",
+    "nrmse_fit", "read_deck", "read_study", "run", "simulate", "system_from_matrices", "write_door",
+]  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    """A public name, from its home at its first use."""
+    if name == "__version__":
+        value: Any = _version()
+    elif name in _HOME:
+        value = getattr(import_module(_HOME[name]), name)
+    else:
+        raise AttributeError(f"module 'creak' has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("creak")
+    except PackageNotFoundError:
+        return "0+unknown"

@@ -34,18 +34,23 @@ def test_tables_and_files(creak, deck, tmp_path):
     out = tmp_path / "new"
     status, text = creak(
         "modes", deck, "--count", 3, "--about", "0,5,-1.5", "--vtk", out / "m.vtu", "--uff", out / "m.unv",
-        "--json", out / "m.json",
     )  # fmt: skip
     assert status == 0, text
     for word in ("rotations about 0, 5, -1.5", "Cumulative", "Participation", "residual", "Sturm count agrees"):
         assert word in text
-    data = json.loads((out / "m.json").read_text())
+    assert ET.parse(out / "m.vtu").getroot().get("type") == "UnstructuredGrid"
+    assert (out / "m.unv").read_bytes().count(b"    -1\r\n    55\r\n") == 3
+
+
+@pytest.mark.parametrize("name", ["-", "new/m.json"])
+def test_figures_for_machines(creak, deck, tmp_path, name):
+    status, text = creak("modes", deck, "--count", 3, "--json", name if name == "-" else tmp_path / name, "--quiet")
+    assert status == 0
+    data = json.loads(text if name == "-" else (tmp_path / name).read_text())
     assert list(data)[:3] == ["frequencies", "mass", "rigid"]
     assert len(data["effective_mass"]["effective"]) == 3
     # The upper strip is free in z: its 2 of 5 thicknesses are the share that the rigid mode carries.
     assert data["effective_mass"]["cumulative_share"][0][2] == pytest.approx(0.4, abs=1e-6)
-    assert ET.parse(out / "m.vtu").getroot().get("type") == "UnstructuredGrid"
-    assert (out / "m.unv").read_bytes().count(b"    -1\r\n    55\r\n") == 3
 
 
 def test_no_modes_in_the_range(creak, deck):

@@ -89,8 +89,8 @@ def test_wrong_decks_end_with_status_2(creak, tmp_path, lines, words):
     assert not (tmp_path / "results" / "summary.json").exists()
 
 
-def test_a_nastran_deck_is_not_run(creak, tmp_path):
-    (tmp_path / "deck.bdf").write_text("BEGIN BULK\n")
+def test_a_nastran_deck_of_modes_is_not_run(creak, tmp_path):
+    (tmp_path / "deck.bdf").write_text("SOL 103\nCEND\nBEGIN BULK\nGRID,1\nCONM2,1,1,,1.\nENDDATA\n")
     status, _, err = creak("run", tmp_path / "deck.bdf")
     assert status == 2
     assert "study" in err

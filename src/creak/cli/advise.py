@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import json
-import os
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
-from creak.cli.output import ProgressBars
+from creak.cli.details import setup_detail, tell_notes, tell_warnings
+from creak.cli.output import AS_JSON, IGNORE, VERBOSE, Output
 from creak.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,48 +19,42 @@ if TYPE_CHECKING:
 
 def advise(
     study_file: Path = typer.Argument(..., metavar="STUDY.toml", help="The study to look at."),
-    out: Path | None = typer.Option(None, "--json", help="Also write everything to this file."),
-    quiet: bool = typer.Option(False, "--quiet", help="No progress; the lines of the study file to change alone."),
-    ignore: list[str] = typer.Option([], "--ignore", help="Keyword of the deck that may go unread."),
+    ignore: list[str] = IGNORE,
+    quiet: bool = typer.Option(False, "--quiet", "-q", help="No progress; the lines of the study to change alone."),
+    verbose: bool = VERBOSE,
+    as_json: bool = AS_JSON,
 ) -> None:
     """Propose retained dofs, f_max, time step and contact stiffness for a study, with estimated error and cost.
 
     Nothing is reduced or run but the linear pre-check. Errors are those measured on other structures
     (docs/guidelines.md); times are measured here on the model itself, good to a factor of two.
+
+    Example: creak advise door/door.toml
     """
     from creak.studies.advise import advise as look
     from creak.studies.advise import as_dict
     from creak.studies.setup import set_up
     from creak.studies.study_file import read_study
+    from creak.studies.warned import warnings_of
 
     if study_file.suffix.lower() in (".inp", ".bdf", ".dat", ".nas"):
         raise InputError(f"{study_file.name} is a deck", expected="a study file (.toml)",
                          fix="Write a study that names the deck in [model].")  # fmt: skip
-    if out is not None:
-        _writable(out)
-    setup = set_up(read_study(study_file), ignore)
-    with ProgressBars(quiet) as progress:
-        advice = look(setup, progress)
-    console = Console(highlight=False)
-    if not quiet:
-        _draw(console, advice)
-        for note in setup.notes:
-            console.print(f"note: {note}", markup=False)
-    for text in advice.choice.warnings:
-        console.print(f"warning: {text}", markup=False, style="yellow")
-    console.print(_lines(advice), markup=False, soft_wrap=True)
-    if out is not None:
-        out.write_text(json.dumps(as_dict(advice), indent=1, allow_nan=False), encoding="utf-8")
-        console.print(f"wrote {out}", markup=False, soft_wrap=True)
-
-
-def _writable(path: Path) -> None:
-    """Raise InputError where a file cannot be written, before any work is done."""
-    if path.is_dir():
-        raise InputError(f"cannot write to {path}: it is a folder", fix="Name a file with --json.")
-    if not path.parent.is_dir() or not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise InputError(f"cannot write to {path}", expected="a file in a folder that exists and can be written",
-                         fix="Name another one with --json.")  # fmt: skip
+    told: set[str] = set()
+    with Output(quiet, verbose, as_json) as output:
+        with output.progress as progress:
+            with progress.phase("read the model and find the contacts"):
+                setup = set_up(read_study(study_file), ignore)
+            setup_detail(output, setup)
+            tell_warnings(output, setup.notes, told)
+            advice = look(setup, progress)
+        _draw(output, advice)
+        tell_notes(output, setup.notes, told)
+        for text in advice.choice.warnings:
+            output.warn(text)
+        if not as_json:
+            typer.echo(_lines(advice))
+        output.result({**as_dict(advice), "warnings": [*warnings_of(setup.notes), *advice.choice.warnings]})
 
 
 def _lines(advice: Advice) -> str:
@@ -73,19 +63,20 @@ def _lines(advice: Advice) -> str:
     return "lines of the study file to change:\n\n" + advice.toml
 
 
-def _draw(console: Console, advice: Advice) -> None:
+def _draw(output: Output, advice: Advice) -> None:
     facts, choice = advice.facts, advice.choice
-    console.print(_head(facts), markup=False)
-    console.print(_table("Parts with Craig-Bampton: retained dofs and modes below f_max", _part_rows(facts)))
+    output.say(_head(facts))
+    output.table("Parts with Craig-Bampton: retained dofs and modes below f_max", _part_rows(facts))
     options = [OPTION_HEAD, *(_option_row(o, o is choice.option) for o in facts.options)]
-    console.print(_table("Ways to reduce (* advised)", options))
-    console.print(
+    output.table("Ways to reduce (* advised)", options)
+    output.say(
         "Frequency, force, impulse: errors on the door with the same multiple. At most: no mode at the end of the "
-        "excitation is further off. Times: measured here, to a factor of two.", markup=False,
-    )  # fmt: skip
-    console.print(_table("Time step (* advised)", [STEP_HEAD, *(_step_row(s, s is choice.step) for s in facts.steps)]))
+        "excitation is further off. Times: measured here, to a factor of two."
+    )
+    rows = [STEP_HEAD, *(_step_row(s, s is choice.step) for s in facts.steps)]
+    output.table("Time step (* advised)", rows, left=(0, len(STEP_HEAD) - 1))
     for text in choice.because:
-        console.print(f"- {text}", markup=False)
+        output.say(f"- {text}")
 
 
 def _head(facts: Facts) -> str:
@@ -140,12 +131,3 @@ def _step_row(s: StepAdvice, chosen: bool) -> list[str]:
 
 def _percent(x: float) -> str:
     return "exact" if x == 0.0 else f"{100.0 * x:.2g} %"
-
-
-def _table(title: str, rows: Sequence[Sequence[str]]) -> Table:
-    table = Table(title=title, title_justify="left")
-    for i, text in enumerate(rows[0]):
-        table.add_column(text, justify="left" if i == 0 or text == STEP_HEAD[-1] else "right", no_wrap=i == 0)
-    for row in rows[1:]:
-        table.add_row(*row)
-    return table

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console
 
+from creak.cli.details import model_detail
+from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output
 from creak.errors import InputError, suggest
 
 if TYPE_CHECKING:
@@ -16,44 +17,62 @@ if TYPE_CHECKING:
 
 MATRICES = {"npz": "npz", "mtx": "matrix-market", "op4": "op4", "dmig": "dmig"}
 """What --matrices takes -> name of the format."""
-DECK_ENDINGS = (".inp",)
+NASTRAN = (".bdf", ".dat", ".nas")
+DECK_ENDINGS = (".inp", *NASTRAN)
 
 
 def convert(
     deck: Path = typer.Argument(..., metavar="IN", help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas."),
-    out: Path = typer.Argument(..., metavar="OUT", help="The Abaqus deck to write, .inp; or the file of the matrices."),
+    out: Path = typer.Argument(..., metavar="OUT", help="The deck to write, .inp, .bdf, .dat, .nas; or the matrices."),
     matrices: str | None = typer.Option(None, "--matrices", help="Write K, M and C instead: npz, mtx, op4 or dmig."),
     mass: str | None = typer.Option(
         None, "--mass", help="consistent, linear or lumped: the mass of elements, instead of what IN asks for."
     ),
-    ignore: list[str] = typer.Option([], "--ignore", help="Keyword of IN that may get lost."),
+    ignore: list[str] = typer.Option([], "--ignore", metavar="KEYWORD", help="Keyword of IN that may get lost."),
+    quiet: bool = QUIET,
+    verbose: bool = VERBOSE,
+    as_json: bool = AS_JSON,
 ) -> None:
     """Write the model of a deck as another deck, or its stiffness, mass and damping as held by its supports.
 
     What the new deck cannot say is named and nothing is written. Loads, contact and steps are not carried over.
 
+    Abaqus decks take consistent mass, Nastran decks linear or lumped mass.
+
     Example: creak convert plate.bdf plate.inp --mass consistent
     """
     from creak.cli.output import writable_folder
-    from creak.formats.abaqus.writer import stop_on_unread, write_deck
+    from creak.formats.abaqus.writer import stop_on_unread
     from creak.studies.setup import read_model
 
     _check(deck, out, matrices, mass)
     writable_folder(out.parent)
-    model = read_model(deck)
-    model = model if mass is None else replace(model, mass_form=mass)
-    out.parent.mkdir(parents=True, exist_ok=True)
-    if matrices is None:
-        write_deck(model, out, ignore)
-        written = [out]
-    else:
-        stop_on_unread(model, ignore)
-        written = _write_matrices(model, out, MATRICES[matrices])
-    console = Console()
-    for u in model.unread:
-        console.print(f"not carried over: {u.keyword} ({u.where}): {u.why}", markup=False, soft_wrap=True)
-    for path in written:
-        console.print(f"wrote {path}", markup=False, soft_wrap=True)
+    with Output(quiet, verbose, as_json) as output:
+        with output.progress as progress:
+            with progress.phase(f"read {deck.name}"):
+                model = read_model(deck)
+            model = model if mass is None else replace(model, mass_form=mass)
+            model_detail(output, model)
+            out.parent.mkdir(parents=True, exist_ok=True)
+            notes: tuple[str, ...] = ()
+            if matrices is None:
+                with progress.phase(f"write {out.name}"):
+                    notes = _write(model, out, ignore)
+                output.wrote(out)
+            else:
+                stop_on_unread(model, ignore)
+                with progress.phase(f"assemble and write {matrices}"):
+                    output.wrote(*_write_matrices(model, out, MATRICES[matrices]))
+        for u in model.unread:
+            output.say(f"not carried over: {u.keyword} ({u.where}): {u.why}")
+        for note in notes:
+            output.say(f"note: {note}")
+        output.tell_written()
+        output.result({
+            "deck": str(deck), "written": [str(path) for path in output.written],
+            "not_carried_over": [{"keyword": u.keyword, "where": u.where, "why": u.why} for u in model.unread],
+            "notes": list(notes),
+        })  # fmt: skip
 
 
 def _check(deck: Path, out: Path, matrices: str | None, mass: str | None) -> None:
@@ -64,10 +83,22 @@ def _check(deck: Path, out: Path, matrices: str | None, mass: str | None) -> Non
     if matrices is None and out.suffix.lower() not in DECK_ENDINGS:
         raise InputError(
             f"cannot write a deck that ends in {out.suffix!r}", expected=", ".join(DECK_ENDINGS), where=out,
-            fix="Write an Abaqus deck (.inp), or give --matrices.",
+            fix="Write an Abaqus deck (.inp) or a Nastran deck (.bdf), or give --matrices.",
         )  # fmt: skip
     if out.exists() and deck.exists() and out.samefile(deck):
         raise InputError("IN and OUT are the same file", where=out, fix="Give OUT another name.")
+
+
+def _write(model: Model, out: Path, ignore: list[str]) -> tuple[str, ...]:
+    """A deck by its ending; returns what is called otherwise in it."""
+    from creak.formats.abaqus.writer import stop_on_unread, write_deck
+    from creak.formats.nastran.writer import write_nastran
+
+    if out.suffix.lower() in NASTRAN:
+        stop_on_unread(model, ignore)
+        return write_nastran(model, out)
+    write_deck(model, out, ignore)
+    return ()
 
 
 def _write_matrices(model: Model, out: Path, name: str) -> list[Path]:

@@ -26,7 +26,10 @@ def door(
     ),
     out: Path = typer.Option(Path("door"), "--out", help="Folder to write door.inp and door.toml into."),
 ) -> None:
-    """Write the parametric car door: door.inp (Abaqus syntax) and door.toml."""
+    """Write the parametric car door: door.inp (Abaqus syntax) and door.toml.
+
+    Example: creak example door --mesh-size 20 --out door
+    """
     from creak.cli.output import writable_folder
     from creak.door import write_door
 

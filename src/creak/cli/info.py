@@ -2,46 +2,133 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 import typer
-from rich.console import Console
-from rich.table import Table
+
+from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output
+
+if TYPE_CHECKING:
+    from creak.model.mesh import Model
 
 
-def info(deck: Path = typer.Argument(..., metavar="DECK", help="The deck to look at.")) -> None:
-    """Parts, mass, dofs, sets, surfaces, and every keyword that was not read."""
-    from creak.assembly.part import Rayleigh, part_system
+def info(
+    deck: Path = typer.Argument(..., metavar="DECK", help="The deck to look at."),
+    units: Literal["mm-t-s", "m-kg-s"] | None = typer.Option(
+        None, "--units", help="Units that the deck should be in: its materials, size and mass are checked for them."
+    ),
+    quiet: bool = QUIET,
+    verbose: bool = VERBOSE,
+    as_json: bool = AS_JSON,
+) -> None:
+    """Parts, mass, dofs, sets, surfaces, supports, units, and every keyword that was not read.
+
+    Example: creak info door/door.inp
+    """
     from creak.studies.setup import read_model
 
-    model = read_model(deck)
-    console = Console()
-    console.print(f"{deck}: {model.nodes.count} nodes, {model.n_elements} elements, "
-                  f"{len(model.constraints)} constraints", markup=False)  # fmt: skip
-    parts = Table("part", "nodes", "elements", "kinds", "dof", "mass", title="Parts", title_justify="left")
-    total = 0.0
+    with Output(quiet, verbose, as_json) as output:
+        with output.progress as progress:
+            with progress.phase("read the deck"):
+                model = read_model(deck)
+            facts = _facts(deck, model, units, progress)
+        _print(output, facts)
+        for text in facts["warnings"]:
+            output.warn(text)
+        output.result(facts)
+
+
+def _facts(deck: Path, model: Model, units: str | None, progress: Any) -> dict[str, Any]:
+    """All of it as plain numbers, strings and lists."""
+    from creak.studies.unit_check import guessed_units
+
+    parts = _parts(model, progress)
+    mass = sum(p["mass"] for p in parts.values())
+    with progress.phase("look at supports and units"):
+        loose, guess = _loose(model), [s.name for s in guessed_units(model)]
+        warnings = [*_unit_warnings(model, units, mass), *_loose_warning(loose)]
+    surfaces = {k: _extent(s) for k, s in model.surfaces.items() if not k.startswith("_")}
+    return {
+        "deck": str(deck), "nodes": model.nodes.count, "elements": model.n_elements,
+        "constraints": len(model.constraints), "parts": parts, "mass": mass, "units": guess,
+        "held_nodes": len({int(n) for fixed in model.fixed for n in fixed.nodes_idx}), "free_parts": loose,
+        "node_sets": {k: int(v.size) for k, v in model.node_sets.items() if not k.startswith("_")},
+        "element_sets": {k: len(v) for k, v in model.element_sets.items() if not k.startswith("_")},
+        "surfaces": surfaces, "unread": [asdict(u) for u in model.unread], "warnings": warnings,
+    }  # fmt: skip
+
+
+def _parts(model: Model, progress: Any) -> dict[str, dict[str, Any]]:
+    from creak.assembly.part import Rayleigh, part_system
+
+    found = {}
     for i, part in enumerate(model.parts):
+        progress("assemble the parts", i, len(model.parts))
         system = part_system(model, i, Rayleigh(0.0, 0.0), override=True)
-        kinds = ", ".join(sorted({b.kind for b in model.blocks if b.part == i}))
-        total += system.stats["mass"]
-        parts.add_row(part.name, f"{part.nodes_idx.size}", f"{int(system.stats['elements'])}", kinds,
-                      f"{system.n}", f"{system.stats['mass']:.6g}")  # fmt: skip
-    console.print(parts)
-    console.print(f"mass in all: {total:.6g}")
-    _listing(console, "node sets", {k: f"{v.size}" for k, v in model.node_sets.items()})
-    _listing(console, "element sets", {k: f"{len(v)}" for k, v in model.element_sets.items()})
-    surfaces = {k: f"{s.facets.shape[0]} facets" if not s.is_node_based else f"{s.nodes_idx.size} nodes"
-                for k, s in model.surfaces.items()}  # fmt: skip
-    _listing(console, "surfaces", surfaces)
-    if not model.unread:
-        console.print("every keyword was read")
-    for u in model.unread:
-        effect = "changes the answer" if u.changes_answer else "does not change the answer"
-        console.print(f"not read: {u.keyword} ({u.where}), {effect}: {u.why}", markup=False, soft_wrap=True)
+        kinds = sorted({b.kind for b in model.blocks if b.part == i})
+        found[part.name] = {"nodes": int(part.nodes_idx.size), "elements": int(system.stats["elements"]),
+                            "kinds": kinds, "dof": system.n, "mass": float(system.stats["mass"])}  # fmt: skip
+    progress("assemble the parts", len(model.parts), len(model.parts))
+    return found
 
 
-def _listing(console: Console, title: str, entries: dict[str, str]) -> None:
-    shown = {k: v for k, v in entries.items() if not k.startswith("_")}
-    if shown:
-        text = ", ".join(f"{k} ({v})" for k, v in shown.items())
-        console.print(f"{title}: {text}", markup=False, highlight=False)
+def _extent(surface: Any) -> dict[str, int]:
+    return {"nodes": int(surface.nodes_idx.size)} if surface.is_node_based else {"facets": len(surface.facets)}
+
+
+def _loose(model: Model) -> dict[str, list[str]]:
+    """Part -> rigid motions that the deck's supports and links leave free."""
+    from creak.assembly.coupling import Driven
+    from creak.assembly.rigid import unheld_parts
+    from creak.studies.free_motion import NAMED, free_motions
+
+    driven = Driven({})
+    loose = unheld_parts(model, driven)
+    return {name: free_motions(model, driven, name) if k < NAMED else [] for k, name in enumerate(loose)}
+
+
+def _loose_warning(loose: dict[str, list[str]]) -> list[str]:
+    if not loose:
+        return []
+    words = ", ".join(f"{name} ({', '.join(motions)})" if motions else name for name, motions in loose.items())
+    return [f"the deck's supports leave rigid-body motion of {words}: a study has to hold or drive it"]
+
+
+def _unit_warnings(model: Model, units: str | None, mass: float) -> list[str]:
+    from creak.studies.unit_check import guessed_units, materials, unit_warnings
+
+    if units is not None:
+        return unit_warnings(model, units, mass=mass)
+    if guessed_units(model) or not materials(model):
+        return []
+    return unit_warnings(model, "mm-t-s", mass=mass)
+
+
+def _print(output: Output, facts: dict[str, Any]) -> None:
+    output.say(f"{facts['deck']}: {facts['nodes']} nodes, {facts['elements']} elements, "
+               f"{facts['constraints']} constraints")  # fmt: skip
+    rows = [["part", "nodes", "elements", "kinds", "dof", "mass"]]
+    for name, p in facts["parts"].items():
+        figures = (f"{p['nodes']}", f"{p['elements']}", ", ".join(p["kinds"]), f"{p['dof']}", f"{p['mass']:.6g}")
+        rows.append([name, *figures])
+    output.table("Parts", rows, left=(0, 3))
+    output.say(f"mass in all: {facts['mass']:.6g}")
+    if facts["units"]:
+        output.say(f"units: materials and size fit {' or '.join(facts['units'])}")
+    output.say(f"held nodes: {facts['held_nodes']}")
+    _listing(output, "node sets", {k: f"{v}" for k, v in facts["node_sets"].items()})
+    _listing(output, "element sets", {k: f"{v}" for k, v in facts["element_sets"].items()})
+    extents = {k: " ".join(f"{n} {what}" for what, n in v.items()) for k, v in facts["surfaces"].items()}
+    _listing(output, "surfaces", extents)
+    if not facts["unread"]:
+        output.say("every keyword was read")
+    for u in facts["unread"]:
+        effect = "changes the answer" if u["changes_answer"] else "does not change the answer"
+        output.say(f"not read: {u['keyword']} ({u['where']}), {effect}: {u['why']}")
+
+
+def _listing(output: Output, title: str, entries: dict[str, str]) -> None:
+    if entries:
+        output.say(f"{title}: {', '.join(f'{k} ({v})' for k, v in entries.items())}")

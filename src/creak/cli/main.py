@@ -10,27 +10,32 @@ import typer
 from rich.console import Console
 
 import creak
-from creak.cli import advise, convert, example, info, modes, reduce, run, sweep, thesis
+from creak.api.extras import REPORT, no_report_text
+from creak.cli import advise, convert, example, info, modes, new, reduce, run, schema, sweep, thesis
+from creak.cli.output import Interrupted
 from creak.errors import CreakError, InputError
 
 DONE, FAILED, WRONG_INPUT = 0, 1, 2
+CTRL_C = 130
+"""What Typer returns for it where no command has a word to say."""
 
 app = typer.Typer(
     name="creak",
     help="Squeak and rattle: where, when and how hard two parts touch.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-app.command("run")(run.run)
-app.command("advise")(advise.advise)
-app.command("reduce")(reduce.reduce)
-app.command("sweep")(sweep.sweep)
-app.command("info")(info.info)
-app.command("modes")(modes.modes)
-app.command("convert")(convert.convert)
-app.command("thesis")(thesis.thesis)
+app.command("new", short_help="Write a first study for a deck, with comments.")(new.new)
+app.command("run", short_help="Run a study, or a deck by its own step.")(run.run)
+app.command("advise", short_help="Propose settings for a study, with errors and costs.")(advise.advise)
+app.command("reduce", short_help="Make and save the superelements of a study.")(reduce.reduce)
+app.command("sweep", short_help="Run many cases of a study.")(sweep.sweep)
+app.command("info", short_help="Tell what a deck holds.")(info.info)
+app.command("modes", short_help="Natural frequencies and mode shapes of a deck.")(modes.modes)
+app.command("convert", short_help="Write a deck as another deck, or as matrices.")(convert.convert)
+app.command("schema", short_help="JSON schema of the study file, for editors.")(schema.schema)
+app.command("thesis", short_help="Run the studies of a thesis on a car door.")(thesis.thesis)
 app.add_typer(example.app, name="example")
 
 
@@ -51,10 +56,14 @@ def main() -> NoReturn:
     """Run the command line; wrong input ends with status 2, a failed analysis with 1, one message each."""
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     try:
-        app(standalone_mode=False)
+        if app(prog_name="creak", standalone_mode=False) == CTRL_C:
+            raise Interrupted("nothing was written")
     except InputError as error:
         console.print(f"creak: {error}", style="red", markup=False)
         sys.exit(WRONG_INPUT)
+    except Interrupted as stop:
+        console.print(f"creak: stopped; {stop}", style="red", markup=False)
+        sys.exit(FAILED)
     except CreakError as error:
         console.print(f"creak: the analysis failed: {error}", style="red", markup=False)
         sys.exit(FAILED)
@@ -64,6 +73,11 @@ def main() -> NoReturn:
     except MemoryError:
         console.print("creak: the analysis failed: out of memory; use a coarser mesh or fewer outputs", style="red")
         sys.exit(FAILED)
+    except ModuleNotFoundError as error:
+        if error.name not in REPORT:
+            raise
+        console.print(f"creak: {no_report_text()}", style="red", markup=False)
+        sys.exit(WRONG_INPUT)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(FAILED)
@@ -71,6 +85,9 @@ def main() -> NoReturn:
         if type(error).__name__ == "NoArgsIsHelpError":
             typer.echo(str(error))
             sys.exit(WRONG_INPUT)
+        if type(error).__name__ == "Abort":  # Ctrl-C, as older versions of Typer tell it
+            console.print("creak: stopped; nothing was written", style="red")
+            sys.exit(FAILED)
         if hasattr(error, "format_message"):  # a usage error of the command line itself
             console.print(f"creak: {error.format_message()} Try: creak --help", style="red", markup=False)
             sys.exit(WRONG_INPUT)

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 
+from creak.cli.details import model_detail
+from creak.cli.output import IGNORE, JSON_FILE, QUIET, VERBOSE, Output
 from creak.errors import InputError
 
 if TYPE_CHECKING:
@@ -31,33 +32,43 @@ def modes(
     vtk: Path | None = typer.Option(None, "--vtk", help="Write the shapes here (.vtu) for ParaView."),
     uff: Path | None = typer.Option(None, "--uff", help="Write the shapes here as a universal file (data set 55)."),
     units: Literal["mm-t-s", "m-kg-s"] = typer.Option("mm-t-s", "--units", help="Units named in the universal file."),
-    json_file: Path | None = typer.Option(None, "--json", help="Write frequencies, masses and checks here."),
-    ignore: list[str] = typer.Option([], "--ignore", help="Keyword of the deck that may go unread."),
+    ignore: list[str] = IGNORE,
+    quiet: bool = QUIET,
+    verbose: bool = VERBOSE,
+    json_file: Path | None = JSON_FILE,
 ) -> None:
-    """Natural frequencies of the linear structure, contact left out; effective masses and shapes."""
+    """Natural frequencies of the linear structure, contact left out; effective masses and shapes.
+
+    Example: creak modes door/door.inp --f-max 100 --vtk modes.vtu
+    """
     from creak.cli.output import writable_folder
     from creak.studies.deck_modes import deck_modes
 
     point = _point(about)
     if vtk is not None and vtk.suffix.lower() != ".vtu":
         raise InputError(f"--vtk {vtk}", expected="a file name that ends in .vtu")
-    files = [path for path in (json_file, vtk, uff) if path is not None]
+    on_stdout = json_file == Path("-")
+    files = [path for path in (vtk, uff, None if on_stdout else json_file) if path is not None]
     for path in files:
         if path.is_dir():
             raise InputError(f"cannot write to {path}: it is a folder", expected="a file name")
         writable_folder(path.parent)
-    found = deck_modes(deck, f_max=f_max, count=count, about=point, ignore=ignore)
-    for path in files:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    _write(found, json_file, vtk, uff, units, deck.name)
-    console = Console()
-    _print(console, found)
-    ids = found.model.nodes.ids.tolist()
-    if uff is not None and len(set(ids)) < len(ids):
-        console.print("note: instances repeat node labels; the universal file numbers the nodes 1, 2, ... in the order "
-                      "of the deck", soft_wrap=True)  # fmt: skip
-    for path in files:
-        console.print(f"wrote {path}", markup=False, soft_wrap=True, highlight=False)
+    with Output(quiet, verbose, on_stdout) as output:
+        with output.progress as progress:
+            found = deck_modes(deck, f_max=f_max, count=count, about=point, ignore=ignore, progress=progress)
+            model_detail(output, found.model)
+            for path in files:
+                path.parent.mkdir(parents=True, exist_ok=True)
+            _write(output, found, vtk, uff, units, deck.name)
+            if json_file is not None and not on_stdout:
+                _write_json(output, found, json_file)
+        _print(output, found)
+        ids = found.model.nodes.ids.tolist()
+        if uff is not None and len(set(ids)) < len(ids):
+            output.say("note: instances repeat node labels; the universal file numbers the nodes 1, 2, ... in the "
+                       "order of the deck")  # fmt: skip
+        output.tell_written()
+        output.result({**_data(found), "written": [str(path) for path in output.written]})
 
 
 def _point(text: str) -> tuple[float, ...]:
@@ -71,20 +82,28 @@ def _point(text: str) -> tuple[float, ...]:
 
 
 def _write(
-    found: DeckModes, json_file: Path | None, vtk: Path | None, uff: Path | None,
-    units: Literal["mm-t-s", "m-kg-s"], title: str,
+    output: Output, found: DeckModes, vtk: Path | None, uff: Path | None, units: Literal["mm-t-s", "m-kg-s"],
+    title: str,
 ) -> None:  # fmt: skip
-    from creak.formats.complete_file import complete_file
     from creak.formats.uff import write_uff
     from creak.formats.vtu import write_vtu
 
-    if json_file is not None:
-        with complete_file(json_file) as partial:
-            partial.write_text(json.dumps(_data(found), indent=2) + "\n", encoding="utf-8")
     if vtk is not None:
-        write_vtu(vtk, found.model, found.frequencies, found.translations())
+        with output.progress.phase("write the shapes for ParaView"):
+            write_vtu(vtk, found.model, found.frequencies, found.translations())
+        output.wrote(vtk)
     if uff is not None:
-        write_uff(uff, found.model, found.frequencies, found.translations(), units, title=title)
+        with output.progress.phase("write the universal file"):
+            write_uff(uff, found.model, found.frequencies, found.translations(), units, title=title)
+        output.wrote(uff)
+
+
+def _write_json(output: Output, found: DeckModes, path: Path) -> None:
+    from creak.formats.complete_file import complete_file
+
+    with complete_file(path) as partial:
+        partial.write_text(json.dumps(_data(found), indent=2) + "\n", encoding="utf-8")
+    output.wrote(path)
 
 
 def _data(found: DeckModes) -> dict[str, object]:
@@ -100,25 +119,25 @@ def _data(found: DeckModes) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _print(console: Console, found: DeckModes) -> None:
+def _print(output: Output, found: DeckModes) -> None:
     import numpy as np
 
     e = found.effective
     if not found.frequencies:
-        console.print("no modes: none in the range, or the model has no mass that can move")
+        output.say("no modes: none in the range, or the model has no mass that can move")
     else:
         x, y, z = e.about.tolist()
         share = _table(found, f"Effective mass, % of the model; rotations about {x:g}, {y:g}, {z:g}", 100.0 * e.share)
         share.add_section()
         share.add_row("sum", "", *_cells(100.0 * e.cumulative[-1], e.total, "{:.2f}"))
         share.add_row("model", "", *_cells(e.total, e.total, "{:.4g}"))
-        console.print(share)
-        console.print(_table(found, "Cumulative effective mass, %", 100.0 * e.cumulative))
+        output.console.print(share)
+        output.console.print(_table(found, "Cumulative effective mass, %", 100.0 * e.cumulative))
         factors = np.where(np.abs(e.participation) < ROUND_OFF * np.sqrt(e.total), 0.0, e.participation)
-        console.print(_table(found, "Participation factors, mass-normalised modes", factors, "{:.3g}"))
+        output.console.print(_table(found, "Participation factors, mass-normalised modes", factors, "{:.3g}"))
     sturm = "agrees" if found.sturm_ok else "DOES NOT AGREE: a mode may be missing"
-    console.print(f"mass {found.mass:.6g}, {found.rigid} rigid-body mode(s), largest residual {found.residual:.1e}, "
-                  f"Sturm count {sturm}", soft_wrap=True)  # fmt: skip
+    output.say(f"mass {found.mass:.6g}, {found.rigid} rigid-body mode(s), largest residual {found.residual:.1e}, "
+               f"Sturm count {sturm}")  # fmt: skip
 
 
 def _table(found: DeckModes, title: str, rows: FloatArray, form: str = "{:.2f}") -> Table:

@@ -1,15 +1,39 @@
-"""Where results go, and the progress bars on the way."""
+"""What every command shares: where its words go, progress on the way, and results for machines."""
 
 from __future__ import annotations
 
+import json
 import os
+import sys
 import tempfile
+import threading
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from types import TracebackType
+from typing import Any
 
+import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
 
-from creak.errors import InputError
+from creak.errors import CreakError, InputError
+
+QUIET = typer.Option(False, "--quiet", "-q", help="No progress and no tables; warnings and errors stay.")
+VERBOSE = typer.Option(False, "--verbose", "-v", help="More lines: seconds of each phase, sizes, choices made.")
+AS_JSON = typer.Option(False, "--json", help="The result as JSON on stdout, nothing else there.")
+JSON_FILE = typer.Option(
+    None, "--json", metavar="FILE", help="Write the result here as JSON; - is stdout, with nothing else there."
+)
+IGNORE = typer.Option([], "--ignore", metavar="KEYWORD", help="Keyword of the deck that may go unread.")
+SHOWN_AFTER = 2.0
+"""s after which a phase gets a plain line where there is no terminal."""
+EVERY = 10.0
+"""s between further lines of the same phase."""
 
 
 def writable_folder(folder: Path) -> None:
@@ -37,26 +61,158 @@ def writable_folder(folder: Path) -> None:
         ) from error  # fmt: skip
 
 
-class ProgressBars:
-    """One bar per stage, with elapsed and remaining time; silent when asked."""
+class Interrupted(CreakError):
+    """Ctrl-C; the message says what is there."""
 
-    def __init__(self, quiet: bool) -> None:
-        self._progress = Progress(
+
+class Output:
+    """The words of a command: results on stdout, progress, details and warnings on stderr.
+
+    As a context it tells an interrupted user which files were written already.
+
+    Parameters
+    ----------
+    quiet : no progress, no tables. verbose : details as well. as_json : stdout carries JSON alone.
+
+    Raises
+    ------
+    InputError : both quiet and verbose.
+    """
+
+    def __init__(self, quiet: bool = False, verbose: bool = False, as_json: bool = False) -> None:
+        if quiet and verbose:
+            raise InputError("both --quiet and --verbose", expected="one of them")
+        self.quiet, self.verbose, self.as_json = quiet, verbose, as_json
+        self.console = Console(quiet=quiet or as_json, highlight=False)
+        self._error = Console(stderr=True, highlight=False, soft_wrap=True)
+        self.progress = ProgressBars(self._error, quiet, verbose)
+        self.written: list[Path] = []
+
+    def __enter__(self) -> Output:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        if kind is KeyboardInterrupt and self.written:
+            raise Interrupted(f"written before: {', '.join(map(str, self.written))}") from error
+
+    def say(self, text: str) -> None:
+        """A line of the result; none with --quiet or --json."""
+        self.console.print(text, markup=False, soft_wrap=True)
+
+    def table(self, title: str, rows: Sequence[Sequence[str]], left: Sequence[int] = (0,)) -> None:
+        """A table: the first of `rows` is its header, columns `left` stand to the left."""
+        table = Table(title=title, title_justify="left")
+        for i, text in enumerate(rows[0]):
+            table.add_column(text, justify="left" if i in left else "right", no_wrap=i == 0)
+        for row in rows[1:]:
+            table.add_row(*map(Text, row))
+        self.console.print(table)
+
+    def warn(self, text: str) -> None:
+        """What the user should look at, on stderr."""
+        self._error.print(f"warning: {text}", markup=False, style="yellow")
+
+    def detail(self, text: str) -> None:
+        """A line for --verbose, on stderr."""
+        if self.verbose:
+            self._error.print(text, markup=False)
+
+    def wrote(self, *paths: Path) -> None:
+        """Files that lie there now; `tell_written` names them, and so does an interruption."""
+        self.written.extend(paths)
+
+    def tell_written(self) -> None:
+        """A line for each file."""
+        for path in self.written:
+            self.say(f"wrote {path}")
+
+    def result(self, data: Mapping[str, Any]) -> None:
+        """The result for machines: printed with --json only. Figures must be finite or None."""
+        if self.as_json:
+            sys.stdout.write(json.dumps(data, indent=2, allow_nan=False) + "\n")
+
+
+@dataclass
+class _Stage:
+    """What is known of a phase under way."""
+
+    started: float
+    told: float
+    """When its last plain line came."""
+    done: int = 0
+    finished: bool = False
+    bar: TaskID | None = None
+
+
+class ProgressBars:
+    """A bar with elapsed and remaining time for each phase; plain lines where there is no terminal.
+
+    Without a terminal a phase is named once it has taken `SHOWN_AFTER` s, then every `EVERY` s, and when it ends;
+    with --verbose every phase when it ends.
+    """
+
+    def __init__(self, console: Console, quiet: bool = False, verbose: bool = False) -> None:
+        self._console, self._quiet, self._verbose = console, quiet, verbose
+        self._plain = not console.is_terminal
+        self._bars = Progress(
             TextColumn("{task.description:<42}"), BarColumn(bar_width=28), TextColumn("{task.percentage:>3.0f} %"),
-            TimeElapsedColumn(), TimeRemainingColumn(),
-            console=Console(stderr=True), disable=quiet,
+            TimeElapsedColumn(), TimeRemainingColumn(), console=console, disable=quiet or self._plain,
         )  # fmt: skip
-        self._tasks: dict[str, TaskID] = {}
+        self._stages: dict[str, _Stage] = {}
 
     def __enter__(self) -> ProgressBars:
-        self._progress.start()
+        self._bars.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._progress.stop()
+        self._bars.stop()
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        """Report that `done` of `total` of a stage is finished."""
-        if stage not in self._tasks:
-            self._tasks[stage] = self._progress.add_task(stage, total=total)
-        self._progress.update(self._tasks[stage], completed=done, total=total)
+        """Report that `done` of `total` of a phase is finished."""
+        now, known = time.monotonic(), self._stages.get(stage)
+        if known is None or (known.finished and done < known.done):
+            known = self._stages[stage] = self._started(stage, now, known)
+        known.done, known.finished = done, done >= total
+        if self._plain:
+            self._tell(stage, known, done, total, now)
+        elif known.bar is not None:
+            unknown = total <= 1 and not known.finished
+            self._bars.update(known.bar, completed=done, total=None if unknown else total)
+
+    @contextmanager
+    def phase(self, name: str) -> Iterator[None]:
+        """A phase of which nothing is known but that it goes on."""
+        self(name, 0, 1)
+        timer = threading.Timer(SHOWN_AFTER, self._console.print, (f"{name} ...",), {"markup": False})
+        timer.daemon = True
+        if self._plain and not self._quiet:
+            timer.start()
+        try:
+            yield
+        finally:
+            timer.cancel()
+        self(name, 1, 1)
+
+    def _started(self, stage: str, now: float, before: _Stage | None) -> _Stage:
+        """A phase that begins, or begins again."""
+        if self._plain:
+            return _Stage(now, now + SHOWN_AFTER - EVERY)
+        if before is None or before.bar is None:
+            return _Stage(now, now, bar=self._bars.add_task(stage, total=None))
+        self._bars.reset(before.bar, total=None)
+        return _Stage(now, now, bar=before.bar)
+
+    def _tell(self, stage: str, known: _Stage, done: int, total: int, now: float) -> None:
+        from creak.studies.advise_words import duration
+
+        took = now - known.started
+        if self._quiet:
+            return
+        if known.finished:
+            if took >= SHOWN_AFTER or self._verbose:
+                self._console.print(f"{stage}: {took:.1f} s", markup=False)
+        elif now - known.told >= EVERY:
+            known.told = now
+            left = f", about {duration(took / done * (total - done))} left" if done else ""
+            share = f"{100 * done // max(total, 1)} % after " if total > 1 else ""
+            self._console.print(f"{stage}: {share}{duration(took)}{left}", markup=False)

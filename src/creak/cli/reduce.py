@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
-from creak.cli.output import ProgressBars, writable_folder
+from creak.cli.details import setup_detail, tell_notes, tell_warnings
+from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
 from creak.errors import InputError, suggest
+
+if TYPE_CHECKING:
+    from creak.reduction.health import Health
+    from creak.studies.reduced_model import ReducedModel
+    from creak.studies.setup import Setup
+    from creak.studies.study_file import Study
+    from creak.studies.superelements import Reduced
 
 
 def reduce(
@@ -20,57 +28,117 @@ def reduce(
     export: list[str] = typer.Option(
         [], "--export", help="Also write them as op4, dmig, abaqus, matrix-market or npz, into the same folder."
     ),
-    quiet: bool = typer.Option(False, "--quiet", help="No progress, no table."),
-    ignore: list[str] = typer.Option([], "--ignore", help="Keyword of the deck that may go unread."),
+    ignore: list[str] = IGNORE,
+    quiet: bool = QUIET,
+    verbose: bool = VERBOSE,
+    as_json: bool = AS_JSON,
 ) -> None:
     """Reduce the parts of a study and save them; parts that did not change since the last time are kept.
 
+    Ctrl-C saves the parts that are reduced: the same command goes on from there.
+
     Example: creak reduce door/door.toml --export op4
     """
-    from creak.formats.matrices.superelements import FORMATS, write_superelement
-    from creak.reduction.health import health_rows
-    from creak.studies.run import prepare
     from creak.studies.setup import set_up
     from creak.studies.study_file import read_study
-    from creak.studies.superelements import as_superelement, save_superelement, store_of
+    from creak.studies.superelements import store_of
+
+    _check_formats(export)
+    study = read_study(study_file)
+    _check_method(study)
+    folder = out if out is not None else store_of(study)
+    writable_folder(folder)
+    told: set[str] = set()
+    with Output(quiet, verbose, as_json) as output:
+        with output.progress as progress:
+            with progress.phase("read the model and find the contacts"):
+                setup = set_up(study, ignore)
+            setup_detail(output, setup)
+            tell_warnings(output, setup.notes, told)
+            model, checks, notes = _reduced(setup, folder, output)
+            _save(setup, model, checks, folder, export, output)
+        tell_notes(output, [*setup.notes, *notes, *model.notes], told)
+        for r in model.superelements:
+            stats, before = r.system.stats, ", taken from before" if r.reused else ""
+            size = f"{stats['retained']:,.0f} retained dofs + {stats['modes']:,.0f} modes"
+            output.detail(f"{r.system.name}: {size}{before}")
+        _tell_health(output, checks)
+        output.tell_written()
+        output.result(_data(model, checks, [*setup.notes, *notes, *model.notes], output))
+
+
+def _check_formats(export: Sequence[str]) -> None:
+    from creak.formats.matrices.superelements import FORMATS
 
     unknown = [e for e in export if e not in FORMATS]
     if unknown:
         expected, fix = ", ".join(FORMATS), suggest(unknown[0], FORMATS)
         raise InputError(f"unknown format {unknown[0]!r}", expected=expected, fix=fix)
-    study = read_study(study_file)
+
+
+def _check_method(study: Study) -> None:
     method = study.config.reduction.method
     if method not in ("craig-bampton", "guyan"):
         raise InputError(
             f"method = {method!r} makes no superelements", where=study.where("reduction", "method"),
             expected='"craig-bampton" or "guyan"', fix="`creak run` reduces the whole assembly with it.",
         )  # fmt: skip
-    folder = out if out is not None else store_of(study)
-    writable_folder(folder)
-    console = Console(quiet=quiet)
-    setup = set_up(study, ignore)
-    with ProgressBars(quiet) as progress:
-        from creak.studies.health import checked
-        from creak.studies.reduced_model import reduce_model
 
-        reference, gaps, notes = prepare(setup, progress)
-        model = reduce_model(setup, reference, gaps, progress, folder)
-        checks = checked(setup, model, progress)
-        written = []
-        for reduced in model.superelements:
+
+def _reduced(setup: Setup, folder: Path, output: Output) -> tuple[ReducedModel, dict[str, Health], list[str]]:
+    """The superelements, their health, and notes; an interruption saves what is there."""
+    from creak.studies.health import checked
+    from creak.studies.reduced_model import reduce_model
+    from creak.studies.run import prepare
+    from creak.studies.superelements import save_superelement
+
+    made: list[Reduced] = []
+    reference, gaps, notes = prepare(setup, output.progress)
+    try:
+        model = reduce_model(setup, reference, gaps, output.progress, folder, made.append)
+        return model, checked(setup, model, output.progress), notes
+    except KeyboardInterrupt:
+        for reduced in made:
             if not reduced.reused:
-                about = {"deck": str(setup.model.source), "health": checks[reduced.system.name].as_dict()}
-                written.append(save_superelement(folder, reduced, setup.model, about))
-            for name in export:
-                written += write_superelement(as_superelement(reduced, setup.model), folder, name)
-    for note in [*setup.notes, *notes, *model.notes]:
-        console.print(f"note: {note}", markup=False)
+                output.wrote(save_superelement(folder, reduced, setup.model, {"deck": str(setup.model.source)}))
+        raise
+
+
+def _save(
+    setup: Setup, model: ReducedModel, checks: Mapping[str, Health], folder: Path, export: Sequence[str],
+    output: Output,
+) -> None:  # fmt: skip
+    from creak.formats.matrices.superelements import write_superelement
+    from creak.studies.superelements import as_superelement, save_superelement
+
+    for reduced in model.superelements:
+        if not reduced.reused:
+            about = {"deck": str(setup.model.source), "health": checks[reduced.system.name].as_dict()}
+            output.wrote(save_superelement(folder, reduced, setup.model, about))
+        for name in export:
+            output.wrote(*write_superelement(as_superelement(reduced, setup.model), folder, name))
+
+
+def _tell_health(output: Output, checks: Mapping[str, Health]) -> None:
+    from creak.reduction.health import health_rows
+
     for name, health in checks.items():
-        table = Table(title=name, title_justify="left")
-        for head in ("", "value", "remark"):
-            table.add_column(head)
-        for row in health_rows(health):
-            table.add_row(*row)
-        console.print(table)
-    for path in written:
-        console.print(f"wrote {path}", markup=False, soft_wrap=True)
+        output.table(name, [["", "value", "remark"], *health_rows(health)], left=(0, 1, 2))
+
+
+def _data(
+    model: ReducedModel, checks: Mapping[str, Health], notes: Sequence[str], output: Output
+) -> dict[str, Any]:  # fmt: skip
+    from creak.studies.warned import warnings_of
+
+    parts = {
+        r.system.name: {
+            "retained": int(r.system.stats["retained"]), "modes": int(r.system.stats["modes"]), "reused": r.reused,
+            "health": checks[r.system.name].as_dict(),
+        }
+        for r in model.superelements
+    }  # fmt: skip
+    return {
+        "superelements": parts, "wall_s": model.wall_s, "cpu_s": model.cpu_s, "notes": [str(n) for n in notes],
+        "warnings": warnings_of(notes), "written": [str(path) for path in output.written],
+    }  # fmt: skip

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
-from rich.text import Text
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
-from creak.cli.output import writable_folder
+from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Interrupted, Output, writable_folder
 from creak.errors import InputError, NumericalError
 
 if TYPE_CHECKING:
@@ -35,13 +41,18 @@ def sweep(
     ),
     dry_run: bool = typer.Option(False, "--dry-run", help="List the cases, run nothing."),
     reports: bool = typer.Option(True, "--reports/--no-reports", help="Write report.html of every case."),
-    quiet: bool = typer.Option(False, "--quiet", help="No progress, no table."),
-    ignore: list[str] = typer.Option([], "--ignore", help="Keyword of the deck that may go unread."),
+    ignore: list[str] = IGNORE,
+    quiet: bool = QUIET,
+    verbose: bool = VERBOSE,
+    as_json: bool = AS_JSON,
 ) -> None:
     """Run every case of a sweep: a folder each, all figures in sweep.csv and sweep.h5.
 
     A case that has its result is not run again: after a stop the same command goes on.
+
+    Example: creak sweep door_sweep.toml --workers 2
     """
+    from creak.api.extras import need_report
     from creak.studies.sweep import finished
     from creak.studies.sweep_cases import resolve
     from creak.studies.sweep_cluster import need_distributed
@@ -49,26 +60,28 @@ def sweep(
 
     if workers is not None and scheduler is not None:
         raise InputError("--workers and --scheduler exclude each other", fix="A cluster has its own workers.")
+    output = Output(quiet, verbose, as_json)
     read = read_sweep(sweep_file)
     folder = out if out is not None else sweep_file.parent / f"{sweep_file.stem}_sweep"
     writable_folder(folder)
     cases = resolve(read, folder)
-    console = Console(quiet=quiet, highlight=False, soft_wrap=True)
+    output.detail(f"{len(cases)} cases of {read.base}; results in {folder}")
     if dry_run:
-        known = finished(cases, folder, rename=False)
-        _list(console, cases, known)
+        _list(output, cases, finished(cases, folder, rename=False))
         return
     need_distributed()
+    if reports:
+        need_report("--no-reports")
     folder.mkdir(parents=True, exist_ok=True)
     known = finished(cases, folder)
     with _Drawn(quiet, len(cases), len(known)) as progress:
         try:
             rows = _rows(read, cases, folder, known, progress, workers, scheduler, ignore, reports)
         except KeyboardInterrupt:
-            raise NumericalError(
-                f"stopped with {progress.done} of {len(cases)} cases finished; the same command goes on from there"
+            raise Interrupted(
+                f"{progress.done} of {len(cases)} cases are finished, the same command goes on from there"
             ) from None
-    _finish(console, rows, folder, len(known))
+    _finish(output, rows, folder, len(known))
 
 
 def _rows(
@@ -99,37 +112,45 @@ def write_case_report(result: StudyResult, summary: dict[str, Any], folder: Path
     write_report(result, summary, folder / "report.html")
 
 
-def _list(console: Console, cases: Sequence[Case], known: dict[str, Outcome]) -> None:
-    table = Table(title=f"{len(cases)} cases, {len(known)} of them finished", title_justify="left")
-    for head in ("case", ""):
-        table.add_column(head, overflow="fold")
-    for case in cases:
-        table.add_row(Text(case.name), "finished" if case.name in known else "to run")
-    console.print(table)
+def _list(output: Output, cases: Sequence[Case], known: dict[str, Outcome]) -> None:
+    status = {case.name: "finished" if case.name in known else "to run" for case in cases}
+    output.say(f"{len(cases)} cases, {len(known)} of them finished")
+    for name, word in status.items():
+        output.say(f"  {word:<10}{name}")
+    output.result({"cases": [{"case": name, "status": word} for name, word in status.items()]})
 
 
-def _finish(console: Console, rows: Sequence[Row], folder: Path, known: int) -> None:
+def _finish(output: Output, rows: Sequence[Row], folder: Path, known: int) -> None:
     from creak.studies.sweep_case import DONE
 
     failed = [r for r in rows if r.outcome.status != DONE]
-    console.print(f"{len(rows) - len(failed)} of {len(rows)} cases have results, {known} from before")
-    for name in ("sweep.csv", "sweep.h5"):
-        console.print(f"wrote {folder / name}", markup=False)
+    output.say(f"{len(rows) - len(failed)} of {len(rows)} cases have results, {known} from before")
+    output.wrote(folder / "sweep.csv", folder / "sweep.h5")
+    output.tell_written()
+    output.result({
+        "cases": [
+            {"case": r.case.name, "status": r.outcome.status, "error": r.outcome.error or None,
+             "wall_s": r.outcome.record.get("case_wall_s"), "folder": str(folder / r.case.folder_name)}
+            for r in rows
+        ],
+        "from_before": known, "written": [str(path) for path in output.written],
+    })  # fmt: skip
     if failed:
         lines = [f"  {r.case.name}: {r.outcome.error}" for r in failed]
         raise NumericalError("\n".join([f"{len(failed)} of {len(rows)} cases failed", *lines]))
 
 
 class _Drawn:
-    """A bar on a terminal, a line for each case that ends; silent when asked."""
+    """A bar on a terminal, a line with the time left for each case that ends; silent when asked."""
 
     def __init__(self, quiet: bool, total: int, done: int) -> None:
         self._console = Console(stderr=True, highlight=False, soft_wrap=True, quiet=quiet)
         self._bar = Progress(
             TextColumn("{task.description}"), BarColumn(bar_width=28), MofNCompleteColumn(), TimeElapsedColumn(),
-            console=self._console, disable=quiet or not self._console.is_terminal,
+            TimeRemainingColumn(), console=self._console, disable=quiet or not self._console.is_terminal,
         )  # fmt: skip
         self._task = self._bar.add_task("cases", total=total, completed=done)
+        self._before, self._started = done, time.monotonic()
         self.done = done
 
     def __enter__(self) -> _Drawn:
@@ -142,6 +163,15 @@ class _Drawn:
     def __call__(self, row: Row, done: int, total: int) -> None:
         seconds, error = row.outcome.record.get("case_wall_s", 0.0), row.outcome.error
         self.done += not error
-        text = f"{done}/{total} {row.case.name}: {row.outcome.status}, {seconds:.1f} s"
+        text = f"{done}/{total} {row.case.name}: {row.outcome.status}, {seconds:.1f} s{self._left(done, total)}"
         self._console.print(f"{text}: {error}" if error else text, markup=False)
         self._bar.update(self._task, completed=done)
+
+    def _left(self, done: int, total: int) -> str:
+        """Time left, from the mean of the cases that ended since the start."""
+        from creak.studies.advise_words import duration
+
+        if done >= total:
+            return ""
+        each = (time.monotonic() - self._started) / max(done - self._before, 1)
+        return f", about {duration(each * (total - done))} left"

@@ -35,12 +35,14 @@ def thesis(
 
     Each case is kept as soon as it is done: after a stop the same command goes on from there.
     """
+    from creak.api.extras import need_report
     from creak.door import LOADS
     from creak.door.assembly import checked_mesh_size
     from creak.report.thesis.page import Inputs, write_thesis_page
     from creak.studies.thesis.record import study_record
     from creak.studies.thesis.run import run_thesis
 
+    need_report()
     size = checked_mesh_size(mesh_size)
     writable_folder(out)
     out.mkdir(parents=True, exist_ok=True)

@@ -103,6 +103,24 @@ class SurfacePair:
 
 
 @dataclass(frozen=True)
+class Stop:
+    """One-sided stops between pairs of nodes: r = u_b - u_a of one dof stays above `lower`, or below `upper`."""
+
+    name: str
+    first: IntArray
+    """(n,) node rows a."""
+    second: IntArray
+    """(n,) node rows b."""
+    dof: int
+    """1..6"""
+    lower: float | None
+    upper: float | None
+    stiffness: float
+    """force / length, acts beyond the limit."""
+    where: str = ""
+
+
+@dataclass(frozen=True)
 class DynamicStep:
     """An implicit *DYNAMIC step: M a + C v + K u + contact = f from rest or from the initial velocity."""
 
@@ -143,3 +161,4 @@ class DeckRun:
     """Steps before it, none of which changes the state."""
     after: tuple[str, ...] = ()
     """Steps after it, which are not run."""
+    stops: tuple[Stop, ...] = ()

@@ -35,7 +35,7 @@ class Figure:
 
 def force_figure(result: StudyResult, units: Units) -> Figure:
     """Contact force over time, largest channel of each contact: reduced upward, reference mirrored downward."""
-    groups = _groups_by_force(result)
+    groups = groups_by_force(result)
     if not groups:
         return Figure(None, _no_force(result))
     shown = groups[:MOST_ROWS]
@@ -60,18 +60,18 @@ def _no_force(result: StudyResult) -> str:
     return "No contact forces: nothing touched in the verification window."
 
 
-def _groups_by_force(result: StudyResult) -> list[str]:
+def groups_by_force(result: StudyResult) -> list[str]:
     """Contacts and connectors that pressed in the window, the hardest first."""
     peaks: dict[str, float] = {}
     for run in result.runs.values():
-        inside = _inside(run.history, result.window)
+        inside = inside_window(run.history, result.window)
         for j, group in enumerate(result.gaps.group):
             top = float(run.history.force[inside, j].max(initial=0.0))
             peaks[group] = max(peaks.get(group, 0.0), top)
     return sorted((g for g, p in peaks.items() if p > 0.0), key=lambda g: -peaks[g])
 
 
-def _inside(history: History, window: tuple[float, float]) -> slice:
+def inside_window(history: History, window: tuple[float, float]) -> slice:
     first, last = np.searchsorted(history.time, [window[0] - 1e-12, window[1] + 1e-12])
     return slice(int(first), int(last))
 
@@ -80,7 +80,7 @@ def _force_row(result: StudyResult, group: str, row: int) -> tuple[list[Trace], 
     channels = [j for j, g in enumerate(result.gaps.group) if g == group]
     traces, top = [], 0.0
     for name, run in result.runs.items():
-        inside = _inside(run.history, result.window)
+        inside = inside_window(run.history, result.window)
         force = run.history.force[inside][:, channels].max(axis=1)
         time, force = peaks_kept(run.history.time[inside], force)
         top = max(top, float(force.max(initial=0.0)))
@@ -158,8 +158,8 @@ def mac_figure(result: StudyResult) -> Figure:
         trace["customdata"] = [[f"{a:.2f} / {b:.2f} Hz" for b in modes.freq_reduced] for a in modes.freq_reference]
         trace["hovertemplate"] = "unreduced %{y}, reduced %{x}: MAC %{z:.4f}<br>%{customdata}<extra></extra>"
     caption = (
-        "Modal assurance criterion between all modes, over the motion of the compared nodes only: a partner shows as a "
-        "dark cell; other shades mean that two modes look alike at these nodes."
+        "Modal assurance criterion between all modes, over the motion of the compared nodes only: a partner stands "
+        "out; other shades mean that two modes look alike at these nodes."
     )
     return Figure({"data": [trace], "layout": layout}, caption, size + 110)
 

@@ -13,13 +13,30 @@ from markupsafe import Markup
 
 from creak.arrays import IntArray
 from creak.formats.complete_file import complete_file
-from creak.report import event_tables, figures, method, tables, verdict
+from creak.report import event_tables, figures, gap_figures, method, palette, scene, tables, verdict
 from creak.report.convergence import convergence_parts
+from creak.report.event_csv import event_csv
 from creak.report.picture import Loaded, contact_picture, data_uri, model_picture, standard_marks
+from creak.report.place_rows import place_parts
+from creak.report.places import Place, find_places
+from creak.report.provenance import provenance
+from creak.report.surface import Surface
 from creak.report.text import UNITS, Units
 from creak.report.view import outward
 from creak.studies.converge import Convergence
 from creak.studies.run import Run, StudyResult
+from creak.studies.warned import plain_notes, warnings_of
+
+ANIMATION_BYTES = 12_000_000
+"""What the motion around events may take of the file."""
+SECTIONS = {
+    "top": "Verdict", "places": "Places", "checks": "Trust", "motion": "Motion", "force": "Force and gap",
+    "events": "Events", "convergence": "Convergence", "model": "Model", "modes": "Modes", "spectra": "Spectra",
+    "energy": "Energy", "precheck": "Pre-check", "superelements": "Reduction", "size": "Costs", "method": "Method",
+    "provenance": "Provenance",
+}  # fmt: skip
+FILES = Path(__file__).parent
+SCRIPTS = ("viewer.js", "report.js")
 
 
 @dataclass(frozen=True)
@@ -31,8 +48,9 @@ class Picture:
 
 
 def write_report(
-    result: StudyResult, summary: dict[str, Any], path: Path, convergence: Convergence | None = None
-) -> None:
+    result: StudyResult, summary: dict[str, Any], path: Path, convergence: Convergence | None = None,
+    animation_bytes: int = ANIMATION_BYTES,
+) -> None:  # fmt: skip
     """Write the report of a study as one self-contained HTML file.
 
     Parameters
@@ -40,27 +58,47 @@ def write_report(
     summary : what `creak.studies.summary.summarise` makes of the result.
     path : the file; it appears whole or not at all.
     convergence : what `creak.studies.converge` found, where it was looked at.
+    animation_bytes : what the motion around the hardest events may take of the file.
     """
-    text = report_text(result, summary, convergence)
+    text = report_text(result, summary, convergence, animation_bytes)
     with complete_file(path) as partial:
         partial.write_text(text, encoding="utf-8", newline="\n")
 
 
-def report_text(result: StudyResult, summary: dict[str, Any], convergence: Convergence | None = None) -> str:
+def report_text(
+    result: StudyResult, summary: dict[str, Any], convergence: Convergence | None = None,
+    animation_bytes: int = ANIMATION_BYTES,
+) -> str:  # fmt: skip
     """The report as HTML."""
-    from plotly.offline import get_plotlyjs
-
     units = UNITS[result.setup.study.config.model.units]
     environment = Environment(
         loader=PackageLoader("creak.report", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
     )  # fmt: skip
     template = environment.get_template("report.html.j2")
-    parts = _verdict_parts(result, summary, units) | _drawn_parts(result, units) | _table_parts(result, summary, units)
+    run = verdict.main_run(result)
+    places = () if run is None else find_places(result, run)
+    drawn = scene.scene(result, places)
+    surface, shape = drawn if drawn is not None else (None, None)
+    motions = scene.animations(result, surface, places, units, animation_bytes)
+    parts = (
+        _verdict_parts(result, summary, units)
+        | place_parts(result, places, motions, units)
+        | _drawn_parts(result, surface, units)
+        | _motion_parts(result, motions, shape)
+        | _table_parts(result, summary, places, units)
+        | _file_parts(result)
+    )
     settling = None if convergence is None else convergence_parts(
         convergence, summary["convergence"]["findings"], units
     )  # fmt: skip
-    return template.render(**parts, convergence=settling, plotly=Markup(get_plotlyjs()))
+    return template.render(**parts, convergence=settling, units=units, sections=_sections(parts, settling))
+
+
+def _sections(parts: dict[str, Any], settling: Any) -> list[tuple[str, str]]:
+    """What the bar at the top leads to."""
+    skipped = {name for name, there in (("convergence", settling), ("superelements", parts["health"])) if not there}
+    return [(name, text) for name, text in SECTIONS.items() if name not in skipped]
 
 
 def _verdict_parts(result: StudyResult, summary: dict[str, Any], units: Units) -> dict[str, Any]:
@@ -73,17 +111,20 @@ def _verdict_parts(result: StudyResult, summary: dict[str, Any], units: Units) -
         "checks": checks,
         "all_passed": all(c.passed is not False for c in checks),
         "compared": {"reduced", "reference"} <= result.runs.keys(),
+        "alarms": [*warnings_of(result.notes), *verdict.first_mistakes(result, units)],
         "warnings": verdict.warnings(result),
-        "notes": summary["notes"],
+        "notes": plain_notes(result.notes),
         "unread": tables.unread_rows(summary),
         "method": method.paragraph(result),
         "parameters": method.parameters(result, summary, units),
     }
 
 
-def _drawn_parts(result: StudyResult, units: Units) -> dict[str, Any]:
+def _drawn_parts(result: StudyResult, surface: Surface | None, units: Units) -> dict[str, Any]:
     drawn = {
         "force": figures.force_figure(result, units),
+        "gap": gap_figures.gap_figure(result, units),
+        "precheck": gap_figures.precheck_figure(result, surface, units),
         "mac": figures.mac_figure(result),
         "spectra": figures.spectra_figure(result, units),
         "energy": figures.energy_figure(result, units),
@@ -93,8 +134,40 @@ def _drawn_parts(result: StudyResult, units: Units) -> dict[str, Any]:
     return {"figures": drawn, "specs": _script_json(specs), **pictures}
 
 
-def _table_parts(result: StudyResult, summary: dict[str, Any], units: Units) -> dict[str, Any]:
+def _motion_parts(result: StudyResult, motions: scene.Animations, shape: dict[str, Any] | None) -> dict[str, Any]:
+    run = verdict.main_run(result)
     return {
+        "has_scene": shape is not None,
+        "scene": _script_json(shape),
+        "motions": motions.shown,
+        "motions_json": _script_json(motions.shown),
+        "motion_labels": [m["label"] for m in motions.shown],
+        "motion_words": motions.words,
+        "motion_run": "unreduced" if run is None else verdict.RUN_WORDS[run.name],
+        "size_words": f"Animations take {motions.size / 1e6:.2g} MB of this file." if motions.shown else "",
+    }
+
+
+def _file_parts(result: StudyResult) -> dict[str, Any]:
+    from plotly.offline import get_plotlyjs
+
+    own = {name.replace(".", "_"): Markup((FILES / name).read_text(encoding="utf-8")) for name in SCRIPTS}
+    return own | {
+        "css": Markup((FILES / "report.css").read_text(encoding="utf-8")),
+        "plotly": Markup(get_plotlyjs()),
+        "colours": _script_json(palette.DARK),
+        "provenance": provenance(result),
+        "study_text": result.setup.study.text,
+    }
+
+
+def _table_parts(
+    result: StudyResult, summary: dict[str, Any], places: tuple[Place, ...], units: Units
+) -> dict[str, Any]:
+    return {
+        "csv_events": _script_json(event_csv(result, places, units)),
+        "fits": tables.fit_table(result),
+        "energy_alarm": tables.energy_alarm(summary),
         "events": event_tables.event_table(result, units),
         "statistics": event_tables.statistics_table(result, units),
         "counted": event_tables.counted_events(result),

@@ -312,7 +312,7 @@ def _triad(ax: Axes, view: View) -> None:
 
 def _png(fig: Figure) -> bytes:
     data = io.BytesIO()
-    fig.savefig(data, format="png", dpi=DPI, facecolor="white", pil_kwargs={"optimize": True})
+    fig.savefig(data, format="png", dpi=DPI, facecolor="white", pil_kwargs={"compress_level": 6})
     return data.getvalue()
 
 

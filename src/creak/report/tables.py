@@ -11,7 +11,7 @@ from creak.arrays import FloatArray
 from creak.dynamics.history import ENERGIES
 from creak.reduction.health import health_rows
 from creak.report.text import NONE, Units, fixed, four, number, percent, ratio, share, tidy
-from creak.report.verdict import RUN_WORDS, main_run, penetration
+from creak.report.verdict import ENERGY_BAR, RUN_WORDS, main_run, moving_axes, penetration
 from creak.studies.run import StudyResult
 
 BALANCE = {
@@ -52,6 +52,30 @@ def frequency_table(result: StudyResult) -> Table | None:
         error = percent(ratio(other, f), 3) if f > 0.01 else NONE
         rows.append([str(i + 1), fixed(f, 3), fixed(other, 3), error, four(float(modes.pairs.mac[i]))])
     return Table(["mode", "unreduced, Hz", "reduced, Hz", "error", "MAC"], rows)
+
+
+def fit_table(result: StudyResult) -> Table | None:
+    """NRMSE fit of the relative motion by axis; None where nothing was compared."""
+    fit = result.spectra.nrmse if result.spectra is not None else {}
+    if not fit:
+        return None
+    moving = moving_axes(result)
+    rows = [
+        [axis, four(fit[axis]), "" if axis in moving else "no motion along this axis (round-off only)"]
+        for axis in ("x", "y", "z")
+    ]  # fmt: skip
+    rows.append(["all together", four(fit["all"]), ""])
+    note = "1: the spectra of both runs are equal, phase included; 0: no better than no motion at all."
+    return Table(["axis", "NRMSE fit", ""], rows, note=note, flags=["", "", "", "total"])
+
+
+def energy_alarm(summary: dict[str, Any]) -> str:
+    """What to do where a run created energy; empty where none did."""
+    made = {n: r["energy_created"] for n, r in summary["runs"].items() if (r["energy_created"] or 0.0) > ENERGY_BAR}
+    if not made:
+        return ""
+    words = "; ".join(f"{RUN_WORDS[name]} run {share(value)} of the energy put in" for name, value in made.items())
+    return f"{words}, where {share(ENERGY_BAR)} is the limit. Shorten the step, soften the contact or dissipate more."
 
 
 def gap_table(result: StudyResult, units: Units) -> Table | None:

@@ -21,6 +21,10 @@ AT_REST = 1e-6
 """Share of the largest axis below which an axis counts as not moving."""
 PENETRATION_BAR = 0.1
 """Share of the clearance above which penetration is worth a word."""
+MOSTLY = 0.95
+"""Share of the run from which contact counts as lasting."""
+FEW = 3
+"""Events below which lasting contact is worth a word."""
 RUN_WORDS = {"reduced": "reduced", "reference": "unreduced"}
 
 
@@ -307,6 +311,26 @@ def warnings(result: StudyResult) -> list[str]:
                 "the statistics of the events (rate, distributions of force and impulse) rather than one with another."
             )
     return [*out, *_resolution(result), *_deep(result)]
+
+
+def first_mistakes(result: StudyResult, units: Units) -> list[str]:
+    """What the run itself shows of a study that may not be meant so: contact that never happens, or never ends."""
+    run = main_run(result)
+    if run is None or not result.gaps.m:
+        return []
+    h = run.history
+    if not h.force.any():
+        row, j = np.unravel_index(int(h.gap.argmin()), h.gap.shape)
+        return [
+            f"Nothing touched during the whole run: the closest approach is {number(float(h.gap[row, j]), 3)} "
+            f"{units.length} at {result.gaps.names[int(j)]}, {number(float(h.time[row]), 4)} s, which starts "
+            f"{number(float(result.gaps.gap0[int(j)]), 3)} {units.length} open. Raise the excitation, or look whether "
+            "distances and units are as meant."
+        ]  # fmt: skip
+    pressed = np.asarray((h.force > 0.0).any(axis=1))
+    if float(h.weights @ pressed) > MOSTLY * float(h.time[-1] - h.time[0]) and len(run.events) < FEW:
+        return ["The parts press on each other nearly all the time: a preload, or parts that overlap from the start?"]
+    return []
 
 
 def _deep(result: StudyResult) -> list[str]:

@@ -15,9 +15,11 @@ DOFS: tuple[Dof, ...] = ("x", "y", "z", "rx", "ry", "rz")
 
 
 class Table(BaseModel):
-    """A table of the study; unknown keys are errors."""
+    """A table of the study; unknown keys are errors. The texts below the keys are the descriptions of its schema."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, str_strip_whitespace=True)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, str_strip_whitespace=True, use_attribute_docstrings=True
+    )  # fmt: skip
 
 
 class ModelTable(Table):
@@ -26,6 +28,7 @@ class ModelTable(Table):
     deck: str
     """Path of the deck, relative to the study file."""
     units: Literal["mm-t-s", "m-kg-s"] = "mm-t-s"
+    """Units of the deck and the study: length, mass, time. They label results; nothing is converted."""
 
 
 class RayleighTable(Table):
@@ -43,6 +46,7 @@ class DampingTable(Table):
     modal: Annotated[float, Field(ge=0.0, lt=1.0, allow_inf_nan=False)] | None = None
     """Fraction of critical, the same for all computed modes."""
     rayleigh: RayleighTable | None = None
+    """C = alpha M + beta K of all parts."""
 
     @model_validator(mode="after")
     def _one_of(self) -> DampingTable:
@@ -55,7 +59,9 @@ class FrictionTable(Table):
     """Coulomb friction that falls with the sliding speed: kinetic + (static - kinetic) exp(-v / decay)."""
 
     static: NonNegative
+    """Coefficient while it sticks."""
     kinetic: NonNegative
+    """Coefficient while it slides fast; not above the static one."""
     decay: NonNegative = 0.0
     """length/time; 0: kinetic as soon as it slides."""
 
@@ -76,8 +82,12 @@ class ContactTable(Table):
     """[contact.NAME]"""
 
     secondary: str
+    """Surface or element set of shells and solids whose nodes become the gap channels; node-to-surface also a node
+    set or an element set of beams."""
     main: str
+    """Surface or element set of shells and solids that it can touch."""
     method: Literal["surface-to-surface", "node-to-surface"] = "surface-to-surface"
+    """Gaps averaged over the facets round each secondary node, or at the nodes themselves."""
     stiffness: Literal["auto", "hard"] | Positive = "auto"
     """force/length^3 (surface-to-surface) or force/length (node-to-surface); "hard": no penetration at all."""
     overclosure: list[tuple[NonNegative, NonNegative]] | None = None
@@ -93,18 +103,22 @@ class ContactTable(Table):
     normal: tuple[Finite, Finite, Finite] | None = None
     """Direction from the main to the secondary surface, instead of the surfaces' own."""
     friction: FrictionValue = 0.0
+    """Coefficient of Coulomb friction, or a table with static, kinetic and decay."""
 
 
 class ConnectorTable(Table):
     """[[connector]]"""
 
     type: Literal["play"]
+    """Free within limits, then stiff; it never pulls."""
     nodes: list[str] | str
     """Two node sets (relative motion, second minus first), or one: against ground."""
     dof: Dof
+    """Direction of the relative motion."""
     lower: Finite | None = None
     """length or rad"""
     upper: Finite | None = None
+    """length or rad; one of both limits may be left out."""
     stiffness: Positive
     """force/length"""
     damping: NonNegative = 0.0
@@ -112,6 +126,7 @@ class ConnectorTable(Table):
     preload: NonNegative = 0.0
     """force with which a one-sided stop (one limit) presses at rest; the limit is then where it presses so."""
     name: str | None = None
+    """For channels and events."""
 
     @property
     def node_sets(self) -> tuple[str, ...]:
@@ -137,6 +152,7 @@ class MultisineTable(Table):
     period: Positive = 1.0
     """s"""
     seed: Annotated[int, Field(ge=0)] = 1
+    """Of the random phases."""
 
     @model_validator(mode="after")
     def _has_lines(self) -> MultisineTable:
@@ -152,6 +168,7 @@ class SineTable(Table):
     frequency: Positive
     """Hz"""
     amplitude: Finite
+    """A, in the unit of the excitation's kind."""
 
 
 class StepTable(Table):
@@ -159,6 +176,7 @@ class StepTable(Table):
 
     type: Literal["step"]
     amplitude: Finite
+    """In the unit of the excitation's kind."""
 
 
 Points = Annotated[list[tuple[Finite, Finite]], Field(min_length=1)]
@@ -178,7 +196,9 @@ class TableTable(Table):
 
     type: Literal["table"]
     file: str | None = None
+    """Path relative to the study file."""
     values: Points | None = None
+    """[[time, value], ...], s and the unit of the excitation's kind."""
     rounding: Annotated[float, Field(ge=0.0, le=0.5, allow_inf_nan=False)] | None = None
     """For displacement and velocity: straight lines whose corners are rounded over this share of the shorter interval
     beside them; default: displacement follows splines, velocity straight lines."""
@@ -196,6 +216,7 @@ class SmoothStepTable(Table):
 
     type: Literal["smooth-step"]
     values: Annotated[Points, Field(min_length=2)]
+    """[[time, value], ...], s and the unit of the excitation's kind."""
 
     @model_validator(mode="after")
     def _rises(self) -> SmoothStepTable:
@@ -210,8 +231,11 @@ class PeriodicTable(Table):
     frequency: Positive
     """Hz"""
     cosine: list[Finite] = []
+    """Coefficients of the cosines, n = 1, 2, ..."""
     sine: list[Finite] = []
+    """Coefficients of the sines, n = 1, 2, ..."""
     mean: Finite = 0.0
+    """In the unit of the excitation's kind."""
     start: Finite = 0.0
     """s"""
 
@@ -221,8 +245,9 @@ class RecordTable(Table):
 
     type: Literal["record"]
     file: str
+    """Path relative to the study file."""
     high_pass: Positive
-    """Hz"""
+    """Hz; below it the record counts as drift."""
 
 
 SignalTable = Annotated[
@@ -235,15 +260,20 @@ class ExcitationTable(Table):
     """[excitation.NAME]"""
 
     node_set: str
+    """All nodes of this set get the same signal."""
     dof: Dof
+    """Direction of the motion or force."""
     kind: Literal["displacement", "velocity", "acceleration", "force"] = "displacement"
+    """length, length/time, length/time^2, or force on each node."""
     signal: SignalTable
+    """The course in time."""
 
 
 class InterfaceTable(Table):
     """How the interface is thinned out: where substructures meet unreduced elements, or else the contact nodes."""
 
     type: Literal["full", "spacing", "participation", "interpolation", "characteristic", "coarse-mesh"] = "full"
+    """Every dof, or one of the ways to keep fewer."""
     n: Annotated[int, Field(ge=1)] | None = None
     """spacing, interpolation: every n-th node; characteristic: number of modes; coarse-mesh: most shapes kept."""
     eta: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
@@ -266,11 +296,13 @@ class ReductionTable(Table):
     """[reduction]"""
 
     method: Literal["craig-bampton", "guyan", "gap-modes", "massless-boundary", "none"] = "craig-bampton"
+    """craig-bampton, guyan: part by part; gap-modes, massless-boundary: the whole assembly; none: unreduced only."""
     f_max: Positive = 1500.0
     """Fixed-interface modes (gap-modes, massless-boundary: modes of the assembly) up to this frequency are kept, Hz."""
     keep_out: NonNegative = 0.0
     """length of mesh around the contact that stays unreduced."""
     interface: InterfaceTable = InterfaceTable()
+    """How the interface between substructures is thinned out."""
     substructures: list[str] = []
     """Element sets that become substructures of their own; the other elements stay with their part."""
     unreduced: list[str] = []
@@ -298,7 +330,7 @@ class SuperelementTable(Table):
     """[superelement.NAME]: a part given by its matrices."""
 
     file: str
-    """Matrices: .op4, .mtx (Abaqus or MatrixMarket), .npz, DMIG; relative to the study file."""
+    """Matrices: .op4, .mtx (Abaqus or MatrixMarket), .sti (CalculiX), .npz, DMIG; relative to the study file."""
     map: str | None = None
     """Nodes and dofs of the rows where the file does not tell them (.asm for .op4)."""
 
@@ -307,6 +339,7 @@ class PrecheckTable(Table):
     """[precheck]"""
 
     enabled: bool = True
+    """Keep contact only where a linear run closes the gap."""
     margin: NonNegative = 0.5
     """length: contact is kept where the gap of the linear run falls to this or below."""
 
@@ -321,8 +354,9 @@ class TimeTable(Table):
     end: Positive | None = None
     """s"""
     integrator: Literal["hht", "generalised-alpha", "massless-boundary"] = "hht"
+    """massless-boundary needs the reduction of that name."""
     alpha: Annotated[float, Field(ge=-0.5, le=0.0, allow_inf_nan=False)] = -0.05
-    """hht"""
+    """hht: numerical damping; 0 is none."""
     rho_inf: Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)] = 0.9
     """generalised-alpha: what is left of the highest frequencies after a step."""
     substeps: Annotated[int, Field(ge=1)] = 1
@@ -339,6 +373,7 @@ class ReferenceTable(Table):
     """[reference]"""
 
     run: bool = True
+    """Also run the unreduced model."""
 
 
 class OutputTable(Table):
@@ -367,26 +402,39 @@ class VerificationTable(Table):
     f_max: Positive = 500.0
     """Hz, spectra and low-pass of forces."""
     mac_f_max: Positive = 100.0
-    """Hz"""
+    """Hz, mode shapes that are compared."""
     event_tolerance: Positive = 0.010
-    """s"""
+    """s; events of both runs this close are the same."""
     merge: NonNegative = 0.005
-    """s"""
+    """s; contact lost for less is one event."""
 
 
 class StudyConfig(Table):
     """The whole study file."""
 
     title: str = ""
+    """For the report."""
     model: ModelTable
+    """The deck and its units."""
     damping: DampingTable = DampingTable()
+    """Replaces the deck's *DAMPING."""
     contact: dict[str, ContactTable] = {}
+    """[contact.NAME]: two surfaces that may touch."""
     connector: list[ConnectorTable] = []
+    """[[connector]]: a clip or hook with play."""
     excitation: dict[str, ExcitationTable] = {}
+    """[excitation.NAME]: prescribed motion or forces."""
     reduction: ReductionTable = ReductionTable()
+    """How the model is reduced."""
     superelement: dict[str, SuperelementTable] = {}
+    """[superelement.NAME]: a part given by its matrices."""
     precheck: PrecheckTable = PrecheckTable()
+    """Which contact channels are worth keeping."""
     time: TimeTable = TimeTable()
+    """Steps of the time integration."""
     reference: ReferenceTable = ReferenceTable()
+    """The unreduced run."""
     output: OutputTable = OutputTable()
+    """What is kept of the motion."""
     verification: VerificationTable = VerificationTable()
+    """What reduced and unreduced run are compared by."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -23,6 +23,8 @@ from creak.studies.setup import read_model, stop_on_unread
 
 DEFAULT_COUNT = 20
 UNDAMPED = Rayleigh(0.0, 0.0)
+
+Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ class DeckModes:
 
 def deck_modes(
     path: Path, *, f_max: float | None = None, count: int | None = None,
-    about: Sequence[float] = (0.0, 0.0, 0.0), ignore: Sequence[str] = (),
+    about: Sequence[float] = (0.0, 0.0, 0.0), ignore: Sequence[str] = (), progress: Progress = lambda *_: None,
 ) -> DeckModes:  # fmt: skip
     """Undamped modes K x = omega^2 M x of the structure as the deck's supports hold it.
 
@@ -77,11 +79,15 @@ def deck_modes(
         raise InputError("both f_max and count", expected="one of them")
     if (f_max is not None and not 0.0 < f_max < np.inf) or (count is not None and count < 1):
         raise InputError(f"f_max = {f_max}, count = {count}", expected="a positive number")
+    progress("read the deck", 0, 1)
     model = read_model(Path(path))
+    progress("read the deck", 1, 1)
     stop_on_unread(model, ignore)
+    progress("assemble", 0, 1)
     parts = _parts(model)
+    progress("assemble", 1, 1)
     wanted = DEFAULT_COUNT if f_max is None and count is None else count
-    system, found = _joined_modes(parts, model, Driven({}), f_max, wanted)
+    system, found = _joined_modes(parts, model, Driven({}), f_max, wanted, progress)
     point = np.asarray(about, dtype=np.float64)
     effective = effective_mass(system, found.shapes, _carriers(parts, model), model.nodes.coords, point)
     rigid = int((found.omega2 == 0.0).sum())
@@ -105,11 +111,17 @@ def _parts(model: Model) -> list[System]:
 
 
 def _joined_modes(
-    parts: list[System], model: Model, driven: Driven, f_max: float | None, count: int | None
+    parts: list[System], model: Model, driven: Driven, f_max: float | None, count: int | None,
+    progress: Progress = lambda *_: None,
 ) -> tuple[System, Modes]:
+    progress("join the parts and factorise", 0, 1)
     system = couple(parts, model, driven, UNDAMPED, override=True)
     stiffness = regular_factor(system.K)
-    found = modes(system.K, system.M, f_max=f_max, count=count, free=stiffness is None, stiffness_factor=stiffness)
+    progress("join the parts and factorise", 1, 1)
+    found = modes(
+        system.K, system.M, f_max=f_max, count=count, free=stiffness is None, stiffness_factor=stiffness,
+        progress=lambda done, total: progress("modes", done, total),
+    )  # fmt: skip
     return system, found
 
 

@@ -1,4 +1,4 @@
-"""A deck's own *DYNAMIC step as a study: what `creak run DECK.inp` runs."""
+"""A deck's own step as a study: what `creak run DECK.inp` (*DYNAMIC) or `creak run DECK.bdf` (SOL 109, 112) runs."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from creak.arrays import IntArray
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck_run
+from creak.formats.nastran.reader import read_nastran_run
 from creak.model.mesh import Model
 from creak.model.steps import Amplitude, DeckRun, DynamicStep, Interaction, PointLoad, Prescribed, SurfacePair
 from creak.studies.config import DOFS, StudyConfig
@@ -25,6 +26,7 @@ WATCHED = 1000
 """Nodes of an output set up to which their motion is kept."""
 LOWEST = 1e-3
 """Hz; a run that is not compared with a reduced one needs no modes."""
+NASTRAN = (".bdf", ".dat", ".nas")
 WHOLE = 1e-6
 """Share of an increment by which the period may miss a whole number of them."""
 
@@ -44,7 +46,8 @@ class DeckStudy(Study):
 
 
 def set_up_deck(path: Path, ignore: Sequence[str] = (), units: Units = "mm-t-s") -> Setup:
-    """Read a deck and make its first *DYNAMIC step ready to run, unreduced, with all its contact channels.
+    """Read a deck and make its own step ready to run, unreduced, with all its contact channels: the first *DYNAMIC step
+    of an Abaqus deck, SOL 109 or 112 of a Nastran deck.
 
     Unlike in a study, parts may move freely: they start with the deck's initial velocity.
 
@@ -57,7 +60,7 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: Units = "mm-t-s")
     ------
     InputError : anything wrong with the deck, or no step in it that creak can run.
     """
-    model, run = read_deck_run(path)
+    model, run = (read_nastran_run if path.suffix.lower() in NASTRAN else read_deck_run)(path)
     _check_start(model, run.step.moved)
     sets: dict[str, IntArray] = {}
     places: dict[tuple[str | int, ...], str] = {
@@ -69,6 +72,7 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: Units = "mm-t-s")
         "title": run.step.name if run.step.name != "1" else path.stem,
         "model": {"deck": path.name, "units": units},
         "contact": _contacts(model, run, places, notes),
+        "connector": _connectors(run, sets, places),
         "excitation": _excitations(run, sets, places),
         "time": _time(run, notes),
         "output": {"nodes": _watched(model, run.step, notes)},
@@ -162,7 +166,8 @@ def _watched(model: Model, step: DynamicStep, notes: list[str]) -> list[str]:
             notes.append(f"node set {name} has {count} nodes; the motion of sets up to {WATCHED} nodes is kept")
     if not step.output_sets:
         notes.append(
-            "the step asks for the output of no node set, so no motion is kept: add *NODE OUTPUT, NSET= for it"
+            "the step asks for the output of no node set, so no motion is kept: add *NODE OUTPUT, NSET= for it "
+            "(Nastran: DISPLACEMENT = n with SET n)"
         )
     return names
 
@@ -225,6 +230,22 @@ def _contacts(
     large = sum(not p.small_sliding for p in run.pairs)
     if large:
         notes.append(f"{large} contact pair(s) without SMALL SLIDING: creak takes all sliding as small")
+    return result
+
+
+def _connectors(
+    run: DeckRun, sets: dict[str, IntArray], places: dict[tuple[str | int, ...], str]
+) -> list[dict[str, Any]]:
+    """A play connector for each group of stops, between two node sets of its name."""
+    result = []
+    for k, stop in enumerate(run.stops):
+        names = [f"{stop.name}.A", f"{stop.name}.B"]
+        sets |= dict(zip(names, (stop.first, stop.second), strict=True))
+        places["connector", k] = stop.where
+        result.append({
+            "type": "play", "name": stop.name, "nodes": names, "dof": DOFS[stop.dof - 1], "lower": stop.lower,
+            "upper": stop.upper, "stiffness": stop.stiffness,
+        })  # fmt: skip
     return result
 
 

@@ -57,13 +57,15 @@ class ReducedModel:
 
 
 def reduce_model(
-    setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress, store: Path | None = None
-) -> ReducedModel:
+    setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress, store: Path | None = None,
+    made: Callable[[Reduced], None] | None = None,
+) -> ReducedModel:  # fmt: skip
     """Reduce as [reduction] says.
 
     Parameters
     ----------
     store : folder of saved superelements to take unchanged ones from.
+    made : is handed every superelement as soon as it is there.
 
     Raises
     ------
@@ -71,8 +73,11 @@ def reduce_model(
     """
     wall, cpu = clock.perf_counter(), clock.process_time()
     whole = setup.study.config.reduction.method in WHOLE
-    made = _whole(setup, reference, gaps, progress) if whole else _by_parts(setup, reference, gaps, progress, store)
-    superelements, model, system, retained, kept, notes, coupled = made
+    if whole:
+        all_of_it = _whole(setup, reference, gaps, progress)
+    else:
+        all_of_it = _by_parts(setup, reference, gaps, progress, store, made)
+    superelements, model, system, retained, kept, notes, coupled = all_of_it
     wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
     return ReducedModel(superelements, model, system, retained, kept, wall, cpu, notes, coupled)
 
@@ -97,8 +102,9 @@ def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress:
 
 
 def _by_parts(
-    setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress, store: Path | None
-) -> _Made:
+    setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress, store: Path | None,
+    made: Callable[[Reduced], None] | None,
+) -> _Made:  # fmt: skip
     cut = partition(setup, reference, gaps)
     superelements, systems, notes = [], [], []
     for sub in cut.substructures:
@@ -107,6 +113,8 @@ def _by_parts(
             continue
         reduced, more = reduce_substructure(setup, sub, store, progress)
         superelements.append(reduced)
+        if made is not None:
+            made(reduced)
         notes += more
         systems.append(_own_interface(setup, cut, reduced))
     _check_modes(setup, superelements)

@@ -19,6 +19,7 @@ from creak.reduction.modal import modal_system, support_motion, with_modal_dampi
 from creak.studies.excitation import highest_frequency
 from creak.studies.integrate import simulator
 from creak.studies.setup import Setup
+from creak.studies.start_check import nothing_closes
 
 PRECHECK_BAND = 3.0
 """The linear pre-check uses the modes up to this multiple of the excitation's highest frequency."""
@@ -39,6 +40,8 @@ class ReferenceModel:
     """R = -K^-1 K_qs; free motions of a structure that is not held do not follow."""
     stiffness: Factor | None
     """A factor of K; None where the structure can move freely, or once it was given back."""
+    linear_gaps: FloatArray | None = None
+    """(m,) smallest gap of every contact channel in the pre-check; None where there was none."""
 
     def without_factor(self) -> ReferenceModel:
         """The same with the memory of the factor given back: only whole-assembly reductions use it again."""
@@ -98,15 +101,30 @@ def precheck(
 
     The run uses the modes of the assembly on top of the quasi-static motion of its supports and loads.
     """
+    return prechecked(setup, with_linear_gaps(setup, reference, scheme, progress))
+
+
+def with_linear_gaps(
+    setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress
+) -> ReferenceModel:
+    """The same with the gaps of the linear run, where the study asks for a pre-check and the structure is held."""
+    if not setup.study.config.precheck.enabled or setup.contacts.m == 0 or reference.stiffness is None:
+        return reference
+    return replace(reference, linear_gaps=linear_gaps(setup, reference, scheme, progress))
+
+
+def prechecked(setup: Setup, reference: ReferenceModel) -> tuple[GapOperator, list[str]]:
+    """Channels that the gaps of the linear run let close, and a note of it."""
     table, contacts = setup.study.config.precheck, setup.contacts
     if not table.enabled or contacts.m == 0:
         return contacts, []
-    if reference.stiffness is None:
+    if reference.linear_gaps is None:
         return contacts, ["the pre-check was skipped: only contact holds the structure; all channels are kept"]
-    smallest = linear_gaps(setup, reference, scheme, progress)
-    keep = np.flatnonzero(smallest <= table.margin)
+    keep = np.flatnonzero(reference.linear_gaps <= table.margin)
     note = f"pre-check: {keep.size} of {contacts.m} channels kept (linear gap falls to {table.margin:g} or less)"
-    return contacts.select(keep), [note]
+    return contacts.select(keep), [note] if keep.size else [
+        note, nothing_closes(contacts, reference.linear_gaps, table.margin)
+    ]  # fmt: skip
 
 
 def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress) -> FloatArray:

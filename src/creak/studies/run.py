@@ -21,9 +21,18 @@ from creak.signals.spectra import spectrum
 from creak.studies.costs import Cost, Meter
 from creak.studies.health import checked
 from creak.studies.integrate import integrate, output_times, scheme_of
+from creak.studies.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
 from creak.studies.reduced_model import WHOLE, ReducedModel, reduce_model, reduced_modes
-from creak.studies.reference_model import ReferenceModel, build_reference, observed_labels, precheck
+from creak.studies.reference_model import (
+    ReferenceModel,
+    build_reference,
+    observed_labels,
+    prechecked,
+    with_linear_gaps,
+)
 from creak.studies.setup import Setup, excitation_window, field_steps, output_every
+from creak.studies.start_check import figure_warnings, never_closed
+from creak.studies.warned import Warned
 from creak.verify.events import Event, find_events
 from creak.verify.mac import ModePairs, pair_modes
 from creak.verify.matching import EventMatch, match_events
@@ -56,6 +65,8 @@ class Run:
     """In a few words."""
     stopped: str | None = None
     """Why the run ended early; None: it did not."""
+    recording: Recording | None = None
+    """Motion around the hardest events; None where nobody asked for it."""
 
 
 @dataclass(frozen=True)
@@ -99,8 +110,9 @@ class StudyResult:
 
 
 def run_study(
-    setup: Setup, progress: Progress, store: Path | None = None, reference_run: ReferenceRun | None = None
-) -> StudyResult:
+    setup: Setup, progress: Progress, store: Path | None = None, reference_run: ReferenceRun | None = None,
+    *, record: bool = False,
+) -> StudyResult:  # fmt: skip
     """Pre-check, reduction, both runs, verification.
 
     A run that stops early keeps what it has and ends the study: `StudyResult.stopped` says why.
@@ -109,6 +121,7 @@ def run_study(
     ----------
     store : folder of saved superelements; those that still fit are used instead of being made again.
     reference_run : makes the run of the unreduced model, or takes a saved one of the same model, channels and loads.
+    record : keep the motion around the hardest events of the reduced run, or of the only one (`studies.motion`).
     """
     c = setup.study.config
     compile_kernels()
@@ -118,19 +131,28 @@ def run_study(
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
         notes.append("no channel can close under this load: both runs are linear")
     runs: dict[str, Run] = {}
-    reduced, health = None, {}
+    reduced, health, stopped = None, {}, None
     if c.reduction.method != "none":
         reduced = reduce_model(setup, reference, gaps, progress, store)
         notes += reduced.notes
-        runs["reduced"] = march_run("reduced", setup, reduced.system, gaps, progress, reduced)
-        health = checked(setup, reduced, progress)
-        notes += [f"superelement {name}: {text}" for name, h in health.items() for text in h.findings.warnings]
-    stopped = next((r.stopped for r in runs.values() if r.stopped), None)
+        runs["reduced"] = march_run("reduced", setup, reduced.system, gaps, progress, reduced, record=record)
+        try:
+            health = checked(setup, reduced, progress)
+        except KeyboardInterrupt:
+            stopped = "stopped while the superelements were checked"
+        notes += [Warned(f"superelement {name}: {text}") for name, h in health.items() for text in h.findings.warnings]
+    stopped = next((r.stopped for r in runs.values() if r.stopped), stopped)
     if stopped is None and (c.reference.run or reduced is None):
-        runs["reference"] = (reference_run or unreduced_run)(setup, reference, gaps, progress)
+        runs["reference"] = (
+            march_run("reference", setup, reference.system, gaps, progress, None, record=True)
+            if record and reduced is None else (reference_run or unreduced_run)(setup, reference, gaps, progress)
+        )  # fmt: skip
         stopped = runs["reference"].stopped
     for name, run in runs.items():
-        notes += [f"{name} run: {text}" for text in [*slip_warnings(gaps, slip_of(run)), *step_warnings(setup, run)]]
+        texts = [*slip_warnings(gaps, slip_of(run)), *step_warnings(setup, run)]
+        notes += [Warned(f"{name} run: {text}") for text in texts]
+    if runs and gaps.m and not any(run.events for run in runs.values()):
+        notes.append(never_closed(gaps, next(iter(runs.values())).history))
     window = excitation_window(setup.study, output_times(setup))
     whole = {} if stopped else runs
     return StudyResult(
@@ -172,10 +194,13 @@ def step_warnings(setup: Setup, run: Run) -> list[str]:
 def prepare(setup: Setup, progress: Progress) -> tuple[ReferenceModel, GapOperator, list[str]]:
     """The unreduced model, the channels that the pre-check keeps (connectors after contacts), and notes."""
     reference = build_reference(setup, progress)
-    kept, notes = precheck(setup, reference, scheme_of(setup.study.config.time), progress)
+    mass, units = float(reference.system.stats["mass"]), setup.study.config.model.units
+    figures = figure_warnings(setup.model, units, mass, reference.modes.omega2)
+    reference = with_linear_gaps(setup, reference, scheme_of(setup.study.config.time), progress)
+    kept, notes = prechecked(setup, reference)
     if setup.study.config.reduction.method not in WHOLE:
         reference = reference.without_factor()
-    return reference, join([kept, setup.connectors]), notes
+    return reference, join([kept, setup.connectors]), [*figures, *notes]
 
 
 def _note_of_limit(gaps: GapOperator, stiffness: FloatArray, step: float) -> list[str]:
@@ -190,15 +215,22 @@ def _note_of_limit(gaps: GapOperator, stiffness: FloatArray, step: float) -> lis
 
 
 def march_run(
-    name: str, setup: Setup, system: System, gaps: GapOperator, progress: Progress, reduced: ReducedModel | None
-) -> Run:
-    """One run with its events and cost; one that stops early has them up to there."""
+    name: str, setup: Setup, system: System, gaps: GapOperator, progress: Progress, reduced: ReducedModel | None,
+    *, record: bool = False,
+) -> Run:  # fmt: skip
+    """One run with its events and cost; one that stops early has them up to there.
+
+    Parameters
+    ----------
+    record : keep the motion around the hardest events.
+    """
     meter, stopped, how = Meter(), None, ""
+    field = field_steps(setup.study, output_times(setup))
+    on_trial = recorded_steps(setup, system.n) if record else NO_STEPS
     try:
         history, system, how = integrate(
             setup, system, gaps, observed=observed_labels(setup.watched), output_every=output_every(setup.study),
-            whole_at=field_steps(setup.study, output_times(setup)),
-            progress=lambda done, total: progress(f"{name} run", done, total),
+            whole_at=np.union1d(field, on_trial), progress=lambda done, total: progress(f"{name} run", done, total),
         )  # fmt: skip
     except Stopped as error:
         history, stopped = error.history, f"{name} run: {error}"
@@ -206,7 +238,8 @@ def march_run(
     v = setup.study.config.verification
     events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge))
     size = (0, 0, 0.0, 0.0) if reduced is None else (reduced.retained, reduced.modes, reduced.cpu_s, reduced.wall_s)
-    return Run(name, system, history, events, cost, *size, slips, how, stopped)
+    recording = recorded(setup, system, history, events) if record else None
+    return Run(name, system, at_steps(history, field), events, cost, *size, slips, how, stopped, recording)
 
 
 def unreduced_run(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> Run:

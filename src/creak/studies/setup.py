@@ -26,8 +26,11 @@ from creak.model.mesh import Model
 from creak.studies.config import DOFS, Table
 from creak.studies.contact_pairs import contact_pair
 from creak.studies.excitation import driven_dofs, highest_frequency, period_of, sample_loads, time_axis
+from creak.studies.free_motion import loose_words
 from creak.studies.imported import imported_superelements, resistance
+from creak.studies.start_check import start_warnings
 from creak.studies.study_file import Study
+from creak.studies.warned import Warned
 
 METHODS = {"surface-to-surface": surface_to_surface, "node-to-surface": node_to_surface}
 
@@ -103,6 +106,7 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
     driven = driven_dofs(model, study)
     loads = sample_loads(model, study, time)
     contacts, notes = _contacts(model, study)
+    notes += start_warnings(model, study.config)
     plays = _plays(study)
     connectors = join([play_channels(model, p, where) for p, where in plays])
     rayleigh, override = _damping(model, study)
@@ -153,14 +157,15 @@ def _check_frequencies(study: Study) -> None:
 
 
 def _contacts(model: Model, study: Study) -> tuple[GapOperator, list[str]]:
-    operators, notes = [], []
+    operators: list[GapOperator] = []
+    notes: list[str] = []
     for name, t in study.config.contact.items():
         try:
             operator, more = METHODS[t.method](model, contact_pair(model, study, name))
         except InputError as error:
             raise _in_file(study, name, error) from error
         operators.append(operator)
-        notes.extend(more)
+        notes.extend(map(Warned, more))
     return join(operators), notes
 
 
@@ -193,13 +198,17 @@ def _check_held(
     ]
     stops += [e for s in superelements for e in resistance(s)]
     loose = unheld_parts(model, driven, stops)
-    if loose and not free:
+    if not loose:
+        return []
+    how = loose_words(model, driven, loose, stops)
+    if not free:
         raise InputError(
-            f"nothing holds part(s) {', '.join(loose)}: they can move as rigid bodies once coupled", where=model.source,
+            f"nothing holds part(s) {how}: they can move as rigid bodies once coupled", where=model.source,
             expected="supports, links, springs or connectors that hold every part",
             fix="Add *BOUNDARY conditions or couple them to a part that is held.",
         )  # fmt: skip
-    return [f"nothing holds part(s) {', '.join(loose)}: they move freely"] if loose else []
+    note = f"nothing holds part(s) {how}: they move freely"
+    return [note] if model.initial_velocity else [Warned(f"{note}; *BOUNDARY conditions would hold them")]
 
 
 def _pairs(model: Model, study: Study) -> IntArray:

@@ -13,6 +13,7 @@ from creak.model.mesh import Model
 from creak.studies.converge import Convergence
 from creak.studies.convergence_words import as_dict
 from creak.studies.run import Run, StudyResult
+from creak.studies.warned import warnings_of
 from creak.verify.events import Event
 from creak.verify.matching import Errors, EventMatch
 from creak.verify.slips import SlipEvent, squeak_rates
@@ -46,6 +47,7 @@ def summarise(result: StudyResult, convergence: Convergence | None = None) -> di
             for u in model.unread
         ],
         "notes": result.notes,
+        "warnings": warnings_of(result.notes),
         "stopped": result.stopped,
     }
     if convergence is not None:

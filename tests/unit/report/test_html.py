@@ -1,5 +1,6 @@
 """The report is one file, says what was found, and works for every kind of study."""
 
+import hashlib
 import json
 import re
 from dataclasses import replace
@@ -23,8 +24,8 @@ CASES = (
 
 
 def own_text(html: str) -> str:
-    """The report without plotly's library."""
-    return re.sub(r"<script>.{1000000,}?</script>", "", html, flags=re.DOTALL)
+    """The report without plotly's library and without its own programs."""
+    return re.sub(r'<script( type="text/plain" [^>]*)?>.*?</script>', "", html, flags=re.DOTALL)
 
 
 def report_of(result) -> str:
@@ -39,8 +40,9 @@ def full(result_of):
 @pytest.mark.parametrize("case", CASES)
 def test_report_is_complete_and_figures_valid_for_every_kind_of_study(case, result_of):
     html = report_of(result_of(case))
-    for section in ("checks", "model", "force", "events", "modes", "spectra", "energy", "size", "method"):
-        assert f'<section id="{section}">' in html
+    for section in ("places", "checks", "motion", "model", "force", "events", "modes", "spectra", "energy", "precheck",
+                    "size", "method", "provenance"):  # fmt: skip
+        assert f'<section id="{section}"' in html
     assert "nan" not in re.sub(r"base64,[^\"]*", "", html).lower().split()
     specs = re.search(r'<script type="application/json" id="specs">(.*?)</script>', html, flags=re.DOTALL)
     assert specs is not None
@@ -56,11 +58,11 @@ def test_file_loads_nothing_from_elsewhere_and_leaves_no_part_behind(result_of, 
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
     assert path.stat().st_size < 8e6
     html = path.read_text(encoding="utf-8")
-    assert "Plotly.newPlot" in html
-    assert html.count("<script") == 3
+    assert 'id="plotly-source"' in html
+    assert html.count("<script") == 7
     sources = re.findall(r"""(?:src|href)\s*=\s*["']([^"']*)""", own_text(html))
     assert sources
-    assert all(s.startswith("data:image/png;base64,") for s in sources)
+    assert all(s.startswith(("data:image/png;base64,", "#")) for s in sources)
     assert "url(" not in own_text(html)
 
 
@@ -186,3 +188,52 @@ def test_agreement_and_penetration_are_in_tables(full, result_of):
 def test_notes_are_shown(result_of):
     result = result_of("reduced only")
     assert "A made-up note" in report_of(replace(result, notes=["a made-up note"]))
+
+
+def test_warnings_come_first_and_a_run_without_contact_names_the_closest_approach(result_of):
+    html = report_of(result_of("no events"))
+    h = result_of("no events").runs["reduced"].history
+    assert 'id="alarms"' in html
+    assert "the closest approach is" in html
+    assert f"{h.gap.min():.3g} mm" in html
+    assert html.index('id="alarms"') < html.index('id="places"')
+    assert "Nowhere: no contact event in the run." in html
+
+
+def test_created_energy_raises_an_alarm(result_of, full):
+    result = result_of("both runs")
+    run = result.runs["reduced"]
+    energy = run.history.energy.copy()
+    energy[-1, ENERGIES.index("scheme")] = -0.5 * run.history.energy_scale
+    history = replace(run.history, energy=energy)
+    html = report_of(replace(result, runs=result.runs | {"reduced": replace(run, history=history)}))
+    assert "Energy was created." in html
+    assert "reduced run 50" in html
+    assert "Energy was created." not in full
+
+
+def test_study_file_and_digest_of_the_deck_are_told(full, result_of):
+    study = result_of("both runs").setup.study
+    digest = hashlib.sha256((study.path.parent / "plates.inp").read_bytes()).hexdigest()
+    assert digest in full
+    assert "amplitude = 0.8 }" in full[full.index('id="study-text"') :]
+    assert "numpy " in full
+
+
+def test_precheck_map_marks_the_channels_that_are_kept(full, result_of):
+    result = result_of("both runs")
+    dots = json.loads(specs_of(full))["precheck"]["data"][-1]
+    assert len(dots["x"]) == result.setup.contacts.m
+    rings = sum(w > 0.0 for w in dots["marker"]["line"]["width"])
+    assert rings == result.gaps.m
+    assert min(dots["marker"]["color"]) == pytest.approx(result.reference.linear_gaps.min(), rel=1e-5)
+
+
+def test_gap_plot_reaches_the_deepest_penetration(full, result_of):
+    result = result_of("both runs")
+    traces = json.loads(specs_of(full))["gap"]["data"]
+    h = result.runs["reduced"].history
+    inside = (h.time >= result.window[0] - 1e-12) & (h.time <= result.window[1] + 1e-12)
+    assert min(min(t["y"]) for t in traces if t["name"] == "reduced model") == pytest.approx(
+        h.gap[inside].min(), rel=1e-5
+    )

@@ -206,7 +206,7 @@ def test_notes_of_time(deck):
     assert setup.loads.time[-1] == pytest.approx(0.102)
     assert any("no multiple of the increment" in n and "0.102" in n for n in setup.notes)
     assert any("no automatic increments" in n for n in setup.notes)
-    whole = set_up_deck(deck(cantilever_deck(step(), held="ROOT, ENCASTRE\n")))
+    whole = set_up_deck(deck(cantilever_deck(step(), held="ROOT, ENCASTRE\n")), units="m-kg-s")
     assert whole.loads.n_step == 500
     assert not whole.notes
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -27,6 +27,8 @@ class Dmig:
     """One matrix: entries by (row, column), each (point, dof)."""
 
     form: int
+    kind: int
+    """1, 2 real; 3, 4 complex."""
     where: str
     entries: dict[tuple[Row, Row], float] = field(default_factory=dict)
 
@@ -43,7 +45,7 @@ def read_dmig(path: Path, map_file: Path | None = None, *, w4: float | None = No
     InputError : K or M is missing, complex, rectangular or not symmetric; an entry is given twice; K4 without w4.
     """
     cards = read_cards(path)
-    found = _matrices(cards)
+    found = dmig_matrices(cards)
     parts = {"stiffness": STIFFNESS, "mass": MASS}
     stiffness, mass = (first_of(found, names, what, path) for what, names in parts.items())
     damping, structural = (next((found[n] for n in names if n in found), None) for names in (DAMPING, STRUCTURAL))
@@ -57,7 +59,13 @@ def read_dmig(path: Path, map_file: Path | None = None, *, w4: float | None = No
     return checked(path.stem, nodes, dofs, K, M, C, positions, path)
 
 
-def _matrices(cards: list[Card]) -> dict[str, Dmig]:
+def dmig_matrices(cards: Iterable[Card]) -> dict[str, Dmig]:
+    """All DMIG matrices by name.
+
+    Raises
+    ------
+    InputError : a column before its header, an entry that is given twice.
+    """
     found: dict[str, Dmig] = {}
     for card in cards:
         if card.name != "DMIG":
@@ -78,7 +86,7 @@ def _header(card: Card, name: str) -> Dmig:
     if name in {*STIFFNESS, *MASS, *DAMPING, *STRUCTURAL} and (form not in (SQUARE, SYMMETRIC) or kind not in (1, 2)):
         raise InputError(f"DMIG {name} has form {form} and type {kind}", where=card.where,
                          expected="form 6 or 1 (symmetric, square) and type 1 or 2 (real)")  # fmt: skip
-    return Dmig(form, card.where)
+    return Dmig(form, kind, card.where)
 
 
 def _add_column(matrix: Dmig, card: Card, name: str) -> None:

@@ -11,10 +11,14 @@ from creak.model.mesh import Unread
 
 _COMMAND = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)\s*(\([^)]*\))?\s*(?:=\s*|\s+|$)(.*)")
 _CHANGES = {
-    "K2GG", "M2GG", "B2GG", "K42GG", "K2PP", "M2PP", "B2PP", "TFL", "NSM", "DEFORM", "AXISYMMETRIC", "SUPORT1",
+    "K42GG", "K2PP", "M2PP", "B2PP", "TFL", "NSM", "DEFORM", "AXISYMMETRIC", "SUPORT1",
     "BOLTLD", "STATSUB", "PRELOAD", "RIGID", "NLPARM", "TSTRU",
 }  # fmt: skip
 """Commands that change the structure and that creak does not follow."""
+
+_MATRICES = ("K2GG", "M2GG", "B2GG")
+_OUTPUT = ("DISPLACEMENT", "VELOCITY", "ACCELERATION")
+_OF_RUN = ("DLOAD", "TSTEP", "LOADSET", *_OUTPUT)
 
 
 @dataclass(frozen=True)
@@ -26,35 +30,58 @@ class CaseControl:
     mpc: int = 0
     initial: int = 0
     """IC: the set of TIC cards."""
+    dload: int = 0
+    tstep: int = 0
+    loadset: int = 0
+    """LOADSET: the set of LSEQ cards."""
     sets: dict[int, tuple[int, ...]] = field(default_factory=dict)
     """SET commands with ids."""
+    matrices: dict[str, str] = field(default_factory=dict)
+    """K2GG, M2GG, B2GG -> what they select."""
+    output: tuple[str, ...] = ()
+    """Node sets SET_n whose motion DISPLACEMENT, VELOCITY or ACCELERATION asks for."""
     unread: tuple[Unread, ...] = ()
     given: bool = False
     """Whether there is a case control section."""
     where: str = ""
 
 
-def read_case_control(executive: list[Line], case: list[Line]) -> CaseControl:
-    """SPC, MPC, IC and SET of the first subcase; the rest is listed.
+def read_case_control(executive: list[Line], case: list[Line], own_run: bool = False) -> CaseControl:
+    """SPC, MPC, IC, SET and direct matrices of the first subcase; the rest is listed.
+
+    Parameters
+    ----------
+    own_run : whether loads, times and output of the deck are used as well.
 
     Raises
     ------
     InputError : SPC, MPC or IC is not a number; a SET with a range of too many ids.
     """
     commands, unread = _first_subcase(case)
-    ids = {key: _identifier(commands, key) for key in ("SPC", "MPC", "IC")}
+    ids = {key: _identifier(commands, key) for key in ("SPC", "MPC", "IC", "DLOAD", "TSTEP", "LOADSET")}
     sets = {number: _ids(text, f"{case[0].where.rpartition(':')[0]}, SET {number}")
             for number, text in _sets(case).items()}  # fmt: skip
     unread += [Unread(key, line.where, True, "creak does not follow this case control command")
                for key, (_, line) in commands.items() if key in _CHANGES]  # fmt: skip
-    rest = [key for key in commands if key not in _CHANGES | {"SPC", "MPC", "IC", "SET"}]
+    matrices = {key: commands[key][0] for key in _MATRICES if key in commands}
+    used = {"SPC", "MPC", "IC", "SET", *_MATRICES, *(_OF_RUN if own_run else ())}
+    rest = [key for key in commands if key not in _CHANGES | used]
     if rest:
-        why = f"the study file defines loads, analysis and output ({', '.join(rest)})"
+        who = "creak has output of its own" if own_run else "the study file defines loads, analysis and output"
+        why = f"{who} ({', '.join(rest)})"
         unread.append(Unread("case control", commands[rest[0]][1].where, False, why))
     unread += [Unread(line.text.split()[0].upper(), line.where, True, "creak does not run DMAP")
                for line in executive if re.match(r"\s*(ALTER|COMPILE|MALTER)\b", line.text, re.I)]  # fmt: skip
-    return CaseControl(_solution(executive), ids["SPC"], ids["MPC"], ids["IC"], sets, tuple(unread),
-                       bool(case or executive), (case or executive)[0].where if case or executive else "")  # fmt: skip
+    return CaseControl(
+        _solution(executive), ids["SPC"], ids["MPC"], ids["IC"], ids["DLOAD"], ids["TSTEP"], ids["LOADSET"], sets,
+        matrices, _output(commands), tuple(unread), bool(case or executive),
+        (case or executive)[0].where if case or executive else "",
+    )  # fmt: skip
+
+
+def _output(commands: dict[str, tuple[str, Line]]) -> tuple[str, ...]:
+    wanted = (commands[key][0] for key in _OUTPUT if key in commands)
+    return tuple(dict.fromkeys(f"SET_{int(text)}" for text in wanted if re.fullmatch("[0-9]{1,15}", text)))
 
 
 def _solution(executive: list[Line]) -> str:
@@ -86,7 +113,8 @@ def _first_subcase(case: list[Line]) -> tuple[dict[str, tuple[str, Line]], list[
 def _key(word: str) -> str:
     """Full name of a command that may be cut to four letters."""
     word = word.upper()
-    full = {"SUBC": "SUBCASE", "METH": "METHOD", "DISP": "DISPLACEMENT", "TEMP": "TEMPERATURE"}
+    full = {"SUBC": "SUBCASE", "METH": "METHOD", "DISP": "DISPLACEMENT", "TEMP": "TEMPERATURE",
+            "VELO": "VELOCITY", "ACCE": "ACCELERATION"}  # fmt: skip
     return full.get(word, word)
 
 

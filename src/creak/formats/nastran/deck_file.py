@@ -21,6 +21,8 @@ _NAMES = (
     re.compile(r"\$ANSA_NAME_COMMENT;(\d+);P[A-Z]+;([^;]+);", re.I),
 )
 """Comments in which pre-processors keep the names of properties."""
+_SET_NAME = re.compile(r'\$HMSET\s+(\d{1,15})\s+\d+\s*"([^"]+)"', re.I)
+"""The same of sets."""
 DEPTH = 50
 
 
@@ -32,6 +34,7 @@ class DeckFile:
     case: list[Line]
     cards: list[Card]
     property_names: dict[int, str]
+    set_names: dict[int, str]
     others: list[Line]
     """BEGIN lines of sections that were skipped (superelements)."""
     not_found: list[Line]
@@ -56,7 +59,8 @@ def read_deck_file(path: Path) -> DeckFile:
     params = [line for line in case if _PARAM.match(line.text)]
     cards = cards_of([*params, *reader.lines["bulk"]])
     commands = [line for line in case if not _PARAM.match(line.text)]
-    return DeckFile(reader.lines["executive"], commands, cards, reader.names, reader.others, reader.not_found)
+    names = (reader.names, reader.set_names)
+    return DeckFile(reader.lines["executive"], commands, cards, *names, reader.others, reader.not_found)
 
 
 @dataclass
@@ -69,6 +73,7 @@ class _Reader:
         default_factory=lambda: {"executive": [], "case": [], "bulk": [], "skipped": []}
     )
     names: dict[int, str] = field(default_factory=dict)
+    set_names: dict[int, str] = field(default_factory=dict)
     others: list[Line] = field(default_factory=list)
     not_found: list[Line] = field(default_factory=list)
 
@@ -112,6 +117,9 @@ class _Reader:
             found = pattern.match(text)
             if found:
                 self.names[int(found.group(1))] = found.group(2).strip()
+        named = _SET_NAME.match(text)
+        if named:
+            self.set_names[int(named.group(1))] = named.group(2).strip()
 
     def _include(self, name: str, path: Path, line: Line, above: tuple[Path, ...]) -> None:
         choices = [path.parent / name, self.main.parent / name]

@@ -28,6 +28,8 @@ class Grids:
     """Row -> (3, 3), columns are the displacement directions, of grids that do not move in the basic frame."""
     scalar: set[int] = field(default_factory=set)
     """Rows of scalar points: nodes of which only dof 1 is used."""
+    _largest: int = 0
+    """Id, once nodes were added."""
 
     def row(self, identifier: int, card: Card) -> int:
         """Row of a grid or scalar point that a card uses."""
@@ -45,9 +47,17 @@ class Grids:
         unit = np.eye(3)[:, (dof - 1) % 3]
         return unit if axes is None else axes[:, (dof - 1) % 3]
 
+    def six(self, row: int, dof: int) -> FloatArray:
+        """(6,) local dof 1..6 of a node in its global (u, theta)."""
+        out = np.zeros(6)
+        first = 3 if dof > 3 else 0
+        out[first : first + 3] = self.direction(row, dof)
+        return out
+
     def add(self, place: FloatArray) -> int:
         """A further node, with an id above all others."""
-        self.ids.append(max(self.ids, default=0) + 1)
+        self._largest = (self._largest or max(self.ids, default=0)) + 1
+        self.ids.append(self._largest)
         self.coords.append(np.asarray(place, dtype=np.float64))
         self.row_of[self.ids[-1]] = len(self.ids) - 1
         return len(self.ids) - 1

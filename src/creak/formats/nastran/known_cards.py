@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from creak.errors import suggest
 from creak.formats.nastran.deck import Deck
 
@@ -13,7 +15,7 @@ _READ = {
         "CHEXA, CPENTA, CTETRA, PSOLID, CONM1, CONM2, CMASS1, CMASS2, CMASS3, CMASS4, PMASS,"
         "CELAS1, CELAS2, CELAS3, CELAS4, PELAS, CDAMP1, CDAMP2, CDAMP3, CDAMP4, PDAMP, CVISC, PVISC, CBUSH, PBUSH,"
         "RBE1, RBE2, RBE3, RBAR, RROD, MPC, MPCADD, SPC, SPC1, SPCADD, TIC, SUPORT, SUPORT1,"
-        "ASET, ASET1, BSET, BSET1, CSET, CSET1, SET1, SET3, ENDDATA"
+        "ASET, ASET1, BSET, BSET1, CSET, CSET1, SET1, SET3, DMIG, ENDDATA"
     ),
 }
 
@@ -43,7 +45,7 @@ _HARMLESS = {
 
 _CHANGES = {
     "creak does not read this element": (
-        "CQUAD8, CTRIA6, CQUAD, CTRIA, CPYRAM, CSHEAR, PSHEAR, CBEND, PBEND, CGAP, PGAP, CBUSH1D, PBUSH1D, CWELD,"
+        "CQUAD8, CTRIA6, CQUAD, CTRIA, CPYRAM, CSHEAR, PSHEAR, CBEND, PBEND, CBUSH1D, PBUSH1D, CWELD,"
         "PWELD, CFAST, PFAST, CSEAM, PSEAM, GENEL, CHACAB, CRAC2D, CRAC3D, CTRIAX6, CQUADX, CTRIAX, CHEXAL, PCOMPS,"
         "PBCOMP, PBRSECT, PBMSECT, PLPLANE, PLSOLID, PBUSHT, PELAST, PDAMPT, CDAMP5, CBEAM3, CONV, CAERO1"
     ),
@@ -56,7 +58,7 @@ _CHANGES = {
     "creak does not read this material": "MAT3, MAT10, MAT11, MATHE, MATHP, MATVE, MATF, MATORT",
     "creak does not read tapered thickness": "SNORM",
     "modal damping: give [damping] in the study": "TABDMP1",
-    "give it as a superelement in the study": "DMIG, DMIAX, RELEASE, SEMPLN",
+    "give it as a superelement in the study": "DMIAX, RELEASE, SEMPLN",
 }
 
 
@@ -66,10 +68,9 @@ def _listed(groups: dict[str, str]) -> dict[str, str]:
 
 READ, HARMLESS, CHANGES = _listed(_READ).keys(), _listed(_HARMLESS), _listed(_CHANGES)
 _WHY = {
-    "CGAP": "give it as [[connector]] with play, or as contact, in the study",
     "SNORM": "creak's shells have the normals of their own geometry",
 }
-_PARAMS_READ = {"WTMASS", "COUPMASS", "W3", "W4", "G", "ALPHA1", "ALPHA2"}
+_PARAMS_READ = {"WTMASS", "COUPMASS", "W3", "W4", "G", "ALPHA1", "ALPHA2", "CK2", "CM2", "CB2"}
 _PARAMS_HARMLESS = {
     "K6ROT": "creak's shells have a drilling stiffness of their own",
     "AUTOSPC": "creak leaves out dofs without stiffness and mass",
@@ -77,15 +78,20 @@ _PARAMS_HARMLESS = {
     "SNORM": "creak's shells have the normals of their own geometry",
 }
 _PARAMS_CHANGE = {
-    "CB1", "CB2", "CK1", "CK2", "CK3", "CM1", "CM2", "CP1", "CP2", "CK41", "CK42", "FRQDEP", "KDAMP", "LMODES",
+    "CB1", "CK1", "CK3", "CM1", "CP1", "CP2", "CK41", "CK42", "FRQDEP", "KDAMP", "LMODES",
     "INREL", "LGDISP", "FOLLOWK",
 }  # fmt: skip
 
 
-def list_unread(deck: Deck) -> None:
-    """List every card that is not read, and PARAM cards that bear on the answer."""
+def list_unread(deck: Deck, also_read: Collection[str] = ()) -> None:
+    """List every card that is not read, and PARAM cards that bear on the answer.
+
+    Parameters
+    ----------
+    also_read : cards that are used beyond those of the model.
+    """
     for name, cards in deck.by_name.items():
-        if name in READ:
+        if name in READ or name in also_read:
             continue
         if name in HARMLESS:
             deck.note(cards[0], _count(HARMLESS[name], len(cards)), changes=False)

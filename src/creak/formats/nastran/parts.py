@@ -115,8 +115,10 @@ def _points(deck: Deck, of_node: IntArray, links: list[list[int]], count: int) -
     for chain, parts in zip(chains, near_chain, strict=True):
         if chain:
             near[int(trial[chain[0]])] |= parts
+    order = np.argsort(trial, kind="stable")
+    bounds = np.searchsorted(trial[order], np.arange(total + 1))
     for cluster in range(total):
-        rows = np.flatnonzero(trial == cluster)
+        rows = order[bounds[cluster] : bounds[cluster + 1]]
         if cluster in heavy or not near[cluster]:
             of_node[rows] = count
             count += 1

@@ -14,7 +14,9 @@ from creak.formats.nastran.case_control import read_case_control
 from creak.formats.nastran.coordinate_systems import read_systems
 from creak.formats.nastran.deck import Deck, Group
 from creak.formats.nastran.deck_file import DeckFile, read_deck_file
-from creak.formats.nastran.grids import read_grids
+from creak.formats.nastran.direct_matrices import read_direct_matrices
+from creak.formats.nastran.gaps import list_gaps
+from creak.formats.nastran.grids import Permanent, read_grids
 from creak.formats.nastran.known_cards import list_unread
 from creak.formats.nastran.materials import read_materials
 from creak.formats.nastran.parts import read_parts
@@ -24,7 +26,9 @@ from creak.formats.nastran.sets import element_sets, node_sets, surfaces
 from creak.formats.nastran.shells import read_shells
 from creak.formats.nastran.solids import read_solids
 from creak.formats.nastran.supports import read_initial_velocity, read_supports
+from creak.formats.nastran.transient import CARDS, read_transient
 from creak.model.mesh import ElementBlock, Model, Own, Unread
+from creak.model.steps import DeckRun
 
 
 def read_nastran(path: str | Path) -> Model:
@@ -39,16 +43,64 @@ def read_nastran(path: str | Path) -> Model:
     ------
     InputError : anything wrong with the deck, with file and line.
     """
+    return _read(path, own_run=False)[0]
+
+
+def read_nastran_run(path: str | Path) -> tuple[Model, DeckRun]:
+    """Read a Nastran deck for a run of its own SOL 109 or 112 (`transient.read_transient`).
+
+    `Model.fixed` holds what is held at zero in that run; `Model.unread` lists what is not used in it.
+
+    Raises
+    ------
+    InputError : anything wrong with the deck, with file and line.
+    """
+    model, run = _read(path, own_run=True)
+    assert run is not None
+    return model, run
+
+
+def _read(path: str | Path, *, own_run: bool) -> tuple[Model, DeckRun | None]:
     source = read_deck_file(Path(path))
     try:
         with np.errstate(all="ignore"):
-            return _model(source, str(path))
+            return _model(source, str(path), own_run)
     except (OverflowError, np.linalg.LinAlgError):
         raise InputError("a number of the deck is too large or too small to compute with", where=path,
                          fix="Check the properties, materials and coordinates.") from None  # fmt: skip
 
 
-def _model(source: DeckFile, path: str) -> Model:
+def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun | None]:
+    """The model, and the deck's own run where it is wanted."""
+    deck, permanent = _deck(source, path, own_run)
+    materials = read_materials(deck)
+    read_shells(deck, materials)
+    read_solids(deck, materials)
+    constraints = read_bars(deck, materials)
+    read_points(deck)
+    read_direct_matrices(deck)
+    constraints += read_rigid(deck)
+    n_own = len(deck.grids.ids)
+    fixed, skew = read_supports(deck, permanent)
+    run = read_transient(deck, fixed) if own_run else None
+    gaps = list_gaps(deck) if run is None else {}
+    list_unread(deck, {"CGAP", "PGAP"} if run is None else CARDS)
+    parts, of_node = read_parts(deck, [*constraints, *skew], set(range(n_own, len(deck.grids.ids))))
+    blocks = _blocks(deck, of_node)
+    sets = element_sets(deck, blocks, source.property_names, source.set_names)
+    model = Model(
+        source=path, nodes=deck.grids.nodes(), blocks=blocks, parts=parts, element_sets=sets,
+        node_sets={**node_sets(deck, source.set_names), **{n: np.array(rows) for n, rows in gaps.items()}},
+        surfaces=surfaces(blocks, sets), constraints=(*constraints, *skew),
+        fixed=tuple(fixed) if run is None else run.step.fixed,
+        initial_velocity=read_initial_velocity(deck), unread=tuple(deck.unread),
+        mass_form="lumped" if deck.param("COUPMASS", -1.0) <= 0.0 else "linear",
+    )  # fmt: skip
+    return model, run
+
+
+def _deck(source: DeckFile, path: str, own_run: bool) -> tuple[Deck, list[Permanent]]:
+    """The cards with their points, and the dofs that GRID cards hold."""
     by_name: dict[str, list[Card]] = {}
     for card in source.cards:
         by_name.setdefault(card.name, []).append(card)
@@ -56,28 +108,11 @@ def _model(source: DeckFile, path: str) -> Model:
         raise InputError("the deck has no GRID cards", where=path, fix="Is this the right file?")
     systems = read_systems(source.cards)
     grids, permanent = read_grids(by_name, systems)
-    case = read_case_control(source.executive, source.case)
+    case = read_case_control(source.executive, source.case, own_run)
     params = {card.text(0).upper(): card for card in by_name.get("PARAM", [])}
     deck = Deck(by_name, case, systems, grids, params, list(case.unread))
     _list_sections(deck, source)
-    materials = read_materials(deck)
-    read_shells(deck, materials)
-    read_solids(deck, materials)
-    constraints = read_bars(deck, materials)
-    read_points(deck)
-    constraints += read_rigid(deck)
-    n_own = len(grids.ids)
-    fixed, skew = read_supports(deck, permanent)
-    list_unread(deck)
-    parts, of_node = read_parts(deck, [*constraints, *skew], set(range(n_own, len(grids.ids))))
-    blocks = _blocks(deck, of_node)
-    sets = element_sets(deck, blocks, source.property_names)
-    return Model(
-        source=path, nodes=grids.nodes(), blocks=blocks, parts=parts, node_sets=node_sets(deck), element_sets=sets,
-        surfaces=surfaces(blocks, sets), constraints=(*constraints, *skew), fixed=tuple(fixed),
-        initial_velocity=read_initial_velocity(deck), unread=tuple(deck.unread),
-        mass_form="lumped" if deck.param("COUPMASS", -1.0) <= 0.0 else "linear",
-    )  # fmt: skip
+    return deck, permanent
 
 
 def _list_sections(deck: Deck, source: DeckFile) -> None:

@@ -44,11 +44,7 @@ def _whole(dofs: tuple[int, ...]) -> bool:
 
 def _rows(deck: Deck, node: int, dofs: tuple[int, ...]) -> FloatArray:
     """(n, 6) local dofs of a node in its global (u, theta)."""
-    rows = np.zeros((len(dofs), 6))
-    for k, dof in enumerate(dofs):
-        first = 3 if dof > 3 else 0
-        rows[k, first : first + 3] = deck.grids.direction(node, dof)
-    return rows
+    return np.array([deck.grids.six(node, dof) for dof in dofs], dtype=np.float64).reshape(-1, 6)
 
 
 def _rbe2(deck: Deck, card: Card) -> Iterator[Constraint]:

@@ -17,14 +17,17 @@ _DOF_SETS = {"ASET": "ASET", "ASET1": "ASET", "BSET": "BSET", "BSET1": "BSET", "
              "SUPORT": "SUPORT", "SUPORT1": "SUPORT"}  # fmt: skip
 
 
-def node_sets(deck: Deck) -> dict[str, IntArray]:
-    """ASET, BSET, CSET, SUPORT; SET_<id> of SET1, SET3 (GRID) and case control SETs that hold grids."""
+def node_sets(deck: Deck, names: dict[int, str]) -> dict[str, IntArray]:
+    """ASET, BSET, CSET, SUPORT; SET_<id>, and the name in the comments, of SET1, SET3 (GRID) and case control SETs that
+    hold grids."""
     found: dict[str, list[int]] = {}
     for card in deck.cards(*_DOF_SETS):
         rows = [deck.grids.row_of[i] for i in _grids_of(card) if i in deck.grids.row_of]
         found.setdefault(_DOF_SETS[card.name], []).extend(rows)
     for identifier, ids in _id_sets(deck, ("GRID",)).items():
         found[f"SET_{identifier}"] = [deck.grids.row_of[i] for i in ids if i in deck.grids.row_of]
+        if identifier in names:
+            found[_plain(names[identifier])] = found[f"SET_{identifier}"]
     return {name: np.array(list(dict.fromkeys(rows)), dtype=np.int64) for name, rows in found.items() if rows}
 
 
@@ -46,8 +49,15 @@ def _id_sets(deck: Deck, kinds: tuple[str, ...]) -> dict[int, list[int]]:
     return found
 
 
-def element_sets(deck: Deck, blocks: tuple[ElementBlock, ...], names: dict[int, str]) -> dict[str, IntArray]:
-    """PID_<id> and the property's name of every property; SET_<id> of sets that hold elements."""
+def _plain(name: str) -> str:
+    """A name of the comments as a study can write it."""
+    return re.sub(r"\s+", "_", name.upper())
+
+
+def element_sets(
+    deck: Deck, blocks: tuple[ElementBlock, ...], names: dict[int, str], set_names: dict[int, str]
+) -> dict[str, IntArray]:
+    """PID_<id> and the property's name of every property; SET_<id> and the name of sets that hold elements."""
     place = {int(i): (b, k) for b, block in enumerate(blocks) for k, i in enumerate(block.ids.tolist())}
     found: dict[str, list[tuple[int, int]]] = {}
     for identifier, at in place.items():
@@ -56,9 +66,11 @@ def element_sets(deck: Deck, blocks: tuple[ElementBlock, ...], names: dict[int, 
             found.setdefault(f"PID_{pid}", []).append(at)
     for pid, name in names.items():
         if f"PID_{pid}" in found:
-            found.setdefault(re.sub(r"\s+", "_", name.upper()), found[f"PID_{pid}"])
+            found.setdefault(_plain(name), found[f"PID_{pid}"])
     for identifier, ids in _id_sets(deck, ("ELEM",)).items():
         found[f"SET_{identifier}"] = [place[i] for i in ids if i in place]
+        if identifier in set_names and found[f"SET_{identifier}"]:
+            found[_plain(set_names[identifier])] = found[f"SET_{identifier}"]
     return {name: np.array(rows, dtype=np.int64).reshape(-1, 2) for name, rows in found.items() if rows}
 
 
@@ -66,10 +78,14 @@ def surfaces(blocks: tuple[ElementBlock, ...], sets: dict[str, IntArray]) -> dic
     """For every element set with shells or solids: its name (both sides of shells, free faces of solids), and of shells
     <name>.SPOS and <name>.SNEG, the sides of the positive and negative normal."""
     found: dict[str, Surface] = {}
+    free: dict[bytes, tuple[IntArray, IntArray]] = {}
     every = [faces_of(b.kind, b.nodes_idx).reshape(-1, 4) for b in blocks if b.kind in FACES]
     for name, places in sets.items():
         shells = places[np.isin(places[:, 0], [i for i, b in enumerate(blocks) if b.kind in _SHELLS])]
-        facets, sides = _free(blocks, places, every)
+        key = places.tobytes()  # a property is there under its number and under its name
+        if key not in free:
+            free[key] = _free(blocks, places, every)
+        facets, sides = free[key]
         both = np.concatenate([shells, facets])
         if not both.size:
             continue
@@ -103,7 +119,7 @@ def _free(blocks: tuple[ElementBlock, ...], places: IntArray, every: list[IntArr
 
 
 def _nodes(blocks: tuple[ElementBlock, ...], shells: IntArray, facets: IntArray, sides: IntArray) -> IntArray:
-    found = [blocks[b].nodes_idx[k] for b, k in shells.tolist()]
+    found = [blocks[b].nodes_idx[shells[shells[:, 0] == b, 1]].ravel() for b in np.unique(shells[:, 0]).tolist()]
     for (b, k), side in zip(facets.tolist(), sides.tolist(), strict=True):
         found.append(blocks[b].nodes_idx[k][list(FACES[blocks[b].kind][side - 1])])
     return np.unique(np.concatenate(found)).astype(np.int64)

@@ -46,7 +46,9 @@ def is_directed(section: ShellSection | GeneralShell) -> bool:
     """Does the section need a material direction? Not where every in-plane turn leaves it as it is."""
     if isinstance(section, ShellSection):
         return False
-    return not all(_isotropic(m) for m in (section.A, section.B, section.D))
+    S = section.S
+    round_shear = max(abs(S[0, 0] - S[1, 1]), abs(S[0, 1])) <= 1e-9 * np.abs(S).max(initial=1e-300)
+    return not round_shear or not all(_isotropic(m) for m in (section.A, section.B, section.D))
 
 
 def _isotropic(m: FloatArray) -> bool:

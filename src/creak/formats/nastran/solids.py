@@ -50,7 +50,8 @@ def _corners(deck: Deck, card: Card) -> tuple[str, list[int]]:
     raise InputError(
         f"{card.name} {card.text(0)} has {n + len(given)} grids", where=card.where,
         expected=f"{n} grids" + (f" or {more}" if second else " (first order)"),
-        fix="Export the mesh in first order" + (" or with all mid-side grids." if second else "."),
+        fix="Export the mesh in first order"
+        + (" or with all mid-side grids." if second else ", or as CTETRA of 10 grids (second order)."),
     )  # fmt: skip
 
 

@@ -84,8 +84,7 @@ def _to_ground(deck: Deck, row: int, dofs: list[int], ground: int, where: str) -
     """e_d . u = a dof of the fixed node, for each held direction e_d; the dofs of ground differ, so none cancels."""
     C = np.zeros((len(dofs), 12))
     for k, dof in enumerate(dofs):
-        first = 3 if dof > 3 else 0
-        C[k, first : first + 3] = deck.grids.direction(row, dof)
+        C[k, :6] = deck.grids.six(row, dof)
         C[k, 6 + k] = -1.0
     names = [(node, d) for node in (row, ground) for d in range(1, 7)]
     yield from global_equations(names, C, set(range(6)), where)
@@ -102,6 +101,5 @@ def read_initial_velocity(deck: Deck) -> tuple[tuple[int, int, float], ...]:
         dof = 1 if row in deck.grids.scalar else card.integer(2)
         if card.real(3, 0.0):
             deck.note(card, "creak starts from the undeformed place: U0 is left out", changes=True, what="TIC, U0")
-        first = 3 if dof > 3 else 0
-        velocity.setdefault(row, np.zeros(6))[first : first + 3] += card.real(4, 0.0) * deck.grids.direction(row, dof)
+        velocity.setdefault(row, np.zeros(6))[:] += card.real(4, 0.0) * deck.grids.six(row, dof)
     return tuple((row, dof + 1, float(v)) for row, six in velocity.items() for dof, v in enumerate(six) if v)

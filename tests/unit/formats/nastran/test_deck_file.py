@@ -144,12 +144,12 @@ def test_superelement_sections(tmp_path):
 
 def test_unread_cards(tmp_path):
     """Harmless ones, ones that change the answer, unknown ones with a hint; parameters; subcases."""
-    extra = "EIGRL,1,,,10\nFORCE,1,1,,1.,1.,0.,0.\nCGAP,9,9,1,2,1.,0.,0.\nCHEXXA,1\nPARAM,K6ROT,10.\nPARAM,INREL,-1\nPARAM,POST,-1\n"
-    case = "TITLE = x\nK2GG = STIFF\nSUBCASE 1\nLOAD = 3\nSUBCASE 2\nSPC = 5\n"
+    extra = "EIGRL,1,,,10\nFORCE,1,1,,1.,1.,0.,0.\nCGAP,9,9,1,2,1.,0.,0.\nPGAP,9,.1,,1.+6\nCHEXXA,1\nPARAM,K6ROT,10.\nPARAM,INREL,-1\nPARAM,POST,-1\n"
+    case = "TITLE = x\nK2PP = STIFF\nSUBCASE 1\nLOAD = 3\nSUBCASE 2\nSPC = 5\n"
     model = read(tmp_path, BULK + extra, case)
     found = unread(model)
     assert {k: v for k, v in found.items() if not v}.keys() == {"EIGRL", "FORCE", "PARAM,K6ROT", "PARAM", "case control", "SUBCASE 2"}
-    assert {k: v for k, v in found.items() if v}.keys() == {"CGAP", "CHEXXA", "PARAM,INREL", "K2GG"}
+    assert {k: v for k, v in found.items() if v}.keys() == {"CGAP", "CHEXXA", "PARAM,INREL", "K2PP"}
     why = {u.keyword: u.why for u in model.unread}
     assert "Did you mean 'CHEXA'" in why["CHEXXA"]
     assert "TITLE, LOAD" in why["case control"]

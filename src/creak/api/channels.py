@@ -1,0 +1,143 @@
+"""Gap channels from rows of a matrix."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+
+from creak.api.matrices import rows_over
+from creak.arrays import FloatArray, IntArray
+from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator, join
+from creak.contact.laws.parameters import Friction
+from creak.errors import InputError
+
+
+def gap_channels(
+    G: Any,
+    gap0: ArrayLike,
+    stiffness: ArrayLike,
+    *,
+    labels: ArrayLike | None = None,
+    damping: ArrayLike = 0.0,
+    preload: ArrayLike = 0.0,
+    tangents: Sequence[Any] = (),
+    friction: float | tuple[float, float] | tuple[float, float, float] = 0.0,
+    names: Sequence[str] | None = None,
+    group: str = "contact",
+) -> GapOperator:
+    """m scalar contacts g = gap0 + G u: open for g > 0; for g < 0 the force p = -stiffness g - damping g' >= 0 acts.
+
+    The force on the structure is G' p, and T' tau along the tangents w = T u of channels that rub, with
+    |tau| <= mu p, mu(v) = kinetic + (static - kinetic) exp(-v / decay).
+
+    Parameters
+    ----------
+    G : (m, n) SciPy sparse or dense: a row for each channel, +1 on what moves away and -1 on what it moves from.
+    gap0 : clearance at u = 0, length; one number or (m,).
+    stiffness : penalty, force / length; one number or (m,). inf: no penetration at all; 0: watched only.
+    labels : (n,) dof labels of the columns of G; default 0 to n - 1.
+    damping : force time / length, acts while closed.
+    preload : force with which a channel presses at rest, which the rest of the structure balances; gap0 must be 0.
+    tangents : one or two matrices like G, the sliding of each channel.
+    friction : coefficient, or (static, kinetic), or (static, kinetic, decay speed).
+    names : m channel names. group : what the channels belong to: contact in a group counts as one event.
+
+    Returns
+    -------
+    GapOperator; several are joined by `join_gaps`.
+
+    Raises
+    ------
+    InputError : shapes that do not fit, negative stiffness, damping, preload or friction, friction without tangents.
+    """
+    n = np.shape(G)[-1]
+    own = np.arange(n, dtype=np.int64) if labels is None else np.asarray(labels)
+    if own.shape != (n,) or not np.issubdtype(own.dtype, np.integer) or np.unique(own).size != n or own.min() < 0:
+        raise InputError(f"labels of shape {own.shape}, {own.dtype}", expected=f"({n},) integers, each once")
+    A = rows_over(G, own, "G")
+    m = A.shape[0]
+    k, c, P = _each(stiffness, m, "stiffness"), _each(damping, m, "damping"), _each(preload, m, "preload")
+    gap = _each(gap0, m, "gap0", any_sign=True)
+    _check_preload(gap, P, k)
+    sliding = _tangents(tangents, own, m)
+    operator = gap_operator(
+        _triplets([A, *sliding], own), gap0=gap - np.divide(P, k, out=np.zeros(m), where=P > 0.0), stiffness=k,
+        damping=c, area=np.zeros(m), names=_names(names, group, m), nodes_idx=_nodes(A, own), group=group,
+    )  # fmt: skip
+    operator = replace(operator, friction=_friction(friction, m, bool(tangents)))
+    return replace(operator, preload=P) if P.any() else operator
+
+
+def join_gaps(*gaps: GapOperator) -> GapOperator:
+    """All channels of several operators as one."""
+    return join(gaps)
+
+
+def _each(x: ArrayLike, m: int, name: str, any_sign: bool = False) -> FloatArray:
+    values = np.asarray(x, dtype=np.float64)
+    if values.shape not in ((), (1,), (m,)):
+        raise InputError(f"{name} has shape {values.shape}", expected=f"a number, or ({m},): one for each channel")
+    if np.isnan(values).any() or (not any_sign and (values < 0.0).any()):
+        raise InputError(f"{name} = {values.min()}", expected="a number" if any_sign else "zero or more")
+    return np.broadcast_to(values, (m,)).copy()
+
+
+def _check_preload(gap: FloatArray, preload: FloatArray, stiffness: FloatArray) -> None:
+    pressed = preload > 0.0
+    if (pressed & (gap != 0.0)).any() or (pressed & ~((stiffness > 0.0) & np.isfinite(stiffness))).any():
+        raise InputError(
+            "a preloaded channel with a clearance, or without a finite stiffness", expected="gap0 = 0 and a stiffness",
+            fix="With a preload the channel is closed at rest; it opens once it has moved by preload / stiffness.",
+        )  # fmt: skip
+
+
+def _tangents(tangents: Sequence[Any], labels: IntArray, m: int) -> list[Any]:
+    if len(tangents) > 2:
+        raise InputError(f"{len(tangents)} tangents", expected="one or two")
+    found = [rows_over(T, labels, "a tangent") for T in tangents]
+    if any(T.shape[0] != m for T in found):
+        raise InputError("a tangent with another number of rows than G", expected=f"{m} rows")
+    return found + [sp.csr_matrix((m, labels.size))] * (2 - len(found))
+
+
+def _triplets(matrices: Sequence[Any], labels: IntArray) -> ChannelRows:
+    """Entries of G and both tangents side by side."""
+    pieces = [A.tocoo() for A in matrices]
+    size = [A.data.size for A in pieces]
+    values = [
+        np.concatenate([A.data if i == j else np.zeros(s) for j, s in enumerate(size)]) for i, A in enumerate(pieces)
+    ]
+    channel = np.concatenate([A.row for A in pieces]).astype(np.int64)
+    column = np.concatenate([A.col for A in pieces]).astype(np.int64)
+    return ChannelRows(channel, labels[column].astype(np.int64), *values)
+
+
+def _names(names: Sequence[str] | None, group: str, m: int) -> tuple[str, ...]:
+    if names is not None and len(names) != m:
+        raise InputError(f"{len(names)} names", expected=f"{m}, one for each channel")
+    return tuple(f"{group}:{j}" for j in range(m)) if names is None else tuple(map(str, names))
+
+
+def _nodes(A: Any, labels: IntArray) -> IntArray:
+    """label // 6 of the largest entry of each row."""
+    largest = [int(np.argmax(np.abs(A[[i]].toarray()[0]))) for i in range(A.shape[0])]
+    return np.asarray(labels[largest] // 6, dtype=np.int64)
+
+
+def _friction(
+    friction: float | tuple[float, float] | tuple[float, float, float], m: int, tangents: bool
+) -> Friction | None:
+    values = (friction, friction, 0.0) if isinstance(friction, int | float) else (*friction, 0.0)[:3]
+    static, kinetic, decay = (float(x) for x in values)
+    if not 0.0 <= kinetic <= static < np.inf or not 0.0 <= decay < np.inf:
+        raise InputError(f"friction = {friction}", expected="0 <= kinetic <= static, decay speed of zero or more")
+    if static == 0.0:
+        return None
+    if not tangents:
+        raise InputError(f"friction = {friction} without tangents", fix="Give tangents=[T]: w = T u is the sliding.")
+    return Friction(*(np.full(m, x) for x in (static, kinetic, decay)))

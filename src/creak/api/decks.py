@@ -1,0 +1,77 @@
+"""Decks as models."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from creak.model.mesh import Model
+    from creak.studies.deck_modes import DeckModes
+
+
+def read_deck(path: str | Path) -> Model:
+    """Read a deck: nodes, element blocks, sections, parts, sets, surfaces, constraints.
+
+    Parameters
+    ----------
+    path : Abaqus (.inp) or Nastran (.bdf, .dat, .nas) deck; units are the deck's own.
+
+    Returns
+    -------
+    Model, with rows instead of labels; `Model.unread` lists the keywords that were not read.
+
+    Raises
+    ------
+    InputError : no such file, or a line that is wrong.
+    """
+    from creak.studies.setup import read_model
+
+    return read_model(Path(path))
+
+
+def deck_modes(
+    path: str | Path, *, f_max: float | None = None, count: int | None = None, ignore: tuple[str, ...] = ()
+) -> DeckModes:
+    """Undamped modes K x = omega^2 M x of a deck's structure as its supports hold it, contact left out.
+
+    Parameters
+    ----------
+    path : Abaqus (.inp) or Nastran (.bdf, .dat, .nas) deck.
+    f_max : all modes up to this frequency, Hz. count : the lowest ones (default 20).
+    ignore : keywords or cards that may go unread although they change the answer.
+
+    Returns
+    -------
+    DeckModes: frequencies (Hz, rigid ones first), mass, effective masses, shapes; `translations()` gives the motion
+    of all nodes, (n_node, 3) mode by mode.
+
+    Raises
+    ------
+    InputError : the deck is wrong, or holds something unread that changes the answer.
+    NumericalError : the modes could not be found.
+    """
+    from creak.studies import deck_modes as studies
+
+    return studies.deck_modes(Path(path), f_max=f_max, count=count, ignore=ignore)
+
+
+def write_door(
+    folder: str | Path, mesh_size: float = 20.0, *, coarsen: int = 1, load: str = "A3", hook_play: float | None = None
+) -> list[Path]:
+    """Write the example door, door.inp and its study door.toml (mm, t, s), into a folder; returns their paths.
+
+    Parameters
+    ----------
+    mesh_size : length of the elements' sides, mm, 3 to 40.
+    coarsen : 1, 2 or 3 elements of the frame's flange merged into one along the contact line.
+    load : A1 (no contact) to A4 (most contact).
+    hook_play : play of the panel's hooks to either side, mm; None: they are rigid.
+
+    Raises
+    ------
+    InputError : a size, number or load that there is not, or `folder` is a file.
+    """
+    from creak.door import writer
+
+    return writer.write_door(mesh_size, Path(folder), coarsen, load, hook_play)

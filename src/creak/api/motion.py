@@ -1,0 +1,138 @@
+"""Loads and time integration of any System."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from creak.api.matrices import known_labels
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator, join
+from creak.dynamics.history import History
+from creak.dynamics.loads import Loads
+from creak.dynamics.scheme import HHT, Scheme
+from creak.errors import InputError
+from creak.signals import sources
+from creak.signals.sources import Motion, Signal
+from creak.studies.integrate import simulator
+
+Forces: TypeAlias = Sequence[tuple[ArrayLike, Signal | ArrayLike]]
+EVEN = 1e-6
+"""Share of the step by which sampling may be uneven."""
+
+
+def make_loads(
+    system: System, time: ArrayLike, *, motion: Mapping[str, Signal | Motion] | None = None, forces: Forces = ()
+) -> Loads:
+    """What drives a run, sampled at its steps.
+
+    Parameters
+    ----------
+    time : (n_time,) s, evenly spaced from 0: the steps of the run.
+    motion : name -> displacement of each prescribed coordinate of the System (`couple(..., driven=...)`): a signal,
+        or a `Motion` with displacement, velocity and acceleration at `time`.
+    forces : (labels, signal or samples) each: a signal or samples (n_time,) act on every label with their full value;
+        samples (n_time, n_label) hold a force for each label.
+
+    Raises
+    ------
+    InputError : uneven steps, motion that is missing or of an unknown name, an unknown label, samples of another size.
+    """
+    t = np.asarray(time, dtype=np.float64)
+    step = np.diff(t)
+    if t.ndim != 1 or t.size < 2 or step.min() <= 0.0 or np.ptp(step) > EVEN * step.mean():
+        raise InputError("uneven or falling times", expected="evenly spaced times: step * numpy.arange(n)")
+    support = _support(system, t, motion or {})
+    columns: list[FloatArray] = []
+    labels: list[IntArray] = []
+    for where, what in forces:
+        found = known_labels(where, system.labels, "forces")
+        F = _samples(what, t, found.size)
+        each = [found] if F.shape[1] == 1 else [found[[j]] for j in range(found.size)]
+        columns, labels = [*columns, F], [*labels, *each]
+    force = np.hstack(columns) if columns else np.zeros((t.size, 0))
+    return Loads(t, support, force, tuple(labels))
+
+
+def simulate(
+    system: System,
+    gaps: GapOperator | Sequence[GapOperator],
+    loads: Loads,
+    scheme: Scheme | None = None,
+    *,
+    observed: ArrayLike | None = None,
+    output_every: int = 1,
+    substeps: int = 1,
+    progress: Callable[[int, int], None] | None = None,
+) -> History:
+    """March a System, full or reduced, through its loads with contact in the gap channels.
+
+    M a + C v + K u = f + G' p(g, g') by HHT-alpha with contact condensed to the channels: exact up to round-off, one
+    factorisation, no global iteration. Diagonal Systems (`diagonalise`, `gap_modes`) run in compiled code.
+
+    Parameters
+    ----------
+    gaps : channels; several operators are joined; an empty list gives linear motion.
+    scheme : `HHT(alpha)`, default alpha = -0.05, or `generalised_alpha(rho_inf)`.
+    observed : labels whose motion is kept every `output_every` steps; default: those that the channels touch.
+    substeps : a step is so many samples of the loads long, and divided into as many near contact.
+
+    Returns
+    -------
+    History: time, gap and force (n_time, m), displacement (n_out, n_observed), energy balance.
+
+    Raises
+    ------
+    InputError : a label that the System does not have, loads of another System.
+    NumericalError : the motion is no longer finite, or a step matrix is singular. Stopped early, it carries the
+        `history` so far.
+
+    With alpha = 0 and stiff penalties contact chatters and can create energy: look at `History.energy_created`.
+    """
+    channels = gaps if isinstance(gaps, GapOperator) else join(list(gaps))
+    known_labels(channels.labels, system.labels, "gaps")
+    kept = channels.labels if observed is None else known_labels(observed, system.labels, "observed")
+    if loads.support.shape[2] != system.supports.count:
+        raise InputError(
+            f"loads for {loads.support.shape[2]} prescribed coordinates", expected=f"{system.supports.count}",
+            fix="Make the loads for this System.",
+        )  # fmt: skip
+    for x in loads.force_labels:
+        known_labels(x, system.labels, "forces")
+    if output_every < 1 or substeps < 1 or loads.n_step < substeps:
+        raise InputError(f"output_every = {output_every}, substeps = {substeps}", expected="1 or more")
+    return simulator(system)(
+        system, channels, loads, HHT() if scheme is None else scheme, observed=kept, output_every=output_every,
+        substeps=substeps, progress=progress,
+    )  # fmt: skip
+
+
+def _support(system: System, t: FloatArray, motion: Mapping[str, Signal | Motion]) -> FloatArray:
+    names = system.supports.names
+    if set(motion) != set(names):
+        raise InputError(
+            f"motion for {', '.join(map(repr, motion)) or 'nothing'}",
+            expected=f"one for each prescribed coordinate: {', '.join(map(repr, names)) or 'there is none'}",
+        )  # fmt: skip
+    support = np.zeros((3, t.size, len(names)))
+    for j, name in enumerate(names):
+        given = motion[name]
+        found = given if isinstance(given, Motion) else sources.displacement_motion(given, t)
+        for k, x in enumerate((found.displacement, found.velocity, found.acceleration)):
+            if np.shape(x) != t.shape:
+                raise InputError(f"motion {name!r} has shape {np.shape(x)}", expected=f"{t.shape}, as the times")
+            support[k, :, j] = x
+    return support
+
+
+def _samples(what: Any, t: FloatArray, n_label: int) -> FloatArray:
+    if isinstance(what, Signal):
+        return sources.force(what, t)[:, None]
+    F = np.asarray(what, dtype=np.float64)
+    if F.shape not in ((t.size,), (t.size, n_label)) or not np.isfinite(F).all():
+        raise InputError(f"forces of shape {F.shape}", expected=f"({t.size},) or ({t.size}, {n_label}) finite numbers")
+    return F.reshape(t.size, -1)

@@ -1,0 +1,166 @@
+"""Studies from Python, and the steps that `creak run` takes."""
+
+from __future__ import annotations
+
+import tomllib
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from pydantic import ValidationError
+
+from creak.api.result import Result
+from creak.errors import InputError
+from creak.studies import study_file
+from creak.studies.config import StudyConfig
+from creak.studies.study_file import Study
+from creak.studies.toml_text import toml_text
+
+if TYPE_CHECKING:
+    from creak.studies.setup import Setup
+
+Progress = Callable[[str, int, int], None]
+Units = Literal["mm-t-s", "m-kg-s"]
+
+
+def read_study(path: str | Path) -> Study:
+    """Read and check a study file (TOML, docs/study.md).
+
+    Raises
+    ------
+    InputError : no such file, not TOML, unknown or missing key, wrong value.
+    """
+    return study_file.read_study(Path(path))
+
+
+def make_study(tables: Mapping[str, Any], folder: str | Path = ".") -> Study:
+    """A study from tables, as a study file holds them: `{"model": {"deck": "door.inp"}, "time": {"step": 1e-3}, ...}`.
+
+    Parameters
+    ----------
+    tables : keys and values of docs/study.md; numbers, strings, truth values, lists and mappings.
+    folder : where paths in the study start from.
+
+    Raises
+    ------
+    InputError : unknown or missing key, wrong value.
+    """
+    return _study(Path(folder) / "study.toml", _plain(tables), "make_study")
+
+
+def change_study(study: Study, changes: Mapping[str, Any]) -> Study:
+    """The study with other values, `{"reduction.f_max": 700, "contact.flange.friction": 0.2}`; the file stays as it is.
+
+    Parameters
+    ----------
+    changes : dotted key -> value; keys of lists by number, `connector.0.stiffness`.
+
+    Raises
+    ------
+    InputError : a key that there is not, or a wrong value.
+    """
+    from creak.studies.sweep_cases import changed
+
+    return _study(study.path, changed(tomllib.loads(study.text), _plain(changes), None), "change_study")
+
+
+def _study(path: Path, data: Mapping[str, Any], where: str) -> Study:
+    try:
+        text = toml_text(data)
+        return Study(path, StudyConfig.model_validate(data), text)
+    except ValidationError as error:
+        raise study_file.explain(path, text, error) from error
+    except TypeError as error:
+        raise InputError(str(error), where=where, expected="numbers, strings, lists and mappings") from error
+
+
+def run(
+    study: Study | str | Path,
+    *,
+    converge: bool = False,
+    superelements: str | Path | None = None,
+    record: bool = True,
+    ignore: Sequence[str] = (),
+    progress: Progress | None = None,
+) -> Result:
+    """Run a study as `creak run` does: pre-check, reduction, both runs, verification.
+
+    Parameters
+    ----------
+    study : a Study, the path of a study file, or of a deck whose own step (Abaqus *DYNAMIC; Nastran SOL 109, 112) is
+        run unreduced.
+    converge : repeat the run with shorter steps, stiffer contact and more modes (about 15 times its cost).
+    superelements : folder of saved ones; default: superelements/ beside the study. Those that still fit are used.
+    record : keep the motion around the hardest events, for the report's animation.
+    ignore : keywords of the deck that may go unread although they change the answer.
+    progress : called with (stage, done, total).
+
+    Returns
+    -------
+    Result. A run that stops early (it diverged, or Ctrl-C) warns; `Result.stopped` says why, and what it had is kept.
+
+    Raises
+    ------
+    InputError : anything wrong in the study or the deck. NumericalError : a reduction or a factorisation failed.
+    """
+    result = run_setup(
+        set_up(study, ignore), progress, superelements=superelements, converge=converge, record=record
+    )
+    if result.stopped is not None:
+        warnings.warn(f"the study ended early: {result.stopped}", RuntimeWarning, stacklevel=2)
+    return result
+
+
+def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: Units = "mm-t-s") -> Setup:
+    """Read and check what a study, a study file or a deck with a transient step of its own asks for.
+
+    Parameters
+    ----------
+    units : what the report calls the units of a deck that is run by itself.
+
+    Raises
+    ------
+    InputError : anything wrong in the study or the deck.
+    """
+    from creak.studies import setup
+    from creak.studies.deck_study import set_up_deck
+
+    if isinstance(study, Study):
+        return setup.set_up(study, ignore)
+    path = Path(study)
+    if path.suffix.lower() in (".inp", ".bdf", ".dat", ".nas"):
+        return set_up_deck(path, ignore, units)
+    return setup.set_up(read_study(path), ignore)
+
+
+def run_setup(
+    setup: Setup, progress: Progress | None = None, *, superelements: str | Path | None = None,
+    converge: bool = False, record: bool = True,
+) -> Result:  # fmt: skip
+    """Run what was set up, parameters as `run`, and sum it up."""
+    from creak.studies.converge import converge as repeat
+    from creak.studies.run import run_study
+    from creak.studies.summary import summarise
+    from creak.studies.superelements import store_of
+
+    report = progress if progress is not None else _silent
+    store = store_of(setup.study) if superelements is None else Path(superelements)
+    found = run_study(setup, report, store, record=record)
+    convergence = repeat(found, report) if converge else None
+    return Result(found, summarise(found, convergence), convergence)
+
+
+def _silent(stage: str, done: int, total: int) -> None:
+    """No progress."""
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and arrays of NumPy as Python's own."""
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    return str(value) if isinstance(value, Path) else value

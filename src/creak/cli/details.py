@@ -1,0 +1,73 @@
+"""What --verbose tells of a study before it is run: sizes, and choices that were made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from creak.cli.output import Output
+
+if TYPE_CHECKING:
+    from creak.model.mesh import Model, Unread
+    from creak.studies.setup import Setup
+
+
+def list_unread(output: Output, unread: tuple[Unread, ...]) -> None:
+    """A line for each keyword that was not read."""
+    for u in unread:
+        output.say(f"not read: {u.keyword} ({u.where}): {u.why}")
+
+
+def model_detail(output: Output, model: Model) -> None:
+    """Size of a deck."""
+    if not output.verbose:
+        return
+    parts = ", ".join(f"{p.name} ({p.nodes_idx.size:,} nodes)" for p in model.parts)
+    output.detail(f"model: {model.nodes.count:,} nodes, {model.n_elements:,} elements, "
+                  f"{len(model.constraints):,} constraints; parts: {parts}")  # fmt: skip
+
+
+def setup_detail(output: Output, setup: Setup) -> None:
+    """Sizes and choices of a study."""
+    if not output.verbose:
+        return
+    from creak.linalg.factor import has_pardiso
+    from creak.studies.excitation import highest_frequency
+
+    model_detail(output, setup.model)
+    config, loads = setup.study.config, setup.loads
+    for name, table in config.contact.items():
+        count = setup.contacts.group.count(name)
+        output.detail(f"contact {name}: {table.method}, stiffness {table.stiffness}, {count} channels before the "
+                      "pre-check")  # fmt: skip
+    if setup.connectors.m:
+        output.detail(f"connectors: {setup.connectors.m} channels")
+    highest = highest_frequency(setup.study)
+    known = f" up to {highest:g} Hz" if highest else ""
+    output.detail(f"excitation: {', '.join(config.excitation) or 'none'}{known}")
+    method = config.reduction.method
+    reduction = method if method in ("none", "guyan") else f"{method} to {config.reduction.f_max:g} Hz"
+    output.detail(f"reduction: {reduction}")
+    output.detail(f"time: {loads.n_step:,} steps of {loads.step:g} s to {loads.time[-1]:g} s, {config.time.integrator}")
+    damping = config.damping
+    kind = "modal" if damping.modal is not None else "rayleigh" if damping.rayleigh is not None else "the deck's"
+    output.detail(f"damping: {kind}; sparse solver: {'MKL PARDISO' if has_pardiso() else 'SuperLU'}")
+
+
+def tell_warnings(output: Output, notes: Iterable[str], told: set[str]) -> None:
+    """The notes that warn, on stderr, but those in `told`, which grows by them."""
+    from creak.studies.warned import warnings_of
+
+    for text in warnings_of(notes):
+        if text not in told:
+            output.warn(text)
+            told.add(text)
+
+
+def tell_notes(output: Output, notes: Sequence[str], told: set[str]) -> None:
+    """Warnings on stderr, other notes among the results."""
+    from creak.studies.warned import plain_notes
+
+    tell_warnings(output, notes, told)
+    for note in plain_notes(notes):
+        output.say(f"note: {note}")

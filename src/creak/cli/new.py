@@ -1,0 +1,124 @@
+"""`creak new`: a first study for a deck, with comments."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import typer
+
+from creak.cli.details import model_detail, tell_warnings
+from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
+from creak.errors import InputError
+
+if TYPE_CHECKING:
+    from creak.studies.propose import Proposal
+
+
+def new(
+    deck: Path = typer.Argument(..., metavar="DECK", help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas."),
+    out: Path | None = typer.Option(None, "--out", help="The study to write; default: beside the deck, ending .toml."),
+    distance: float | None = typer.Option(
+        None, "--distance", help="Surfaces nearer than this may touch; default: a hundredth of the model's size."
+    ),
+    units: Literal["mm-t-s", "m-kg-s"] | None = typer.Option(
+        None, "--units", help="Units of the deck; default: guessed from materials and size."
+    ),
+    overwrite: bool = typer.Option(False, "--overwrite", help="Write over a study that is there."),
+    ignore: list[str] = IGNORE,
+    quiet: bool = QUIET,
+    verbose: bool = VERBOSE,
+    as_json: bool = AS_JSON,
+) -> None:
+    """Look at a deck and write a study for it: contacts, supports, excitation, outputs, each with a comment.
+
+    Beside it the schema for editors. What the deck has no names for is left to be filled in and named.
+
+    Example: creak new car.inp --out car.toml --distance 5
+    """
+    from creak.studies.propose import propose
+    from creak.studies.propose_text import proposal_text
+    from creak.studies.schema import SCHEMA_FILE
+    from creak.studies.setup import read_model
+
+    path = _study_path(deck, out, overwrite)
+    if distance is not None and not 0.0 < distance < float("inf"):
+        raise InputError(f"--distance {distance:g}", expected="a length greater than zero")
+    with Output(quiet, verbose, as_json) as output:
+        with output.progress as progress:
+            with progress.phase("read the deck"):
+                model = read_model(deck)
+            model_detail(output, model)
+            found = propose(model, distance, units, progress)
+            relative = Path(os.path.relpath(deck, path.parent)).as_posix()
+            _write(path, proposal_text(found, model, relative, path.stem))
+            with progress.phase("check the study"):
+                missing, warnings = _missing(path, ignore)
+            if missing:
+                _write(path, proposal_text(found, model, relative, path.stem, " ".join(missing.split())))
+            output.wrote(path, path.with_name(SCHEMA_FILE))
+        _tell(output, found, path, missing)
+        tell_warnings(output, warnings, set())
+        output.result({**_data(found), "warnings": [str(w) for w in warnings], "study": str(path), "ready": not missing,
+                       "to_fill_in": missing or None, "written": [str(p) for p in output.written]})  # fmt: skip
+
+
+def _study_path(deck: Path, out: Path | None, overwrite: bool) -> Path:
+    path = out if out is not None else deck.with_suffix(".toml")
+    if path.suffix.lower() != ".toml":
+        raise InputError(f"--out {path}", expected="a file name that ends in .toml")
+    if path.exists() and not overwrite:
+        raise InputError(f"{path} is there already", fix="Name another file with --out, or add --overwrite.")
+    writable_folder(path.parent)
+    return path
+
+
+def _write(path: Path, text: str) -> None:
+    """The study, and the schema beside it."""
+    from creak.formats.complete_file import complete_file
+    from creak.studies.schema import SCHEMA_FILE, schema_text
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    for file, content in ((path, text), (path.with_name(SCHEMA_FILE), schema_text())):
+        with complete_file(file) as partial:
+            partial.write_text(content, encoding="utf-8")
+
+
+def _missing(path: Path, ignore: list[str]) -> tuple[str, list[str]]:
+    """What keeps the study from running, empty if nothing does; and what it is warned of."""
+    from creak.studies.setup import set_up
+    from creak.studies.study_file import read_study
+    from creak.studies.warned import warnings_of
+
+    try:
+        setup = set_up(read_study(path), ignore)
+    except InputError as error:
+        return str(error), []
+    return "", warnings_of(setup.notes)
+
+
+def _tell(output: Output, found: Proposal, path: Path, missing: str) -> None:
+    unit = found.units.words[0]
+    output.say(f"units: {found.units.name} ({found.guess})")
+    for c in found.contacts:
+        state = f"{c.channels} channels" if not c.problem else f"left out, because {c.problem}"
+        output.say(f"contact {c.name}: {c.secondary} - {c.main}, {c.gap:.3g} {unit} apart at node {c.place}, {state}")
+    if not found.contacts:
+        near = "" if found.closest is None else "; nearest: {} and {}, {:.3g}".format(*found.closest)
+        output.say(f"no contact: no surfaces within {found.distance:.3g} {unit}{near}")
+    output.say(f"supports: {found.n_held} held nodes")
+    d = found.drive
+    output.say("excitation: to be filled in" if d is None else f"excitation: {d.kind} of {d.node_set} along {d.dof}")
+    output.tell_written()
+    output.say(f"to be filled in before it runs: {missing}" if missing else f"next: creak run {path}")
+
+
+def _data(found: Proposal) -> dict[str, Any]:
+    return {
+        "units": found.units.name, "units_guess": found.guess, "distance": found.distance,
+        "contacts": [asdict(c) for c in found.contacts], "held": found.held, "held_nodes": found.n_held,
+        "excitation": None if found.drive is None else asdict(found.drive), "pairs": found.pairs,
+        "outputs": list(found.outputs),
+    }  # fmt: skip

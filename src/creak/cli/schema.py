@@ -1,0 +1,33 @@
+"""`creak schema`: the JSON schema of the study file, for editors."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import typer
+
+from creak.cli.output import Output, writable_folder
+
+
+def schema(
+    out: Path | None = typer.Option(None, "--out", help="Write it to this file instead of stdout."),
+) -> None:
+    """Print the JSON schema of the study file: names, types, limits, defaults, meanings and units.
+
+    Editors with TOML support (Even Better TOML, taplo) check and complete a study whose first line is
+    `#:schema ./creak-study.schema.json`, the line that `creak new` writes.
+
+    Example: creak schema --out creak-study.schema.json
+    """
+    from creak.studies.schema import schema_text
+
+    if out is None:
+        sys.stdout.write(schema_text())
+        return
+    writable_folder(out.parent)
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(schema_text(), encoding="utf-8")
+    output = Output()
+    output.wrote(out)
+    output.tell_written()

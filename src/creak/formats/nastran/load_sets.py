@@ -1,0 +1,101 @@
+"""DAREA, FORCE, MOMENT, LOAD and SPCD of one set -> forces and motions of dofs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from creak.errors import InputError
+from creak.formats.nastran.bulk_data import Card
+from creak.formats.nastran.coordinate_systems import axes_at
+from creak.formats.nastran.deck import Deck
+
+Dof = tuple[int, int]
+"""Node row and global dof 1..6."""
+_NOT_READ = (
+    "FORCE1, FORCE2, MOMENT1, MOMENT2, PLOAD, PLOAD1, PLOAD2, PLOAD4, GRAV, RFORCE, SLOAD, ACCEL, ACCEL1, SPCR, TEMP,"
+    "TEMPD, TEMPP1, TEMPRB, DEFORM"
+)
+NOT_READ = tuple(name.strip() for name in _NOT_READ.split(","))
+"""Loads of a set that creak does not know."""
+READ = ("DAREA", "FORCE", "MOMENT", "LOAD", "SPCD", "LSEQ")
+DEPTH = 20
+
+
+@dataclass
+class LoadSet:
+    """What a set of loads asks for, by global dof."""
+
+    forces: dict[Dof, float] = field(default_factory=dict)
+    motion: dict[Dof, float] = field(default_factory=dict)
+    where: str = ""
+
+
+def load_set(deck: Deck, identifier: int, user: Card) -> LoadSet:
+    """The loads that EXCITEID of a TLOAD card names, those that LSEQ gives it included.
+
+    Raises
+    ------
+    InputError : no card of the set, or one of a kind that creak does not read.
+    """
+    found = LoadSet()
+    _add(deck, identifier, 1.0, found, 0)
+    for card in deck.cards("LSEQ"):
+        if deck.case.loadset and card.integer(0) == deck.case.loadset and card.integer(1) == identifier:
+            _add(deck, card.integer(2), 1.0, found, 0)
+    if not found.where:
+        raise InputError(f"{user.name} {user.text(0)} uses load set {identifier}, which is not defined",
+                         where=user.where, expected="DAREA, FORCE, MOMENT or SPCD cards of this set")  # fmt: skip
+    return found
+
+
+def _add(deck: Deck, identifier: int, factor: float, found: LoadSet, depth: int) -> None:
+    for card in deck.cards(*NOT_READ):
+        if card.text(0) == str(identifier):
+            raise InputError(f"{card.name} of load set {identifier} is not read by creak", where=card.where,
+                             expected="DAREA, FORCE, MOMENT and SPCD",
+                             fix="Write the load as forces on grids.")  # fmt: skip
+    for card in deck.cards("DAREA", "FORCE", "MOMENT", "SPCD", "LOAD"):
+        if card.integer(0) != identifier:
+            continue
+        found.where = found.where or card.where
+        if card.name == "LOAD":
+            if depth > DEPTH:
+                raise InputError(f"LOAD {identifier} refers to itself", where=card.where, fix="Remove the reference.")
+            for i in range(2, len(card.fields), 2):
+                if card.text(i + 1):
+                    _add(deck, card.integer(i + 1), factor * card.real(1, 1.0) * card.real(i), found, depth + 1)
+        elif card.name in ("FORCE", "MOMENT"):
+            _add_vector(deck, card, factor, found)
+        else:
+            _add_components(deck, card, factor, found)
+
+
+def _add_vector(deck: Deck, card: Card, factor: float, found: LoadSet) -> None:
+    row = deck.grids.row(card.integer(1), card)
+    axes = axes_at(deck.system(card.integer(2, 0), card), deck.grids.place(row))
+    vector = factor * card.real(3) * axes @ np.array([card.real(i, 0.0) for i in (4, 5, 6)])
+    first = 1 if card.name == "FORCE" else 4
+    for axis, value in enumerate(vector.tolist()):
+        if value:
+            found.forces[row, first + axis] = found.forces.get((row, first + axis), 0.0) + value
+
+
+def _add_components(deck: Deck, card: Card, factor: float, found: LoadSet) -> None:
+    """Two of grid, dof and value, in the displacement frame of the grid."""
+    for i in (1, 4):
+        if not card.text(i):
+            continue
+        row = deck.grids.row(card.integer(i), card)
+        for dof in (1,) if row in deck.grids.scalar else card.components(i + 1):
+            value = factor * card.real(i + 2, 0.0)
+            if card.name == "DAREA":
+                for k, share in enumerate(deck.grids.six(row, dof).tolist(), start=1):
+                    if share:
+                        found.forces[row, k] = found.forces.get((row, k), 0.0) + share * value
+            elif row in deck.grids.axes:
+                raise InputError(f"SPCD moves grid {card.text(i)} along turned axes (field CD)", where=card.where,
+                                 fix="Move it along global axes.")  # fmt: skip
+            else:
+                found.motion[row, dof] = value

@@ -1,0 +1,165 @@
+"""Model -> Nastran deck."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from creak.errors import InputError
+from creak.formats.complete_file import complete_file
+from creak.formats.nastran.reader import read_nastran
+from creak.formats.nastran.write_conditions import (
+    MATRICES,
+    SET,
+    added_matrices,
+    constraint_lines,
+    matrix_lines,
+    support_lines,
+)
+from creak.formats.nastran.write_elements import Systems, element_lines, is_conm1
+from creak.formats.nastran.write_equivalent import equivalent
+from creak.formats.nastran.write_fields import card
+from creak.formats.nastran.write_materials import Materials, damping_of
+from creak.formats.nastran.write_numbers import numbered
+from creak.formats.nastran.write_properties import Properties
+from creak.formats.nastran.write_sets import labels, set_lines, with_surface_sets
+from creak.model.comparison import difference
+from creak.model.constraints import Equation
+from creak.model.materials import BeamSection, GeneralShell, NodalMatrices
+from creak.model.mesh import ElementBlock, Model
+
+KEPT = 1e-12
+"""Share of the largest number of an array that writing and reading may change: quotients such as A/T are rounded."""
+MASS = {"lumped": -1, "linear": 1}
+"""Mass form -> PARAM,COUPMASS."""
+
+
+def write_nastran(model: Model, path: str | Path) -> tuple[str, ...]:
+    """Write the model data as a Nastran deck, and read it back: the file appears only if nothing is lost.
+
+    Grids in the basic frame, all constraints of one kind by RBE2, RBE3, RBAR or MPC (see `equivalent`), springs along
+    turned axes as DMIG (K2GG, B2GG, M2GG). Reals have all their digits (see `card`). Parts are found anew from what is
+    connected; names of sets stand in comments. SOL 103 with 20 modes; SOL 109 without times where there are initial
+    velocities.
+
+    Returns
+    -------
+    What has another name in the deck, or is lost because it bears on contact only.
+
+    Raises
+    ------
+    InputError : the model holds what creak does not read from Nastran decks (consistent mass, beams whose shear centre
+        is beside the centroid, coupled bushings, materials with different mass-proportional damping); nothing is
+        written.
+    """
+    if model.mass_form not in MASS:
+        raise InputError(
+            f"the mass of this deck is {model.mass_form}; Nastran has lumped and linear (PARAM,COUPMASS,1) mass",
+            where=model.source, fix="Take one of them: --mass linear or --mass lumped (the answer changes with it).",
+        )  # fmt: skip
+    plain, notes = numbered(model)
+    plain, surfaces = with_surface_sets(equivalent(plain))
+    text = "\n".join(deck_lines(plain, notes)) + "\n"
+    try:
+        with complete_file(Path(path)) as partial:
+            partial.write_text(text, encoding="utf-8", newline="\n")
+            _check(plain, partial)
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror or error}", fix="Name another file.") from None
+    return (*notes, *surfaces, *dict.fromkeys(_lost(plain)))
+
+
+def deck_lines(model: Model, notes: list[str]) -> Iterator[str]:
+    """Lines of the deck of an `equivalent` model."""
+    damping = damping_of(model)
+    materials = Materials(damping)
+    properties, systems, matrices = Properties(model, materials), Systems(), added_matrices(model)
+    elements = list(element_lines(model, properties, systems))
+    yield f"$ written by creak from {Path(model.source).name}"
+    yield from (f"$ {note}" for note in notes)
+    yield from ["SOL 109" if model.initial_velocity else "SOL 103", "CEND"]
+    yield from _case(model, list(matrices))
+    yield "BEGIN BULK"
+    if not model.initial_velocity:
+        yield from card("EIGRL", [SET, None, None, 20])
+    yield from card("PARAM", ["COUPMASS", MASS[model.mass_form]])
+    yield from damping.lines()
+    yield from set_lines(model, properties)
+    for identifier, place in zip(model.nodes.ids.tolist(), model.nodes.coords.tolist(), strict=True):
+        yield from card("GRID", [identifier, 0, *place])
+    yield from elements
+    yield from (line for lines in properties.cards.values() for line in lines)
+    yield from materials.lines()
+    yield from systems.lines()
+    yield from constraint_lines(model)
+    yield from support_lines(model)
+    yield from matrix_lines(model, matrices)
+    yield "ENDDATA"
+
+
+def _case(model: Model, matrices: list[str]) -> Iterator[str]:
+    if not model.initial_velocity:
+        yield f"METHOD = {SET}"
+    if model.fixed:
+        yield f"SPC = {SET}"
+    if any(isinstance(c, Equation) for c in model.constraints):
+        yield f"MPC = {SET}"
+    if model.initial_velocity:
+        yield f"IC = {SET}"
+    yield from (f"{command} = {MATRICES[command]}" for command in matrices)
+
+
+def _lost(model: Model) -> Iterator[str]:
+    """What only contact needs."""
+    for section in {id(b.section): b.section for b in model.blocks}.values():
+        if isinstance(section, BeamSection) and section.radius:
+            yield f"beam section {section.name}: its surface, {section.radius:g} from the axis, is not in the deck"
+
+
+def _check(model: Model, path: Path) -> None:
+    """Raise InputError where the written deck does not read back as the model."""
+    try:
+        copy = read_nastran(path)
+        lost = _difference(model, copy)
+    except InputError as error:
+        lost = f"{error.what} {error.expected}".strip()
+    if lost:
+        raise InputError(
+            f"the model cannot be written as a Nastran deck without a loss: {lost}", where=model.source,
+            fix="Change this in the model, or keep the deck as it is.",
+        )  # fmt: skip
+
+
+def _difference(model: Model, copy: Model) -> str:
+    bare = [replace(m, blocks=tuple(_bare(b) for b in m.blocks if not _is_added(b))) for m in (model, copy)]
+    found = difference(bare[0], bare[1], names=False, tolerance=KEPT, by_element=True)
+    if found:
+        return found
+    one, other = (added_matrices(m) for m in (model, copy))
+    if one.keys() != other.keys() or any(abs(one[k] - other[k]).max() > KEPT * abs(one[k]).max() for k in one):
+        return "the matrices on nodes"
+    for name, rows in model.element_sets.items():
+        if name not in copy.element_sets:
+            return f"element set {name!r} is missing"
+        if set(labels(model, rows).tolist()) != set(labels(copy, copy.element_sets[name]).tolist()):
+            return f"element set {name!r}"
+    return ""
+
+
+def _is_added(block: ElementBlock) -> bool:
+    return isinstance(block.section, NodalMatrices) and not is_conm1(block)
+
+
+def _bare(block: ElementBlock) -> ElementBlock:
+    """Without what only contact needs, and without coupling of shells that is rounding."""
+    s = block.section
+    if isinstance(s, BeamSection):
+        return replace(block, section=replace(s, radius=0.0, axis1=(0.0, 0.0, 1.0)))
+    if isinstance(s, GeneralShell):
+        moment = 0.0 if abs(s.first_moment) <= KEPT * s.mass * s.thickness else s.first_moment
+        small = np.abs(s.B).max() <= KEPT * np.abs(s.A).max() * s.thickness
+        return replace(block, section=replace(s, first_moment=moment, B=0.0 * s.B if small else s.B))
+    return block

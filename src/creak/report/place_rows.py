@@ -1,0 +1,80 @@
+"""The ranked list of rattling places as words for the first screen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from creak.model.mesh import Model
+from creak.report.places import Place, near
+from creak.report.scene import Animations
+from creak.report.text import Units, number, plural
+from creak.report.verdict import RUN_WORDS, main_run, span
+from creak.studies.run import StudyResult
+
+MOST_PLACES = 12
+
+
+@dataclass(frozen=True)
+class PlaceRow:
+    """A line of the list."""
+
+    number: int
+    where: str
+    detail: str
+    count: str
+    force: str
+    speed: str
+    motion: int | None
+    """Animation that shows its hardest recorded event."""
+
+
+def place_parts(
+    result: StudyResult, places: tuple[Place, ...], motions: Animations, units: Units
+) -> dict[str, Any]:
+    """What the template needs of the places."""
+    rows = [_row(result, p, motions, units) for p in places[:MOST_PLACES]]
+    cut = f"The {MOST_PLACES} hardest of {len(places)} places." if len(places) > MOST_PLACES else ""
+    return {"places": rows, "places_words": _words(result, places, units), "places_cut": cut}
+
+
+def _words(result: StudyResult, places: tuple[Place, ...], units: Units) -> str:
+    run = main_run(result)
+    if run is None or not result.gaps.m:
+        return "Nowhere: nothing can touch under this load."
+    if not places and run.events:
+        return f"Nowhere {span(result)}; over the whole run there are {plural(len(run.events), 'event')}."
+    if not places:
+        return "Nowhere: no contact event in the run."
+    return (
+        f"{plural(len(places), 'place')} {span(result)} of the {RUN_WORDS[run.name]} run, the hardest hit first. "
+        "Contact nodes that touch side by side, or within "
+        f"{number(near(result.setup.model), 2)} {units.length}, are one place; forces are low-passed peaks."
+    )
+
+
+def _row(result: StudyResult, place: Place, motions: Animations, units: Units) -> PlaceRow:
+    model = result.setup.model
+    part = _part_name(model, place.node_idx)
+    xyz = ", ".join(number(float(x), 3) for x in model.nodes.coords[place.node_idx])
+    detail = f"{plural(int(place.nodes_idx.size), 'node')}; x, y, z = {xyz} {units.length}"
+    return PlaceRow(
+        place.number, f"{place.contact}, node {model.nodes.label(place.node_idx)}{f' of {part}' if part else ''}",
+        detail, number(len(place.events)), number(place.force, 3), number(place.speed, 3),
+        _motion(place, motions),
+    )  # fmt: skip
+
+
+def _motion(place: Place, motions: Animations) -> int | None:
+    """The animation that shows the hardest event of a place that any of them shows."""
+    for event in sorted(place.events, key=lambda e: -e.force_peak_filtered):
+        for k, (start, end) in enumerate(motions.spans):
+            if start <= event.t_start and event.t_end <= end:
+                return k
+    return None
+
+
+def _part_name(model: Model, node_idx: int) -> str:
+    return next((p.name for p in model.parts if np.isin(node_idx, p.nodes_idx).any()), "")

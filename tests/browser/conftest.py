@@ -1,0 +1,72 @@
+"""A report of two strips that rattle, opened in a real browser; without one these tests are skipped."""
+
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "unit" / "report"))
+
+from small_study import plates, study_text
+
+from creak.report.html import write_report
+from creak.studies.run import run_study
+from creak.studies.setup import set_up
+from creak.studies.study_file import read_study
+from creak.studies.summary import summarise
+
+MULTISINE = '{ type = "multisine", f_min = 20, f_max = 100, amplitude = 0.25, period = 0.15, seed = 3 }'
+FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"]
+
+
+def study() -> str:
+    """The two strips, shaken long enough for events far apart."""
+    text = study_text().replace('{ type = "sine", frequency = 50, amplitude = 0.8 }', MULTISINE)
+    return text.replace("end = 0.04", "end = 0.15")
+
+
+@pytest.fixture(scope="session")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """report.html of a run with recorded motion."""
+    folder = tmp_path_factory.mktemp("browser")
+    (folder / "plates.inp").write_text(plates())
+    (folder / "study.toml").write_text(study())
+    result = run_study(set_up(read_study(folder / "study.toml")), lambda *_: None, record=True)
+    write_report(result, summarise(result), folder / "report.html")
+    return folder / "report.html"
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """The machine's own Chromium."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if program is None:
+        pytest.skip("no Chromium on this machine")
+    with playwright.sync_playwright() as p:
+        browser = p.chromium.launch(executable_path=program, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def opened(report: Path, chromium: Any) -> Iterator[Callable[..., Any]]:
+    """Opens the report at a width and colour scheme; the page lists what went wrong in `problems`."""
+    pages = []
+
+    def open_at(width: int = 1300, scheme: str = "light") -> Any:
+        page = chromium.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
+        pages.append(page)
+        page.problems = []
+        page.on("console", lambda m: page.problems.append(m.text) if m.type in ("error", "warning") else None)
+        page.on("pageerror", lambda e: page.problems.append(str(e)))
+        page.on("request", lambda r: page.problems.append(r.url) if r.url.startswith("http") else None)
+        page.goto(report.as_uri())
+        return page
+
+    yield open_at
+    for page in pages:
+        page.close()

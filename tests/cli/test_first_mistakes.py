@@ -1,0 +1,118 @@
+"""Mistakes of a first study: each leads to a warning in the command, or to status 2."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+from helpers_cli import caller
+from helpers_decks import STUDY, two_strips, write_strips
+from helpers_dynamic_decks import STEP, stop_deck
+
+SHORT = STUDY.replace("periods = 2", "end = 0.02").replace("[reduction]\n", '[reduction]\nmethod = "none"\n')
+SI = two_strips().replace("210000., 0.3", "2.1e11, 0.3").replace("7.85e-9", "7850.")
+
+
+@pytest.fixture
+def creak(monkeypatch, capsys):
+    return caller(monkeypatch, capsys)
+
+
+def run(creak, folder, deck=None, study=SHORT, *more):
+    """What the command says, and the warnings in its summary."""
+    said = creak("run", write_strips(folder, deck, study), "--out", folder / "out", *more)
+    assert said.status == 0, said.err
+    return said, json.loads((folder / "out" / "summary.json").read_text())["warnings"]
+
+
+def test_a_sound_study_warns_of_no_unit_and_no_support(creak, tmp_path):
+    said, warnings = run(creak, tmp_path)
+    assert not any(word in text for text in warnings for word in ("mm-t-s", "margin", "holds", "start closed"))
+    assert [line for line in said.err.splitlines() if line.startswith("warning: ")] == [f"warning: {w}" for w in warnings]
+
+
+def test_metres_taken_for_millimetres(creak, tmp_path):
+    said, warnings = run(creak, tmp_path, SI)
+    assert "warning: material STEEL (E = 2.1e+11, density = 7850) is in m-kg-s, not in mm-t-s" in said.err
+    assert any("is in m-kg-s" in w for w in warnings)
+    assert "is in m-kg-s" in creak("info", tmp_path / "strips.inp", "--units", "mm-t-s").err
+    assert "is in m-kg-s" not in creak("info", tmp_path / "strips.inp", "--units", "m-kg-s").err
+
+
+def test_quiet_keeps_warnings(creak, tmp_path):
+    said, _ = run(creak, tmp_path, SI, SHORT, "--quiet")
+    assert said.out == ""
+    assert "is in m-kg-s" in said.err
+
+
+def test_masses_in_kg(creak, tmp_path):
+    mass = "*ELEMENT, TYPE=MASS, ELSET=M\n9001, 13\n*MASS, ELSET=M\n5.0,\n*BOUNDARY\n"
+    _, warnings = run(creak, tmp_path, two_strips().replace("*BOUNDARY\n", mass))
+    assert any("a mass of 5 t, 5 of it point masses" in w for w in warnings)
+
+
+def test_nothing_comes_near(creak, tmp_path):
+    """The root moves by 12 sines of 0.05 mm; 5 mm stay open."""
+    said, warnings = run(creak, tmp_path, two_strips(gap=5.0))
+    text = next(w for w in warnings if "no contact comes within the pre-check's margin of 0.5" in w)
+    assert "which starts 5 open" in text
+    assert "closest approach is" in text
+    assert text in said.err
+
+
+def test_nothing_touches_without_a_precheck(creak, tmp_path):
+    study = SHORT + "\n[precheck]\nenabled = false\n"
+    _, warnings = run(creak, tmp_path, two_strips(gap=5.0), study)
+    text = next(w for w in warnings if "nothing touched in the run" in w)
+    assert 4.0 < float(re.search(r"approach was ([\d.]+)", text)[1]) < 5.0
+
+
+def test_parts_that_overlap_at_the_start(creak, tmp_path):
+    _, warnings = run(creak, tmp_path, two_strips(gap=-0.2))
+    assert any("39 channel(s) start closed, by up to 0.2 at node" in w for w in warnings)
+
+
+def test_parts_deep_inside_each_other_are_refused(creak, tmp_path):
+    """A strip of 1 mm whose middle is 0.75 mm below the other's: the sides that should face look apart."""
+    said = creak("run", write_strips(tmp_path, two_strips(gap=-2.0), SHORT), "--out", tmp_path / "out")
+    assert said.status == 2
+    assert "surfaces 'UNDER' and 'OVER' never face each other" in said.err
+
+
+def test_margin_as_large_as_the_model(creak, tmp_path):
+    """As the default of 0.5 is in metres."""
+    study = SHORT.replace("[time]", "[precheck]\nmargin = 50\n[time]")
+    _, warnings = run(creak, tmp_path, None, study)
+    assert any("margin = 50 mm is 41 % of the model's size" in w and "margin = 0.5 is 0.5 mm" in w for w in warnings)
+
+
+def test_part_that_nothing_holds_is_named_with_its_motions(creak, tmp_path):
+    deck = two_strips().replace("ROOT_LOWER, 1, 6\n", "ROOT_LOWER, 1, 3\n")
+    said = creak("run", write_strips(tmp_path, deck, SHORT))
+    assert said.status == 2
+    assert "nothing holds part(s) LOWER (about y)" in said.err
+    info = creak("info", tmp_path / "strips.inp")
+    assert info.status == 0
+    assert "warning: the deck's supports leave rigid-body motion of UPPER (along z), LOWER (about y)" in info.err
+    told = json.loads(creak("info", tmp_path / "strips.inp", "--json").out)
+    assert told["free_parts"] == {"UPPER": ["along z"], "LOWER": ["about y"]}
+
+
+def test_typo_in_a_set_name(creak, tmp_path):
+    said = creak("run", write_strips(tmp_path, study=SHORT.replace("ROOT_UPPER", "ROOT_UPER")))
+    assert said.status == 2
+    assert "Did you mean 'ROOT_UPPER'" in said.err
+
+
+def test_a_deck_by_itself_gets_the_same_warnings(creak, tmp_path):
+    """Units, and a part that nothing holds."""
+    deck = tmp_path / "stop.inp"
+    deck.write_text(stop_deck(step=STEP.replace("1.E-5", "1.E-4")).replace("WALL_NODES, ENCASTRE", "WALL_NODES, 1, 2"))
+    said = creak("run", deck, "--quiet", "--out", tmp_path / "out")
+    assert "is in m-kg-s, not in mm-t-s" in said.err
+    assert "--units m-kg-s" in said.err
+    deck.write_text(stop_deck(step=STEP.replace("1.E-5", "1.E-4")))
+    said = creak("run", deck, "--quiet", "--out", tmp_path / "out", "--units", "m-kg-s")
+    assert (said.status, "m-kg-s" in said.err) == (0, False)

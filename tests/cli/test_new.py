@@ -1,0 +1,202 @@
+"""`creak new`: the study that it writes runs as it is, or says what is to be filled in."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+
+import pytest
+
+from creak.door import write_door
+from creak.studies.propose import propose
+from creak.studies.setup import read_model, set_up
+from creak.studies.study_file import read_study
+from helpers_cli import caller
+from helpers_decks import two_strips
+from helpers_nastran_strips import strips
+
+
+@pytest.fixture
+def creak(monkeypatch, capsys):
+    return caller(monkeypatch, capsys)
+
+
+def new(creak, folder, deck, *more, name="strips.inp"):
+    """What is told for machines, and the study as tables."""
+    (folder / name).write_text(deck)
+    said = creak("new", folder / name, "--json", *more)
+    assert said.status == 0, said.err
+    told = json.loads(said.out)
+    return told, tomllib.loads((folder / "strips.toml").read_text())
+
+
+def test_two_strips(creak, tmp_path):
+    """Everything is in the deck: surfaces 0.5 mm apart, a root held but in z, pairs of nodes in turn."""
+    told, study = new(creak, tmp_path, two_strips())
+    assert told["ready"] is True
+    assert told["units"] == study["model"]["units"] == "mm-t-s"
+    (contact,) = told["contacts"]
+    assert (contact["secondary"], contact["main"], contact["channels"]) == ("UNDER", "OVER", 39)
+    assert contact["gap"] == pytest.approx(0.5, abs=1e-9)
+    assert contact["start"] == pytest.approx(0.5, abs=1e-9)
+    assert study["contact"]["upper-lower"]["secondary"] == "UNDER"
+    assert told["excitation"]["node_set"] == study["excitation"]["road"]["node_set"] == "ROOT_UPPER"
+    assert (study["excitation"]["road"]["dof"], study["excitation"]["road"]["kind"]) == ("z", "displacement")
+    assert study["verification"]["pairs"] == "PAIRS"
+    assert study["reduction"]["f_max"] == 15 * study["excitation"]["road"]["signal"]["f_max"]
+    setup = set_up(read_study(tmp_path / "strips.toml"))
+    assert setup.contacts.m == 39
+
+
+def test_comments_explain_it_and_the_schema_lies_beside_it(creak, tmp_path):
+    new(creak, tmp_path, two_strips())
+    text = (tmp_path / "strips.toml").read_text()
+    assert text.startswith("#:schema ./creak-study.schema.json\n")
+    for words in ("# UNDER and OVER: 0.5 mm apart at node", "# 39 gap channels, open by 0.5 mm or more",
+                  "nearer than 1.22 mm", "ROOT_LOWER: x y z rx ry rz", "leaves z free", "# Hz"):  # fmt: skip
+        assert words in text
+    jsonschema = pytest.importorskip("jsonschema", reason="pip install jsonschema")
+    schema = json.loads((tmp_path / "creak-study.schema.json").read_text())
+    jsonschema.validate(tomllib.loads(text), schema)
+
+
+def test_the_study_runs_as_it_is(creak, tmp_path):
+    new(creak, tmp_path, two_strips())
+    path = tmp_path / "strips.toml"
+    text = path.read_text()
+    assert "periods = 5" in text
+    path.write_text(text.replace("periods = 5", "end = 0.03").replace("run = true", "run = false"))
+    assert creak("run", path, "--quiet", "--out", tmp_path / "out").status == 0
+
+
+def test_distance_decides_what_is_near(creak, tmp_path):
+    told, study = new(creak, tmp_path, two_strips(gap=4.0))
+    assert told["contacts"] == []
+    assert "contact" not in study
+    text = (tmp_path / "strips.toml").read_text()
+    assert "The nearest nodes are those of UPPER and LOWER: 5.25 mm" in text  # 4 mm and half of both thicknesses
+    told, study = new(creak, tmp_path, two_strips(gap=4.0), "--distance", 5, "--overwrite")
+    assert [c["channels"] for c in told["contacts"]] == [39]
+    assert told["contacts"][0]["gap"] == pytest.approx(4.0, abs=1e-9)
+
+
+def test_parts_that_overlap_are_told(creak, tmp_path):
+    told, _ = new(creak, tmp_path, two_strips(gap=-0.2))
+    assert told["contacts"][0]["gap"] == pytest.approx(-0.2, abs=1e-9)
+    assert "0.2 mm inside each other" in (tmp_path / "strips.toml").read_text()
+    assert any("start closed" in w for w in told["warnings"])
+
+
+def test_without_surfaces_the_element_sets_are_named(creak, tmp_path):
+    deck = two_strips().replace("*SURFACE, NAME=UNDER\nUPPER, SNEG\n*SURFACE, NAME=OVER\nLOWER, SPOS\n", "")
+    told, _ = new(creak, tmp_path, deck)
+    assert (told["contacts"][0]["secondary"], told["contacts"][0]["main"]) == ("UPPER", "LOWER")
+    assert told["ready"]
+
+
+def test_the_set_that_fits_best_is_named(creak, tmp_path):
+    """The rooted half of the upper strip stands high above the lower one: the set of the other half fits better."""
+    deck = two_strips().replace("*SURFACE, NAME=UNDER\nUPPER, SNEG\n*SURFACE, NAME=OVER\nLOWER, SPOS\n", "")
+    far = deck.replace("*NSET, NSET=PAIRS", "*ELSET, ELSET=NEAR\n7, 8, 9, 10, 11, 12, 19, 20, 21, 22, 23, 24\n*NSET, NSET=PAIRS")
+    lines = far.splitlines()
+    for i, line in enumerate(lines):
+        cells = line.split(", ")
+        if len(cells) == 4 and cells[3] == "1.750000" and float(cells[1]) < 60.0:
+            lines[i] = ", ".join([*cells[:3], "21.75"])
+    told, _ = new(creak, tmp_path, "\n".join(lines) + "\n")
+    assert [{c["secondary"], c["main"]} for c in told["contacts"]] == [{"NEAR", "LOWER"}]
+
+
+def test_a_part_that_floats_is_to_be_held(creak, tmp_path):
+    told, _ = new(creak, tmp_path, two_strips().replace("ROOT_LOWER, 1, 6\n", ""))
+    assert told["ready"] is False
+    assert "nothing holds part(s) LOWER" in told["to_fill_in"]
+    assert "# To be filled in before it runs: " in (tmp_path / "strips.toml").read_text()
+    said = creak("new", tmp_path / "strips.inp", "--overwrite")
+    assert "to be filled in before it runs: " in said.out
+
+
+def test_a_deck_without_supports(creak, tmp_path):
+    deck = two_strips().partition("*BOUNDARY")[0]
+    told, _ = new(creak, tmp_path, deck)
+    assert not told["ready"]
+    assert "the deck holds nothing" in (tmp_path / "strips.toml").read_text()
+
+
+def test_all_held_gets_a_force(creak, tmp_path):
+    told, study = new(creak, tmp_path, two_strips() + "ROOT_UPPER, 3\n")
+    assert told["ready"]
+    assert study["excitation"]["road"]["kind"] == "force"
+    assert study["excitation"]["road"]["node_set"] in ("TIP_UPPER", "TIP_LOWER")
+
+
+def test_a_deck_without_node_sets_leaves_the_excitation_open(creak, tmp_path):
+    deck = re.sub(r"\*NSET[^\n]*\n[^*]*", "", two_strips() + "ROOT_UPPER, 3\n")
+    deck = deck.replace("ROOT_LOWER", "1001").replace("ROOT_UPPER", "1")
+    told, study = new(creak, tmp_path, deck)
+    assert told["excitation"] is None
+    assert "excitation" not in study
+    assert "to be filled in" in (tmp_path / "strips.toml").read_text()
+    assert told["ready"], told["to_fill_in"]
+
+
+def test_units_are_guessed(creak, tmp_path):
+    told, _ = new(creak, tmp_path, two_strips().replace("210000., 0.3", "210., 0.3").replace("7.85e-9", "7.85e-6"))
+    assert "mm-kg-ms" in told["units_guess"]
+    assert "convert" in told["units_guess"]
+    told, _ = new(creak, tmp_path, two_strips(), "--units", "m-kg-s", "--overwrite")
+    assert told["units"] == "m-kg-s"
+    assert any("is in mm-t-s, not in m-kg-s" in w for w in told["warnings"])
+
+
+def test_what_was_not_read_is_told(creak, tmp_path):
+    deck = two_strips() + "*EMBEDDED ELEMENT\nUPPER\n"
+    told, _ = new(creak, tmp_path, deck)
+    assert "--ignore" in told["to_fill_in"]
+    assert "*EMBEDDED ELEMENT (" in (tmp_path / "strips.toml").read_text()
+    assert new(creak, tmp_path, deck, "--overwrite", "--ignore", "EMBEDDED ELEMENT")[0]["ready"]
+
+
+def test_a_nastran_deck(creak, tmp_path):
+    told, study = new(creak, tmp_path, strips(), name="strips.bdf")
+    assert study["model"]["deck"] == "strips.bdf"
+    (contact,) = told["contacts"]
+    assert contact["channels"] == 39
+
+
+def test_an_existing_study_is_kept(creak, tmp_path):
+    (tmp_path / "strips.inp").write_text(two_strips())
+    (tmp_path / "strips.toml").write_text("mine")
+    said = creak("new", tmp_path / "strips.inp")
+    assert said.status == 2
+    assert "--overwrite" in said.err
+    assert (tmp_path / "strips.toml").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [(["--out", "study.txt"], ".toml"), (["--distance", "0"], "greater than zero"), (["--distance", "nan"], "greater")],
+)
+def test_wrong_options(creak, tmp_path, options, words):
+    (tmp_path / "strips.inp").write_text(two_strips())
+    said = creak("new", tmp_path / "strips.inp", *options)
+    assert said.status == 2
+    assert words in said.err
+
+
+def test_the_deck_is_named_from_where_the_study_lies(creak, tmp_path):
+    (tmp_path / "strips.inp").write_text(two_strips())
+    path = tmp_path / "mine" / "first.toml"
+    assert creak("new", tmp_path / "strips.inp", "--out", path, "--quiet").status == 0
+    assert tomllib.loads(path.read_text())["model"]["deck"] == "../strips.inp"
+    assert read_study(path).sibling("../strips.inp") == tmp_path / "strips.inp"
+
+
+def test_the_door_is_found_out(tmp_path):
+    """Panel edge against flange, by the names that the door's own study uses."""
+    write_door(40.0, tmp_path)
+    found = propose(read_model(tmp_path / "door.inp"), 6.0, None, lambda *_: None)
+    assert [{c.secondary, c.main} for c in found.contacts] == [{"PANEL_EDGE", "FRAME_FLANGE"}]
+    assert (found.pairs, found.units.name, found.n_held) == ("PAIRS", "mm-t-s", 7)
+    assert (found.drive.node_set, found.drive.dof, found.drive.kind) == ("C", "z", "displacement")

@@ -1,0 +1,107 @@
+"""Every example against closed forms or its reference, its picture included; as users run them."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+FOLDER = Path(__file__).parents[2] / "examples"
+NAMES = sorted(p.stem for p in FOLDER.glob("*.py"))
+
+
+def example(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"example_{name}", FOLDER / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def figures(name: str, folder: Path, **options: float) -> dict[str, float]:
+    """What `main` returns; the picture must be there and hold more than empty axes."""
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    picture = folder / f"{name}.png"
+    found = example(name).main(str(picture), **options)
+    pyplot.close("all")
+    assert picture.stat().st_size > 20_000
+    return found
+
+
+@pytest.fixture(autouse=True)
+def no_window(monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+
+
+def test_there_is_a_test_for_every_example():
+    own = {name.removeprefix("test_example_") for name in globals() if name.startswith("test_example_")}
+    assert own == set(NAMES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_examples_use_the_public_interface_alone(name):
+    text = (FOLDER / f"{name}.py").read_text(encoding="utf-8")
+    assert "from creak" not in text
+    assert "import creak." not in text
+    assert text.startswith('"""# ')  # a heading in Markdown: the page of the gallery
+
+
+def test_example_plate_modes(tmp_path):
+    found = figures("plate_modes", tmp_path)
+    # Linear shells: (k h)^2 / 24 with k of some 5 / a at the sixth mode, h = a / 24: .2 %; half as much again allowed.
+    assert found["frequency_error"] < 0.003
+    assert abs(found["mass_error"]) < 1e-12
+    assert found["rigid"] == 0
+
+
+def test_example_craig_bampton_beam(tmp_path):
+    found = figures("craig_bampton_beam", tmp_path)
+    assert found["table_deviation"] < 1e-3  # half a digit of the last of three printed ones
+    # Upper bounds; dense modes of a matrix with a condition of 1e9 are good to eps x 1e9 = 2e-7, or 2e-5 %.
+    assert found["lowest_error_percent"] > -2e-5
+    assert abs(found["first_frequency_error"]) < 2e-7  # the same round-off; cubic elements themselves 2e-10
+
+
+def test_example_bar_on_wall(tmp_path):
+    found = figures("bar_on_wall", tmp_path)
+    assert found["events"] == 2
+    # Smeared fronts: first contacts to a step, the second after a flight with a foot that rings, 5 % of a contact.
+    assert found["time_error_s"] < 0.05 * 2.0 / 3.0
+    assert found["impulse_error"] < 0.01
+    assert found["height_error"] < 0.03 * 5.0
+    assert found["energy_created"] < 1e-9
+
+
+def test_example_stick_slip_belt(tmp_path):
+    found = figures("stick_slip_belt", tmp_path)
+    # Stick and slip begin and end in a step of 5 us each, which HHT needs two of to settle: 1e-5 of .08 s.
+    assert found["rate_hz"] == pytest.approx(12.3932817, rel=1.3e-4)
+    assert found["stick_s"] == pytest.approx(0.04, abs=1e-5)
+    assert found["slip_s"] == pytest.approx(0.04068888, abs=1e-5)
+    assert found["first_slip_s"] == pytest.approx(0.05, abs=1e-5)
+    assert found["energy_created"] < 1e-9
+
+
+def test_example_two_strips(tmp_path):
+    found = figures("two_strips", tmp_path)
+    assert found["unknowns"] < found["unknowns_reference"] / 8
+    assert found["events"] > 20
+    assert found["matched"] >= 10
+    assert found["missed"] == found["extra"] == 0
+    # f_max is 60 times the excitation; what is left are impacts that amplify it: a per cent.
+    assert found["impulse_ratio"] == pytest.approx(1.0, abs=0.01)
+    assert found["energy_created"] < 1e-6
+
+
+def test_example_door(tmp_path):
+    found = figures("door", tmp_path, mesh_size=40.0, periods=1)
+    assert found["dof_reduced"] < found["dof"] / 10
+    assert found["events"] > 0
+    assert found["missed"] == found["extra"] == 0
+    # f_max is 15 times the excitation: force to .1 % and fit .9999 on a rough door of the like, less on a coarse mesh.
+    assert found["impulse_ratio"] == pytest.approx(1.0, abs=0.03)
+    assert found["lowest_mac"] > 0.999
+    assert found["nrmse"] > 0.99

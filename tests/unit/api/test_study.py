@@ -1,0 +1,148 @@
+"""Studies from Python: the same run as the command, and what happens without the packages of the report."""
+
+from __future__ import annotations
+
+import json
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import creak
+from creak.cli.main import main
+from helpers_decks import STUDY, two_strips, write_strips
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory) -> creak.Result:
+    return creak.run(str(write_strips(tmp_path_factory.mktemp("strips"))))
+
+
+def test_a_result_holds_what_the_summary_says(result):
+    runs = result.summary["runs"]
+    assert set(result.runs) == {"reduced", "reference"}
+    assert result.main is result.runs["reduced"]
+    assert len(result.events) == len(runs["reduced"]["events"]) > 0
+    assert result.events[0].impulse == pytest.approx(runs["reduced"]["events"][0]["impulse"])
+    assert result.history.time.size == runs["reduced"]["steps"] + 1
+    assert len(result.agreement.pairs) == result.summary["verification"]["events"]["matched"]
+    assert result.stopped is None
+
+
+def test_the_command_finds_the_same(result, tmp_path, monkeypatch):
+    monkeypatch.setattr("sys.argv", ["creak", "run", str(write_strips(tmp_path)), "--quiet", "--out", str(tmp_path / "o")])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 0
+    summary = json.loads((tmp_path / "o" / "summary.json").read_text())
+    assert summary["runs"]["reduced"]["events"] == result.summary["runs"]["reduced"]["events"]
+
+
+def test_save_and_report_write_files(result, tmp_path):
+    written = result.save(tmp_path / "a" / "b")
+    assert sorted(p.name for p in written) == ["results.h5", "summary.json"]
+    assert all(p.exists() for p in written)
+    page = result.report(tmp_path / "c" / "report.html", animation_mb=0.0)
+    assert "<html" in page.read_text(encoding="utf-8")[:200]
+
+
+def without_plotly(monkeypatch):
+    for name in ("plotly", "plotly.offline"):
+        monkeypatch.setitem(sys.modules, name, None)
+
+
+def test_without_the_extra_the_report_says_how_to_get_it(result, tmp_path, monkeypatch):
+    without_plotly(monkeypatch)
+    with pytest.raises(creak.InputError, match=r"plotly.* pip install 'creak\[report\]'"):
+        result.report(tmp_path / "report.html")
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_without_the_extra_the_command_writes_all_but_the_report(tmp_path, monkeypatch, capsys):
+    without_plotly(monkeypatch)
+    study = write_strips(tmp_path, study=STUDY.replace("periods = 2", "end = 0.02\n[reference]\nrun = false"))
+    monkeypatch.setattr("sys.argv", ["creak", "run", str(study), "--out", str(tmp_path / "o")])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 0
+    assert sorted(p.name for p in (tmp_path / "o").iterdir()) == ["results.h5", "summary.json"]
+    shown = capsys.readouterr()
+    lines = [x for x in (shown.out + shown.err).splitlines() if "creak[report]" in x]
+    assert len(lines) == 1
+    assert "plotly" in lines[0]
+
+
+@pytest.mark.parametrize("command", [["sweep", "sweep.toml"], ["thesis", "--out", "thesis"]])
+def test_without_the_extra_long_work_is_not_begun(command, tmp_path, monkeypatch, capsys):
+    pytest.importorskip("distributed")
+    without_plotly(monkeypatch)
+    write_strips(tmp_path)
+    (tmp_path / "sweep.toml").write_text('base = "study.toml"\n[grid]\n"reduction.f_max" = [2000, 3000]\n')
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["creak", *command])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 2
+    assert "pip install 'creak[report]'" in capsys.readouterr().err
+    assert not (tmp_path / "sweep_sweep").exists()
+    assert not (tmp_path / "thesis").exists()
+
+
+def test_a_study_from_tables_is_that_of_the_file(result, tmp_path):
+    path = write_strips(tmp_path)
+    tables = {
+        "title": "Two strips", "model": {"deck": "strips.inp"},
+        "contact": {"tip": {"secondary": "UNDER", "main": "OVER", "method": "surface-to-surface"}},
+        "excitation": {"root": {
+            "node_set": "ROOT_UPPER", "dof": "z", "kind": "displacement",
+            "signal": {"type": "multisine", "f_min": 5, "f_max": 60, "amplitude": np.float64(0.05), "period": 0.2,
+                       "seed": np.int64(3)},
+        }},
+        "reduction": {"f_max": 3000}, "time": {"step": 5e-4, "periods": 2},
+        "verification": {"pairs": "PAIRS", "mac_f_max": 500},
+    }  # fmt: skip
+    assert creak.make_study(tables, tmp_path).config == creak.read_study(path).config
+
+
+def test_a_changed_study_leaves_the_file_alone(tmp_path):
+    path = write_strips(tmp_path)
+    study = creak.read_study(path)
+    other = creak.change_study(study, {"reduction.f_max": 700, "contact.tip.friction": 0.2})
+    assert (other.config.reduction.f_max, other.config.contact["tip"].friction) == (700.0, 0.2)
+    assert creak.read_study(path).config == study.config
+    assert other.sibling("strips.inp") == study.sibling("strips.inp")
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda s, d: creak.change_study(s, {"reduction.f_maks": 7}), "unknown key 'reduction.f_maks'"),
+        (lambda s, d: creak.change_study(s, {"contact.tipp.friction": 0.2}), "no .contact.tipp"),
+        (lambda s, d: creak.make_study({"model": {"deck": object()}}), "make_study: object has no place"),
+        (lambda s, d: creak.make_study({}), "model"),
+        (lambda s, d: creak.run(d / "model.bdf"), "model.bdf"),
+        (lambda s, d: creak.read_study(d / "none.toml"), "no such study file"),
+        (lambda s, d: creak.read_deck(d / "none.inp"), "none.inp"),
+    ],
+)
+def test_wrong_studies_get_one_clear_message(tmp_path, call, text):
+    study = creak.read_study(write_strips(tmp_path))
+    with pytest.raises(creak.InputError, match=text):
+        call(study, tmp_path)
+
+
+def test_a_study_that_stops_early_warns(monkeypatch):
+    monkeypatch.setattr("creak.api.study.set_up", lambda *_: None)
+    monkeypatch.setattr("creak.api.study.run_setup", lambda *_, **__: SimpleNamespace(stopped="reduced run: diverged"))
+    with pytest.warns(RuntimeWarning, match="ended early: reduced run: diverged"):
+        creak.run("x.toml")
+
+
+def test_decks_by_path_as_text(tmp_path):
+    (tmp_path / "strips.inp").write_text(two_strips())
+    model = creak.read_deck(f"{tmp_path}/strips.inp")
+    assert model.nodes.count == 78
+    modes = creak.deck_modes(f"{tmp_path}/strips.inp", count=3)
+    assert len(modes.frequencies) == 3
+    assert [p.name for p in creak.write_door(tmp_path / "door", 40.0)] == ["door.inp", "door.toml"]

@@ -1,0 +1,85 @@
+"""Rattling places: which channels belong together, and what is told of them."""
+
+import csv
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from creak.report.event_csv import event_csv
+from creak.report.places import find_places, place_of
+from creak.report.text import UNITS
+from creak.studies.run import events_in
+
+
+@pytest.fixture(scope="module")
+def result(result_of):
+    return result_of("both runs")
+
+
+def struck(result, nodes, *, force=2.0):
+    """The reduced run with one pulse of five samples at each of these nodes, inside the window."""
+    run = result.runs["reduced"]
+    h = run.history
+    pulse, gap = np.zeros_like(h.force), np.abs(h.gap) + 0.1
+    rows = np.flatnonzero(h.time >= result.window[0])[5:10]
+    for k, node in enumerate(nodes):
+        j = int(np.flatnonzero(result.gaps.nodes_idx == node)[0])
+        pulse[rows, j] = force + k
+        gap[rows, j] = -0.01
+    return replace(run, history=replace(h, force=pulse, gap=gap))
+
+
+def node(result, label):
+    return int(np.flatnonzero(result.setup.model.nodes.ids == label)[0])
+
+
+def test_nodes_of_one_element_are_one_place_and_others_are_not(result):
+    # The upper strip has nodes 101 to 105 in its first row, 20 mm apart.
+    near, far = [node(result, k) for k in (101, 102)], [node(result, k) for k in (104, 105)]
+    places = find_places(result, struck(result, near + far))
+    assert [set(p.nodes_idx.tolist()) for p in places] == [set(far), set(near)]
+    assert [p.number for p in places] == [1, 2]
+    assert places[0].node_idx == far[1]
+    assert [len(p.events) for p in places] == [1, 1]
+    # 2, 3, 4, 5 N: the raw peak of the hardest channel of each place.
+    assert [max(e.force_peak for e in p.events) for p in places] == [5.0, 3.0]
+
+
+def test_a_chain_of_neighbours_is_one_place(result):
+    places = find_places(result, struck(result, [node(result, k) for k in (101, 102, 103, 104, 105)]))
+    assert len(places) == 1
+    assert places[0].nodes_idx.size == 5
+
+
+def test_places_share_all_events_of_a_contact_among_them(result):
+    run = result.runs["reduced"]
+    places = find_places(result, run)
+    total = sum(e.impulse for p in places for e in p.events)
+    h = run.history
+    inside = (h.time >= result.window[0]) & (h.time <= result.window[1])
+    whole = float(h.weights[inside] @ h.force[inside].sum(axis=1))
+    # An event that lasts beyond an end of the window counts as a whole or not at all.
+    assert total == pytest.approx(whole, rel=0.2)
+    assert places[0].force == max(p.force for p in places)
+    for event in events_in(run.events, result.window):
+        assert place_of(places, event) is not None
+
+
+def test_nothing_touched_is_no_place(result):
+    run = result.runs["reduced"]
+    still = replace(run, history=replace(run.history, force=np.zeros_like(run.history.force)))
+    assert find_places(result, still) == ()
+
+
+def test_csv_numbers_matched_events_alike(result):
+    places = find_places(result, result.runs["reduced"])
+    rows = list(csv.DictReader(event_csv(result, places, UNITS["mm-t-s"]).splitlines()))
+    for name in ("reduced", "reference"):
+        assert len([r for r in rows if r["run"] == name]) == len(events_in(result.runs[name].events, result.window))
+    matched = [r["match"] for r in rows if r["match"]]
+    assert sorted(matched) == sorted(2 * [f"{k + 1}" for k in range(len(result.events.pairs))])
+    first = events_in(result.runs["reduced"].events, result.window)[0]
+    row = next(r for r in rows if r["run"] == "reduced")
+    assert float(row["impulse_N_s"]) == pytest.approx(first.impulse, rel=1e-8)
+    assert float(row["closing_speed_mm_per_s"]) == pytest.approx(first.closing_speed, rel=1e-8)

@@ -1,0 +1,181 @@
+"""The transient analysis of a Nastran deck, SOL 109 and 112, against closed solutions of one mass on one spring.
+
+m = 100, k = 1e4, w = 10. HHT with alpha = 0 has a period that is longer by (w h)^2 / 12 of itself.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from creak.cli.main import main
+from creak.errors import InputError
+from creak.formats.nastran.reader import read_nastran, read_nastran_run
+from creak.studies.deck_study import set_up_deck
+from creak.studies.run import run_study
+
+W, K, H = 10.0, 1.0e4, 1.0e-3
+PERIOD_ERROR = (W * H) ** 2 / 12.0
+MASS = "GRID,1,,,,,,12456\nGRID,2,,,,-1.,,123456\nCONM2,1,1,,100.\n"
+SPRING = "CELAS2,2,1.+4,1,3,2,3\n"
+BULK = MASS + SPRING + "TSTEP,5,500,1.-3\n"
+
+
+def deck(tmp_path, bulk: str, case: str, solution: str = "109"):
+    path = tmp_path / "deck.bdf"
+    head = f"SOL {solution}\nCEND\nTSTEP = 5\nDISPLACEMENT = 1\nSET 1 = 1\n"
+    path.write_text(f"{head}{case}BEGIN BULK\n{bulk}ENDDATA\n", encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def motion(tmp_path):
+    """Time and displacement of grid 1 along z."""
+
+    def run(bulk: str, case: str = "DLOAD = 7\n", solution: str = "109"):
+        result = run_study(set_up_deck(deck(tmp_path, bulk, case, solution), units="m-kg-s"), lambda *_: None)
+        history = result.runs["reference"].history
+        return history.time, history.displacement[:, 2]
+
+    return run
+
+
+def constant(card: str = "DAREA,6,1,3,50.\n", kind: str = "") -> str:
+    return f"TLOAD1,7,6,,{kind},8\nTABLED1,8\n,0.,1.,1.,1.,ENDT\n{card}"
+
+
+@pytest.mark.parametrize("solution", ["109", "112"])
+def test_a_force_that_stays(motion, solution):
+    """u = F/k (1 - cos w t)."""
+    t, u = motion(BULK + constant(), solution=solution)
+    assert t.size == 501
+    np.testing.assert_allclose(u, 50.0 / K * (1.0 - np.cos(W * t)), atol=50.0 / K * (W * t[-1] + 1.0) * PERIOD_ERROR)
+
+
+FORCES = {
+    "FORCE": "FORCE,6,1,,25.,0.,0.,2.\n",
+    "in a turned system": "CORD2R,9,,0.,0.,0.,1.,0.,0.\n,0.,0.,1.\nFORCE,6,1,9,25.,2.\n",
+    "LOAD": "LOAD,6,2.,.5,61,.5,62\nFORCE,61,1,,25.,0.,0.,1.\nFORCE,62,1,,25.,0.,0.,1.\n",
+    "two": "FORCE,6,1,,30.,0.,0.,1.\nDAREA,6,1,3,20.\n",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FORCES)
+def test_ways_to_say_a_force(tmp_path, name):
+    _, run = read_nastran_run(deck(tmp_path, BULK + constant(FORCES[name]), "DLOAD = 7\n"))
+    (load,) = [p for p in run.step.loads if abs(p.value) > 1e-12]
+    assert (load.nodes_idx.tolist(), load.dof, load.value) == ([0], 3, pytest.approx(50.0))
+
+
+def test_a_displacement_frame_of_a_load(tmp_path):
+    """Component 1 of a grid that moves along z."""
+    bulk = BULK.replace("GRID,1,,,,,,12456", "CORD2R,9,,0.,0.,0.,1.,0.,0.\n,0.,0.,1.\nGRID,1,,,,,9")
+    _, run = read_nastran_run(deck(tmp_path, bulk + constant("DAREA,6,1,1,50.\n"), "DLOAD = 7\n"))
+    assert [(p.dof, p.value) for p in run.step.loads if abs(p.value) > 1e-12] == [(3, pytest.approx(50.0))]
+
+
+def test_loads_together(motion):
+    """DLOAD: 2 (1.5 F1 + .5 F2), the second delayed beyond the run by its table."""
+    late = "TLOAD1,17,6,10.,,18\nTABLED1,18\n,0.,0.,1.,0.,ENDT\n"
+    t, u = motion(BULK + constant() + late + "DLOAD,70,2.,1.5,7,.5,17\n", "DLOAD = 70\n")
+    np.testing.assert_allclose(u, 150.0 / K * (1.0 - np.cos(W * t)), atol=150.0 / K * 6.0 * PERIOD_ERROR)
+
+
+def test_a_table_goes_on_beyond_its_ends(motion):
+    """F = a t from two points within the run: u = a/k (t - sin(w t)/w)."""
+    t, u = motion(BULK + "TLOAD1,7,6,,,8\nTABLED1,8\n,.2,20.,.3,30.,ENDT\nDAREA,6,1,3,1.\n")
+    wanted = 100.0 / K * (t - np.sin(W * t) / W)
+    np.testing.assert_allclose(u, wanted, atol=100.0 / K / W * 6.0 * PERIOD_ERROR)
+
+
+def test_an_analytic_load(motion):
+    """F cos(2 pi f t - 90) over the run: u = F/m (sin(v t) - v/w sin(w t)) / (w^2 - v^2), v = 2 pi f."""
+    t, u = motion(BULK + "TLOAD2,7,6,,,0.,9.,3.,-90.\nDAREA,6,1,3,50.\n")
+    v = 2.0 * math.pi * 3.0
+    wanted = 0.5 * (np.sin(v * t) - v / W * np.sin(W * t)) / (W**2 - v**2)
+    np.testing.assert_allclose(u, wanted, atol=2.0 * np.abs(wanted).max() * 6.0 * (v * H) ** 2 / 12.0)
+
+
+def test_an_analytic_load_that_ends(motion):
+    """A constant from 0 to .1 s; then free: u = F/k (cos w(t - .1) - cos w t). The step at .1 s lies within an increment,
+    whose mean moves it by half a step: w h / 2 of the force."""
+    t, u = motion(BULK + "TLOAD2,7,6,,,0.,.1\nDAREA,6,1,3,50.\n")
+    free = t > 0.11
+    wanted = 50.0 / K * (np.cos(W * (t - 0.1)) - np.cos(W * t))
+    np.testing.assert_allclose(u[free], wanted[free], atol=50.0 / K * W * H)
+
+
+@pytest.mark.parametrize(("kind", "table"), [("DISP", "0.,0.,1.,2."), ("2", "0.,2.,1.,2.")])
+def test_moved_supports(motion, kind, table):
+    """The ground end of the spring moves with 2 m/s: u = v (t - sin(w t)/w)."""
+    bulk = BULK.replace("GRID,2,,,,-1.,,123456", "GRID,2,,,,-1.,,12456") + "SPC1,4,3,2\n"
+    load = f"TLOAD1,7,6,,{kind},8\nTABLED1,8\n,{table},ENDT\nSPCD,6,2,3,1.\n"
+    t, u = motion(bulk + load, "SPC = 4\nDLOAD = 7\n")
+    # A velocity that starts with a jump is carried by the first step: at most half a step of the motion.
+    np.testing.assert_allclose(u, 2.0 * (t - np.sin(W * t) / W), atol=0.5 * H * 2.0)
+
+
+def test_a_gap_closes(tmp_path):
+    """1 m/s against a stop of 1e6 N/m beside the spring, w^2 = (1e4 + 1e6) / 100: force 1e6 v / w, contact pi / w."""
+    bulk = MASS + SPRING + "GRID,3,,,,1.,,123456\nTIC,3,1,3,,1.\nCGAP,4,4,1,3\nPGAP,4,0.,,1.+6\nTSTEP,5,2000,2.-5\n"
+    path = deck(tmp_path, bulk, "IC = 3\n")
+    result = run_study(set_up_deck(path, units="m-kg-s"), lambda *_: None)
+    (event,) = result.runs["reference"].events
+    w = math.sqrt(1.01e6 / 100.0)
+    # HHT with alpha = -.05 errs by (w h)^2 = 4e-6 in period and by less in amplitude
+    assert event.force_peak == pytest.approx(1.0e6 / w, rel=1e-5)
+    assert event.t_end - event.t_start == pytest.approx(math.pi / w, rel=1e-5)
+
+
+GAP = "GRID,3,,,,1.,,123456\nCGAP,4,4,3,1\nPGAP,4,.02,,1.+6\n"
+
+
+def test_gaps_in_a_study_are_named(tmp_path):
+    """From GA (3, above) to GB (1): u_1 - u_3 <= .02 along z."""
+    model = read_nastran(deck(tmp_path, BULK + GAP, ""))
+    (found,) = [u for u in model.unread if u.keyword == "CGAP"]
+    assert found.changes_answer
+    assert 'nodes = ["GAP_4.A", "GAP_4.B"], dof = "z", upper = 0.02, stiffness = 1e+06' in found.why
+    assert [model.node_sets[f"GAP_4.{end}"].tolist() for end in "AB"] == [[2], [0]]
+
+
+def test_gaps_of_several_directions_and_by_a_system(tmp_path):
+    more = "CORD2R,9,,0.,0.,0.,1.,0.,0.\n,0.,1.,0.\nCGAP,5,4,1,2,,,,9\nCGAP,6,4,3,1\n"
+    _, run = read_nastran_run(deck(tmp_path, BULK + GAP + more, ""))
+    found = {s.name: (s.first.tolist(), s.second.tolist(), s.dof, s.lower, s.upper) for s in run.stops}
+    assert found == {"GAP_4_1": ([2, 2], [0, 0], 3, None, 0.02), "GAP_4_2": ([0], [1], 2, -0.02, None)}
+
+
+REFUSED = {
+    "another solution": (BULK, "", "103", "SOL 103"),
+    "no such TSTEP": (BULK.replace("TSTEP,5", "TSTEP,6"), "", "109", "TSTEP = 5"),
+    "two lengths": (BULK.replace("1.-3\n", "1.-3\n,,20,1.-4\n"), "", "109", "0.0001, 0.001"),
+    "no such load": (BULK, "DLOAD = 7\n", "109", "dynamic load 7"),
+    "no such table": (BULK + "TLOAD1,7,6,,,8\nDAREA,6,1,3,1.\n", "DLOAD = 7\n", "109", "table 8"),
+    "no such set": (BULK + constant(""), "DLOAD = 7\n", "109", "load set 6"),
+    "pressure": (BULK + constant("DAREA,6,1,3,1.\nPLOAD4,6,1,1.\n"), "DLOAD = 7\n", "109", "PLOAD4"),
+    "motion without SPCD": (BULK + constant(kind="DISP"), "DLOAD = 7\n", "109", "forces"),
+    "delay card": (BULK + constant().replace("TLOAD1,7,6,,", "TLOAD1,7,6,3,"), "DLOAD = 7\n", "109", "DELAY"),
+    "friction": (BULK + GAP.replace("1.+6", "1.+6,,,.3"), "", "109", "friction"),
+    "preload": (BULK + GAP.replace(",.02,,", ",.02,5.,"), "", "109", "preload"),
+    "open stiffness": (BULK + GAP.replace("1.+6", "1.+6,10."), "", "109", "KB"),
+    "oblique": (BULK + GAP.replace("GRID,3,,,,1.", "GRID,3,,.1,,1."), "", "109", "no global axis"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_cannot_be_run_is_named(tmp_path, name):
+    bulk, case, solution, word = REFUSED[name]
+    with pytest.raises(InputError, match=word):
+        read_nastran_run(deck(tmp_path, bulk, case, solution))
+
+
+def test_creak_run(tmp_path, monkeypatch, capsys):
+    path = deck(tmp_path, BULK.replace("500", "50") + constant(), "DLOAD = 7\n")
+    monkeypatch.setattr("sys.argv", ["creak", "run", str(path), "--quiet", "--units", "m-kg-s"])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert not stop.value.code, capsys.readouterr()
+    assert (tmp_path / "results" / "summary.json").exists()

@@ -1,0 +1,102 @@
+"""docs/commands.md from the command line itself: `python -m tools.commands_page`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from creak.cli.main import app
+
+PAGE = Path(__file__).parents[1] / "docs" / "commands.md"
+HEAD = """\
+# The command line
+
+Made from the program by `python -m tools.commands_page`. `creak COMMAND --help` says the same.
+
+From a deck to a report:
+
+    creak info model.inp                  # what is in it, what was not read, does it float, which units
+    creak new model.inp --out study.toml  # a first study: contacts, supports, excitation, outputs, with comments
+    creak advise study.toml               # which f_max, step and stiffness, at which error and cost
+    creak run study.toml --out results    # reduced and unreduced run, summary.json, results.h5, report.html
+
+## What all of them share
+
+`--quiet`, `-q`: no progress, no tables, no list of files; warnings and errors stay. `--verbose`, `-v`: also the
+seconds of each phase, sizes, and choices that were made. `--json`: the result on stdout as one JSON object and nothing
+else there. `creak schema`, `creak thesis` and `creak example` have fewer of them.
+
+Progress, details, warnings and errors go to stderr, results to stdout. On a terminal every phase has a bar with the
+time left; elsewhere a phase gets a line once it has taken 2 s, then every 10 s and when it ends.
+
+| exit status | meaning |
+|---|---|
+| 0 | done; warnings may have been printed |
+| 1 | the analysis failed, or Ctrl-C; what was finished is kept and named |
+| 2 | wrong input: one message that says what, where, and what to do; nothing was written |
+
+**Ctrl-C.** `creak run` ends the run under way and writes what it has; `creak reduce` saves the parts that are reduced;
+`creak sweep` and `creak thesis` go on from the finished cases when called again.
+
+**Completion.** `creak --install-completion` adds it to the shell in use (bash, zsh, fish, PowerShell); open a new shell
+afterwards. `creak --show-completion` prints it instead.
+
+**Warnings.** `creak run`, with a study or a deck, warns of what can hardly be meant: materials, size, thickness, mass
+or first frequency that do not fit the units (metres taken for millimetres, kg for t); contact that starts closed, with
+the depth and the node; contact that never comes near, with the closest approach; a pre-check margin as large as the
+model; forces that the step does not resolve. They stand in `summary.json` too, as `warnings`, a list of sentences. A
+part that nothing holds is an error in a study and a warning in a deck that is run by itself, with the motions that are
+free. `creak info DECK` warns of such parts before there is a study, and of units with `--units mm-t-s`.
+
+**Editors.** `creak schema` prints the JSON schema of the study file. `creak new` writes it beside the study, whose
+first line names it (`#:schema ./creak-study.schema.json`): Even Better TOML and taplo then complete and check while
+you type.
+"""
+
+
+def page() -> str:
+    """The whole page."""
+    root: Any = typer.main.get_command(app)
+    return "\n".join([HEAD, *_commands(root, "creak")])
+
+
+def _commands(group: Any, prefix: str) -> Iterator[str]:
+    for name, command in group.commands.items():
+        if hasattr(command, "commands"):
+            yield from _commands(command, f"{prefix} {name}")
+        else:
+            yield _section(f"{prefix} {name}", command)
+
+
+def _section(name: str, command: Any) -> str:
+    arguments = [p for p in command.params if p.param_type_name == "argument"]
+    options = [p for p in command.params if p.param_type_name == "option" and "--help" not in p.opts]
+    usage = " ".join([name, *(p.metavar or p.name.upper() for p in arguments), "[OPTIONS]"])
+    paragraphs = [" ".join(text.split()) for text in (command.help or "").split("\n\n")]
+    text = [f"    {p.removeprefix('Example: ')}" if p.startswith("Example: ") else p for p in paragraphs]
+    rows = [f"| `{_cell(p.metavar or p.name.upper())}` | {_cell(p.help)} |" for p in arguments]
+    rows += [f"| {_names(p)} | {_cell(p.help)}{_default(p)} |" for p in options]
+    return "\n".join([f"## {name}", "", f"`{usage}`", "", "\n\n".join(text), "", "| | |", "|---|---|", *rows, ""])
+
+
+def _names(option: Any) -> str:
+    return ", ".join(f"`{o}`" for o in sorted([*option.opts, *option.secondary_opts], key=len, reverse=True))
+
+
+def _default(option: Any) -> str:
+    if isinstance(option.default, str | int | float | Path) and not isinstance(option.default, bool):
+        return f" (default: {option.default})"
+    return ""
+
+
+def _cell(text: str | None) -> str:
+    return " ".join((text or "").split()).replace("|", "\\|").replace("*", "\\*")
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
+    sys.stdout.write(f"wrote {PAGE}\n")
