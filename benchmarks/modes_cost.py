@@ -171,7 +171,7 @@ def _timed_names() -> list[tuple[Any, str, str]]:
         (lanczos_module.BlockProduct, "__call__", MASS),
         (krylov, "step", ORTHOGONAL),
         (krylov, "next_block", ORTHOGONAL),
-        (lanczos_module, "_largest", DENSE),
+        (lanczos_module, "_eigen", DENSE),
         (basis, "combined", VECTORS),
         (modes_module, "_residual", RESIDUAL),
     ]

@@ -181,6 +181,7 @@ class _PardisoFactor:
         self._pt, self._iparm = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
         self._iparm[[0, 1, 9, 17, 23]] = 1, 2, 12, -1, 0  # own settings, METIS, pivot 1e-12
         self._iparm[[7, 10, 12]] = 0, 0, 0  # no refinement, no scaling or matching: keep the inertia
+        self._iparm[20] = 3  # pivots of 1 x 1 and 2 x 2, and no refinement of its own where one was perturbed
         self._call(self._ANALYSE_AND_FACTOR, np.zeros(1), np.zeros(1), 1)
         self.n_negative = int(self._iparm[22]) if not definite else 0
         self.nnz_factor = int(self._iparm[17])

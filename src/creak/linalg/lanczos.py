@@ -1,4 +1,4 @@
-"""Block Lanczos for the largest eigenvalues of A = (K - shift M)^-1 M, with measured partial reorthogonalisation."""
+"""Block Lanczos on (K - shift M)^-1 M for the lowest modes, with measured partial reorthogonalisation."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as sla
 
-from creak.arrays import FloatArray, Matrix
+from creak.arrays import FloatArray, IntArray, Matrix
 from creak.linalg.dense_product import inner, product, right_solve, subtract_product
 from creak.linalg.factor import Factor
 from creak.linalg.sparse_product import BlockProduct
@@ -24,10 +24,16 @@ PROBES = 8
 """Random combinations of the old vectors that a new block is tested with."""
 FRESH = 1e-6
 """The same limit for columns of length 1."""
+DEPENDENT_GRAM = 1e-12
+"""Smallest eigenvalue of the scaled Gram matrix of a block that Cholesky is trusted with."""
+WELL = 1e4
+"""Condition of the scaled Gram matrix up to which one Cholesky orthonormalisation is enough."""
 FINITE = 1e-13
 """Smaller eigenvalues, relative to the largest, are those of massless motion (infinite frequency)."""
 CONVERGING = 0.48
 """Eigenvalues that converge per new vector once the process has settled."""
+LOW = 1e-3
+"""Modes far below the shift have nearly the same theta; their residual has to be smaller, down to this share."""
 MAX_PASSES = 8
 """Orthonormalisations of one block; two are enough but where columns are dependent."""
 ROWS = 8192
@@ -38,10 +44,10 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class Ritz:
-    """Largest eigenvalues of A and what they cost."""
+    """Lowest eigenvalues of K x = lam M x and what they cost."""
 
-    theta: FloatArray
-    """(n_value,), falling; one more than vectors where there is one."""
+    lam: FloatArray
+    """(n_value,), rising; one more than vectors where one more was asked for and exists."""
     shapes: FloatArray
     """(n, n_vector) in Fortran order, M-orthonormal."""
     columns: int
@@ -65,12 +71,13 @@ class _Basis:
         subtract_product(self._probe, W, self._signs.choice([-1.0, 1.0], (width, PROBES)))
         self.used += width
 
-    def loss(self, Z: FloatArray) -> float:
-        """Largest |Q' z| over the columns z = M w, from random combinations of Q: |g' Q' z| is |Q' z| in the mean
-        square for random signs g."""
+    def loss(self, Z: FloatArray, R: FloatArray) -> float:
+        """Largest |Q' z| over the columns z of Z R^-1, where Z = M W and W = Q_new R, from random combinations of Q:
+        |g' Q' z| is |Q' z| in the mean square for random signs g."""
         if self.used == 0 or Z.shape[1] == 0:
             return 0.0
-        return float(np.linalg.norm(inner(self._probe, Z), axis=0).max() / np.sqrt(PROBES))
+        share = sla.solve_triangular(R, inner(self._probe, Z).T, trans="T")
+        return float(np.linalg.norm(share, axis=1).max() / np.sqrt(PROBES))
 
     def remove(self, W: FloatArray, Z: FloatArray) -> FloatArray:
         """W -= Q Q' Z in place; returns Q' Z."""
@@ -96,36 +103,41 @@ class _Basis:
 def lanczos(
     inverse: Factor,
     M: Matrix,
+    shift: float,
     wanted: int,
     *,
     extra: int = 0,
-    at_least: float = 0.0,
+    upper: float = np.inf,
     progress: Progress | None = None,
 ) -> Ritz:
-    """The `wanted` largest eigenpairs of A = inverse M, and `extra` eigenvalues more.
+    """The `wanted` lowest eigenpairs of K x = lam M x, and `extra` eigenvalues more.
 
     Parameters
     ----------
-    inverse : factor of K - shift M, positive definite.
-    M : (n, n) positive semidefinite; A is self-adjoint in its inner product.
+    inverse : factor of K - shift M. Its negative eigenvalues, as many as there are modes below the shift, are
+        `wanted` at most.
+    M : (n, n) positive semidefinite; A = inverse M is self-adjoint in its inner product.
     wanted, extra : number of eigenpairs, and of further eigenvalues without their vectors.
-    at_least : the `wanted` eigenvalues are known to be larger than this; the search goes on until they are.
+    upper : the `wanted` eigenvalues are known to be smaller than this; the search goes on until they are.
 
-    Method: A Q_j = Q_j-1 R_j-1' + Q_j alpha_j + Q_j+1 R_j, with one product with M per block (Grimes, Lewis, Simon,
-    SIAM J. Matrix Anal. 15, 1994). Orthogonality to the earlier blocks is lost as eigenvalues converge. Instead
-    of estimating it by a recurrence, which must guess the round-off of the factor, it is measured on random
-    combinations of the old vectors, and restored when it exceeds `ORTHOGONAL` (partial reorthogonalisation,
-    Simon, Math. Comp. 42, 1984). Dependent columns are replaced by random ones, so multiplicities may exceed the
-    block width. The memory is that of the basis, about 2.7 `wanted` vectors.
+    Method: A Q_j = Q_j-1 R_j-1' + Q_j alpha_j + Q_j+1 R_j, with one product with M per block; theta = 1 / (lam -
+    shift) are eigenvalues of A, and those on either side of 0 that are largest converge first (Grimes, Lewis, Simon,
+    SIAM J. Matrix Anal. 15, 1994). A shift amid the wanted modes needs fewer vectors than one below them, and
+    the inertia of the factor tells how many there are below it. Orthogonality to the earlier blocks is lost as
+    eigenvalues converge. Instead of estimating it by a recurrence, which must guess the round-off of the factor, it
+    is measured on random combinations of the old vectors, and restored when it exceeds `ORTHOGONAL` (partial
+    reorthogonalisation, Simon, Math. Comp. 42, 1984). Dependent columns are replaced by random ones, so
+    multiplicities may exceed the block width. The memory is that of the basis, 2 to 3 times `wanted` vectors.
     """
     n = M.shape[0]
     values = min(wanted + extra, n)
     width = min(block_width(values), n)
+    sought = _Sought(shift, inverse.n_negative, wanted, values, upper)
     krylov = _Krylov(inverse, M, min(n, 3 * values + 4 * width))
     W, Z, _ = krylov.next_block(np.zeros((n, 0)), width, 0.0)
     if W.shape[1] == 0:  # no mass at all
         return Ritz(np.zeros(0), np.zeros((n, 0)), krylov.columns)
-    T, back, look = np.zeros((0, 0)), np.zeros((0, W.shape[1])), _first_look(values, width)
+    T, back, look = np.zeros((0, 0)), np.zeros((0, W.shape[1])), _first_look(values, width, sought.below > 0)
     while True:
         W, alpha = krylov.step(W, Z, back)
         scale = float(np.abs(T).max(initial=np.abs(alpha).max()))
@@ -137,29 +149,64 @@ def lanczos(
         if progress is not None and not exhausted:
             progress(min(used // 3, wanted), wanted)
         if exhausted or used >= look:
-            theta, S = _largest(T, min(values, used))
+            theta, S = _eigen(T)
             error = np.linalg.norm(R @ S[-alpha.shape[0] :], axis=0)
-            good = error <= TOLERANCE * theta
-            enough = wanted == 0 or bool(theta[min(wanted, theta.size) - 1] > at_least)
-            if exhausted or (enough and good.all()):
+            order, missing = sought.select(theta, error, exhausted)
+            if exhausted or missing == 0:
                 break
-            look = used + max(width, int(np.count_nonzero(~good) / CONVERGING))
+            look = used + _next_look(missing, width, sought.below > 0)
     del W, Z
     if progress is not None:
         progress(wanted, wanted)
-    theta = np.where(theta > FINITE * theta[0], theta, 0.0)
-    kept = min(wanted, int(np.count_nonzero(theta)))
-    return Ritz(theta, krylov.basis.combined(S[:, :kept]), krylov.columns)
+    return Ritz(shift + 1.0 / theta[order], krylov.basis.combined(S[:, order[:wanted]]), krylov.columns)
 
 
-def _first_look(values: int, width: int) -> int:
+@dataclass(frozen=True)
+class _Sought:
+    """Which eigenvalues of A are the lowest modes, and whether they have converged."""
+
+    shift: float
+    below: int
+    """Modes below the shift."""
+    wanted: int
+    values: int
+    upper: float
+
+    def select(self, theta: FloatArray, error: FloatArray, exhausted: bool) -> tuple[IntArray, int]:
+        """Positions of the lowest modes in the order of lam, and how many of `values` have not converged.
+
+        Those with theta < 0 lie below the shift; those above it come with falling theta > 0. Eigenvalues that
+        are nothing beside the largest are those of massless motion (infinite frequency).
+        """
+        size = np.abs(theta)
+        finite = size > FINITE * size.max()
+        away = np.divide(1.0, theta, out=np.zeros_like(theta), where=finite)
+        weight = np.clip(np.abs(self.shift + away) * size, LOW, 1.0)
+        good = finite & ((error <= TOLERANCE * size * weight) | exhausted)
+        under, over = (np.flatnonzero(p) for p in (good & (theta < 0.0), finite & (theta > 0.0)))
+        under = under[np.argsort(away[under])]
+        over = over[np.argsort(away[over])][: self.values - self.below]
+        missing = max(self.below - under.size, 0) + self.values - self.below - int(np.count_nonzero(good[over]))
+        order = np.concatenate([under, over])
+        last = self.shift + away[order[self.wanted - 1]] if 0 < self.wanted <= order.size else -np.inf
+        return order, max(missing, int(last >= self.upper))
+
+
+def _first_look(values: int, width: int, amid: bool) -> int:
     """Size of the basis at which most of the eigenvalues have converged; the eigenproblem of T is not for free."""
+    if amid:
+        return int(1.66 * values) + 7 * width
     return int(2.2 * values) + min(5 * width, values + width)
+
+
+def _next_look(missing: int, width: int, amid: bool) -> int:
+    """Vectors until the next look; with a shift amid the modes the last third of them converges all at once."""
+    return width if amid else max(width, int(missing / CONVERGING))
 
 
 def block_width(values: int) -> int:
     """Wide blocks solve faster per column, narrow ones need fewer columns."""
-    return 16 if values < 100 else 32
+    return 16 if values < 200 else 24
 
 
 class _Krylov:
@@ -179,7 +226,7 @@ class _Krylov:
         self.basis.remove_block(W, before, back)
         alpha = inner(Z, W)
         self.basis.remove_block(W, before + back.shape[0], alpha)
-        return W, 0.5 * (alpha + alpha.T)
+        return W, _symmetric(alpha)
 
     def next_block(self, W: FloatArray, width: int, floor: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Q (n, width), M Q and R with W = Q R: M-orthonormal, also to the basis, filled up with random columns.
@@ -203,33 +250,23 @@ class _Krylov:
         for _ in range(MAX_PASSES):
             if W.shape[1] == 0:
                 break
-            W, Z, factor_R, good = self._scaled(W, Z, floor)
-            R, floor = factor_R @ R, FRESH
-            if self.basis.loss(Z) > ORTHOGONAL:
-                self.basis.remove(W, Z)
+            gram = _symmetric(inner(W, Z))
+            factor_R, condition = _cholesky(gram, floor)
+            if factor_R is None:
+                W, factor_R = _independent(W, gram, floor)
                 Z = self._mass(W)
-            elif good:
-                break
+            else:
+                old = self.basis.loss(Z, factor_R) > ORTHOGONAL
+                if old and condition < WELL:
+                    self.basis.remove(W, Z)
+                    Z = self._mass(W)
+                    continue
+                right_solve(W, factor_R)
+                right_solve(Z, factor_R)
+                if condition < WELL and not old:
+                    return W, Z, factor_R @ R
+            R, floor = factor_R @ R, FRESH
         return W, Z, R
-
-    def _scaled(
-        self, W: FloatArray, Z: FloatArray, floor: float
-    ) -> tuple[FloatArray, FloatArray, FloatArray, bool]:
-        """W R^-1, M W R^-1, R and whether one pass is enough; dependent columns are dropped."""
-        gram = inner(W, Z)
-        gram = 0.5 * (gram + gram.T)
-        size = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
-        values = sla.eigvalsh(gram / np.outer(size, size))
-        if values[0] > 1e-12 and size.min() > floor:
-            R = np.asarray(sla.cholesky(gram))
-            right_solve(W, R)
-            right_solve(Z, R)
-            return W, Z, R, bool(values[0] > 1e-4)
-        values, vectors = sla.eigh(gram)
-        keep = values > max(floor**2, 1e-20 * values[-1])
-        length = np.sqrt(values[keep])
-        W = product(W, vectors[:, keep] / length)
-        return W, self._mass(W), length[:, None] * vectors[:, keep].T, False
 
     def _random(self, width: int) -> FloatArray:
         """Columns in the range of A, of M-length 1."""
@@ -240,6 +277,28 @@ class _Krylov:
     def _solve(self, Z: FloatArray) -> FloatArray:
         self.columns += Z.shape[1]
         return np.asfortranarray(self._inverse.solve(Z))
+
+
+def _cholesky(gram: FloatArray, floor: float) -> tuple[FloatArray | None, float]:
+    """R with R' R = gram and the condition of the scaled gram; None where columns shorter than `floor` or dependent
+    ones forbid it."""
+    size = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
+    values = sla.eigvalsh(gram / np.outer(size, size))
+    if values[0] <= DEPENDENT_GRAM or size.min() <= floor:
+        return None, np.inf
+    return np.asarray(sla.cholesky(gram)), float(1.0 / values[0])
+
+
+def _independent(W: FloatArray, gram: FloatArray, floor: float) -> tuple[FloatArray, FloatArray]:
+    """The independent part V of W, nearly M-orthonormal, and R with W = V R; columns shorter than `floor` go."""
+    values, vectors = sla.eigh(gram)
+    keep = values > max(floor**2, 1e-20 * values[-1])
+    length = np.sqrt(values[keep])
+    return product(W, vectors[:, keep] / length), length[:, None] * vectors[:, keep].T
+
+
+def _symmetric(A: FloatArray) -> FloatArray:
+    return 0.5 * (A + A.T)
 
 
 def _bordered(T: FloatArray, back: FloatArray, alpha: FloatArray) -> FloatArray:
@@ -253,9 +312,7 @@ def _bordered(T: FloatArray, back: FloatArray, alpha: FloatArray) -> FloatArray:
     return bigger
 
 
-def _largest(T: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
-    """The `count` largest eigenvalues of T, falling, and their vectors."""
-    n = T.shape[0]
+def _eigen(T: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Eigenvalues and vectors of T."""
     with one_blas_thread():  # its tridiagonalisation is bound by memory, and the solver's threads are still awake
-        theta, S = sla.eigh(T, subset_by_index=(n - count, n - 1), driver="evr")
-    return theta[::-1], S[:, ::-1]
+        return sla.eigh(T, driver="evd")

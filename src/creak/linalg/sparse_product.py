@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import ctypes
+import functools
 import os
+import sys
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numba
 import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
+from creak.errors import NumericalError
+from creak.linalg.factor import has_pardiso, mkl_library
 
 COLUMNS = 32
 """Columns multiplied at a time."""
@@ -23,14 +29,16 @@ class BlockProduct:
     """Y = A X for blocks of columns X (n, k), both in Fortran order.
 
     A is read once per block and every entry meets a whole row of X, so the product runs at the speed of the
-    caches. Rows are shared among the cores; each row is summed by one of them in the order of its entries, so the
-    result does not depend on their number. What is not sparse is multiplied by its own `@`.
+    caches: X is turned into rows, multiplied by MKL where that is installed and by a loop of our own elsewhere, and
+    turned back. Rows are shared among the cores; each row is summed by one of them in the order of its entries, so
+    the result does not depend on their number. What is not sparse is multiplied by its own `@`.
     """
 
     def __init__(self, A: Matrix) -> None:
         self.n = int(A.shape[0])
         self._A = sp.csr_matrix(A) if sp.issparse(A) else A
         self._cuts = _equal_work(self._A) if sp.issparse(A) else None
+        self._mkl = MklRows(self._A) if sp.issparse(A) and A.nnz and has_pardiso() else None
 
     def __call__(self, X: FloatArray) -> FloatArray:
         """A X (m, k), Fortran order."""
@@ -46,9 +54,75 @@ class BlockProduct:
 
     def _group(self, X: FloatArray, Y: FloatArray, cuts: list[int], pool: ThreadPoolExecutor) -> None:
         A, rows = self._A, np.empty(X.shape)
-        shares = np.linspace(0, X.shape[0], len(cuts)).astype(np.int64)
-        list(pool.map(lambda a, b: _to_rows(X.T, rows, a, b), shares[:-1], shares[1:]))
-        list(pool.map(lambda a, b: _multiply(A.indptr, A.indices, A.data, rows, Y.T, a, b), cuts[:-1], cuts[1:]))
+        _turn(X.T, rows, len(cuts) - 1, pool)
+        if self._mkl is None:
+            list(pool.map(lambda a, b: _multiply(A.indptr, A.indices, A.data, rows, Y.T, a, b), cuts[:-1], cuts[1:]))
+            return
+        product = np.empty(Y.shape)
+        self._mkl.multiply(rows, product)
+        _turn(product, Y.T, len(cuts) - 1, pool)
+
+
+def _turn(X: FloatArray, Y: FloatArray, cores: int, pool: ThreadPoolExecutor) -> None:
+    """Y = X' by all cores, both in C order."""
+    shares = np.linspace(0, max(X.shape), cores + 1).astype(np.int64)
+    list(pool.map(lambda a, b: _copy(X, Y, a, b), shares[:-1], shares[1:]))
+
+
+class MklRows:
+    """Rows of a CSR matrix times a block in C order, by MKL's inspector-executor routines."""
+
+    _PLAIN, _ROW_MAJOR, _GENERAL = 10, 101, 20
+    _EXPECTED_CALLS = 1000
+
+    def __init__(self, A: sp.csr_matrix) -> None:
+        self._shape, self._handle = A.shape, ctypes.c_void_p()
+        self._indptr, self._indices = A.indptr.astype(np.int32), A.indices.astype(np.int32)
+        self._data = np.ascontiguousarray(A.data, dtype=np.float64)
+        start = self._indptr.ctypes.data
+        _accept(_mkl_sparse().mkl_sparse_d_create_csr(
+            ctypes.byref(self._handle), 0, *A.shape, start, start + self._indptr.itemsize,
+            self._indices.ctypes.data, self._data.ctypes.data,
+        ))  # fmt: skip
+        self._kind = _Kind(self._GENERAL, 0, 0)
+        _accept(_mkl_sparse().mkl_sparse_set_mm_hint(
+            self._handle, self._PLAIN, self._kind, self._ROW_MAJOR, COLUMNS, self._EXPECTED_CALLS
+        ))  # fmt: skip
+        _accept(_mkl_sparse().mkl_sparse_optimize(self._handle))
+
+    def multiply(self, X: FloatArray, Y: FloatArray) -> None:
+        """Y = A X for X (n, k) and Y (m, k), both contiguous in C order."""
+        k = X.shape[1]
+        _accept(_mkl_sparse().mkl_sparse_d_mm(
+            self._PLAIN, 1.0, self._handle, self._kind, self._ROW_MAJOR, X.ctypes.data, k, k, 0.0, Y.ctypes.data, k
+        ))  # fmt: skip
+
+    def __del__(self) -> None:
+        if getattr(self, "_handle", None) and not sys.is_finalizing():
+            _mkl_sparse().mkl_sparse_destroy(self._handle)
+
+
+class _Kind(ctypes.Structure):
+    """MKL's matrix_descr."""
+
+    _fields_ = (("type", ctypes.c_int), ("mode", ctypes.c_int), ("diag", ctypes.c_int))
+
+
+def _accept(status: int) -> None:
+    if status != 0:
+        raise NumericalError(f"MKL's sparse product failed with code {status}")
+
+
+@functools.cache
+def _mkl_sparse() -> Any:
+    """MKL with the types of the functions used here (32-bit integers)."""
+    library = mkl_library()
+    i, d, p = ctypes.c_int, ctypes.c_double, ctypes.c_void_p
+    library.mkl_sparse_d_create_csr.argtypes = [p, i, i, i, p, p, p, p]
+    library.mkl_sparse_set_mm_hint.argtypes = [p, i, _Kind, i, i, i]
+    library.mkl_sparse_optimize.argtypes = library.mkl_sparse_destroy.argtypes = [p]
+    library.mkl_sparse_d_mm.argtypes = [i, d, p, _Kind, i, p, i, i, d, p, i]
+    return library
 
 
 def _equal_work(A: sp.csr_matrix) -> list[int]:
@@ -59,13 +133,19 @@ def _equal_work(A: sp.csr_matrix) -> list[int]:
 
 
 @numba.njit(cache=True, nogil=True)
-def _to_rows(X: FloatArray, rows: FloatArray, start: int, stop: int) -> None:
-    """rows[i, k] = X[k, i]"""
+def _copy(X: FloatArray, Y: FloatArray, start: int, stop: int) -> None:
+    """Y[i, k] = X[k, i] for `start` <= the longer index < `stop`."""
+    across, along = X.shape
+    if across > along:
+        for first in range(start, stop, TILE):
+            for i in range(along):
+                for k in range(first, min(first + TILE, stop)):
+                    Y[i, k] = X[k, i]
+        return
     for first in range(start, stop, TILE):
-        last = min(first + TILE, stop)
-        for k in range(X.shape[0]):
-            for i in range(first, last):
-                rows[i, k] = X[k, i]
+        for k in range(across):
+            for i in range(first, min(first + TILE, stop)):
+                Y[i, k] = X[k, i]
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"contract"})

@@ -251,3 +251,18 @@ def test_same_input_same_output(shell_case):
     first, second = (modes(K, M, count=40) for _ in range(2))
     np.testing.assert_array_equal(first.omega2, second.omega2)
     np.testing.assert_array_equal(first.shapes, second.shapes)
+
+
+def test_shift_amid_the_modes_of_a_free_shell():
+    """Many modes: the factor lies amid them, and the lowest are refined by the one below them."""
+    coords, quads = plate(12, 10, (0.3, 0.25))
+    part = part_system(model_of(coords, [block("quad4", quads, shell(1e-3))]), 0, NO_DAMPING)
+    below = modes(part.K, part.M, count=51, free=True)
+    amid = modes(part.K, part.M, f_max=float(below.frequencies[49:51].mean()), free=True)
+    np.testing.assert_array_equal(amid.omega2[:6], 0.0)
+    # Round-off of K^-1 grows with the ratio of its eigenvalues, 1e9 here.
+    np.testing.assert_allclose(amid.omega2[6:], below.omega2[6:50], rtol=1e-7)
+    np.testing.assert_allclose(amid.shapes.T @ (part.M @ amid.shapes), np.eye(50), atol=1e-9)
+    assert amid.residual < 1e-6
+    assert amid.next_omega2 == pytest.approx(below.omega2[50], rel=1e-7)
+    assert amid.columns < 50 * 6

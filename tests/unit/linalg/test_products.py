@@ -15,6 +15,7 @@ from creak.linalg.sparse_product import BlockProduct
 def either_library(request, monkeypatch):
     if not request.param:
         monkeypatch.setattr(dense_product, "has_pardiso", lambda: False)
+        monkeypatch.setattr(sparse_product, "has_pardiso", lambda: False)
 
 
 def tall(n: int, k: int, seed: int) -> np.ndarray:
@@ -59,12 +60,14 @@ def test_rows_out_of_order_are_refused():
         dense_product.inner(np.ones((5, 3)), np.ones((5, 3)))
 
 
+@pytest.mark.usefixtures("either_library")
 @pytest.mark.parametrize("k", [0, 1, 31, 70])
+@pytest.mark.parametrize("rows", [333, 20])
 @pytest.mark.parametrize("serial", [0, 10**9])
-def test_sparse_product(monkeypatch, k, serial):
-    """Any number of columns, one thread or several; the rows of a tile and the last, incomplete one."""
+def test_sparse_product(monkeypatch, k, rows, serial):
+    """Any number of columns and rows, one thread or several; the rows of a tile and the last, incomplete one."""
     monkeypatch.setattr(sparse_product, "SERIAL", serial)
-    A = sp.random(333, 333, 0.05, random_state=np.random.default_rng(7), format="csr")
+    A = sp.random(rows, 333, 0.05, random_state=np.random.default_rng(7), format="csr")
     X = tall(333, k, 8)
     Y = BlockProduct(A)(X)
     assert Y.flags.f_contiguous
