@@ -130,7 +130,7 @@ def _animation(
         "label": f"{hit}, {where}", "time": np.round(motion.time, 9).tolist(), "largest": largest,
         "amplitudes": amplitudes.tolist(), "shapes": _text(shapes),
         "nodes": surface.rows(nodes).tolist(), "peak": peak,
-        "force": _text(np.ceil(force * (255.0 / (peak or 1.0))).astype(np.uint8)),
+        "force": _text(np.minimum(np.ceil(force * (255.0 / (peak or 1.0))), 255.0).astype(np.uint8)),
         "touch": motion.event.t_peak,
     }  # fmt: skip
 
