@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 H      ?= 20
 
-.PHONY: demo test lint bench dist clean
+.PHONY: demo test lint docs bench dist clean
 .DELETE_ON_ERROR:
 
 $(VENV)/run.stamp: pyproject.toml
@@ -12,9 +12,14 @@ $(VENV)/run.stamp: pyproject.toml
 	$(BIN)/pip install --quiet --disable-pip-version-check -e '.[report,cluster]'
 	touch $@
 
+$(VENV)/docs.stamp: pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --disable-pip-version-check -e '.[docs,report]'
+	touch $@
+
 $(VENV)/dev.stamp: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check -e '.[dev,report,cluster]'
+	$(BIN)/pip install --quiet --disable-pip-version-check -e '.[dev,report,cluster,docs]'
 	touch $@
 
 demo: $(VENV)/run.stamp
@@ -28,6 +33,13 @@ test: $(VENV)/dev.stamp
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+
+docs: $(VENV)/docs.stamp
+	$(BIN)/python -m tools.commands_page
+	$(BIN)/python -m tools.study_page
+	$(BIN)/python -m tools.gallery
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	@echo "open build/site/index.html"
 
 bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks

@@ -13,9 +13,10 @@ ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 PERMISSIVE = {
     "BSD-3-Clause", "BSD-2-Clause", "MIT", "Matplotlib (PSF)", "Apache-2.0", "0BSD", "Zlib", "CC0-1.0", "PSF-2.0",
+    "ISC",
 }  # fmt: skip
 TESTS_ONLY = {"hypothesis": "MPL-2.0"}
-FAMILY = {"BSD": ("BSD",), "MIT": ("MIT",), "Apache": ("Apache",), "PSF": ("Python Software Foundation", "PSF"), "MPL": ("MPL", "Mozilla")}
+FAMILY = {"BSD": ("BSD",), "MIT": ("MIT",), "Apache": ("Apache",), "PSF": ("Python Software Foundation", "PSF"), "MPL": ("MPL", "Mozilla"), "ISC": ("ISC",)}
 """How the same licences are called in the metadata of packages."""
 
 

@@ -23,7 +23,7 @@ class Result:
     found: StudyResult = field(repr=False)
     """Everything, with models and matrices."""
     summary: dict[str, Any] = field(repr=False)
-    """The content of summary.json (docs/study.md)."""
+    """The content of summary.json (docs/results.md)."""
     convergence: Convergence | None = field(default=None, repr=False)
     """What `converge` found; None: it was not asked for."""
 

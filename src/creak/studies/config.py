@@ -26,7 +26,7 @@ class ModelTable(Table):
     """[model]"""
 
     deck: str
-    """Path of the deck, relative to the study file."""
+    """Abaqus .inp or Nastran .bdf, .dat, .nas, relative to the study file."""
     units: Literal["mm-t-s", "m-kg-s"] = "mm-t-s"
     """Units of the deck and the study: length, mass, time. They label results; nothing is converted."""
 
@@ -44,7 +44,7 @@ class DampingTable(Table):
     """[damping]: replaces the deck's *DAMPING."""
 
     modal: Annotated[float, Field(ge=0.0, lt=1.0, allow_inf_nan=False)] | None = None
-    """Fraction of critical, the same for all computed modes."""
+    """Fraction of critical of all modes up to the verification's f_max; acts on the motion relative to the supports."""
     rayleigh: RayleighTable | None = None
     """C = alpha M + beta K of all parts."""
 
@@ -85,16 +85,18 @@ class ContactTable(Table):
     """Surface or element set of shells and solids whose nodes become the gap channels; node-to-surface also a node
     set or an element set of beams."""
     main: str
-    """Surface or element set of shells and solids that it can touch."""
+    """Surface or element set of shells and solids that it can touch; of a set of solids all free faces."""
     method: Literal["surface-to-surface", "node-to-surface"] = "surface-to-surface"
     """Gaps averaged over the facets round each secondary node, or at the nodes themselves."""
     stiffness: Literal["auto", "hard"] | Positive = "auto"
-    """force/length^3 (surface-to-surface) or force/length (node-to-surface); "hard": no penetration at all."""
+    """force/length^3 (surface-to-surface) or force/length (node-to-surface); "auto": 10 times the softer parent
+    element's, but no stiffer than the time step resolves; "hard": no penetration at all."""
     overclosure: list[tuple[NonNegative, NonNegative]] | None = None
     """Tabular law instead of a stiffness: [[overclosure, pressure], ...] from [0, 0] on, both rising
-    (node-to-surface: force)."""
+    (node-to-surface: force); the last slope goes on."""
     damping: NonNegative = 0.0
-    """Acts while closed: force time/length^3 (surface-to-surface) or force time/length (node-to-surface)."""
+    """Acts while closed: force time/length^3 (surface-to-surface) or force time/length (node-to-surface); not with
+    "hard"."""
     per_area: bool = False
     """node-to-surface: stiffness, overclosure and damping as surface-to-surface takes them, times the area of the
     secondary surface that belongs to each node."""
@@ -298,9 +300,10 @@ class ReductionTable(Table):
     method: Literal["craig-bampton", "guyan", "gap-modes", "massless-boundary", "none"] = "craig-bampton"
     """craig-bampton, guyan: part by part; gap-modes, massless-boundary: the whole assembly; none: unreduced only."""
     f_max: Positive = 1500.0
-    """Fixed-interface modes (gap-modes, massless-boundary: modes of the assembly) up to this frequency are kept, Hz."""
+    """Fixed-interface modes (gap-modes, massless-boundary: modes of the assembly) up to this frequency are kept, Hz;
+    it must lie above the excitation."""
     keep_out: NonNegative = 0.0
-    """length of mesh around the contact that stays unreduced."""
+    """length; elements with all nodes within this distance of the contact stay unreduced."""
     interface: InterfaceTable = InterfaceTable()
     """How the interface between substructures is thinned out."""
     substructures: list[str] = []
@@ -350,17 +353,18 @@ class TimeTable(Table):
     step: Positive = 1e-3
     """s"""
     periods: Positive | None = None
-    """Of the excitation's longest period."""
+    """Of the excitation's longest period; 5 where neither periods nor end is given."""
     end: Positive | None = None
     """s"""
     integrator: Literal["hht", "generalised-alpha", "massless-boundary"] = "hht"
-    """massless-boundary needs the reduction of that name."""
+    """massless-boundary needs the reduction of that name: exact between contacts, which follow quasi-statically."""
     alpha: Annotated[float, Field(ge=-0.5, le=0.0, allow_inf_nan=False)] = -0.05
     """hht: numerical damping; 0 is none."""
     rho_inf: Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)] = 0.9
     """generalised-alpha: what is left of the highest frequencies after a step."""
     substeps: Annotated[int, Field(ge=1)] = 1
-    """Steps into which a step near contact is divided."""
+    """Steps into which a step near contact is divided; output stays at step. massless-boundary takes more by itself
+    where its springs need them."""
 
     @model_validator(mode="after")
     def _one_of(self) -> TimeTable:

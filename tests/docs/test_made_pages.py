@@ -1,0 +1,119 @@
+"""Pages that are made from the program: all keys and names are in them, and they are up to date."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import subprocess
+import sys
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from pydantic import BaseModel
+
+import creak
+from creak.formats.results import ContactRecord, Field, RunRecord, write_results
+from creak.studies.config import StudyConfig
+from helpers_docs import ROOT, tool
+
+
+def tables(model: type[BaseModel]) -> set[type[BaseModel]]:
+    """A table of the study and all tables inside."""
+    found = {model}
+    for field in model.model_fields.values():
+        for inner in _models(field.annotation):
+            found |= tables(inner)
+    return found
+
+
+def _models(annotation: Any) -> set[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return {annotation}
+    return {m for a in getattr(annotation, "__args__", ()) for m in _models(a)}
+
+
+def test_the_page_of_keys_is_up_to_date():
+    study_page = tool("study_page")
+    assert study_page.PAGE.read_text(encoding="utf-8") == study_page.page(), "run: python -m tools.study_page"
+
+
+def test_every_key_of_a_study_is_in_its_table():
+    text = tool("study_page").page()
+    for table in tables(StudyConfig):
+        keys = [name for name, field in table.model_fields.items() if table is not StudyConfig or not _models(field.annotation)]
+        assert keys
+        assert any(all(f"\n| `{key}` |" in section for key in keys) for section in text.split("\n#")), table
+
+
+def test_every_public_name_is_on_the_python_page():
+    python_page = tool("python_page")
+    told = [name for names in python_page.GROUPS.values() for name in names]
+    assert sorted(told) == sorted(creak.__all__)
+    for name in told:
+        module = importlib.import_module(python_page.home(name))
+        assert getattr(module, name).__doc__
+
+
+def test_docstrings_become_lists():
+    pytest.importorskip("griffe", reason="mkdocstrings is not installed: pip install 'creak[docs]'")
+    text = tool("docstring_sections").markdown(
+        "Do it.\n\nParameters\n----------\nK, M : matrices\n    of one size.\ncount : modes. f_max : Hz.\n\n"
+        "Raises\n------\nInputError : no modes.\n\nThe end."
+    )
+    assert text == (
+        "Do it.\n\n**Parameters**\n\n- `K, M`: matrices of one size.\n- `count`: modes.\n- `f_max`: Hz.\n\n"
+        "**Raises**\n\n- `InputError`: no modes.\n\nThe end."
+    )
+
+
+def test_every_example_has_a_page_with_its_code():
+    gallery = tool("gallery")
+    pages = gallery.pages()
+    names = {p.stem for p in (ROOT / "examples").glob("*.py")}
+    assert set(pages) == {f"gallery/{name}.md" for name in names} | {"gallery/index.md"}
+    assert set(gallery.QUICK) <= names
+    for name in names:
+        assert pages[f"gallery/{name}.md"].startswith("# ")
+        assert "def main(" in pages[f"gallery/{name}.md"]
+
+
+def test_every_field_of_results_is_documented(tmp_path):
+    """A file with friction and a field, written as `creak run` writes it."""
+    one, index = np.zeros((2, 1)), np.zeros(1, dtype=np.int64)
+    two, time = np.zeros((2, 2)), np.arange(2.0)
+    contact = ContactRecord(np.arange(2), time, index, one, one, index, two, two)
+    field = Field(time, iter([(slice(0, 2), np.zeros((2, 1, 3)))]), index, np.zeros((1, 3)))
+    run = RunRecord(
+        time, one, one, one, two, two, contact, np.zeros((2, 1, 6)), index, ["1"], ["c:1"], index, one, ["kinetic"], field
+    )
+    write_results(tmp_path / "results.h5", {"reduced": run}, {"creak": "0"}, "mm-t-s")
+    names: list[str] = []
+    with h5py.File(tmp_path / "results.h5") as file:
+        file["runs/reduced"].visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+    page = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
+    assert len(names) > 15
+    for name in names:
+        assert f"`{name}`" in page, name
+
+
+def test_the_site_builds_without_a_warning(tmp_path, monkeypatch):
+    pytest.importorskip("mkdocs", reason="mkdocs is not installed: pip install 'creak[docs]'")
+    pytest.importorskip("material", reason="mkdocs-material is not installed: pip install 'creak[docs]'")
+    pytest.importorskip("mkdocstrings", reason="mkdocstrings is not installed: pip install 'creak[docs]'")
+    if not (ROOT / "mkdocs.yml").exists():
+        pytest.skip("mkdocs.yml belongs to the source tree")
+    found = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")],
+        cwd=ROOT, capture_output=True, text=True, check=False, timeout=300,
+        env={**os.environ, "NO_MKDOCS_2_WARNING": "1"},
+    )  # fmt: skip
+    assert found.returncode == 0, found.stdout + found.stderr
+    pages = list((tmp_path / "site").rglob("*.html"))
+    assert len(pages) > 30
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        assert 'src="http' not in text, page  # nothing comes from the network
+        assert '<link rel="stylesheet" href="http' not in text, page
+
