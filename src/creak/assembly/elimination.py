@@ -88,16 +88,28 @@ def transformation(labels: IntArray, solved: dict[int, Expression]) -> tuple[Mat
 
     Independents that the expressions bring in but `labels` lacks are an error of the caller.
     """
-    independent = np.array([label for label in labels.tolist() if label not in solved], dtype=np.int64)
-    column = {label: j for j, label in enumerate(independent.tolist())}
-    row: list[int] = []
-    col: list[int] = []
-    val: list[float] = []
-    for i, label in enumerate(labels.tolist()):
-        for target, c in solved.get(label, {label: 1.0}).items():
-            row.append(i)
-            col.append(column[target])
-            val.append(c)
-    values: FloatArray = np.array(val)
+    dependent = np.isin(labels, np.fromiter(solved, dtype=np.int64, count=len(solved)))
+    own, independent = np.flatnonzero(~dependent), labels[~dependent].astype(np.int64)
+    column = np.full(int(labels.max(initial=-1)) + 1, -1, dtype=np.int64)
+    column[independent] = np.arange(independent.size)
+    rows = np.flatnonzero(dependent).tolist()
+    followed = [(i, label, c) for i in rows for label, c in solved[int(labels[i])].items()]
+    row = np.concatenate([own, np.array([i for i, _, _ in followed], dtype=np.int64)])
+    col = np.concatenate([column[independent], column[np.array([label for _, label, _ in followed], dtype=np.int64)]])
+    values: FloatArray = np.concatenate([np.ones(own.size), np.array([c for _, _, c in followed], dtype=np.float64)])
     T = sp.csr_matrix((values, (row, col)), shape=(labels.size, independent.size))
     return T, independent
+
+
+def congruent(T: Matrix, A: Matrix) -> Matrix:
+    """T' A T in CSR form, for T of `transformation`; A itself where T is square, so that nothing is dependent."""
+    if T.shape[0] == T.shape[1]:
+        return sp.csr_matrix(A)
+    B = sp.csr_matrix(T.T) @ (A @ T)
+    B.sort_indices()
+    return B
+
+
+def principal(A: Matrix, keep: IntArray) -> Matrix:
+    """The rows and columns `keep` (sorted, each once) of a square matrix."""
+    return A if keep.size == A.shape[0] else A[keep][:, keep]

@@ -12,7 +12,7 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.constraints import constraint_nodes, linear_equations
 from creak.assembly.damping import Damping
 from creak.assembly.dofs import dof_label, node_dofs
-from creak.assembly.elimination import eliminate, transformation
+from creak.assembly.elimination import congruent, eliminate, principal, transformation
 from creak.assembly.partition import shared_nodes
 from creak.assembly.system import Rows, System, no_supports
 from creak.elements.block_matrices import block_matrices
@@ -22,8 +22,8 @@ from creak.model.constraints import Constraint, Equation
 from creak.model.materials import Discrete, NodalMatrices, PointMass, Structural, has_dashpot, has_stiffness, rayleigh
 from creak.model.mesh import ElementBlock, Model
 
-CHUNK = 10_000_000
-"""Entries of element matrices made at a time; bounds the memory of the triplets."""
+CHUNK = 30_000_000
+"""Entries of element matrices made at a time; bounds their memory, 8 bytes each and three times at most."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +68,7 @@ def assemble_blocks(
 
     Parameters
     ----------
+    labels : sorted, all six of every node in question.
     common : Rayleigh numbers that the System carries as scalars.
     override : True when they replace the deck's own damping (dashpots stay).
     """
@@ -76,14 +77,15 @@ def assemble_blocks(
     has_C = False
     for block in blocks:
         da, db, dashpot = _excess_damping(block, common, override)
-        for dofs, Ke, Me, Ce in _element_matrices(model, block, labels):
-            Ks, Ms = _scatter(Ke, dofs, n), _scatter(Me, dofs, n)
-            K, M = K + Ks, M + Ms
+        for nodes, Ke, Me, Ce in _element_matrices(model, block, labels[::6] // 6):
+            scatter = _Scatter(nodes, n // 6)
+            Ks, Ms = scatter(Ke), scatter(Me)
+            K, M = (K + Ks, M + Ms) if K.nnz or M.nnz else (Ks, Ms)
             if da or db or dashpot:
                 has_C = True
                 C = C + da * Ms + db * Ks
                 if Ce is not None:
-                    C = C + _scatter(Ce, dofs, n)
+                    C = C + scatter(Ce)
     return PartMatrices(labels, K, M, C if has_C else None)
 
 
@@ -102,8 +104,9 @@ def _excess_damping(block: ElementBlock, common: Rayleigh, override: bool) -> tu
 
 
 def _element_matrices(
-    model: Model, block: ElementBlock, labels: IntArray
+    model: Model, block: ElementBlock, rows_of_nodes: IntArray
 ) -> Iterator[tuple[IntArray, FloatArray, FloatArray, FloatArray | None]]:
+    """Places of the elements' nodes in `rows_of_nodes` (n, k), and K, M, C (n, 6 k, 6 k), some at a time."""
     rows = max(1, CHUNK // (6 * block.nodes_idx.shape[1]) ** 2)
     for start in range(0, block.ids.size, rows):
         nodes = block.nodes_idx[start : start + rows]
@@ -118,17 +121,28 @@ def _element_matrices(
                 where=block.where,
                 fix="Repair these elements: check node order and coincident nodes.",
             ) from error
-        dofs = np.searchsorted(labels, node_dofs(nodes.ravel()).reshape(nodes.shape[0], -1))
-        yield dofs, Ke, Me, Ce
+        yield np.searchsorted(rows_of_nodes, nodes), Ke, Me, Ce
 
 
-def _scatter(Ae: FloatArray, dofs: IntArray, n: int) -> Matrix:
-    d = dofs.shape[1]
-    rows = np.repeat(dofs, d, axis=1).ravel().astype(np.int32)
-    cols = np.tile(dofs, (1, d)).ravel().astype(np.int32)
-    A = sp.coo_matrix((Ae.ravel(), (rows, cols)), shape=(n, n)).tocsr()
-    A.eliminate_zeros()
-    return A
+class _Scatter:
+    """Sums element matrices into a sparse one, 6 x 6 block by block: each pair of nodes is looked up but once."""
+
+    def __init__(self, nodes: IntArray, n_node: int) -> None:
+        """`nodes` (n, k) of each element, in a model of `n_node`."""
+        self.k, self.n = nodes.shape[1], 6 * n_node
+        pair = (nodes[:, :, None] * n_node + nodes[:, None, :]).ravel()
+        pairs, at = np.unique(pair, return_inverse=True)
+        self._sum = sp.csr_matrix((np.ones(pair.size), (at, np.arange(pair.size))), shape=(pairs.size, pair.size))
+        self._columns = pairs % n_node
+        self._starts = np.searchsorted(pairs, np.arange(n_node + 1) * n_node)
+
+    def __call__(self, Ae: FloatArray) -> Matrix:
+        """The sum of Ae (n, 6 k, 6 k), without stored zeros."""
+        blocks = Ae.reshape(-1, self.k, 6, self.k, 6).transpose(0, 1, 3, 2, 4).reshape(-1, 36)
+        summed = (self._sum @ blocks).reshape(-1, 6, 6)
+        A = sp.bsr_matrix((summed, self._columns, self._starts), shape=(self.n, self.n)).tocsr()
+        A.eliminate_zeros()
+        return A
 
 
 def split_constraints(model: Model) -> tuple[list[list[Constraint]], list[Constraint]]:
@@ -165,12 +179,12 @@ def part_system(model: Model, part: int, common: Rayleigh, *, override: bool = F
     matrices = assemble_blocks(model, blocks, labels, common, override)
     equations = [e for c in inside[part] for e in linear_equations(c, model.nodes.coords)]
     T, independent = transformation(labels, eliminate(equations))
-    K, M = (_congruent(T, A) for A in (matrices.K, matrices.M))
-    C = None if matrices.C is None else _congruent(T, matrices.C)
+    K, M = (congruent(T, A) for A in (matrices.K, matrices.M))
+    C = None if matrices.C is None else congruent(T, matrices.C)
     needed = np.isin(independent, _outside_labels(model, across))
     keep = np.flatnonzero((K.diagonal() != 0.0) | (M.diagonal() != 0.0) | needed)
-    K, M, T = K[keep][:, keep], M[keep][:, keep], T[:, keep]
-    C = None if C is None else C[keep][:, keep]
+    K, M, T = principal(K, keep), principal(M, keep), T[:, keep]
+    C = None if C is None else principal(C, keep)
     translation = (labels % 6 == 0).astype(np.float64)
     return System(
         name=model.parts[part].name,
@@ -209,8 +223,10 @@ def loose_system(model: Model, common: Rayleigh) -> System | None:
 
 
 def _initial_velocity(model: Model, coordinates: IntArray) -> FloatArray:
-    given = {dof_label(node, dof): value for node, dof, value in model.initial_velocity}
-    return np.array([given.get(label, 0.0) for label in coordinates.tolist()])
+    velocity = np.zeros(6 * model.nodes.count)
+    for node, dof, value in model.initial_velocity:
+        velocity[dof_label(node, dof)] = value
+    return velocity[coordinates]
 
 
 def _outside_labels(model: Model, across: Sequence[Constraint]) -> IntArray:
@@ -218,12 +234,6 @@ def _outside_labels(model: Model, across: Sequence[Constraint]) -> IntArray:
     linked = {label for c in across for e in linear_equations(c, model.nodes.coords) for label in e.labels}
     held = [node_dofs(fixed.nodes_idx, fixed.dofs) for fixed in model.fixed]
     return np.concatenate([np.array(sorted(linked), dtype=np.int64), *held])
-
-
-def _congruent(T: Matrix, A: Matrix) -> Matrix:
-    B = (T.T @ (A @ T)).tocsr()
-    B.sum_duplicates()
-    return B
 
 
 def _rows_of(labels: IntArray, T: Matrix, n_node: int) -> Rows:

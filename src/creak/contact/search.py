@@ -62,6 +62,20 @@ class FacetTree:
     levels: tuple[_Level, ...]
 
 
+@dataclass(frozen=True)
+class _Boxes:
+    """A box round each facet, turned to its normal and its longer side."""
+
+    centre: FloatArray
+    """(n, 3)"""
+    frame: FloatArray
+    """(n, 3, 3) rows: along the longer side, across it, along the normal."""
+    extent: FloatArray
+    """(n, 3) of the corners from the centre, along the rows of `frame`."""
+    cosine: FloatArray
+    """(n,) between the normal and the corner normal farthest from it."""
+
+
 def project_along(
     points: FloatArray, directions: FloatArray, main: Facets, limit: float, accept: Accept | None = None
 ) -> Projection:
@@ -142,12 +156,12 @@ def _unit(vectors: FloatArray) -> FloatArray:
 def _project(
     points: FloatArray, main: Facets, limit: float, directions: FloatArray | None, accept: Accept | None
 ) -> Projection:
-    n, tree = points.shape[0], facet_tree(main)
+    n, tree, boxes = points.shape[0], facet_tree(main), _boxes(main.coords)
     best = Projection(
         np.zeros(n, dtype=bool), np.zeros(n, dtype=np.int64), np.zeros((n, 4)), np.full(n, np.inf), np.zeros((n, 3))
     )
     for begin in range(0, n, POINTS_AT_ONCE):
-        row, facet = _candidates(points, directions, main, tree, limit, begin, min(begin + POINTS_AT_ONCE, n))
+        row, facet = _candidates(points, directions, boxes, tree, limit, begin, min(begin + POINTS_AT_ONCE, n))
         along = None if directions is None else directions[row]
         shape, distance, normal, inside = meet_facets(points[row], main.coords[facet], main.is_triangle[facet], along)
         good = inside & (np.abs(distance) <= limit) & _converged(points[row], main, facet, shape, distance, normal)
@@ -175,8 +189,9 @@ def _converged(
 
 
 def _candidates(
-    points: FloatArray, directions: FloatArray | None, main: Facets, tree: FacetTree, limit: float, begin: int, end: int
-) -> tuple[IntArray, IntArray]:
+    points: FloatArray, directions: FloatArray | None, boxes: _Boxes, tree: FacetTree, limit: float,
+    begin: int, end: int,
+) -> tuple[IntArray, IntArray]:  # fmt: skip
     """Pairs of points and facets that may meet; none that does is left out."""
     row = np.arange(begin, end)
     node = np.zeros(row.size, dtype=np.int64)
@@ -188,7 +203,7 @@ def _candidates(
     first, count = tree.bounds[node], tree.bounds[node + 1] - tree.bounds[node]
     inner = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
     row, facet = np.repeat(row, count), tree.order[np.repeat(first, count) + inner]
-    keep = _over(points[row], None if directions is None else directions[row], main.coords[facet], limit)
+    keep = _over(points[row], None if directions is None else directions[row], boxes, facet, limit)
     return row[keep], facet[keep]
 
 
@@ -205,8 +220,8 @@ def _may_meet(
     return np.asarray((distance <= limit + radius) & (across <= radius + slack + 1e-9 * distance))
 
 
-def _over(points: FloatArray, directions: FloatArray | None, x: FloatArray, limit: float) -> BoolArray:
-    """Is the point over the rectangle round the facet (turned to its longer side), seen along the line?"""
+def _boxes(x: FloatArray) -> _Boxes:
+    """Boxes round facets with corners x (n, 4, 3)."""
     centre = x.mean(axis=1)
     normal = _unit(np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]))
     sides = np.stack([x[:, 1] - x[:, 0] + x[:, 2] - x[:, 3], x[:, 2] - x[:, 1] + x[:, 3] - x[:, 0]], axis=1)
@@ -214,10 +229,19 @@ def _over(points: FloatArray, directions: FloatArray | None, x: FloatArray, limi
     first = _unit(sides[np.arange(len(x)), np.argmax(length, axis=1)])
     first = _unit(first - np.einsum("nx,nx->n", first, normal)[:, None] * normal)
     frame = np.stack([first, np.cross(normal, first), normal], axis=1)
-    offset = np.einsum("nax,nx->na", frame, points - centre)
     extent = np.abs(np.einsum("nax,njx->nja", frame, x - centre[:, None])).max(axis=1)
+    cosine = np.einsum("njx,nx->nj", _corner_directions(x), normal).min(axis=1)
+    return _Boxes(centre, frame, extent, cosine)
+
+
+def _over(
+    points: FloatArray, directions: FloatArray | None, boxes: _Boxes, facet: IntArray, limit: float
+) -> BoolArray:
+    """Is the point over the facet's box, seen along the line?"""
+    frame, extent = boxes.frame[facet], boxes.extent[facet]
+    offset = np.einsum("nax,nx->na", frame, points - boxes.centre[facet])
     if directions is None:
-        cosine = np.einsum("njx,nx->nj", _corner_directions(x), normal).min(axis=1)
+        cosine = boxes.cosine[facet]
         steep = cosine <= 0.0
         slack = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) * np.minimum(np.abs(offset[:, 2]) + extent[:, 2], limit)
         slack = slack / np.maximum(cosine, 1e-12)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import Facets, corner_normals, facets_of
@@ -238,18 +238,20 @@ def _rows(
     secondary: Facets, main: Facets, points: Points, main_shape: FloatArray, facet: IntArray, normal: FloatArray,
     found: BoolArray, at: IntArray, share: FloatArray, channel_of: IntArray,
 ) -> ChannelRows:  # fmt: skip
-    """(channel, label) triplets: share_i(q) n_q . (sum_s N_s u_s - sum_m N_m u_m)."""
+    """(channel, label) triplets: sum_q share_i(q) n_q . (sum_s N_s u_s - sum_m N_m u_m).
+
+    The weights of the points on every pair of channel and node come first; their product with the points' normals and
+    tangents then sums over the points.
+    """
     q = np.flatnonzero(found)
     nodes = np.concatenate([secondary.nodes[points.facet[q]], main.nodes[facet[q]]], axis=1)
     weight = np.concatenate([points.shape[q], -main_shape[q]], axis=1)
-    tangents = tangents_of(normal[q])
-    pieces: list[list[Any]] = []
-    for corner in range(4):
-        channel = channel_of[at[q, corner]]
-        use = np.flatnonzero((channel >= 0) & (share[q, corner] != 0.0))
-        scaled = share[q, corner][use, None] * weight[use]
-        label = 6 * nodes[use][:, :, None] + np.arange(3)
-        values = [(scaled[:, :, None] * v[use][:, None, :]).ravel() for v in (normal[q], *tangents)]
-        pieces.append([np.repeat(channel[use], 24), label.ravel(), *values])
-    joined = [np.concatenate([p[i] for p in pieces]) for i in range(5)]
-    return ChannelRows(joined[0].astype(np.int64), joined[1].astype(np.int64), *joined[2:])
+    channel, share = channel_of[at[q]], share[q]
+    row, corner = np.nonzero((channel >= 0) & (share != 0.0))
+    n_node = int(nodes.max(initial=0)) + 1
+    pairs, pair = np.unique((channel[row, corner, None] * n_node + nodes[row]).ravel(), return_inverse=True)
+    weights = (share[row, corner, None] * weight[row]).ravel()
+    W = sp.csr_matrix((weights, (pair, np.repeat(row, 8))), shape=(pairs.size, q.size))
+    label = 6 * (pairs % n_node)[:, None] + np.arange(3)
+    values = [(W @ v).ravel() for v in (normal[q], *tangents_of(normal[q]))]
+    return ChannelRows(np.repeat(pairs // n_node, 3), label.ravel(), *values)
