@@ -15,7 +15,8 @@ from creak.assembly.damping import Damping
 from creak.assembly.dofs import dof_label, node_dofs
 from creak.assembly.elimination import LinearEquation, congruent, eliminate, principal, transformation
 from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
-from creak.assembly.system import Supports, System, symmetric, to_dense
+from creak.assembly.system import Supports, System, to_dense
+from creak.linalg.dense_product import symmetric
 from creak.model.mesh import Model
 
 

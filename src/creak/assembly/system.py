@@ -9,6 +9,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.damping import Damping
+from creak.linalg.dense_product import symmetric
 
 Rows = Callable[[IntArray], tuple[Matrix, Matrix]]
 """Physical dof labels (k,) -> (R, R_s) with u[labels] = R q + R_s s; (k, n) and (k, n_support)."""
@@ -157,11 +158,6 @@ def momentum_fit(M: FloatArray, momentum: FloatArray) -> FloatArray:
     if not momentum.any():
         return np.zeros(M.shape[0])
     return np.asarray(np.linalg.solve(M, momentum), dtype=np.float64)
-
-
-def symmetric(A: FloatArray) -> FloatArray:
-    """The symmetric part, to clean round-off."""
-    return 0.5 * (A + A.T)
 
 
 def to_dense(A: Matrix) -> FloatArray:

@@ -31,7 +31,7 @@ def setup_detail(output: Output, setup: Setup) -> None:
     """Sizes and choices of a study."""
     if not output.verbose:
         return
-    from creak.linalg.factor import has_pardiso
+    from creak.linalg.mkl import has_pardiso
     from creak.studies.excitation import highest_frequency
 
     model_detail(output, setup.model)

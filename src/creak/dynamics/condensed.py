@@ -18,6 +18,7 @@ from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.step_matrix import StepFactor
 from creak.dynamics.vector_kernels import combination
+from creak.linalg.dense_product import symmetric
 
 RESPONSE_MEMORY = 2_000_000_000
 """Bytes up to which W = S^-1 [G; T]' is kept, so that contact costs no second back-substitution."""
@@ -96,7 +97,7 @@ class CondensedContact:
         self._rows = on.rows
         compliance, self._W = response(solver, self._rows, keep=True)
         compliance *= self._weight * scheme.beta * h * h
-        self.compliance = np.ascontiguousarray(0.5 * (compliance + compliance.T))
+        self.compliance = np.ascontiguousarray(symmetric(compliance))
 
     def forces(
         self, gap_free: FloatArray, rate_free: FloatArray, slip_free: FloatArray, stuck: BoolArray, before: FloatArray

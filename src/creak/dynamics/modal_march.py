@@ -40,6 +40,7 @@ from creak.dynamics.scheme import Scheme
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.errors import InputError
+from creak.linalg.dense_product import symmetric
 from creak.linalg.threads import one_blas_thread
 
 CHUNK = 2_000
@@ -269,7 +270,7 @@ def _step(m: FloatArray, c: FloatArray, k: FloatArray, scheme: Scheme | Massless
 def _compliance(model: ModalModel, step: ModalStep) -> FloatArray:
     """A (m + 2 f, m + 2 f): displacement of the channels at the end of a step per force there."""
     A = (model.rows * step.gain[0]) @ model.rows.T
-    return np.ascontiguousarray(0.5 * (A + A.T))
+    return np.ascontiguousarray(symmetric(A))
 
 
 def _model(

@@ -7,15 +7,11 @@ BLAS does the same. All arrays are in Fortran order (or blocks of rows and colum
 
 from __future__ import annotations
 
-import ctypes
-import functools
-from typing import Any
-
 import numpy as np
 import scipy.linalg.blas as blas
 
 from creak.arrays import FloatArray
-from creak.linalg.factor import has_pardiso, mkl_library
+from creak.linalg.mkl import has_pardiso, mkl_library
 
 _COLUMN_MAJOR, _PLAIN, _TRANSPOSED, _RIGHT, _UPPER, _NON_UNIT = 102, 111, 112, 142, 121, 131
 
@@ -51,7 +47,7 @@ def right_solve(C: FloatArray, R: FloatArray) -> None:
     """C <- C R^-1 in place, for C (n, b) and upper triangular R (b, b)."""
     if has_pardiso() and C.size:
         R = np.asfortranarray(R)
-        mkl().cblas_dtrsm(
+        mkl_library().cblas_dtrsm(
             _COLUMN_MAJOR, _RIGHT, _UPPER, _PLAIN, _NON_UNIT, C.shape[0], C.shape[1], 1.0,
             R.ctypes.data, _leading(R), C.ctypes.data, _leading(C),
         )  # fmt: skip
@@ -59,8 +55,13 @@ def right_solve(C: FloatArray, R: FloatArray) -> None:
         C[:] = blas.dtrsm(1.0, R, C, side=1)
 
 
+def symmetric(A: FloatArray) -> FloatArray:
+    """The symmetric part, to clean round-off."""
+    return 0.5 * (A + A.T)
+
+
 def _gemm(trans_a: int, alpha: float, A: FloatArray, B: FloatArray, beta: float, C: FloatArray) -> None:
-    mkl().cblas_dgemm(
+    mkl_library().cblas_dgemm(
         _COLUMN_MAJOR, trans_a, _PLAIN, C.shape[0], C.shape[1], B.shape[0], alpha,
         A.ctypes.data, _leading(A), B.ctypes.data, _leading(B), beta, C.ctypes.data, _leading(C),
     )  # fmt: skip
@@ -71,14 +72,3 @@ def _leading(A: FloatArray) -> int:
     if A.dtype != np.float64 or (A.shape[0] > 1 and A.strides[0] != 8):
         raise ValueError("the block is not in Fortran order")
     return max(A.strides[1] // 8, A.shape[0], 1)
-
-
-@functools.cache
-def mkl() -> Any:
-    """MKL with the types of the two functions used here (32-bit integers)."""
-    library = mkl_library()
-    i, d, p = ctypes.c_int, ctypes.c_double, ctypes.c_void_p
-    library.cblas_dgemm.argtypes = [i] * 6 + [d, p, i, p, i, d, p, i]
-    library.cblas_dtrsm.argtypes = [i] * 7 + [d, p, i, p, i]
-    library.cblas_dgemm.restype = library.cblas_dtrsm.restype = None
-    return library

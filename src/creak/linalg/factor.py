@@ -7,8 +7,6 @@ LAPACK, diagonal ones to a division. The caller never asks which.
 from __future__ import annotations
 
 import ctypes
-import functools
-import importlib.util
 import sys
 from typing import Any, Protocol
 
@@ -20,6 +18,7 @@ import scipy.sparse.linalg as spla
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
+from creak.linalg.mkl import has_pardiso, mkl_library
 
 
 class SingularMatrixError(NumericalError):
@@ -81,11 +80,6 @@ def regular_factor(A: Matrix) -> Factor | None:
     x0 = found.solve(np.random.default_rng(7).standard_normal(A.shape[0]))
     error = np.linalg.norm(found.solve(np.asarray(A @ x0)) - x0)
     return found if error <= REGULAR * np.linalg.norm(x0) else None
-
-
-def has_pardiso() -> bool:
-    """True where the MKL PARDISO solver is installed."""
-    return importlib.util.find_spec("pypardiso") is not None
 
 
 class _DiagonalFactor:
@@ -152,14 +146,6 @@ class _SuperLUFactor:
 
     def solve(self, b: FloatArray) -> FloatArray:
         return self._lu.solve(np.ascontiguousarray(b))
-
-
-@functools.cache
-def mkl_library() -> Any:
-    """MKL as a ctypes library, found and loaded by pypardiso."""
-    from pypardiso import PyPardisoSolver
-
-    return PyPardisoSolver().libmkl
 
 
 class _PardisoFactor:

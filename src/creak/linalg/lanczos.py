@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as sla
 
-from creak.arrays import FloatArray, IntArray, Matrix
-from creak.linalg.dense_product import inner, product, right_solve, subtract_product
+from creak.arrays import FloatArray, IntArray
+from creak.linalg.dense_product import inner, product, right_solve, subtract_product, symmetric
 from creak.linalg.factor import Factor
 from creak.linalg.sparse_product import BlockProduct
 from creak.linalg.threads import one_blas_thread
@@ -102,7 +102,7 @@ class _Basis:
 
 def lanczos(
     inverse: Factor,
-    M: Matrix,
+    mass: BlockProduct,
     shift: float,
     wanted: int,
     *,
@@ -116,7 +116,7 @@ def lanczos(
     ----------
     inverse : factor of K - shift M. Its negative eigenvalues, as many as there are modes below the shift, are
         `wanted` at most.
-    M : (n, n) positive semidefinite; A = inverse M is self-adjoint in its inner product.
+    mass : product with M (n, n), positive semidefinite; A = inverse M is self-adjoint in its inner product.
     wanted, extra : number of eigenpairs, and of further eigenvalues without their vectors.
     upper : the `wanted` eigenvalues are known to be smaller than this; the search goes on until they are.
 
@@ -129,11 +129,11 @@ def lanczos(
     reorthogonalisation, Simon, Math. Comp. 42, 1984). Dependent columns are replaced by random ones, so
     multiplicities may exceed the block width. The memory is that of the basis, 2 to 3 times `wanted` vectors.
     """
-    n = M.shape[0]
+    n = mass.n
     values = min(wanted + extra, n)
     width = min(block_width(values), n)
     sought = _Sought(shift, inverse.n_negative, wanted, values, upper)
-    krylov = _Krylov(inverse, M, min(n, 3 * values + 4 * width))
+    krylov = _Krylov(inverse, mass, min(n, 3 * values + 4 * width))
     W, Z, _ = krylov.next_block(np.zeros((n, 0)), width, 0.0)
     if W.shape[1] == 0:  # no mass at all
         return Ritz(np.zeros(0), np.zeros((n, 0)), krylov.columns)
@@ -212,10 +212,10 @@ def block_width(values: int) -> int:
 class _Krylov:
     """The growing Krylov space of A = inverse M."""
 
-    def __init__(self, inverse: Factor, M: Matrix, capacity: int) -> None:
-        self._inverse, self._mass = inverse, BlockProduct(M)
+    def __init__(self, inverse: Factor, mass: BlockProduct, capacity: int) -> None:
+        self._inverse, self._mass = inverse, mass
         self._rng = np.random.default_rng(20190527)
-        self.basis = _Basis(M.shape[0], capacity)
+        self.basis = _Basis(mass.n, capacity)
         self.columns = 0
 
     def step(self, W: FloatArray, Z: FloatArray, back: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -226,7 +226,7 @@ class _Krylov:
         self.basis.remove_block(W, before, back)
         alpha = inner(Z, W)
         self.basis.remove_block(W, before + back.shape[0], alpha)
-        return W, _symmetric(alpha)
+        return W, symmetric(alpha)
 
     def next_block(self, W: FloatArray, width: int, floor: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Q (n, width), M Q and R with W = Q R: M-orthonormal, also to the basis, filled up with random columns.
@@ -247,17 +247,17 @@ class _Krylov:
     def _orthonormal(self, W: FloatArray, R: FloatArray, floor: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Cholesky orthonormalisation, repeated while it was ill-conditioned or old vectors had to be removed."""
         Z = self._mass(W)
-        for _ in range(MAX_PASSES):
+        for left in reversed(range(MAX_PASSES)):
             if W.shape[1] == 0:
                 break
-            gram = _symmetric(inner(W, Z))
+            gram = symmetric(inner(W, Z))
             factor_R, condition = _cholesky(gram, floor)
             if factor_R is None:
                 W, factor_R = _independent(W, gram, floor)
                 Z = self._mass(W)
             else:
                 old = self.basis.loss(Z, factor_R) > ORTHOGONAL
-                if old and condition < WELL:
+                if old and condition < WELL and left:
                     self.basis.remove(W, Z)
                     Z = self._mass(W)
                     continue
@@ -295,10 +295,6 @@ def _independent(W: FloatArray, gram: FloatArray, floor: float) -> tuple[FloatAr
     keep = values > max(floor**2, 1e-20 * values[-1])
     length = np.sqrt(values[keep])
     return product(W, vectors[:, keep] / length), length[:, None] * vectors[:, keep].T
-
-
-def _symmetric(A: FloatArray) -> FloatArray:
-    return 0.5 * (A + A.T)
 
 
 def _bordered(T: FloatArray, back: FloatArray, alpha: FloatArray) -> FloatArray:

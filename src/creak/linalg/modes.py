@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, Matrix
 from creak.errors import NumericalError
-from creak.linalg.dense_product import inner
+from creak.linalg.dense_product import inner, symmetric
 from creak.linalg.factor import Factor, SingularMatrixError, factor
 from creak.linalg.lanczos import Ritz, lanczos
 from creak.linalg.sparse_product import BlockProduct
@@ -56,6 +56,20 @@ class Modes:
         return np.sqrt(np.maximum(self.omega2, 0.0)) / (2.0 * np.pi)
 
 
+@dataclass(frozen=True)
+class _Pencil:
+    """K x = lam M x."""
+
+    K: Matrix
+    M: Matrix
+    mass: BlockProduct
+    """The product with M."""
+
+    def shifted(self, shift: float) -> Matrix:
+        """K - shift M."""
+        return self.K if shift == 0.0 else self.K - shift * self.M
+
+
 def modes(
     K: Matrix,
     M: Matrix,
@@ -90,40 +104,41 @@ def modes(
     if n <= DENSE_LIMIT:
         return _dense_modes(K, M, f_max, count, free)
     shift = -small_shift(K, M) if free else 0.0
+    pencil = _Pencil(K, M, BlockProduct(M))
     try:
-        inverse = stiffness_factor or factor(_shifted(K, M, shift))
+        inverse = stiffness_factor or factor(pencil.shifted(shift))
     except SingularMatrixError as error:
         raise NumericalError(f"the stiffness matrix is singular at row {error.row}: is the body held?") from error
     if f_max is None:
-        return _lowest(K, M, shift, min(int(count or 0), n), inverse, free, progress)
-    return _below(K, M, shift, (2.0 * np.pi * f_max) ** 2, inverse, free, progress)
+        return _lowest(pencil, shift, min(int(count or 0), n), inverse, free, progress)
+    return _below(pencil, shift, (2.0 * np.pi * f_max) ** 2, inverse, free, progress)
 
 
 def _lowest(
-    K: Matrix, M: Matrix, shift: float, count: int, inverse: Factor, free: bool, progress: Progress | None
-) -> Modes:  # fmt: skip
+    pencil: _Pencil, shift: float, count: int, inverse: Factor, free: bool, progress: Progress | None
+) -> Modes:
     """The `count` lowest modes; the inertia above the last one tells whether one was missed."""
     if count == 0:
-        return Modes(np.zeros(0), np.zeros((K.shape[0], 0)), 0.0, True)
-    found = lanczos(inverse, M, shift, count, progress=progress)
-    return _checked(K, M, found.lam, found.shapes, free, count=True, columns=found.columns)
+        return Modes(np.zeros(0), np.zeros((pencil.mass.n, 0)), 0.0, True)
+    found = lanczos(inverse, pencil.mass, shift, count, progress=progress)
+    return _checked(pencil, found.lam, found.shapes, free, count=True, columns=found.columns)
 
 
 def _below(
-    K: Matrix, M: Matrix, shift: float, upper: float, inverse: Factor, free: bool, progress: Progress | None
-) -> Modes:  # fmt: skip
+    pencil: _Pencil, shift: float, upper: float, inverse: Factor, free: bool, progress: Progress | None
+) -> Modes:
     """All modes below omega^2 = `upper` and the eigenvalue after them; their number is the inertia of K - upper M."""
-    wanted = factor(_shifted(K, M, upper), definite=False).n_negative
+    wanted = factor(pencil.shifted(upper), definite=False).n_negative
     amid = shift if wanted < MANY else AMID * upper
-    solver = inverse if amid == shift else factor(_shifted(K, M, amid), definite=False)
-    found = lanczos(solver, M, amid, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress)
+    solver = inverse if amid == shift else factor(pencil.shifted(amid), definite=False)
+    found = lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress)
     low = 0 if amid == shift else int(np.searchsorted(found.lam, LOW * amid))
-    _refine(inverse, shift, M, found, low)
+    _refine(inverse, shift, pencil.mass, found, low)
     after = found.lam[wanted] if found.lam.size > wanted else np.inf
-    return _checked(K, M, found.lam[:wanted], found.shapes, free, after=after, columns=found.columns + low)
+    return _checked(pencil, found.lam[:wanted], found.shapes, free, after=after, columns=found.columns + low)
 
 
-def _refine(inverse: Factor, shift: float, M: Matrix, found: Ritz, low: int) -> None:
+def _refine(inverse: Factor, shift: float, mass: BlockProduct, found: Ritz, low: int) -> None:
     """One inverse iteration with Rayleigh-Ritz on the `low` first modes, in place.
 
     1 / (lam - amid) hardly differs among modes far below `amid`; 1 / (lam - shift) does. `inverse`: a factor of
@@ -131,17 +146,12 @@ def _refine(inverse: Factor, shift: float, M: Matrix, found: Ritz, low: int) -> 
     """
     if low == 0:
         return
-    product = BlockProduct(M)
-    MX = product(found.shapes[:, :low])
+    MX = mass(found.shapes[:, :low])
     Y = inverse.solve(MX)
-    stiffness, mass = inner(Y, MX), inner(Y, product(Y))  # Y' (K - shift M) Y = Y' M X
-    values, S = sla.eigh(0.5 * (stiffness + stiffness.T), 0.5 * (mass + mass.T))
+    stiffness = inner(Y, MX)  # Y' (K - shift M) Y = Y' M X
+    values, S = sla.eigh(symmetric(stiffness), symmetric(inner(Y, mass(Y))))
     found.lam[:low] = shift + values
     found.shapes[:, :low] = Y @ S
-
-
-def _shifted(K: Matrix, M: Matrix, shift: float) -> Matrix:
-    return K if shift == 0.0 else K - shift * M
 
 
 def small_shift(K: Matrix, M: Matrix) -> float:
@@ -162,7 +172,8 @@ def _dense_modes(K: Matrix, M: Matrix, f_max: float | None, count: int | None, f
     keep = omega2 <= (2.0 * np.pi * f_max) ** 2 if f_max is not None else np.arange(omega2.size) < (count or 0)
     round_off = 100.0 * np.finfo(float).eps * float(np.abs(omega2).max(initial=0.0))
     after = float(omega2[~keep].min(initial=np.inf))
-    return _checked(dense_K, dense_M, omega2[keep], shapes[:, keep], free, round_off=round_off, after=after)
+    pencil = _Pencil(dense_K, dense_M, BlockProduct(dense_M))
+    return _checked(pencil, omega2[keep], shapes[:, keep], free, round_off=round_off, after=after)
 
 
 def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -178,27 +189,28 @@ def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 def _checked(
-    K: Matrix, M: Matrix, omega2: FloatArray, shapes: FloatArray, free: bool, *,
+    pencil: _Pencil, omega2: FloatArray, shapes: FloatArray, free: bool, *,
     count: bool = False, round_off: float = 0.0, after: float = np.nan, columns: int = 0,
 ) -> Modes:  # fmt: skip
     """Clean rigid-body values to 0, measure residuals; `count`: compare with the inertia just above the last."""
-    scale = max(abs(small_shift(K, M)), 1e-300)
+    K = pencil.K
+    scale = max(abs(small_shift(K, pencil.M)), 1e-300)
     rigid = max(RIGID * scale, round_off)
     omega2 = np.where(np.abs(omega2) < rigid, 0.0, omega2) if free else omega2
     after = 0.0 if free and abs(after) < rigid else after
     sturm_ok = True
     if count and sp.issparse(K) and omega2.size and omega2.size < K.shape[0]:
-        above = _shifted(K, M, omega2[-1] * (1.0 + 1e-6) + 1e-3 * scale)
+        above = pencil.shifted(omega2[-1] * (1.0 + 1e-6) + 1e-3 * scale)
         sturm_ok = factor(above, definite=False).n_negative == omega2.size or _last_is_repeated(omega2)
-    return Modes(omega2, shapes, _residual(K, M, omega2, shapes), sturm_ok, float(after), columns)
+    return Modes(omega2, shapes, _residual(pencil, omega2, shapes), sturm_ok, float(after), columns)
 
 
-def _residual(K: Matrix, M: Matrix, omega2: FloatArray, shapes: FloatArray) -> float:
+def _residual(pencil: _Pencil, omega2: FloatArray, shapes: FloatArray) -> float:
     """Largest |K x - omega^2 M x| / |K x| over the elastic modes, some columns at a time."""
-    stiffness, mass, worst = BlockProduct(K), BlockProduct(M), 0.0
+    stiffness, worst = BlockProduct(pencil.K), 0.0
     for first in range(int(np.count_nonzero(omega2 <= 0.0)), omega2.size, COLUMNS):
         some = slice(first, first + COLUMNS)
-        Kx, Mx = stiffness(shapes[:, some]), mass(shapes[:, some])
+        Kx, Mx = stiffness(shapes[:, some]), pencil.mass(shapes[:, some])
         size = np.linalg.norm(Kx, axis=0)
         Mx *= omega2[some]
         Kx -= Mx

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import ctypes
-import functools
 import os
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
 
 import numba
 import numpy as np
@@ -15,7 +13,7 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import NumericalError
-from creak.linalg.factor import has_pardiso, mkl_library
+from creak.linalg.mkl import MatrixKind, has_pardiso, mkl_library
 
 COLUMNS = 32
 """Columns multiplied at a time."""
@@ -76,53 +74,35 @@ class MklRows:
     _EXPECTED_CALLS = 1000
 
     def __init__(self, A: sp.csr_matrix) -> None:
-        self._shape, self._handle = A.shape, ctypes.c_void_p()
+        self._handle = ctypes.c_void_p()
         self._indptr, self._indices = A.indptr.astype(np.int32), A.indices.astype(np.int32)
         self._data = np.ascontiguousarray(A.data, dtype=np.float64)
         start = self._indptr.ctypes.data
-        _accept(_mkl_sparse().mkl_sparse_d_create_csr(
+        _accept(mkl_library().mkl_sparse_d_create_csr(
             ctypes.byref(self._handle), 0, *A.shape, start, start + self._indptr.itemsize,
             self._indices.ctypes.data, self._data.ctypes.data,
         ))  # fmt: skip
-        self._kind = _Kind(self._GENERAL, 0, 0)
-        _accept(_mkl_sparse().mkl_sparse_set_mm_hint(
+        self._kind = MatrixKind(self._GENERAL, 0, 0)
+        _accept(mkl_library().mkl_sparse_set_mm_hint(
             self._handle, self._PLAIN, self._kind, self._ROW_MAJOR, COLUMNS, self._EXPECTED_CALLS
         ))  # fmt: skip
-        _accept(_mkl_sparse().mkl_sparse_optimize(self._handle))
+        _accept(mkl_library().mkl_sparse_optimize(self._handle))
 
     def multiply(self, X: FloatArray, Y: FloatArray) -> None:
         """Y = A X for X (n, k) and Y (m, k), both contiguous in C order."""
         k = X.shape[1]
-        _accept(_mkl_sparse().mkl_sparse_d_mm(
+        _accept(mkl_library().mkl_sparse_d_mm(
             self._PLAIN, 1.0, self._handle, self._kind, self._ROW_MAJOR, X.ctypes.data, k, k, 0.0, Y.ctypes.data, k
         ))  # fmt: skip
 
     def __del__(self) -> None:
         if getattr(self, "_handle", None) and not sys.is_finalizing():
-            _mkl_sparse().mkl_sparse_destroy(self._handle)
-
-
-class _Kind(ctypes.Structure):
-    """MKL's matrix_descr."""
-
-    _fields_ = (("type", ctypes.c_int), ("mode", ctypes.c_int), ("diag", ctypes.c_int))
+            mkl_library().mkl_sparse_destroy(self._handle)
 
 
 def _accept(status: int) -> None:
     if status != 0:
         raise NumericalError(f"MKL's sparse product failed with code {status}")
-
-
-@functools.cache
-def _mkl_sparse() -> Any:
-    """MKL with the types of the functions used here (32-bit integers)."""
-    library = mkl_library()
-    i, d, p = ctypes.c_int, ctypes.c_double, ctypes.c_void_p
-    library.mkl_sparse_d_create_csr.argtypes = [p, i, i, i, p, p, p, p]
-    library.mkl_sparse_set_mm_hint.argtypes = [p, i, _Kind, i, i, i]
-    library.mkl_sparse_optimize.argtypes = library.mkl_sparse_destroy.argtypes = [p]
-    library.mkl_sparse_d_mm.argtypes = [i, d, p, _Kind, i, p, i, i, d, p, i]
-    return library
 
 
 def _equal_work(A: sp.csr_matrix) -> list[int]:

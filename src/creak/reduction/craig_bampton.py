@@ -10,7 +10,8 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.damping import Damping
-from creak.assembly.system import Rows, System, momentum_fit, no_supports, symmetric, to_dense
+from creak.assembly.system import Rows, System, momentum_fit, no_supports, to_dense
+from creak.linalg.dense_product import symmetric
 from creak.linalg.modes import Modes, modes
 from creak.linalg.sparse_product import BlockProduct
 from creak.reduction.inside import Inside

@@ -9,6 +9,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
+from creak.linalg.dense_product import symmetric
 from creak.reduction.health.rigid import rigid_vectors
 
 NOTHING = 1e-12
@@ -78,4 +79,4 @@ def effective_mass(
         MR = np.asarray(M @ R)
         mass += R.T @ MR
         load += np.asarray(system.rows(labels)[0].T @ MR)
-    return EffectiveMass(np.asarray(about, dtype=np.float64), shapes.T @ load, 0.5 * (mass + mass.T))
+    return EffectiveMass(np.asarray(about, dtype=np.float64), shapes.T @ load, symmetric(mass))

@@ -9,7 +9,8 @@ import scipy.linalg as sla
 
 from creak.arrays import FloatArray
 from creak.assembly.damping import Damping
-from creak.assembly.system import System, project, symmetric, to_dense
+from creak.assembly.system import System, project, to_dense
+from creak.linalg.dense_product import symmetric
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.factor import Factor
 from creak.linalg.modes import Modes

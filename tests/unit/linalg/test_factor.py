@@ -8,7 +8,8 @@ import scipy.sparse as sp
 
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
-from creak.linalg.factor import SingularMatrixError, _SuperLUFactor, factor, has_pardiso, regular_factor
+from creak.linalg.factor import SingularMatrixError, _SuperLUFactor, factor, regular_factor
+from creak.linalg.mkl import has_pardiso
 
 
 def spd(n: int = 60, seed: int = 0) -> sp.csr_matrix:

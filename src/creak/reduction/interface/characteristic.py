@@ -9,8 +9,9 @@ import numpy as np
 import scipy.linalg as sla
 
 from creak.arrays import FloatArray, IntArray, Matrix
-from creak.assembly.system import System, project, symmetric, to_dense
+from creak.assembly.system import System, project, to_dense
 from creak.errors import InputError, NumericalError
+from creak.linalg.dense_product import symmetric
 from creak.reduction.interface.basis import orthonormal, scale_of
 
 SAME = 1e-10
