@@ -157,7 +157,7 @@ def _static_terms(basis: Basis, extra: Matrix | None, report: Report | None) -> 
     """One pass over the constraint modes."""
     inside, P = basis.inside, basis.P
     F, H = sp.csc_matrix(inside.K_ib @ P), sp.csc_matrix(inside.M_ib @ P)
-    sides, products = [H], [BlockProduct(inside.M_ii)]
+    sides, products = [H], [inside.mass]
     if extra is not None:
         rows = extra[inside.i]
         sides.append(sp.csc_matrix(rows[:, inside.b] @ P))

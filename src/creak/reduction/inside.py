@@ -9,6 +9,7 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.errors import NumericalError
 from creak.linalg.factor import Factor, regular_factor
+from creak.linalg.sparse_product import BlockProduct
 
 
 class Inside:
@@ -26,6 +27,8 @@ class Inside:
         self.K_ii, self.K_ib, self.K_bb = _blocks(K, self.i, self.b)
         self.M_ii, self.M_ib, self.M_bb = _blocks(M, self.i, self.b)
         self._factor: Factor | None = None
+        self._stiffness: BlockProduct | None = None
+        self._mass: BlockProduct | None = None
 
     @property
     def factor(self) -> Factor:
@@ -44,9 +47,23 @@ class Inside:
             )
         return self._factor
 
+    @property
+    def stiffness(self) -> BlockProduct:
+        """The product with K_ii."""
+        if self._stiffness is None:
+            self._stiffness = BlockProduct(self.K_ii)
+        return self._stiffness
+
+    @property
+    def mass(self) -> BlockProduct:
+        """The product with M_ii."""
+        if self._mass is None:
+            self._mass = BlockProduct(self.M_ii)
+        return self._mass
+
     def release(self) -> None:
-        """Give the factor's memory back."""
-        self._factor = None
+        """Give the memory of the factor and of the products back."""
+        self._factor = self._stiffness = self._mass = None
 
     def solve(self, f: FloatArray) -> FloatArray:
         """K_ii^-1 f; f is (n_i,) or (n_i, k)."""

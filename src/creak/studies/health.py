@@ -10,8 +10,9 @@ from creak.studies.reduced_model import ReducedModel
 from creak.studies.setup import Setup
 
 Progress = Callable[[str, int, int], None]
-OWN_MODES_LIMIT = 120_000
-"""Parts with more dofs are not solved again for their own free modes unless asked: two factorisations of the part."""
+OWN_MODES_LIMIT = 40_000
+"""Parts with more dofs are not solved again for their own free modes unless asked: two factorisations of the part,
+and as long a search as a small reduction."""
 
 
 def checked(

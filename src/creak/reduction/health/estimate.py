@@ -12,7 +12,7 @@ from creak.assembly.system import System
 from creak.reduction.health.rigid import motion, needs_physical
 from creak.reduction.inside import Inside
 
-BLOCK = 16
+BLOCK = 32
 """Modes checked at a time."""
 SUBSPACE_ITERATIONS = 6
 
@@ -74,9 +74,9 @@ def residual_energy(
     """(2, k) r'y and y' M_ii y with y = K_ii^-1 r, r the inner residual."""
     u = motion(full, reduced, q)
     u_i, u_b = u[inside.i], u[inside.b]
-    r = inside.K_ii @ u_i + inside.K_ib @ u_b - (inside.M_ii @ u_i + inside.M_ib @ u_b) * omega2
+    r = inside.stiffness(u_i) + inside.K_ib @ u_b - (inside.mass(u_i) + inside.M_ib @ u_b) * omega2
     y = inside.solve(r)
-    return np.array([np.einsum("ij,ij->j", r, y), np.einsum("ij,ij->j", y, np.asarray(inside.M_ii @ y))])
+    return np.array([np.einsum("ij,ij->j", r, y), np.einsum("ij,ij->j", y, inside.mass(y))])
 
 
 def error_of(energy: FloatArray, omega2: FloatArray, cut: float) -> FloatArray:
@@ -126,8 +126,8 @@ def _lowest(inside: Inside) -> float:
     x = np.random.default_rng(11).standard_normal((inside.i.size, min(BLOCK, inside.i.size)))
     x, lowest = inside.solve(x), np.inf
     for _ in range(SUBSPACE_ITERATIONS):
-        f = np.asarray(inside.M_ii @ x)
-        stiffness, mass = x.T @ np.asarray(inside.K_ii @ x), x.T @ f
+        f = inside.mass(x)
+        stiffness, mass = x.T @ inside.stiffness(x), x.T @ f
         mu, turn = sla.eigh(mass, stiffness)
         if mu[-1] <= 0.0:
             return float(np.inf)

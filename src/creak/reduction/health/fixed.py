@@ -8,6 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, Matrix
 from creak.assembly.system import System, to_dense
+from creak.linalg.sparse_product import BlockProduct
 from creak.reduction.health.rigid import RigidMotion, floats, motion
 from creak.reduction.inside import Inside
 
@@ -63,8 +64,8 @@ def _first_kept(full: System, reduced: System, inside: Inside, count: int) -> tu
     q = np.zeros((reduced.n, some.size))
     q[some, np.arange(some.size)] = 1.0
     phi = motion(full, reduced, q)[inside.i]
-    force = np.asarray(inside.K_ii @ phi)
-    off = np.linalg.norm(force - np.asarray(inside.M_ii @ phi) * omega2, axis=0)
+    force = inside.stiffness(phi)
+    off = np.linalg.norm(force - inside.mass(phi) * omega2, axis=0)
     return floats(np.sqrt(omega2) / (2.0 * np.pi)), float((off / np.linalg.norm(force, axis=0)).max())
 
 
@@ -99,14 +100,14 @@ def _inverse_energy(M: Matrix, p: FloatArray) -> FloatArray:
     whatever the mesh (Wathen, IMA J. Numer. Anal. 7, 1987). Massless rows drop out."""
     d = M.diagonal()
     keep = np.flatnonzero(d > 0.0)
-    M, d, r = M[keep][:, keep], d[keep][:, None], p[keep].copy()
+    times, d, r = BlockProduct(M[keep][:, keep]), d[keep][:, None], p[keep].copy()
     z = r / d
     s, rho = z.copy(), np.einsum("ij,ij->j", r, z)
     energy, start = np.zeros(p.shape[1]), rho.copy()
     for _ in range(CG_STEPS):
         if (rho <= CG_TOLERANCE * start).all():
             break
-        w = np.asarray(M @ s)
+        w = times(s)
         curvature = np.einsum("ij,ij->j", s, w)
         step = np.divide(rho, curvature, out=np.zeros_like(rho), where=curvature > 0.0)
         energy += step * rho
