@@ -132,8 +132,8 @@ def _contacts(model: Model, near: Sequence[Near], progress: Progress) -> tuple[C
         sides = [covering_sets(model, n.elements[i], n.parts[i]) for i in (0, 1)]
         for first, second in product(*sides):
             members = [numbers_of(model, first), numbers_of(model, second)]
-            facing = [a in members[0] and b in members[1] for a, b in n.touching.tolist()]
-            if any(facing):
+            facing = np.isin(n.touching[:, 0], members[0]) & np.isin(n.touching[:, 1], members[1])
+            if facing.any():
                 found.append(_contact(model, n, (first, second), members))
     progress("try the contacts", len(near), len(near))
     names: dict[str, int] = {}
@@ -144,7 +144,7 @@ def _contacts(model: Model, near: Sequence[Near], progress: Progress) -> tuple[C
     return tuple(out)
 
 
-def _contact(model: Model, near: Near, names: tuple[str, str], members: list[set[int]]) -> Contact:
+def _contact(model: Model, near: Near, names: tuple[str, str], members: list[IntArray]) -> Contact:
     """The pair with the finer side as secondary; the other way round where that does not work."""
     fine = len(near.elements[0]) >= len(near.elements[1])
     orders = ((0, 1), (1, 0)) if fine else ((1, 0), (0, 1))

@@ -182,28 +182,30 @@ def covering_sets(model: Model, near: IntArray, part: str) -> list[str]:
     """
     index = next(i for i, p in enumerate(model.parts) if p.name == part)
     candidates = dict(_sets_of_part(model, index))
-    left: set[int] = set(near.tolist())
+    left, taken = np.zeros((2, element_numbers(model)[-1]), dtype=bool)
+    left[near] = True
     chosen: list[str] = []
-    taken: set[int] = set()
-    while left:
-        fits = [(2.0 * len(left & s) / (len(left) + len(s)), name) for name, s in candidates.items() if not s & taken]
+    while left.any():
+        free = {name: int(np.count_nonzero(left[s])) for name, s in candidates.items() if not taken[s].any()}
+        size = int(np.count_nonzero(left))
+        fits = [(2.0 * shared / (size + candidates[name].size), name) for name, shared in free.items()]
         score, name = max(fits, key=lambda f: f[0], default=(0.0, ""))
-        if not score or len(left & candidates[name]) < LEAST * near.size:
+        if not score or free[name] < LEAST * near.size:
             break
         chosen.append(name)
-        left -= candidates[name]
-        taken |= candidates[name]
+        left[candidates[name]] = False
+        taken[candidates[name]] = True
     return chosen
 
 
-def numbers_of(model: Model, name: str) -> set[int]:
-    """Numbers of the elements of a surface or element set."""
+def numbers_of(model: Model, name: str) -> IntArray:
+    """Numbers of the elements of a surface or element set, rising."""
     first, surface = element_numbers(model), model.surfaces.get(name.upper())
     members = surface.facets if surface is not None else model.element_sets[name.upper()]
-    return set((first[members[:, 0]] + members[:, 1]).tolist())
+    return np.unique(first[members[:, 0]] + members[:, 1])
 
 
-def _sets_of_part(model: Model, part: int) -> Iterator[tuple[str, set[int]]]:
+def _sets_of_part(model: Model, part: int) -> Iterator[tuple[str, IntArray]]:
     """Surfaces first: of two equal ones the first is taken."""
     usable = [b.part == part and (b.kind in SHELLS or b.kind in FACES) for b in model.blocks]
     groups: Sequence[tuple[str, IntArray]] = [
