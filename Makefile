@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 H      ?= 20
 
-.PHONY: demo test lint docs bench dist clean
+.PHONY: demo test lint docs verification bench dist clean
 .DELETE_ON_ERROR:
 
 $(VENV)/run.stamp: pyproject.toml
@@ -40,6 +40,10 @@ docs: $(VENV)/docs.stamp
 	$(BIN)/python -m tools.gallery
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 	@echo "open build/site/index.html"
+
+verification: $(VENV)/dev.stamp
+	$(BIN)/python -m pytest --measured=docs/verification.json
+	$(BIN)/python -m tools.verification_page
 
 bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks

@@ -57,12 +57,14 @@ def full(model: Model) -> System:
     return couple(halves(model), model, NONE, NO_DAMPING)
 
 
-def reduced(model: Model, count: int, retain: tuple[int, ...] = (0, HALF, HALF + 1)) -> System:
-    """Both halves reduced to the cut (and `retain`) and `count` fixed-interface modes each, then joined."""
+def reduced(
+    model: Model, count: int | None = None, retain: tuple[int, ...] = (0, HALF, HALF + 1), f_max: float | None = None
+) -> System:
+    """Both halves reduced to the cut (and `retain`) and `count` fixed-interface modes each (or to f_max), then joined."""
     parts = []
     for part in halves(model):
         boundary = np.flatnonzero(np.isin(part.coordinates // 6, retain))
-        parts.append(craig_bampton(part, boundary, count=count))
+        parts.append(craig_bampton(part, boundary, count=count, f_max=f_max))
     return couple(parts, model, NONE, NO_DAMPING)
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from creak.elements import solid_hex8, solid_tet4, solid_tet10, solid_wedge6
-from creak.elements.solid_tet10 import EDGES
+from creak.elements import solid_tet10
+from creak.elements.registry import FORMULATIONS
+from creak.model.solid_faces import FACES, MIDDLES
 from helpers_fem import Mesh
 
-KINDS = {"hex8": solid_hex8, "tet4": solid_tet4, "tet10": solid_tet10, "wedge6": solid_wedge6}
+KINDS = {kind: FORMULATIONS[kind] for kind in FACES}
+EDGES = {"tet10": solid_tet10.EDGES, **dict.fromkeys(("hex20", "hex20r", "hex20s"), MIDDLES["hex20"]), "wedge15": MIDDLES["wedge15"]}
 WEDGES = np.array([[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]])
 TETRAHEDRA = np.array([[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]])
 
@@ -26,16 +28,18 @@ def solid_mesh(
     shift = np.random.default_rng(4).uniform(-1.0, 1.0, coords.shape) * distortion * cell
     outer = np.isclose(coords, 0.0) | np.isclose(coords, size)
     coords = coords + np.where(outer, 0.0, shift)
-    table = {"hex8": np.arange(8)[None], "wedge6": WEDGES, "tet4": TETRAHEDRA, "tet10": TETRAHEDRA}[kind]
+    table = {"h": np.arange(8)[None], "w": WEDGES, "t": TETRAHEDRA}[kind[0]]
     elements = hexes[:, table].reshape(-1, table.shape[1])
-    return with_middle_nodes(coords, elements) if kind == "tet10" else (coords, elements)
+    return with_middle_nodes(coords, elements, EDGES[kind]) if kind in EDGES else (coords, elements)
 
 
-def with_middle_nodes(coords: np.ndarray, elements: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Ten-node tetrahedra with straight edges from four-node ones."""
-    ends = np.sort(elements[:, np.array(EDGES)], axis=2)
+def with_middle_nodes(
+    coords: np.ndarray, elements: np.ndarray, edges: tuple[tuple[int, int], ...]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Quadratic elements with straight edges from linear ones."""
+    ends = np.sort(elements[:, np.array(edges)], axis=2)
     pairs, at = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)
-    middle = len(coords) + at.reshape(len(elements), 6)
+    middle = len(coords) + at.reshape(len(elements), len(edges))
     return np.concatenate([coords, coords[pairs].mean(axis=1)]), np.concatenate([elements, middle], axis=1)
 
 

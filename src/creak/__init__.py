@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from creak.api.motion import make_loads, simulate
     from creak.api.reductions import craig_bampton, gap_modes, guyan, massless_boundary
     from creak.api.result import Result
+    from creak.api.saved import SavedResult, open_result
     from creak.api.study import change_study, make_study, read_study, run
     from creak.assembly.system import System
     from creak.contact.gap_operator import GapOperator
@@ -64,6 +65,7 @@ _HOMES = {
     "api.motion": ("make_loads", "simulate"),
     "api.reductions": ("craig_bampton", "gap_modes", "guyan", "massless_boundary"),
     "api.result": ("Result",),
+    "api.saved": ("SavedResult", "open_result"),
     "api.study": ("change_study", "make_study", "read_study", "run"),
     "assembly.system": ("System",),
     "contact.gap_operator": ("GapOperator",),
@@ -88,11 +90,11 @@ _HOME = {name: f"creak.{module}" for module, names in _HOMES.items() for name in
 
 __all__ = [
     "HHT", "CreakError", "DeckModes", "Event", "EventMatch", "GapOperator", "History", "InputError", "Loads",
-    "Model", "Modes", "Motion", "Multisine", "NumericalError", "Record", "Result", "Scheme", "Sine", "SlipEvent",
-    "Step", "Study", "System", "Table", "acceleration_motion", "change_study", "couple", "craig_bampton", "deck_modes",
-    "diagonalise", "find_events", "find_slips", "gap_channels", "gap_modes", "generalised_alpha", "guyan",
-    "join_gaps", "mac_matrix", "make_loads", "make_study", "massless_boundary", "match_events", "modes",
-    "nrmse_fit", "read_deck", "read_study", "run", "simulate", "system_from_matrices", "write_door",
+    "Model", "Modes", "Motion", "Multisine", "NumericalError", "Record", "Result", "SavedResult", "Scheme", "Sine",
+    "SlipEvent", "Step", "Study", "System", "Table", "acceleration_motion", "change_study", "couple", "craig_bampton",
+    "deck_modes", "diagonalise", "find_events", "find_slips", "gap_channels", "gap_modes", "generalised_alpha",
+    "guyan", "join_gaps", "mac_matrix", "make_loads", "make_study", "massless_boundary", "match_events", "modes",
+    "nrmse_fit", "open_result", "read_deck", "read_study", "run", "simulate", "system_from_matrices", "write_door",
 ]  # fmt: skip
 
 

@@ -44,24 +44,28 @@ def test_numbers_of_the_case_are_its_closed_form():
     assert pytest.approx(198.01980, abs=5e-6) == 2e6 / OMEGA**2
 
 
-def test_mass_on_a_penalty_stop_force_duration_and_impulse(fine):
+def test_mass_on_a_penalty_stop_force_duration_and_impulse(fine, measured):
     # (omega h)^2 / 12 = 3e-7 is the scheme's error; the interpolated release adds up to (omega h)^2 = 4e-6.
     event = find_events(fine, STOP, merge=0.0, f_max=1e6)[0]
     assert event.force_peak == pytest.approx(9950.3719, rel=4e-6)
     assert event.t_end - event.t_start == pytest.approx(0.0312600153, rel=4e-6)
     # The first touch at t = 0 to the release; the sum of forces is a rectangle rule, exact to (omega h)^2.
     assert event.impulse == pytest.approx(198.01980, rel=4e-6)
+    measured("contact", "mass on a penalty stop: peak force", event.force_peak, 9950.3719, rel=4e-6, unit="N", source="closed form")
+    measured("contact", "mass on a penalty stop: duration", event.t_end - event.t_start, 0.0312600153, rel=4e-6, unit="s", source="closed form")
+    measured("contact", "mass on a penalty stop: impulse", event.impulse, 198.01980, rel=4e-6, unit="N s", source="closed form")
 
 
-def test_mass_leaves_a_penalty_stop_with_the_speed_it_came(fine):
+def test_mass_leaves_a_penalty_stop_with_the_speed_it_came(fine, measured):
     after = fine.time > 0.0313
     w = np.sqrt(1e4 / 100.0)
     t = fine.time[after] - PI / OMEGA
     # Free again it swings on its own spring: v = cos(w t).
     np.testing.assert_allclose(velocity(fine)[after][1:-1], np.cos(w * t)[1:-1], atol=1e-5)
+    measured("contact", "mass on a penalty stop: speed after it left, worst instant", velocity(fine)[after][1:-1], np.cos(w * t)[1:-1], abs=1e-5, unit="m/s", source="closed form")
 
 
-def test_error_on_a_stop_falls_with_the_square_of_the_step():
+def test_error_on_a_stop_falls_with_the_square_of_the_step(measured):
     # Only while the contact lasts: the release falls between two steps.
     errors = []
     for h in (4e-4, 2e-4, 1e-4):
@@ -72,12 +76,14 @@ def test_error_on_a_stop_falls_with_the_square_of_the_step():
     order = np.log2(np.array(errors[:-1]) / errors[1:])
     # HHT is of second order; .1 is what the next term may bend it.
     np.testing.assert_allclose(order, 2.0, atol=0.1)
+    measured("contact", "mass on a penalty stop: order in the step", order, 2.0, abs=0.1, source="HHT")
 
 
-def test_energy_on_a_stop_is_kept_to_the_scheme_dissipation(fine):
+def test_energy_on_a_stop_is_kept_to_the_scheme_dissipation(fine, measured):
     stored = fine.energy[:, :3].sum(axis=1)
     # Damping ratio -alpha (1+alpha)^2 Omega^3 / 8 = 6e-12 per radian is far below the impact's own O((omega h)^2).
     np.testing.assert_allclose(stored, 50.0, rtol=4e-6)
+    measured("contact", "mass on a penalty stop: energy, worst instant", stored, 50.0, rel=4e-6, unit="J", source="conservation")
     assert fine.energy_created < 4e-6
     assert fine.energy[:, ENERGIES.index("contact")].max() == pytest.approx(0.5 * 9950.3719**2 / 1e6, rel=1e-5)
 
@@ -85,7 +91,7 @@ def test_energy_on_a_stop_is_kept_to_the_scheme_dissipation(fine):
 # --- gravity ----------------------------------------------------------------------------------------------
 
 
-def test_mass_with_gravity_on_a_spring_stop():
+def test_mass_with_gravity_on_a_spring_stop(measured):
     """m = 1, k = 1e4, g = 9.81, v0 = 1: contact .0333717 s, force 110.290."""
     h = 1e-5
     time = time_axis(0.06, h)
@@ -101,9 +107,12 @@ def test_mass_with_gravity_on_a_spring_stop():
     assert event.t_end == pytest.approx(0.0333717, abs=1e-7)
     leaving = velocity(history)[np.searchsorted(history.time, event.t_end)]
     assert leaving == pytest.approx(1.0, abs=2e-4)  # one step of gravity
+    measured("contact", "mass with gravity on a spring stop: peak force", event.force_peak, 110.290, abs=5e-4, unit="N", source="closed form")
+    measured("contact", "mass with gravity on a spring stop: duration", event.t_end, 0.0333717, abs=1e-7, unit="s", source="closed form")
+    measured("contact", "mass with gravity on a spring stop: speed on leaving", leaving, 1.0, abs=2e-4, unit="m/s", source="closed form")
 
 
-def test_mass_bounces_back_to_its_height():
+def test_mass_bounces_back_to_its_height(measured):
     """Dropped on a stiff stop it comes back: period 2 sqrt(2 H / g) + contact."""
     m, g, H, k = 1.0, 10.0, 0.05, 1e5
     h = 1e-4
@@ -123,12 +132,14 @@ def test_mass_bounces_back_to_its_height():
         # Speed from a backward difference one step before: g h of the fall is missing.
         assert event.closing_speed == pytest.approx(speed, abs=2 * g * h + 1e-3)
         assert event.impulse == pytest.approx(2 * m * speed + m * g * contact, rel=2e-3)
+        measured("contact", f"mass that bounces: duration of contact {i + 1}", event.t_end - event.t_start, contact, rel=2e-3, unit="s", source="closed form")
+        measured("contact", f"mass that bounces: impulse {i + 1}", event.impulse, 2 * m * speed + m * g * contact, rel=2e-3, unit="N s", source="closed form")
 
 
 # --- bilinear oscillator ------------------------------------------------------------------------------------
 
 
-def test_bilinear_oscillator_period():
+def test_bilinear_oscillator_period(measured):
     """T = pi (1/w1 + 1/w2), whatever the amplitude."""
     m, k, stop = 2.0, 800.0, 7200.0
     w1, w2 = np.sqrt(k / m), np.sqrt((k + stop) / m)
@@ -142,9 +153,10 @@ def test_bilinear_oscillator_period():
         assert starts[0] == pytest.approx(PI / w1, rel=7e-5)
         # Period error Omega^2 (1/12 - alpha/4) = 6e-6 while pressed; interpolated crossings add (omega h)^2 = 6e-5.
         np.testing.assert_allclose(np.diff(starts), period, rtol=7e-5)
+        measured("contact", f"bilinear oscillator from {v0:g} m/s: period", np.diff(starts), period, rel=7e-5, unit="s", source="closed form")
 
 
-def test_play_between_two_stops_keeps_the_mass_inside():
+def test_play_between_two_stops_keeps_the_mass_inside(measured):
     """A free mass rattles between two stops: one round 2 d / v + 2 pi / omega."""
     m, k, d, v = 0.5, 5e5, 2e-3, 0.5
     w = np.sqrt(k / m)
@@ -156,12 +168,13 @@ def test_play_between_two_stops_keeps_the_mass_inside():
     # (omega h)^2 = 1e-4 at each of 4 crossings.
     np.testing.assert_allclose(np.diff(upper), 2 * d / v + 2 * PI / w, rtol=4e-4)
     assert -history.gap.min() == pytest.approx(v / w, rel=1e-4)
+    measured("contact", "mass between two stops: time of a round", np.diff(upper), 2 * d / v + 2 * PI / w, rel=4e-4, unit="s", source="closed form")
 
 
 # --- dampers of channels ------------------------------------------------------------------------------------
 
 
-def test_closing_damper_takes_energy_and_never_pulls():
+def test_closing_damper_takes_energy_and_never_pulls(measured):
     """On a spring and dashpot the force jumps to c v at first touch and never becomes a pull."""
     m, k, c, v = 1.0, 1e4, 20.0, 1.0
     gaps = channels([[1.0]], 1e-3, k, c)
@@ -183,6 +196,7 @@ def test_closing_damper_takes_energy_and_never_pulls():
     # The rest of the spring's energy goes too: it unloads against its own damper, away from the mass.
     # The backward rule in the closing step is off by half a step of the jump, c v h / 2 of some c v w.
     assert lost == pytest.approx(loss + 0.5 * k * x[end] ** 2, rel=5e-3)
+    measured("contact", "stop with spring and dashpot: energy lost", lost, loss + 0.5 * k * x[end] ** 2, rel=5e-3, unit="J", source="closed form")
     scheme = history.energy[-1, ENERGIES.index("scheme")]
     assert abs(scheme) < 5e-3 * lost
     assert velocity(history)[-2] == pytest.approx(-dx[end], rel=5e-3)

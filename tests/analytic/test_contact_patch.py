@@ -104,15 +104,16 @@ def run(low, high, method: str, **options):
 
 
 @pytest.mark.parametrize(("low", "high"), NON_MATCHING)
-def test_pressure_between_hexahedra_is_even(low, high):
+def test_pressure_between_hexahedra_is_even(low, high, measured):
     """Surface-to-surface with the automatic penalty: within 1 % of the exact even pressure at every channel."""
     _, operator, force, _ = run(low, high, "surface-to-surface")
     assert operator.area.sum() == pytest.approx(1.0, rel=1e-9)
     np.testing.assert_allclose(force / operator.area, PRESSURE, rtol=0.01)
     assert force.sum() == pytest.approx(PRESSURE, rel=1e-9)
+    measured("contact", f"contact patch, {low} under {high} hexahedra: pressure, worst", force / operator.area, PRESSURE, rel=0.01, unit="Pa", source="uniform pressure")
 
 
-def test_strain_is_even_too():
+def test_strain_is_even_too(measured):
     """Displacements of an even stress, up to the penetration: errors of 1 % in the pressure bend the blocks a little."""
     model, operator, _, u = run((3, 3, 2), (4, 4, 2), "surface-to-surface")
     E, nu, x = STEEL.youngs_modulus, STEEL.poisson_ratio, model.nodes.coords
@@ -120,13 +121,16 @@ def test_strain_is_even_too():
     exact = PRESSURE / E * np.column_stack([nu * x[:, 0], nu * x[:, 1], -x[:, 2]])
     exact[model.parts[1].nodes_idx, 2] -= penetration
     np.testing.assert_allclose(u, exact, atol=0.01 * np.abs(exact).max())
+    error = np.abs(u - exact).max() / np.abs(exact).max()
+    measured("contact", "contact patch: displacements, relative error", error, at_most=0.01, source="uniform stress")
 
 
 @pytest.mark.parametrize("kinds", [("tet4", "hex8"), ("hex8", "wedge6"), ("wedge6", "tet4")])
-def test_pressure_between_other_solids_is_even(kinds):
+def test_pressure_between_other_solids_is_even(kinds, measured):
     """Also to 1 %."""
     _, operator, force, _ = run((4, 4, 2), (3, 3, 2), "surface-to-surface", kinds=kinds)
     np.testing.assert_allclose(force / operator.area, PRESSURE, rtol=0.01)
+    measured("contact", f"contact patch, {kinds[0]} under {kinds[1]}: pressure, worst", force / operator.area, PRESSURE, rel=0.01, unit="Pa", source="uniform pressure")
 
 
 def test_node_to_surface_is_uneven_on_non_matching_meshes():

@@ -50,7 +50,7 @@ def assembled(lines: str, axes: str) -> str:
     return f"*PART, NAME=Q\n{plate()}*END PART\n*ASSEMBLY, NAME=A\n{instance}*END ASSEMBLY\n{STEEL}{bc}"
 
 
-def test_supports_along_the_axes_of_a_turned_plate(read) -> None:
+def test_supports_along_the_axes_of_a_turned_plate(read, measured) -> None:
     """Turned by 40 degrees about (1, 2, 3), with supports in axes that turn alike: the same frequencies."""
     straight = read(assembled("", ""))
     angle, axis = np.radians(40.0), np.array([1.0, 2.0, 3.0]) / np.sqrt(14.0)
@@ -64,6 +64,7 @@ def test_supports_along_the_axes_of_a_turned_plate(read) -> None:
     found = model_modes(turned, NONE, count=8)[1].frequencies
     assert expected[0] > 1.0
     assert found == pytest.approx(expected, rel=1e-7)
+    measured("models", "plate with supports along skew axes: ratio of frequencies, worst", found / expected, 1.0, rel=1e-7, source="the plate not turned")
 
 
 BUSHING = """\
@@ -95,12 +96,13 @@ BUSHING = """\
 """
 
 
-def test_mass_on_a_bushing(read) -> None:
+def test_mass_on_a_bushing(read, measured) -> None:
     """Six modes: eigenvalues of [[100, 30], [30, 200]]/2, 400/2 and 500, 600, 700 over 3, whatever the axes."""
     model = read(BUSHING)
     found = (2 * np.pi * model_modes(model, NONE, count=6)[1].frequencies) ** 2
     squares = [*np.linalg.eigvalsh([[100.0, 30.0], [30.0, 200.0]]) / 2, 200.0, 500 / 3, 200.0, 700 / 3]
     assert found == pytest.approx(sorted(squares), rel=1e-9)
+    measured("models", "mass on a bushing: omega^2, mode {}", found, sorted(squares), rel=1e-9, unit="rad2/s2", source="closed form")
 
 
 def test_a_bushing_holds_a_part(read) -> None:

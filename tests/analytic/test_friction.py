@@ -40,7 +40,7 @@ def rub(gaps: GapOperator, pull: np.ndarray, time: np.ndarray, run=simulate) -> 
 
 
 @pytest.mark.parametrize(("run", "h"), [(simulate, 2e-5), (simulate_modal, 2e-6)], ids=["general", "compiled"])
-def test_coulomb_friction_takes_the_same_from_every_swing(run, h):
+def test_coulomb_friction_takes_the_same_from_every_swing(run, h, measured):
     """m = 1, k = 1e4, mu N = 1, released at .85 mm: turns at -.65, .45, -.25, .05 mm, sticks at .1256637 s."""
     x0 = 0.85e-3
     time = h * np.arange(round(0.16 / h) + 1)
@@ -57,6 +57,10 @@ def test_coulomb_friction_takes_the_same_from_every_swing(run, h):
     assert not v[round(0.127 / h) :].any()
     took = history.energy[-1, ENERGIES.index("friction")]
     assert took == pytest.approx(0.5 * K * (0.85e-3**2 - 0.05e-3**2), rel=1e-3)
+    case = "Coulomb oscillator" if run is simulate else "Coulomb oscillator, compiled march"
+    measured("friction", f"{case}: turning point {{}}", turns[:4], [-0.65e-3, 0.45e-3, -0.25e-3, 0.05e-3], abs=2e-7, unit="m", source="closed form")
+    measured("friction", f"{case}: time when it sticks", stop, 0.1256637, abs=4 * h, unit="s", source="closed form")
+    measured("friction", f"{case}: energy taken", took, 0.5 * K * (0.85e-3**2 - 0.05e-3**2), rel=1e-3, unit="J", source="closed form")
     assert abs(history.energy[-1, ENERGIES.index("scheme")]) < 1e-3 * took
 
 
@@ -70,7 +74,7 @@ def cycles(history: History) -> tuple[list[float], list[float]]:
 
 
 @pytest.mark.parametrize(("run", "h"), [(simulate, 1e-5), (simulate_modal, 1e-6)], ids=["general", "compiled"])
-def test_belt_squeaks(run, h):
+def test_belt_squeaks(run, h, measured):
     """m = 1, k = 1e4, N = 10, mu .5 / .3, belt .01 m/s, in the frame of the belt.
 
     Stick .04 s, slip .04068888 s, 12.3932817 Hz, .80688788 mm of belt a cycle: to four digits with the short step.
@@ -85,9 +89,14 @@ def test_belt_squeaks(run, h):
     assert 0.01 * period == pytest.approx(0.80688788e-3, abs=0.02 * h)
     assert ends[0] - starts[0] == pytest.approx(0.04068888, abs=2 * h)
     assert starts[1] - ends[0] == pytest.approx(0.04, abs=3 * h)
+    case = "block on a belt" if run is simulate else "block on a belt, compiled march"
+    measured("friction", f"{case}: stick", starts[1] - ends[0], 0.04, abs=3 * h, unit="s", source="closed form")
+    measured("friction", f"{case}: slip", ends[0] - starts[0], 0.04068888, abs=2 * h, unit="s", source="closed form")
+    measured("friction", f"{case}: period of 12.3932817 Hz", period, 1 / 12.3932817, abs=2 * h, unit="s", source="closed form")
+    measured("friction", f"{case}: belt of a cycle", 0.01 * period, 0.80688788e-3, abs=0.02 * h, unit="m", source="closed form")
 
 
-def test_friction_acts_against_the_sliding_in_the_plane():
+def test_friction_acts_against_the_sliding_in_the_plane(measured):
     """A mass that slides at 30 degrees is braked along its path."""
     h, angle = 1e-4, np.pi / 6
     time = h * np.arange(501)
@@ -100,9 +109,10 @@ def test_friction_acts_against_the_sliding_in_the_plane():
     way = np.hypot(u[-1, 0], u[-1, 2])
     # v t - mu N t^2 / 2; the first step knows no friction at its start: an error of order h v.
     assert way == pytest.approx(0.2 * 0.05 - 0.5 * 3.0 * 0.05**2, rel=1e-2)
+    measured("friction", "mass that slides at 30 degrees: way", way, 0.2 * 0.05 - 0.5 * 3.0 * 0.05**2, rel=1e-2, unit="m", source="closed form")
 
 
-def test_stribeck_friction_falls_with_the_speed():
+def test_stribeck_friction_falls_with_the_speed(measured):
     """While it slides at v the force is p (kinetic + (static - kinetic) exp(-v / decay))."""
     h = 1e-4
     time = h * np.arange(2001)
@@ -112,4 +122,5 @@ def test_stribeck_friction_falls_with_the_speed():
     assert slides.size > 100
     mu = 0.2 + 0.3 * np.exp(-np.abs(v[slides]) / 0.05)
     np.testing.assert_allclose(np.abs(tau[slides]), mu * p[slides], rtol=1e-9)
+    measured("friction", "Stribeck law: friction force, worst instant", np.abs(tau[slides]), mu * p[slides], rel=1e-9, unit="N", source="the law")
     assert (np.sign(tau[slides]) == -np.sign(v[slides])).all()

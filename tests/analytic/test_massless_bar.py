@@ -78,7 +78,7 @@ def events(history: History, merge: float = 0.1) -> tuple[np.ndarray, np.ndarray
 
 
 @pytest.mark.parametrize("count", [8, 15, 25, 40])
-def test_bouncing_bar_over_ten_bounces(count):
+def test_bouncing_bar_over_ten_bounces(count, measured):
     """Twenty contacts of twenty, none of them broken up; times .1 % of the run, impulses .5 %, energy .1 %."""
     history = bouncing(count)
     onsets, impulses, contacts = events(history)
@@ -90,6 +90,11 @@ def test_bouncing_bar_over_ten_bounces(count):
     stored, work = history.energy[:, :3].sum(axis=1), history.energy[:, ENERGIES.index("external")]
     assert stored[-1] == pytest.approx(work[-1], abs=1e-3 * ENERGY)
     assert history.gap.min() > -1e-9 * HEIGHT
+    case = f"ten bounces, massless boundary, {count} modes"
+    measured("contact", f"{case}: contacts", contacts, 20, source="closed form")
+    measured("contact", f"{case}: onset of a contact, worst", onsets, ONSETS, abs=1e-3 * END, unit="s", source="Doyen, Ern, Piperno 2011")
+    measured("contact", f"{case}: impulse, worst", impulses, IMPULSE, rel=5e-3, unit="N s", source="Doyen, Ern, Piperno 2011")
+    measured("energy", f"{case}: energy not accounted for", np.abs(scheme).max() / ENERGY, at_most=1e-3, source="conservation")
 
 
 def test_more_modes_are_closer():
@@ -111,7 +116,7 @@ def test_modes_of_full_weight_chatter(count):
 
 
 @pytest.mark.parametrize("count", [8, 15, 25, 40])
-def test_bar_on_a_rigid_wall(count):
+def test_bar_on_a_rigid_wall(count, measured):
     """Contact .5 to 1.16667, impulse 200, leaves at +10; the front is as wide as the shortest wave, 2 L / count."""
     system = reduced(count, True, speed=SPEED)
     parts = massless_substeps(system, foot(), STEP)
@@ -127,10 +132,17 @@ def test_bar_on_a_rigid_wall(count):
     force, weight = history.force[middle, 0], history.weights[middle]
     assert force @ weight / weight.sum() == pytest.approx(300.0, rel=0.15 / count)
     assert history.force.max() < 1.6 * 300.0  # first crest of a front in a chain of springs and masses
+    case = f"bar on a wall, massless boundary, {count} modes"
+    measured("contact", f"{case}: duration", pressed[-1] - pressed[0], DURATION, abs=DURATION / (2.0 * count), unit="s", source="closed form")
+    measured("contact", f"{case}: impulse", impulses[0], 200.0, rel=0.05 / count, unit="N s", source="closed form")
+    measured("contact", f"{case}: force", force @ weight / weight.sum(), 300.0, rel=0.15 / count, unit="N", source="closed form")
+    if count == 40:
+        near = (history.time > 0.4) & (history.time < 1.3)
+        measured.curve("bar", "massless boundary, 40 modes", history.time[near][::8], history.force[near, 0][::8])
 
 
 @pytest.mark.parametrize(("count", "late", "share"), [(8, 2e-3, 3e-3), (15, 1e-3, 1.5e-3), (25, 8e-4, 8e-4)])
-def test_damped_bar_bounces_like_one_with_many_modes(count, late, share):
+def test_damped_bar_bounces_like_one_with_many_modes(count, late, share, measured):
     """5 % modal damping: six contacts until it rests; onsets, impulses and losses of 60 modes."""
     rich, poor = bouncing(60, zeta=0.05, end=16.0), bouncing(count, zeta=0.05, end=16.0)
     onsets, impulses, contacts = events(poor)
@@ -140,4 +152,6 @@ def test_damped_bar_bounces_like_one_with_many_modes(count, late, share):
     np.testing.assert_allclose(impulses[:-1], expected[1][:-1], rtol=share)
     lost = [h.energy[-1, ENERGIES.index("damping")] for h in (poor, rich)]
     assert lost[0] == pytest.approx(lost[1], rel=5e-3)
+    measured("contact", f"damped bouncing bar, {count} modes: onset, worst", onsets, expected[0], abs=late * 16.0, unit="s", source="60 modes")
+    measured("contact", f"damped bouncing bar, {count} modes: energy lost", lost[0], lost[1], rel=5e-3, unit="J", source="60 modes")
     assert np.abs(poor.energy[:, ENERGIES.index("scheme")]).max() < 1e-3 * ENERGY

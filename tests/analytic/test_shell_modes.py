@@ -10,6 +10,10 @@ import numpy as np
 import pytest
 
 from benchmarks_shell import (
+    FV12,
+    FV16,
+    FV32,
+    THICK,
     THIN_PLATES,
     cantilever_plate,
     fitted_slope,
@@ -22,26 +26,41 @@ from benchmarks_shell import (
 kinds = pytest.mark.parametrize("kind", ["quad", "tri"])
 
 
-@kinds
-def test_free_square_plate_within_one_percent(kind):
-    assert free_plate(16, kind) == pytest.approx(np.ones(8), abs=0.01)
+def rows(case: str, kind: str) -> str:
+    """A row for every frequency of quads, one for the worst of triangles."""
+    return f"{case}, mode {{}}" if kind == "quad" else f"{case}, triangles, worst mode"
 
 
 @kinds
-def test_cantilevered_square_plate_within_one_percent(kind):
-    assert cantilever_plate(16, kind) == pytest.approx(np.ones(6), abs=0.01)
+def test_free_square_plate_within_one_percent(kind, measured):
+    ratio = free_plate(16, kind)
+    assert ratio == pytest.approx(np.ones(8), abs=0.01)
+    measured("shell modes", rows("FV12 free plate, 16 x 16", kind), ratio * FV12, FV12, rel=0.01, unit="Hz", source="NAFEMS; converged Ritz")
+
+
+@kinds
+def test_cantilevered_square_plate_within_one_percent(kind, measured):
+    ratio = cantilever_plate(16, kind)
+    assert ratio == pytest.approx(np.ones(6), abs=0.01)
+    measured("shell modes", rows("FV16 cantilevered plate, 16 x 16", kind), ratio * FV16, FV16, rel=0.01, unit="Hz", source="NAFEMS; converged Ritz")
 
 
 @pytest.mark.parametrize(("kind", "n"), [("quad", 16), ("tri", 20)])
-def test_thick_plate_matches_mindlin_theory_within_one_percent(kind, n):
-    assert thick_plate(n, kind) == pytest.approx(np.ones(4), abs=0.01)
+def test_thick_plate_matches_mindlin_theory_within_one_percent(kind, n, measured):
+    ratio = thick_plate(n, kind)
+    assert ratio == pytest.approx(np.ones(4), abs=0.01)
+    measured("shell modes", rows(f"thick plate, {n} x {n}", kind), ratio * THICK, THICK, rel=0.01, unit="Hz", source="Mindlin, exact")
 
 
 @pytest.mark.parametrize("edges", THIN_PLATES)
 @pytest.mark.parametrize(("kind", "n"), [("quad", 16), ("tri", 28)])
-def test_thin_square_plates_within_one_percent(edges, kind, n):
+def test_thin_square_plates_within_one_percent(edges, kind, n, measured):
     """Thickness a / 1000: shear locking would show. Triangles need the finer mesh between clamped edges."""
-    assert thin_plate(edges, n, kind) == pytest.approx(np.ones(len(THIN_PLATES[edges])), abs=0.01)
+    ratio = thin_plate(edges, n, kind)
+    assert ratio == pytest.approx(np.ones(len(THIN_PLATES[edges])), abs=0.01)
+    exact = np.array(THIN_PLATES[edges])
+    source = "Navier, exact" if edges == "SSSS" else "Leissa 1973; converged Ritz"
+    measured("shell modes", rows(f"thin plate {edges}, {n} x {n}: lambda", kind), ratio * exact, exact, rel=0.01, source=source)
 
 
 CASES = {
@@ -55,7 +74,7 @@ CASES = {
 
 @kinds
 @pytest.mark.parametrize("case", CASES)
-def test_frequencies_converge_with_the_square_of_the_element_size_to_the_reference(case, kind):
+def test_frequencies_converge_with_the_square_of_the_element_size_to_the_reference(case, kind, measured):
     """Linear shape functions: h^2. Transverse shear takes 0.1 % off the thin-plate values of FV12 and FV16.
 
     On coarser meshes two modes of FV32 change places.
@@ -65,9 +84,13 @@ def test_frequencies_converge_with_the_square_of_the_element_size_to_the_referen
     assert misfit < 0.05
     assert 1.7 < slope < 2.4
     assert limit == pytest.approx(np.ones(limit.size), abs=0.002)
+    measured("shell modes", f"all plates, {kind}: slope of convergence", slope, 2.0, between=(1.7, 2.4), source="linear shape functions")
+    measured("shell modes", f"all plates, {kind}: limit of finer meshes over reference, worst", limit, 1.0, abs=0.002, source="as above")
 
 
 @pytest.mark.parametrize(("kind", "limit"), [("quad", 0.01), ("tri", 0.013)])
-def test_tapered_membrane_on_32_by_16(kind, limit):
+def test_tapered_membrane_on_32_by_16(kind, limit, measured):
     """Consistent membrane mass overestimates by (kh)^2/24 and more on coarse meshes."""
-    assert tapered_membrane(32, 16, kind) == pytest.approx(np.ones(6), abs=limit)
+    ratio = tapered_membrane(32, 16, kind)
+    assert ratio == pytest.approx(np.ones(6), abs=limit)
+    measured("shell modes", rows("FV32 tapered membrane, 32 x 16", kind), ratio * FV32, FV32, rel=limit, unit="Hz", source="NAFEMS; converged Ritz")

@@ -41,25 +41,31 @@ def reactions_in(mesh: Mesh, u: np.ndarray, mode: np.ndarray) -> float:
 
 @kinds
 @pytest.mark.parametrize("state", [membrane_state, bending_state])
-def test_constant_strain_on_distorted_mesh_is_exact(kind, state):
+def test_constant_strain_on_distorted_mesh_is_exact(kind, state, measured):
     mesh = macneal_patch(kind)
     exact = state(mesh.coords[:, 0], mesh.coords[:, 1])
-    assert interior_answer(mesh, exact) == pytest.approx(exact, abs=EXACT * np.abs(exact).max())
+    found = interior_answer(mesh, exact)
+    assert found == pytest.approx(exact, abs=EXACT * np.abs(exact).max())
+    error = np.abs(found - exact).max() / np.abs(exact).max()
+    measured("shell statics", f"{state.__name__.replace('_state', ' patch')}, {kind}: displacements inside, relative error", error, at_most=EXACT, source="MacNeal, Harder 1985")
 
 
 @kinds
 @pytest.mark.parametrize("state", [membrane_state, bending_state])
-def test_patch_in_an_arbitrary_plane_is_exact(kind, state):
+def test_patch_in_an_arbitrary_plane_is_exact(kind, state, measured):
     mesh = macneal_patch(kind)
     exact = state(mesh.coords[:, 0], mesh.coords[:, 1])
     turn = random_rotation(7)
     mesh.coords = mesh.coords @ turn.T
     exact = (exact.reshape(-1, 3) @ turn.T).ravel()
-    assert interior_answer(mesh, exact) == pytest.approx(exact, abs=EXACT * np.abs(exact).max())
+    found = interior_answer(mesh, exact)
+    assert found == pytest.approx(exact, abs=EXACT * np.abs(exact).max())
+    error = np.abs(found - exact).max() / np.abs(exact).max()
+    measured("shell statics", f"{state.__name__.replace('_state', ' patch')} in any plane, {kind}: relative error", error, at_most=EXACT, source="MacNeal, Harder 1985")
 
 
 @kinds
-def test_membrane_stresses_of_the_patch(kind):
+def test_membrane_stresses_of_the_patch(kind, measured):
     """Virtual work of each unit strain: stresses 1333, 1333 and 400."""
     mesh = macneal_patch(kind)
     x, y, _ = mesh.coords.T
@@ -68,10 +74,12 @@ def test_membrane_stresses_of_the_patch(kind):
         mode = np.zeros((8, 6))
         mode[:, 0], mode[:, 1] = unit
         assert reactions_in(mesh, u, mode.ravel()) == pytest.approx(stress * T * AREA, rel=EXACT)
+        found = reactions_in(mesh, u, mode.ravel()) / (T * AREA)
+        measured("shell statics", f"membrane patch: stress {stress:.0f}", found, stress, rel=EXACT, unit="Pa", source="MacNeal, Harder 1985")
 
 
 @kinds
-def test_bending_moments_of_the_patch(kind):
+def test_bending_moments_of_the_patch(kind, measured):
     """Virtual work of each unit curvature: Mx = My = 1.111e-7, Mxy = 3.333e-8."""
     mesh = macneal_patch(kind)
     x, y, _ = mesh.coords.T
@@ -85,10 +93,12 @@ def test_bending_moments_of_the_patch(kind):
         mode = np.zeros((8, 6))
         mode[:, 2], mode[:, 3], mode[:, 4] = w, r_x, r_y
         assert reactions_in(mesh, u, mode.ravel()) == pytest.approx(moment * AREA, rel=EXACT)
+        found = reactions_in(mesh, u, mode.ravel()) / AREA
+        measured("shell statics", f"bending patch: moment {moment:.3e}", found, moment, rel=EXACT, unit="N", source="MacNeal, Harder 1985")
 
 
 @pytest.mark.parametrize(("kind", "thickness"), [("quad", T), ("quad", 1e4), ("tri", 1e4)])
-def test_constant_transverse_shear_on_distorted_mesh_is_exact(kind, thickness):
+def test_constant_transverse_shear_on_distorted_mesh_is_exact(kind, thickness, measured):
     """Rotations held, the edge deflected linearly: inner nodes follow, energy kappa G t gamma^2 A/2.
 
     Thin triangles give way through their inner rotation, by (element size / t)^2; thick ones are exact.
@@ -103,10 +113,11 @@ def test_constant_transverse_shear_on_distorted_mesh_is_exact(kind, thickness):
     assert u == pytest.approx(exact.ravel(), abs=EXACT * np.abs(exact).max())
     expected = 5 / 6 * section.material.shear_modulus * thickness * 5e-6 * AREA
     assert u @ (stiffness @ u) == pytest.approx(expected, rel=EXACT)
+    measured("shell statics", f"transverse shear patch, {kind}: energy over exact", u @ (stiffness @ u) / expected, 1.0, rel=EXACT, source="exact")
 
 
 @kinds
-def test_in_plane_bending_of_a_slender_rectangle_is_exact(kind):
+def test_in_plane_bending_of_a_slender_rectangle_is_exact(kind, measured):
     """Energy ratio of Felippa (2003): one, whatever the aspect ratio."""
     for length in (0.5, 1.0, 4.0):
         mesh = rectangle(1, 1, length, 1.0, kind)
@@ -115,3 +126,5 @@ def test_in_plane_bending_of_a_slender_rectangle_is_exact(kind):
         u[:, 0], u[:, 1], u[:, 5] = -x * y, x * x / 2 + NU * y * y / 2, x
         energy = reactions_in(mesh, u.ravel(), u.ravel())
         assert energy == pytest.approx(E * T * length / 12, rel=EXACT if kind == "tri" else DRILLING_ERROR)
+        ratio = energy / (E * T * length / 12)
+        measured("shell statics", f"one element bent in its plane, {kind}: energy ratio", ratio, 1.0, rel=EXACT if kind == "tri" else DRILLING_ERROR, source="Felippa 2003")

@@ -5,57 +5,52 @@ import tomllib
 
 import pytest
 
-from creak.cli.main import main
 from creak.studies.study_file import read_study
 from helpers_decks import STUDY, write_strips
 
 
-def creak(monkeypatch, *arguments):
-    monkeypatch.setattr("sys.argv", ["creak", *map(str, arguments)])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    return stop.value.code
-
-
-def test_advice_on_two_strips(monkeypatch, capsys, tmp_path):
+def test_advice_on_two_strips(creak, tmp_path):
     study = write_strips(tmp_path)
     before = sorted(p.name for p in tmp_path.iterdir())
-    assert creak(monkeypatch, "advise", study) == 0
-    shown = capsys.readouterr().out
+    said = creak("advise", study)
+    assert said.status == 0
     for text in ("excitation to 60 Hz (stated)", "UPPER", "gap-modes", "because", "lines of the study file to change"):
-        assert text in shown
+        assert text in said.out
     assert sorted(p.name for p in tmp_path.iterdir()) == before
-    assert creak(monkeypatch, "advise", study, "--json") == 0
-    advice = json.loads(capsys.readouterr().out)["advice"]
+    machines = creak("advise", study, "--json")
+    assert machines.status == 0
+    advice = json.loads(machines.out)["advice"]
     assert tomllib.loads(advice["toml"])["reduction"]["method"] == advice["method"] == "gap-modes"
-    assert advice["toml"].strip() in shown
+    assert advice["toml"].strip() in said.out
 
 
-def test_the_advised_study_runs_as_it_is(monkeypatch, capsys, tmp_path):
+def test_the_advised_study_runs_as_it_is(creak, tmp_path):
     """The lines, put into the study: nothing is left to change, and creak takes the file."""
     path = write_strips(tmp_path)
-    assert creak(monkeypatch, "advise", path, "--quiet") == 0
-    lines = tomllib.loads(capsys.readouterr().out.partition("change:\n")[2])
+    said = creak("advise", path, "--quiet")
+    assert said.status == 0
+    lines = tomllib.loads(said.out.partition("change:\n")[2])
     study = STUDY.replace("f_max = 3000", f'method = "{lines["reduction"]["method"]}"\nf_max = {lines["reduction"]["f_max"]}')
     study = study.replace("step = 5e-4", f"step = {lines['time']['step']}")
     path.write_text(study, encoding="utf-8")
     assert read_study(path).config.reduction.method == "gap-modes"
-    assert creak(monkeypatch, "advise", path, "--quiet") == 0
-    assert "the study file can stay as it is" in capsys.readouterr().out
+    again = creak("advise", path, "--quiet")
+    assert again.status == 0
+    assert "the study file can stay as it is" in again.out
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "words"),
     [
         (["nothing.toml"], "no such study file"),
         (["strips.inp"], "is a deck"),
         (["study.toml", "--quiet", "--verbose"], "both --quiet and --verbose"),
     ],
 )
-def test_wrong_input_is_one_message_and_status_2(monkeypatch, capsys, tmp_path, arguments, said):
+def test_wrong_input_is_one_message_and_status_2(creak, monkeypatch, tmp_path, arguments, words):
     write_strips(tmp_path)
     monkeypatch.chdir(tmp_path)
-    assert creak(monkeypatch, "advise", *arguments) == 2
-    captured = capsys.readouterr()
-    assert said in captured.err
-    assert "Traceback" not in captured.err
+    said = creak("advise", *arguments)
+    assert said.status == 2
+    assert words in said.err
+    assert "Traceback" not in said.err

@@ -10,14 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from helpers_cli import caller
-
 COMMAND = Path(sys.executable).with_name("creak")
-
-
-@pytest.fixture
-def creak(monkeypatch, capsys):
-    return caller(monkeypatch, capsys)
 
 
 def bash(creak, monkeypatch, words):

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from creak.cli.main import main
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.matrices.superelements import read_superelement
 from creak.formats.nastran.reader import read_nastran
@@ -23,18 +22,15 @@ FLAT_PLATE = "\n".join(
 
 
 @pytest.fixture
-def run(tmp_path, monkeypatch, capsys):
+def run(creak, tmp_path, monkeypatch):
     (tmp_path / "strips.inp").write_text(two_strips(), encoding="utf-8")
     (tmp_path / "plate.bdf").write_text(FLAT_PLATE, encoding="utf-8")
     (tmp_path / "beams.bdf").write_text(nastran_deck(mesh()), encoding="utf-8")
 
     def call(*arguments):
         monkeypatch.chdir(tmp_path)
-        monkeypatch.setattr("sys.argv", ["creak", "convert", *arguments])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        shown = capsys.readouterr()
-        return stop.value.code, " ".join((shown.out + shown.err).split())
+        said = creak("convert", *arguments)
+        return said.status, said.words
 
     return call
 

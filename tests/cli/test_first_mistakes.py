@@ -5,19 +5,11 @@ from __future__ import annotations
 import json
 import re
 
-import pytest
-
-from helpers_cli import caller
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_dynamic_decks import STEP, stop_deck
 
 SHORT = STUDY.replace("periods = 2", "end = 0.02").replace("[reduction]\n", '[reduction]\nmethod = "none"\n')
 SI = two_strips().replace("210000., 0.3", "2.1e11, 0.3").replace("7.85e-9", "7850.")
-
-
-@pytest.fixture
-def creak(monkeypatch, capsys):
-    return caller(monkeypatch, capsys)
 
 
 def run(creak, folder, deck=None, study=SHORT, *more):

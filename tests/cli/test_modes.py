@@ -7,20 +7,7 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from creak.cli.main import main
 from helpers_decks import two_strips
-
-
-@pytest.fixture
-def creak(monkeypatch, capsys):
-    def call(*words: object) -> tuple[int, str]:
-        monkeypatch.setattr("sys.argv", ["creak", *map(str, words)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        printed = capsys.readouterr()
-        return int(stop.value.code or 0), " ".join((printed.out + printed.err).split())
-
-    return call
 
 
 @pytest.fixture
@@ -32,21 +19,21 @@ def deck(tmp_path):
 
 def test_tables_and_files(creak, deck, tmp_path):
     out = tmp_path / "new"
-    status, text = creak(
+    said = creak(
         "modes", deck, "--count", 3, "--about", "0,5,-1.5", "--vtk", out / "m.vtu", "--uff", out / "m.unv",
     )  # fmt: skip
-    assert status == 0, text
+    assert said.status == 0, said.words
     for word in ("rotations about 0, 5, -1.5", "Cumulative", "Participation", "residual", "Sturm count agrees"):
-        assert word in text
+        assert word in said.words
     assert ET.parse(out / "m.vtu").getroot().get("type") == "UnstructuredGrid"
     assert (out / "m.unv").read_bytes().count(b"    -1\r\n    55\r\n") == 3
 
 
 @pytest.mark.parametrize("name", ["-", "new/m.json"])
 def test_figures_for_machines(creak, deck, tmp_path, name):
-    status, text = creak("modes", deck, "--count", 3, "--json", name if name == "-" else tmp_path / name, "--quiet")
-    assert status == 0
-    data = json.loads(text if name == "-" else (tmp_path / name).read_text())
+    said = creak("modes", deck, "--count", 3, "--json", name if name == "-" else tmp_path / name, "--quiet")
+    assert said.status == 0
+    data = json.loads(said.words if name == "-" else (tmp_path / name).read_text())
     assert list(data)[:3] == ["frequencies", "mass", "rigid"]
     assert len(data["effective_mass"]["effective"]) == 3
     # The upper strip is free in z: its 2 of 5 thicknesses are the share that the rigid mode carries.
@@ -55,10 +42,10 @@ def test_figures_for_machines(creak, deck, tmp_path, name):
 
 def test_no_modes_in_the_range(creak, deck):
     deck.write_text(two_strips() + "ROOT_UPPER, 3\n")
-    status, text = creak("modes", deck, "--f-max", "1")
-    assert status == 0
-    assert "no modes: none in the range" in text
-    assert "0 rigid-body mode(s)" in text
+    said = creak("modes", deck, "--f-max", "1")
+    assert said.status == 0
+    assert "no modes: none in the range" in said.words
+    assert "0 rigid-body mode(s)" in said.words
 
 
 @pytest.mark.parametrize(
@@ -73,16 +60,16 @@ def test_no_modes_in_the_range(creak, deck):
     ],
 )
 def test_wrong_options(creak, deck, options, words):
-    status, text = creak("modes", deck, *options)
-    assert status == 2
-    assert all(word in text for word in words)
+    said = creak("modes", deck, *options)
+    assert said.status == 2
+    assert all(word in said.words for word in words)
 
 
 def test_unread_keywords_stop_it_and_are_listed_by_info(creak, deck):
     deck.write_text(two_strips() + "*EMBEDDED ELEMENT\nUPPER\n")
-    status, text = creak("modes", deck)
-    assert status == 2
-    assert "strips.inp:" in text
-    assert "--ignore 'EMBEDDED ELEMENT'" in text
-    assert "not read: *EMBEDDED ELEMENT" in creak("info", deck)[1]
-    assert creak("modes", deck, "--count", 1, "--ignore", "EMBEDDED ELEMENT")[0] == 0
+    said = creak("modes", deck)
+    assert said.status == 2
+    assert "strips.inp:" in said.words
+    assert "--ignore 'EMBEDDED ELEMENT'" in said.words
+    assert "not read: *EMBEDDED ELEMENT" in creak("info", deck).words
+    assert creak("modes", deck, "--count", 1, "--ignore", "EMBEDDED ELEMENT").status == 0

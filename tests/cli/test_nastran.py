@@ -7,24 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from creak.cli.main import main
 from helpers_decks import STUDY, write_strips
 from helpers_nastran_strips import STUDY as CHANGES
 from helpers_nastran_strips import strips
-
-
-@pytest.fixture
-def creak(monkeypatch, capsys):
-    """Run the command; its exit status and what it printed."""
-
-    def call(*words: object) -> tuple[int, str]:
-        monkeypatch.setattr("sys.argv", ["creak", *map(str, words)])
-        with pytest.raises(SystemExit) as stop:
-            main()
-        printed = capsys.readouterr()
-        return int(stop.value.code or 0), " ".join((printed.out + printed.err).split())
-
-    return call
 
 
 def nastran_study(folder: Path, deck: str) -> Path:
@@ -40,12 +25,12 @@ def nastran_study(folder: Path, deck: str) -> Path:
 
 def test_info_and_modes(creak, tmp_path):
     nastran_study(tmp_path, strips(extra="EIGRL,1,,,10"))
-    _, text = creak("info", tmp_path / "strips.bdf")
+    text = creak("info", tmp_path / "strips.bdf").words
     assert "78 nodes, 48 elements" in text
     assert "not read: EIGRL" in text
     write_strips(tmp_path)
     found = [creak("modes", tmp_path / f"strips.{k}", "--count", 4, "--json", "-", "--quiet") for k in ("bdf", "inp")]
-    ours, theirs = (json.loads(text) for _, text in found)
+    ours, theirs = (json.loads(said.words) for said in found)
     # Linear mass and residual bending flexibility against the consistent mass: both are good to (kh)^4 or (kh)^2/100.
     assert ours["frequencies"] == pytest.approx(theirs["frequencies"], rel=0.01)
     assert ours["mass"] == pytest.approx(theirs["mass"])
@@ -55,19 +40,19 @@ def test_info_and_modes(creak, tmp_path):
 def test_run(creak, tmp_path, coupled):
     """A study with contact runs reduced and unreduced, with coupled and with lumped mass (massless rotations)."""
     deck = strips() if coupled else strips().replace("PARAM,COUPMASS,1\n", "")
-    status, text = creak("run", nastran_study(tmp_path, deck), "--quiet")
-    assert status == 0, text
+    said = creak("run", nastran_study(tmp_path, deck), "--quiet")
+    assert said.status == 0, said.words
     summary = json.loads((tmp_path / "results" / "summary.json").read_text())
     assert summary["verification"]
 
 
 def test_what_changes_the_answer_stops_the_run(creak, tmp_path):
     study = nastran_study(tmp_path, strips(extra="CGAP,901,9,1013,13\nPGAP,9,1.75,,1.+4"))
-    status, text = creak("run", study)
-    assert status == 2
-    assert "CGAP is not read by creak and would change the answer" in text
-    assert "--ignore 'CGAP'" in text
-    assert 'nodes = ["GAP_9.A", "GAP_9.B"], dof = "z", lower = -1.75, stiffness = 10000' in text
+    said = creak("run", study)
+    assert said.status == 2
+    assert "CGAP is not read by creak and would change the answer" in said.words
+    assert "--ignore 'CGAP'" in said.words
+    assert 'nodes = ["GAP_9.A", "GAP_9.B"], dof = "z", lower = -1.75, stiffness = 10000' in said.words
     assert not (tmp_path / "results" / "summary.json").exists()
     creak("run", study, "--ignore", "CGAP", "--quiet")
     assert (tmp_path / "results" / "summary.json").exists()

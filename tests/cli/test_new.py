@@ -12,14 +12,8 @@ from creak.door import write_door
 from creak.studies.propose import propose
 from creak.studies.setup import read_model, set_up
 from creak.studies.study_file import read_study
-from helpers_cli import caller
 from helpers_decks import two_strips
 from helpers_nastran_strips import strips
-
-
-@pytest.fixture
-def creak(monkeypatch, capsys):
-    return caller(monkeypatch, capsys)
 
 
 def new(creak, folder, deck, *more, name="strips.inp"):

@@ -11,16 +11,10 @@ from rich.console import Console
 
 from creak.cli import output
 from creak.cli.output import Interrupted, Output, ProgressBars
-from helpers_cli import caller
 from helpers_decks import STUDY, write_strips
 
 COMMANDS = ("new", "run", "advise", "reduce", "sweep", "info", "modes", "convert")
 SHORT = STUDY.replace("periods = 2", "end = 0.02") + "\n[reference]\nrun = false\n"
-
-
-@pytest.fixture
-def creak(monkeypatch, capsys):
-    return caller(monkeypatch, capsys)
 
 
 @pytest.fixture
@@ -37,6 +31,10 @@ def arguments(command, folder):
         "reduce": [study], "sweep": [folder / "sweep.toml", "--dry-run"], "info": [deck],
         "modes": [deck, "--count", 2], "convert": [deck, folder / "copy.inp"],
     }[command]  # fmt: skip
+
+
+def ctrl_c(*_, **__):
+    raise KeyboardInterrupt
 
 
 KEYS = {
@@ -143,10 +141,7 @@ def test_interruption_names_what_was_written(tmp_path):
 
 
 def test_ctrl_c_while_the_report_is_written_keeps_the_results(creak, folder, monkeypatch):
-    def stop(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("creak.report.html.write_report", stop)
+    monkeypatch.setattr("creak.report.html.write_page", ctrl_c)
     said = creak("run", *arguments("run", folder))
     assert said.status == 1
     assert "stopped; written before: " in said.err
@@ -155,10 +150,7 @@ def test_ctrl_c_while_the_report_is_written_keeps_the_results(creak, folder, mon
 
 
 def test_ctrl_c_before_anything_is_written_says_so(creak, folder, monkeypatch):
-    def stop(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("creak.studies.run.build_reference", stop)
+    monkeypatch.setattr("creak.studies.run.build_reference", ctrl_c)
     said = creak("run", *arguments("run", folder))
     assert said.status == 1
     assert "stopped; nothing was written" in said.err
@@ -166,10 +158,7 @@ def test_ctrl_c_before_anything_is_written_says_so(creak, folder, monkeypatch):
 
 
 def test_ctrl_c_after_the_reduced_run_keeps_it(creak, folder, monkeypatch):
-    def stop(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("creak.studies.run.checked", stop)
+    monkeypatch.setattr("creak.studies.run.checked", ctrl_c)
     said = creak("run", *arguments("run", folder))
     assert said.status == 1
     assert "stopped while the superelements were checked" in said.err
@@ -177,11 +166,8 @@ def test_ctrl_c_after_the_reduced_run_keeps_it(creak, folder, monkeypatch):
 
 
 def test_ctrl_c_in_reduce_saves_the_parts_that_are_done(creak, folder, monkeypatch):
-    def stop(*_, **__):
-        raise KeyboardInterrupt
-
     with monkeypatch.context() as patch:
-        patch.setattr("creak.studies.health.checked", stop)
+        patch.setattr("creak.studies.health.checked", ctrl_c)
         said = creak("reduce", folder / "study.toml")
     assert said.status == 1
     assert "UPPER.h5" in said.err

@@ -8,15 +8,14 @@ import tomllib
 import pytest
 
 from creak.door.study import study_text
-from helpers_cli import caller
 from helpers_decks import STUDY
 
 jsonschema = pytest.importorskip("jsonschema", reason="pip install jsonschema")
 
 
 @pytest.fixture
-def schema(monkeypatch, capsys):
-    return json.loads(caller(monkeypatch, capsys)("schema").out)
+def schema(creak):
+    return json.loads(creak("schema").out)
 
 
 def problems(schema, text):
@@ -54,7 +53,7 @@ def test_every_key_is_described(schema):
     assert "Hz" in schema["$defs"]["ReductionTable"]["properties"]["f_max"]["description"]
 
 
-def test_out_writes_a_file(monkeypatch, capsys, tmp_path, schema):
-    said = caller(monkeypatch, capsys)("schema", "--out", tmp_path / "s.json")
+def test_out_writes_a_file(creak, tmp_path, schema):
+    said = creak("schema", "--out", tmp_path / "s.json")
     assert said.status == 0
     assert json.loads((tmp_path / "s.json").read_text()) == schema

@@ -63,7 +63,7 @@ def mac(shapes: np.ndarray, path: Path, stored: Path) -> np.ndarray:
     ("deck", "free", "compared", "tolerance"),
     [("plate_py.dat", 6, 4, 2e-3), ("dakota_cylinder.bdf", 6, 14, 1e-2), ("femap_exhaust.bdf", 0, 10, 1e-2)],
 )
-def test_shells(deck, free, compared, tolerance):
+def test_shells(deck, free, compared, tolerance, measured):
     """Within 1 % as asked; the elements differ. Shapes MAC > .95; the modes come in the same order."""
     path = DECKS / deck
     wanted = references(path.stem)
@@ -73,21 +73,28 @@ def test_shells(deck, free, compared, tolerance):
     assert found.sturm_ok
     np.testing.assert_array_equal(found.frequencies[:free], 0.0)
     np.testing.assert_allclose(found.frequencies[free:], wanted[free : free + compared], rtol=tolerance)
+    names = {"plate_py.dat": "plate of CQUAD4", "dakota_cylinder.bdf": "cylinder", "femap_exhaust.bdf": "exhaust"}
+    source, wanted_here = "NX and MSC Nastran", wanted[free : free + compared]
+    measured("decks", f"{names[deck]}: frequency {{}}", found.frequencies[free:], wanted_here, rel=tolerance, unit="Hz", source=source)
     stored = DECKS / f"{path.stem}_modes.npz"
     if stored.exists():
         R, _ = system.rows(np.arange(6 * model.nodes.count))
-        assert np.diag(mac(R @ found.shapes, path, stored))[free:].min() > 0.95
+        lowest = np.diag(mac(R @ found.shapes, path, stored))[free:].min()
+        assert lowest > 0.95
+        measured("decks", f"{names[deck]}: lowest MAC", lowest, 1.0, between=(0.95, 1.0), source=source)
 
 
 @pytest.mark.parametrize(
     ("name", "deck", "free"), [("cofe3_full", "cofe_cb/noReduction-000.dat", 0), ("pyyeti_full", "pyyeti_cb/full.dat", 6)]
 )
-def test_bars(name, deck, free):
+def test_bars(name, deck, free, measured):
     """Lumped mass with shear flexible bars and beams and rods in torsion; coupled mass (COUPMASS) of 117 bars."""
     wanted = references(name, 0)
     _, found = model_modes(read_nastran(DECKS / deck), Driven({}), count=wanted.size)
     assert found.frequencies[:free].max(initial=0.0) < 1e-4
     np.testing.assert_allclose(found.frequencies[free:], wanted[free:], rtol=PRINTED)
+    title = "bars and beams, lumped mass" if name == "cofe3_full" else "truss of 117 bars, coupled mass"
+    measured("decks", f"{title}: frequency, worst", found.frequencies[free:], wanted[free:], rel=PRINTED, unit="Hz", source="NX Nastran")
 
 
 class Piece:
@@ -119,16 +126,18 @@ def joined(pieces: list[Piece]) -> np.ndarray:
     return 1.0 / np.sqrt(mu[::-1][mu[::-1] > 1e-12 * mu.max()]) / (2.0 * np.pi)
 
 
-def test_guyan():
+def test_guyan(measured):
     """ASET of two grids; SPC grids are kept in creak and held afterwards, which is the same."""
     wanted = references("cofe3_guyan", 0)
     model = read_nastran(DECKS / "cofe_cb" / "guyanReduction-000.dat")
     kept = model.nodes.ids[model.node_set("ASET")].tolist()
     assert kept == [11, 25]
-    np.testing.assert_allclose(joined([Piece(model, kept, (15, 27), 0)])[: wanted.size], wanted, rtol=PRINTED)
+    found = joined([Piece(model, kept, (15, 27), 0)])[: wanted.size]
+    np.testing.assert_allclose(found, wanted, rtol=PRINTED)
+    measured("decks", "Guyan reduction: frequency, worst", found, wanted, rel=PRINTED, unit="Hz", source="NX Nastran")
 
 
-def test_craig_bampton():
+def test_craig_bampton(measured):
     """Two superelements with three fixed-interface modes each, read from their bulk data."""
     one, two = (read_nastran(DECKS / "cofe_cb" / f"se{k}.dat") for k in (1, 2))
     pieces = [Piece(one, [11, 25], (), 3), Piece(two, [11, 25], (15, 27), 3)]
@@ -136,11 +145,13 @@ def test_craig_bampton():
         fixed = np.sqrt(np.diag(piece.K)[-3:]) / (2.0 * np.pi)
         np.testing.assert_allclose(fixed, references("cofe3_cb", table), rtol=PRINTED)
     wanted = references("cofe3_cb", 2)
-    np.testing.assert_allclose(joined(pieces)[: wanted.size], wanted, rtol=PRINTED)
+    found = joined(pieces)[: wanted.size]
+    np.testing.assert_allclose(found, wanted, rtol=PRINTED)
+    measured("decks", "Craig-Bampton, two superelements: frequency, worst", found, wanted, rel=PRINTED, unit="Hz", source="NX Nastran")
 
 
 @pytest.mark.parametrize(("name", "modes"), [("inboard", 3), ("outboard", 16)])
-def test_external_superelements(name, modes):
+def test_external_superelements(name, modes, measured):
     """NX's boundary matrices KAA, MAA (OP4) and fixed-interface frequencies from the deck that made them."""
     nx = read_superelement(DECKS / "pyyeti_cb" / f"{name}.op4")
     model = read_nastran(DECKS / "pyyeti_cb" / f"{name}.dat")
@@ -152,10 +163,12 @@ def test_external_superelements(name, modes):
     for ours, theirs in ((piece.K, nx.K), (piece.M, nx.M)):
         theirs = np.asarray(theirs)[:24, :24]
         np.testing.assert_allclose(ours[np.ix_(order, order)], theirs, atol=PRINTED * np.abs(theirs).max())
+        error = np.abs(ours[np.ix_(order, order)] - theirs).max() / np.abs(theirs).max()
+        measured("decks", f"external superelement {name}: KAA, MAA, relative error", error, at_most=PRINTED, source="NX Nastran")
 
 
 @pytest.mark.parametrize("case", ["1", "2", "3", "4", "um_1", "um_2", "um_3", "um_5", "um_6"])
-def test_rbe3(case):
+def test_rbe3(case, measured):
     """GM of NX: u_m = GM u_n in displacement frames, with and without UM, rotations weighted, REFC in part."""
     path = DECKS / "rbe3_gm" / f"make_gm_nx9_rbe3_{case}.dat"
     data = scipy.io.loadmat(path.with_suffix(".mat"), squeeze_me=True, struct_as_record=False)
@@ -176,3 +189,5 @@ def test_rbe3(case):
     m = uset[:, 2].astype(int) == 1
     ours = -np.linalg.solve(E[:, m], E[:, ~m])
     np.testing.assert_allclose(ours, np.atleast_2d(gm), atol=PRINTED * np.abs(gm).max())
+    error = np.abs(ours - np.atleast_2d(gm)).max() / np.abs(gm).max()
+    measured("decks", "RBE3, nine kinds: GM, worst relative error", error, at_most=PRINTED, source="NX Nastran")

@@ -54,7 +54,7 @@ def test_points(parts):
         assert part.C is None
 
 
-def test_rigid_motion_needs_no_force(parts):
+def test_rigid_motion_needs_no_force(parts, measured):
     """K_bb times rigid motions is zero in the basic frame only: 1e-9 of the rows' absolute sums is rounding.
 
     Left in the frame of grid 11 the same residual is of order one.
@@ -68,15 +68,17 @@ def test_rigid_motion_needs_no_force(parts):
         boundary = part.K[:24, :24]
         force = np.abs(boundary @ motion) / (np.abs(boundary) @ np.abs(motion)).max(axis=0)
         assert force.max() < 1e-9
+        measured("decks", "superelements of NX: force of rigid motion, relative", force.max(), at_most=1e-9, source="equilibrium")
 
 
-def test_coupled_frequencies(parts):
+def test_coupled_frequencies(parts, measured):
     """48 elastic frequencies as NX prints them, to 1e-5; the first six are rigid (NX: 3e-5 Hz at most)."""
     printed = np.array(json.loads((DECKS / "refs.json").read_text())["pyyeti_cb_assembled"]["tables_hz"][0])
     computed = frequencies(parts)
     assert computed.size == printed.size == 54
     assert computed[:6].max() < 1e-4
     np.testing.assert_allclose(computed[6:], printed[6:], rtol=1e-5)
+    measured("decks", "superelements of NX, coupled: 48 elastic frequencies, worst", computed[6:], printed[6:], rel=1e-5, unit="Hz", source="NX Nastran")
 
 
 def test_written_again(parts, tmp_path):

@@ -62,7 +62,7 @@ def difference(A: np.ndarray, B: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(
     ("form", "parameters"), [("lumped", "PARAM,COUPMASS,-1"), ("linear", "PARAM,COUPMASS,1"), ("consistent", "")]
 )
-def test_stiffness_and_mass_are_the_same(tmp_path, form, parameters, held):
+def test_stiffness_and_mass_are_the_same(tmp_path, form, parameters, held, measured):
     abaqus, nastran = pair(tmp_path, held=held, parameters=parameters)
     assert not [u for model in (abaqus, nastran) for u in model.unread if u.changes_answer]
     a, b = matrices(replace(abaqus, mass_form=form)), matrices(replace(nastran, mass_form=form))
@@ -71,6 +71,8 @@ def test_stiffness_and_mass_are_the_same(tmp_path, form, parameters, held):
     assert len(a.rows) == 6 * len(MESH.nodes) - dependent - (6 * len(HELD) + 2 if held else 0)
     assert difference(a.K, b.K).max() < ROUND_OFF
     assert difference(a.M, b.M).max() < ROUND_OFF
+    worst = max(difference(a.K, b.K).max(), difference(a.M, b.M).max())
+    measured("decks", "same model as Abaqus and Nastran deck: K and M, relative difference", worst, at_most=ROUND_OFF, source="each other")
 
 
 def test_the_nastran_deck_asks_for_its_mass_form(tmp_path):
@@ -79,7 +81,7 @@ def test_the_nastran_deck_asks_for_its_mass_form(tmp_path):
 
 
 @pytest.mark.parametrize("held", [True, False])
-def test_frequencies_are_the_same(tmp_path, held):
+def test_frequencies_are_the_same(tmp_path, held, measured):
     """Free, the two plates have twelve rigid motions, of which two springs and the rod hold three.
 
     Round-off in K moves omega^2 by 1e-14 of the highest one: 1e-8 of low ones.
@@ -88,6 +90,9 @@ def test_frequencies_are_the_same(tmp_path, held):
     (_, a), (_, b) = (model_modes(m, Driven({}), count=16) for m in (replace(abaqus, mass_form="linear"), nastran))
     assert int((a.omega2 == 0.0).sum()) == int((b.omega2 == 0.0).sum()) == (0 if held else 9)
     assert_allclose(a.frequencies, b.frequencies, rtol=1e-8)
+    elastic = b.frequencies > 0.0
+    ratio = a.frequencies[elastic] / b.frequencies[elastic]
+    measured("decks", "same model as Abaqus and Nastran deck: ratio of frequencies, worst", ratio, 1.0, rel=1e-8, source="each other")
 
 
 def test_defaults_agree_where_they_must(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 import os
 import subprocess
 import sys
@@ -17,6 +18,7 @@ import creak
 from creak.formats.results import ContactRecord, Field, RunRecord, write_results
 from creak.studies.config import StudyConfig
 from helpers_docs import ROOT, tool
+from helpers_measured import Measured, merge, place
 
 
 def tables(model: type[BaseModel]) -> set[type[BaseModel]]:
@@ -45,6 +47,51 @@ def test_every_key_of_a_study_is_in_its_table():
         keys = [name for name, field in table.model_fields.items() if table is not StudyConfig or not _models(field.annotation)]
         assert keys
         assert any(all(f"\n| `{key}` |" in section for key in keys) for section in text.split("\n#")), table
+
+
+@pytest.fixture(scope="module")
+def verification_page():
+    found = tool("verification_page")
+    if not found.RECORD.exists():
+        pytest.skip("nothing is recorded: make verification")
+    return found
+
+
+def test_the_page_of_verified_quantities_is_up_to_date(verification_page):
+    record = verification_page.read()
+    assert verification_page.PAGE.read_text(encoding="utf-8") == verification_page.page(record), "run: make verification"
+    for picture, _ in verification_page.PICTURES.values():
+        assert (verification_page.DOCS / picture).stat().st_size > 10_000
+
+
+def test_every_verified_quantity_passes_and_has_its_test(verification_page):
+    record = verification_page.read()
+    assert {row["section"] for row in record["quantities"]} == set(verification_page.SECTIONS)
+    for row in record["quantities"]:
+        assert verification_page.passes(row), row
+    for row in [*record["quantities"], *record["curves"]]:
+        assert place(row["test"])[1] >= 0, f"{row['test']} is no test: run make verification"
+
+
+def test_a_quantity_out_of_tolerance_is_seen(verification_page):
+    row = verification_page.read()["quantities"][0]
+    for change in ({"difference": 3.0 * (row["high"] - row["low"])}, {"expected": None, "low": 2.0 * abs(row["value"]) + 1.0}):
+        assert not verification_page.passes({**row, **change})
+
+
+def test_a_record_keeps_the_worst_case_and_rows_of_tests_that_did_not_run(tmp_path):
+    file, one, two = tmp_path / "record.json", Measured(), Measured()
+    for value in (1.001, 0.996, 1.002):
+        one("contact", "a ratio", value, 1.0, rel=0.01)
+    one("contact", "frequency {}", [2.0, 3.0], [2.0, 3.1], rel=0.1)
+    here = "tests/docs/test_made_pages.py::test_a_record_keeps_the_worst_case_and_rows_of_tests_that_did_not_run"
+    merge(file, one, {here})
+    found = json.loads(file.read_text(encoding="utf-8"))["quantities"]
+    assert [(r["quantity"], r["value"]) for r in found] == [("a ratio", 0.996), ("frequency 1", 2.0), ("frequency 2", 3.0)]
+    merge(file, two, set())
+    assert json.loads(file.read_text(encoding="utf-8"))["quantities"] == found
+    merge(file, two, {here})
+    assert json.loads(file.read_text(encoding="utf-8"))["quantities"] == []
 
 
 def test_every_public_name_is_on_the_python_page():

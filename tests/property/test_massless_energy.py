@@ -48,7 +48,7 @@ def random_case(seed: int, hard: bool, mu: float):
 
 @settings(max_examples=1000, derandomize=True, deadline=None)
 @given(st.integers(0, 10**6), st.booleans(), st.sampled_from([0.0, 0.3, 1.0]), st.integers(4, 2 * N - 3))
-def test_no_energy_is_created(seed, hard, mu, count):
+def test_no_energy_is_created(measured, seed, hard, mu, count):
     system, gaps, step = random_case(seed, hard, mu)
     rows = channel_matrices(system, gaps).rows
     small = diagonalise(massless_boundary(system, rows, count=count))
@@ -57,6 +57,7 @@ def test_no_energy_is_created(seed, hard, mu, count):
     loads = at_rest(step / parts * np.arange(100 * parts + 1))
     run = simulate_modal(small, gaps, loads, MasslessBoundary(), observed=np.zeros(0, dtype=np.int64), substeps=parts)
     assert run.energy_created <= CREATED
+    measured("energy", "massless boundary, random chains: share of energy created", run.energy_created, at_most=CREATED, source="conservation")
     friction = run.energy[:, ENERGIES.index("friction")]
     # Its work is booked by the trapezoidal rule: a step in which the sliding turns round may give some back.
     assert np.diff(friction).min() >= -CREATED * run.energy_scale

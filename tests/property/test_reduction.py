@@ -35,7 +35,7 @@ def omega2(system: System) -> np.ndarray:
 
 @settings(max_examples=15, deadline=None)
 @given(parts(), st.integers(1, 8))
-def test_bounds_statics_and_mass(given_part, count):
+def test_bounds_statics_and_mass(measured, given_part, count):
     part, coords, boundary = given_part
     exact, scale = omega2(part), np.abs(omega2(part)[6:12]).min()
     before = None
@@ -44,6 +44,7 @@ def test_bounds_statics_and_mass(given_part, count):
         values = omega2(small)
         bound = exact[: values.size]
         assert (values >= bound - ROUND_OFF * np.maximum(bound, scale)).all()  # Rayleigh-Ritz
+        measured("reduction", "any plate: omega^2 below the full model's", ((bound - values) / np.maximum(bound, scale)).max(initial=0.0), at_most=ROUND_OFF, source="Rayleigh, Ritz")
         if before is not None:  # nested spaces: more modes are never worse
             assert (values[: before.size] <= before + ROUND_OFF * np.maximum(before, scale)).all()
         before = values
@@ -51,6 +52,8 @@ def test_bounds_statics_and_mass(given_part, count):
         mass = r.T @ (part.M @ r)
         small_r = np.vstack([r[boundary], np.zeros((small.n - boundary.size, 6))])
         assert np.abs(small_r.T @ (small.M @ small_r) - mass).max() <= ROUND_OFF * np.abs(mass).max()
+        error = np.abs(small_r.T @ (small.M @ small_r) - mass).max() / np.abs(mass).max()
+        measured("reduction", "any plate: rigid-body mass, centre of gravity, inertia, relative error", error, at_most=ROUND_OFF, source="full model")
         f = np.random.default_rng(3).standard_normal(boundary.size)
         ground = 1e-3 * np.diag(to_dense(part.K)).mean()
         K = to_dense(part.K).copy()
@@ -62,4 +65,7 @@ def test_bounds_statics_and_mass(given_part, count):
         load[boundary], load_small[at] = f, f
         answer = np.linalg.solve(K, load)[boundary]
         assert np.abs(np.linalg.solve(K_small, load_small)[at] - answer).max() <= ROUND_OFF * np.abs(answer).max()
+        error = np.abs(np.linalg.solve(K_small, load_small)[at] - answer).max() / np.abs(answer).max()
+        measured("reduction", "any plate: static answer to boundary loads, relative error", error, at_most=ROUND_OFF, source="full model")
     assert np.abs(before - exact).max() <= ROUND_OFF * exact.max()  # all modes kept: the full model
+    measured("reduction", "any plate, all modes: omega^2, error over the largest", np.abs(before - exact).max() / exact.max(), at_most=ROUND_OFF, source="full model")

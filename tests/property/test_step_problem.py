@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from creak.errors import NumericalError
-from helpers_step_problem import StepProblem, check, random_problem, solve, without_friction
+from helpers_step_problem import EXACT, StepProblem, check, random_problem, solve, without_friction
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -27,10 +27,14 @@ def usual_steps(seed: int, **kind) -> StepProblem:
 
 @settings(max_examples=400, deadline=None, derandomize=True)
 @given(SEEDS)
-def test_all_laws_hold_with_friction(seed):
+def test_all_laws_hold_with_friction(measured, seed):
     """Hard, soft, tabular, damped, rubbing and redundant channels in any mixture."""
     q = usual_steps(seed)
-    check(q, *solve(q))
+    force, stuck = solve(q)
+    check(q, force, stuck)
+    mu, tau = np.maximum(q.laws.mu_static, q.laws.mu_kinetic), np.hypot(*force[q.m :].reshape(-1, 2).T)
+    excess = (tau - mu * force[q.laws.rubs]).max(initial=0.0) / max(np.abs(force).max(), 1e-300)
+    measured("friction", "random steps: force outside the cone, share of the largest", excess, at_most=EXACT, source="Coulomb's law")
 
 
 @settings(max_examples=100, deadline=None, derandomize=True)
@@ -55,7 +59,7 @@ def test_all_laws_hold_for_many_channels(seed):
 
 @settings(max_examples=150, deadline=None, derandomize=True)
 @given(SEEDS, SEEDS)
-def test_frictionless_contact_does_not_depend_on_the_first_guess(seed, other):
+def test_frictionless_contact_does_not_depend_on_the_first_guess(measured, seed, other):
     """Gaps and the motion A p are unique; p too where A is regular, which the gaps of soft channels show."""
     q = random_problem(np.random.default_rng(seed), rub=False, m_most=14)
     force, _ = solve(q)
@@ -65,6 +69,8 @@ def test_frictionless_contact_does_not_depend_on_the_first_guess(seed, other):
     again, _ = solve(q, guess)
     slack = 1e-10 * np.maximum(q.round_off(force), q.round_off(again)).max()
     np.testing.assert_allclose(q.A @ again, q.A @ force, atol=slack, rtol=0.0)
+    error = np.abs(q.A @ (again - force)).max() / max(slack, 1e-300)
+    measured("contact", "random steps from two first guesses: motion, difference over round-off", error, at_most=1.0, source="uniqueness")
 
 
 @settings(max_examples=50, deadline=None, derandomize=True)
@@ -83,14 +89,17 @@ def test_numbering_of_the_channels_does_not_matter(seed):
 
 @settings(max_examples=100, deadline=None, derandomize=True)
 @given(SEEDS)
-def test_hard_and_soft_channels_agree_with_trying_every_set_of_closed_ones(seed):
+def test_hard_and_soft_channels_agree_with_trying_every_set_of_closed_ones(measured, seed):
     """All 2^m sets solved by LAPACK; the only one whose forces press and whose gaps are open."""
     q = random_problem(np.random.default_rng(seed), rub=False, redundant=False, damped=False, m_most=5)
     soft = q.laws.stiffness * 1.0
     soft[q.laws.curve >= 0] = 1.0 / np.diag(q.A)[q.laws.curve >= 0]
     q = StepProblem(**{**q.__dict__, "laws": q.laws._replace(stiffness=soft, curve=np.full(q.m, -1))})
     force, _ = solve(q)
-    np.testing.assert_allclose(force, by_enumeration(q.A, q.gap_free, soft), rtol=1e-6, atol=1e-9 * force.max())
+    expected = by_enumeration(q.A, q.gap_free, soft)
+    np.testing.assert_allclose(force, expected, rtol=1e-6, atol=1e-9 * force.max())
+    error = np.abs(force - expected).max() / max(force.max(), 1e-300)
+    measured("contact", "random steps: force, relative error", error, at_most=1e-6, source="every set of closed channels")
 
 
 def by_enumeration(A: np.ndarray, gap_free: np.ndarray, stiffness: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from creak.api.extras import need_report
 
 if TYPE_CHECKING:
     from creak.dynamics.history import History
+    from creak.report.found import Found
     from creak.studies.converge import Convergence
     from creak.studies.run import Run, StudyResult
     from creak.verify.events import Event
@@ -26,6 +27,7 @@ class Result:
     """The content of summary.json (docs/results.md)."""
     convergence: Convergence | None = field(default=None, repr=False)
     """What `converge` found; None: it was not asked for."""
+    _views: dict[int, Found] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def runs(self) -> dict[str, Run]:
@@ -62,11 +64,19 @@ class Result:
         """Why the study ended early; None: it did not."""
         return self.found.stopped
 
-    def save(self, folder: str | Path) -> list[Path]:
-        """Write summary.json and results.h5 (and convergence.csv) into `folder`; returns their paths."""
+    def save(self, folder: str | Path, animation_mb: float = 12.0) -> list[Path]:
+        """Write summary.json and results.h5 (and convergence.csv) into `folder`; returns their paths.
+
+        Parameters
+        ----------
+        animation_mb : megabytes that the 3-D motion of the hardest events may take of a report that `open_result`
+            writes later; 0: none.
+        """
+        from creak.report.stored import write_found
         from creak.studies.save import save, save_convergence
 
-        written = save(self.found, self.summary, Path(folder))
+        view = self._view(animation_mb)
+        written = save(self.found, self.summary, Path(folder), lambda file: write_found(file, view))
         if self.convergence is not None:
             written.append(save_convergence(self.convergence, Path(folder)))
         return written
@@ -83,9 +93,18 @@ class Result:
         InputError : a package of the extra `report` is not installed.
         """
         need_report()
-        from creak.report.html import write_report
+        from creak.report.html import write_page
 
         path = Path(path)
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_report(self.found, self.summary, path, self.convergence, round(1e6 * animation_mb))
+        write_page(self._view(animation_mb), self.summary, path)
         return path
+
+    def _view(self, animation_mb: float) -> Found:
+        """What a report shows, made once."""
+        from creak.report.found import found_of
+
+        size = round(1e6 * animation_mb)
+        if size not in self._views:
+            self._views[size] = found_of(self.found, self.convergence, size)
+        return self._views[size]

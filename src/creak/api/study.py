@@ -123,13 +123,14 @@ def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: Units =
     ------
     InputError : anything wrong in the study or the deck.
     """
+    from creak.formats.endings import is_deck
     from creak.studies import setup
     from creak.studies.deck_study import set_up_deck
 
     if isinstance(study, Study):
         return setup.set_up(study, ignore)
     path = Path(study)
-    if path.suffix.lower() in (".inp", ".bdf", ".dat", ".nas"):
+    if is_deck(path):
         return set_up_deck(path, ignore, units)
     return setup.set_up(read_study(path), ignore)
 

@@ -15,8 +15,9 @@ from creak.assembly.part import split_constraints
 from creak.elements.block_matrices import block_matrices
 from creak.model.materials import Discrete, Spring, has_stiffness
 from creak.model.mesh import ElementBlock, Model
+from creak.model.solid_faces import FACES
 
-STRUCTURAL = ("quad4", "tri3", "beam2", "hex8", "wedge6", "tet4", "tet10")
+STRUCTURAL = ("quad4", "tri3", "beam2", *FACES)
 FREE = 1e-9
 """A singular value below this share of the largest is a free motion."""
 

@@ -10,6 +10,7 @@ import typer
 from creak.cli.details import setup_detail, tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, VERBOSE, Output
 from creak.errors import InputError
+from creak.formats.endings import is_deck
 
 if TYPE_CHECKING:
     from creak.studies.advise import Advice
@@ -37,7 +38,7 @@ def advise(
     from creak.studies.study_file import read_study
     from creak.studies.warned import warnings_of
 
-    if study_file.suffix.lower() in (".inp", ".bdf", ".dat", ".nas"):
+    if is_deck(study_file):
         raise InputError(f"{study_file.name} is a deck", expected="a study file (.toml)",
                          fix="Write a study that names the deck in [model].")  # fmt: skip
     told: set[str] = set()

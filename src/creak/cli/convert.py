@@ -1,4 +1,4 @@
-"""`creak convert`: a deck of one program as a deck of another, or as matrices."""
+"""`creak convert`: a deck of one program as a deck of another, or as matrices; the motion of a run for ParaView."""
 
 from __future__ import annotations
 
@@ -11,24 +11,31 @@ import typer
 from creak.cli.details import model_detail
 from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output
 from creak.errors import InputError, suggest
+from creak.formats.endings import DECKS, is_deck, is_nastran
 
 if TYPE_CHECKING:
     from creak.model.mesh import Model
 
 MATRICES = {"npz": "npz", "mtx": "matrix-market", "op4": "op4", "dmig": "dmig"}
 """What --matrices takes -> name of the format."""
-NASTRAN = (".bdf", ".dat", ".nas")
-DECK_ENDINGS = (".inp", *NASTRAN)
+RESULTS = (".h5", ".hdf5")
 
 
 def convert(
-    deck: Path = typer.Argument(..., metavar="IN", help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas."),
-    out: Path = typer.Argument(..., metavar="OUT", help="The deck to write, .inp, .bdf, .dat, .nas; or the matrices."),
+    deck: Path = typer.Argument(
+        ..., metavar="IN", help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas; or results.h5 of a run."
+    ),
+    out: Path = typer.Argument(
+        ..., metavar="OUT", help="The deck to write, .inp, .bdf, .dat, .nas; or the matrices; of results .pvd."
+    ),
     matrices: str | None = typer.Option(None, "--matrices", help="Write K, M and C instead: npz, mtx, op4 or dmig."),
     mass: str | None = typer.Option(
         None, "--mass", help="consistent, linear or lumped: the mass of elements, instead of what IN asks for."
     ),
     ignore: list[str] = typer.Option([], "--ignore", metavar="KEYWORD", help="Keyword of IN that may get lost."),
+    run: str | None = typer.Option(
+        None, "--run", help="Of results: whose motion, reduced or reference; default: the one that has it."
+    ),
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,
     as_json: bool = AS_JSON,
@@ -39,14 +46,25 @@ def convert(
 
     Abaqus decks take consistent mass, Nastran decks linear or lumped mass.
 
+    Of the results of a run with [output] field_interval it writes the motion of all nodes for ParaView: OUT.pvd with
+    the times, and a folder of that name with a VTU for each instant.
+
     Example: creak convert plate.bdf plate.inp --mass consistent
+
+    Example: creak convert results/results.h5 motion.pvd
     """
     from creak.cli.output import writable_folder
     from creak.formats.abaqus.writer import stop_on_unread
     from creak.studies.setup import read_model
 
-    _check(deck, out, matrices, mass)
+    of_run = deck.suffix.lower() in RESULTS
+    _check_motion(of_run, out, run, [matrices, mass, *ignore])
+    if not of_run:
+        _check(deck, out, matrices, mass)
     writable_folder(out.parent)
+    if of_run:
+        _write_motion(deck, out, run, Output(quiet, verbose, as_json))
+        return
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
             with progress.phase(f"read {deck.name}"):
@@ -75,14 +93,40 @@ def convert(
         })  # fmt: skip
 
 
+def _check_motion(of_run: bool, out: Path, run: str | None, others: list[str | None]) -> None:
+    """Results go with .pvd and --run, and with nothing else."""
+    if of_run and out.suffix.lower() != ".pvd":
+        raise InputError(f"cannot write motion to {out}", expected="a ParaView collection, .pvd")
+    if not of_run and out.suffix.lower() == ".pvd":
+        raise InputError("a .pvd holds the motion of a run", expected="results.h5 as IN")
+    if of_run and any(others):
+        raise InputError("--matrices, --mass and --ignore are for decks", expected="none of them with results")
+    if not of_run and run is not None:
+        raise InputError(f"--run {run} with a deck", expected="results.h5 as IN")
+
+
+def _write_motion(results: Path, out: Path, run: str | None, words: Output) -> None:
+    """The motion of a run as a series for ParaView."""
+    from creak.formats.motion_series import motion_field, write_series
+
+    with words as output:
+        with output.progress as progress:
+            field = motion_field(results, run)
+            folder = write_series(field, out, lambda done, total: progress(f"write {out.name}", done, total))
+            output.wrote(out)
+        output.tell_written()
+        output.say(f"{field.time.size} instants of the {field.run} run in {folder}")
+        output.result({"run": field.run, "instants": field.time.size, "written": [str(out)], "folder": str(folder)})
+
+
 def _check(deck: Path, out: Path, matrices: str | None, mass: str | None) -> None:
     if matrices is not None and matrices not in MATRICES:
         raise InputError(f"--matrices {matrices}", expected=", ".join(MATRICES), fix=suggest(matrices, MATRICES))
     if mass not in (None, "consistent", "linear", "lumped"):
         raise InputError(f"--mass {mass}", expected="consistent, linear or lumped")
-    if matrices is None and out.suffix.lower() not in DECK_ENDINGS:
+    if matrices is None and not is_deck(out):
         raise InputError(
-            f"cannot write a deck that ends in {out.suffix!r}", expected=", ".join(DECK_ENDINGS), where=out,
+            f"cannot write a deck that ends in {out.suffix!r}", expected=", ".join(DECKS), where=out,
             fix="Write an Abaqus deck (.inp) or a Nastran deck (.bdf), or give --matrices.",
         )  # fmt: skip
     if out.exists() and deck.exists() and out.samefile(deck):
@@ -94,7 +138,7 @@ def _write(model: Model, out: Path, ignore: list[str]) -> tuple[str, ...]:
     from creak.formats.abaqus.writer import stop_on_unread, write_deck
     from creak.formats.nastran.writer import write_nastran
 
-    if out.suffix.lower() in NASTRAN:
+    if is_nastran(out):
         stop_on_unread(model, ignore)
         return write_nastran(model, out)
     write_deck(model, out, ignore)

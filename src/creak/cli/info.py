@@ -48,7 +48,7 @@ def _facts(deck: Path, model: Model, units: str | None, progress: Any) -> dict[s
     mass = sum(p["mass"] for p in parts.values())
     with progress.phase("look at supports and units"):
         loose, guess = _loose(model), [s.name for s in guessed_units(model)]
-        warnings = [*_unit_warnings(model, units, mass), *_loose_warning(loose)]
+        warnings = [*_unit_warnings(model, units, mass, guess), *_loose_warning(loose)]
     surfaces = {k: _extent(s) for k, s in model.surfaces.items() if not k.startswith("_")}
     return {
         "deck": str(deck), "nodes": model.nodes.count, "elements": model.n_elements,
@@ -82,26 +82,26 @@ def _loose(model: Model) -> dict[str, list[str]]:
     """Part -> rigid motions that the deck's supports and links leave free."""
     from creak.assembly.coupling import Driven
     from creak.assembly.rigid import unheld_parts
-    from creak.studies.free_motion import NAMED, free_motions
+    from creak.studies.free_motion import loose_motions
 
     driven = Driven({})
-    loose = unheld_parts(model, driven)
-    return {name: free_motions(model, driven, name) if k < NAMED else [] for k, name in enumerate(loose)}
+    return loose_motions(model, driven, unheld_parts(model, driven))
 
 
 def _loose_warning(loose: dict[str, list[str]]) -> list[str]:
+    from creak.studies.free_motion import loose_words
+
     if not loose:
         return []
-    words = ", ".join(f"{name} ({', '.join(motions)})" if motions else name for name, motions in loose.items())
-    return [f"the deck's supports leave rigid-body motion of {words}: a study has to hold or drive it"]
+    return [f"the deck's supports leave rigid-body motion of {loose_words(loose)}: a study has to hold or drive it"]
 
 
-def _unit_warnings(model: Model, units: str | None, mass: float) -> list[str]:
-    from creak.studies.unit_check import guessed_units, materials, unit_warnings
+def _unit_warnings(model: Model, units: str | None, mass: float, guess: list[str]) -> list[str]:
+    from creak.studies.unit_check import materials, unit_warnings
 
     if units is not None:
         return unit_warnings(model, units, mass=mass)
-    if guessed_units(model) or not materials(model):
+    if guess or not materials(model):
         return []
     return unit_warnings(model, "mm-t-s", mass=mass)
 

@@ -11,7 +11,7 @@ from rich.console import Console
 
 import creak
 from creak.api.extras import REPORT, no_report_text
-from creak.cli import advise, convert, example, info, modes, new, reduce, run, schema, sweep, thesis
+from creak.cli import advise, convert, example, info, modes, new, reduce, report, run, schema, sweep, thesis
 from creak.cli.output import Interrupted
 from creak.errors import CreakError, InputError
 
@@ -28,12 +28,13 @@ app = typer.Typer(
 )
 app.command("new", short_help="Write a first study for a deck, with comments.")(new.new)
 app.command("run", short_help="Run a study, or a deck by its own step.")(run.run)
+app.command("report", short_help="Write report.html from the results of an earlier run.")(report.report)
 app.command("advise", short_help="Propose settings for a study, with errors and costs.")(advise.advise)
 app.command("reduce", short_help="Make and save the superelements of a study.")(reduce.reduce)
 app.command("sweep", short_help="Run many cases of a study.")(sweep.sweep)
 app.command("info", short_help="Tell what a deck holds.")(info.info)
 app.command("modes", short_help="Natural frequencies and mode shapes of a deck.")(modes.modes)
-app.command("convert", short_help="Write a deck as another deck, or as matrices.")(convert.convert)
+app.command("convert", short_help="Write a deck as another deck or as matrices; motion for ParaView.")(convert.convert)
 app.command("schema", short_help="JSON schema of the study file, for editors.")(schema.schema)
 app.command("thesis", short_help="Run the studies of a thesis on a car door.")(thesis.thesis)
 app.add_typer(example.app, name="example")

@@ -12,7 +12,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from creak.cli.details import model_detail
-from creak.cli.output import IGNORE, JSON_FILE, QUIET, VERBOSE, Output
+from creak.cli.output import IGNORE, JSON_FILE, QUIET, VERBOSE, Output, writable_folder
 from creak.errors import InputError
 
 if TYPE_CHECKING:
@@ -41,7 +41,6 @@ def modes(
 
     Example: creak modes door/door.inp --f-max 100 --vtk modes.vtu
     """
-    from creak.cli.output import writable_folder
     from creak.studies.deck_modes import deck_modes
 
     point = _point(about)

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 def run(
     study_file: Path = typer.Argument(
-        ..., metavar="STUDY.toml|DECK.inp", help="The study to run, or a deck whose own *DYNAMIC step is run unreduced."
+        ..., metavar="STUDY.toml|DECK", help="The study to run, or a deck whose own transient step is run unreduced: "
+        "*DYNAMIC of Abaqus .inp; SOL 109 or 112 of Nastran .bdf, .dat, .nas."
     ),
     out: Path | None = typer.Option(None, "--out", help="Folder for results; default: results/ beside the study."),
     superelements: Path | None = typer.Option(
@@ -62,7 +63,7 @@ def run(
                 setup, progress, superelements=superelements, converge=converge, record=animation_mb > 0.0
             )
             progress("write results", 0, 2)
-            output.wrote(*result.save(folder))
+            output.wrote(*result.save(folder, animation_mb))
             progress("write results", 1, 2)
             if not missing_for_report():
                 output.wrote(result.report(folder / "report.html", animation_mb))

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from creak.cli.output import writable_folder
+from creak.cli.output import QUIET, Output, writable_folder
 from creak.errors import CreakError, NumericalError
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def thesis(
         "thesis's 1.17 million dofs (days)."
     ),
     out: Path = typer.Option(Path("thesis"), "--out", help="Folder for the page and the results of the cases."),
-    quiet: bool = typer.Option(False, "--quiet", help="No progress."),
+    quiet: bool = QUIET,
 ) -> None:
     """Run the studies of a thesis on reduced door models with contact on creak's door; write thesis.html.
 
@@ -46,7 +46,7 @@ def thesis(
     size = checked_mesh_size(mesh_size)
     writable_folder(out)
     out.mkdir(parents=True, exist_ok=True)
-    console = Console(quiet=quiet, highlight=False, soft_wrap=True)
+    output = Output(quiet)
     with ThesisProgress(quiet) as progress:
         try:
             outcomes = run_thesis(size, out, progress).outcomes
@@ -58,21 +58,21 @@ def thesis(
         record = study_record()
         progress("write the page", 1, 2)
         channels = outcomes["Ref StS"].channel_names if "Ref StS" in outcomes else ()
-        page = Inputs(size, outcomes, record, _doors(size, out, channels, console), LOADS)
+        page = Inputs(size, outcomes, record, _doors(size, out, channels, output), LOADS)
         write_thesis_page(page, out / "thesis.html")
         progress("write the page", 2, 2)
-    console.print(f"wrote {out / 'thesis.html'}", markup=False)
+    output.say(f"wrote {out / 'thesis.html'}")
     _stop_on_failed(outcomes)
 
 
-def _doors(size: float, out: Path, channels: Sequence[str], console: Console) -> Doors | None:
+def _doors(size: float, out: Path, channels: Sequence[str], output: Output) -> Doors | None:
     """The doors for pictures and tables; None, with a line, where they cannot be built."""
     from creak.studies.thesis.doors import open_doors
 
     try:
         return open_doors(size, out, channels)
     except CreakError as error:
-        console.print(f"no pictures of the door: {error}", markup=False)
+        output.say(f"no pictures of the door: {error}")
         return None
 
 

@@ -11,7 +11,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.model.materials import AnisotropicMaterial, BeamSection, GeneralShell, Material, ShellSection
 from creak.model.mesh import ElementBlock, Model
-from creak.model.solid_faces import FACES, PER_FACE, faces_of, free_faces, volumes
+from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces, volumes
 
 SHEAR_CORRECTION = 5.0 / 6.0
 SHELLS = ("quad4", "tri3")
@@ -340,13 +340,18 @@ def _shear_stiffness(section: ShellSection | GeneralShell) -> float:
 def _faces(
     model: Model, block: ElementBlock, element: IntArray, number: IntArray
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Corners (n, 4), normal stiffness and depth of faces `number` (1, 2, ...) of solids."""
+    """Corners (n, 4), normal stiffness and depth of facets `number` (1, 2, ...) of solids.
+
+    A facet has the share of the volume that it has of the area of its face.
+    """
     every = faces_of(block.kind, block.nodes_idx[element])
     x = model.nodes.coords[every]
-    volume = np.maximum(np.abs(volumes(x)), 1e-300) / PER_FACE.get(block.kind, 1)
+    areas = 0.5 * np.linalg.norm(np.cross(x[:, :, 2] - x[:, :, 0], x[:, :, 3] - x[:, :, 1]), axis=2)
+    of_face = face_numbers(block.kind)
+    share = areas / np.maximum(areas @ (of_face[:, None] == of_face), 1e-300)
     rows = np.arange(element.size)
-    face = x[rows, number - 1]
-    area = 0.5 * np.linalg.norm(np.cross(face[:, 2] - face[:, 0], face[:, 3] - face[:, 1]), axis=1)
+    area = areas[rows, number - 1]
+    volume = np.maximum(np.abs(volumes(x)) * share[rows, number - 1], 1e-300)
     confined = _confined_modulus(block.section.material)  # type: ignore[union-attr]
     return every[rows, number - 1], confined * area**2 / volume, 0.5 * volume / np.maximum(area, 1e-300)
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,16 +11,15 @@ import h5py
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.errors import InputError
 from creak.formats.complete_file import complete_file
+from creak.formats.tree import BIG, COMPRESSED
 
 UNITS = {
     "mm-t-s": {"length": "mm", "force": "N", "energy": "mJ", "time": "s"},
     "m-kg-s": {"length": "m", "force": "N", "energy": "J", "time": "s"},
 }
 MEAN = "mean over the output interval around each time, so that the sum times the interval keeps the integral"
-BIG = 10_000
-"""Numbers from which a dataset is compressed."""
-COMPRESSED = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 BLOCK = 4_000_000
 """Numbers copied at a time."""
 
@@ -90,13 +90,44 @@ class RunRecord:
     field: Field | None = None
 
 
-def write_results(path: Path, runs: Mapping[str, RunRecord], attributes: Mapping[str, str], units: str) -> None:
-    """Write all runs to one HDF5 file, first under a temporary name, then renamed."""
+@contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """While results are read: one message for a file that is not there, is cut short, or is something else.
+
+    Raises
+    ------
+    InputError : instead of what h5py and the reading of a tree raise.
+    """
+    if not path.is_file():
+        raise InputError(
+            f"no such results: {path}", expected="what creak run wrote: summary.json and results.h5 in one folder",
+            fix="Check the path.",
+        )  # fmt: skip
+    try:
+        yield
+    except (OSError, KeyError, TypeError, ValueError, RuntimeError, AttributeError) as error:
+        raise InputError(
+            f"{path} is cut short or damaged", expected="a file as creak run writes it", fix="Run the study again."
+        ) from error
+
+
+def write_results(
+    path: Path, runs: Mapping[str, RunRecord], attributes: Mapping[str, str], units: str,
+    more: Callable[[h5py.File], None] | None = None,
+) -> None:  # fmt: skip
+    """Write all runs to one HDF5 file, first under a temporary name, then renamed.
+
+    Parameters
+    ----------
+    more : writes what else belongs into the file.
+    """
     with complete_file(path) as partial, h5py.File(partial, "w") as file:
         for key, value in attributes.items():
             file.attrs[key] = value
         for name, run in runs.items():
             _write_run(file.create_group(f"runs/{name}"), run, UNITS[units])
+        if more is not None:
+            more(file)
 
 
 def _write_run(group: h5py.Group, run: RunRecord, unit: Mapping[str, str]) -> None:

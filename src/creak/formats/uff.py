@@ -11,11 +11,17 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.formats.complete_file import complete_file
 from creak.model.mesh import ElementBlock, Model
+from creak.model.solid_faces import HEX20
 
-DESCRIPTORS = {"quad4": 94, "tri3": 91, "hex8": 115, "wedge6": 112, "tet4": 111, "tet10": 118}
+DESCRIPTORS = {"quad4": 94, "tri3": 91, "hex8": 115, "wedge6": 112, "tet4": 111, "tet10": 118,
+               **dict.fromkeys(HEX20, 116), "wedge15": 113}  # fmt: skip
 """Finite element descriptors: thin shells and solids."""
-TET10 = [0, 4, 1, 5, 2, 6, 7, 8, 9, 3]
-"""A parabolic tetrahedron goes round: corner, mid-side, corner, ... of the base, mid-sides above, the fourth corner."""
+ORDER = {
+    "tet10": [0, 4, 1, 5, 2, 6, 7, 8, 9, 3],
+    **{kind: [0, 8, 1, 9, 2, 10, 3, 11, 16, 17, 18, 19, 4, 12, 5, 13, 6, 14, 7, 15] for kind in HEX20},
+    "wedge15": [0, 6, 1, 7, 2, 8, 12, 13, 14, 3, 9, 4, 10, 5, 11],
+}
+"""Parabolic solids go round: corner, mid-side, corner, ... of the base, mid-sides between, then the top likewise."""
 UNITS = {"mm-t-s": (10, "mm (newton)", 1000.0), "m-kg-s": (1, "Meter (newton)", 1.0)}
 """Units code, its name, lengths per metre; force is N in both."""
 SEGMENTS = 80
@@ -91,7 +97,7 @@ def _elements(model: Model, labels: IntArray) -> Iterator[str]:
 
 
 def _order(block: ElementBlock) -> IntArray:
-    return block.nodes_idx[:, TET10] if block.kind == "tet10" else block.nodes_idx
+    return block.nodes_idx[:, ORDER[block.kind]] if block.kind in ORDER else block.nodes_idx
 
 
 def _trace_lines(model: Model, labels: IntArray) -> Iterator[Iterator[str]]:

@@ -1,9 +1,11 @@
-"""Mode shapes -> VTU (VTK unstructured grid, XML), which ParaView, VisIt and PyVista open."""
+"""Mode shapes and motion -> VTU (VTK unstructured grid, XML), which ParaView, VisIt and PyVista open."""
 
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable, Sequence
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 from xml.sax.saxutils import quoteattr
@@ -12,15 +14,17 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.formats.complete_file import complete_file
-from creak.model.mesh import Model
+from creak.model.plain_mesh import Mesh
+from creak.model.solid_faces import HEX20
 
-CELLS = {"quad4": 9, "tri3": 5, "beam2": 3, "truss2": 3, "hex8": 12, "wedge6": 13, "tet4": 10, "tet10": 24}
+CELLS = {"quad4": 9, "tri3": 5, "beam2": 3, "truss2": 3, "hex8": 12, "wedge6": 13, "tet4": 10, "tet10": 24,
+         **dict.fromkeys(HEX20, 25), "wedge15": 26}  # fmt: skip
 """VTK cell types; every other kind is a vertex or a line, by its number of nodes."""
 VERTEX, LINE = 1, 3
 TYPES = {"f4": "Float32", "f8": "Float64", "i8": "Int64", "u1": "UInt8"}
 
 
-def write_vtu(path: Path, model: Model, frequencies: Sequence[float], shapes: Iterable[FloatArray]) -> None:
+def write_vtu(path: Path, model: Mesh, frequencies: Sequence[float], shapes: Iterable[FloatArray]) -> None:
     """Write the mesh and one displacement vector per mode.
 
     Point arrays: `mode_001_12.34_Hz`, ... (n_node, 3) in single precision, `node` (label of the deck), and `instance`
@@ -33,18 +37,59 @@ def write_vtu(path: Path, model: Model, frequencies: Sequence[float], shapes: It
 
     XML with inline base64 arrays, little-endian, 8-byte headers (VTK file formats, version 1.0).
     """
+    named = zip(mode_names(frequencies), shapes, strict=True)
     with complete_file(path) as partial, partial.open("w", encoding="ascii") as file:
-        file.write('<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" '
-                   'header_type="UInt64">\n<UnstructuredGrid>\n')  # fmt: skip
-        if len(frequencies):
-            file.write("<FieldData>\n")
-            _array(file, "frequency", np.asarray(frequencies, dtype="<f8"), tuples=True)
-            file.write("</FieldData>\n")
-        file.write(f'<Piece NumberOfPoints="{model.nodes.count}" NumberOfCells="{model.n_elements}">\n')
-        _points(file, model)
-        _cells(file, model)
-        _point_data(file, model, frequencies, shapes)
-        file.write("</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
+        _write(file, mesh_text(model), {"frequency": frequencies} if len(frequencies) else {}, named)
+
+
+def write_instant(path: Path, mesh: MeshText, time: float, displacement: FloatArray) -> None:
+    """Write the mesh and its motion at one instant: point array `displacement` (n_node, 3) in single precision.
+
+    Parameters
+    ----------
+    mesh : of `mesh_text`, one for all instants. time : s, the field array `TimeValue`, from which ParaView takes it.
+    """
+    with complete_file(path) as partial, partial.open("w", encoding="ascii") as file:
+        _write(file, mesh, {"TimeValue": [time]}, iter([("displacement", displacement)]))
+
+
+@dataclass(frozen=True)
+class MeshText:
+    """What files of one mesh have in common, as they say it."""
+
+    head: str
+    """The opening of the piece, points and cells."""
+    labels: str
+    """Point arrays `node` and `instance`."""
+
+
+def mesh_text(model: Mesh) -> MeshText:
+    """Points, cells and labels of a model."""
+    head, labels = io.StringIO(), io.StringIO()
+    head.write(f'<Piece NumberOfPoints="{model.nodes.count}" NumberOfCells="{model.n_elements}">\n')
+    _points(head, model)
+    _cells(head, model)
+    _array(labels, "node", model.nodes.ids.astype("<i8"))
+    if model.nodes.instance:
+        _array(labels, "instance", model.nodes.instance_idx.astype("<i8"))
+    return MeshText(head.getvalue(), labels.getvalue())
+
+
+def _write(
+    file: TextIO, mesh: MeshText, fields: Mapping[str, Sequence[float]], vectors: Iterable[tuple[str, FloatArray]]
+) -> None:
+    """A whole file: arrays of the field as doubles, vectors at the points as floats."""
+    file.write('<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" '
+               'header_type="UInt64">\n<UnstructuredGrid>\n')  # fmt: skip
+    if fields:
+        file.write("<FieldData>\n")
+        for name, numbers in fields.items():
+            _array(file, name, np.asarray(numbers, dtype="<f8"), tuples=True)
+        file.write("</FieldData>\n")
+    file.write(f"{mesh.head}<PointData>\n{mesh.labels}")
+    for name, vector in vectors:
+        _array(file, name, vector.astype("<f4"))
+    file.write("</PointData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
 
 
 def mode_names(frequencies: Sequence[float]) -> list[str]:
@@ -53,13 +98,13 @@ def mode_names(frequencies: Sequence[float]) -> list[str]:
     return [f"mode_{i:0{digits}d}_{f:.6g}_Hz" for i, f in enumerate(frequencies, start=1)]
 
 
-def _points(file: TextIO, model: Model) -> None:
+def _points(file: TextIO, model: Mesh) -> None:
     file.write("<Points>\n")
     _array(file, "Points", model.nodes.coords.astype("<f8"))
     file.write("</Points>\n")
 
 
-def _cells(file: TextIO, model: Model) -> None:
+def _cells(file: TextIO, model: Mesh) -> None:
     blocks = model.blocks
     sizes = [np.full(b.ids.size, b.nodes_idx.shape[1]) for b in blocks]
     types = [np.full(b.ids.size, _cell_type(b.kind, b.nodes_idx.shape[1])) for b in blocks]
@@ -72,16 +117,6 @@ def _cells(file: TextIO, model: Model) -> None:
     _array(file, "element", _joined([b.ids for b in blocks], "<i8"))
     _array(file, "part", _joined(parts, "<i8"))
     file.write("</CellData>\n")
-
-
-def _point_data(file: TextIO, model: Model, frequencies: Sequence[float], shapes: Iterable[FloatArray]) -> None:
-    file.write("<PointData>\n")
-    _array(file, "node", model.nodes.ids.astype("<i8"))
-    if model.nodes.instance:
-        _array(file, "instance", model.nodes.instance_idx.astype("<i8"))
-    for name, shape in zip(mode_names(frequencies), shapes, strict=True):
-        _array(file, name, shape.astype("<f4"))
-    file.write("</PointData>\n")
 
 
 def _cell_type(kind: str, n_node: int) -> int:

@@ -35,8 +35,11 @@ class Factor(Protocol):
     n_negative: int
     """Number of negative eigenvalues (Sylvester's inertia)."""
 
-    def solve(self, b: FloatArray) -> FloatArray:
-        """x with A x = b; b is (n,) or (n, k)."""
+    def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
+        """x with A x = b; b is (n,) or (n, k).
+
+        `out`: memory of the shape of b, in Fortran order and not b itself, where x may be put; use what is returned.
+        """
         ...
 
 
@@ -87,7 +90,7 @@ class _DiagonalFactor:
         self._inverse = _inverted(A.d, definite)
         self.n_negative = int(np.count_nonzero(A.d < 0.0))
 
-    def solve(self, b: FloatArray) -> FloatArray:
+    def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
         return self._inverse * b if b.ndim == 1 else self._inverse[:, None] * b
 
 
@@ -108,7 +111,7 @@ class _CholeskyFactor:
             row = int("".join(ch for ch in str(error).split("-th")[0] if ch.isdigit()) or 0) - 1
             raise SingularMatrixError(row, f"dense matrix is not positive definite ({error})") from error
 
-    def solve(self, b: FloatArray) -> FloatArray:
+    def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
         return sla.cho_solve(self._c, b, check_finite=False)
 
 
@@ -121,7 +124,7 @@ class _DenseFactor:
         self.n_negative = int(np.count_nonzero(values < 0.0))
         self._lu = sla.lu_factor(A)
 
-    def solve(self, b: FloatArray) -> FloatArray:
+    def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
         return sla.lu_solve(self._lu, b, check_finite=False)
 
 
@@ -144,7 +147,7 @@ class _SuperLUFactor:
             row = int(self._lu.perm_c[np.flatnonzero(pivots < 0.0)[0]])
             raise SingularMatrixError(row, "sparse matrix is not positive definite")
 
-    def solve(self, b: FloatArray) -> FloatArray:
+    def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
         return self._lu.solve(np.ascontiguousarray(b))
 
 
@@ -198,10 +201,10 @@ class _PardisoFactor:
         if error.value != 0:
             raise NumericalError(f"PARDISO failed with code {error.value} on a matrix of size {self._n}")
 
-    def solve(self, b: FloatArray) -> FloatArray:
+    def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
         """x with A x = b, in Fortran order; a b in Fortran order is used where it lies."""
         rhs = np.asfortranarray(b, dtype=np.float64)
-        x = np.empty_like(rhs, order="F")
+        x = np.empty_like(rhs, order="F") if out is None else out
         self._call(self._SOLVE, rhs, x, 1 if b.ndim == 1 else int(b.shape[1]))
         return x
 

@@ -142,7 +142,7 @@ def lanczos(
         W, alpha = krylov.step(W, Z, back)
         scale = float(np.abs(T).max(initial=np.abs(alpha).max()))
         used = krylov.basis.used
-        W, Z, R = krylov.next_block(W, min(width, n - used), DEPENDENT * scale)
+        W, Z, R = krylov.next_block(W, min(width, n - used), DEPENDENT * scale, Z)
         T = _bordered(T, back, alpha)
         back = R.T
         exhausted = W.shape[1] == 0
@@ -219,23 +219,28 @@ class _Krylov:
         self.columns = 0
 
     def step(self, W: FloatArray, Z: FloatArray, back: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Store the block W, with Z = M W; return A W without its part in this block and the one before, and alpha."""
+        """Store the block W, with Z = M W; return A W without its part in this block and the one before, and alpha.
+
+        A W takes the memory of W.
+        """
         self.basis.append(W)
         before = self.basis.used - W.shape[1] - back.shape[0]
-        W = self._solve(Z)
+        W = self._solve(Z, W)
         self.basis.remove_block(W, before, back)
         alpha = inner(Z, W)
         self.basis.remove_block(W, before + back.shape[0], alpha)
         return W, symmetric(alpha)
 
-    def next_block(self, W: FloatArray, width: int, floor: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def next_block(
+        self, W: FloatArray, width: int, floor: float, spare: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Q (n, width), M Q and R with W = Q R: M-orthonormal, also to the basis, filled up with random columns.
 
         `floor`: columns whose independent part is smaller are taken for dependent. Q is narrower than `width`
-        only where the space is exhausted.
+        only where the space is exhausted. `spare`: memory that M Q may take.
         """
         R = np.eye(W.shape[1])
-        W, Z, R = self._orthonormal(W, R, floor)
+        W, Z, R = self._orthonormal(W, R, floor, spare)
         if W.shape[1] > width:
             W, Z, R = np.asfortranarray(W[:, :width]), np.asfortranarray(Z[:, :width]), R[:width]
         if W.shape[1] < width:
@@ -244,9 +249,11 @@ class _Krylov:
             W, Z, R = self._orthonormal(W, R, FRESH)
         return W, Z, R
 
-    def _orthonormal(self, W: FloatArray, R: FloatArray, floor: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _orthonormal(
+        self, W: FloatArray, R: FloatArray, floor: float, spare: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Cholesky orthonormalisation, repeated while it was ill-conditioned or old vectors had to be removed."""
-        Z = self._mass(W)
+        Z = self._mass(W, spare)
         for left in reversed(range(MAX_PASSES)):
             if W.shape[1] == 0:
                 break
@@ -259,7 +266,7 @@ class _Krylov:
                 old = self.basis.loss(Z, factor_R) > ORTHOGONAL
                 if old and condition < WELL and left:
                     self.basis.remove(W, Z)
-                    Z = self._mass(W)
+                    Z = self._mass(W, Z)
                     continue
                 right_solve(W, factor_R)
                 right_solve(Z, factor_R)
@@ -274,9 +281,9 @@ class _Krylov:
         size = np.sqrt(np.einsum("ij,ij->j", W, self._mass(W)))
         return W / np.where(size > 0.0, size, 1.0)
 
-    def _solve(self, Z: FloatArray) -> FloatArray:
+    def _solve(self, Z: FloatArray, out: FloatArray | None = None) -> FloatArray:
         self.columns += Z.shape[1]
-        return np.asfortranarray(self._inverse.solve(Z))
+        return np.asfortranarray(self._inverse.solve(Z, out))
 
 
 def _cholesky(gram: FloatArray, floor: float) -> tuple[FloatArray | None, float]:

@@ -36,13 +36,15 @@ class BlockProduct:
         self.n = int(A.shape[0])
         self._A = sp.csr_matrix(A) if sp.issparse(A) else A
         self._cuts = _equal_work(self._A) if sp.issparse(A) else None
+        self._kept = [np.empty(0), np.empty(0)]
         self._mkl = MklRows(self._A) if sp.issparse(A) and A.nnz and has_pardiso() else None
 
-    def __call__(self, X: FloatArray) -> FloatArray:
-        """A X (m, k), Fortran order."""
+    def __call__(self, X: FloatArray, out: FloatArray | None = None) -> FloatArray:
+        """A X (m, k), Fortran order; put into `out` where that has the same shape, is in Fortran order and not X."""
         if self._cuts is None or X.shape[1] == 0:
             return np.asfortranarray(self._A @ X)
-        Y = np.empty((self._A.shape[0], X.shape[1]), order="F")
+        shape = (self._A.shape[0], X.shape[1])
+        Y = out if out is not None and out.shape == shape else np.empty(shape, order="F")
         X = np.asfortranarray(X)
         with ThreadPoolExecutor(len(self._cuts) - 1) as pool:
             for first in range(0, X.shape[1], COLUMNS):
@@ -51,14 +53,21 @@ class BlockProduct:
         return Y
 
     def _group(self, X: FloatArray, Y: FloatArray, cuts: list[int], pool: ThreadPoolExecutor) -> None:
-        A, rows = self._A, np.empty(X.shape)
+        A, rows = self._A, self._memory(0, X.shape)
         _turn(X.T, rows, len(cuts) - 1, pool)
         if self._mkl is None:
             list(pool.map(lambda a, b: _multiply(A.indptr, A.indices, A.data, rows, Y.T, a, b), cuts[:-1], cuts[1:]))
             return
-        product = np.empty(Y.shape)
+        product = self._memory(1, Y.shape)
         self._mkl.multiply(rows, product)
         _turn(product, Y.T, len(cuts) - 1, pool)
+
+
+    def _memory(self, which: int, shape: tuple[int, ...]) -> FloatArray:
+        """An array (C order) that is kept for the next group: new memory has to be cleared by the system first."""
+        if self._kept[which].size < shape[0] * shape[1]:
+            self._kept[which] = np.empty(shape[0] * shape[1])
+        return self._kept[which][: shape[0] * shape[1]].reshape(shape)
 
 
 def _turn(X: FloatArray, Y: FloatArray, cores: int, pool: ThreadPoolExecutor) -> None:

@@ -93,7 +93,7 @@ class Surface:
 
     `facets` is (n_facet, 2): row of the block in `Model.blocks`, row of the element in that block.
     `side` is (n_facet,): +1 positive side only, -1 negative side only, 0 both sides;
-    for solids the number of the face, 1 to 6.
+    for solids the number of the facet in `solid_faces.FACES`, from 1 (1 to 6 where faces are not divided).
     A node surface has `nodes_idx` and no facets.
     """
 

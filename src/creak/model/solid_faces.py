@@ -8,25 +8,60 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 
+MIDDLES = {
+    "hex20": (
+        (0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7),
+    ),
+    "wedge15": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
+}  # fmt: skip
+"""Corners between which the nodes after the corners lie, in Abaqus's order."""
+HEX20 = ("hex20", "hex20r", "hex20s")
+"""Hexahedra of twenty nodes: integrated fully, reduced, with reduced shear."""
+
+
+def _divided(kind: str, faces: tuple[tuple[int, ...], ...]) -> tuple[tuple[int, int, int, int], ...]:
+    """Facets of faces with middle nodes: a triangle at each corner, then what lies between the middle nodes."""
+    pairs = MIDDLES[kind]
+    n_corner = 1 + max(max(p) for p in pairs)
+    middle = {frozenset(p): n_corner + k for k, p in enumerate(pairs)}
+    found = []
+    for face in faces:
+        corners = tuple(dict.fromkeys(face))
+        m = [middle[frozenset(p)] for p in zip(corners, (*corners[1:], corners[0]), strict=True)]
+        found += [(c, m[k], m[k - 1], m[k - 1]) for k, c in enumerate(corners)]
+        found.append((m[0], m[1], m[2], m[-1]))
+    return tuple(found)
+
+
+_HEX8 = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+_WEDGE6 = ((0, 2, 1, 1), (3, 4, 5, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))
 FACES = {
-    "hex8": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+    "hex8": _HEX8,
     "tet4": ((0, 2, 1, 1), (0, 1, 3, 3), (1, 2, 3, 3), (2, 0, 3, 3)),
-    "wedge6": ((0, 2, 1, 1), (3, 4, 5, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
+    "wedge6": _WEDGE6,
     "tet10": tuple(
         (i, j, k, k)
         for a, b, c, ab, bc, ca in ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (2, 0, 3, 6, 7, 9))
         for i, j, k in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
     ),
+    **dict.fromkeys(HEX20, _divided("hex20", _HEX8)),
+    "wedge15": _divided("wedge15", _WEDGE6),
 }
 """Corners of faces S1, S2, ... of Abaqus, turned so that their normals look outward; a triangle repeats its third.
 
-A face of a ten-node tetrahedron counts as four triangles, so that contact and ties reach its middle nodes."""
-PER_FACE = {"tet10": 4}
-"""How many facets a face of the element makes, where that is not one."""
+A face with middle nodes counts as several facets, so that contact and ties reach them: four triangles where it is a
+triangle, four triangles at the corners and a quadrilateral between them where it has four sides."""
+_PER_FACE = {"tet10": (4,) * 4, **dict.fromkeys(HEX20, (5,) * 6), "wedge15": (4, 4, 5, 5, 5)}
+
+
+def face_numbers(kind: str) -> IntArray:
+    """(n_facet,) number of the face, 1 for S1, to which each entry of `FACES` belongs."""
+    per_face = _PER_FACE.get(kind, (1,) * len(FACES[kind]))
+    return np.repeat(np.arange(1, len(per_face) + 1, dtype=np.int64), per_face)
 
 
 def faces_of(kind: str, nodes_idx: IntArray) -> IntArray:
-    """(n, n_face, 4) node rows of the faces of elements with nodes (n, n_node)."""
+    """(n, n_facet, 4) node rows of the facets, see `FACES`, of elements with nodes (n, n_node)."""
     table = np.array(FACES[kind])
     if not nodes_idx.shape[0]:
         return np.zeros((0, *table.shape), dtype=np.int64)

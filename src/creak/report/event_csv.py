@@ -6,13 +6,14 @@ import csv
 import io
 from typing import Any
 
-from creak.report.places import Place, place_of
+from creak.report.found import Found
+from creak.report.places import place_of
 from creak.report.text import Units
-from creak.studies.run import StudyResult, events_in
+from creak.studies.run import events_in
 from creak.verify.events import Event
 
 
-def event_csv(result: StudyResult, places: tuple[Place, ...], units: Units) -> str:
+def event_csv(result: Found, units: Units) -> str:
     """A line per event of the verification window and run; `match` numbers those that are the same event."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
@@ -24,7 +25,7 @@ def event_csv(result: StudyResult, places: tuple[Place, ...], units: Units) -> s
     numbers = _matches(result)
     for name, run in result.runs.items():
         for e in events_in(run.events, result.window):
-            writer.writerow(_row(name, e, numbers.get((name, id(e)), ""), result, places))
+            writer.writerow(_row(name, e, numbers.get((name, id(e)), ""), result))
     return out.getvalue()
 
 
@@ -32,7 +33,7 @@ def _unit(text: str) -> str:
     return text.replace("/", "_per_").replace(" ", "_")
 
 
-def _matches(result: StudyResult) -> dict[tuple[str, int], int]:
+def _matches(result: Found) -> dict[tuple[str, int], int]:
     """(run, event) -> number of the pair."""
     if result.events is None:
         return {}
@@ -43,8 +44,8 @@ def _matches(result: StudyResult) -> dict[tuple[str, int], int]:
     return out
 
 
-def _row(name: str, e: Event, match: Any, result: StudyResult, places: tuple[Place, ...]) -> list[Any]:
-    place = place_of(places, e)
+def _row(name: str, e: Event, match: Any, result: Found) -> list[Any]:
+    place = place_of(result.places, e)
     return [
         name, match, e.group, "" if place is None else place.number, result.setup.model.nodes.label(e.node_idx),
         e.channel, *(f"{x:.9g}" for x in (e.t_start, e.t_peak, e.t_end, e.force_peak_filtered, e.force_peak, e.impulse,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from creak.report.found import Found
 from creak.report.tables import Table
 from creak.report.text import NONE, Units, fixed, number, percent, plural, ratio, share
-from creak.report.verdict import RUN_WORDS, main_run
-from creak.studies.run import StudyResult, events_in
-from creak.studies.summary import event_statistics
+from creak.report.verdict import RUN_WORDS, event_statistics, main_run
+from creak.studies.run import events_in
 from creak.verify.events import Event
 from creak.verify.slips import SlipEvent, squeak_rates
 
@@ -16,7 +16,7 @@ MOST_EVENTS = 400
 """Lines of the event table; all events are in summary.json."""
 
 
-def event_table(result: StudyResult, units: Units) -> Table:
+def event_table(result: Found, units: Units) -> Table:
     """Matched pairs, missed and extra events by time; the events of the only run where there is one."""
     if result.events is None:
         return _single_event_table(result, units)
@@ -39,7 +39,7 @@ def _cut(count: int) -> str:
     return f"The first {MOST_EVENTS} of {count} lines; summary.json holds all." if count > MOST_EVENTS else ""
 
 
-def _pair_row(a: Event | None, b: Event | None, result: StudyResult) -> list[str]:
+def _pair_row(a: Event | None, b: Event | None, result: Found) -> list[str]:
     known = a or b
     assert known is not None
     apart = 1000.0 * (b.t_start - a.t_start) if a and b else None
@@ -70,12 +70,12 @@ def _duration(e: Event | None) -> str:
     return f"< {number(1e3 * e.step, 2)}" if length < 0.999 * e.step else fixed(1e3 * length, 1)
 
 
-def where(group: str, node_idx: int, result: StudyResult) -> str:
+def where(group: str, node_idx: int, result: Found) -> str:
     """Contact and node of an event."""
     return f"{group}, node {result.setup.model.nodes.label(node_idx)}"
 
 
-def _single_event_table(result: StudyResult, units: Units) -> Table:
+def _single_event_table(result: Found, units: Units) -> Table:
     run = main_run(result)
     events = events_in(run.events, result.window) if run else []
     head = ["time, s", "where", f"peak, low-passed, {units.force}", f"peak, raw, {units.force}",
@@ -88,7 +88,7 @@ def _single_event_table(result: StudyResult, units: Units) -> Table:
     return Table(head, rows, 2, _cut(len(events)))
 
 
-def statistics_table(result: StudyResult, units: Units) -> Table:
+def statistics_table(result: Found, units: Units) -> Table:
     """Rates and distributions of the events in the window, run by run."""
     names = [n for n in ("reference", "reduced") if n in result.runs]
     length = result.window[1] - result.window[0]
@@ -104,7 +104,7 @@ def statistics_table(result: StudyResult, units: Units) -> Table:
     return Table([*head, "difference"] if len(columns) == 2 else head, rows, note=_distribution_words(result))
 
 
-def _distribution_words(result: StudyResult) -> str:
+def _distribution_words(result: Found) -> str:
     """How far the distributions of both runs are apart."""
     if result.events is None:
         return ""
@@ -118,7 +118,7 @@ def _distribution_words(result: StudyResult) -> str:
     )
 
 
-def agreement_table(result: StudyResult) -> Table | None:
+def agreement_table(result: Found) -> Table | None:
     """How well the common events agree, each and in the mean; None where the runs were not compared."""
     match = result.events
     if match is None or not match.pairs:
@@ -140,9 +140,9 @@ def agreement_table(result: StudyResult) -> Table | None:
     return Table(["common events", "mean error of each", "95 % stay below", "error of the mean"], rows, note=note)
 
 
-def slip_table(result: StudyResult, units: Units) -> Table | None:
+def slip_table(result: Found, units: Units) -> Table | None:
     """Stick-slip events of the window in every run; None where nothing rubs."""
-    if result.gaps.friction is None:
+    if not result.gaps.rubs:
         return None
     found = [(name, e) for name, run in result.runs.items() for e in slips_in(run.slips, result.window)]
     found.sort(key=lambda item: (item[1].t_start, item[0]))
@@ -162,7 +162,7 @@ def slips_in(slips: tuple[SlipEvent, ...], window: tuple[float, float]) -> list[
     return [e for e in slips if window[0] <= e.t_start <= window[1]]
 
 
-def squeak_sentence(result: StudyResult) -> str:
+def squeak_sentence(result: Found) -> str:
     """How often each pair slips in the window."""
     words = []
     for name, run in result.runs.items():
@@ -182,7 +182,7 @@ def _statistics(events: list[Event], length: float) -> list[float | None]:
     ]  # fmt: skip
 
 
-def counted_events(result: StudyResult) -> str:
+def counted_events(result: Found) -> str:
     """How many events each run shows over its whole length."""
     return "; ".join(
         f"{RUN_WORDS[name]} run: {plural(len(run.events), 'event')}" for name, run in result.runs.items()

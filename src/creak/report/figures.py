@@ -11,9 +11,10 @@ from creak.arrays import FloatArray
 from creak.dynamics.history import ENERGIES, History
 from creak.report import palette
 from creak.report.axes import Trace, axis, base_layout, line, peaks_kept, plain, stacked, thinned
+from creak.report.found import Found
 from creak.report.text import Units, four
 from creak.report.verdict import moving_axes, why_no_fit, why_no_mac
-from creak.studies.run import StudyResult, events_in
+from creak.studies.run import events_in
 
 ENERGY_CAPTION = (
     "Work done from outside and where it went, from the start of the run: stored is kinetic and strain energy, "
@@ -33,7 +34,7 @@ class Figure:
     height: int = 0
 
 
-def force_figure(result: StudyResult, units: Units) -> Figure:
+def force_figure(result: Found, units: Units) -> Figure:
     """Contact force over time, largest channel of each contact: reduced upward, reference mirrored downward."""
     groups = groups_by_force(result)
     if not groups:
@@ -54,13 +55,13 @@ def force_figure(result: StudyResult, units: Units) -> Figure:
     return Figure({"data": data, "layout": layout}, _force_caption(result, len(groups)), height)
 
 
-def _no_force(result: StudyResult) -> str:
+def _no_force(result: Found) -> str:
     if result.gaps.m == 0:
         return "No contact forces: the study has no channel that can close."
     return "No contact forces: nothing touched in the verification window."
 
 
-def groups_by_force(result: StudyResult) -> list[str]:
+def groups_by_force(result: Found) -> list[str]:
     """Contacts and connectors that pressed in the window, the hardest first."""
     peaks: dict[str, float] = {}
     for run in result.runs.values():
@@ -76,7 +77,7 @@ def inside_window(history: History, window: tuple[float, float]) -> slice:
     return slice(int(first), int(last))
 
 
-def _force_row(result: StudyResult, group: str, row: int) -> tuple[list[Trace], float]:
+def _force_row(result: Found, group: str, row: int) -> tuple[list[Trace], float]:
     channels = [j for j, g in enumerate(result.gaps.group) if g == group]
     traces, top = [], 0.0
     for name, run in result.runs.items():
@@ -91,7 +92,7 @@ def _force_row(result: StudyResult, group: str, row: int) -> tuple[list[Trace], 
     return traces, top
 
 
-def _event_bands(result: StudyResult, group: str, row: int) -> list[dict[str, Any]]:
+def _event_bands(result: Found, group: str, row: int) -> list[dict[str, Any]]:
     """A band for each event, on the half of the run it belongs to; missed and extra ones in their own colour."""
     match = result.events
     missed = {id(e) for e in match.missed} if match else set()
@@ -124,7 +125,7 @@ def _mirrored_ticks(peak: float, mirrored: bool) -> dict[str, Any]:
     return {"range": [-1.08 * peak, 1.08 * peak], "tickvals": plain(ticks), "ticktext": words}
 
 
-def _force_caption(result: StudyResult, groups: int) -> str:
+def _force_caption(result: Found, groups: int) -> str:
     text = "Largest channel force of the contact at each instant, over the verification window; events shaded."
     if "reduced" in result.runs and "reference" in result.runs:
         text += (
@@ -136,7 +137,7 @@ def _force_caption(result: StudyResult, groups: int) -> str:
     return text
 
 
-def mac_figure(result: StudyResult) -> Figure:
+def mac_figure(result: Found) -> Figure:
     """MAC between all reference and reduced modes as a heat map."""
     modes = result.modes
     if modes is None or 0 in modes.pairs.matrix.shape:
@@ -164,7 +165,7 @@ def mac_figure(result: StudyResult) -> Figure:
     return Figure({"data": [trace], "layout": layout}, caption, size + 110)
 
 
-def spectra_figure(result: StudyResult, units: Units) -> Figure:
+def spectra_figure(result: Found, units: Units) -> Figure:
     """Mean magnitude over the verification pairs of the relative displacement, per axis."""
     spectra = result.spectra
     if spectra is None:
@@ -199,7 +200,7 @@ def _spectrum_line(freq: FloatArray, height: FloatArray, run: str, row: int, cou
     return line(x, y, palette.RUN_NAMES[run], palette.RUNS[run], row=row, width=width, first=row == 0)
 
 
-def _fit_words(result: StudyResult, name: str) -> str:
+def _fit_words(result: Found, name: str) -> str:
     """What stands in the corner of a panel of spectra."""
     if name not in moving_axes(result):
         return f"no motion along {name} (round-off only)"
@@ -224,7 +225,7 @@ def _decades(size: dict[str, FloatArray], k: int) -> list[float]:
     return [max(float(np.log10(values.min())) - 0.2, high - 7.0), high]
 
 
-def _spectra_caption(result: StudyResult) -> str:
+def _spectra_caption(result: Found) -> str:
     text = (
         f"Displacement of secondary against main node, mean magnitude over {result.setup.pairs.shape[0]} pairs, "
         "over the verification window."
@@ -249,7 +250,7 @@ def energy_terms(history: History) -> dict[str, FloatArray]:
     return terms
 
 
-def energy_figure(result: StudyResult, units: Units) -> Figure:
+def energy_figure(result: Found, units: Units) -> Figure:
     """Cumulative work and stored energy of each run over time."""
     if not result.runs:
         return Figure(None, "No energy balance: there is no run.")

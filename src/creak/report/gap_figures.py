@@ -10,10 +10,10 @@ from creak.arrays import FloatArray
 from creak.report import palette
 from creak.report.axes import MOST_POINTS, Trace, axis, base_layout, line, plain, stacked
 from creak.report.figures import MOST_ROWS, Figure, groups_by_force, inside_window
+from creak.report.found import Found
 from creak.report.surface import Surface
 from creak.report.text import Units, number, tidy
 from creak.report.view import front, outward
-from creak.studies.run import StudyResult
 
 MOST_OUTLINE = 5000
 """Edges of the outline behind the map."""
@@ -21,9 +21,9 @@ OPEN_GAPS = 4.0
 """Gaps wider than this many clearances are cut off."""
 
 
-def gap_figure(result: StudyResult, units: Units) -> Figure:
+def gap_figure(result: Found, units: Units) -> Figure:
     """Smallest gap of each contact over time, both runs; below zero the parts penetrate."""
-    groups = groups_by_force(result) or list(dict.fromkeys(result.gaps.group))
+    groups = groups_by_force(result) or list(result.contacts)
     if not groups or not result.runs:
         return Figure(None, "No gaps: the study has no channel that can close.")
     shown = groups[:MOST_ROWS]
@@ -47,14 +47,15 @@ def gap_figure(result: StudyResult, units: Units) -> Figure:
     return Figure({"data": data, "layout": layout}, caption, height)
 
 
-def _gap_row(result: StudyResult, group: str, row: int) -> tuple[list[Trace], float, float]:
+def _gap_row(result: Found, group: str, row: int) -> tuple[list[Trace], float, float]:
     channels = [j for j, g in enumerate(result.gaps.group) if g == group]
+    contact = result.contacts.index(group)
     traces, low, high = [], 0.0, 0.0
     top = OPEN_GAPS * float(result.gaps.gap0[channels].mean())
     for run in (n for n in palette.DRAWN if n in result.runs):
-        h = result.runs[run].history
-        inside = inside_window(h, result.window)
-        time, gap = lowest_kept(h.time[inside], h.gap[inside][:, channels].min(axis=1))
+        found = result.runs[run]
+        inside = inside_window(found.history, result.window)
+        time, gap = lowest_kept(found.time[inside], found.closest[inside, contact].astype(np.float64))
         if gap.size:
             low, high = min(low, float(gap.min())), max(high, float(gap.max()))
         width = 3.2 if run == "reference" and len(result.runs) > 1 else 1.4
@@ -73,9 +74,9 @@ def lowest_kept(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     return x[:n].reshape(-1, stretch)[row, low], y[:n].reshape(-1, stretch)[row, low]
 
 
-def precheck_figure(result: StudyResult, surface: Surface | None, units: Units) -> Figure:
+def precheck_figure(result: Found, units: Units) -> Figure:
     """Every contact channel where it lies, coloured by the smallest gap of the linear run; those kept are ringed."""
-    setup, smallest = result.setup, result.reference.linear_gaps
+    setup, surface, smallest = result.setup, result.surface, result.linear_gaps
     if smallest is None:
         return Figure(None, _no_map(result))
     xyz = setup.model.nodes.coords
@@ -106,7 +107,7 @@ def _span(values: FloatArray) -> list[float]:
     return [low - pad, high + pad]
 
 
-def _no_map(result: StudyResult) -> str:
+def _no_map(result: Found) -> str:
     if not result.setup.contacts.m:
         return "No map: the study has no contact pairs."
     if not result.setup.study.config.precheck.enabled:
@@ -125,7 +126,7 @@ def _outline(flat: FloatArray, surface: Surface) -> Trace:
     }  # fmt: skip
 
 
-def _dots(result: StudyResult, at: FloatArray, smallest: FloatArray, kept: Any, units: Units) -> Trace:
+def _dots(result: Found, at: FloatArray, smallest: FloatArray, kept: Any, units: Units) -> Trace:
     c, nodes = result.setup.contacts, result.setup.model.nodes
     order = np.argsort(-smallest, kind="stable")
     words = [

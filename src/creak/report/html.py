@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -11,24 +12,17 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from creak.arrays import IntArray
 from creak.formats.complete_file import complete_file
 from creak.report import event_tables, figures, gap_figures, method, palette, scene, tables, verdict
 from creak.report.convergence import convergence_parts
 from creak.report.event_csv import event_csv
+from creak.report.found import Found, FoundRun, found_of
 from creak.report.picture import Loaded, contact_picture, data_uri, model_picture, standard_marks
 from creak.report.place_rows import place_parts
-from creak.report.places import Place, find_places
-from creak.report.provenance import provenance
-from creak.report.surface import Surface
 from creak.report.text import UNITS, Units
 from creak.report.view import outward
-from creak.studies.converge import Convergence
-from creak.studies.run import Run, StudyResult
-from creak.studies.warned import plain_notes, warnings_of
+from creak.studies.run import StudyResult
 
-ANIMATION_BYTES = 12_000_000
-"""What the motion around events may take of the file."""
 SECTIONS = {
     "top": "Verdict", "places": "Places", "checks": "Trust", "motion": "Motion", "force": "Force and gap",
     "events": "Events", "convergence": "Convergence", "model": "Model", "modes": "Modes", "spectra": "Spectra",
@@ -47,28 +41,25 @@ class Picture:
     caption: str
 
 
-def write_report(
-    result: StudyResult, summary: dict[str, Any], path: Path, convergence: Convergence | None = None,
-    animation_bytes: int = ANIMATION_BYTES,
-) -> None:  # fmt: skip
+def write_report(result: StudyResult, summary: dict[str, Any], path: Path) -> None:
     """Write the report of a study as one self-contained HTML file.
 
     Parameters
     ----------
     summary : what `creak.studies.summary.summarise` makes of the result.
     path : the file; it appears whole or not at all.
-    convergence : what `creak.studies.converge` found, where it was looked at.
-    animation_bytes : what the motion around the hardest events may take of the file.
     """
-    text = report_text(result, summary, convergence, animation_bytes)
+    write_page(found_of(result), summary, path)
+
+
+def write_page(result: Found, summary: dict[str, Any], path: Path) -> None:
+    """The same for a view, whether it is that of a result or was read back from results.h5."""
+    text = report_text(result, summary)
     with complete_file(path) as partial:
         partial.write_text(text, encoding="utf-8", newline="\n")
 
 
-def report_text(
-    result: StudyResult, summary: dict[str, Any], convergence: Convergence | None = None,
-    animation_bytes: int = ANIMATION_BYTES,
-) -> str:  # fmt: skip
+def report_text(result: Found, summary: dict[str, Any]) -> str:
     """The report as HTML."""
     units = UNITS[result.setup.study.config.model.units]
     environment = Environment(
@@ -76,21 +67,17 @@ def report_text(
         lstrip_blocks=True,
     )  # fmt: skip
     template = environment.get_template("report.html.j2")
-    run = verdict.main_run(result)
-    places = () if run is None else find_places(result, run)
-    drawn = scene.scene(result, places)
-    surface, shape = drawn if drawn is not None else (None, None)
-    motions = scene.animations(result, surface, places, units, animation_bytes)
+    motions = scene.animations(result, units)
     parts = (
         _verdict_parts(result, summary, units)
-        | place_parts(result, places, motions, units)
-        | _drawn_parts(result, surface, units)
-        | _motion_parts(result, motions, shape)
-        | _table_parts(result, summary, places, units)
+        | place_parts(result, motions, units)
+        | _drawn_parts(result, units)
+        | _motion_parts(result, motions, scene.scene(result))
+        | _table_parts(result, summary, units)
         | _file_parts(result)
     )
-    settling = None if convergence is None else convergence_parts(
-        convergence, summary["convergence"]["findings"], units
+    settling = None if result.convergence is None else convergence_parts(
+        result.convergence, summary["convergence"]["findings"], units
     )  # fmt: skip
     return template.render(**parts, convergence=settling, units=units, sections=_sections(parts, settling))
 
@@ -101,7 +88,7 @@ def _sections(parts: dict[str, Any], settling: Any) -> list[tuple[str, str]]:
     return [(name, text) for name, text in SECTIONS.items() if name not in skipped]
 
 
-def _verdict_parts(result: StudyResult, summary: dict[str, Any], units: Units) -> dict[str, Any]:
+def _verdict_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[str, Any]:
     checks = verdict.checks(result, summary)
     config = result.setup.study.config
     return {
@@ -111,20 +98,20 @@ def _verdict_parts(result: StudyResult, summary: dict[str, Any], units: Units) -
         "checks": checks,
         "all_passed": all(c.passed is not False for c in checks),
         "compared": {"reduced", "reference"} <= result.runs.keys(),
-        "alarms": [*warnings_of(result.notes), *verdict.first_mistakes(result, units)],
+        "alarms": [*result.alarms, *verdict.first_mistakes(result, units)],
         "warnings": verdict.warnings(result),
-        "notes": plain_notes(result.notes),
+        "notes": list(result.notes),
         "unread": tables.unread_rows(summary),
         "method": method.paragraph(result),
         "parameters": method.parameters(result, summary, units),
     }
 
 
-def _drawn_parts(result: StudyResult, surface: Surface | None, units: Units) -> dict[str, Any]:
+def _drawn_parts(result: Found, units: Units) -> dict[str, Any]:
     drawn = {
         "force": figures.force_figure(result, units),
         "gap": gap_figures.gap_figure(result, units),
-        "precheck": gap_figures.precheck_figure(result, surface, units),
+        "precheck": gap_figures.precheck_figure(result, units),
         "mac": figures.mac_figure(result),
         "spectra": figures.spectra_figure(result, units),
         "energy": figures.energy_figure(result, units),
@@ -134,7 +121,7 @@ def _drawn_parts(result: StudyResult, surface: Surface | None, units: Units) -> 
     return {"figures": drawn, "specs": _script_json(specs), **pictures}
 
 
-def _motion_parts(result: StudyResult, motions: scene.Animations, shape: dict[str, Any] | None) -> dict[str, Any]:
+def _motion_parts(result: Found, motions: scene.Animations, shape: dict[str, Any] | None) -> dict[str, Any]:
     run = verdict.main_run(result)
     return {
         "has_scene": shape is not None,
@@ -148,7 +135,7 @@ def _motion_parts(result: StudyResult, motions: scene.Animations, shape: dict[st
     }
 
 
-def _file_parts(result: StudyResult) -> dict[str, Any]:
+def _file_parts(result: Found) -> dict[str, Any]:
     from plotly.offline import get_plotlyjs
 
     own = {name.replace(".", "_"): Markup((FILES / name).read_text(encoding="utf-8")) for name in SCRIPTS}
@@ -156,16 +143,14 @@ def _file_parts(result: StudyResult) -> dict[str, Any]:
         "css": Markup((FILES / "report.css").read_text(encoding="utf-8")),
         "plotly": Markup(get_plotlyjs()),
         "colours": _script_json(palette.DARK),
-        "provenance": provenance(result),
+        "provenance": [*result.provenance, ("Report written", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"))],
         "study_text": result.setup.study.text,
     }
 
 
-def _table_parts(
-    result: StudyResult, summary: dict[str, Any], places: tuple[Place, ...], units: Units
-) -> dict[str, Any]:
+def _table_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[str, Any]:
     return {
-        "csv_events": _script_json(event_csv(result, places, units)),
+        "csv_events": _script_json(event_csv(result, units)),
         "fits": tables.fit_table(result),
         "energy_alarm": tables.energy_alarm(summary),
         "events": event_tables.event_table(result, units),
@@ -190,13 +175,9 @@ def _script_json(value: Any) -> Markup:
     return Markup(text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029"))
 
 
-def _model_picture(result: StudyResult) -> Picture:
+def _model_picture(result: Found) -> Picture:
     setup = result.setup
-    moved = [*setup.driven.labels.values(), *setup.loads.force_labels]
-    marks = standard_marks(
-        np.unique(result.gaps.nodes_idx), np.unique(setup.pairs), _nodes([a // 6 for a in moved]),
-        _nodes([f.nodes_idx for f in setup.model.fixed]),
-    )  # fmt: skip
+    marks = standard_marks(np.unique(result.gaps.nodes_idx), np.unique(setup.pairs), setup.driven, setup.held)
     png = model_picture(setup.model, marks, outward(result.setup.contacts, result.setup.model.nodes.coords))
     if png is None:
         return Picture("", "No picture: the model has no extent to draw.")
@@ -204,7 +185,7 @@ def _model_picture(result: StudyResult) -> Picture:
     return Picture(data_uri(png), caption)
 
 
-def _contact_picture(result: StudyResult, units: Units) -> Picture:
+def _contact_picture(result: Found, units: Units) -> Picture:
     run = verdict.main_run(result)
     if run is None or result.gaps.m == 0:
         return Picture("", "No contact picture: there is no channel that can close.")
@@ -218,12 +199,8 @@ def _contact_picture(result: StudyResult, units: Units) -> Picture:
     return Picture(data_uri(png), f"Where contact happened: impulse at each contact node over the whole {who} run.")
 
 
-def _impulses(result: StudyResult, run: Run, units: Units) -> Loaded:
+def _impulses(result: Found, run: FoundRun, units: Units) -> Loaded:
     nodes, row = np.unique(result.gaps.nodes_idx, return_inverse=True)
     impulse = run.history.weights @ run.history.force
     total = np.bincount(row, impulse, nodes.size).astype(np.float64)
     return Loaded(nodes, total, f"impulse, {units.impulse}", units.impulse)
-
-
-def _nodes(rows: list[IntArray]) -> IntArray:
-    return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *rows]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from creak.report.found import Found
 from creak.report.text import Units, number, share, tidy
 from creak.studies.config import (
     ContactTable,
@@ -18,7 +19,6 @@ from creak.studies.config import (
     StepTable,
     TimeTable,
 )
-from creak.studies.run import StudyResult
 
 KINDS = {
     "displacement": "enforced displacement",
@@ -28,7 +28,7 @@ KINDS = {
 }
 
 
-def paragraph(result: StudyResult) -> str:
+def paragraph(result: Found) -> str:
     """The method of this study in a few sentences."""
     c = result.setup.study.config
     words = ["The structure is linear; only the gaps between parts, one scalar channel each, are not."]
@@ -83,7 +83,7 @@ def _reduced(t: ReductionTable) -> list[str]:
             f"and {modes}. {diagonal}"]  # fmt: skip
 
 
-def parameters(result: StudyResult, summary: dict[str, Any], units: Units) -> list[tuple[str, str]]:
+def parameters(result: Found, summary: dict[str, Any], units: Units) -> list[tuple[str, str]]:
     """Name and value of what decides the answer."""
     c, setup = result.setup.study.config, result.setup
     rows = [
@@ -104,7 +104,7 @@ def parameters(result: StudyResult, summary: dict[str, Any], units: Units) -> li
     return [*rows, ("creak", str(summary["creak"]))]
 
 
-def _damping(result: StudyResult) -> str:
+def _damping(result: Found) -> str:
     table, r = result.setup.study.config.damping, result.setup.rayleigh
     if table.modal is not None:
         return f"modal, {share(table.modal)} of critical"
@@ -142,7 +142,7 @@ def _signal(table: ExcitationTable, unit: str) -> str:
     return f"table {s.file}" if s.values is None else f"table of {len(s.values)} point(s), {unit}"
 
 
-def _contact(result: StudyResult, name: str, units: Units) -> str:
+def _contact(result: Found, name: str, units: Units) -> str:
     t = result.setup.study.config.contact[name]
     words = [f"{t.secondary} on {t.main}", t.method, _law(t, units)]
     if t.damping and t.stiffness != "hard":
@@ -188,7 +188,7 @@ def _connector(t: Any, units: Units) -> str:
     return f"{ends}, {t.dof} from {lower} to {upper}, stiffness {tidy(t.stiffness)} {units.stiffness}{preload}"
 
 
-def _reduction(result: StudyResult, units: Units) -> str:
+def _reduction(result: Found, units: Units) -> str:
     t = result.setup.study.config.reduction
     if t.method == "none":
         return "none: the unreduced model alone"
@@ -196,7 +196,7 @@ def _reduction(result: StudyResult, units: Units) -> str:
     return f"{t.method}, modes up to {tidy(t.f_max)} Hz, interface {t.interface.type}{kept}"
 
 
-def _verification(result: StudyResult) -> str:
+def _verification(result: Found) -> str:
     v = result.setup.study.config.verification
     start, end = result.window
     return (

@@ -18,12 +18,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from creak.arrays import FloatArray, IntArray
-from creak.model.mesh import Model
+from creak.model.plain_mesh import Mesh
 from creak.report.palette import CONTACT, DRIVEN, INK, MUTED, PARTS
-from creak.report.view import Facets, View, cut_up, facets_of, front, lines_of, three_quarter
+from creak.report.view import EDGES_UP_TO, Facets, View, cut_up, facets_of, front, lines_of, three_quarter
 
-EDGES_UP_TO = 8000
-"""Facets up to which element edges are drawn."""
 PATCHES = 40000
 """Patches that a coarse mesh is cut into for the order of painting."""
 DPI = 140
@@ -57,7 +55,7 @@ class Panel:
     """A mesh, or some of it, seen from one side."""
 
     title: str
-    model: Model
+    model: Mesh
     facets: Facets
     """What is painted; `part` is the row into `colours`."""
     colours: Sequence[str]
@@ -67,7 +65,7 @@ class Panel:
     """(2, 2) lowest and highest corner that is shown, in the view; None: all facets."""
 
 
-def model_picture(model: Model, marks: Sequence[Marks], outward: FloatArray) -> bytes | None:
+def model_picture(model: Mesh, marks: Sequence[Marks], outward: FloatArray) -> bytes | None:
     """PNG of the model from three-quarters and from the front; None for a model without extent."""
     views = _views(model, outward)
     if views is None:
@@ -81,7 +79,7 @@ def model_picture(model: Model, marks: Sequence[Marks], outward: FloatArray) -> 
     return _png(fig)
 
 
-def contact_picture(model: Model, loaded: Loaded, outward: FloatArray) -> bytes | None:
+def contact_picture(model: Mesh, loaded: Loaded, outward: FloatArray) -> bytes | None:
     """PNG of the model with its contact nodes coloured and sized by a value; None for a model without extent."""
     views = _views(model, outward)
     if views is None:
@@ -147,7 +145,7 @@ def standard_marks(contact: IntArray, verification: IntArray, driven: IntArray, 
     return [m for m in marks if m.nodes_idx.size]
 
 
-def _views(model: Model, outward: FloatArray) -> tuple[View, View] | None:
+def _views(model: Mesh, outward: FloatArray) -> tuple[View, View] | None:
     coords = model.nodes.coords
     if coords.shape[0] < 2 or float(np.ptp(coords, axis=0).max()) == 0.0:
         return None
@@ -155,7 +153,7 @@ def _views(model: Model, outward: FloatArray) -> tuple[View, View] | None:
     return three_quarter(straight), straight
 
 
-def _canvas(model: Model, views: Sequence[View]) -> tuple[Figure, list[Axes]]:
+def _canvas(model: Mesh, views: Sequence[View]) -> tuple[Figure, list[Axes]]:
     spans = [np.ptp(v.flat(model.nodes.coords), axis=0) for v in views]
     widths = [max(float(s[0]), 0.25 * float(s.max())) for s in spans]
     tall = max(float(s[1]) for s in spans)
@@ -172,7 +170,7 @@ def _canvas(model: Model, views: Sequence[View]) -> tuple[Figure, list[Axes]]:
     return fig, axes
 
 
-def _draw_mesh(ax: Axes, model: Model, facets: Facets, view: View, colours: Sequence[str]) -> None:
+def _draw_mesh(ax: Axes, model: Mesh, facets: Facets, view: View, colours: Sequence[str]) -> None:
     coords = view.rotate(model.nodes.coords)
     if facets.count:
         corners = coords[facets.nodes_idx]
@@ -217,7 +215,7 @@ def _shaded(corners: FloatArray, part: IntArray, colours: Sequence[str]) -> Floa
     return np.clip(base * bright[:, None], 0.0, 1.0)
 
 
-def _draw_marks(ax: Axes, model: Model, view: View, marks: Sequence[Marks]) -> None:
+def _draw_marks(ax: Axes, model: Mesh, view: View, marks: Sequence[Marks]) -> None:
     for k, m in enumerate(marks):
         xy = view.flat(model.nodes.coords[m.nodes_idx])
         line = 0.7 if m.colour == "white" or m.shape != "o" else 0.0
@@ -230,7 +228,7 @@ def _scale_colours() -> Colormap:
     return LinearSegmentedColormap.from_list("impact", ["#f7c948", "#e8743b", "#b5173a", "#4a0d42"])
 
 
-def _draw_loaded(ax: Axes, model: Model, view: View, loaded: Loaded, scale: float) -> None:
+def _draw_loaded(ax: Axes, model: Mesh, view: View, loaded: Loaded, scale: float) -> None:
     xy = view.flat(model.nodes.coords[loaded.nodes_idx])
     idle = loaded.values <= 0.0
     ax.scatter(xy[idle, 0], xy[idle, 1], s=5.0, c="white", edgecolors=MUTED, linewidths=0.5, zorder=5, clip_on=False)
@@ -241,7 +239,7 @@ def _draw_loaded(ax: Axes, model: Model, view: View, loaded: Loaded, scale: floa
     )  # fmt: skip
 
 
-def _name_hardest(ax: Axes, model: Model, view: View, loaded: Loaded) -> None:
+def _name_hardest(ax: Axes, model: Mesh, view: View, loaded: Loaded) -> None:
     if loaded.values.max(initial=0.0) <= 0.0:
         return
     node = int(loaded.nodes_idx[int(loaded.values.argmax())])
@@ -268,7 +266,7 @@ def _colour_bar(fig: Figure, ax: Axes, loaded: Loaded, scale: float) -> None:
     fig.text(0.65, 0.275 / height, "white: never touched", ha="left", va="center", fontsize=9, color=MUTED)
 
 
-def _part_patches(model: Model, facets: Facets) -> list[Patch]:
+def _part_patches(model: Mesh, facets: Facets) -> list[Patch]:
     seen = [p for p in np.unique(facets.part).tolist() if p >= 0]
     shown = seen if len(seen) <= 10 else seen[:9]
     patches = [Patch(color=PARTS[p % len(PARTS)], label=model.parts[p].name) for p in shown]

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from creak.model.mesh import Model
+from creak.model.plain_mesh import Mesh
+from creak.report.found import Found
 from creak.report.places import Place, near
 from creak.report.scene import Animations
 from creak.report.text import Units, number, plural
 from creak.report.verdict import RUN_WORDS, main_run, span
-from creak.studies.run import StudyResult
 
 MOST_PLACES = 12
 
@@ -32,15 +32,16 @@ class PlaceRow:
 
 
 def place_parts(
-    result: StudyResult, places: tuple[Place, ...], motions: Animations, units: Units
+    result: Found, motions: Animations, units: Units
 ) -> dict[str, Any]:
     """What the template needs of the places."""
+    places = result.places
     rows = [_row(result, p, motions, units) for p in places[:MOST_PLACES]]
     cut = f"The {MOST_PLACES} hardest of {len(places)} places." if len(places) > MOST_PLACES else ""
     return {"places": rows, "places_words": _words(result, places, units), "places_cut": cut}
 
 
-def _words(result: StudyResult, places: tuple[Place, ...], units: Units) -> str:
+def _words(result: Found, places: tuple[Place, ...], units: Units) -> str:
     run = main_run(result)
     if run is None or not result.gaps.m:
         return "Nowhere: nothing can touch under this load."
@@ -55,7 +56,7 @@ def _words(result: StudyResult, places: tuple[Place, ...], units: Units) -> str:
     )
 
 
-def _row(result: StudyResult, place: Place, motions: Animations, units: Units) -> PlaceRow:
+def _row(result: Found, place: Place, motions: Animations, units: Units) -> PlaceRow:
     model = result.setup.model
     part = _part_name(model, place.node_idx)
     xyz = ", ".join(number(float(x), 3) for x in model.nodes.coords[place.node_idx])
@@ -76,5 +77,5 @@ def _motion(place: Place, motions: Animations) -> int | None:
     return None
 
 
-def _part_name(model: Model, node_idx: int) -> str:
+def _part_name(model: Mesh, node_idx: int) -> str:
     return next((p.name for p in model.parts if np.isin(node_idx, p.nodes_idx).any()), "")

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
-from creak.model.mesh import Model
+from creak.model.plain_mesh import Mesh
 from creak.studies.run import Run, StudyResult, events_in
 from creak.verify.events import Event, find_events
 
@@ -87,12 +87,12 @@ def place_of(places: tuple[Place, ...], event: Event) -> Place | None:
     return next((p for p in places if p.contact == event.group and event.node_idx in p.nodes_idx), None)
 
 
-def near(model: Model) -> float:
+def near(model: Mesh) -> float:
     """Distance up to which touched channels are neighbours, length."""
     return NEAR * float(np.linalg.norm(np.ptp(model.nodes.coords, axis=0)))
 
 
-def _patches(model: Model, gaps: GapOperator, touched: IntArray) -> IntArray:
+def _patches(model: Mesh, gaps: GapOperator, touched: IntArray) -> IntArray:
     """(n_touched,) number of the patch of each channel."""
     group = np.unique(np.array(gaps.group, dtype=object)[touched].astype(str), return_inverse=True)[1]
     nodes = gaps.nodes_idx[touched]
@@ -108,7 +108,7 @@ def _close(xyz: FloatArray, distance: float) -> IntArray:
     return cKDTree(xyz).query_pairs(distance * (1.0 + 1e-9), output_type="ndarray").astype(np.int64).reshape(-1, 2)
 
 
-def _of_one_element(model: Model, nodes: IntArray) -> IntArray:
+def _of_one_element(model: Mesh, nodes: IntArray) -> IntArray:
     """(k, 2) pairs of places in `nodes` whose nodes belong to one element."""
     row = np.full(model.nodes.count, -1, dtype=np.int64)
     row[nodes] = np.arange(nodes.size)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import platform
-from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -17,7 +16,7 @@ BLOCK = 1 << 20
 
 
 def provenance(result: StudyResult) -> list[tuple[str, str]]:
-    """Name and value, for a table: files with their digests, versions, machine, time of writing."""
+    """Name and value, for a table: files with their digests, versions, machine."""
     study = result.setup.study
     source = Path(result.setup.model.source)
     deck = study.sibling(study.config.model.deck)
@@ -28,8 +27,7 @@ def provenance(result: StudyResult) -> list[tuple[str, str]]:
             break
     rows.append(("creak", creak.__version__))
     rows.append(("Python and packages", f"Python {platform.python_version()}; {_versions()}"))
-    rows.append(("Machine", f"{platform.system()}, {platform.machine()}"))
-    return [*rows, ("Report written", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"))]
+    return [*rows, ("Machine", f"{platform.system()}, {platform.machine()}")]
 
 
 def digest(path: Path) -> str:

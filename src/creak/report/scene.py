@@ -3,28 +3,20 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.assembly.recovery import by_node, recovered
+from creak.report.found import Found, FoundRun
+from creak.report.motions import LIMIT, Motions, ShownMotion
 from creak.report.palette import PARTS
 from creak.report.places import Place, place_of
-from creak.report.surface import Surface, surface_of
+from creak.report.surface import Surface
 from creak.report.text import Units, fixed, number
 from creak.report.verdict import main_run
 from creak.report.view import front, outward
-from creak.studies.motion import Motion
-from creak.studies.run import Run, StudyResult
-
-MOST_ANIMATIONS = 8
-LIMIT = 32767
-"""Largest 16-bit number."""
-LEFT_OUT = 0.01
-"""Share of the largest displacement that the shapes of an animation may leave out anywhere."""
 
 
 @dataclass(frozen=True)
@@ -40,129 +32,78 @@ class Animations:
     """First and last instant of each, s."""
 
 
-def scene(result: StudyResult, places: Sequence[Place]) -> tuple[Surface, dict[str, Any]] | None:
-    """The surface, and it with its marks ready for JSON; None for a model without anything to draw."""
-    model, setup = result.setup.model, result.setup
-    driven = [a // 6 for a in (*setup.driven.labels.values(), *setup.loads.force_labels)]
-    marks = {
-        "contact": np.unique(result.gaps.nodes_idx),
-        "held": _nodes([f.nodes_idx for f in model.fixed]),
-        "driven": _nodes(driven),
-    }
-    needed = np.unique(np.concatenate([*marks.values(), *(p.nodes_idx for p in places)])).astype(np.int64)
-    surface = surface_of(model, needed)
-    xyz = model.nodes.coords
-    if surface is None or float(np.ptp(xyz[surface.nodes_idx], axis=0).max()) == 0.0:
+def scene(result: Found) -> dict[str, Any] | None:
+    """The surface with its marks, ready for JSON; None for a model without anything to draw."""
+    surface, setup = result.surface, result.setup
+    if surface is None:
         return None
+    marks = {"contact": np.unique(result.gaps.nodes_idx), "held": setup.held, "driven": setup.driven}
+    xyz = setup.model.nodes.coords
     points, centre, scale = _quantised(xyz[surface.nodes_idx])
-    return surface, {
+    return {
         "points": _text(points), "centre": centre.tolist(), "scale": scale, "count": surface.nodes_idx.size,
         "triangles": _text(surface.triangles.astype(np.uint32)), "edges": _text(surface.edges.astype(np.uint32)),
         "parts": [_part(result, row) for row in surface.parts.tolist()],
         "view": front(xyz, outward(setup.contacts, xyz)).matrix.T.tolist(),
         "marks": {name: surface.rows(nodes).tolist() for name, nodes in marks.items() if nodes.size},
-        "places": [_place(p, surface) for p in places],
+        "places": [_place(p, surface) for p in result.places],
     }  # fmt: skip
 
 
-def animations(
-    result: StudyResult, surface: Surface | None, places: tuple[Place, ...], units: Units, budget: int
-) -> Animations:
-    """The motion around as many of the hardest events as fit into `budget` bytes.
+def animations(result: Found, units: Units) -> Animations:
+    """The motions around the hardest events, as many as fit into the bytes that they may take.
 
-    A motion is a sum of as many shapes times amplitudes as leave out `LEFT_OUT` of it (proper orthogonal
-    decomposition). Shapes are 16-bit shares of their largest displacement, forces of contact nodes 8-bit shares.
+    Forces of contact nodes are 8-bit shares of the largest one.
     """
-    run = main_run(result)
-    recording = None if run is None else run.recording
-    if budget <= 0:
-        return Animations([], 0, "No animation: the report was asked to hold none (--animation-mb 0).")
-    if run is None or recording is None:
-        return Animations([], 0, "No animation: the run did not keep the motion around its events (sweeps do not).")
-    if surface is None:
-        return Animations([], 0, "No animation: the model has no surface or lines to draw.")
-    if not recording.motions:
-        return Animations([], 0, f"No animation: {recording.why}.")
-    moving = np.unique(run.system.labels // 6)
-    if not np.isin(surface.nodes_idx, moving).any():
-        return Animations([], 0, "No animation: the motion of the parts drawn cannot be recovered from this model.")
-    shown: list[tuple[Motion, dict[str, Any], int]] = []
-    for motion in recording.motions[:MOST_ANIMATIONS]:
-        animation = _animation(run, result, surface, motion, places, units)
+    run, surface, motions = main_run(result), result.surface, result.motions
+    if run is None or surface is None or motions.why:
+        return Animations([], 0, f"No animation: {motions.why}.")
+    shown: list[tuple[ShownMotion, dict[str, Any], int]] = []
+    for motion in motions.shown:
+        animation = _animation(run, result, surface, motion, units)
         size = len(animation["shapes"]) + len(animation["force"])
-        if size + sum(other for _, _, other in shown) > budget:
+        if size + sum(other for _, _, other in shown) > motions.budget:
             break
         shown.append((motion, animation, size))
     shown.sort(key=lambda one: -one[0].event.force_peak_filtered)
     used = sum(size for _, _, size in shown)
     spans = tuple((float(m.time[0]), float(m.time[-1])) for m, _, _ in shown)
-    words = _words(len(shown), len(recording.motions), used, budget, surface, moving)
-    return Animations([one for _, one, _ in shown], used, words, spans)
+    return Animations([one for _, one, _ in shown], used, _words(len(shown), motions, used, surface), spans)
 
 
-def _words(shown: int, events: int, used: int, budget: int, surface: Surface, moving: IntArray) -> str:
+def _words(shown: int, motions: Motions, used: int, surface: Surface) -> str:
+    budget = f"{motions.budget / 1e6:.3g} MB"
     if not shown:
         return (
-            f"No animation: that of one event takes more than the {budget / 1e6:.3g} MB that the report may spend on "
-            "them (--animation-mb)."
+            f"No animation: that of one event takes more than the {budget} that the report may spend on them "
+            "(--animation-mb)."
         )
-    text = f"{shown} of {events} recorded events, {used / 1e6:.2g} MB of at most {budget / 1e6:.3g} MB"
+    text = f"{shown} of {motions.recorded} recorded events, {used / 1e6:.2g} MB of at most {budget}"
     if surface.coarsened:
         text += f"; drawn on {number(int(surface.nodes_idx.size))} nodes of the mesh, the others are left out"
-    still = int((~np.isin(surface.nodes_idx, moving)).sum())
-    if still:
-        text += f"; {number(still)} nodes have no recovered motion and are drawn at rest"
+    if motions.still:
+        text += f"; {number(motions.still)} nodes have no recovered motion and are drawn at rest"
     return text + "."
 
 
 def _animation(
-    run: Run, result: StudyResult, surface: Surface, motion: Motion, places: tuple[Place, ...], units: Units
+    run: FoundRun, result: Found, surface: Surface, motion: ShownMotion, units: Units
 ) -> dict[str, Any]:
-    u = np.concatenate(list(_frames(run, result.setup.model.nodes.count, surface, motion)))
-    largest = float(np.abs(u).max()) or 1.0
-    amplitudes, shapes = shapes_of(u.reshape(len(u), -1), LEFT_OUT * largest)
     nodes, force = _forces(run, result, motion)
     peak = float(force.max(initial=0.0))
-    place = place_of(places, motion.event)
+    place = place_of(result.places, motion.event)
     where = f"place {place.number}" if place else f"node {result.setup.model.nodes.label(motion.event.node_idx)}"
     hit = f"{number(motion.event.force_peak_filtered, 3)} {units.force} at {fixed(motion.event.t_start, 4)} s"
     return {
-        "label": f"{hit}, {where}", "time": np.round(motion.time, 9).tolist(), "largest": largest,
-        "amplitudes": amplitudes.tolist(), "shapes": _text(shapes),
+        "label": f"{hit}, {where}", "time": np.round(motion.time, 9).tolist(), "largest": motion.largest,
+        "amplitudes": motion.amplitudes.tolist(), "shapes": _text(motion.shapes),
         "nodes": surface.rows(nodes).tolist(), "peak": peak,
         "force": _text(np.minimum(np.ceil(force * (255.0 / (peak or 1.0))), 255.0).astype(np.uint8)),
         "touch": motion.event.t_peak,
     }  # fmt: skip
 
 
-def shapes_of(u: FloatArray, left_out: float) -> tuple[FloatArray, IntArray]:
-    """Amplitudes a (k, r) and 16-bit shapes s (r, n) with a s = u (k, n) but for `left_out` anywhere, and rounding.
-
-    The shapes are those of the proper orthogonal decomposition, from the eigenvectors of u u' (Sirovich, Q. Appl. Math.
-    45, 1987); r is as small as that allows.
-    """
-    vectors = np.linalg.eigh(u @ u.T)[1][:, ::-1]
-    left = u.copy()
-    amplitudes: list[FloatArray] = []
-    shapes: list[IntArray] = []
-    for v in vectors.T:
-        if np.abs(left).max(initial=0.0) <= left_out and shapes:
-            break
-        shape = v @ u
-        largest = float(np.abs(shape).max(initial=0.0)) or 1.0
-        shapes.append(np.round(shape * (LIMIT / largest)).astype(np.int16))
-        amplitudes.append(v * (largest / LIMIT))
-        left -= np.outer(v, shape)
-    return np.column_stack(amplitudes), np.stack(shapes)
-
-
-def _frames(run: Run, n_node: int, surface: Surface, motion: Motion) -> Iterator[FloatArray]:
-    """(k, n, 3) motion of the nodes drawn, some instants at a time."""
-    for _, u in recovered(run.system, motion.coordinates, motion.supports, block=16):
-        yield by_node(u, run.system.labels, n_node)[:, surface.nodes_idx]
-
-
-def _forces(run: Run, result: StudyResult, motion: Motion) -> tuple[IntArray, FloatArray]:
+def _forces(run: FoundRun, result: Found, motion: ShownMotion) -> tuple[IntArray, FloatArray]:
     """Nodes that press in an animation, and the largest force of each (k, n) around each instant."""
     h, ends = run.history, motion.time
     middle = 0.5 * (ends[1:] + ends[:-1])
@@ -179,7 +120,7 @@ def _forces(run: Run, result: StudyResult, motion: Motion) -> tuple[IntArray, Fl
     return nodes, force
 
 
-def _part(result: StudyResult, row: list[int]) -> dict[str, Any]:
+def _part(result: Found, row: list[int]) -> dict[str, Any]:
     model = result.setup.model
     name = model.parts[row[0]].name if row[0] >= 0 else "beams, springs, others"
     colour = PARTS[row[0] % len(PARTS)] if row[0] >= 0 else "#8a939c"
@@ -204,7 +145,3 @@ def _text(values: Any) -> str:
     """Little-endian bytes as base64."""
     little = np.ascontiguousarray(values).astype(np.asarray(values).dtype.newbyteorder("<"))
     return base64.b64encode(little.tobytes()).decode("ascii")
-
-
-def _nodes(rows: list[IntArray]) -> IntArray:
-    return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *rows]))

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.model.mesh import Model
-from creak.report.picture import EDGES_UP_TO
-from creak.report.view import facets_of, lines_of
+from creak.model.plain_mesh import Mesh
+from creak.report.view import EDGES_UP_TO, facets_of, lines_of
 
 MOST_NODES = 40_000
 CREASE = 40.0
@@ -40,7 +39,7 @@ class Surface:
         return order[np.searchsorted(self.nodes_idx, nodes_idx, sorter=order)]
 
 
-def surface_of(model: Model, needed: IntArray, most: int = MOST_NODES) -> Surface | None:
+def surface_of(model: Mesh, needed: IntArray, most: int = MOST_NODES) -> Surface | None:
     """Shells, free faces of solids and line elements; None where the model has none of them.
 
     Where there are more than `most` nodes, those of a part that fall into one cell of a grid become one of them, the
@@ -121,7 +120,7 @@ def _ranges(owner: IntArray, edge_owner: IntArray) -> IntArray:
     return np.column_stack(columns).astype(np.int64)
 
 
-def _represented(model: Model, quads: IntArray, part: IntArray, lines: IntArray, most: int) -> IntArray:
+def _represented(model: Mesh, quads: IntArray, part: IntArray, lines: IntArray, most: int) -> IntArray:
     """(n_node,) the node that stands for each one."""
     used = np.unique(np.concatenate([quads.ravel(), lines.ravel()]))
     if used.size <= most:

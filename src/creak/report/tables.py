@@ -9,10 +9,9 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.dynamics.history import ENERGIES
-from creak.reduction.health import health_rows
+from creak.report.found import Found
 from creak.report.text import NONE, Units, fixed, four, number, percent, ratio, share, tidy
 from creak.report.verdict import ENERGY_BAR, RUN_WORDS, main_run, moving_axes, penetration
-from creak.studies.run import StudyResult
 
 BALANCE = {
     "external": "work from outside",
@@ -41,7 +40,7 @@ class Table:
     """Headings over so many columns each; empty for none."""
 
 
-def frequency_table(result: StudyResult) -> Table | None:
+def frequency_table(result: Found) -> Table | None:
     """Frequencies of the paired modes and their MAC."""
     modes = result.modes
     if modes is None or modes.freq_reference.size == 0:
@@ -54,7 +53,7 @@ def frequency_table(result: StudyResult) -> Table | None:
     return Table(["mode", "unreduced, Hz", "reduced, Hz", "error", "MAC"], rows)
 
 
-def fit_table(result: StudyResult) -> Table | None:
+def fit_table(result: Found) -> Table | None:
     """NRMSE fit of the relative motion by axis; None where nothing was compared."""
     fit = result.spectra.nrmse if result.spectra is not None else {}
     if not fit:
@@ -78,7 +77,7 @@ def energy_alarm(summary: dict[str, Any]) -> str:
     return f"{words}, where {share(ENERGY_BAR)} is the limit. Shorten the step, soften the contact or dissipate more."
 
 
-def gap_table(result: StudyResult, units: Units) -> Table | None:
+def gap_table(result: Found, units: Units) -> Table | None:
     """Candidates and kept channels of each contact, and how far its gap closed."""
     setup = result.setup
     every = [*dict.fromkeys(setup.contacts.group), *dict.fromkeys(setup.connectors.group)]
@@ -98,9 +97,9 @@ def gap_table(result: StudyResult, units: Units) -> Table | None:
     return Table(head, rows)
 
 
-def _penetration_cells(result: StudyResult, group: str) -> list[str]:
+def _penetration_cells(result: Found, group: str) -> list[str]:
     run = main_run(result)
-    p = None if run is None else penetration(result, run.history, group)
+    p = None if run is None else penetration(result, run, group)
     return [NONE] * 3 if p is None else [number(p.smallest), number(p.depth, 3), share(p.of_clearance)]
 
 
@@ -128,7 +127,7 @@ def _mass(mass: float | None, units: Units) -> str:
     return number(None if mass is None else mass * units.to_kg)
 
 
-def cost_table(result: StudyResult, summary: dict[str, Any]) -> Table:
+def cost_table(result: Found, summary: dict[str, Any]) -> Table:
     """What the runs cost, and reduced against reference."""
     names = [n for n in ("reference", "reduced") if n in summary["runs"]]
     runs = [summary["runs"][n] for n in names]
@@ -144,12 +143,10 @@ def cost_table(result: StudyResult, summary: dict[str, Any]) -> Table:
     return Table(head, rows, note=_real_time(names, runs, simulated))
 
 
-def health_tables(result: StudyResult) -> list[tuple[str, Table]]:
+def health_tables(result: Found) -> list[tuple[str, Table]]:
     """One table of checks for each superelement."""
     head = ["", "value", "remark"]
-    return [
-        (name, Table(head, [list(row) for row in health_rows(health)], 3)) for name, health in result.health.items()
-    ]  # fmt: skip
+    return [(name, Table(head, [list(row) for row in rows], 3)) for name, rows in result.health.items()]
 
 
 _COSTS = (
@@ -189,7 +186,7 @@ def _real_time(names: list[str], runs: list[dict[str, Any]], simulated: dict[str
     return " ".join(words)
 
 
-def balance_table(result: StudyResult, units: Units) -> Table | None:
+def balance_table(result: Found, units: Units) -> Table | None:
     """Where the energy of each run went by its end, as a share of the largest work or initial energy."""
     runs = {name: run.history for name, run in sorted(result.runs.items(), reverse=True) if run.history.energy.any()}
     if not runs:
@@ -209,7 +206,7 @@ def balance_table(result: StudyResult, units: Units) -> Table | None:
     return Table(head, [*rows, created], note=note)
 
 
-def energy_sentence(result: StudyResult) -> str:
+def energy_sentence(result: Found) -> str:
     """What the balance leaves over, in words."""
     words = []
     for name, run in sorted(result.runs.items(), reverse=True):

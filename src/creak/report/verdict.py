@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from creak.dynamics.history import History
+from creak.report.found import Found, FoundRun
 from creak.report.text import NONE, THIN, Units, fixed, four, number, percent, plural, ratio, share, tidy, times
-from creak.studies.run import Run, StudyResult, events_in
-from creak.studies.summary import event_statistics
-from creak.verify.statistics import CHAOTIC_RATE, Distance, EventStatistics, is_chaotic
+from creak.studies.run import events_in
+from creak.verify.statistics import CHAOTIC_RATE, Distance, EventStatistics, compare_statistics, is_chaotic
 
 MAC_BAR = 0.99
 NRMSE_BAR = 0.99
@@ -57,21 +56,27 @@ class Penetration:
         return self.depth / self.clearance if self.clearance > 0.0 else None
 
 
-def penetration(result: StudyResult, history: History, group: str) -> Penetration | None:
+def penetration(result: Found, run: FoundRun, group: str) -> Penetration | None:
     """Of the kept channels of one contact or connector over a whole run; None without channels."""
     channels = [j for j, g in enumerate(result.gaps.group) if g == group]
     if not channels:
         return None
-    smallest = min(float(history.gap[:, j].min()) for j in channels)
+    smallest = float(run.closest[:, result.contacts.index(group)].min())
     return Penetration(smallest, float(result.gaps.gap0[channels].mean()))
 
 
-def main_run(result: StudyResult) -> Run | None:
+def main_run(result: Found) -> FoundRun | None:
     """The run that the report speaks of: reduced where there is one."""
     return result.runs.get("reduced") or result.runs.get("reference")
 
 
-def sentence(result: StudyResult, summary: dict[str, Any], units: Units) -> str:
+def event_statistics(result: Found) -> EventStatistics:
+    """Statistics of the events of both runs in the verification window."""
+    runs = result.runs
+    return compare_statistics(runs["reference"].events, runs["reduced"].events, result.window)
+
+
+def sentence(result: Found, summary: dict[str, Any], units: Units) -> str:
     """What happened and how far it can be trusted, in plain words."""
     run = main_run(result)
     if run is None:
@@ -106,7 +111,7 @@ def _alarm(summary: dict[str, Any]) -> str:
     )
 
 
-def span(result: StudyResult) -> str:
+def span(result: Found) -> str:
     """The verification window in words."""
     start, end = result.window
     length = end - start
@@ -115,7 +120,7 @@ def span(result: StudyResult) -> str:
     return "in the last second" if abs(length - 1.0) < 1e-9 else f"in the last {tidy(length)} s"
 
 
-def _what(result: StudyResult, run: Run, count: int) -> str:
+def _what(result: Found, run: FoundRun, count: int) -> str:
     if result.gaps.m == 0:
         return f"No rattle {span(result)}: nothing can touch under this load"
     if count == 0 and _pressed(result, run):
@@ -125,13 +130,13 @@ def _what(result: StudyResult, run: Run, count: int) -> str:
     return f"{plural(count, 'rattle event')} {span(result)}"
 
 
-def _pressed(result: StudyResult, run: Run) -> bool:
+def _pressed(result: Found, run: FoundRun) -> bool:
     """Whether anything presses inside the window."""
     h = run.history
     return bool(h.force[(h.time >= result.window[0]) & (h.time <= result.window[1])].any())
 
 
-def _found(result: StudyResult) -> str:
+def _found(result: Found) -> str:
     match = result.events
     if match is None:
         return "the two runs were not compared"
@@ -164,7 +169,7 @@ def _speed(summary: dict[str, Any]) -> str:
     return f"{times(run)} faster than the unreduced model ({counted} when the reduction itself is counted)"
 
 
-def checks(result: StudyResult, summary: dict[str, Any]) -> list[Check]:
+def checks(result: Found, summary: dict[str, Any]) -> list[Check]:
     """The comparison with the unreduced model against the bars, and the energy balance."""
     judged = [_events(result), _mean_force(result), _each_force(result)]
     if result.events is not None:
@@ -197,7 +202,7 @@ def _distribution(name: str, distance: Distance | None) -> Check:
     return Check(name, bar, fixed(distance.value, 3), distance.alike)
 
 
-def _mac(result: StudyResult) -> Check:
+def _mac(result: Found) -> Check:
     name, bar = "Mode shapes, lowest MAC", f"at least {MAC_BAR}"
     modes = result.modes
     f_max = result.setup.study.config.verification.mac_f_max
@@ -212,16 +217,16 @@ def _mac(result: StudyResult) -> Check:
     return Check(name, bar, found, mac >= MAC_BAR)
 
 
-def why_no_mac(result: StudyResult) -> str:
+def why_no_mac(result: Found) -> str:
     """Why there are no mode shapes to compare."""
-    if result.reduced is None:
+    if "reduced" not in result.runs:
         return "there is no reduced model"
     if result.modes is None:
         return "the study watches no nodes"
     return f"no mode lies below {tidy(result.setup.study.config.verification.mac_f_max)} Hz"
 
 
-def _nrmse(result: StudyResult) -> Check:
+def _nrmse(result: Found) -> Check:
     name, bar = "Relative motion, lowest NRMSE fit of x, y, z", f"at least {NRMSE_BAR}"
     fit = result.spectra.nrmse if result.spectra is not None else {}
     if not fit:
@@ -235,7 +240,7 @@ def _nrmse(result: StudyResult) -> Check:
     return Check(name, bar, found, value >= NRMSE_BAR)
 
 
-def moving_axes(result: StudyResult) -> list[str]:
+def moving_axes(result: Found) -> list[str]:
     """Axes along which the pairs of the reference move at all: the fit of mere round-off means nothing."""
     spectra = result.spectra.spectra if result.spectra is not None else {}
     of = spectra.get("reference", spectra.get("reduced"))
@@ -245,14 +250,14 @@ def moving_axes(result: StudyResult) -> list[str]:
     return [a for a, s in zip("xyz", size.tolist(), strict=True) if s > AT_REST * size.max()]
 
 
-def why_no_fit(result: StudyResult) -> str:
+def why_no_fit(result: Found) -> str:
     """Why there is no NRMSE."""
     if result.setup.pairs.size == 0:
         return "the study names no verification pairs"
     return "there is only one run"
 
 
-def _events(result: StudyResult) -> Check:
+def _events(result: Found) -> Check:
     name, match = "Contact events", result.events
     limit = 1000.0 * result.setup.study.config.verification.event_tolerance
     bar = f"all found within {tidy(limit)} ms, none added"
@@ -265,7 +270,7 @@ def _events(result: StudyResult) -> Check:
     return Check(name, bar, found, not match.missed and not match.extra)
 
 
-def _mean_force(result: StudyResult) -> Check:
+def _mean_force(result: Found) -> Check:
     name, bar = "Contact force, mean of the common events", f"within 5{THIN}%"
     match = result.events
     mean = match.amplitude_ratio_mean if match is not None else None
@@ -275,7 +280,7 @@ def _mean_force(result: StudyResult) -> Check:
     return Check(name, bar, found, abs(mean - 1.0) <= FORCE_BAR)
 
 
-def _each_force(result: StudyResult) -> Check:
+def _each_force(result: Found) -> Check:
     name, bar = "Contact force, event by event", f"each within 5{THIN}%"
     match = result.events
     if match is None or not match.pairs:
@@ -297,7 +302,7 @@ def _energy(summary: dict[str, Any]) -> Check:
     return Check(name, bar, found, max(known.values()) <= ENERGY_BAR)
 
 
-def warnings(result: StudyResult) -> list[str]:
+def warnings(result: Found) -> list[str]:
     """What the reader must know besides the checks."""
     out = []
     run = result.runs.get("reference") or result.runs.get("reduced")
@@ -313,19 +318,19 @@ def warnings(result: StudyResult) -> list[str]:
     return [*out, *_resolution(result), *_deep(result)]
 
 
-def first_mistakes(result: StudyResult, units: Units) -> list[str]:
+def first_mistakes(result: Found, units: Units) -> list[str]:
     """What the run itself shows of a study that may not be meant so: contact that never happens, or never ends."""
     run = main_run(result)
-    if run is None or not result.gaps.m:
+    if run is None or run.nearest is None:
         return []
     h = run.history
     if not h.force.any():
-        row, j = np.unravel_index(int(h.gap.argmin()), h.gap.shape)
+        channel, time, gap = run.nearest
+        at_rest = float(result.gaps.gap0[result.gaps.names.index(channel)])
         return [
-            f"Nothing touched during the whole run: the closest approach is {number(float(h.gap[row, j]), 3)} "
-            f"{units.length} at {result.gaps.names[int(j)]}, {number(float(h.time[row]), 4)} s, which starts "
-            f"{number(float(result.gaps.gap0[int(j)]), 3)} {units.length} open. Raise the excitation, or look whether "
-            "distances and units are as meant."
+            f"Nothing touched during the whole run: the closest approach is {number(gap, 3)} {units.length} at "
+            f"{channel}, {number(time, 4)} s, which starts {number(at_rest, 3)} {units.length} open. Raise the "
+            "excitation, or look whether distances and units are as meant."
         ]  # fmt: skip
     pressed = np.asarray((h.force > 0.0).any(axis=1))
     if float(h.weights @ pressed) > MOSTLY * float(h.time[-1] - h.time[0]) and len(run.events) < FEW:
@@ -333,12 +338,12 @@ def first_mistakes(result: StudyResult, units: Units) -> list[str]:
     return []
 
 
-def _deep(result: StudyResult) -> list[str]:
+def _deep(result: Found) -> list[str]:
     """Contacts that penetrate by a good part of their clearance."""
     run = main_run(result)
     if run is None:
         return []
-    found = {g: penetration(result, run.history, g) for g in dict.fromkeys(result.gaps.group)}
+    found = {g: penetration(result, run, g) for g in dict.fromkeys(result.gaps.group)}
     return [
         f"{group}: the parts penetrate each other by {share(p.of_clearance)} of the clearance. A shorter step allows a "
         "stiffer contact, and so do [time] substeps."
@@ -346,7 +351,7 @@ def _deep(result: StudyResult) -> list[str]:
     ]  # fmt: skip
 
 
-def _resolution(result: StudyResult) -> list[str]:
+def _resolution(result: Found) -> list[str]:
     c = result.setup.study.config
     step = c.time.step / c.time.substeps
     if result.gaps.m == 0 or c.verification.f_max < 0.45 / step:

@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.contact.gap_operator import GapOperator
-from creak.model.mesh import Model
+from creak.model.plain_mesh import Mesh
 from creak.model.solid_faces import FACES, faces_of, free_faces
 
 LINES = ("beam2", "truss2", "spring2")
+EDGES_UP_TO = 8000
+"""Facets up to which element edges are drawn."""
+
+
+class Sides(Protocol):
+    """Nodes on both sides of gap channels; `GapOperator` has them."""
+
+    @property
+    def m(self) -> int: ...
+    @property
+    def nodes_idx(self) -> IntArray: ...
+    @property
+    def retained_nodes(self) -> IntArray: ...
 
 
 @dataclass(frozen=True)
@@ -43,7 +56,7 @@ class Facets:
         return int(self.part.size)
 
 
-def facets_of(model: Model) -> Facets:
+def facets_of(model: Mesh) -> Facets:
     """Shell elements and free faces of solids."""
     nodes, part = [np.zeros((0, 4), dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     for faces, owner in _solid_faces(model):
@@ -61,7 +74,7 @@ def facets_of(model: Model) -> Facets:
     return Facets(np.concatenate(nodes), np.concatenate(part))
 
 
-def _solid_faces(model: Model) -> list[tuple[IntArray, IntArray]]:
+def _solid_faces(model: Mesh) -> list[tuple[IntArray, IntArray]]:
     """Free faces (k, 4) of the solids and their parts (k,); none where there are no solids."""
     solids = [b for b in model.blocks if b.kind in FACES]
     if not solids:
@@ -73,7 +86,7 @@ def _solid_faces(model: Model) -> list[tuple[IntArray, IntArray]]:
     return [(every[free], owner[free].astype(np.int64))]
 
 
-def lines_of(model: Model) -> IntArray:
+def lines_of(model: Mesh) -> IntArray:
     """(n, 2) ends of beams, trusses and springs."""
     ends = [b.nodes_idx[:, :2] for b in model.blocks if b.kind in LINES]
     return np.concatenate([np.zeros((0, 2), dtype=np.int64), *ends])
@@ -103,7 +116,7 @@ def three_quarter(straight: View, azimuth: float = -32.0, elevation: float = 18.
     return View(np.column_stack([r, np.cross(t, r), t]))
 
 
-def outward(gaps: GapOperator, coords: FloatArray) -> FloatArray:
+def outward(gaps: Sides, coords: FloatArray) -> FloatArray:
     """From the main to the secondary side of the contact, (3,); zero without contact."""
     other = np.setdiff1d(gaps.retained_nodes, gaps.nodes_idx)
     if gaps.m == 0 or other.size == 0:

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from creak.arrays import IntArray
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck_run
+from creak.formats.endings import is_nastran
 from creak.formats.nastran.reader import read_nastran_run
 from creak.model.mesh import Model
 from creak.model.steps import Amplitude, DeckRun, DynamicStep, Interaction, PointLoad, Prescribed, SurfacePair
@@ -26,7 +27,6 @@ WATCHED = 1000
 """Nodes of an output set up to which their motion is kept."""
 LOWEST = 1e-3
 """Hz; a run that is not compared with a reduced one needs no modes."""
-NASTRAN = (".bdf", ".dat", ".nas")
 WHOLE = 1e-6
 """Share of an increment by which the period may miss a whole number of them."""
 
@@ -60,7 +60,7 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: Units = "mm-t-s")
     ------
     InputError : anything wrong with the deck, or no step in it that creak can run.
     """
-    model, run = (read_nastran_run if path.suffix.lower() in NASTRAN else read_deck_run)(path)
+    model, run = (read_nastran_run if is_nastran(path) else read_deck_run)(path)
     _check_start(model, run.step.moved)
     sets: dict[str, IntArray] = {}
     places: dict[tuple[str | int, ...], str] = {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from creak.assembly.coupling import Driven
 from creak.assembly.elimination import LinearEquation
@@ -36,12 +36,13 @@ def free_motions(model: Model, driven: Driven, name: str, stops: Sequence[Linear
     return [*(f"along {AXES[dof]}" for dof in sorted(along)), *(f"about {AXES[dof - 3]}" for dof in about)]
 
 
-def loose_words(
+def loose_motions(
     model: Model, driven: Driven, loose: Sequence[str], stops: Sequence[LinearEquation] = ()
-) -> str:
+) -> dict[str, list[str]]:
+    """Part that nothing holds -> its `free_motions`; empty beyond the first `NAMED` parts."""
+    return {name: free_motions(model, driven, name, stops) if k < NAMED else [] for k, name in enumerate(loose)}
+
+
+def loose_words(motions: Mapping[str, Sequence[str]]) -> str:
     """`UPPER (along z), LOWER (along x, about y)`: parts and how they can move."""
-    words = []
-    for k, name in enumerate(loose):
-        motions = free_motions(model, driven, name, stops) if k < NAMED else []
-        words.append(f"{name} ({', '.join(motions)})" if motions else name)
-    return ", ".join(words)
+    return ", ".join(f"{name} ({', '.join(words)})" if words else name for name, words in motions.items())

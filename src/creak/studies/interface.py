@@ -10,7 +10,6 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.dofs import node_dofs
 from creak.assembly.system import System
-from creak.formats.abaqus.reader import read_deck
 from creak.model.mesh import Model
 from creak.reduction.interface.coarse_mesh import coarse_basis
 from creak.reduction.interface.graph import interface_graph
@@ -20,7 +19,7 @@ from creak.reduction.interface.spacing import every_nth
 from creak.studies.deck_modes import model_modes
 from creak.studies.excitation import driven_dofs, highest_frequency
 from creak.studies.reference_model import ReferenceModel
-from creak.studies.setup import Setup
+from creak.studies.setup import Setup, read_model
 
 COARSE_BAND = 5.0
 """Modes of the coarse model up to this multiple of the excitation span its interface."""
@@ -81,7 +80,7 @@ def _interpolated(line: Line, labels: IntArray, n: int) -> Matrix:
 
 def _coarse(setup: Setup, line: Line, labels: IntArray) -> Matrix:
     table = setup.study.config.reduction.interface
-    coarse = read_deck(setup.study.sibling(str(table.deck)))
+    coarse = read_model(setup.study.sibling(str(table.deck)))
     shapes = coarse_modes(setup, coarse)
     quads = [b.nodes_idx for b in coarse.blocks if b.kind == "quad4"]
     tris = [np.column_stack([b.nodes_idx, np.full(b.ids.size, -1)]) for b in coarse.blocks if b.kind == "tri3"]

@@ -15,6 +15,7 @@ from creak.contact.surface_to_surface import surface_to_surface
 from creak.errors import InputError
 from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling, RigidLink, Tie
 from creak.model.mesh import Model
+from creak.studies.config import DOFS
 from creak.studies.proximity import Near, closest_parts, covering_sets, near_parts, numbers_of
 from creak.studies.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
 
@@ -165,9 +166,6 @@ def _contact(model: Model, near: Near, names: tuple[str, str], members: list[Int
         label, names[a], names[b], near.gap, model.nodes.label(near.node), len(near.elements[a]), len(members[a]),
         0, None, problem,
     )  # fmt: skip
-
-
-DOFS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def held_dofs(model: Model) -> BoolArray:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
@@ -14,6 +17,8 @@ from creak.assembly.recovery import by_node, recovered
 from creak.dynamics.history import ENERGIES, History
 from creak.formats.complete_file import complete_file
 from creak.formats.results import ContactRecord, Field, RunRecord, write_results
+from creak.formats.tree import write_tree
+from creak.model.plain_mesh import PlainMesh, plain_mesh
 from creak.signals.resampling import cell_means
 from creak.studies.converge import Convergence
 from creak.studies.convergence_words import csv_rows
@@ -24,26 +29,39 @@ MARGIN = 4
 """Instants before and after a touch that are stored with it."""
 
 
-def save(result: StudyResult, summary: dict[str, Any], folder: Path) -> list[Path]:
-    """Write both files into `folder` (made if need be); each appears under its name only when complete."""
+def save(
+    result: StudyResult, summary: dict[str, Any], folder: Path, more: Callable[[h5py.File], None] | None = None
+) -> list[Path]:
+    """Write both files into `folder` (made if need be); each appears under its name only when complete.
+
+    Parameters
+    ----------
+    more : writes what else belongs into results.h5, the mesh included; without it the mesh is there with fields only.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     results, text = folder / "results.h5", folder / "summary.json"
     records = {name: _record(run, result) for name, run in result.runs.items()}
     c = result.setup.study.config
     attributes = {"creak": summary["creak"], "title": c.title, "units": c.model.units,
                   "study": result.setup.study.text}  # fmt: skip
-    write_results(results, records, attributes, c.model.units)
-    with complete_file(text) as partial:
-        partial.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    if more is None and any(record.field is not None for record in records.values()):
+        more = partial(_write_mesh, mesh=plain_mesh(result.setup.model))
+    write_results(results, records, attributes, c.model.units, more)
+    with complete_file(text) as unfinished:
+        unfinished.write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n", encoding="utf-8")
     return [text, results]
 
 
 def save_convergence(convergence: Convergence, folder: Path) -> Path:
     """Write convergence.csv into `folder`: a line for each figure of each event."""
     path = folder / "convergence.csv"
-    with complete_file(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
+    with complete_file(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as file:
         csv.writer(file, lineterminator="\n").writerows(csv_rows(convergence))
     return path
+
+
+def _write_mesh(file: h5py.File, mesh: PlainMesh) -> None:
+    write_tree(file.create_group("model"), mesh)
 
 
 def _record(run: Run, result: StudyResult) -> RunRecord:

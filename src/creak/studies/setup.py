@@ -21,12 +21,14 @@ from creak.contact.surface_to_surface import surface_to_surface
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
+from creak.formats.endings import is_nastran
 from creak.formats.nastran.reader import read_nastran
+from creak.formats.unread import first_unread
 from creak.model.mesh import Model
 from creak.studies.config import DOFS, Table
 from creak.studies.contact_pairs import contact_pair
 from creak.studies.excitation import driven_dofs, highest_frequency, period_of, sample_loads, time_axis
-from creak.studies.free_motion import loose_words
+from creak.studies.free_motion import loose_motions, loose_words
 from creak.studies.imported import imported_superelements, resistance
 from creak.studies.start_check import start_warnings
 from creak.studies.study_file import Study
@@ -69,7 +71,7 @@ def read_model(path: Path) -> Model:
     ------
     InputError : an ending that creak does not read, or a deck that is wrong.
     """
-    if path.suffix.lower() in (".bdf", ".dat", ".nas"):
+    if is_nastran(path):
         return read_nastran(path)
     return read_deck(path)
 
@@ -131,14 +133,13 @@ def _check_integrator(study: Study) -> None:
 
 def stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
     """Raise InputError at the first keyword that went unread although it changes the answer, unless it is ignored."""
-    accepted = {k.upper().lstrip("*") for k in ignore}
-    for unread in model.unread:
-        if unread.changes_answer and unread.keyword.upper().lstrip("*") not in accepted:
-            keyword = unread.keyword.lstrip("*")
-            raise InputError(
-                f"{unread.keyword} is not read by creak and would change the answer: {unread.why}", where=unread.where,
-                fix=f"Remove it, or run with --ignore {keyword!r} to go on without it.",
-            )  # fmt: skip
+    unread = first_unread(model, ignore)
+    if unread is not None:
+        keyword = unread.keyword.lstrip("*")
+        raise InputError(
+            f"{unread.keyword} is not read by creak and would change the answer: {unread.why}", where=unread.where,
+            fix=f"Remove it, or run with --ignore {keyword!r} to go on without it.",
+        )  # fmt: skip
 
 
 def _check_frequencies(study: Study) -> None:
@@ -200,7 +201,7 @@ def _check_held(
     loose = unheld_parts(model, driven, stops)
     if not loose:
         return []
-    how = loose_words(model, driven, loose, stops)
+    how = loose_words(loose_motions(model, driven, loose, stops))
     if not free:
         raise InputError(
             f"nothing holds part(s) {how}: they can move as rigid bodies once coupled", where=model.source,

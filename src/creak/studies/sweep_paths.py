@@ -11,6 +11,7 @@ from typing import Any
 
 from creak.errors import InputError
 from creak.formats.abaqus.lexer import lex
+from creak.formats.endings import is_nastran
 
 PLACES = (
     ("model", "deck"), ("contact", "*", "clearance"), ("excitation", "*", "signal", "file"),
@@ -75,7 +76,7 @@ def digest(value: Any) -> str:
 
 def deck_files(path: Path) -> list[Path]:
     """A deck and what it includes, in reading order."""
-    if path.suffix.lower() == ".inp":
+    if not is_nastran(path):
         blocks = lex(path)
         return [Path(name) for name in blocks[0].files] if blocks else [path]
     files = [path]

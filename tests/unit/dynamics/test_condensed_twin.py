@@ -68,9 +68,11 @@ def same(a: History, b: History) -> None:
 
 
 @pytest.mark.parametrize("alpha", [0.0, -0.05, 1.0 - np.sqrt(2.0)])
-def test_condensed_step_equals_plain_newton_on_the_full_model(alpha):
+def test_condensed_step_equals_plain_newton_on_the_full_model(alpha, measured):
     arguments = two_chains(), between_the_chains(), loads(), HHT(alpha)
-    same(simulate(*arguments, observed=np.arange(N)), simulate_plain_newton(*arguments, observed=np.arange(N)))
+    a, b = (run(*arguments, observed=np.arange(N)) for run in (simulate, simulate_plain_newton))
+    same(a, b)
+    measured("contact", f"condensed contact, alpha {alpha:.3g}: force, relative difference", np.abs(a.force - b.force).max() / a.force.max(), at_most=SAME, source="plain Newton, whole model")
 
 
 def with_laws(kind: str) -> GapOperator:

@@ -31,19 +31,21 @@ def test_columns_are_named_in_order():
 
 
 @pytest.mark.parametrize("alpha", [-0.05, 1.0 - np.sqrt(2.0)])
-def test_contact_creates_no_energy(alpha):
+def test_contact_creates_no_energy(alpha, measured):
     """What is left over is never below -.5 % of the external work: a soft enough penalty with dissipation."""
     history = rattling(5e-4, alpha)
     assert history.contact_steps > 100
     assert (history.energy[:, SCHEME] >= -0.005 * history.energy_scale).all()
     assert history.energy_created <= 0.005
+    measured("energy", f"chain between stops, alpha {alpha:.3g}: share of energy created", history.energy_created, at_most=0.005, source="conservation")
 
 
-def test_leftover_shrinks_with_the_step():
+def test_leftover_shrinks_with_the_step(measured):
     """An impact on a penalty is caught within (omega h)^2 of its energy: halving the step at least halves the rest."""
     left = [np.abs(rattling(h).energy[:, SCHEME]).max() for h in (1e-3, 5e-4, 2.5e-4)]
     assert left[1] < 0.5 * left[0]
     assert left[2] < 0.5 * left[1]
+    measured("energy", "chain between stops: what is left over, ratio of half the step", max(left[1] / left[0], left[2] / left[1]), at_most=0.5, source="second order")
 
 
 def test_dampers_only_take():
@@ -56,14 +58,16 @@ def test_dampers_only_take():
     assert history.energy_created <= 0.005
 
 
-def test_balance_adds_up():
+def test_balance_adds_up(measured):
     """stored + taken + scheme = external + initial, at every step, to round-off."""
     e = rattling(5e-4, damper=30.0).energy
     total = e[:, [KINETIC, STRAIN, CONTACT, DAMPING, CONTACT_DAMPING, SCHEME]].sum(axis=1)
     np.testing.assert_allclose(total, e[:, EXTERNAL], atol=1e-12 * np.abs(e).max())
+    error = np.abs(total - e[:, EXTERNAL]).max() / np.abs(e).max()
+    measured("energy", "chain between stops: sum of the energy table, relative error", error, at_most=1e-12, source="definition")
 
 
-def test_external_work_of_a_force_is_force_times_way():
+def test_external_work_of_a_force_is_force_times_way(measured):
     M, K = chain(3)
     time = time_axis(0.5, 1e-4)
     force = 3.0 * np.sin(40.0 * time)
@@ -72,6 +76,7 @@ def test_external_work_of_a_force_is_force_times_way():
     # Trapezoidal rule in time: (omega h)^2 with omega up to 180 rad/s.
     expected = np.trapezoid(force * velocity, dx=1e-4)
     assert history.energy[-1, EXTERNAL] == pytest.approx(expected, rel=1e-3)
+    measured("energy", "chain under a force: external work", history.energy[-1, EXTERNAL], expected, rel=1e-3, unit="J", source="force times way")
 
 
 def test_free_undamped_motion_loses_only_what_hht_takes():
@@ -85,7 +90,7 @@ def test_free_undamped_motion_loses_only_what_hht_takes():
     assert lost == pytest.approx(2 * zeta * omega * 2.0, rel=0.15, abs=abs(alpha) * (omega * h) ** 2)
 
 
-def test_average_acceleration_keeps_energy_exactly():
+def test_average_acceleration_keeps_energy_exactly(measured):
     """alpha = 0 on a linear system: the trapezoidal works are exact, nothing is left over but round-off."""
     M, K = chain(N)
     system = system_of(M, K, alpha=0.4, beta=1e-4, velocity=np.linspace(0, 1, N))
@@ -95,6 +100,8 @@ def test_average_acceleration_keeps_energy_exactly():
     np.testing.assert_allclose(history.energy[:, SCHEME], 0.0, atol=1e-3 * history.energy_scale)
     undamped = free_run(system_of(M, K, velocity=np.linspace(0, 1, N)), NO_CHANNELS, 0.5, 1e-3, 0.0)
     np.testing.assert_allclose(undamped.energy[:, SCHEME], 0.0, atol=1e-10 * undamped.energy_scale)
+    error = np.abs(undamped.energy[:, SCHEME]).max() / undamped.energy_scale
+    measured("energy", "alpha = 0, free chain: energy not accounted for, relative", error, at_most=1e-10, source="conservation")
 
 
 def test_leftover_of_a_smooth_linear_run_is_of_the_third_order():

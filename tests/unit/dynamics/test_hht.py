@@ -55,30 +55,50 @@ def swing(alpha: float, steps_per_period: int, periods: int) -> tuple[float, flo
     return PI2 * h / turn - 1.0, decay / turn
 
 
+def formulas(alpha: float, Omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Leading terms of period error and damping ratio."""
+    return Omega**2 * (1 / 12 - alpha / 4 - 3 * alpha**2 / 8), -alpha * (1 + alpha) ** 2 * Omega**3 / 8
+
+
+def draw(measured, alpha: float) -> None:
+    """Points for the pictures of the manual."""
+    steps = np.array([8, 10, 14, 20, 28, 40, 56])
+    found, exact = np.array([swing(alpha, n, 30) for n in steps]).T, formulas(alpha, PI2 / steps)
+    for name, x, y in zip(("period", "damping"), found, exact, strict=True):
+        if y.all():
+            measured.curve(f"hht {name}", f"alpha = {alpha:.3g}", 1.0 / steps, x, y)
+
+
 @pytest.mark.parametrize(
     ("alpha", "period_error", "damping_ratio"), [(-0.05, 0.0361, 1.18e-3), (1.0 - np.sqrt(2.0), 0.0458, 3.64e-3)]
 )
-def test_period_error_and_damping_ratio_at_a_tenth_of_the_period(alpha, period_error, damping_ratio):
+def test_period_error_and_damping_ratio_at_a_tenth_of_the_period(alpha, period_error, damping_ratio, measured):
     """h / T = .1: two rows of the published table, to their digits."""
     period, damping = swing(alpha, 10, 40)
     # The table's formulas are leading terms in Omega = .63: Omega^2 / 10 = 4 % may be missing, more for the damping.
     formula = 0.3947841760 * (1 / 12 - alpha / 4 - 3 * alpha**2 / 8)
     assert period == pytest.approx(period_error, abs=6e-5) or period == pytest.approx(formula, rel=0.1)
     assert damping == pytest.approx(damping_ratio, rel=0.15)
+    measured("time", f"HHT {alpha:.3g}, h/T = .1: period error", period, period_error, between=(0.9 * formula, 1.1 * formula), source="published table")
+    measured("time", f"HHT {alpha:.3g}, h/T = .1: damping ratio", damping, damping_ratio, rel=0.15, source="published table")
 
 
 @pytest.mark.parametrize("alpha", [0.0, -0.05, -0.2, 1.0 - np.sqrt(2.0)])
-def test_period_error_and_damping_ratio_approach_their_leading_terms(alpha):
+def test_period_error_and_damping_ratio_approach_their_leading_terms(alpha, measured):
     """Omega^2 (1/12 - a/4 - 3 a^2/8) and -a (1+a)^2 Omega^3 / 8."""
     Omega = PI2 / 60
     period, damping = swing(alpha, 60, 30)
     # The next terms are smaller by Omega^2 = 1 %.
     assert period == pytest.approx(Omega**2 * (1 / 12 - alpha / 4 - 3 * alpha**2 / 8), rel=0.02)
     assert damping == pytest.approx(-alpha * (1 + alpha) ** 2 * Omega**3 / 8, rel=0.05, abs=1e-9)
+    measured("time", f"HHT {alpha:.3g}, h/T = 1/60: period error", period, Omega**2 * (1 / 12 - alpha / 4 - 3 * alpha**2 / 8), rel=0.02, source="closed form, leading term")
+    measured("time", f"HHT {alpha:.3g}, h/T = 1/60: damping ratio", damping, -alpha * (1 + alpha) ** 2 * Omega**3 / 8, rel=0.05, abs=1e-9, source="closed form, leading term")
+    if measured.writing:
+        draw(measured, alpha)
 
 
 @pytest.mark.parametrize("alpha", [-0.05, -0.2, 1.0 - np.sqrt(2.0)])
-def test_high_frequencies_die_with_the_spectral_radius(alpha):
+def test_high_frequencies_die_with_the_spectral_radius(alpha, measured):
     """rho_inf = max((1+a)/(1-a), |a|/(1+a)): decay per step of a mode far above the step's band."""
     physical, spurious = (1 + alpha) / (1 - alpha), abs(alpha) / (1 + alpha)
     system = system_of(np.eye(1), np.array([[1e10]]), velocity=np.ones(1))
@@ -86,10 +106,11 @@ def test_high_frequencies_die_with_the_spectral_radius(alpha):
     # The physical root is double at infinity: it decays as n rho^n. From step 10 to 20 the others are .2 % of it.
     expected = physical * 2.0**0.1 if physical > spurious else spurious
     assert (u[20] / u[10]) ** 0.1 == pytest.approx(expected, rel=0.005)
+    measured("time", f"HHT {alpha:.3g}: spectral radius at high frequency, ten steps", (u[20] / u[10]) ** 0.1, expected, rel=0.005, source="closed form")
 
 
 @pytest.mark.parametrize("alpha", [0.0, -0.05, 1.0 - np.sqrt(2.0)])
-def test_second_order_under_a_force(alpha):
+def test_second_order_under_a_force(alpha, measured):
     """m u'' + c u' + k u = F sin(w t) from rest: the error falls by four with half the step."""
     m, zeta, w0, w = 2.0, 0.05, 20.0, 13.0
     k, c = m * w0**2, 2 * zeta * m * w0
@@ -102,6 +123,7 @@ def test_second_order_under_a_force(alpha):
                            observed=np.array([0]))  # fmt: skip
         errors.append(np.abs(history.displacement[:, 0] - exact(time)).max())
     np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 2.0, atol=0.15)
+    measured("time", f"HHT {alpha:.3g}, forced oscillator: order in the step", np.log2(np.array(errors[:-1]) / errors[1:]), 2.0, abs=0.15, source="closed form")
 
 
 def driven_from_rest(m: float, c: float, k: float, force: float, w: float):
@@ -118,7 +140,7 @@ def driven_from_rest(m: float, c: float, k: float, force: float, w: float):
     return u
 
 
-def test_step_force_overshoots_to_twice_the_static_deflection():
+def test_step_force_overshoots_to_twice_the_static_deflection(measured):
     w0, h = 30.0, 1e-3
     time = time_axis(PI2 / w0, h)
     system = system_of(np.eye(1), np.eye(1) * w0**2)
@@ -126,6 +148,7 @@ def test_step_force_overshoots_to_twice_the_static_deflection():
     static = 5.0 / w0**2
     # (omega h)^2 / 12 of phase over one period: 6e-4 at most.
     np.testing.assert_allclose(u.displacement[:, 0], static * (1 - np.cos(w0 * time)), atol=1e-3 * static)
+    measured("time", "step force: deflection over static, worst instant", u.displacement[:, 0] / static, 1 - np.cos(w0 * time), abs=1e-3, source="closed form")
 
 
 @pytest.mark.parametrize("alpha", [-0.6, 0.1, np.nan])
@@ -175,7 +198,7 @@ def sine_base(time: np.ndarray, w: float, amplitude: float = 1.0) -> Loads:
 
 
 @pytest.mark.parametrize("alpha", [0.0, -0.05])
-def test_mass_on_a_driven_spring_follows_the_closed_form(alpha):
+def test_mass_on_a_driven_spring_follows_the_closed_form(alpha, measured):
     """m u'' + k (u - s) = 0 with s = sin(w t): u = (sin wt - (w/w0) sin w0 t) / (1 - (w/w0)^2)."""
     w0, w = 20.0, 7.0
     errors = []
@@ -188,6 +211,7 @@ def test_mass_on_a_driven_spring_follows_the_closed_form(alpha):
     # Period error (w0 h)^2 / 12 (1 + 3 |alpha|) over 3 periods, times 1.4: at most .002; second order.
     assert errors[1] < 5e-3
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.15)
+    measured("time", f"HHT {alpha:.3g}, mass on a driven spring: order in the step", np.log2(errors[0] / errors[1]), 2.0, abs=0.15, source="closed form")
 
 
 def test_damper_and_mass_terms_of_the_support_reach_the_mass():
@@ -348,7 +372,7 @@ def test_full_and_reduced_agree_with_modal_damping():
 
 
 @pytest.mark.parametrize("sparse", [True, False])
-def test_modal_damping_gives_each_mode_its_fraction(sparse):
+def test_modal_damping_gives_each_mode_its_fraction(sparse, measured):
     """Free decay of one mode: u = exp(-zeta w t) sin(w_d t), on full and dense Systems alike."""
     M, K = chain(6)
     omega2, Phi = np.linalg.eigh(K)
@@ -364,6 +388,7 @@ def test_modal_damping_gives_each_mode_its_fraction(sparse):
     amplitude = history.displacement @ Phi[:, mode]
     # Phase error (w h)^2 / 10 x 2 pi 6 = 1e-3.
     np.testing.assert_allclose(amplitude, exact, atol=1.5e-3 / w)
+    measured("time", "modal damping of 4 %: amplitude of a mode, error", np.abs(amplitude - exact).max() * w, at_most=1.5e-3, source="closed form")
     others = np.delete(history.displacement @ Phi, mode, axis=1)
     np.testing.assert_allclose(others, 0.0, atol=1e-10 / w)
 

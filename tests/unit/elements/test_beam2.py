@@ -27,7 +27,7 @@ def tip_displacement(section: BeamSection, force_dof: int) -> np.ndarray:
     return np.linalg.solve(stiffness[6:, 6:], force)
 
 
-def test_tip_load_bends_about_the_axis_of_its_second_moment():
+def test_tip_load_bends_about_the_axis_of_its_second_moment(measured):
     """Axis 1 is y: i22 about n2 = z resists deflection along y, i11 about y deflection along z."""
     rigidity = 2e11
     along_y, along_z = tip_displacement(SECTION, 2), tip_displacement(SECTION, 3)
@@ -35,6 +35,8 @@ def test_tip_load_bends_about_the_axis_of_its_second_moment():
     assert along_y[5] == pytest.approx(4 / (2 * rigidity * 8e-7), rel=1e-10)
     assert along_z[2] == pytest.approx(8 / (3 * rigidity * 3e-7), rel=1e-10)
     assert along_z[4] == pytest.approx(-4 / (2 * rigidity * 3e-7), rel=1e-10)
+    measured("beams and solids", "beam: tip deflection", along_y[1], 8 / (3 * rigidity * 8e-7), rel=1e-10, unit="m", source="Euler-Bernoulli")
+    measured("beams and solids", "beam: tip rotation", along_y[5], 4 / (2 * rigidity * 8e-7), rel=1e-10, unit="rad", source="Euler-Bernoulli")
 
 
 def test_extension_and_torsion_follow_their_rigidities():
@@ -58,7 +60,7 @@ def test_rigid_body_motion_is_strain_free_and_six_modes_only():
 
 
 @pytest.mark.parametrize("held", ["cantilever", "free"])
-def test_bending_frequencies_follow_euler_bernoulli(held):
+def test_bending_frequencies_follow_euler_bernoulli(held, measured):
     """beta L of the closed form; twenty Hermite elements are within (beta h)^4/1440 of it, below 1e-4."""
     mesh, length = line(20, 2.0), 2.0
     stiffness, mass = mesh.stiffness(SECTION).toarray(), mesh.mass(SECTION).toarray()
@@ -73,6 +75,7 @@ def test_bending_frequencies_follow_euler_bernoulli(held):
         lam = lam[2:]
     exact = (beta_l / length) ** 2 * np.sqrt(2e11 * 3e-7 / (7800 * 2e-3))
     assert np.sqrt(lam[:3]) == pytest.approx(exact, rel=1e-4)
+    measured("beams and solids", f"{held} beam of 20 elements: beta L, mode {{}}", beta_l * np.sqrt(np.sqrt(lam[:3]) / exact), beta_l, rel=0.5e-4, source="Euler-Bernoulli")
     assert np.all(np.sqrt(lam[:3]) > exact * (1 - 1e-6))
 
 

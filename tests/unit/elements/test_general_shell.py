@@ -39,7 +39,7 @@ def test_isotropic_resultants_give_the_matrices_of_the_homogeneous_section(kind)
 
 @BOTH
 @pytest.mark.parametrize("section", [ShellSection("S", STEEL, 0.02), CROSS], ids=["isotropic", "laminate"])
-def test_thickness_at_the_nodes_scales_the_section(kind, section):
+def test_thickness_at_the_nodes_scales_the_section(kind, section, measured):
     """Twice the thickness everywhere is the section of twice the thickness."""
     module, x = KINDS[kind], warped(kind)
     if isinstance(section, ShellSection):
@@ -50,6 +50,8 @@ def test_thickness_at_the_nodes_scales_the_section(kind, section):
     for made in (module.stiffness, module.mass):
         expected = made(x, thick)
         assert made(x, section, own) == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
+        error = np.abs(made(x, section, own) - expected).max() / np.abs(expected).max()
+        measured("beams and solids", "twice the thickness at the nodes: K and M, relative error", error, at_most=1e-12, source="section twice as thick")
 
 
 @BOTH
@@ -65,7 +67,7 @@ def test_offset_laminate_is_free_of_strain_in_rigid_motion_only(kind):
 
 
 @BOTH
-def test_mass_of_an_offset_shell_moves_like_the_body_it_is(kind):
+def test_mass_of_an_offset_shell_moves_like_the_body_it_is(kind, measured):
     """Rigid motion: m, the static moment m c n and the inertia m c^2 of the shifted sheet about the nodes' plane."""
     mesh = rectangle(4, 3, 2.0, 1.5, kind)
     t, c = 0.1, 0.3
@@ -78,6 +80,7 @@ def test_mass_of_an_offset_shell_moves_like_the_body_it_is(kind):
     assert (body[0, 4], body[1, 3], body[2, 3]) == pytest.approx((m * c, -m * c, m * 0.75), rel=1e-9)
     inertia_x = m * (1.5**2 / 3 + c**2 + t**2 / 12)
     assert body[3, 3] == pytest.approx(inertia_x, rel=1e-9)
+    measured("beams and solids", f"shell off its nodes, {kind}: moment of inertia", body[3, 3], inertia_x, rel=1e-9, unit="kg m2", source="exact")
 
 
 @BOTH
@@ -111,7 +114,7 @@ def test_direction_along_the_normal_is_refused():
 
 
 @BOTH
-def test_constant_strain_and_curvature_store_the_energy_of_the_resultants(kind):
+def test_constant_strain_and_curvature_store_the_energy_of_the_resultants(kind, measured):
     """Patch: u = e x + z-linear field of constant curvature; energy = area/2 [e; k]' [A B; B D] [e; k]."""
     mesh = rectangle(3, 2, 0.6, 0.4, kind)
     inner = np.isclose(mesh.coords[:, 0] % 0.6, 0.2) & np.isclose(mesh.coords[:, 1], 0.2)
@@ -128,6 +131,7 @@ def test_constant_strain_and_curvature_store_the_energy_of_the_resultants(kind):
     K = mesh.stiffness(CROSS)
     energy = u.ravel() @ (K @ u.ravel())
     assert energy == pytest.approx(0.24 * both @ section @ both, rel=1e-9)
+    measured("beams and solids", f"laminate with offset, {kind}: energy of constant strain and curvature", energy, 0.24 * both @ section @ both, rel=1e-9, unit="J", source="exact resultants")
     border = mesh.nodes(lambda p: np.isclose(p[:, 0] % 0.6, 0) | np.isclose(p[:, 1] % 0.4, 0))
     free = np.setdiff1d(np.arange(mesh.n_dof), dof(border, 1, 2, 3, 4, 5, 6))
     assert np.abs((K @ u.ravel())[free]).max() < 1e-8 * np.abs(K @ u.ravel()).max()
@@ -144,12 +148,13 @@ def test_resultants_of_a_shifted_sheet():
     assert shell.rotary_inertia == pytest.approx(78.0 * (0.01**2 / 12 + 0.02**2))
 
 
-def test_shear_stiffness_of_a_sandwich_is_that_of_its_core():
+def test_shear_stiffness_of_a_sandwich_is_that_of_its_core(measured):
     """Thin stiff skins, soft core: S = G_core (h + t)^2/h (Allen 1969), exact as the skins' share vanishes."""
     skin, core = Material("A", 70e9, 0.3, 2700.0), Material("B", 1e8, 0.3, 100.0)
     t, h = 1e-4, 0.02
     section = laminate("S", [Ply(skin, t), Ply(core, h), Ply(skin, t)])
     assert section.S[0, 0] == pytest.approx(core.shear_modulus * (h + t) ** 2 / h, rel=3e-3)
+    measured("beams and solids", "sandwich: shear stiffness", section.S[0, 0], core.shear_modulus * (h + t) ** 2 / h, rel=3e-3, unit="N/m", source="Allen 1969")
 
 
 def simply_supported(mesh: Mesh, section: GeneralShell, tangential: tuple[int, int]) -> np.ndarray:
@@ -162,7 +167,7 @@ def simply_supported(mesh: Mesh, section: GeneralShell, tangential: tuple[int, i
 
 
 @BOTH
-def test_specially_orthotropic_plate_vibrates_as_navier_says(kind):
+def test_specially_orthotropic_plate_vibrates_as_navier_says(kind, measured):
     """[0 90 0]: w^2 = pi^4/(rho h a^4) [D11 m^4 + 2 (D12 + 2 D66) m^2 n^2 r^2 + D22 n^4 r^4] (Jones, 5.72).
 
     a/h = 1000, so that shear lowers it by less than 1e-4; both elements err by O(1/n^2), 0.12 % and 0.5 % here.
@@ -178,9 +183,10 @@ def test_specially_orthotropic_plate_vibrates_as_navier_says(kind):
     ]  # fmt: skip
     expected = np.sqrt(np.sort(squares))[:3] / (2 * np.pi)
     assert found == pytest.approx(expected, rel=2e-3 if kind == "quad" else 8e-3)
+    measured("beams and solids", f"laminate [0 90 0] supported at its edges, {kind}: frequency {{}}", found, expected, rel=2e-3 if kind == "quad" else 8e-3, unit="Hz", source="Navier; Jones, 5.72")
 
 
-def test_antisymmetric_cross_ply_couples_bending_and_stretching():
+def test_antisymmetric_cross_ply_couples_bending_and_stretching(measured):
     """[0 90], edges free to move normally (S2): the determinant of Jones, eq. 5.83-5.85, in-plane inertia left out."""
     a, t = 1.0, 5e-4
     section = laminate("C", [Ply(CARBON, t), Ply(CARBON, t, np.pi / 2)])
@@ -197,6 +203,7 @@ def test_antisymmetric_cross_ply_couples_bending_and_stretching():
     without = np.sqrt(T[2, 2] / section.mass) / (2 * np.pi)
     found = simply_supported(rectangle(20, 20, a, a), section, (2, 1))[0]
     assert found == pytest.approx(expected, rel=5e-3)
+    measured("beams and solids", "laminate [0 90] supported at its edges: frequency 1", found, expected, rel=5e-3, unit="Hz", source="Jones, 5.83-5.85")
     assert expected < 0.8 * without
 
 

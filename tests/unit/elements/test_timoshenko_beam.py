@@ -37,7 +37,7 @@ def modes(mesh: Mesh, section: BeamSection, held: np.ndarray) -> np.ndarray:
     return np.sqrt(np.maximum(scipy.linalg.eigh(K, M, eigvals_only=True), 0.0))
 
 
-def test_tip_load_bends_and_shears():
+def test_tip_load_bends_and_shears(measured):
     """P L^3/(3 E I) + P L/(G A_s), exact with one element."""
     K = line(1, 0.5).stiffness(THICK).toarray()[6:, 6:]
     G = STEEL.shear_modulus
@@ -46,6 +46,7 @@ def test_tip_load_bends_and_shears():
         force[axis] = 1.0
         expected = 0.5**3 / (3 * 2e11 * second) + 0.5 / (G * 0.02 * 5 / 6)
         assert np.linalg.solve(K, force)[axis] == pytest.approx(expected, rel=1e-10)
+        measured("beams and solids", f"short beam: tip deflection along axis {axis}", np.linalg.solve(K, force)[axis], expected, rel=1e-10, unit="m", source="Timoshenko")
 
 
 def timoshenko_cantilever(section: BeamSection, length: float, guess: float) -> float:
@@ -64,12 +65,13 @@ def timoshenko_cantilever(section: BeamSection, length: float, guess: float) -> 
     return float(scipy.optimize.brentq(closed, 0.9 * guess, 1.1 * guess, xtol=1e-9 * guess))
 
 
-def test_short_cantilever_vibrates_as_timoshenko_says():
+def test_short_cantilever_vibrates_as_timoshenko_says(measured):
     """Second mode, L/h = 5; static shapes lack the shear of the inertia inside an element: error 0.14/n^2, here 9e-5."""
     found = modes(line(40, 1.0), THICK, np.arange(6))
     mode_in_1 = min(found, key=lambda w: abs(w - 6350.0))
     exact = timoshenko_cantilever(THICK, 1.0, mode_in_1)
     assert mode_in_1 == pytest.approx(exact, rel=1.5e-4)
+    measured("beams and solids", "short cantilever, L/h = 5: second mode", mode_in_1, exact, rel=1.5e-4, unit="rad/s", source="Timoshenko; Huang 1961")
     euler = 4.694091**2 * np.sqrt(2e11 * THICK.i22 / (7800 * 0.02))
     assert exact < 0.9 * euler
 
@@ -144,7 +146,7 @@ def test_principal_angle_turns_the_section():
     assert beam2.stiffness(x, turned) == pytest.approx(expected, abs=1e-12 * expected.max())
 
 
-def test_lumped_mass_keeps_mass_and_centre_and_converges():
+def test_lumped_mass_keeps_mass_and_centre_and_converges(measured):
     x = line(1, 2.0).coords[None]
     M = lumped(beam2.mass(x, PLAIN))[0]
     m = 7800.0 * 2e-3 * 2.0
@@ -156,3 +158,4 @@ def test_lumped_mass_keeps_mass_and_centre_and_converges():
     w2 = 1 / np.linalg.eigvals(flexibility @ M[np.ix_(free, free)]).real.max()
     exact = 1.875104**4 * 2e11 * 3e-7 / (7800 * 2e-3 * 16)
     assert w2 == pytest.approx(exact, rel=2e-3)
+    measured("beams and solids", "cantilever of 40 elements, lumped mass: omega^2", w2, exact, rel=2e-3, unit="rad2/s2", source="Euler-Bernoulli")

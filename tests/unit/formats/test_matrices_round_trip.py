@@ -16,7 +16,7 @@ from helpers_matrices import assert_same, random_superelement
 
 @pytest.mark.parametrize("damping", [True, False])
 @pytest.mark.parametrize("format", FORMATS)
-def test_round_trip(tmp_path, format, damping):
+def test_round_trip(tmp_path, format, damping, measured):
     """OP4 and npz hold doubles; 17 decimal digits identify a double (IEEE 754), so all must be exact."""
     part = random_superelement(3, damping)
     files = write_superelement(part, tmp_path, format)
@@ -26,6 +26,7 @@ def test_round_trip(tmp_path, format, damping):
     assert again.name == "part"
     assert again.source == str(files[0])
     assert_same(again, part)
+    measured("decks", f"matrices written and read, {format}: K, largest difference", abs(dense(again.K) - part.K).max(), 0.0, source="themselves")
 
 
 @pytest.mark.parametrize("format", FORMATS)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import base64
-import xml.etree.ElementTree as ET
-
 import numpy as np
 import pytest
 
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.uff import write_uff
 from creak.formats.vtu import write_vtu
+from helpers_vtu import arrays
 
 DECK = """\
 *NODE
@@ -64,24 +62,13 @@ def shapes(model):
     return np.random.default_rng(3).standard_normal((2, model.nodes.count, 3)) * [[[1.0]], [[1e-120]]]
 
 
-def arrays(path):
-    """Name -> values, by the type that the file states; each begins with its length in bytes."""
-    found = {}
-    for element in ET.parse(path).iter("DataArray"):
-        raw = base64.b64decode(element.text.strip(), validate=True)
-        assert int.from_bytes(raw[:8], "little") == len(raw) - 8
-        kind = {"Float32": "<f4", "Float64": "<f8", "Int64": "<i8", "UInt8": "u1"}[element.get("type")]
-        values = np.frombuffer(raw[8:], dtype=kind)
-        found[element.get("Name")] = values.reshape(-1, int(element.get("NumberOfComponents", "1"))).squeeze()
-    return found
-
-
-def test_vtu(model, shapes, tmp_path):
+def test_vtu(model, shapes, tmp_path, measured):
     write_vtu(tmp_path / "m.vtu", model, FREQUENCIES, iter(shapes))
     found = arrays(tmp_path / "m.vtu")
     np.testing.assert_array_equal(found["Points"], model.nodes.coords)
     np.testing.assert_array_equal(found["node"], model.nodes.ids)
     np.testing.assert_allclose(found["mode_001_0_Hz"], shapes[0], rtol=1e-7)
+    measured("decks", "shapes in a VTU file, relative error", np.abs(found["mode_001_0_Hz"] / np.where(shapes[0], shapes[0], 1.0) - (shapes[0] != 0.0)).max(), at_most=1e-7, source="themselves")
     assert found["mode_002_123.457_Hz"].shape == (13, 3)
     np.testing.assert_array_equal(found["frequency"], FREQUENCIES)
     cells = np.split(found["connectivity"], found["offsets"][:-1])
@@ -114,7 +101,7 @@ def fields(line, width):
     return [line[i : i + width] for i in range(0, len(line), width)]
 
 
-def test_uff(model, shapes, tmp_path):
+def test_uff(model, shapes, tmp_path, measured):
     write_uff(tmp_path / "m.unv", model, FREQUENCIES, iter(shapes), "m-kg-s", title="a title " * 20)
     sets = data_sets(tmp_path / "m.unv")
     assert [number for number, _ in sets] == [164, 15, 2412, 82, 55, 55]
@@ -140,6 +127,7 @@ def test_uff(model, shapes, tmp_path):
     assert [int(v) for v in first[8::2]] == model.nodes.ids.tolist()
     got = [[float(v) for v in fields(row, 13)] for row in first[9::2]]
     np.testing.assert_allclose(got, shapes[0], rtol=1e-5)
+    measured("decks", "shapes in a universal file, relative error", np.abs(got / np.where(shapes[0], shapes[0], 1.0) - (shapes[0] != 0.0)).max(), at_most=1e-5, source="themselves")
 
 
 def test_uff_numbers_the_nodes_where_instances_repeat_labels(model, shapes, tmp_path):

@@ -129,7 +129,7 @@ def test_coupling_to_a_face_of_solids_weighs_by_area(read: Reader) -> None:
         ("*SOLID SECTION, ELSET=BODY", "*ELSET, ELSET=ALL\n BODY, ROD\n*SOLID SECTION, ELSET=ALL", "holds both solids and"),
         ("MATERIAL=STEEL, ORIENTATION=O", "COMPOSITE", "COMPOSITE is not supported"),
         (" 6, 7, 8\n", " 6, 7, 7\n", "element 1 has the same node twice.*C3D6"),
-        ("TYPE=C3D8R", "TYPE=C3D20", "unknown element type 'C3D20'"),
+        ("TYPE=C3D8R", "TYPE=C3D27", "unknown element type 'C3D27'"),
     ],
 )
 def test_wrong_solids_are_refused_with_their_line(read: Reader, old: str, new: str, message: str) -> None:

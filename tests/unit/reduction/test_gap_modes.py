@@ -46,7 +46,7 @@ def static_answer(system: System, forces: np.ndarray, s: np.ndarray) -> np.ndarr
 
 @BOTH
 @pytest.mark.parametrize("count", [0, 1, 6, 30])
-def test_answer_to_channel_forces_and_support_motion_is_exact_everywhere(reduce, count):
+def test_answer_to_channel_forces_and_support_motion_is_exact_everywhere(reduce, count, measured):
     full, gaps = cantilevers(NO_DAMPING), gaps_between()
     G, p, s = gap_rows(full, gaps), np.array([3.0, -7.0]), np.array([0.01])
     small = reduce(full, G, count=count)
@@ -54,6 +54,8 @@ def test_answer_to_channel_forces_and_support_motion_is_exact_everywhere(reduce,
     found = small.recover(static_answer(small, gap_rows(small, gaps).T @ p, s), s)
     # Round-off: eps x condition of K (1e7).
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
+    error = np.abs(found - exact).max() / np.abs(exact).max()
+    measured("reduction", f"{reduce.__name__.replace('_', ' ')}: static answer to channel forces and supports, relative error", error, at_most=1e-9, source="full model")
     assert small.stats["modes"] == count
     assert small.stats["retained"] == 2
     assert small.n == count + 2
@@ -253,13 +255,14 @@ def test_driven_assembly_without_contact_moves_as_the_full_model(reduce, zeta):
 
 
 @BOTH
-def test_contact_of_a_driven_assembly_has_the_impulse_of_the_full_model(reduce):
+def test_contact_of_a_driven_assembly_has_the_impulse_of_the_full_model(reduce, measured):
     full, gaps = cantilevers(Rayleigh(2.0, 1e-5)), gaps_between(2e-3, 2e4)
     loads = multisine_base(time_axis(0.1, 2e-4), 20.0, 150.0, 5e-4)
     small = reduce(full, gap_rows(full, gaps), f_max=1200.0)
     a, b = (simulate(s, gaps, loads, HHT(), observed=EVERYWHERE) for s in (full, small))
     assert a.contact_steps > 20
     assert b.force.sum() == pytest.approx(a.force.sum(), rel=0.005)  # modes to eight times the band
+    measured("reduction", f"{reduce.__name__.replace('_', ' ')}, driven assembly: impulse over full", b.force.sum() / a.force.sum(), 1.0, rel=0.005, source="full model")
     assert b.energy_created < 2e-4
 
 

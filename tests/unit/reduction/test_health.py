@@ -77,7 +77,7 @@ def test_sound_superelement_is_called_good():
     assert (h.retained, h.modes, h.internal) == (24, 30, 6 * 54 - 24)
 
 
-def test_mass_properties_are_those_of_the_plate():
+def test_mass_properties_are_those_of_the_plate(measured):
     """Rectangle a x b of mass m: J = m b^2/12, m a^2/12, m (a^2 + b^2)/12, and rotary inertia m t^2/12."""
     h = report(4)
     m = STEEL.density * THICKNESS * SIZE[0] * SIZE[1]
@@ -87,6 +87,8 @@ def test_mass_properties_are_those_of_the_plate():
     # Consistent mass of a rectangle integrates x^2 exactly; the rotary inertia of a shell is t^2 / 12.
     np.testing.assert_allclose(h.rigid.inertia[:2], [m * (b2 + t2) / 12, m * (a2 + t2) / 12], rtol=1e-4)
     assert h.rigid.inertia[2] == pytest.approx(m * (a2 + b2) / 12, rel=1e-3)
+    measured("reduction", "health report: mass of a plate", h.rigid.mass, m, rel=1e-12, unit="kg", source="exact")
+    measured("reduction", "health report: inertia of a plate about its normal", h.rigid.inertia[2], m * (a2 + b2) / 12, rel=1e-3, unit="kg m2", source="exact")
     np.testing.assert_allclose(h.rigid.inertia[3:], 0.0, atol=1e-12 * m)
     # Round-off of K_ii^-1 K_ib: eps x condition of K_ii, some 1e8 here.
     assert max(h.rigid.mass_error, h.rigid.cog_error, h.rigid.inertia_error) < 1e-7
@@ -114,7 +116,7 @@ def test_centre_of_gravity_and_inertia_of_point_masses():
     np.testing.assert_allclose([h.rigid.inertia[2], h.rigid.inertia[3]], [13.5, 3.0], rtol=1e-6)
 
 
-def test_frequencies_and_measured_errors():
+def test_frequencies_and_measured_errors(measured):
     part, small, inside = reduced_plate(12)
     h = health(part, small, inside, COORDS)
     exact, ritz = (np.sqrt(sla.eigh(to_dense(s.K), to_dense(s.M), eigvals_only=True)[6:16]) / (2 * np.pi)
@@ -122,6 +124,7 @@ def test_frequencies_and_measured_errors():
     np.testing.assert_allclose(h.free.full, exact, rtol=1e-7)
     # A difference of two frequencies, each good to eps x the spread of eigenvalues (1e9).
     np.testing.assert_allclose(h.free.error, ritz / exact - 1.0, atol=1e-7)
+    measured("reduction", "health report: measured frequency error, worst deviation", np.abs(h.free.error - (ritz / exact - 1.0)).max(), at_most=1e-7, source="full part")
     np.testing.assert_allclose(h.fixed.frequencies, np.sqrt(small.K.diagonal()[24:34]) / (2 * np.pi), rtol=1e-12)
     assert (h.free.rigid_full, h.free.rigid_reduced) == (6, 6)
 
@@ -146,7 +149,7 @@ def test_effective_mass_of_all_modes_is_the_whole_inside():
     assert (np.array(report(12).fixed.effective_mass) < 1.0).all()
 
 
-def test_effective_mass_of_a_clamped_bar():
+def test_effective_mass_of_a_clamped_bar(measured):
     """A bar held at one end: mode k carries 8 / ((2k - 1) pi)^2 of its mass (uniform bar, exact)."""
     n = 100
     M, K = bar(n, 1.0, 1.0, 1.0)
@@ -162,6 +165,8 @@ def test_effective_mass_of_a_clamped_bar():
     k = np.arange(1, 4)
     # Mesh error of a linear element: (omega dx / c)^2 / 24 and the half element at the wall, below 1 %.
     np.testing.assert_allclose(np.array(h.fixed.cumulative_mass)[:, 0], np.cumsum(8 / ((2 * k - 1) * np.pi) ** 2), rtol=0.01)
+    exact = np.cumsum(8 / ((2 * k - 1) * np.pi) ** 2)
+    measured("reduction", "health report: effective mass of a clamped bar, {} modes", np.array(h.fixed.cumulative_mass)[:, 0], exact, rel=0.01, source="closed form")
     assert h.fixed.effective_mass[1:] == (1.0,) * 5  # nothing to carry
 
 
@@ -170,7 +175,7 @@ def test_effective_mass_of_a_clamped_bar():
 
 @pytest.mark.parametrize("kind", ["quad4", "tri3"])
 @pytest.mark.parametrize("count", [6, 15, 40])
-def test_estimate_is_close_to_the_actual_error_and_never_far_below(kind, count):
+def test_estimate_is_close_to_the_actual_error_and_never_far_below(kind, count, measured):
     """Ratio within BAND where the error is small, above 0.8 up to 0.8 of the first frequency left out.
 
     Close modes change places when corrected, so the corrected frequencies are sorted before they are compared.
@@ -194,6 +199,7 @@ def test_estimate_is_close_to_the_actual_error_and_never_far_below(kind, count):
     assert np.count_nonzero(little) >= 2
     ratio = estimate[little] / actual[little]
     assert BAND[0] < ratio.min() <= ratio.max() < BAND[1]
+    measured("reduction", "health report: estimated over actual error, worst", ratio, 1.0, between=BAND, source="full part")
 
 
 @pytest.mark.parametrize("count", [0, 6, 25])

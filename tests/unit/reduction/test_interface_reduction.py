@@ -65,7 +65,7 @@ ROUND_OFF = 1e-7
 # --- interpolation --------------------------------------------------------------------------------------
 
 
-def test_interpolated_interface_gives_upper_bounds_that_converge(full):
+def test_interpolated_interface_gives_upper_bounds_that_converge(full, measured):
     model, line, whole, _ = full
     graph, coords = interface_graph(model, line), model.nodes.coords[line]
     exact, error = omega2(whole), []
@@ -81,15 +81,17 @@ def test_interpolated_interface_gives_upper_bounds_that_converge(full):
     # Nested spaces (12 | 6 | 2 | 1): no coarser one is better.
     assert error[0] >= error[1] >= error[2] >= error[3] - ROUND_OFF
     assert error[3] < ROUND_OFF
+    measured("reduction", "interpolated interface, every node: frequency, relative error", error[3], at_most=ROUND_OFF, source="whole interface")
     # A third of the spacing: a linear rate would give a third.
     assert error[2] < error[1] / 5.0
     assert error[2] < 0.01
+    measured("reduction", "interpolated interface, every second node: frequency, relative error", error[2], at_most=0.01, source="whole interface")
 
 
 # --- characteristic constraint modes --------------------------------------------------------------------
 
 
-def test_all_characteristic_modes_change_nothing_and_fewer_give_upper_bounds(full):
+def test_all_characteristic_modes_change_nothing_and_fewer_give_upper_bounds(full, measured):
     """System level: one eigenproblem of the coupled boundary."""
     whole = full[2]
     c = np.flatnonzero(whole.coordinates >= 0)
@@ -105,7 +107,9 @@ def test_all_characteristic_modes_change_nothing_and_fewer_give_upper_bounds(ful
     assert (np.diff(worst) <= ROUND_OFF).all()
     assert worst[0] > 1.0 + 1e-4
     assert worst[-1] == pytest.approx(1.0, abs=ROUND_OFF)
+    measured("reduction", "all characteristic constraint modes: omega^2 ratio, worst", worst[-1], 1.0, rel=ROUND_OFF, source="whole interface")
     assert np.sqrt(worst[2]) < 1.01
+    measured("reduction", "24 of 78 characteristic constraint modes: frequency, relative error", np.sqrt(worst[2]) - 1.0, at_most=0.01, source="whole interface")
 
 
 def test_union_of_the_modes_of_both_parts_carries_both(full):

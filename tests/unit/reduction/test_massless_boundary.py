@@ -86,7 +86,7 @@ def macneal(M: np.ndarray, K: np.ndarray, G: np.ndarray, count: int) -> tuple[np
     return sla.block_diag(np.zeros((m, m)), np.eye(count)), K_red, T
 
 
-def test_diagonal_form_is_that_of_the_source():
+def test_diagonal_form_is_that_of_the_source(measured):
     """Same motion for the same coordinates, same energies: the two differ by a change of coordinates only."""
     M, K = chain(20)
     G = np.zeros((2, 20))
@@ -97,7 +97,10 @@ def test_diagonal_form_is_that_of_the_source():
     A = np.linalg.lstsq(V, T, rcond=None)[0]
     np.testing.assert_allclose(V @ A, T, atol=1e-10)
     np.testing.assert_allclose(A.T @ (small.K.d[:, None] * A), K_red, atol=1e-9 * np.abs(K_red).max())
+    error = np.abs(A.T @ (small.K.d[:, None] * A) - K_red).max() / np.abs(K_red).max()
+    measured("reduction", "massless boundary: stiffness, relative error", error, at_most=1e-9, source="equations of the source")
     np.testing.assert_allclose(A.T @ (small.M.d[:, None] * A), M_red, atol=1e-10)
+    measured("reduction", "massless boundary: mass, error", np.abs(A.T @ (small.M.d[:, None] * A) - M_red).max(), at_most=1e-10, source="equations of the source")
     # The first coordinates of the source are the gaps.
     np.testing.assert_allclose(G @ T, np.eye(2, 7), atol=1e-10)
 
@@ -120,11 +123,12 @@ def test_diagonalised_source_is_the_massless_boundary():
     np.testing.assert_allclose(b.displacement, a.displacement, atol=1e-9)
 
 
-def test_vibration_without_contact_keeps_the_modes_exact():
+def test_vibration_without_contact_keeps_the_modes_exact(measured):
     full = cantilevers(NO_DAMPING)
     small = massless_boundary(full, gap_rows(full, gaps_between()), count=9)
     exact = sla.eigh(to_dense(full.K), to_dense(full.M), eigvals_only=True)
     np.testing.assert_allclose(small.K.d[:9], exact[:9], rtol=1e-8)
+    measured("reduction", "massless boundary: omega^2 of the kept modes over full, worst", small.K.d[:9] / exact[:9], 1.0, rel=1e-8, source="full model")
     np.testing.assert_array_equal(small.K.d[9:], 1.0)
     np.testing.assert_array_equal(small.M.d, [1.0] * 9 + [0.0] * 2)
     np.testing.assert_array_equal(small.supports.M_qs[9:], 0.0)
@@ -204,11 +208,12 @@ def test_bar_on_a_rigid_wall(count, time_error, impulse_error):
 
 
 @pytest.mark.parametrize("basis", ["gap", "massless"])
-def test_bar_with_many_modes_is_the_full_bar(basis):
+def test_bar_with_many_modes_is_the_full_bar(basis, measured):
     """70 of 101 modes: what the time step does not resolve is left out."""
     full, small = on_wall("full", 0), on_wall(basis, 70)
     assert duration(small) == pytest.approx(duration(full), abs=1.5 * STEP)
     assert impulse(small) == pytest.approx(impulse(full), rel=1e-4)
+    measured("reduction", f"bar on a wall, 70 modes, {basis}: impulse over full", impulse(small) / impulse(full), 1.0, rel=1e-4, source="full model")
     assert energy_change(small) == pytest.approx(energy_change(full), rel=0.02)
 
 

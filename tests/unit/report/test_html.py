@@ -13,6 +13,7 @@ from plotly import graph_objects
 from creak.contact.laws.parameters import Friction
 from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Unread
+from creak.report.found import found_of
 from creak.report.html import report_text, write_report
 from creak.studies.summary import summarise
 from creak.verify.slips import SlipEvent
@@ -29,7 +30,7 @@ def own_text(html: str) -> str:
 
 
 def report_of(result) -> str:
-    return own_text(report_text(result, summarise(result)))
+    return own_text(report_text(found_of(result), summarise(result)))
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from creak.report.event_csv import event_csv
+from creak.report.found import found_of
 from creak.report.places import find_places, place_of
 from creak.report.text import UNITS
 from creak.studies.run import events_in
@@ -73,8 +74,7 @@ def test_nothing_touched_is_no_place(result):
 
 
 def test_csv_numbers_matched_events_alike(result):
-    places = find_places(result, result.runs["reduced"])
-    rows = list(csv.DictReader(event_csv(result, places, UNITS["mm-t-s"]).splitlines()))
+    rows = list(csv.DictReader(event_csv(found_of(result), UNITS["mm-t-s"]).splitlines()))
     for name in ("reduced", "reference"):
         assert len([r for r in rows if r["run"] == name]) == len(events_in(result.runs[name].events, result.window))
     matched = [r["match"] for r in rows if r["match"]]

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from small_study import plates, study_text
 
-from creak.report.places import find_places
-from creak.report.scene import LEFT_OUT, animations, scene, shapes_of
+from creak.report.found import found_of
+from creak.report.motions import LEFT_OUT, shapes_of
+from creak.report.scene import animations, scene
 from creak.report.text import UNITS
 from creak.studies import motion
 from creak.studies.motion import recorded_steps
@@ -35,9 +36,8 @@ def decoded(text, kind):
 
 
 def moved(result, budget=10**7):
-    places = find_places(result, result.runs["reduced"])
-    surface, shape = scene(result, places)
-    return surface, shape, animations(result, surface, places, UNIT, budget)
+    found = found_of(result, animation_bytes=budget)
+    return found.surface, scene(found), animations(found, UNIT)
 
 
 def test_recovered_motion_is_that_of_the_watched_nodes(result):

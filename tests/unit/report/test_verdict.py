@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from creak.report.found import found_of
 from creak.report.text import THIN, UNITS
 from creak.report.verdict import checks, moving_axes, penetration, sentence, warnings
 from creak.studies.summary import summarise
@@ -104,14 +105,14 @@ def test_chaotic_motion_is_judged_by_its_statistics(with_events, scale, alike):
     ]  # fmt: skip
     assert [c.passed for c in found[5:8]] == [True, alike, alike]
     assert found[-1].name == "Energy created by the integration"
-    assert any("chaotic" in text and "statistics" in text for text in warnings(result))
+    assert any("chaotic" in text and "statistics" in text for text in warnings(found_of(result)))
     assert "motion is chaotic: 9" in sentence(result, summarise(result), UNITS["mm-t-s"])  # 9 750 per second
 
 
 def test_few_events_are_judged_one_by_one(with_events):
     result = with_events(EventMatch([(event(0.021, 100.0), event(0.0211, 101.0))], [], []))
     assert len(checks(result, summarise(result))) == 6
-    assert not any("chaotic" in text for text in warnings(result))
+    assert not any("chaotic" in text for text in warnings(found_of(result)))
 
 
 # --- penetration ----------------------------------------------------------------------------------------------------
@@ -126,14 +127,16 @@ def test_penetration_is_held_against_the_clearance(result_of):
     result = result_of("both runs")
     h = result.runs["reduced"].history
     clearance = float(result.gaps.gap0.mean())
-    found = penetration(result, h, "tip")
+    view = found_of(result)
+    run = view.runs["reduced"]
+    found = penetration(view, run, "tip")
     assert found is not None
-    assert found.smallest == h.gap.min()
-    assert found.of_clearance == pytest.approx(max(0.0, -h.gap.min()) / clearance)
+    assert found.smallest == pytest.approx(h.gap.min(), rel=6e-8)  # half a digit of single precision
+    assert found.of_clearance == pytest.approx(max(0.0, -h.gap.min()) / clearance, rel=6e-8)
     shallow = np.maximum(h.gap, 0.0)
     deep = shallow.copy()
     deep[10, 0] = -0.3 * clearance
     text = f"penetrate each other by 30{THIN}% of the clearance"
-    assert any(text in t for t in warnings(with_history(result, gap=deep)))
-    assert not any("penetrate" in t for t in warnings(with_history(result, gap=shallow)))
-    assert penetration(result, h, "no such contact") is None
+    assert any(text in t for t in warnings(found_of(with_history(result, gap=deep))))
+    assert not any("penetrate" in t for t in warnings(found_of(with_history(result, gap=shallow))))
+    assert penetration(view, run, "no such contact") is None

@@ -30,11 +30,13 @@ def test_record_has_the_peak_and_the_band_asked_for():
     assert record.time.size == 38400
 
 
-def test_omega_arithmetic_gives_the_truth_back_without_sensor_errors():
+def test_omega_arithmetic_gives_the_truth_back_without_sensor_errors(measured):
     """All lines lie on the record's own frequencies: exact to round-off."""
     record = road_record(3, errors=NO_ERRORS, **SHORT)
     u = integrate_twice(record.acceleration, record.step, HIGH_PASS)[0]
     assert np.abs(u - record.displacement).max() < 1e-12 * 1.9 * record.time.size
+    bound = 1e-12 * 1.9 * record.time.size
+    measured("signals", "road record without sensor errors: displacement, error", np.abs(u - record.displacement).max(), at_most=bound, unit="mm", source="the motion it was made from")
 
 
 def test_offset_alone_drifts_with_half_b_t_squared():
@@ -53,12 +55,14 @@ def test_offset_and_wander_leave_nothing_behind_the_cut_off():
     assert np.abs(integrate_in_time(record.acceleration, record.step)[-1]) > 10.0 * 1.9
 
 
-def test_noise_left_over_is_what_theory_says():
+def test_noise_left_over_is_what_theory_says(measured):
     """About (7 Hz) x 8 s = 56 independent lines per 7 Hz carry the error: its mean square scatters by some 15 %."""
     record = road_record(3, **SHORT)
     u = integrate_twice(record.acceleration, record.step, HIGH_PASS)[0]
     rms = np.sqrt(((u - record.displacement) ** 2).mean())
     assert rms == pytest.approx(noise_after_integration(DEFAULT.noise, record.rate, HIGH_PASS), rel=0.3)
+    expected = noise_after_integration(DEFAULT.noise, record.rate, HIGH_PASS)
+    measured("signals", "road record: noise left over", rms, expected, rel=0.3, unit="mm", source="spectrum of white noise")
 
 
 def test_same_seed_same_record():
@@ -82,7 +86,7 @@ def test_study_finds_band_peak_and_zero_mean():
     assert found.floor == pytest.approx(2.0 * DEFAULT.noise**2 / found.rate, rel=0.25)
 
 
-def test_record_signal_of_a_study_moves_like_the_truth():
+def test_record_signal_of_a_study_moves_like_the_truth(measured):
     """The `record` signal interpolates the filtered record: noise is all that separates it from the truth."""
     record = road_record(1, **SHORT)
     t = record.time[:: round(STEP * record.rate)]
@@ -91,6 +95,7 @@ def test_record_signal_of_a_study_moves_like_the_truth():
     settled = t > 2.0 / HIGH_PASS
     noise = noise_after_integration(DEFAULT.noise, record.rate, HIGH_PASS)
     assert np.abs(moved - true)[settled].max() < 5.0 * noise
+    measured("signals", "road record in a study: displacement, error", np.abs(moved - true)[settled].max(), at_most=5.0 * noise, unit="mm", source="the motion it was made from")
     assert study_record(1, **SHORT).record_signal_error < 5.0 * noise
 
 

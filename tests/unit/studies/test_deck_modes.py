@@ -56,7 +56,7 @@ def deck(tmp_path):
     return write
 
 
-def test_effective_masses_of_a_cantilever(deck):
+def test_effective_masses_of_a_cantilever(deck, measured):
     """Closed form (2 sigma_n / beta_n L)^2 in deflection: 61.31, 18.83, 6.47, 3.31 %, in y and in z.
 
     About its root the rotation carries 4 / (beta_n L)^4 of m L^2, the beam has 1/3 of it.
@@ -73,6 +73,8 @@ def test_effective_masses_of_a_cantilever(deck):
     mass = np.pi * 1000.0 * 7.85e-9
     assert found.mass == pytest.approx(mass, rel=1e-9)
     assert found.effective.total[4:] == pytest.approx([mass * 1000.0**2 / 3.0] * 2, rel=1e-4)
+    measured("models", "cantilever: effective mass in deflection, mode {}", share[:, 1], expected, rel=1e-3, source="closed form")
+    measured("models", "cantilever: effective mass about the root, mode {}", share[:, 5], 3.0 * 4.0 / beta**4, rel=1e-3, source="closed form")
 
 
 def test_all_modes_carry_all_that_does_not_ride_on_the_supports(deck):

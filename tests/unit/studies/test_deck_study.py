@@ -40,7 +40,7 @@ def step(lines="", increment="2.E-4", head="*STEP\n", dynamic="*DYNAMIC, DIRECT"
     return f"{head}{dynamic}\n{increment}, 0.1\n{lines}*NODE OUTPUT, NSET=TIP\nU\n*END STEP\n"
 
 
-def test_mass_on_a_penalty_stop(run):
+def test_mass_on_a_penalty_stop(run, measured):
     """w^2 = (1e4 + 1e6) / 100: force 1e6 v / w, contact pi / w, impulse 1e6 2 v / w^2; step 2e-5 has an error of
     (w h)^2 / 12 < 1e-6."""
     result, found = run(stop_deck(step=STEP.replace("1.E-5", "2.E-5")))
@@ -49,6 +49,9 @@ def test_mass_on_a_penalty_stop(run):
     assert event.force_peak == pytest.approx(9950.3719, rel=1e-6)
     assert event.t_end - event.t_start == pytest.approx(0.0312600153, rel=1e-6)
     assert event.impulse == pytest.approx(2.0e6 / w**2, rel=1e-6)
+    measured("decks", "*DYNAMIC, mass on a penalty stop: peak force", event.force_peak, 9950.3719, rel=1e-6, unit="N", source="closed form")
+    measured("decks", "*DYNAMIC, mass on a penalty stop: duration", event.t_end - event.t_start, 0.0312600153, rel=1e-6, unit="s", source="closed form")
+    measured("decks", "*DYNAMIC, mass on a penalty stop: impulse", event.impulse, 2.0e6 / w**2, rel=1e-6, unit="N s", source="closed form")
     velocity = np.gradient(found.history.displacement[:, 2], found.history.time)[-1]
     after = 0.04 - math.pi / w
     assert velocity == pytest.approx(math.cos(10.0 * after), rel=1e-4)  # then on the spring alone
@@ -60,7 +63,7 @@ RIGID = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n1.E13\n"
 C = math.sqrt(2.1e11 / 7850.0)
 
 
-def test_bar_on_a_rigid_wall(run):
+def test_bar_on_a_rigid_wall(run, measured):
     """Contact lasts 2 L / c with rho c A v, the bar leaves as fast as it came: impulse 2 m v.
 
     The bar starts 0.1 ms before the wall; half the wall's thickness counts.
@@ -75,6 +78,9 @@ def test_bar_on_a_rigid_wall(run):
     assert force.sum() * time[1] == pytest.approx(2.0 * 78.5, rel=0.005)
     inside = (time > start + 0.2 * duration) & (time < start + 0.8 * duration)
     assert force[inside].mean() == pytest.approx(7850.0 * C * 0.01, rel=0.005)
+    measured("decks", "*DYNAMIC, bar on a wall: duration", event.t_end - event.t_start, duration, rel=0.02, unit="s", source="closed form")
+    measured("decks", "*DYNAMIC, bar on a wall: impulse", force.sum() * time[1], 2.0 * 78.5, rel=0.005, unit="N s", source="closed form")
+    measured("decks", "*DYNAMIC, bar on a wall: force", force[inside].mean(), 7850.0 * C * 0.01, rel=0.005, unit="N", source="closed form")
 
 
 def test_node_to_surface_takes_pressure_times_area(deck):
@@ -106,7 +112,7 @@ SINE = f"*AMPLITUDE, NAME=SINE, DEFINITION=PERIODIC\n1, {50.0 * math.pi:.17g}, 0
 
 
 @pytest.mark.parametrize(("kind", "amplitude"), [("displacement", 0.001), ("acceleration", 25.0)])
-def test_sine_base_motion_as_the_study_has_it(run, tmp_path, kind, amplitude):
+def test_sine_base_motion_as_the_study_has_it(run, tmp_path, kind, amplitude, measured):
     lines = f"*BOUNDARY, TYPE={kind.upper()}, AMPLITUDE=SINE\nROOT, 3, 3, {amplitude}\n"
     _, found = run(cantilever_deck(step(lines), SINE))
     (tmp_path / "study.toml").write_text(STUDY.format(kind=kind, amplitude=amplitude))
@@ -114,6 +120,8 @@ def test_sine_base_motion_as_the_study_has_it(run, tmp_path, kind, amplitude):
     largest = np.abs(other).max()
     assert largest > 0.5 * 0.001
     assert np.abs(found.history.displacement - other).max() < 1e-12 * largest
+    error = np.abs(found.history.displacement - other).max() / largest
+    measured("decks", f"*DYNAMIC, base moved by {kind}: relative difference", error, at_most=1e-12, source="the same as a study")
 
 
 def tip(found):

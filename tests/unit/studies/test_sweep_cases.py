@@ -142,12 +142,15 @@ def test_an_identity_is_that_of_content(tmp_path):
     assert ids(b)[2] == first[2]
 
 
-def test_an_identity_covers_included_files_and_tables(tmp_path):
+@pytest.mark.parametrize("name", ["strips.inp", "strips.deck"])
+def test_an_identity_covers_included_files_and_tables(name, tmp_path):
     study = write_strips(tmp_path)
+    deck = (tmp_path / "strips.inp").rename(tmp_path / name)
     (tmp_path / "clearance.csv").write_text("node,clearance\n13,0.4\n")
-    study.write_text(study.read_text().replace('main = "OVER"', 'main = "OVER"\nclearance = "clearance.csv"'))
+    text = study.read_text().replace("strips.inp", name)
+    study.write_text(text.replace('main = "OVER"', 'main = "OVER"\nclearance = "clearance.csv"'))
     (tmp_path / "more.inp").write_text("** nothing\n")
-    (tmp_path / "strips.inp").write_text((tmp_path / "strips.inp").read_text() + "*INCLUDE, INPUT=more.inp\n")
+    deck.write_text(deck.read_text() + "*INCLUDE, INPUT=more.inp\n")
     first = ids(tmp_path)
     (tmp_path / "more.inp").write_text("** something\n")
     second = ids(tmp_path)

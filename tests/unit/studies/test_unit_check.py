@@ -8,7 +8,7 @@ import pytest
 
 from creak.assembly.coupling import Driven
 from creak.formats.abaqus.reader import read_deck
-from creak.studies.free_motion import free_motions, loose_words
+from creak.studies.free_motion import free_motions, loose_motions, loose_words
 from creak.studies.unit_check import guessed_units, unit_warnings
 from helpers_decks import two_strips
 
@@ -119,4 +119,4 @@ def test_odd_helpers_are_not_judged(model):
 def test_free_motions_have_names(model, held, motions):
     found = model(("ROOT_UPPER, 1, 2\nROOT_UPPER, 4, 6\n", held))
     assert free_motions(found, Driven({}), "UPPER") == motions
-    assert loose_words(found, Driven({}), ["UPPER"]) == f"UPPER ({', '.join(motions)})"
+    assert loose_words(loose_motions(found, Driven({}), ["UPPER"])) == f"UPPER ({', '.join(motions)})"

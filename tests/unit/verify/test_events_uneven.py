@@ -46,7 +46,7 @@ def refined(end: float, coarse: float, fine: float, near: tuple[float, float]) -
     return np.append(np.concatenate(times), end)
 
 
-def test_uneven_steps_give_the_event_of_even_ones():
+def test_uneven_steps_give_the_event_of_even_ones(measured):
     even = 5e-5 * np.arange(8001)
     uneven = refined(0.4, 1e-3, 5e-5, (START - 2e-3, START + 2 * HALF + 2e-3))
     assert uneven.size < even.size / 9
@@ -62,6 +62,7 @@ def test_uneven_steps_give_the_event_of_even_ones():
     assert found[1].step == pytest.approx(5e-5)
     # Trapezoidal rule of a half sine of n = 400 steps: 1 - (pi / n)^2 / 12.
     assert found[1].impulse == pytest.approx(K * DEPTH * 4 * HALF / np.pi, rel=2e-5)
+    measured("verdicts", "event of uneven steps: impulse", found[1].impulse, K * DEPTH * 4 * HALF / np.pi, rel=2e-5, unit="N s", source="closed form")
 
 
 def test_low_passed_click_does_not_depend_on_the_axis():
@@ -102,7 +103,7 @@ def test_micro_contacts_are_listed_with_their_times():
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.13, 0.5, 0.87])
-def test_exact_contact_is_located_inside_the_step(offset):
+def test_exact_contact_is_located_inside_the_step(offset, measured):
     """A gap that is held at zero tells nothing about when it closed: the speeds before and after do."""
     h = 1e-3
     time = h * np.arange(201)
@@ -115,6 +116,8 @@ def test_exact_contact_is_located_inside_the_step(offset):
     assert event.t_start == pytest.approx(closes, abs=1e-9)
     assert event.t_end == pytest.approx(opens, abs=1e-9)
     assert event.closing_speed == pytest.approx(V, rel=1e-9)
+    measured("verdicts", "exact contact inside a step: onset", event.t_start, closes, abs=1e-9, unit="s", source="closed form")
+    measured("verdicts", "exact contact inside a step: closing speed", event.closing_speed, V, rel=1e-9, unit="m/s", source="closed form")
 
 
 def test_closing_speed_is_exact_for_a_falling_body():
@@ -153,7 +156,7 @@ def test_speed_before_a_second_touch_does_not_see_the_first():
 
 
 @pytest.mark.parametrize("alpha", [-0.05, 1.0 - np.sqrt(2.0), 0.0])
-def test_impulse_is_the_change_of_momentum_to_round_off(alpha):
+def test_impulse_is_the_change_of_momentum_to_round_off(alpha, measured):
     """A free mass on a stop, some seven steps long: Newmark's family gives it just the trapezoidal sum of the force."""
     m, k, v, h = 2.0, 8e4, 0.7, 2.3e-3
     gaps = channels([[1.0]], 0.05, k)
@@ -161,6 +164,7 @@ def test_impulse_is_the_change_of_momentum_to_round_off(alpha):
     event = find_events(history, gaps, 0.0, 1e9)[0]
     after = (history.displacement[-1, 0] - history.displacement[-2, 0]) / h
     assert event.impulse == pytest.approx(m * (after + v), rel=1e-10)
+    measured("verdicts", "impulse of an event", event.impulse, m * (after + v), rel=1e-10, unit="N s", source="change of momentum")
     assert after > 0.5 * v
 
 

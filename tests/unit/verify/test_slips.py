@@ -59,7 +59,7 @@ def test_numbers_of_the_belt_are_its_closed_form():
 
 
 @pytest.mark.parametrize("uneven", [False, True])
-def test_squeak_of_a_mass_on_a_belt(uneven):
+def test_squeak_of_a_mass_on_a_belt(uneven, measured):
     """Stick .04 s, slip .0406888 s, 12.3932817 Hz, .80688788 mm of belt per cycle."""
     time = H * np.arange(8001)
     if uneven:
@@ -79,6 +79,9 @@ def test_squeak_of_a_mass_on_a_belt(uneven):
     chain = find_slips(history, gaps, 0.05)
     assert len(chain) == 1
     assert chain[0].rate == pytest.approx(12.3932817, rel=1e-5)
+    measured("friction", "squeak of a block on a belt: rate", chain[0].rate, 12.3932817, rel=1e-5, unit="Hz", source="closed form")
+    measured("friction", "squeak of a block on a belt: belt per cycle", events[0].slip_length, 0.80688788e-3, rel=1e-4, unit="m", source="closed form")
+    measured("friction", "squeak of a block on a belt: end of the first slip", events[0].t_end, STICK + duration(), abs=0.02 * H, unit="s", source="closed form")
     assert chain[0].slip_length == pytest.approx(9 * 0.80688788e-3, rel=1e-4)
     # Windows of whole periods hold whole numbers of slips.
     assert squeak_rates(chain, (0.0, 4 * (STICK + duration())))["stop"] == pytest.approx(12.3932817, rel=1e-7)

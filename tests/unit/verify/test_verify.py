@@ -17,10 +17,11 @@ from helpers_core import channels
 # --- modes ------------------------------------------------------------------------------------------------------
 
 
-def test_mac_of_a_tilted_shape_is_the_squared_cosine():
+def test_mac_of_a_tilted_shape_is_the_squared_cosine(measured):
     angle = 0.3
     a, b = np.array([[1.0], [0.0]]), np.array([[np.cos(angle)], [np.sin(angle)]])
     assert mac_matrix(a, b)[0, 0] == pytest.approx(np.cos(angle) ** 2)
+    measured("verdicts", "MAC of a shape tilted by .3 rad", mac_matrix(a, b)[0, 0], np.cos(angle) ** 2, rel=1e-6, source="by hand")
     assert mac_matrix(a, np.zeros((2, 1)))[0, 0] == 0.0
 
 
@@ -34,7 +35,7 @@ def test_same_modes_in_another_order_pair_up():
     np.testing.assert_allclose(found.mac, 1.0)
 
 
-def test_repeated_modes_are_compared_as_a_subspace():
+def test_repeated_modes_are_compared_as_a_subspace(measured):
     """Twins may come in any rotation: plain MAC says 1/2, the subspace says 1."""
     rng = np.random.default_rng(1)
     shapes = np.linalg.qr(rng.standard_normal((10, 3)))[0]
@@ -45,6 +46,7 @@ def test_repeated_modes_are_compared_as_a_subspace():
     found = pair_modes(freq, shapes, freq, turned)
     assert found.matrix[0, 0] == pytest.approx(0.5)
     np.testing.assert_allclose(found.mac, 1.0, rtol=1e-12)
+    measured("verdicts", "MAC of repeated modes in any rotation", found.mac, 1.0, rel=1e-12, source="by hand")
     apart = pair_modes(np.array([7.0, 7.5, 9.0]), shapes, np.array([7.0, 7.5, 9.0]), turned)
     np.testing.assert_allclose(apart.mac[:2], 0.5)
 
@@ -65,9 +67,10 @@ def test_no_modes_are_no_error(n_ref, n_red):
 # --- NRMSE ------------------------------------------------------------------------------------------------------
 
 
-def test_nrmse_is_one_minus_error_over_spread():
+def test_nrmse_is_one_minus_error_over_spread(measured):
     r, x = np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 4.0])
     assert nrmse_fit(r, x) == pytest.approx(1.0 - 1.0 / np.sqrt(2.0))
+    measured("verdicts", "NRMSE of three values", nrmse_fit(r, x), 1.0 - 1.0 / np.sqrt(2.0), rel=1e-6, source="by hand")
     assert nrmse_fit(r, r) == 1.0
     assert nrmse_fit(r, np.full(3, 2.0)) == pytest.approx(0.0)  # the mean is worth nothing
     assert nrmse_fit(r, -r) < 0.0
@@ -130,7 +133,7 @@ def bounces(*times: float, depth: float = 0.1, end: float = 0.4, half: float = 0
     return gap
 
 
-def test_one_contact_gives_onset_release_peak_and_impulse():
+def test_one_contact_gives_onset_release_peak_and_impulse(measured):
     start, half, depth, k = 0.1004, 0.01, 0.1, 1e3
     events = find_events(history(bounces(start, half=half, depth=depth)), operator(1), merge=0.002, f_max=1e6)
     assert len(events) == 1
@@ -141,6 +144,9 @@ def test_one_contact_gives_onset_release_peak_and_impulse():
     assert e.t_peak == pytest.approx(start + half, abs=H)
     assert e.force_peak == pytest.approx(k * depth, rel=(np.pi * H / (4 * half)) ** 2)
     assert e.impulse == pytest.approx(k * depth * 2 * (2 * half) / np.pi, rel=0.01)  # trapezoid, (pi/20)^2/12
+    measured("verdicts", "event of a half sine: onset", e.t_start, start, abs=0.02 * H, unit="s", source="closed form")
+    measured("verdicts", "event of a half sine: peak force", e.force_peak, k * depth, rel=(np.pi * H / (4 * half)) ** 2, unit="N", source="closed form")
+    measured("verdicts", "event of a half sine: impulse", e.impulse, k * depth * 2 * (2 * half) / np.pi, rel=0.01, unit="N s", source="closed form")
     # The gap closes with depth pi / (2 half); the difference over a step before contact.
     assert e.closing_speed == pytest.approx(depth * np.pi / (2 * half), rel=0.06)
     assert e.contacts == 1

@@ -56,6 +56,12 @@ TYPES = (
     ElementType("C3D10", "tet10", 10, _SOLID),
     ElementType("C3D10M", "tet10", 10, _SOLID, "C3D10M is treated as C3D10"),
     ElementType("C3D10HS", "tet10", 10, _SOLID, "C3D10HS is treated as C3D10: stiff if nearly incompressible"),
+    ElementType("C3D20", "hex20", 20, _SOLID),
+    ElementType("C3D20R", "hex20r", 20, _SOLID),
+    ElementType("C3D20H", "hex20", 20, _SOLID, "C3D20H is treated as C3D20: stiff if nearly incompressible"),
+    ElementType("C3D20RH", "hex20r", 20, _SOLID, "C3D20RH is treated as C3D20R, which hardly locks in volume"),
+    ElementType("C3D15", "wedge15", 15, _SOLID),
+    ElementType("C3D15H", "wedge15", 15, _SOLID, "C3D15H is treated as C3D15: stiff if nearly incompressible"),
     ElementType("MASS", "mass", 1, ("MASS",)),
     ElementType("ROTARYI", "rotary", 1, ("ROTARY INERTIA",)),
     ElementType("SPRING1", "spring1", 1, ("SPRING",)),
@@ -68,7 +74,7 @@ TYPES = (
     ElementType("DASHPOT2", "spring2", 2, ("DASHPOT",)),
 )
 _TYPE_ROW = {t.name: k for k, t in enumerate(TYPES)}
-SOLIDS = ("hex8", "wedge6", "tet4", "tet10")
+SOLIDS = ("hex8", "wedge6", "tet4", "tet10", "hex20", "hex20r", "wedge15")
 STRUCTURAL = ("quad4", "tri3", "beam2", "truss2", *SOLIDS)
 
 
@@ -81,7 +87,7 @@ class Elements:
     type_idx: IntArray
     """(n_elem,) rows into TYPES."""
     nodes_idx: IntArray
-    """(n_elem, 4, or 8 in decks with larger elements) node rows, -1 where the element has fewer nodes."""
+    """(n_elem, 4, or more in decks with larger elements) node rows, -1 where the element has fewer nodes."""
     scope_idx: IntArray
     """(n_elem,) rows into the deck's scopes."""
     codes: IntArray

@@ -14,11 +14,12 @@ from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.names import Registry, qualified, unique_in_order
 from creak.formats.abaqus.numbers import positive
 from creak.formats.abaqus.outline import Outline, Scope
-from creak.model.solid_faces import FACES, PER_FACE, faces_of, free_faces
+from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces
 
 _SIDES = {"": 0, "SPOS": 1, "SNEG": -1, "POS": 1, "NEG": -1, "S1": -1, "S2": 1}
 _EDGES = {"E1": 0, "E2": 1, "E3": 2, "E4": 3}
 _FACES = {f"S{k}": k for k in range(1, 7)}
+_NONE = np.zeros(0, dtype=np.int64)
 _IS_SHELL = np.array([t.kind in ("quad4", "tri3") for t in TYPES])
 _IS_SOLID = np.array([t.kind in SOLIDS for t in TYPES])
 
@@ -172,18 +173,17 @@ def _faces(rows: IntArray, label: str, where: str, elements: Elements) -> IntArr
             where=where,
             fix="Correct the face.",
         )
-    per_face = np.array([PER_FACE.get(t.kind, 1) for t in TYPES])[elements.type_idx[rows]]
-    n_faces = np.array([len(FACES.get(t.kind, ())) for t in TYPES])[elements.type_idx[rows]] // per_face
-    if _FACES[label] > n_faces.min():
-        row = int(rows[int(np.argmin(n_faces))])
+    facets = [np.flatnonzero(face_numbers(t.kind) == _FACES[label]) + 1 if t.kind in FACES else _NONE for t in TYPES]
+    n_facets = np.array([f.size for f in facets])[elements.type_idx[rows]]
+    if not n_facets.all():
+        row = int(rows[int(np.argmin(n_facets))])
         raise InputError(
             f"element {elements.ids[row]} ({elements.of(row).name}) has no face {label}",
             where=where,
             fix="Correct the face.",
         )
-    first = (_FACES[label] - 1) * per_face + 1
-    number = np.concatenate([np.arange(f, f + k) for f, k in zip(first, per_face, strict=True)])
-    return np.column_stack([np.repeat(rows, per_face), number]).astype(np.int64)
+    number = np.concatenate([_NONE, *(facets[t] for t in elements.type_idx[rows].tolist())])
+    return np.column_stack([np.repeat(rows, n_facets), number]).astype(np.int64)
 
 
 def _free(rows: IntArray, elements: Elements) -> IntArray:

@@ -13,7 +13,7 @@ from creak.formats.abaqus.write_names import Scopes, listed, number
 from creak.formats.abaqus.write_sections import unwritable
 from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling, RigidLink
 from creak.model.mesh import ElementBlock, Model, Surface
-from creak.model.solid_faces import FACES, PER_FACE, faces_of
+from creak.model.solid_faces import FACES, face_numbers, faces_of
 
 _SIDES = {1: "SPOS", -1: "SNEG", 0: ""}
 HELPER = "_COUPLING"
@@ -48,7 +48,7 @@ def _node_surface(name: str, tokens: Sequence[str], factors: FloatArray) -> list
 
 def _facet(block: ElementBlock, element: str, side: int) -> str:
     if block.kind in FACES:
-        return f"{element}, S{(side - 1) // PER_FACE.get(block.kind, 1) + 1}"
+        return f"{element}, S{face_numbers(block.kind)[side - 1]}"
     return f"{element}, {_SIDES[side]}".rstrip(", ")
 
 

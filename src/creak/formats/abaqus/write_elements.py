@@ -15,8 +15,11 @@ from creak.model.mesh import ElementBlock, Model
 
 _TYPES = {
     "quad4": "S4", "tri3": "S3", "beam2": "B31", "truss2": "T3D2", "hex8": "C3D8I", "wedge6": "C3D6", "tet4": "C3D4",
-    "tet10": "C3D10", "mass": "MASS", "rotary": "ROTARYI", "bush2": "CONN3D2", "nodal1": "MASS",
+    "tet10": "C3D10", "hex20": "C3D20", "hex20r": "C3D20R", "wedge15": "C3D15",
+    "mass": "MASS", "rotary": "ROTARYI", "bush2": "CONN3D2", "nodal1": "MASS",
 }  # fmt: skip
+PER_LINE = 16
+"""Fields that Abaqus reads from one line."""
 _SPRINGS = {"spring1": ("SPRING1", "DASHPOT1"), "spring2": ("SPRING2", "DASHPOT2"), "axial2": ("SPRINGA", "DASHPOTA")}
 
 
@@ -59,6 +62,9 @@ def element_type(block: ElementBlock) -> str:
         return _SPRINGS[block.kind][1 if section.damping and not section.stiffness else 0]
     if isinstance(section, BeamSection) and not section.shear_area1 and not section.shear_area2:
         return "B33"
+    if block.kind == "hex20s":
+        why = "Abaqus has no hexahedron with reduced shear; IN = 2 and ISOP = 1 of PSOLID make it a C3D20R"
+        raise unwritable(f"elements {block.ids[:3].tolist()}...", why)
     if block.kind not in _TYPES:
         raise unwritable(f"elements {block.ids[:3].tolist()}... of kind {block.kind}", "Abaqus has no such element")
     if block.own.arms is not None and block.own.arms.any():
@@ -71,7 +77,9 @@ def _elements(model: Model, block: ElementBlock, scopes: Scopes, scope: int) -> 
     third = _third_nodes(model, block)
     for k, (label, row) in enumerate(zip(block.ids.tolist(), block.nodes_idx, strict=True)):
         tokens = scopes.nodes(row, scope) + ([scopes.node(third[k], scope)] if third and third[k] >= 0 else [])
-        lines.append(", ".join([str(label), *tokens]))
+        fields = [str(label), *tokens]
+        starts = range(0, len(fields), PER_LINE)
+        lines += [", ".join(fields[k : k + PER_LINE]) + ("," if k + PER_LINE < len(fields) else "") for k in starts]
     return lines
 
 

@@ -11,7 +11,8 @@ from creak.formats.abaqus.reader import read_deck
 from creak.formats.abaqus.write_conditions import condition_lines, constraint_lines, set_lines, surface_lines
 from creak.formats.abaqus.write_elements import Written, element_lines
 from creak.formats.abaqus.write_names import ROOT, Scopes, vector
-from creak.formats.complete_file import complete_file
+from creak.formats.unread import first_unread
+from creak.formats.written_deck import write_checked
 from creak.model.comparison import difference
 from creak.model.mesh import Model
 
@@ -41,12 +42,7 @@ def write_deck(model: Model, path: str | Path, ignore: Sequence[str] = ()) -> No
             where=model.source, fix="Accept another mass with --mass consistent (the answer changes with it).",
         )  # fmt: skip
     text = "\n".join(deck_lines(model)) + "\n"
-    try:
-        with complete_file(Path(path)) as partial:
-            partial.write_text(text, encoding="utf-8", newline="\n")
-            _check(model, partial)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror or error}", fix="Name another file.") from None
+    write_checked(path, text, lambda copy: _lost(model, copy), kind="an Abaqus", source=model.source)
 
 
 def deck_lines(model: Model) -> list[str]:
@@ -90,13 +86,12 @@ def _part_name(model: Model, instance: str) -> str:
 
 def stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
     """Raise InputError where the model was read without something that changes the answer."""
-    accepted = {k.upper().lstrip("*") for k in ignore}
-    for u in model.unread:
-        if u.changes_answer and u.keyword.upper().lstrip("*") not in accepted:
-            raise InputError(
-                f"{u.keyword} was not read and would be lost: {u.why}", where=u.where,
-                fix=f"Remove it, or go on without it: --ignore {u.keyword.lstrip('*')!r}.",
-            )  # fmt: skip
+    u = first_unread(model, ignore)
+    if u is not None:
+        raise InputError(
+            f"{u.keyword} was not read and would be lost: {u.why}", where=u.where,
+            fix=f"Remove it, or go on without it: --ignore {u.keyword.lstrip('*')!r}.",
+        )  # fmt: skip
 
 
 def _same_part_names(copy: Model, model: Model) -> Model:
@@ -107,14 +102,6 @@ def _same_part_names(copy: Model, model: Model) -> Model:
     return replace(copy, parts=tuple(replace(p, name=q.name, aliases=q.aliases) for p, q in pairs))
 
 
-def _check(model: Model, path: Path) -> None:
-    """Raise InputError where the written deck does not read back as the model."""
-    try:
-        lost = difference(model, _same_part_names(read_deck(path), model), names=False)
-    except InputError as error:
-        lost = f"{error.what} {error.expected}".strip()
-    if lost:
-        raise InputError(
-            f"the model cannot be written as an Abaqus deck without a loss: {lost}", where=model.source,
-            fix="Change this in the model, or keep the deck as it is.",
-        )  # fmt: skip
+def _lost(model: Model, path: Path) -> str:
+    """What the written deck lacks of the model."""
+    return difference(model, _same_part_names(read_deck(path), model), names=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,20 +41,17 @@ def read_gaps(deck: Deck) -> tuple[Stop, ...]:
     InputError : unknown grids or properties, grids that coincide without CID, KA that is not positive; a gap along no
         global axis, with friction, a preload, or a stiffness while open.
     """
-    found: dict[tuple[int, int, float], list[_Gap]] = {}
-    for gap in _gaps(deck):
-        _check(gap)
-        found.setdefault((gap.owner.integer(0), gap.axis, gap.sign), []).append(gap)
-    return tuple(_stop(name, gaps) for name, gaps in _named(found).items())
+    found = _named(_gaps(deck))
+    for gaps in found.values():
+        for gap in gaps:
+            _check(gap)
+    return tuple(_stop(name, gaps) for name, gaps in found.items())
 
 
 def list_gaps(deck: Deck) -> dict[str, list[int]]:
     """Note each group of gaps with what the study must say instead; returns the node sets that it names."""
     sets: dict[str, list[int]] = {}
-    groups: dict[tuple[int, int, float], list[_Gap]] = {}
-    for gap in _gaps(deck):
-        groups.setdefault((gap.owner.integer(0), gap.axis, gap.sign), []).append(gap)
-    for name, gaps in _named(groups).items():
+    for name, gaps in _named(_gaps(deck)).items():
         try:
             for gap in gaps:
                 _check(gap)
@@ -116,8 +113,11 @@ def _check(gap: _Gap) -> None:
                          expected=f"KB below {SOFT:g} KA", fix="Give KB as CELAS2 beside it.")  # fmt: skip
 
 
-def _named(groups: dict[tuple[int, int, float], list[_Gap]]) -> dict[str, list[_Gap]]:
-    """GAP_<property>, with a number where gaps of one property have several directions."""
+def _named(found: Iterable[_Gap]) -> dict[str, list[_Gap]]:
+    """The gaps of one property and direction under GAP_<property>, with a number where it has several directions."""
+    groups: dict[tuple[int, int, float], list[_Gap]] = {}
+    for gap in found:
+        groups.setdefault((gap.owner.integer(0), gap.axis, gap.sign), []).append(gap)
     count: dict[int, int] = {}
     alone = [pid for pid, _, _ in groups]
     out = {}

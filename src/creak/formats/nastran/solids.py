@@ -9,9 +9,21 @@ from creak.formats.nastran.coordinate_systems import axes_at
 from creak.formats.nastran.deck import Deck, referred, unique_cards
 from creak.formats.nastran.materials import Materials
 from creak.model.materials import AnisotropicMaterial, SheetMaterial, SolidSection
+from creak.model.solid_faces import HEX20
 
-_KINDS = {"CHEXA": (("hex8", 8), ("", 20)), "CPENTA": (("wedge6", 6), ("", 15)), "CTETRA": (("tet4", 4), ("tet10", 10))}
-"""First- and second-order element and number of grids; "" where creak has none."""
+_KINDS = {
+    "CHEXA": (("hex8", 8), ("hex20s", 20)), "CPENTA": (("wedge6", 6), ("wedge15", 15)),
+    "CTETRA": (("tet4", 4), ("tet10", 10)),
+}  # fmt: skip
+"""First- and second-order element and number of grids."""
+ORDER = {
+    **{kind: [*range(12), *range(16, 20), *range(12, 16)] for kind in HEX20},
+    "wedge15": [*range(9), *range(12, 15), *range(9, 12)],
+}
+"""Nastran's mid-side grids between the two faces come before those of the second face; creak's, as Abaqus's, after.
+The same order leads there and back."""
+NETWORKS: dict[str, tuple[int, int] | None] = {"hex20": (3, 1), "hex20r": (2, 1), "hex20s": None}
+"""IN and ISOP of a PSOLID that give a CHEXA of 20 grids this kind; None where they are blank."""
 
 
 def read_solids(deck: Deck, materials: Materials) -> None:
@@ -28,7 +40,7 @@ def read_solids(deck: Deck, materials: Materials) -> None:
             pid = card.integer(1, card.integer(0))
             identifier = deck.new_element(card, pid)
             owner = referred(properties, pid, card, "property", "PSOLID")
-            kind, nodes = _corners(deck, card)
+            kind, nodes = _grids(deck, card, owner)
             own = _axes(deck, owner, nodes) if isinstance(sections[pid].material, AnisotropicMaterial) else {}
             deck.add((pid,), kind, sections[pid], identifier, nodes, card, **own)
 
@@ -40,19 +52,27 @@ def _section(card: Card, materials: Materials) -> SolidSection:
     return SolidSection(f"PSOLID {card.integer(0)}", material)
 
 
-def _corners(deck: Deck, card: Card) -> tuple[str, list[int]]:
+def _grids(deck: Deck, card: Card, owner: Card) -> tuple[str, list[int]]:
+    """Kind and node rows, in creak's order."""
     (first, n), (second, more) = _KINDS[card.name]
-    given = [i for i in range(2 + n, 2 + more) if card.text(i)]
+    given = [i for i in range(2 + n, 2 + more) if card.text(i) not in ("", "0")]
     if not given:
         return first, deck.nodes(card, range(2, 2 + n))
-    if second and len(given) == more - n:
-        return second, deck.nodes(card, range(2, 2 + more))
-    raise InputError(
-        f"{card.name} {card.text(0)} has {n + len(given)} grids", where=card.where,
-        expected=f"{n} grids" + (f" or {more}" if second else " (first order)"),
-        fix="Export the mesh in first order"
-        + (" or with all mid-side grids." if second else ", or as CTETRA of 10 grids (second order)."),
-    )  # fmt: skip
+    if len(given) < more - n:
+        raise InputError(
+            f"{card.name} {card.text(0)} has {n + len(given)} grids", where=card.where, expected=f"{n} grids or {more}",
+            fix="Export the mesh in first order or with all mid-side grids.",
+        )  # fmt: skip
+    kind = _network(owner) if card.name == "CHEXA" else second
+    nodes = deck.nodes(card, range(2, 2 + more))
+    return kind, [nodes[k] for k in ORDER.get(kind, range(more))]
+
+
+def _network(owner: Card) -> str:
+    """How a CHEXA of 20 grids is integrated: IN and ISOP of its PSOLID."""
+    if owner.text(3).upper() in ("2", "TWO"):
+        return "hex20r"
+    return "hex20" if owner.text(5).upper() in ("1", "FULL") else "hex20s"
 
 
 def _axes(deck: Deck, owner: Card, nodes: list[int]) -> dict[str, FloatArray]:

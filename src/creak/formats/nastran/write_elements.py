@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.formats.nastran.solids import NETWORKS, ORDER
 from creak.formats.nastran.write_equivalent import is_rod, unwritable
 from creak.formats.nastran.write_fields import Field, card
 from creak.formats.nastran.write_properties import Properties
@@ -23,8 +24,10 @@ from creak.model.materials import (
     Spring,
 )
 from creak.model.mesh import ElementBlock, Model
+from creak.model.solid_faces import HEX20
 
-_SOLIDS = {"hex8": "CHEXA", "wedge6": "CPENTA", "tet4": "CTETRA", "tet10": "CTETRA"}
+_SOLIDS = {"hex8": "CHEXA", "wedge6": "CPENTA", "tet4": "CTETRA", "tet10": "CTETRA",
+           **dict.fromkeys(HEX20, "CHEXA"), "wedge15": "CPENTA"}  # fmt: skip
 _SHELLS = {"quad4": "CQUAD4", "tri3": "CTRIA3"}
 NORMAL = 1e-9
 """Share by which arms may differ from ones along the normal, and directions from ones in the surface."""
@@ -166,8 +169,10 @@ def _solids(model: Model, b: int, properties: Properties, systems: Systems) -> I
             groups.setdefault(systems.id_of(first, second), []).append(k)
     else:
         groups[0] = _all(block)
-    pid = {k: properties.put(b, rows, axes, axes) for axes, rows in groups.items() for k in rows}
-    labels = model.nodes.ids[block.nodes_idx].tolist()
+    network = NETWORKS.get(block.kind)
+    pid = {k: properties.put(b, rows, (axes, network), axes) for axes, rows in groups.items() for k in rows}
+    nodes = block.nodes_idx[:, ORDER[block.kind]] if block.kind in ORDER else block.nodes_idx
+    labels = model.nodes.ids[nodes].tolist()
     for k, identifier in enumerate(block.ids.tolist()):
         yield from card(_SOLIDS[block.kind], [identifier, pid[k], *labels[k]])
 

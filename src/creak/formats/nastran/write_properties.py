@@ -11,6 +11,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.formats.abaqus.write_sections import inverted
+from creak.formats.nastran.solids import NETWORKS
 from creak.formats.nastran.write_equivalent import is_rod, unwritable
 from creak.formats.nastran.write_fields import Field, card
 from creak.formats.nastran.write_materials import SAME, Materials
@@ -87,7 +88,8 @@ def _fields(block: ElementBlock, materials: Materials, axes: int) -> tuple[str, 
     if isinstance(section, GeneralShell):
         return _general_shell(section, materials, block.own.thickness is not None)
     if isinstance(section, SolidSection):
-        return "PSOLID", [materials.id_of(section.material), axes]
+        points, scheme = NETWORKS.get(block.kind) or (None, None)
+        return "PSOLID", [materials.id_of(section.material), axes, points, None, scheme]
     if isinstance(section, TrussSection):
         return "PROD", [materials.id_of(section.material), section.area, 0.0]
     if isinstance(section, BeamSection):

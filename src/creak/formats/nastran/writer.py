@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from creak.errors import InputError
-from creak.formats.complete_file import complete_file
 from creak.formats.nastran.reader import read_nastran
 from creak.formats.nastran.write_conditions import (
     MATRICES,
@@ -26,6 +25,7 @@ from creak.formats.nastran.write_materials import Materials, damping_of
 from creak.formats.nastran.write_numbers import numbered
 from creak.formats.nastran.write_properties import Properties
 from creak.formats.nastran.write_sets import labels, set_lines, with_surface_sets
+from creak.formats.written_deck import write_checked
 from creak.model.comparison import difference
 from creak.model.constraints import Equation
 from creak.model.materials import BeamSection, GeneralShell, NodalMatrices
@@ -63,12 +63,9 @@ def write_nastran(model: Model, path: str | Path) -> tuple[str, ...]:
     plain, notes = numbered(model)
     plain, surfaces = with_surface_sets(equivalent(plain))
     text = "\n".join(deck_lines(plain, notes)) + "\n"
-    try:
-        with complete_file(Path(path)) as partial:
-            partial.write_text(text, encoding="utf-8", newline="\n")
-            _check(plain, partial)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror or error}", fix="Name another file.") from None
+    write_checked(
+        path, text, lambda copy: _difference(plain, read_nastran(copy)), kind="a Nastran", source=model.source
+    )
     return (*notes, *surfaces, *dict.fromkeys(_lost(plain)))
 
 
@@ -117,20 +114,6 @@ def _lost(model: Model) -> Iterator[str]:
     for section in {id(b.section): b.section for b in model.blocks}.values():
         if isinstance(section, BeamSection) and section.radius:
             yield f"beam section {section.name}: its surface, {section.radius:g} from the axis, is not in the deck"
-
-
-def _check(model: Model, path: Path) -> None:
-    """Raise InputError where the written deck does not read back as the model."""
-    try:
-        copy = read_nastran(path)
-        lost = _difference(model, copy)
-    except InputError as error:
-        lost = f"{error.what} {error.expected}".strip()
-    if lost:
-        raise InputError(
-            f"the model cannot be written as a Nastran deck without a loss: {lost}", where=model.source,
-            fix="Change this in the model, or keep the deck as it is.",
-        )  # fmt: skip
 
 
 def _difference(model: Model, copy: Model) -> str:

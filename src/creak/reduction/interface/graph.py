@@ -8,6 +8,13 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.model.mesh import Model
+from creak.model.solid_faces import HEX20, MIDDLES
+
+
+def _halves(kind: str, n_corner: int) -> tuple[tuple[int, int], ...]:
+    """Halves of the edges of an element with middle nodes."""
+    return tuple(pair for k, (a, b) in enumerate(MIDDLES[kind], n_corner) for pair in ((a, k), (k, b)))
+
 
 EDGES = {
     "quad4": ((0, 1), (1, 2), (2, 3), (3, 0)),
@@ -18,6 +25,8 @@ EDGES = {
     "wedge6": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
     "tet4": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
     "tet10": ((0, 4), (4, 1), (1, 5), (5, 2), (2, 6), (6, 0), (0, 7), (7, 3), (1, 8), (8, 3), (2, 9), (9, 3)),
+    **dict.fromkeys(HEX20, _halves("hex20", 8)),
+    "wedge15": _halves("wedge15", 6),
 }
 """Sides of the element kinds that make a mesh; diagonals are no edges."""
 SHORTEST = 1e-3

@@ -9,92 +9,9 @@ import pytest
 from creak.errors import InputError
 from creak.formats.nastran.reader import read_nastran
 from creak.model.mesh import Model
+from fuzz_samples import CARDS
 
-DECK = """\
-SOL 103
-CEND
-SPC = 1
-MPC = 1
-IC = 3
-SET 1 = 1, 3 THRU 6
-BEGIN BULK
-CORD2C,6,,0.,0.,0.,0.,0.,1.
-,1.,0.,0.
-CORD1R,7,1,2,3
-GRDSET,,,,,,,
-GRID,1,,0.,0.,0.
-GRID,2,,1.,0.,0.,6
-GRID,3,6,1.,45.,0.
-GRID,4,,0.,1.,0.,,4
-GRID,5,,0.,0.,1.
-GRID,6,,1.,0.,1.
-GRID,7,,1.,1.,1.
-GRID,8,,0.,1.,1.
-SPOINT,20,21
-MAT1,1,2.+5,,.3,1.-9,,,.01
-MAT8,8,1.+5,1.+4,.3,5.+3,4.+3,3.+3,1.-9
-MAT9,9,5.,1.,1.,0.,0.,0.,5.
-,1.,0.,0.,0.,5.,0.,0.,0.
-,2.,0.,0.,2.,0.,2.,1.-9
-PSHELL,1,1,.1,1,,1
-PCOMP,2,,,,,,,SYM
-,8,.1,45.,,1,.2
-CQUAD4,1,1,1,2,3,4,30.,.1
-,,1,1.,1.,1.,1.
-CTRIA3,2,2,5,6,7,6
-PBAR,3,1,1.,1.,1.,1.,.1
-,,,,,,,,
-,.5,.5,.1
-CBAR,3,3,1,5,1.,0.,0.
-,,45,0.,.1
-PBEAM,4,1,1.,1.,1.,,1.,
-,1.,1.,1.,1.,1.,1.,1.,1.
-,YESA,1.0
-,.5,.5
-CBEAM,4,4,2,6,1
-PBARL,5,1,,BOX
-,1.,2.,.1,.1
-CBAR,5,5,3,7,5
-CROD,6,6,4,8
-PROD,6,1,1.,1.
-CONROD,7,4,7,1,1.
-PSOLID,8,9,6
-CHEXA,8,8,1,2,3,4,5,6
-,7,8
-CTETRA,9,8,1,2,3,5
-CELAS1,10,10,2,1,20
-PELAS,10,5.,,,11,3.
-CELAS2,11,5.,2,2,3,2
-CDAMP2,12,5.,2,2
-CMASS2,13,5.,2,2
-CBUSH,14,14,1,2,0.,1.,0.
-PBUSH,14,K,1.,2.,3.,4.,5.,6.
-,B,1.
-CONM2,15,2,6,1.,.1,.2,.3
-,1.,.1,1.,.1,.1,1.
-CONM1,16,3,6,1.,2.
-RBE2,1,1,123,2,3
-RBE3,2,,4,123456,1.,123,5,6
-,7,1.,456,8
-,UM,4,123456
-RBAR,3,5,6
-RROD,5,7,8
-RBE1,4,1,123456
-,UM,8,12
-MPC,1,7,1,1.,20,,1.
-,,3,2,.5
-SPC1,1,12,1,THRU,3
-SPC,1,5,3,.1,6,4
-SPCADD,2,1
-TIC,3,2,2,,1.
-SET1,4,1,2,THRU,5
-ASET1,123,1,2
-SUPORT,1,123
-PARAM,WTMASS,.5
-PARAM,COUPMASS,1
-EIGRL,1,,,10
-ENDDATA
-"""
+DECK = CARDS.replace("MPC,1,7,", "RBE1,4,1,123456\n,UM,8,12\nMPC,1,7,")
 VALUES = ("", "0", "1", "-1", "99", "1.5", "abc", "THRU", "nan", "1e400", "UM", "+", "*", "$", "BY", "-5.", "0.", "1_0", "\u0663")
 
 

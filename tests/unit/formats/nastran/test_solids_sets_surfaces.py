@@ -64,8 +64,8 @@ def test_anisotropic_solid(tmp_path):
     assert rigid_mass(model)[0, 0] == pytest.approx(8 * 3e-3)
 
 
-def test_second_order_solids_are_refused(tmp_path):
-    with pytest.raises(InputError, match=r"CHEXA 1 has 9 grids; expected 8 grids \(first order\)"):
+def test_solids_with_some_mid_side_grids_are_refused(tmp_path):
+    with pytest.raises(InputError, match=r"CHEXA 1 has 9 grids; expected 8 grids or 20"):
         read(tmp_path, CUBE + "GRID,9\nCHEXA,1,1,1,2,3,4,5,6\n,7,8,9\nPSOLID,1,1\n" + MAT1)
 
 

@@ -66,7 +66,7 @@ def _table(study: RecordStudy) -> Table:
         ["excitation: sines up to, Hz", tidy(t["f_max"]), tidy(study.signal.f_max)],
         ["excitation: amplitude of each sine, mm", tidy(t["peak"]), fixed(study.signal.amplitude, 4)],
         ["excitation: peak of their sum, mm", NONE, fixed(study.signal_peak, 1)],
-        ["`record` signal of a study file: largest error, mm", NONE, number(study.record_signal_error, 3)],
+        ["signal type record of a study file: largest error, mm", NONE, number(study.record_signal_error, 3)],
     ]
     return Table(["", "thesis", "creak"], rows)
 
@@ -93,5 +93,6 @@ def _differ(study: RecordStudy) -> str:
         "mm by theory. The thesis takes the record's peak as the amplitude of every sine: the sum of the sines then "
         f"peaks at {fixed(study.signal_peak, 1)} mm, {study.signal_peak / study.peak:.0f} times the record. creak "
         "therefore sets the amplitudes by the number of contact events (table 3.4), and can also drive a study with "
-        f"the record itself: its `record` signal stays within {number(study.record_signal_error, 2)} mm of the truth."
+        "the record itself: as signal type record it stays within "
+        f"{number(study.record_signal_error, 2)} mm of the truth."
     )

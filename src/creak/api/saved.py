@@ -1,0 +1,72 @@
+"""What an earlier run left on disk, in the hands of a Python program."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from creak.api.extras import need_report
+
+if TYPE_CHECKING:
+    from creak.report.found import Found, FoundRun
+    from creak.studies.converge import Convergence
+    from creak.verify.events import Event
+    from creak.verify.matching import EventMatch
+
+
+@dataclass(frozen=True)
+class SavedResult:
+    """Events and verification of an earlier run, and its report; the histories are in results.h5."""
+
+    found: Found = field(repr=False)
+    """What the report shows."""
+    summary: dict[str, Any] = field(repr=False)
+    """The content of summary.json (docs/results.md)."""
+
+    @property
+    def runs(self) -> dict[str, FoundRun]:
+        """`reduced` and `reference`, those that there were."""
+        return self.found.runs
+
+    @property
+    def events(self) -> list[Event]:
+        """Contact events of the reduced run, or of the only one, by start time."""
+        return (self.runs.get("reduced") or self.runs["reference"]).events
+
+    @property
+    def agreement(self) -> EventMatch | None:
+        """Events of the reduced run against those of the reference; None where one of them is missing."""
+        return self.found.events
+
+    @property
+    def convergence(self) -> Convergence | None:
+        """What `converge` found; None: it was not asked for."""
+        return self.found.convergence
+
+    def report(self, path: str | Path) -> Path:
+        """Write the report as one HTML file, the page that the run itself wrote; returns its path.
+
+        Raises
+        ------
+        InputError : a package of the extra `report` is not installed.
+        """
+        need_report()
+        from creak.report.html import write_page
+
+        path = Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_page(self.found, self.summary, path)
+        return path
+
+
+def open_result(folder: str | Path) -> SavedResult:
+    """Read what `creak run` or `Result.save` left in a folder.
+
+    Raises
+    ------
+    InputError : summary.json or results.h5 is missing, not whole, or of another version.
+    """
+    from creak.report.stored import read_found
+
+    return SavedResult(*read_found(Path(folder)))

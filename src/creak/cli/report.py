@@ -1,0 +1,45 @@
+"""`creak report`: the report of an earlier run once more."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output, writable_folder
+from creak.errors import InputError
+
+
+def report(
+    folder: Path = typer.Argument(..., metavar="DIR", help="Folder that `creak run` wrote."),
+    out: Path | None = typer.Option(None, "--out", metavar="FILE", help="The page; default: report.html in DIR."),
+    quiet: bool = QUIET,
+    verbose: bool = VERBOSE,
+    as_json: bool = AS_JSON,
+) -> None:
+    """Write report.html from summary.json and results.h5 of an earlier run, and convergence.csv where it was made.
+
+    It is the page that the run wrote, but for the time of writing. Neither the deck nor the study is needed: run on one
+    machine, without the packages of the report, and look at the page on another.
+
+    Example: creak report door/results
+    """
+    from creak.api.extras import need_report
+    from creak.api.saved import open_result
+    from creak.studies.save import save_convergence
+
+    page = out if out is not None else folder / "report.html"
+    if page.is_dir():
+        raise InputError(f"cannot write to {page}: it is a folder", fix="Name a file with --out.")
+    need_report()
+    with Output(quiet, verbose, as_json) as output:
+        with output.progress as progress:
+            with progress.phase("read the results"):
+                saved = open_result(folder)
+            writable_folder(page.parent)
+            with progress.phase(f"write {page.name}"):
+                output.wrote(saved.report(page))
+                if saved.convergence is not None:
+                    output.wrote(save_convergence(saved.convergence, page.parent))
+        output.tell_written()
+        output.result({"written": [str(path) for path in output.written]})

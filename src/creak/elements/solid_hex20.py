@@ -1,0 +1,154 @@
+"""Twenty-node hexahedron (serendipity): integrated fully, reduced, or with reduced shear."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.elements.geometry import in_chunks, material_frames, rotate_to_global
+from creak.elements.shell_common import weighted_gram
+from creak.elements.solid_common import (
+    Reference,
+    consistent_mass,
+    elasticity,
+    isoparametric_stiffness,
+    jacobians,
+    require_volume,
+    strains,
+    with_rotations,
+)
+from creak.elements.solid_hex8 import CORNERS
+from creak.model.materials import SolidSection
+from creak.model.mesh import COMMON, Own
+from creak.model.solid_faces import MIDDLES
+
+NODES = np.concatenate([CORNERS, CORNERS[np.array(MIDDLES["hex20"])].mean(axis=1)])
+"""(r, s, t) of the twenty nodes, in Abaqus's order."""
+
+
+def reference(points: FloatArray, weights: FloatArray) -> Reference:
+    """Shape functions at the points (n_point, 3).
+
+    Corners: h_i = (1 + r r_i)(1 + s s_i)(1 + t t_i)(r r_i + s s_i + t t_i - 2)/8; between them, where r_i = 0:
+    h_i = (1 - r^2)(1 + s s_i)(1 + t t_i)/4, and so on.
+    """
+    x = points[:, None, :]
+    corner = np.arange(20) < 8
+    factor = np.where(NODES == 0.0, 1.0 - x**2, 1.0 + x * NODES)
+    slope = np.where(NODES == 0.0, -2.0 * x, NODES + 0.0 * x)
+    cut = np.where(corner, (x * NODES).sum(axis=2) - 2.0, 1.0)
+    scale = np.where(corner, 0.125, 0.25)
+    product = factor.prod(axis=2)
+    slopes = []
+    for axis in range(3):
+        others = np.delete(factor, axis, axis=2).prod(axis=2)
+        slopes.append(scale * (slope[..., axis] * others * cut + product * np.where(corner, NODES[:, axis], 0.0)))
+    return Reference(points, weights, scale * product * cut, np.stack(slopes, axis=1))
+
+
+def _rule(n: int) -> Reference:
+    """Gauss-Legendre, n x n x n points."""
+    at, weight = np.polynomial.legendre.leggauss(n)
+    points = np.stack(np.meshgrid(at, at, at, indexing="ij"), axis=-1).reshape(-1, 3)
+    return reference(points, np.multiply.outer(np.outer(weight, weight), weight).ravel())
+
+
+EIGHT = _rule(2)
+TWENTY_SEVEN = _rule(3)
+
+
+def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
+    """K = integral of B' D B with 3 x 3 x 3 points (C3D20).
+
+    No hourglass modes; stiff near incompressibility and, where it is thin or its angles are far from 90 degrees, in
+    bending. Source: Zienkiewicz and Taylor, The Finite Element Method, vol. 1 (2000), chapter 8.
+
+    Parameters
+    ----------
+    coords : (n, 20, 3) global coordinates, length: four corners round one face, those opposite them, then the middles
+        of the edges of the first face (from edge 1-2 on), of the second, and of those between (1-5, 2-6, 3-7, 4-8).
+    section : material.
+    own : material axes of each element.
+
+    Returns
+    -------
+    (n, 120, 120), node by node (ux, uy, uz, rx, ry, rz) in global axes; the rotations have no stiffness.
+
+    Raises
+    ------
+    DegenerateElement : no volume, or nodes in the wrong order.
+    """
+    return isoparametric_stiffness(coords, section, TWENTY_SEVEN, own)
+
+
+def reduced_stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
+    """K as `stiffness`, with 2 x 2 x 2 points (C3D20R).
+
+    Good in bending and near incompressibility. An element alone has six hourglass modes and a straight row of elements
+    several, clamped or not; a mesh with two elements in each of two directions has none.
+    Source: Zienkiewicz, Taylor and Too, Int. J. Numer. Meth. Eng. 3 (1971) 275.
+
+    Parameters, returns and errors as `stiffness`.
+    """
+    require_volume(np.asarray(coords, dtype=np.float64), TWENTY_SEVEN.slopes)
+    return isoparametric_stiffness(coords, section, EIGHT, own)
+
+
+def reduced_shear_stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
+    """K with 3 x 3 x 3 points for the direct strains and 2 x 2 x 2 for all that holds shear strains.
+
+    The strains are those in the axes of the element, the rotation nearest to the lines between the middles of
+    opposite faces. No hourglass modes, good in bending, stiff near incompressibility: the way of Nastran's CHEXA with
+    mid-side grids (PSOLID with IN and ISOP blank), whose own points for shear are not published in detail.
+    Constant strain is exact, since both rules integrate B exactly where edges are straight.
+
+    Parameters, returns and errors as `stiffness`.
+    """
+    coords = np.asarray(coords, dtype=np.float64)
+    require_volume(coords, TWENTY_SEVEN.slopes)
+
+    def kernel(piece: FloatArray, mine: Own) -> FloatArray:
+        frames = element_axes(piece)
+        local = piece @ frames.transpose(0, 2, 1)
+        material = material_frames(mine, len(piece)) @ frames.transpose(0, 2, 1)
+        D = elasticity(section.material, Own(axis1=material[:, 0], axis2=material[:, 1]))
+        direct, rest = D[..., :3, :3], D.copy()
+        rest[..., :3, :3] = 0.0
+        K = _energy(local, TWENTY_SEVEN, direct) + _energy(local, EIGHT, rest)
+        return with_rotations(rotate_to_global(K, frames))
+
+    return in_chunks(kernel, coords, 120, own)
+
+
+def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
+    """Consistent mass with 3 x 3 x 3 points, exact for parallelepipeds, see `consistent_mass`.
+
+    Parameters
+    ----------
+    coords : (n, 20, 3) global coordinates, length.
+    section : material.
+
+    Returns
+    -------
+    (n, 120, 120), node by node (ux, uy, uz, rx, ry, rz) in global axes.
+
+    Raises
+    ------
+    DegenerateElement : no volume, or nodes in the wrong order.
+    """
+    return consistent_mass(coords, section, TWENTY_SEVEN, own)
+
+
+def element_axes(coords: FloatArray) -> FloatArray:
+    """(n, 3, 3): rows are the axes of elements (n, 20, 3), the rotation nearest to the directions r, s, t."""
+    lines = np.einsum("ia,nix->nax", CORNERS, coords[:, :8])
+    lines = lines / np.linalg.norm(lines, axis=2, keepdims=True)
+    U, _, Vt = np.linalg.svd(lines)
+    return np.asarray(U @ Vt, dtype=np.float64)
+
+
+def _energy(coords: FloatArray, rule: Reference, D: FloatArray) -> FloatArray:
+    """(n, 60, 60) integral of B' D B over the first strains, as many as D has."""
+    inverse, det = jacobians(coords, rule.slopes)
+    operator = strains(inverse @ rule.slopes)[:, :, : D.shape[-1]]
+    return weighted_gram(operator, D, det * rule.weights)

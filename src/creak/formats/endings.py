@@ -1,0 +1,19 @@
+"""Endings of deck files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+ABAQUS = ".inp"
+NASTRAN = (".bdf", ".dat", ".nas")
+DECKS = (ABAQUS, *NASTRAN)
+
+
+def is_nastran(path: Path) -> bool:
+    """Is it read as a Nastran deck? Decks with any other ending are read as Abaqus decks."""
+    return path.suffix.lower() in NASTRAN
+
+
+def is_deck(path: Path) -> bool:
+    """Is it a deck rather than a study file?"""
+    return path.suffix.lower() in DECKS

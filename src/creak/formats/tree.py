@@ -1,0 +1,151 @@
+"""Frozen dataclasses <-> HDF5: a group for each that holds arrays, a dataset for each array, JSON for all else."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import fields, is_dataclass
+from functools import cache
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import h5py
+import numpy as np
+
+T = TypeVar("T")
+BIG = 10_000
+"""Numbers from which a dataset is compressed."""
+COMPRESSED = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+SMALL = np.iinfo(np.int32)
+
+
+def write_tree(group: h5py.Group, value: Any, skip: Collection[str] = ()) -> None:
+    """Write the fields of a dataclass into a group, each under its name.
+
+    Its type hints decide: arrays are datasets, 64-bit integers as 32-bit ones where they fit; dataclasses, tuples and
+    dictionaries that hold arrays somewhere are groups (of numbers from 0, or of the keys); all else is a dataset with
+    JSON, infinities and not-a-numbers as Python writes them. What is None is left out.
+
+    Parameters
+    ----------
+    skip : fields of `value` that are left out.
+    """
+    for name, hint in _hints(type(value)):
+        if name not in skip:
+            _write(group, name, hint, getattr(value, name))
+
+
+def read_tree(kind: type[T], group: h5py.Group, **given: Any) -> T:
+    """The dataclass that `write_tree` wrote, with the values `given` for fields that it left out.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError : the group does not hold such a dataclass.
+    """
+    found = {name: given[name] if name in given else _read(group, name, hint) for name, hint in _hints(kind)}
+    return kind(**found)
+
+
+def _fields(kind: Any) -> tuple[tuple[str, Any], ...]:
+    """Names of the fields of a dataclass, and their hints."""
+    known = get_type_hints(kind)
+    return tuple((f.name, known[f.name]) for f in fields(kind))
+
+
+_hints: Callable[[Any], tuple[tuple[str, Any], ...]] = cache(_fields)
+
+
+def _bare(hint: Any) -> Any:
+    """A hint without its `| None`."""
+    members = [h for h in get_args(hint) if h is not NoneType] if get_origin(hint) in (Union, UnionType) else [hint]
+    return members[0] if len(members) == 1 else hint
+
+
+def _is_array(hint: Any) -> bool:
+    return get_origin(hint) is np.ndarray
+
+
+def _holds_arrays(hint: Any) -> bool:
+    hint = _bare(hint)
+    if _is_array(hint):
+        return True
+    inside = [h for _, h in _hints(hint)] if is_dataclass(hint) and isinstance(hint, type) else get_args(hint)
+    return any(_holds_arrays(h) for h in inside)
+
+
+def _write(group: h5py.Group, name: str, hint: Any, value: Any) -> None:
+    hint = _bare(hint)
+    if value is None:
+        return
+    if _is_array(hint):
+        data = _short(value)
+        group.create_dataset(name, data=data, **(COMPRESSED if data.size > BIG else {}))
+    elif not _holds_arrays(hint):
+        group.create_dataset(name, data=json.dumps(_plain(value)), dtype=h5py.string_dtype())
+    elif is_dataclass(hint):
+        write_tree(group.create_group(name), value)
+    else:
+        inner = group.create_group(name, track_order=True)
+        for key, one in _items(value):
+            _write(inner, key, get_args(hint)[1 if isinstance(value, dict) else 0], one)
+
+
+def _items(value: Any) -> Iterator[tuple[str, Any]]:
+    return iter(value.items()) if isinstance(value, dict) else ((str(k), one) for k, one in enumerate(value))
+
+
+def _short(data: Any) -> Any:
+    """64-bit integers as 32-bit ones where they fit."""
+    if data.dtype == np.int64 and (not data.size or (data.min() >= SMALL.min and data.max() <= SMALL.max)):
+        return data.astype(np.int32)
+    return data
+
+
+def _read(group: h5py.Group, name: str, hint: Any) -> Any:
+    if name not in group and NoneType in get_args(hint):
+        return None
+    item, hint = group[name], _bare(hint)
+    if _is_array(hint):
+        return item[()].astype(get_args(get_args(hint)[1])[0], copy=False)
+    if not _holds_arrays(hint):
+        return _made(hint, json.loads(item.asstr()[()]))
+    if is_dataclass(hint) and isinstance(hint, type):
+        return read_tree(hint, item)
+    if get_origin(hint) is dict:
+        return {key: _read(item, key, get_args(hint)[1]) for key in item}
+    return get_origin(hint)(_read(item, str(k), get_args(hint)[0]) for k in range(len(item)))
+
+
+def _plain(value: Any) -> Any:
+    """Dataclasses, pydantic models, paths and NumPy's numbers as what JSON knows."""
+    if hasattr(value, "model_dump"):
+        return value.model_dump()
+    if is_dataclass(value) and not isinstance(value, type):
+        return {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, dict):
+        return {key: _plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(one) for one in value]
+    if isinstance(value, Path):
+        return str(value)
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _made(hint: Any, value: Any) -> Any:
+    """What `_plain` took apart."""
+    hint = _bare(hint)
+    if value is None:
+        return None
+    if hasattr(hint, "model_validate"):
+        return hint.model_validate(value)
+    if is_dataclass(hint) and isinstance(hint, type):
+        return hint(**{name: _made(h, value[name]) for name, h in _hints(hint)})
+    kind, inside = get_origin(hint), get_args(hint)
+    if kind is dict:
+        return {key: _made(inside[1], one) for key, one in value.items()}
+    if kind is list or (kind is tuple and inside[1:] == (...,)):
+        return kind(_made(inside[0], one) for one in value)
+    if kind is tuple:
+        return tuple(_made(h, one) for h, one in zip(inside, value, strict=True))
+    return hint(value) if hint is Path else value

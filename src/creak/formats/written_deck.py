@@ -1,0 +1,42 @@
+"""A deck on its way to a file: read back before it appears."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from creak.errors import InputError
+from creak.formats.complete_file import complete_file
+
+
+def write_checked(path: str | Path, text: str, lost: Callable[[Path], str], *, kind: str, source: str) -> None:
+    """Write a deck; the file appears only if nothing of the model is lost.
+
+    Parameters
+    ----------
+    lost : reads the deck and returns what it lacks of the model, in words; empty: nothing.
+    kind : "an Abaqus" or "a Nastran" deck, for messages. source : where the model comes from.
+
+    Raises
+    ------
+    InputError : the file cannot be written, or the deck does not read back as the model.
+    """
+    try:
+        with complete_file(Path(path)) as partial:
+            partial.write_text(text, encoding="utf-8", newline="\n")
+            missing = _said(lost, partial)
+            if missing:
+                raise InputError(
+                    f"the model cannot be written as {kind} deck without a loss: {missing}", where=source,
+                    fix="Change this in the model, or keep the deck as it is.",
+                )  # fmt: skip
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror or error}", fix="Name another file.") from None
+
+
+def _said(lost: Callable[[Path], str], path: Path) -> str:
+    """What is lost, or why the deck cannot be read at all."""
+    try:
+        return lost(path)
+    except InputError as error:
+        return f"{error.what} {error.expected}".strip()

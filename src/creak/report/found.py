@@ -1,0 +1,223 @@
+"""What the report shows of a study: a read-only view, made from a result or read back from results.h5."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.part import Rayleigh
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.history import History
+from creak.model.plain_mesh import PlainMesh, plain_mesh
+from creak.reduction.health import health_rows
+from creak.report.motions import Motions, recorded_motions
+from creak.report.places import Place, find_places
+from creak.report.provenance import provenance
+from creak.report.surface import Surface, surface_of
+from creak.studies.config import StudyConfig
+from creak.studies.converge import Convergence
+from creak.studies.run import ModeComparison, Run, SpectraComparison, StudyResult
+from creak.studies.setup import Setup
+from creak.studies.warned import plain_notes, warnings_of
+from creak.verify.events import Event
+from creak.verify.matching import EventMatch
+from creak.verify.slips import SlipEvent
+
+ANIMATION_BYTES = 12_000_000
+"""What the motion around events may take of a report."""
+SingleArray = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Channels:
+    """Gap channels without their matrices."""
+
+    names: tuple[str, ...]
+    group: tuple[str, ...]
+    """(m,) the contact or connector that each channel belongs to."""
+    nodes_idx: IntArray
+    """(m,) node row of the secondary node."""
+    gap0: FloatArray
+    """(m,) initial clearance, length."""
+    stiffness: FloatArray
+    """(m,) force / length; inf: no penetration at all."""
+    retained_nodes: IntArray
+    """Node rows of both sides."""
+    rubs: bool
+    """Any channel has friction."""
+
+    @property
+    def m(self) -> int:
+        return int(self.gap0.size)
+
+
+@dataclass(frozen=True)
+class FoundStudy:
+    """The study file."""
+
+    path: Path
+    """Its name."""
+    config: StudyConfig
+    text: str
+
+
+@dataclass(frozen=True)
+class FoundSetup:
+    """The study, its model, and where that is held, driven and watched."""
+
+    study: FoundStudy
+    model: PlainMesh
+    rayleigh: Rayleigh
+    contacts: Channels
+    """Before the pre-check."""
+    connectors: Channels
+    pairs: IntArray
+    """(n_pair, 2) node rows: main, secondary."""
+    held: IntArray
+    """Node rows."""
+    driven: IntArray
+    """Node rows."""
+
+
+@dataclass(frozen=True)
+class FoundRun:
+    """One time integration at all its instants, gaps as the smallest of each contact."""
+
+    name: str
+    time: FloatArray
+    """(n_time,)"""
+    force: FloatArray
+    """(n_time, m)"""
+    energy: FloatArray
+    """(n_time, len(ENERGIES))"""
+    closest: SingleArray
+    """(n_time, n_contact) smallest gap of each contact or connector, in the order of `Found.contacts`; 7 digits."""
+    nearest: tuple[str, float, float] | None
+    """Channel, time and gap of the closest approach; None without channels."""
+    contact_steps: int
+    setup_s: float
+    residual: float
+    events: list[Event]
+    slips: tuple[SlipEvent, ...]
+
+    @cached_property
+    def history(self) -> History:
+        """Forces and energy of the run; it holds neither gaps nor motion."""
+        none = np.zeros((0, 0))
+        return History(
+            self.time, none, self.force, none, np.zeros(0, dtype=np.int64), none, self.energy, self.contact_steps,
+            self.setup_s, residual=self.residual,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Found:
+    """Everything that the report shows, besides summary.json."""
+
+    setup: FoundSetup
+    gaps: Channels
+    """Channels that were kept, contacts first, connectors after."""
+    runs: dict[str, FoundRun]
+    linear_gaps: FloatArray | None
+    """(m,) smallest gap of each channel of the contacts in the pre-check; None: there was none."""
+    modes: ModeComparison | None
+    spectra: SpectraComparison | None
+    events: EventMatch | None
+    places: tuple[Place, ...]
+    surface: Surface | None
+    """What is drawn of the model; None: nothing can be."""
+    motions: Motions
+    window: tuple[float, float]
+    alarms: tuple[str, ...]
+    """What the user should act on."""
+    notes: tuple[str, ...]
+    health: dict[str, list[tuple[str, str, str]]]
+    """Of each superelement: label, value, remark."""
+    convergence: Convergence | None
+    provenance: tuple[tuple[str, str], ...]
+    stopped: str | None = None
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Contacts and connectors that have a channel."""
+        return tuple(dict.fromkeys(self.gaps.group))
+
+
+def found_of(
+    result: StudyResult, convergence: Convergence | None = None, animation_bytes: int = ANIMATION_BYTES
+) -> Found:
+    """The view of a result; large arrays are those of the result, not copies.
+
+    Parameters
+    ----------
+    convergence : what `creak.studies.converge` found, where it was looked at.
+    animation_bytes : what the motion around the hardest events may take of the report.
+    """
+    run = result.runs.get("reduced") or result.runs.get("reference")
+    places = () if run is None else find_places(result, run)
+    setup = _setup(result.setup)
+    surface = _surface(setup, result.gaps, places)
+    return Found(
+        setup, _channels(result.gaps), {name: _run(r, result.gaps) for name, r in result.runs.items()},
+        result.reference.linear_gaps, result.modes, result.spectra, result.events, places, surface,
+        recorded_motions(run, setup.model.nodes.count, surface, animation_bytes), result.window,
+        tuple(warnings_of(result.notes)), tuple(plain_notes(result.notes)),
+        {name: health_rows(health) for name, health in result.health.items()}, convergence,
+        tuple(provenance(result)), result.stopped,
+    )  # fmt: skip
+
+
+def _setup(setup: Setup) -> FoundSetup:
+    study = setup.study
+    moved = [*setup.driven.labels.values(), *setup.loads.force_labels]
+    return FoundSetup(
+        FoundStudy(Path(study.path.name), study.config, study.text), plain_mesh(setup.model), setup.rayleigh,
+        _channels(setup.contacts), _channels(setup.connectors), setup.pairs,
+        _nodes([f.nodes_idx for f in setup.model.fixed]), _nodes([a // 6 for a in moved]),
+    )  # fmt: skip
+
+
+def _channels(gaps: GapOperator) -> Channels:
+    return Channels(
+        gaps.names, gaps.group, gaps.nodes_idx, gaps.gap0, gaps.stiffness, gaps.retained_nodes,
+        gaps.friction is not None,
+    )  # fmt: skip
+
+
+def _run(run: Run, gaps: GapOperator) -> FoundRun:
+    h = run.history
+    nearest = None
+    if h.gap.size:
+        row, j = np.unravel_index(int(h.gap.argmin()), h.gap.shape)
+        nearest = (gaps.names[int(j)], float(h.time[row]), float(h.gap[row, j]))
+    return FoundRun(
+        run.name, h.time, h.force, h.energy, _closest(h, gaps), nearest, h.contact_steps, h.setup_s, h.residual,
+        run.events, run.slips,
+    )  # fmt: skip
+
+
+def _closest(h: History, gaps: GapOperator) -> SingleArray:
+    """(n_time, n_contact) smallest gap of each contact, in single precision."""
+    row = {group: k for k, group in enumerate(dict.fromkeys(gaps.group))}
+    closest = np.full((h.time.size, len(row)), np.inf)
+    for j, group in enumerate(gaps.group):
+        np.minimum(closest[:, row[group]], h.gap[:, j], out=closest[:, row[group]])
+    return closest.astype(np.float32)
+
+
+def _surface(setup: FoundSetup, gaps: GapOperator, places: tuple[Place, ...]) -> Surface | None:
+    """What is drawn of the model, with all marks; None where that has no extent."""
+    needed = _nodes([gaps.nodes_idx, setup.held, setup.driven, *(p.nodes_idx for p in places)])
+    surface = surface_of(setup.model, needed)
+    if surface is None or float(np.ptp(setup.model.nodes.coords[surface.nodes_idx], axis=0).max()) == 0.0:
+        return None
+    return surface
+
+
+def _nodes(rows: list[IntArray]) -> IntArray:
+    return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *rows]))

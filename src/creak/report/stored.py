@@ -1,0 +1,98 @@
+"""The view of a study in results.h5: written beside the histories of `creak run`, read back for `creak report`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.errors import InputError
+from creak.formats.results import reading
+from creak.formats.tree import read_tree, write_tree
+from creak.report.found import Found, FoundRun
+from creak.verify.matching import EventMatch, match_events
+
+VERSION = 1
+"""Of the group `report`; another one cannot be read."""
+AGAIN = "Run the study again."
+
+
+def write_found(file: h5py.File, found: Found) -> None:
+    """Add the view to a results.h5: the group `report`, and its mesh once more as `model`.
+
+    Forces are not written: `runs/<name>/contact` holds them.
+    """
+    group = file.create_group("report")
+    group.attrs["version"] = VERSION
+    write_tree(group, found, skip=("runs", "events"))
+    runs = group.create_group("runs", track_order=True)
+    for name, run in found.runs.items():
+        write_tree(runs.create_group(name), run, skip=("force",))
+    file["model"] = file["report/setup/model"]
+
+
+def read_found(folder: Path) -> tuple[Found, dict[str, Any]]:
+    """The view of a study, and its summary, from the folder that `creak run` wrote.
+
+    Raises
+    ------
+    InputError : a file is missing, not whole, of another run or another version, or holds no view.
+    """
+    text, path = folder / "summary.json", folder / "results.h5"
+    with reading(text):
+        summary = json.loads(text.read_text(encoding="utf-8"))
+        names = list(summary["runs"])
+    with reading(path), h5py.File(path, "r") as file:
+        _check(file, path)
+        found = _found(file)
+    if names != list(found.runs):
+        raise InputError(f"summary.json and results.h5 in {folder} are not of the same run", fix=AGAIN)
+    return found, summary
+
+
+def _check(file: h5py.File, path: Path) -> None:
+    """Raise InputError where there is no view that this version can read."""
+    by = file.attrs.get("creak", "another program")
+    if "report" not in file:
+        raise InputError(
+            f"{path}, written by creak {by}, does not keep what a report needs", expected="results of creak run",
+            fix=f"{AGAIN} Cases of a sweep do not keep it either.",
+        )  # fmt: skip
+    version = int(file["report"].attrs["version"])
+    if version != VERSION:
+        raise InputError(
+            f"{path}, written by creak {by}, keeps its report in version {version}",
+            expected=f"version {VERSION}", fix=f"Use creak {by}, or run the study again.",
+        )  # fmt: skip
+
+
+def _found(file: h5py.File) -> Found:
+    runs = {name: _run(file, name) for name in file["report/runs"]}
+    found = read_tree(Found, file["report"], runs=runs, events=None)
+    return replace(found, events=_match(found))
+
+
+def _match(found: Found) -> EventMatch | None:
+    """The events of both runs matched again, as they were where the study came to its end."""
+    if found.stopped is not None or not {"reduced", "reference"} <= found.runs.keys():
+        return None
+    reference, reduced = found.runs["reference"].events, found.runs["reduced"].events
+    return match_events(reference, reduced, found.setup.study.config.verification.event_tolerance, found.window)
+
+
+def _run(file: h5py.File, name: str) -> FoundRun:
+    group, run = file[f"report/runs/{name}"], file[f"runs/{name}"]
+    return read_tree(FoundRun, group, force=_forces(run, group["time"].shape[0]))
+
+
+def _forces(run: h5py.Group, n_time: int) -> FloatArray:
+    """(n_time, m) at every instant, out of those near contact."""
+    contact = run["contact"]
+    force = np.zeros((n_time, run["channel_nodes"].shape[0]))
+    force[np.ix_(contact["instant"][()], contact["channel"][()])] = contact["force"][()]
+    return force

@@ -1,0 +1,13 @@
+"""The command for tests of it."""
+
+from __future__ import annotations
+
+import pytest
+
+from helpers_cli import caller
+
+
+@pytest.fixture
+def creak(monkeypatch, capsys):
+    """Runs `creak WORDS`; returns what it said."""
+    return caller(monkeypatch, capsys)

@@ -1,0 +1,104 @@
+"""`creak report`: the page of an earlier run, from its files alone; and the motion of that run for ParaView."""
+
+import re
+import shutil
+import xml.etree.ElementTree as ET
+
+import h5py
+import numpy as np
+import pytest
+
+from helpers_decks import STUDY, write_strips
+from helpers_vtu import arrays
+
+WRITTEN = re.compile(r"<th>Report written</th><td>[^<]*</td>")
+SHORT = STUDY.replace("periods = 2", "end = 0.1\n[output]\nfield_interval = 0.01").replace("0.05, period", "0.3, period")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """The results of a run whose deck and study are gone, and the page that it wrote."""
+    folder = tmp_path_factory.mktemp("made")
+    study = write_strips(folder, study=SHORT)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sys.argv", ["creak", "run", str(study), "--quiet", "--out", str(folder / "out")])
+        from creak.cli.main import main
+
+        with pytest.raises(SystemExit) as stop:
+            main()
+    assert stop.value.code == 0
+    study.unlink()
+    (folder / "strips.inp").unlink()
+    return folder / "out"
+
+
+@pytest.fixture
+def folder(made, tmp_path):
+    return shutil.copytree(made, tmp_path / "results")
+
+
+def test_the_page_is_the_one_that_the_run_wrote(creak, folder):
+    page = folder / "report.html"
+    before = page.read_text(encoding="utf-8")
+    page.unlink()
+    said = creak("report", folder)
+    assert said.status == 0, said.words
+    assert f"wrote {page}" in said.out
+    assert WRITTEN.sub("", page.read_text(encoding="utf-8")) == WRITTEN.sub("", before)
+    assert sorted(p.name for p in folder.iterdir()) == ["report.html", "results.h5", "summary.json"]
+    assert 'id="motion-event"' in before
+
+
+def test_the_page_goes_where_it_is_asked_to_go(creak, folder, tmp_path):
+    said = creak("report", folder, "--out", tmp_path / "new" / "page.html", "--quiet")
+    assert (said.status, said.out, said.err) == (0, "", "")
+    assert (tmp_path / "new" / "page.html").stat().st_size > 1e6
+    assert creak("report", folder, "--out", tmp_path).status == 2
+
+
+def test_what_cannot_be_read_ends_in_one_line_and_leaves_the_old_page(creak, folder):
+    page = folder / "report.html"
+    page.write_text("old")
+    results = folder / "results.h5"
+    results.write_bytes(results.read_bytes()[:20_000])
+    said = creak("report", folder)
+    assert said.status == 2
+    assert said.err.count("creak: ") == 1
+    assert "cut short or damaged" in said.err
+    results.unlink()
+    assert creak("report", folder).status == 2
+    assert creak("report", folder / "nowhere").status == 2
+    assert page.read_text() == "old"
+    assert sorted(p.name for p in folder.iterdir()) == ["report.html", "summary.json"]
+
+
+def test_motion_becomes_a_series(creak, folder, tmp_path):
+    said = creak("convert", folder / "results.h5", tmp_path / "motion.pvd", "--run", "reference")
+    assert said.status == 0, said.words
+    assert "11 instants of the reference run" in said.words
+    sets = [s.attrib for s in ET.parse(tmp_path / "motion.pvd").iter("DataSet")]
+    with h5py.File(folder / "results.h5") as file:
+        field = file["runs/reference/field"]
+        np.testing.assert_array_equal([float(s["timestep"]) for s in sets], field["time"])
+        found = arrays(tmp_path / sets[-1]["file"])
+        np.testing.assert_allclose(found["displacement"], field["displacement"][-1], rtol=6e-8, atol=1e-38)
+        np.testing.assert_array_equal(found["Points"], field["coordinates"])
+    assert found["types"].tolist() == [9] * 48
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        (("results.h5", "motion.vtu"), "cannot write motion to motion.vtu"),
+        (("deck.inp", "motion.pvd"), "expected results.h5"),
+        (("results.h5", "motion.pvd", "--mass", "lumped"), "are for decks"),
+        (("deck.inp", "deck.bdf", "--run", "reduced"), "--run reduced with a deck"),
+        (("results.h5", "motion.pvd", "--run", "other"), "no run 'other'"),
+    ],
+)
+def test_wrong_words_for_motion(creak, folder, monkeypatch, words, text):
+    monkeypatch.chdir(folder)
+    said = creak("convert", *words)
+    assert said.status == 2
+    assert text in said.words
+    assert sorted(p.name for p in folder.iterdir()) == ["report.html", "results.h5", "summary.json"]
