@@ -15,7 +15,7 @@ from creak.assembly.damping import Damping
 from creak.assembly.dofs import dof_label, node_dofs
 from creak.assembly.elimination import LinearEquation, congruent, eliminate, principal, transformation
 from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
-from creak.assembly.system import Supports, System, to_dense
+from creak.assembly.system import Supports, System, dense_if_full, to_dense
 from creak.linalg.dense_product import symmetric
 from creak.model.mesh import Model
 
@@ -255,8 +255,9 @@ def _add(A: Matrix, B: Matrix) -> Matrix:
 
 
 def _dense_if_full(A: Matrix) -> Matrix:
-    """A, or as an ndarray where it is mostly full (reduced parts)."""
-    return symmetric(A.toarray()) if A.nnz > 0.1 * A.shape[0] ** 2 else A
+    """A, or its symmetric part as an ndarray where it is mostly full (reduced parts)."""
+    B = dense_if_full(A)
+    return B if sp.issparse(B) else symmetric(B)
 
 
 def _of_one_kind(matrices: list[Matrix]) -> list[Matrix]:

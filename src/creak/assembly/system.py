@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.damping import Damping
@@ -139,6 +140,7 @@ def project(system: System, V: FloatArray, *, static: FloatArray | None = None, 
 
     def rows(labels: IntArray) -> tuple[Matrix, Matrix]:
         A, A_s = system.rows(labels)
+        A = dense_if_full(A)
         return np.asarray(A @ V), np.asarray(A @ R) + to_dense(A_s)
 
     def whole(q: FloatArray, s: FloatArray) -> FloatArray:
@@ -158,6 +160,16 @@ def momentum_fit(M: FloatArray, momentum: FloatArray) -> FloatArray:
     if not momentum.any():
         return np.zeros(M.shape[0])
     return np.asarray(np.linalg.solve(M, momentum), dtype=np.float64)
+
+
+MOSTLY_FULL = 0.1
+"""A sparse matrix with a larger share of entries is slower than a dense one."""
+
+
+def dense_if_full(A: Matrix) -> Matrix:
+    """A as it is, or as an ndarray where it is sparse in name only."""
+    full = sp.issparse(A) and A.nnz > MOSTLY_FULL * A.shape[0] * A.shape[1]
+    return A.toarray() if full else A
 
 
 def to_dense(A: Matrix) -> FloatArray:

@@ -16,7 +16,7 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
 
-VERSION = 1
+VERSION = 2
 
 
 @dataclass(frozen=True)
@@ -42,6 +42,10 @@ class SavedSuperelement:
     """(n,) 1..6, 0 for generalised coordinates."""
     about: Mapping[str, Any]
     """Provenance and health, as JSON."""
+    static_at: IntArray
+    """(k,) inner coordinates whose static motion is kept."""
+    static_rows: FloatArray
+    """(k, n_xi) that motion, for each coordinate of the boundary."""
 
 
 def write_superelement_file(path: Path, saved: SavedSuperelement) -> None:
@@ -55,7 +59,7 @@ def write_superelement_file(path: Path, saved: SavedSuperelement) -> None:
         file.attrs["first_left_out"] = saved.first_left_out
         for key, A in {**saved.matrices, "P": saved.shape}.items():
             _put(file, key, A)
-        for key in ("omega2", "modes", "node_ids", "dofs"):
+        for key in ("omega2", "modes", "node_ids", "dofs", "static_at", "static_rows"):
             file.create_dataset(key, data=getattr(saved, key))
 
 
@@ -84,7 +88,7 @@ def read_superelement_file(path: Path) -> SavedSuperelement:
                 str(file.attrs["name"]), dict(json.loads(file.attrs["made_from"])),
                 {k: _get(file, k) for k in names}, _get(file, "P"), file["omega2"][:], file["modes"][:],
                 float(file.attrs["first_left_out"]), file["node_ids"][:], file["dofs"][:],
-                dict(json.loads(file.attrs["about"])),
+                dict(json.loads(file.attrs["about"])), file["static_at"][:], file["static_rows"][:],
             )  # fmt: skip
         except (OSError, KeyError, ValueError) as error:
             raise _damaged(path, error) from error

@@ -16,7 +16,7 @@ from creak.linalg.threads import one_blas_thread
 
 TOLERANCE = 1e-9
 """Lanczos residual relative to the eigenvalue; the eigenvalue's own error is of its square."""
-ORTHOGONAL = 1e-10
+ORTHOGONAL = 1e-9
 """A new vector may have this much of the old ones in it; semi-orthogonality would do with 1e-8."""
 DEPENDENT = 1e-13
 """A column that the old ones explain up to this share of the largest eigenvalue is replaced by a random one."""

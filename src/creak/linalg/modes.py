@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, Matrix
 from creak.errors import NumericalError
-from creak.linalg.dense_product import inner, symmetric
+from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, SingularMatrixError, factor
 from creak.linalg.lanczos import Ritz, lanczos
 from creak.linalg.sparse_product import BlockProduct
@@ -132,26 +132,29 @@ def _below(
     amid = shift if wanted < MANY else AMID * upper
     solver = inverse if amid == shift else factor(pencil.shifted(amid), definite=False)
     found = lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress)
-    low = 0 if amid == shift else int(np.searchsorted(found.lam, LOW * amid))
-    _refine(inverse, shift, pencil.mass, found, low)
+    low = _refined(inverse, shift, pencil.mass, found, amid)
     after = found.lam[wanted] if found.lam.size > wanted else np.inf
     return _checked(pencil, found.lam[:wanted], found.shapes, free, after=after, columns=found.columns + low)
 
 
-def _refine(inverse: Factor, shift: float, mass: BlockProduct, found: Ritz, low: int) -> None:
-    """One inverse iteration with Rayleigh-Ritz on the `low` first modes, in place.
+def _refined(inverse: Factor, shift: float, mass: BlockProduct, found: Ritz, amid: float) -> int:
+    """One inverse iteration with Rayleigh-Ritz, in place, on the modes far below `amid`; returns how many these are.
 
-    1 / (lam - amid) hardly differs among modes far below `amid`; 1 / (lam - shift) does. `inverse`: a factor of
-    K - shift M.
+    1 / (lam - amid) hardly differs among them; 1 / (lam - shift) does. `inverse`: a factor of K - shift M.
     """
-    if low == 0:
-        return
-    MX = mass(found.shapes[:, :low])
+    low = 0 if amid == shift else int(np.searchsorted(found.lam, LOW * amid))
+    if low:
+        found.shapes[:, :low], found.lam[:low] = _rayleigh_ritz(inverse, shift, mass, found.shapes[:, :low])
+    return low
+
+
+def _rayleigh_ritz(inverse: Factor, shift: float, mass: BlockProduct, X: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """One inverse iteration: the Ritz vectors of (K - shift M)^-1 M X, M-orthonormal, and their eigenvalues."""
+    MX = mass(X)
     Y = inverse.solve(MX)
     stiffness = inner(Y, MX)  # Y' (K - shift M) Y = Y' M X
     values, S = sla.eigh(symmetric(stiffness), symmetric(inner(Y, mass(Y))))
-    found.lam[:low] = shift + values
-    found.shapes[:, :low] = Y @ S
+    return product(Y, S), shift + values
 
 
 def small_shift(K: Matrix, M: Matrix) -> float:

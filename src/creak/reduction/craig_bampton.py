@@ -115,6 +115,16 @@ def fixed_interface_basis(
 
 
 @dataclass(frozen=True)
+class StaticRows:
+    """Rows of Psi P that were kept as the constraint modes went by: motion there needs no factor later."""
+
+    at: IntArray
+    """(k,) positions among the inner coordinates, rising."""
+    values: FloatArray
+    """(k, n_xi)"""
+
+
+@dataclass(frozen=True)
 class Matrices:
     """What a reduction computes, (n, n) each; with the basis it makes the reduced System."""
 
@@ -122,6 +132,7 @@ class Matrices:
     M: Matrix
     M_alone: Matrix
     C: Matrix | None
+    static: StaticRows
 
 
 def _stage(progress: Progress | None, name: str, stage: str) -> Report | None:
@@ -151,10 +162,12 @@ class _Terms:
     """(n_c, n_c) P' Psi' A_ii Psi P."""
     modal: list[FloatArray]
     """(n_mode, n_c) Phi' A_ii Psi P."""
+    kept: FloatArray
+    """(k, n_c) the rows of Psi P that were asked for."""
 
 
-def _static_terms(basis: Basis, extra: Matrix | None, report: Report | None) -> _Terms:
-    """One pass over the constraint modes."""
+def _static_terms(basis: Basis, extra: Matrix | None, keep: IntArray, report: Report | None) -> _Terms:
+    """One pass over the constraint modes; `keep`: inner coordinates whose motion is kept."""
     inside, P = basis.inside, basis.P
     F, H = sp.csc_matrix(inside.K_ib @ P), sp.csc_matrix(inside.M_ib @ P)
     sides, products = [H], [inside.mass]
@@ -171,9 +184,10 @@ def _static_terms(basis: Basis, extra: Matrix | None, report: Report | None) -> 
     stiffness, cross = np.zeros((n, n)), [np.zeros((n, n)) for _ in sides]
     inner = [np.zeros((n, n)) for _ in sides]
     modal = [np.zeros((basis.fixed.omega2.size, n)) for _ in sides]
+    kept = np.zeros((keep.size, n))
     for block in _blocks(n):
         X = -inside.solve(F[:, block].toarray(order="F"))
-        X_near = X[near]
+        X_near, kept[:, block] = X[near], X[keep]
         stiffness[:, block] = F_near @ X_near
         for k, times in enumerate(products):
             cross[k][:, block] = sides_near[k] @ X_near
@@ -182,7 +196,7 @@ def _static_terms(basis: Basis, extra: Matrix | None, report: Report | None) -> 
             inner[k][:, block] = -(F_near @ inside.solve(momentum)[near])
         if report is not None:
             report(block.stop, n)
-    return _Terms(columns, symmetric(stiffness), cross, [symmetric(A) for A in inner], modal)
+    return _Terms(columns, symmetric(stiffness), cross, [symmetric(A) for A in inner], modal, kept)
 
 
 def _blocks(n: int) -> Iterator[slice]:
@@ -190,11 +204,17 @@ def _blocks(n: int) -> Iterator[slice]:
         yield slice(start, min(start + COLUMNS, n))
 
 
-def reduced_matrices(system: System, basis: Basis, progress: Progress | None = None) -> Matrices:
-    """K, M, the momentum of the boundary alone, and damping that is not Rayleigh, in the coordinates of the basis."""
+def reduced_matrices(
+    system: System, basis: Basis, progress: Progress | None = None, *, watched: IntArray | None = None
+) -> Matrices:
+    """K, M, the momentum of the boundary alone, and damping that is not Rayleigh, in the coordinates of the basis.
+
+    `watched`: physical dof labels of the System whose motion will be asked for; it is kept on the way.
+    """
     inside, P, omega2 = basis.inside, basis.P, basis.fixed.omega2
     extra = None if system.damping.extra is None else sp.csr_matrix(system.damping.extra)
-    terms = _static_terms(basis, extra, _stage(progress, inside.name, "constraint modes"))
+    keep = _inner(system, inside, watched)
+    terms = _static_terms(basis, extra, keep, _stage(progress, inside.name, "constraint modes"))
     c, unit = terms.columns, np.eye(omega2.size)
 
     def own(A_bb: Matrix) -> Matrix:
@@ -205,7 +225,17 @@ def reduced_matrices(system: System, basis: Basis, progress: Progress | None = N
     K = _joined(own(inside.K_bb), c, terms.stiffness, np.zeros_like(side), np.diag(omega2))
     M = _joined(own(inside.M_bb), c, terms.cross[0] + terms.cross[0].T + terms.inner[0], to_modes, unit)
     alone = _joined(own(inside.M_bb), c, terms.cross[0].T, side, unit, upper=to_modes.T)
-    return Matrices(K, M, alone, None if extra is None else _reduced_damping(basis, terms, extra, own))
+    static = np.zeros((keep.size, P.shape[1]))
+    static[:, c] = terms.kept
+    damping = None if extra is None else _reduced_damping(basis, terms, extra, own)
+    return Matrices(K, M, alone, damping, StaticRows(keep, static))
+
+
+def _inner(system: System, inside: Inside, labels: IntArray | None) -> IntArray:
+    """Inner coordinates that the motion at these labels depends on."""
+    if labels is None or labels.size == 0:
+        return np.zeros(0, dtype=np.int64)
+    return np.unique(sp.csr_matrix(system.rows(labels)[0])[:, inside.i].indices).astype(np.int64)
 
 
 def reduced_system(system: System, basis: Basis, matrices: Matrices) -> System:
@@ -223,7 +253,7 @@ def reduced_system(system: System, basis: Basis, matrices: Matrices) -> System:
         M=matrices.M,
         K=matrices.K,
         damping=Damping(system.damping.alpha, system.damping.beta, matrices.C),
-        rows=_rows(system.rows, basis),
+        rows=_rows(system.rows, basis, matrices.static),
         supports=no_supports(basis.n),
         coordinates=np.concatenate([labels, np.full(n_m, -1, dtype=np.int64)]),
         velocity=velocity,
@@ -289,7 +319,17 @@ def _joinable(system: System, inside: Inside) -> IntArray:
     return np.intersect1d(system.joins, system.labels[(A @ internal == 0.0) & (np.diff(A.indptr) > 0)])
 
 
-def _rows(full: Rows, basis: Basis) -> Rows:
+def _static_rows(basis: Basis, A_i: Matrix) -> FloatArray:
+    """A_i Psi P (k, n_xi), a back-substitution a row."""
+    out = np.zeros((A_i.shape[0], basis.n_boundary))
+    if A_i.shape[0]:
+        F = sp.csr_matrix((basis.inside.K_ib @ basis.P).T)
+        for block in _blocks(A_i.shape[0]):
+            out[block] = -np.asarray(F @ basis.inside.solve(A_i[block].T.toarray(order="F"))).T
+    return out
+
+
+def _rows(full: Rows, basis: Basis, static: StaticRows) -> Rows:
     inside, n_m = basis.inside, basis.fixed.omega2.size
 
     def rows(labels: IntArray) -> tuple[Matrix, Matrix]:
@@ -301,10 +341,11 @@ def _rows(full: Rows, basis: Basis) -> Rows:
             return sp.hstack([A_b, sp.csr_matrix((labels.size, n_m))], format="csr"), A_s
         R = np.zeros((labels.size, basis.n))
         R[:, : basis.n_boundary] = A_b.toarray()
-        F = sp.csr_matrix((inside.K_ib @ basis.P).T)
-        for block in _blocks(inner.size):
-            some = inner[block]
-            R[some, : basis.n_boundary] -= np.asarray(F @ inside.solve(A_i[some].T.toarray(order="F"))).T
+        known = np.isin(A_i.indices, static.at)
+        lacking = np.add.reduceat(~known, A_i.indptr[inner]) > 0
+        kept, new = inner[~lacking], inner[lacking]
+        R[kept, : basis.n_boundary] += A_i[kept][:, static.at] @ static.values
+        R[new, : basis.n_boundary] += _static_rows(basis, A_i[new])
         R[inner, basis.n_boundary :] = A_i[inner] @ basis.fixed.shapes
         return sp.csr_matrix(R), A_s
 

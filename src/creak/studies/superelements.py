@@ -28,11 +28,13 @@ from creak.model.superelement import Superelement
 from creak.reduction.craig_bampton import (
     Basis,
     Matrices,
+    StaticRows,
     fixed_interface_basis,
     reduced_matrices,
     reduced_system,
 )
 from creak.reduction.inside import Inside
+from creak.studies.reference_model import observed_labels
 from creak.studies.setup import Setup
 from creak.studies.study_file import Study
 from creak.studies.substructures import Substructure
@@ -82,10 +84,15 @@ def reduce_substructure(
                 str(error), where=setup.study.where("reduction"), expected="retained dofs that hold every part",
                 fix="Couple it at more nodes, or add a node set to [reduction] retain.",
             ) from error  # fmt: skip
-        matrices = reduced_matrices(sub.part, basis, progress)
+        matrices = reduced_matrices(sub.part, basis, progress, watched=_watched(setup, sub))
     inside.release()
     system = reduced_system(sub.part, basis, matrices)
     return Reduced(sub, system, inside, basis, matrices, made_from, saved is not None), notes
+
+
+def _watched(setup: Setup, sub: Substructure) -> IntArray:
+    """Dofs of a part that a run writes down."""
+    return np.intersect1d(observed_labels(setup.watched), sub.part.labels)
 
 
 def store_of(study: Study) -> Path:
@@ -158,8 +165,8 @@ def _from_store(
 
 def _restored(inside: Inside, saved: SavedSuperelement) -> tuple[Basis, Matrices]:
     fixed = Modes(saved.omega2, saved.modes, 0.0, True, next_omega2=saved.first_left_out)
-    m = saved.matrices
-    return Basis(inside, sp.csr_matrix(saved.shape), fixed), Matrices(m["K"], m["M"], m["M_alone"], m.get("C"))
+    m, static = saved.matrices, StaticRows(saved.static_at, saved.static_rows)
+    return Basis(inside, sp.csr_matrix(saved.shape), fixed), Matrices(m["K"], m["M"], m["M_alone"], m.get("C"), static)
 
 
 def save_superelement(
@@ -181,7 +188,7 @@ def save_superelement(
     fixed = reduced.basis.fixed
     write_superelement_file(path, SavedSuperelement(
         name, reduced.made_from, matrices, reduced.basis.P, fixed.omega2, fixed.shapes,
-        fixed.next_omega2, ids, dofs, about,
+        fixed.next_omega2, ids, dofs, about, m.static.at, m.static.values,
     ))  # fmt: skip
     return path
 

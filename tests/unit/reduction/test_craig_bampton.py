@@ -15,8 +15,9 @@ from creak.linalg.diagonal import Diagonal
 from creak.linalg.modes import modes
 from creak.model.constraints import Fixed, RigidLink
 from creak.model.mesh import Model
-from creak.reduction.craig_bampton import craig_bampton
+from creak.reduction.craig_bampton import craig_bampton, fixed_interface_basis, reduced_matrices, reduced_system
 from creak.reduction.diagonal import diagonalise
+from creak.reduction.inside import Inside
 from helpers_core import (
     NO_CHANNELS,
     NO_DAMPING,
@@ -270,3 +271,21 @@ def test_free_body_keeps_zero_frequencies_when_diagonalised():
     system = diagonalise(assembled(model))
     assert (system.K.d >= 0.0).all()
     assert np.count_nonzero(system.K.d > 1e-6) == 1
+
+
+def test_motion_at_watched_dofs_needs_no_factor(monkeypatch):
+    system = free_plate()
+    boundary = np.flatnonzero(np.isin(system.coordinates // 6, (0, 3, 20)))
+    labels = system.labels[np.isin(system.labels // 6, (3, 7, 11, 12))]
+    basis = fixed_interface_basis(Inside(system, boundary), None, None, 5)
+    plain = reduced_system(system, basis, reduced_matrices(system, basis)).rows(labels)[0]
+    watched = reduced_system(system, basis, reduced_matrices(system, basis, watched=labels[:-4]))
+    np.testing.assert_allclose(watched.rows(labels)[0].toarray(), plain.toarray(), atol=1e-12)  # some known, some not
+
+    def solve(*_):
+        raise AssertionError("a back-substitution")
+
+    monkeypatch.setattr(Inside, "solve", solve)
+    np.testing.assert_allclose(watched.rows(labels[:-4])[0].toarray(), plain[:-4].toarray(), atol=1e-12)
+    with pytest.raises(AssertionError, match="back-substitution"):
+        watched.rows(labels)
