@@ -11,6 +11,9 @@ from creak.report.thesis.facts import matched
 from creak.report.thesis.words import listed
 from creak.studies.thesis.outcome import EventRow
 
+SHOWN = 20
+"""Rows of a table of events; the hardest are shown."""
+
 
 def million_section(data: dict[str, Any] | None) -> Section:
     section = Section("million", "At 1.17 million dofs")
@@ -82,18 +85,22 @@ def _rows(run: dict[str, Any]) -> list[EventRow]:
 
 
 def _events(first: dict[str, Any], second: dict[str, Any]) -> Table:
-    """Every event of the whole run, those of both within 10 ms of each other in one row."""
+    """The hardest events of the whole run, those of both within 10 ms of each other in one row."""
     own, other = _rows(first), _rows(second)
     pairs = matched(own, other)
     lines: list[tuple[float, EventRow | None, EventRow | None]] = [(a.t_start, a, b) for a, b in pairs]
     lines += [(a.t_start, a, None) for a in own if all(a is not x for x, _ in pairs)]
     lines += [(b.t_start, None, b) for b in other if all(b is not y for _, y in pairs)]
+    hardest = sorted(lines, key=lambda x: max(e.force for e in x[1:] if e is not None), reverse=True)[:SHOWN]
     rows = []
-    for start, a, b in sorted(lines, key=lambda x: x[0]):
+    for start, a, b in sorted(hardest, key=lambda x: x[0]):
         cells = [[NONE] * 2 if e is None else [number(e.force, 3), number(e.impulse, 3)] for e in (a, b)]
         rows.append([fixed(start, 4), cells[0][0], cells[1][0], cells[0][1], cells[1][1]])
     names = [str(first["name"]), str(second["name"])]
-    return Table(["start, s", *names, *names], rows, groups=[("", 1), ("highest force, N", 2), ("impulse, N s", 2)])
+    note = f"The {SHOWN} hardest of {len(lines)}." if len(lines) > SHOWN else ""
+    return Table(
+        ["start, s", *names, *names], rows, groups=[("", 1), ("highest force, N", 2), ("impulse, N s", 2)], note=note
+    )
 
 
 def _words(runs: list[dict[str, Any]]) -> str:
@@ -107,8 +114,10 @@ def _words(runs: list[dict[str, Any]]) -> str:
         text += f", {times(first['cpu_s'] / whole)} with its reduction counted"
         if r.get("events") and first.get("events"):
             peaks = [max(e[3] for e in x["events"]) for x in (first, r)]
+            common = len(matched(_rows(first), _rows(r)))
             text += (
-                f"; {plural(len(r['events']), 'event')} against {number(len(first['events']))}, highest force "
+                f"; {plural(len(r['events']), 'event')} against {number(len(first['events']))}, {common} of "
+                "them the same within 10 ms, highest force "
                 f"{number(peaks[1], 3)} N ({percent(peaks[1] / peaks[0])})"
             )
         out.append(text)
