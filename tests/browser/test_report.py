@@ -1,9 +1,11 @@
 """The report as a reader sees it: it plays, sorts, links its cursors, and stays within the screen."""
 
 import csv
+from pathlib import Path
 
 import pytest
 
+SCREENSHOTS = Path(__file__).parents[2] / "build" / "screenshots"
 PLOTS = ("force", "gap", "mac", "spectra", "energy", "precheck")
 
 
@@ -157,3 +159,20 @@ def test_no_sideways_scrolling_on_narrow_screens(opened, width):
     cut = page.evaluate("[...document.querySelectorAll('main p, main h1, main h2, main select, main .view, main .plot')]"
                         ".filter(e => e.getBoundingClientRect().right > innerWidth + 1).map(e => e.outerHTML.slice(0, 80))")  # fmt: skip
     assert cut == []
+
+
+def test_a_picture_of_each_section_is_kept(opened):
+    """In build/screenshots, for people to look at: no section is empty, none overflows the page."""
+    page = opened()
+    draw_all(page)
+    SCREENSHOTS.mkdir(parents=True, exist_ok=True)
+    sections = page.locator("section[id]")
+    names = [sections.nth(k).get_attribute("id") for k in range(sections.count())]
+    assert len(names) == len(set(names)) > 8
+    for name in names:
+        picture = seen(page, f"section#{name}").screenshot(path=SCREENSHOTS / f"{name}.png")
+        box = page.locator(f"section#{name}").bounding_box()
+        assert box["height"] > 60
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= 1300
+        assert len(picture) > 3_000, name  # an empty one of this size has less
