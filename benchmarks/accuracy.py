@@ -23,9 +23,10 @@ from rich.console import Console
 from benchmarks.door import silent
 from creak.contact.step_problem import compile_kernels
 from creak.door import write_door
+from creak.studies.compared import compare_events
 from creak.studies.config import ReductionTable
 from creak.studies.reduced_model import reduce_model
-from creak.studies.run import compare_events, compare_modes, limited, march_run, prepare
+from creak.studies.run import compare_modes, limited, march_run, prepare
 from creak.studies.setup import Setup, excitation_window, set_up
 from creak.studies.study_file import read_study
 
@@ -78,7 +79,8 @@ def study(setup: Setup) -> list[list[object]]:
         offline = time.perf_counter() - started
         run = march_run("reduced", case, model.system, gaps, silent, model)
         modes = compare_modes(case, reference, model, gaps)
-        match = compare_events(case, {"reference": full, "reduced": run}, window)
+        tolerance = case.study.config.verification.event_tolerance
+        match = compare_events({"reference": full, "reduced": run}, tolerance, window)
         assert modes is not None
         assert match is not None
         partner = modes.pairs.partner

@@ -93,12 +93,9 @@ class Result:
         InputError : a package of the extra `report` is not installed.
         """
         need_report()
-        from creak.report.html import write_page
+        from creak.api.saved import SavedResult
 
-        path = Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_page(self._view(animation_mb), self.summary, path)
-        return path
+        return SavedResult(self._view(animation_mb), self.summary).report(path)
 
     def _view(self, animation_mb: float) -> Found:
         """What a report shows, made once."""

@@ -7,7 +7,8 @@ import numpy as np
 from creak.report.found import Found
 from creak.report.tables import Table
 from creak.report.text import NONE, Units, fixed, number, percent, plural, ratio, share
-from creak.report.verdict import RUN_WORDS, event_statistics, main_run
+from creak.report.verdict import RUN_WORDS
+from creak.studies.compared import event_statistics, main_run
 from creak.studies.run import events_in
 from creak.verify.events import Event
 from creak.verify.slips import SlipEvent, squeak_rates
@@ -76,7 +77,7 @@ def where(group: str, node_idx: int, result: Found) -> str:
 
 
 def _single_event_table(result: Found, units: Units) -> Table:
-    run = main_run(result)
+    run = main_run(result.runs)
     events = events_in(run.events, result.window) if run else []
     head = ["time, s", "where", f"peak, low-passed, {units.force}", f"peak, raw, {units.force}",
             f"impulse, {units.impulse}", "duration, ms", f"closing speed, {units.speed}", "touches"]  # fmt: skip

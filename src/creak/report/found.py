@@ -19,6 +19,7 @@ from creak.report.motions import Motions, recorded_motions
 from creak.report.places import Place, find_places
 from creak.report.provenance import provenance
 from creak.report.surface import Surface, surface_of
+from creak.studies.compared import main_run
 from creak.studies.config import StudyConfig
 from creak.studies.converge import Convergence
 from creak.studies.run import ModeComparison, Run, SpectraComparison, StudyResult
@@ -158,7 +159,7 @@ def found_of(
     convergence : what `creak.studies.converge` found, where it was looked at.
     animation_bytes : what the motion around the hardest events may take of the report.
     """
-    run = result.runs.get("reduced") or result.runs.get("reference")
+    run = main_run(result.runs)
     places = () if run is None else find_places(result, run)
     setup = _setup(result.setup)
     surface = _surface(setup, result.gaps, places)

@@ -21,6 +21,7 @@ from creak.report.picture import Loaded, contact_picture, data_uri, model_pictur
 from creak.report.place_rows import place_parts
 from creak.report.text import UNITS, Units
 from creak.report.view import outward
+from creak.studies.compared import main_run
 from creak.studies.run import StudyResult
 
 SECTIONS = {
@@ -122,7 +123,7 @@ def _drawn_parts(result: Found, units: Units) -> dict[str, Any]:
 
 
 def _motion_parts(result: Found, motions: scene.Animations, shape: dict[str, Any] | None) -> dict[str, Any]:
-    run = verdict.main_run(result)
+    run = main_run(result.runs)
     return {
         "has_scene": shape is not None,
         "scene": _script_json(shape),
@@ -186,7 +187,7 @@ def _model_picture(result: Found) -> Picture:
 
 
 def _contact_picture(result: Found, units: Units) -> Picture:
-    run = verdict.main_run(result)
+    run = main_run(result.runs)
     if run is None or result.gaps.m == 0:
         return Picture("", "No contact picture: there is no channel that can close.")
     loaded = _impulses(result, run, units)

@@ -12,7 +12,8 @@ from creak.report.found import Found
 from creak.report.places import Place, near
 from creak.report.scene import Animations
 from creak.report.text import Units, number, plural
-from creak.report.verdict import RUN_WORDS, main_run, span
+from creak.report.verdict import RUN_WORDS, span
+from creak.studies.compared import main_run
 
 MOST_PLACES = 12
 
@@ -42,7 +43,7 @@ def place_parts(
 
 
 def _words(result: Found, places: tuple[Place, ...], units: Units) -> str:
-    run = main_run(result)
+    run = main_run(result.runs)
     if run is None or not result.gaps.m:
         return "Nowhere: nothing can touch under this load."
     if not places and run.events:

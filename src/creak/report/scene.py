@@ -15,8 +15,8 @@ from creak.report.palette import PARTS
 from creak.report.places import Place, place_of
 from creak.report.surface import Surface
 from creak.report.text import Units, fixed, number
-from creak.report.verdict import main_run
 from creak.report.view import front, outward
+from creak.studies.compared import main_run
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def animations(result: Found, units: Units) -> Animations:
 
     Forces of contact nodes are 8-bit shares of the largest one.
     """
-    run, surface, motions = main_run(result), result.surface, result.motions
+    run, surface, motions = main_run(result.runs), result.surface, result.motions
     if run is None or surface is None or motions.why:
         return Animations([], 0, f"No animation: {motions.why}.")
     shown: list[tuple[ShownMotion, dict[str, Any], int]] = []

@@ -15,7 +15,8 @@ from creak.errors import InputError
 from creak.formats.results import reading
 from creak.formats.tree import read_tree, write_tree
 from creak.report.found import Found, FoundRun
-from creak.verify.matching import EventMatch, match_events
+from creak.studies.compared import compare_events
+from creak.verify.matching import EventMatch
 
 VERSION = 1
 """Of the group `report`; another one cannot be read."""
@@ -79,10 +80,8 @@ def _found(file: h5py.File) -> Found:
 
 def _match(found: Found) -> EventMatch | None:
     """The events of both runs matched again, as they were where the study came to its end."""
-    if found.stopped is not None or not {"reduced", "reference"} <= found.runs.keys():
-        return None
-    reference, reduced = found.runs["reference"].events, found.runs["reduced"].events
-    return match_events(reference, reduced, found.setup.study.config.verification.event_tolerance, found.window)
+    runs = {} if found.stopped is not None else found.runs
+    return compare_events(runs, found.setup.study.config.verification.event_tolerance, found.window)
 
 
 def _run(file: h5py.File, name: str) -> FoundRun:

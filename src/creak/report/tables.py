@@ -11,7 +11,8 @@ from creak.arrays import FloatArray
 from creak.dynamics.history import ENERGIES
 from creak.report.found import Found
 from creak.report.text import NONE, Units, fixed, four, number, percent, ratio, share, tidy
-from creak.report.verdict import ENERGY_BAR, RUN_WORDS, main_run, moving_axes, penetration
+from creak.report.verdict import ENERGY_BAR, RUN_WORDS, moving_axes, penetration
+from creak.studies.compared import main_run
 
 BALANCE = {
     "external": "work from outside",
@@ -98,7 +99,7 @@ def gap_table(result: Found, units: Units) -> Table | None:
 
 
 def _penetration_cells(result: Found, group: str) -> list[str]:
-    run = main_run(result)
+    run = main_run(result.runs)
     p = None if run is None else penetration(result, run, group)
     return [NONE] * 3 if p is None else [number(p.smallest), number(p.depth, 3), share(p.of_clearance)]
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from creak.report.found import Found, FoundRun
 from creak.report.text import NONE, THIN, Units, fixed, four, number, percent, plural, ratio, share, tidy, times
+from creak.studies.compared import event_statistics, main_run
 from creak.studies.run import events_in
-from creak.verify.statistics import CHAOTIC_RATE, Distance, EventStatistics, compare_statistics, is_chaotic
+from creak.verify.statistics import CHAOTIC_RATE, Distance, EventStatistics, is_chaotic
 
 MAC_BAR = 0.99
 NRMSE_BAR = 0.99
@@ -65,20 +66,9 @@ def penetration(result: Found, run: FoundRun, group: str) -> Penetration | None:
     return Penetration(smallest, float(result.gaps.gap0[channels].mean()))
 
 
-def main_run(result: Found) -> FoundRun | None:
-    """The run that the report speaks of: reduced where there is one."""
-    return result.runs.get("reduced") or result.runs.get("reference")
-
-
-def event_statistics(result: Found) -> EventStatistics:
-    """Statistics of the events of both runs in the verification window."""
-    runs = result.runs
-    return compare_statistics(runs["reference"].events, runs["reduced"].events, result.window)
-
-
 def sentence(result: Found, summary: dict[str, Any], units: Units) -> str:
     """What happened and how far it can be trusted, in plain words."""
-    run = main_run(result)
+    run = main_run(result.runs)
     if run is None:
         return "Nothing was computed: the study has no run."
     events = events_in(result.runs.get("reference", run).events, result.window)
@@ -320,7 +310,7 @@ def warnings(result: Found) -> list[str]:
 
 def first_mistakes(result: Found, units: Units) -> list[str]:
     """What the run itself shows of a study that may not be meant so: contact that never happens, or never ends."""
-    run = main_run(result)
+    run = main_run(result.runs)
     if run is None or run.nearest is None:
         return []
     h = run.history
@@ -340,7 +330,7 @@ def first_mistakes(result: Found, units: Units) -> list[str]:
 
 def _deep(result: Found) -> list[str]:
     """Contacts that penetrate by a good part of their clearance."""
-    run = main_run(result)
+    run = main_run(result.runs)
     if run is None:
         return []
     found = {g: penetration(result, run, g) for g in dict.fromkeys(result.gaps.group)}

@@ -18,6 +18,7 @@ from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.reduction.health import Health
 from creak.signals.spectra import spectrum
+from creak.studies.compared import compare_events
 from creak.studies.costs import Cost, Meter
 from creak.studies.health import checked
 from creak.studies.integrate import integrate, output_times, scheme_of
@@ -35,7 +36,7 @@ from creak.studies.start_check import figure_warnings, never_closed
 from creak.studies.warned import Warned
 from creak.verify.events import Event, find_events
 from creak.verify.mac import ModePairs, pair_modes
-from creak.verify.matching import EventMatch, match_events
+from creak.verify.matching import EventMatch
 from creak.verify.nrmse import nrmse_by_axis
 from creak.verify.slips import SlipEvent, find_slips
 
@@ -159,7 +160,7 @@ def run_study(
         setup, gaps, runs, reference, reduced,
         compare_modes(setup, reference, reduced, gaps),
         compare_spectra(setup, whole, window),
-        compare_events(setup, whole, window),
+        compare_events(whole, setup.study.config.verification.event_tolerance, window),
         window, [*setup.notes, *notes], health, stopped,
     )  # fmt: skip
 
@@ -291,11 +292,6 @@ def _relative_motion(setup: Setup, history: History, window: tuple[float, float]
     return (u[:, secondary] - u[:, main])[-n:], step
 
 
-def compare_events(setup: Setup, runs: dict[str, Run], window: tuple[float, float]) -> EventMatch | None:
-    if "reference" not in runs or "reduced" not in runs:
-        return None
-    tolerance = setup.study.config.verification.event_tolerance
-    return match_events(runs["reference"].events, runs["reduced"].events, tolerance, window)
 
 
 def events_in(events: Sequence[Event], window: tuple[float, float]) -> list[Event]:

@@ -10,6 +10,7 @@ import numpy as np
 import creak
 from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Model
+from creak.studies.compared import event_statistics
 from creak.studies.converge import Convergence
 from creak.studies.convergence_words import as_dict
 from creak.studies.run import Run, StudyResult
@@ -17,7 +18,6 @@ from creak.studies.warned import warnings_of
 from creak.verify.events import Event
 from creak.verify.matching import Errors, EventMatch
 from creak.verify.slips import SlipEvent, squeak_rates
-from creak.verify.statistics import EventStatistics, compare_statistics
 
 ROUND_OFF = 1e-9
 """Share of the external work below which no energy counts as created."""
@@ -188,12 +188,6 @@ def _statistics(result: StudyResult) -> dict[str, Any]:
             for name, d in distances.items()
         },
     }
-
-
-def event_statistics(result: StudyResult) -> EventStatistics:
-    """Statistics of the events of both runs in the verification window."""
-    runs = result.runs
-    return compare_statistics(runs["reference"].events, runs["reduced"].events, result.window)
 
 
 def _plain(value: Any) -> Any:
