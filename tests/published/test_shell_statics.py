@@ -24,6 +24,7 @@ from benchmarks_shell import (
     straight_beam,
     twisted_beam,
 )
+from helpers_fem import dof, rectangle, shell_section, solve
 
 LAYOUTS = ["regular", "trapezoid", "parallelogram"]
 
@@ -44,6 +45,15 @@ def test_straight_beam_out_of_plane(kind, layout, measured):
     assert ratio == pytest.approx(1.0, abs=0.05)
     found = ratio * STRAIGHT["out-of-plane"]
     measured("shell statics", f"straight beam 6 x 1, out of plane, {kind}, {layout}", found, STRAIGHT["out-of-plane"], rel=0.05, unit="in", source="MacNeal, Harder 1985")
+
+
+@pytest.mark.parametrize(("layout", "limit"), [("regular", 0.01), ("trapezoid", 0.022), ("parallelogram", 0.016)])
+def test_quads_one_element_wide_bend_freely_next_to_a_clamped_end(layout, limit, measured):
+    """0.2 % are true of a clamped plate, 0.6 % the linear moment; OptiStruct: 1.9, 3.6 and 1.9 % too stiff."""
+    ratio = straight_beam("out-of-plane", layout)
+    assert ratio == pytest.approx(1.0, abs=limit)
+    found, exact = ratio * STRAIGHT["out-of-plane"], STRAIGHT["out-of-plane"]
+    measured("shell statics", f"straight beam 6 x 1, one element wide, out of plane, quad, {layout}", found, exact, rel=limit, unit="in", source="MacNeal, Harder 1985")
 
 
 def test_straight_beam_in_plane_of_regular_quads(measured):
@@ -71,53 +81,78 @@ def test_straight_beam_in_plane_of_triangles(measured):
 
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_straight_beam_in_torsion_is_never_soft(layout, measured):
-    """One element across the width: 0.0341 is St Venant's value, MITC4 stays 10 to 20 % below it."""
-    ratio = straight_beam("twist", layout)
-    assert 0.78 < ratio < 1.0
+    """One element across the width: 0.0341 is St Venant's value, plain MITC4 stays 12 to 20 % below it."""
+    least, ratio = {"regular": 0.99, "trapezoid": 0.90, "parallelogram": 0.85}[layout], straight_beam("twist", layout)
+    assert least < ratio < 1.0
     found, exact = ratio * STRAIGHT["twist"], STRAIGHT["twist"]
-    measured("shell statics", f"straight beam 6 x 1, twist, quad, {layout}", found, exact, between=(0.78 * exact, exact), unit="rad", source="St Venant")
+    measured("shell statics", f"straight beam 6 x 1, twist, quad, {layout}", found, exact, between=(least * exact, exact), unit="rad", source="St Venant")
 
 
-def test_curved_beam_with_six_quads(measured):
-    along, across = curved_beam("in-plane"), curved_beam("out-of-plane")
-    assert along == pytest.approx(0.89, abs=0.02)
-    assert across == pytest.approx(1.0, abs=0.06)
-    measured("shell statics", "curved beam 6 x 1, in plane: over published", along, 0.89, abs=0.02, source="MacNeal, Harder 1985")
-    measured("shell statics", "curved beam 6 x 1, out of plane", across * CURVED["out-of-plane"], CURVED["out-of-plane"], rel=0.06, unit="in", source="MacNeal, Harder 1985")
+@pytest.mark.parametrize("ratio", [0.5, 2.0, 20.0])
+def test_torsion_of_one_element_across_has_the_shear_layers_of_its_edges(ratio, measured):
+    """Rotations across free, the rest a twist c: T/c = 4 D_t b (1 - tanh(z)/z), z = (b/2)(S/D_t)^(1/2), for any width b / thickness."""
+    length, t = 6.0, 0.1
+    width = ratio * t
+    mesh, section = rectangle(6, 1, length, width), shell_section(t, 1e7, 0.3)
+    G = section.material.shear_modulus
+    z = 0.5 * width * np.sqrt(10.0) / t
+    exact = G * t**3 / 3.0 * width * (1.0 - np.tanh(z) / z)
+    x, y, _ = mesh.coords.T
+    u = np.zeros((len(x), 6))
+    u[:, 2], u[:, 3] = x * (y - width / 2), x
+    held = dof(np.arange(len(x)), 1, 2, 3, 4, 6)
+    K = mesh.stiffness(section)
+    got = solve(K, np.zeros(mesh.n_dof), held, u.ravel()[held])
+    energy = got @ (K @ got)
+    assert energy == pytest.approx(exact * length, rel=1e-3)
+    measured("shell statics", f"torsion of one element across, width {ratio:g} t, quad: over exact", energy / (exact * length), 1.0, rel=1e-3, source="exact Mindlin strip")
 
 
 THREE_D = {"in-plane": 0.08852 / 0.08734, "out-of-plane": 0.49830 / 0.5022}
 """Curved beam: converged three-dimensional solution over the published beam value."""
 
 
-@pytest.mark.parametrize(("load", "across"), [("in-plane", 4), ("out-of-plane", 8)])
+def test_curved_beam_with_six_quads(measured):
+    along, across = curved_beam("in-plane"), curved_beam("out-of-plane")
+    exact = THREE_D["out-of-plane"] * CURVED["out-of-plane"]
+    assert along == pytest.approx(0.89, abs=0.02)
+    assert across == pytest.approx(THREE_D["out-of-plane"], rel=0.01)
+    measured("shell statics", "curved beam 6 x 1, in plane: over published", along, 0.89, abs=0.02, source="MacNeal, Harder 1985")
+    measured("shell statics", "curved beam 6 x 1, out of plane", across * CURVED["out-of-plane"], exact, rel=0.01, unit="in", source="converged solid")
+
+
+@pytest.mark.parametrize(("load", "across"), [("in-plane", 4), ("out-of-plane", 2), ("out-of-plane", 4)])
 def test_curved_beam_is_within_one_percent_of_the_three_dimensional_solution(load, across, measured):
-    """Out of plane it twists: the edge layers of a section 0.2 x 0.1 need several elements across."""
+    """Out of plane it twists: the edge layers of a section 0.2 x 0.1 are part of the element."""
     ratio = curved_beam(load, n=6 * across, m=across)
     assert ratio == pytest.approx(THREE_D[load], rel=0.01)
     found = ratio * CURVED[load]
     measured("shell statics", f"curved beam {6 * across} x {across}, {load}", found, THREE_D[load] * CURVED[load], rel=0.01, unit="in", source="converged solid")
 
 
-@pytest.mark.parametrize("load", ["in-plane", "out-of-plane"])
-def test_curved_beam_converges_to_the_three_dimensional_solution(load, measured):
-    """A limit within 0.3 % (shell theory against solid); a slope near 2, less where edge layers are resolved late."""
+def test_curved_beam_converges_to_the_three_dimensional_solution(measured):
+    """A limit within 0.3 % (shell theory against solid). Out of plane every mesh is nearer than 1 %."""
     across = np.array([2, 4, 8, 16])
-    slope, limit, misfit = fitted_slope(across, [curved_beam(load, n=6 * m, m=m) for m in across])
+    slope, limit, misfit = fitted_slope(across, [curved_beam("in-plane", n=6 * m, m=m) for m in across])
     assert misfit < 0.05
     assert 1.2 < slope < 2.5
-    assert limit[0] == pytest.approx(THREE_D[load], rel=0.003)
-    measured("shell statics", f"curved beam, {load}: limit", limit[0] * CURVED[load], THREE_D[load] * CURVED[load], rel=0.003, unit="in", source="converged solid")
+    finest = curved_beam("out-of-plane", n=96, m=16)
+    assert limit[0] == pytest.approx(THREE_D["in-plane"], rel=0.003)
+    assert finest == pytest.approx(THREE_D["out-of-plane"], rel=0.003)
+    for name, load, ratio in (("in-plane: limit", "in-plane", limit[0]), ("out-of-plane, 96 x 16", "out-of-plane", finest)):
+        exact = THREE_D[load] * CURVED[load]
+        measured("shell statics", f"curved beam, {name}", ratio * CURVED[load], exact, rel=0.003, unit="in", source="converged solid")
 
 
 @pytest.mark.parametrize("load", ["in-plane", "out-of-plane"])
 @pytest.mark.parametrize("kind", ["quad", "tri"])
 def test_twisted_beam(kind, load, measured):
-    """12 x 2: 0.995 and 0.988 with quads; 24 x 4: within 1 %."""
+    """12 x 2: 0.994 and 0.990 with quads; 24 x 4: within 0.5 %."""
     coarse, fine = twisted_beam(load, kind), twisted_beam(load, kind, n=24, m=4)
-    assert coarse == pytest.approx(1.0, abs=0.0125)
+    limit = 0.01 if kind == "quad" else 0.0125
+    assert coarse == pytest.approx(1.0, abs=limit)
     assert fine == pytest.approx(1.0, abs=0.005)
-    for mesh, ratio, rel in (("12 x 2", coarse, 0.0125), ("24 x 4", fine, 0.005)):
+    for mesh, ratio, rel in (("12 x 2", coarse, limit), ("24 x 4", fine, 0.005)):
         measured("shell statics", f"twisted beam {mesh}, {load}, {kind}", ratio * TWISTED[load], TWISTED[load], rel=rel, unit="in", source="MacNeal, Harder 1985")
 
 
@@ -151,12 +186,12 @@ def test_scordelis_lo_roof(kind, measured):
 
 
 def test_pinched_hemisphere_of_quads(measured):
-    """Fine meshes tend to 0.0936, half a per cent below the customary reference, and from 8 x 8 on lie between."""
-    coarse, middle = hemisphere(8), hemisphere(16)
-    assert coarse == pytest.approx(1.0, abs=0.0125)
-    assert middle == pytest.approx(1.0, abs=0.01)
-    assert coarse < middle < hemisphere(32) < 1.0
-    measured("shell statics", "pinched hemisphere 16 x 16, quad", middle * HEMISPHERE, HEMISPHERE, rel=0.01, unit="in", source="MacNeal, Harder 1985")
+    """2 % on 4 x 4; from 8 x 8 on within 0.3 %, the customary reference being 0.3 % above the limit of fine meshes."""
+    assert hemisphere(4) == pytest.approx(1.0, abs=0.02)
+    found = {n: hemisphere(n) for n in (8, 16, 32)}
+    assert list(found.values()) == pytest.approx([1.0, 1.0, 1.0], abs=0.004)
+    for n in (8, 16):
+        measured("shell statics", f"pinched hemisphere {n} x {n}, quad", found[n] * HEMISPHERE, HEMISPHERE, rel=0.004, unit="in", source="MacNeal, Harder 1985")
 
 
 def test_pinched_hemisphere_of_triangles_converges_from_the_stiff_side(measured):
@@ -167,17 +202,14 @@ def test_pinched_hemisphere_of_triangles_converges_from_the_stiff_side(measured)
 
 
 def test_pinched_cylinder_converges_as_published(measured):
-    """MITC4 (Dvorkin and Bathe 1984): 0.37, 0.74, 0.93 on 4, 8, 16 elements a side; here 0.990 on 32.
+    """MITC4 (Dvorkin and Bathe 1984): 0.37, 0.74, 0.93 on 4, 8, 16 elements a side; here 0.59, 0.90, 0.994.
 
     The reference is without transverse shear. With it the deflection under a point load has no limit: it grows with
-    log(1/h), which lowers the slope and takes fine meshes above 1.
+    log(1/h), which takes fine meshes above 1.
     """
     found = [cylinder(n) for n in (4, 8, 16, 32)]
-    assert found[1:3] == pytest.approx([0.75, 0.93], abs=0.01)
-    assert found[3] == pytest.approx(1.0, abs=0.011)
-    for n, value, e, tolerance in zip((8, 16, 32), found[1:], (0.75, 0.93, 1.0), (0.01, 0.01, 0.011), strict=True):
-        source = "Dvorkin, Bathe 1984" if n < 32 else "Belytschko 1985"
-        measured("shell statics", f"pinched cylinder {n} x {n}, quad", value * CYLINDER, e * CYLINDER, abs=tolerance * CYLINDER, unit="in", source=source)
-    slope, _, misfit = fitted_slope([8, 16, 32], found[1:])
-    assert misfit < 0.05
-    assert 1.4 < slope < 2.5
+    assert found[0] > 0.55
+    assert found[1] > 0.88
+    assert found[2:] == pytest.approx([1.0, 1.0], abs=0.01)
+    for n, value in zip((16, 32), found[2:], strict=True):
+        measured("shell statics", f"pinched cylinder {n} x {n}, quad", value * CYLINDER, CYLINDER, rel=0.01, unit="in", source="Belytschko 1985")

@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 from creak.errors import InputError
 
-LOADS: Mapping[str, float] = MappingProxyType({"A1": 4e-6, "A2": 0.005, "A3": 0.0056, "A4": 0.0061})
+LOADS: Mapping[str, float] = MappingProxyType({"A1": 4e-6, "A2": 0.005, "A3": 0.0057, "A4": 0.0067})
 """Name of a load -> amplitude of every sine of the multisine that drives the upper hinge, mm.
 
 At 20 mm and at 10 mm they give none, 4 to 6, 8 to 12 and 13 to 17 contact events per second, as the loads A1 to A4

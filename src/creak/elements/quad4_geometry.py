@@ -93,10 +93,10 @@ def evaluate(coords: FloatArray, points: FloatArray, weights: FloatArray) -> Sur
     e1 = mean_axis - tilt[:, :, None] * (normal + mean_normal)
     axes = np.stack([e1, np.cross(normal, e1), normal], axis=2)
     jacobian = np.stack([x_r, x_s], axis=2) @ axes[:, :, :2].transpose(0, 1, 3, 2)
-    return Surface(points, x_r, x_s, axes, _inverse(jacobian), area, area * weights)
+    return Surface(points, x_r, x_s, axes, inverse_2x2(jacobian), area, area * weights)
 
 
-def _inverse(matrix: FloatArray) -> FloatArray:
+def inverse_2x2(matrix: FloatArray) -> FloatArray:
     """Inverse of (..., 2, 2)."""
     a, b, c, d = matrix[..., 0, 0], matrix[..., 0, 1], matrix[..., 1, 0], matrix[..., 1, 1]
     adjugate = np.stack([np.stack([d, -b], axis=-1), np.stack([-c, a], axis=-1)], axis=-2)

@@ -1,4 +1,4 @@
-"""Four-node shell: MITC4 bending and shear, enhanced MITC4+ membrane, stabilised drilling rotation."""
+"""Four-node shell: MITC4 shear with residual bending, enhanced MITC4+ membrane, stabilised drilling rotation."""
 
 from __future__ import annotations
 
@@ -8,15 +8,21 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.elements.geometry import gauss_square, in_chunks
+from creak.elements.quad4_bending import (
+    bending_share,
+    curvature,
+    layered_shear,
+    nodal_curvature,
+    residual_bending,
+    tied_shear,
+)
 from creak.elements.quad4_geometry import (
     CORNERS,
     Surface,
-    directors,
     evaluate,
     require_convex,
     shape,
     shape_derivatives,
-    strain_transform,
     tangents,
 )
 from creak.elements.quad4_membrane import condensed, membrane_stiffness, membrane_strains
@@ -29,9 +35,6 @@ DRILLING = 1e-3
 """Drilling stiffness as a share of G t. Up to 1e-3 the pinched hemisphere and a twisted beam of t/L = 1/3750
 stay free of locking; at 1e-1 both lock. The drilling rotations have natural frequencies of about
 sqrt(12 DRILLING G/rho)/(2 pi t): 54 kHz in 1 mm of steel, 5 kHz in 3 mm of a stiff plastic."""
-
-SHEAR_TYING = np.array([[0.0, 1.0], [0.0, -1.0], [1.0, 0.0], [-1.0, 0.0]])
-"""Mid-edge points: the first two tie the shear strain along r, the last two along s."""
 
 
 def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
@@ -46,11 +49,14 @@ def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own
     * membrane: tied against membrane locking of warped elements and enhanced against locking in in-plane
       bending, see `membrane_stiffness`;
     * transverse shear: tied at the middles of the edges, shear correction 5/6 (Dvorkin and Bathe, Eng.
-      Comput. 1 (1984) 77);
+      Comput. 1 (1984) 77); bending within the element takes its share of the mean, see `residual_bending`, and what
+      varies over the element has the energy of the layers at free edges, see `layered_shear`;
+    * bending: curvature by nodal quadrature, less along slender elements, see `nodal_curvature`;
     * drilling: penalty `DRILLING` G t (theta . n - rotation of the mid-surface about n)^2 (Hughes and Brezzi,
       Comput. Methods Appl. Mech. Eng. 72 (1989) 105).
 
-    Exact in constant membrane, bending and shear states whatever the shape of flat elements. The angles
+    Exact in constant membrane and bending states whatever the shape of flat elements, and in constant shear when
+    thick: thin elements give way through the rotation within them, by (element size / t)^2. The angles
     between the directors must stay small (terms of order t/R and z^2 are dropped): use solids where the
     radius is below some five thicknesses. Trapezoidal elements are stiff in in-plane bending, as every
     four-node membrane that passes the patch test without drilling shape functions is (MacNeal, Int. J.
@@ -76,12 +82,12 @@ def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own
 def softened_stiffness(
     coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON
 ) -> FloatArray:
-    """`stiffness` with the residual bending flexibility: S^-1 + (h_r h_r' + h_s h_s')/(12 D) instead of S^-1.
+    """Plain MITC4 bending and shear with S^-1 + (h_r h_r' + h_s h_s')/(12 D) instead of S^-1.
 
     A linear element of length h lacks the flexibility h^2/(12 D) of the bending that shear forces cause within it, an
     error of the order (k h)^2/12 in the stiffness of a wave of number k; h_r, h_s are the two lengths as vectors.
-    Constant states are as exact as before. It goes with lumped and linear mass; the consistent mass here makes up for
-    the same error in the inertia. Source: MacNeal, Computers and Structures 8 (1978) 175.
+    Constant states are as exact as in `stiffness`. It goes with lumped and linear mass, as in decks made for it. It is
+    too soft in torsion of strips that are few elements wide. Source: MacNeal, Computers and Structures 8 (1978) 175.
     """
     return _stiffness(coords, section, own, softened=True)
 
@@ -95,14 +101,20 @@ def _stiffness(
     def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         surface = evaluate(piece, points, weights)
         stiff = rigidity(section, surface.axes, mine, shape(points))
-        if softened:
-            stiff = replace(stiff, S=_softened_shear(surface, stiff))
+        bending = _neutral(stiff)
         if stiff.B is None:
             total = membrane_stiffness(piece, surface, stiff)
-            total += weighted_gram(_curvature(piece, surface), stiff.D, surface.weights)
         else:
-            total = _coupled(piece, surface, stiff)
-        total += _shear(piece, surface, stiff)
+            total = _coupled(piece, surface, replace(stiff, D=stiff.D - bending))
+        shear, S = tied_shear(piece), stiff.S
+        if softened:
+            bent, sheared, S = curvature(piece, surface), shear.strains(surface), _softened_shear(surface, stiff)
+        else:
+            curved, shear = residual_bending(piece, surface, shear, bending_share(surface, bending, stiff))
+            bent = nodal_curvature(piece, surface) + curved
+            sheared = layered_shear(shear.strains(surface), surface, bending, stiff)
+        total += weighted_gram(bent, bending, surface.weights)
+        total += weighted_gram(sheared, S, surface.weights)
         total += _drilling(surface, stiff)
         return total
 
@@ -141,47 +153,18 @@ def mass(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = CO
     return in_chunks(kernel, coords, 24, own)
 
 
+def _neutral(stiff: Rigidity) -> FloatArray:
+    """Bending stiffness about the neutral surface, D - B A^-1 B."""
+    if stiff.B is None:
+        return stiff.D
+    return np.asarray(stiff.D - stiff.B @ np.linalg.solve(stiff.A, stiff.B), dtype=np.float64)
+
+
 def _coupled(coords: FloatArray, surface: Surface, stiff: Rigidity) -> FloatArray:
     """(n, 24, 24) of membrane and bending together; the enhanced modes are condensed out of both."""
-    curvature = np.pad(_curvature(coords, surface), ((0, 0), (0, 0), (0, 0), (0, 5)))
-    operator = np.concatenate([membrane_strains(coords, surface), curvature], axis=2)
+    bent = np.pad(curvature(coords, surface), ((0, 0), (0, 0), (0, 0), (0, 5)))
+    operator = np.concatenate([membrane_strains(coords, surface), bent], axis=2)
     return condensed(weighted_gram(operator, stiff.coupled, surface.weights), 24)
-
-
-def _curvature(coords: FloatArray, surface: Surface) -> FloatArray:
-    """(n, n_point, 3, 24): the part of the strains that is linear in z."""
-    n = coords.shape[0]
-    slopes = shape_derivatives(surface.points)
-    normals = directors(coords)
-    v_r, v_s = np.einsum("gai,nic->angc", slopes, normals)[:, :, :, None]
-    x_r, x_s = surface.x_r[:, :, None], surface.x_s[:, :, None]
-    h_r, h_s = slopes[:, 0, :, None], slopes[:, 1, :, None]
-    turn_r, turn_s = np.cross(normals[:, None], x_r), np.cross(normals[:, None], x_s)
-    operator = np.empty((n, len(slopes), 3, 4, 6))
-    operator[:, :, 0, :, :3], operator[:, :, 0, :, 3:] = h_r * v_r, h_r * turn_r
-    operator[:, :, 1, :, :3], operator[:, :, 1, :, 3:] = h_s * v_s, h_s * turn_s
-    operator[:, :, 2, :, :3] = h_s * v_r + h_r * v_s
-    operator[:, :, 2, :, 3:] = h_s * turn_r + h_r * turn_s
-    return np.asarray(strain_transform(surface.inverse) @ operator.reshape(n, -1, 3, 24), dtype=np.float64)
-
-
-def _shear(coords: FloatArray, surface: Surface, stiff: Rigidity) -> FloatArray:
-    """(n, 24, 24): gamma_a = x_,a . (theta x V) + V . u_,a sampled at mid-edges, linear in between."""
-    n = coords.shape[0]
-    slopes, shapes = shape_derivatives(SHEAR_TYING), shape(SHEAR_TYING)
-    along = tangents(coords, SHEAR_TYING)
-    normals = directors(coords)
-    director = np.einsum("gi,nic->ngc", shapes, normals)
-    tied = np.empty((n, 4, 4, 6))
-    for k, axis in enumerate((0, 0, 1, 1)):
-        tied[:, k, :, :3] = slopes[k, axis][:, None] * director[:, k, None]
-        tied[:, k, :, 3:] = shapes[k][:, None] * np.cross(normals, along[axis][:, k, None])
-    r, s = surface.points[:, 0], surface.points[:, 1]
-    blend = np.zeros((len(r), 2, 4))
-    blend[:, 0, 0], blend[:, 0, 1] = 0.5 * (1 + s), 0.5 * (1 - s)
-    blend[:, 1, 2], blend[:, 1, 3] = 0.5 * (1 + r), 0.5 * (1 - r)
-    gamma = surface.inverse @ (blend @ tied.reshape(n, 1, 4, 24))
-    return weighted_gram(gamma, stiff.S, surface.weights)
 
 
 def _softened_shear(surface: Surface, stiff: Rigidity) -> FloatArray:

