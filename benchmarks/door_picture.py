@@ -29,13 +29,14 @@ def main() -> None:
     """Draw the door."""
     options = argparse.ArgumentParser(prog="python -m benchmarks.door_picture")
     options.add_argument("--out", type=Path, default=Path("docs/door.png"))
+    given = options.parse_args()
     door = build_door(12.0)
     figure = Figure(figsize=(13.0, 5.6), layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2, width_ratios=[1.75, 1.0])
     exploded(left, door)
     cabin_side(right, door)
-    figure.savefig(options.parse_args().out, dpi=110)
+    figure.savefig(given.out, dpi=110)
 
 
 def exploded(axes: Axes, door: Door) -> None:

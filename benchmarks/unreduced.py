@@ -19,7 +19,7 @@ from benchmarks.door import Door, silent
 from benchmarks.million import closest
 from benchmarks.stepping import full_order
 from creak.contact.step_problem import compile_kernels
-from creak.door import FINEST_MESH_SIZE, write_door
+from creak.door import FINEST_MESH_SIZE, LOADS, write_door
 from creak.studies.integrate import output_times
 from creak.studies.reduced_model import reduce_model
 from creak.studies.reference_model import build_reference
@@ -50,19 +50,21 @@ def main() -> None:
     """Run both and compare."""
     options = argparse.ArgumentParser(prog="python -m benchmarks.unreduced")
     options.add_argument("--mesh-size", type=float, default=FINEST_MESH_SIZE, help="mm")
+    options.add_argument("--load", choices=list(LOADS), default="A4")
     options.add_argument("--retained", type=int, default=1500)
     options.add_argument("--out", type=Path, help="JSON file for the figures")
     given = options.parse_args()
     console = Console(width=130)
     compile_kernels()
     with tempfile.TemporaryDirectory() as folder:
-        write_door(given.mesh_size, Path(folder))
+        write_door(given.mesh_size, Path(folder), load=given.load)
         setup = set_up(read_study(Path(folder) / "door.toml"))
     reference = build_reference(setup, silent)
     gaps = closest(setup, reference, given.retained)
     reference = reference.without_factor()
     gaps, _ = limited(setup, reference, gaps)
     title = f"Door, {6 * setup.model.nodes.count:,} dofs, {reference.system.n:,} free, {gaps.m} channels"
+    title += f", load {given.load} ({LOADS[given.load]:g} mm a line)"
     console.print(title)
     table = Table("what", "measured", "against", title=title)
     for row in full_order(Door(setup, reference, gaps)):

@@ -58,11 +58,17 @@ def anchors(page: Path) -> set[str]:
 
 
 def commands(page: Path) -> list[list[str]]:
-    """Words of every `creak ...` in the page: lines of indented blocks, fences that are no program, and code spans."""
+    """Words of every `creak ...` in the page, without `creak`."""
+    return [words[1:] for words in shell_words(page, r"creak [a-z-]")]
+
+
+def shell_words(page: Path, begin: str) -> list[list[str]]:
+    """Words of every line that begins so: of indented blocks, of fences that are no program, and of code spans."""
     shell = "\n".join(b.text for b in fences(page) if b.language in ("", "text", "sh", "bash"))
     lines = [*shell.splitlines(), *re.findall(r"^(?:    |\t)+(.*)$", prose(page), flags=re.MULTILINE)]
     spans = [" ".join(s.split()) for s in re.findall(r"`([^`]+)`", prose(page))]
-    return [words for line in [*_joined(lines), *spans] if (words := _words(line))]
+    single = [part for line in [*_joined(lines), *spans] for part in line.split(" && ")]
+    return [words for line in single if (words := _words(line, begin))]
 
 
 def _joined(lines: list[str]) -> Iterator[str]:
@@ -77,12 +83,10 @@ def _joined(lines: list[str]) -> Iterator[str]:
     yield held
 
 
-def _words(line: str) -> list[str]:
-    """The words after `creak`; empty where the line is no command."""
+def _words(line: str, begin: str) -> list[str]:
+    """The words; empty where the line is no such command."""
     line = re.sub(r"\\\|", "|", line).removeprefix("$ ").removeprefix(".venv/bin/")
-    if not re.match(r"creak [a-z-]", line):
-        return []
-    return shlex.split(line, comments=True)[1:]
+    return shlex.split(line, comments=True) if re.match(begin, line) else []
 
 
 def tool(name: str) -> ModuleType:

@@ -27,7 +27,7 @@ class InputError(CreakError):
         if expected:
             text += f"; expected {expected}"
         if fix:
-            text += f". {fix}"
+            text += f"{'' if text.endswith(('.', '?')) else '.'} {fix}"
         super().__init__(text)
 
 

@@ -161,6 +161,14 @@ def test_no_sideways_scrolling_on_narrow_screens(opened, width):
     assert cut == []
 
 
+def test_no_table_is_cut_on_a_wide_screen(opened):
+    page = opened(1300)
+    cut = page.evaluate("[...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth > e.clientWidth + 1)"
+                        ".map(e => e.closest('section').id)")  # fmt: skip
+    assert page.locator("#precheck .scroll").count() == 1
+    assert cut == []
+
+
 def test_a_picture_of_each_section_is_kept(opened):
     """In build/screenshots, for people to look at: no section is empty, none overflows the page."""
     page = opened()

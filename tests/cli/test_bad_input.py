@@ -30,6 +30,8 @@ DECK_MISTAKES = {
     "surface that faces nothing": (("*SURFACE, NAME=OVER\nLOWER, SPOS", "*SURFACE, NAME=OVER\nLOWER, SNEG"),
                                    ["[contact.tip]", "UNDER", "OVER", "never face"]),
     "part that nothing holds": (("ROOT_LOWER, 1, 6\n", ""), ["strips.inp", "nothing holds", "LOWER", "*BOUNDARY"]),
+    "misspelt keyword": (("*BOUNDARY\n", "*BOUNDRY\n"), ["strips.inp:", "*BOUNDRY", "Did you mean 'BOUNDARY'? Remove it"]),
+    "folded shell": (("1, 1, 2, 15, 14", "1, 1, 2, 14, 16"), ["strips.inp:", "element(s) 1: a corner angle is not between 0 and 180"]),
     "keyword that changes the answer": (("*BOUNDARY\n", "*EMBEDDED ELEMENT\nLOWER\n*BOUNDARY\n"),
                                         ["strips.inp:", "*EMBEDDED ELEMENT", "--ignore"]),
 }  # fmt: skip
@@ -41,6 +43,10 @@ STUDY_MISTAKES = {
     "misspelt key": (("secondary =", "secondry ="), ["study.toml:7", "secondry", "Did you mean 'secondary'"]),
     "misspelt table": (("[reduction]", "[reducton]"), ["study.toml:17", "reducton", "Did you mean 'reduction'"]),
     "f_max below the excitation": (("f_max = 3000", "f_max = 50"), ["study.toml:18", "50 Hz", "60 Hz", "Raise f_max"]),
+    "unknown word for a stiffness": (('main = "OVER"\n', 'main = "OVER"\nstiffness = "atuo"\n'),
+                                     ["study.toml:9", "atuo", "number", "'auto' or 'hard'"]),
+    "multisine without a line": (("period = 0.2", "period = 0.001"), ["study.toml:15", "multiples of 1000 Hz", "none"]),
+    "multisine with limits the wrong way": (("f_min = 5", "f_min = 500"), ["study.toml:15", "500 Hz is above f_max = 60"]),
     "NaN amplitude": (("amplitude = 0.05", "amplitude = nan"), ["study.toml:15", "amplitude", "nan", "finite"]),
     "unknown signal": (('"multisine"', '"multisin"'), ["study.toml:15", "multisin", "Did you mean 'multisine'"]),
     "integrator that needs another reduction": (("[time]\n", '[time]\nintegrator = "massless-boundary"\n'),
@@ -49,6 +55,10 @@ STUDY_MISTAKES = {
     "kinetic above static": (('main = "OVER"\n', 'main = "OVER"\nfriction = { static = 0.2, kinetic = 0.3 }\n'),
                              ["study.toml:9", "kinetic = 0.3", "static = 0.2"]),
     "not TOML": (("[time]", "[time"), ["study.toml", "not valid TOML", "line"]),
+    "connectors as a table": (("[time]", '[connector]\ntype = "play"\n[time]'), ["study.toml:20", "Write [[connector]]"]),
+    "contact as a list": (("[contact.tip]", "[[contact]]"), ["study.toml:6", "Write [contact.NAME]"]),
+    "path with backslashes": (('"strips.inp"', '"data\\strips.inp"'), ["study.toml", "line 4", "Write paths with /"]),
+    "deck that is a folder": (('"strips.inp"', '"."'), ["cannot read the deck", "directory", "Check the path"]),
     "odd pairs": (('pairs = "PAIRS"', 'pairs = "ROOT_LOWER"'), ["study.toml", "ROOT_LOWER", "even"]),
 }  # fmt: skip
 
@@ -97,6 +107,13 @@ def test_output_folder_that_cannot_be_written_is_refused(folder, tmp_path, monke
     assert "cannot write" in text
 
 
+def test_study_that_is_no_text(tmp_path, monkeypatch, capsys):
+    (tmp_path / "study.toml").write_bytes(bytes(range(256)))
+    status, text = run_cli(monkeypatch, capsys, "run", tmp_path / "study.toml")
+    assert status == 2
+    assert "it is not text in UTF-8. Give the .toml file." in text
+
+
 def test_no_such_study(tmp_path, monkeypatch, capsys):
     status, text = run_cli(monkeypatch, capsys, "run", tmp_path / "none.toml")
     assert status == 2
@@ -124,6 +141,14 @@ def test_deck_as_study_is_explained(tmp_path, monkeypatch, capsys):
     status, text = run_cli(monkeypatch, capsys, "run", tmp_path / "strips.inp")
     assert status == 2
     assert "study" in text
+
+
+def test_table_with_decimal_commas_is_refused(tmp_path, monkeypatch, capsys):
+    (tmp_path / "table.csv").write_text("time,value\n0,0,0,0\n0,5,1,0\n", encoding="utf-8")
+    signal = 'signal = { type = "multisine", f_min = 5, f_max = 60, amplitude = 0.05, period = 0.2, seed = 3 }'
+    text = STUDY.replace(signal, 'signal = { type = "table", file = "table.csv" }').replace("periods = 2", "end = 0.1")
+    words = ["table.csv:2", "has 4 values", "two: time,value", "Write decimals with a point"]
+    assert_refused(monkeypatch, capsys, write_strips(tmp_path, study=text), words, tmp_path)
 
 
 def test_table_with_nan_names_its_line(tmp_path, monkeypatch, capsys):

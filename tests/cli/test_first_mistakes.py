@@ -5,6 +5,11 @@ from __future__ import annotations
 import json
 import re
 
+import pytest
+
+from creak.studies.setup import set_up
+from creak.studies.study_file import read_study
+from creak.studies.warned import warnings_of
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_dynamic_decks import STEP, stop_deck
 
@@ -108,3 +113,78 @@ def test_a_deck_by_itself_gets_the_same_warnings(creak, tmp_path):
     deck.write_text(stop_deck(step=STEP.replace("1.E-5", "1.E-4")))
     said = creak("run", deck, "--quiet", "--out", tmp_path / "out", "--units", "m-kg-s")
     assert (said.status, "m-kg-s" in said.err) == (0, False)
+
+
+SIGNAL = "type = \"multisine\", f_min = 5, f_max = 60, amplitude = 0.05, period = 0.2, seed = 3"
+
+
+def warned(folder, study=SHORT, deck=None):
+    """What setting up a study warns of."""
+    return warnings_of(set_up(read_study(write_strips(folder, deck, study))).notes)
+
+
+def test_a_sound_study_warns_of_nothing_when_set_up(tmp_path):
+    assert warned(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("amplitude = 0.05", "amplitude = 0.0", "[excitation.root] is zero throughout the run"),
+        (SIGNAL, 'type = "table", values = [[0, 0], [0.4, 0], [0.6, 0], [0.8, 0], [1, 0], [1.5, 1]]', "[excitation.root] is zero throughout the run"),
+        (SIGNAL, 'type = "table", values = [[0, 0], [5, 1], [20, 0]]', "reaches to 20 s, the run to 0.02 s: are its times in s"),
+        ("[time]", '[[connector]]\ntype = "play"\nnodes = ["TIP_LOWER", "TIP_UPPER"]\ndof = "z"\nlower = 0.1\nstiffness = 10\n[time]',
+         "connector 1 is squeezed by 0.1 where the model is at rest, as 0 lies outside its limits: it presses with 1 at once"),
+        ("step = 5e-4", "step = 5e-3", "is 3.3 steps in a period of the highest excitation frequency, 60 Hz: the periods"),
+        ("[time]", "[damping]\nmodal = 0.5\n[time]", "modal = 0.5 is 50 % of critical; 0.005 is 0.5 %"),
+        ("[time]", "[damping.rayleigh]\nalpha = 2e-6\nbeta = 5.0\n[time]", "is 9.4e+02 times critical at 60 Hz: are the two"),
+    ],
+)  # fmt: skip
+def test_what_a_study_can_hardly_mean(tmp_path, old, new, words):
+    """At 60 Hz beta = 5 s is pi 60 5 = 942 times critical; a step of 5 ms is 1 / (60 0.005) of a period."""
+    assert old in SHORT
+    found = warned(tmp_path, SHORT.replace(old, new))
+    assert len(found) == 1
+    assert words in found[0]
+
+
+def test_a_force_of_zero_is_told_by_its_own_name(tmp_path):
+    force = '[excitation.push]\nnode_set = "TIP_UPPER"\ndof = "z"\nkind = "force"\n'
+    found = warned(tmp_path, f"{SHORT}\n{force}signal = {{ type = 'step', amplitude = 0 }}\n")
+    assert found == ["[excitation.push] is zero throughout the run: look at its amplitude and times"]
+
+
+def test_a_force_on_what_is_held_or_driven_is_told(tmp_path):
+    force = '[excitation.push]\nnode_set = "{}"\ndof = "z"\nkind = "force"\nsignal = {{ type = "step", amplitude = 1 }}\n'
+    for nodes in ("ROOT_UPPER", "ROOT_LOWER"):
+        (found,) = warned(tmp_path, f"{SHORT}\n{force.format(nodes)}")
+        assert found.startswith("[excitation.push] is a force where the model is held or its motion prescribed")
+    assert warned(tmp_path, f"{SHORT}\n{force.format('TIP_LOWER')}") == []
+
+
+def test_nothing_drives(tmp_path):
+    deck = two_strips().replace("ROOT_UPPER, 1, 2\n", "ROOT_UPPER, 1, 3\n")
+    study = SHORT[: SHORT.index("[excitation")] + SHORT[SHORT.index("[reduction]") :]
+    assert warned(tmp_path, study, deck) == ["nothing drives the model: the study has no [excitation]"]
+
+
+def test_ten_steps_in_a_period_and_the_usual_damping_are_no_mistake(tmp_path):
+    study = SHORT.replace("step = 5e-4", "step = 1e-3").replace("f_max = 60", "f_max = 100")
+    assert warned(tmp_path, study + "\n[damping]\nmodal = 0.2\n") == []
+
+
+def test_a_strongly_warped_shell_is_named(tmp_path):
+    """A decimal point one place off: one corner of four squares of 10 mm is 15.75 mm too high.
+
+    Their mean planes lean, with normals (0.526, 0.526, 0.668): 15.75 0.668 / 4 = 2.63 mm off, of 12.2 mm, is 21.5 %.
+    """
+    deck = two_strips().replace("15, 10.000000, 10.000000, 1.750000", "15, 10.000000, 10.000000, 17.500000")
+    (found,) = (w for w in warned(tmp_path, deck=deck) if "warped" in w)
+    assert "its corners lie 22 % of its size off their mean plane" in found
+    # The node belongs to four shells.
+    assert found.startswith("4 four-node shell(s) are strongly warped")
+
+
+def test_modulus_in_gpa(tmp_path):
+    found = warned(tmp_path, deck=two_strips().replace("210000., 0.3", "210., 0.3"))
+    assert found[0].startswith("material STEEL (E = 210, density = 7.85e-09) would carry sound at 164 m/s in mm-t-s")

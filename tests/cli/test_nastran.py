@@ -56,3 +56,32 @@ def test_what_changes_the_answer_stops_the_run(creak, tmp_path):
     assert not (tmp_path / "results" / "summary.json").exists()
     creak("run", study, "--ignore", "CGAP", "--quiet")
     assert (tmp_path / "results" / "summary.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("BEGIN BULK\n", "", ["strips.bdf: the deck has CEND but no BEGIN BULK", "Add BEGIN BULK before"]),
+        ("ENDDATA\n", "", ["strips.bdf: the deck ends without ENDDATA", "cut off"]),
+        ("PSHELL,2,", "PSHEL,2,", ["CQUAD4 1001 uses property 2", "Note that PSHEL at", "Did you mean 'PSHELL'?"]),
+        ("MAT1,1,", "MAT1,7,", ["PSHELL 1 uses material 1, which is not defined"]),
+        ("GRID,2,,10.0,0.0,1.75\n", "GRID,2,,1O.0,0.0,1.75\n", ["field 4 of GRID is '1O.0'", "a real number"]),
+        ("GRID,2,,10.0,0.0,1.75\n", "GRID,2,7,10.0,0.0,1.75\n", ["GRID 2 needs coordinate system 7", "CORD card"]),
+        ("SPC = 1\n", "SPC = 5\n", ["strips.bdf:3: SPC = 5 in the case control, but no card has this set"]),
+    ],
+)  # fmt: skip
+def test_mistake_in_the_deck_is_named(creak, tmp_path, old, new, words):
+    assert old in strips()
+    study = nastran_study(tmp_path, strips().replace(old, new, 1))
+    said = creak("run", study, "--quiet")
+    assert said.status == 2
+    assert said.out == ""
+    for word in words:
+        assert word in said.words, said.words
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["strips.bdf", "study.toml"]
+
+
+def test_a_material_without_density_is_told(creak, tmp_path):
+    """Nastran takes MAT1 without RHO."""
+    said = creak("run", nastran_study(tmp_path, strips().replace(",.3,7.85-9", ",.3")), "--quiet")
+    assert "warning: material MAT1 1 has no density: 48 element(s) have no mass of their own" in said.err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from creak.formats.complete_file import complete_file
 from creak.report import event_tables, figures, gap_figures, method, palette, scene, tables, verdict
@@ -67,6 +68,7 @@ def report_text(result: Found, summary: dict[str, Any]) -> str:
         loader=PackageLoader("creak.report", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
     )  # fmt: skip
+    environment.filters["coded"] = coded
     template = environment.get_template("report.html.j2")
     motions = scene.animations(result, units)
     parts = (
@@ -165,9 +167,14 @@ def _table_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[s
         "gaps": tables.gap_table(result, units),
         "parts": tables.part_table(summary, units),
         "costs": tables.cost_table(result, summary),
-        "health": tables.health_tables(result),
+        "health": tables.health_tables(result, units),
         "energy_words": tables.energy_sentence(result),
     }
+
+
+def coded(text: str) -> Markup:
+    """A message as HTML: what stands between back-ticks as code, all else escaped."""
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
 def _script_json(value: Any) -> Markup:

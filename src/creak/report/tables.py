@@ -10,8 +10,8 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.dynamics.history import ENERGIES
 from creak.report.found import Found
-from creak.report.text import NONE, Units, fixed, four, number, percent, ratio, share, tidy
-from creak.report.verdict import ENERGY_BAR, RUN_WORDS, moving_axes, penetration
+from creak.report.text import NONE, Units, fixed, four, number, percent, plural, ratio, share, tidy
+from creak.report.verdict import ENERGY_BAR, ROUND_OFF, RUN_WORDS, moving_axes, penetration
 from creak.studies.compared import main_run
 
 BALANCE = {
@@ -92,10 +92,10 @@ def gap_table(result: Found, units: Units) -> Table | None:
         low, high = (float(f(source.gap0[all_of])) for f in (np.min, np.max))
         rows.append([group, number(len(all_of)), number(len(kept)), number(low), number(high),
                      *_penetration_cells(result, group), _stiffness(result.gaps.stiffness[kept])])  # fmt: skip
-    head = ["contact or connector", "candidates", "kept", f"clearance from, {units.length}", f"to, {units.length}",
-            f"smallest gap, {units.length}", f"penetration, {units.length}", "of the clearance",
-            f"mean channel stiffness, {units.stiffness}"]  # fmt: skip
-    return Table(head, rows)
+    head = ["contact or connector", "candidates", "kept", "from", "to", f"smallest gap, {units.length}",
+            f"penetration, {units.length}", "of clearance", f"mean stiffness, {units.stiffness}"]  # fmt: skip
+    groups = [("", 1), ("channels", 2), (f"clearance, {units.length}", 2), ("in the run with contact", 4)]
+    return Table(head, rows, groups=groups)
 
 
 def _penetration_cells(result: Found, group: str) -> list[str]:
@@ -144,10 +144,24 @@ def cost_table(result: Found, summary: dict[str, Any]) -> Table:
     return Table(head, rows, note=_real_time(names, runs, simulated))
 
 
-def health_tables(result: Found) -> list[tuple[str, Table]]:
-    """One table of checks for each superelement."""
-    head = ["", "value", "remark"]
-    return [(name, Table(head, [list(row) for row in rows], 3)) for name, rows in result.health.items()]
+def health_tables(result: Found, units: Units) -> list[tuple[str, Table]]:
+    """One table of checks for each superelement, under its name and how many warnings it got; the verdict first."""
+    out = []
+    for name, rows in result.health.items():
+        verdicts = [row for row in rows if row[0] == "verdict"]
+        others = [row for row in rows if row[0] not in ("verdict", "part")]
+        warned = sum(value == "warning" for _, value, _ in verdicts)
+        shown = [[_with_unit(label, units), value, remark] for label, value, remark in verdicts + others]
+        out.append((f"{name}: {plural(warned, 'warning')}", Table(["", "value", "remark"], shown, 3)))
+    return out
+
+
+def _with_unit(label: str, units: Units) -> str:
+    """The label of a figure of a superelement, with the unit of its value."""
+    if label.startswith("inertia"):
+        return f"{label}, {units.mass} {units.length}\N{SUPERSCRIPT TWO}"
+    unit = {"mass": units.mass, "centre of gravity": units.length}.get(label)
+    return label if unit is None else f"{label}, {unit}"
 
 
 _COSTS = (
@@ -201,7 +215,8 @@ def balance_table(result: Found, units: Units) -> Table | None:
         rows.append(row)
     created = ["energy created at the worst moment"]
     for h in runs.values():
-        created += [number(h.energy_created * h.energy_scale, 3), share(h.energy_created)]
+        made = h.energy_created if h.energy_created > ROUND_OFF else 0.0
+        created += [number(made * h.energy_scale, 3), share(made)]
     head = ["", *(text for name in runs for text in (f"{RUN_WORDS[name]}, {units.energy}", "share"))]
     note = "Shares are of the largest work from outside during the run, or of the energy at its start."
     return Table(head, [*rows, created], note=note)
@@ -217,7 +232,8 @@ def energy_sentence(result: Found) -> str:
             continue
         made = h.energy_created
         left = share(max(h.energy_dissipated_by_scheme, 0.0))
-        created = f"at worst {share(made)} was created on the way" if made > 1e-12 else "none was created at any time"
+        worst = f"at worst {share(made)} was created on the way"
+        created = worst if made > ROUND_OFF else "none was created at any time"
         words.append(
             f"At the end of the {who} run {left} of the energy put in is left over, dissipated by the integration "
             f"scheme; {created}."

@@ -26,6 +26,10 @@ class Units:
         return f"{self.length}/s"
 
     @property
+    def mass(self) -> str:
+        return "t" if self.to_kg == 1000.0 else "kg"
+
+    @property
     def stiffness(self) -> str:
         return f"{self.force}/{self.length}"
 

@@ -17,6 +17,8 @@ MAC_BAR = 0.99
 NRMSE_BAR = 0.99
 FORCE_BAR = 0.05
 ENERGY_BAR = 0.005
+ROUND_OFF = 1e-12
+"""Share of the energy put in up to which created energy is none."""
 AT_REST = 1e-6
 """Share of the largest axis below which an axis counts as not moving."""
 PENETRATION_BAR = 0.1
@@ -288,7 +290,7 @@ def _energy(summary: dict[str, Any]) -> Check:
     known = {k: v for k, v in created.items() if v is not None}
     if not known:
         return Check(name, bar, "no balance: the run has no energy figures", None)
-    found = "; ".join(f"{RUN_WORDS[run]} {share(v) if v > 1e-12 else 'none'}" for run, v in known.items())
+    found = "; ".join(f"{RUN_WORDS[run]} {share(v) if v > ROUND_OFF else 'none'}" for run, v in known.items())
     return Check(name, bar, found, max(known.values()) <= ENERGY_BAR)
 
 
@@ -335,8 +337,8 @@ def _deep(result: Found) -> list[str]:
         return []
     found = {g: penetration(result, run, g) for g in dict.fromkeys(result.gaps.group)}
     return [
-        f"{group}: the parts penetrate each other by {share(p.of_clearance)} of the clearance. A shorter step allows a "
-        "stiffer contact, and so do [time] substeps."
+        f"at {group} the parts penetrate each other by {share(p.of_clearance)} of the clearance. A shorter step allows "
+        "a stiffer contact, and so do [time] substeps."
         for group, p in found.items() if p is not None and (p.of_clearance or 0.0) > PENETRATION_BAR
     ]  # fmt: skip
 

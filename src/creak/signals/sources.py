@@ -140,6 +140,8 @@ def displacement_motion(signal: Signal, t: FloatArray) -> Motion:
         return _curve_motion(signal, t, 0)
     if signal.rounding is not None:
         return _curve_motion(Rounded(signal.time, signal.value, signal.rounding), t, 0)
+    if signal.time.size == 1:
+        return Motion(np.full_like(t, signal.value[0]), np.zeros_like(t), np.zeros_like(t))
     inside = np.clip(t, signal.time[0], signal.time[-1])
     moving = (t >= signal.time[0]) & (t <= signal.time[-1])
     spline = Akima1DInterpolator(signal.time, signal.value, method="makima")

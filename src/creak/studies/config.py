@@ -158,8 +158,13 @@ class MultisineTable(Table):
 
     @model_validator(mode="after")
     def _has_lines(self) -> MultisineTable:
+        if self.f_min > self.f_max:
+            raise ValueError(f"f_min = {self.f_min:g} Hz is above f_max = {self.f_max:g} Hz")
         if int(self.f_max * self.period + 1e-9) < max(1.0, self.f_min * self.period - 1e-9):
-            raise ValueError(f"no line k/{self.period} lies between f_min = {self.f_min} and f_max = {self.f_max}")
+            raise ValueError(
+                f"period = {self.period:g} s gives lines at whole multiples of {1.0 / self.period:g} Hz, none of them "
+                f"between f_min = {self.f_min:g} and f_max = {self.f_max:g} Hz"
+            )
         return self
 
 

@@ -78,7 +78,8 @@ def deck_modes(
     if f_max is not None and count is not None:
         raise InputError("both f_max and count", expected="one of them")
     if (f_max is not None and not 0.0 < f_max < np.inf) or (count is not None and count < 1):
-        raise InputError(f"f_max = {f_max}, count = {count}", expected="a positive number")
+        given = f"count = {count}" if count is not None and count <= 0 else f"f_max = {f_max:g}"
+        raise InputError(given, expected="a positive number", fix="Ask for 10 modes, for example.")
     progress("read the deck", 0, 1)
     model = read_model(Path(path))
     progress("read the deck", 1, 1)

@@ -149,9 +149,7 @@ def run_study(
             if record and reduced is None else (reference_run or unreduced_run)(setup, reference, gaps, progress)
         )  # fmt: skip
         stopped = runs["reference"].stopped
-    for name, run in runs.items():
-        texts = [*slip_warnings(gaps, slip_of(run)), *step_warnings(setup, run)]
-        notes += [Warned(f"{name} run: {text}") for text in texts]
+    notes += run_warnings(setup, gaps, runs)
     if runs and gaps.m and not any(run.events for run in runs.values()):
         notes.append(never_closed(gaps, next(iter(runs.values())).history))
     window = excitation_window(setup.study, output_times(setup))
@@ -176,6 +174,13 @@ def slip_of(run: Run) -> FloatArray:
     """(m,) largest tangential motion of each channel while it presses, at the output times."""
     h = run.history
     return np.asarray(np.where(h.force[h.output_index] > 0.0, h.slip, 0.0).max(axis=0, initial=0.0))
+
+
+def run_warnings(setup: Setup, gaps: GapOperator, runs: dict[str, Run]) -> list[Warned]:
+    """What the user should know of each run; where it is the same of both, once."""
+    said = {name: [*slip_warnings(gaps, slip_of(run)), *step_warnings(setup, run)] for name, run in runs.items()}
+    every = dict.fromkeys(text for texts in said.values() for text in texts)
+    return [Warned(f"{' and '.join(n for n in said if text in said[n])} run: {text}") for text in every]
 
 
 def step_warnings(setup: Setup, run: Run) -> list[str]:

@@ -30,7 +30,7 @@ from creak.studies.contact_pairs import contact_pair
 from creak.studies.excitation import driven_dofs, highest_frequency, period_of, sample_loads, time_axis
 from creak.studies.free_motion import loose_motions, loose_words
 from creak.studies.imported import imported_superelements, resistance
-from creak.studies.start_check import start_warnings
+from creak.studies.start_check import drive_warnings, start_warnings
 from creak.studies.study_file import Study
 from creak.studies.warned import Warned
 
@@ -87,7 +87,11 @@ def set_up(study: Study, ignore: Sequence[str] = ()) -> Setup:
     ------
     InputError : anything wrong in the study or the deck.
     """
-    return set_up_model(study, read_model(study.sibling(study.config.model.deck)), ignore)
+    setup = set_up_model(study, read_model(study.sibling(study.config.model.deck)), ignore)
+    if study.config.excitation or study.config.connector or setup.model.initial_velocity:
+        return setup
+    idle = Warned("nothing drives the model: the study has no [excitation]")
+    return replace(setup, notes=[*setup.notes, idle])
 
 
 def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free: bool = False) -> Setup:
@@ -112,6 +116,7 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
     plays = _plays(study)
     connectors = join([play_channels(model, p, where) for p, where in plays])
     rayleigh, override = _damping(model, study)
+    notes += drive_warnings(model, study.config, loads, driven, rayleigh, highest_frequency(study))
     superelements = imported_superelements(model, study, rayleigh, override)
     notes += _check_held(model, driven, connectors, superelements, free)
     pairs = _pairs(model, study)
@@ -206,7 +211,8 @@ def _check_held(
         raise InputError(
             f"nothing holds part(s) {how}: they can move as rigid bodies once coupled", where=model.source,
             expected="supports, links, springs or connectors that hold every part",
-            fix="Add *BOUNDARY conditions or couple them to a part that is held.",
+            fix="Add *BOUNDARY conditions, couple them to a part that is held, or prescribe their motion by an "
+            "[excitation].",
         )  # fmt: skip
     note = f"nothing holds part(s) {how}: they move freely"
     return [note] if model.initial_velocity else [Warned(f"{note}; *BOUNDARY conditions would hold them")]

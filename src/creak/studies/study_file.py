@@ -61,11 +61,13 @@ def read_toml(path: Path, kind: str) -> tuple[dict[str, Any], str]:
     except FileNotFoundError as error:
         raise InputError(f"no such {kind} file: {path}", fix="Check the path.") from error
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read the {kind} file {path}: {error}") from error
+        reason = getattr(error, "strerror", None) or "it is not text in UTF-8"
+        raise InputError(f"cannot read the {kind} file {path}: {reason}", fix="Give the .toml file.") from error
     try:
         return tomllib.loads(text), text
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"not valid TOML: {error}", where=path, fix="Repair that line.") from error
+        fix = "Write paths with / instead of \\." if "\\" in str(error) else "Repair that line."
+        raise InputError(f"not valid TOML: {error}", where=path, fix=fix) from error
 
 
 SIGNALS = ("multisine", "sine", "step", "table", "record", "smooth-step", "periodic")
@@ -91,11 +93,30 @@ def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel]
         got = problem["input"].get("type") if isinstance(problem["input"], dict) else problem["input"]
         return InputError(f"{name} has type {got!r}", where=where, expected=f"one of {', '.join(kinds)}",
                           fix=suggest(str(got), kinds))  # fmt: skip
+    if (header := _right_header(problem["type"], keys)) and isinstance(problem["input"], dict | list):
+        return InputError(f"[{name}] is not how such a table starts", where=where, fix=f"Write {header}.")
     message = problem["msg"].removeprefix("Value error, ")
+    if problem["type"].startswith("float_"):
+        message += _words_beside(error, loc)
     got = problem["input"]
     shown = "" if isinstance(got, dict) else f" = {got!r}"
     text = f"{message[:1].lower()}{message[1:]}"
     return InputError(f"{name}{shown}: {text}" if name else text, where=where, fix="Correct the value.")
+
+
+def _right_header(kind: str, keys: tuple[int | str, ...]) -> str:
+    """How the table of a wrong header is written; empty where the header is right."""
+    if len(keys) != 1:
+        return ""
+    return {"list_type": f"[[{keys[0]}]]", "dict_type": f"[{keys[0]}.NAME]"}.get(kind, "")
+
+
+def _words_beside(error: ValidationError, loc: tuple[int | str, ...]) -> str:
+    """The words that a key takes besides a number; empty where it takes none."""
+    if not _is_tag(loc[-1], None):
+        return ""
+    words = [e["ctx"]["expected"] for e in error.errors() if e["type"] == "literal_error" and e["loc"][:-1] == loc[:-1]]
+    return f", or {' or '.join(words)}" if words else ""
 
 
 def _signal_tables() -> Sequence[type[BaseModel]]:

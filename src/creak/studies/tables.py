@@ -61,6 +61,11 @@ def _numbers(path: Path, line: int, row: list[str]) -> list[float]:
         numbers = [float(cell) for cell in row[:2]]
     except ValueError:
         numbers = []
+    if len(row) > 2 and any(cell.strip() for cell in row[2:]):
+        raise InputError(
+            f"the row {','.join(row)!r} has {len(row)} values", where=f"{path}:{line}", expected="two: time,value",
+            fix="Write decimals with a point, and leave out further columns.",
+        )  # fmt: skip
     if len(numbers) != 2 or not np.isfinite(numbers).all():
         raise InputError(
             f"got {','.join(row)!r}", where=f"{path}:{line}", expected="two finite numbers: time,value",

@@ -26,6 +26,8 @@ DENSITY = (12.0, 25_000.0)
 """kg/m^3: from light foam to beyond tungsten."""
 SOUND = (10.0, 30_000.0)
 """m/s: sqrt(E / density), from soft rubber to beyond diamond."""
+METAL = (5000.0, 5e9)
+"""kg/m^3 and Pa: solids denser than this are metals, none of which is softer."""
 SIZE = (0.01, 100.0)
 """m across the whole model."""
 THICKNESS = (1e-5, 0.1)
@@ -154,7 +156,8 @@ def _fits(stuff: Stuff, system: UnitSystem) -> bool:
     modulus = stuff.modulus <= 0.0 or _within(stuff.modulus * system.stress, MODULUS)
     density = stuff.density <= 0.0 or _within(stuff.density * system.density, DENSITY)
     speed = _sound(stuff, system)
-    return modulus and density and (speed is None or _within(speed, SOUND))
+    heavy = stuff.density * system.density > METAL[0] and 0.0 < stuff.modulus * system.stress < METAL[1]
+    return modulus and density and not heavy and (speed is None or _within(speed, SOUND))
 
 
 def _sound(stuff: Stuff, system: UnitSystem) -> float | None:

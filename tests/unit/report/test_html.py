@@ -14,8 +14,9 @@ from creak.contact.laws.parameters import Friction
 from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Unread
 from creak.report.found import found_of
-from creak.report.html import report_text, write_report
+from creak.report.html import coded, report_text, write_report
 from creak.studies.summary import summarise
+from creak.studies.warned import Warned
 from creak.verify.slips import SlipEvent
 
 CASES = (
@@ -238,3 +239,32 @@ def test_gap_plot_reaches_the_deepest_penetration(full, result_of):
     assert min(min(t["y"]) for t in traces if t["name"] == "reduced model") == pytest.approx(
         h.gap[inside].min(), rel=1e-5
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [("set [time] substeps, or `creak run --converge`", "set [time] substeps, or <code>creak run --converge</code>"),
+     ("`a<b`, x > y & `c`", "<code>a&lt;b</code>, x &gt; y &amp; <code>c</code>"),
+     ("`</li><script>alert(1)</script>`", "<code>&lt;/li&gt;&lt;script&gt;alert(1)&lt;/script&gt;</code>"),
+     ("a lone ` stays", "a lone ` stays"), ("`` stays too", "`` stays too")],
+)  # fmt: skip
+def test_what_stands_between_back_ticks_is_code_and_escaped(text, shown):
+    assert coded(text) == shown
+
+
+def test_messages_on_the_page_show_no_back_tick(result_of):
+    result = result_of("reduced only")
+    note = "`creak run --converge` looks closer, where <a> is `b`"
+    unread = Unread("*PREPRINT", "plates.inp:7", True, "see `creak info`")
+    setup = replace(result.setup, model=replace(result.setup.model, unread=(unread,)))
+    html = report_of(replace(result, setup=setup, notes=[note, Warned(note)]))
+    assert html.count("<li><code>creak run --converge</code> looks closer, where &lt;a&gt; is <code>b</code></li>") == 2
+    assert "see <code>creak info</code>" in html
+
+
+def test_superelements_show_their_verdict_first_and_units(full):
+    start = full.index("<summary>LOWER: no warnings</summary>")
+    table = full[start : full.index("</table>", start)]
+    assert table.index("<td>verdict</td>") < table.index("<td>mass, t</td>") < table.index("centre of gravity, mm")
+    assert "t mm\N{SUPERSCRIPT TWO}" in table
+    assert "<td>part</td>" not in table

@@ -91,6 +91,13 @@ def test_table_displacement_passes_its_rows_and_rests_outside():
     np.testing.assert_allclose(flat.displacement, 2.0)
 
 
+def test_a_displacement_table_of_one_row_is_constant():
+    motion = displacement_motion(Table(np.array([0.5]), np.array([2.0])), T)
+    np.testing.assert_array_equal(motion.displacement, 2.0)
+    assert not motion.velocity.any()
+    assert not motion.acceleration.any()
+
+
 # --- multisine ------------------------------------------------------------------------------------------------
 
 

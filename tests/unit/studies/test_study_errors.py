@@ -138,7 +138,7 @@ MISTAKES = {
     "output interval off the step": ("[reduction]", "[output]\ninterval = 1.5e-3\n[reduction]", "interval",
                                      r"interval = 0.0015 s.*multiple of the step"),
     "no line in a multisine": (SINE, '{ type = "multisine", f_min = 0.2, f_max = 0.4, amplitude = 1.0 }', "signal",
-                               r"no line k/1.0 lies between"),
+                               r"lines at whole multiples of 1 Hz, none of them between"),
     "friction": ("[reduction]", '[contact.c]\nsecondary = "A"\nmain = "B"\nfriction = -0.3\n[reduction]', "friction",
                  r"friction.*-0.3.*greater than or equal to 0"),
 }  # fmt: skip

@@ -126,7 +126,7 @@ def read_text(path: Path, included_at: str) -> list[str]:
         raise InputError(f"there is no {what} {path}", where=included_at, fix=fix) from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot read the {what} {path}: {reason}", where=included_at) from None
+        raise InputError(f"cannot read the {what} {path}: {reason}", where=included_at, fix="Check the path.") from None
     if b"\0" in data:
         raise InputError(
             f"{path} is not a text file (it holds zero bytes)",

@@ -52,6 +52,9 @@ def read_deck_file(path: Path) -> DeckFile:
     whole = any(_BULK.match(t) or t.strip().upper().startswith("CEND") for t in lines)
     reader = _Reader(path, "executive" if whole else "bulk")
     reader.read(path, lines, ())
+    if whole and not reader.begun:
+        raise InputError("the deck has CEND but no BEGIN BULK", where=path, expected="CEND, BEGIN BULK and ENDDATA",
+                         fix="Add BEGIN BULK before the first bulk data card.")  # fmt: skip
     if (whole or reader.begun) and reader.section != "end":
         raise InputError("the deck ends without ENDDATA", where=path, expected="CEND, BEGIN BULK and ENDDATA",
                          fix="Is the file cut off? Add ENDDATA if it is complete.")  # fmt: skip

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 
 from creak.errors import suggest
+from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.deck import Deck
 
 _READ = {
@@ -98,9 +99,7 @@ def list_unread(deck: Deck, also_read: Collection[str] = ()) -> None:
         elif name in CHANGES:
             deck.note(cards[0], _count(_WHY.get(name, CHANGES[name]), len(cards)), changes=True)
         else:
-            hint = suggest(name, READ | HARMLESS.keys() | CHANGES.keys())
-            why = "creak does not know this card"
-            why = f"{why}. {hint}" if hint.startswith("Did you mean") else why
+            why = f"creak does not know this card. {_meant(name)}".removesuffix(". ")
             deck.note(cards[0], _count(why, len(cards)), changes=True, what=name)
     for name, card in deck.params.items():
         if name in _PARAMS_HARMLESS:
@@ -111,6 +110,23 @@ def list_unread(deck: Deck, also_read: Collection[str] = ()) -> None:
     if others:
         why = f"the study file defines analysis and output ({', '.join(sorted(others))})"
         deck.note(deck.params[others[0]], why, changes=False)
+
+
+def misspelled(cards: Iterable[Card]) -> str:
+    """Hint at the first card that looks like a misspelling: it may have caused an error; empty without one."""
+    first: dict[str, str] = {}
+    for card in cards:
+        first.setdefault(card.name, card.where)
+    for name, where in first.items():
+        if name not in READ and name not in HARMLESS and name not in CHANGES and (hint := _meant(name)):
+            return f"Note that {name} at {where} is not a card that creak knows. {hint}"
+    return ""
+
+
+def _meant(name: str) -> str:
+    """`Did you mean ...?` for an unknown card; empty where no known one is like it."""
+    hint = suggest(name, READ | HARMLESS.keys() | CHANGES.keys())
+    return hint if hint.startswith("Did you mean") else ""
 
 
 def _count(why: str, n: int) -> str:

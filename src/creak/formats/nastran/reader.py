@@ -17,7 +17,7 @@ from creak.formats.nastran.deck_file import DeckFile, read_deck_file
 from creak.formats.nastran.direct_matrices import read_direct_matrices
 from creak.formats.nastran.gaps import list_gaps
 from creak.formats.nastran.grids import Permanent, read_grids
-from creak.formats.nastran.known_cards import list_unread
+from creak.formats.nastran.known_cards import list_unread, misspelled
 from creak.formats.nastran.materials import read_materials
 from creak.formats.nastran.parts import read_parts
 from creak.formats.nastran.points import read_points
@@ -68,6 +68,9 @@ def _read(path: str | Path, *, own_run: bool) -> tuple[Model, DeckRun | None]:
     except (OverflowError, np.linalg.LinAlgError):
         raise InputError("a number of the deck is too large or too small to compute with", where=path,
                          fix="Check the properties, materials and coordinates.") from None  # fmt: skip
+    except InputError as error:
+        fix = f"{error.fix} {misspelled(source.cards)}".strip()
+        raise InputError(error.what, expected=error.expected, where=error.where, fix=fix) from None
 
 
 def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun | None]:
