@@ -1,5 +1,6 @@
-"""`creak report`: the page of an earlier run, from its files alone; and the motion of that run for ParaView."""
+"""`creak report`: the page of an earlier run, from its files alone; and the motion and histories of that run."""
 
+import csv
 import re
 import shutil
 import xml.etree.ElementTree as ET
@@ -86,10 +87,60 @@ def test_motion_becomes_a_series(creak, folder, tmp_path):
     assert found["types"].tolist() == [9] * 48
 
 
+def functions(path):
+    """Node, direction, kind, start, step and values of each data set 58: fields and lines as the format has them."""
+    for text in path.read_text("ascii").split("    -1\n    -1\n")[1:]:
+        number, *lines = text.removesuffix("    -1\n").splitlines()
+        assert number == "    58"
+        assert all(len(line) <= 80 for line in lines)
+        names, shape, time, kind = lines[5:9]
+        assert (int(names[:5]), int(time[:10])) == (1, 17)
+        assert [int(shape[i : i + 10]) for i in (0, 20)] == [4, 1]
+        values = [float(line[i : i + 20]) for line in lines[11:] for i in range(0, len(line), 20)]
+        assert len(values) == int(shape[10:20])
+        yield int(names[41:51]), int(names[51:55]), int(kind[:10]), float(shape[30:43]), float(shape[43:56]), values
+
+
+def test_histories_become_functions_of_a_universal_file(creak, folder, tmp_path):
+    said = creak("convert", folder / "results.h5", tmp_path / "histories.unv")
+    assert said.status == 0, said.words
+    found = list(functions(tmp_path / "histories.unv"))
+    with h5py.File(folder / "results.h5") as file:
+        run = file["runs/reduced"]
+        time, nodes, channels = run["time"][()], run["node_ids"][()], run["channel_nodes"][()]
+        displacement, force = run["displacement"][()], run["normal_force"][()]
+    assert force.any()
+    expected = [(n, axis + 1, 8, displacement[:, k, axis]) for k, n in enumerate(nodes) for axis in range(3)]
+    expected += [(n, 0, 9, force[:, k]) for k, n in enumerate(channels)]
+    assert len(found) == len(expected)
+    for (node, direction, kind, start, step, values), (*what, numbers) in zip(found, expected, strict=True):
+        assert [node, direction, kind] == what
+        np.testing.assert_allclose(start + step * np.arange(time.size), time, atol=1e-5 * time[-1])
+        np.testing.assert_allclose(values, numbers, rtol=1e-12, atol=1e-99)
+
+
+def test_histories_become_a_table(creak, folder, tmp_path):
+    said = creak("convert", folder / "results.h5", tmp_path / "histories.csv", "--run", "reference")
+    assert said.status == 0, said.words
+    with (tmp_path / "histories.csv").open(newline="") as file:
+        head, *rows = csv.reader(file)
+    with h5py.File(folder / "results.h5") as file:
+        run = file["runs/reference"]
+        parts = [run["time"][()][:, None], run["displacement"][()].reshape(len(rows), -1), run["gap"][()], run["normal_force"][()]]
+        names = [run[key].asstr()[()] for key in ("node_names", "channels")]
+    np.testing.assert_array_equal(np.array(rows, dtype=float), np.concatenate(parts, axis=1))
+    n, m = (len(some) for some in names)
+    assert [head[0], head[6], *head[1 + 6 * n :: m]] == [
+        "time [s]", f"{names[0][0]} RZ [rad]", f"{names[1][0]} gap [mm]", f"{names[1][0]} normal force [N]",
+    ]  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        (("results.h5", "motion.vtu"), "cannot write motion to motion.vtu"),
+        (("results.h5", "histories.csv", "--run", "other"), "no run 'other'"),
+        (("deck.inp", "histories.unv"), "cannot write a deck that ends in '.unv'"),
+        (("results.h5", "motion.vtu"), "cannot write results to motion.vtu"),
         (("deck.inp", "motion.pvd"), "expected results.h5"),
         (("results.h5", "motion.pvd", "--mass", "lumped"), "are for decks"),
         (("deck.inp", "deck.bdf", "--run", "reduced"), "--run reduced with a deck"),

@@ -1,4 +1,4 @@
-"""`creak convert`: a deck of one program as a deck of another, or as matrices; the motion of a run for ParaView."""
+"""`creak convert`: a deck of one program as a deck of another, or as matrices; motion and histories of a run."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 MATRICES = {"npz": "npz", "mtx": "matrix-market", "op4": "op4", "dmig": "dmig"}
 """What --matrices takes -> name of the format."""
 RESULTS = (".h5", ".hdf5")
+OF_RESULTS = (".pvd", ".unv", ".uff", ".csv")
+"""What results are written to."""
 
 
 def convert(
@@ -26,7 +28,8 @@ def convert(
         ..., metavar="IN", help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas; or results.h5 of a run."
     ),
     out: Path = typer.Argument(
-        ..., metavar="OUT", help="The deck to write, .inp, .bdf, .dat, .nas; or the matrices; of results .pvd."
+        ..., metavar="OUT",
+        help="The deck to write, .inp, .bdf, .dat, .nas; or the matrices; of results .pvd, .unv, .csv.",
     ),
     matrices: str | None = typer.Option(None, "--matrices", help="Write K, M and C instead: npz, mtx, op4 or dmig."),
     mass: str | None = typer.Option(
@@ -34,7 +37,7 @@ def convert(
     ),
     ignore: list[str] = typer.Option([], "--ignore", metavar="KEYWORD", help="Keyword of IN that may get lost."),
     run: str | None = typer.Option(
-        None, "--run", help="Of results: whose motion, reduced or reference; default: the one that has it."
+        None, "--run", help="Of results: reduced or reference; default: the reduced one, of motion the one that has it."
     ),
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,
@@ -47,23 +50,27 @@ def convert(
     Abaqus decks take consistent mass, Nastran decks linear or lumped mass.
 
     Of the results of a run with [output] field_interval it writes the motion of all nodes for ParaView: OUT.pvd with
-    the times, and a folder of that name with a VTU for each instant.
+    the times, and a folder of that name with a VTU for each instant. Of any results it writes the histories of watched
+    nodes and gap channels: OUT.csv with all of them, OUT.unv (data set 58) with translations and normal forces.
 
     Example: creak convert plate.bdf plate.inp --mass consistent
 
     Example: creak convert results/results.h5 motion.pvd
+
+    Example: creak convert results/results.h5 histories.unv
     """
     from creak.cli.output import writable_folder
     from creak.formats.abaqus.writer import stop_on_unread
     from creak.studies.setup import read_model
 
     of_run = deck.suffix.lower() in RESULTS
-    _check_motion(of_run, out, run, [matrices, mass, *ignore])
+    _check_results(of_run, out, run, [matrices, mass, *ignore])
     if not of_run:
         _check(deck, out, matrices, mass)
     writable_folder(out.parent)
     if of_run:
-        _write_motion(deck, out, run, Output(quiet, verbose, as_json))
+        write = _write_motion if out.suffix.lower() == ".pvd" else _write_histories
+        write(deck, out, run, Output(quiet, verbose, as_json))
         return
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
@@ -93,10 +100,13 @@ def convert(
         })  # fmt: skip
 
 
-def _check_motion(of_run: bool, out: Path, run: str | None, others: list[str | None]) -> None:
-    """Results go with .pvd and --run, and with nothing else."""
-    if of_run and out.suffix.lower() != ".pvd":
-        raise InputError(f"cannot write motion to {out}", expected="a ParaView collection, .pvd")
+def _check_results(of_run: bool, out: Path, run: str | None, others: list[str | None]) -> None:
+    """Results go with files of their own and --run, and with nothing else."""
+    if of_run and out.suffix.lower() not in OF_RESULTS:
+        raise InputError(
+            f"cannot write results to {out}",
+            expected=".pvd (motion for ParaView), .unv (histories for test software) or .csv (histories)",
+        )
     if not of_run and out.suffix.lower() == ".pvd":
         raise InputError("a .pvd holds the motion of a run", expected="results.h5 as IN")
     if of_run and any(others):
@@ -117,6 +127,24 @@ def _write_motion(results: Path, out: Path, run: str | None, words: Output) -> N
         output.tell_written()
         output.say(f"{field.time.size} instants of the {field.run} run in {folder}")
         output.result({"run": field.run, "instants": field.time.size, "written": [str(out)], "folder": str(folder)})
+
+
+def _write_histories(results: Path, out: Path, run: str | None, words: Output) -> None:
+    """Watched nodes and gap channels of a run over time."""
+    from creak.formats.histories import read_histories, write_csv, write_universal
+
+    with words as output:
+        with output.progress as progress:
+            histories = read_histories(results, run)
+            with progress.phase(f"write {out.name}"):
+                (write_csv if out.suffix.lower() == ".csv" else write_universal)(histories, out)
+            output.wrote(out)
+        output.tell_written()
+        nodes, channels, times = len(histories.node_names), len(histories.channels), histories.time.size
+        output.say(f"{nodes} nodes and {channels} channels of the {histories.run} run at {times} times")
+        output.result({
+            "run": histories.run, "nodes": nodes, "channels": channels, "times": times, "written": [str(out)],
+        })  # fmt: skip
 
 
 def _check(deck: Path, out: Path, matrices: str | None, mass: str | None) -> None:

@@ -1,8 +1,9 @@
-"""Mode shapes -> universal file (UFF): data sets 164, 15, 2412, 82 and 55, read by modal test software."""
+"""Mode shapes and time histories -> universal files (UFF), read by modal test software."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, TextIO
 
@@ -30,6 +31,11 @@ SMALLEST = 1e-99
 """Smaller values are written as 0: their exponent has three digits, which the fields cannot hold."""
 
 Units = Literal["mm-t-s", "m-kg-s"]
+TIME_RESPONSE, TIME = 1, 17
+"""Type of function, kind of abscissa."""
+DOUBLE, EVEN = 4, 1
+EXPONENTS = {8: (1, 0, 0), 9: (0, 1, 0)}
+"""Of length, force and temperature: displacement, reaction force."""
 
 
 def write_uff(
@@ -59,6 +65,61 @@ def write_uff(
             _data_set(file, 82, lines)
         for mode, (frequency, shape) in enumerate(zip(frequencies, shapes, strict=True), start=1):
             _data_set(file, 55, _mode(title or model.source, labels, mode, frequency, shape))
+
+
+@dataclass(frozen=True)
+class Function:
+    """One quantity over time, (n_time,) values."""
+
+    title: str
+    node: int
+    direction: int
+    """1, 2, 3: X, Y, Z; 0: none."""
+    kind: int
+    """8: displacement; 9: reaction force."""
+    label: str
+    unit: str
+    values: FloatArray
+
+
+def write_functions(path: Path, time: FloatArray, functions: Sequence[Function], units: Units = "mm-t-s") -> None:
+    """Write one data set 58 per function: a time response, real, double precision, evenly spaced.
+
+    Parameters
+    ----------
+    time : (n_time,) s, evenly spaced, two at least. units : of the values; they name the units of the file (164).
+
+    Source: Universal File Formats for Modal Analysis Testing (SDRC; University of Cincinnati), data set 58: five
+    lines of text, 2(I5,I10),2(1X,10A1,I10,I4), 3I10,3E13.5, four of I10,3I5,2(1X,20A1), then 4E20.12.
+    """
+    step = (time[-1] - time[0]) / (time.size - 1)
+    with complete_file(path) as partial, partial.open("w", encoding="ascii", newline="\r\n") as file:
+        _data_set(file, 164, _units(units))
+        for number, function in enumerate(functions, start=1):
+            _data_set(file, 58, _history(number, function, float(time[0]), float(step)))
+
+
+def _history(number: int, f: Function, start: float, step: float) -> Iterator[str]:
+    yield _text(f.title, 80)
+    yield from ["NONE"] * 4
+    of, against = f" {'NONE':<10}{f.node:10d}{f.direction:4d}", f" {'NONE':<10}{0:10d}{0:4d}"
+    yield f"{TIME_RESPONSE:5d}{number:10d}{0:5d}{0:10d}{of}{against}"
+    yield f"{DOUBLE:10d}{f.values.size:10d}{EVEN:10d}{_e13(np.array([start, step, 0.0]))}"
+    yield _axis(TIME, (0, 0, 0), "Time", "s")
+    yield _axis(f.kind, EXPONENTS[f.kind], f.label, f.unit)
+    yield from [_axis(0, (0, 0, 0), "NONE", "NONE")] * 2
+    values = np.where(np.abs(f.values) < SMALLEST, 0.0, f.values).tolist()
+    for k in range(0, len(values), 4):
+        yield "".join(f"{v:20.12E}" for v in values[k : k + 4])
+
+
+def _axis(kind: int, exponents: tuple[int, int, int], label: str, unit: str) -> str:
+    return f"{kind:10d}{''.join(f'{e:5d}' for e in exponents)} {label:<20.20} {unit:<20.20}"
+
+
+def _text(words: str, width: int) -> str:
+    """The end of it where it is too long."""
+    return words.encode("ascii", "replace").decode()[-width:]
 
 
 def _data_set(file: TextIO, number: int, lines: Iterable[str]) -> None:
@@ -116,7 +177,7 @@ def _trace_line(number: int, nodes: list[int]) -> Iterator[str]:
 
 
 def _mode(title: str, labels: IntArray, mode: int, frequency: float, shape: FloatArray) -> Iterator[str]:
-    yield title.encode("ascii", "replace").decode()[-80:]
+    yield _text(title, 80)
     yield f"Mode {mode}, {frequency:.6g} Hz"
     yield from ["NONE", "mass-normalised", "NONE"]
     yield "".join(f"{v:10d}" for v in (1, 2, 2, 8, 2, 3))  # structural, normal mode, translations, real, 3 values

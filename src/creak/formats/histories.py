@@ -1,0 +1,111 @@
+"""The time histories of results.h5: watched nodes and gap channels, as CSV and as functions of a universal file."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.errors import InputError, suggest
+from creak.formats.complete_file import complete_file
+from creak.formats.results import UNITS, reading
+from creak.formats.uff import Function, Units, write_functions
+
+AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
+DISPLACEMENT, REACTION_FORCE = 8, 9
+"""Kinds of data in a universal file."""
+
+
+@dataclass(frozen=True)
+class Histories:
+    """One run at its output times."""
+
+    run: str
+    units: Units
+    time: FloatArray
+    """(n_time,) s, evenly spaced."""
+    node_ids: IntArray
+    node_names: tuple[str, ...]
+    displacement: FloatArray
+    """(n_time, n_node, 6) X Y Z RX RY RZ of the watched nodes."""
+    channels: tuple[str, ...]
+    channel_nodes: IntArray
+    """(n_channel,) label of the secondary node."""
+    gap: FloatArray
+    """(n_time, n_channel)"""
+    normal_force: FloatArray
+    """(n_time, n_channel)"""
+
+
+def read_histories(path: Path, run: str | None = None) -> Histories:
+    """The histories that a results.h5 holds.
+
+    Parameters
+    ----------
+    run : reduced or reference; None: the reduced one where there are both.
+
+    Raises
+    ------
+    InputError : the file is missing or not whole, or has no such run.
+    """
+    with reading(path), h5py.File(path, "r") as file:
+        names = [str(name) for name in file["runs"]]
+        run = run or ("reduced" if "reduced" in names else names[0])
+        if run not in names:
+            raise InputError(f"{path} has no run {run!r}", fix=suggest(run, names))
+        group = file["runs"][run]
+        names_of_nodes, channels = (tuple(map(str, group[key].asstr()[()])) for key in ("node_names", "channels"))
+        return Histories(
+            run, file.attrs["units"], group["time"][()], group["node_ids"][()], names_of_nodes,
+            group["displacement"][()], channels, group["channel_nodes"][()], group["gap"][()],
+            group["normal_force"][()],
+        )  # fmt: skip
+
+
+def write_csv(histories: Histories, out: Path) -> None:
+    """A row for each time: time, the six displacements of each watched node, gap and normal force of each channel.
+
+    The head names each column and its unit. Numbers have all their digits.
+    """
+    unit, h = UNITS[histories.units], histories
+    length, force = unit["length"], unit["force"]
+    units = [length] * 3 + ["rad"] * 3
+    head = ["time [s]"]
+    head += [f"{name} {axis} [{u}]" for name in h.node_names for axis, u in zip(AXES, units, strict=True)]
+    head += [f"{name} gap [{length}]" for name in h.channels]
+    head += [f"{name} normal force [{force}]" for name in h.channels]
+    n = h.time.size
+    table = np.concatenate([h.time[:, None], h.displacement.reshape(n, -1), h.gap, h.normal_force], axis=1)
+    with complete_file(out) as partial, partial.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(head)
+        writer.writerows(table.tolist())
+
+
+def write_universal(histories: Histories, out: Path) -> int:
+    """Data sets 58: the translations of the watched nodes and the normal force of each channel over time.
+
+    Returns
+    -------
+    Number of functions.
+    """
+    functions = list(_functions(histories))
+    write_functions(out, histories.time, functions, histories.units)
+    return len(functions)
+
+
+def _functions(h: Histories) -> Iterator[Function]:
+    """Forces carry no direction: they act along the normal of the contact."""
+    length, force = UNITS[h.units]["length"], UNITS[h.units]["force"]
+    for k, (label, name) in enumerate(zip(h.node_ids.tolist(), h.node_names, strict=True)):
+        for axis in range(3):
+            title = f"{h.run} run: displacement {AXES[axis]} of {name}"
+            yield Function(title, label, axis + 1, DISPLACEMENT, "Displacement", length, h.displacement[:, k, axis])
+    for k, (label, name) in enumerate(zip(h.channel_nodes.tolist(), h.channels, strict=True)):
+        title = f"{h.run} run: normal force of {name}"
+        yield Function(title, label, 0, REACTION_FORCE, "Normal force", force, h.normal_force[:, k])
