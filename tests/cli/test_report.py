@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from helpers_decks import STUDY, write_strips
+from helpers_uff import data_sets, fields
 from helpers_vtu import arrays
 
 WRITTEN = re.compile(r"<th>Report written</th><td>[^<]*</td>")
@@ -89,14 +90,14 @@ def test_motion_becomes_a_series(creak, folder, tmp_path):
 
 def functions(path):
     """Node, direction, kind, start, step and values of each data set 58: fields and lines as the format has them."""
-    for text in path.read_text("ascii").split("    -1\n    -1\n")[1:]:
-        number, *lines = text.removesuffix("    -1\n").splitlines()
-        assert number == "    58"
-        assert all(len(line) <= 80 for line in lines)
+    units, *sets = data_sets(path)
+    assert units[0] == 164
+    for number, lines in sets:
+        assert number == 58
         names, shape, time, kind = lines[5:9]
         assert (int(names[:5]), int(time[:10])) == (1, 17)
         assert [int(shape[i : i + 10]) for i in (0, 20)] == [4, 1]
-        values = [float(line[i : i + 20]) for line in lines[11:] for i in range(0, len(line), 20)]
+        values = [float(x) for line in lines[11:] for x in fields(line, 20)]
         assert len(values) == int(shape[10:20])
         yield int(names[41:51]), int(names[51:55]), int(kind[:10]), float(shape[30:43]), float(shape[43:56]), values
 

@@ -117,7 +117,7 @@ def _element_matrices(
             bad = block.ids[start + error.rows]
             shown = ", ".join(str(i) for i in bad[:5])
             raise InputError(
-                f"element(s) {shown}{', ...' if bad.size > 5 else ''}: {error.reason}",
+                f"element(s) {shown}{f', ... ({bad.size} in all)' if bad.size > 5 else ''}: {error.reason}",
                 where=block.where,
                 fix="Repair these elements: check node order and coincident nodes.",
             ) from error

@@ -8,15 +8,14 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.elements.quad4_geometry import (
-    CENTRE,
     Surface,
     directors,
-    evaluate,
     inverse_2x2,
     shape,
     shape_derivatives,
     strain_transform,
     tangents,
+    zero_mean,
 )
 from creak.elements.shell_rigidity import Rigidity
 
@@ -62,8 +61,8 @@ def curvature(coords: FloatArray, surface: Surface) -> FloatArray:
     return np.asarray(strain_transform(surface.inverse) @ operator.reshape(n, -1, 3, 24), dtype=np.float64)
 
 
-def nodal_curvature(coords: FloatArray, surface: Surface) -> FloatArray:
-    """`curvature`, its deviation from the mean over the element enlarged to what it is at the nodes.
+def nodal_curvature(operator: FloatArray, surface: Surface) -> FloatArray:
+    """`curvature`, (n, n_point, 3, 24), its deviation from the mean over the element enlarged to that at the nodes.
 
     A wave cos(k y) that is linear between nodes at a distance h has the mean square (2 + cos kh)/6 instead of 1/2: the
     bending stiffness of a wave that varies in both directions is (kh)^2/6 too low. The trapezoidal rule is exact for
@@ -75,7 +74,6 @@ def nodal_curvature(coords: FloatArray, surface: Surface) -> FloatArray:
     a strip from a plate by; the 3 and the 10 are a choice. Waves along such elements lose (kL)^2/4 of their bending
     stiffness, as with one point along L; plate meshes are made of shorter elements.
     """
-    operator = curvature(coords, surface)
     n, n_point, m, d = operator.shape
     spread = _nodal_weights(surface) @ operator.reshape(n, n_point, m * d)
     return np.asarray(spread.reshape(operator.shape), dtype=np.float64)
@@ -128,9 +126,7 @@ def residual_bending(
     taken = share[:, :, None] * shear.mean
     modes = np.zeros((len(surface.points), 3, 2))
     modes[:, 0, 0], modes[:, 1, 1] = 3.0 * surface.points.T
-    centre = evaluate(coords, CENTRE, np.array([4.0]))
-    ratio = (centre.area / surface.area)[:, :, None, None]
-    curved = ratio * (strain_transform(centre.inverse) @ modes @ taken[:, None])
+    curved = zero_mean(coords, surface, modes) @ taken[:, None]
     return np.asarray(curved, dtype=np.float64), TiedShear(shear.mean - taken, shear.slope)
 
 

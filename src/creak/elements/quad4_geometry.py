@@ -103,6 +103,16 @@ def inverse_2x2(matrix: FloatArray) -> FloatArray:
     return adjugate / (a * d - b * c)[..., None, None]
 
 
+def zero_mean(coords: FloatArray, surface: Surface, modes: FloatArray) -> FloatArray:
+    """(n, n_point, 3, k) local strains (j0/j) T0 E of covariant modes E (n_point, 3, k) with zero mean over the square.
+
+    Their mean over the element is zero too, whatever its shape (Simo, Rifai, Int. J. Numer. Meth. Eng. 29 (1990) 1595).
+    """
+    centre = evaluate(coords, CENTRE, np.array([4.0]))
+    ratio = (centre.area / surface.area)[:, :, None, None]
+    return ratio * (strain_transform(centre.inverse) @ modes)
+
+
 def strain_transform(inverse: FloatArray) -> FloatArray:
     """(..., 3, 3): (e11, e22, 2 e12) local Cartesian from covariant (e_rr, e_ss, 2 e_rs)."""
     a, b, c, d = inverse[..., 0, 0], inverse[..., 0, 1], inverse[..., 1, 0], inverse[..., 1, 1]

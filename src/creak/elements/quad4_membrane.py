@@ -6,13 +6,12 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.elements.quad4_geometry import (
-    CENTRE,
     CORNERS,
     Surface,
-    evaluate,
     shape_derivatives,
     strain_transform,
     tangents,
+    zero_mean,
 )
 from creak.elements.shell_common import weighted_gram
 from creak.elements.shell_rigidity import Rigidity
@@ -109,6 +108,4 @@ def _enhanced_modes(coords: FloatArray, surface: Surface) -> FloatArray:
     modes[:, 0, 0], modes[:, 1, 1] = r, s
     modes[:, 2, 2], modes[:, 2, 3] = r, s
     modes[:, 0, 4], modes[:, 1, 4] = r * s, -r * s
-    centre = evaluate(coords, CENTRE, np.array([4.0]))
-    ratio = (centre.area / surface.area)[:, :, None, None]
-    return ratio * (strain_transform(centre.inverse) @ modes)
+    return zero_mean(coords, surface, modes)

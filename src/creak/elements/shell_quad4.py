@@ -101,17 +101,17 @@ def _stiffness(
     def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         surface = evaluate(piece, points, weights)
         stiff = rigidity(section, surface.axes, mine, shape(points))
-        bending = _neutral(stiff)
+        bending, bent = _neutral(stiff), curvature(piece, surface)
         if stiff.B is None:
             total = membrane_stiffness(piece, surface, stiff)
         else:
-            total = _coupled(piece, surface, replace(stiff, D=stiff.D - bending))
+            total = _coupled(piece, surface, replace(stiff, D=stiff.D - bending), bent)
         shear, S = tied_shear(piece), stiff.S
         if softened:
-            bent, sheared, S = curvature(piece, surface), shear.strains(surface), _softened_shear(surface, stiff)
+            sheared, S = shear.strains(surface), _softened_shear(surface, stiff)
         else:
             curved, shear = residual_bending(piece, surface, shear, bending_share(surface, bending, stiff))
-            bent = nodal_curvature(piece, surface) + curved
+            bent = nodal_curvature(bent, surface) + curved
             sheared = layered_shear(shear.strains(surface), surface, bending, stiff)
         total += weighted_gram(bent, bending, surface.weights)
         total += weighted_gram(sheared, S, surface.weights)
@@ -160,9 +160,9 @@ def _neutral(stiff: Rigidity) -> FloatArray:
     return np.asarray(stiff.D - stiff.B @ np.linalg.solve(stiff.A, stiff.B), dtype=np.float64)
 
 
-def _coupled(coords: FloatArray, surface: Surface, stiff: Rigidity) -> FloatArray:
-    """(n, 24, 24) of membrane and bending together; the enhanced modes are condensed out of both."""
-    bent = np.pad(curvature(coords, surface), ((0, 0), (0, 0), (0, 0), (0, 5)))
+def _coupled(coords: FloatArray, surface: Surface, stiff: Rigidity, bent: FloatArray) -> FloatArray:
+    """(n, 24, 24) of membrane and bending together, `bent` the curvature; enhanced modes are condensed out of both."""
+    bent = np.pad(bent, ((0, 0), (0, 0), (0, 0), (0, 5)))
     operator = np.concatenate([membrane_strains(coords, surface), bent], axis=2)
     return condensed(weighted_gram(operator, stiff.coupled, surface.weights), 24)
 

@@ -11,14 +11,11 @@ import h5py
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.errors import InputError, suggest
 from creak.formats.complete_file import complete_file
-from creak.formats.results import UNITS, reading
-from creak.formats.uff import Function, Units, write_functions
+from creak.formats.results import UNITS, reading, require_run
+from creak.formats.uff import DISPLACEMENT, REACTION_FORCE, Function, Units, write_functions
 
 AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
-DISPLACEMENT, REACTION_FORCE = 8, 9
-"""Kinds of data in a universal file."""
 
 
 @dataclass(frozen=True)
@@ -55,9 +52,9 @@ def read_histories(path: Path, run: str | None = None) -> Histories:
     """
     with reading(path), h5py.File(path, "r") as file:
         names = [str(name) for name in file["runs"]]
-        run = run or ("reduced" if "reduced" in names else names[0])
-        if run not in names:
-            raise InputError(f"{path} has no run {run!r}", fix=suggest(run, names))
+        if run is None:
+            run = "reduced" if "reduced" in names else next(iter(names), "")
+        require_run(path, run, names)
         group = file["runs"][run]
         names_of_nodes, channels = (tuple(map(str, group[key].asstr()[()])) for key in ("node_names", "channels"))
         return Histories(
@@ -87,16 +84,9 @@ def write_csv(histories: Histories, out: Path) -> None:
         writer.writerows(table.tolist())
 
 
-def write_universal(histories: Histories, out: Path) -> int:
-    """Data sets 58: the translations of the watched nodes and the normal force of each channel over time.
-
-    Returns
-    -------
-    Number of functions.
-    """
-    functions = list(_functions(histories))
-    write_functions(out, histories.time, functions, histories.units)
-    return len(functions)
+def write_universal(histories: Histories, out: Path) -> None:
+    """Data sets 58: the translations of the watched nodes and the normal force of each channel over time."""
+    write_functions(out, histories.time, _functions(histories), histories.units)
 
 
 def _functions(h: Histories) -> Iterator[Function]:

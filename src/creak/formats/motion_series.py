@@ -13,9 +13,9 @@ import h5py
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.errors import InputError, suggest
+from creak.errors import InputError
 from creak.formats.complete_file import complete_file
-from creak.formats.results import reading
+from creak.formats.results import reading, require_run
 from creak.formats.tree import read_tree
 from creak.formats.vtu import MeshText, mesh_text, write_instant
 from creak.model.plain_mesh import PlainMesh
@@ -59,8 +59,7 @@ def motion_field(path: Path, run: str | None = None) -> MotionField:
         runs = {str(name): "field" in file["runs"][name] for name in file["runs"]}
         if run is None:
             run = max(runs, key=lambda name: (runs[name], name == "reduced"), default="")
-        if run not in runs:
-            raise InputError(f"{path} has no run {run!r}", fix=suggest(run, runs))
+        require_run(path, run, runs)
         if not runs[run]:
             raise InputError(
                 f"{path} does not hold the motion of the {run} run", expected="motion of all nodes",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.errors import InputError
+from creak.errors import InputError, suggest
 from creak.formats.complete_file import complete_file
 from creak.formats.tree import BIG, COMPRESSED
 
@@ -22,6 +22,17 @@ UNITS = {
 MEAN = "mean over the output interval around each time, so that the sum times the interval keeps the integral"
 BLOCK = 4_000_000
 """Numbers copied at a time."""
+
+
+def require_run(path: Path, run: str, runs: Iterable[str]) -> None:
+    """Check that a results.h5 with these runs has the one that is asked for.
+
+    Raises
+    ------
+    InputError : it has not.
+    """
+    if run not in (known := list(runs)):
+        raise InputError(f"{path} has no run {run!r}", fix=suggest(run, known))
 
 
 @dataclass(frozen=True)

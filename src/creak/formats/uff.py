@@ -34,8 +34,10 @@ Units = Literal["mm-t-s", "m-kg-s"]
 TIME_RESPONSE, TIME = 1, 17
 """Type of function, kind of abscissa."""
 DOUBLE, EVEN = 4, 1
-EXPONENTS = {8: (1, 0, 0), 9: (0, 1, 0)}
-"""Of length, force and temperature: displacement, reaction force."""
+DISPLACEMENT, REACTION_FORCE = 8, 9
+"""Kinds of ordinate."""
+EXPONENTS = {DISPLACEMENT: (1, 0, 0), REACTION_FORCE: (0, 1, 0)}
+"""Of length, force and temperature."""
 
 
 def write_uff(
@@ -76,23 +78,23 @@ class Function:
     direction: int
     """1, 2, 3: X, Y, Z; 0: none."""
     kind: int
-    """8: displacement; 9: reaction force."""
+    """`DISPLACEMENT` or `REACTION_FORCE`."""
     label: str
     unit: str
     values: FloatArray
 
 
-def write_functions(path: Path, time: FloatArray, functions: Sequence[Function], units: Units = "mm-t-s") -> None:
+def write_functions(path: Path, time: FloatArray, functions: Iterable[Function], units: Units = "mm-t-s") -> None:
     """Write one data set 58 per function: a time response, real, double precision, evenly spaced.
 
     Parameters
     ----------
-    time : (n_time,) s, evenly spaced, two at least. units : of the values; they name the units of the file (164).
+    time : (n_time,) s, evenly spaced. units : of the values; they name the units of the file (164).
 
     Source: Universal File Formats for Modal Analysis Testing (SDRC; University of Cincinnati), data set 58: five
     lines of text, 2(I5,I10),2(1X,10A1,I10,I4), 3I10,3E13.5, four of I10,3I5,2(1X,20A1), then 4E20.12.
     """
-    step = (time[-1] - time[0]) / (time.size - 1)
+    step = (time[-1] - time[0]) / max(time.size - 1, 1)
     with complete_file(path) as partial, partial.open("w", encoding="ascii", newline="\r\n") as file:
         _data_set(file, 164, _units(units))
         for number, function in enumerate(functions, start=1):

@@ -297,8 +297,6 @@ def _relative_motion(setup: Setup, history: History, window: tuple[float, float]
     return (u[:, secondary] - u[:, main])[-n:], step
 
 
-
-
 def events_in(events: Sequence[Event], window: tuple[float, float]) -> list[Event]:
     """Events that start inside a time window."""
     return [e for e in events if window[0] <= e.t_start <= window[1]]

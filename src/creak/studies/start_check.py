@@ -6,7 +6,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.assembly.coupling import Driven
-from creak.assembly.dofs import dof_label
+from creak.assembly.dofs import node_dofs
 from creak.assembly.part import Rayleigh
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
@@ -148,11 +148,12 @@ def _idle(config: StudyConfig, loads: Loads) -> list[str]:
 def _stuck(model: Model, config: StudyConfig, loads: Loads, driven: Driven) -> list[str]:
     """Forces on supports and prescribed motion alone."""
     forced = [name for name, t in config.excitation.items() if t.kind == "force"]
-    held = {dof_label(node, dof) for f in model.fixed for node in f.nodes_idx.tolist() for dof in f.dofs}
-    held.update(label for labels in driven.labels.values() for label in labels.tolist())
+    if not forced:
+        return []
+    held = np.concatenate([*(node_dofs(f.nodes_idx, f.dofs) for f in model.fixed), *driven.labels.values(), []])
     return [
         f"[excitation.{name}] is a force where the model is held or its motion prescribed: it moves nothing"
-        for name, labels in zip(forced, loads.force_labels, strict=True) if held.issuperset(labels.tolist())
+        for name, labels in zip(forced, loads.force_labels, strict=True) if np.isin(labels, held).all()
     ]  # fmt: skip
 
 

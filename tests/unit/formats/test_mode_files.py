@@ -8,6 +8,7 @@ import pytest
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.uff import write_uff
 from creak.formats.vtu import write_vtu
+from helpers_uff import data_sets, fields
 from helpers_vtu import arrays
 
 DECK = """\
@@ -86,19 +87,6 @@ def test_vtu_is_complete_or_absent(model, shapes, tmp_path):
     with pytest.raises(ValueError, match="shorter"):
         write_vtu(tmp_path / "m.vtu", model, FREQUENCIES, iter(shapes[:1]))
     assert not list(tmp_path.glob("*m.vtu*"))
-
-
-def data_sets(path):
-    """(number, lines) of every data set; each lies between two lines of `    -1`."""
-    lines = path.read_bytes().decode("ascii").split("\r\n")
-    marks = [i for i, line in enumerate(lines) if line == "    -1"]
-    assert len(marks) % 2 == 0
-    assert all(len(line) <= 80 for line in lines)
-    return [(int(lines[a + 1][:6]), lines[a + 2 : b]) for a, b in zip(marks[::2], marks[1::2], strict=True)]
-
-
-def fields(line, width):
-    return [line[i : i + width] for i in range(0, len(line), width)]
 
 
 def test_uff(model, shapes, tmp_path, measured):
