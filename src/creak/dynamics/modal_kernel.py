@@ -6,141 +6,30 @@ and about twenty vectors of n.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numba
 import numpy as np
 
-from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.contact.step_problem import contact_energy, damper_work, solve_step
+from creak.contact.step_problem import solve_step
 from creak.dynamics.closing import closes_between
-
-FAST = {"reassoc", "contract", "nsz", "arcp"}
-"""Sums in any order; infinities and NaN keep their meaning."""
-ACCELERATION, VELOCITY, DISPLACEMENT, FORCE, CONSTANT = 2, 1, 0, 3, 4
-"""What drives a load column."""
-DONE, NOT_FINITE = 0, -1
-KINETIC, STRAIN, CONTACT, DAMPING, CONTACT_DAMPING, FRICTION, EXTERNAL, SCHEME, INITIAL = range(9)
-
-
-class ModalModel(NamedTuple):
-    """A diagonal System with its channels and loads."""
-
-    m: FloatArray
-    c: FloatArray
-    k: FloatArray
-    rows: FloatArray
-    """(m + 2 f, n) G above T."""
-    rows_s: FloatArray
-    """(m + 2 f, n_support)"""
-    gap0: FloatArray
-    preload: FloatArray
-    presses: bool
-    damped: bool
-    X: FloatArray
-    """(n_x, n) modal force of each load column for its amplitude 1."""
-    order: IntArray
-    """(n_x,) what drives it: a derivative of the supports, a force, or nothing (constant)."""
-    column: IntArray
-    """(n_x,) which support or force."""
-    M_ss: FloatArray
-    C_ss: FloatArray
-    K_ss: FloatArray
-    support: FloatArray
-    """(3, n_instant, n_support) samples."""
-    force: FloatArray
-    """(n_instant, n_force)"""
-
-
-class MarchState(NamedTuple):
-    """Everything that is known at one instant."""
-
-    x: FloatArray
-    """(3, n) u, v, a; the exact scheme keeps no a."""
-    F: FloatArray
-    """(n,) channel forces on the modes."""
-    force: FloatArray
-    """(m + 2 f,)"""
-    gap: FloatArray
-    rate: FloatArray
-    sliding: FloatArray
-    """(2 f,) slip velocity."""
-    stuck: BoolArray
-    support: FloatArray
-    """(3, n_support)"""
-    amplitude: FloatArray
-    """(n_x,) of the load columns."""
-    dots: FloatArray
-    """(2, n_x) X u, X v."""
-    damper: FloatArray
-    """(n_support,) damper forces on the supports."""
-    reaction: FloatArray
-    """(n_support,) of the supports, without inertia."""
-    momentum: FloatArray
-    """(n_support,) M_sq v + M_ss s'."""
-    energy: FloatArray
-    """(9,) the columns of the table, then the energy at t = 0."""
-    recent: BoolArray
-    """(1,) a channel pressed in the output step that ends here."""
-
-
-class Output(NamedTuple):
-    """Where a run is written to."""
-
-    table: FloatArray
-    """(rows, 1 + m + (m + 2 f) + 2 f + 8): time, gaps, forces, sliding, energies."""
-    at: IntArray
-    """(chunk,) rows of the table at which motion is kept."""
-    u: FloatArray
-    """(chunk, n)"""
-    s: FloatArray
-    """(chunk, n_support)"""
-    whole_at: IntArray
-    whole: FloatArray
-    """(n_whole, n)"""
-
-
-@numba.njit(cache=True)
-def fill(to, value):  # type: ignore[no-untyped-def]
-    """to[:] = value; a loop compiles in a fraction of the time."""
-    for i in range(to.size):
-        to[i] = value
-
-
-@numba.njit(cache=True)
-def put(to, begin, values):  # type: ignore[no-untyped-def]
-    """to[begin : begin + values.size] = values; returns the next place."""
-    for i in range(values.size):
-        to[begin + i] = values[i]
-    return begin + values.size
-
-
-@numba.njit(cache=True)
-def acts(force, begin, end):  # type: ignore[no-untyped-def]
-    """Is any of force[begin:end] not zero?"""
-    found = False
-    for i in range(begin, end):
-        found = found or force[i] != 0.0
-    return found
-
-
-@numba.njit(cache=True, fastmath=FAST)
-def two_dots(row, u, v):  # type: ignore[no-untyped-def]
-    """row . u and row . v, row read once."""
-    a = b = 0.0
-    for i in range(row.size):
-        a += row[i] * u[i]
-        b += row[i] * v[i]
-    return a, b
-
-
-@numba.njit(cache=True, fastmath=FAST)
-def dot(row, u):  # type: ignore[no-untyped-def]
-    """row . u"""
-    a = 0.0
-    for i in range(row.size):
-        a += row[i] * u[i]
-    return a
+from creak.dynamics.modal_books import book
+from creak.dynamics.modal_model import (
+    ACCELERATION,
+    CONSTANT,
+    CONTACT,
+    DONE,
+    FAST,
+    FORCE,
+    KINETIC,
+    NOT_FINITE,
+    STRAIN,
+    acts,
+    dot,
+    fill,
+    look,
+    put,
+    slide,
+    write,
+)
 
 
 @numba.njit(cache=True)
@@ -240,32 +129,6 @@ def fly_exactly(model, step, now, after, load):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def look(model, after, rated):  # type: ignore[no-untyped-def]
-    """Gaps, and their rates where asked for, of a motion."""
-    m = after.gap.size
-    np.dot(model.rows[:m], after.x[0], after.gap)
-    if rated:
-        np.dot(model.rows[:m], after.x[1], after.rate)
-    for i in range(m):
-        after.gap[i] += model.gap0[i]
-        for j in range(after.support.shape[1]):
-            after.gap[i] += model.rows_s[i, j] * after.support[0, j]
-            if rated:
-                after.rate[i] += model.rows_s[i, j] * after.support[1, j]
-
-
-@numba.njit(cache=True)
-def slide(model, now, after, out):  # type: ignore[no-untyped-def]
-    """Tangential displacement of the rubbing channels in a step."""
-    m = model.gap0.size
-    for i in range(out.size):
-        row = model.rows[m + i]
-        out[i] = dot(row, after.x[0]) - dot(row, now.x[0])
-        for j in range(now.support.shape[1]):
-            out[i] += model.rows_s[m + i, j] * (after.support[0, j] - now.support[0, j])
-
-
-@numba.njit(cache=True)
 def slip_of_step(model, step, now, after, out):  # type: ignore[no-untyped-def]
     """Sliding of a step without channel forces at its end: displacement if exact, h times the end velocity else."""
     if step.exact:
@@ -335,189 +198,6 @@ def respond(model, step, A, after):  # type: ignore[no-untyped-def]
     if not step.exact:
         for i in range(F.size):
             a[i] += ga[i] * F[i]
-
-
-@numba.njit(cache=True, fastmath=FAST)
-def modal_energies(model, now, after):  # type: ignore[no-untyped-def]
-    """Kinetic and strain energy at the end of a step, trapezoidal work of the dampers in it."""
-    u0, v0, u1, v1 = now.x[0], now.x[1], after.x[0], after.x[1]
-    m, c, k = model.m, model.c, model.k
-    kinetic = strain = damped = 0.0
-    for i in range(u0.size):
-        kinetic += m[i] * v1[i] * v1[i]
-        strain += k[i] * u1[i] * u1[i]
-        damped += c[i] * (v0[i] + v1[i]) * (u1[i] - u0[i])
-    return 0.5 * kinetic, 0.5 * strain, 0.5 * damped
-
-
-@numba.njit(cache=True)
-def massless_work(model, now, after):  # type: ignore[no-untyped-def]
-    """Trapezoidal work of the loads on modes without mass."""
-    work = 0.0
-    u0, u1 = now.x[0], after.x[0]
-    for i in range(u0.size):
-        if model.m[i] > 0.0:
-            continue
-        E0 = E1 = 0.0
-        for j in range(model.order.size):
-            E0 += model.X[j, i] * now.amplitude[j]
-            E1 += model.X[j, i] * after.amplitude[j]
-        work += 0.5 * (E0 + E1) * (u1[i] - u0[i])
-    return work
-
-
-@numba.njit(cache=True)
-def in_channels(model, laws, gap):  # type: ignore[no-untyped-def]
-    """Energy of the springs of the channels, and of what balances their preload."""
-    energy = contact_energy(laws, gap)
-    for i in range(gap.size):
-        energy += model.preload[i] * (gap[i] - model.gap0[i])
-    return energy
-
-
-@numba.njit(cache=True)
-def boundary(model, x):  # type: ignore[no-untyped-def]
-    """Products of the load columns with the motion; damper forces, reactions and momenta at the supports."""
-    for j in range(model.order.size):
-        x.dots[0, j], x.dots[1, j] = two_dots(model.X[j], x.x[0], x.x[1])
-    s, m = x.support, model.gap0.size
-    for a in range(s.shape[1]):
-        damper = reaction = momentum = 0.0
-        for b in range(s.shape[1]):
-            damper += model.C_ss[a, b] * s[1, b]
-            reaction += model.K_ss[a, b] * s[0, b]
-            momentum += model.M_ss[a, b] * s[1, b]
-        for j in range(model.order.size):
-            if model.column[j] == a and model.order[j] <= ACCELERATION:
-                if model.order[j] == VELOCITY:
-                    damper -= x.dots[1, j]
-                elif model.order[j] == DISPLACEMENT:
-                    reaction -= x.dots[0, j]
-                else:
-                    momentum -= x.dots[1, j]
-        for j in range(x.force.size):
-            reaction -= model.rows_s[j, a] * (x.force[j] - (model.preload[j] if j < m else 0.0))
-        x.damper[a], x.reaction[a], x.momentum[a] = damper, reaction + damper, momentum
-
-
-@numba.njit(cache=True)
-def carried(model, x):  # type: ignore[no-untyped-def]
-    """Kinetic and strain energy that the supports take part in."""
-    kinetic = strain = 0.0
-    s = x.support
-    for a in range(s.shape[1]):
-        for b in range(s.shape[1]):
-            kinetic += 0.5 * s[1, a] * model.M_ss[a, b] * s[1, b]
-            strain += 0.5 * s[0, a] * model.K_ss[a, b] * s[0, b]
-    for j in range(model.order.size):
-        if model.order[j] == ACCELERATION:
-            kinetic -= x.dots[1, j] * s[1, model.column[j]]
-        elif model.order[j] == DISPLACEMENT:
-            strain -= x.dots[0, j] * s[0, model.column[j]]
-    return kinetic, strain
-
-
-@numba.njit(cache=True)
-def forces_on_supports(model, now, after):  # type: ignore[no-untyped-def]
-    """Trapezoidal work that moving supports do against the channel forces."""
-    work = 0.0
-    for a in range(now.support.shape[1]):
-        ds = after.support[0, a] - now.support[0, a]
-        for j in range(now.force.size):
-            work -= 0.5 * (now.force[j] + after.force[j]) * model.rows_s[j, a] * ds
-    return work
-
-
-@numba.njit(cache=True)
-def books_of_newmark(model, h, now, after):  # type: ignore[no-untyped-def]
-    """Damper work at the supports and external work of a step: trapezoidal, inertia by the change of momentum."""
-    damping = external = 0.0
-    for a in range(now.support.shape[1]):
-        ds = after.support[0, a] - now.support[0, a]
-        damping += 0.5 * (now.damper[a] + after.damper[a]) * ds
-        external += 0.5 * (now.reaction[a] + after.reaction[a]) * ds
-        external += (after.momentum[a] - now.momentum[a]) / h * ds
-    for j in range(model.order.size):
-        du = after.dots[0, j] - now.dots[0, j]
-        mean = 0.5 * (now.amplitude[j] + after.amplitude[j])
-        if model.order[j] == VELOCITY:
-            damping -= mean * du
-        elif model.order[j] == FORCE:
-            external += mean * du
-    return damping, external
-
-
-@numba.njit(cache=True)
-def books_of_exact(model, now, after):  # type: ignore[no-untyped-def]
-    """What damper and external work of a step have beside the loads' own work on the modes."""
-    k0, s0 = carried(model, now)
-    k1, s1 = carried(model, after)
-    external = k1 + s1 - k0 - s0 + forces_on_supports(model, now, after)
-    for i in range(now.gap.size):
-        external += model.preload[i] * (after.gap[i] - now.gap[i])
-    damping = 0.0
-    for a in range(now.support.shape[1]):
-        ds = after.support[0, a] - now.support[0, a]
-        for b in range(now.support.shape[1]):
-            damping += 0.5 * (now.support[1, b] + after.support[1, b]) * model.C_ss[a, b] * ds
-        for j in range(model.order.size):
-            if model.order[j] == VELOCITY and model.column[j] == a:
-                damping -= (now.dots[1, j] + after.dots[1, j]) * ds
-    return damping, external + damping
-
-
-@numba.njit(cache=True)
-def book(model, step, laws, now, after, flown, slip):  # type: ignore[no-untyped-def]
-    """The energy columns at the end of a step."""
-    e, e0 = after.energy, now.energy
-    put(e, 0, e0)
-    boundary(model, after)
-    kinetic, strain, damped = modal_energies(model, now, after)
-    if step.exact:
-        damping, external = books_of_exact(model, now, after)
-        damping += flown[1]
-        external += flown[0] + massless_work(model, now, after)
-    else:
-        damping, external = books_of_newmark(model, step.h, now, after)
-        damping += damped
-    more_kinetic, more_strain = carried(model, after)
-    e[KINETIC], e[STRAIN] = kinetic + more_kinetic, strain + more_strain
-    e[CONTACT] = in_channels(model, laws, after.gap)
-    e[DAMPING] += damping
-    e[EXTERNAL] += external
-    if model.damped:
-        e[CONTACT_DAMPING] += damper_work(laws, now.gap, after.gap, after.force)
-    m = model.gap0.size
-    if slip.size and (acts(now.force, m, now.force.size) or acts(after.force, m, after.force.size)):
-        slide(model, now, after, slip)
-        for i in range(slip.size):
-            e[FRICTION] -= 0.5 * (now.force[m + i] + after.force[m + i]) * slip[i]
-    spent = e[DAMPING] + e[CONTACT_DAMPING] + e[FRICTION]
-    e[SCHEME] = e[EXTERNAL] + e[INITIAL] - (e[KINETIC] + e[STRAIN] + e[CONTACT]) - spent
-
-
-@numba.njit(cache=True)
-def start_books(model, laws, x):  # type: ignore[no-untyped-def]
-    """Take the energy of the first instant as given."""
-    boundary(model, x)
-    kinetic, strain, _ = modal_energies(model, x, x)
-    more_kinetic, more_strain = carried(model, x)
-    fill(x.energy, 0.0)
-    x.energy[KINETIC], x.energy[STRAIN] = kinetic + more_kinetic, strain + more_strain
-    x.energy[CONTACT] = in_channels(model, laws, x.gap)
-    x.energy[INITIAL] = x.energy[0] + x.energy[1] + x.energy[2]
-
-
-@numba.njit(cache=True)
-def write(out, row, time, x):  # type: ignore[no-untyped-def]
-    """One row of the table."""
-    to = out.table[row]
-    to[0] = time
-    at = put(to, 1, x.gap)
-    at = put(to, at, x.force)
-    at = put(to, at, x.sliding)
-    for i in range(SCHEME + 1):
-        to[at + i] = x.energy[i]
 
 
 @numba.njit(cache=True)

@@ -8,12 +8,13 @@ from collections.abc import Callable
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.assembly.system import System, to_dense
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import failure, law_arrays, solve_channels
-from creak.dynamics.channels import ChannelMatrices, channel_matrices
-from creak.dynamics.history import ENERGIES, History, split_columns
+from creak.dynamics.channels import channel_matrices
+from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
+from creak.dynamics.modal_books import start_books
 from creak.dynamics.modal_coefficients import (
     MasslessBoundary,
     ModalStep,
@@ -21,32 +22,24 @@ from creak.dynamics.modal_coefficients import (
     modal_matrices,
     newmark_step,
 )
-from creak.dynamics.modal_kernel import (
-    ACCELERATION,
+from creak.dynamics.modal_kernel import march_chunk
+from creak.dynamics.modal_log import Log
+from creak.dynamics.modal_massless import check_step
+from creak.dynamics.modal_model import (
     CONSTANT,
-    DISPLACEMENT,
     DONE,
     FORCE,
     NOT_FINITE,
-    VELOCITY,
     MarchState,
     ModalModel,
-    Output,
-    march_chunk,
-    start_books,
 )
-from creak.dynamics.modal_massless import check_step
+from creak.dynamics.modal_setup import empty_state, modal_model
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.errors import InputError
 from creak.linalg.dense_product import symmetric
 from creak.linalg.threads import one_blas_thread
-
-CHUNK = 2_000
-"""Output steps between two reports of progress."""
-BUFFER_MEMORY = 64_000_000
-"""Bytes of motion kept before it is turned into output."""
 
 Progress = Callable[[int, int], None]
 
@@ -107,18 +100,18 @@ class _Run:
         if isinstance(scheme, MasslessBoundary):
             c = np.where(m > 0.0, c, 0.0)  # coordinates without mass follow their forces at once
         self.on, self.terms, self.laws = channel_matrices(system, gaps), LinearTerms(system, loads), law_arrays(gaps)
-        self.model = _model(m, c, k, self.on, self.terms, gaps)
+        self.model = modal_model(m, c, k, self.on, self.terms, gaps)
         if isinstance(scheme, MasslessBoundary) and self.model.presses:
             check_step(system, gaps, loads.step)
         self.whole = _step(m, c, k, scheme, substeps * loads.step)
         self.part = self.whole if substeps == 1 else _step(m, c, k, scheme, loads.step)
         self.A_whole = _compliance(self.model, self.whole)
         self.A_part = self.A_whole if substeps == 1 else _compliance(self.model, self.part)
-        self.log = _Log(system, self.on, gaps, loads, substeps, observed, output_every, whole_at)
+        self.log = Log(system, self.on, gaps, loads, substeps, observed, output_every, whole_at)
 
     def march(self, progress: Progress | None) -> History:
         """The whole run, chunk by chunk."""
-        now, after = self._start(), _empty_state(self.model, self.loads)
+        now, after = self._start(), empty_state(self.model, self.loads)
         start_books(self.model, self.laws, now)
         self.log.first(self.loads.time[0], now)
         self.log.setup_s = clock.perf_counter() - self._started
@@ -152,7 +145,7 @@ class _Run:
 
     def _start(self) -> MarchState:
         """u = 0, the System's initial velocity, and forces and acceleration that go with them."""
-        x, model, terms = _empty_state(self.model, self.loads), self.model, self.terms
+        x, model, terms = empty_state(self.model, self.loads), self.model, self.terms
         x.support[:] = self.loads.support[:, 0]
         for j, (order, column) in enumerate(zip(model.order, model.column, strict=True)):
             loads = {FORCE: self.loads.force[0], CONSTANT: np.ones(1)}
@@ -197,72 +190,6 @@ class _Run:
         x.rate[:] = model.rows[:m] @ x.x[1] + model.rows_s[:m] @ x.support[1]
 
 
-class _Log:
-    """The table of all instants, the motion at output steps, and what they become."""
-
-    def __init__(
-        self, system: System, on: ChannelMatrices, gaps: GapOperator, loads: Loads, substeps: int,
-        observed: IntArray, every: int, whole_at: IntArray | None,
-    ) -> None:  # fmt: skip
-        n_step = loads.n_step // substeps
-        self._m, self._f2, self._every = gaps.m, on.T.shape[0], every
-        self._width = 1 + 2 * gaps.m + 2 * self._f2 + len(ENERGIES)
-        self._table, self.used = np.empty((n_step + 1, self._width)), 0
-        self._rows = system.rows(observed)
-        self._tangents = on.tangents if any(abs(A).max() > 0.0 for A, _ in on.tangents if A.size) else ()
-        n_out = n_step // every + 1
-        self._at, self._out = np.zeros(n_out, dtype=np.int64), 0
-        self._displacement, self._slip = np.zeros((n_out, observed.size)), np.zeros((n_out, gaps.m))
-        room = int(np.clip(BUFFER_MEMORY // (8 * max(system.n, 1)), 1, n_out))
-        self.chunk = min(CHUNK, room * every)
-        kept = self.chunk // every + 1
-        self._u, self._s = np.zeros((kept, system.n)), np.zeros((kept, system.supports.count))
-        self._whole_at = np.zeros(0, dtype=np.int64) if whole_at is None else np.asarray(whole_at, dtype=np.int64)
-        self._whole_time = loads.time[self._whole_at * substeps]
-        self._whole = np.zeros((self._whole_at.size, system.n))
-        self.setup_s = 0.0
-
-    def first(self, time: float, x: MarchState) -> None:
-        """The instant that the run starts from."""
-        self._table[0] = np.concatenate([[time], x.gap, x.force, x.sliding, x.energy[: len(ENERGIES)]])
-        self.used = 1
-        self._u[0], self._s[0] = x.x[0], x.support[0]
-        self._flush(1)
-        if self._whole_at.size and self._whole_at[0] == 0:
-            self._whole[0] = x.x[0]
-
-    def room(self, rows: int) -> Output:
-        """Where the next instants go, at most `rows`."""
-        if self.used + rows > self._table.shape[0]:
-            self._table.resize((max(self.used + rows, 3 * self.used // 2), self._width), refcheck=False)
-        at = np.zeros(self._u.shape[0], dtype=np.int64)
-        return Output(self._table, at, self._u, self._s, self._whole_at, self._whole)
-
-    def take(self, used: int, kept: int, out: Output) -> None:
-        """Account for what a chunk left."""
-        self.used = used
-        self._at[self._out : self._out + kept] = out.at[:kept]
-        self._flush(kept)
-
-    def _flush(self, kept: int) -> None:
-        here, Q, S = slice(self._out, self._out + kept), self._u[:kept].T, self._s[:kept].T
-        self._displacement[here] = (self._rows[0] @ Q + self._rows[1] @ S).T
-        if self._tangents:
-            self._slip[here] = np.hypot(*(np.asarray(A @ Q + A_s @ S) for A, A_s in self._tangents)).T
-        self._out = here.stop
-
-    def history(self) -> History:
-        """All that was kept so far."""
-        time, gap, force, tangential, sliding, energy = split_columns(self._table[: self.used], self._m, self._f2)
-        n = self._out
-        reached = int(np.count_nonzero(self._whole_time <= time[-1]))
-        steps = int(np.count_nonzero(force.any(axis=1)))
-        return History(
-            time, gap, force, self._slip[:n], self._at[:n], self._displacement[:n], energy, steps,
-            self.setup_s, self._whole_at[:reached], self._whole[:reached].T, tangential, sliding,
-        )  # fmt: skip
-
-
 def _step(m: FloatArray, c: FloatArray, k: FloatArray, scheme: Scheme | MasslessBoundary, h: float) -> ModalStep:
     return exact_step(m, c, k, h) if isinstance(scheme, MasslessBoundary) else newmark_step(m, c, k, scheme, h)
 
@@ -271,33 +198,3 @@ def _compliance(model: ModalModel, step: ModalStep) -> FloatArray:
     """A (m + 2 f, m + 2 f): displacement of the channels at the end of a step per force there."""
     A = (model.rows * step.gain[0]) @ model.rows.T
     return np.ascontiguousarray(symmetric(A))
-
-
-def _model(
-    m: FloatArray, c: FloatArray, k: FloatArray, on: ChannelMatrices, terms: LinearTerms, gaps: GapOperator
-) -> ModalModel:
-    """Contiguous arrays for the kernel; load columns that are zero are left out."""
-    sup, preload = terms.system.supports, np.zeros(gaps.m) if gaps.preload is None else gaps.preload
-    blocks = [(ACCELERATION, terms.on_all(-terms.M_qs)), (VELOCITY, terms.on_all(-terms.C_qs)),
-              (DISPLACEMENT, terms.on_all(-terms.K_qs)), (FORCE, terms.on_all(terms.B)),
-              (CONSTANT, -np.asarray(on.G.T @ preload)[:, None])]  # fmt: skip
-    columns = [(order, j, A[:, j]) for order, A in blocks for j in range(A.shape[1]) if A[:, j].any()]
-    X = np.ascontiguousarray([x for _, _, x in columns]) if columns else np.zeros((0, m.size))
-    rows = np.ascontiguousarray(np.vstack([to_dense(on.G), to_dense(on.T)]), dtype=np.float64)
-    return ModalModel(
-        m, c, k, rows, np.ascontiguousarray(np.vstack([on.G_s, on.T_s])), gaps.gap0.astype(float), preload,
-        bool(gaps.presses), bool(gaps.damping.any()), X, np.array([o for o, _, _ in columns], dtype=np.int64),
-        np.array([j for _, j, _ in columns], dtype=np.int64), *(np.ascontiguousarray(A, dtype=float) for A in (
-            sup.M_ss, terms.C_ss, sup.K_ss, terms.loads.support, terms.loads.force)),
-    )  # fmt: skip
-
-
-def _empty_state(model: ModalModel, loads: Loads) -> MarchState:
-    n, m, f2, n_s = model.m.size, model.gap0.size, model.rows.shape[0] - model.gap0.size, loads.support.shape[2]
-    n_x = model.order.size
-    return MarchState(
-        np.zeros((3, n)), np.zeros(n), np.zeros(m + f2), np.zeros(m), np.zeros(m), np.zeros(f2),
-        np.ones(f2 // 2, dtype=np.bool_), np.zeros((3, n_s)), np.zeros(n_x), np.zeros((2, n_x)), np.zeros(n_s),
-        np.zeros(n_s), np.zeros(n_s), np.zeros(9), np.zeros(1, dtype=np.bool_),
-    )  # fmt: skip
-

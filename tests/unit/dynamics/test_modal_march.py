@@ -148,7 +148,7 @@ def test_massless_coordinates_equal_simulate():
 
 def test_many_chunks_are_one_run(monkeypatch):
     one = simulate_modal(driven(), gaps_between(2e-4, 3e5), loads_of(), HHT(), observed=OBSERVED, output_every=4)
-    monkeypatch.setattr("creak.dynamics.modal_march.CHUNK", 7)
+    monkeypatch.setattr("creak.dynamics.modal_log.CHUNK", 7)
     seen: list[tuple[int, int]] = []
     many = simulate_modal(driven(), gaps_between(2e-4, 3e5), loads_of(), HHT(), observed=OBSERVED, output_every=4,
                           progress=lambda done, total: seen.append((done, total)))  # fmt: skip

@@ -1,0 +1,168 @@
+"""Time integration of diagonal Systems by exact flow, with contact resolved in its own time scale."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+from creak.contact.step_problem import failure, law_arrays, solve_channels
+from creak.dynamics.channels import channel_matrices
+from creak.dynamics.flow_kernel import FULL, RATE, THETA, flow_chunk
+from creak.dynamics.flow_propagator import propagator
+from creak.dynamics.flow_resolution import SETTLED, FlowSteps, Resolution, flow_steps, mollified, steepest
+from creak.dynamics.history import History
+from creak.dynamics.loads import Loads
+from creak.dynamics.modal_books import start_books
+from creak.dynamics.modal_coefficients import modal_matrices
+from creak.dynamics.modal_log import Log
+from creak.dynamics.modal_model import CONSTANT, DONE, FORCE, NOT_FINITE, MarchState
+from creak.dynamics.modal_setup import empty_state, modal_model
+from creak.dynamics.state import LinearTerms
+from creak.dynamics.stopped import Diverged, Interrupted, Stopped
+from creak.errors import InputError
+from creak.linalg.dense_product import symmetric
+from creak.linalg.threads import one_blas_thread
+
+SAMPLES = 3
+"""Samples of the loads in a flight step: a cubic goes through them and the next."""
+ROWS = 4_096
+"""Rows of the table that a chunk has room for beside those of its flight steps."""
+
+Progress = Callable[[int, int], None]
+
+
+def simulate_flow(
+    system: System,
+    gaps: GapOperator,
+    loads: Loads,
+    *,
+    resolution: Resolution = SETTLED,
+    observed: IntArray,
+    output_every: int = 1,
+    whole_at: IntArray | None = None,
+    progress: Progress | None = None,
+) -> History:
+    """March a System with diagonal M, C, K by exact flow between contacts; contact by kick, exact motion, kick.
+
+    A flight step is `SAMPLES` samples of the loads long, which follow a cubic over it. It is halved, and its halves,
+    where a gap may close, by a bound that misses nothing between the samples, down to steps that resolve the contact
+    springs (`flow_resolution`). Laws are used as they are; hard contact is a spring of `flow_resolution.HARD_CONTACT`.
+
+    Parameters
+    ----------
+    resolution : of contact in time.
+    observed : (n_label,) physical dof labels whose displacement is kept every `output_every` flight steps.
+    whole_at : sorted flight steps at which all coordinates are kept.
+
+    Raises
+    ------
+    InputError : the System is not diagonal; the loads are no whole number of flight steps; contact too stiff to be
+        resolved; friction or a damper on coordinates without mass.
+    Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted, at the end of
+        a chunk of steps); what was computed is in its `history`.
+    """
+    return _Run(system, gaps, loads, resolution, observed, output_every, whole_at).march(progress)
+
+
+class _Run:
+    """Arrays of one run."""
+
+    def __init__(
+        self, system: System, gaps: GapOperator, loads: Loads, resolution: Resolution, observed: IntArray,
+        output_every: int, whole_at: IntArray | None,
+    ) -> None:  # fmt: skip
+        self._started = clock.perf_counter()
+        if loads.n_step % SAMPLES:
+            raise InputError(
+                f"{loads.n_step} samples of the loads are no whole number of flight steps",
+                expected=f"a multiple of {SAMPLES}",
+            )  # fmt: skip
+        self.system, self.gaps, self.loads = system, gaps, loads
+        self.n_step, self.every, self.H = loads.n_step // SAMPLES, output_every, SAMPLES * loads.step
+        m, c, k = modal_matrices(system)
+        on, self.terms = channel_matrices(system, gaps), LinearTerms(system, loads)
+        model = modal_model(m, c, k, on, self.terms, gaps)
+        self.steps: FlowSteps = flow_steps(model, law_arrays(gaps), self.H, resolution)
+        self.model = mollified(model, self.steps.mollifier)
+        h, heavy = self.steps.h, m > 0.0
+        self.gain = np.where(heavy, 0.5 * h / np.where(heavy, m, 1.0), 0.0)
+        self.W = symmetric((self.model.rows * (2.0 / h * self.gain)) @ self.model.rows.T)
+        give = np.where(heavy, 0.0, 1.0 / np.where(heavy, 1.0, k))
+        static = symmetric((self.model.rows * give) @ self.model.rows.T)
+        self.light = bool(np.any(static.diagonal() > 1e-12 * (h * h * self.W.diagonal())))
+        self._check_light(static)
+        self.A = np.ascontiguousarray(static + THETA * h * h / RATE * self.W)
+        self.P = np.stack([propagator(m, c, k, self.H / 2**level) for level in range(self.steps.levels + 1)])
+        self.log = Log(system, on, gaps, loads, SAMPLES, observed, output_every, whole_at)
+
+    def _check_light(self, static: FloatArray) -> None:
+        if self.light and (self.gaps.rubbing or self.model.damped):
+            raise InputError(
+                "friction or a damper acts on coordinates without mass", where=self.system.name,
+                expected="contact nodes that have mass", fix='Reduce by "craig-bampton".',
+            )  # fmt: skip
+
+    def march(self, progress: Progress | None) -> History:
+        """The whole run, chunk by chunk."""
+        now, after = self._start(), empty_state(self.model, self.loads)
+        start_books(self.model, self.steps.laws, now)
+        self.log.first(self.loads.time[0], now)
+        self.log.setup_s = clock.perf_counter() - self._started
+        try:
+            self._march_on(now, after, progress)
+        except KeyboardInterrupt as error:
+            raise Interrupted(self.log.history()) from error
+        return self.log.history()
+
+    def _march_on(self, now: MarchState, after: MarchState, progress: Progress | None) -> None:
+        steps, done, slope = self.steps, 0, steepest(self.steps.laws)
+        while done < self.n_step:
+            end = min(done + self.log.chunk, self.n_step)
+            out = self.log.room(max(end - done, ROWS) + 2**steps.levels)
+            with one_blas_thread():
+                code, done, used, kept, swapped, time = flow_chunk(
+                    self.model, steps.laws, slope, self.P, self.A, self.W, self.gain, self.light, steps.band,
+                    steps.reach, now, after, out, self.H, done, end, self.every, self.log.used,
+                )  # fmt: skip
+            self.log.take(used, kept, out)
+            self._raise(code, float(time))
+            now, after = (after, now) if swapped else (now, after)
+            if progress is not None:
+                progress(done, self.n_step)
+
+    def _raise(self, code: int, time: float) -> None:
+        if code == NOT_FINITE:
+            raise Diverged(time, self.log.history())
+        if code not in (DONE, FULL):
+            raise Stopped(f"at t = {time:.6g} s: {failure(code)}", self.log.history())
+
+    def _start(self) -> MarchState:
+        """u = 0, the System's initial velocity, and the channel forces that go with them."""
+        model, terms = self.model, self.terms
+        x = empty_state(model, self.loads)
+        x.support[:] = self.loads.support[:, 0]
+        for j, (order, column) in enumerate(zip(model.order, model.column, strict=True)):
+            loads = {FORCE: self.loads.force[0], CONSTANT: np.ones(1)}
+            x.amplitude[j] = loads[order][column] if order >= FORCE else x.support[order, column]
+        x.x[0], x.x[1] = terms.inside_at_rest(0), self.system.velocity + terms.inside_at_rest(1)
+        massless = model.m <= 0.0
+        x.x[1, massless] = 0.0
+        x.x[0, massless] = (model.X.T @ x.amplitude)[massless] / model.k[massless]
+        m, rows, rows_s = self.gaps.m, model.rows, model.rows_s
+        x.gap[:] = model.gap0 + rows[:m] @ x.x[0] + rows_s[:m] @ x.support[0]
+        x.rate[:] = rows[:m] @ x.x[1] + rows_s[:m] @ x.support[1]
+        if model.presses and x.gap.min() < 0.0:
+            slip = self.steps.h * (rows[m:] @ x.x[1] + rows_s[m:] @ x.support[1])
+            with one_blas_thread():
+                solve_channels(self.A, x.gap.copy(), x.rate.copy(), RATE / self.steps.h, slip, RATE, self.steps.h,
+                               self.steps.laws, x.stuck, x.force)  # fmt: skip
+            x.F[:] = x.force @ rows
+            x.x[0, massless] += x.F[massless] / model.k[massless]
+            if self.light:
+                x.gap[:] += self.A[:m] @ x.force
+        return x

@@ -1,0 +1,90 @@
+"""Exact motion of single modes over a step under a load that is a cubic of time.
+
+m u'' + c u' + k u = D0 + D1 t + D2 t^2/2 + D3 t^3/6. With s(t) the motion after a unit velocity at t = 0 and
+S_r(h) = integral of s(t) (h - t)^(r-1) / (r-1)! over the step, S_0 = s(h), S_-1 = s'(h):
+
+    u(h) = (S_-1 + c/m S_0) u + S_0 v + (S_1 D0 + S_2 D1 + S_3 D2 + S_4 D3) / m
+    v(h) =         -k/m S_0 u + S_-1 v + (S_0 D0 + S_1 D1 + S_2 D2 + S_3 D3) / m
+
+Integrating the equation of s r times gives S_(r+1) = (h^r/r! - S_(r-1) - c/m S_r) m/k; for small omega h, where that
+loses digits, S_r is the power series sum_j s_j h^(j+r) / (j+r)! with s_0 = 0, s_1 = 1, s_(j+2) = -(c s_(j+1) + k s_j)/m,
+and of slow modes with heavy damping it comes from the exponential of the equation's matrix.
+Source: Duhamel's integral (Clough, Penzien, Dynamics of Structures, 1993, chapter 6). Exact for any h.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import scipy.linalg as sla
+
+from creak.arrays import FloatArray
+
+SLOW = 0.5
+"""omega h, and c h / m, below which S comes from its power series."""
+TERMS = 16
+"""Of the series: 0.5^16 / 16! is below round-off."""
+UU, UV, VU, VV, Q0 = 0, 1, 2, 3, 4
+"""Rows of a propagator; S_r / m is row Q0 + r."""
+
+
+def propagator(m: FloatArray, c: FloatArray, k: FloatArray, h: float) -> FloatArray:
+    """(9, n): u <- (u, v), v <- (u, v), then S_0 to S_4 over m.
+
+    Coordinates without mass follow the load at once, u = D(h) / k.
+    """
+    P = np.zeros((9, m.size))
+    heavy = m > 0.0
+    if heavy.any():
+        P[:, heavy] = _heavy(m[heavy], c[heavy], k[heavy], h)
+    light = ~heavy
+    for r in range(1, 5):
+        P[Q0 + r, light] = h ** (r - 1) / math.factorial(r - 1) / k[light]
+    return P
+
+
+def _heavy(m: FloatArray, c: FloatArray, k: FloatArray, h: float) -> FloatArray:
+    stiff, damp = k / m, c / m
+    slow = h * np.sqrt(stiff) < SLOW
+    weak, viscous, fast = slow & (h * damp < SLOW), slow & (h * damp >= SLOW), ~slow
+    S = np.empty((6, m.size))
+    for which, rule in ((weak, _by_series), (viscous, _by_exponential), (fast, _in_closed_form)):
+        S[:, which] = rule(damp[which], stiff[which], h)
+    return np.concatenate([[S[0] + damp * S[1], S[1], -stiff * S[1], S[0]], S[1:] / m])
+
+
+def _by_series(damp: FloatArray, stiff: FloatArray, h: float) -> FloatArray:
+    """(6, n) S_-1 to S_4."""
+    S = np.zeros((6, damp.size))
+    before, s = np.zeros_like(damp), np.ones_like(damp)
+    for j in range(1, TERMS):
+        for r in range(-1, 5):
+            S[r + 1] += s * (h ** (j + r) / math.factorial(j + r))
+        before, s = s, -(damp * s + stiff * before)
+    return S
+
+
+def _in_closed_form(damp: FloatArray, stiff: FloatArray, h: float) -> FloatArray:
+    """(6, n) S_-1 to S_4 of under-, over- and critically damped modes."""
+    delta = 0.5 * damp
+    root = np.sqrt((stiff - delta**2).astype(complex))
+    still = np.abs(root) * h < 1e-8
+    root = np.where(still, 1.0, root)
+    grow, fall = np.exp((1j * root - delta) * h), np.exp((-1j * root - delta) * h)
+    cosine = np.where(still, np.exp(-delta * h), (0.5 * (grow + fall)).real)
+    sine = np.where(still, h * np.exp(-delta * h), (0.5 * (grow - fall) / (1j * root)).real)
+    S = np.empty((6, damp.size))
+    S[0], S[1] = cosine - delta * sine, sine
+    for r in range(4):
+        S[r + 2] = (h**r / math.factorial(r) - S[r] - damp * S[r + 1]) / stiff
+    return S
+
+
+def _by_exponential(damp: FloatArray, stiff: FloatArray, h: float) -> FloatArray:
+    """(6, n) S_-1 to S_4 of modes that are damped so heavily that their stiffness hardly shows; time in steps."""
+    A = np.zeros((damp.size, 6, 6))
+    A[:, [0, 2, 3, 4], [1, 3, 4, 5]] = 1.0
+    A[:, 1, 0], A[:, 1, 1], A[:, 1, 2] = -h * h * stiff, -h * damp, 1.0
+    E = sla.expm(A) if damp.size else A
+    return np.stack([E[:, 1, 1], h * E[:, 0, 1], *(E[:, 0, 1 + r] * h ** (r + 1) for r in range(1, 5))])

@@ -1,0 +1,167 @@
+"""How finely contact is resolved: its own time scale, filtered channels, and bounds that hold between samples.
+
+Near contact a step is kick, exact motion, kick. With the gaps read and the forces applied through sinc(omega h) that is
+the mollified impulse method: symplectic, second order, and stable whatever the frequencies of the modes, as long as
+the contact springs are resolved, omega_c h < 2. Source: Garcia-Archilla, Sanz-Serna, Skeel, SIAM J. Sci. Comput. 20,
+1998 (MOLLY); Hairer, Lubich, Wanner, Geometric Numerical Integration, 2006, XIII.1.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as sla
+
+from creak.arrays import FloatArray, IntArray
+from creak.contact.step_problem import LawArrays
+from creak.dynamics.modal_model import ModalModel
+from creak.errors import InputError
+
+HARD_CONTACT = 2e-5
+"""s that a hard contact takes to reverse the motion of a channel's own mass."""
+DEEPEST = 30
+"""Most halvings of a flight step."""
+BAND = 2.0
+"""Ratio of the frequencies that bound a band."""
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """What is resolved how finely; `settled`, `quick` and `fine` are the choices of [time] accuracy."""
+
+    contact: float
+    """Largest product of a step near contact and the frequency of the contact springs."""
+    longest: float
+    """Longest step near contact, s."""
+
+
+QUICK, SETTLED, FINE = Resolution(1.0, 1e-4), Resolution(0.5, 2e-5), Resolution(0.125, 5e-6)
+
+
+@dataclass(frozen=True)
+class FlowSteps:
+    """The steps of a run: a flight step H and its halvings, the last of which is the step near contact."""
+
+    H: float
+    """s"""
+    levels: int
+    """H / 2^levels is the step near contact."""
+    laws: LawArrays
+    """With the stiffness of hard channels."""
+    mollifier: FloatArray
+    """(n,) what the channels see of each mode near contact, sinc(omega h)."""
+    band: IntArray
+    """(n,) band of each mode."""
+    reach: FloatArray
+    """(levels + 1, n_band, m): largest distance between a gap and the cubic through its ends, over sqrt(2 energy)."""
+
+    @property
+    def h(self) -> float:
+        """Step near contact, s."""
+        return float(math.ldexp(self.H, -self.levels))
+
+
+def flow_steps(model: ModalModel, laws: LawArrays, H: float, resolution: Resolution) -> FlowSteps:
+    """Steps of a run whose flight steps are H (s) long.
+
+    Raises
+    ------
+    InputError : the contact springs are so stiff that a flight step would have to be halved more than `DEEPEST` times.
+    """
+    m = model.gap0.size
+    laws = _with_hard(model, laws)
+    omega = np.sqrt(np.where(model.m > 0.0, model.k / np.where(model.m > 0.0, model.m, 1.0), 0.0))
+    slopes, rows = steepest(laws), model.rows[:m]
+    levels, mollifier = 0, np.ones(omega.size)
+    for levels in range(DEEPEST + 1):
+        h = math.ldexp(H, -levels)
+        mollifier = np.sinc(omega * h / np.pi)
+        if h <= resolution.longest and contact_frequency(model, rows * mollifier, slopes) * h <= resolution.contact:
+            break
+    else:
+        raise InputError(
+            f"a contact stiffness of {slopes.max():.3g} on the mass at its channel oscillates at "
+            f"{contact_frequency(model, rows, slopes):.3g} rad/s", expected="contact that can be resolved in time",
+            fix='Give a stiffness that the material can have, or stiffness = "hard".',
+        )  # fmt: skip
+    band, top = _bands(omega)
+    reach = np.stack([_reach(model, omega, band, top, math.ldexp(H, -n)) for n in range(levels + 1)])
+    return FlowSteps(H, levels, laws, mollifier, band, np.ascontiguousarray(reach))
+
+
+def steepest(laws: LawArrays) -> FloatArray:
+    """(m,) largest slope of the law of each channel, force / length."""
+    slopes = laws.stiffness.copy()
+    for i in np.flatnonzero(laws.curve >= 0):
+        part = slice(laws.start[laws.curve[i]], laws.start[laws.curve[i] + 1])
+        slopes[i] = laws.scale[i] * float(np.max(np.diff(laws.y[part]) / np.diff(laws.x[part])))
+    return slopes
+
+
+def contact_frequency(model: ModalModel, rows: FloatArray, slopes: FloatArray) -> float:
+    """omega_c (rad/s) of the contact springs against the mass at their channels.
+
+    omega_c^2 = largest eigenvalue of k^(1/2) G M^-1 G' k^(1/2) over the coordinates with mass.
+    """
+    acts = slopes > 0.0
+    heavy = model.m > 0.0
+    if not acts.any() or not heavy.any():
+        return 0.0
+    B = np.sqrt(slopes[acts])[:, None] * rows[acts][:, heavy] / np.sqrt(model.m[heavy])
+    size = int(acts.sum())
+    value = sla.eigh(B @ B.T, eigvals_only=True, subset_by_index=[size - 1, size - 1])[0]
+    return math.sqrt(max(float(value), 0.0))
+
+
+def _with_hard(model: ModalModel, laws: LawArrays) -> LawArrays:
+    """Hard channels as springs that reverse the motion of their own mass within `HARD_CONTACT`."""
+    hard = (laws.stiffness == np.inf) & (laws.curve < 0)
+    if not hard.any():
+        return laws
+    heavy = model.m > 0.0
+    give = (model.rows[: hard.size][:, heavy] ** 2) @ (1.0 / model.m[heavy])
+    spring = (np.pi / HARD_CONTACT) ** 2 / np.where(give > 0.0, give, np.inf)
+    return laws._replace(
+        stiffness=np.where(hard, spring, laws.stiffness), damping=np.where(hard, 0.0, laws.damping)
+    )  # fmt: skip
+
+
+def _bands(omega: FloatArray) -> tuple[IntArray, int]:
+    """Band of each mode by its frequency, and their number; the first holds what does not oscillate."""
+    moving = omega > 0.0
+    band = np.zeros(omega.size, dtype=np.int64)
+    if moving.any():
+        low = float(omega[moving].min())
+        band[moving] = 1 + np.floor(np.log(omega[moving] / low) / math.log(BAND)).astype(np.int64)
+    return band, int(band.max(initial=0)) + 1
+
+
+def _reach(model: ModalModel, omega: FloatArray, band: IntArray, count: int, h: float) -> FloatArray:
+    """(n_band, m) bound of |gap - cubic| / sqrt(2 E) of each band in a step h.
+
+    A mode y of energy E = m v^2/2 + k y^2/2 stays within A = sqrt(2 E / k). The cubic through values and slopes at both
+    ends is off by at most h^4 max |y''''| / 384 = A (omega h)^4 / 384, and never by more than A (2 + omega h / 4).
+    Over a band: Cauchy-Schwarz.
+    """
+    m = model.gap0.size
+    x = omega * h
+    off = np.minimum(x**4 / 384.0, 2.0 + 0.25 * x)
+    moves = (omega > 0.0) & (model.k > 0.0)
+    share = np.where(moves, off**2 / np.where(moves, model.k, 1.0), 0.0)
+    out = np.zeros((count, m))
+    squares = model.rows[:m] ** 2 * share
+    for b in range(count):
+        out[b] = np.sqrt(squares[:, band == b].sum(axis=1))
+    return out
+
+
+def mollified(model: ModalModel, mollifier: FloatArray) -> ModalModel:
+    """The model whose channels see and push the modes through the filter."""
+    return model._replace(rows=np.ascontiguousarray(model.rows * mollifier))
+
+
+def finer(resolution: Resolution, by: float) -> Resolution:
+    """The same with steps near contact that are shorter by a factor."""
+    return Resolution(resolution.contact / by, resolution.longest / by)

@@ -1,0 +1,84 @@
+"""What a compiled march keeps: the table of all instants, and the motion at output steps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from creak.arrays import IntArray
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.channels import ChannelMatrices
+from creak.dynamics.history import ENERGIES, History, split_columns
+from creak.dynamics.loads import Loads
+from creak.dynamics.modal_model import MarchState, Output
+
+CHUNK = 2_000
+"""Output steps between two reports of progress."""
+BUFFER_MEMORY = 64_000_000
+"""Bytes of motion kept before it is turned into output."""
+
+
+class Log:
+    """The table of all instants, the motion at output steps, and what they become."""
+
+    def __init__(
+        self, system: System, on: ChannelMatrices, gaps: GapOperator, loads: Loads, substeps: int,
+        observed: IntArray, every: int, whole_at: IntArray | None,
+    ) -> None:  # fmt: skip
+        n_step = loads.n_step // substeps
+        self._m, self._f2, self._every = gaps.m, on.T.shape[0], every
+        self._width = 1 + 2 * gaps.m + 2 * self._f2 + len(ENERGIES)
+        self._table, self.used = np.empty((n_step + 1, self._width)), 0
+        self._rows = system.rows(observed)
+        self._tangents = on.tangents if any(abs(A).max() > 0.0 for A, _ in on.tangents if A.size) else ()
+        n_out = n_step // every + 1
+        self._at, self._out = np.zeros(n_out, dtype=np.int64), 0
+        self._displacement, self._slip = np.zeros((n_out, observed.size)), np.zeros((n_out, gaps.m))
+        room = int(np.clip(BUFFER_MEMORY // (8 * max(system.n, 1)), 1, n_out))
+        self.chunk = min(CHUNK, room * every)
+        kept = self.chunk // every + 1
+        self._u, self._s = np.zeros((kept, system.n)), np.zeros((kept, system.supports.count))
+        self._whole_at = np.zeros(0, dtype=np.int64) if whole_at is None else np.asarray(whole_at, dtype=np.int64)
+        self._whole_time = loads.time[self._whole_at * substeps]
+        self._whole = np.zeros((self._whole_at.size, system.n))
+        self.setup_s = 0.0
+
+    def first(self, time: float, x: MarchState) -> None:
+        """The instant that the run starts from."""
+        self._table[0] = np.concatenate([[time], x.gap, x.force, x.sliding, x.energy[: len(ENERGIES)]])
+        self.used = 1
+        self._u[0], self._s[0] = x.x[0], x.support[0]
+        self._flush(1)
+        if self._whole_at.size and self._whole_at[0] == 0:
+            self._whole[0] = x.x[0]
+
+    def room(self, rows: int) -> Output:
+        """Where the next instants go, at most `rows`."""
+        if self.used + rows > self._table.shape[0]:
+            self._table.resize((max(self.used + rows, 3 * self.used // 2), self._width), refcheck=False)
+        at = np.zeros(self._u.shape[0], dtype=np.int64)
+        return Output(self._table, at, self._u, self._s, self._whole_at, self._whole)
+
+    def take(self, used: int, kept: int, out: Output) -> None:
+        """Account for what a chunk left."""
+        self.used = used
+        self._at[self._out : self._out + kept] = out.at[:kept]
+        self._flush(kept)
+
+    def _flush(self, kept: int) -> None:
+        here, Q, S = slice(self._out, self._out + kept), self._u[:kept].T, self._s[:kept].T
+        self._displacement[here] = (self._rows[0] @ Q + self._rows[1] @ S).T
+        if self._tangents:
+            self._slip[here] = np.hypot(*(np.asarray(A @ Q + A_s @ S) for A, A_s in self._tangents)).T
+        self._out = here.stop
+
+    def history(self) -> History:
+        """All that was kept so far."""
+        time, gap, force, tangential, sliding, energy = split_columns(self._table[: self.used], self._m, self._f2)
+        n = self._out
+        reached = int(np.count_nonzero(self._whole_time <= time[-1]))
+        steps = int(np.count_nonzero(force.any(axis=1)))
+        return History(
+            time, gap, force, self._slip[:n], self._at[:n], self._displacement[:n], energy, steps,
+            self.setup_s, self._whole_at[:reached], self._whole[:reached].T, tangential, sliding,
+        )  # fmt: skip
