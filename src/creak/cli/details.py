@@ -48,7 +48,9 @@ def setup_detail(output: Output, setup: Setup) -> None:
     method = config.reduction.method
     reduction = method if method in ("none", "guyan") else f"{method} to {config.reduction.f_max:g} Hz"
     output.detail(f"reduction: {reduction}")
-    output.detail(f"time: {loads.n_step:,} steps of {loads.step:g} s to {loads.time[-1]:g} s, {config.time.integrator}")
+    time = config.time
+    steps = f"{loads.n_step // time.substeps:,} steps of {time.step:g} s to {loads.time[-1]:g} s"
+    output.detail(f"time: {steps}, {f'accuracy {time.accuracy}' if time.exact else time.integrator}")
     damping = config.damping
     kind = "modal" if damping.modal is not None else "rayleigh" if damping.rayleigh is not None else "the deck's"
     output.detail(f"damping: {kind}; sparse solver: {'MKL PARDISO' if has_pardiso() else 'SuperLU'}")

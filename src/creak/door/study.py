@@ -49,10 +49,8 @@ enabled = true                        # keep contact only where a linear run clo
 margin = 0.5                          # mm of gap left that still counts as closing
 
 [time]
-step = 1e-3                           # s
 periods = 5
-integrator = "hht"
-alpha = -0.05                         # slight numerical damping
+accuracy = "settled"                  # or "quick", "fine"; steps follow from it
 
 [reference]
 run = true                            # also run the unreduced model

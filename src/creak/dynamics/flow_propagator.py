@@ -7,8 +7,8 @@ S_r(h) = integral of s(t) (h - t)^(r-1) / (r-1)! over the step, S_0 = s(h), S_-1
     v(h) =         -k/m S_0 u + S_-1 v + (S_0 D0 + S_1 D1 + S_2 D2 + S_3 D3) / m
 
 Integrating the equation of s r times gives S_(r+1) = (h^r/r! - S_(r-1) - c/m S_r) m/k; for small omega h, where that
-loses digits, S_r is the power series sum_j s_j h^(j+r) / (j+r)! with s_0 = 0, s_1 = 1, s_(j+2) = -(c s_(j+1) + k s_j)/m,
-and of slow modes with heavy damping it comes from the exponential of the equation's matrix.
+loses digits, S_r is the power series sum_j s_j h^(j+r) / (j+r)! with s_0 = 0, s_1 = 1, s_(j+2) = -(c s_(j+1) + k s_j)
+over m, and of slow modes with heavy damping it comes from the exponential of the equation's matrix.
 Source: Duhamel's integral (Clough, Penzien, Dynamics of Structures, 1993, chapter 6). Exact for any h.
 """
 

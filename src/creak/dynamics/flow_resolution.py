@@ -35,9 +35,11 @@ class Resolution:
     """Largest product of a step near contact and the frequency of the contact springs."""
     longest: float
     """Longest step near contact, s."""
+    stepped: float
+    """Step near contact of Systems that are not diagonal, s."""
 
 
-QUICK, SETTLED, FINE = Resolution(1.0, 1e-4), Resolution(0.5, 2e-5), Resolution(0.125, 5e-6)
+QUICK, SETTLED, FINE = Resolution(1.0, 1e-4, 2e-5), Resolution(0.5, 2e-5, 1e-5), Resolution(0.125, 5e-6, 2.5e-6)
 
 
 @dataclass(frozen=True)
@@ -164,4 +166,4 @@ def mollified(model: ModalModel, mollifier: FloatArray) -> ModalModel:
 
 def finer(resolution: Resolution, by: float) -> Resolution:
     """The same with steps near contact that are shorter by a factor."""
-    return Resolution(resolution.contact / by, resolution.longest / by)
+    return Resolution(resolution.contact / by, resolution.longest / by, resolution.stepped / by)

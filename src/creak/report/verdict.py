@@ -346,7 +346,7 @@ def _deep(result: Found) -> list[str]:
 def _resolution(result: Found) -> list[str]:
     c = result.setup.study.config
     step = c.time.step / c.time.substeps
-    if result.gaps.m == 0 or c.verification.f_max < 0.45 / step:
+    if c.time.exact or result.gaps.m == 0 or c.verification.f_max < 0.45 / step:
         return []
     return [
         f"The step of {tidy(1e3 * step)} ms cannot hold more than the {tidy(c.verification.f_max)} Hz of the "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
@@ -90,7 +90,7 @@ class ContactTable(Table):
     """Gaps averaged over the facets round each secondary node, or at the nodes themselves."""
     stiffness: Literal["auto", "hard"] | Positive = "auto"
     """force/length^3 (surface-to-surface) or force/length (node-to-surface); "auto": 10 times the softer parent
-    element's, but no stiffer than the time step resolves; "hard": no penetration at all."""
+    element's (with a forced step no stiffer than it resolves); "hard": no penetration to speak of."""
     overclosure: list[tuple[NonNegative, NonNegative]] | None = None
     """Tabular law instead of a stiffness: [[overclosure, pressure], ...] from [0, 0] on, both rising
     (node-to-surface: force); the last slope goes on."""
@@ -353,29 +353,52 @@ class PrecheckTable(Table):
 
 
 class TimeTable(Table):
-    """[time]"""
+    """[time]: how long, and how accurate; a scheme and its step only for those who insist."""
 
-    step: Positive = 1e-3
-    """s"""
     periods: Positive | None = None
     """Of the excitation's longest period; 5 where neither periods nor end is given."""
     end: Positive | None = None
     """s"""
-    integrator: Literal["hht", "generalised-alpha", "massless-boundary"] = "hht"
-    """massless-boundary needs the reduction of that name: exact between contacts, which follow quasi-statically."""
+    accuracy: Literal["settled", "quick", "fine"] = "settled"
+    """settled: each event's impulse and force within some 5 %, start and duration within 0.1 ms; quick: rougher and
+    cheaper; fine: four times finer. Steps follow from it: nothing else need be given."""
+    step: Positive = 1e-3
+    """s; a forced step, of the integrator hht where none is named."""
+    integrator: Literal["exact", "hht", "generalised-alpha", "massless-boundary"] = "exact"
+    """exact: exact motion between contacts, contact resolved in its own time scale, as accuracy says. The others take
+    the step as it is. massless-boundary needs the reduction of that name."""
     alpha: Annotated[float, Field(ge=-0.5, le=0.0, allow_inf_nan=False)] = -0.05
     """hht: numerical damping; 0 is none."""
     rho_inf: Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)] = 0.9
     """generalised-alpha: what is left of the highest frequencies after a step."""
     substeps: Annotated[int, Field(ge=1)] = 1
-    """Steps into which a step near contact is divided; output stays at step. massless-boundary takes more by itself
-    where its springs need them."""
+    """Steps into which a forced step near contact is divided; output stays at step. massless-boundary takes more by
+    itself where its springs need them."""
+
+    @property
+    def exact(self) -> bool:
+        """No scheme is forced: accuracy says all."""
+        return self.integrator == "exact"
+
+    @model_validator(mode="before")
+    @classmethod
+    def _forced(cls, data: Any) -> Any:
+        """A step, alpha or substeps alone ask for HHT, which they belong to; rho_inf for its own scheme."""
+        if not isinstance(data, dict) or "integrator" in data:
+            return data
+        if "rho_inf" in data:
+            return {**data, "integrator": "generalised-alpha"}
+        return {**data, "integrator": "hht"} if FORCED & data.keys() else data
 
     @model_validator(mode="after")
     def _one_of(self) -> TimeTable:
         if self.periods is not None and self.end is not None:
             raise ValueError("give either periods or end, not both")
         return self
+
+
+FORCED = {"step", "alpha", "substeps"}
+"""Keys of [time] that ask for HHT."""
 
 
 class ReferenceTable(Table):
@@ -391,7 +414,7 @@ class OutputTable(Table):
     nodes: list[str] | str = []
     """Node sets whose motion is kept besides the verification nodes."""
     interval: Positive | None = None
-    """s; default: every step."""
+    """s; default: 1 ms, less for short runs and fast excitations; with a forced step every step."""
     field_interval: Positive | None = None
     """s; the motion of all nodes is recovered this often and written to results.h5; default: not at all."""
     field_start: NonNegative = 0.0

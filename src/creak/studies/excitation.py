@@ -68,18 +68,7 @@ def time_axis(study: Study, parts: int | None = None) -> FloatArray:
     ------
     InputError : neither end nor a periodic excitation; fewer than two steps, or more than `MOST_STEPS`.
     """
-    table = study.config.time
-    end = table.end
-    if end is None:
-        period = period_of(study)
-        if period is None and table.periods is not None:
-            raise InputError(
-                "periods without a periodic excitation", where=study.where("time", "periods"),
-                fix="Give end instead.",
-            )  # fmt: skip
-        if period is None:
-            raise InputError("the end of the run is not given", where=study.where("time"), fix="Add end = ... (s).")
-        end = period * (table.periods if table.periods is not None else 5.0)
+    table, end = study.config.time, end_of(study)
     parts = table.substeps if parts is None else parts
     steps = end / table.step
     if not steps > 1.5 or parts * steps > MOST_STEPS:
@@ -89,6 +78,26 @@ def time_axis(study: Study, parts: int | None = None) -> FloatArray:
         )  # fmt: skip
     n = round(steps)
     return np.asarray(table.step / parts * np.arange(parts * n + 1), dtype=np.float64)
+
+
+def end_of(study: Study) -> float:
+    """Length of the run, s.
+
+    Raises
+    ------
+    InputError : neither end nor a periodic excitation.
+    """
+    table = study.config.time
+    if table.end is not None:
+        return table.end
+    period = period_of(study)
+    if period is None and table.periods is not None:
+        raise InputError(
+            "periods without a periodic excitation", where=study.where("time", "periods"), fix="Give end instead."
+        )  # fmt: skip
+    if period is None:
+        raise InputError("the end of the run is not given", where=study.where("time"), fix="Add end = ... (s).")
+    return period * (table.periods if table.periods is not None else 5.0)
 
 
 def period_of(study: Study) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -10,6 +11,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
+from creak.dynamics.flow_march import simulate_flow
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.dynamics.modal_coefficients import MasslessBoundary, is_modal
@@ -20,6 +22,7 @@ from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
 from creak.dynamics.simulate import simulate
 from creak.studies.config import TimeTable
 from creak.studies.excitation import sample_loads, time_axis
+from creak.studies.flight import resolution_of
 from creak.studies.setup import Setup
 
 Report = Callable[[int, int], None]
@@ -36,10 +39,14 @@ def integrate(
 ) -> tuple[History, System, str]:  # fmt: skip
     """March a System through the study's loads; the history, the System as it was marched, and how in a few words.
 
-    Diagonal Systems run in compiled code. With integrator = "massless-boundary" those that have massless coordinates
-    are marched by it, with as many substeps near contact as its springs need; all others by HHT-alpha.
+    Without a forced scheme diagonal Systems are marched by exact flow, all others by `_stepped`. With a forced one
+    diagonal Systems run in compiled code; with integrator = "massless-boundary" those that have massless coordinates
+    are marched by it, with as many substeps near contact as its springs need, all others by HHT-alpha.
     """
     table = setup.study.config.time
+    if table.exact:
+        march = _flown if is_modal(system) else _stepped
+        return march(setup, system, gaps, observed, output_every, whole_at, progress)
     if table.integrator == "massless-boundary" and is_modal(system) and _has_massless(system):
         return _massless(setup, system, gaps, observed, output_every, whole_at, progress)
     history = simulator(system)(
@@ -48,6 +55,49 @@ def integrate(
     )  # fmt: skip
     name = "generalised-alpha" if table.integrator == "generalised-alpha" else "HHT-alpha"
     return history, system, name if table.substeps == 1 else f"{name}, {table.substeps} substeps near contact"
+
+
+def _flown(
+    setup: Setup, system: System, gaps: GapOperator, observed: IntArray, output_every: int, whole_at: IntArray,
+    progress: Report | None,
+) -> tuple[History, System, str]:  # fmt: skip
+    history = simulate_flow(
+        system, gaps, setup.loads, resolution=resolution_of(setup.study), observed=observed,
+        output_every=output_every, whole_at=whole_at, progress=progress,
+    )  # fmt: skip
+    return history, system, f"exact flow, steps near contact from {shortest_step(history):.2g} s"
+
+
+def shortest_step(history: History) -> float:
+    """s between two instants of a history."""
+    return float(np.diff(history.time).min(initial=np.inf))
+
+
+def _stepped(
+    setup: Setup, system: System, gaps: GapOperator, observed: IntArray, output_every: int, whole_at: IntArray,
+    progress: Report | None,
+) -> tuple[History, System, str]:  # fmt: skip
+    parts = math.ceil(setup.study.config.time.step / resolution_of(setup.study).stepped)
+    history = simulate(
+        system, gaps, divided_loads(setup, parts), generalised_alpha(0.9), observed=observed,
+        output_every=output_every, whole_at=whole_at, substeps=parts, progress=progress,
+    )  # fmt: skip
+    return history, system, f"generalised-alpha, {parts} substeps near contact"
+
+
+def linear_run(setup: Setup, system: System, scheme: Scheme, progress: Report | None) -> History:
+    """Of the contacts' channels without any force, on a diagonal System; only gaps are kept."""
+    silent, nothing = setup.contacts.without_force(), np.zeros(0, dtype=np.int64)
+    table = setup.study.config.time
+    every = setup.loads.n_step // table.substeps
+    if table.exact:
+        return simulate_flow(
+            system, silent, setup.loads, observed=nothing, output_every=every, progress=progress
+        )  # fmt: skip
+    return simulator(system)(
+        system, silent, setup.loads, scheme, observed=nothing, output_every=every, substeps=table.substeps,
+        progress=progress,
+    )  # fmt: skip
 
 
 def simulator(system: System) -> Callable[..., History]:

@@ -17,7 +17,7 @@ from creak.linalg.factor import Factor, factor, regular_factor
 from creak.linalg.modes import Modes, modes, small_shift
 from creak.reduction.modal import modal_system, support_motion, with_modal_damping
 from creak.studies.excitation import highest_frequency
-from creak.studies.integrate import simulator
+from creak.studies.integrate import linear_run
 from creak.studies.setup import Setup
 from creak.studies.start_check import nothing_closes
 
@@ -132,11 +132,8 @@ def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: Scheme, progres
     R = reference.support_shapes
     assert reference.stiffness is not None
     system = modal_system(reference.system, reference.modes, R, static_shapes(setup, reference))
-    silent, parts = setup.contacts.without_force(), setup.study.config.time.substeps
-    history = simulator(system)(
-        system, silent, setup.loads, scheme, observed=np.zeros(0, dtype=np.int64),
-        output_every=setup.loads.n_step // parts, substeps=parts,
-        progress=lambda done, total: progress("linear pre-check", done, total),
+    history = linear_run(
+        setup, system, scheme, lambda done, total: progress("linear pre-check", done, total)
     )  # fmt: skip
     return np.asarray(history.gap.min(axis=0))
 

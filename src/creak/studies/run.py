@@ -164,7 +164,9 @@ def run_study(
 
 
 def limited(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> tuple[GapOperator, list[str]]:
-    """Channels with automatic penalties lowered to what the step resolves, and a note of it."""
+    """Channels with automatic penalties lowered to what a forced step resolves, and a note of it."""
+    if setup.study.config.time.exact:
+        return gaps, []
     positions, step = setup.model.nodes.coords[gaps.nodes_idx], setup.loads.step
     stiffness = step_limited_stiffness(reference.system, gaps, positions, scheme_of(setup.study.config.time), step)
     return replace(gaps, stiffness=stiffness), _note_of_limit(gaps, stiffness, step)
@@ -186,6 +188,8 @@ def run_warnings(setup: Setup, gaps: GapOperator, runs: dict[str, Run]) -> list[
 def step_warnings(setup: Setup, run: Run) -> list[str]:
     """A step longer than a tenth of the shortest contact event cannot follow its force."""
     table, step = setup.study.config.time, setup.loads.step
+    if table.exact:
+        return []
     short = min(run.events, key=lambda e: e.t_end - e.t_start, default=None)
     if short is None or step <= SHARE * (short.t_end - short.t_start):
         return []

@@ -28,6 +28,7 @@ from creak.model.mesh import Model
 from creak.studies.config import DOFS, Table
 from creak.studies.contact_pairs import contact_pair
 from creak.studies.excitation import driven_dofs, highest_frequency, period_of, sample_loads, time_axis
+from creak.studies.flight import with_flight_steps
 from creak.studies.free_motion import loose_motions, loose_words
 from creak.studies.imported import imported_superelements, resistance
 from creak.studies.start_check import drive_warnings, start_warnings
@@ -106,6 +107,7 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
     InputError : as `set_up`.
     """
     stop_on_unread(model, ignore)
+    study = with_flight_steps(study)
     _check_frequencies(study)
     _check_integrator(study)
     time = time_axis(study)

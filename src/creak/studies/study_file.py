@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 
 from creak.errors import InputError, suggest
 from creak.studies import config
-from creak.studies.config import StudyConfig
+from creak.studies.config import FORCED, StudyConfig
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,23 @@ def read_study(path: Path) -> Study:
         study = Study(path, StudyConfig.model_validate(data), text)
     except ValidationError as error:
         raise explain(path, text, error) from error
+    _check_time(study, data.get("time", {}))
     return study
+
+
+def _check_time(study: Study, given: dict[str, Any]) -> None:
+    """Raise InputError where [time] asks for an accuracy and forces a scheme as well."""
+    table, forced = study.config.time, sorted((FORCED | {"rho_inf"}) & given.keys())
+    if "accuracy" in given and not table.exact:
+        raise InputError(
+            f"accuracy = {table.accuracy!r} chooses the steps itself, and {forced or ['integrator']} force them",
+            where=study.where("time", "accuracy"), expected="one of both", fix="Leave out all but accuracy.",
+        )  # fmt: skip
+    if table.exact and forced:
+        raise InputError(
+            f'integrator = "exact" chooses its steps itself: {", ".join(forced)} have no meaning',
+            where=study.where("time", forced[0]), fix="Leave them out, or name the integrator that they are for.",
+        )  # fmt: skip
 
 
 def read_toml(path: Path, kind: str) -> tuple[dict[str, Any], str]:

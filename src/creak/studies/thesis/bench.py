@@ -22,7 +22,7 @@ from creak.studies.run import limited
 from creak.studies.setup import Setup, set_up
 from creak.studies.study_file import Study, read_study
 from creak.studies.sweep_cases import changed as with_changes
-from creak.studies.thesis.plan import CHECKED_BY, Variant
+from creak.studies.thesis.plan import CHECKED_BY, SCHEME, Variant
 
 Progress = Callable[[str, int, int], None]
 AMPLITUDE = "excitation.hinge.signal.amplitude"
@@ -71,7 +71,8 @@ class Bench:
         hooks = "" if variant.hook_play is None else "_play"
         folder = self._folder / f"door_{self.mesh_size:g}mm_{variant.coarsen}{hooks}"
         write_door(self.mesh_size, folder, variant.coarsen, hook_play=variant.hook_play)
-        study = changed(read_study(folder / "door.toml"), {AMPLITUDE: LOADS[CHECKED_BY], **variant.changes})
+        own = {AMPLITUDE: LOADS[CHECKED_BY], **SCHEME, **variant.changes}
+        study = changed(read_study(folder / "door.toml"), own)
         setup = set_up(study)
         reference = build_reference(setup, self._progress)
         if kept is None:
