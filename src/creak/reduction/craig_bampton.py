@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -229,6 +229,25 @@ def reduced_matrices(
     static[:, c] = terms.kept
     damping = None if extra is None else _reduced_damping(basis, terms, extra, own)
     return Matrices(K, M, alone, damping, StaticRows(keep, static))
+
+
+def truncated(basis: Basis, matrices: Matrices, f_max: float) -> tuple[Basis, Matrices]:
+    """The same with the fixed-interface modes up to `f_max` (Hz) alone: what a reduction to `f_max` gives."""
+    fixed = basis.fixed
+    kept = int(np.count_nonzero(fixed.omega2 <= (2.0 * np.pi * f_max) ** 2))
+    if kept == fixed.omega2.size:
+        return basis, matrices
+    n = basis.n_boundary + kept
+    fewer = replace(
+        fixed, omega2=fixed.omega2[:kept], shapes=fixed.shapes[:, :kept], next_omega2=float(fixed.omega2[kept])
+    )  # fmt: skip
+
+    def cut(A: Matrix) -> Matrix:
+        return A[:n, :n]
+
+    C = None if matrices.C is None else cut(matrices.C)
+    part = replace(matrices, K=cut(matrices.K), M=cut(matrices.M), M_alone=cut(matrices.M_alone), C=C)
+    return replace(basis, fixed=fewer), part
 
 
 def _inner(system: System, inside: Inside, labels: IntArray | None) -> IntArray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from creak.report.tables import Table
 from creak.report.text import NONE, Units, fixed, number, percent, share, tidy
-from creak.studies.converge import BASE, FIGURES, QUARTER, SETTLED, TIMES, Convergence, EventSettling, Settling
+from creak.studies.converge import BASE, FIGURES, SETTLED, TIMES, Convergence, EventSettling, Settling
 from creak.studies.convergence_words import TOTALS, WORDS
 
 MOST_EVENTS = 400
@@ -62,7 +62,7 @@ def run_table(c: Convergence, units: Units) -> Table:
 def total_table(c: Convergence) -> Table:
     """Figures of the whole run: change by each family, settled to."""
     pairs = [f"{a} to {b}" for a, b in c.families.values()]
-    head = ["whole run", *pairs, f"{BASE} against {QUARTER}", "settled to", ""]
+    head = ["whole run", *pairs, f"{BASE} against {c.finest}", "settled to", ""]
     rows = [
         [TOTALS[key], *(_change(t, x) for x in t.changes.values()), _change(t, t.base_error), _change(t, t.settled_to),
          t.problem or ("settled" if t.settled else "not settled")]
@@ -76,8 +76,11 @@ def event_table(c: Convergence, units: Units, most: int = MOST_EVENTS) -> Table:
     unit = {"start": "s", "duration": "ms", "force": units.force, "impulse": units.impulse,
             "closing_speed": units.speed}  # fmt: skip
     groups = [("", 1), *((f"{WORDS[name]}, {unit[name]}", 3) for name in FIGURES), ("", 1)]
-    head = ["where", *([BASE, QUARTER, "settled to"] * len(FIGURES)), ""]
-    rows = [[e.event.group, *(x for f in e.figures.values() for x in _cells(f)), _verdict(e)] for e in c.events[:most]]
+    head = ["where", *([BASE, c.finest, "settled to"] * len(FIGURES)), ""]
+    rows = [
+        [e.event.group, *(x for f in e.figures.values() for x in _cells(f, c.finest)), _verdict(e)]
+        for e in c.events[:most]
+    ]
     cut = f"The first {most} of {len(c.events)} events; convergence.csv holds all." if len(c.events) > most else ""
     return Table(head, rows, 1, cut, groups=groups)
 
@@ -101,8 +104,8 @@ def _short(e: EventSettling) -> str:
     return e.problem or ("settled" if e.settled else f"{sum(not f.settled for f in e.figures.values())} open")
 
 
-def _cells(f: Settling) -> list[str]:
-    return [_value(f, BASE), _value(f, QUARTER), _change(f, f.settled_to)]
+def _cells(f: Settling, finest: str) -> list[str]:
+    return [_value(f, BASE), _value(f, finest), _change(f, f.settled_to)]
 
 
 def _value(f: Settling, run: str) -> str:

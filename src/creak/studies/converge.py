@@ -12,9 +12,10 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.errors import CreakError
 from creak.studies.excitation import sample_loads, time_axis
-from creak.studies.reduced_model import ReducedModel, reduce_model
+from creak.studies.reduced_model import ReducedModel, reduce_model, with_more_modes
 from creak.studies.run import Run, StudyResult, events_in, march_run
 from creak.studies.setup import Setup
+from creak.studies.superelements import MODES_FACTOR
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch, match_events
 from creak.verify.statistics import EventStatistics, compare_statistics, is_chaotic
@@ -28,10 +29,15 @@ verification's `event_tolerance`, so that what is left cannot decide whether two
 
 BASE, HALF, QUARTER = "base", "h/2", "h/4"
 TWICE, TENFOLD, MORE_MODES = "2 x stiffness", "10 x stiffness", "1.5 x f_max"
-MODES_FACTOR = 1.5
-"""The next f_max."""
-LAST_TWO = {"step": (HALF, QUARTER), "stiffness": (TWICE, TENFOLD), "modes": (BASE, MORE_MODES)}
-"""Family -> the two runs whose difference tells how far it has settled."""
+FINER, SOFTER, STIFFER = "half the tolerance", "half the stiffness", "twice the stiffness"
+LAST_TWO = {
+    "step": (HALF, QUARTER), "stiffness": (TWICE, TENFOLD),
+    "tolerance": (BASE, FINER), "softer": (BASE, SOFTER), "stiffer": (BASE, STIFFER),
+    "modes": (BASE, MORE_MODES),
+}  # fmt: skip
+"""Family -> the two runs whose difference tells how far it has settled; the first two are those of a forced step."""
+HALVED = 2.0
+"""How much finer the contact is resolved with half the tolerance."""
 
 FIGURES: dict[str, Callable[[Event], float]] = {
     "start": lambda e: e.t_start,
@@ -56,6 +62,8 @@ class Variant:
     """step, stiffness, modes; empty for the base run."""
     step: float
     """s"""
+    refined: float = 1.0
+    """How much finer than the accuracy says contact is resolved."""
     stiffness: float = 1.0
     """Factor on the stiffness of the contacts."""
     f_max: float | None = None
@@ -114,12 +122,14 @@ class Settling:
 
     @property
     def settled(self) -> bool:
-        return not self.problem and bool(self.settled_to <= self.limit)
+        """The last refinements agree, and so do the base run and the finest one."""
+        known = not self.problem and bool(self.settled_to <= self.limit)
+        return known and not abs(self.base_error) > self.limit
 
     @property
     def base_error(self) -> float:
-        """Base run less the shortest step, as `changes`; nan where one of them does not have the figure."""
-        return -change(self.name, self.values.get(BASE), self.values.get(QUARTER))
+        """Base run less the finest in time, as `changes`; nan where one of them does not have the figure."""
+        return -change(self.name, self.values.get(BASE), self.values.get(FINER, self.values.get(QUARTER)))
 
 
 @dataclass(frozen=True)
@@ -155,9 +165,16 @@ class Convergence:
     """Number of events, impulse and largest low-passed force of the whole run."""
     statistics: dict[str, EventStatistics]
     """Family -> events of its last two runs in the window as samples."""
+    exact: bool
+    """No scheme was forced: the runs differ from the base run, each in one thing."""
     chaotic: bool
     """So many events that single ones need not be the same in two exact solutions."""
     notes: tuple[str, ...]
+
+    @property
+    def finest(self) -> str:
+        """The run that is finest in time."""
+        return FINER if self.exact else QUARTER
 
     def settled_events(self, name: str) -> int:
         """How many events have a figure settled."""
@@ -212,7 +229,7 @@ def assess(
     events = _events(outcomes, matches, families, window, tolerance)
     new = {name: len(match.extra) for name, match in matches.items()}
     return Convergence(
-        model, outcomes, families, window, events, new, _totals(outcomes, families), samples,
+        model, outcomes, families, window, events, new, _totals(outcomes, families), samples, FINER in outcomes,
         is_chaotic(len(events), window[1] - window[0]), notes,
     )  # fmt: skip
 
@@ -231,6 +248,8 @@ def change(name: str, before: float | None, after: float | None) -> float:
 
 def plan(result: StudyResult) -> tuple[list[Variant], list[str]]:
     """The runs to make, and what is to be said of those that are not."""
+    if result.setup.study.config.time.exact:
+        return _exact_plan(result)
     base, notes = _base_variant(result), []
     h, quarter = base.step, 0.25 * base.step
     variants = [replace(base, name=name, family="step", step=x) for name, x in ((HALF, 0.5 * h), (QUARTER, quarter))]
@@ -247,6 +266,22 @@ def plan(result: StudyResult) -> tuple[list[Variant], list[str]]:
         notes.append("the stiffness of connectors is a figure of the study, no penalty: it stays in all runs")
     if not softer.size:
         notes.append("no contact has a stiffness to vary: settling with it was not looked at")
+    if base.f_max is not None and result.setup.study.config.reduction.method != "guyan":
+        variants.append(replace(base, name=MORE_MODES, family="modes", f_max=MODES_FACTOR * base.f_max))
+    elif base.f_max is not None:
+        notes.append("a Guyan reduction keeps no modes: settling with f_max was not looked at")
+    return variants, notes
+
+
+def _exact_plan(result: StudyResult) -> tuple[list[Variant], list[str]]:
+    """One run for each thing that the answer must not hang on."""
+    base, notes = _base_variant(result), []
+    variants = [replace(base, name=FINER, family="tolerance", step=base.step / HALVED, refined=HALVED)]
+    if _scaled(result).size:
+        variants += [
+            replace(base, name=SOFTER, family="softer", stiffness=0.5),
+            replace(base, name=STIFFER, family="stiffer", stiffness=2.0),
+        ]
     if base.f_max is not None and result.setup.study.config.reduction.method != "guyan":
         variants.append(replace(base, name=MORE_MODES, family="modes", f_max=MODES_FACTOR * base.f_max))
     elif base.f_max is not None:
@@ -297,7 +332,9 @@ def _model(
     if result.reduced is None:
         return result.reference.system, None
     reduced = result.reduced
-    if variant.family == "modes":
+    if variant.family == "modes" and setup.study.config.time.exact and reduced.superelements:
+        reduced = with_more_modes(setup, result.reference, result.gaps, reduced, progress)
+    elif variant.family == "modes":
         reduced = reduce_model(setup, result.reference, result.gaps, progress)
     return reduced.system, reduced
 
@@ -312,12 +349,15 @@ def repeated_setup(setup: Setup, variant: Variant, substeps: int) -> Setup:
         "reduction": c.reduction.model_copy(update={"f_max": variant.f_max or c.reduction.f_max}),
     }
     study = replace(study, config=c.model_copy(update=tables))
-    return replace(setup, study=study, loads=sample_loads(setup.model, study, time_axis(study)))
+    loads = sample_loads(setup.model, study, time_axis(study))
+    return replace(setup, study=study, refined=variant.refined, loads=loads)
 
 
 def _substeps(setup: Setup, base: Run) -> int:
     """Parts into which the base run divided a step near contact: shorter steps are divided into as many."""
     table, steps = setup.study.config.time, np.diff(base.history.time)
+    if table.exact:
+        return table.substeps
     return max(table.substeps, round(table.step / float(steps.min())) if steps.size else 1)
 
 

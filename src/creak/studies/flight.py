@@ -50,11 +50,6 @@ def with_flight_steps(study: Study) -> Study:
     return replace(study, config=c.model_copy(update=tables))
 
 
-def resolution_of(study: Study) -> Resolution:
-    """How finely contact is resolved."""
-    return RESOLUTIONS[study.config.time.accuracy]
-
-
 def _resolved(study: Study) -> float:
     """s of a flight step that follows the excitations: their highest frequency, the samples of tables and records."""
     highest = highest_frequency(study)

@@ -12,6 +12,7 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.flow_march import simulate_flow
+from creak.dynamics.flow_resolution import Resolution, finer
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.dynamics.modal_coefficients import MasslessBoundary, is_modal
@@ -22,7 +23,7 @@ from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
 from creak.dynamics.simulate import simulate
 from creak.studies.config import TimeTable
 from creak.studies.excitation import sample_loads, time_axis
-from creak.studies.flight import resolution_of
+from creak.studies.flight import RESOLUTIONS
 from creak.studies.setup import Setup
 
 Report = Callable[[int, int], None]
@@ -62,10 +63,15 @@ def _flown(
     progress: Report | None,
 ) -> tuple[History, System, str]:  # fmt: skip
     history = simulate_flow(
-        system, gaps, setup.loads, resolution=resolution_of(setup.study), observed=observed,
+        system, gaps, setup.loads, resolution=resolution_of(setup), observed=observed,
         output_every=output_every, whole_at=whole_at, progress=progress,
     )  # fmt: skip
     return history, system, f"exact flow, steps near contact from {shortest_step(history):.2g} s"
+
+
+def resolution_of(setup: Setup) -> Resolution:
+    """How finely contact is resolved."""
+    return finer(RESOLUTIONS[setup.study.config.time.accuracy], setup.refined)
 
 
 def shortest_step(history: History) -> float:
@@ -77,7 +83,7 @@ def _stepped(
     setup: Setup, system: System, gaps: GapOperator, observed: IntArray, output_every: int, whole_at: IntArray,
     progress: Report | None,
 ) -> tuple[History, System, str]:  # fmt: skip
-    parts = math.ceil(setup.study.config.time.step / resolution_of(setup.study).stepped)
+    parts = math.ceil(setup.study.config.time.step / resolution_of(setup).stepped)
     history = simulate(
         system, gaps, divided_loads(setup, parts), generalised_alpha(0.9), observed=observed,
         output_every=output_every, whole_at=whole_at, substeps=parts, progress=progress,

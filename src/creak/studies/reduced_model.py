@@ -27,7 +27,7 @@ from creak.studies.excitation import highest_frequency
 from creak.studies.reference_model import ReferenceModel, damped, held_factor, modal_band, static_shapes
 from creak.studies.setup import Setup
 from creak.studies.substructures import Partition, partition
-from creak.studies.superelements import Reduced, reduce_substructure
+from creak.studies.superelements import Reduced, reduce_substructure, with_all_modes
 
 DIAGONAL_LIMIT = 6000
 """Coupled models up to this size are diagonalised; larger ones keep their sparse form."""
@@ -106,19 +106,27 @@ def _by_parts(
     made: Callable[[Reduced], None] | None,
 ) -> _Made:  # fmt: skip
     cut = partition(setup, reference, gaps)
-    superelements, systems, notes = [], [], []
+    superelements, notes = [], []
     for sub in cut.substructures:
         if sub.stays:
-            systems.append(sub.part)
             continue
         reduced, more = reduce_substructure(setup, sub, store, progress)
         superelements.append(reduced)
         if made is not None:
             made(reduced)
         notes += more
-        systems.append(_own_interface(setup, cut, reduced))
     _check_modes(setup, superelements)
+    return _together(setup, reference, cut, superelements, notes, progress)
+
+
+def _together(
+    setup: Setup, reference: ReferenceModel, cut: Partition, superelements: list[Reduced], notes: list[str],
+    progress: Progress,
+) -> _Made:  # fmt: skip
+    """The superelements coupled with what stays unreduced, and diagonalised."""
     progress("couple and diagonalise", 0, 1)
+    reduced = iter(superelements)
+    systems = [sub.part if sub.stays else _own_interface(setup, cut, next(reduced)) for sub in cut.substructures]
     systems += [*setup.superelements, *([reference.loose] if reference.loose is not None else [])]
     coupled = couple(systems, cut.model, setup.driven, setup.rayleigh, override=setup.override_damping)
     coupled = _shared_interface(setup, cut, coupled)
@@ -127,6 +135,18 @@ def _by_parts(
     retained = sum(int(r.system.stats["retained"]) for r in superelements)
     kept = sum(int(r.system.stats["modes"]) for r in superelements)
     return tuple(superelements), cut.model, system, retained, kept, notes, coupled
+
+
+def with_more_modes(
+    setup: Setup, reference: ReferenceModel, gaps: GapOperator, reduced: ReducedModel, progress: Progress
+) -> ReducedModel:
+    """The same superelements with all modes that were computed, beyond f_max; nothing is reduced again."""
+    wall, cpu = clock.perf_counter(), clock.process_time()
+    more = [with_all_modes(r) for r in reduced.superelements]
+    all_of_it = _together(setup, reference, partition(setup, reference, gaps), more, [], progress)
+    superelements, model, system, retained, kept, notes, coupled = all_of_it
+    wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
+    return ReducedModel(superelements, model, system, retained, kept, wall, cpu, notes, coupled)
 
 
 def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:

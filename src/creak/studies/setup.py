@@ -58,6 +58,8 @@ class Setup:
     notes: list[str]
     superelements: tuple[System, ...] = ()
     """Parts that came as matrices."""
+    refined: float = 1.0
+    """How much finer than the study's accuracy says contact is resolved."""
 
     def with_tables(self, **tables: Table) -> Setup:
         """The same setup with other tables of its study, of those that setting up does not look at."""

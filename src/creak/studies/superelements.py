@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,7 @@ from creak.reduction.craig_bampton import (
     fixed_interface_basis,
     reduced_matrices,
     reduced_system,
+    truncated,
 )
 from creak.reduction.inside import Inside
 from creak.studies.reference_model import observed_labels
@@ -40,6 +41,8 @@ from creak.studies.study_file import Study
 from creak.studies.substructures import Substructure
 
 Progress = Callable[[str, int, int], None]
+MODES_FACTOR = 1.5
+"""Highest mode computed over f_max, where the influence of f_max on the answer is looked at."""
 WORDS = {
     "stiffness": "its stiffness changed", "mass": "its mass changed", "damping": "its damping changed",
     "dofs": "its dofs changed", "retained": "other dofs are retained", "interface": "its interface is reduced "
@@ -55,7 +58,9 @@ class Reduced:
     system: System
     inside: Inside
     basis: Basis
+    """With the modes beyond f_max that the look at its influence takes."""
     matrices: Matrices
+    """In the coordinates of `basis`."""
     made_from: Mapping[str, str]
     reused: bool
 
@@ -70,9 +75,10 @@ def reduce_substructure(
     InputError : the retained dofs do not hold the part, or its saved file is damaged.
     """
     table = setup.study.config.reduction
-    f_max, count = (None, 0) if table.method == "guyan" else (table.f_max, None)
+    most = table.f_max * (MODES_FACTOR if setup.study.config.time.exact else 1.0)
+    f_max, count = (None, 0) if table.method == "guyan" else (most, None)
     inside = Inside(sub.part, sub.boundary)
-    made_from = fingerprints(sub, f"{table.method} {table.f_max if count is None else 0:g}")
+    made_from = fingerprints(sub, f"{table.method} {most if count is None else 0:g}")
     saved, notes = _from_store(folder, sub.part.name, made_from)
     if saved is not None:
         basis, matrices = _restored(inside, saved)
@@ -86,8 +92,13 @@ def reduce_substructure(
             ) from error  # fmt: skip
         matrices = reduced_matrices(sub.part, basis, progress, watched=_watched(setup, sub))
     inside.release()
-    system = reduced_system(sub.part, basis, matrices)
+    system = reduced_system(sub.part, *truncated(basis, matrices, table.f_max))
     return Reduced(sub, system, inside, basis, matrices, made_from, saved is not None), notes
+
+
+def with_all_modes(reduced: Reduced) -> Reduced:
+    """The superelement with every mode that was computed."""
+    return replace(reduced, system=reduced_system(reduced.substructure.part, reduced.basis, reduced.matrices))
 
 
 def _watched(setup: Setup, sub: Substructure) -> IntArray:
