@@ -35,6 +35,10 @@ class NumericalError(CreakError):
     """The analysis failed on valid input; the message names the place and the likely cause."""
 
 
+class Unreliable(NumericalError):
+    """The analysis went through and its results are written, but they are worth nothing."""
+
+
 def suggest(name: str, known: Iterable[str]) -> str:
     """Say which known name was probably meant, or list what there is."""
     names = sorted({str(k) for k in known})

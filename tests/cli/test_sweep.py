@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import os
 import signal
@@ -17,8 +18,8 @@ from creak.cli.main import main
 from creak.studies.sweep import tasks_of
 from creak.studies.sweep_case import run_case
 from creak.studies.sweep_cases import resolve
-from creak.studies.sweep_cluster import THREADS, cores, need_distributed
 from creak.studies.sweep_file import read_sweep
+from creak.studies.sweep_workers import THREADS, cores
 from helpers_decks import STUDY, write_strips
 
 PATIENCE = 240.0
@@ -69,10 +70,18 @@ def test_wrong_sweep_file(tmp_path, monkeypatch, capsys):
     assert not (tmp_path / "sweep_sweep").exists()
 
 
-def test_without_dask_it_says_what_to_install(tmp_path, monkeypatch, capsys):
+def test_a_cluster_without_dask_says_what_to_install(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    assert creak(monkeypatch, "sweep", sweep_in(tmp_path, "seeds = [1]")) == 2
+    path = sweep_in(tmp_path, "seeds = [1]")
+    assert creak(monkeypatch, "sweep", path, "--scheduler", "tcp://127.0.0.1:1") == 2
     assert "pip install distributed" in capsys.readouterr().err
+
+
+def test_workers_of_this_machine_need_no_dask(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    path = sweep_in(tmp_path, "seeds = [1]")
+    assert creak(monkeypatch, "sweep", path, "--no-reports", "--quiet") == 0
+    assert rows_of(tmp_path / "sweep_sweep")["seed=1"]["status"] == "done"
 
 
 def test_a_finished_sweep_needs_no_workers(tmp_path, monkeypatch, capsys):
@@ -80,7 +89,7 @@ def test_a_finished_sweep_needs_no_workers(tmp_path, monkeypatch, capsys):
     out.mkdir()
     cases = resolve(read_sweep(path), out)
     run_case(tasks_of(cases, out)["seed=5"])
-    monkeypatch.setattr("creak.studies.sweep_cluster.local_workers", None)
+    monkeypatch.setattr("creak.studies.sweep_workers.local_workers", None)
     assert creak(monkeypatch, "sweep", path, "--out", out) == 0
     assert "1 of 1 cases have results, 1 from before" in capsys.readouterr().out
     assert rows_of(out)["seed=5"]["status"] == "done"
@@ -106,7 +115,6 @@ def workers_of(process: subprocess.Popen) -> list[psutil.Process]:
 
 def test_killed_worker_and_killed_sweep_lose_nothing(tmp_path):
     """kill -9 of a worker, then of everything; the next start does the rest, and only the rest."""
-    need_distributed()
     path = sweep_in(tmp_path, 'seeds = [1, 2, 3, 4]\n[[case]]\nname = "good"\n', periods=2)
     text = path.read_text()
     path.write_text(f'{text}[[case]]\nname = "bad"\nchanges = {{ "excitation.root.node_set" = "NOWHERE" }}\n')
@@ -141,3 +149,23 @@ def test_killed_worker_and_killed_sweep_lose_nothing(tmp_path):
     assert {name: row["status"] for name, row in rows_of(out).items()} == {
         f"{kind},seed={k}": status for kind, status in (("good", "done"), ("bad", "failed")) for k in range(1, 5)
     }
+
+
+def test_nobody_can_connect_to_a_sweep_and_its_workers_end_with_it(tmp_path):
+    """No process of it listens on a port; kill -9 of the first one leaves none of the others."""
+    path = sweep_in(tmp_path, "seeds = [1, 2, 3, 4, 5, 6]", periods=20)
+    command = [sys.executable, "-m", "creak.cli.main", "sweep", str(path), "--workers", "2", "--no-reports"]
+    process = subprocess.Popen(command, start_new_session=True, stderr=subprocess.DEVNULL)
+    try:
+        wait_for(lambda: len(workers_of(process)) == 2, process)
+        wait_for(lambda: any((tmp_path / "sweep_sweep").glob("seed=*/case.json")), process)
+        workers = workers_of(process)
+        for one in (psutil.Process(process.pid), *workers):
+            assert [c for c in one.net_connections(kind="inet") if c.status == psutil.CONN_LISTEN] == []
+        process.kill()
+        process.wait()
+        assert psutil.wait_procs(workers, timeout=PATIENCE)[1] == []
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()

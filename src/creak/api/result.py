@@ -64,6 +64,13 @@ class Result:
         """Why the study ended early; None: it did not."""
         return self.found.stopped
 
+    @property
+    def unreliable(self) -> list[str]:
+        """Why runs cannot be relied on, with their names; empty where nothing speaks against them."""
+        from creak.studies.summary import unreliable_runs
+
+        return unreliable_runs(self.summary)
+
     def save(self, folder: str | Path, animation_mb: float = 12.0) -> list[Path]:
         """Write summary.json and results.h5 (and convergence.csv) into `folder`; returns their paths.
 

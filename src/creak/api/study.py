@@ -99,6 +99,7 @@ def run(
     Returns
     -------
     Result. A run that stops early (it diverged, or Ctrl-C) warns; `Result.stopped` says why, and what it had is kept.
+    A run that created energy, or whose figures are not finite, warns too: `Result.unreliable` says why.
 
     Raises
     ------
@@ -109,6 +110,8 @@ def run(
     )
     if result.stopped is not None:
         warnings.warn(f"the study ended early: {result.stopped}", RuntimeWarning, stacklevel=2)
+    for text in result.unreliable:
+        warnings.warn(f"unreliable: {text}", RuntimeWarning, stacklevel=2)
     return result
 
 

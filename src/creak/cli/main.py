@@ -13,7 +13,7 @@ import creak
 from creak.api.extras import REPORT, no_report_text
 from creak.cli import advise, convert, example, info, modes, new, reduce, report, run, schema, sweep, thesis
 from creak.cli.output import Interrupted
-from creak.errors import CreakError, InputError
+from creak.errors import CreakError, InputError, Unreliable
 
 DONE, FAILED, WRONG_INPUT = 0, 1, 2
 CTRL_C = 130
@@ -64,6 +64,9 @@ def main() -> NoReturn:
         sys.exit(WRONG_INPUT)
     except Interrupted as stop:
         console.print(f"creak: stopped; {stop}", style="red", markup=False)
+        sys.exit(FAILED)
+    except Unreliable as error:
+        console.print(f"creak: error: unreliable: {error}", style="red", markup=False)
         sys.exit(FAILED)
     except CreakError as error:
         console.print(f"creak: the analysis failed: {error}", style="red", markup=False)

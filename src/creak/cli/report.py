@@ -27,6 +27,7 @@ def report(
     from creak.api.extras import need_report
     from creak.api.saved import open_result
     from creak.studies.save import save_convergence
+    from creak.studies.summary import unreliable_runs
 
     page = out if out is not None else folder / "report.html"
     if page.is_dir():
@@ -41,5 +42,7 @@ def report(
                 output.wrote(saved.report(page))
                 if saved.convergence is not None:
                     output.wrote(save_convergence(saved.convergence, page.parent))
+        for text in unreliable_runs(saved.summary):
+            output.warn(f"unreliable: {text}")
         output.tell_written()
         output.result({"written": [str(path) for path in output.written]})

@@ -9,7 +9,7 @@ import typer
 
 from creak.cli.details import list_unread, setup_detail, tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
-from creak.errors import NumericalError
+from creak.errors import NumericalError, Unreliable
 
 if TYPE_CHECKING:
     from creak.studies.converge import Convergence
@@ -79,6 +79,8 @@ def run(
         output.result({**result.summary, "written": [str(path) for path in output.written]})
     if result.stopped is not None:
         raise NumericalError(f"{result.stopped}. What was computed until then is in {folder}")
+    if result.unreliable:
+        raise Unreliable(f"{'; '.join(result.unreliable)}. The results are in {folder}")
 
 
 def _print_tables(output: Output, summary: dict[str, object]) -> None:

@@ -19,12 +19,13 @@ from rich.progress import (
 )
 
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Interrupted, Output, writable_folder
-from creak.errors import InputError, NumericalError
+from creak.errors import InputError, NumericalError, Unreliable
 
 if TYPE_CHECKING:
     from creak.studies.run import StudyResult
     from creak.studies.sweep_case import Outcome
     from creak.studies.sweep_cases import Case
+    from creak.studies.sweep_cluster import Certificates
     from creak.studies.sweep_table import Row
 
 
@@ -38,6 +39,17 @@ def sweep(
     ),
     scheduler: str | None = typer.Option(
         None, "--scheduler", metavar="ADDRESS", help="Run on the cluster of this dask scheduler instead."
+    ),
+    tls_ca_file: Path | None = typer.Option(
+        None, "--tls-ca-file", metavar="FILE", help="Certificate of the authority of a tls:// scheduler, PEM; default: "
+        "dask's own settings."
+    ),
+    tls_cert: Path | None = typer.Option(
+        None, "--tls-cert", metavar="FILE", help="Certificate to show to a tls:// scheduler, PEM."
+    ),
+    tls_key: Path | None = typer.Option(
+        None, "--tls-key", metavar="FILE", help="Private key of that certificate, PEM; default: it lies in the "
+        "same file."
     ),
     dry_run: bool = typer.Option(False, "--dry-run", help="List the cases, run nothing."),
     reports: bool = typer.Option(True, "--reports/--no-reports", help="Write report.html of every case."),
@@ -55,11 +67,15 @@ def sweep(
     from creak.api.extras import need_report
     from creak.studies.sweep import finished
     from creak.studies.sweep_cases import resolve
-    from creak.studies.sweep_cluster import need_distributed
+    from creak.studies.sweep_cluster import Certificates, need_distributed, open_to_others
     from creak.studies.sweep_file import read_sweep
 
     if workers is not None and scheduler is not None:
         raise InputError("--workers and --scheduler exclude each other", fix="A cluster has its own workers.")
+    certificates = Certificates(tls_ca_file, tls_cert, tls_key)
+    if scheduler is None and certificates.files:
+        raise InputError(f"{next(iter(certificates.files))} without --scheduler", expected="--scheduler tls://HOST:PORT",
+                         fix="Workers on this machine need no certificates.")  # fmt: skip
     output = Output(quiet, verbose, as_json)
     read = read_sweep(sweep_file)
     folder = out if out is not None else sweep_file.parent / f"{sweep_file.stem}_sweep"
@@ -69,14 +85,20 @@ def sweep(
     if dry_run:
         _list(output, cases, finished(cases, folder, rename=False))
         return
-    need_distributed()
+    if scheduler is not None:
+        need_distributed()
+        if open_to_others(scheduler):
+            output.warn(
+                f"the scheduler {scheduler} is open: whoever reaches it, or its workers, can run code as their owner; "
+                "use certificates and tls://, see docs/sweeps.md"
+            )
     if reports:
         need_report("--no-reports")
     folder.mkdir(parents=True, exist_ok=True)
     known = finished(cases, folder)
     with _Drawn(quiet, len(cases), len(known)) as progress:
         try:
-            rows = _rows(read, cases, folder, known, progress, workers, scheduler, ignore, reports)
+            rows = _rows(read, cases, folder, known, progress, workers, scheduler, certificates, ignore, reports)
         except KeyboardInterrupt:
             raise Interrupted(
                 f"{progress.done} of {len(cases)} cases are finished, the same command goes on from there"
@@ -86,12 +108,13 @@ def sweep(
 
 def _rows(
     read: Any, cases: Sequence[Case], folder: Path, known: dict[str, Outcome], progress: Any, workers: int | None,
-    scheduler: str | None, ignore: Sequence[str], reports: bool,
+    scheduler: str | None, certificates: Certificates, ignore: Sequence[str], reports: bool,
 ) -> list[Row]:  # fmt: skip
     from creak.studies.sweep import process_alive, run_sweep, tasks_of
     from creak.studies.sweep_case import remove_partials
-    from creak.studies.sweep_cluster import cores, local_workers, running_cluster
+    from creak.studies.sweep_cluster import running_cluster
     from creak.studies.sweep_table import Row, write_table
+    from creak.studies.sweep_workers import cores, local_workers
 
     remove_partials(folder, process_alive)
     tasks = tasks_of(cases, folder, ignore, write_case_report if reports else None)
@@ -101,8 +124,11 @@ def _rows(
         write_table(read, rows, folder)
         return rows
     count = min(workers or cores(), left)
-    with running_cluster(scheduler) if scheduler is not None else local_workers(count) as client:
-        return run_sweep(read, cases, folder, client, tasks, known, progress)
+    try:
+        with running_cluster(scheduler, certificates) if scheduler is not None else local_workers(count) as runner:
+            return run_sweep(read, cases, folder, runner, tasks, known, progress)
+    finally:
+        remove_partials(folder, process_alive)
 
 
 def write_case_report(result: StudyResult, summary: dict[str, Any], folder: Path) -> None:
@@ -122,9 +148,13 @@ def _list(output: Output, cases: Sequence[Case], known: dict[str, Outcome]) -> N
 
 def _finish(output: Output, rows: Sequence[Row], folder: Path, known: int) -> None:
     from creak.studies.sweep_case import DONE
+    from creak.verify.reliability import UNRELIABLE
 
-    failed = [r for r in rows if r.outcome.status != DONE]
+    failed = [r for r in rows if r.outcome.status not in (DONE, UNRELIABLE)]
+    doubtful = [r for r in rows if r.outcome.status == UNRELIABLE]
     output.say(f"{len(rows) - len(failed)} of {len(rows)} cases have results, {known} from before")
+    for r in doubtful:
+        output.warn(f"{r.case.name} is unreliable: {r.outcome.error}")
     output.wrote(folder / "sweep.csv", folder / "sweep.h5")
     output.tell_written()
     output.result({
@@ -138,6 +168,8 @@ def _finish(output: Output, rows: Sequence[Row], folder: Path, known: int) -> No
     if failed:
         lines = [f"  {r.case.name}: {r.outcome.error}" for r in failed]
         raise NumericalError("\n".join([f"{len(failed)} of {len(rows)} cases failed", *lines]))
+    if doubtful:
+        raise Unreliable(f"{len(doubtful)} of {len(rows)} cases: {', '.join(r.case.name for r in doubtful)}")
 
 
 class _Drawn:
@@ -161,8 +193,10 @@ class _Drawn:
         self._bar.stop()
 
     def __call__(self, row: Row, done: int, total: int) -> None:
+        from creak.studies.sweep_case import FAILED
+
         seconds, error = row.outcome.record.get("case_wall_s", 0.0), row.outcome.error
-        self.done += not error
+        self.done += row.outcome.status != FAILED
         text = f"{done}/{total} {row.case.name}: {row.outcome.status}, {seconds:.1f} s{self._left(done, total)}"
         self._console.print(f"{text}: {error}" if error else text, markup=False)
         self._bar.update(self._task, completed=done)

@@ -11,7 +11,7 @@ from creak.arrays import FloatArray
 from creak.dynamics.history import ENERGIES
 from creak.report.found import Found
 from creak.report.text import NONE, Units, fixed, four, number, percent, plural, ratio, share, tidy
-from creak.report.verdict import ENERGY_BAR, ROUND_OFF, RUN_WORDS, moving_axes, penetration
+from creak.report.verdict import CREATED, ROUND_OFF, RUN_WORDS, finite, penetration
 from creak.studies.compared import main_run
 
 BALANCE = {
@@ -59,9 +59,8 @@ def fit_table(result: Found) -> Table | None:
     fit = result.spectra.nrmse if result.spectra is not None else {}
     if not fit:
         return None
-    moving = moving_axes(result)
     rows = [
-        [axis, four(fit[axis]), "" if axis in moving else "no motion along this axis (round-off only)"]
+        [axis, four(fit[axis]), "" if fit[axis] is not None else "no motion along this axis (round-off only)"]
         for axis in ("x", "y", "z")
     ]  # fmt: skip
     rows.append(["all together", four(fit["all"]), ""])
@@ -71,11 +70,13 @@ def fit_table(result: Found) -> Table | None:
 
 def energy_alarm(summary: dict[str, Any]) -> str:
     """What to do where a run created energy; empty where none did."""
-    made = {n: r["energy_created"] for n, r in summary["runs"].items() if (r["energy_created"] or 0.0) > ENERGY_BAR}
-    if not made:
-        return ""
-    words = "; ".join(f"{RUN_WORDS[name]} run {share(value)} of the energy put in" for name, value in made.items())
-    return f"{words}, where {share(ENERGY_BAR)} is the limit. Shorten the step, soften the contact or dissipate more."
+    words = []
+    for name, run in summary["runs"].items():
+        made = [(run[k], bar, what) for k, (bar, what) in CREATED.items() if finite(run) and run[k] > bar]
+        texts = [f"{share(value)} of the energy {what}, where {share(bar)} is the limit" for value, bar, what in made]
+        texts += [] if finite(run) else ["figures that are not finite"]
+        words += [f"{RUN_WORDS[name]} run {text}" for text in texts]
+    return f"{'; '.join(words)}. Shorten the step, soften the contact or dissipate more." if words else ""
 
 
 def gap_table(result: Found, units: Units) -> Table | None:

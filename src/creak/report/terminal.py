@@ -20,11 +20,12 @@ def run_rows(summary: dict[str, Any]) -> list[list[str]]:
         ("peak memory, GB", lambda r: f"{r['peak_rss_gb']:.2f}"),
         ("contact events", lambda r: f"{len(r['events'])}"),
         ("stick-slip events", lambda r: f"{len(r['slip_events'])}" if r["energies"]["friction"] else "-"),
-        ("largest channel force", lambda r: f"{r['max_force']:.4g}"),
-        ("total impulse", lambda r: f"{r['impulse_total']:.4g}"),
-        ("energy created, % of work", lambda r: f"{100 * r['energy_created']:.3f}"),
-        ("dissipated by the scheme, %", lambda r: f"{100 * r['scheme_dissipation']:.2f}"),
-        ("largest penetration", lambda r: f"{r['penetration_max']:.3g}"),
+        ("largest channel force", lambda r: _figure(r["max_force"], ".4g")),
+        ("total impulse", lambda r: _figure(r["impulse_total"], ".4g")),
+        ("energy created, % of work", lambda r: _percent(r["energy_created"], ".3f", 1e3)),
+        ("energy created, % of what contact took up", lambda r: _percent(r["energy_created_of_contact"], ".3f", 1e3)),
+        ("dissipated by the scheme, %", lambda r: _percent(r["scheme_dissipation"], ".2f", 1e3)),
+        ("largest penetration", lambda r: _figure(r["penetration_max"], ".3g")),
     ]
     return [["", *runs], *([name, *(text(r) for r in runs.values())] for name, text in figures)]
 
@@ -36,8 +37,8 @@ def verification_rows(summary: dict[str, Any]) -> list[list[str]]:
     if v.get("mac"):
         rows.append(["lowest diagonal MAC", f"{min(v['mac']):.4f} ({len(v['mac'])} modes)"])
     if v.get("nrmse"):
-        rows.append(["NRMSE fit x, y, z", ", ".join(f"{v['nrmse'][a]:.4f}" for a in "xyz")])
-        rows.append(["NRMSE fit, all", f"{v['nrmse']['all']:.4f}"])
+        rows.append(["NRMSE fit x, y, z", ", ".join(_figure(v["nrmse"][a], ".4f") for a in "xyz")])
+        rows.append(["NRMSE fit, all", _figure(v["nrmse"]["all"], ".4f")])
     if v.get("events"):
         e = v["events"]
         rows.append(["events matched", f"{e['matched']} of {e['reference']} ({e['extra']} extra)"])
@@ -55,3 +56,14 @@ def verification_rows(summary: dict[str, Any]) -> list[list[str]]:
         ratio = runs["reference"]["wall_s"] / max(runs["reduced"]["wall_s"], 1e-9)
         rows.append(["reduced run is faster by", f"{ratio:.0f} x"])
     return rows
+
+
+def _figure(value: float | None, form: str) -> str:
+    """A number, or "-" where there is none."""
+    return "-" if value is None else f"{value:{form}}"
+
+
+def _percent(value: float | None, form: str, most: float) -> str:
+    """Per cent, with few digits beyond `most` of them."""
+    per_cent = None if value is None else 100.0 * value
+    return _figure(per_cent, form if per_cent is None or abs(per_cent) < most else ".3g")

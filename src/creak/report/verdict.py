@@ -11,16 +11,15 @@ from creak.report.found import Found, FoundRun
 from creak.report.text import NONE, THIN, Units, fixed, four, number, percent, plural, ratio, share, tidy, times
 from creak.studies.compared import event_statistics, main_run
 from creak.studies.run import events_in
+from creak.verify import nrmse
+from creak.verify.reliability import CONTACT_BAR, ENERGY_BAR
 from creak.verify.statistics import CHAOTIC_RATE, Distance, EventStatistics, is_chaotic
 
 MAC_BAR = 0.99
 NRMSE_BAR = 0.99
 FORCE_BAR = 0.05
-ENERGY_BAR = 0.005
 ROUND_OFF = 1e-12
 """Share of the energy put in up to which created energy is none."""
-AT_REST = 1e-6
-"""Share of the largest axis below which an axis counts as not moving."""
 PENETRATION_BAR = 0.1
 """Share of the clearance above which penetration is worth a word."""
 MOSTLY = 0.95
@@ -28,6 +27,10 @@ MOSTLY = 0.95
 FEW = 3
 """Events below which lasting contact is worth a word."""
 RUN_WORDS = {"reduced": "reduced", "reference": "unreduced"}
+CREATED = {
+    "energy_created": (ENERGY_BAR, "put in"), "energy_created_of_contact": (CONTACT_BAR, "that contact took up")
+}
+"""Figure of a run -> how much of which energy may have been created."""
 
 
 @dataclass(frozen=True)
@@ -94,13 +97,21 @@ def sentence(result: Found, summary: dict[str, Any], units: Units) -> str:
 
 def _alarm(summary: dict[str, Any]) -> str:
     """What makes the forces of a run worthless, whatever else agrees."""
-    worst = max((run["energy_created"] or 0.0 for run in summary["runs"].values()), default=0.0)
-    if worst <= ENERGY_BAR:
-        return ""
-    return (
-        f" Do not rely on it: the time integration created {share(worst)} of the energy put in. Shorten the step, "
-        "soften the contact or dissipate more."
-    )
+    if any(not finite(run) for run in summary["runs"].values()):
+        return " Do not rely on it: its figures are not finite. Shorten the step or soften the contact."
+    for key, (bar, what) in CREATED.items():
+        worst = max((run[key] for run in summary["runs"].values()), default=0.0)
+        if worst > bar:
+            return (
+                f" Do not rely on it: the time integration created {share(worst)} of the energy {what}. Shorten the "
+                "step, soften the contact or dissipate more."
+            )
+    return ""
+
+
+def finite(run: dict[str, Any]) -> bool:
+    """Whether the balance of a run is one of numbers."""
+    return all(value is not None for value in (*(run[key] for key in CREATED), *run["energies"].values()))
 
 
 def span(result: Found) -> str:
@@ -223,11 +234,11 @@ def _nrmse(result: Found) -> Check:
     fit = result.spectra.nrmse if result.spectra is not None else {}
     if not fit:
         return Check(name, bar, f"not compared: {why_no_fit(result)}", None)
-    moving = moving_axes(result)
+    moving = [(value, a) for a in nrmse.AXES if (value := fit[a]) is not None]
     if not moving:
         return Check(name, bar, "not compared: the pairs do not move against each other", None)
-    axis, value = min(((a, fit[a]) for a in moving), key=lambda item: item[1])
-    rest = "".join(f"; no motion along {a}" for a in ("x", "y", "z") if a not in moving)
+    value, axis = min(moving)
+    rest = "".join(f"; no motion along {a}" for a in nrmse.AXES if fit[a] is None)
     found = f"{four(value)} ({axis}; all together {four(fit['all'])}{rest})"
     return Check(name, bar, found, value >= NRMSE_BAR)
 
@@ -236,10 +247,7 @@ def moving_axes(result: Found) -> list[str]:
     """Axes along which the pairs of the reference move at all: the fit of mere round-off means nothing."""
     spectra = result.spectra.spectra if result.spectra is not None else {}
     of = spectra.get("reference", spectra.get("reduced"))
-    if of is None or of.size == 0:
-        return []
-    size = np.linalg.norm(of, axis=(0, 1))
-    return [a for a, s in zip("xyz", size.tolist(), strict=True) if s > AT_REST * size.max()]
+    return [] if of is None else nrmse.moving_axes(of)
 
 
 def why_no_fit(result: Found) -> str:
@@ -285,13 +293,21 @@ def _each_force(result: Found) -> Check:
 
 
 def _energy(summary: dict[str, Any]) -> Check:
-    created = {name: run["energy_created"] for name, run in summary["runs"].items()}
-    name, bar = "Energy created by the integration", f"at most {share(ENERGY_BAR)}"
-    known = {k: v for k, v in created.items() if v is not None}
-    if not known:
-        return Check(name, bar, "no balance: the run has no energy figures", None)
-    found = "; ".join(f"{RUN_WORDS[run]} {share(v) if v > ROUND_OFF else 'none'}" for run, v in known.items())
-    return Check(name, bar, found, max(known.values()) <= ENERGY_BAR)
+    name = "Energy created by the integration"
+    bar = f"at most {share(ENERGY_BAR)}, {share(CONTACT_BAR)} of what contact took up"
+    runs = summary["runs"]
+    if not runs:
+        return Check(name, bar, "no balance: there is no run", None)
+    found = "; ".join(f"{RUN_WORDS[name]} {_created(run)}" for name, run in runs.items())
+    return Check(name, bar, found, not _alarm(summary))
+
+
+def _created(run: dict[str, Any]) -> str:
+    if not finite(run):
+        return "not finite"
+    of_all, of_contact = (run[key] for key in CREATED)
+    text = share(of_all) if of_all > ROUND_OFF else "none"
+    return f"{text}, {share(of_contact)} of what contact took up" if of_contact > ROUND_OFF else text
 
 
 def warnings(result: Found) -> list[str]:

@@ -38,6 +38,7 @@ from creak.verify.events import Event, find_events
 from creak.verify.mac import ModePairs, pair_modes
 from creak.verify.matching import EventMatch
 from creak.verify.nrmse import nrmse_by_axis
+from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.slips import SlipEvent, find_slips
 
 SHARE = 0.1
@@ -86,7 +87,8 @@ class SpectraComparison:
     freq: FloatArray
     spectra: dict[str, ComplexArray]
     """Run -> (n_freq, n_pair, 3)."""
-    nrmse: dict[str, float]
+    nrmse: dict[str, float | None]
+    """Fit by axis x, y, z, and all; None where nothing moves."""
 
 
 @dataclass(frozen=True)
@@ -180,7 +182,13 @@ def slip_of(run: Run) -> FloatArray:
 
 def run_warnings(setup: Setup, gaps: GapOperator, runs: dict[str, Run]) -> list[Warned]:
     """What the user should know of each run; where it is the same of both, once."""
-    said = {name: [*slip_warnings(gaps, slip_of(run)), *step_warnings(setup, run)] for name, run in runs.items()}
+    said = {
+        name: [
+            *(f"{UNRELIABLE}: {reason}" for reason in reasons_against(run.history)),
+            *slip_warnings(gaps, slip_of(run)), *step_warnings(setup, run),
+        ]
+        for name, run in runs.items()
+    }  # fmt: skip
     every = dict.fromkeys(text for texts in said.values() for text in texts)
     return [Warned(f"{' and '.join(n for n in said if text in said[n])} run: {text}") for text in every]
 

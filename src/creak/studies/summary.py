@@ -17,6 +17,7 @@ from creak.studies.run import Run, StudyResult
 from creak.studies.warned import warnings_of
 from creak.verify.events import Event
 from creak.verify.matching import Errors, EventMatch
+from creak.verify.reliability import UNRELIABLE, created_of_contact, reasons_against
 from creak.verify.slips import SlipEvent, squeak_rates
 
 ROUND_OFF = 1e-9
@@ -55,6 +56,12 @@ def summarise(result: StudyResult, convergence: Convergence | None = None) -> di
     return _plain(summary)
 
 
+def unreliable_runs(summary: dict[str, Any]) -> list[str]:
+    """Run and reason of each run of a summary that cannot be relied on, a sentence each."""
+    runs = {name: run for name, run in summary["runs"].items() if run.get("verdict") == UNRELIABLE}
+    return [f"{name} run: {reason}" for name, run in runs.items() for reason in run["reasons"]]
+
+
 def _model(result: StudyResult) -> dict[str, Any]:
     model, parts = result.setup.model, result.reference.parts
     in_parts, in_elements = (p.nodes_idx for p in model.parts), (b.nodes_idx.ravel() for b in model.blocks)
@@ -75,8 +82,10 @@ def _model(result: StudyResult) -> dict[str, Any]:
 
 def _run(run: Run, result: StudyResult, model: Model) -> dict[str, Any]:
     h = run.history
-    penetration = float(max(0.0, -h.gap.min(initial=0.0)))
+    penetration, reasons = float(max(0.0, -h.gap.min(initial=0.0))), reasons_against(h)
     return {
+        **({"verdict": UNRELIABLE} if reasons else {}),
+        "reasons": reasons,
         "integrator": run.integrator,
         "stopped": run.stopped,
         "dof": run.system.n,
@@ -93,6 +102,7 @@ def _run(run: Run, result: StudyResult, model: Model) -> dict[str, Any]:
         "peak_rss_gb": run.cost.peak_rss_gb,
         "energy_error": -h.energy_created if h.energy_created > ROUND_OFF else h.energy_dissipated_by_scheme,
         "energy_created": h.energy_created,
+        "energy_created_of_contact": created_of_contact(h),
         "scheme_dissipation": h.energy_dissipated_by_scheme,
         "energies": dict(zip(ENERGIES, h.energy[-1].tolist(), strict=True)),
         "worst_residual": h.residual,

@@ -1,38 +1,21 @@
-"""A sweep: every case that has no result yet is run on the workers of a cluster."""
+"""A sweep: every case that has no result yet is run by worker processes, here or on a cluster."""
 
 from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import creak
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
-from creak.studies.sweep_case import (
-    DONE,
-    FAILED,
-    RECORD,
-    Outcome,
-    Report,
-    Task,
-    finished_record,
-    provenance,
-    remove_partials,
-    run_case,
-)
+from creak.studies.sweep_case import RECORD, Outcome, Report, Task, ended, finished_record
 from creak.studies.sweep_cases import Case
 from creak.studies.sweep_file import SweepFile
+from creak.studies.sweep_queue import Runner
 from creak.studies.sweep_table import Row, waiting, write_table
 
-if TYPE_CHECKING:
-    from distributed import Client, Future
-
-RETRIES = 2
-"""Of a case whose worker was lost in a way that the scheduler does not see by itself."""
 EVERY = 10.0
 """s between tables written on the way."""
 
@@ -62,7 +45,7 @@ def finished(cases: Sequence[Case], out: Path, *, rename: bool = True) -> dict[s
             if rename:
                 os.rename(old, folder)
         if record is not None and record["id"] == case.id:
-            found[case.name] = Outcome(DONE, "", record)
+            found[case.name] = ended(record)
     return found
 
 
@@ -85,47 +68,23 @@ def tasks_of(
     return tasks
 
 
-@dataclass
-class Queue:
-    """Tasks not yet started. Of those that need the same reference run one goes first, the others wait for it."""
-
-    tasks: list[Task]
-    _making: set[Path] = field(default_factory=set)
-
-    def ready(self, free: int) -> list[Task]:
-        """Tasks that may start now, no more than `free`; they leave the queue."""
-        out: list[Task] = []
-        for task in list(self.tasks):
-            if len(out) >= free:
-                break
-            path = task.reference
-            if path is not None and not path.exists():
-                if path in self._making:
-                    continue
-                self._making.add(path)
-            self.tasks.remove(task)
-            out.append(task)
-        return out
-
-    def ended(self, task: Task) -> None:
-        """A task ended, in whatever way; if it left no reference, the next one makes it."""
-        if task.reference is not None:
-            self._making.discard(task.reference)
-
-
 def run_sweep(
-    sweep: SweepFile, cases: Sequence[Case], out: Path, client: Client, tasks: Mapping[str, Task],
+    sweep: SweepFile, cases: Sequence[Case], out: Path, outcomes: Runner, tasks: Mapping[str, Task],
     known: Mapping[str, Outcome], progress: Progress,
 ) -> list[Row]:  # fmt: skip
     """Run the cases that are not `known`; the rows of all, in order. sweep.csv and sweep.h5 are written on the way.
 
-    A worker that dies is replaced and its case run again; a case whose worker dies more often than the
-    scheduler allows has failed, like one that raises. An interruption leaves the table of what ended.
+    A case whose worker dies time and again has failed, like one that raises. An interruption leaves the table of what
+    ended.
+
+    Parameters
+    ----------
+    outcomes : runs tasks, on this machine (`sweep_workers`) or on a cluster (`sweep_cluster`).
     """
     rows = {c.name: Row(c, known[c.name]) if c.name in known else waiting(c) for c in cases}
     by_name, done, written = {c.name: c for c in cases}, len(known), time.monotonic()
     try:
-        for name, outcome in outcomes(client, [tasks[c.name] for c in cases if c.name not in known]):
+        for name, outcome in outcomes([tasks[c.name] for c in cases if c.name not in known]):
             rows[name] = Row(by_name[name], outcome)
             done += 1
             progress(rows[name], done, len(cases))
@@ -134,53 +93,17 @@ def run_sweep(
                 written = time.monotonic()
     finally:
         write_table(sweep, list(rows.values()), out)
-        remove_partials(out, process_alive)
     return list(rows.values())
 
 
-def outcomes(client: Client, tasks: Sequence[Task]) -> Iterator[tuple[str, Outcome]]:
-    """Yield (name, outcome) of every task as it ends.
-
-    No more tasks are handed out than there are workers: one that kills its worker takes no other along.
-    """
-    from distributed import as_completed
-
-    queue, start, most = Queue(list(tasks)), time.perf_counter(), 1
-    running: dict[str, Task] = {}
-    submitted = as_completed(raise_errors=False)
-
-    def submit() -> None:
-        nonlocal most
-        most = max(most, len(client.scheduler_info(n_workers=-1)["workers"]))
-        for task in queue.ready(most - len(running)):
-            future = client.submit(run_case, task, key=f"{task.name}-{task.id}", pure=False, retries=RETRIES)
-            running[future.key] = task
-            submitted.add(future)
-
-    submit()
-    for future in submitted:
-        task = running.pop(future.key)
-        queue.ended(task)
-        outcome = _outcome(future, task, start)
-        future.release()
-        submit()
-        yield task.name, outcome
-
-
-def _outcome(future: Future, task: Task, start: float) -> Outcome:
-    if future.status == "finished":
-        return future.result()
-    record = finished_record(task.folder, task.id)
-    if record is not None:
-        return Outcome(DONE, "", record)
-    error = future.exception() if future.status == "error" else None
-    lost = type(error).__name__ == "KilledWorker"
-    why = "its worker process died every time (out of memory?)" if lost else str(error or f"{future.status} by dask")
-    return Outcome(FAILED, why, provenance(task, start))
-
-
 def process_alive(process: int) -> bool:
-    """Whether a process of this machine exists."""
-    import psutil
-
-    return bool(psutil.pid_exists(process))
+    """Whether a process of this machine exists; taken for granted where that cannot be asked without harm."""
+    if os.name != "posix":
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True

@@ -26,13 +26,16 @@ from creak.studies.run import StudyResult, run_study
 from creak.studies.save import save
 from creak.studies.setup import set_up
 from creak.studies.study_file import read_study
-from creak.studies.summary import summarise
+from creak.studies.summary import summarise, unreliable_runs
 from creak.studies.superelements import save_superelement
 from creak.studies.sweep_figures import flat_figures
 from creak.studies.sweep_reference import SharedReference
+from creak.verify.reliability import UNRELIABLE
 
 RECORD = "case.json"
 DONE, FAILED, NOT_RUN = "done", "failed", "not run"
+WHY = "unreliable"
+"""Key of a record: why its figures are worth nothing; empty where nothing speaks against them."""
 
 Report = Callable[[StudyResult, dict[str, Any], Path], None]
 
@@ -73,11 +76,11 @@ def run_case(task: Task) -> Outcome:
     """Run a case unless its folder has the result already; errors become part of the outcome."""
     record = finished_record(task.folder, task.id)
     if record is not None:
-        return Outcome(DONE, "", record)
+        return ended(record)
     start = time.perf_counter()
     error = ""
     try:
-        return Outcome(DONE, "", _made(task, start))
+        return ended(_made(task, start))
     except CreakError as problem:
         error = str(problem)
     except MemoryError:
@@ -86,6 +89,12 @@ def run_case(task: Task) -> Outcome:
         at = traceback.extract_tb(problem.__traceback__)[-1]
         error = f"{type(problem).__name__}: {problem} ({Path(at.filename).name}:{at.lineno})"
     return Outcome(FAILED, error, provenance(task, start))
+
+
+def ended(record: Mapping[str, Any]) -> Outcome:
+    """How a case with a result ended: done, or unreliable with the reason in place of an error."""
+    why = record.get(WHY, "")
+    return Outcome(UNRELIABLE if why else DONE, why, record)
 
 
 def _made(task: Task, start: float) -> dict[str, Any]:
@@ -107,7 +116,8 @@ def _made(task: Task, start: float) -> dict[str, Any]:
     if sharing["reference_reused"]:
         result.notes.append("reference run: taken from another case of the sweep, with its costs")
     summary = summarise(result)
-    record = {"id": task.id, "name": task.name, **flat_figures(summary), **sharing}
+    why = "; ".join(unreliable_runs(summary))
+    record = {"id": task.id, "name": task.name, WHY: why, **flat_figures(summary), **sharing}
 
     def write(folder: Path) -> None:
         save(result, summary, folder)

@@ -1,26 +1,45 @@
-"""Where a sweep runs: worker processes on this machine, or a cluster that is there already."""
+"""A sweep on a dask cluster that is there already."""
 
 from __future__ import annotations
 
-import logging
-import os
-from collections.abc import Iterator
+import ipaddress
+import time
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
 
 from creak.errors import InputError
+from creak.studies.sweep_case import Outcome, Task, run_case
+from creak.studies.sweep_queue import DIED, Queue, Runner, lost
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, Future
+    from distributed.security import Security
 
-THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS")
 WAIT = 30.0
 """s to wait for a scheduler."""
+RETRIES = 2
+"""Of a case whose worker was lost in a way that the scheduler does not see by itself."""
 
 
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+@dataclass(frozen=True)
+class Certificates:
+    """Files that prove to a scheduler who asks, and to us who answers; what is None, dask's own settings may name."""
+
+    ca: Path | None = None
+    """Of the authority that signed all certificates of the cluster."""
+    cert: Path | None = None
+    key: Path | None = None
+    """Private key of the certificate; None: it lies in the same file."""
+
+    @property
+    def files(self) -> dict[str, Path]:
+        """Option -> file, of those that were given."""
+        named = {"--tls-ca-file": self.ca, "--tls-cert": self.cert, "--tls-key": self.key}
+        return {option: path for option, path in named.items() if path is not None}
 
 
 def need_distributed() -> None:
@@ -28,52 +47,41 @@ def need_distributed() -> None:
     try:
         import distributed  # noqa: F401
     except ImportError as error:
-        raise InputError("sweeps need dask.distributed, which is not installed",
+        raise InputError("--scheduler needs dask.distributed, which is not installed",
                          fix="pip install 'creak[cluster]' or: pip install distributed") from error  # fmt: skip
 
 
-@contextmanager
-def local_workers(count: int) -> Iterator[Client]:
-    """Worker processes on this machine, each with its share of the cores; one case at a time each.
-
-    Threads of BLAS, MKL and numba are set in the environment that the workers start with. A worker that dies is
-    replaced. Workers have no limit of memory, and none to the time that they may be busy without a sign.
-    """
-    import dask
-    from distributed import Client, LocalCluster
-
-    share = {name: str(max(1, cores() // count)) for name in THREADS}
-    settings = {
-        "distributed.nanny.pre-spawn-environ": {"MALLOC_TRIM_THRESHOLD_": "65536", **share},
-        "distributed.scheduler.worker-ttl": None,
-    }
-    before = dict(os.environ)
+def open_to_others(address: str) -> bool:
+    """Whether a scheduler at this address takes work from anyone whose packets reach it: no TLS, not this machine."""
+    parts = urlsplit(address if "://" in address else f"tcp://{address}")
+    if parts.scheme in ("tls", "wss", "inproc"):
+        return False
+    host = parts.hostname or ""
     try:
-        with dask.config.set(settings), LocalCluster(
-            n_workers=count, threads_per_worker=1, processes=True, memory_limit=0, dashboard_address=None,
-            silence_logs=logging.CRITICAL,
-        ) as cluster, Client(cluster) as client:  # fmt: skip
-            yield client
-    finally:
-        os.environ.clear()
-        os.environ.update(before)
+        return not ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host != "localhost"
 
 
 @contextmanager
-def running_cluster(address: str) -> Iterator[Client]:
+def running_cluster(address: str, certificates: Certificates = Certificates()) -> Iterator[Runner]:
     """A cluster by the address of its scheduler; its workers keep the threads they were started with.
 
     Raises
     ------
-    InputError : nothing answers there, or workers take several cases at once.
+    InputError : certificates that are not there or cannot be used, nothing answers at the address, or workers take
+        several cases at once.
     """
     from distributed import Client
 
+    security = _security(address, certificates)
     try:
-        client = Client(address, timeout=WAIT)
-    except (OSError, ValueError) as error:
-        raise InputError(f"no dask scheduler at {address}: {error}", expected="an address such as tcp://host:8786",
-                         fix="Start it with: dask scheduler") from error  # fmt: skip
+        client = Client(address, timeout=WAIT, security=security)
+    except (OSError, ValueError, TypeError, RuntimeError) as error:
+        raise InputError(
+            f"no dask scheduler at {address}: {error}", expected="an address such as tls://host:8786",
+            fix="Start it with: dask scheduler, and name the same certificates there and here.",
+        ) from error  # fmt: skip
     with client:
         workers = client.scheduler_info(n_workers=-1)["workers"]
         several = next((w for w in workers.values() if w["nthreads"] > 1), None)
@@ -82,4 +90,76 @@ def running_cluster(address: str) -> Iterator[Client]:
                 f"worker {several['name']} would run {several['nthreads']} cases at once", expected="one at a time",
                 fix="Start the workers with: dask worker ADDRESS --nthreads 1",
             )  # fmt: skip
-        yield client
+        yield lambda tasks: outcomes(client, tasks)
+
+
+def _security(address: str, certificates: Certificates) -> Security | None:
+    """What dask is told of certificates; None: its own settings, which may name some."""
+    from distributed.security import Security
+
+    files = certificates.files
+    if files and not address.startswith("tls://"):
+        raise InputError(f"{next(iter(files))} with the scheduler {address}", expected="an address tls://HOST:PORT",
+                         fix="Certificates are of use with TLS only.")  # fmt: skip
+    for option, path in files.items():
+        if not path.is_file():
+            raise InputError(f"no such file: {path}", where=option, fix="Check the path.")
+    if not address.startswith("tls://"):
+        return None
+    given: dict[str, Any] = {}
+    if certificates.ca is not None:
+        given["tls_ca_file"] = str(certificates.ca)
+    if certificates.cert is not None:
+        given["tls_client_cert"] = str(certificates.cert)
+        given["tls_client_key"] = None if certificates.key is None else str(certificates.key)
+    try:
+        security = Security(require_encryption=True, **given)
+        context = security.get_connection_args("client")["ssl_context"]
+    except (OSError, ValueError) as error:
+        raise InputError(f"the certificates cannot be used: {error}", where="--tls-ca-file, --tls-cert, --tls-key",
+                         expected="files in PEM, the key that of the certificate") from error  # fmt: skip
+    if context is None:
+        raise InputError(
+            f"the scheduler {address} asks for certificates, none are named", expected="those of the cluster",
+            fix="Name them with --tls-ca-file, --tls-cert and --tls-key, or in dask's own settings.",
+        )  # fmt: skip
+    return security
+
+
+def outcomes(client: Client, tasks: Sequence[Task]) -> Iterator[tuple[str, Outcome]]:
+    """Yield (name, outcome) of every task as it ends.
+
+    No more tasks are handed out than there are workers: one that kills its worker takes no other along. A case
+    whose worker dies more often than the scheduler allows has failed.
+    """
+    from distributed import as_completed
+
+    queue, start, most = Queue(list(tasks)), time.perf_counter(), 1
+    running: dict[str, Task] = {}
+    submitted = as_completed(raise_errors=False)
+
+    def submit() -> None:
+        nonlocal most
+        most = max(most, len(client.scheduler_info(n_workers=-1)["workers"]))
+        for task in queue.ready(most - len(running)):
+            future = client.submit(run_case, task, key=f"{task.name}-{task.id}", pure=False, retries=RETRIES)
+            running[future.key] = task
+            submitted.add(future)
+
+    submit()
+    for future in submitted:
+        task = running.pop(future.key)
+        queue.ended(task)
+        outcome = _outcome(future, task, start)
+        future.release()
+        submit()
+        yield task.name, outcome
+
+
+def _outcome(future: Future, task: Task, start: float) -> Outcome:
+    if future.status == "finished":
+        outcome: Outcome = future.result()
+        return outcome
+    error = future.exception() if future.status == "error" else None
+    died = type(error).__name__ == "KilledWorker"
+    return lost(task, DIED if died else str(error or f"{future.status} by dask"), start)

@@ -7,6 +7,8 @@ import numpy as np
 from creak.arrays import ComplexArray, FloatArray
 
 AXES = ("x", "y", "z")
+AT_REST = 1e-6
+"""Share of the largest axis below which an axis counts as not moving."""
 
 
 def nrmse_fit(reference: ComplexArray | FloatArray, x: ComplexArray | FloatArray) -> float:
@@ -23,7 +25,16 @@ def nrmse_fit(reference: ComplexArray | FloatArray, x: ComplexArray | FloatArray
     return 1.0 - error / spread
 
 
-def nrmse_by_axis(reference: ComplexArray, x: ComplexArray) -> dict[str, float]:
-    """Fit per axis and over all; spectra are (n_freq, n_pair, 3)."""
-    fits = {axis: nrmse_fit(reference[:, :, i], x[:, :, i]) for i, axis in enumerate(AXES)}
-    return {**fits, "all": nrmse_fit(reference, x)}
+def nrmse_by_axis(reference: ComplexArray, x: ComplexArray) -> dict[str, float | None]:
+    """Fit per axis and over all; None along axes without motion. Spectra are (n_freq, n_pair, 3)."""
+    moving = moving_axes(reference)
+    fits = {a: nrmse_fit(reference[:, :, i], x[:, :, i]) if a in moving else None for i, a in enumerate(AXES)}
+    return {**fits, "all": nrmse_fit(reference, x) if moving else None}
+
+
+def moving_axes(spectra: ComplexArray) -> list[str]:
+    """Axes along which (n_freq, n_pair, 3) spectra hold more than round-off of the others, whose fit means nothing."""
+    if spectra.size == 0:
+        return []
+    size = np.linalg.norm(spectra, axis=(0, 1))
+    return [a for a, s in zip(AXES, size.tolist(), strict=True) if s > AT_REST * size.max()]

@@ -21,10 +21,11 @@ from creak.studies.setup import set_up
 from creak.studies.study_file import read_study
 from creak.studies.summary import summarise
 from creak.studies.superelements import save_superelement, shared_path
-from creak.studies.sweep import Queue, finished, process_alive, tasks_of
+from creak.studies.sweep import finished, process_alive, tasks_of
 from creak.studies.sweep_case import Task, finished_record, partial_name, publish, remove_partials, run_case
 from creak.studies.sweep_cases import resolve
 from creak.studies.sweep_file import SweepFile, read_sweep
+from creak.studies.sweep_queue import Queue
 from creak.studies.sweep_table import Row, columns, waiting, write_table
 from helpers_decks import STUDY, write_strips
 

@@ -129,7 +129,7 @@ def _load_outcome(case: Case, bay: Bay, load: str, run: Run) -> tuple[FloatArray
     rows = [EventRow(e.t_start, e.t_peak, e.force_peak_filtered, e.force_peak, e.impulse, e.group)
             for e in events_in(run.events, window)]  # fmt: skip
     pairs: list[list[int]] = []
-    fit: dict[str, float] = {}
+    fit: dict[str, float | None] = {}
     against = bay.cases[case.against]
     if against.name != case.name:
         other = bay.unreduced(against, load)

@@ -39,8 +39,8 @@ class LoadOutcome:
     events: list[EventRow]
     pairs: list[list[int]] = field(default_factory=list)
     """Rows of common events: reference, this run."""
-    nrmse: dict[str, float] = field(default_factory=dict)
-    """Fit by axis x, y, z, all."""
+    nrmse: dict[str, float | None] = field(default_factory=dict)
+    """Fit by axis x, y, z, all; None along axes without motion."""
     spectra: list[list[float]] = field(default_factory=list)
     """(n_freq, 3) root mean square over the pairs of the relative motion's amplitude, mm."""
 

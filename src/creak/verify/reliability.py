@@ -1,0 +1,73 @@
+"""Whether a run can be relied on at all: finite figures, and no energy out of nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from creak.dynamics.history import ENERGIES, History
+from creak.signals.resampling import blocks
+
+ENERGY_BAR = 0.005
+"""Share of the work of the loads (`History.energy_created`) up to which a scheme may create energy."""
+CONTACT_BAR = 0.1
+"""Share of the energy that went into contact up to which it may come out of nothing: 5 % of its forces."""
+FLOOR = 1e-9
+"""Share of the energy scale of a run below which energy that went into contact counts as that much."""
+UNRELIABLE = "unreliable"
+"""Verdict on such a run."""
+
+
+def created_of_contact(history: History) -> float:
+    """Largest energy created at any time, as a share of what contact took up in the whole run.
+
+    Contact takes energy up while it is pressed together and gives it back while it opens: the work of the normal
+    forces over the gaps, 1/2 (f0 + f1) (g1 - g0) in each step, exact for the average acceleration method. What it gave
+    back, and lost in its dampers, beyond what it took and what its springs held at the start came out of nothing. That
+    counts as far as the balance of the whole run has it too: a scheme that dissipates it again passes. Unlike
+    `History.energy_created` it sees a light part that rattles on a heavy one whose motion takes nearly all the work.
+
+    Returns
+    -------
+    The share; not a number where the history is not finite.
+    """
+    if not is_finite(history):
+        return float("nan")
+    held, lost, made = (history.energy[:, ENERGIES.index(k)] for k in ("contact", "contact_damping", "scheme"))
+    given, taken, worst = 0.0, float(held[0]), 0.0
+    start = given - taken
+    for part in blocks(history.time.size - 1, history.gap.shape[1]):
+        after = slice(part.start + 1, part.stop + 1)
+        work = 0.5 * (history.force[part] + history.force[after]) * (history.gap[after] - history.gap[part])
+        taken -= float(np.minimum(work, 0.0).sum())
+        net = start + np.cumsum(work.sum(axis=1))
+        start = float(net[-1])
+        worst = max(worst, float(np.minimum(net + lost[after], -made[after]).max()))
+    return worst / max(taken, FLOOR * history.energy_scale)
+
+
+def is_finite(history: History) -> bool:
+    """Whether forces, gaps, kept motion and energies are finite numbers throughout."""
+    tables = (history.force, history.gap, history.displacement, history.energy)
+    return all(bool(np.isfinite(t).all()) for t in tables)
+
+
+def reasons_against(history: History) -> list[str]:
+    """Why the figures of a run are worth nothing, a sentence each; empty where nothing speaks against them."""
+    if not is_finite(history):
+        return ["its results are not finite numbers: shorten the step or lower the contact stiffness"]
+    found = (
+        (history.energy_created, ENERGY_BAR, "the work of the loads"),
+        (created_of_contact(history), CONTACT_BAR, "the energy that contact took up"),
+    )
+    shares = [
+        f"{_share(value)} of {what} (at most {_share(bar)} is sound)"
+        for value, bar, what in found if value > bar
+    ]  # fmt: skip
+    if not shares:
+        return []
+    remedy = "shorten the step, soften the contact or dissipate more"
+    return [f"the time integration created energy, {' and '.join(shares)}: {remedy}"]
+
+
+def _share(value: float) -> str:
+    return f"{100.0 * value:.3g} %"

@@ -1,0 +1,66 @@
+"""Workers of this machine: replaced when they die, gone with the sweep, told what threads to use."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from dataclasses import replace
+
+import pytest
+
+from creak.studies.sweep import tasks_of
+from creak.studies.sweep_cases import resolve
+from creak.studies.sweep_file import read_sweep
+from creak.studies.sweep_workers import local_workers
+from helpers_decks import STUDY, write_strips
+from helpers_sweep import die, die_twice
+
+QUICK = STUDY.replace("periods = 2", "end = 0.01") + "[reference]\nrun = false\n"
+
+
+@pytest.fixture
+def tasks(tmp_path):
+    """Two cases, by name."""
+    write_strips(tmp_path, study=QUICK)
+    (tmp_path / "sweep.toml").write_text('base = "study.toml"\nseeds = [1, 2]\n', encoding="utf-8")
+    out = tmp_path / "out"
+    out.mkdir()
+    return tasks_of(resolve(read_sweep(tmp_path / "sweep.toml"), out), out)
+
+
+def test_a_case_that_kills_its_worker_is_run_again(tasks, tmp_path):
+    bad = replace(tasks["seed=1"], report=die_twice)
+    with local_workers(2) as outcomes:
+        found = dict(outcomes([bad, tasks["seed=2"]]))
+    assert {name: o.status for name, o in found.items()} == {"seed=1": "done", "seed=2": "done"}
+    assert (tmp_path / "out" / "deaths").read_text() == "xx"
+
+
+def test_a_case_that_always_kills_its_worker_has_failed_and_the_others_go_on(tasks, tmp_path):
+    bad = replace(tasks["seed=1"], report=die)
+    with local_workers(1) as outcomes:
+        found = dict(outcomes([bad, tasks["seed=2"]]))
+    assert found["seed=1"].status == "failed"
+    assert "its worker process died every time" in found["seed=1"].error
+    assert found["seed=2"].status == "done"
+    assert (tmp_path / "out" / "deaths").read_text() == "xxxx"
+
+
+def test_the_environment_stays_and_no_worker_is_left(tasks):
+    before = dict(os.environ)
+    with local_workers(1) as outcomes:
+        outcome = next(outcomes([tasks["seed=2"]]))
+        (worker,) = multiprocessing.active_children()
+        assert dict(os.environ) == before
+    assert outcome[1].status == "done"
+    assert not worker.is_alive()
+
+
+def test_a_worker_that_died_while_it_waited_is_replaced(tasks):
+    with local_workers(1) as outcomes:
+        ran = outcomes([tasks["seed=1"], tasks["seed=2"]])
+        assert next(ran)[1].status == "done"
+        (worker,) = multiprocessing.active_children()
+        worker.kill()
+        worker.join()
+        assert next(ran)[1].status == "done"
