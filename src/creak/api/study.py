@@ -78,7 +78,7 @@ def _study(path: Path, data: Mapping[str, Any], where: str) -> Study:
 def run(
     study: Study | str | Path,
     *,
-    converge: bool = False,
+    converge: bool | None = None,
     superelements: str | Path | None = None,
     record: bool = True,
     ignore: Sequence[str] = (),
@@ -90,7 +90,8 @@ def run(
     ----------
     study : a Study, the path of a study file, or of a deck whose own step (Abaqus *DYNAMIC; Nastran SOL 109, 112) is
         run unreduced.
-    converge : repeat the run with shorter steps, stiffer contact and more modes (about 15 times its cost).
+    converge : repeat the run to see how far its figures have settled; None: where no scheme is forced, the model is
+        reduced and the accuracy is not "quick", at about five times the cost of the run (with a forced one 15 times).
     superelements : folder of saved ones; default: superelements/ beside the study. Those that still fit are used.
     record : keep the motion around the hardest events, for the report's animation.
     ignore : keywords of the deck that may go unread although they change the answer.
@@ -140,7 +141,7 @@ def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: Units =
 
 def run_setup(
     setup: Setup, progress: Progress | None = None, *, superelements: str | Path | None = None,
-    converge: bool = False, record: bool = True,
+    converge: bool | None = None, record: bool = True,
 ) -> Result:  # fmt: skip
     """Run what was set up, parameters as `run`, and sum it up."""
     from creak.studies.converge import converge as repeat
@@ -151,6 +152,10 @@ def run_setup(
     report = progress if progress is not None else _silent
     store = store_of(setup.study) if superelements is None else Path(superelements)
     found = run_study(setup, report, store, record=record)
+    if converge is None:
+        table = setup.study.config.time
+        settles = table.exact and table.accuracy != "quick" and "reduced" in found.runs
+        converge = settles and found.stopped is None and found.gaps.presses
     convergence = repeat(found, report) if converge else None
     return Result(found, summarise(found, convergence), convergence)
 

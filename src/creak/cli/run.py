@@ -28,10 +28,11 @@ def run(
         "mm-t-s", "--units", help="Units of a deck that is run by itself, for the report; a study names its own."
     ),
     ignore: list[str] = IGNORE,
-    converge: bool = typer.Option(
-        False, "--converge", help="Repeat the run with shorter steps, stiffer contact and more modes (about 15 times "
-        "its cost) and tell which figures of each event have settled; also in convergence.csv. Ctrl-C ends the "
-        "repeated run that is under way, the next one follows."
+    converge: bool | None = typer.Option(
+        None, "--converge/--no-converge", help="Repeat the run with contact resolved twice as finely, half and twice "
+        "its stiffness and 1.5 times the modes (with a forced scheme: shorter steps, stiffer contact, more modes), and "
+        "tell how far each event has settled; also in convergence.csv. By default where no scheme is forced, the model "
+        "is reduced and the accuracy is not quick. Ctrl-C ends the repeated run under way, the next one follows."
     ),
     animation_mb: float = typer.Option(
         12.0, "--animation-mb", min=0.0, help="Megabytes that the 3-D motion of the hardest events may add to "
@@ -74,6 +75,7 @@ def run(
         if result.convergence is not None:
             _print_convergence(output, result.convergence, result.summary)
         output.tell_written()
+        _tell_verdict(output, result.summary)
         if missing_for_report():
             output.warn(no_report_text())
         output.result({**result.summary, "written": [str(path) for path in output.written]})
@@ -90,6 +92,14 @@ def _print_tables(output: Output, summary: dict[str, object]) -> None:
     checks = verification_rows(summary)
     if checks:
         output.table("Reduced against reference", [["", "value"], *checks])
+
+
+def _tell_verdict(output: Output, summary: dict[str, Any]) -> None:
+    """The last line: how far the answer can be trusted."""
+    run = summary["runs"].get("reduced") or summary["runs"].get("reference") or {}
+    if "verdict" in run:
+        reasons = "; ".join(run["reasons"])
+        output.say(f"verdict: {run['verdict']}{f' ({reasons})' if reasons else ''}")
 
 
 def _print_convergence(output: Output, convergence: Convergence, summary: dict[str, Any]) -> None:

@@ -7,8 +7,8 @@ import io
 from typing import Any
 
 from creak.report.found import Found
-from creak.report.places import place_of
 from creak.report.text import Units
+from creak.studies.places import place_of
 from creak.studies.run import events_in
 from creak.verify.events import Event
 

@@ -16,12 +16,12 @@ from creak.dynamics.history import History
 from creak.model.plain_mesh import PlainMesh, plain_mesh
 from creak.reduction.health import health_rows
 from creak.report.motions import Motions, recorded_motions
-from creak.report.places import Place, find_places
 from creak.report.provenance import provenance
 from creak.report.surface import Surface, surface_of
 from creak.studies.compared import main_run
 from creak.studies.config import StudyConfig
 from creak.studies.converge import Convergence
+from creak.studies.places import Place, find_places
 from creak.studies.run import ModeComparison, Run, SpectraComparison, StudyResult
 from creak.studies.setup import Setup
 from creak.studies.warned import plain_notes, warnings_of

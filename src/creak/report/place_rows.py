@@ -9,11 +9,11 @@ import numpy as np
 
 from creak.model.plain_mesh import Mesh
 from creak.report.found import Found
-from creak.report.places import Place, near
 from creak.report.scene import Animations
 from creak.report.text import Units, number, plural
 from creak.report.verdict import RUN_WORDS, span
 from creak.studies.compared import main_run
+from creak.studies.places import Place, near
 
 MOST_PLACES = 12
 

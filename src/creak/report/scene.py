@@ -12,11 +12,11 @@ from creak.arrays import FloatArray, IntArray
 from creak.report.found import Found, FoundRun
 from creak.report.motions import LIMIT, Motions, ShownMotion
 from creak.report.palette import PARTS
-from creak.report.places import Place, place_of
 from creak.report.surface import Surface
 from creak.report.text import Units, fixed, number
 from creak.report.view import front, outward
 from creak.studies.compared import main_run
+from creak.studies.places import Place, place_of
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,8 +12,9 @@ from creak.report.found import Found, FoundRun
 from creak.report.text import NONE, THIN, Units, fixed, four, number, percent, plural, ratio, share, tidy, times
 from creak.studies.compared import event_statistics, main_run
 from creak.studies.run import events_in
+from creak.studies.settled import SETTLED, STATISTICS, UNSETTLED
 from creak.verify import nrmse
-from creak.verify.reliability import CONTACT_BAR, ENERGY_BAR
+from creak.verify.reliability import CONTACT_BAR, ENERGY_BAR, UNRELIABLE
 from creak.verify.statistics import CHAOTIC_RATE, Distance, EventStatistics, is_chaotic
 
 MAC_BAR = 0.99
@@ -78,11 +80,12 @@ def sentence(result: Found, summary: dict[str, Any], units: Units) -> str:
         return "Nothing was computed: the study has no run."
     events = events_in(result.runs.get("reference", run).events, result.window)
     what = _what(result, run, len(events))
-    hardest = max(events, key=lambda e: e.force_peak_filtered, default=None)
+    hardest = max(events, key=lambda e: e.force_place, default=None)
     where = ""
     if hardest is not None:
         node = result.setup.model.nodes.label(hardest.node_idx)
-        where = f", the hardest {number(hardest.force_peak_filtered, 3)} {units.force} at node {node}"
+        closing = f", closing at {number(hardest.closing_speed, 3)} {units.speed}" if hardest.closing_speed else ""
+        where = f", the hardest {number(hardest.force_place, 3)} {units.force} around node {node}{closing}"
     alarm = _alarm(summary)
     if result.stopped is not None:
         reached = number(float(run.history.time[-1]), 3)
@@ -93,6 +96,33 @@ def sentence(result: Found, summary: dict[str, Any], units: Units) -> str:
     if "reduced" not in result.runs:
         return f"{what}{where}, computed on the unreduced model; nothing was reduced.{alarm}"
     return f"{what}{where}; {_found(result)}, {_speed(summary)}.{alarm}"
+
+
+TRUST = {
+    SETTLED: "Settled.", STATISTICS: "Settled as statistics, not event by event.", UNSETTLED: "Not settled.",
+    UNRELIABLE: "Unreliable.",
+}  # fmt: skip
+"""Verdict on a run -> first words of the page."""
+
+
+def trust(summary: dict[str, Any]) -> str:
+    """How far the main run's figures hang on numerical settings, with the reasons; empty where nothing was looked at."""
+    run = _main(summary)
+    if "verdict" not in run:
+        return ""
+    reasons = "; ".join(run["reasons"])
+    return f"{TRUST[run['verdict']]}{f' {reasons[:1].upper()}{reasons[1:]}.' if reasons else ''}"
+
+
+def is_good(checks: Sequence[Check], summary: dict[str, Any]) -> bool:
+    """Nothing failed and nothing is open: the page's first bar may be green."""
+    word = _main(summary).get("verdict", SETTLED)
+    return word in (SETTLED, STATISTICS) and all(c.passed is not False for c in checks)
+
+
+def _main(summary: dict[str, Any]) -> dict[str, Any]:
+    runs = summary["runs"]
+    return dict(runs.get("reduced") or runs.get("reference") or {})
 
 
 def _alarm(summary: dict[str, Any]) -> str:

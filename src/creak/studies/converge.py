@@ -23,6 +23,9 @@ from creak.verify.statistics import EventStatistics, compare_statistics, is_chao
 SETTLED = 0.05
 """Low-passed force, impulse and closing speed are settled when the last refinement of every family changes them by no
 more than this share: the 5 % within which the thesis calls an amplitude right (3.7.3)."""
+TIME_LIMIT = 1e-4
+"""s by which the resolution of contact in time may move start and duration; stiffness and modes, which the model sets,
+by `TIME_SHARE`: the last of several micro-contacts of an event is theirs."""
 TIME_SHARE = 0.1
 """Start and duration are settled when the last refinement of every family moves them by no more than this share of the
 verification's `event_tolerance`, so that what is left cannot decide whether two events are the same one."""
@@ -42,11 +45,11 @@ HALVED = 2.0
 FIGURES: dict[str, Callable[[Event], float]] = {
     "start": lambda e: e.t_start,
     "duration": lambda e: e.t_end - e.t_start,
-    "force": lambda e: e.force_peak_filtered,
+    "force": lambda e: e.force_place,
     "impulse": lambda e: e.impulse,
     "closing_speed": lambda e: e.closing_speed,
 }
-"""What is followed of every event: s, s, low-passed peak force, force s, length/s."""
+"""What is followed of every event: s, s, low-passed peak force of its place, force s, length/s."""
 TIMES = ("start", "duration")
 """Figures whose changes are absolute, s; those of the others are shares."""
 
@@ -92,7 +95,7 @@ class Outcome:
     @property
     def force(self) -> float:
         """Largest low-passed force of all events."""
-        return max((e.force_peak_filtered for e in self.events), default=0.0)
+        return max((e.force_place for e in self.events), default=0.0)
 
 
 @dataclass(frozen=True)
@@ -123,8 +126,12 @@ class Settling:
     @property
     def settled(self) -> bool:
         """The last refinements agree, and so do the base run and the finest one."""
-        known = not self.problem and bool(self.settled_to <= self.limit)
-        return known and not abs(self.base_error) > self.limit
+        changes = all(abs(x) <= self.limit_of(family) for family, x in self.changes.items())
+        return not self.problem and bool(self.changes) and changes and not abs(self.base_error) > self.limit
+
+    def limit_of(self, family: str) -> float:
+        """What a family may move the figure by."""
+        return min(self.limit, TIME_LIMIT) if self.name in TIMES and family == "tolerance" else self.limit
 
     @property
     def base_error(self) -> float:
@@ -205,8 +212,9 @@ def converge(result: StudyResult, progress: Progress) -> Convergence:
         for variant in variants:
             outcomes[variant.name] = _repeat(result, base, variant, progress)
     notes += [o.stopped for o in outcomes.values() if o.stopped and o.variant.family]
-    v = result.setup.study.config.verification
-    return assess(outcomes, base.name, result.window, v.event_tolerance, tuple(notes))
+    v, exact = result.setup.study.config.verification, result.setup.study.config.time.exact
+    window = (0.0, float(base.history.time[-1])) if exact else result.window
+    return assess(outcomes, base.name, window, v.event_tolerance, tuple(notes))
 
 
 def assess(

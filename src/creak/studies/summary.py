@@ -13,11 +13,13 @@ from creak.model.mesh import Model
 from creak.studies.compared import event_statistics
 from creak.studies.converge import Convergence
 from creak.studies.convergence_words import as_dict
+from creak.studies.places import Place, find_places
 from creak.studies.run import Run, StudyResult
+from creak.studies.settled import KEYS, settled_to, verdict_of
 from creak.studies.warned import warnings_of
 from creak.verify.events import Event
 from creak.verify.matching import Errors, EventMatch
-from creak.verify.reliability import UNRELIABLE, created_of_contact, reasons_against
+from creak.verify.reliability import UNRELIABLE, created_of_contact
 from creak.verify.slips import SlipEvent, squeak_rates
 
 ROUND_OFF = 1e-9
@@ -40,7 +42,7 @@ def summarise(result: StudyResult, convergence: Convergence | None = None) -> di
         "model": _model(result),
         "precheck": {"candidates": setup.contacts.m, "kept": result.gaps.m - setup.connectors.m},
         "seeds": {name: t.signal.seed for name, t in c.excitation.items() if t.signal.type == "multisine"},
-        "runs": {name: _run(run, result, model) for name, run in result.runs.items()},
+        "runs": {name: _run(run, result, model, convergence) for name, run in result.runs.items()},
         "superelements": {name: health.as_dict() for name, health in result.health.items()},
         "verification": _verification(result),
         "unread": [
@@ -80,12 +82,15 @@ def _model(result: StudyResult) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _run(run: Run, result: StudyResult, model: Model) -> dict[str, Any]:
+def _run(run: Run, result: StudyResult, model: Model, convergence: Convergence | None) -> dict[str, Any]:
     h = run.history
-    penetration, reasons = float(max(0.0, -h.gap.min(initial=0.0))), reasons_against(h)
+    penetration, verdict = float(max(0.0, -h.gap.min(initial=0.0))), verdict_of(run, result, convergence)
+    mine = convergence if convergence is not None and convergence.model == run.name else None
+    settled = {} if mine is None else {id(e.event): settled_to(e) for e in mine.events}
+    unknown = dict.fromkeys(KEYS.values())
     return {
-        **({"verdict": UNRELIABLE} if reasons else {}),
-        "reasons": reasons,
+        **({} if verdict is None else {"verdict": verdict.word}),
+        "reasons": [] if verdict is None else list(verdict.reasons),
         "integrator": run.integrator,
         "stopped": run.stopped,
         "dof": run.system.n,
@@ -106,7 +111,8 @@ def _run(run: Run, result: StudyResult, model: Model) -> dict[str, Any]:
         "scheme_dissipation": h.energy_dissipated_by_scheme,
         "energies": dict(zip(ENERGIES, h.energy[-1].tolist(), strict=True)),
         "worst_residual": h.residual,
-        "events": [_event(e, model) for e in run.events],
+        "events": [_event(e, model) | {"settled_to": settled.get(id(e), unknown)} for e in run.events],
+        "places": [_place(p, run, model) for p in find_places(result, run)],
         "slip_events": [_slip_event(e, model) for e in run.slips],
         "squeak_rate": squeak_rates(run.slips, result.window),
         "max_force": float(h.force.max(initial=0.0)),
@@ -127,10 +133,28 @@ def _event(e: Event, model: Model) -> dict[str, Any]:
         "t_end": e.t_end,
         "force_peak": e.force_peak,
         "force_peak_filtered": e.force_peak_filtered,
+        "force_place": e.force_place,
         "impulse": e.impulse,
         "closing_speed": e.closing_speed,
         "contacts": e.contacts,
         "touches": e.touches,
+    }
+
+
+def _place(p: Place, run: Run, model: Model) -> dict[str, Any]:
+    """Figures over the verification window; loudness (n5, n_max) is not computed yet and null."""
+    whole = float((run.history.weights @ run.history.force).sum())
+    return {
+        "name": f"{p.contact} {p.number}",
+        "contact": p.contact,
+        "nodes": model.nodes.ids[p.nodes_idx].tolist(),
+        "events": len(p.events),
+        "impulse": p.impulse,
+        "force": max(e.force_place for e in p.events),
+        "closing_speed": p.speed,
+        "n5": None,
+        "n_max": None,
+        "share": p.impulse / whole if whole > 0.0 else None,
     }
 
 

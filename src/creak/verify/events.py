@@ -43,6 +43,9 @@ class Event:
     """Speed at which the gap of the first channel closed, from its rate at the onset; 0 where the run starts closed."""
     contacts: int
     """Number of micro-contacts merged into the event."""
+    force_place: float = 0.0
+    """Largest force of all channels of the pair together, low-passed as `force_peak_filtered`: that of the place, which
+    does not hang on how many nodes share it."""
     touches: tuple[tuple[float, float], ...] = ()
     """Start and end of each micro-contact, s."""
     step: float = 0.0
@@ -101,6 +104,7 @@ def _event(
         impulse=impulse,
         closing_speed=_closing_speed(history, pressing, begin),
         contacts=len(chain),
+        force_place=_filtered_peak(history, active, first, last, f_max, force, together=True),
         touches=tuple((t.start, t.end) for t in chain),
         step=float(history.time[max(first, 1)] - history.time[max(first, 1) - 1]),
     )
@@ -122,17 +126,20 @@ def _peak_and_impulse(
 
 
 def _filtered_peak(
-    history: History, channels: IntArray, first: int, last: int, f_max: float, raw: float
+    history: History, channels: IntArray, first: int, last: int, f_max: float, raw: float, together: bool = False
 ) -> float:
+    """Largest low-passed force of one channel, or of all `together`, between the rows beside an event."""
     time = history.time
     begin, end = max(0, first - 1), min(last + 1, time.size - 1)
     if f_max * float(np.median(np.diff(time[begin : end + 1]))) >= 0.45:
-        return raw
+        return float(history.force[first : last + 1, channels].sum(axis=1).max()) if together else raw
     a, b = np.searchsorted(time, [time[begin] - REACH / f_max, time[end] + REACH / f_max])
     rows, top = slice(int(a), int(b)), -np.inf
-    for part in blocks(channels.size, int(b - a)):
-        even, smooth = low_pass_uneven(time[rows], history.force[rows][:, channels[part]], f_max)
-        inside = (even >= time[begin] - 1e-9) & (even <= time[end] + 1e-9)
+    for part in [slice(None)] if together else blocks(channels.size, int(b - a)):
+        force = history.force[rows][:, channels[part]]
+        even, smooth = low_pass_uneven(time[rows], force.sum(axis=1)[:, None] if together else force, f_max)
+        near = even[1] - even[0] if even.size > 1 else 0.0  # a touch may lie between two instants of the even axis
+        inside = (even >= time[begin] - near) & (even <= time[end] + near)
         top = max(top, float(smooth[inside].max()))
     return top
 
