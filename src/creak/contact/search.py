@@ -17,6 +17,9 @@ POINTS_AT_ONCE = 32768
 """Points sought at a time; bounds the memory."""
 MARGIN = 1.0 + 4.0 * OVERHANG
 """Bounds are this much larger than the facets, so that what overhangs a little still counts."""
+SAME = 1e-7
+"""Share of a facet's diagonal by which two distances may differ and count as the same: a point over the edge of two
+facets meets both."""
 CONVERGED = 1e-6
 """Largest miss of a meeting point, as a share of the facet's diagonal or the distance."""
 
@@ -167,15 +170,24 @@ def _project(
         good = inside & (np.abs(distance) <= limit) & _converged(points[row], main, facet, shape, distance, normal)
         if accept is not None:
             good &= accept(row, facet, distance, normal)
-        hit = np.flatnonzero(good)
-        hit = hit[np.lexsort((facet[hit], np.abs(distance[hit]), row[hit]))]
-        hit = hit[np.unique(row[hit], return_index=True)[1]]
+        hit = _nearest(np.flatnonzero(good), row, facet, np.abs(distance), main)
         best.found[row[hit]] = True
         best.facet[row[hit]] = facet[hit]
         best.shape[row[hit]] = shape[hit]
         best.distance[row[hit]] = distance[hit]
         best.direction[row[hit]] = normal[hit]
     return best
+
+
+def _nearest(hit: IntArray, row: IntArray, facet: IntArray, distance: FloatArray, main: Facets) -> IntArray:
+    """Of the meetings `hit` the nearest of each point; of those as near up to round-off the one of the first facet."""
+    x = main.coords[facet[hit]]
+    size = np.linalg.norm(x[:, 2] - x[:, 0], axis=1)
+    least = np.full(int(row.max(initial=-1)) + 1, np.inf)
+    np.minimum.at(least, row[hit], distance[hit])
+    hit = hit[distance[hit] <= least[row[hit]] + SAME * size]
+    hit = hit[np.lexsort((facet[hit], row[hit]))]
+    return np.asarray(hit[np.unique(row[hit], return_index=True)[1]], dtype=np.int64)
 
 
 def _converged(

@@ -286,7 +286,7 @@ def flow_chunk(model, laws, slope, P, A, W, gain, light, band, reach, now, after
                 fill(after.F, 0.0)
                 fill(after.sliding, 0.0)
                 fill(after.stuck, True)
-            book_flow(model, laws, drive, h, now, after, flown, light)
+            book_flow(model, laws, W, drive, h, now, after, flown, light)
             for j in range(n_x):
                 shift(drive[j], h)
             for order in range(3):

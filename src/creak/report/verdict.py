@@ -106,7 +106,7 @@ TRUST = {
 
 
 def trust(summary: dict[str, Any]) -> str:
-    """How far the main run's figures hang on numerical settings, with the reasons; empty where nothing was looked at."""
+    """How far the main run hangs on numerical settings, with the reasons; empty where nothing was looked at."""
     run = _main(summary)
     if "verdict" not in run:
         return ""

@@ -1,0 +1,255 @@
+"""Exact flow: single modes against the matrix exponential, loads, bounds between samples, levels of contact."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg as sla
+
+from creak.assembly.part import Rayleigh
+from creak.contact.step_problem import law_arrays
+from creak.dynamics.channels import channel_matrices
+from creak.dynamics.flow_march import SAMPLES, simulate_flow
+from creak.dynamics.flow_propagator import propagator
+from creak.dynamics.flow_resolution import FINE, QUICK, SETTLED, Resolution, flow_steps
+from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.loads import Loads
+from creak.dynamics.modal_coefficients import modal_matrices
+from creak.dynamics.modal_march import simulate_modal
+from creak.dynamics.modal_setup import modal_model
+from creak.dynamics.scheme import HHT
+from creak.dynamics.state import LinearTerms
+from creak.errors import InputError
+from creak.reduction.diagonal import diagonalise
+from creak.verify.events import find_events
+from helpers_core import NO_CHANNELS, chain, channels, system_of
+from helpers_gap import cantilevers, gaps_between, multisine_base
+
+
+def fly(system, gaps, end, step, forces=(), labels=(), resolution=SETTLED, every=1) -> History:
+    """A System diagonalised and flown; `forces` are functions of time."""
+    time = step / SAMPLES * np.arange(SAMPLES * round(end / step) + 1)
+    values = np.stack([f(time) for f in forces], axis=1) if forces else np.zeros((time.size, 0))
+    loads = Loads(time, np.zeros((3, time.size, 0)), values, tuple(np.array([x]) for x in labels))
+    return simulate_flow(
+        diagonalise(system), gaps, loads, resolution=resolution, observed=np.arange(system.n), output_every=every
+    )  # fmt: skip
+
+
+def energies(history: History) -> dict[str, np.ndarray]:
+    return dict(zip(ENERGIES, history.energy.T, strict=True))
+
+
+# --- single modes ---------------------------------------------------------------------------------------------------
+
+MODES = [(1.0, 0.0, 0.0), (2.0, 3.0, 1e4), (1.0, 1e3, 1e10), (1.0, 50.0, 0.0), (3.0, 0.0, 5e2), (1.0, 3e3, 1e6), (1.0, 2e3, 1e6), (1.0, 1e5, 1e3)]
+
+
+@pytest.mark.parametrize("h", [1e-5, 1e-3])
+@pytest.mark.parametrize("mode", MODES)
+def test_propagator_is_the_exponential_of_the_equation(mode, h):
+    m, c, k = mode
+    A = np.zeros((6, 6))  # u, h v, then the derivatives of the load times powers of h: time in steps
+    A[[0, 2, 3, 4], [1, 3, 4, 5]] = 1.0
+    A[1, :3] = -h * h * k / m, -h * c / m, 1.0 / m
+    E = sla.expm(A)
+    P = propagator(*(np.array([x]) for x in mode), h)[:, 0]
+    powers = h ** np.arange(2, 6)
+    found = np.array([[P[0], P[1] / h, *(P[5:9] / powers)], [P[2] * h, P[3], *(P[4:8] * h / powers)]])
+    # Round-off of the exponential itself, which squares its way up to h omega = 100.
+    np.testing.assert_allclose(found, E[:2], rtol=1e-9, atol=1e-11 * np.abs(E[:2]).max())
+
+
+def test_two_half_steps_are_one_step():
+    rng = np.random.default_rng(3)
+    m, c, k = rng.uniform(0.5, 2.0, 40), rng.uniform(0.0, 10.0, 40), 10.0 ** rng.uniform(0.0, 12.0, 40)
+    whole, half = propagator(m, c, k, 1e-3), propagator(m, c, k, 5e-4)
+    u = half[0] * half[0] + half[1] * half[2], half[0] * half[1] + half[1] * half[3]
+    np.testing.assert_allclose(u[0], whole[0], atol=1e-12)
+    np.testing.assert_allclose(u[1], whole[1], atol=1e-12 * np.abs(whole[1]).max())
+
+
+def test_massless_coordinates_follow_their_load():
+    P = propagator(np.array([0.0]), np.array([0.0]), np.array([4.0]), 0.5)[:, 0]
+    np.testing.assert_allclose(P, [0, 0, 0, 0, 0, 0.25, 0.125, 0.03125, 0.5**3 / 24.0])
+
+
+# --- flight ---------------------------------------------------------------------------------------------------------
+
+
+def test_forced_motion_is_that_of_the_closed_form(measured):
+    """m = 1, k = (2 pi 20)^2, zeta = 2 %, pushed at 33 Hz from rest, ten flight steps a period of the push."""
+    w, f, zeta = 2 * np.pi * 20.0, 2 * np.pi * 33.0, 0.02
+    system = system_of(np.eye(1), np.array([[w * w]]), alpha=2 * zeta * w)
+    history = fly(system, NO_CHANNELS, 0.6, 1.0 / 330.0, [lambda t: np.sin(f * t)], [0])
+    t = history.time[history.output_index]
+    X = 1.0 / (w * w - f * f + 2j * zeta * w * f)
+    steady = (X * np.exp(1j * f * t)).imag
+    wd = w * np.sqrt(1 - zeta**2)
+    a = -X.imag
+    b = (-(X * 1j * f).imag + zeta * w * a) / wd
+    exact = steady + np.exp(-zeta * w * t) * (a * np.cos(wd * t) + b * np.sin(wd * t))
+    # The cubic through the load is off by 5.1e-4 (Omega H)^4 = 8e-5.
+    np.testing.assert_allclose(history.displacement[:, 0], exact, atol=2e-4 * np.abs(exact).max())
+    measured("dynamics", "exact flow, damped mode pushed off resonance: worst instant", np.abs(history.displacement[:, 0] - exact).max() / np.abs(exact).max(), at_most=2e-4, source="closed form")
+
+
+def test_load_error_falls_with_the_fourth_power_of_the_flight_step():
+    w, f = 2 * np.pi * 20.0, 2 * np.pi * 33.0
+    system = system_of(np.eye(1), np.array([[w * w]]))
+    errors = []
+    for n in (5, 10, 20):
+        history = fly(system, NO_CHANNELS, 0.3, 1.0 / (33.0 * n), [lambda t: np.sin(f * t)], [0], every=n)
+        t = history.time[history.output_index]
+        exact = (np.sin(f * t) - f / w * np.sin(w * t)) / (w * w - f * f)
+        errors.append(np.abs(history.displacement[:, 0] - exact).max())
+    assert np.log2(errors[0] / errors[1]) > 3.5
+    assert np.log2(errors[1] / errors[2]) > 3.5
+
+
+def test_flight_needs_no_short_steps():
+    """A mode at 2 MHz is flown with steps of a millisecond: period and energy stay."""
+    w = 2 * np.pi * 2e6
+    system = system_of(np.eye(1), np.array([[w * w]]), velocity=np.ones(1))
+    history = fly(system, NO_CHANNELS, 0.05, 1e-3)
+    t = history.time[history.output_index]
+    # 6e5 radians: the phase keeps what 16 digits of it leave.
+    np.testing.assert_allclose(history.displacement[:, 0], np.sin(w * t) / w, atol=1e-8 / w)
+
+
+# --- what happens between the samples -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("depth", [1e-7, 1e-6, 1e-5])
+@pytest.mark.parametrize("at", [0.1037, 0.1052, 0.10999])
+def test_a_touch_between_two_samples_is_found(depth, at):
+    """A mode at 400 Hz on a slow one: its dip of `depth` m lasts a fraction of the flight step of 1 ms."""
+    K = np.diag([(2 * np.pi * 5.0) ** 2, (2 * np.pi * 400.0) ** 2])
+    u = np.array([1e-3, 2e-4])
+    w = np.sqrt(np.diag(K))
+    # Both modes at their lowest at once at the time `at`, without contact.
+    start = [np.cos(x * at) for x in w], [-np.sin(x * at) * x for x in w]
+    system = system_of(np.eye(2), K, velocity=-u * -np.array(start[1]))
+    push = [lambda t, k=k, a=a: 0.0 * t + k * a for k, a in zip(np.diag(K), u * np.array(start[0]), strict=True)]
+    free = fly(system, channels([[1.0, 1.0]], 1.0, 0.0), 0.2, 1e-6, push, [0, 1], every=1000)
+    lowest = free.gap.min() - 1.0
+    gap0 = -lowest - depth
+    gaps = channels([[1.0, 1.0]], gap0, 1e5)
+    history = fly(system, gaps, 0.2, 1e-3, push, [0, 1])
+    fine = free.time[np.argmin(free.gap[:, 0])]
+    events = find_events(history, gaps, merge=0.0, f_max=1e5)
+    assert events
+    assert min(abs(0.5 * (e.t_start + e.t_end) - fine) for e in events) < 2e-4
+
+
+def test_bound_holds_between_samples():
+    """Random motion of forty modes: no gap leaves the band about the cubic through its ends."""
+    rng = np.random.default_rng(5)
+    n, H = 40, 1e-3
+    omega = 10.0 ** rng.uniform(1.0, 5.5, n)
+    rows, u, v = rng.standard_normal((3, n)), rng.standard_normal(n) / omega, rng.standard_normal(n)
+    system = system_of(np.eye(n), np.diag(omega**2), velocity=v)
+    diagonal = diagonalise(system)
+    gaps = channels(rows, 0.0, 1.0)
+    loads = Loads(H / 3 * np.arange(7), np.zeros((3, 7, 0)), np.zeros((7, 0)))
+    model = modal_model(*modal_matrices(diagonal), channel_matrices(diagonal, gaps), LinearTerms(diagonal, loads), gaps)
+    steps = flow_steps(model, law_arrays(gaps), H, Resolution(0.5, 1e-4, 1e-5))
+    w = np.sqrt(model.k)
+    a, b = rng.standard_normal(n) / w, rng.standard_normal(n)
+    energy = np.zeros(steps.reach.shape[1])
+    np.add.at(energy, steps.band, b**2 + (w * a) ** 2)
+    for level in range(steps.levels + 1):
+        h = H / 2**level
+        t = np.linspace(0.0, h, 2001)
+        x = t / h
+        U = a[:, None] * np.cos(np.outer(w, t)) + (b / w)[:, None] * np.sin(np.outer(w, t))
+        V = -(a * w)[:, None] * np.sin(np.outer(w, t)) + b[:, None] * np.cos(np.outer(w, t))
+        g, r = model.rows @ U, h * (model.rows @ V)
+        cubic = np.outer(g[:, 0], (1 + 2 * x) * (1 - x) ** 2) + np.outer(r[:, 0], x * (1 - x) ** 2)
+        cubic += np.outer(g[:, -1], x * x * (3 - 2 * x)) + np.outer(r[:, -1], x * x * (x - 1))
+        off = np.sqrt(energy) @ steps.reach[level]
+        assert (np.abs(g - cubic).max(axis=1) <= off * (1 + 1e-9)).all()
+        assert steps.reach[level].max() <= steps.reach[0].max()
+    assert u.size == n
+
+
+# --- choice of steps ------------------------------------------------------------------------------------------------
+
+
+def test_steps_near_contact_follow_its_own_time_scale():
+    M, K = chain(3)
+    system = diagonalise(system_of(M, K))
+    loads = Loads(1e-3 / 3 * np.arange(7), np.zeros((3, 7, 0)), np.zeros((7, 0)))
+
+    def step(stiffness, resolution=SETTLED):
+        gaps = channels([[0.0, 0.0, 1.0]], 0.0, stiffness)
+        model = modal_model(*modal_matrices(system), channel_matrices(system, gaps), LinearTerms(system, loads), gaps)
+        return flow_steps(model, law_arrays(gaps), 1e-3, resolution).h
+
+    assert step(1e10) * 1e5 <= 0.5 < 2.0 * step(1e10) * 1e5
+    assert step(4e10) == pytest.approx(0.5 * step(1e10))
+    assert step(1e10, QUICK) == pytest.approx(2.0 * step(1e10))
+    assert step(1e10, FINE) == pytest.approx(0.25 * step(1e10))
+    assert step(1.0) <= SETTLED.longest
+
+
+def test_stiffness_that_nothing_can_have_is_refused():
+    M, K = chain(2)
+    with pytest.raises(InputError, match="contact that can be resolved"):
+        fly(system_of(M, K), channels([[0.0, 1.0]], 0.0, 1e32), 0.01, 1e-3)
+
+
+def test_friction_without_mass_is_refused():
+    system = system_of(np.diag([1.0, 0.0]), np.diag([1e4, 1e4]))
+    gaps = channels([[0.0, 1.0]], 0.0, 1e5, 10.0)
+    with pytest.raises(InputError, match="without mass"):
+        fly(system, gaps, 0.01, 1e-3)
+
+
+# --- Systems --------------------------------------------------------------------------------------------------------
+
+
+def rattle(resolution: Resolution, step: float) -> History:
+    """Two cantilevers side by side on a shaken base, .5 mm apart."""
+    system = diagonalise(cantilevers(Rayleigh(20.0, 1e-6)))
+    time = step / SAMPLES * np.arange(SAMPLES * round(0.4 / step) + 1)
+    loads = multisine_base(time, 10.0, 120.0, 2e-4)
+    return simulate_flow(system, gaps_between(5e-4, 1e6), loads, resolution=resolution, observed=np.zeros(0, dtype=int))
+
+
+def test_two_beams_under_base_motion_converge():
+    """Prescribed motion, several channels: halving everything changes nothing that counts, nor does HHT at 2 us."""
+    found = {}
+    for name, resolution, step in (("settled", SETTLED, 8e-4), ("fine", FINE, 4e-4)):
+        history = rattle(resolution, step)
+        found[name] = find_events(history, gaps_between(5e-4, 1e6), merge=2e-3, f_max=500.0)
+        assert history.energy_created < 1e-4
+    time = 2e-6 * np.arange(200_001)
+    loads = multisine_base(time, 10.0, 120.0, 2e-4)
+    stepped = simulate_modal(
+        diagonalise(cantilevers(Rayleigh(20.0, 1e-6))), gaps_between(5e-4, 1e6), loads, HHT(), observed=np.zeros(0, dtype=int)
+    )  # fmt: skip
+    found["HHT"] = find_events(stepped, gaps_between(5e-4, 1e6), merge=2e-3, f_max=500.0)
+    assert len(found["fine"]) > 5
+    for name, bar in (("settled", 0.02), ("HHT", 0.05)):
+        assert len(found[name]) == len(found["fine"])
+        for a, b in zip(found[name], found["fine"], strict=True):
+            assert a.t_start == pytest.approx(b.t_start, abs=1e-4)
+            assert a.impulse == pytest.approx(b.impulse, rel=bar, abs=bar * max(e.impulse for e in found["fine"]))
+
+
+def test_output_and_whole_coordinates_are_those_of_the_instants():
+    M, K = chain(4)
+    system = diagonalise(system_of(M, K, velocity=np.array([0.0, 0.0, 0.0, 1.0])))
+    time = 1e-3 / SAMPLES * np.arange(SAMPLES * 60 + 1)
+    loads = Loads(time, np.zeros((3, time.size, 0)), np.zeros((time.size, 0)))
+    gaps = replace(channels([[0.0, 0.0, 0.0, 1.0]], 1e-3, 1e6))
+    history = simulate_flow(
+        system, gaps, loads, observed=np.arange(4), output_every=2, whole_at=np.array([0, 4, 60])
+    )  # fmt: skip
+    np.testing.assert_allclose(history.time[history.output_index], 2e-3 * np.arange(31), atol=1e-15)
+    rows = system.rows(np.arange(4))[0]
+    np.testing.assert_allclose(np.asarray(rows @ history.coordinates)[:, 1], history.displacement[2], atol=1e-15)
+    assert history.force.max() > 0.0
