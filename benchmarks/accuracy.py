@@ -25,9 +25,10 @@ from creak.contact.step_problem import compile_kernels
 from creak.door import write_door
 from creak.studies.compared import compare_events
 from creak.studies.config import ReductionTable
+from creak.studies.output_steps import excitation_window
 from creak.studies.reduced_model import reduce_model
 from creak.studies.run import compare_modes, limited, march_run, prepare
-from creak.studies.setup import Setup, excitation_window, set_up
+from creak.studies.setup import Setup, set_up
 from creak.studies.study_file import read_study
 
 CASES: dict[str, dict[str, object]] = {

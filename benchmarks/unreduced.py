@@ -21,10 +21,11 @@ from benchmarks.stepping import full_order
 from creak.contact.step_problem import compile_kernels
 from creak.door import FINEST_MESH_SIZE, LOADS, write_door
 from creak.studies.integrate import output_times
+from creak.studies.output_steps import excitation_window
 from creak.studies.reduced_model import reduce_model
 from creak.studies.reference_model import build_reference
 from creak.studies.run import Run, events_in, limited, march_run
-from creak.studies.setup import excitation_window, set_up
+from creak.studies.setup import set_up
 from creak.studies.study_file import read_study
 from creak.verify.matching import match_events
 

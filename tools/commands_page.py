@@ -36,7 +36,7 @@ time left; elsewhere a phase gets a line once it has taken 2 s, then every 10 s 
 | exit status | meaning |
 |---|---|
 | 0 | done; warnings may have been printed |
-| 1 | the analysis failed, or Ctrl-C; what was finished is kept and named |
+| 1 | the analysis failed, its results are unreliable, or Ctrl-C; what was finished is kept and named |
 | 2 | wrong input: one message that says what, where, and what to do; nothing was written |
 
 **Ctrl-C.** `creak run` ends the run under way and writes what it has; `creak reduce` saves the parts that are reduced;

@@ -67,7 +67,7 @@ def test_nothing_touches_without_a_precheck(creak, tmp_path):
 
 
 def test_parts_that_overlap_at_the_start(creak, tmp_path):
-    _, warnings = run(creak, tmp_path, two_strips(gap=-0.2))
+    _, warnings = run(creak, tmp_path, two_strips(gap=-0.2), SHORT.replace("step = 5e-4", "step = 1e-4"))
     assert any("39 channel(s) start closed, by up to 0.2 at node" in w for w in warnings)
 
 

@@ -1,4 +1,4 @@
-"""The commands of the page on sweeps that start a dask cluster, run as they stand but for the host and a free port."""
+"""The commands of the page on sweeps that start a cluster with a certificate, run as they stand but for the host and a free port."""
 
 from __future__ import annotations
 
@@ -6,12 +6,17 @@ import csv
 import os
 import re
 import shlex
+import shutil
 import socket
+import ssl
+import stat
 import subprocess
 import sys
-from contextlib import ExitStack, contextmanager
+import time
+from contextlib import contextmanager
 from pathlib import Path
 
+import psutil
 import pytest
 
 from helpers_cli import caller
@@ -19,9 +24,11 @@ from helpers_decks import STUDY, write_strips
 from helpers_docs import ROOT, text_of
 
 PAGE = ROOT / "docs" / "sweeps.md"
-LINE = re.compile(r"^    ((?:\w+=\S+ )*)dask (.+)$", re.MULTILINE)
-STOP = 60.0
-"""s that a process may take to end."""
+DASK = re.compile(r"^    ((?:\w+=\S+ )*)(dask .+)$", re.MULTILINE)
+OPENSSL = re.compile(r"^    ()(openssl req .+)$", re.MULTILINE)
+SWEEP = re.compile(r"^    ()creak (sweep SWEEP.toml --scheduler .+)$", re.MULTILINE)
+PATIENCE = 120.0
+"""s that a process may take to come or to end."""
 
 
 def free_port() -> int:
@@ -31,42 +38,118 @@ def free_port() -> int:
 
 
 @contextmanager
-def started(line: re.Match[str], port: int):
-    """The process of a line of the page. A port of its own instead of 8786, and none for its web page."""
+def started(line: re.Match[str], port: int, folder: Path):
+    """The process of a line of the page, with a port of its own instead of 8786."""
     settings = dict(word.split("=", 1) for word in shlex.split(line[1]))
     words = shlex.split(line[2].replace("HOST:8786", f"127.0.0.1:{port}"))
-    if words[0] == "scheduler":
+    if words[1] == "scheduler":
         words += ["--host", "127.0.0.1", "--port", str(port)]
-    program = [str(Path(sys.executable).with_name("dask")), *words, "--no-dashboard"]
+    program = [str(Path(sys.executable).with_name(words[0])), *words[1:]]
     process = subprocess.Popen(
-        program, env={**os.environ, **settings}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        program, env={**os.environ, **settings}, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
     try:
-        yield
+        yield process
     finally:
         process.terminate()
         try:
-            process.wait(STOP)
+            process.wait(PATIENCE)
         except subprocess.TimeoutExpired:
             process.kill()
-            process.wait(STOP)
+            process.wait(PATIENCE)
 
 
-def test_a_sweep_on_a_cluster_started_as_the_page_says(tmp_path, monkeypatch, capsys):
+def listening(process: subprocess.Popen) -> list[int]:
+    """Ports of a process and of those that it started."""
+    all_of = [psutil.Process(process.pid), *psutil.Process(process.pid).children(recursive=True)]
+    found = [c.laddr.port for p in all_of for c in p.net_connections(kind="inet") if c.status == psutil.CONN_LISTEN]
+    return sorted(set(found))
+
+
+def wait_for(condition) -> None:
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.1)
+
+
+def answers(port: int, context: ssl.SSLContext | None) -> bool:
+    """Whether a caller without the certificate gets one byte of sense out of a port."""
+    try:
+        with socket.create_connection(("127.0.0.1", port), timeout=3.0) as raw:
+            if context is None:
+                return raw.recv(1) != b""
+            with context.wrap_socket(raw) as safe:
+                return safe.recv(1) != b""
+    except OSError:  # ssl.SSLError and timeouts are of them
+        return False
+
+
+def make_certificate(folder: Path) -> None:
+    (line,) = OPENSSL.finditer(text_of(PAGE))
+    subprocess.run(shlex.split(line[2]), cwd=folder, check=True, capture_output=True)
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """Folder with the certificate, port of a running scheduler, and the two processes as the page starts them."""
     pytest.importorskip("distributed", reason="dask.distributed is not installed: pip install 'creak[cluster]'")
-    lines = list(LINE.finditer(text_of(PAGE)))
-    assert [line[2].split()[0] for line in lines] == ["scheduler", "worker"]
-    option = re.search(r"`--scheduler (tcp://HOST:8786)`", text_of(PAGE))
-    assert option
-    write_strips(tmp_path, study=STUDY.replace("periods = 2", "periods = 1"))
-    (tmp_path / "sweep.toml").write_text('base = "study.toml"\nseeds = [1, 2]\n', encoding="utf-8")
+    if shutil.which("openssl") is None:
+        pytest.skip("there is no openssl")
+    make_certificate(tmp_path)
+    first, second = DASK.finditer(text_of(PAGE))
     port = free_port()
-    with ExitStack() as cluster:
-        for line in lines:
-            cluster.enter_context(started(line, port))
-        address = option[1].replace("HOST:8786", f"127.0.0.1:{port}")
-        said = caller(monkeypatch, capsys)("sweep", tmp_path / "sweep.toml", "--scheduler", address)
+    with started(first, port, tmp_path) as scheduler, started(second, port, tmp_path) as worker:
+        wait_for(lambda: len(listening(worker)) >= 1 and port in listening(scheduler))
+        yield tmp_path, port, scheduler, worker
+
+
+def test_a_sweep_on_a_cluster_started_as_the_page_says(cluster, monkeypatch, capsys):
+    folder, port, _, _ = cluster
+    write_strips(folder, study=STUDY.replace("periods = 2", "periods = 1"))
+    (folder / "sweep.toml").write_text('base = "study.toml"\nseeds = [1, 2]\n', encoding="utf-8")
+    (line,) = SWEEP.finditer(text_of(PAGE))
+    words = shlex.split(line[2].replace("HOST:8786", f"127.0.0.1:{port}").replace("SWEEP.toml", "sweep.toml"))
+    monkeypatch.chdir(folder)
+    said = caller(monkeypatch, capsys)(*words)
     assert said.status == 0, said.words
-    (table,) = tmp_path.rglob("sweep.csv")
+    assert "is open" not in said.err
+    (table,) = folder.rglob("sweep.csv")
     with table.open(newline="") as file:
         assert [row["status"] for row in csv.DictReader(file)] == ["done", "done"]
+
+
+def test_who_does_not_hold_the_key_is_turned_away(cluster, monkeypatch, capsys, tmp_path_factory):
+    """At every port of both processes, without TLS, with TLS and no certificate, and with a certificate of one's own."""
+    from distributed import Client
+    from distributed.security import Security
+
+    folder, port, scheduler, worker = cluster
+    assert stat.S_IMODE((folder / "cluster.key").stat().st_mode) == 0o600
+    key = (folder / "cluster.key").read_text().splitlines()[1]
+    assert not any(key in word for p in (scheduler, worker) for word in psutil.Process(p.pid).cmdline())
+    other = tmp_path_factory.mktemp("other")
+    make_certificate(other)
+    nobody = ssl.create_default_context(cafile=folder / "cluster.crt")
+    nobody.check_hostname = False
+    stranger = ssl.create_default_context(cafile=folder / "cluster.crt")
+    stranger.check_hostname = False
+    stranger.load_cert_chain(other / "cluster.crt", other / "cluster.key")
+    owner = ssl.create_default_context(cafile=folder / "cluster.crt")
+    owner.check_hostname = False
+    owner.load_cert_chain(folder / "cluster.crt", folder / "cluster.key")
+    assert answers(port, owner)
+    for open_port in {*listening(scheduler), *listening(worker)}:
+        assert not any(answers(open_port, context) for context in (None, nobody, stranger)), open_port
+    ca, cert, private = (str(p) for p in (folder / "cluster.crt", other / "cluster.crt", other / "cluster.key"))
+    wrong = Security(tls_ca_file=ca, tls_client_cert=cert, tls_client_key=private, require_encryption=True)
+    for address, security in (("tcp", None), ("tls", wrong)):
+        with pytest.raises((OSError, TypeError)):
+            Client(f"{address}://127.0.0.1:{port}", security=security, timeout=3.0)
+    write_strips(folder)
+    (folder / "sweep.toml").write_text('base = "study.toml"\nseeds = [1]\n', encoding="utf-8")
+    monkeypatch.setattr("creak.studies.sweep_cluster.WAIT", 3.0)
+    for more in ([], ["--tls-ca-file", ca, "--tls-cert", cert, "--tls-key", private]):
+        said = caller(monkeypatch, capsys)("sweep", folder / "sweep.toml", "--scheduler", f"tls://127.0.0.1:{port}", *more)
+        assert said.status == 2, said.words
+        assert "Traceback" not in said.err

@@ -31,9 +31,10 @@ from creak.studies.advise_size import Counted, Sizes, sizes, sturm_counts
 from creak.studies.config import MultisineTable, PeriodicTable, RecordTable, SineTable
 from creak.studies.excitation import highest_frequency
 from creak.studies.integrate import scheme_of
+from creak.studies.output_steps import output_every
 from creak.studies.reduced_model import WHOLE
 from creak.studies.reference_model import ReferenceModel, build_reference, linear_gaps
-from creak.studies.setup import Setup, output_every
+from creak.studies.setup import Setup
 
 MULTIPLES = (5.0, 8.0, 11.0, 15.0)
 """f_max of fixed-interface modes over the excitation that are looked at."""

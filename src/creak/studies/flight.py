@@ -40,7 +40,8 @@ def with_flight_steps(study: Study) -> Study:
     interval = c.output.interval
     if interval is None:
         end = end_of(study)
-        most, whole = min(wanted, end / WRITTEN, 0.5 / c.verification.f_max), min(period_of(study) or end, end)
+        most = min(wanted, end / WRITTEN, 0.5 / c.verification.f_max)
+        whole = c.output.field_interval or min(period_of(study) or end, end)
         interval = whole / math.ceil(whole / most * (1.0 - 1e-9))
     step = interval / math.ceil(interval / wanted * (1.0 - 1e-9))
     tables = {

@@ -12,7 +12,8 @@ from creak.assembly.system import System
 from creak.dynamics.history import History
 from creak.studies.excitation import highest_frequency
 from creak.studies.integrate import output_times
-from creak.studies.setup import Setup, excitation_window
+from creak.studies.output_steps import excitation_window
+from creak.studies.setup import Setup
 from creak.verify.events import Event
 
 MEMORY = 400_000_000

@@ -23,6 +23,7 @@ from creak.studies.costs import Cost, Meter
 from creak.studies.health import checked
 from creak.studies.integrate import integrate, output_times, scheme_of
 from creak.studies.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
+from creak.studies.output_steps import excitation_window, field_steps, output_every
 from creak.studies.reduced_model import WHOLE, ReducedModel, reduce_model, reduced_modes
 from creak.studies.reference_model import (
     ReferenceModel,
@@ -31,7 +32,7 @@ from creak.studies.reference_model import (
     prechecked,
     with_linear_gaps,
 )
-from creak.studies.setup import Setup, excitation_window, field_steps, output_every
+from creak.studies.setup import Setup
 from creak.studies.start_check import figure_warnings, never_closed
 from creak.studies.warned import Warned
 from creak.verify.events import Event, find_events

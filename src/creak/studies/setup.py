@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import IntArray
 from creak.assembly.coupling import Driven
 from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import Rayleigh, common_rayleigh
@@ -27,10 +27,12 @@ from creak.formats.unread import first_unread
 from creak.model.mesh import Model
 from creak.studies.config import DOFS, Table
 from creak.studies.contact_pairs import contact_pair
-from creak.studies.excitation import driven_dofs, highest_frequency, period_of, sample_loads, time_axis
+from creak.studies.excitation import driven_dofs, highest_frequency, sample_loads, time_axis
 from creak.studies.flight import with_flight_steps
 from creak.studies.free_motion import loose_motions, loose_words
 from creak.studies.imported import imported_superelements, resistance
+from creak.studies.output_steps import check_outputs
+from creak.studies.reduction_sets import check_reduction
 from creak.studies.start_check import drive_warnings, start_warnings
 from creak.studies.study_file import Study
 from creak.studies.warned import Warned
@@ -124,6 +126,8 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
     superelements = imported_superelements(model, study, rayleigh, override)
     notes += _check_held(model, driven, connectors, superelements, free)
     pairs = _pairs(model, study)
+    notes += check_outputs(study, time[:: study.config.time.substeps], len(pairs))
+    check_reduction(model, study)
     return Setup(
         study, model, rayleigh, override, driven, contacts, connectors, loads, pairs,
         _watched(model, study, pairs), notes, superelements,
@@ -264,51 +268,3 @@ def _damping(model: Model, study: Study) -> tuple[Rayleigh, bool]:
     if table.modal is not None:
         return Rayleigh(0.0, 0.0), True
     return common_rayleigh(model), False
-
-
-def output_every(study: Study) -> int:
-    """Steps between outputs.
-
-    Raises
-    ------
-    InputError : an interval shorter than the step, or no multiple of it.
-    """
-    interval = study.config.output.interval
-    return 1 if interval is None else _steps(study, "interval", interval)
-
-
-def field_steps(study: Study, time: FloatArray) -> IntArray:
-    """Whole steps, of those that end at `time`, at which the motion of all nodes is written.
-
-    Raises
-    ------
-    InputError : an interval shorter than the step, or no multiple of it; a start after the end of the run.
-    """
-    table = study.config.output
-    if table.field_interval is None:
-        return np.zeros(0, dtype=np.int64)
-    every = _steps(study, "field_interval", table.field_interval)
-    first = int(np.searchsorted(time, table.field_start - 1e-9 * study.config.time.step))
-    if first >= time.size:
-        raise InputError(
-            f"field_start = {table.field_start:g} s", where=study.where("output", "field_start"),
-            expected=f"a time within the run, which ends at {time[-1]:g} s", fix="Start earlier.",
-        )  # fmt: skip
-    return np.arange(first, time.size, every, dtype=np.int64)
-
-
-def _steps(study: Study, key: str, interval: float) -> int:
-    step = study.config.time.step
-    every = round(interval / step)
-    if every < 1 or abs(every * step - interval) > 1e-6 * interval:
-        raise InputError(
-            f"{key} = {interval:g} s", where=study.where("output", key),
-            expected=f"a multiple of the step, {step:g} s", fix=f"Use {max(every, 1) * step:g}.",
-        )  # fmt: skip
-    return every
-
-
-def excitation_window(study: Study, time: FloatArray) -> tuple[float, float]:
-    """The time span that verification looks at: the last period, or all of a run without one."""
-    period, end = period_of(study), float(time[-1])
-    return (end - period, end) if period is not None and period < end else (0.0, end)

@@ -15,9 +15,10 @@ from creak.assembly.part import part_system, split_constraints
 from creak.assembly.partition import Pieces, cut, shared_nodes
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.errors import InputError, suggest
+from creak.errors import InputError
 from creak.model.mesh import Model
 from creak.studies.interface import Line, thinned
+from creak.studies.reduction_sets import reduction_set
 from creak.studies.reference_model import ReferenceModel
 from creak.studies.setup import Setup
 
@@ -79,7 +80,7 @@ def _cut(setup: Setup, gaps: GapOperator) -> Pieces:
     chosen = [*enumerate(table.substructures, start=1), *((last, name) for name in table.unreduced)]
     for k, name in chosen:
         where = "unreduced" if k == last else "substructures"
-        for block, row in _element_set(setup, name, where).tolist():
+        for block, row in reduction_set(model, setup.study, where, name).tolist():
             groups[block][row] = k
     if table.keep_out > 0.0 and gaps.m:
         for of, rows in zip(groups, near_elements(model, gaps.retained_nodes, table.keep_out), strict=True):
@@ -87,16 +88,6 @@ def _cut(setup: Setup, gaps: GapOperator) -> Pieces:
     if not any(g.any() for g in groups):
         return Pieces(model, (0,) * len(model.parts), tuple(range(len(model.parts))))
     return cut(model, groups, [*(n.upper() for n in table.substructures), UNREDUCED])
-
-
-def _element_set(setup: Setup, name: str, key: str) -> IntArray:
-    found = setup.model.element_sets.get(name.upper())
-    if found is None or found.size == 0:
-        raise InputError(
-            f"unknown or empty element set {name!r}", where=setup.study.where("reduction", key),
-            fix=suggest(name, setup.model.element_sets),
-        )  # fmt: skip
-    return found
 
 
 def near_elements(model: Model, nodes: IntArray, distance: float) -> list[IntArray]:

@@ -138,8 +138,9 @@ def _filtered_peak(
     for part in [slice(None)] if together else blocks(channels.size, int(b - a)):
         force = history.force[rows][:, channels[part]]
         even, smooth = low_pass_uneven(time[rows], force.sum(axis=1)[:, None] if together else force, f_max)
-        near = even[1] - even[0] if even.size > 1 else 0.0  # a touch may lie between two instants of the even axis
-        inside = (even >= time[begin] - near) & (even <= time[end] + near)
+        inside = (even >= time[begin] - 1e-9) & (even <= time[end] + 1e-9)
+        if not inside.any():  # an event between two samples of a slow low-pass
+            inside[np.abs(even - 0.5 * (time[begin] + time[end])).argmin()] = True
         top = max(top, float(smooth[inside].max()))
     return top
 

@@ -10,6 +10,7 @@ import pytest
 from creak.errors import InputError
 from creak.studies.setup import set_up
 from creak.studies.study_file import read_study
+from creak.studies.warned import warnings_of
 
 DECK = """*HEADING
 one mass on a spring, one beside it
@@ -137,6 +138,27 @@ MISTAKES = {
                            r"no such table: .*push.csv"),
     "output interval off the step": ("[reduction]", "[output]\ninterval = 1.5e-3\n[reduction]", "interval",
                                      r"interval = 0.0015 s.*multiple of the step"),
+    "output interval longer than the run": ("[reduction]", "[output]\ninterval = 0.3\n[reduction]", "interval",
+                                            r"interval = 0.3 s is longer than the run, which ends at 0.2 s.*Shorten it"),
+    "output interval shorter than the step": ("[reduction]", "[output]\ninterval = 1e-5\n[reduction]", "interval",
+                                              r"interval = 1e-05 s.*multiple of the step"),
+    "field interval longer than the run": ("[reduction]", "[output]\nfield_interval = 0.3\n[reduction]", "field_interval",
+                                           r"field_interval = 0.3 s is longer than the run, which ends at 0.2 s"),
+    "field interval off the step": ("[reduction]", "[output]\nfield_interval = 1.5e-3\n[reduction]", "field_interval",
+                                    r"field_interval = 0.0015 s.*multiple of the step"),
+    "field that starts after the run": ("[reduction]", "[output]\nfield_interval = 0.01\nfield_start = 3\n[reduction]",
+                                        "field_start", r"field_start = 3 s.*the run, which ends at 0.2 s"),
+    "window of one output": ("[reduction]", "[output]\ninterval = 0.05\n[verification]\npairs = 'BOTH'\n[reduction]", "interval",
+                             r"interval = 0.05 s leaves fewer than two outputs in the 0.05 s that are compared.*at most 0.025 s"),
+    "no line in the spectra": ("[reduction]", "[verification]\npairs = 'BOTH'\nf_max = 19\n[reduction]", "f_max",
+                               r"f_max = 19 Hz lies below the first line .* 0.05 s that are compared; expected 20 Hz or more"),
+    "unknown set to leave unreduced": ("f_max = 400", "f_max = 400\nunreduced = ['NOWHERE']", "unreduced",
+                                       r"unknown or empty element set 'NOWHERE'"),
+    "unknown substructure": ("f_max = 400", "f_max = 400\nsubstructures = ['NOWHERE']", "substructures",
+                             r"unknown or empty element set 'NOWHERE'"),
+    "unknown set to retain": ("f_max = 400", "f_max = 400\nretain = 'NOWHERE'", "retain", r"unknown node set 'NOWHERE'"),
+    "missing coarse deck": ("f_max = 400", "f_max = 400\ninterface = { type = 'coarse-mesh', deck = 'coarse.inp' }", "coarse",
+                            r"there is no deck .*coarse.inp. Check the path"),
     "no line in a multisine": (SINE, '{ type = "multisine", f_min = 0.2, f_max = 0.4, amplitude = 1.0 }', "signal",
                                r"lines at whole multiples of 1 Hz, none of them between"),
     "friction": ("[reduction]", '[contact.c]\nsecondary = "A"\nmain = "B"\nfriction = -0.3\n[reduction]', "friction",
@@ -149,20 +171,14 @@ def test_mistake_is_named(mistake, tmp_path):
     old, new, _, message = MISTAKES[mistake]
     assert old in STUDY
     study = STUDY.replace(old, new, 1)
-    if mistake == "output interval off the step":
-        from creak.studies.setup import output_every
-
-        with pytest.raises(InputError) as error:
-            output_every(read_study(written(tmp_path, study)))
-        told = str(error.value)
-    else:
-        told = refused(tmp_path, study)
+    told = refused(tmp_path, study)
     assert re.search(message, told, re.DOTALL), told
 
 
 WITH_LINE = [
     "misspelt key of a table", "misspelt table", "text for a number", "negative step", "periods and end",
-    "amplitude that is no number", "unknown signal", "f_max below the excitation", "unknown node set", "friction",
+    "output interval longer than the run", "field interval off the step", "window of one output", "unknown substructure",
+    "missing coarse deck", "amplitude that is no number", "unknown signal", "f_max below the excitation", "unknown node set", "friction",
 ]  # fmt: skip
 
 
@@ -246,3 +262,13 @@ def test_part_that_nothing_holds_is_named(tmp_path):
     path = written(tmp_path, STUDY, DECK + beam)
     with pytest.raises(InputError, match=r"nothing holds part\(s\)"):
         set_up(read_study(path))
+
+
+def test_outputs_too_rare_for_the_spectra_are_told(tmp_path):
+    """One output in 5 ms holds 100 Hz."""
+    pairs = "[verification]\npairs = 'BOTH'\nf_max = 100\n"
+    sound = written(tmp_path, f"{STUDY}\n[output]\ninterval = 5e-3\n{pairs}")
+    assert warnings_of(set_up(read_study(sound)).notes) == []
+    rare = written(tmp_path, f"{STUDY}\n[output]\ninterval = 5e-3\n{pairs.replace('100', '120')}")
+    (text,) = warnings_of(set_up(read_study(rare)).notes)
+    assert "interval = 0.005 s holds frequencies up to 100 Hz: the spectra and their fit end there" in text

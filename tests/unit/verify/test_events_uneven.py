@@ -204,3 +204,10 @@ def test_many_small_blocks_find_the_same_events(monkeypatch):
         assert (a.channel, a.t_start, a.t_peak, a.contacts) == (b.channel, b.t_start, b.t_peak, b.contacts)
         assert a.force_peak_filtered == pytest.approx(b.force_peak_filtered, rel=1e-9)
         assert a.impulse == pytest.approx(b.impulse, rel=1e-12)
+
+
+def test_an_event_between_two_samples_of_a_slow_low_pass_has_a_peak():
+    """0.5 Hz is sampled every 1 / 16 s, the event of 20 ms at 0.1 s lies between two: the mean over 62.5 ms is below the peak."""
+    t = 5e-5 * np.arange(8001)
+    (event,) = find_events(history_of(t, dip(t), K * np.maximum(0.0, -dip(t))), stop(), 0.0, 0.5)
+    assert 0.0 <= event.force_peak_filtered < 0.5 * event.force_peak

@@ -13,9 +13,10 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.studies.config import ReductionTable
 from creak.studies.integrate import output_times
+from creak.studies.output_steps import excitation_window
 from creak.studies.reduced_model import ReducedModel, reduce_model
 from creak.studies.run import Run, compare_modes, compare_spectra, events_in, march_run
-from creak.studies.setup import Setup, excitation_window
+from creak.studies.setup import Setup
 from creak.studies.substructures import UNREDUCED
 from creak.studies.sweep_paths import digest
 from creak.studies.sweep_reference import SharedReference
