@@ -3,8 +3,9 @@
 Near contact a step is kick, exact motion, kick. With the gaps read and the forces applied through a filter phi(omega h)
 that vanishes from omega h = pi on that is the mollified impulse method: symplectic, second order, and stable whatever
 the frequencies of the modes, as long as the contact springs are resolved, omega_c h < 2. What flexibility the filter
-takes away is at most (omega_c h / pi)^2 of that of the springs, 2.5 % at omega_c h = 1/2. Source: Garcia-Archilla, Sanz-Serna, Skeel, SIAM J. Sci. Comput. 20,
-1998 (MOLLY); Hairer, Lubich, Wanner, Geometric Numerical Integration, 2006, XIII.1.
+takes away is at most (omega_c h / pi)^2 of that of the springs, .6 % at omega_c h = 1/4. Source: Garcia-Archilla,
+Sanz-Serna, Skeel, SIAM J. Sci. Comput. 20, 1998 (MOLLY); Hairer, Lubich, Wanner, Geometric Numerical Integration, 2006,
+XIII.1.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class Resolution:
     """Step near contact of Systems that are not diagonal, s."""
 
 
-QUICK, SETTLED, FINE = Resolution(1.0, 1e-4, 2e-5), Resolution(0.5, 2e-5, 1e-5), Resolution(0.125, 5e-6, 2.5e-6)
+QUICK, SETTLED, FINE = Resolution(0.5, 4e-5, 2e-5), Resolution(0.25, 1e-5, 1e-5), Resolution(0.0625, 2.5e-6, 2.5e-6)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import pytest
 import scipy.linalg as sla
 
 from creak.assembly.part import Rayleigh
+from creak.contact.laws.parameters import Friction
 from creak.contact.step_problem import law_arrays
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.flow_march import SAMPLES, simulate_flow
@@ -24,6 +25,7 @@ from creak.dynamics.state import LinearTerms
 from creak.errors import InputError
 from creak.reduction.diagonal import diagonalise
 from creak.verify.events import find_events
+from creak.verify.reliability import created_of_contact
 from helpers_core import NO_CHANNELS, chain, channels, system_of
 from helpers_gap import cantilevers, gaps_between, multisine_base
 
@@ -149,9 +151,8 @@ def test_bound_holds_between_samples():
     rng = np.random.default_rng(5)
     n, H = 40, 1e-3
     omega = 10.0 ** rng.uniform(1.0, 5.5, n)
-    rows, u, v = rng.standard_normal((3, n)), rng.standard_normal(n) / omega, rng.standard_normal(n)
-    system = system_of(np.eye(n), np.diag(omega**2), velocity=v)
-    diagonal = diagonalise(system)
+    rows = rng.standard_normal((3, n))
+    diagonal = diagonalise(system_of(np.eye(n), np.diag(omega**2)))
     gaps = channels(rows, 0.0, 1.0)
     loads = Loads(H / 3 * np.arange(7), np.zeros((3, 7, 0)), np.zeros((7, 0)))
     model = modal_model(*modal_matrices(diagonal), channel_matrices(diagonal, gaps), LinearTerms(diagonal, loads), gaps)
@@ -172,7 +173,6 @@ def test_bound_holds_between_samples():
         off = np.sqrt(energy) @ steps.reach[level]
         assert (np.abs(g - cubic).max(axis=1) <= off * (1 + 1e-9)).all()
         assert steps.reach[level].max() <= steps.reach[0].max()
-    assert u.size == n
 
 
 # --- choice of steps ------------------------------------------------------------------------------------------------
@@ -188,7 +188,7 @@ def test_steps_near_contact_follow_its_own_time_scale():
         model = modal_model(*modal_matrices(system), channel_matrices(system, gaps), LinearTerms(system, loads), gaps)
         return flow_steps(model, law_arrays(gaps), 1e-3, resolution).h
 
-    assert step(1e10) * 1e5 <= 0.5 < 2.0 * step(1e10) * 1e5
+    assert step(1e10) * 1e5 <= 0.25 < 2.0 * step(1e10) * 1e5
     assert step(4e10) == pytest.approx(0.5 * step(1e10))
     assert step(1e10, QUICK) == pytest.approx(2.0 * step(1e10))
     assert step(1e10, FINE) == pytest.approx(0.25 * step(1e10))
@@ -225,7 +225,7 @@ def test_two_beams_under_base_motion_converge():
     for name, resolution, step in (("settled", SETTLED, 8e-4), ("fine", FINE, 4e-4)):
         history = rattle(resolution, step)
         found[name] = find_events(history, gaps_between(5e-4, 1e6), merge=2e-3, f_max=500.0)
-        assert history.energy_created < 1e-4
+        assert created_of_contact(history) < 1e-3
     time = 2e-6 * np.arange(200_001)
     loads = multisine_base(time, 10.0, 120.0, 2e-4)
     stepped = simulate_modal(
@@ -245,7 +245,7 @@ def test_output_and_whole_coordinates_are_those_of_the_instants():
     system = diagonalise(system_of(M, K, velocity=np.array([0.0, 0.0, 0.0, 1.0])))
     time = 1e-3 / SAMPLES * np.arange(SAMPLES * 60 + 1)
     loads = Loads(time, np.zeros((3, time.size, 0)), np.zeros((time.size, 0)))
-    gaps = replace(channels([[0.0, 0.0, 0.0, 1.0]], 1e-3, 1e6))
+    gaps = replace(channels([[0.0, 0.0, 0.0, -1.0]], 1e-3, 1e6))
     history = simulate_flow(
         system, gaps, loads, observed=np.arange(4), output_every=2, whole_at=np.array([0, 4, 60])
     )  # fmt: skip
@@ -253,3 +253,22 @@ def test_output_and_whole_coordinates_are_those_of_the_instants():
     rows = system.rows(np.arange(4))[0]
     np.testing.assert_allclose(np.asarray(rows @ history.coordinates)[:, 1], history.displacement[2], atol=1e-15)
     assert history.force.max() > 0.0
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_systems_create_no_energy_in_contact(seed):
+    """Any law with or without friction: what comes out of contact is what went in, to a thousandth."""
+    rng = np.random.default_rng(seed)
+    n, m = rng.integers(2, 12), rng.integers(1, 5)
+    omega = 2 * np.pi * 10 ** rng.uniform(0.5, 3.5, n)
+    system = system_of(np.eye(n), np.diag(omega**2), alpha=rng.uniform(0.0, 5.0), velocity=rng.standard_normal(n))
+    gaps = channels(rng.standard_normal((m, n)), 10 ** rng.uniform(-4, -2, m), 10 ** rng.uniform(3, 8, m))
+    if seed % 2:
+        along, across = (channels(rng.standard_normal((m, n)), 0.0, 0.0).G for _ in range(2))
+        static = rng.uniform(0.1, 0.8, m)
+        friction = Friction(static, static * rng.uniform(0.5, 1.0, m), np.zeros(m))
+        gaps = replace(gaps, tangents=(along, across), friction=friction)
+    f = rng.uniform(5.0, 100.0)
+    history = fly(system, gaps, 0.2, 1e-3, [lambda t: 50.0 * np.sin(2 * np.pi * f * t)], [0])
+    assert (history.force >= 0.0).all()
+    assert created_of_contact(history) < 1e-3

@@ -1,0 +1,222 @@
+"""Contact and friction by exact flow at the default accuracy: nothing but the physics is given."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from creak.contact.gap_operator import GapOperator
+from creak.contact.laws.parameters import Friction
+from creak.dynamics.flow_march import SAMPLES, simulate_flow
+from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.loads import Loads
+from creak.reduction.diagonal import diagonalise
+from creak.verify.events import Event, find_events
+from creak.verify.reliability import created_of_contact
+from helpers_core import bar, channels, system_of
+
+STEP = 1e-3
+
+
+def fly(system, gaps: GapOperator, end: float, pull=(), labels=()) -> History:
+    time = STEP / SAMPLES * np.arange(SAMPLES * round(end / STEP) + 1)
+    values = np.stack([f(time) for f in pull], axis=1) if pull else np.zeros((time.size, 0))
+    loads = Loads(time, np.zeros((3, time.size, 0)), values, tuple(np.array([x]) for x in labels))
+    return simulate_flow(diagonalise(system), gaps, loads, observed=np.arange(system.n))
+
+
+def one_mass(m: float, k: float, v0: float):
+    return system_of(np.array([[m]]), np.array([[k]]), velocity=np.array([v0]))
+
+
+def touches(history: History, gaps: GapOperator, merge: float = 0.0) -> list[Event]:
+    return find_events(history, gaps, merge=merge, f_max=1e6)
+
+
+def work(history: History, name: str) -> float:
+    return float(history.energy[-1, ENERGIES.index(name)])
+
+
+# --- one mass -------------------------------------------------------------------------------------------------------
+
+
+def test_mass_on_a_penalty_stop(measured):
+    """m = 100, k = 1e4, stop 1e6, no gap, v0 = 1: F 9950.3719, duration .0312600153, impulse 198.01980."""
+    gaps = channels([[1.0]], 0.0, 1e6)
+    history = fly(one_mass(100.0, 1e4, -1.0), gaps, 0.045)
+    event = touches(history, gaps)[0]
+    # (omega h)^2 / 24 with h <= 1e-5.
+    for name, found, exact, unit in (
+        ("peak force", event.force_peak, 9950.3719, "N"),
+        ("duration", event.t_end - event.t_start, 0.0312600153, "s"),
+        ("impulse", event.impulse, 198.01980, "N s"),
+    ):
+        assert found == pytest.approx(exact, rel=2e-6)
+        measured("contact, exact flow", f"mass on a penalty stop: {name}", found, exact, rel=2e-6, unit=unit, source="closed form")
+    assert created_of_contact(history) < 1e-5
+
+
+def test_mass_with_gravity_on_a_spring_stop(measured):
+    gaps = channels([[1.0]], 0.0, 1e4)
+    history = fly(one_mass(1.0, 0.0, -1.0), gaps, 0.06, [lambda t: -9.81 + 0.0 * t], [0])
+    event = touches(history, gaps)[0]
+    assert event.force_peak == pytest.approx(110.290, abs=5e-4)
+    assert event.t_end == pytest.approx(0.0333717, abs=1e-7)
+    measured("contact, exact flow", "mass with gravity on a spring stop: peak force", event.force_peak, 110.290, abs=5e-4, unit="N", source="closed form")
+    measured("contact, exact flow", "mass with gravity on a spring stop: duration", event.t_end, 0.0333717, abs=1e-7, unit="s", source="closed form")
+
+
+def test_bilinear_oscillator_period(measured):
+    m, k, stop = 2.0, 800.0, 7200.0
+    period = np.pi * (1.0 / np.sqrt(k / m) + 1.0 / np.sqrt((k + stop) / m))
+    gaps = channels([[1.0]], 0.0, stop)
+    starts = np.array([e.t_start for e in touches(fly(one_mass(m, k, 1.0), gaps, 4.2 * period), gaps)])
+    np.testing.assert_allclose(np.diff(starts), period, rtol=1e-6)
+    measured("contact, exact flow", "bilinear oscillator: period", np.diff(starts), period, rel=1e-6, unit="s", source="closed form")
+
+
+def test_play_between_two_stops():
+    """A free mass rattles between two stops: one round 2 d / v + 2 pi / omega."""
+    m, k, d, v = 0.5, 5e5, 2e-3, 0.5
+    gaps = channels([[-1.0], [1.0]], d / 2, k)
+    history = fly(one_mass(m, 0.0, v), gaps, 0.1)
+    upper = [e.t_start for e in touches(history, gaps) if e.channel == "stop:0"]
+    np.testing.assert_allclose(np.diff(upper), 2 * d / v + 2 * np.pi / np.sqrt(k / m), rtol=1e-4)
+    assert abs(work(history, "kinetic") + work(history, "contact") - 0.5 * m * v * v) < 1e-5
+
+
+def test_ball_comes_to_rest(measured):
+    """Dropped on a spring and dashpot: bounces without end in finite time, then the weight alone presses."""
+    m, g, k, zeta = 0.2, 9.81, 1e6, 0.1
+    c = 2.0 * zeta * np.sqrt(k * m)
+    gaps = channels([[1.0]], 0.01, k, c)
+    history = fly(one_mass(m, 0.0, 0.0), gaps, 1.0, [lambda t: -m * g + 0.0 * t], [0])
+    late = history.time > 0.95
+    np.testing.assert_allclose(history.force[late, 0], m * g, rtol=1e-3)
+    measured("contact, exact flow", "ball that came to rest: force", float(np.median(history.force[late, 0])), m * g, rel=1e-3, unit="N", source="statics")
+    bounces = touches(history, gaps)
+    assert len(bounces) > 5
+    speeds = np.array([e.closing_speed for e in bounces[:4]])
+    # Damper and spring as one force without tension: restitution falls a little short of exp(-pi zeta / sqrt(1 - zeta^2)).
+    np.testing.assert_allclose(speeds[1:] / speeds[:-1], 0.74, atol=0.03)
+    lost = work(history, "contact_damping")
+    assert lost == pytest.approx(m * g * (0.01 + m * g / k), rel=5e-3)
+
+
+# --- bars -----------------------------------------------------------------------------------------------------------
+
+N, LENGTH, SPEED = 200, 10.0, 10.0
+M, K = bar(N, LENGTH, 900.0, 1.0)
+FOOT = np.eye(1, N + 1)
+
+
+@pytest.mark.parametrize("penalty", [10.0, 100.0, np.inf], ids=["10 EA/dx", "100 EA/dx", "hard"])
+def test_bar_on_a_rigid_wall(penalty, measured):
+    """Contact .5 to 1.16667, impulse 200, whatever the law: no setting goes with it, and no energy comes of it."""
+    gaps = channels(FOOT, 5.0, penalty * 900.0 * N / LENGTH)
+    history = fly(system_of(M, K, velocity=np.full(N + 1, -SPEED)), gaps, 1.4)
+    (event,) = touches(history, gaps, merge=0.05)
+    # The wave runs through the mesh with its dispersion: a few elements of 200 at the end of the contact.
+    assert event.t_start == pytest.approx(0.5, abs=1e-6)
+    assert event.t_end == pytest.approx(0.5 + 2.0 / 3.0, rel=0.01)
+    assert event.impulse == pytest.approx(200.0, rel=0.005)
+    assert created_of_contact(history) < 1e-3
+    law = "hard" if np.isinf(penalty) else f"penalty {penalty:g} EA/dx"
+    measured("contact, exact flow", f"bar on a wall, {law}: impulse", event.impulse, 200.0, rel=0.005, unit="N s", source="closed form")
+    measured("contact, exact flow", f"bar on a wall, {law}: end of contact", event.t_end, 7.0 / 6.0, rel=0.01, unit="s", source="closed form")
+
+
+def test_two_bars():
+    """Short bar (L / 2, speed V) on a resting one of length L: contact 2 L1 / c, the short bar stops."""
+    n1, n2 = N // 2, N
+    M1, K1 = bar(n1, LENGTH / 2, 900.0, 1.0)
+    M2, K2 = bar(n2, LENGTH, 900.0, 1.0)
+    size = n1 + n2 + 2
+    Mb, Kb = np.zeros((size, size)), np.zeros((size, size))
+    Mb[: n1 + 1, : n1 + 1], Kb[: n1 + 1, : n1 + 1] = M1, K1
+    Mb[n1 + 1 :, n1 + 1 :], Kb[n1 + 1 :, n1 + 1 :] = M2, K2
+    v = np.concatenate([np.full(n1 + 1, SPEED), np.zeros(n2 + 1)])
+    G = np.zeros((1, size))
+    G[0, n1], G[0, n1 + 1] = -1.0, 1.0
+    gaps = channels(G, 1.0, 1e5)
+    history = fly(system_of(Mb, Kb, velocity=v), gaps, 0.7)
+    event = touches(history, gaps, merge=0.01)[0]  # the faces stay together at rest: later touches are round-off
+    assert event.t_start == pytest.approx(0.1, abs=1e-6)
+    assert event.t_end - event.t_start == pytest.approx(LENGTH / 30.0, rel=0.03)
+    assert event.impulse == pytest.approx(LENGTH / 2 * SPEED, rel=0.01)
+
+
+def test_steel_bar_in_si():
+    """A steel rod of 100 mm at 1 m/s on a hard wall: 2 L / c = 38.7 us, far below the written 1 ms; impulse 2 m v."""
+    E, rho, A, L, n = 210e9, 7850.0, 1e-4, 0.1, 100
+    Ms, Ks = bar(n, L, E * A, rho * A)
+    gaps = channels(np.eye(1, n + 1), 1e-3, 10.0 * E * A * n / L)
+    history = fly(system_of(Ms, Ks, velocity=np.full(n + 1, -1.0)), gaps, 0.003)
+    (event,) = touches(history, gaps, merge=1e-5)
+    assert event.t_start == pytest.approx(1e-3, abs=1e-8)
+    assert event.t_end - event.t_start == pytest.approx(2.0 * L / np.sqrt(E / rho), rel=0.02)
+    assert event.impulse == pytest.approx(2.0 * rho * A * L, rel=0.01)
+
+
+# --- friction -------------------------------------------------------------------------------------------------------
+
+STIFF, PRESS = 1e4, 1e6
+
+
+def pressed(force: float, static: float, kinetic: float) -> GapOperator:
+    """Dof 1 is pressed to the ground with a preload; dof 0 rubs along it, dof 2 across."""
+    g = channels([[0.0, 1.0, 0.0]], -force / PRESS, PRESS)
+    along, across = (channels([row], 0.0, 0.0).G for row in ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]))
+    friction = Friction(*(np.array([x]) for x in (static, kinetic, 0.0)))
+    return replace(g, tangents=(along, across), friction=friction, preload=np.array([force]))
+
+
+def rub(gaps: GapOperator, pull, end: float) -> History:
+    return fly(system_of(np.eye(3), STIFF * np.eye(3), velocity=np.zeros(3)), gaps, end, [pull], [0])
+
+
+def test_coulomb_friction_takes_the_same_from_every_swing(measured):
+    """m = 1, k = 1e4, mu N = 1, released at .85 mm: turns at -.65, .45, -.25, .05 mm, sticks at .1256637 s."""
+    x0 = 0.85e-3
+    history = rub(pressed(1.0, 1.0, 1.0), lambda t: -STIFF * x0 + 0.0 * t, 0.16)
+    x, v = history.displacement[:, 0] + x0, history.sliding[:, 0]
+    last = history.time[np.flatnonzero(v)[-1]]
+    # A turning point is flat: the instant written next to it misses it by up to a h^2 / 8.
+    for n, exact in enumerate((-0.65e-3, 0.45e-3, -0.25e-3, 0.05e-3), start=1):
+        near = np.abs(history.time[history.output_index] - n * np.pi / 100.0) < 1e-3
+        found = float(x[near][np.abs(x[near]).argmax()])
+        assert found == pytest.approx(exact, abs=1.5e-6)
+        measured("friction, exact flow", f"Coulomb oscillator: turning point {n}", found, exact, abs=1.5e-6, unit="m", source="closed form")
+    took = 0.5 * STIFF * (0.85e-3**2 - 0.05e-3**2)
+    assert last == pytest.approx(0.1256637, abs=2e-5)
+    assert work(history, "friction") == pytest.approx(took, rel=1e-6)
+    assert abs(work(history, "scheme")) < 1e-4 * took
+    measured("friction, exact flow", "Coulomb oscillator: time when it sticks", last, 0.1256637, abs=2e-5, unit="s", source="closed form")
+    measured("friction, exact flow", "Coulomb oscillator: energy taken", work(history, "friction"), took, rel=1e-6, unit="J", source="closed form")
+
+
+def test_belt_squeaks(measured):
+    """m = 1, k = 1e4, N = 10, mu .5 / .3, belt .01 m/s: stick .04 s, slip .04068888 s, 12.3932817 Hz."""
+    history = rub(pressed(10.0, 0.5, 0.3), lambda t: STIFF * 0.01 * t, 0.4)
+    slides = history.sliding[:, 0] != 0.0
+    starts, ends = (history.time[np.flatnonzero(np.diff(slides.astype(int)) == s) + 1] for s in (1, -1))
+    assert len(starts) >= 4
+    # Slip begins and ends within a step near contact, 8 us.
+    np.testing.assert_allclose(np.diff(starts)[1:], 1 / 12.3932817, atol=2e-5)
+    np.testing.assert_allclose((ends - starts[: ends.size])[1:], 0.04068888, atol=2e-5)
+    measured("friction, exact flow", "block on a belt: period of 12.3932817 Hz", np.diff(starts)[1:], 1 / 12.3932817, abs=2e-5, unit="s", source="closed form")
+    measured("friction, exact flow", "block on a belt: slip", (ends - starts[: ends.size])[1:], 0.04068888, abs=2e-5, unit="s", source="closed form")
+
+
+def test_oblique_impact_slides_and_leaves(measured):
+    """A mass at 30 degrees on a stop with mu = .2: the tangential impulse is mu times the normal one, to the end."""
+    gaps = channels([[0.0, 1.0, 0.0]], 1e-3, 1e6)
+    along, across = (channels([row], 0.0, 0.0).G for row in ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]))
+    gaps = replace(gaps, tangents=(along, across), friction=Friction(np.array([0.2]), np.array([0.2]), np.array([0.0])))
+    v = np.array([np.sin(np.pi / 3), -np.cos(np.pi / 3), 0.0])
+    history = fly(system_of(np.eye(3), 1e-9 * np.eye(3), velocity=v), gaps, 0.02)
+    slope = np.diff(history.displacement, axis=0)[-1] / STEP
+    np.testing.assert_allclose(slope, [v[0] - 0.2 * 2 * 0.5, 0.5, 0.0], atol=1e-4)
+    measured("friction, exact flow", "oblique impact: speed along after it", slope[0], v[0] - 0.2, abs=1e-4, unit="m/s", source="closed form")
