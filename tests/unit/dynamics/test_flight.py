@@ -88,11 +88,12 @@ def test_fifth_order_on_a_forced_damped_chain(kind, measured):
     v0 = np.random.default_rng(0).standard_normal(N)
     system = KINDS[kind](v0)
     exact = closed_form(M, damping_matrix(system), K, v0, 2.0)
-    errors = [np.abs(run(system, pushed(n, 4)).displacement[-1] - exact).max() for n in (80, 160, 320)]
+    errors = [np.abs(run(system, pushed(n, 4), 4).displacement[-1] - exact).max() for n in (80, 160, 320)]
     order = np.log2(np.array(errors[:-1]) / errors[1:])
     # Highest frequency 39 rad/s: omega h = .5 and .24, the next term bends the order by a tenth.
     np.testing.assert_allclose(order, 5.0, atol=0.25)
-    assert errors[-1] < 1e-7 * np.abs(exact).max() / 0.05
+    # (omega h)^5 / 7200 omega t: what the highest mode loses of its amplitude where nothing else damps it.
+    assert errors[-1] < 1e-5 * np.abs(exact).max()
     measured("time", "collocation, forced damped chain: order", order, 5.0, abs=0.25, source="closed form")
 
 
@@ -137,7 +138,7 @@ def test_energy_balance_holds_to_the_dissipation_of_the_scheme(substeps, measure
     v0 = np.random.default_rng(0).standard_normal(N)
     left = []
     for n in (80, 160, 320):
-        history = run(KINDS["dashpot"](v0), pushed(n, substeps))
+        history = run(KINDS["dashpot"](v0), pushed(n, substeps), substeps)
         assert np.diff(history.energy[:, SCHEME]).min() >= -1e-13
         assert history.energy[-1, ENERGIES.index("damping")] > 0.5
         left.append(history.energy[-1, SCHEME])
@@ -149,11 +150,10 @@ def test_energy_balance_holds_to_the_dissipation_of_the_scheme(substeps, measure
 
 def test_external_work_is_force_times_way():
     system, loads = KINDS["dashpot"](np.zeros(N)), pushed(200, 10)
-    fine = pushed(20000, 1)
-    reference = simulate(system, NO_CHANNELS, fine, HHT(), observed=np.arange(N), output_every=100)
+    reference = simulate(system, NO_CHANNELS, pushed(4000, 1), HHT(), observed=np.arange(N))
     history = run(system, loads, 10)
-    # HHT at omega h = .004, trapezoidal work.
-    np.testing.assert_allclose(history.energy[:, EXTERNAL], reference.energy[::100, EXTERNAL], atol=3e-5)
+    # HHT at omega h = .02, (omega h)^2 = 4e-4 of .7.
+    np.testing.assert_allclose(history.energy[:, EXTERNAL], reference.energy[::20, EXTERNAL], atol=3e-4)
 
 
 # --- prescribed motion -----------------------------------------------------------------------------------------------
@@ -164,15 +164,15 @@ def test_prescribed_motion_equals_a_fine_run(rayleigh):
     """Two cantilevers on a base that follows 24 lines up to 60 Hz; dashpot between their tips."""
     system = cantilevers(rayleigh, dashpot=0.4)
     gaps = gaps_between(1.0)
-    fine = multisine_base(time_axis(0.4, 1e-5), 5.0, 60.0, 1e-3)
+    fine = multisine_base(time_axis(0.4, 4e-5), 5.0, 60.0, 1e-3)
     coarse = multisine_base(time_axis(0.4, 2e-4), 5.0, 60.0, 1e-3)
     a = simulate(system, gaps, fine, HHT(), observed=np.zeros(0, dtype=np.int64))
     b = simulate_high_order(system, gaps, coarse, HHT(), observed=np.zeros(0, dtype=np.int64), substeps=5)
     motion = np.abs(a.gap - 1.0).max()
-    # HHT at 10 us: (omega h)^2 t omega / 10 = 1e-4 of the modes near 60 Hz, more of the next.
-    np.testing.assert_allclose(b.gap, a.gap[::100], atol=2e-3 * motion)
+    # HHT at 40 us: a phase of (omega h)^2 / 10 omega t = 3e-3 of what swings at 60 Hz.
+    np.testing.assert_allclose(b.gap, a.gap[::25], atol=5e-3 * motion)
     scale = np.abs(a.energy[:, EXTERNAL]).max()
-    np.testing.assert_allclose(b.energy[:, EXTERNAL], a.energy[::100, EXTERNAL], atol=5e-3 * scale)
+    np.testing.assert_allclose(b.energy[:, EXTERNAL], a.energy[::25, EXTERNAL], atol=5e-3 * scale)
     np.testing.assert_allclose(b.energy[:, SCHEME], 0.0, atol=5e-3 * scale)
     assert b.residual < 1e-9
 
@@ -207,10 +207,10 @@ def test_same_motion_without_pardiso(monkeypatch):
     import creak.linalg.factor as factor
 
     v0 = np.random.default_rng(0).standard_normal(N)
-    here = run(KINDS["modal"](v0), pushed(40, 4)).displacement
+    here = run(KINDS["modal"](v0), pushed(40, 4), 4).displacement
     for module in (complex_factor, factor):
         monkeypatch.setattr(module, "has_pardiso", lambda: False)
-    there = run(KINDS["modal"](v0), pushed(40, 4)).displacement
+    there = run(KINDS["modal"](v0), pushed(40, 4), 4).displacement
     np.testing.assert_allclose(there, here, atol=1e-12 * np.abs(here).max())
 
 
