@@ -9,8 +9,10 @@ from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import contact_energy, damper_work, law_arrays
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.history import ENERGIES
-from creak.dynamics.instant import Instant
+from creak.dynamics.instant import Instant, Works
 from creak.dynamics.state import LinearTerms
+
+Boundary = tuple[tuple[FloatArray, FloatArray], FloatArray, FloatArray, FloatArray]
 
 
 class EnergyAudit:
@@ -18,6 +20,7 @@ class EnergyAudit:
 
     Works are trapezoidal: dW = 1/2 (F0 + F1) . (u1 - u0), which is exact for Newmark's average acceleration
     on a linear system; the remainder `scheme` is then the dissipation of the scheme and of contact impacts in it.
+    A step that brings its own works (`Instant.works`: a flight, by the quadrature of its stages) is booked with those.
     Work at the supports is that of the reaction, C_sq v + K_sq u + ... - G_s' p, and of its inertia as the change of
     momentum M_sq v + M_ss s'. The accelerations of the scheme would not do: they are those of a time (gamma - 1/2) h
     before the instant (Erlicher, Bonaventura, Bursi, Comput. Mech. 28, 2002), and how much of the reaction is inertia
@@ -44,16 +47,11 @@ class EnergyAudit:
 
     def step(self, before: Instant, now: Instant) -> FloatArray:
         """Book one step; returns its row of the table, (len(ENERGIES),)."""
-        (damper0, reaction0, momentum0, force0), after = self._forces, self._boundary(now)
-        self._forces = after
-        damper1, reaction1, momentum1, force1 = after
-        h = (now.row - before.row) * self._t.loads.step
+        forces, self._forces = self._forces, self._boundary(now)
         du, ds = now.x.u - before.x.u, now.support[0] - before.support[0]
-        self._damping += 0.5 * float((before.x.Cv + now.x.Cv) @ du)
-        self._damping += 0.5 * float((damper0[0] + damper1[0]) @ du[self._t.driven] + (damper0[1] + damper1[1]) @ ds)
-        self._external += float((0.5 * (reaction0 + reaction1) + (momentum1 - momentum0) / h) @ ds)
-        if self._t.forced:
-            self._external += 0.5 * float((force0 + force1) @ (self._t.B.T @ du[self._t.driven] + self._t.B_s.T @ ds))
+        works = now.works or self._trapezoidal(before, now, forces, du, ds)
+        self._damping += works.damping
+        self._external += works.external
         if self._gaps.has_dampers:
             self._contact_damping += float(damper_work(self._laws, before.gap, now.gap, now.force))
         if now.tau.any() or before.tau.any():
@@ -63,6 +61,19 @@ class EnergyAudit:
         spent = self._damping + self._contact_damping + self._friction
         scheme = self._external + self._initial - sum(stored) - spent
         return np.array([*stored, self._damping, self._contact_damping, self._friction, self._external, scheme])
+
+    def _trapezoidal(
+        self, before: Instant, now: Instant, forces: Boundary, du: FloatArray, ds: FloatArray
+    ) -> Works:
+        """Work of dampers and of the outside in a step with the boundary `forces` at its beginning."""
+        (damper0, reaction0, momentum0, force0), (damper1, reaction1, momentum1, force1) = forces, self._forces
+        h = (now.row - before.row) * self._t.loads.step
+        damping = 0.5 * float((before.x.Cv + now.x.Cv) @ du)
+        damping += 0.5 * float((damper0[0] + damper1[0]) @ du[self._t.driven] + (damper0[1] + damper1[1]) @ ds)
+        external = float((0.5 * (reaction0 + reaction1) + (momentum1 - momentum0) / h) @ ds)
+        if self._t.forced:
+            external += 0.5 * float((force0 + force1) @ (self._t.B.T @ du[self._t.driven] + self._t.B_s.T @ ds))
+        return Works(damping, external)
 
     def _stored(self, now: Instant) -> tuple[float, float, float]:
         s, s_dot = now.support[0], now.support[1]
@@ -77,7 +88,7 @@ class EnergyAudit:
         balance = self._gaps.preload
         return springs if balance is None else springs + float(balance @ (gap - self._gaps.gap0))
 
-    def _boundary(self, now: Instant) -> tuple[tuple[FloatArray, FloatArray], FloatArray, FloatArray, FloatArray]:
+    def _boundary(self, now: Instant) -> Boundary:
         """Damper forces (of supports on q, all on s), reaction of the supports, its momentum, applied forces."""
         s, s_dot = now.support[:2]
         sup, t, x = self._t.system.supports, self._t, now.x

@@ -8,6 +8,14 @@ from creak.arrays import BoolArray, FloatArray
 from creak.dynamics.state import Outside, State
 
 
+@dataclass(frozen=True)
+class Works:
+    """Work done in the step that ends at an instant, where the step knows it better than its ends do."""
+
+    damping: float
+    external: float
+
+
 @dataclass
 class Instant:
     """Motion, prescribed motion, gaps and channel forces at one time."""
@@ -31,6 +39,8 @@ class Instant:
     """A channel pressed in the output step that ends here."""
     outside: Outside | None = None
     """What acts from outside, where it is known."""
+    works: Works | None = None
+    """None: to be told from both ends of the step."""
 
     @property
     def p(self) -> FloatArray:

@@ -42,7 +42,9 @@ class Stepper(Protocol):
     terms: LinearTerms
     substeps: int
     setup_s: float
-    residual: float
+
+    @property
+    def residual(self) -> float: ...
 
     def start(self) -> Instant: ...
 

@@ -100,7 +100,7 @@ class LinearTerms:
         K, M = self.system.K, self.system.M
         u, v = self.inside_at_rest(0), self.system.velocity + self.inside_at_rest(1)
         Ku, Kv, Mv = np.asarray(K @ u), np.asarray(K @ v), np.asarray(M @ v)
-        Cv = self._damped(v, Mv, Kv)
+        Cv = self.damped(v, Mv, Kv)
         now = self.outside(0, self.loads.support[:, 0])
         pull = contact - Cv - Ku
         pull[self.driven] += now.load - now.inertia
@@ -174,13 +174,13 @@ class LinearTerms:
         x = State(half.u, half.v, a, half.Ku, half.Kv, Ka, half.Mv, Ma, Cv)
         if fresh:
             x.Ku, x.Kv, x.Mv = np.asarray(K @ x.u), np.asarray(K @ x.v), np.asarray(M @ x.v)
-            x.Cv = self._damped(x.v, x.Mv, x.Kv)
+            x.Cv = self.damped(x.v, x.Mv, x.Kv)
         elif not self._simple:
             x.Cv += d.other(x.v)
         return x
 
-    def _damped(self, v: FloatArray, Mv: FloatArray, Kv: FloatArray) -> FloatArray:
-        """C v from M v and K v."""
+    def damped(self, v: FloatArray, Mv: FloatArray, Kv: FloatArray) -> FloatArray:
+        """C v from M v and K v, (n,) or (n, k)."""
         d = self.system.damping
         Cv = d.alpha * Mv + d.beta * Kv
         return Cv if self._simple else Cv + d.other(v)

@@ -1,0 +1,304 @@
+"""Flights by collocation: order, period and damping, loads, supports, dampers, massless coordinates, energy, touches."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.linalg as sla
+
+from creak.assembly.damping import Damping
+from creak.assembly.part import Rayleigh
+from creak.dynamics import flight
+from creak.dynamics.flight import FlightStepper, simulate_high_order
+from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.loads import Loads, at_rest
+from creak.dynamics.scheme import HHT
+from creak.dynamics.simulate import simulate
+from creak.dynamics.stopped import Interrupted
+from creak.errors import NumericalError
+from creak.linalg.modes import modes
+from creak.reduction.modal import with_modal_damping
+from helpers_core import NO_CHANNELS, chain, channels, forces_on, system_of, time_axis
+from helpers_gap import cantilevers, gaps_between, multisine_base
+
+PI2 = 2.0 * np.pi
+EXTERNAL, SCHEME = ENERGIES.index("external"), ENERGIES.index("scheme")
+N = 6
+PUSHED = [2, 5]
+FORCE = np.array([-3.0, 7.0])
+W = 9.0
+"""Of the force, rad/s."""
+
+
+def dashpot() -> np.ndarray:
+    extra = np.zeros((N, N))
+    extra[3:5, 3:5] = [[2.0, -2.0], [-2.0, 2.0]]
+    return extra
+
+
+def closed_form(M: np.ndarray, C: np.ndarray, K: np.ndarray, v0: np.ndarray, t: float) -> np.ndarray:
+    """Displacement under FORCE cos(W t) on PUSHED from u = 0: steady state and exp(A t) of the rest."""
+    F = np.zeros(N)
+    F[PUSHED] = FORCE
+    q = np.linalg.solve(K - W * W * M + 1j * W * C, F)
+    A = np.block([[np.zeros((N, N)), np.eye(N)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+    start = np.concatenate([-q.real, v0 - (1j * W * q).real])
+    return (sla.expm(A * t) @ start)[:N] + (q * np.exp(1j * W * t)).real
+
+
+def run(system, loads: Loads, substeps: int = 1, gaps=NO_CHANNELS, graded: int = 1, **others) -> History:
+    return simulate_high_order(
+        system, gaps, loads, HHT(), observed=np.arange(system.n), substeps=substeps, graded=graded, **others
+    )
+
+
+def pushed(steps: int, substeps: int, end: float = 2.0) -> Loads:
+    time = time_axis(end, end / steps / substeps)
+    return forces_on(time, PUSHED, np.cos(W * time)[:, None] * FORCE)
+
+
+KINDS = {
+    "rayleigh": lambda v: system_of(*chain(N, stiffness=400.0), alpha=0.3, beta=2e-3, velocity=v),
+    "dashpot": lambda v: system_of(*chain(N, stiffness=400.0), alpha=0.3, beta=2e-3, extra=dashpot(), velocity=v),
+    "dense": lambda v: system_of(
+        *chain(N, stiffness=400.0), alpha=0.3, beta=2e-3, extra=dashpot(), velocity=v, sparse=False
+    ),
+    "modal": lambda v: modal_damped(v),
+}
+
+
+def modal_damped(v: np.ndarray):
+    """Four modes with 3 %, the others undamped: a low rank."""
+    M, K = chain(N, stiffness=400.0)
+    system = system_of(M, K, velocity=v)
+    return with_modal_damping(system, modes(system.K, system.M, count=4), np.zeros((N, 0)), 0.03)
+
+
+def damping_matrix(system) -> np.ndarray:
+    d: Damping = system.damping
+    M, K = (A.toarray() if hasattr(A, "toarray") else A for A in (system.M, system.K))
+    return d.alpha * M + d.beta * K + np.asarray(d.other(np.eye(N)))
+
+
+@pytest.mark.parametrize("kind", sorted(KINDS))
+def test_fifth_order_on_a_forced_damped_chain(kind, measured):
+    M, K = chain(N, stiffness=400.0)
+    v0 = np.random.default_rng(0).standard_normal(N)
+    system = KINDS[kind](v0)
+    exact = closed_form(M, damping_matrix(system), K, v0, 2.0)
+    errors = [np.abs(run(system, pushed(n, 4), 4).displacement[-1] - exact).max() for n in (80, 160, 320)]
+    order = np.log2(np.array(errors[:-1]) / errors[1:])
+    # Highest frequency 39 rad/s: omega h = .5 and .24, the next term bends the order by a tenth.
+    np.testing.assert_allclose(order, 5.0, atol=0.25)
+    # (omega h)^5 / 7200 omega t: what the highest mode loses of its amplitude where nothing else damps it.
+    assert errors[-1] < 1e-5 * np.abs(exact).max()
+    measured("time", "collocation, forced damped chain: order", order, 5.0, abs=0.25, source="closed form")
+
+
+def swing(per_period: float, periods: int = 40) -> tuple[float, float]:
+    """Relative period error and damping ratio of a free oscillator, from the root of its difference equation."""
+    h = 1.0 / per_period
+    system = system_of(np.eye(1), np.array([[PI2**2]]), velocity=np.ones(1))
+    u = run(system, at_rest(time_axis(periods, h))).displacement[:, 0]
+    (a, minus_b), *_ = np.linalg.lstsq(np.column_stack([u[1:-1], u[:-2]]), u[2:], rcond=None)
+    root = np.roots([1.0, -a, -minus_b])[0]
+    decay, turn = -np.log(abs(root)), abs(np.angle(root))
+    return PI2 * h / turn - 1.0, decay / turn
+
+
+def test_period_and_damping_at_ten_steps_a_period(measured):
+    """HHT with alpha = -.05 has 3.6 % and 1.2e-3."""
+    period, damping = swing(10)
+    # Pade (2, 3): R(i y) = (1 + 2z/5 + z^2/20) / (1 - 3z/5 + 3z^2/20 - z^3/60).
+    z = 1j * PI2 / 10
+    R = (1 + 2 * z / 5 + z**2 / 20) / (1 - 3 * z / 5 + 3 * z**2 / 20 - z**3 / 60)
+    assert period == pytest.approx(PI2 / 10 / np.angle(R) - 1.0, rel=1e-3)
+    assert abs(period) < 2e-6
+    assert 0.0 < damping < 2e-5
+    measured("time", "collocation, ten steps a period: period error", abs(period), at_most=1e-4, source="closed form")
+    measured("time", "collocation, ten steps a period: damping ratio", damping, at_most=2e-5, source="closed form")
+
+
+def test_what_the_step_cannot_resolve_is_gone_after_a_few_steps():
+    """A thousand radians a step, set ringing: no alternating noise stays (HHT keeps nine tenths a step)."""
+    system = system_of(np.diag([1.0, 1e-6]), np.array([[200.0, -100.0], [-100.0, 100.0]]), velocity=np.array([0.0, 1.0]))
+    quiet = run(replace(system, velocity=np.array([1e-6, 0.0])), at_rest(time_axis(1.0, 0.1)))
+    history = run(system, at_rest(time_axis(1.0, 0.1)))
+    # The fast mass brings the momentum 1e-6 of the slow one and .5e-6 of energy.
+    assert history.energy[0, 0] == pytest.approx(5e-7)
+    np.testing.assert_allclose(history.displacement[6:, 0], quiet.displacement[6:, 0], atol=3e-9)
+    assert history.energy[-1, :2].sum() < 1e-11
+
+
+@pytest.mark.parametrize("substeps", [1, 10])
+def test_energy_balance_holds_to_the_dissipation_of_the_scheme(substeps, measured):
+    """What is left over never falls, and falls with the fifth power of the step."""
+    v0 = np.random.default_rng(0).standard_normal(N)
+    left = []
+    for n in (80, 160, 320):
+        history = run(KINDS["dashpot"](v0), pushed(n, substeps), substeps)
+        assert np.diff(history.energy[:, SCHEME]).min() >= -1e-13
+        assert history.energy[-1, ENERGIES.index("damping")] > 0.5
+        left.append(history.energy[-1, SCHEME])
+    order = np.log2(np.array(left[:-1]) / left[1:])
+    assert (order > 4.4).all()
+    assert left[-1] < 1e-4 * history.energy[:, EXTERNAL].max()
+    measured("energy", "collocation, forced damped chain: energy lost by the scheme", left[-1] / history.energy_scale, at_most=1e-4, source="conservation")
+
+
+def test_external_work_is_force_times_way():
+    system, loads = KINDS["dashpot"](np.zeros(N)), pushed(200, 10)
+    reference = simulate(system, NO_CHANNELS, pushed(4000, 1), HHT(), observed=np.arange(N))
+    history = run(system, loads, 10)
+    # HHT at omega h = .02, (omega h)^2 = 4e-4 of .7.
+    np.testing.assert_allclose(history.energy[:, EXTERNAL], reference.energy[::20, EXTERNAL], atol=3e-4)
+
+
+# --- prescribed motion -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rayleigh", [Rayleigh(2.0, 1e-5), Rayleigh(0.0, 0.0)])
+def test_prescribed_motion_equals_a_fine_run(rayleigh):
+    """Two cantilevers on a base that follows 24 lines up to 60 Hz; dashpot between their tips."""
+    system = cantilevers(rayleigh, dashpot=0.4)
+    gaps = gaps_between(1.0)
+    fine = multisine_base(time_axis(0.4, 4e-5), 5.0, 60.0, 1e-3)
+    coarse = multisine_base(time_axis(0.4, 2e-4), 5.0, 60.0, 1e-3)
+    a = simulate(system, gaps, fine, HHT(), observed=np.zeros(0, dtype=np.int64))
+    b = simulate_high_order(system, gaps, coarse, HHT(), observed=np.zeros(0, dtype=np.int64), substeps=5)
+    motion = np.abs(a.gap - 1.0).max()
+    # HHT at 40 us: a phase of (omega h)^2 / 10 omega t = 3e-3 of what swings at 60 Hz.
+    np.testing.assert_allclose(b.gap, a.gap[::25], atol=5e-3 * motion)
+    scale = np.abs(a.energy[:, EXTERNAL]).max()
+    np.testing.assert_allclose(b.energy[:, EXTERNAL], a.energy[::25, EXTERNAL], atol=5e-3 * scale)
+    np.testing.assert_allclose(b.energy[:, SCHEME], 0.0, atol=5e-3 * scale)
+    assert b.residual < 1e-9
+
+
+# --- coordinates without mass --------------------------------------------------------------------------------------
+
+
+def test_coordinates_without_mass_follow_statically():
+    """Mass, spring, massless node, spring, ground: the node halves the motion of the mass, at every step."""
+    M, K = np.diag([1.0, 0.0]), np.array([[100.0, -100.0], [-100.0, 200.0]])
+    history = run(system_of(M, K, velocity=np.array([1.0, 0.0])), at_rest(time_axis(2.0, 0.05)))
+    u = history.displacement
+    np.testing.assert_allclose(u[:, 1], 0.5 * u[:, 0], atol=1e-14)
+    w = np.sqrt(50.0)
+    # Damping ratio (w h)^5 / 7200 = 8e-7 over w t = 14 rad.
+    np.testing.assert_allclose(u[:, 0], np.sin(w * history.time) / w, atol=1.5e-5 / w)
+    assert history.energy_created < 1e-12
+
+
+def test_a_coordinate_with_neither_mass_nor_stiffness_is_named():
+    M, K = np.diag([1.0, 0.0]), np.diag([100.0, 0.0])
+    with pytest.raises(NumericalError, match=r"row 1|singular"):
+        run(system_of(M, K), at_rest(time_axis(1.0, 0.1)))
+
+
+# --- backends ------------------------------------------------------------------------------------------------------
+
+
+def test_same_motion_without_pardiso(monkeypatch):
+    """SuperLU and LAPACK give what PARDISO gives."""
+    import creak.linalg.complex_factor as complex_factor
+    import creak.linalg.factor as factor
+
+    v0 = np.random.default_rng(0).standard_normal(N)
+    here = run(KINDS["modal"](v0), pushed(40, 4), 4).displacement
+    for module in (complex_factor, factor):
+        monkeypatch.setattr(module, "has_pardiso", lambda: False)
+    there = run(KINDS["modal"](v0), pushed(40, 4), 4).displacement
+    np.testing.assert_allclose(there, here, atol=1e-12 * np.abs(here).max())
+
+
+# --- touches ---------------------------------------------------------------------------------------------------------
+
+
+def thrown(depth: float, substeps: int, graded: int = 1) -> History:
+    """A mass on a soft spring that would swing `depth` past a stop and back within one step of ten a period."""
+    w, top = PI2, 1.0
+    gaps = channels([[-1.0]], top - depth, 1e3)
+    system = system_of(np.eye(1), np.array([[w * w]]), velocity=np.array([w * top]))
+    loads = at_rest(time_axis(0.55, 0.1 / substeps))
+    stepper = FlightStepper(system, gaps, loads, HHT(), substeps, graded)
+    return flight.march(stepper, np.array([0]), 1, None)
+
+
+@pytest.mark.parametrize("depth", [1e-2, 1e-3, 1e-4])
+def test_a_touch_in_the_middle_of_a_flight_is_found(depth):
+    """sin(2 pi t) peaks at .25 s; the steps end at .2 and .3, with gaps of 5 % of the way.
+
+    The smallest touch is a tenth of a step long; the flights up to it have lost 1.3e-5 pi / 2 = 2e-5 of the amplitude.
+    """
+    history = thrown(depth, 1000)
+    pressed = history.time[history.force[:, 0] > 0.0]
+    assert pressed.size >= 30
+    assert ((pressed > 0.2) & (pressed < 0.3)).all()
+    # Divided there and nowhere else.
+    inside = (history.time > 0.2 + 1e-9) & (history.time < 0.3 + 1e-9)
+    assert inside.sum() == 1000
+    assert history.time[~inside].size == 5
+
+
+def test_the_closing_test_divides_no_flight_that_passes_at_a_thousandth():
+    history = thrown(-1e-3, 200)
+    assert history.time.size == 6
+    assert not history.contact_steps
+
+
+def test_graded_division_gives_the_same_contact_for_fewer_steps():
+    """Only the quarters of the step in which the stop is touched are divided."""
+    whole, graded = thrown(1e-2, 200), thrown(1e-2, 200, 4)
+    assert graded.time.size < 0.6 * whole.time.size
+    assert graded.force.max() == pytest.approx(whole.force.max(), rel=1e-4)
+    assert graded.weights @ graded.force == pytest.approx(whole.weights @ whole.force, rel=1e-4)
+
+
+def test_division_without_a_touch_changes_nothing():
+    """To the end of a divided step and on from there: no energy comes or goes, no acceleration is out of place."""
+    v0 = np.random.default_rng(0).standard_normal(N)
+    loads = pushed(320, 20)
+    plain = run(KINDS["dashpot"](v0), loads, 20)
+
+    class Nervous(FlightStepper):
+        def _cover(self, now, level):
+            if now.row in (1000, 1020, 3000):
+                return self._pressed(now, now.row + 20)
+            return super()._cover(now, level)
+
+    gaps = channels(np.eye(1, N), 1e3, 1.0)
+    stepper = Nervous(KINDS["dashpot"](v0), gaps, loads, HHT(), 20)
+    history = flight.march(stepper, np.arange(N), 1, None)
+    assert history.time.size == 321 + 3 * 19
+    # HHT at omega h = .012: a phase of (omega h)^2 / 10 of 40 rad/s over .0125 s three times, 2e-5.
+    scale = np.abs(plain.displacement).max()
+    np.testing.assert_allclose(history.displacement, plain.displacement, atol=2e-5 * scale)
+    rows = history.output_index
+    np.testing.assert_allclose(history.energy[rows, SCHEME], plain.energy[:, SCHEME], atol=2e-5 * plain.energy_scale)
+
+
+def test_a_run_that_starts_closed_presses_from_the_first_instant():
+    m, k, depth = 1.0, 1e4, 1e-3
+    history = run(system_of(np.eye(1) * m, np.zeros((1, 1))), at_rest(time_axis(0.05, 1e-5)), 100, channels([[1.0]], -depth, k))
+    w = np.sqrt(k / m)
+    rows = history.output_index
+    t = history.time[rows]
+    exact = depth * np.where(t < 0.5 * np.pi / w, 1 - np.cos(w * t), 1 + w * t - 0.5 * np.pi)
+    np.testing.assert_allclose(history.displacement[:, 0], exact, atol=1e-5 * depth)
+    assert history.energy_created < 1e-5
+
+
+# --- the end of a run --------------------------------------------------------------------------------------------------
+
+
+def test_ctrl_c_keeps_what_was_computed():
+    def interrupt(done: int, total: int) -> None:
+        if done >= 20:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted) as stop:
+        run(KINDS["rayleigh"](np.ones(N)), pushed(40, 1), progress=interrupt)
+    assert stop.value.history.time.size == 21
