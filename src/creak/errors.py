@@ -1,4 +1,4 @@
-"""The two ways a creak call can fail: the input is wrong, or the analysis failed."""
+"""The ways a creak call can fail: the input is wrong, the analysis failed, or a file cannot be written."""
 
 from __future__ import annotations
 
@@ -33,6 +33,10 @@ class InputError(CreakError):
 
 class NumericalError(CreakError):
     """The analysis failed on valid input; the message names the place and the likely cause."""
+
+
+class WriteError(CreakError):
+    """A file could not be written, for instance because the disk is full; what was there before is as it was."""
 
 
 def suggest(name: str, known: Iterable[str]) -> str:

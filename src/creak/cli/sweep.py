@@ -18,7 +18,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Interrupted, Output, writable_folder
+from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Interrupted, Output, writable_file, writable_folder
 from creak.errors import InputError, NumericalError
 
 if TYPE_CHECKING:
@@ -64,6 +64,8 @@ def sweep(
     read = read_sweep(sweep_file)
     folder = out if out is not None else sweep_file.parent / f"{sweep_file.stem}_sweep"
     writable_folder(folder)
+    for name in ("sweep.csv", "sweep.h5"):
+        writable_file(folder / name, stream=False)
     cases = resolve(read, folder)
     output.detail(f"{len(cases)} cases of {read.base}; results in {folder}")
     if dry_run:
@@ -88,12 +90,12 @@ def _rows(
     read: Any, cases: Sequence[Case], folder: Path, known: dict[str, Outcome], progress: Any, workers: int | None,
     scheduler: str | None, ignore: Sequence[str], reports: bool,
 ) -> list[Row]:  # fmt: skip
-    from creak.studies.sweep import process_alive, run_sweep, tasks_of
-    from creak.studies.sweep_case import remove_partials
+    from creak.formats.partials import remove_dead
+    from creak.studies.sweep import run_sweep, tasks_of
     from creak.studies.sweep_cluster import cores, local_workers, running_cluster
     from creak.studies.sweep_table import Row, write_table
 
-    remove_partials(folder, process_alive)
+    remove_dead(folder)
     tasks = tasks_of(cases, folder, ignore, write_case_report if reports else None)
     left = len(cases) - len(known)
     if not left:

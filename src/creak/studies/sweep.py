@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import creak
 from creak.errors import InputError
-from creak.formats.complete_file import complete_file
+from creak.formats.complete_file import write_text
+from creak.formats.partials import remove_dead
 from creak.studies.sweep_case import (
     DONE,
     FAILED,
@@ -21,7 +22,6 @@ from creak.studies.sweep_case import (
     Task,
     finished_record,
     provenance,
-    remove_partials,
     run_case,
 )
 from creak.studies.sweep_cases import Case
@@ -55,7 +55,8 @@ def finished(cases: Sequence[Case], out: Path, *, rename: bool = True) -> dict[s
     for case in cases:
         folder, record = out / case.folder_name, records.get(case.folder_name)
         if record is None and folder.exists():
-            raise InputError(f"{folder} is in the way: it is no result of a sweep", fix="Move it, or use --out.")
+            raise InputError(f"{folder} is in the way: it is no result of a sweep, or not all of one run",
+                             fix="Move it, or use --out.")  # fmt: skip
         if record is None and case.id in spare:
             old = out / spare.pop(case.id)
             record = finished_record(old)
@@ -74,8 +75,7 @@ def tasks_of(
     for case in cases:
         study = out / f"{case.folder_name}.toml"
         if not study.is_file() or study.read_text(encoding="utf-8") != case.text:
-            with complete_file(study) as partial:
-                partial.write_text(case.text, encoding="utf-8")
+            write_text(study, case.text)
         reference = None if case.reference_key is None else out / "references" / f"{case.reference_key}.npz"
         hashes = {"study_hash": case.study_hash, "deck_hash": case.deck_hash}
         tasks[case.name] = Task(
@@ -134,7 +134,7 @@ def run_sweep(
                 written = time.monotonic()
     finally:
         write_table(sweep, list(rows.values()), out)
-        remove_partials(out, process_alive)
+        remove_dead(out)
     return list(rows.values())
 
 
@@ -177,10 +177,3 @@ def _outcome(future: Future, task: Task, start: float) -> Outcome:
     lost = type(error).__name__ == "KilledWorker"
     why = "its worker process died every time (out of memory?)" if lost else str(error or f"{future.status} by dask")
     return Outcome(FAILED, why, provenance(task, start))
-
-
-def process_alive(process: int) -> bool:
-    """Whether a process of this machine exists."""
-    import psutil
-
-    return bool(psutil.pid_exists(process))

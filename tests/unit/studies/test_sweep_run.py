@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 import socket
 import subprocess
 import sys
@@ -16,13 +15,14 @@ import h5py
 import pytest
 
 from creak.errors import InputError
+from creak.formats.partials import partial_name, remove_dead
 from creak.studies.run import run_study
 from creak.studies.setup import set_up
 from creak.studies.study_file import read_study
 from creak.studies.summary import summarise
 from creak.studies.superelements import save_superelement, shared_path
-from creak.studies.sweep import Queue, finished, process_alive, tasks_of
-from creak.studies.sweep_case import Task, finished_record, partial_name, publish, remove_partials, run_case
+from creak.studies.sweep import Queue, finished, tasks_of
+from creak.studies.sweep_case import Task, finished_record, publish, run_case
 from creak.studies.sweep_cases import resolve
 from creak.studies.sweep_file import SweepFile, read_sweep
 from creak.studies.sweep_table import Row, columns, waiting, write_table
@@ -201,8 +201,7 @@ def test_leftovers_of_dead_processes_are_removed(tmp_path):
     left = tmp_path / f".a.{socket.gethostname()}.{dead.pid}.abcd.partial"
     for folder in (mine, other, left):
         folder.mkdir()
-    assert process_alive(os.getpid())
-    remove_partials(tmp_path, process_alive)
+    remove_dead(tmp_path)
     assert set(tmp_path.iterdir()) == {mine, other}
 
 
