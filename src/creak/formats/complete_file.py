@@ -39,8 +39,12 @@ class Together:
         """Partial names and where they go."""
 
     @contextmanager
-    def file(self, path: Path) -> Iterator[Path]:
+    def file(self, path: Path, more: int = 0) -> Iterator[Path]:
         """A temporary name beside `path` to write to; a link stays, the file that it leads to is replaced.
+
+        Parameters
+        ----------
+        more : bytes of the files that follow, for the message.
 
         Raises
         ------
@@ -56,7 +60,7 @@ class Together:
             with partial.open("rb+") as file:
                 os.fsync(file.fileno())
         except OSError as error:
-            needed = self._needed(partial, error)
+            needed = self._needed(error, more)
             self.discard()
             raise cannot_write(path, error, needed) from error
 
@@ -85,11 +89,11 @@ class Together:
             partial.unlink(missing_ok=True)
         self._files.clear()
 
-    def _needed(self, partial: Path, error: OSError) -> int:
-        """Bytes of all files so far, the last one as far as it is known."""
-        whole = error.needed if isinstance(error, Unfinished) else 0
-        sizes = [path.stat().st_size if path.exists() else 0 for path, _ in self._files]
-        return sum(sizes) + max(0, whole - sizes[-1]) if sizes else whole
+    def _needed(self, error: OSError, more: int) -> int:
+        """Bytes of all files, the one under way as far as it is known; where each is too large, of that one."""
+        *before, last = [path.stat().st_size if path.exists() else 0 for path, _ in self._files]
+        this = max(last, error.needed if isinstance(error, Unfinished) else 0)
+        return this if error.errno == errno.EFBIG else sum(before) + this + more
 
 
 @contextmanager

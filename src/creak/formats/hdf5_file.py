@@ -5,8 +5,8 @@ is given a Python object to write to, whose writes always succeed: the first err
 it is kept in memory, where the library can read it back. Once the library has closed the file, the error is raised.
 
 This holds for files of any size and on any file system, which neither an image of the file in memory nor space taken
-beforehand does; the bytes are those that the library writes by itself. Arrays that are made while they are written call
-`Hdf5.check` between blocks, so that after an error little is kept.
+beforehand does. Going on after the error tells how large the file would have become. Arrays that are made while they
+are written call `Hdf5.check` between blocks, so that not much more than `KEPT` is kept of them.
 """
 
 from __future__ import annotations
@@ -26,6 +26,8 @@ from creak.formats.complete_file import Unfinished
 
 PAGE = 1 << 16
 """Bytes kept at a time after an error."""
+KEPT = 1 << 26
+"""Bytes kept before `check` gives up."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Hdf5:
 
     file: h5py.File
     check: Callable[[int], None]
-    """Raises what has gone wrong so far; called with the bytes that are still to come."""
+    """Called between blocks with the bytes still to come; raises Ctrl-C, and an error after which much is kept."""
 
 
 @contextmanager
@@ -50,7 +52,7 @@ def hdf5_file(partial: Path) -> Iterator[Hdf5]:
         with _interrupts_later(sink):
             with h5py.File(sink, "w") as file:
                 yield Hdf5(file, sink.check)
-            sink.check()
+            sink.finish()
     finally:
         sink.close()
 
@@ -66,11 +68,18 @@ class _Sink:
         """Number of the page -> content, of those written since the error."""
         self.interrupted = False
 
-    def check(self, more: int = 0) -> None:
-        if self._error is not None:
+    def check(self, more: int) -> None:
+        if self._error is not None and len(self._kept) * PAGE > KEPT:
             raise Unfinished(self._error, self._end + more) from self._error
         if self.interrupted:
             raise KeyboardInterrupt
+
+    def finish(self) -> None:
+        """Raises what has gone wrong."""
+        if self.interrupted:
+            raise KeyboardInterrupt
+        if self._error is not None:
+            raise Unfinished(self._error, self._end) from self._error
 
     def close(self) -> None:
         os.close(self._descriptor)

@@ -80,13 +80,15 @@ def save(
 
     text = json.dumps(summary, indent=2, allow_nan=False) + "\n"
     texts = {CONVERGENCE: None if convergence is None else _table(convergence, run.id), REPORT: page, SUMMARY: text}
-    given = {name: words for name, words in texts.items() if words is not None}
+    given = {name: words.encode("utf-8") for name, words in texts.items() if words is not None}
+    more_bytes = sum(map(len, given.values()))
     with files_together() as files:
-        with files.file(folder / RESULTS) as unfinished:
+        with files.file(folder / RESULTS, more_bytes) as unfinished:
             put_results(unfinished, records, attributes, c.model.units, rest)
-        for name, words in given.items():
-            with files.file(folder / name) as unfinished:
-                write_bytes(unfinished, words.encode("utf-8"))
+        for name, data in given.items():
+            more_bytes -= len(data)
+            with files.file(folder / name, more_bytes) as unfinished:
+                write_bytes(unfinished, data)
         files.appear(stale_files(folder, run, frozenset(given)))
     return [folder / name for name in (SUMMARY, RESULTS, CONVERGENCE, REPORT) if name in given or name == RESULTS]
 
