@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 import socket
 import subprocess
 import sys
@@ -91,6 +92,8 @@ def test_what_is_shared_changes_nothing(ran):
     for k in (1, 2):
         alone = summarise(run_study(set_up(read_study(tasks[cases[k].name].study)), lambda *_: None))
         saved = json.loads((out / cases[k].folder_name / "summary.json").read_text())
+        ids = [summary["run"].pop("id") for summary in (saved, alone)]
+        assert ids[0] != ids[1]
         assert without_costs(saved) == without_costs(alone)
 
 
@@ -192,6 +195,22 @@ def test_newer_results_replace_those_of_another_study_only(tmp_path):
     assert finished_record(folder) == {"id": "2"}
     assert not (folder / "mark").exists()
     assert [p.name for p in tmp_path.iterdir()] == ["case"]
+
+
+def test_a_case_of_several_runs_is_not_finished(ran, tmp_path):
+    _, cases, out, _, _ = ran
+    one, two = (out / case.folder_name for case in cases[:2])
+    folder = shutil.copytree(one, tmp_path / one.name)
+    record = finished_record(folder)
+    with h5py.File(folder / "results.h5") as file:
+        assert record["run_id"] == file.attrs["run_id"]
+    for name in ("summary.json", "results.h5"):
+        shutil.copy(two / name, folder / name)
+        assert finished_record(folder) is None
+        shutil.copy(one / name, folder / name)
+        assert finished_record(folder) == record
+    (folder / "results.h5").write_bytes(b"half")
+    assert finished_record(folder) is None
 
 
 def test_leftovers_of_dead_processes_are_removed(tmp_path):
