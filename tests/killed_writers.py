@@ -106,7 +106,8 @@ def main(folder: Path) -> None:
         left = [p.name for p in work.glob(".*")]
         results["first"].save(work)  # the next run in that folder
         found |= {"left": str(len(left)), "cleaned": str(not list(work.glob(".*"))), "next": state(work, ids)["report"]}
-        print(json.dumps(found | {"ended": str(ended)}), flush=True)
+        sys.stdout.write(json.dumps(found | {"ended": str(ended)}) + "\n")
+        sys.stdout.flush()
         shutil.rmtree(work)
         if ended:
             return

@@ -32,7 +32,7 @@ def test_a_device_stays_what_it_is(tmp_path):
 
 def test_a_device_that_is_full_ends_in_one_message(tmp_path):
     full = device(tmp_path / "full", FULL)
-    with pytest.raises(WriteError, match="cannot write .*full: no space left on device$"):
+    with pytest.raises(WriteError, match=r"cannot write .*full: no space left on device$"):
         write_text(full, "words")
     assert stat.S_ISCHR(full.lstat().st_mode)
 
@@ -95,7 +95,8 @@ def test_a_link_stays_and_its_file_is_replaced(tmp_path):
     link.symlink_to("far/target")
     again.symlink_to(link)
     write_text(again, "new")
-    assert link.is_symlink() and again.is_symlink()
+    assert link.is_symlink()
+    assert again.is_symlink()
     assert target.read_text() == "new"
     assert sorted(p.name for p in tmp_path.iterdir()) == ["again", "far", "link"]
     assert list(target.parent.iterdir()) == [target]

@@ -70,7 +70,7 @@ def test_whenever_the_disk_fills_up_the_file_is_closed_and_its_size_known(tmp_pa
         return write(descriptor, data)
 
     monkeypatch.setattr(piece.os, "write", full)
-    with pytest.raises(Unfinished) as stop, hdf5_file(tmp_path / "ours.h5") as out:
+    with pytest.raises(Unfinished) as stop, hdf5_file(tmp_path / "ours.h5") as out:  # noqa: PT012
         fill(out.file)
         np.testing.assert_array_equal(out.file["group 3/plain"][:3], out.file["group 3/plain"][()][:3])
         assert out.file["rows"][()].any(axis=1).all()  # what was kept reads back
@@ -84,7 +84,7 @@ def test_little_is_kept_of_what_is_made_while_it_is_written(tmp_path, monkeypatc
     monkeypatch.setattr(piece, "KEPT", 1_000_000)
     monkeypatch.setattr(piece.os, "write", lambda *_: (_ for _ in ()).throw(OSError(errno.ENOSPC, "full")))
     done = 0
-    with pytest.raises(Unfinished) as stop, hdf5_file(tmp_path / "ours.h5") as out:
+    with pytest.raises(Unfinished) as stop, hdf5_file(tmp_path / "ours.h5") as out:  # noqa: PT012
         motion = out.file.create_dataset("motion", (1000, 10_000), dtype="f8", chunks=(1, 10_000))
         for done in range(1000):
             motion[done] = 1.0
@@ -96,7 +96,8 @@ def test_little_is_kept_of_what_is_made_while_it_is_written(tmp_path, monkeypatc
 def test_an_interruption_waits_for_the_library(tmp_path):
     before = signal.getsignal(signal.SIGINT)
     steps = 0
-    with pytest.raises(KeyboardInterrupt), complete_file(tmp_path / "ours.h5") as partial, hdf5_file(partial) as out:
+    path = tmp_path / "ours.h5"
+    with pytest.raises(KeyboardInterrupt), complete_file(path) as partial, hdf5_file(partial) as out:  # noqa: PT012
         for steps in range(10):
             out.file.create_dataset(f"{steps}", data=np.ones(1000))
             if steps == 3:
@@ -130,13 +131,16 @@ def test_a_limit_of_the_process_is_told(tmp_path):
     )
     assert (done.returncode, done.stderr) == (0, "")
     told = json.loads(done.stdout)
-    assert "a.h5: file too large; at least 4" in told and "may have 100 kB (ulimit -f)" in told
+    assert "a.h5: file too large; at least 4" in told
+    assert "may have 100 kB (ulimit -f)" in told
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_real_disk_that_is_full(tmp_path):
     with small_disk(tmp_path / "disk", 1600) as disk:
-        with pytest.raises(WriteError, match=r"no space left on device; at least 4\.\d+ MB are needed, 4\d\d kB are free"):
-            with complete_file(disk / "a.h5") as partial, hdf5_file(partial) as out:
-                fill(out.file)
+        told = r"no space left on device; at least 4\.\d+ MB are needed, 4\d\d kB are free"
+        with (
+            pytest.raises(WriteError, match=told), complete_file(disk / "a.h5") as partial, hdf5_file(partial) as out
+        ):  # fmt: skip
+            fill(out.file)
         assert [p.name for p in disk.iterdir()] == ["taken"]

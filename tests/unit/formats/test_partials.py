@@ -46,7 +46,7 @@ def test_of_a_live_process_nothing_goes_and_of_a_killed_one_all(writer, tmp_path
 
 
 def test_the_next_to_write_into_the_folder_cleans_it(writer, tmp_path):
-    process, partial = writer
+    process, _ = writer
     process.kill()
     process.wait()
     with complete_file(tmp_path / "other") as mine:
