@@ -93,8 +93,9 @@ __all__ = [
     "Model", "Modes", "Motion", "Multisine", "NumericalError", "Record", "Result", "SavedResult", "Scheme", "Sine",
     "SlipEvent", "Step", "Study", "System", "Table", "WriteError", "acceleration_motion", "change_study", "couple",
     "craig_bampton", "deck_modes", "diagonalise", "find_events", "find_slips", "gap_channels", "gap_modes",
-    "generalised_alpha", "guyan", "join_gaps", "mac_matrix", "make_loads", "make_study", "massless_boundary", "match_events", "modes",
-    "nrmse_fit", "open_result", "read_deck", "read_study", "run", "simulate", "system_from_matrices", "write_door",
+    "generalised_alpha", "guyan", "join_gaps", "mac_matrix", "make_loads", "make_study", "massless_boundary",
+    "match_events", "modes", "nrmse_fit", "open_result", "read_deck", "read_study", "run", "simulate",
+    "system_from_matrices", "write_door",
 ]  # fmt: skip
 
 

@@ -145,7 +145,7 @@ def test_stdout_by_its_other_name(made, tmp_path):
 
 def test_stdout_on_a_full_disk_ends_in_one_line(made, tmp_path):
     with device(tmp_path / "full", FULL).open("w") as full:
-        for words in (("modes", made / "strips.inp", "--json", "-"), ("schema",)):
+        for words in (("modes", made / "strips.inp", "--json", "-", "--quiet"), ("schema",)):
             done = command_line(*words, stdout=full, stderr=subprocess.PIPE)
             assert (done.returncode, done.stderr) == (1, "creak: cannot write the output: no space left on device\n")
 
@@ -207,3 +207,23 @@ def test_every_writer_ends_in_one_line(made, tmp_path, monkeypatch, words):
     assert last[0].startswith(f"creak: cannot write {to}")
     assert "file too large" in last[0]
     assert list(to.iterdir()) == []
+
+
+@pytest.mark.parametrize(("error", "status"), [(KeyboardInterrupt, 1), (ValueError, None)])
+def test_a_page_that_cannot_be_drawn_does_not_cost_the_results(creak, made, tmp_path, monkeypatch, error, status):
+    def fails(*_):
+        raise error
+
+    shutil.copytree(made / "out", tmp_path / "out")
+    before = json.loads((tmp_path / "out" / "summary.json").read_text())["run"]["id"]
+    monkeypatch.setattr("creak.api.result.Result.page", fails)
+    if status is None:
+        with pytest.raises(error):
+            creak("run", made / "study.toml", "--out", tmp_path / "out", "--quiet")
+    else:
+        said = creak("run", made / "study.toml", "--out", tmp_path / "out", "--quiet")
+        assert said.status == status
+        assert f"written before: {tmp_path}/out/summary.json" in said.words
+    assert sorted(whole(tmp_path / "out")) == ["results.h5", "summary.json"]  # the page of the earlier run is gone
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["run"]["id"] != before
+    assert creak("report", tmp_path / "out").status == 0

@@ -187,16 +187,17 @@ def cannot_write(path: Path, error: OSError, needed: int = 0) -> CreakError:
     reason = _reason(error)
     if error.errno in WRONG_PLACE:
         return InputError(f"cannot write {path}: {reason}", fix="Name another file, or make its folder writable.")
-    return WriteError(f"cannot write {path}: {reason}{_room(path, error.errno, needed)}")
+    return WriteError(f"cannot write {path}: {reason}{_room(path, error, needed)}")
 
 
 def _reason(error: OSError) -> str:
     return (error.strerror or str(error) or "it cannot be written").lower()
 
 
-def _room(path: Path, number: int | None, needed: int) -> str:
+def _room(path: Path, error: OSError, needed: int) -> str:
     """How much there is, how much it takes, and what to do."""
-    takes = f"; at least {_size(needed)} are needed" if needed else ""
+    number, least = error.errno, "at least" if isinstance(error, Unfinished) else "more than"
+    takes = f"; {least} {_size(needed)} are needed" if needed else ""
     if number == errno.EFBIG:
         limit = _file_limit()
         most = "" if limit is None else f"; files of this process may have {_size(limit)} (ulimit -f)"
