@@ -13,6 +13,7 @@ from pathlib import Path
 
 from creak.errors import CreakError, InputError, WriteError
 from creak.formats.destination import Destination, destination
+from creak.formats.interrupts import interrupts_later
 from creak.formats.partials import partial_name, remove_dead_once
 
 WRONG_PLACE = (
@@ -71,17 +72,18 @@ class Together:
         the last one's foremost: whenever it is there, so are all others, and they belong to it.
         """
         path = Path()
-        try:
-            old = [] if len(self._files) == 1 else [target for _, target in reversed(self._files)]
-            for path in (*old, *stale):
-                path.unlink(missing_ok=True)
-            for partial, path in self._files:
-                os.replace(partial, path)
-            for folder in {path.parent for _, path in self._files}:
-                _flush_folder(folder)
-        except OSError as error:
-            raise cannot_write(path, error) from error
-        self._files.clear()
+        with interrupts_later():  # Ctrl-C midway would cost both the old and the new
+            try:
+                old = [] if len(self._files) == 1 else [target for _, target in reversed(self._files)]
+                for path in (*old, *stale):
+                    path.unlink(missing_ok=True)
+                for partial, path in self._files:
+                    os.replace(partial, path)
+                for folder in {path.parent for _, path in self._files}:
+                    _flush_folder(folder)
+            except OSError as error:
+                raise cannot_write(path, error) from error
+            self._files.clear()
 
     def discard(self) -> None:
         """Remove what has not appeared."""

@@ -12,17 +12,15 @@ are written call `Hdf5.check` between blocks, so that not much more than `KEPT` 
 from __future__ import annotations
 
 import os
-import signal
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 
 import h5py
 
 from creak.formats.complete_file import Unfinished
+from creak.formats.interrupts import Interrupts, interrupts_later
 
 PAGE = 1 << 16
 """Bytes kept at a time after an error."""
@@ -47,37 +45,35 @@ def hdf5_file(partial: Path) -> Iterator[Hdf5]:
     ------
     Unfinished : the file could not be written; KeyboardInterrupt : Ctrl-C meanwhile. Both when the file is closed.
     """
-    sink = _Sink(partial)
-    try:
-        with _interrupts_later(sink):
+    with interrupts_later() as interrupts:  # inside a call of the library one would be one more failure to write
+        sink = _Sink(partial, interrupts)
+        try:
             with h5py.File(sink, "w") as file:
                 yield Hdf5(file, sink.check)
             sink.finish()
-    finally:
-        sink.close()
+        finally:
+            sink.close()
 
 
 class _Sink:
     """What the library takes for a file (h5py: file-like objects); no method raises because of the disk."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, interrupts: Interrupts) -> None:
+        self._interrupts = interrupts
         self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC | getattr(os, "O_BINARY", 0), 0o666)
         self._at = self._end = 0
         self._error: OSError | None = None
         self._kept: dict[int, bytearray] = {}
         """Number of the page -> content, of those written since the error."""
-        self.interrupted = False
 
     def check(self, more: int) -> None:
         if self._error is not None and len(self._kept) * PAGE > KEPT:
             raise Unfinished(self._error, self._end + more) from self._error
-        if self.interrupted:
-            raise KeyboardInterrupt
+        self._interrupts.check()
 
     def finish(self) -> None:
         """Raises what has gone wrong."""
-        if self.interrupted:
-            raise KeyboardInterrupt
+        self._interrupts.check()
         if self._error is not None:
             raise Unfinished(self._error, self._end) from self._error
 
@@ -166,21 +162,3 @@ class _Sink:
                 start = page * PAGE - at
                 found[start + first : start + last] = self._kept[page][first:last]
         return bytes(found)
-
-
-@contextmanager
-def _interrupts_later(sink: _Sink) -> Iterator[None]:
-    """Ctrl-C waits for `check`: inside a call of the library it would be one more failure to write."""
-
-    def remember(number: int, frame: FrameType | None) -> None:
-        sink.interrupted = True
-
-    before = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(before):
-        yield
-        return
-    signal.signal(signal.SIGINT, remember)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)

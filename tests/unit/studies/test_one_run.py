@@ -3,8 +3,10 @@
 import csv
 import hashlib
 import json
+import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -176,6 +178,25 @@ def test_a_full_disk_leaves_the_earlier_run(result, other, tmp_path):
             other.save(disk / "out", page="x" * 3_000_000)
         assert {p.name: p.read_bytes() for p in (disk / "out").iterdir()} == before
         other.save(disk / "out")
+
+
+def test_an_interruption_between_the_names_waits(result, other, folder, monkeypatch):
+    replace, unlink = os.replace, Path.unlink
+
+    def interrupted(call):
+        def then(*words, **options):
+            signal.raise_signal(signal.SIGINT)
+            return call(*words, **options)
+
+        return then
+
+    monkeypatch.setattr("creak.formats.complete_file.os.replace", interrupted(replace))
+    monkeypatch.setattr(Path, "unlink", interrupted(unlink))
+    with pytest.raises(KeyboardInterrupt):
+        other.save(folder)
+    monkeypatch.undo()
+    assert creak.open_result(folder).summary["run"]["id"] == other.found.identity.id
+    assert names(folder) == ["results.h5", "summary.json"]
 
 
 def test_the_next_run_cleans_what_a_dead_one_left(result, folder):
