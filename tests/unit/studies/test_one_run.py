@@ -181,6 +181,7 @@ def test_a_full_disk_leaves_the_earlier_run(result, other, tmp_path):
 
 
 def test_an_interruption_between_the_names_waits(result, other, folder, monkeypatch):
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where tests run in the background
     replace, unlink = os.replace, Path.unlink
 
     def interrupted(call):
@@ -195,6 +196,7 @@ def test_an_interruption_between_the_names_waits(result, other, folder, monkeypa
     with pytest.raises(KeyboardInterrupt):
         other.save(folder)
     monkeypatch.undo()
+    signal.signal(signal.SIGINT, before)
     assert creak.open_result(folder).summary["run"]["id"] == other.found.identity.id
     assert names(folder) == ["results.h5", "summary.json"]
 
