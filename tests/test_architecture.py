@@ -16,7 +16,7 @@ LAYERS = (
 )  # fmt: skip
 EVERYWHERE = {"errors", "arrays", ""}
 """`creak.errors`, `creak.arrays` and the bare package (its version) may be imported by anyone."""
-BESIDE = {"linalg": set(), "signals": set(), "formats": {"model"}, "door": set()}
+BESIDE = {"linalg": set(), "signals": set(), "formats": {"model"}, "door": {"formats"}}
 """What the folders beside the tower may import."""
 NUMERICS = ("model", "elements", "assembly", "linalg", "reduction", "contact", "dynamics", "signals", "verify")
 DRAWING = {"matplotlib", "plotly", "rich", "typer", "pyvista", "jinja2", "logging"}

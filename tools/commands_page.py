@@ -36,8 +36,12 @@ time left; elsewhere a phase gets a line once it has taken 2 s, then every 10 s 
 | exit status | meaning |
 |---|---|
 | 0 | done; warnings may have been printed |
-| 1 | the analysis failed, its results are unreliable, or Ctrl-C; what was finished is kept and named |
+| 1 | failed analysis, unreliable results, a file that cannot be written (a full disk), Ctrl-C; what was done is named |
 | 2 | wrong input: one message that says what, where, and what to do; nothing was written |
+
+**Outputs.** A plain file is replaced when the new one is complete; a link stays, the file that it leads to is replaced.
+Pipes and character devices are written into, where the format is a stream (JSON, CSV, universal files, decks, HTML,
+VTU). Folders, sockets and block devices are refused before anything is computed.
 
 **Ctrl-C.** `creak run` ends the run under way and writes what it has; `creak reduce` saves the parts that are reduced;
 `creak sweep` and `creak thesis` go on from the finished cases when called again.

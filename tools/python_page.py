@@ -15,7 +15,7 @@ GROUPS = {
     "Events and verification": (
         "find_events", "find_slips", "match_events", "mac_matrix", "nrmse_fit", "Event", "SlipEvent", "EventMatch",
     ),
-    "Errors": ("CreakError", "InputError", "NumericalError"),
+    "Errors": ("CreakError", "InputError", "NumericalError", "WriteError"),
 }  # fmt: skip
 HEAD = """\
 # Python

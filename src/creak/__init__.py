@@ -21,7 +21,7 @@ The steps alone, on matrices of any program:
     events = creak.find_events(history, gaps, merge=0.005, f_max=500.0)
 
 Nothing heavy is imported before it is used. Wrong input raises `creak.InputError`, a failed analysis
-`creak.NumericalError`.
+`creak.NumericalError`, a full disk `creak.WriteError`.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from creak.dynamics.history import History
     from creak.dynamics.loads import Loads
     from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
-    from creak.errors import CreakError, InputError, NumericalError
+    from creak.errors import CreakError, InputError, NumericalError, WriteError
     from creak.linalg.modes import Modes
     from creak.model.mesh import Model
     from creak.reduction.diagonal import diagonalise
@@ -72,7 +72,7 @@ _HOMES = {
     "dynamics.history": ("History",),
     "dynamics.loads": ("Loads",),
     "dynamics.scheme": ("HHT", "Scheme", "generalised_alpha"),
-    "errors": ("CreakError", "InputError", "NumericalError"),
+    "errors": ("CreakError", "InputError", "NumericalError", "WriteError"),
     "linalg.modes": ("Modes",),
     "model.mesh": ("Model",),
     "reduction.diagonal": ("diagonalise",),
@@ -91,10 +91,11 @@ _HOME = {name: f"creak.{module}" for module, names in _HOMES.items() for name in
 __all__ = [
     "HHT", "CreakError", "DeckModes", "Event", "EventMatch", "GapOperator", "History", "InputError", "Loads",
     "Model", "Modes", "Motion", "Multisine", "NumericalError", "Record", "Result", "SavedResult", "Scheme", "Sine",
-    "SlipEvent", "Step", "Study", "System", "Table", "acceleration_motion", "change_study", "couple", "craig_bampton",
-    "deck_modes", "diagonalise", "find_events", "find_slips", "gap_channels", "gap_modes", "generalised_alpha",
-    "guyan", "join_gaps", "mac_matrix", "make_loads", "make_study", "massless_boundary", "match_events", "modes",
-    "nrmse_fit", "open_result", "read_deck", "read_study", "run", "simulate", "system_from_matrices", "write_door",
+    "SlipEvent", "Step", "Study", "System", "Table", "WriteError", "acceleration_motion", "change_study", "couple",
+    "craig_bampton", "deck_modes", "diagonalise", "find_events", "find_slips", "gap_channels", "gap_modes",
+    "generalised_alpha", "guyan", "join_gaps", "mac_matrix", "make_loads", "make_study", "massless_boundary",
+    "match_events", "modes", "nrmse_fit", "open_result", "read_deck", "read_study", "run", "simulate",
+    "system_from_matrices", "write_door",
 ]  # fmt: skip
 
 

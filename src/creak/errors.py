@@ -1,4 +1,4 @@
-"""The two ways a creak call can fail: the input is wrong, or the analysis failed."""
+"""The ways a creak call can fail: the input is wrong, the analysis failed, or a file cannot be written."""
 
 from __future__ import annotations
 
@@ -37,6 +37,10 @@ class NumericalError(CreakError):
 
 class Unreliable(NumericalError):
     """The analysis went through and its results are written, but they are worth nothing."""
+
+
+class WriteError(CreakError):
+    """A file could not be written, for instance because the disk is full; what was there before is as it was."""
 
 
 def suggest(name: str, known: Iterable[str]) -> str:

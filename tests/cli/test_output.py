@@ -141,7 +141,7 @@ def test_interruption_names_what_was_written(tmp_path):
 
 
 def test_ctrl_c_while_the_report_is_written_keeps_the_results(creak, folder, monkeypatch):
-    monkeypatch.setattr("creak.report.html.write_page", ctrl_c)
+    monkeypatch.setattr("creak.report.html.report_text", ctrl_c)
     said = creak("run", *arguments("run", folder))
     assert said.status == 1
     assert "stopped; written before: " in said.err

@@ -71,22 +71,36 @@ class Result:
 
         return unreliable_runs(self.summary)
 
-    def save(self, folder: str | Path, animation_mb: float = 12.0) -> list[Path]:
+    def save(self, folder: str | Path, animation_mb: float = 12.0, page: str | None = None) -> list[Path]:
         """Write summary.json and results.h5 (and convergence.csv) into `folder`; returns their paths.
+
+        They appear together or not at all. A report.html or convergence.csv of another run is removed.
 
         Parameters
         ----------
         animation_mb : megabytes that the 3-D motion of the hardest events may take of a report that `open_result`
             writes later; 0: none.
+        page : what `page` made: report.html appears with them.
+
+        Raises
+        ------
+        WriteError : the disk is full, or fails; what was in the folder is as it was.
         """
         from creak.report.stored import write_found
-        from creak.studies.save import save, save_convergence
+        from creak.studies.save import save
 
         view = self._view(animation_mb)
-        written = save(self.found, self.summary, Path(folder), lambda file: write_found(file, view))
-        if self.convergence is not None:
-            written.append(save_convergence(self.convergence, Path(folder)))
-        return written
+        return save(
+            self.found, self.summary, Path(folder), lambda file: write_found(file, view), convergence=self.convergence,
+            page=page,
+        )  # fmt: skip
+
+    def page(self, animation_mb: float = 12.0) -> str:
+        """The report as the text of one HTML file; parameters and errors as `report`."""
+        need_report()
+        from creak.report.html import report_text
+
+        return report_text(self._view(animation_mb), self.summary)
 
     def report(self, path: str | Path, animation_mb: float = 12.0) -> Path:
         """Write the report as one HTML file; returns its path.

@@ -59,7 +59,7 @@ def convert(
 
     Example: creak convert results/results.h5 histories.unv
     """
-    from creak.cli.output import writable_folder
+    from creak.cli.output import writable_file
     from creak.formats.abaqus.writer import stop_on_unread
     from creak.studies.setup import read_model
 
@@ -67,7 +67,7 @@ def convert(
     _check_results(of_run, out, run, [matrices, mass, *ignore])
     if not of_run:
         _check(deck, out, matrices, mass)
-    writable_folder(out.parent)
+    writable_file(out, stream=matrices is None and out.suffix.lower() != ".pvd")
     if of_run:
         write = _write_motion if out.suffix.lower() == ".pvd" else _write_histories
         write(deck, out, run, Output(quiet, verbose, as_json))

@@ -30,10 +30,12 @@ def door(
 
     Example: creak example door --mesh-size 20 --out door
     """
-    from creak.cli.output import writable_folder
+    from creak.cli.output import writable_file, writable_folder
     from creak.door import write_door
 
     writable_folder(out)
+    for name in ("door.inp", "door.toml"):
+        writable_file(out / name, stream=False)
     for path in write_door(mesh_size, out, coarsen, load, hook_play):
         typer.echo(f"wrote {path}")
     typer.echo(f"next: creak run {out / 'door.toml'}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 from typing import NoReturn
@@ -13,9 +14,10 @@ import creak
 from creak.api.extras import REPORT, no_report_text
 from creak.cli import advise, convert, example, info, modes, new, reduce, report, run, schema, sweep, thesis
 from creak.cli.output import Interrupted
-from creak.errors import CreakError, InputError, Unreliable
+from creak.errors import CreakError, InputError, Unreliable, WriteError
 
 DONE, FAILED, WRONG_INPUT = 0, 1, 2
+OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 CTRL_C = 130
 """What Typer returns for it where no command has a word to say."""
 
@@ -59,6 +61,7 @@ def main() -> NoReturn:
     try:
         if app(prog_name="creak", standalone_mode=False) == CTRL_C:
             raise Interrupted("nothing was written")
+        sys.stdout.flush()
     except InputError as error:
         console.print(f"creak: {error}", style="red", markup=False)
         sys.exit(WRONG_INPUT)
@@ -67,6 +70,9 @@ def main() -> NoReturn:
         sys.exit(FAILED)
     except Unreliable as error:
         console.print(f"creak: error: unreliable: {error}", style="red", markup=False)
+        sys.exit(FAILED)
+    except WriteError as error:
+        console.print(f"creak: {error}", style="red", markup=False)
         sys.exit(FAILED)
     except CreakError as error:
         console.print(f"creak: the analysis failed: {error}", style="red", markup=False)
@@ -83,7 +89,14 @@ def main() -> NoReturn:
         console.print(f"creak: {no_report_text()}", style="red", markup=False)
         sys.exit(WRONG_INPUT)
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_stdout()
+        sys.exit(FAILED)
+    except OSError as error:
+        if error.errno not in OF_THE_DISK:
+            raise
+        _drop_stdout()
+        what = error.filename or "the output"
+        console.print(f"creak: cannot write {what}: {str(error.strerror).lower()}", style="red", markup=False)
         sys.exit(FAILED)
     except Exception as error:
         if type(error).__name__ == "NoArgsIsHelpError":
@@ -97,6 +110,11 @@ def main() -> NoReturn:
             sys.exit(WRONG_INPUT)
         raise
     sys.exit(DONE)
+
+
+def _drop_stdout() -> None:
+    """Nothing more is written there, not at the end of the process either."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

@@ -12,8 +12,9 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from creak.cli.details import model_detail
-from creak.cli.output import IGNORE, JSON_FILE, QUIET, VERBOSE, Output, writable_folder
+from creak.cli.output import IGNORE, JSON_FILE, QUIET, STDOUT, VERBOSE, Output, writable_file
 from creak.errors import InputError
+from creak.formats.destination import descriptor_of
 
 if TYPE_CHECKING:
     from creak.arrays import FloatArray
@@ -46,12 +47,10 @@ def modes(
     point = _point(about)
     if vtk is not None and vtk.suffix.lower() != ".vtu":
         raise InputError(f"--vtk {vtk}", expected="a file name that ends in .vtu")
-    on_stdout = json_file == Path("-")
+    on_stdout = json_file is not None and (json_file == Path("-") or descriptor_of(json_file) == STDOUT)
     files = [path for path in (vtk, uff, None if on_stdout else json_file) if path is not None]
     for path in files:
-        if path.is_dir():
-            raise InputError(f"cannot write to {path}: it is a folder", expected="a file name")
-        writable_folder(path.parent)
+        writable_file(path)
     with Output(quiet, verbose, on_stdout) as output:
         with output.progress as progress:
             found = deck_modes(deck, f_max=f_max, count=count, about=point, ignore=ignore, progress=progress)
@@ -98,10 +97,9 @@ def _write(
 
 
 def _write_json(output: Output, found: DeckModes, path: Path) -> None:
-    from creak.formats.complete_file import complete_file
+    from creak.formats.complete_file import write_text
 
-    with complete_file(path) as partial:
-        partial.write_text(json.dumps(_data(found), indent=2) + "\n", encoding="utf-8")
+    write_text(path, json.dumps(_data(found), indent=2) + "\n")
     output.wrote(path)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import typer
 
 from creak.cli.details import model_detail, tell_warnings
-from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
+from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_file
 from creak.errors import InputError
 
 if TYPE_CHECKING:
@@ -66,24 +66,26 @@ def new(
 
 
 def _study_path(deck: Path, out: Path | None, overwrite: bool) -> Path:
+    from creak.studies.schema import SCHEMA_FILE
+
     path = out if out is not None else deck.with_suffix(".toml")
     if path.suffix.lower() != ".toml":
         raise InputError(f"--out {path}", expected="a file name that ends in .toml")
     if path.exists() and not overwrite:
         raise InputError(f"{path} is there already", fix="Name another file with --out, or add --overwrite.")
-    writable_folder(path.parent)
+    writable_file(path, stream=False)
+    writable_file(path.with_name(SCHEMA_FILE), stream=False)
     return path
 
 
 def _write(path: Path, text: str) -> None:
     """The study, and the schema beside it."""
-    from creak.formats.complete_file import complete_file
+    from creak.formats.complete_file import write_text
     from creak.studies.schema import SCHEMA_FILE, schema_text
 
     path.parent.mkdir(parents=True, exist_ok=True)
     for file, content in ((path, text), (path.with_name(SCHEMA_FILE), schema_text())):
-        with complete_file(file) as partial:
-            partial.write_text(content, encoding="utf-8")
+        write_text(file, content)
 
 
 def _missing(path: Path, ignore: list[str]) -> tuple[str, list[str]]:

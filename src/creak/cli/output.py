@@ -22,6 +22,7 @@ from rich.table import Table
 from rich.text import Text
 
 from creak.errors import CreakError, InputError
+from creak.formats.destination import Destination, destination
 
 QUIET = typer.Option(False, "--quiet", "-q", help="No progress and no tables; warnings and errors stay.")
 VERBOSE = typer.Option(False, "--verbose", "-v", help="More lines: seconds of each phase, sizes, choices made.")
@@ -30,6 +31,8 @@ JSON_FILE = typer.Option(
     None, "--json", metavar="FILE", help="Write the result here as JSON; - is stdout, with nothing else there."
 )
 IGNORE = typer.Option([], "--ignore", metavar="KEYWORD", help="Keyword of the deck that may go unread.")
+STDOUT = 1
+"""Its number: --json /dev/stdout is --json -."""
 SHOWN_AFTER = 2.0
 """s after which a phase gets a plain line where there is no terminal."""
 EVERY = 10.0
@@ -59,6 +62,23 @@ def writable_folder(folder: Path) -> None:
             f"cannot write to {folder}: {reason.lower()} ({existing})", expected="a folder that can be written",
             fix="Name another one with --out.",
         ) from error  # fmt: skip
+
+
+def writable_file(path: Path, *, stream: bool = True) -> Destination:
+    """Check that an output can be written to `path`, without touching it.
+
+    Parameters
+    ----------
+    stream : whether the format can be written into a pipe or a device.
+
+    Raises
+    ------
+    InputError : it is a folder or another node that cannot be replaced, or its folder cannot be written.
+    """
+    found = destination(path, stream=stream)
+    if not found.stream:
+        writable_folder(found.path.parent)
+    return found
 
 
 class Interrupted(CreakError):

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import typer
 
-from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output, writable_folder
-from creak.errors import InputError
+from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output, writable_file
 
 
 def report(
@@ -30,18 +29,16 @@ def report(
     from creak.studies.summary import unreliable_runs
 
     page = out if out is not None else folder / "report.html"
-    if page.is_dir():
-        raise InputError(f"cannot write to {page}: it is a folder", fix="Name a file with --out.")
+    streamed = writable_file(page).stream
     need_report()
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
             with progress.phase("read the results"):
                 saved = open_result(folder)
-            writable_folder(page.parent)
             with progress.phase(f"write {page.name}"):
                 output.wrote(saved.report(page))
-                if saved.convergence is not None:
-                    output.wrote(save_convergence(saved.convergence, page.parent))
+                if saved.convergence is not None and not streamed:
+                    output.wrote(save_convergence(saved.convergence, page.parent, saved.summary["run"]["id"]))
         for text in unreliable_runs(saved.summary):
             output.warn(f"unreliable: {text}")
         output.tell_written()

@@ -50,9 +50,11 @@ def run(
     """
     from creak.api.extras import missing_for_report, no_report_text
     from creak.api.study import run_setup, set_up
+    from creak.studies.save import check_folder
 
     folder = out if out is not None else study_file.parent / "results"
     writable_folder(folder)
+    check_folder(folder)
     told: set[str] = set()
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
@@ -64,10 +66,13 @@ def run(
                 setup, progress, superelements=superelements, converge=converge, record=animation_mb > 0.0
             )
             progress("write results", 0, 2)
-            output.wrote(*result.save(folder, animation_mb))
-            progress("write results", 1, 2)
-            if not missing_for_report():
-                output.wrote(result.report(folder / "report.html", animation_mb))
+            page = None
+            try:
+                if not missing_for_report():
+                    page = result.page(animation_mb)
+                progress("write results", 1, 2)
+            finally:  # a page that cannot be drawn, or an interruption, does not cost the results
+                output.wrote(*result.save(folder, animation_mb, page))
             progress("write results", 2, 2)
         list_unread(output, setup.model.unread)
         tell_notes(output, result.notes, told)

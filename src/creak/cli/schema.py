@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer
 
-from creak.cli.output import Output, writable_folder
+from creak.cli.output import Output, writable_file
 
 
 def schema(
@@ -20,14 +20,15 @@ def schema(
 
     Example: creak schema --out creak-study.schema.json
     """
+    from creak.formats.complete_file import write_text
     from creak.studies.schema import schema_text
 
     if out is None:
         sys.stdout.write(schema_text())
         return
-    writable_folder(out.parent)
+    writable_file(out)
     out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(schema_text(), encoding="utf-8")
+    write_text(out, schema_text())
     output = Output()
     output.wrote(out)
     output.tell_written()

@@ -18,7 +18,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Interrupted, Output, writable_folder
+from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Interrupted, Output, writable_file, writable_folder
 from creak.errors import InputError, NumericalError, Unreliable
 
 if TYPE_CHECKING:
@@ -80,6 +80,8 @@ def sweep(
     read = read_sweep(sweep_file)
     folder = out if out is not None else sweep_file.parent / f"{sweep_file.stem}_sweep"
     writable_folder(folder)
+    for name in ("sweep.csv", "sweep.h5"):
+        writable_file(folder / name, stream=False)
     cases = resolve(read, folder)
     output.detail(f"{len(cases)} cases of {read.base}; results in {folder}")
     if dry_run:
@@ -110,13 +112,13 @@ def _rows(
     read: Any, cases: Sequence[Case], folder: Path, known: dict[str, Outcome], progress: Any, workers: int | None,
     scheduler: str | None, certificates: Certificates, ignore: Sequence[str], reports: bool,
 ) -> list[Row]:  # fmt: skip
-    from creak.studies.sweep import process_alive, run_sweep, tasks_of
-    from creak.studies.sweep_case import remove_partials
+    from creak.formats.partials import remove_dead
+    from creak.studies.sweep import run_sweep, tasks_of
     from creak.studies.sweep_cluster import running_cluster
     from creak.studies.sweep_table import Row, write_table
     from creak.studies.sweep_workers import cores, local_workers
 
-    remove_partials(folder, process_alive)
+    remove_dead(folder)
     tasks = tasks_of(cases, folder, ignore, write_case_report if reports else None)
     left = len(cases) - len(known)
     if not left:
@@ -128,7 +130,7 @@ def _rows(
         with running_cluster(scheduler, certificates) if scheduler is not None else local_workers(count) as runner:
             return run_sweep(read, cases, folder, runner, tasks, known, progress)
     finally:
-        remove_partials(folder, process_alive)
+        remove_dead(folder)
 
 
 def write_case_report(result: StudyResult, summary: dict[str, Any], folder: Path) -> None:

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from creak.cli.output import QUIET, Output, writable_folder
+from creak.cli.output import QUIET, Output, writable_file, writable_folder
 from creak.errors import CreakError, NumericalError
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ def thesis(
     need_report()
     size = checked_mesh_size(mesh_size)
     writable_folder(out)
+    writable_file(out / "thesis.html", stream=False)
     out.mkdir(parents=True, exist_ok=True)
     output = Output(quiet)
     with ThesisProgress(quiet) as progress:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from creak.door.assembly import build_door
 from creak.door.deck import deck_text, hook_ends
 from creak.door.study import LOAD, play_text, study_text
 from creak.errors import InputError
+from creak.formats.complete_file import write_text
 
 
 def write_door(
@@ -42,11 +42,5 @@ def write_door(
 
 
 def _write(path: Path, text: str) -> Path:
-    """Write a file under another name first, so that nobody ever sees half of it."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_text(text, encoding="utf-8", newline="\n")
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
+    write_text(path, text)
     return path

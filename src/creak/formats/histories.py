@@ -12,7 +12,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.formats.complete_file import complete_file
-from creak.formats.results import UNITS, reading, require_run
+from creak.formats.results import UNITS, check_beside, reading, require_run
 from creak.formats.uff import DISPLACEMENT, REACTION_FORCE, Function, Units, write_functions
 
 AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
@@ -51,6 +51,7 @@ def read_histories(path: Path, run: str | None = None) -> Histories:
     InputError : the file is missing or not whole, or has no such run.
     """
     with reading(path), h5py.File(path, "r") as file:
+        check_beside(path, file)
         names = [str(name) for name in file["runs"]]
         if run is None:
             run = "reduced" if "reduced" in names else next(iter(names), "")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,8 +13,10 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.complete_file import complete_file
-from creak.formats.results import reading, require_run
+from creak.formats.complete_file import partial_folder, write_text
+from creak.formats.destination import destination
+from creak.formats.results import check_beside, reading, require_run
+from creak.formats.run_identity import RunIdentity, identity_in
 from creak.formats.tree import read_tree
 from creak.formats.vtu import MeshText, mesh_text, write_instant
 from creak.model.plain_mesh import PlainMesh
@@ -33,6 +34,8 @@ class MotionField:
     time: FloatArray
     """(n_field,) s"""
     mesh: PlainMesh
+    of: RunIdentity | None = None
+    """What wrote the file."""
 
     def instants(self) -> Iterator[tuple[float, FloatArray]]:
         """Time and displacement (n_node, 3) of each instant, some instants read at a time."""
@@ -40,6 +43,8 @@ class MotionField:
         for first in range(0, self.time.size, few):
             some = slice(first, min(first + few, self.time.size))
             with reading(self.path), h5py.File(self.path, "r") as file:
+                if identity_in(file) != self.of:
+                    raise InputError(f"{self.path} was replaced by another run meanwhile", fix="Convert it again.")
                 block = file[f"runs/{self.run}/field/displacement"][some]
             yield from zip(self.time[some].tolist(), block, strict=True)
 
@@ -56,6 +61,7 @@ def motion_field(path: Path, run: str | None = None) -> MotionField:
     InputError : the file is missing or not whole, has no such run, no motion of it, or no mesh.
     """
     with reading(path), h5py.File(path, "r") as file:
+        check_beside(path, file)
         runs = {str(name): "field" in file["runs"][name] for name in file["runs"]}
         if run is None:
             run = max(runs, key=lambda name: (runs[name], name == "reduced"), default="")
@@ -68,7 +74,8 @@ def motion_field(path: Path, run: str | None = None) -> MotionField:
         if "model" not in file:
             by = file.attrs.get("creak", "another program")
             raise InputError(f"{path}, written by creak {by}, does not keep the mesh", fix="Run the study again.")
-        return MotionField(path, run, file[f"runs/{run}/field/time"][()], read_tree(PlainMesh, file["model"]))
+        time, mesh = file[f"runs/{run}/field/time"][()], read_tree(PlainMesh, file["model"])
+        return MotionField(path, run, time, mesh, identity_in(file))
 
 
 def write_series(field: MotionField, out: Path, progress: Callable[[int, int], None] | None = None) -> Path:
@@ -84,20 +91,20 @@ def write_series(field: MotionField, out: Path, progress: Callable[[int, int], N
     -------
     The folder with the files of the instants.
     """
+    destination(out, stream=False)
     folder, digits = out.with_suffix(""), max(4, len(str(field.time.size - 1)))
     names = [f"{out.stem}_{k:0{digits}d}.vtu" for k in range(field.time.size)]
     out.parent.mkdir(parents=True, exist_ok=True)
     text = mesh_text(field.mesh)
-    with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.stem}.", suffix=".partial") as unfinished:
-        _write_instants(field, Path(unfinished), names, text, progress)
+    with partial_folder(out) as unfinished:
+        _write_instants(field, unfinished, names, text, progress)
         folder.mkdir(exist_ok=True)
         out.unlink(missing_ok=True)
         for old in folder.glob(f"{out.stem}_*.vtu"):
             old.unlink()
         for name in names:
-            os.replace(Path(unfinished) / name, folder / name)
-    with complete_file(out) as partial:
-        partial.write_text(_collection(folder.name, names, field.time), encoding="utf-8")
+            os.replace(unfinished / name, folder / name)
+    write_text(out, _collection(folder.name, names, field.time))
     return folder
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,6 +14,8 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.formats.complete_file import complete_file
+from creak.formats.hdf5_file import Hdf5, hdf5_file
+from creak.formats.run_identity import RESULTS, SUMMARY, identity_in, identity_of, of_two_runs
 from creak.formats.tree import BIG, COMPRESSED
 
 UNITS = {
@@ -122,26 +125,50 @@ def reading(path: Path) -> Iterator[None]:
         ) from error
 
 
+def check_beside(path: Path, file: h5py.File) -> None:
+    """Check that the summary.json beside a results.h5, where there is one, is of the same run.
+
+    Raises
+    ------
+    InputError : it is not, or cannot be read.
+    """
+    text = path.with_name(SUMMARY)
+    if path.name != RESULTS or not text.is_file():
+        return
+    with reading(text):
+        beside = identity_of(json.loads(text.read_text(encoding="utf-8")))
+    if beside != identity_in(file):
+        raise of_two_runs(path.parent)
+
+
 def write_results(
     path: Path, runs: Mapping[str, RunRecord], attributes: Mapping[str, str], units: str,
     more: Callable[[h5py.File], None] | None = None,
 ) -> None:  # fmt: skip
-    """Write all runs to one HDF5 file, first under a temporary name, then renamed.
+    """Write all runs to one HDF5 file that is complete or absent, parameters as `put_results`."""
+    with complete_file(path, stream=False) as partial:
+        put_results(partial, runs, attributes, units, more)
+
+
+def put_results(
+    partial: Path, runs: Mapping[str, RunRecord], attributes: Mapping[str, str], units: str,
+    more: Callable[[h5py.File], None] | None = None,
+) -> None:  # fmt: skip
+    """Write all runs to one HDF5 file.
 
     Parameters
     ----------
     more : writes what else belongs into the file.
     """
-    with complete_file(path) as partial, h5py.File(partial, "w") as file:
-        for key, value in attributes.items():
-            file.attrs[key] = value
+    with hdf5_file(partial) as out:
+        out.file.attrs.update(attributes)
         for name, run in runs.items():
-            _write_run(file.create_group(f"runs/{name}"), run, UNITS[units])
+            _write_run(out, out.file.create_group(f"runs/{name}"), run, UNITS[units])
         if more is not None:
-            more(file)
+            more(out.file)
 
 
-def _write_run(group: h5py.Group, run: RunRecord, unit: Mapping[str, str]) -> None:
+def _write_run(out: Hdf5, group: h5py.Group, run: RunRecord, unit: Mapping[str, str]) -> None:
     length, force = unit["length"], unit["force"]
     _put(group, "time", run.time, unit["time"], "time")
     _put(group, "gap", run.gap, length, "time, channel")
@@ -163,7 +190,7 @@ def _write_run(group: h5py.Group, run: RunRecord, unit: Mapping[str, str]) -> No
             _put(group, name, data.reshape(data.shape[0], rub.size, 2), label, axes, MEAN)
     _write_contact(group.create_group("contact"), run.contact, unit)
     if run.field is not None:
-        _write_field(group.create_group("field"), run.field, unit)
+        _write_field(out, group.create_group("field"), run.field, unit)
 
 
 def _write_contact(group: h5py.Group, c: ContactRecord, unit: Mapping[str, str]) -> None:
@@ -193,7 +220,7 @@ def _put_rows(
         dataset[k : k + few] = data[np.ix_(rows[k : k + few], columns)]
 
 
-def _write_field(group: h5py.Group, field: Field, unit: Mapping[str, str]) -> None:
+def _write_field(out: Hdf5, group: h5py.Group, field: Field, unit: Mapping[str, str]) -> None:
     _put(group, "time", field.time, unit["time"], "time")
     _put(group, "node_ids", field.node_ids, "", "node")
     _put(group, "coordinates", field.coords, unit["length"], "node, axis")
@@ -202,6 +229,7 @@ def _write_field(group: h5py.Group, field: Field, unit: Mapping[str, str]) -> No
     motion.attrs["unit"], motion.attrs["axes"] = unit["length"], "time, node, axis"
     for here, block in field.blocks:
         motion[here] = block
+        out.check(motion.dtype.itemsize * 3 * n * (field.time.size - here.stop))
 
 
 def _put(group: h5py.Group, name: str, data: FloatArray | IntArray, unit: str, axes: str, note: str = "") -> None:

@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
+from creak.formats.hdf5_file import hdf5_file
 
 VERSION = 2
 
@@ -49,9 +50,10 @@ class SavedSuperelement:
 
 
 def write_superelement_file(path: Path, saved: SavedSuperelement) -> None:
-    """Write to a temporary name, then rename."""
+    """Write the file, complete or absent."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with complete_file(path) as partial, h5py.File(partial, "w") as file:
+    with complete_file(path, stream=False) as partial, hdf5_file(partial) as out:
+        file = out.file
         file.attrs["creak_superelement"] = VERSION
         file.attrs["name"] = saved.name
         file.attrs["made_from"] = json.dumps(dict(saved.made_from))

@@ -45,11 +45,13 @@ def write_vtu(path: Path, model: Mesh, frequencies: Sequence[float], shapes: Ite
 def write_instant(path: Path, mesh: MeshText, time: float, displacement: FloatArray) -> None:
     """Write the mesh and its motion at one instant: point array `displacement` (n_node, 3) in single precision.
 
+    The file is one of a folder that is complete or absent (`creak.formats.motion_series`).
+
     Parameters
     ----------
     mesh : of `mesh_text`, one for all instants. time : s, the field array `TimeValue`, from which ParaView takes it.
     """
-    with complete_file(path) as partial, partial.open("w", encoding="ascii") as file:
+    with path.open("w", encoding="ascii") as file:
         _write(file, mesh, {"TimeValue": [time]}, iter([("displacement", displacement)]))
 
 

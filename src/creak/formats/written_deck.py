@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from creak.errors import InputError
-from creak.formats.complete_file import complete_file
+from creak.formats.complete_file import complete_file, write_bytes
 
 
 def write_checked(path: str | Path, text: str, lost: Callable[[Path], str], *, kind: str, source: str) -> None:
@@ -19,19 +19,17 @@ def write_checked(path: str | Path, text: str, lost: Callable[[Path], str], *, k
 
     Raises
     ------
-    InputError : the file cannot be written, or the deck does not read back as the model.
+    InputError : the file cannot be written there, or the deck does not read back as the model.
+    WriteError : the disk is full, or fails.
     """
-    try:
-        with complete_file(Path(path)) as partial:
-            partial.write_text(text, encoding="utf-8", newline="\n")
-            missing = _said(lost, partial)
-            if missing:
-                raise InputError(
-                    f"the model cannot be written as {kind} deck without a loss: {missing}", where=source,
-                    fix="Change this in the model, or keep the deck as it is.",
-                )  # fmt: skip
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror or error}", fix="Name another file.") from None
+    with complete_file(Path(path)) as partial:
+        write_bytes(partial, text.encode("utf-8"))
+        missing = _said(lost, partial)
+        if missing:
+            raise InputError(
+                f"the model cannot be written as {kind} deck without a loss: {missing}", where=source,
+                fix="Change this in the model, or keep the deck as it is.",
+            )  # fmt: skip
 
 
 def _said(lost: Callable[[Path], str], path: Path) -> str:

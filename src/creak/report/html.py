@@ -13,7 +13,8 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from creak.formats.complete_file import complete_file
+from creak.formats.complete_file import write_text
+from creak.formats.run_identity import META
 from creak.report import event_tables, figures, gap_figures, method, palette, scene, tables, verdict
 from creak.report.convergence import convergence_parts
 from creak.report.event_csv import event_csv
@@ -57,8 +58,7 @@ def write_report(result: StudyResult, summary: dict[str, Any], path: Path) -> No
 def write_page(result: Found, summary: dict[str, Any], path: Path) -> None:
     """The same for a view, whether it is that of a result or was read back from results.h5."""
     text = report_text(result, summary)
-    with complete_file(path) as partial:
-        partial.write_text(text, encoding="utf-8", newline="\n")
+    write_text(path, text)
 
 
 def report_text(result: Found, summary: dict[str, Any]) -> str:
@@ -97,6 +97,7 @@ def _verdict_parts(result: Found, summary: dict[str, Any], units: Units) -> dict
     return {
         "title": config.title or result.setup.study.path.stem,
         "version": summary["creak"],
+        "run_meta": Markup(META.format(escape(summary["run"]["id"]))),
         "sentence": verdict.sentence(result, summary, units),
         "checks": checks,
         "trust": verdict.trust(summary),

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
 import platform
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import creak
 from creak.report.text import number
+from creak.studies.identity import sha256
 from creak.studies.run import StudyResult
 
 PACKAGES = ("numpy", "scipy", "numba", "pypardiso", "h5py", "plotly")
-BLOCK = 1 << 20
 
 
 def provenance(result: StudyResult) -> list[tuple[str, str]]:
@@ -20,23 +19,14 @@ def provenance(result: StudyResult) -> list[tuple[str, str]]:
     study = result.setup.study
     source = Path(result.setup.model.source)
     deck = study.sibling(study.config.model.deck)
-    rows = [("Study file", study.path.name)]
+    rows = [("Run", result.identity.id), ("Study file", f"{study.path.name}, SHA-256 {result.identity.study_sha256}")]
     for path in dict.fromkeys((deck, source)):
         if path.is_file():
-            rows.append(("Deck", f"{path.name}, {number(path.stat().st_size)} bytes, SHA-256 {digest(path)}"))
+            rows.append(("Deck", f"{path.name}, {number(path.stat().st_size)} bytes, SHA-256 {sha256(path)}"))
             break
     rows.append(("creak", creak.__version__))
     rows.append(("Python and packages", f"Python {platform.python_version()}; {_versions()}"))
     return [*rows, ("Machine", f"{platform.system()}, {platform.machine()}")]
-
-
-def digest(path: Path) -> str:
-    """SHA-256 of a file."""
-    found = hashlib.sha256()
-    with path.open("rb") as file:
-        while block := file.read(BLOCK):
-            found.update(block)
-    return found.hexdigest()
 
 
 def _versions() -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.results import reading
+from creak.formats.run_identity import AGAIN, RESULTS, SUMMARY, identity_in, identity_of, of_two_runs
 from creak.formats.tree import read_tree, write_tree
 from creak.report.found import Found, FoundRun
 from creak.studies.compared import compare_events
@@ -20,7 +21,6 @@ from creak.verify.matching import EventMatch
 
 VERSION = 1
 """Of the group `report`; another one cannot be read."""
-AGAIN = "Run the study again."
 
 
 def write_found(file: h5py.File, found: Found) -> None:
@@ -44,15 +44,27 @@ def read_found(folder: Path) -> tuple[Found, dict[str, Any]]:
     ------
     InputError : a file is missing, not whole, of another run or another version, or holds no view.
     """
-    text, path = folder / "summary.json", folder / "results.h5"
+    text, path = folder / SUMMARY, folder / RESULTS
+    if path.is_file() and not text.exists():
+        raise InputError(
+            f"no such results: {text}, only {RESULTS} beside it: a run was stopped while it wrote them",
+            expected="both, of one run", fix=AGAIN,
+        )  # fmt: skip
     with reading(text):
         summary = json.loads(text.read_text(encoding="utf-8"))
-        names = list(summary["runs"])
+        names, run = list(summary["runs"]), identity_of(summary)
     with reading(path), h5py.File(path, "r") as file:
+        if identity_in(file) != run:
+            raise of_two_runs(folder)
         _check(file, path)
+        if run is None:
+            raise InputError(
+                f"{SUMMARY} and {RESULTS} in {folder} do not say of which run they are",
+                expected="results with a run id", fix=AGAIN,
+            )  # fmt: skip
         found = _found(file)
     if names != list(found.runs):
-        raise InputError(f"summary.json and results.h5 in {folder} are not of the same run", fix=AGAIN)
+        raise of_two_runs(folder)
     return found, summary
 
 

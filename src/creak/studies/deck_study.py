@@ -18,6 +18,7 @@ from creak.formats.nastran.reader import read_nastran_run
 from creak.model.mesh import Model
 from creak.model.steps import Amplitude, DeckRun, DynamicStep, Interaction, PointLoad, Prescribed, SurfacePair
 from creak.studies.config import DOFS, StudyConfig
+from creak.studies.identity import decks_sha256
 from creak.studies.setup import Setup, set_up_model
 from creak.studies.study_file import Study
 
@@ -83,7 +84,8 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: Units = "mm-t-s")
     config = _checked(tables, path, places)
     study = DeckStudy(path, config, config.model_dump_json(indent=2, exclude_defaults=True), places)
     setup = set_up_model(study, replace(model, node_sets={**model.node_sets, **sets}), ignore, free=True)
-    return replace(setup, notes=[*_steps_note(run), *notes, *_jumps(setup), *setup.notes])
+    notes = [*_steps_note(run), *notes, *_jumps(setup), *setup.notes]
+    return replace(setup, notes=notes, deck_sha256=decks_sha256(study))
 
 
 def _jumps(setup: Setup) -> list[str]:

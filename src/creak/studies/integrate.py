@@ -11,6 +11,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
+from creak.dynamics.flight import simulate_high_order
 from creak.dynamics.flow_march import simulate_flow
 from creak.dynamics.flow_resolution import Resolution, finer
 from creak.dynamics.history import History
@@ -27,6 +28,10 @@ from creak.studies.flight import RESOLUTIONS
 from creak.studies.setup import Setup
 
 Report = Callable[[int, int], None]
+GRADED = 5
+"""Flights that a step of an unreduced model near contact is tried in before it is taken sample by sample."""
+RHO_INF = 0.9
+"""Of generalised-alpha in contact."""
 
 
 def scheme_of(table: TimeTable) -> Scheme:
@@ -83,12 +88,13 @@ def _stepped(
     setup: Setup, system: System, gaps: GapOperator, observed: IntArray, output_every: int, whole_at: IntArray,
     progress: Report | None,
 ) -> tuple[History, System, str]:  # fmt: skip
-    parts = math.ceil(setup.study.config.time.step / resolution_of(setup).stepped)
-    history = simulate(
-        system, gaps, divided_loads(setup, parts), generalised_alpha(0.9), observed=observed,
-        output_every=output_every, whole_at=whole_at, substeps=parts, progress=progress,
+    parts = GRADED * math.ceil(setup.study.config.time.step / resolution_of(setup).stepped / GRADED)
+    history = simulate_high_order(
+        system, gaps, divided_loads(setup, parts), generalised_alpha(RHO_INF), observed=observed,
+        output_every=output_every, whole_at=whole_at, substeps=parts, graded=GRADED, progress=progress,
     )  # fmt: skip
-    return history, system, f"generalised-alpha, {parts} substeps near contact"
+    step = setup.study.config.time.step
+    return history, system, f"flights of order 5 of {step:.2g} s, generalised-alpha of {step / parts:.2g} s in contact"
 
 
 def linear_run(setup: Setup, system: System, scheme: Scheme, progress: Report | None) -> History:

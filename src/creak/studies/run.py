@@ -16,11 +16,13 @@ from creak.contact.step_problem import compile_kernels
 from creak.dynamics.condensed import step_limited_stiffness
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
+from creak.formats.run_identity import RunIdentity
 from creak.reduction.health import Health
 from creak.signals.spectra import spectrum
 from creak.studies.compared import compare_events
 from creak.studies.costs import Cost, Meter
 from creak.studies.health import checked
+from creak.studies.identity import new_identity
 from creak.studies.integrate import integrate, output_times, scheme_of
 from creak.studies.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
 from creak.studies.output_steps import excitation_window, field_steps, output_every
@@ -109,6 +111,7 @@ class StudyResult:
     notes: list[str]
     health: dict[str, Health]
     """Of each superelement, by name."""
+    identity: RunIdentity
     stopped: str | None = None
     """Why the study ended early; None: it did not."""
 
@@ -162,7 +165,7 @@ def run_study(
         compare_modes(setup, reference, reduced, gaps),
         compare_spectra(setup, whole, window),
         compare_events(whole, setup.study.config.verification.event_tolerance, window),
-        window, [*setup.notes, *notes], health, stopped,
+        window, [*setup.notes, *notes], health, new_identity(setup.study, setup.deck_sha256), stopped,
     )  # fmt: skip
 
 

@@ -30,6 +30,7 @@ from creak.studies.contact_pairs import contact_pair
 from creak.studies.excitation import driven_dofs, highest_frequency, sample_loads, time_axis
 from creak.studies.flight import with_flight_steps
 from creak.studies.free_motion import loose_motions, loose_words
+from creak.studies.identity import decks_sha256
 from creak.studies.imported import imported_superelements, resistance
 from creak.studies.output_steps import check_outputs
 from creak.studies.reduction_sets import check_reduction
@@ -62,6 +63,8 @@ class Setup:
     """Parts that came as matrices."""
     refined: float = 1.0
     """How much finer than the study's accuracy says contact is resolved."""
+    deck_sha256: str = ""
+    """Of the decks, as `studies.identity.decks_sha256` has it; empty: the model came from no file."""
 
     def with_tables(self, **tables: Table) -> Setup:
         """The same setup with other tables of its study, of those that setting up does not look at."""
@@ -92,7 +95,8 @@ def set_up(study: Study, ignore: Sequence[str] = ()) -> Setup:
     ------
     InputError : anything wrong in the study or the deck.
     """
-    setup = set_up_model(study, read_model(study.sibling(study.config.model.deck)), ignore)
+    model = read_model(study.sibling(study.config.model.deck))
+    setup = replace(set_up_model(study, model, ignore), deck_sha256=decks_sha256(study))
     if study.config.excitation or study.config.connector or setup.model.initial_velocity:
         return setup
     idle = Warned("nothing drives the model: the study has no [excitation]")

@@ -37,6 +37,7 @@ def summarise(result: StudyResult, convergence: Convergence | None = None) -> di
     c = setup.study.config
     summary = {
         "creak": creak.__version__,
+        "run": result.identity.as_dict(),
         "title": c.title,
         "units": c.model.units,
         "model": _model(result),

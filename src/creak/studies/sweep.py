@@ -9,7 +9,8 @@ from pathlib import Path
 
 import creak
 from creak.errors import InputError
-from creak.formats.complete_file import complete_file
+from creak.formats.complete_file import write_text
+from creak.formats.partials import remove_dead
 from creak.studies.sweep_case import RECORD, Outcome, Report, Task, ended, finished_record
 from creak.studies.sweep_cases import Case
 from creak.studies.sweep_file import SweepFile
@@ -38,7 +39,8 @@ def finished(cases: Sequence[Case], out: Path, *, rename: bool = True) -> dict[s
     for case in cases:
         folder, record = out / case.folder_name, records.get(case.folder_name)
         if record is None and folder.exists():
-            raise InputError(f"{folder} is in the way: it is no result of a sweep", fix="Move it, or use --out.")
+            raise InputError(f"{folder} is in the way: it is no result of a sweep, or not all of one run",
+                             fix="Move it, or use --out.")  # fmt: skip
         if record is None and case.id in spare:
             old = out / spare.pop(case.id)
             record = finished_record(old)
@@ -57,8 +59,7 @@ def tasks_of(
     for case in cases:
         study = out / f"{case.folder_name}.toml"
         if not study.is_file() or study.read_text(encoding="utf-8") != case.text:
-            with complete_file(study) as partial:
-                partial.write_text(case.text, encoding="utf-8")
+            write_text(study, case.text)
         reference = None if case.reference_key is None else out / "references" / f"{case.reference_key}.npz"
         hashes = {"study_hash": case.study_hash, "deck_hash": case.deck_hash}
         tasks[case.name] = Task(
@@ -93,17 +94,5 @@ def run_sweep(
                 written = time.monotonic()
     finally:
         write_table(sweep, list(rows.values()), out)
+        remove_dead(out)
     return list(rows.values())
-
-
-def process_alive(process: int) -> bool:
-    """Whether a process of this machine exists; taken for granted where that cannot be asked without harm."""
-    if os.name != "posix":
-        return True
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True

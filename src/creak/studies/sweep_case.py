@@ -9,19 +9,22 @@ import shutil
 import socket
 import time
 import traceback
-import uuid
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import scipy
 from threadpoolctl import threadpool_info
 
 import creak
 from creak.errors import CreakError, InputError, NumericalError
+from creak.formats.complete_file import write_text
+from creak.formats.partials import partial_name
+from creak.formats.run_identity import RESULTS, SUMMARY, identity_in, identity_of
 from creak.studies.run import StudyResult, run_study
 from creak.studies.save import save
 from creak.studies.setup import set_up
@@ -117,14 +120,16 @@ def _made(task: Task, start: float) -> dict[str, Any]:
         result.notes.append("reference run: taken from another case of the sweep, with its costs")
     summary = summarise(result)
     why = "; ".join(unreliable_runs(summary))
-    record = {"id": task.id, "name": task.name, WHY: why, **flat_figures(summary), **sharing}
+    record = {
+        "id": task.id, "run_id": result.identity.id, "name": task.name, WHY: why, **flat_figures(summary), **sharing
+    }  # fmt: skip
 
     def write(folder: Path) -> None:
         save(result, summary, folder)
         if task.report is not None:
             task.report(result, summary, folder)
         record.update(provenance(task, start))
-        (folder / RECORD).write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
+        write_text(folder / RECORD, json.dumps(record, indent=2) + "\n")
 
     publish(task.folder, task.id, write)
     return record
@@ -161,28 +166,31 @@ def publish(folder: Path, id: str, write: Callable[[Path], None]) -> None:
         shutil.rmtree(partial, ignore_errors=True)
 
 
-def partial_name(name: str) -> str:
-    """Hidden, with the host and process that it belongs to."""
-    return f".{name}.{socket.gethostname()}.{os.getpid()}.{uuid.uuid4().hex[:8]}.partial"
-
-
-def remove_partials(folder: Path, alive: Callable[[int], bool]) -> None:
-    """Remove what killed processes of this machine left in a sweep's folder."""
-    for path in folder.glob(".*.partial"):
-        *owner, process, _, _ = path.name.split(".")
-        here = ".".join(owner).endswith(f".{socket.gethostname()}")
-        if here and process.isdigit() and not alive(int(process)):
-            shutil.rmtree(path, ignore_errors=True)
-
-
 def finished_record(folder: Path, id: str | None = None) -> dict[str, Any] | None:
-    """The record of a finished case; None where there is none, or one with another id."""
+    """The record of a finished case; None where there is none, one with another id, or files of several runs."""
     try:
         record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
     fits = isinstance(record, dict) and "id" in record and id in (None, record["id"])
-    return record if fits else None
+    return record if fits and _of_one_run(folder, record.get("run_id")) else None
+
+
+def _of_one_run(folder: Path, run_id: str | None) -> bool:
+    """Whether summary.json and results.h5, where they are there, are of the run of the record."""
+    summary, results = folder / SUMMARY, folder / RESULTS
+    try:
+        if summary.exists():
+            of_summary = identity_of(json.loads(summary.read_text(encoding="utf-8")))
+            if run_id != (None if of_summary is None else of_summary.id):
+                return False
+        if results.exists():
+            with h5py.File(results, "r") as file:
+                of_results = identity_in(file)
+            return run_id == (None if of_results is None else of_results.id)
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+    return True
 
 
 def provenance(task: Task, start: float) -> dict[str, Any]:

@@ -77,6 +77,8 @@ def digest(value: Any) -> str:
 def deck_files(path: Path) -> list[Path]:
     """A deck and what it includes, in reading order."""
     if not is_nastran(path):
+        if not re.search(rb"(?i)input", _content(path)):  # the word that names a file, wherever its line is broken
+            return [path]
         blocks = lex(path)
         return [Path(name) for name in blocks[0].files] if blocks else [path]
     files = [path]

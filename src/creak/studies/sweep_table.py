@@ -14,6 +14,7 @@ import numpy as np
 
 import creak
 from creak.formats.complete_file import complete_file
+from creak.formats.hdf5_file import hdf5_file
 from creak.studies.sweep_case import NOT_RUN, Outcome
 from creak.studies.sweep_cases import Case, shown
 from creak.studies.sweep_figures import OF_A_RUN, OF_EVENTS, RUNS, unit_of
@@ -21,8 +22,8 @@ from creak.studies.sweep_file import SweepFile
 
 CHECKS = ("nrmse_x", "nrmse_y", "nrmse_z", "nrmse_all", "worst_mac", *OF_EVENTS)
 SHARED = ("superelements_reused", "superelements_made", "reference_reused")
-PROVENANCE = ("case_wall_s", "units", "creak", "study_hash", "deck_hash", "date", "host", "python", "numpy", "scipy",
-              "threads")  # fmt: skip
+PROVENANCE = ("case_wall_s", "units", "creak", "run_id", "study_hash", "deck_hash", "date", "host", "python", "numpy",
+              "scipy", "threads")  # fmt: skip
 FIGURES = (*(f"{run}.{key}" for run in RUNS for key in OF_A_RUN), *CHECKS, *SHARED, *PROVENANCE)
 
 
@@ -63,7 +64,8 @@ def write_table(sweep: SweepFile, rows: Sequence[Row], folder: Path) -> list[Pat
         writer.writerow(table)
         writer.writerows(zip(*(map(_cell, cells) for cells in table.values()), strict=True))
     units = next((r.outcome.record["units"] for r in rows if "units" in r.outcome.record), None)
-    with complete_file(binary) as partial, h5py.File(partial, "w") as file:
+    with complete_file(binary, stream=False) as partial, hdf5_file(partial) as out:
+        file = out.file
         file.attrs.update(_attributes(sweep, table))
         for name, cells in table.items():
             data = file.create_dataset(name, data=_array(cells), dtype=_dtype(cells))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-import os
+import shutil
 import socket
 import subprocess
 import sys
@@ -16,13 +16,14 @@ import h5py
 import pytest
 
 from creak.errors import InputError
+from creak.formats.partials import partial_name, remove_dead
 from creak.studies.run import run_study
 from creak.studies.setup import set_up
 from creak.studies.study_file import read_study
 from creak.studies.summary import summarise
 from creak.studies.superelements import save_superelement, shared_path
-from creak.studies.sweep import finished, process_alive, tasks_of
-from creak.studies.sweep_case import Task, finished_record, partial_name, publish, remove_partials, run_case
+from creak.studies.sweep import finished, tasks_of
+from creak.studies.sweep_case import Task, finished_record, publish, run_case
 from creak.studies.sweep_cases import resolve
 from creak.studies.sweep_file import SweepFile, read_sweep
 from creak.studies.sweep_queue import Queue
@@ -92,6 +93,8 @@ def test_what_is_shared_changes_nothing(ran):
     for k in (1, 2):
         alone = summarise(run_study(set_up(read_study(tasks[cases[k].name].study)), lambda *_: None))
         saved = json.loads((out / cases[k].folder_name / "summary.json").read_text())
+        ids = [summary["run"].pop("id") for summary in (saved, alone)]
+        assert ids[0] != ids[1]
         assert without_costs(saved) == without_costs(alone)
 
 
@@ -195,6 +198,22 @@ def test_newer_results_replace_those_of_another_study_only(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["case"]
 
 
+def test_a_case_of_several_runs_is_not_finished(ran, tmp_path):
+    _, cases, out, _, _ = ran
+    one, two = (out / case.folder_name for case in cases[:2])
+    folder = shutil.copytree(one, tmp_path / one.name)
+    record = finished_record(folder)
+    with h5py.File(folder / "results.h5") as file:
+        assert record["run_id"] == file.attrs["run_id"]
+    for name in ("summary.json", "results.h5"):
+        shutil.copy(two / name, folder / name)
+        assert finished_record(folder) is None
+        shutil.copy(one / name, folder / name)
+        assert finished_record(folder) == record
+    (folder / "results.h5").write_bytes(b"half")
+    assert finished_record(folder) is None
+
+
 def test_leftovers_of_dead_processes_are_removed(tmp_path):
     dead = subprocess.Popen([sys.executable, "-c", ""])
     dead.wait()
@@ -202,8 +221,7 @@ def test_leftovers_of_dead_processes_are_removed(tmp_path):
     left = tmp_path / f".a.{socket.gethostname()}.{dead.pid}.abcd.partial"
     for folder in (mine, other, left):
         folder.mkdir()
-    assert process_alive(os.getpid())
-    remove_partials(tmp_path, process_alive)
+    remove_dead(tmp_path)
     assert set(tmp_path.iterdir()) == {mine, other}
 
 

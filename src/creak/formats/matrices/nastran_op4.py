@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from creak.errors import InputError
-from creak.formats.complete_file import complete_file
+from creak.formats.complete_file import write_text
 from creak.formats.matrices import nastran_points as nastran
 from creak.formats.matrices.checks import by_node, checked, first_of, reordered, with_structural
 from creak.formats.matrices.dof_map import beside, read_dof_map
@@ -86,8 +86,7 @@ def write_op4(superelement: Superelement, path: Path, *, superelement_id: int = 
     text = _assembly(superelement, path, superelement_id)
     write_op4_matrices({name: reordered(m, order) for name, m in matrices.items() if m is not None}, path)
     map_file = path.with_suffix(".asm")
-    with complete_file(map_file) as partial:
-        partial.write_text(text, encoding="ascii")
+    write_text(map_file, text)
     return [path, map_file]
 
 

@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 import creak
-from creak.formats.complete_file import complete_file
+from creak.formats.complete_file import write_text
 from creak.report.text import THIN
 from creak.report.thesis import answers, pictures
 from creak.report.thesis.blocks import Block, FigureBlock, Finding, PictureBlock, Section
@@ -62,8 +62,7 @@ class Inputs:
 def write_thesis_page(inputs: Inputs, path: Path) -> None:
     """Write the page as one self-contained HTML file; it appears whole or not at all."""
     text = thesis_page(inputs)
-    with complete_file(path) as partial:
-        partial.write_text(text, encoding="utf-8", newline="\n")
+    write_text(path, text)
 
 
 def thesis_page(inputs: Inputs) -> str:

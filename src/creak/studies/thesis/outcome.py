@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from creak.formats.complete_file import complete_file
+from creak.formats.complete_file import write_text
 
 
 @dataclass(frozen=True)
@@ -83,8 +83,7 @@ class Outcome:
 def save_outcome(outcome: Outcome, key: dict[str, Any], path: Path) -> None:
     """Write an outcome with what it depends on."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with complete_file(path) as partial:
-        partial.write_text(json.dumps({"key": key, "outcome": dataclasses.asdict(outcome)}), encoding="utf-8")
+    write_text(path, json.dumps({"key": key, "outcome": dataclasses.asdict(outcome)}))
 
 
 def load_outcome(path: Path, key: dict[str, Any]) -> Outcome | None:
