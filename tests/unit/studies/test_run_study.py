@@ -24,6 +24,7 @@ def summary_of(folder: Path, study: str = STUDY) -> dict[str, Any]:
     for run in out["runs"].values():
         for key in TIMINGS:
             run.pop(key, None)
+    assert out["run"].pop("id")  # of this run alone
     return out
 
 
