@@ -14,6 +14,7 @@ from creak.api.extras import REPORT, no_report_text
 from creak.cli import advise, convert, example, info, modes, new, reduce, report, run, schema, sweep, thesis
 from creak.cli.output import Interrupted
 from creak.errors import CreakError, InputError
+from creak.studies.unraised import none_ignored
 
 DONE, FAILED, WRONG_INPUT = 0, 1, 2
 CTRL_C = 130
@@ -57,8 +58,9 @@ def main() -> NoReturn:
     """Run the command line; wrong input ends with status 2, a failed analysis with 1, one message each."""
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     try:
-        if app(prog_name="creak", standalone_mode=False) == CTRL_C:
-            raise Interrupted("nothing was written")
+        with none_ignored():
+            if app(prog_name="creak", standalone_mode=False) == CTRL_C:
+                raise Interrupted("nothing was written")
     except InputError as error:
         console.print(f"creak: {error}", style="red", markup=False)
         sys.exit(WRONG_INPUT)

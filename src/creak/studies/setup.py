@@ -32,6 +32,7 @@ from creak.studies.free_motion import loose_motions, loose_words
 from creak.studies.imported import imported_superelements, resistance
 from creak.studies.start_check import drive_warnings, start_warnings
 from creak.studies.study_file import Study
+from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
 
 METHODS = {"surface-to-surface": surface_to_surface, "node-to-surface": node_to_surface}
@@ -76,6 +77,7 @@ def read_model(path: Path) -> Model:
     return read_deck(path)
 
 
+@none_ignored()
 def set_up(study: Study, ignore: Sequence[str] = ()) -> Setup:
     """Read the deck, check the study against it, build the gap channels.
 
