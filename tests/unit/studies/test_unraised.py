@@ -9,7 +9,10 @@ from types import SimpleNamespace
 import pytest
 
 from creak.errors import InputError, NumericalError
+from creak.studies import setup
 from creak.studies.unraised import none_ignored
+from helpers_cli import caller
+from helpers_decks import write_strips
 
 NAME = "scipy.sparse.csgraph._traversal._connected_components_undirected"
 MET = SimpleNamespace(
@@ -70,3 +73,20 @@ def test_inner_and_outer_ones_both_see_it_and_the_last_puts_the_hook_back():
     with pytest.raises(NumericalError), none_ignored():
         ignore_inside(before)
     assert sys.unraisablehook is before
+
+
+def test_creak_run_ends_with_status_1_and_writes_nothing(tmp_path, monkeypatch, capsys):
+    """As with SciPy 1.11.1, whose search for connected parts found nothing: warnings were lost, the status was 0."""
+    before = setup.read_model
+
+    def cut_short(*args, **kwargs):
+        ignore()
+        return before(*args, **kwargs)
+
+    monkeypatch.setattr(setup, "read_model", cut_short)
+    study = write_strips(tmp_path)
+    said = caller(monkeypatch, capsys)("run", study, "--out", tmp_path / "out")
+    assert said.status == 1
+    assert f"the analysis failed: {NAME}: ValueError: Buffer dtype mismatch" in said.words
+    assert "Traceback" not in said.words
+    assert not (tmp_path / "out").exists()
