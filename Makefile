@@ -3,8 +3,14 @@ PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 H      ?= 20
+NEWEST_PYTHON ?= python3.13
+LOWEST_PYTHON ?= python3.11
+NEWEST := build/newest
+LOWEST := build/lowest
+ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
+PARALLEL   := -n 2 --dist loadfile
 
-.PHONY: demo test lint docs verification bench dist clean
+.PHONY: demo test test-newest test-lowest licences lint docs verification bench dist clean
 .DELETE_ON_ERROR:
 
 $(VENV)/run.stamp: pyproject.toml
@@ -28,7 +34,34 @@ demo: $(VENV)/run.stamp
 	@echo "open door/results/report.html"
 
 test: $(VENV)/dev.stamp
-	$(BIN)/python -m pytest
+	$(ONE_THREAD) $(BIN)/python -m pytest $(PARALLEL)
+
+# The demo at 40 mm, unit, command and packaging tests in the environment $(1).
+define demo_and_unit_tests
+	@$(1)/bin/pip list --format=freeze --exclude-editable | paste -s -d ' ' -
+	NUMBA_CACHE_DIR=$(1)/numba $(1)/bin/creak example door --mesh-size 40 --out $(1)/door
+	NUMBA_CACHE_DIR=$(1)/numba $(1)/bin/creak run $(1)/door/door.toml --out $(1)/door/results
+	NUMBA_CACHE_DIR=$(1)/numba CREAK_TESTED=$(notdir $(1)) $(ONE_THREAD) $(1)/bin/python -m pytest $(PARALLEL) tests/unit tests/packaging
+endef
+
+# The newest release of everything, whatever was there before.
+test-newest:
+	$(NEWEST_PYTHON) -m venv $(NEWEST)
+	$(NEWEST)/bin/pip install --quiet --disable-pip-version-check --upgrade --upgrade-strategy eager -e '.[dev,report,cluster]'
+	$(call demo_and_unit_tests,$(NEWEST))
+
+# The lowest version of everything that pyproject.toml names.
+test-lowest:
+	$(LOWEST_PYTHON) -m venv $(LOWEST)
+	$(LOWEST_PYTHON) -m tools.lowest > $(LOWEST)/constraints.txt
+	$(LOWEST)/bin/pip install --quiet --disable-pip-version-check --constraint $(LOWEST)/constraints.txt -e '.[dev,report,cluster]'
+	$(call demo_and_unit_tests,$(LOWEST))
+
+# Rows of packages that only the lowest or the newest versions bring are kept; the last one words the others.
+licences: $(VENV)/dev.stamp
+	for python in $(LOWEST)/bin/python $(NEWEST)/bin/python $(BIN)/python; do \
+	  if test -x $$python; then $$python -m tools.licences_page || exit 1; fi; \
+	done
 
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check .

@@ -27,6 +27,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    if config.getoption("--measured") and getattr(config.option, "numprocesses", None):
+        raise pytest.UsageError("--measured records in one process: leave out -n")
     RECORD.writing = bool(config.getoption("--measured"))
 
 

@@ -72,7 +72,7 @@ def test_the_wheel_says_who_what_and_under_which_licence(built):
     assert "License-Expression: BSD-3-Clause" in text
     assert licences == {"LICENSE", "THIRD_PARTY_LICENCES.md"}
     assert "Provides-Extra: report" in text
-    assert "Requires-Dist: plotly>=5.20; extra == \"report\"" in text
+    assert "Requires-Dist: plotly>=5.20.0; extra == \"report\"" in text
 
 
 def test_the_sdist_holds_what_it_takes_to_build_cite_and_try(built):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import trapezoid
 from scipy.optimize import minimize
 
 from creak.errors import NumericalError
@@ -147,7 +148,7 @@ def complementary(q: StepProblem, i: int, p: float) -> float:
     f = p / q.laws.scale[i]
     knots = np.append(y[y < f], f)
     over = np.interp(knots, y, x) + np.maximum(knots - y[-1], 0.0) * last
-    return float(q.laws.scale[i] * np.trapezoid(over, knots)) if f > 0.0 else 0.0
+    return float(q.laws.scale[i] * trapezoid(over, knots)) if f > 0.0 else 0.0
 
 
 @settings(max_examples=100, deadline=None, derandomize=True)

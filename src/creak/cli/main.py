@@ -15,6 +15,7 @@ from creak.api.extras import REPORT, no_report_text
 from creak.cli import advise, convert, example, info, modes, new, reduce, report, run, schema, sweep, thesis
 from creak.cli.output import Interrupted
 from creak.errors import CreakError, InputError, Unreliable, WriteError
+from creak.studies.unraised import none_ignored
 
 DONE, FAILED, WRONG_INPUT = 0, 1, 2
 OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
@@ -59,8 +60,9 @@ def main() -> NoReturn:
     """Run the command line; wrong input ends with status 2, a failed analysis with 1, one message each."""
     console = Console(stderr=True, highlight=False, soft_wrap=True)
     try:
-        if app(prog_name="creak", standalone_mode=False) == CTRL_C:
-            raise Interrupted("nothing was written")
+        with none_ignored():
+            if app(prog_name="creak", standalone_mode=False) == CTRL_C:
+                raise Interrupted("nothing was written")
         sys.stdout.flush()
     except InputError as error:
         console.print(f"creak: {error}", style="red", markup=False)

@@ -23,21 +23,24 @@ SMALL = np.iinfo(np.int32)
 def write_tree(group: h5py.Group, value: Any, skip: Collection[str] = ()) -> None:
     """Write the fields of a dataclass into a group, each under its name.
 
-    Its type hints decide: arrays are datasets, 64-bit integers as 32-bit ones where they fit; dataclasses, tuples and
-    dictionaries that hold arrays somewhere are groups (of numbers from 0, or of the keys); all else is a dataset with
+    The values decide: arrays are datasets, 64-bit integers as 32-bit ones where they fit; dataclasses, tuples and
+    dictionaries that hold an array somewhere are groups (of numbers from 0, or of the keys); all else is a dataset with
     JSON, infinities and not-a-numbers as Python writes them. What is None is left out.
 
     Parameters
     ----------
     skip : fields of `value` that are left out.
     """
-    for name, hint in _hints(type(value)):
-        if name not in skip:
-            _write(group, name, hint, getattr(value, name))
+    for field in fields(value):
+        if field.name not in skip:
+            _write(group, field.name, getattr(value, field.name))
 
 
 def read_tree(kind: type[T], group: h5py.Group, **given: Any) -> T:
     """The dataclass that `write_tree` wrote, with the values `given` for fields that it left out.
+
+    What is stored tells arrays from the rest, type hints which dataclass, tuple or path the rest is. Integers come back
+    with 64 bits.
 
     Raises
     ------
@@ -62,33 +65,37 @@ def _bare(hint: Any) -> Any:
     return members[0] if len(members) == 1 else hint
 
 
-def _is_array(hint: Any) -> bool:
-    return get_origin(hint) is np.ndarray
+def _is_no_array(hint: Any) -> bool:
+    """Whether a hint is plainly one of something else; that of an array has many spellings."""
+    if isinstance(hint, type):
+        return not issubclass(hint, np.ndarray)
+    return get_origin(hint) in (tuple, list, dict)
 
 
-def _holds_arrays(hint: Any) -> bool:
-    hint = _bare(hint)
-    if _is_array(hint):
+def _holds_arrays(value: Any) -> bool:
+    if isinstance(value, np.ndarray):
         return True
-    inside = [h for _, h in _hints(hint)] if is_dataclass(hint) and isinstance(hint, type) else get_args(hint)
-    return any(_holds_arrays(h) for h in inside)
+    if is_dataclass(value) and not isinstance(value, type):
+        return any(_holds_arrays(getattr(value, f.name)) for f in fields(value))
+    if isinstance(value, dict):
+        return any(_holds_arrays(one) for one in value.values())
+    return isinstance(value, list | tuple) and any(_holds_arrays(one) for one in value)
 
 
-def _write(group: h5py.Group, name: str, hint: Any, value: Any) -> None:
-    hint = _bare(hint)
+def _write(group: h5py.Group, name: str, value: Any) -> None:
     if value is None:
         return
-    if _is_array(hint):
+    if isinstance(value, np.ndarray):
         data = _short(value)
         group.create_dataset(name, data=data, **(COMPRESSED if data.size > BIG else {}))
-    elif not _holds_arrays(hint):
+    elif not _holds_arrays(value):
         group.create_dataset(name, data=json.dumps(_plain(value)), dtype=h5py.string_dtype())
-    elif is_dataclass(hint):
+    elif is_dataclass(value):
         write_tree(group.create_group(name), value)
     else:
         inner = group.create_group(name, track_order=True)
         for key, one in _items(value):
-            _write(inner, key, get_args(hint)[1 if isinstance(value, dict) else 0], one)
+            _write(inner, key, one)
 
 
 def _items(value: Any) -> Iterator[tuple[str, Any]]:
@@ -102,19 +109,28 @@ def _short(data: Any) -> Any:
     return data
 
 
+def _long(data: Any) -> Any:
+    """32-bit integers as 64-bit ones."""
+    return data.astype(np.int64) if data.dtype == np.int32 else data
+
+
 def _read(group: h5py.Group, name: str, hint: Any) -> Any:
     if name not in group and NoneType in get_args(hint):
         return None
     item, hint = group[name], _bare(hint)
-    if _is_array(hint):
-        return item[()].astype(get_args(get_args(hint)[1])[0], copy=False)
-    if not _holds_arrays(hint):
-        return _made(hint, json.loads(item.asstr()[()]))
+    if isinstance(item, h5py.Dataset):
+        is_array = not h5py.check_string_dtype(item.dtype)
+        value = item[()] if is_array else json.loads(item.asstr()[()])
+        if _is_no_array(hint) == is_array and (is_array or isinstance(value, list | dict)):
+            raise TypeError(f"{item.name} holds {'an array' if is_array else 'no array'}")
+        return _long(value) if is_array else _made(hint, value)
     if is_dataclass(hint) and isinstance(hint, type):
         return read_tree(hint, item)
-    if get_origin(hint) is dict:
-        return {key: _read(item, key, get_args(hint)[1]) for key in item}
-    return get_origin(hint)(_read(item, str(k), get_args(hint)[0]) for k in range(len(item)))
+    kind, inside = get_origin(hint), get_args(hint)
+    if kind is dict:
+        return {key: _read(item, key, inside[1]) for key in item}
+    hints = [inside[0]] * len(item) if kind is list or inside[1:] == (...,) else inside
+    return kind(_read(item, str(k), h) for k, h in zip(range(len(item)), hints, strict=True))
 
 
 def _plain(value: Any) -> Any:

@@ -14,6 +14,7 @@ import numpy as np
 import scipy.linalg as sla
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
+from scipy.linalg.lapack import dpotrf
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import NumericalError
@@ -105,14 +106,14 @@ class _CholeskyFactor:
     n_negative = 0
 
     def __init__(self, A: FloatArray) -> None:
-        try:
-            self._c = sla.cho_factor(A, lower=True, check_finite=True)
-        except np.linalg.LinAlgError as error:
-            row = int("".join(ch for ch in str(error).split("-th")[0] if ch.isdigit()) or 0) - 1
-            raise SingularMatrixError(row, f"dense matrix is not positive definite ({error})") from error
+        whole = np.asarray_chkfinite(A, dtype=np.float64)
+        self._c, info = dpotrf(whole, lower=True, clean=False)
+        if info > 0:  # the leading minor of this order is not positive
+            row = int(info) - 1
+            raise SingularMatrixError(row, f"dense matrix is not positive definite at row {row}")
 
     def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
-        return sla.cho_solve(self._c, b, check_finite=False)
+        return sla.cho_solve((self._c, True), b, check_finite=False)
 
 
 class _DenseFactor:

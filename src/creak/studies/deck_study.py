@@ -21,6 +21,7 @@ from creak.studies.config import DOFS, StudyConfig
 from creak.studies.identity import decks_sha256
 from creak.studies.setup import Setup, set_up_model
 from creak.studies.study_file import Study
+from creak.studies.unraised import none_ignored
 
 ALPHA = {"TRANSIENT FIDELITY": -0.05, "MODERATE DISSIPATION": -0.41421}
 """HHT's alpha of each APPLICATION, as Abaqus has it (Analysis User's Guide, 6.3.2)."""
@@ -46,6 +47,7 @@ class DeckStudy(Study):
         return next((place for place in found if place), str(self.path))
 
 
+@none_ignored()
 def set_up_deck(path: Path, ignore: Sequence[str] = (), units: Units = "mm-t-s") -> Setup:
     """Read a deck and make its own step ready to run, unreduced, with all its contact channels: the first *DYNAMIC step
     of an Abaqus deck, SOL 109 or 112 of a Nastran deck.

@@ -36,6 +36,7 @@ from creak.studies.reference_model import (
 )
 from creak.studies.setup import Setup
 from creak.studies.start_check import figure_warnings, never_closed
+from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
 from creak.verify.events import Event, find_events
 from creak.verify.mac import ModePairs, pair_modes
@@ -116,6 +117,7 @@ class StudyResult:
     """Why the study ended early; None: it did not."""
 
 
+@none_ignored()
 def run_study(
     setup: Setup, progress: Progress, store: Path | None = None, reference_run: ReferenceRun | None = None,
     *, record: bool = False,

@@ -36,6 +36,7 @@ from creak.studies.output_steps import check_outputs
 from creak.studies.reduction_sets import check_reduction
 from creak.studies.start_check import drive_warnings, start_warnings
 from creak.studies.study_file import Study
+from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
 
 METHODS = {"surface-to-surface": surface_to_surface, "node-to-surface": node_to_surface}
@@ -84,6 +85,7 @@ def read_model(path: Path) -> Model:
     return read_deck(path)
 
 
+@none_ignored()
 def set_up(study: Study, ignore: Sequence[str] = ()) -> Setup:
     """Read the deck, check the study against it, build the gap channels.
 

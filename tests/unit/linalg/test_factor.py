@@ -79,6 +79,21 @@ def test_singular_row_is_named():
     assert issubclass(SingularMatrixError, NumericalError)
 
 
+@pytest.mark.parametrize("row", [0, 2, 29, 199])
+def test_row_of_a_dense_matrix_is_that_of_the_first_bad_minor(row):
+    """The minors before it are those of a positive definite matrix; LAPACK counts them, no text is read."""
+    A = spd(200).toarray()
+    A[row, row] = -1.0
+    with pytest.raises(SingularMatrixError, match=rf"not positive definite at row {row}$") as found:
+        factor(A)
+    assert found.value.row == row
+
+
+def test_dense_matrices_hold_finite_numbers():
+    with pytest.raises(ValueError, match="infs or NaNs"):
+        factor(np.array([[1.0, np.nan], [np.nan, 1.0]]))
+
+
 def test_sparse_matrix_with_an_empty_row_is_named():
     A = sp.csr_matrix(np.diag([1.0, 0.0, 1.0]))
     A.eliminate_zeros()

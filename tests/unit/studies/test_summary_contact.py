@@ -10,6 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+from scipy import integrate
 
 from creak.contact.laws.parameters import Friction
 from creak.dynamics.history import ENERGIES
@@ -62,7 +63,7 @@ def written(rubbed, tmp_path_factory) -> Path:
 
 
 def trapezoid(file: h5py.File, path: str) -> np.ndarray:
-    return np.trapezoid(file[path][:], file["runs/reduced/time"][:], axis=0)
+    return integrate.trapezoid(file[path][:], file["runs/reduced/time"][:], axis=0)
 
 
 # --- summary.json ---------------------------------------------------------------------------------------------------
@@ -131,7 +132,7 @@ def test_output_means_keep_the_impulse(rubbed, written):
         assert group["friction_force"].shape == (h.time.size // EVERY + 1, f, 2)
         for name, full in (("friction_force", h.tangential), ("slip_speed", h.sliding)):
             np.testing.assert_allclose(
-                trapezoid(file, f"runs/reduced/{name}").reshape(-1), np.trapezoid(full, h.time, axis=0), rtol=1e-10
+                trapezoid(file, f"runs/reduced/{name}").reshape(-1), integrate.trapezoid(full, h.time, axis=0), rtol=1e-10
             )
 
 

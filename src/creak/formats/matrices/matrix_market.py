@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from inspect import signature
 from pathlib import Path
 
 from scipy import io, sparse
@@ -14,6 +15,8 @@ from creak.formats.matrices.dof_map import read_dof_map, write_dof_map
 from creak.model.superelement import Superelement
 
 ENDINGS = ("_K.mtx", "_M.mtx", "_C.mtx", "_dofs.csv")
+SPARSE_ARRAY = {"spmatrix": False} if "spmatrix" in signature(io.mmread).parameters else {}
+"""From 1.18 on SciPy warns where one does not say which kind of sparse matrix is wanted."""
 
 
 def read_matrix_market(path: Path, map_file: Path | None = None) -> Superelement:
@@ -46,7 +49,7 @@ def _read(path: Path) -> Matrix:
                          expected="NAME_K.mtx, NAME_M.mtx and NAME_dofs.csv side by side")  # fmt: skip
     try:
         _check_entries(path)
-        matrix = io.mmread(path)
+        matrix = io.mmread(path, **SPARSE_ARRAY)
     except (ValueError, OverflowError, OSError, EOFError, StopIteration) as error:
         raise InputError(f"this is no complete Matrix Market file ({error})", where=path,
                          fix="Copy or write it again") from error  # fmt: skip
