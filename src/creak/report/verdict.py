@@ -147,7 +147,9 @@ def finite(run: dict[str, Any]) -> bool:
 def span(result: Found) -> str:
     """The verification window in words."""
     start, end = result.window
-    length = end - start
+    length, run = end - start, main_run(result.runs)
+    if run is not None and end < float(run.history.time[-1]) * (1.0 - 1e-9):
+        return f"from {tidy(start)} to {tidy(end)} s, where both models were run"
     if start <= 0.0:
         return f"in {tidy(length)} s"
     return "in the last second" if abs(length - 1.0) < 1e-9 else f"in the last {tidy(length)} s"
@@ -192,8 +194,9 @@ def _found(result: Found) -> str:
 
 def _speed(summary: dict[str, Any]) -> str:
     reduced, reference = summary["runs"]["reduced"], summary["runs"]["reference"]
-    run = ratio(reference["wall_s"], reduced["wall_s"])
-    whole = ratio(reference["wall_s"], reduced["wall_s"] + reduced["offline_wall_s"])
+    took = reference["wall_s"] * reduced["end"] / max(reference["end"], 1e-12)  # over the same simulated time
+    run = ratio(took, reduced["wall_s"])
+    whole = ratio(took, reduced["wall_s"] + reduced["offline_wall_s"])
     if run is None or whole is None:
         return "speed not measured"
     if run < 1.0:

@@ -406,6 +406,9 @@ class ReferenceTable(Table):
 
     run: bool = True
     """Also run the unreduced model."""
+    until: Positive | None = None
+    """s; the unreduced run, which starts from rest like the other, ends here, and the two are compared up to here.
+    Default: it covers the whole run."""
 
 
 class OutputTable(Table):

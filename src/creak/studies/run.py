@@ -21,6 +21,7 @@ from creak.reduction.health import Health
 from creak.signals.spectra import spectrum
 from creak.studies.compared import compare_events
 from creak.studies.costs import Cost, Meter
+from creak.studies.excitation import time_axis
 from creak.studies.health import checked
 from creak.studies.identity import new_identity
 from creak.studies.integrate import integrate, output_times, scheme_of
@@ -154,13 +155,14 @@ def run_study(
     if stopped is None and (c.reference.run or reduced is None):
         runs["reference"] = (
             march_run("reference", setup, reference.system, gaps, progress, None, record=True)
-            if record and reduced is None else (reference_run or unreduced_run)(setup, reference, gaps, progress)
+            if record and reduced is None
+            else (reference_run or unreduced_run)(compared_setup(setup, reduced), reference, gaps, progress)
         )  # fmt: skip
         stopped = runs["reference"].stopped
     notes += run_warnings(setup, gaps, runs)
     if runs and gaps.m and not any(run.events for run in runs.values()):
         notes.append(never_closed(gaps, next(iter(runs.values())).history))
-    window = excitation_window(setup.study, output_times(setup))
+    window = excitation_window(setup.study, output_times(compared_setup(setup, reduced)))
     whole = {} if stopped else runs
     return StudyResult(
         setup, gaps, runs, reference, reduced,
@@ -178,6 +180,20 @@ def limited(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> tuple
     positions, step = setup.model.nodes.coords[gaps.nodes_idx], setup.loads.step
     stiffness = step_limited_stiffness(reference.system, gaps, positions, scheme_of(setup.study.config.time), step)
     return replace(gaps, stiffness=stiffness), _note_of_limit(gaps, stiffness, step)
+
+
+def compared_setup(setup: Setup, reduced: ReducedModel | None) -> Setup:
+    """The setup up to where the unreduced model is run for comparison; the whole where that is the only run."""
+    until, c = setup.study.config.reference.until, setup.study.config
+    if until is None or reduced is None or not c.reference.run or until >= setup.loads.time[-1] * (1.0 - 1e-9):
+        return setup
+    time = c.time.model_copy(update={"end": until, "periods": None})
+    study = replace(setup.study, config=c.model_copy(update={"time": time}))
+    n = time_axis(study).size
+    loads = replace(
+        setup.loads, time=setup.loads.time[:n], support=setup.loads.support[:, :n], force=setup.loads.force[:n]
+    )  # fmt: skip
+    return replace(setup, study=study, loads=loads)
 
 
 def slip_of(run: Run) -> FloatArray:
@@ -311,8 +327,9 @@ def _relative_motion(setup: Setup, history: History, window: tuple[float, float]
     main, secondary = ([row[int(n)] for n in setup.pairs[:, k]] for k in (0, 1))
     time = history.time[history.output_index]
     step = float(time[1] - time[0])
+    end = int(np.searchsorted(time, window[1] + 0.5 * step))
     n = round((window[1] - window[0]) / step)
-    return (u[:, secondary] - u[:, main])[-n:], step
+    return (u[:, secondary] - u[:, main])[end - n : end], step
 
 
 def events_in(events: Sequence[Event], window: tuple[float, float]) -> list[Event]:

@@ -99,6 +99,7 @@ def _run(run: Run, result: StudyResult, model: Model, convergence: Convergence |
         "modes": run.modes,
         "channels": result.gaps.m,
         "steps": h.time.size - 1,
+        "end": float(h.time[-1]),
         "contact_steps": h.contact_steps,
         "wall_s": run.cost.wall_s,
         "setup_s": h.setup_s,
