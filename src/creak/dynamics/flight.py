@@ -19,6 +19,7 @@ from creak.dynamics.loads import Loads
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.simulate import CondensedStepper, Progress, march
 from creak.dynamics.state import LinearTerms
+from creak.errors import InputError
 
 
 class FlightStepper:
@@ -36,6 +37,11 @@ class FlightStepper:
     def __init__(
         self, system: System, gaps: GapOperator, loads: Loads, scheme: Scheme, substeps: int, graded: int = 1
     ) -> None:
+        if graded < 1 or substeps % graded:
+            raise InputError(
+                f"a step of {substeps} samples in {graded} flights", expected="a number that divides the samples",
+                where="graded", fix="Take 1, or a divisor of substeps.",
+            )  # fmt: skip
         started = clock.perf_counter()
         self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)
@@ -118,7 +124,7 @@ def simulate_high_order(
 
     Raises
     ------
-    NumericalError, Stopped : as `simulate`.
+    NumericalError, Stopped : as `simulate`. InputError : `graded` does not divide `substeps`.
     """
     stepper = FlightStepper(system, gaps, loads, scheme, substeps, graded)
     return march(stepper, observed, output_every, progress, whole_at)

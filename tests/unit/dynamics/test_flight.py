@@ -17,7 +17,7 @@ from creak.dynamics.loads import Loads, at_rest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.dynamics.stopped import Interrupted
-from creak.errors import NumericalError
+from creak.errors import InputError, NumericalError
 from creak.linalg.modes import modes
 from creak.reduction.modal import with_modal_damping
 from helpers_core import NO_CHANNELS, chain, channels, forces_on, system_of, time_axis
@@ -302,3 +302,8 @@ def test_ctrl_c_keeps_what_was_computed():
     with pytest.raises(Interrupted) as stop:
         run(KINDS["rayleigh"](np.ones(N)), pushed(40, 1), progress=interrupt)
     assert stop.value.history.time.size == 21
+
+
+def test_flights_that_do_not_divide_the_step_are_refused():
+    with pytest.raises(InputError, match="200 samples in 3 flights"):
+        thrown(1e-2, 200, 3)
