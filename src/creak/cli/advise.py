@@ -74,8 +74,9 @@ def _draw(output: Output, advice: Advice) -> None:
         "Frequency, force, impulse: errors on the door with the same multiple. At most: no mode at the end of the "
         "excitation is further off. Times: measured here, to a factor of two."
     )
-    rows = [STEP_HEAD, *(_step_row(s, s is choice.step) for s in facts.steps)]
-    output.table("Time step (* advised)", rows, left=(0, len(STEP_HEAD) - 1))
+    if not choice.exact:
+        rows = [STEP_HEAD, *(_step_row(s, s is choice.step) for s in facts.steps)]
+        output.table("Time step (* advised)", rows, left=(0, len(STEP_HEAD) - 1))
     for text in choice.because:
         output.say(f"- {text}")
 

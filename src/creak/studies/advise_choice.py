@@ -41,6 +41,8 @@ class Choice:
 
     option: Option | None
     """None: run the unreduced model."""
+    exact: bool
+    """No step is forced, so none is advised."""
     step: StepAdvice
     substeps: int
     changes: tuple[Change, ...]
@@ -54,13 +56,16 @@ def choose(setup: Setup, facts: Facts) -> Choice:
     option, why = _option(setup, facts, step)
     massless = option is not None and option.method == "massless-boundary"
     substeps = _substeps(setup, step, massless)
+    exact, forced = setup.study.config.time.exact, [
+        *words.why_step(setup, step, massless), *words.why_substeps(step, substeps, massless),
+        *words.why_stiffness(setup, step, substeps, massless),
+    ]  # fmt: skip
     because = [
-        why, *words.why_f_max(facts, option), *words.why_step(setup, step, massless),
-        *words.why_substeps(step, substeps, massless), *words.why_stiffness(setup, step, substeps, massless),
+        why, *words.why_f_max(facts, option), *([words.why_exact(setup)] if exact else forced),
         *words.why_retained(setup, facts), *words.why_unreduced(facts, step),
     ]  # fmt: skip
     changes = tuple(_changes(setup, option, step, substeps))
-    return Choice(option, step, substeps, changes, tuple(because), tuple(words.warnings(setup, facts, option)))
+    return Choice(option, exact, step, substeps, changes, tuple(because), tuple(words.warnings(setup, facts, option)))
 
 
 def _step(setup: Setup, facts: Facts) -> StepAdvice:
@@ -80,7 +85,7 @@ def _option(setup: Setup, facts: Facts, step: StepAdvice) -> tuple[Option | None
             "method: craig-bampton, because the study has substructures, unreduced sets or imported parts; one "
             "assembly without them would be smaller with gap-modes"
         )
-    if any(t.stiffness == "hard" for t in c.contact.values()):
+    if any(t.stiffness == "hard" for t in c.contact.values()) and not c.time.exact:
         return _whole(facts, "massless-boundary", FADING, table.f_max), (
             "method: massless-boundary with its own integrator, because with hard contact HHT throws a node back at "
             "up to 1.18 times the speed it came, and the massless boundary closes once (docs/numerics.md, "
@@ -125,9 +130,11 @@ def _changes(setup: Setup, option: Option | None, step: StepAdvice, substeps: in
     c, wanted = setup.study.config, dict[str, tuple[Any, Any]]()
     if option is not None:
         wanted |= _reduction(setup, option)
+    if option is not None and not c.time.exact:
         wanted["time.integrator"] = (c.time.integrator, _integrator(c.time.integrator, option))
-    wanted["time.step"] = (c.time.step, step.step)
-    wanted["time.substeps"] = (c.time.substeps, substeps)
+    if not c.time.exact:
+        wanted["time.step"] = (c.time.step, step.step)
+        wanted["time.substeps"] = (c.time.substeps, substeps)
     wanted["precheck.enabled"] = (c.precheck.enabled, True)
     if step.unreduced_s > LONG_S and option is not None:
         wanted["reference.run"] = (c.reference.run, False)

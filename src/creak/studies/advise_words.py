@@ -115,6 +115,14 @@ def why_retained(setup: Setup, facts: Facts) -> Iterator[str]:
         )
 
 
+def why_exact(setup: Setup) -> str:
+    """Why nothing is said of steps."""
+    return (
+        f"steps: accuracy = {setup.study.config.time.accuracy!r} chooses them: motion between contacts is exact, "
+        "contact is resolved in its own time scale, its stiffness is used as it is (docs/numerics.md)"
+    )
+
+
 def why_unreduced(facts: Facts, step: StepAdvice) -> Iterator[str]:
     u = facts.unreduced
     yield (

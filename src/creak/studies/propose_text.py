@@ -135,7 +135,7 @@ def _excitation(found: Proposal) -> list[str]:
 
 def _reduction() -> list[str]:
     return [
-        "# `creak advise` looks closer: retained dofs, f_max, step and contact stiffness, with their errors and costs.",
+        "# `creak advise` looks closer: retained dofs, f_max and what they cost, with the errors to expect.",
         "[reduction]",
         _line("method", "craig-bampton", "or guyan, gap-modes, massless-boundary, none"),
         _line("f_max", MULTIPLE * F_MAX, f"Hz, modes kept: {MULTIPLE:g} times the excitation"),
@@ -151,8 +151,8 @@ def _precheck(found: Proposal) -> list[str]:
 
 
 def _time(found: Proposal) -> list[str]:
-    last = _line("periods", 5, "of the excitation") if found.drive is not None else _line("end", 1.0, "s")
-    return ["[time]", _line("step", 1e-3, f"s, a tenth of the period at {F_MAX:g} Hz"), last]
+    long = _line("periods", 5, "of the excitation") if found.drive is not None else _line("end", 1.0, "s")
+    return ["[time]", long, _line("accuracy", "settled", "or quick, fine; steps follow from it")]
 
 
 def _output(found: Proposal) -> list[str]:
