@@ -81,12 +81,13 @@ def test_example_bar_on_wall(tmp_path, measured):
 
 def test_example_stick_slip_belt(tmp_path, measured):
     found = figures("stick_slip_belt", tmp_path)
-    # Stick and slip begin and end in a step of 5 us each, which HHT needs two of to settle: 1e-5 of .08 s.
+    # Stick and slip begin and end in a step of 5 us each: 1e-5 of .08 s.
     assert found["rate_hz"] == pytest.approx(12.3932817, rel=1.3e-4)
     assert found["stick_s"] == pytest.approx(0.04, abs=1e-5)
     assert found["slip_s"] == pytest.approx(0.04068888, abs=1e-5)
     assert found["first_slip_s"] == pytest.approx(0.05, abs=1e-5)
-    assert found["energy_created"] < 1e-9
+    # The end of a slip falls between two steps: a share (h / slip)^2 of its energy.
+    assert found["energy_created"] < 1e-6
     measured("examples", "block on a belt: rate", found["rate_hz"], 12.3932817, rel=1.3e-4, unit="Hz", source="closed form")
     measured("examples", "block on a belt: slip", found["slip_s"], 0.04068888, abs=1e-5, unit="s", source="closed form")
 

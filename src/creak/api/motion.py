@@ -18,7 +18,7 @@ from creak.dynamics.scheme import HHT, Scheme
 from creak.errors import InputError
 from creak.signals import sources
 from creak.signals.sources import Motion, Signal
-from creak.studies.integrate import simulator
+from creak.studies.integrate import simulate_settled, simulator
 
 Forces: TypeAlias = Sequence[tuple[ArrayLike, Signal | ArrayLike]]
 EVEN = 1e-6
@@ -71,15 +71,17 @@ def simulate(
 ) -> History:
     """March a System, full or reduced, through its loads with contact in the gap channels.
 
-    M a + C v + K u = f + G' p(g, g') by HHT-alpha with contact condensed to the channels: exact up to round-off, one
-    factorisation, no global iteration. Diagonal Systems (`diagonalise`, `gap_modes`) run in compiled code.
+    M a + C v + K u = f + G' p(g, g'). Without a scheme at the default accuracy, whatever the step of the loads:
+    diagonal Systems (`diagonalise`, `gap_modes`) by exact motion between contacts, others by collocation of order 5;
+    contact in short steps of its own. Loads follow a cubic spline through their samples, which must resolve them (ten
+    in a period). With a scheme as it is, contact condensed to the channels: one factorisation, no global iteration.
 
     Parameters
     ----------
     gaps : channels; several operators are joined; an empty list gives linear motion.
-    scheme : `HHT(alpha)`, default alpha = -0.05, or `generalised_alpha(rho_inf)`.
+    scheme : `HHT(alpha)` or `generalised_alpha(rho_inf)`, for those who insist; None: the default accuracy.
     observed : labels whose motion is kept every `output_every` steps; default: those that the channels touch.
-    substeps : a step is so many samples of the loads long, and divided into as many near contact.
+    substeps : with a scheme: a step is so many samples of the loads long, and divided into as many near contact.
 
     Returns
     -------
@@ -105,6 +107,10 @@ def simulate(
         known_labels(x, system.labels, "forces")
     if output_every < 1 or substeps < 1 or loads.n_step < substeps:
         raise InputError(f"output_every = {output_every}, substeps = {substeps}", expected="1 or more")
+    if scheme is None and substeps == 1:
+        return simulate_settled(
+            system, channels, loads, observed=kept, output_every=output_every, progress=progress
+        )  # fmt: skip
     return simulator(system)(
         system, channels, loads, HHT() if scheme is None else scheme, observed=kept, output_every=output_every,
         substeps=substeps, progress=progress,

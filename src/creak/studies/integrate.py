@@ -12,10 +12,10 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.flight import simulate_high_order
-from creak.dynamics.flow_march import simulate_flow
-from creak.dynamics.flow_resolution import Resolution, finer
+from creak.dynamics.flow_march import SAMPLES, simulate_flow
+from creak.dynamics.flow_resolution import SETTLED, Resolution, finer
 from creak.dynamics.history import History
-from creak.dynamics.loads import Loads
+from creak.dynamics.loads import Loads, refined
 from creak.dynamics.modal_coefficients import MasslessBoundary, is_modal
 from creak.dynamics.modal_march import simulate_modal
 from creak.dynamics.modal_massless import massless_substeps
@@ -95,6 +95,22 @@ def _stepped(
     )  # fmt: skip
     step = setup.study.config.time.step
     return history, system, f"flights of order 5 of {step:.2g} s, generalised-alpha of {step / parts:.2g} s in contact"
+
+
+def simulate_settled(
+    system: System, gaps: GapOperator, loads: Loads, *, observed: IntArray, output_every: int = 1,
+    progress: Report | None = None,
+) -> History:  # fmt: skip
+    """A System through sampled loads at the default accuracy; a step of the loads is a flight step."""
+    if is_modal(system):
+        return simulate_flow(
+            system, gaps, refined(loads, SAMPLES), observed=observed, output_every=output_every, progress=progress
+        )  # fmt: skip
+    parts = GRADED * math.ceil(loads.step / SETTLED.stepped / GRADED)
+    return simulate_high_order(
+        system, gaps, refined(loads, parts), generalised_alpha(RHO_INF), observed=observed, output_every=output_every,
+        substeps=parts, graded=GRADED, progress=progress,
+    )  # fmt: skip
 
 
 def linear_run(setup: Setup, system: System, scheme: Scheme, progress: Report | None) -> History:

@@ -342,7 +342,7 @@ def test_change_of_figures_that_vanish():
 
 
 def test_csv_has_a_line_for_each_figure_of_each_event(repeated, tmp_path):
-    with save_convergence(repeated, tmp_path).open(encoding="utf-8", newline="") as file:
+    with save_convergence(repeated, tmp_path, "a run").open(encoding="utf-8", newline="") as file:
         lines = list(csv.DictReader(file))
     assert len(lines) == len(FIGURES) * len(repeated.events)
     for line in lines:
