@@ -28,7 +28,8 @@ SPDX = {
 FROM_THE_FILE = {
     "contourpy": "BSD-3-Clause", "cycler": "BSD-3-Clause", "jinja2": "BSD-3-Clause", "kiwisolver": "BSD-3-Clause",
     "numba": "BSD-2-Clause", "partd": "BSD-3-Clause", "scipy": "BSD-3-Clause", "colorama": "BSD-3-Clause",
-    "zict": "BSD-3-Clause", "matplotlib": "Matplotlib (PSF)", "umf": "Apache-2.0 WITH LLVM-exception",
+    "zict": "BSD-3-Clause", "pypardiso": "BSD-3-Clause", "matplotlib": "Matplotlib (PSF)",
+    "umf": "Apache-2.0 WITH LLVM-exception",
     "intel-openmp": "Intel EULA for Developer Tools", "intel-cmplr-lib-ur": "Intel EULA for Developer Tools",
 }  # fmt: skip
 """Packages whose metadata say only BSD, another family or the whole text; read from the licence that they install."""
