@@ -319,7 +319,7 @@ def _each_force(result: Found) -> Check:
     if match is None or not match.pairs:
         return Check(name, bar, "not compared: no common events", None)
     count = len(match.pairs)
-    ratios = [ratio(b.force_peak_filtered, a.force_peak_filtered) for a, b in match.pairs]
+    ratios = [ratio(b.force_place, a.force_place) for a, b in match.pairs]
     worst = max((r for r in ratios if r is not None), key=lambda r: abs(r - 1.0), default=None)
     found = f"{match.within_5_percent} of {count} (largest difference {percent(worst)})"
     return Check(name, bar, found, match.within_5_percent == count)

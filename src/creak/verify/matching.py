@@ -60,8 +60,8 @@ class EventMatch:
 
     @property
     def force_error(self) -> Errors:
-        """Low-passed peaks, as fractions of the reference's."""
-        return self._relative("force_peak_filtered")
+        """Low-passed peaks of the places, as fractions of the reference's."""
+        return self._relative("force_place")
 
     @property
     def impulse_error(self) -> Errors:
@@ -70,8 +70,9 @@ class EventMatch:
 
     @property
     def amplitude_ratio_mean(self) -> float | None:
-        """Mean low-passed peak of the common events, reduced / reference (thesis 3.7.3)."""
-        return self._ratio("force_peak_filtered")
+        """Mean low-passed peak of the common events, reduced / reference (thesis 3.7.3), the channels of a place together:
+        how they share it hangs on their springs."""
+        return self._ratio("force_place")
 
     @property
     def impulse_ratio_mean(self) -> float | None:
@@ -82,8 +83,7 @@ class EventMatch:
     def within_5_percent(self) -> int:
         """Common events whose low-passed peaks differ by at most 5 %."""
         return sum(
-            abs(b.force_peak_filtered / a.force_peak_filtered - 1.0) <= 0.05
-            for a, b in self.pairs if a.force_peak_filtered > 0.0
+            abs(b.force_place / a.force_place - 1.0) <= 0.05 for a, b in self.pairs if a.force_place > 0.0
         )  # fmt: skip
 
     def _ratio(self, name: str) -> float | None:

@@ -79,7 +79,7 @@ def compare_statistics(
         return ks_distance(*(np.array([getattr(e, name) for e in events]) for events in (a, b)))
 
     return EventStatistics(
-        (len(a), len(b)), window[1] - window[0], distance("force_peak_filtered"), distance("impulse")
+        (len(a), len(b)), window[1] - window[0], distance("force_place"), distance("impulse")
     )  # fmt: skip
 
 

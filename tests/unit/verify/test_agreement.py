@@ -12,7 +12,7 @@ from creak.verify.statistics import compare_statistics, is_chaotic, ks_distance
 
 
 def event(t: float, force: float = 1.0, impulse: float = 1.0) -> Event:
-    return Event("a", "a:1", 0, t, t, t, force, force, impulse, 0.0, 1)
+    return Event("a", "a:1", 0, t, t, t, force, force, impulse, 0.0, 1, force)
 
 
 def test_precision_and_recall(measured):

@@ -214,7 +214,7 @@ def test_no_contact_no_event():
 
 
 def event(t: float, force: float = 1.0, group: str = "a", impulse: float = 1.0) -> Event:
-    return Event(group, f"{group}:1", 0, t, t, t, force, force, impulse, 0.0, 1)
+    return Event(group, f"{group}:1", 0, t, t, t, force, force, impulse, 0.0, 1, force)
 
 
 def test_events_match_one_to_one_nearest_first():
