@@ -70,8 +70,10 @@ class EventMatch:
 
     @property
     def amplitude_ratio_mean(self) -> float | None:
-        """Mean low-passed peak of the common events, reduced / reference (thesis 3.7.3), the channels of a place together:
-        how they share it hangs on their springs."""
+        """Mean low-passed peak of the common events, reduced / reference (thesis 3.7.3).
+
+        The channels of a place together: how they share it hangs on their springs.
+        """
         return self._ratio("force_place")
 
     @property
