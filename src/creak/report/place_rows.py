@@ -51,9 +51,9 @@ def _words(result: Found, places: tuple[Place, ...], units: Units) -> str:
     if not places:
         return "Nowhere: no contact event in the run."
     return (
-        f"{plural(len(places), 'place')} {span(result)} of the {RUN_WORDS[run.name]} run, the hardest hit first. "
-        "Contact nodes that touch side by side, or within "
-        f"{number(near(result.setup.model), 2)} {units.length}, are one place; forces are low-passed peaks."
+        f"{plural(len(places), 'place')} of the {RUN_WORDS[run.name]} run {span(result)}, the hardest hit first. "
+        f"Contact nodes that touch side by side, or within {number(near(result.setup.model), 2)} {units.length}, are one "
+        "place; forces are low-passed peaks of its nodes together."
     )
 
 

@@ -37,8 +37,8 @@ class Place:
 
     @property
     def force(self) -> float:
-        """Worst low-passed force of a channel."""
-        return max(e.force_peak_filtered for e in self.events)
+        """Worst low-passed force of its channels together."""
+        return max(e.force_place for e in self.events)
 
     @property
     def speed(self) -> float:

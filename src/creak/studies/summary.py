@@ -152,7 +152,7 @@ def _place(p: Place, run: Run, model: Model) -> dict[str, Any]:
         "nodes": model.nodes.ids[p.nodes_idx].tolist(),
         "events": len(p.events),
         "impulse": p.impulse,
-        "force": max(e.force_place for e in p.events),
+        "force": p.force,
         "closing_speed": p.speed,
         "n5": None,
         "n_max": None,

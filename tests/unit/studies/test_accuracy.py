@@ -1,0 +1,156 @@
+"""[time] accuracy: steps that follow from it, what may stand beside it, error bars and verdict."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from creak.api.study import run, run_setup, set_up
+from creak.errors import InputError
+from creak.studies.converge import BASE, FINER, MORE_MODES, SOFTER, STIFFER
+from creak.studies.flight import with_flight_steps
+from creak.studies.study_file import read_study
+from helpers_decks import STUDY, write_strips
+
+FREE = STUDY.replace("step = 5e-4\n", "")
+"""The two strips without a word on steps."""
+
+
+def study(folder, text=FREE):
+    return read_study(write_strips(folder, study=text))
+
+
+def timed(folder, lines):
+    return study(folder, FREE.replace("[time]\n", f"[time]\n{lines}\n"))
+
+
+# --- the study file -------------------------------------------------------------------------------------------------
+
+
+def test_nothing_but_the_length_is_needed(tmp_path):
+    table = study(tmp_path).config.time
+    assert (table.exact, table.accuracy, table.integrator) == (True, "settled", "exact")
+
+
+@pytest.mark.parametrize(("line", "integrator"), [
+    ("step = 1e-3", "hht"), ("alpha = -0.1", "hht"), ("substeps = 4", "hht"), ("rho_inf = 0.8", "generalised-alpha"),
+    ('integrator = "hht"', "hht"), ('integrator = "exact"', "exact"),
+])  # fmt: skip
+def test_a_forced_step_asks_for_its_scheme(tmp_path, line, integrator):
+    assert timed(tmp_path, line).config.time.integrator == integrator
+
+
+@pytest.mark.parametrize("lines", [
+    'accuracy = "fine"\nstep = 1e-3', 'accuracy = "quick"\nintegrator = "hht"', 'integrator = "exact"\nsubsteps = 2',
+])  # fmt: skip
+def test_accuracy_and_a_forced_step_exclude_each_other(tmp_path, lines):
+    with pytest.raises(InputError, match=r"chooses (the|its) steps itself"):
+        timed(tmp_path, lines)
+
+
+# --- steps ----------------------------------------------------------------------------------------------------------
+
+
+def test_steps_follow_the_excitation_and_divide_its_period(tmp_path):
+    c = with_flight_steps(study(tmp_path)).config
+    signal = c.excitation["root"].signal
+    assert c.time.step <= 0.1 / signal.f_max
+    assert signal.period / c.output.interval == pytest.approx(round(signal.period / c.output.interval))
+    assert c.output.interval / c.time.step == pytest.approx(round(c.output.interval / c.time.step))
+
+
+def test_an_interval_that_is_given_stays(tmp_path):
+    c = with_flight_steps(study(tmp_path, FREE + "\n[output]\ninterval = 2e-3\n")).config
+    assert c.output.interval == 2e-3
+    assert 2e-3 / c.time.step == pytest.approx(round(2e-3 / c.time.step))
+
+
+def test_steps_stay_where_they_are_forced(tmp_path):
+    forced = study(tmp_path, STUDY)
+    assert with_flight_steps(forced) is forced
+
+
+def test_looking_twice_changes_nothing(tmp_path):
+    once = with_flight_steps(study(tmp_path))
+    assert with_flight_steps(once).config == once.config
+
+
+# --- error bars and verdict -----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    return run(study(tmp_path_factory.mktemp("exact")))
+
+
+def test_each_thing_that_may_matter_is_varied_once(found):
+    assert list(found.convergence.outcomes) == [BASE, FINER, SOFTER, STIFFER, MORE_MODES]
+    modes = found.convergence.outcomes[MORE_MODES].variant
+    assert modes.f_max == 1.5 * found.found.setup.study.config.reduction.f_max
+
+
+def test_every_event_says_how_far_it_has_settled(found):
+    reduced = found.summary["runs"]["reduced"]
+    assert reduced["events"]
+    assert reduced["verdict"] in ("settled", "statistics", "unsettled")
+    assert reduced["verdict"] == "settled" or reduced["reasons"]
+    for event, of in zip(reduced["events"], found.convergence.events, strict=True):
+        settled = event["settled_to"]
+        assert set(settled) == {"t_start", "duration", "impulse", "force", "closing_speed"}
+        if not of.problem:
+            values = of.figures["impulse"].values
+            most = max(abs(values[name] / values[BASE] - 1.0) for name in values)
+            assert settled["impulse"] == pytest.approx(most, rel=0.2, abs=1e-9)  # shares of the other run's value
+
+
+def test_places_hold_the_events_and_their_force(found):
+    places = found.summary["runs"]["reduced"]["places"]
+    window = found.summary["verification"]["window"]
+    inside = [e for e in found.summary["runs"]["reduced"]["events"] if window[0] <= e["t_start"] <= window[1]]
+    assert sum(p["impulse"] for p in places) == pytest.approx(sum(e["impulse"] for e in inside), rel=1e-9)
+    assert all(0.0 < p["share"] <= 1.0 for p in places)
+    assert max(e["force_place"] for e in inside) >= max(e["force_peak_filtered"] for e in inside)
+
+
+def test_contact_stiffness_is_used_as_it_is(found):
+    assert np.array_equal(found.found.gaps.stiffness, found.found.setup.contacts.stiffness)
+    assert not any("lowered" in note for note in found.notes)
+
+
+def test_reduced_by_exact_flow_is_unreduced_by_collocation(found, measured):
+    """Two models and two schemes."""
+    events = found.summary["verification"]["events"]
+    assert events["matched"] == events["reference"] == events["reduced"] > 0
+    assert events["impulse_ratio_mean"] == pytest.approx(1.0, abs=0.02)
+    measured("contact, exact flow", "two strips, exact flow on the reduced / collocation on the unreduced model: mean impulse", events["impulse_ratio_mean"], 1.0, abs=0.02, source="another scheme and model")
+
+
+def test_quick_has_no_error_bars(tmp_path):
+    result = run(timed(tmp_path, 'accuracy = "quick"'))
+    assert result.convergence is None
+    assert "verdict" not in result.summary["runs"]["reduced"]
+
+
+def test_a_result_without_repeats_says_nothing_of_settling(tmp_path):
+    result = run_setup(set_up(study(tmp_path)), converge=False)
+    assert all(x is None for e in result.summary["runs"]["reduced"]["events"] for x in e["settled_to"].values())
+
+
+# --- [reference] until ----------------------------------------------------------------------------------------------
+
+
+def test_the_unreduced_run_may_end_early(tmp_path):
+    text = FREE.replace("[time]", "[reference]\nuntil = 0.2\n\n[time]")
+    result = run_setup(set_up(study(tmp_path, text)), converge=False)
+    reference, reduced = (result.runs[n].history for n in ("reference", "reduced"))
+    assert reference.time[-1] == pytest.approx(0.2)
+    assert reduced.time[-1] == pytest.approx(0.4)
+    assert result.summary["verification"]["window"][1] == pytest.approx(0.2)
+    assert result.summary["runs"]["reference"]["end"] == pytest.approx(0.2)
+    assert result.summary["verification"]["nrmse"]["all"] > 0.95
+
+
+def test_summary_is_json(found):
+    assert json.loads(json.dumps(found.summary, allow_nan=False))
