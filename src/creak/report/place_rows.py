@@ -52,8 +52,8 @@ def _words(result: Found, places: tuple[Place, ...], units: Units) -> str:
         return "Nowhere: no contact event in the run."
     return (
         f"{plural(len(places), 'place')} of the {RUN_WORDS[run.name]} run {span(result)}, the hardest hit first. "
-        f"Contact nodes that touch side by side, or within {number(near(result.setup.model), 2)} {units.length}, are one "
-        "place; forces are low-passed peaks of its nodes together."
+        f"Contact nodes that touch side by side, or within {number(near(result.setup.model), 2)} {units.length}, are "
+        "one place; forces are low-passed peaks of its nodes together."
     )
 
 
