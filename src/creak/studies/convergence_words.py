@@ -18,6 +18,9 @@ ADVICE = {
     "step": "a shorter [time] step",
     "stiffness": "a stiffer contact with a step that resolves it",
     "modes": "a higher [reduction] f_max",
+    "tolerance": 'accuracy = "fine"',
+    "softer": "the contact stiffness that the material has",
+    "stiffer": "the contact stiffness that the material has",
 }
 
 

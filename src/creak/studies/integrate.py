@@ -32,6 +32,8 @@ from creak.studies.setup import Setup
 Report = Callable[[int, int], None]
 GRADED = 5
 """Flights that a step of an unreduced model near contact is tried in before it is taken sample by sample."""
+HARD = 1e30
+"""Stiffness in place of infinity before it is limited, force / length."""
 HALVINGS = 3
 """Most halvings of their steps in contact."""
 CARRIED = 0.2
@@ -96,8 +98,9 @@ def _stepped(
     progress: Report | None,
 ) -> tuple[History, System, str]:  # fmt: skip
     parts = _parts(setup, system, gaps)
+    springs = _with_springs(setup, system, gaps, parts)
     history = simulate_high_order(
-        system, gaps, divided_loads(setup, parts), IN_CONTACT, observed=observed,
+        system, springs, divided_loads(setup, parts), IN_CONTACT, observed=observed,
         output_every=output_every, whole_at=whole_at, substeps=parts, graded=GRADED, progress=progress,
     )  # fmt: skip
     step = setup.study.config.time.step
@@ -119,6 +122,16 @@ def _parts(setup: Setup, system: System, gaps: GapOperator) -> int:
             break
         parts *= 2
     return parts
+
+
+def _with_springs(setup: Setup, system: System, gaps: GapOperator, parts: int) -> GapOperator:
+    """Hard channels as the stiffest springs that a step carries: none throws a node back within it."""
+    hard = np.isinf(gaps.stiffness)
+    if not hard.any():
+        return gaps
+    stiff = replace(gaps, stiffness=np.where(hard, HARD, gaps.stiffness), step_limited=hard)
+    positions, step = setup.model.nodes.coords[gaps.nodes_idx], setup.study.config.time.step
+    return replace(stiff, stiffness=step_limited_stiffness(system, stiff, positions, IN_CONTACT, step / parts))
 
 
 def simulate_settled(

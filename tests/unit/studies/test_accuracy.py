@@ -9,8 +9,10 @@ import pytest
 
 from creak.api.study import run, run_setup, set_up
 from creak.errors import InputError
-from creak.studies.converge import BASE, FINER, MORE_MODES, SOFTER, STIFFER
+from creak.studies.converge import BASE, FINER, LAST_TWO, MORE_MODES, SOFTER, STIFFER
+from creak.studies.convergence_words import ADVICE
 from creak.studies.flight import with_flight_steps
+from creak.studies.settled import CAUSES
 from creak.studies.study_file import read_study
 from helpers_decks import STUDY, write_strips
 
@@ -154,3 +156,16 @@ def test_the_unreduced_run_may_end_early(tmp_path):
 
 def test_summary_is_json(found):
     assert json.loads(json.dumps(found.summary, allow_nan=False))
+
+
+def test_every_family_has_its_advice():
+    assert set(ADVICE) == set(LAST_TWO) == set(CAUSES)
+
+
+def test_hard_contact_creates_no_energy_in_either_model(tmp_path):
+    text = FREE.replace('method = "surface', 'stiffness = "hard"\nmethod = "surface').replace("periods = 2", "periods = 1")
+    result = run_setup(set_up(study(tmp_path, text)), converge=False)
+    for each in result.summary["runs"].values():
+        assert each["energy_created_of_contact"] < 0.01
+        assert "verdict" not in each
+    assert result.summary["verification"]["events"]["impulse_ratio_mean"] == pytest.approx(1.0, abs=0.03)
