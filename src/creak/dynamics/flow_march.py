@@ -8,15 +8,16 @@ from collections.abc import Callable
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.assembly.system import System
-from creak.contact.gap_operator import GapOperator
+from creak.assembly.damping import Damping
+from creak.assembly.system import System, no_supports
+from creak.contact.gap_operator import GapOperator, join
 from creak.contact.step_problem import failure, law_arrays, solve_channels
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.flow_kernel import FULL, RATE, THETA, flow_chunk
 from creak.dynamics.flow_propagator import propagator
 from creak.dynamics.flow_resolution import SETTLED, FlowSteps, Resolution, flow_steps, mollified, steepest
 from creak.dynamics.history import History
-from creak.dynamics.loads import Loads
+from creak.dynamics.loads import Loads, at_rest
 from creak.dynamics.modal_books import start_books
 from creak.dynamics.modal_coefficients import modal_matrices
 from creak.dynamics.modal_log import Log
@@ -26,6 +27,7 @@ from creak.dynamics.state import LinearTerms
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.errors import InputError
 from creak.linalg.dense_product import symmetric
+from creak.linalg.diagonal import Diagonal
 from creak.linalg.threads import one_blas_thread
 
 SAMPLES = 3
@@ -67,6 +69,18 @@ def simulate_flow(
         a chunk of steps); what was computed is in its `history`.
     """
     return _Run(system, gaps, loads, resolution, observed, output_every, whole_at).march(progress)
+
+
+def compile_flow() -> None:
+    """Compile now what a run would compile at its first step, by one step of a mass at rest."""
+    one, label = Diagonal(np.ones(1)), np.zeros(1, dtype=np.int64)
+
+    def rows(labels: IntArray) -> tuple[FloatArray, FloatArray]:
+        return np.ones((labels.size, 1)), np.zeros((labels.size, 0))
+
+    mass = System("at rest", one, one, Damping(), rows, no_supports(1), label, np.zeros(1), labels=label)
+    time = np.linspace(0.0, 1e-3, SAMPLES + 1)
+    simulate_flow(mass, join([]), at_rest(time), observed=label)
 
 
 class _Run:

@@ -14,6 +14,7 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.contact.small_sliding import slip_warnings
 from creak.contact.step_problem import compile_kernels
 from creak.dynamics.condensed import step_limited_stiffness
+from creak.dynamics.flow_march import compile_flow
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.formats.run_identity import RunIdentity
@@ -46,6 +47,8 @@ from creak.verify.nrmse import nrmse_by_axis
 from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.slips import SlipEvent, find_slips
 
+COMPILE = "compile kernels (first run: a minute)"
+"""A phase of its own: slow once, then kept on disk."""
 SHARE = 0.1
 """Longest step as a share of the shortest event."""
 
@@ -134,7 +137,11 @@ def run_study(
     record : keep the motion around the hardest events of the reduced run, or of the only one (`studies.motion`).
     """
     c = setup.study.config
+    progress(COMPILE, 0, 1)
     compile_kernels()
+    if c.time.exact:
+        compile_flow()
+    progress(COMPILE, 1, 1)
     reference, gaps, notes = prepare(setup, progress)
     gaps, more = limited(setup, reference, gaps)
     notes += more
