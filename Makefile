@@ -36,12 +36,16 @@ demo: $(VENV)/run.stamp
 test: $(VENV)/dev.stamp
 	$(ONE_THREAD) $(BIN)/python -m pytest $(PARALLEL)
 
-# The demo at 40 mm, unit, command and packaging tests in the environment $(1).
+# Minutes long, and nothing in them hangs on a dependency's version that the others do not: the whole suite has them.
+ONCE := $(addprefix --ignore=tests/,packaging/test_wheel.py \
+  $(addprefix unit/studies/,test_thesis_cases.py test_sweep_workers.py test_one_run.py))
+
+# The demo at 40 mm, unit and packaging tests in the environment $(1).
 define demo_and_unit_tests
 	@$(1)/bin/pip list --format=freeze --exclude-editable | paste -s -d ' ' -
 	NUMBA_CACHE_DIR=$(1)/numba $(1)/bin/creak example door --mesh-size 40 --out $(1)/door
 	NUMBA_CACHE_DIR=$(1)/numba $(1)/bin/creak run $(1)/door/door.toml --out $(1)/door/results
-	NUMBA_CACHE_DIR=$(1)/numba CREAK_TESTED=$(notdir $(1)) $(ONE_THREAD) $(1)/bin/python -m pytest $(PARALLEL) tests/unit tests/packaging --ignore=tests/packaging/test_wheel.py
+	NUMBA_CACHE_DIR=$(1)/numba CREAK_TESTED=$(notdir $(1)) $(ONE_THREAD) $(1)/bin/python -m pytest $(PARALLEL) tests/unit tests/packaging $(ONCE)
 endef
 
 # The newest release of everything, whatever was there before.
