@@ -13,6 +13,7 @@ from creak.assembly.part import loose_system, part_system
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.scheme import Scheme
+from creak.errors import InputError
 from creak.linalg.factor import Factor, factor, regular_factor
 from creak.linalg.modes import Modes, modes, small_shift
 from creak.reduction.modal import modal_system, support_motion, with_modal_damping
@@ -139,14 +140,27 @@ def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: Scheme, progres
 
 
 def static_shapes(setup: Setup, reference: ReferenceModel) -> FloatArray:
-    """K^-1 B of the force excitations, (n, n_force)."""
+    """K^-1 B of the force excitations, (n, n_force).
+
+    Raises
+    ------
+    InputError : there are forces, and only contact holds the structure.
+    """
     n = reference.system.n
     B = np.zeros((n, len(setup.loads.force_labels)))
+    if not B.shape[1]:
+        return B
+    if reference.stiffness is None:
+        method = setup.study.config.reduction.method
+        raise InputError(
+            f"method = {method!r} takes the static shape of each force, but only contact holds the structure",
+            where=setup.study.where("reduction", "method"), expected="supports that hold it without contact",
+            fix='Use method = "craig-bampton".',
+        )  # fmt: skip
     for j, labels in enumerate(setup.loads.force_labels):
         rows, _ = reference.system.rows(labels)
         B[:, j] = np.asarray(rows.sum(axis=0)).ravel()
-    assert reference.stiffness is not None
-    return reference.stiffness.solve(np.asfortranarray(B)) if B.shape[1] else B
+    return reference.stiffness.solve(np.asfortranarray(B))
 
 
 def observed_labels(nodes_idx: IntArray) -> IntArray:
