@@ -12,7 +12,7 @@ from creak.assembly.system import System
 from creak.dynamics.history import History
 from creak.studies.excitation import highest_frequency
 from creak.studies.integrate import output_times
-from creak.studies.output_steps import excitation_window
+from creak.studies.output_steps import shown_window
 from creak.studies.setup import Setup
 from creak.verify.events import Event
 
@@ -56,7 +56,7 @@ def recorded_steps(setup: Setup, n: int) -> IntArray:
     They are every one, or as many as fit into `MEMORY`; none where that would not follow the motion.
     """
     time, period = output_times(setup), 1.0 / _highest(setup)
-    start, end = excitation_window(setup.study, time)
+    start, end = shown_window(setup.study, time)
     inside = np.flatnonzero((time >= start - BESIDE * period) & (time <= end))
     every = -(-8 * n * inside.size // MEMORY)
     if every > 1 and every * (time[1] - time[0]) > period / PER_PERIOD:
@@ -72,7 +72,7 @@ def recorded(setup: Setup, system: System, history: History, events: Sequence[Ev
     """
     if system.n != history.coordinates.shape[0] or not history.whole_at.size:
         return Recording((), _why_nothing(system, history))
-    window = excitation_window(setup.study, output_times(setup))
+    window = shown_window(setup.study, output_times(setup))
     inside = [e for e in events if window[0] <= e.t_start <= window[1]]
     chosen: list[Motion] = []
     for event in _ranked(inside):

@@ -100,3 +100,11 @@ def excitation_window(study: Study, time: FloatArray) -> tuple[float, float]:
     """The time span that verification looks at: the last period, or all of a run without one."""
     period, end = period_of(study), float(time[-1])
     return (end - period, end) if period is not None and period < end else (0.0, end)
+
+
+def shown_window(study: Study, time: FloatArray) -> tuple[float, float]:
+    """`excitation_window` up to where the unreduced model is run for comparison: what the page shows event by event."""
+    until, c = study.config.reference.until, study.config
+    if until is None or not c.reference.run or c.reduction.method == "none":
+        return excitation_window(study, time)
+    return excitation_window(study, time[: max(2, int(np.searchsorted(time, until * (1.0 + 1e-9), side="right")))])

@@ -27,7 +27,7 @@ from creak.studies.health import checked
 from creak.studies.identity import new_identity
 from creak.studies.integrate import integrate, output_times, scheme_of
 from creak.studies.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
-from creak.studies.output_steps import excitation_window, field_steps, output_every
+from creak.studies.output_steps import field_steps, output_every, shown_window
 from creak.studies.reduced_model import WHOLE, ReducedModel, reduce_model, reduced_modes
 from creak.studies.reference_model import (
     ReferenceModel,
@@ -169,7 +169,7 @@ def run_study(
     notes += run_warnings(setup, gaps, runs)
     if runs and gaps.m and not any(run.events for run in runs.values()):
         notes.append(never_closed(gaps, next(iter(runs.values())).history))
-    window = excitation_window(setup.study, output_times(compared_setup(setup, reduced)))
+    window = shown_window(setup.study, output_times(setup))
     whole = {} if stopped else runs
     return StudyResult(
         setup, gaps, runs, reference, reduced,

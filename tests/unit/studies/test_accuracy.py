@@ -169,3 +169,11 @@ def test_hard_contact_creates_no_energy_in_either_model(tmp_path):
         assert each["energy_created_of_contact"] < 0.01
         assert "verdict" not in each
     assert result.summary["verification"]["events"]["impulse_ratio_mean"] == pytest.approx(1.0, abs=0.03)
+
+
+def test_motion_is_kept_where_the_page_shows_events(tmp_path):
+    text = FREE.replace("[time]", "[reference]\nuntil = 0.2\n\n[time]")
+    run = run_setup(set_up(study(tmp_path, text)), converge=False, record=True).main
+    motions = run.recording.motions
+    assert motions
+    assert all(m.event.t_start <= 0.2 for m in motions)
