@@ -13,7 +13,7 @@ PIECES = 8
 def closes_between(gap0, rate0, gap1, rate1, h):  # type: ignore[no-untyped-def]
     """True where the cubic through gaps and gap rates (m,) at both ends of a step of length h reaches zero in it."""
     for i in range(gap0.size):  # noqa: SIM110 (compiled)
-        if _dips(gap0[i], h * rate0[i], gap1[i], h * rate1[i]):
+        if dips(gap0[i], h * rate0[i], gap1[i], h * rate1[i]):
             return True
     return False
 
@@ -49,14 +49,14 @@ def closes_in_flight(gap, rate0, rate1, acceleration0, acceleration1, known, c, 
             x = j / PIECES
             after = g0 - margin + x * (d0 + x * (0.5 * a0 + x * (c3 + x * (c4 + x * c5))))
             steeper = (d0 + x * (a0 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))) / PIECES
-            if _dips(before, slope, after, steeper):
+            if dips(before, slope, after, steeper):
                 return True
             before, slope = after, steeper
     return False
 
 
 @numba.njit(cache=True)
-def _dips(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
+def dips(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
     """True where the cubic with values g and slopes d at 0 and 1 reaches zero between them."""
     if g1 <= 0.0:
         return True

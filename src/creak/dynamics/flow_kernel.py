@@ -12,6 +12,7 @@ import numba
 import numpy as np
 
 from creak.contact.step_problem import solve_step, spring_force
+from creak.dynamics.closing import dips
 from creak.dynamics.flow_books import book_flow, in_motion
 from creak.dynamics.modal_model import (
     CONSTANT,
@@ -149,15 +150,8 @@ def may_close(now, after, h, reach, energy, slope):  # type: ignore[no-untyped-d
         for b in range(reach.shape[0]):
             off += reach[b, i] * max(energy[0, b], energy[1, b])
         g0, g1 = now.gap[i] - off, after.gap[i] - off
-        if g0 <= 0.0 or g1 <= 0.0:
+        if g0 <= 0.0 or dips(g0, h * now.rate[i], g1, h * after.rate[i]):
             return True
-        d0, d1 = h * now.rate[i], h * after.rate[i]
-        if d0 < 0.0 < d1:  # g' = 3 a x^2 + 2 b x + d0 changes sign: its root inside, in a form without cancellation
-            a, b2 = 2.0 * (g0 - g1) + d0 + d1, -3.0 * (g0 - g1) - 2.0 * d0 - d1
-            q = b2 + np.sqrt(max(b2 * b2 - 3.0 * a * d0, 0.0))
-            x = -d0 / q if q != 0.0 else 0.5
-            if g0 + x * (d0 + x * (b2 + x * a)) <= 0.0:
-                return True
     return False
 
 
@@ -260,7 +254,7 @@ def flow_chunk(model, laws, slope, P, A, W, gain, light, band, reach, now, after
                 level = levels
             elif level > 0 and at % (parts >> (level - 1)) == 0:
                 level -= 1
-            if level < levels:
+            if model.presses and level < levels:
                 band_energies(model, band, D, now, energy[0])
             while True:
                 h = H / (1 << level)

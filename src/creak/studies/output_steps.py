@@ -102,9 +102,14 @@ def excitation_window(study: Study, time: FloatArray) -> tuple[float, float]:
     return (end - period, end) if period is not None and period < end else (0.0, end)
 
 
+def compared_end(study: Study, end: float) -> float:
+    """s up to which the unreduced model is run beside the reduced one; the whole run unless the study says less."""
+    c = study.config
+    until = c.reference.until if c.reference.run and c.reduction.method != "none" else None
+    return end if until is None or until >= end * (1.0 - 1e-9) else until
+
+
 def shown_window(study: Study, time: FloatArray) -> tuple[float, float]:
-    """`excitation_window` up to where the unreduced model is run for comparison: what the page shows event by event."""
-    until, c = study.config.reference.until, study.config
-    if until is None or not c.reference.run or c.reduction.method == "none":
-        return excitation_window(study, time)
-    return excitation_window(study, time[: max(2, int(np.searchsorted(time, until * (1.0 + 1e-9), side="right")))])
+    """`excitation_window` up to `compared_end`: what the page shows event by event."""
+    end = compared_end(study, float(time[-1]))
+    return excitation_window(study, time[: max(2, int(np.searchsorted(time, end * (1.0 + 1e-9), side="right")))])

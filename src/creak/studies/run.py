@@ -27,7 +27,7 @@ from creak.studies.health import checked
 from creak.studies.identity import new_identity
 from creak.studies.integrate import integrate, output_times, scheme_of
 from creak.studies.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
-from creak.studies.output_steps import field_steps, output_every, shown_window
+from creak.studies.output_steps import compared_end, field_steps, output_every, shown_window
 from creak.studies.reduced_model import WHOLE, ReducedModel, reduce_model, reduced_modes
 from creak.studies.reference_model import (
     ReferenceModel,
@@ -163,7 +163,7 @@ def run_study(
         runs["reference"] = (
             march_run("reference", setup, reference.system, gaps, progress, None, record=True)
             if record and reduced is None
-            else (reference_run or unreduced_run)(compared_setup(setup, reduced), reference, gaps, progress)
+            else (reference_run or unreduced_run)(compared_setup(setup), reference, gaps, progress)
         )  # fmt: skip
         stopped = runs["reference"].stopped
     notes += run_warnings(setup, gaps, runs)
@@ -189,10 +189,11 @@ def limited(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> tuple
     return replace(gaps, stiffness=stiffness), _note_of_limit(gaps, stiffness, step)
 
 
-def compared_setup(setup: Setup, reduced: ReducedModel | None) -> Setup:
-    """The setup up to where the unreduced model is run for comparison; the whole where that is the only run."""
-    until, c = setup.study.config.reference.until, setup.study.config
-    if until is None or reduced is None or not c.reference.run or until >= setup.loads.time[-1] * (1.0 - 1e-9):
+def compared_setup(setup: Setup) -> Setup:
+    """The setup up to where the unreduced model is run for comparison."""
+    c, end = setup.study.config, float(setup.loads.time[-1])
+    until = compared_end(setup.study, end)
+    if until == end:
         return setup
     time = c.time.model_copy(update={"end": until, "periods": None})
     study = replace(setup.study, config=c.model_copy(update={"time": time}))

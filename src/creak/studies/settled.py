@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from creak.studies.converge import FIGURES, TIMES, Convergence, EventSettling, Settling
 from creak.studies.run import Run, StudyResult
 from creak.verify.reliability import UNRELIABLE, reasons_against
+from creak.verify.statistics import EventStatistics
 
 SETTLED, STATISTICS, UNSETTLED = "settled", "statistics", "unsettled"
 ENOUGH = 0.95
@@ -96,7 +96,7 @@ def _open(e: EventSettling) -> str:
     )  # fmt: skip
 
 
-def _alike(s: Any) -> bool:
+def _alike(s: EventStatistics) -> bool:
     known = [d.alike for d in (s.force, s.impulse) if d is not None]
     return bool(s.rates_alike and all(known))
 

@@ -245,7 +245,7 @@ def test_output_and_whole_coordinates_are_those_of_the_instants():
     system = diagonalise(system_of(M, K, velocity=np.array([0.0, 0.0, 0.0, 1.0])))
     time = 1e-3 / SAMPLES * np.arange(SAMPLES * 60 + 1)
     loads = Loads(time, np.zeros((3, time.size, 0)), np.zeros((time.size, 0)))
-    gaps = replace(channels([[0.0, 0.0, 0.0, -1.0]], 1e-3, 1e6))
+    gaps = channels([[0.0, 0.0, 0.0, -1.0]], 1e-3, 1e6)
     history = simulate_flow(
         system, gaps, loads, observed=np.arange(4), output_every=2, whole_at=np.array([0, 4, 60])
     )  # fmt: skip
