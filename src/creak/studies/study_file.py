@@ -55,7 +55,8 @@ def _check_time(study: Study, given: dict[str, Any]) -> None:
     table, forced = study.config.time, sorted((FORCED | {"rho_inf"}) & given.keys())
     if "accuracy" in given and not table.exact:
         raise InputError(
-            f"accuracy = {table.accuracy!r} chooses the steps itself, and {', '.join(forced) or 'integrator'} would force them",
+            f"accuracy = {table.accuracy!r} chooses the steps itself, {', '.join(forced) or 'integrator'} would force "
+            "them",
             where=study.where("time", "accuracy"), expected="one of both", fix="Leave out all but accuracy.",
         )  # fmt: skip
     if table.exact and forced:
