@@ -43,8 +43,20 @@ CASES: dict[str, dict[str, object]] = {
     **{f"gap modes {f}": {"method": "gap-modes", "f_max": f} for f in (300, 700)},
     **{f"massless {f}": {"method": "massless-boundary", "f_max": f} for f in (300, 700)},
 }
-HEAD = ("reduction", "retained", "unknowns", "worst_frequency_error", "lowest_mac", "events_matched", "events_missed",
-        "events_extra", "mean_force_error", "mean_impulse_error", "offline_s", "online_s")  # fmt: skip
+HEAD = (
+    "reduction",
+    "retained",
+    "unknowns",
+    "worst_frequency_error",
+    "lowest_mac",
+    "events_matched",
+    "events_missed",
+    "events_extra",
+    "mean_force_error",
+    "mean_impulse_error",
+    "offline_s",
+    "online_s",
+)
 
 
 def main() -> None:
@@ -87,11 +99,22 @@ def study(setup: Setup) -> list[list[object]]:
         partner = modes.pairs.partner
         paired = np.where(partner >= 0, modes.freq_reduced[np.maximum(partner, 0)], np.inf)
         worst = float(np.abs(paired / modes.freq_reference - 1.0).max())
-        rows.append([
-            name, model.retained, model.system.n, worst, float(modes.pairs.mac.min()), len(match.pairs),
-            len(match.missed), len(match.extra), less_one(match.amplitude_ratio_mean),
-            less_one(match.impulse_ratio_mean), round(offline, 1), round(run.cost.wall_s, 2),
-        ])  # fmt: skip
+        rows.append(
+            [
+                name,
+                model.retained,
+                model.system.n,
+                worst,
+                float(modes.pairs.mac.min()),
+                len(match.pairs),
+                len(match.missed),
+                len(match.extra),
+                less_one(match.amplitude_ratio_mean),
+                less_one(match.impulse_ratio_mean),
+                round(offline, 1),
+                round(run.cost.wall_s, 2),
+            ]
+        )
         console.print(*(f"{x:.3g}" if isinstance(x, float) else x for x in rows[-1]))
     return rows
 
@@ -113,9 +136,11 @@ def plot(rows: list[list[object]], path: Path) -> None:
     """
     figure = Figure(figsize=(11.0, 4.6), layout="constrained")
     FigureCanvasAgg(figure)
-    panels = ((2, 3, "unknowns of the reduced model", "worst frequency error to 100 Hz"),
-              (2, 9, "unknowns of the reduced model", "mean impulse error of matched events"),
-              (10, 11, "offline time, s", "online time, s"))  # fmt: skip
+    panels = (
+        (2, 3, "unknowns of the reduced model", "worst frequency error to 100 Hz"),
+        (2, 9, "unknowns of the reduced model", "mean impulse error of matched events"),
+        (10, 11, "offline time, s", "online time, s"),
+    )
     axes, colours = figure.subplots(1, 3), colormaps["tab20"]
     for ax, (across, up, x_label, y_label) in zip(axes, panels, strict=True):
         for number, row in enumerate(rows):

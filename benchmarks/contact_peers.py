@@ -86,16 +86,18 @@ class Strip:
         dx, dy = LENGTH / self.nx, WIDTH / self.ny
         return [
             (self.label(i, j), self.origin + i * dx, j * dy, self.height)
-            for j in range(self.ny + 1) for i in range(self.nx + 1)
-        ]  # fmt: skip
+            for j in range(self.ny + 1)
+            for i in range(self.nx + 1)
+        ]
 
     @property
     def quads(self) -> list[tuple[int, ...]]:
         """Label, four nodes; the normal is +z."""
         return [
             (self.quad(i, j), *(self.label(i + a, j + b) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))))
-            for j in range(self.ny) for i in range(self.nx)
-        ]  # fmt: skip
+            for j in range(self.ny)
+            for i in range(self.nx)
+        ]
 
     def label(self, i: int, j: int) -> int:
         """Of the node i along, j across."""
@@ -160,8 +162,9 @@ class Case:
         across = np.r_[0.5, np.ones(self.ny - 1), 0.5]
         return [
             (self.upper.label(i + self.shift, j), self.lower.label(i, j), float(cell * along[i] * across[j]))
-            for j in range(self.ny + 1) for i in range(self.nx - self.shift + 1)
-        ]  # fmt: skip
+            for j in range(self.ny + 1)
+            for i in range(self.nx - self.shift + 1)
+        ]
 
     @property
     def watched(self) -> tuple[int, int]:
@@ -253,15 +256,25 @@ def mesh_text(case: Case) -> str:
         lines += [f"*ELEMENT, TYPE=S4, ELSET={strip.name}", *(", ".join(map(str, quad)) for quad in strip.quads)]
     n, shift = case.nx, case.shift
     paired = [label for upper, lower, _ in case.pairs for label in (upper, lower)]
-    sets = {"MOVING": case.upper.column(0), "FIXED": [*case.lower.column(0), *case.lower.column(n)],
-            "WATCHED": list(case.watched), "PAIRED": paired}  # fmt: skip
+    sets = {
+        "MOVING": case.upper.column(0),
+        "FIXED": [*case.lower.column(0), *case.lower.column(n)],
+        "WATCHED": list(case.watched),
+        "PAIRED": paired,
+    }
     for name, labels in sets.items():
         lines += [f"*NSET, NSET={name}", *(f"{label}," for label in labels)]
     for name, labels in (("OVER", case.upper.facing(shift, n)), ("UNDER", case.lower.facing(0, n - shift))):
         lines += [f"*ELSET, ELSET={name}", *(f"{label}," for label in labels)]
     lines += ["*SURFACE, NAME=HITS, TYPE=ELEMENT", "OVER, SNEG", "*SURFACE, NAME=HIT, TYPE=ELEMENT", "UNDER, SPOS"]
-    lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", f"{E}, {NU}", "*DENSITY", f"{RHO},",
-              f"*DAMPING, ALPHA=0., BETA={BETA}"]  # fmt: skip
+    lines += [
+        "*MATERIAL, NAME=STEEL",
+        "*ELASTIC",
+        f"{E}, {NU}",
+        "*DENSITY",
+        f"{RHO},",
+        f"*DAMPING, ALPHA=0., BETA={BETA}",
+    ]
     for name in ("UPPER", "LOWER"):
         lines += [f"*SHELL SECTION, ELSET={name}, MATERIAL=STEEL", f"{THICKNESS},"]
     return "\n".join([*lines, "*BOUNDARY", "FIXED, 1, 6", "MOVING, 1, 2", "MOVING, 4, 6", ""])
@@ -328,7 +341,7 @@ def creak_run(reduction: str) -> Program:
 
 
 def _creak_trace(case: Case, results: Path, ended: Ended) -> Trace:
-    (name, figures), = json.loads((results / "summary.json").read_text())["runs"].items()
+    ((name, figures),) = json.loads((results / "summary.json").read_text())["runs"].items()
     with h5py.File(results / "results.h5") as file:
         run = file[f"runs/{name}"]
         labels = run["node_ids"][:].tolist()
@@ -355,9 +368,12 @@ LEAST_STEP = 1e-9
 def contact_pair(case: Case) -> list[str]:
     """CalculiX's node-to-face penalty contact."""
     return [
-        "*SURFACE INTERACTION, NAME=PRESSES", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR",
-        f"{STIFFNESS}, {SIGMA_INFINITY}", "*CONTACT PAIR, INTERACTION=PRESSES, TYPE=NODE TO SURFACE", "HITS, HIT",
-    ]  # fmt: skip
+        "*SURFACE INTERACTION, NAME=PRESSES",
+        "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR",
+        f"{STIFFNESS}, {SIGMA_INFINITY}",
+        "*CONTACT PAIR, INTERACTION=PRESSES, TYPE=NODE TO SURFACE",
+        "HITS, HIT",
+    ]
 
 
 def gap_elements(case: Case) -> list[str]:
@@ -380,10 +396,21 @@ def calculix_text(case: Case, contact: list[str], fixed_step: bool) -> str:
     steps = [f"*DYNAMIC, ALPHA={ALPHA}, DIRECT", f"{case.step}, {case.end}"]
     if not fixed_step:
         steps = [f"*DYNAMIC, ALPHA={ALPHA}", f"{case.step}, {case.end}, {LEAST_STEP}, {case.step}"]
-    return mesh_text(case) + "\n".join([
-        *contact, "*AMPLITUDE, NAME=BASE", *base, "*STEP, INC=1000000", *steps,
-        "*BOUNDARY, AMPLITUDE=BASE", "MOVING, 3, 3, 1.", "*NODE PRINT, NSET=PAIRED", "U", "*END STEP", "",
-    ])  # fmt: skip
+    return mesh_text(case) + "\n".join(
+        [
+            *contact,
+            "*AMPLITUDE, NAME=BASE",
+            *base,
+            "*STEP, INC=1000000",
+            *steps,
+            "*BOUNDARY, AMPLITUDE=BASE",
+            "MOVING, 3, 3, 1.",
+            "*NODE PRINT, NSET=PAIRED",
+            "U",
+            "*END STEP",
+            "",
+        ]
+    )
 
 
 def calculix_run(program: str | None, contact: Callable[[Case], list[str]], fixed_step: bool) -> Program:
@@ -455,11 +482,25 @@ def opensees_case(case: Case, limit_s: float) -> dict[str, object]:
     """What `contact_peers_opensees` reads."""
     upper, lower = case.upper, case.lower
     return {
-        "E": E, "nu": NU, "rho": RHO, "thickness": THICKNESS, "gap": GAP, "stiffness": STIFFNESS, "beta": BETA,
-        "alpha": ALPHA, "step": case.step, "base": case.base.tolist(), "limit": limit_s, "solver": OPENSEES_SOLVER,
-        "nodes": upper.nodes + lower.nodes, "quads": upper.quads + lower.quads, "pairs": case.pairs,
-        "moving": upper.column(0), "fixed": [*lower.column(0), *lower.column(case.nx)], "watched": case.watched,
-    }  # fmt: skip
+        "E": E,
+        "nu": NU,
+        "rho": RHO,
+        "thickness": THICKNESS,
+        "gap": GAP,
+        "stiffness": STIFFNESS,
+        "beta": BETA,
+        "alpha": ALPHA,
+        "step": case.step,
+        "base": case.base.tolist(),
+        "limit": limit_s,
+        "solver": OPENSEES_SOLVER,
+        "nodes": upper.nodes + lower.nodes,
+        "quads": upper.quads + lower.quads,
+        "pairs": case.pairs,
+        "moving": upper.column(0),
+        "fixed": [*lower.column(0), *lower.column(case.nx)],
+        "watched": case.watched,
+    }
 
 
 def contacts(trace: Trace) -> list[Contact]:
@@ -514,8 +555,19 @@ def entries(ccx: str | None, opensees: str | None) -> list[Entry]:
     ]
 
 
-HEAD = ("", "to ms", "tip rms: flight", "to 2nd, end", "contacts: start ms", "impulse mN s", "peak N",
-        "CPU ms/step", "wall (CPU) s", "GB", "stopped by")  # fmt: skip
+HEAD = (
+    "",
+    "to ms",
+    "tip rms: flight",
+    "to 2nd, end",
+    "contacts: start ms",
+    "impulse mN s",
+    "peak N",
+    "CPU ms/step",
+    "wall (CPU) s",
+    "GB",
+    "stopped by",
+)
 
 
 def row(name: str, trace: Trace, reference: Trace) -> tuple[str, ...]:
@@ -529,11 +581,18 @@ def row(name: str, trace: Trace, reference: Trace) -> tuple[str, ...]:
     reached = [True, *(trace.time[-1] > until - STEP for until in (second, end))]
     shown = [f"{100 * e:.2f} %" if ok else "-" for e, ok in zip(errors, reached, strict=True)]
     return (
-        name, f"{1e3 * trace.time[-1]:.2f}", shown[0], ", ".join(shown[1:]),
-        " ".join(f"{1e3 * hit.start:.2f}" for hit in hits), " ".join(f"{1e3 * hit.impulse:.3f}" for hit in hits),
-        " ".join(f"{hit.peak:.1f}" for hit in hits), f"{1e3 * trace.step_s:.2f}", _seconds(trace),
-        _memory(trace), trace.failed,
-    )  # fmt: skip
+        name,
+        f"{1e3 * trace.time[-1]:.2f}",
+        shown[0],
+        ", ".join(shown[1:]),
+        " ".join(f"{1e3 * hit.start:.2f}" for hit in hits),
+        " ".join(f"{1e3 * hit.impulse:.3f}" for hit in hits),
+        " ".join(f"{hit.peak:.1f}" for hit in hits),
+        f"{1e3 * trace.step_s:.2f}",
+        _seconds(trace),
+        _memory(trace),
+        trace.failed,
+    )
 
 
 def _memory(trace: Trace) -> str:

@@ -91,8 +91,14 @@ def march(case: dict[str, Any]) -> dict[str, Any]:
             failed = f"over {case['limit']:.0f} s of CPU"
             break
     cpu = time.process_time() - started
-    return {"rows": rows, "failed": failed, "setup_s": setup, "cpu_s": cpu, "iterations": iterations,
-            "version": ops.version()}  # fmt: skip
+    return {
+        "rows": rows,
+        "failed": failed,
+        "setup_s": setup,
+        "cpu_s": cpu,
+        "iterations": iterations,
+        "version": ops.version(),
+    }
 
 
 if __name__ == "__main__":

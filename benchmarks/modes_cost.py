@@ -190,8 +190,10 @@ def assembled_door(mesh_size: float, free: bool) -> System:
 def rows(measured: Measured) -> list[Row]:
     """Phase, seconds and units per mode."""
     found, total = measured.modes, measured.total
-    lines = [(name, f"{seconds:.2f} s, {100 * seconds / total:.0f} %", f"{measured.units_per_mode(seconds):.2f}")
-             for name, seconds in measured.seconds.items()]  # fmt: skip
+    lines = [
+        (name, f"{seconds:.2f} s, {100 * seconds / total:.0f} %", f"{measured.units_per_mode(seconds):.2f}")
+        for name, seconds in measured.seconds.items()
+    ]
     count = found.omega2.size
     unit = f"{count} modes to {found.frequencies[-1]:.0f} Hz, {1e3 * measured.unit:.2f} ms a column"
     checks = f"largest residual {found.residual:.1e}, Sturm count {'agrees' if found.sturm_ok else 'DISAGREES'}"

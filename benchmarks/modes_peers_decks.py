@@ -94,10 +94,19 @@ def calculix_deck(model: Model, count: int) -> str:
     InputError : what neither creak's writer nor CalculiX says.
     """
     bodies, supports = moving_bodies(model)
-    plain = _numbered(replace(
-        model, blocks=_with_springs(model), node_sets={}, element_sets={}, surfaces={}, constraints=(), fixed=(),
-        initial_velocity=(), mass_form="consistent",
-    ))  # fmt: skip
+    plain = _numbered(
+        replace(
+            model,
+            blocks=_with_springs(model),
+            node_sets={},
+            element_sets={},
+            surfaces={},
+            constraints=(),
+            fixed=(),
+            initial_velocity=(),
+            mass_form="consistent",
+        )
+    )
     lines, conditions, rotation = deck_lines(plain), [], plain.nodes.count
     shells = np.unique(np.concatenate([b.nodes_idx.ravel() for b in plain.blocks]))
     for body in bodies:

@@ -146,9 +146,12 @@ def load_exudyn() -> Reduction:
         fem.massMatrix = sp.csr_matrix(problem.M)[order][:, order]
         fem.stiffnessMatrix = sp.csr_matrix(problem.K)[order][:, order]
         fem.ComputeHurtyCraigBamptonModes(
-            [list(range(b.size // 3))], problem.count, useSparseSolver=True,
-            computationMode=HCBstaticModeSelection.allBoundaryNodes, timerTreshold=10**9,
-        )  # fmt: skip
+            [list(range(b.size // 3))],
+            problem.count,
+            useSparseSolver=True,
+            computationMode=HCBstaticModeSelection.allBoundaryNodes,
+            timerTreshold=10**9,
+        )
         V = fem.modeBasis["matrix"]
         return V.T @ fem.massMatrix @ V, V.T @ fem.stiffnessMatrix @ V
 
@@ -217,9 +220,11 @@ def measure(
 
 
 def peers(
-    limit_s: float = LIMIT_S, limit_gb: float = LIMIT_GB, mesh_sizes: Sequence[float] = MESH_SIZES,
+    limit_s: float = LIMIT_S,
+    limit_gb: float = LIMIT_GB,
+    mesh_sizes: Sequence[float] = MESH_SIZES,
     flange_nodes: int = FLANGE_NODES,
-) -> list[Row]:  # fmt: skip
+) -> list[Row]:
     """Rows of the table: time and peak memory, answer, and both over creak's.
 
     Parameters

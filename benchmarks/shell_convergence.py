@@ -59,13 +59,24 @@ CASES = (
     Case("pinched cylinder", shell.cylinder, ROOFS, 32),
     Case("FV12 free plate, 8 modes", shell.free_plate, PLATES, 16),
     Case("FV16 cantilevered plate, 6 modes", shell.cantilever_plate, PLATES, 16),
-    Case("FV32 tapered membrane, 6 modes", lambda n, kind: shell.tapered_membrane(2 * n, n, kind), PLATES, 16,
-         "{n2} x {n}"),
+    Case(
+        "FV32 tapered membrane, 6 modes",
+        lambda n, kind: shell.tapered_membrane(2 * n, n, kind),
+        PLATES,
+        16,
+        "{n2} x {n}",
+    ),
     Case("simply supported thick plate, 4 modes", shell.thick_plate, PLATES, 16),
-    *(Case(f"thin plate {edges}, {len(shell.THIN_PLATES[edges])} modes",
-           lambda n, kind, edges=edges: shell.thin_plate(edges, n, kind), PLATES, 16)
-      for edges in shell.THIN_PLATES),
-)  # fmt: skip
+    *(
+        Case(
+            f"thin plate {edges}, {len(shell.THIN_PLATES[edges])} modes",
+            lambda n, kind, edges=edges: shell.thin_plate(edges, n, kind),
+            PLATES,
+            16,
+        )
+        for edges in shell.THIN_PLATES
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -150,16 +161,25 @@ def draw(found: dict[tuple[str, str], Measured], path: Path) -> None:
 def panel(axis: Axes, case: Case, measured: Sequence[Measured]) -> None:
     """One case: both elements, a line at 1 %, a slope of 2."""
     for (kind, colour), m in zip(KINDS.items(), measured, strict=True):
-        axis.loglog(case.meshes, 100 * m.error, "o-" if kind == "quad" else "s--", color=colour, ms=4, lw=1.4,
-                    label=NAMES[kind])  # fmt: skip
+        axis.loglog(
+            case.meshes, 100 * m.error, "o-" if kind == "quad" else "s--", color=colour, ms=4, lw=1.4, label=NAMES[kind]
+        )
     n = np.array(case.meshes, dtype=float)
     axis.loglog(n, 40.0 * (n[0] / n) ** 2, color="#999999", lw=0.8, label="slope 2")
     axis.axhline(1.0, color="#444444", lw=0.8, ls=":", label="1 %")
     told = [f"{NAMES[k]} {m.slope:.1f}" for k, m in zip(KINDS, measured, strict=True) if m.misfit < ENOUGH]
     axis.set_title(case.name + (", 6n x n" if case.meshes is BEAMS else ""), fontsize=10, loc="left")
-    axis.text(0.97, 0.95, "fitted slope\n" + "\n".join(told) if told else "no single slope", transform=axis.transAxes,
-              ha="right", va="top", fontsize=8, color="#333333",
-              bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5})  # fmt: skip
+    axis.text(
+        0.97,
+        0.95,
+        "fitted slope\n" + "\n".join(told) if told else "no single slope",
+        transform=axis.transAxes,
+        ha="right",
+        va="top",
+        fontsize=8,
+        color="#333333",
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.5},
+    )
     axis.set_ylim(8e-3, 120)
     axis.xaxis.set_major_locator(FixedLocator(list(case.meshes)))
     axis.xaxis.set_minor_locator(NullLocator())

@@ -64,8 +64,9 @@ def full_order(model: Door, steps: int = 40) -> list[Row]:
     system, loads = model.reference.system, model.setup.loads
     rows: list[Row] = []
     for name, gaps, pressed, limit in (
-        ("free flight", model.gaps, False, 1.5), ("contact", touching(model.gaps), True, 2.5)
-    ):  # fmt: skip
+        ("free flight", model.gaps, False, 1.5),
+        ("contact", touching(model.gaps), True, 2.5),
+    ):
         stepper = CondensedStepper(system, gaps, loads, SCHEME)
         now, taken, solved = stepper.start(), [], []
         for _ in range(steps):
@@ -124,12 +125,15 @@ def reduced_order(model: Door) -> list[Row]:
         span = f"{system.n} modes, {model.gaps.m} channels, {1e-3 * parts / model.setup.loads.step:.0f} kHz"
         floor = n_step * parts * traffic_seconds(system.n, model.gaps.m)
         rows += [
-            (f"reduced run, {span}", f"{wall:.2f} s, {1e6 * wall / (n_step * parts):.0f} us a step",
-             f"limit {limit:.0f} s"),
+            (
+                f"reduced run, {span}",
+                f"{wall:.2f} s, {1e6 * wall / (n_step * parts):.0f} us a step",
+                f"limit {limit:.0f} s",
+            ),
             ("  against its memory traffic", f"{wall / floor:.1f} x", ""),
             ("  energy created", f"{100 * history.energy_created:.3f} % of the external work", "limit 0.5 %"),
             ("  dissipated by the scheme", f"{100 * history.energy_dissipated_by_scheme:.2f} %", ""),
-        ]  # fmt: skip
+        ]
     return rows
 
 

@@ -76,8 +76,12 @@ def main() -> None:
     console.print(cost_line(full))
     model = reduce_model(setup, reference, gaps, silent)
     reduced = march_run("reduced", setup, model.system, gaps, lines, model)
-    for row in comparison(full, reduced, setup.study.config.verification.event_tolerance,
-                          excitation_window(setup.study, output_times(setup))):  # fmt: skip
+    for row in comparison(
+        full,
+        reduced,
+        setup.study.config.verification.event_tolerance,
+        excitation_window(setup.study, output_times(setup)),
+    ):
         table.add_row(*row)
     console.print(table)
     if given.out is not None:
@@ -92,11 +96,18 @@ def cost_line(run: Run) -> str:
 def figures(run: Run) -> dict[str, object]:
     """What a table of costs needs."""
     return {
-        "name": run.name, "wall_s": run.cost.wall_s, "cpu_s": run.cost.cpu_s, "peak_rss_gb": run.cost.peak_rss_gb,
-        "offline_cpu_s": run.offline_cpu_s, "offline_wall_s": run.offline_wall_s, "retained": run.retained,
-        "modes": run.modes, "contact_steps": run.history.contact_steps, "energy_created": run.history.energy_created,
+        "name": run.name,
+        "wall_s": run.cost.wall_s,
+        "cpu_s": run.cost.cpu_s,
+        "peak_rss_gb": run.cost.peak_rss_gb,
+        "offline_cpu_s": run.offline_cpu_s,
+        "offline_wall_s": run.offline_wall_s,
+        "retained": run.retained,
+        "modes": run.modes,
+        "contact_steps": run.history.contact_steps,
+        "energy_created": run.history.energy_created,
         "events": [[e.group, e.t_start, e.t_end, e.force_peak, e.impulse] for e in run.events],
-    }  # fmt: skip
+    }
 
 
 def comparison(full: Run, reduced: Run, tolerance: float, window: tuple[float, float]) -> list[tuple[str, str, str]]:
@@ -109,9 +120,12 @@ def comparison(full: Run, reduced: Run, tolerance: float, window: tuple[float, f
         ("reduction", f"{reduced.offline_wall_s:.0f} s wall, {reduced.offline_cpu_s:.0f} s CPU", ""),
         ("reduced run, 5 s", cost_line(reduced), f"{reduced.retained} retained, {reduced.modes} modes"),
         ("  online CPU time saved", f"{100 * (1 - reduced.cost.cpu_s / full.cost.cpu_s):.3f} %", "thesis 97.9 %"),
-        ("events in the window", f"{len(events_in(full.events, window))}, {len(events_in(reduced.events, window))}",
-         f"{len(match.pairs)} in common"),
-    ]  # fmt: skip
+        (
+            "events in the window",
+            f"{len(events_in(full.events, window))}, {len(events_in(reduced.events, window))}",
+            f"{len(match.pairs)} in common",
+        ),
+    ]
     if match.pairs:
         times, ratio, impulse = match.time_error, match.amplitude_ratio_mean, match.impulse_ratio_mean
         apart = f"{1e3 * (times.mean or 0.0):.3f} ms, ratio {ratio:.4f}, {impulse:.4f}"

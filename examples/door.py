@@ -31,13 +31,16 @@ def main(picture: str | None = None, mesh_size: float = 20.0, periods: int = 5) 
     if picture:
         draw(result, picture)
     return {
-        "dof": float(runs["reference"]["dof"]), "dof_reduced": float(runs["reduced"]["dof"]),
+        "dof": float(runs["reference"]["dof"]),
+        "dof_reduced": float(runs["reduced"]["dof"]),
         "events": float(len(match.pairs) + len(match.missed)),
-        "missed": float(len(match.missed)), "extra": float(len(match.extra)),
+        "missed": float(len(match.missed)),
+        "extra": float(len(match.extra)),
         "impulse_ratio": check["events"]["impulse_ratio_mean"],
-        "lowest_mac": min(check["mac"]), "nrmse": check["nrmse"]["all"],
+        "lowest_mac": min(check["mac"]),
+        "nrmse": check["nrmse"]["all"],
         "speed_up": runs["reference"]["wall_s"] / runs["reduced"]["wall_s"],
-    }  # fmt: skip
+    }
 
 
 def draw(result: creak.Result, picture: str) -> None:

@@ -27,12 +27,26 @@ def deck() -> str:
     nodes = [f"{1 + i * n + j}, {x[i]:.9g}, {x[j]:.9g}, 0." for i in range(n) for j in range(n)]
     first = [1 + i * n + j for i in range(n - 1) for j in range(n - 1)]
     shells = [f"{k + 1}, {a}, {a + n}, {a + n + 1}, {a + 1}" for k, a in enumerate(first)]
-    return "\n".join([
-        "*NODE", *nodes, "*ELEMENT, TYPE=S4, ELSET=PLATE", *shells,
-        "*MATERIAL, NAME=STEEL", "*ELASTIC", "200e9, 0.3", "*DENSITY", "8000.,",
-        "*SHELL SECTION, ELSET=PLATE, MATERIAL=STEEL", f"{THICKNESS},",
-        "*NSET, NSET=EDGE, GENERATE", f"1, {n}, 1", "*BOUNDARY", "EDGE, 1, 6", "",
-    ])  # fmt: skip
+    return "\n".join(
+        [
+            "*NODE",
+            *nodes,
+            "*ELEMENT, TYPE=S4, ELSET=PLATE",
+            *shells,
+            "*MATERIAL, NAME=STEEL",
+            "*ELASTIC",
+            "200e9, 0.3",
+            "*DENSITY",
+            "8000.,",
+            "*SHELL SECTION, ELSET=PLATE, MATERIAL=STEEL",
+            f"{THICKNESS},",
+            "*NSET, NSET=EDGE, GENERATE",
+            f"1, {n}, 1",
+            "*BOUNDARY",
+            "EDGE, 1, 6",
+            "",
+        ]
+    )
 
 
 def main(picture: str | None = None) -> dict[str, float]:

@@ -22,14 +22,18 @@ STUDY = {
     "model": {"deck": "strips.inp", "units": "mm-t-s"},
     "damping": {"rayleigh": {"alpha": 6.0, "beta": 1e-4}},
     "contact": {"tips": {"secondary": "UNDER", "main": "OVER", "method": "surface-to-surface"}},
-    "excitation": {"base": {
-        "node_set": "BASE", "dof": "z", "kind": "displacement",
-        "signal": {"type": "multisine", "f_min": 5, "f_max": 100, "amplitude": 0.02, "period": 0.2, "seed": 2},
-    }},
+    "excitation": {
+        "base": {
+            "node_set": "BASE",
+            "dof": "z",
+            "kind": "displacement",
+            "signal": {"type": "multisine", "f_min": 5, "f_max": 100, "amplitude": 0.02, "period": 0.2, "seed": 2},
+        }
+    },
     "reduction": {"f_max": 6000},
     "time": {"step": 1e-4, "periods": 3},
     "verification": {"f_max": 1000, "mac_f_max": 300, "merge": 0.002, "event_tolerance": 0.002},
-}  # fmt: skip
+}
 
 
 def strip(name: str) -> list[str]:
@@ -38,27 +42,53 @@ def strip(name: str) -> list[str]:
     n = ELEMENTS + 1
     nodes = [
         f"{first + j * n + i}, {LENGTH * i / ELEMENTS:.6f}, {WIDTH * j / ROWS:.6f}, {z:.6f}"
-        for j in range(ROWS + 1) for i in range(n)
-    ]  # fmt: skip
+        for j in range(ROWS + 1)
+        for i in range(n)
+    ]
     starts = [first + j * n + i for j in range(ROWS) for i in range(ELEMENTS)]
     shells = [f"{first + k}, {a}, {a + 1}, {a + n + 1}, {a + n}" for k, a in enumerate(starts)]
     root = [f"{first + j * n}," for j in range(ROWS + 1)]
     tip = [f"{first + k}," for k, _ in enumerate(starts) if k % ELEMENTS >= ELEMENTS - 4]
     return [
-        "*NODE", *nodes, f"*ELEMENT, TYPE=S4, ELSET={name}", *shells, "*NSET, NSET=BASE", *root,
-        f"*ELSET, ELSET={name}_TIP", *tip,
-        f"*SHELL SECTION, ELSET={name}, MATERIAL={name}", f"{thickness},",
-    ]  # fmt: skip
+        "*NODE",
+        *nodes,
+        f"*ELEMENT, TYPE=S4, ELSET={name}",
+        *shells,
+        "*NSET, NSET=BASE",
+        *root,
+        f"*ELSET, ELSET={name}_TIP",
+        *tip,
+        f"*SHELL SECTION, ELSET={name}, MATERIAL={name}",
+        f"{thickness},",
+    ]
 
 
 def deck() -> str:
     """Both strips, materials and contact surfaces as an Abaqus deck in mm, t, s."""
-    return "\n".join([
-        *strip("STEEL"), *strip("PLASTIC"), "*MATERIAL, NAME=STEEL", "*ELASTIC", "210000., 0.3", "*DENSITY", "7.85e-9,",
-        "*MATERIAL, NAME=PLASTIC", "*ELASTIC", "2500., 0.35", "*DENSITY", "1.1e-9,",
-        "*SURFACE, NAME=UNDER", "PLASTIC_TIP, SNEG", "*SURFACE, NAME=OVER", "STEEL_TIP, SPOS",
-        "*BOUNDARY", "BASE, 1, 2", "BASE, 4, 6", "",
-    ])  # fmt: skip
+    return "\n".join(
+        [
+            *strip("STEEL"),
+            *strip("PLASTIC"),
+            "*MATERIAL, NAME=STEEL",
+            "*ELASTIC",
+            "210000., 0.3",
+            "*DENSITY",
+            "7.85e-9,",
+            "*MATERIAL, NAME=PLASTIC",
+            "*ELASTIC",
+            "2500., 0.35",
+            "*DENSITY",
+            "1.1e-9,",
+            "*SURFACE, NAME=UNDER",
+            "PLASTIC_TIP, SNEG",
+            "*SURFACE, NAME=OVER",
+            "STEEL_TIP, SPOS",
+            "*BOUNDARY",
+            "BASE, 1, 2",
+            "BASE, 4, 6",
+            "",
+        ]
+    )
 
 
 def main(picture: str | None = None) -> dict[str, float]:
@@ -72,12 +102,15 @@ def main(picture: str | None = None) -> dict[str, float]:
     if picture:
         draw(result, picture)
     return {
-        "unknowns": float(reduced.system.n), "unknowns_reference": float(reference.system.n),
-        "events": float(len(reduced.events)), "matched": float(len(match.pairs)),
-        "missed": float(len(match.missed)), "extra": float(len(match.extra)),
+        "unknowns": float(reduced.system.n),
+        "unknowns_reference": float(reference.system.n),
+        "events": float(len(reduced.events)),
+        "matched": float(len(match.pairs)),
+        "missed": float(len(match.missed)),
+        "extra": float(len(match.extra)),
         "impulse_ratio": sum(e.impulse for e in reduced.events) / sum(e.impulse for e in reference.events),
         "energy_created": max(r.history.energy_created for r in result.runs.values()),
-    }  # fmt: skip
+    }
 
 
 def draw(result: creak.Result, picture: str) -> None:

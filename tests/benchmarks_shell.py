@@ -89,11 +89,13 @@ def scordelis_lo(n: int, kind: str = "quad") -> float:
     down = np.zeros(mesh.n_dof)
     down[2::6] = -90.0
     x, y = mesh.coords[:, 0], mesh.coords[:, 1]
-    held = np.concatenate([
-        dof(np.flatnonzero(x > 25 - 1e-9), 2, 3),
-        dof(np.flatnonzero(x < 1e-9), 1, 5, 6),
-        dof(np.flatnonzero(y < 1e-9), 2, 4, 6),
-    ])  # fmt: skip
+    held = np.concatenate(
+        [
+            dof(np.flatnonzero(x > 25 - 1e-9), 2, 3),
+            dof(np.flatnonzero(x < 1e-9), 1, 5, 6),
+            dof(np.flatnonzero(y < 1e-9), 2, 4, 6),
+        ]
+    )
     stiffness = mesh.stiffness(shell_section(0.25, 4.32e8, 0.0))
     u = solve(stiffness, weight @ down, np.unique(held))
     corner = np.flatnonzero((x < 1e-9) & (y > y.max() - 1e-9))
@@ -117,11 +119,13 @@ def hemisphere(n: int, kind: str = "quad") -> float:
     at_y = np.flatnonzero((x < 1e-9) & (z < 1e-9))
     force = np.zeros(mesh.n_dof)
     force[dof(at_x, 1)], force[dof(at_y, 2)] = 1.0, -1.0
-    held = np.concatenate([
-        dof(np.flatnonzero(y < 1e-9), 2, 4, 6),
-        dof(np.flatnonzero(x < 1e-9), 1, 5, 6),
-        dof(at_x, 3),
-    ])  # fmt: skip
+    held = np.concatenate(
+        [
+            dof(np.flatnonzero(y < 1e-9), 2, 4, 6),
+            dof(np.flatnonzero(x < 1e-9), 1, 5, 6),
+            dof(at_x, 3),
+        ]
+    )
     u = solve(mesh.stiffness(shell_section(0.04, 6.825e7, 0.3)), force, np.unique(held))
     return float(u[dof(at_x, 1)][0] / HEMISPHERE)
 
@@ -135,12 +139,14 @@ def cylinder(n: int, kind: str = "quad") -> float:
 
     mesh = grid(n, n, shape, kind)
     x, y, z = mesh.coords.T
-    held = np.concatenate([
-        dof(np.flatnonzero(x > 300 - 1e-6), 2, 3),
-        dof(np.flatnonzero(x < 1e-6), 1, 5, 6),
-        dof(np.flatnonzero(y < 1e-6), 2, 4, 6),
-        dof(np.flatnonzero(z < 1e-6), 3, 4, 5),
-    ])  # fmt: skip
+    held = np.concatenate(
+        [
+            dof(np.flatnonzero(x > 300 - 1e-6), 2, 3),
+            dof(np.flatnonzero(x < 1e-6), 1, 5, 6),
+            dof(np.flatnonzero(y < 1e-6), 2, 4, 6),
+            dof(np.flatnonzero(z < 1e-6), 3, 4, 5),
+        ]
+    )
     force = np.zeros(mesh.n_dof)
     under = np.flatnonzero((x < 1e-6) & (y < 1e-6))
     force[dof(under, 3)] = -0.25

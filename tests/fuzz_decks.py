@@ -44,10 +44,38 @@ MANY_STEPS = 1e6
 EVERY = 25
 """One in so many files also goes through the command line."""
 VALUES = (
-    "", "0", "-1", "1", "2", "7", "1e308", "-1e308", "1e-320", "1e999", "nan", "NaN", "inf", "-inf", "9" * 23, "1e5", "-0.0",
-    "1.5D3", "1.+5", "1_0", "0x10", "abc", "THRU", "BY", "1 2", "\u0663", "1e", "--1", "99999999", "2147483648",
-)  # fmt: skip
-NOISE = '*,.=-+019eEdDnaZ_ "\'\t\x0b\x0c\x85\u00e9\u0663[]{}#$&/\\\u2028\ufeff'
+    "",
+    "0",
+    "-1",
+    "1",
+    "2",
+    "7",
+    "1e308",
+    "-1e308",
+    "1e-320",
+    "1e999",
+    "nan",
+    "NaN",
+    "inf",
+    "-inf",
+    "9" * 23,
+    "1e5",
+    "-0.0",
+    "1.5D3",
+    "1.+5",
+    "1_0",
+    "0x10",
+    "abc",
+    "THRU",
+    "BY",
+    "1 2",
+    "\u0663",
+    "1e",
+    "--1",
+    "99999999",
+    "2147483648",
+)
+NOISE = "*,.=-+019eEdDnaZ_ \"'\t\x0b\x0c\x85\u00e9\u0663[]{}#$&/\\\u2028\ufeff"
 _FIELD = re.compile(r"[,=]")
 
 
@@ -130,7 +158,9 @@ def _add_field(rng: random.Random, line: str) -> str:
 
 def _noise(rng: random.Random, line: str) -> str:
     k = rng.randrange(len(line) + 1)
-    return line[:k] + "".join(rng.choice(NOISE) for _ in range(rng.choice([1, 1, 2, 6]))) + line[k + rng.choice([0, 1]) :]
+    return (
+        line[:k] + "".join(rng.choice(NOISE) for _ in range(rng.choice([1, 1, 2, 6]))) + line[k + rng.choice([0, 1]) :]
+    )
 
 
 def _typo(rng: random.Random, line: str) -> str:
@@ -143,9 +173,15 @@ def _typo(rng: random.Random, line: str) -> str:
 
 
 LINE_FAULTS = (
-    _delete, _repeat, _swap_lines, _truncate,
-    *(_of_a_line(change) for change in (_value, _value, _value, _other_number, _swap_fields, _add_field, _noise, _typo)),
-)  # fmt: skip
+    _delete,
+    _repeat,
+    _swap_lines,
+    _truncate,
+    *(
+        _of_a_line(change)
+        for change in (_value, _value, _value, _other_number, _swap_fields, _add_field, _noise, _typo)
+    ),
+)
 ENCODINGS: tuple[Callable[[str], bytes], ...] = (
     lambda text: text.encode("utf-16"),
     lambda text: text.encode("utf-8-sig"),
@@ -214,7 +250,11 @@ def _guarded(kind: str, seed: int, path: Path, tally: Tally) -> str:
         text = str(error)
         if not text.strip() or "Traceback" in text:
             tally.faults.append(f"{kind} {seed}: the message is {text!r}")
-        return "InputError" if path.name in text or "strips.inp" in text or kind == "study" else "InputError without a place"
+        return (
+            "InputError"
+            if path.name in text or "strips.inp" in text or kind == "study"
+            else "InputError without a place"
+        )
     except NumericalError:
         return "NumericalError"
     except Hang:
@@ -222,7 +262,9 @@ def _guarded(kind: str, seed: int, path: Path, tally: Tally) -> str:
         return "hang"
     except BaseException as error:
         last = traceback.extract_tb(error.__traceback__)[-1]
-        tally.faults.append(f"{kind} {seed}: {type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})")
+        tally.faults.append(
+            f"{kind} {seed}: {type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})"
+        )
         return "traceback"
 
 

@@ -44,9 +44,13 @@ def planar(part: System) -> System:
         return R[:, keep], R_s
 
     return replace(
-        part, M=part.M[keep][:, keep], K=part.K[keep][:, keep], rows=rows,
-        coordinates=part.coordinates[keep], velocity=part.velocity[keep],
-    )  # fmt: skip
+        part,
+        M=part.M[keep][:, keep],
+        K=part.K[keep][:, keep],
+        rows=rows,
+        coordinates=part.coordinates[keep],
+        velocity=part.velocity[keep],
+    )
 
 
 def halves(model: Model) -> list[System]:

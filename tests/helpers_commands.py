@@ -50,9 +50,14 @@ SWEEP = 'base = "study.toml"\n[grid]\n"reduction.f_max" = [2000]\n'
 COARSEST = 40.0
 """mm, mesh size of the door."""
 QUICK = {
-    "excitation.hinge.signal.f_min": 20, "excitation.hinge.signal.period": 0.1, "excitation.hinge.signal.amplitude": 0.025,
-    "time.periods": 2, "reduction.f_max": 200, "verification.pairs": "PAIRS15", "reference.run": False,
-}  # fmt: skip
+    "excitation.hinge.signal.f_min": 20,
+    "excitation.hinge.signal.period": 0.1,
+    "excitation.hinge.signal.amplitude": 0.025,
+    "time.periods": 2,
+    "reduction.f_max": 200,
+    "verification.pairs": "PAIRS15",
+    "reference.run": False,
+}
 """What makes the study of the door quick; the strips are compared with the unreduced model."""
 
 
@@ -71,7 +76,9 @@ class Command:
 def all_commands() -> list[Command]:
     """Each command of the pages once; those that take study.toml twice where pages on both kinds of decks have them."""
     found = [
-        Command(tuple(words), "nastran" in page.stem and "study.toml" in words[:2]) for page in PAGES for words in commands(page)
+        Command(tuple(words), "nastran" in page.stem and "study.toml" in words[:2])
+        for page in PAGES
+        for words in commands(page)
     ]
     return list(dict.fromkeys(found))
 
@@ -141,8 +148,10 @@ def write_stand_ins(folder: Path, command: Command) -> None:
         **dict.fromkeys(("model.bdf", "plate.bdf", "deck.bdf"), nastran),
         **{f"door/{name}": text for name, text in door_texts(None).items()},
         **{f"door_loose/{name}": text for name, text in door_texts(0.2).items()},
-        "study.toml": study.replace("strips.", "model."), "sweep.toml": SWEEP, "door_sweep.toml": SWEEP,
-    }  # fmt: skip
+        "study.toml": study.replace("strips.", "model."),
+        "sweep.toml": SWEEP,
+        "door_sweep.toml": SWEEP,
+    }
     for name, text in texts.items():
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8")
@@ -152,13 +161,20 @@ def write_stand_ins(folder: Path, command: Command) -> None:
 def door_texts(hook_play: float | None) -> dict[str, str]:
     """The files of the quick door."""
     with tempfile.TemporaryDirectory() as folder:
-        return {path.name: path.read_text(encoding="utf-8") for path in quick_door(COARSEST, Path(folder), hook_play=hook_play)}
+        return {
+            path.name: path.read_text(encoding="utf-8")
+            for path in quick_door(COARSEST, Path(folder), hook_play=hook_play)
+        }
 
 
-def quick_door(mesh_size: float, out: Path, coarsen: int = 1, load: str = LOAD, hook_play: float | None = None) -> list[Path]:
+def quick_door(
+    mesh_size: float, out: Path, coarsen: int = 1, load: str = LOAD, hook_play: float | None = None
+) -> list[Path]:
     """Files of the coarsest door, whatever the mesh size, with a quick study."""
     deck, study = write_door(COARSEST, out, coarsen, load, hook_play)
-    study.write_text(toml_text(changed(tomllib.loads(study.read_text(encoding="utf-8")), QUICK, None)), encoding="utf-8")
+    study.write_text(
+        toml_text(changed(tomllib.loads(study.read_text(encoding="utf-8")), QUICK, None)), encoding="utf-8"
+    )
     return [deck, study]
 
 

@@ -46,10 +46,16 @@ def system_of(
         return A if A is None or not sparse else sp.csr_matrix(A)
 
     return System(
-        "by hand", kind(M), kind(K), Damping(alpha, beta, kind(extra)), rows, no_supports(n),
-        np.arange(n, dtype=np.int64), np.zeros(n) if velocity is None else np.asarray(velocity, float),
+        "by hand",
+        kind(M),
+        kind(K),
+        Damping(alpha, beta, kind(extra)),
+        rows,
+        no_supports(n),
+        np.arange(n, dtype=np.int64),
+        np.zeros(n) if velocity is None else np.asarray(velocity, float),
         labels=np.arange(n, dtype=np.int64),
-    )  # fmt: skip
+    )
 
 
 def channels(
@@ -69,10 +75,15 @@ def channels(
         return np.broadcast_to(np.asarray(x, dtype=float), (m,)).copy()
 
     return gap_operator(
-        ChannelRows(channel, label, G.ravel(), zero, zero), gap0=each(gap0), stiffness=each(stiffness),
-        damping=each(damping), area=np.zeros(m), names=[f"{group}:{j}" for j in range(m)],
-        nodes_idx=np.arange(m, dtype=np.int64), group=group,
-    )  # fmt: skip
+        ChannelRows(channel, label, G.ravel(), zero, zero),
+        gap0=each(gap0),
+        stiffness=each(stiffness),
+        damping=each(damping),
+        area=np.zeros(m),
+        names=[f"{group}:{j}" for j in range(m)],
+        nodes_idx=np.arange(m, dtype=np.int64),
+        group=group,
+    )
 
 
 def time_axis(end: float, step: float) -> np.ndarray:

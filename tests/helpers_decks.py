@@ -29,12 +29,15 @@ def two_strips(gap: float = 0.5) -> str:
     """An upper strip (1 mm, on a moving root) above a lower, longer-rooted one (1.5 mm), `gap` between them."""
     middle = gap + 0.5 * (1.0 + 1.5)
     return (
-        "*HEADING\ntwo strips\n" + strip(1, 1, "UPPER", middle) + strip(1001, 1001, "LOWER", 0.0) + STEEL
+        "*HEADING\ntwo strips\n"
+        + strip(1, 1, "UPPER", middle)
+        + strip(1001, 1001, "LOWER", 0.0)
+        + STEEL
         + "*SHELL SECTION, ELSET=UPPER, MATERIAL=STEEL\n1.0,\n*SHELL SECTION, ELSET=LOWER, MATERIAL=STEEL\n1.5,\n"
         + "*SURFACE, NAME=UNDER\nUPPER, SNEG\n*SURFACE, NAME=OVER\nLOWER, SPOS\n"
         + "*NSET, NSET=PAIRS, UNSORTED\n1039, 39, 1013, 13\n"
         + "*BOUNDARY\nROOT_LOWER, 1, 6\nROOT_UPPER, 1, 2\nROOT_UPPER, 4, 6\n"
-    )  # fmt: skip
+    )
 
 
 STUDY = """title = "Two strips"

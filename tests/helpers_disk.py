@@ -26,7 +26,9 @@ NULL, FULL = os.makedev(1, 3), os.makedev(1, 7)
 def small_disk(folder: Path, taken_kb: int) -> Iterator[Path]:
     """A file system of 2 MB in memory, of which so many kB are taken; the test is skipped where none can be mounted."""
     folder.mkdir()
-    done = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", str(folder)], capture_output=True, check=False)
+    done = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", str(folder)], capture_output=True, check=False
+    )
     if done.returncode:
         pytest.skip(f"no file system can be mounted here: {done.stderr.decode().strip()}")
     try:

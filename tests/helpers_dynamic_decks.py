@@ -19,9 +19,11 @@ def stop_deck(contact: str = PAIR + LINEAR + FLUSH, step: str = STEP) -> str:
     return (
         "*HEADING\nmass on a penalty stop\n*NODE\n1, 0., 0., 0.\n*ELEMENT, TYPE=MASS, ELSET=M\n1, 1\n*MASS, ELSET=M\n"
         "100.,\n*ELEMENT, TYPE=SPRING1, ELSET=K\n2, 1\n*SPRING, ELSET=K\n3\n1.E4\n*NSET, NSET=BALL\n1\n"
-        + STEEL + WALL + "*SURFACE, NAME=POINT, TYPE=NODE\nBALL\n*BOUNDARY\nWALL_NODES, ENCASTRE\nBALL, 1, 2\n"
+        + STEEL
+        + WALL
+        + "*SURFACE, NAME=POINT, TYPE=NODE\nBALL\n*BOUNDARY\nWALL_NODES, ENCASTRE\nBALL, 1, 2\n"
         "*INITIAL CONDITIONS, TYPE=VELOCITY\nBALL, 3, -1.\n" + contact + step
-    )  # fmt: skip
+    )
 
 
 def column(n: int, side: float, length: float, bottom: float = 0.0) -> str:
@@ -40,11 +42,15 @@ def column(n: int, side: float, length: float, bottom: float = 0.0) -> str:
 def bar_deck(contact: str, increment: float, period: float, n: int = 40, bottom: float = 0.0) -> str:
     """A free bar, 1 m long and 0.1 m wide, that flies with 1 m/s against a rigid wall."""
     return (
-        "*HEADING\nbar on a rigid wall\n" + STEEL + column(n, 0.1, 1.0, bottom) + WALL
+        "*HEADING\nbar on a rigid wall\n"
+        + STEEL
+        + column(n, 0.1, 1.0, bottom)
+        + WALL
         + "*BOUNDARY\nWALL_NODES, ENCASTRE\nBAR_NODES, 1, 2\n*INITIAL CONDITIONS, TYPE=VELOCITY\nBAR_NODES, 3, -1.\n"
-        + contact + f"*STEP\n*DYNAMIC, DIRECT, ALPHA=-0.05\n{increment:.9g}, {period:.9g}\n"
+        + contact
+        + f"*STEP\n*DYNAMIC, DIRECT, ALPHA=-0.05\n{increment:.9g}, {period:.9g}\n"
         + "*NODE OUTPUT, NSET=BAR_NODES\nU\n*END STEP\n"
-    )  # fmt: skip
+    )
 
 
 def cantilever_deck(step: str, amplitudes: str = "", held: str = "ROOT, 1, 2\nROOT, 4, 6\n") -> str:
@@ -52,7 +58,10 @@ def cantilever_deck(step: str, amplitudes: str = "", held: str = "ROOT, 1, 2\nRO
     nodes = "\n".join(f"{i + 1}, {0.05 * i:.6g}, 0., 0." for i in range(9))
     elements = "\n".join(f"{i}, {i}, {i + 1}" for i in range(1, 9))
     return (
-        f"*HEADING\ncantilever\n*NODE\n{nodes}\n*ELEMENT, TYPE=B31, ELSET=BEAM\n{elements}\n" + STEEL
+        f"*HEADING\ncantilever\n*NODE\n{nodes}\n*ELEMENT, TYPE=B31, ELSET=BEAM\n{elements}\n"
+        + STEEL
         + "*DAMPING, ALPHA=20.\n*BEAM SECTION, ELSET=BEAM, MATERIAL=STEEL, SECTION=RECT\n0.02, 0.01\n0., 1., 0.\n"
-        + f"*NSET, NSET=ROOT\n1\n*NSET, NSET=TIP\n9\n*BOUNDARY\n{held}" + amplitudes + step
-    )  # fmt: skip
+        + f"*NSET, NSET=ROOT\n1\n*NSET, NSET=TIP\n9\n*BOUNDARY\n{held}"
+        + amplitudes
+        + step
+    )

@@ -44,15 +44,11 @@ class Mesh:
         return self.assemble(self.module.mass(self.coords[self.elements], section))
 
 
-def shell_section(
-    thickness: float, youngs_modulus: float, poisson_ratio: float, density: float = 1.0
-) -> ShellSection:
+def shell_section(thickness: float, youngs_modulus: float, poisson_ratio: float, density: float = 1.0) -> ShellSection:
     return ShellSection("S", Material("M", youngs_modulus, poisson_ratio, density), thickness)
 
 
-def grid(
-    n_x: int, n_y: int, shape: Callable[[np.ndarray, np.ndarray], np.ndarray], kind: str = "quad"
-) -> Mesh:
+def grid(n_x: int, n_y: int, shape: Callable[[np.ndarray, np.ndarray], np.ndarray], kind: str = "quad") -> Mesh:
     """Structured mesh of the unit square mapped by `shape(xi, eta)` -> (..., 3)."""
     xi, eta = np.meshgrid(np.linspace(0, 1, n_x + 1), np.linspace(0, 1, n_y + 1), indexing="ij")
     coords = np.asarray(shape(xi.ravel(), eta.ravel()), dtype=float)
@@ -77,9 +73,15 @@ def rectangle(n_x: int, n_y: int, length: float, width: float, kind: str = "quad
 def macneal_patch(kind: str = "quad") -> Mesh:
     """The patch of MacNeal and Harder (1985): 0.24 x 0.12, four inner nodes, five quads."""
     plane = [
-        (0, 0), (0.24, 0), (0.24, 0.12), (0, 0.12),
-        (0.04, 0.02), (0.18, 0.03), (0.16, 0.08), (0.08, 0.08),
-    ]  # fmt: skip
+        (0, 0),
+        (0.24, 0),
+        (0.24, 0.12),
+        (0, 0.12),
+        (0.04, 0.02),
+        (0.18, 0.03),
+        (0.16, 0.08),
+        (0.08, 0.08),
+    ]
     coords = np.column_stack([np.array(plane), np.zeros(8)])
     quads = np.array([[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [4, 5, 6, 7]])
     return with_kind(coords, quads, kind)

@@ -38,8 +38,9 @@ def cantilevers(rayleigh: Rayleigh, *, dashpot: float = 0.0, driven: bool = True
     """The unreduced assembly; undriven it is free in space."""
     model = two_cantilevers(dashpot, driven)
     drive = Driven({"base": np.array([1, 6 * (N + 1) + 1])} if driven else {})
-    return couple([part_system(model, i, rayleigh, override=True) for i in range(2)], model, drive, rayleigh,
-                  override=True)  # fmt: skip
+    return couple(
+        [part_system(model, i, rayleigh, override=True) for i in range(2)], model, drive, rayleigh, override=True
+    )
 
 
 def gaps_between(gap0: float = 0.02, stiffness: float = 0.0, damping: float = 0.0) -> GapOperator:
@@ -64,6 +65,10 @@ def multisine_base(time: np.ndarray, f_min: float, f_max: float, amplitude: floa
     A = amplitude * f_min / f
     s, v, a = (A * np.cos(arg)).sum(1), (-A * w * np.sin(arg)).sum(1), (-A * w * w * np.cos(arg)).sum(1)
     x, rate = np.clip(10.0 * time / time[-1], 0.0, 1.0), 10.0 / time[-1]
-    r, r1, r2 = x**3 * (10 - 15 * x + 6 * x**2), 30 * x**2 * (1 - x) ** 2 * rate, 60 * x * (1 - x) * (1 - 2 * x) * rate**2
+    r, r1, r2 = (
+        x**3 * (10 - 15 * x + 6 * x**2),
+        30 * x**2 * (1 - x) ** 2 * rate,
+        60 * x * (1 - x) * (1 - 2 * x) * rate**2,
+    )
     motion = np.stack([r * s, r1 * s + r * v, r2 * s + 2 * r1 * v + r * a])
     return Loads(time, motion[:, :, None], np.zeros((time.size, 0)))

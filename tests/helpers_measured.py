@@ -34,10 +34,20 @@ class Measured:
         """Whether they will be written: a test may then compute more points for a curve."""
 
     def __call__(
-        self, section: str, quantity: str, found: Any, expected: Any = None, *, rel: Any = 0.0, abs: Any = 0.0,
-        between: tuple[float, float] | None = None, at_most: float | None = None, at_least: float | None = None,
-        source: str = "", unit: str = "",
-    ) -> None:  # fmt: skip
+        self,
+        section: str,
+        quantity: str,
+        found: Any,
+        expected: Any = None,
+        *,
+        rel: Any = 0.0,
+        abs: Any = 0.0,
+        between: tuple[float, float] | None = None,
+        at_most: float | None = None,
+        at_least: float | None = None,
+        source: str = "",
+        unit: str = "",
+    ) -> None:
         """Record `found` beside `expected`, with the tolerance in the words of the assertion.
 
         Parameters
@@ -55,16 +65,32 @@ class Measured:
             expected, between = 0.0, (-at_most, at_most)
         elif between is not None and expected is None:
             expected = 0.5 * (between[0] + between[1])
-        wanted = [None] * value.size if expected is None else np.broadcast_to(np.asarray(expected, float).ravel(), value.shape)
-        slack = np.broadcast_to(np.maximum(np.abs(0.0 if expected is None else expected) * np.asarray(rel), abs), value.shape)
+        wanted = (
+            [None] * value.size
+            if expected is None
+            else np.broadcast_to(np.asarray(expected, float).ravel(), value.shape)
+        )
+        slack = np.broadcast_to(
+            np.maximum(np.abs(0.0 if expected is None else expected) * np.asarray(rel), abs), value.shape
+        )
         for i, (x, e, t) in enumerate(zip(value, wanted, slack, strict=True)):
             low, high = (at_least, None) if e is None else between or (e - t, e + t)
             name = quantity.replace("{}", str(i + 1))
-            self._keep({
-                "section": section, "quantity": name, "source": source, "unit": unit, "expected": _short(e, 12),
-                "value": _short(x, 12), "difference": None if e is None else _short(x - e, 3), "low": _short(low, 12),
-                "high": _short(high, 12), "tolerance": None if between or e is None else _short(t, 3), "test": _test(),
-            })  # fmt: skip
+            self._keep(
+                {
+                    "section": section,
+                    "quantity": name,
+                    "source": source,
+                    "unit": unit,
+                    "expected": _short(e, 12),
+                    "value": _short(x, 12),
+                    "difference": None if e is None else _short(x - e, 3),
+                    "low": _short(low, 12),
+                    "high": _short(high, 12),
+                    "tolerance": None if between or e is None else _short(t, 3),
+                    "test": _test(),
+                }
+            )
 
     def curve(self, picture: str, label: str, x: Any, y: Any, exact: Any = None) -> None:
         """Record points y(x) for a picture of tools/verification_page.py; `exact` is the reference at the same points."""

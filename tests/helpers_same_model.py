@@ -36,7 +36,9 @@ class Mesh:
 
 def mesh() -> Mesh:
     """Plate a at z = 0, sheet b at z = 30, points p and q; labels drawn at random."""
-    places = {f"a{i}{j}": (10.0 * i + 1.5 * (j == 1), 8.0 * j, 0.3 * i * j) for i in range(NX + 1) for j in range(NY + 1)}
+    places = {
+        f"a{i}{j}": (10.0 * i + 1.5 * (j == 1), 8.0 * j, 0.3 * i * j) for i in range(NX + 1) for j in range(NY + 1)
+    }
     places |= {f"b{i}{j}": (5.0 + 9.0 * i, 2.0 + 7.0 * j + i, 30.0) for i in range(3) for j in range(3)}
     places |= {"p": (-6.0, 12.0, 3.0), "q": (14.0, 10.0, 36.0)}
     labels = random.Random(5).sample(range(3, 4000), len(places))
@@ -65,8 +67,10 @@ def abaqus_deck(m: Mesh, *, held: bool = True) -> str:
         x, y, z = m.nodes[name][1]
         lines.append(f"{label}, {_csv((x, y, z + BEAM_HEIGHT))}")
     for kind, name, start, rows in (
-        ("S4", "PLATE", 900, m.quads), ("S3", "PLATE", 600, m.triangles), ("S4", "SHEET", 300, m.sheet),
-    ):  # fmt: skip
+        ("S4", "PLATE", 900, m.quads),
+        ("S3", "PLATE", 600, m.triangles),
+        ("S4", "SHEET", 300, m.sheet),
+    ):
         lines += [f"*ELEMENT, TYPE={kind}, ELSET={name}", *(_csv(r) for r in _numbered(start, 7, rows, m))]
     lines += ["*ELEMENT, TYPE=B31, ELSET=BEAM"]
     lines += [f"{101 + 2 * k}, {own[a]}, {own[b]}" for k, (a, b) in enumerate(m.beams)]
@@ -77,15 +81,39 @@ def abaqus_deck(m: Mesh, *, held: bool = True) -> str:
     lines += ["*ELEMENT, TYPE=SPRING1, ELSET=GROUND", f"62, {m.label('b22')}"]
     lines += ["*ELEMENT, TYPE=MASS, ELSET=LAMP", f"73, {m.label('q')}"]
     lines += [
-        "*SHELL SECTION, ELSET=PLATE, MATERIAL=STEEL", "0.8", "*ORIENTATION, NAME=GRAIN", "1., 0., 0., 0., 1., 0.",
-        f"3, {ANGLE}", "*SHELL SECTION, ELSET=SHEET, MATERIAL=SHEET, ORIENTATION=GRAIN", "1.5",
-        "*SOLID SECTION, ELSET=ROD, MATERIAL=STEEL", "2.5",
-    ]  # fmt: skip
+        "*SHELL SECTION, ELSET=PLATE, MATERIAL=STEEL",
+        "0.8",
+        "*ORIENTATION, NAME=GRAIN",
+        "1., 0., 0., 0., 1., 0.",
+        f"3, {ANGLE}",
+        "*SHELL SECTION, ELSET=SHEET, MATERIAL=SHEET, ORIENTATION=GRAIN",
+        "1.5",
+        "*SOLID SECTION, ELSET=ROD, MATERIAL=STEEL",
+        "2.5",
+    ]
     G = E_STEEL / (2.0 * (1.0 + NU_STEEL))
-    lines += [f"*BEAM GENERAL SECTION, ELSET=BEAM, DENSITY={RHO_STEEL!r}", _csv((AREA, I2, 0.0, I1, J)), "1., 0., 0.",
-              _csv((E_STEEL, G)), "*TRANSVERSE SHEAR STIFFNESS", _csv((K2 * AREA * G, K1 * AREA * G))]  # fmt: skip
-    lines += ["*MASS, ELSET=BALLAST", "2.e-6", "*ROTARY INERTIA, ELSET=TURN", "4.e-5, 5.e-5, 6.e-5, 1.e-6, 2.e-6, 3.e-6",
-              "*MASS, ELSET=LAMP", "5.e-7", "*SPRING, ELSET=CLIP", "3, 2", "45.", "*SPRING, ELSET=GROUND", "1", "80."]  # fmt: skip
+    lines += [
+        f"*BEAM GENERAL SECTION, ELSET=BEAM, DENSITY={RHO_STEEL!r}",
+        _csv((AREA, I2, 0.0, I1, J)),
+        "1., 0., 0.",
+        _csv((E_STEEL, G)),
+        "*TRANSVERSE SHEAR STIFFNESS",
+        _csv((K2 * AREA * G, K1 * AREA * G)),
+    ]
+    lines += [
+        "*MASS, ELSET=BALLAST",
+        "2.e-6",
+        "*ROTARY INERTIA, ELSET=TURN",
+        "4.e-5, 5.e-5, 6.e-5, 1.e-6, 2.e-6, 3.e-6",
+        "*MASS, ELSET=LAMP",
+        "5.e-7",
+        "*SPRING, ELSET=CLIP",
+        "3, 2",
+        "45.",
+        "*SPRING, ELSET=GROUND",
+        "1",
+        "80.",
+    ]
     lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", _csv((E_STEEL, NU_STEEL)), "*DENSITY", repr(RHO_STEEL)]
     lines += ["*MATERIAL, NAME=SHEET", "*ELASTIC, TYPE=LAMINA", _csv(ORTHOTROPIC), "*DENSITY", repr(RHO_SHEET)]
     lines += ["*SURFACE, NAME=HUB, TYPE=NODE", *(str(m.label(n)) for n in HUB)]
@@ -105,8 +133,10 @@ def nastran_deck(m: Mesh, *, held: bool = True, parameters: str = "PARAM,COUPMAS
     """The model as .bdf; CBEAM with offsets, PCOMP with one ply of MAT8."""
     lines = ["SOL 103", "CEND", *(["SPC = 4"] if held else []), "BEGIN BULK", parameters]
     for kind, pid, start, rows, more in (
-        ("CTRIA3", 1, 600, m.triangles, ""), ("CQUAD4", 2, 300, m.sheet, ",50"), ("CQUAD4", 1, 900, m.quads, ""),
-    ):  # fmt: skip
+        ("CTRIA3", 1, 600, m.triangles, ""),
+        ("CQUAD4", 2, 300, m.sheet, ",50"),
+        ("CQUAD4", 1, 900, m.quads, ""),
+    ):
         lines += [f"{kind},{r[0]},{pid},{_plain(r[1:])}{more}" for r in _numbered(start, 7, rows, m)]
     names = list(m.nodes)
     random.Random(2).shuffle(names)
@@ -118,16 +148,20 @@ def nastran_deck(m: Mesh, *, held: bool = True, parameters: str = "PARAM,COUPMAS
     E1, E2, nu12, G12, G13, G23 = ORTHOTROPIC
     lines += [f"MAT8,8,{_plain((E1, E2, nu12, G12, G13, G23))},{RHO_SHEET!r}"]
     for k, (a, b) in enumerate(m.beams):
-        lines += [f"CBEAM,{101 + 2 * k},3,{m.label(a)},{m.label(b)},1.,0.,0.",
-                  f",,,0.,0.,{BEAM_HEIGHT},0.,0.,{BEAM_HEIGHT}"]  # fmt: skip
+        lines += [
+            f"CBEAM,{101 + 2 * k},3,{m.label(a)},{m.label(b)},1.,0.,0.",
+            f",,,0.,0.,{BEAM_HEIGHT},0.,0.,{BEAM_HEIGHT}",
+        ]
     lines += [f"PBEAM,3,1,{_plain((AREA, I1, I2))},,{J}", ",,,,,,,,", ",YES,1.", ",,,,,,,,", f",{K1},{K2}"]
     lines += [f"CROD,77,5,{m.label('a00')},{m.label('b00')}", "PROD,5,1,2.5,0."]
     lines += [f"CONM2,71,{m.label('p')},,2.-6", ",4.-5,-1.-6,5.-5,-2.-6,-3.-6,6.-5"]
     lines += [f"CONM2,73,{m.label('q')},,5.-7"]
     lines += [f"CELAS2,61,45.,{m.label('a22')},3,{m.label('b11')},2", f"CELAS2,62,80.,{m.label('b22')},1"]
     lines += [f"RBE2,81,{m.label('p')},123456,{_plain([m.label(n) for n in HUB])}"]
-    lines += [f"RBE3,82,,{m.label('q')},123456,1.,123,{_plain([m.label(n) for n in SEAT[:2]])}",
-              f",{_plain([m.label(n) for n in SEAT[2:]])}"]  # fmt: skip
+    lines += [
+        f"RBE3,82,,{m.label('q')},123456,1.,123,{_plain([m.label(n) for n in SEAT[:2]])}",
+        f",{_plain([m.label(n) for n in SEAT[2:]])}",
+    ]
     if held:
         lines += [f"SPC1,4,123456,{_plain([m.label(n) for n in HELD])}", f"SPC1,4,23,{m.label('a40')}"]
     return "\n".join(lines) + "\nENDDATA\n"

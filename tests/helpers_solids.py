@@ -10,7 +10,11 @@ from creak.model.solid_faces import FACES, MIDDLES
 from helpers_fem import Mesh
 
 KINDS = {kind: FORMULATIONS[kind] for kind in FACES}
-EDGES = {"tet10": solid_tet10.EDGES, **dict.fromkeys(("hex20", "hex20r", "hex20s"), MIDDLES["hex20"]), "wedge15": MIDDLES["wedge15"]}
+EDGES = {
+    "tet10": solid_tet10.EDGES,
+    **dict.fromkeys(("hex20", "hex20r", "hex20s"), MIDDLES["hex20"]),
+    "wedge15": MIDDLES["wedge15"],
+}
 WEDGES = np.array([[0, 1, 2, 4, 5, 6], [0, 2, 3, 4, 6, 7]])
 TETRAHEDRA = np.array([[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]])
 

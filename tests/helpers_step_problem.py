@@ -145,7 +145,9 @@ def check(q: StepProblem, force: np.ndarray, stuck: np.ndarray) -> None:
     check_friction(q, force, stuck)
 
 
-def random_problem(rng: np.random.Generator, *, m_most=8, rub=True, hard=True, redundant=True, damped=True) -> StepProblem:
+def random_problem(
+    rng: np.random.Generator, *, m_most=8, rub=True, hard=True, redundant=True, damped=True
+) -> StepProblem:
     """Any mixture of laws; some motion opens the gaps without sliding, so that hard channels have a solution."""
     m = int(rng.integers(1, m_most + 1))
     channels = np.flatnonzero(rng.random(m) < rng.choice([0.0, 0.5, 1.0])) if rub else np.zeros(0, dtype=int)
@@ -173,7 +175,10 @@ def random_problem(rng: np.random.Generator, *, m_most=8, rub=True, hard=True, r
     gap_free = rest[:m] + opening
     soft = 10.0 ** rng.uniform(-2, 5, m) / np.maximum(np.diag(A)[:m], 1e-300)
     damping = np.where(rng.random(m) < rng.choice([0.0, 0.5]), 10.0 ** rng.uniform(-2, 2, m) * soft * 1e-3, 0.0)
-    curves = [np.array([[0.0, 0.0], [1.0, 0.2], [1.5, 2.0], [3.0, 2.5]]), np.array([[0.0, 0.0], [0.5, 3.0], [1.0, 3.1]])]
+    curves = [
+        np.array([[0.0, 0.0], [1.0, 0.2], [1.5, 2.0], [3.0, 2.5]]),
+        np.array([[0.0, 0.0], [0.5, 3.0], [1.0, 3.1]]),
+    ]
     curve = np.where(~is_hard & (rng.random(m) < rng.choice([0.0, 0.4])), rng.integers(0, 2, m), -1)
     curves = [c * [np.median(scale), 1.0] for c in curves]
     friction = []
@@ -190,13 +195,24 @@ def random_problem(rng: np.random.Generator, *, m_most=8, rub=True, hard=True, r
     slip_gain = float(rng.choice([1.0, 2.0]))
     more = 0.0 if redundant else np.median(scale) * rng.choice([0.0, 0.1, 1.0, 10.0])
     laws = springs(
-        np.where(is_hard, np.inf, soft), np.where(damped, damping, 0.0), friction, curves, curve, soft * np.median(scale)
+        np.where(is_hard, np.inf, soft),
+        np.where(damped, damping, 0.0),
+        friction,
+        curves,
+        curve,
+        soft * np.median(scale),
     )
     return problem(
-        A, gap_free, laws,
-        rate_free=rng.standard_normal(m) * scale * 1e3, rate_gain=1e3,
-        slip_free=slip_gain * (rest[m:] + more * rng.standard_normal(2 * f)), slip_gain=slip_gain, step=1e-3, stuck=rng.random(f) < 0.5,
-    )  # fmt: skip
+        A,
+        gap_free,
+        laws,
+        rate_free=rng.standard_normal(m) * scale * 1e3,
+        rate_gain=1e3,
+        slip_free=slip_gain * (rest[m:] + more * rng.standard_normal(2 * f)),
+        slip_gain=slip_gain,
+        step=1e-3,
+        stuck=rng.random(f) < 0.5,
+    )
 
 
 def without_friction(q: StepProblem) -> StepProblem:

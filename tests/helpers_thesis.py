@@ -44,10 +44,24 @@ def fake_outcome(case: Case, force: float = 1.1, full_cost: float = 1.3) -> Outc
         size = 1.0 if unreduced else full_cost if case.name == "C1" else 0.05
         newton = {"flight_s": 0.2 * size, "contact_s": 0.9 * size, "factorisations": 4.0, "steps": 6}
     return Outcome(
-        case.name, case.study, case.variant.name, 57000 if unreduced else 3000, 60, retained, modes, 500, 10.0, 12.0,
-        f.tolist(), [] if unreduced else [1e-4] * 20, mac, [] if unreduced else np.diag(mac).tolist(), newton, loads,
+        case.name,
+        case.study,
+        case.variant.name,
+        57000 if unreduced else 3000,
+        60,
+        retained,
+        modes,
+        500,
+        10.0,
+        12.0,
+        f.tolist(),
+        [] if unreduced else [1e-4] * 20,
+        mac,
+        [] if unreduced else np.diag(mac).tolist(),
+        newton,
+        loads,
         FREQ.tolist(),
-    )  # fmt: skip
+    )
 
 
 def failed(outcome: Outcome, reason: str) -> Outcome:
@@ -66,8 +80,17 @@ def _run(case: Case, load: str, force: float) -> LoadOutcome:
     fit = {} if own else {a: 0.99 - 0.02 * k for k, a in enumerate(("x", "y", "z", "all"))}
     spectra = np.exp(-FREQ / 80.0)[:, None] * np.array([1e-3, 4e-3, 2e-3]) * (1.0 if unreduced else 1.02)
     cpu = 100.0 if unreduced else 2.0
-    return LoadOutcome(cpu, cpu, STEPS, 30 * n, 1e-6, events, [] if own else [[k, k] for k in range(len(events))], fit,
-                       spectra.tolist())  # fmt: skip
+    return LoadOutcome(
+        cpu,
+        cpu,
+        STEPS,
+        30 * n,
+        1e-6,
+        events,
+        [] if own else [[k, k] for k in range(len(events))],
+        fit,
+        spectra.tolist(),
+    )
 
 
 def _event(start: float, force: float) -> EventRow:

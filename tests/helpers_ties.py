@@ -39,7 +39,9 @@ def cut_plate(
 ) -> str:
     """A plate of 120 x 80 mm cut at x = 60; its right half is moved by `shift`."""
     return (
-        "*HEADING\ncut plate\n" + sheet("LEFT", 1, left, (0.0, 0.0, 0.0), (60.0, 80.0))
+        "*HEADING\ncut plate\n"
+        + sheet("LEFT", 1, left, (0.0, 0.0, 0.0), (60.0, 80.0))
         + sheet("RIGHT", 100_001, right, (60.0 + shift[0], shift[1], shift[2]), (60.0, 80.0))
-        + sections("LEFT", "RIGHT") + tie
-    )  # fmt: skip
+        + sections("LEFT", "RIGHT")
+        + tie
+    )

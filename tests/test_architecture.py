@@ -12,8 +12,18 @@ import creak
 
 ROOT = Path(creak.__file__).parent
 LAYERS = (
-    "cli", "api", "report", "studies", "verify", "dynamics", "contact", "reduction", "assembly", "elements", "model",
-)  # fmt: skip
+    "cli",
+    "api",
+    "report",
+    "studies",
+    "verify",
+    "dynamics",
+    "contact",
+    "reduction",
+    "assembly",
+    "elements",
+    "model",
+)
 EVERYWHERE = {"errors", "arrays", ""}
 """`creak.errors`, `creak.arrays` and the bare package (its version) may be imported by anyone."""
 BESIDE = {"linalg": set(), "signals": set(), "formats": {"model"}, "door": {"formats"}}
@@ -97,9 +107,7 @@ def test_every_folder_has_a_place_in_the_tower():
 def test_imports_point_down():
     """cli > api > report > studies > verify > dynamics > contact > reduction > assembly > elements > model."""
     height = {name: len(LAYERS) - i for i, name in enumerate(LAYERS)}
-    upward = [
-        i for i in IMPORTS if i.owner in height and i.target in height and height[i.target] > height[i.owner]
-    ]
+    upward = [i for i in IMPORTS if i.owner in height and i.target in height and height[i.target] > height[i.owner]]
     assert not upward, told(upward, "imports must point down: " + " > ".join(LAYERS))
 
 

@@ -64,21 +64,41 @@ def _digest(name: str) -> str:
 
 def _overview() -> str:
     rows = [f"| [{title}]({name}.md) | `python examples/{name}.py` |" for name, title in titles().items()]
-    return "\n".join([
-        "# Examples", "",
-        "Scripts that need nothing but `pip install 'creak[report]'`. Each draws a figure; the tests hold what it "
-        "finds against closed forms or the unreduced model.", "",
-        "| example | run it |", "|---|---|", *rows, "",
-        "`examples/door_sweep.toml` is a [sweep](../sweeps.md) of the door.", "",
-    ])  # fmt: skip
+    return "\n".join(
+        [
+            "# Examples",
+            "",
+            "Scripts that need nothing but `pip install 'creak[report]'`. Each draws a figure; the tests hold what it "
+            "finds against closed forms or the unreduced model.",
+            "",
+            "| example | run it |",
+            "|---|---|",
+            *rows,
+            "",
+            "`examples/door_sweep.toml` is a [sweep](../sweeps.md) of the door.",
+            "",
+        ]
+    )
 
 
 def _page(name: str) -> str:
     figure = f"![Figure of the example]({name}.png)" if name in pictures() else "The command below draws its figure."
-    return "\n".join([
-        header(name), "", figure, "", "```text", f"python examples/{name}.py", "```", "",
-        "```python", source(name).split('"""', 2)[2].strip(), "```", "",
-    ])  # fmt: skip
+    return "\n".join(
+        [
+            header(name),
+            "",
+            figure,
+            "",
+            "```text",
+            f"python examples/{name}.py",
+            "```",
+            "",
+            "```python",
+            source(name).split('"""', 2)[2].strip(),
+            "```",
+            "",
+        ]
+    )
 
 
 if __name__ == "__main__":

@@ -20,18 +20,32 @@ from tools.lowest import extras, requirements
 PAGE = Path(__file__).parents[1] / "THIRD_PARTY_LICENCES.md"
 ROW = re.compile(r"^\| (?P<name>[\w.-]+) \| (?P<brought>[^|]+) \| (?P<licence>[^|]+) \|$", re.MULTILINE)
 SPDX = {
-    "BSD License": "BSD", "MIT License": "MIT", "Apache Software License": "Apache-2.0", "ISC License (ISCL)": "ISC",
-    "Mozilla Public License 2.0 (MPL 2.0)": "MPL-2.0", "Apache 2.0": "Apache-2.0", "ISC License": "ISC",
+    "BSD License": "BSD",
+    "MIT License": "MIT",
+    "Apache Software License": "Apache-2.0",
+    "ISC License (ISCL)": "ISC",
+    "Mozilla Public License 2.0 (MPL 2.0)": "MPL-2.0",
+    "Apache 2.0": "Apache-2.0",
+    "ISC License": "ISC",
     "Python Software Foundation License": "PSF-2.0",
-}  # fmt: skip
+}
 """How packages that have no SPDX expression call the same licences."""
 FROM_THE_FILE = {
-    "contourpy": "BSD-3-Clause", "cycler": "BSD-3-Clause", "jinja2": "BSD-3-Clause", "kiwisolver": "BSD-3-Clause",
-    "numba": "BSD-2-Clause", "partd": "BSD-3-Clause", "scipy": "BSD-3-Clause", "colorama": "BSD-3-Clause",
-    "zict": "BSD-3-Clause", "pypardiso": "BSD-3-Clause", "matplotlib": "Matplotlib (PSF)",
+    "contourpy": "BSD-3-Clause",
+    "cycler": "BSD-3-Clause",
+    "jinja2": "BSD-3-Clause",
+    "kiwisolver": "BSD-3-Clause",
+    "numba": "BSD-2-Clause",
+    "partd": "BSD-3-Clause",
+    "scipy": "BSD-3-Clause",
+    "colorama": "BSD-3-Clause",
+    "zict": "BSD-3-Clause",
+    "pypardiso": "BSD-3-Clause",
+    "matplotlib": "Matplotlib (PSF)",
     "umf": "Apache-2.0 WITH LLVM-exception",
-    "intel-openmp": "Intel EULA for Developer Tools", "intel-cmplr-lib-ur": "Intel EULA for Developer Tools",
-}  # fmt: skip
+    "intel-openmp": "Intel EULA for Developer Tools",
+    "intel-cmplr-lib-ur": "Intel EULA for Developer Tools",
+}
 """Packages whose metadata say only BSD, another family or the whole text; read from the licence that they install."""
 NOT_PERMISSIVE = {
     "hypothesis": ("MPL-2.0", "runs the tests"),
@@ -147,8 +161,9 @@ def page(lines: list[Row]) -> str:
     names = {row.name for row in lines}
     notes = [
         f"- `{name}` ({licence}, file-level copyleft) {purpose}; nothing of it is distributed with creak."
-        for name, (licence, purpose) in NOT_PERMISSIVE.items() if name in names
-    ]  # fmt: skip
+        for name, (licence, purpose) in NOT_PERMISSIVE.items()
+        if name in names
+    ]
     intel = ", ".join(f"`{name}`" for name in INTEL if name in names)
     table = "\n".join(f"| {r.name} | {r.brought} | {r.licence} |" for r in lines)
     return HEAD + table + "\n" + TAIL.format(notes="\n".join(notes), intel=intel)

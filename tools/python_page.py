@@ -13,10 +13,17 @@ GROUPS = {
     "Loads": ("make_loads", "acceleration_motion", "Multisine", "Sine", "Step", "Table", "Record", "Motion", "Loads"),
     "Time integration": ("simulate", "HHT", "generalised_alpha", "Scheme", "History"),
     "Events and verification": (
-        "find_events", "find_slips", "match_events", "mac_matrix", "nrmse_fit", "Event", "SlipEvent", "EventMatch",
+        "find_events",
+        "find_slips",
+        "match_events",
+        "mac_matrix",
+        "nrmse_fit",
+        "Event",
+        "SlipEvent",
+        "EventMatch",
     ),
     "Errors": ("CreakError", "InputError", "NumericalError", "WriteError"),
-}  # fmt: skip
+}
 HEAD = """\
 # Python
 

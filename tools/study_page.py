@@ -17,8 +17,13 @@ HEAD = """\
 Made from the program by `python -m tools.study_page`; `creak schema` prints the same for editors. "required" stands
 where a key has no default. What the keys do together is in [the study file](study.md).
 """
-LIMITS = {"minimum": "at least", "exclusiveMinimum": "above", "maximum": "at most", "exclusiveMaximum": "below",
-          "minItems": "entries: at least"}  # fmt: skip
+LIMITS = {
+    "minimum": "at least",
+    "exclusiveMinimum": "above",
+    "maximum": "at most",
+    "exclusiveMaximum": "below",
+    "minItems": "entries: at least",
+}
 WORDS = {"string": "text", "number": "number", "integer": "whole number", "boolean": "true or false"}
 
 

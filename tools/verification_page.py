@@ -44,29 +44,47 @@ A test of creak is no test of a model. `creak run` compares each study with its 
 `--converge` tells what has settled; `creak info` names what was not read.
 """
 SECTIONS = {
-    "shell statics": ("Shells, static", """\
+    "shell statics": (
+        "Shells, static",
+        """\
 `quad` is the 4-node shell, `tri` the 3-node one. More on shells, with the convergence of every case:
-[their page](verification_shells.md)."""),
-    "shell modes": ("Shells, modes", """\
+[their page](verification_shells.md).""",
+    ),
+    "shell modes": (
+        "Shells, modes",
+        """\
 Square plates 10 x 10 m and a tapered membrane, all of steel. The targets that NAFEMS prints for thin plates are .1 to
 1.3 % high; the tests hold to converged Ritz values. lambda is omega a^2 sqrt(rho h / D) of plates a thousand times as
-wide as thick; F, C and S are free, clamped and supported edges."""),
+wide as thick; F, C and S are free, clamped and supported edges.""",
+    ),
     "beams and solids": ("Beams, solids, laminates", ""),
     "models": ("Whole models", ""),
-    "decks": ("Decks", """\
+    "decks": (
+        "Decks",
+        """\
 No run was compared with Abaqus. The decks of NX and MSC Nastran are in `shared/` beside the source; without them their
-tests are skipped, and the rows keep the last values."""),
-    "reduction": ("Reduction", """\
+tests are skipped, and the rows keep the last values.""",
+    ),
+    "reduction": (
+        "Reduction",
+        """\
 The picture is the uniform cantilever of 80 elements, cut at mid-span: error of its first frequencies against the
-unreduced model. Lines are the table of references, dots are creak."""),
-    "contact": ("Contact", """\
+unreduced model. Lines are the table of references, dots are creak.""",
+    ),
+    "contact": (
+        "Contact",
+        """\
 The picture is the bar on a rigid wall (E = 900, rho = A = 1, L = 10, speed 10): dots are creak, the line is the closed
 form, rho c A v = 300 over 2 L / c. The table of penalties says what a penalty does to the same bar with and without
-numerical damping; where it chatters, the test is that creak shows it."""),
+numerical damping; where it chatters, the test is that creak shows it.""",
+    ),
     "friction": ("Friction", ""),
-    "time": ("Time integration", """\
+    "time": (
+        "Time integration",
+        """\
 The picture is a free oscillator: dots are creak, lines the leading terms, period error
-Omega^2 (1/12 - alpha/4 - 3 alpha^2/8) and damping ratio -alpha (1 + alpha)^2 Omega^3 / 8, Omega = 2 pi h / T."""),
+Omega^2 (1/12 - alpha/4 - 3 alpha^2/8) and damping ratio -alpha (1 + alpha)^2 Omega^3 / 8, Omega = 2 pi h / T.""",
+    ),
     "energy": ("Energy", ""),
     "signals": ("Signals", ""),
     "verdicts": ("Verdicts", ""),

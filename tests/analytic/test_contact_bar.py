@@ -69,13 +69,39 @@ def test_bar_on_a_rigid_wall(measured):
     # The first peak of a penalty contact overshoots by 1.4 to 2 whatever the mesh.
     assert 1.4 * FORCE < history.force.max() < 2.1 * FORCE
     measured("contact", "bar on a wall: onset", history.time[first], TOUCH, abs=STEP, unit="s", source="closed form")
-    measured("contact", "bar on a wall: duration", (last - first + 1) * STEP, DURATION, rel=0.005, unit="s", source="closed form")
-    measured("contact", "bar on a wall: impulse", history.force.sum() * STEP, 200.0, rel=0.005, unit="N s", source="closed form")
-    measured("contact", "bar on a wall: rms error of the force 300 N", force_error(history), at_most=0.01, source="closed form")
-    measured("contact", "bar on a wall: speed on leaving", leaving.mean(), SPEED, rel=0.01, unit="m/s", source="closed form")
+    measured(
+        "contact",
+        "bar on a wall: duration",
+        (last - first + 1) * STEP,
+        DURATION,
+        rel=0.005,
+        unit="s",
+        source="closed form",
+    )
+    measured(
+        "contact",
+        "bar on a wall: impulse",
+        history.force.sum() * STEP,
+        200.0,
+        rel=0.005,
+        unit="N s",
+        source="closed form",
+    )
+    measured(
+        "contact",
+        "bar on a wall: rms error of the force 300 N",
+        force_error(history),
+        at_most=0.01,
+        source="closed form",
+    )
+    measured(
+        "contact", "bar on a wall: speed on leaving", leaving.mean(), SPEED, rel=0.01, unit="m/s", source="closed form"
+    )
     near = (history.time > 0.4) & (history.time < 1.3)
     exact = np.where((history.time > TOUCH) & (history.time < TOUCH + DURATION), FORCE, 0.0)[near][::2]
-    measured.curve("bar", "penalty 10 EA/dx, HHT -0.05, 200 elements", history.time[near][::2], history.force[near, 0][::2], exact)
+    measured.curve(
+        "bar", "penalty 10 EA/dx, HHT -0.05, 200 elements", history.time[near][::2], history.force[near, 0][::2], exact
+    )
 
 
 def test_bar_impulse_converges_with_the_mesh():
@@ -109,8 +135,18 @@ def test_dissipation_gives_a_smooth_force(alpha, penalty, again, rms, energy, me
     assert history.energy_created < 1e-6
     case = f"bar on a wall, alpha {alpha:.3g}, penalty {penalty:g} EA/dx"
     measured("contact", f"{case}: false re-openings", reopenings(history), again, source="table of penalties")
-    measured("contact", f"{case}: rms error of the force", force_error(history), rms, rel=0.1, abs=1e-4, source="table of penalties")
-    measured("contact", f"{case}: change of energy", energy_change(history), energy, rel=0.15, source="table of penalties")
+    measured(
+        "contact",
+        f"{case}: rms error of the force",
+        force_error(history),
+        rms,
+        rel=0.1,
+        abs=1e-4,
+        source="table of penalties",
+    )
+    measured(
+        "contact", f"{case}: change of energy", energy_change(history), energy, rel=0.15, source="table of penalties"
+    )
 
 
 @pytest.mark.parametrize(("penalty", "least", "rms"), [(10.0, 150, 1.05), (100.0, 100, 2.45)])
@@ -123,7 +159,9 @@ def test_stiff_penalty_without_dissipation_chatters(penalty, least, rms, measure
     assert energy_change(history) > 0.002
     case = f"bar on a wall, alpha 0, penalty {penalty:g} EA/dx"
     measured("contact", f"{case}: false re-openings", reopenings(history), at_least=least, source="table of penalties")
-    measured("contact", f"{case}: rms error of the force", force_error(history), rms, rel=0.1, source="table of penalties")
+    measured(
+        "contact", f"{case}: rms error of the force", force_error(history), rms, rel=0.1, source="table of penalties"
+    )
 
 
 def test_alarm_shows_how_much_energy_was_created(measured):
@@ -131,14 +169,27 @@ def test_alarm_shows_how_much_energy_was_created(measured):
     history = on_wall(0.0, 100.0)
     assert history.energy_created == pytest.approx(11.5, rel=0.15)  # chaotic
     assert history.energy_created >= energy_change(history) - 1e-9  # alarm is the worst moment, undamped and unloaded
-    measured("contact", "bar on a wall, alpha 0, penalty 100 EA/dx: energy created", history.energy_created, 11.5, rel=0.15, source="table of penalties")
+    measured(
+        "contact",
+        "bar on a wall, alpha 0, penalty 100 EA/dx: energy created",
+        history.energy_created,
+        11.5,
+        rel=0.15,
+        source="table of penalties",
+    )
 
 
 def test_hundredfold_penalty_chatters_even_with_transient_fidelity(measured):
     history = on_wall(-0.05, 100.0)
     assert reopenings(history) > 100
     assert history.energy_created > 0.05
-    measured("contact", "bar on a wall, alpha -0.05, penalty 100 EA/dx: false re-openings", reopenings(history), at_least=100, source="table of penalties")
+    measured(
+        "contact",
+        "bar on a wall, alpha -0.05, penalty 100 EA/dx: false re-openings",
+        reopenings(history),
+        at_least=100,
+        source="table of penalties",
+    )
 
 
 def test_energy_table_adds_up_to_the_initial_energy(measured):
@@ -146,7 +197,15 @@ def test_energy_table_adds_up_to_the_initial_energy(measured):
     history = on_wall(-0.05, 10.0)
     total = history.energy.sum(axis=1) - 2 * history.energy[:, ENERGIES.index("external")]
     np.testing.assert_allclose(total, 0.5 * RHO_A * LENGTH * SPEED**2, rtol=1e-10)
-    measured("energy", "bar on a wall: sum of the energy table, worst step", total, 0.5 * RHO_A * LENGTH * SPEED**2, rel=1e-10, unit="J", source="definition")
+    measured(
+        "energy",
+        "bar on a wall: sum of the energy table, worst step",
+        total,
+        0.5 * RHO_A * LENGTH * SPEED**2,
+        rel=1e-10,
+        unit="J",
+        source="definition",
+    )
 
 
 # --- two bars -----------------------------------------------------------------------------------------------
@@ -184,13 +243,55 @@ def test_short_bar_hits_a_longer_one_and_stops(measured):
     assert long == pytest.approx(SPEED * L1 / L2, rel=0.01)
     # Momentum is kept exactly: contact forces are pairs.
     assert (M1 @ p[: n1 + 1]).sum() + (M2 @ p[n1 + 1 :]).sum() == pytest.approx(RHO_A * L1 * SPEED, rel=1e-9)
-    measured("contact", "two bars: duration", (last - first + 1) * h, 2 * L1 / C, rel=0.05, unit="s", source="closed form")
-    measured("contact", "two bars: force", history.force[inside, 0].mean(), RHO_A * C * SPEED / 2, rel=0.005, unit="N", source="closed form")
-    measured("contact", "two bars: impulse", history.force.sum() * h, RHO_A * L1 * SPEED, rel=0.01, unit="N s", source="closed form")
-    measured("contact", "two bars: speed of the short one afterwards", short, 0.0, abs=0.01 * SPEED, unit="m/s", source="closed form")
-    measured("contact", "two bars: mean speed of the long one afterwards", long, SPEED * L1 / L2, rel=0.01, unit="m/s", source="closed form")
+    measured(
+        "contact", "two bars: duration", (last - first + 1) * h, 2 * L1 / C, rel=0.05, unit="s", source="closed form"
+    )
+    measured(
+        "contact",
+        "two bars: force",
+        history.force[inside, 0].mean(),
+        RHO_A * C * SPEED / 2,
+        rel=0.005,
+        unit="N",
+        source="closed form",
+    )
+    measured(
+        "contact",
+        "two bars: impulse",
+        history.force.sum() * h,
+        RHO_A * L1 * SPEED,
+        rel=0.01,
+        unit="N s",
+        source="closed form",
+    )
+    measured(
+        "contact",
+        "two bars: speed of the short one afterwards",
+        short,
+        0.0,
+        abs=0.01 * SPEED,
+        unit="m/s",
+        source="closed form",
+    )
+    measured(
+        "contact",
+        "two bars: mean speed of the long one afterwards",
+        long,
+        SPEED * L1 / L2,
+        rel=0.01,
+        unit="m/s",
+        source="closed form",
+    )
     momentum = (M1 @ p[: n1 + 1]).sum() + (M2 @ p[n1 + 1 :]).sum()
-    measured("contact", "two bars: momentum afterwards", momentum, RHO_A * L1 * SPEED, rel=1e-9, unit="N s", source="conservation")
+    measured(
+        "contact",
+        "two bars: momentum afterwards",
+        momentum,
+        RHO_A * L1 * SPEED,
+        rel=1e-9,
+        unit="N s",
+        source="conservation",
+    )
 
 
 # --- bouncing bar -------------------------------------------------------------------------------------------
@@ -206,9 +307,11 @@ def test_bouncing_bar(measured):
     weight = -g * M.sum(axis=1)
     # One force history of the whole weight, spread by the lumped rows: a force per node.
     loads = Loads(
-        time, np.zeros((3, time.size, 0)), np.tile(weight, (time.size, 1)),
+        time,
+        np.zeros((3, time.size, 0)),
+        np.tile(weight, (time.size, 1)),
         tuple(np.array([j]) for j in range(n + 1)),
-    )  # fmt: skip
+    )
     gaps = channels(np.eye(1, n + 1), HEIGHT, 10 * E_A / dx)
     history = simulate(system_of(M, K), gaps, loads, HHT(), observed=np.array([0]))
     F = history.force[:, 0]
@@ -221,19 +324,59 @@ def test_bouncing_bar(measured):
         assert t[steps[0]] == pytest.approx(a, abs=late * 2 / 3)
         assert t[steps[-1]] == pytest.approx(b, abs=late * 2 / 3)
         assert force.sum() * h == pytest.approx(266.667, rel=0.015)
-        measured("contact", f"bouncing bar: contact from {a:.4f} s", t[steps[0]], a, abs=late * 2 / 3, unit="s", source="Doyen, Ern, Piperno 2011")
-        measured("contact", f"bouncing bar: contact until {b:.4f} s", t[steps[-1]], b, abs=late * 2 / 3, unit="s", source="Doyen, Ern, Piperno 2011")
-        measured("contact", f"bouncing bar: impulse of the contact from {a:.4f} s", force.sum() * h, 266.667, rel=0.015, unit="N s", source="Doyen, Ern, Piperno 2011")
+        measured(
+            "contact",
+            f"bouncing bar: contact from {a:.4f} s",
+            t[steps[0]],
+            a,
+            abs=late * 2 / 3,
+            unit="s",
+            source="Doyen, Ern, Piperno 2011",
+        )
+        measured(
+            "contact",
+            f"bouncing bar: contact until {b:.4f} s",
+            t[steps[-1]],
+            b,
+            abs=late * 2 / 3,
+            unit="s",
+            source="Doyen, Ern, Piperno 2011",
+        )
+        measured(
+            "contact",
+            f"bouncing bar: impulse of the contact from {a:.4f} s",
+            force.sum() * h,
+            266.667,
+            rel=0.015,
+            unit="N s",
+            source="Doyen, Ern, Piperno 2011",
+        )
     # Force 300 -> 500, then 500 -> 300, in the middle half; the ringing of the foot is rho c A x .4 = 12 (4 %).
     for force, a, ends in ((first, 1.0, (300.0, 500.0)), (second, 11 / 3, (500.0, 300.0))):
         for share in (0.25, 0.5, 0.75):
             here = np.searchsorted(t, a + share * 2 / 3)
             exact = ends[0] + share * (ends[1] - ends[0])
             assert force[here - 5 : here + 5].mean() == pytest.approx(exact, rel=0.04)
-            measured("contact", f"bouncing bar: force at {a + share * 2 / 3:.4f} s", force[here - 5 : here + 5].mean(), exact, rel=0.04, unit="N", source="Doyen, Ern, Piperno 2011")
+            measured(
+                "contact",
+                f"bouncing bar: force at {a + share * 2 / 3:.4f} s",
+                force[here - 5 : here + 5].mean(),
+                exact,
+                rel=0.04,
+                unit="N",
+                source="Doyen, Ern, Piperno 2011",
+            )
     bottom = {0.5: 3.75, 1.8: 0.533333, 2.0: 1.666667, 2.5: 4.027778, 3.0: 4.444444, 3.5: 0.694444, 4.5: 1.527778}
     for at, height in bottom.items():
         found = HEIGHT + history.displacement[round(at / h), 0]
         assert found == pytest.approx(height, abs=0.03 * HEIGHT)  # kinks of the free flight are rounded
-        measured("contact", f"bouncing bar: height of the foot at {at} s", found, height, abs=0.03 * HEIGHT, unit="m", source="Doyen, Ern, Piperno 2011")
+        measured(
+            "contact",
+            f"bouncing bar: height of the foot at {at} s",
+            found,
+            height,
+            abs=0.03 * HEIGHT,
+            unit="m",
+            source="Doyen, Ern, Piperno 2011",
+        )
     assert history.energy_created < 0.005

@@ -41,8 +41,24 @@ def test_mass_on_a_penalty_stop(measured):
     away = (t > 0.0) & (t < 0.99 * np.pi / 10.0)
     np.testing.assert_allclose(history.displacement[away, 0], 0.1 * np.sin(10.0 * t[away]), atol=1e-6)
     assert history.time.size < 4 * 200 + 30
-    measured("contact", "mass on a penalty stop, flights: impulse", event.impulse, 198.01980, rel=5e-6, unit="N s", source="closed form")
-    measured("contact", "mass on a penalty stop, flights: duration", event.t_end - event.t_start, 0.0312600153, rel=5e-6, unit="s", source="closed form")
+    measured(
+        "contact",
+        "mass on a penalty stop, flights: impulse",
+        event.impulse,
+        198.01980,
+        rel=5e-6,
+        unit="N s",
+        source="closed form",
+    )
+    measured(
+        "contact",
+        "mass on a penalty stop, flights: duration",
+        event.t_end - event.t_start,
+        0.0312600153,
+        rel=5e-6,
+        unit="s",
+        source="closed form",
+    )
 
 
 def test_error_on_a_stop_falls_with_the_square_of_the_parts():
@@ -66,9 +82,7 @@ def on_wall(n: int, parts: int, graded: int) -> History:
     gaps = channels(np.eye(1, n + 1), HEIGHT, 10.0 * E_A * n / LENGTH)
     system = system_of(M, K, velocity=np.full(n + 1, -SPEED))
     loads = at_rest(time_axis(1.4, STEP / parts))
-    return simulate_high_order(
-        system, gaps, loads, HHT(), observed=np.arange(n + 1), substeps=parts, graded=graded
-    )
+    return simulate_high_order(system, gaps, loads, HHT(), observed=np.arange(n + 1), substeps=parts, graded=graded)
 
 
 @pytest.mark.parametrize("graded", [1, 4])
@@ -89,7 +103,9 @@ def test_bar_on_a_rigid_wall(graded, measured):
     assert history.energy_created < 1e-9
     # Undeformed on leaving but for the smeared front, which flights of a tenth of the bar damp.
     assert history.energy[-1, SCHEME] < 0.015 * history.energy[0, 0]
-    measured("contact", "bar on a wall, flights: impulse", weights[0], 200.0, rel=0.005, unit="N s", source="closed form")
+    measured(
+        "contact", "bar on a wall, flights: impulse", weights[0], 200.0, rel=0.005, unit="N s", source="closed form"
+    )
 
 
 def test_flights_bring_the_bar_to_the_wall_in_seconds_of_steps():
@@ -113,9 +129,7 @@ def bouncing(n: int, step: float, parts: int) -> History:
     gaps = channels(np.eye(1, n + 1), HEIGHT, 10.0 * E_A * n / LENGTH)
     time = time_axis(4.6, step / parts)
     weight = forces_on(time, list(range(n + 1)), np.outer(np.ones(time.size), -10.0 * M.sum(axis=1)))
-    return simulate_high_order(
-        system_of(M, K), gaps, weight, HHT(), observed=np.array([0]), substeps=parts
-    )
+    return simulate_high_order(system_of(M, K), gaps, weight, HHT(), observed=np.array([0]), substeps=parts)
 
 
 def bottom(history: History) -> np.ndarray:
@@ -139,4 +153,12 @@ def test_bouncing_bar(measured):
     # Weight for 4.6 s is 460; the wave fronts that a step smears are what is missing.
     np.testing.assert_allclose(impulses[-1], 800.0 / 3.0, rtol=0.01)
     assert errors[-1] < 0.1
-    measured("contact", "bouncing bar, flights: impulse {}", np.array(impulses[-1]), np.full(2, 800.0 / 3.0), rel=0.01, unit="N s", source="closed form")
+    measured(
+        "contact",
+        "bouncing bar, flights: impulse {}",
+        np.array(impulses[-1]),
+        np.full(2, 800.0 / 3.0),
+        rel=0.01,
+        unit="N s",
+        source="closed form",
+    )

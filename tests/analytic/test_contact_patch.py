@@ -25,7 +25,10 @@ NON_MATCHING = [((3, 3, 2), (4, 4, 2)), ((4, 4, 2), (3, 3, 2)), ((5, 4, 2), (3, 
 
 
 def two_blocks(
-    low: tuple[int, int, int], high: tuple[int, int, int], *, kinds: tuple[str, str] = ("hex8", "hex8"),
+    low: tuple[int, int, int],
+    high: tuple[int, int, int],
+    *,
+    kinds: tuple[str, str] = ("hex8", "hex8"),
     rotation: np.ndarray | None = None,
 ) -> Model:
     """Block TOP on block LOW, without a gap."""
@@ -110,7 +113,15 @@ def test_pressure_between_hexahedra_is_even(low, high, measured):
     assert operator.area.sum() == pytest.approx(1.0, rel=1e-9)
     np.testing.assert_allclose(force / operator.area, PRESSURE, rtol=0.01)
     assert force.sum() == pytest.approx(PRESSURE, rel=1e-9)
-    measured("contact", f"contact patch, {low} under {high} hexahedra: pressure, worst", force / operator.area, PRESSURE, rel=0.01, unit="Pa", source="uniform pressure")
+    measured(
+        "contact",
+        f"contact patch, {low} under {high} hexahedra: pressure, worst",
+        force / operator.area,
+        PRESSURE,
+        rel=0.01,
+        unit="Pa",
+        source="uniform pressure",
+    )
 
 
 def test_strain_is_even_too(measured):
@@ -130,7 +141,15 @@ def test_pressure_between_other_solids_is_even(kinds, measured):
     """Also to 1 %."""
     _, operator, force, _ = run((4, 4, 2), (3, 3, 2), "surface-to-surface", kinds=kinds)
     np.testing.assert_allclose(force / operator.area, PRESSURE, rtol=0.01)
-    measured("contact", f"contact patch, {kinds[0]} under {kinds[1]}: pressure, worst", force / operator.area, PRESSURE, rel=0.01, unit="Pa", source="uniform pressure")
+    measured(
+        "contact",
+        f"contact patch, {kinds[0]} under {kinds[1]}: pressure, worst",
+        force / operator.area,
+        PRESSURE,
+        rel=0.01,
+        unit="Pa",
+        source="uniform pressure",
+    )
 
 
 def test_node_to_surface_is_uneven_on_non_matching_meshes():

@@ -64,7 +64,14 @@ def test_supports_along_the_axes_of_a_turned_plate(read, measured) -> None:
     found = model_modes(turned, NONE, count=8)[1].frequencies
     assert expected[0] > 1.0
     assert found == pytest.approx(expected, rel=1e-7)
-    measured("models", "plate with supports along skew axes: ratio of frequencies, worst", found / expected, 1.0, rel=1e-7, source="the plate not turned")
+    measured(
+        "models",
+        "plate with supports along skew axes: ratio of frequencies, worst",
+        found / expected,
+        1.0,
+        rel=1e-7,
+        source="the plate not turned",
+    )
 
 
 BUSHING = """\
@@ -102,7 +109,15 @@ def test_mass_on_a_bushing(read, measured) -> None:
     found = (2 * np.pi * model_modes(model, NONE, count=6)[1].frequencies) ** 2
     squares = [*np.linalg.eigvalsh([[100.0, 30.0], [30.0, 200.0]]) / 2, 200.0, 500 / 3, 200.0, 700 / 3]
     assert found == pytest.approx(sorted(squares), rel=1e-9)
-    measured("models", "mass on a bushing: omega^2, mode {}", found, sorted(squares), rel=1e-9, unit="rad2/s2", source="closed form")
+    measured(
+        "models",
+        "mass on a bushing: omega^2, mode {}",
+        found,
+        sorted(squares),
+        rel=1e-9,
+        unit="rad2/s2",
+        source="closed form",
+    )
 
 
 def test_a_bushing_holds_a_part(read) -> None:
@@ -131,7 +146,9 @@ def test_lumped_mass_is_an_option_of_the_model(read) -> None:
 
 def test_a_part_cut_in_two_keeps_the_directions_of_its_elements(read) -> None:
     """A laminate with cylindrical axes, cut into two parts that share nodes: the same frequencies."""
-    carbon = "*MATERIAL, NAME=CARBON\n*ELASTIC, TYPE=LAMINA\n 140000., 10000., 0.3, 5000., 5000., 3500.\n*DENSITY\n 1.6e-9\n"
+    carbon = (
+        "*MATERIAL, NAME=CARBON\n*ELASTIC, TYPE=LAMINA\n 140000., 10000., 0.3, 5000., 5000., 3500.\n*DENSITY\n 1.6e-9\n"
+    )
     axes = "*ORIENTATION, NAME=O, SYSTEM=CYLINDRICAL\n -20., -10., 0., -20., -10., 1.\n 3, 15.\n"
     section = "*SHELL SECTION, ELSET=P, COMPOSITE, ORIENTATION=O\n 0.5, 3, CARBON, 0.\n 0.3, 3, CARBON, 60.\n"
     text = plate().split("*SHELL SECTION")[0] + section + axes + carbon + "*BOUNDARY\n EDGE, ENCASTRE\n"

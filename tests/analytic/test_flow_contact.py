@@ -54,7 +54,15 @@ def test_mass_on_a_penalty_stop(measured):
         ("impulse", event.impulse, 198.01980, "N s"),
     ):
         assert found == pytest.approx(exact, rel=2e-6)
-        measured("contact, exact flow", f"mass on a penalty stop: {name}", found, exact, rel=2e-6, unit=unit, source="closed form")
+        measured(
+            "contact, exact flow",
+            f"mass on a penalty stop: {name}",
+            found,
+            exact,
+            rel=2e-6,
+            unit=unit,
+            source="closed form",
+        )
     assert created_of_contact(history) < 1e-5
 
 
@@ -64,8 +72,24 @@ def test_mass_with_gravity_on_a_spring_stop(measured):
     event = touches(history, gaps)[0]
     assert event.force_peak == pytest.approx(110.290, abs=5e-4)
     assert event.t_end == pytest.approx(0.0333717, abs=1e-7)
-    measured("contact, exact flow", "mass with gravity on a spring stop: peak force", event.force_peak, 110.290, abs=5e-4, unit="N", source="closed form")
-    measured("contact, exact flow", "mass with gravity on a spring stop: duration", event.t_end, 0.0333717, abs=1e-7, unit="s", source="closed form")
+    measured(
+        "contact, exact flow",
+        "mass with gravity on a spring stop: peak force",
+        event.force_peak,
+        110.290,
+        abs=5e-4,
+        unit="N",
+        source="closed form",
+    )
+    measured(
+        "contact, exact flow",
+        "mass with gravity on a spring stop: duration",
+        event.t_end,
+        0.0333717,
+        abs=1e-7,
+        unit="s",
+        source="closed form",
+    )
 
 
 def test_bilinear_oscillator_period(measured):
@@ -74,7 +98,15 @@ def test_bilinear_oscillator_period(measured):
     gaps = channels([[1.0]], 0.0, stop)
     starts = np.array([e.t_start for e in touches(fly(one_mass(m, k, 1.0), gaps, 4.2 * period), gaps)])
     np.testing.assert_allclose(np.diff(starts), period, rtol=1e-6)
-    measured("contact, exact flow", "bilinear oscillator: period", np.diff(starts), period, rel=1e-6, unit="s", source="closed form")
+    measured(
+        "contact, exact flow",
+        "bilinear oscillator: period",
+        np.diff(starts),
+        period,
+        rel=1e-6,
+        unit="s",
+        source="closed form",
+    )
 
 
 def test_play_between_two_stops():
@@ -95,7 +127,15 @@ def test_ball_comes_to_rest(measured):
     history = fly(one_mass(m, 0.0, 0.0), gaps, 1.0, [lambda t: -m * g + 0.0 * t], [0])
     late = history.time > 0.95
     np.testing.assert_allclose(history.force[late, 0], m * g, rtol=1e-3)
-    measured("contact, exact flow", "ball that came to rest: force", float(np.median(history.force[late, 0])), m * g, rel=1e-3, unit="N", source="statics")
+    measured(
+        "contact, exact flow",
+        "ball that came to rest: force",
+        float(np.median(history.force[late, 0])),
+        m * g,
+        rel=1e-3,
+        unit="N",
+        source="statics",
+    )
     bounces = touches(history, gaps)
     assert len(bounces) > 5
     speeds = np.array([e.closing_speed for e in bounces[:4]])
@@ -124,8 +164,24 @@ def test_bar_on_a_rigid_wall(penalty, measured):
     assert event.impulse == pytest.approx(200.0, rel=0.005)
     assert created_of_contact(history) < 1e-3
     law = "hard" if np.isinf(penalty) else f"penalty {penalty:g} EA/dx"
-    measured("contact, exact flow", f"bar on a wall, {law}: impulse", event.impulse, 200.0, rel=0.005, unit="N s", source="closed form")
-    measured("contact, exact flow", f"bar on a wall, {law}: end of contact", event.t_end, 7.0 / 6.0, rel=0.01, unit="s", source="closed form")
+    measured(
+        "contact, exact flow",
+        f"bar on a wall, {law}: impulse",
+        event.impulse,
+        200.0,
+        rel=0.005,
+        unit="N s",
+        source="closed form",
+    )
+    measured(
+        "contact, exact flow",
+        f"bar on a wall, {law}: end of contact",
+        event.t_end,
+        7.0 / 6.0,
+        rel=0.01,
+        unit="s",
+        source="closed form",
+    )
 
 
 def test_two_bars():
@@ -189,13 +245,37 @@ def test_coulomb_friction_takes_the_same_from_every_swing(measured):
         near = np.abs(history.time[history.output_index] - n * np.pi / 100.0) < 1e-3
         found = float(x[near][np.abs(x[near]).argmax()])
         assert found == pytest.approx(exact, abs=1.5e-6)
-        measured("friction, exact flow", f"Coulomb oscillator: turning point {n}", found, exact, abs=1.5e-6, unit="m", source="closed form")
+        measured(
+            "friction, exact flow",
+            f"Coulomb oscillator: turning point {n}",
+            found,
+            exact,
+            abs=1.5e-6,
+            unit="m",
+            source="closed form",
+        )
     took = 0.5 * STIFF * (0.85e-3**2 - 0.05e-3**2)
     assert last == pytest.approx(0.1256637, abs=2e-5)
     assert work(history, "friction") == pytest.approx(took, rel=1e-6)
     assert abs(work(history, "scheme")) < 1e-4 * took
-    measured("friction, exact flow", "Coulomb oscillator: time when it sticks", last, 0.1256637, abs=2e-5, unit="s", source="closed form")
-    measured("friction, exact flow", "Coulomb oscillator: energy taken", work(history, "friction"), took, rel=1e-6, unit="J", source="closed form")
+    measured(
+        "friction, exact flow",
+        "Coulomb oscillator: time when it sticks",
+        last,
+        0.1256637,
+        abs=2e-5,
+        unit="s",
+        source="closed form",
+    )
+    measured(
+        "friction, exact flow",
+        "Coulomb oscillator: energy taken",
+        work(history, "friction"),
+        took,
+        rel=1e-6,
+        unit="J",
+        source="closed form",
+    )
 
 
 def test_belt_squeaks(measured):
@@ -207,8 +287,24 @@ def test_belt_squeaks(measured):
     # Slip begins and ends within a step near contact, 8 us.
     np.testing.assert_allclose(np.diff(starts)[1:], 1 / 12.3932817, atol=2e-5)
     np.testing.assert_allclose((ends - starts[: ends.size])[1:], 0.04068888, atol=2e-5)
-    measured("friction, exact flow", "block on a belt: period of 12.3932817 Hz", np.diff(starts)[1:], 1 / 12.3932817, abs=2e-5, unit="s", source="closed form")
-    measured("friction, exact flow", "block on a belt: slip", (ends - starts[: ends.size])[1:], 0.04068888, abs=2e-5, unit="s", source="closed form")
+    measured(
+        "friction, exact flow",
+        "block on a belt: period of 12.3932817 Hz",
+        np.diff(starts)[1:],
+        1 / 12.3932817,
+        abs=2e-5,
+        unit="s",
+        source="closed form",
+    )
+    measured(
+        "friction, exact flow",
+        "block on a belt: slip",
+        (ends - starts[: ends.size])[1:],
+        0.04068888,
+        abs=2e-5,
+        unit="s",
+        source="closed form",
+    )
 
 
 def test_oblique_impact_slides_and_leaves(measured):
@@ -220,4 +316,12 @@ def test_oblique_impact_slides_and_leaves(measured):
     history = fly(system_of(np.eye(3), 1e-9 * np.eye(3), velocity=v), gaps, 0.02)
     slope = np.diff(history.displacement, axis=0)[-1] / STEP
     np.testing.assert_allclose(slope, [v[0] - 0.2 * 2 * 0.5, 0.5, 0.0], atol=1e-4)
-    measured("friction, exact flow", "oblique impact: speed along after it", slope[0], v[0] - 0.2, abs=1e-4, unit="m/s", source="closed form")
+    measured(
+        "friction, exact flow",
+        "oblique impact: speed along after it",
+        slope[0],
+        v[0] - 0.2,
+        abs=1e-4,
+        unit="m/s",
+        source="closed form",
+    )

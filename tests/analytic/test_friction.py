@@ -58,9 +58,25 @@ def test_coulomb_friction_takes_the_same_from_every_swing(run, h, measured):
     took = history.energy[-1, ENERGIES.index("friction")]
     assert took == pytest.approx(0.5 * K * (0.85e-3**2 - 0.05e-3**2), rel=1e-3)
     case = "Coulomb oscillator" if run is simulate else "Coulomb oscillator, compiled march"
-    measured("friction", f"{case}: turning point {{}}", turns[:4], [-0.65e-3, 0.45e-3, -0.25e-3, 0.05e-3], abs=2e-7, unit="m", source="closed form")
+    measured(
+        "friction",
+        f"{case}: turning point {{}}",
+        turns[:4],
+        [-0.65e-3, 0.45e-3, -0.25e-3, 0.05e-3],
+        abs=2e-7,
+        unit="m",
+        source="closed form",
+    )
     measured("friction", f"{case}: time when it sticks", stop, 0.1256637, abs=4 * h, unit="s", source="closed form")
-    measured("friction", f"{case}: energy taken", took, 0.5 * K * (0.85e-3**2 - 0.05e-3**2), rel=1e-3, unit="J", source="closed form")
+    measured(
+        "friction",
+        f"{case}: energy taken",
+        took,
+        0.5 * K * (0.85e-3**2 - 0.05e-3**2),
+        rel=1e-3,
+        unit="J",
+        source="closed form",
+    )
     assert abs(history.energy[-1, ENERGIES.index("scheme")]) < 1e-3 * took
 
 
@@ -92,8 +108,24 @@ def test_belt_squeaks(run, h, measured):
     case = "block on a belt" if run is simulate else "block on a belt, compiled march"
     measured("friction", f"{case}: stick", starts[1] - ends[0], 0.04, abs=3 * h, unit="s", source="closed form")
     measured("friction", f"{case}: slip", ends[0] - starts[0], 0.04068888, abs=2 * h, unit="s", source="closed form")
-    measured("friction", f"{case}: period of 12.3932817 Hz", period, 1 / 12.3932817, abs=2 * h, unit="s", source="closed form")
-    measured("friction", f"{case}: belt of a cycle", 0.01 * period, 0.80688788e-3, abs=0.02 * h, unit="m", source="closed form")
+    measured(
+        "friction",
+        f"{case}: period of 12.3932817 Hz",
+        period,
+        1 / 12.3932817,
+        abs=2 * h,
+        unit="s",
+        source="closed form",
+    )
+    measured(
+        "friction",
+        f"{case}: belt of a cycle",
+        0.01 * period,
+        0.80688788e-3,
+        abs=0.02 * h,
+        unit="m",
+        source="closed form",
+    )
 
 
 def test_friction_acts_against_the_sliding_in_the_plane(measured):
@@ -109,7 +141,15 @@ def test_friction_acts_against_the_sliding_in_the_plane(measured):
     way = np.hypot(u[-1, 0], u[-1, 2])
     # v t - mu N t^2 / 2; the first step knows no friction at its start: an error of order h v.
     assert way == pytest.approx(0.2 * 0.05 - 0.5 * 3.0 * 0.05**2, rel=1e-2)
-    measured("friction", "mass that slides at 30 degrees: way", way, 0.2 * 0.05 - 0.5 * 3.0 * 0.05**2, rel=1e-2, unit="m", source="closed form")
+    measured(
+        "friction",
+        "mass that slides at 30 degrees: way",
+        way,
+        0.2 * 0.05 - 0.5 * 3.0 * 0.05**2,
+        rel=1e-2,
+        unit="m",
+        source="closed form",
+    )
 
 
 def test_stribeck_friction_falls_with_the_speed(measured):
@@ -122,5 +162,13 @@ def test_stribeck_friction_falls_with_the_speed(measured):
     assert slides.size > 100
     mu = 0.2 + 0.3 * np.exp(-np.abs(v[slides]) / 0.05)
     np.testing.assert_allclose(np.abs(tau[slides]), mu * p[slides], rtol=1e-9)
-    measured("friction", "Stribeck law: friction force, worst instant", np.abs(tau[slides]), mu * p[slides], rel=1e-9, unit="N", source="the law")
+    measured(
+        "friction",
+        "Stribeck law: friction force, worst instant",
+        np.abs(tau[slides]),
+        mu * p[slides],
+        rel=1e-9,
+        unit="N",
+        source="the law",
+    )
     assert (np.sign(tau[slides]) == -np.sign(v[slides])).all()

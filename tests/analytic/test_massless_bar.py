@@ -92,9 +92,25 @@ def test_bouncing_bar_over_ten_bounces(count, measured):
     assert history.gap.min() > -1e-9 * HEIGHT
     case = f"ten bounces, massless boundary, {count} modes"
     measured("contact", f"{case}: contacts", contacts, 20, source="closed form")
-    measured("contact", f"{case}: onset of a contact, worst", onsets, ONSETS, abs=1e-3 * END, unit="s", source="Doyen, Ern, Piperno 2011")
-    measured("contact", f"{case}: impulse, worst", impulses, IMPULSE, rel=5e-3, unit="N s", source="Doyen, Ern, Piperno 2011")
-    measured("energy", f"{case}: energy not accounted for", np.abs(scheme).max() / ENERGY, at_most=1e-3, source="conservation")
+    measured(
+        "contact",
+        f"{case}: onset of a contact, worst",
+        onsets,
+        ONSETS,
+        abs=1e-3 * END,
+        unit="s",
+        source="Doyen, Ern, Piperno 2011",
+    )
+    measured(
+        "contact", f"{case}: impulse, worst", impulses, IMPULSE, rel=5e-3, unit="N s", source="Doyen, Ern, Piperno 2011"
+    )
+    measured(
+        "energy",
+        f"{case}: energy not accounted for",
+        np.abs(scheme).max() / ENERGY,
+        at_most=1e-3,
+        source="conservation",
+    )
 
 
 def test_more_modes_are_closer():
@@ -133,9 +149,25 @@ def test_bar_on_a_rigid_wall(count, measured):
     assert force @ weight / weight.sum() == pytest.approx(300.0, rel=0.15 / count)
     assert history.force.max() < 1.6 * 300.0  # first crest of a front in a chain of springs and masses
     case = f"bar on a wall, massless boundary, {count} modes"
-    measured("contact", f"{case}: duration", pressed[-1] - pressed[0], DURATION, abs=DURATION / (2.0 * count), unit="s", source="closed form")
+    measured(
+        "contact",
+        f"{case}: duration",
+        pressed[-1] - pressed[0],
+        DURATION,
+        abs=DURATION / (2.0 * count),
+        unit="s",
+        source="closed form",
+    )
     measured("contact", f"{case}: impulse", impulses[0], 200.0, rel=0.05 / count, unit="N s", source="closed form")
-    measured("contact", f"{case}: force", force @ weight / weight.sum(), 300.0, rel=0.15 / count, unit="N", source="closed form")
+    measured(
+        "contact",
+        f"{case}: force",
+        force @ weight / weight.sum(),
+        300.0,
+        rel=0.15 / count,
+        unit="N",
+        source="closed form",
+    )
     if count == 40:
         near = (history.time > 0.4) & (history.time < 1.3)
         measured.curve("bar", "massless boundary, 40 modes", history.time[near][::8], history.force[near, 0][::8])
@@ -152,6 +184,22 @@ def test_damped_bar_bounces_like_one_with_many_modes(count, late, share, measure
     np.testing.assert_allclose(impulses[:-1], expected[1][:-1], rtol=share)
     lost = [h.energy[-1, ENERGIES.index("damping")] for h in (poor, rich)]
     assert lost[0] == pytest.approx(lost[1], rel=5e-3)
-    measured("contact", f"damped bouncing bar, {count} modes: onset, worst", onsets, expected[0], abs=late * 16.0, unit="s", source="60 modes")
-    measured("contact", f"damped bouncing bar, {count} modes: energy lost", lost[0], lost[1], rel=5e-3, unit="J", source="60 modes")
+    measured(
+        "contact",
+        f"damped bouncing bar, {count} modes: onset, worst",
+        onsets,
+        expected[0],
+        abs=late * 16.0,
+        unit="s",
+        source="60 modes",
+    )
+    measured(
+        "contact",
+        f"damped bouncing bar, {count} modes: energy lost",
+        lost[0],
+        lost[1],
+        rel=5e-3,
+        unit="J",
+        source="60 modes",
+    )
     assert np.abs(poor.energy[:, ENERGIES.index("scheme")]).max() < 1e-3 * ENERGY

@@ -34,14 +34,30 @@ def rows(case: str, kind: str) -> str:
 def test_free_square_plate_within_one_percent(kind, measured):
     ratio = free_plate(16, kind)
     assert ratio == pytest.approx(np.ones(8), abs=0.01)
-    measured("shell modes", rows("FV12 free plate, 16 x 16", kind), ratio * FV12, FV12, rel=0.01, unit="Hz", source="NAFEMS; converged Ritz")
+    measured(
+        "shell modes",
+        rows("FV12 free plate, 16 x 16", kind),
+        ratio * FV12,
+        FV12,
+        rel=0.01,
+        unit="Hz",
+        source="NAFEMS; converged Ritz",
+    )
 
 
 @kinds
 def test_cantilevered_square_plate_within_one_percent(kind, measured):
     ratio = cantilever_plate(16, kind)
     assert ratio == pytest.approx(np.ones(6), abs=0.01)
-    measured("shell modes", rows("FV16 cantilevered plate, 16 x 16", kind), ratio * FV16, FV16, rel=0.01, unit="Hz", source="NAFEMS; converged Ritz")
+    measured(
+        "shell modes",
+        rows("FV16 cantilevered plate, 16 x 16", kind),
+        ratio * FV16,
+        FV16,
+        rel=0.01,
+        unit="Hz",
+        source="NAFEMS; converged Ritz",
+    )
 
 
 @pytest.mark.parametrize(
@@ -60,7 +76,15 @@ def test_bending_waves_of_quads_are_of_higher_order(compute, limit):
 def test_thick_plate_matches_mindlin_theory_within_one_percent(kind, n, measured):
     ratio = thick_plate(n, kind)
     assert ratio == pytest.approx(np.ones(4), abs=0.01)
-    measured("shell modes", rows(f"thick plate, {n} x {n}", kind), ratio * THICK, THICK, rel=0.01, unit="Hz", source="Mindlin, exact")
+    measured(
+        "shell modes",
+        rows(f"thick plate, {n} x {n}", kind),
+        ratio * THICK,
+        THICK,
+        rel=0.01,
+        unit="Hz",
+        source="Mindlin, exact",
+    )
 
 
 @pytest.mark.parametrize("edges", THIN_PLATES)
@@ -71,7 +95,14 @@ def test_thin_square_plates_within_one_percent(edges, kind, n, measured):
     assert ratio == pytest.approx(np.ones(len(THIN_PLATES[edges])), abs=0.01)
     exact = np.array(THIN_PLATES[edges])
     source = "Navier, exact" if edges == "SSSS" else "Leissa 1973; converged Ritz"
-    measured("shell modes", rows(f"thin plate {edges}, {n} x {n}: lambda", kind), ratio * exact, exact, rel=0.01, source=source)
+    measured(
+        "shell modes",
+        rows(f"thin plate {edges}, {n} x {n}: lambda", kind),
+        ratio * exact,
+        exact,
+        rel=0.01,
+        source=source,
+    )
 
 
 CASES = {
@@ -94,9 +125,7 @@ def test_thin_quads_approach_the_reference(case):
     assert fine < 0.004
 
 
-@pytest.mark.parametrize(
-    ("case", "kind"), [*((c, "tri") for c in CASES), ("FV32", "quad"), ("thick", "quad")]
-)
+@pytest.mark.parametrize(("case", "kind"), [*((c, "tri") for c in CASES), ("FV32", "quad"), ("thick", "quad")])
 def test_frequencies_converge_with_the_square_of_the_element_size_to_the_reference(case, kind, measured):
     """Linear shape functions: h^2. Transverse shear takes 0.1 % off the thin-plate values of FV12 and FV16.
 
@@ -107,8 +136,22 @@ def test_frequencies_converge_with_the_square_of_the_element_size_to_the_referen
     assert misfit < 0.05
     assert 1.7 < slope < 2.4
     assert limit == pytest.approx(np.ones(limit.size), abs=0.002)
-    measured("shell modes", f"all plates, {kind}: slope of convergence", slope, 2.0, between=(1.7, 2.4), source="linear shape functions")
-    measured("shell modes", f"all plates, {kind}: limit of finer meshes over reference, worst", limit, 1.0, abs=0.002, source="as above")
+    measured(
+        "shell modes",
+        f"all plates, {kind}: slope of convergence",
+        slope,
+        2.0,
+        between=(1.7, 2.4),
+        source="linear shape functions",
+    )
+    measured(
+        "shell modes",
+        f"all plates, {kind}: limit of finer meshes over reference, worst",
+        limit,
+        1.0,
+        abs=0.002,
+        source="as above",
+    )
 
 
 @pytest.mark.parametrize(("kind", "limit"), [("quad", 0.01), ("tri", 0.013)])
@@ -116,4 +159,12 @@ def test_tapered_membrane_on_32_by_16(kind, limit, measured):
     """Consistent membrane mass overestimates by (kh)^2/24 and more on coarse meshes."""
     ratio = tapered_membrane(32, 16, kind)
     assert ratio == pytest.approx(np.ones(6), abs=limit)
-    measured("shell modes", rows("FV32 tapered membrane, 32 x 16", kind), ratio * FV32, FV32, rel=limit, unit="Hz", source="NAFEMS; converged Ritz")
+    measured(
+        "shell modes",
+        rows("FV32 tapered membrane, 32 x 16", kind),
+        ratio * FV32,
+        FV32,
+        rel=limit,
+        unit="Hz",
+        source="NAFEMS; converged Ritz",
+    )

@@ -47,7 +47,13 @@ def test_constant_strain_on_distorted_mesh_is_exact(kind, state, measured):
     found = interior_answer(mesh, exact)
     assert found == pytest.approx(exact, abs=EXACT * np.abs(exact).max())
     error = np.abs(found - exact).max() / np.abs(exact).max()
-    measured("shell statics", f"{state.__name__.replace('_state', ' patch')}, {kind}: displacements inside, relative error", error, at_most=EXACT, source="MacNeal, Harder 1985")
+    measured(
+        "shell statics",
+        f"{state.__name__.replace('_state', ' patch')}, {kind}: displacements inside, relative error",
+        error,
+        at_most=EXACT,
+        source="MacNeal, Harder 1985",
+    )
 
 
 @kinds
@@ -61,7 +67,13 @@ def test_patch_in_an_arbitrary_plane_is_exact(kind, state, measured):
     found = interior_answer(mesh, exact)
     assert found == pytest.approx(exact, abs=EXACT * np.abs(exact).max())
     error = np.abs(found - exact).max() / np.abs(exact).max()
-    measured("shell statics", f"{state.__name__.replace('_state', ' patch')} in any plane, {kind}: relative error", error, at_most=EXACT, source="MacNeal, Harder 1985")
+    measured(
+        "shell statics",
+        f"{state.__name__.replace('_state', ' patch')} in any plane, {kind}: relative error",
+        error,
+        at_most=EXACT,
+        source="MacNeal, Harder 1985",
+    )
 
 
 @kinds
@@ -75,7 +87,15 @@ def test_membrane_stresses_of_the_patch(kind, measured):
         mode[:, 0], mode[:, 1] = unit
         assert reactions_in(mesh, u, mode.ravel()) == pytest.approx(stress * T * AREA, rel=EXACT)
         found = reactions_in(mesh, u, mode.ravel()) / (T * AREA)
-        measured("shell statics", f"membrane patch: stress {stress:.0f}", found, stress, rel=EXACT, unit="Pa", source="MacNeal, Harder 1985")
+        measured(
+            "shell statics",
+            f"membrane patch: stress {stress:.0f}",
+            found,
+            stress,
+            rel=EXACT,
+            unit="Pa",
+            source="MacNeal, Harder 1985",
+        )
 
 
 @kinds
@@ -94,7 +114,15 @@ def test_bending_moments_of_the_patch(kind, measured):
         mode[:, 2], mode[:, 3], mode[:, 4] = w, r_x, r_y
         assert reactions_in(mesh, u, mode.ravel()) == pytest.approx(moment * AREA, rel=EXACT)
         found = reactions_in(mesh, u, mode.ravel()) / AREA
-        measured("shell statics", f"bending patch: moment {moment:.3e}", found, moment, rel=EXACT, unit="N", source="MacNeal, Harder 1985")
+        measured(
+            "shell statics",
+            f"bending patch: moment {moment:.3e}",
+            found,
+            moment,
+            rel=EXACT,
+            unit="N",
+            source="MacNeal, Harder 1985",
+        )
 
 
 @pytest.mark.parametrize(("kind", "thickness"), [("quad", 1e4), ("tri", 1e4)])
@@ -113,7 +141,14 @@ def test_constant_transverse_shear_on_distorted_mesh_is_exact(kind, thickness, m
     assert u == pytest.approx(exact.ravel(), abs=EXACT * np.abs(exact).max())
     expected = 5 / 6 * section.material.shear_modulus * thickness * 5e-6 * AREA
     assert u @ (stiffness @ u) == pytest.approx(expected, rel=EXACT)
-    measured("shell statics", f"transverse shear patch, {kind}: energy over exact", u @ (stiffness @ u) / expected, 1.0, rel=EXACT, source="exact")
+    measured(
+        "shell statics",
+        f"transverse shear patch, {kind}: energy over exact",
+        u @ (stiffness @ u) / expected,
+        1.0,
+        rel=EXACT,
+        source="exact",
+    )
 
 
 @kinds
@@ -127,4 +162,11 @@ def test_in_plane_bending_of_a_slender_rectangle_is_exact(kind, measured):
         energy = reactions_in(mesh, u.ravel(), u.ravel())
         assert energy == pytest.approx(E * T * length / 12, rel=EXACT if kind == "tri" else DRILLING_ERROR)
         ratio = energy / (E * T * length / 12)
-        measured("shell statics", f"one element bent in its plane, {kind}: energy ratio", ratio, 1.0, rel=EXACT if kind == "tri" else DRILLING_ERROR, source="Felippa 2003")
+        measured(
+            "shell statics",
+            f"one element bent in its plane, {kind}: energy ratio",
+            ratio,
+            1.0,
+            rel=EXACT if kind == "tri" else DRILLING_ERROR,
+            source="Felippa 2003",
+        )

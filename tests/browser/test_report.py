@@ -64,7 +64,9 @@ def test_parts_exaggeration_event_and_turning_change_the_view(opened):
     looks = [pixels(page, canvas)]
     page.click("#parts-motion button:has-text('UPPER')")
     looks.append(pixels(page, canvas))
-    page.evaluate("e => { e = document.getElementById('exaggeration'); e.value = 0.8; e.dispatchEvent(new Event('input')); }")
+    page.evaluate(
+        "e => { e = document.getElementById('exaggeration'); e.value = 0.8; e.dispatchEvent(new Event('input')); }"
+    )
     looks.append(pixels(page, canvas))
     page.select_option("#motion-event", "1")
     looks.append(pixels(page, canvas))
@@ -89,7 +91,9 @@ def test_events_sort_by_keyboard_both_ways(opened):
     page = opened()
     heading = page.locator("#events table.sortable th button").nth(3)
     heading.focus()
-    column = "[...document.querySelector('#events table.sortable').tBodies[0].rows].map(r => figure(r.cells[3].textContent))"
+    column = (
+        "[...document.querySelector('#events table.sortable').tBodies[0].rows].map(r => figure(r.cells[3].textContent))"
+    )
     page.keyboard.press("Enter")
     up = page.evaluate(column)
     page.keyboard.press("Enter")
@@ -122,8 +126,10 @@ def test_cursors_and_zoom_of_force_and_gap_are_linked(opened):
     box = page.locator("#plot-force").bounding_box()
     page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 0.5 * box["height"])
     page.wait_for_selector("#plot-gap .cursor:not([hidden])", state="attached")
-    left = page.evaluate("['force', 'gap'].map(n => wires[n].at._fullLayout.xaxis.p2d("
-                         "parseFloat(wires[n].bar.style.left) - wires[n].at._fullLayout.xaxis._offset))")  # fmt: skip
+    left = page.evaluate(
+        "['force', 'gap'].map(n => wires[n].at._fullLayout.xaxis.p2d("
+        "parseFloat(wires[n].bar.style.left) - wires[n].at._fullLayout.xaxis._offset))"
+    )
     assert left[0] == pytest.approx(left[1], abs=1e-6)
     assert "tip gap" in page.inner_text("#readout")
     page.evaluate("Plotly.relayout('plot-force', { 'xaxis.range': [0.025, 0.03] })")
@@ -137,7 +143,10 @@ def luminance(colour):
 
 
 def test_dark_and_light_follow_the_system_and_the_button(opened):
-    paper, title = "getComputedStyle(document.body).backgroundColor", "getComputedStyle(document.querySelector('#plot-force .ytitle')).fill"
+    paper, title = (
+        "getComputedStyle(document.body).backgroundColor",
+        "getComputedStyle(document.querySelector('#plot-force .ytitle')).fill",
+    )
     light, dark = opened(scheme="light"), opened(scheme="dark")
     for page in (light, dark):
         seen(page, "#plot-force")
@@ -156,15 +165,19 @@ def test_no_sideways_scrolling_on_narrow_screens(opened, width):
     page = opened(width)
     draw_all(page)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
-    cut = page.evaluate("[...document.querySelectorAll('main p, main h1, main h2, main select, main .view, main .plot')]"
-                        ".filter(e => e.getBoundingClientRect().right > innerWidth + 1).map(e => e.outerHTML.slice(0, 80))")  # fmt: skip
+    cut = page.evaluate(
+        "[...document.querySelectorAll('main p, main h1, main h2, main select, main .view, main .plot')]"
+        ".filter(e => e.getBoundingClientRect().right > innerWidth + 1).map(e => e.outerHTML.slice(0, 80))"
+    )
     assert cut == []
 
 
 def test_no_table_is_cut_on_a_wide_screen(opened):
     page = opened(1300)
-    cut = page.evaluate("[...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth > e.clientWidth + 1)"
-                        ".map(e => e.closest('section').id)")  # fmt: skip
+    cut = page.evaluate(
+        "[...document.querySelectorAll('.scroll')].filter(e => e.scrollWidth > e.clientWidth + 1)"
+        ".map(e => e.closest('section').id)"
+    )
     assert page.locator("#precheck .scroll").count() == 1
     assert cut == []
 

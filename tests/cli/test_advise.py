@@ -30,7 +30,9 @@ def test_the_advised_study_runs_as_it_is(creak, tmp_path):
     said = creak("advise", path, "--quiet")
     assert said.status == 0
     lines = tomllib.loads(said.out.partition("change:\n")[2])
-    study = STUDY.replace("f_max = 3000", f'method = "{lines["reduction"]["method"]}"\nf_max = {lines["reduction"]["f_max"]}')
+    study = STUDY.replace(
+        "f_max = 3000", f'method = "{lines["reduction"]["method"]}"\nf_max = {lines["reduction"]["f_max"]}'
+    )
     study = study.replace("step = 5e-4", f"step = {lines['time']['step']}")
     path.write_text(study, encoding="utf-8")
     assert read_study(path).config.reduction.method == "gap-modes"

@@ -19,22 +19,36 @@ def run_cli(monkeypatch, capsys, *arguments):
 DECK_MISTAKES = {
     "element on an unknown node": (("1, 1, 2, 15, 14", "1, 1, 2, 15, 9999"), ["strips.inp:", "9999"]),
     "element without a section": (
-        ("*SHELL SECTION, ELSET=LOWER, MATERIAL=STEEL\n1.5,\n", ""), ["strips.inp:", "section", "1001"]),
+        ("*SHELL SECTION, ELSET=LOWER, MATERIAL=STEEL\n1.5,\n", ""),
+        ["strips.inp:", "section", "1001"],
+    ),
     "section with an unknown material": (
-        ("ELSET=LOWER, MATERIAL=STEEL", "ELSET=LOWER, MATERIAL=STEAL"), ["strips.inp:", "STEAL", "STEEL"]),
+        ("ELSET=LOWER, MATERIAL=STEEL", "ELSET=LOWER, MATERIAL=STEAL"),
+        ["strips.inp:", "STEAL", "STEEL"],
+    ),
     "zero thickness": (("MATERIAL=STEEL\n1.5,", "MATERIAL=STEEL\n0.0,"), ["strips.inp:", "thickness", "0"]),
     "negative thickness": (("MATERIAL=STEEL\n1.5,", "MATERIAL=STEEL\n-1.5,"), ["strips.inp:", "thickness", "-1.5"]),
     "zero density": (("7.85e-9,", "0.0,"), ["strips.inp:", "density", "0"]),
     "negative density": (("7.85e-9,", "-7.85e-9,"), ["strips.inp:", "density", "-7.85e-9"]),
     "unknown element type": (("TYPE=S4, ELSET=LOWER", "TYPE=S44, ELSET=LOWER"), ["strips.inp:", "S44"]),
-    "surface that faces nothing": (("*SURFACE, NAME=OVER\nLOWER, SPOS", "*SURFACE, NAME=OVER\nLOWER, SNEG"),
-                                   ["[contact.tip]", "UNDER", "OVER", "never face"]),
+    "surface that faces nothing": (
+        ("*SURFACE, NAME=OVER\nLOWER, SPOS", "*SURFACE, NAME=OVER\nLOWER, SNEG"),
+        ["[contact.tip]", "UNDER", "OVER", "never face"],
+    ),
     "part that nothing holds": (("ROOT_LOWER, 1, 6\n", ""), ["strips.inp", "nothing holds", "LOWER", "*BOUNDARY"]),
-    "misspelt keyword": (("*BOUNDARY\n", "*BOUNDRY\n"), ["strips.inp:", "*BOUNDRY", "Did you mean 'BOUNDARY'? Remove it"]),
-    "folded shell": (("1, 1, 2, 15, 14", "1, 1, 2, 14, 16"), ["strips.inp:", "element(s) 1: a corner angle is not between 0 and 180"]),
-    "keyword that changes the answer": (("*BOUNDARY\n", "*EMBEDDED ELEMENT\nLOWER\n*BOUNDARY\n"),
-                                        ["strips.inp:", "*EMBEDDED ELEMENT", "--ignore"]),
-}  # fmt: skip
+    "misspelt keyword": (
+        ("*BOUNDARY\n", "*BOUNDRY\n"),
+        ["strips.inp:", "*BOUNDRY", "Did you mean 'BOUNDARY'? Remove it"],
+    ),
+    "folded shell": (
+        ("1, 1, 2, 15, 14", "1, 1, 2, 14, 16"),
+        ["strips.inp:", "element(s) 1: a corner angle is not between 0 and 180"],
+    ),
+    "keyword that changes the answer": (
+        ("*BOUNDARY\n", "*EMBEDDED ELEMENT\nLOWER\n*BOUNDARY\n"),
+        ["strips.inp:", "*EMBEDDED ELEMENT", "--ignore"],
+    ),
+}
 
 STUDY_MISTAKES = {
     "no such deck": (('"strips.inp"', '"stripes.inp"'), ["stripes.inp", "Check"]),
@@ -43,24 +57,36 @@ STUDY_MISTAKES = {
     "misspelt key": (("secondary =", "secondry ="), ["study.toml:7", "secondry", "Did you mean 'secondary'"]),
     "misspelt table": (("[reduction]", "[reducton]"), ["study.toml:17", "reducton", "Did you mean 'reduction'"]),
     "f_max below the excitation": (("f_max = 3000", "f_max = 50"), ["study.toml:18", "50 Hz", "60 Hz", "Raise f_max"]),
-    "unknown word for a stiffness": (('main = "OVER"\n', 'main = "OVER"\nstiffness = "atuo"\n'),
-                                     ["study.toml:9", "atuo", "number", "'auto' or 'hard'"]),
+    "unknown word for a stiffness": (
+        ('main = "OVER"\n', 'main = "OVER"\nstiffness = "atuo"\n'),
+        ["study.toml:9", "atuo", "number", "'auto' or 'hard'"],
+    ),
     "multisine without a line": (("period = 0.2", "period = 0.001"), ["study.toml:15", "multiples of 1000 Hz", "none"]),
-    "multisine with limits the wrong way": (("f_min = 5", "f_min = 500"), ["study.toml:15", "500 Hz is above f_max = 60"]),
+    "multisine with limits the wrong way": (
+        ("f_min = 5", "f_min = 500"),
+        ["study.toml:15", "500 Hz is above f_max = 60"],
+    ),
     "NaN amplitude": (("amplitude = 0.05", "amplitude = nan"), ["study.toml:15", "amplitude", "nan", "finite"]),
     "unknown signal": (('"multisine"', '"multisin"'), ["study.toml:15", "multisin", "Did you mean 'multisine'"]),
-    "integrator that needs another reduction": (("[time]\n", '[time]\nintegrator = "massless-boundary"\n'),
-                                                ["study.toml:", "massless-boundary", "craig-bampton", "Change"]),
+    "integrator that needs another reduction": (
+        ("[time]\n", '[time]\nintegrator = "massless-boundary"\n'),
+        ["study.toml:", "massless-boundary", "craig-bampton", "Change"],
+    ),
     "friction": (('main = "OVER"\n', 'main = "OVER"\nfriction = -0.3\n'), ["study.toml:9", "friction", "-0.3", "0"]),
-    "kinetic above static": (('main = "OVER"\n', 'main = "OVER"\nfriction = { static = 0.2, kinetic = 0.3 }\n'),
-                             ["study.toml:9", "kinetic = 0.3", "static = 0.2"]),
+    "kinetic above static": (
+        ('main = "OVER"\n', 'main = "OVER"\nfriction = { static = 0.2, kinetic = 0.3 }\n'),
+        ["study.toml:9", "kinetic = 0.3", "static = 0.2"],
+    ),
     "not TOML": (("[time]", "[time"), ["study.toml", "not valid TOML", "line"]),
-    "connectors as a table": (("[time]", '[connector]\ntype = "play"\n[time]'), ["study.toml:20", "Write [[connector]]"]),
+    "connectors as a table": (
+        ("[time]", '[connector]\ntype = "play"\n[time]'),
+        ["study.toml:20", "Write [[connector]]"],
+    ),
     "contact as a list": (("[contact.tip]", "[[contact]]"), ["study.toml:6", "Write [contact.NAME]"]),
     "path with backslashes": (('"strips.inp"', '"data\\strips.inp"'), ["study.toml", "line 4", "Write paths with /"]),
     "deck that is a folder": (('"strips.inp"', '"."'), ["cannot read the deck", "directory", "Check the path"]),
     "odd pairs": (('pairs = "PAIRS"', 'pairs = "ROOT_LOWER"'), ["study.toml", "ROOT_LOWER", "even"]),
-}  # fmt: skip
+}
 
 
 def assert_refused(monkeypatch, capsys, study, words, tmp_path):

@@ -49,8 +49,9 @@ def test_hard_contact_with_friction_on_a_massless_boundary(tmp_path, monkeypatch
     study = changed(
         ('main = "OVER"\n', 'main = "OVER"\nstiffness = "hard"\nfriction = 0.3\n'),
         ("[reduction]\n", '[reduction]\nmethod = "massless-boundary"\n'),
-        ("[time]\n", '[time]\nintegrator = "massless-boundary"\n'), ("[time]", "[reference]\nrun = false\n[time]"),
-    )  # fmt: skip
+        ("[time]\n", '[time]\nintegrator = "massless-boundary"\n'),
+        ("[time]", "[reference]\nrun = false\n[time]"),
+    )
     status, summary = run(tmp_path, study, monkeypatch)
     assert status == 0
     figures = summary["runs"]["reduced"]

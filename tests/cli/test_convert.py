@@ -14,10 +14,14 @@ from creak.studies.deck_modes import deck_modes
 from helpers_decks import two_strips
 from helpers_same_model import mesh, nastran_deck
 
-FLAT_PLATE = "\n".join(
-    line for line in nastran_deck(mesh()).splitlines()
-    if not line.startswith(("CBEAM", ",,,0.", "PBEAM", ",,,,", ",YES", ",0.8,0.6", ",4.-5"))
-) + "\n"  # fmt: skip
+FLAT_PLATE = (
+    "\n".join(
+        line
+        for line in nastran_deck(mesh()).splitlines()
+        if not line.startswith(("CBEAM", ",,,0.", "PBEAM", ",,,,", ",YES", ",0.8,0.6", ",4.-5"))
+    )
+    + "\n"
+)
 """The sample without its offset beams and the inertia of its mass, which an Abaqus deck of creak cannot say."""
 
 

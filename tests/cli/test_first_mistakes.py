@@ -27,7 +27,9 @@ def run(creak, folder, deck=None, study=SHORT, *more):
 def test_a_sound_study_warns_of_no_unit_and_no_support(creak, tmp_path):
     said, warnings = run(creak, tmp_path)
     assert not any(word in text for text in warnings for word in ("mm-t-s", "margin", "holds", "start closed"))
-    assert [line for line in said.err.splitlines() if line.startswith("warning: ")] == [f"warning: {w}" for w in warnings]
+    assert [line for line in said.err.splitlines() if line.startswith("warning: ")] == [
+        f"warning: {w}" for w in warnings
+    ]
 
 
 def test_metres_taken_for_millimetres(creak, tmp_path):
@@ -115,7 +117,7 @@ def test_a_deck_by_itself_gets_the_same_warnings(creak, tmp_path):
     assert (said.status, "m-kg-s" in said.err) == (0, False)
 
 
-SIGNAL = "type = \"multisine\", f_min = 5, f_max = 60, amplitude = 0.05, period = 0.2, seed = 3"
+SIGNAL = 'type = "multisine", f_min = 5, f_max = 60, amplitude = 0.05, period = 0.2, seed = 3'
 
 
 def warned(folder, study=SHORT, deck=None):
@@ -131,15 +133,34 @@ def test_a_sound_study_warns_of_nothing_when_set_up(tmp_path):
     ("old", "new", "words"),
     [
         ("amplitude = 0.05", "amplitude = 0.0", "[excitation.root] is zero throughout the run"),
-        (SIGNAL, 'type = "table", values = [[0, 0], [0.4, 0], [0.6, 0], [0.8, 0], [1, 0], [1.5, 1]]', "[excitation.root] is zero throughout the run"),
-        (SIGNAL, 'type = "table", values = [[0, 0], [5, 1], [20, 0]]', "reaches to 20 s, the run to 0.02 s: are its times in s"),
-        ("[time]", '[[connector]]\ntype = "play"\nnodes = ["TIP_LOWER", "TIP_UPPER"]\ndof = "z"\nlower = 0.1\nstiffness = 10\n[time]',
-         "connector 1 is squeezed by 0.1 where the model is at rest, as 0 lies outside its limits: it presses with 1 at once"),
-        ("step = 5e-4", "step = 5e-3", "is 3.3 steps in a period of the highest excitation frequency, 60 Hz: the periods"),
+        (
+            SIGNAL,
+            'type = "table", values = [[0, 0], [0.4, 0], [0.6, 0], [0.8, 0], [1, 0], [1.5, 1]]',
+            "[excitation.root] is zero throughout the run",
+        ),
+        (
+            SIGNAL,
+            'type = "table", values = [[0, 0], [5, 1], [20, 0]]',
+            "reaches to 20 s, the run to 0.02 s: are its times in s",
+        ),
+        (
+            "[time]",
+            '[[connector]]\ntype = "play"\nnodes = ["TIP_LOWER", "TIP_UPPER"]\ndof = "z"\nlower = 0.1\nstiffness = 10\n[time]',
+            "connector 1 is squeezed by 0.1 where the model is at rest, as 0 lies outside its limits: it presses with 1 at once",
+        ),
+        (
+            "step = 5e-4",
+            "step = 5e-3",
+            "is 3.3 steps in a period of the highest excitation frequency, 60 Hz: the periods",
+        ),
         ("[time]", "[damping]\nmodal = 0.5\n[time]", "modal = 0.5 is 50 % of critical; 0.005 is 0.5 %"),
-        ("[time]", "[damping.rayleigh]\nalpha = 2e-6\nbeta = 5.0\n[time]", "is 9.4e+02 times critical at 60 Hz: are the two"),
+        (
+            "[time]",
+            "[damping.rayleigh]\nalpha = 2e-6\nbeta = 5.0\n[time]",
+            "is 9.4e+02 times critical at 60 Hz: are the two",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_a_study_can_hardly_mean(tmp_path, old, new, words):
     """At 60 Hz beta = 5 s is pi 60 5 = 942 times critical; a step of 5 ms is 1 / (60 0.005) of a period."""
     assert old in SHORT
@@ -155,7 +176,9 @@ def test_a_force_of_zero_is_told_by_its_own_name(tmp_path):
 
 
 def test_a_force_on_what_is_held_or_driven_is_told(tmp_path):
-    force = '[excitation.push]\nnode_set = "{}"\ndof = "z"\nkind = "force"\nsignal = {{ type = "step", amplitude = 1 }}\n'
+    force = (
+        '[excitation.push]\nnode_set = "{}"\ndof = "z"\nkind = "force"\nsignal = {{ type = "step", amplitude = 1 }}\n'
+    )
     for nodes in ("ROOT_UPPER", "ROOT_LOWER"):
         (found,) = warned(tmp_path, f"{SHORT}\n{force.format(nodes)}")
         assert found.startswith("[excitation.push] is a force where the model is held or its motion prescribed")

@@ -20,8 +20,17 @@ def deck(tmp_path):
 def test_tables_and_files(creak, deck, tmp_path):
     out = tmp_path / "new"
     said = creak(
-        "modes", deck, "--count", 3, "--about", "0,5,-1.5", "--vtk", out / "m.vtu", "--uff", out / "m.unv",
-    )  # fmt: skip
+        "modes",
+        deck,
+        "--count",
+        3,
+        "--about",
+        "0,5,-1.5",
+        "--vtk",
+        out / "m.vtu",
+        "--uff",
+        out / "m.unv",
+    )
     assert said.status == 0, said.words
     for word in ("rotations about 0, 5, -1.5", "Cumulative", "Participation", "residual", "Sturm count agrees"):
         assert word in said.words

@@ -69,7 +69,7 @@ def test_what_changes_the_answer_stops_the_run(creak, tmp_path):
         ("GRID,2,,10.0,0.0,1.75\n", "GRID,2,7,10.0,0.0,1.75\n", ["GRID 2 needs coordinate system 7", "CORD card"]),
         ("SPC = 1\n", "SPC = 5\n", ["strips.bdf:3: SPC = 5 in the case control, but no card has this set"]),
     ],
-)  # fmt: skip
+)
 def test_mistake_in_the_deck_is_named(creak, tmp_path, old, new, words):
     assert old in strips()
     study = nastran_study(tmp_path, strips().replace(old, new, 1))

@@ -47,8 +47,14 @@ def test_comments_explain_it_and_the_schema_lies_beside_it(creak, tmp_path):
     new(creak, tmp_path, two_strips())
     text = (tmp_path / "strips.toml").read_text()
     assert text.startswith("#:schema ./creak-study.schema.json\n")
-    for words in ("# UNDER and OVER: 0.5 mm apart at node", "# 39 gap channels, open by 0.5 mm or more",
-                  "nearer than 1.22 mm", "ROOT_LOWER: x y z rx ry rz", "leaves z free", "# Hz"):  # fmt: skip
+    for words in (
+        "# UNDER and OVER: 0.5 mm apart at node",
+        "# 39 gap channels, open by 0.5 mm or more",
+        "nearer than 1.22 mm",
+        "ROOT_LOWER: x y z rx ry rz",
+        "leaves z free",
+        "# Hz",
+    ):
         assert words in text
     jsonschema = pytest.importorskip("jsonschema", reason="pip install jsonschema")
     schema = json.loads((tmp_path / "creak-study.schema.json").read_text())
@@ -92,7 +98,9 @@ def test_without_surfaces_the_element_sets_are_named(creak, tmp_path):
 def test_the_set_that_fits_best_is_named(creak, tmp_path):
     """The rooted half of the upper strip stands high above the lower one: the set of the other half fits better."""
     deck = two_strips().replace("*SURFACE, NAME=UNDER\nUPPER, SNEG\n*SURFACE, NAME=OVER\nLOWER, SPOS\n", "")
-    far = deck.replace("*NSET, NSET=PAIRS", "*ELSET, ELSET=NEAR\n7, 8, 9, 10, 11, 12, 19, 20, 21, 22, 23, 24\n*NSET, NSET=PAIRS")
+    far = deck.replace(
+        "*NSET, NSET=PAIRS", "*ELSET, ELSET=NEAR\n7, 8, 9, 10, 11, 12, 19, 20, 21, 22, 23, 24\n*NSET, NSET=PAIRS"
+    )
     lines = far.splitlines()
     for i, line in enumerate(lines):
         cells = line.split(", ")

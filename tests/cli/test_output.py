@@ -27,10 +27,15 @@ def folder(tmp_path):
 def arguments(command, folder):
     deck, study = folder / "strips.inp", folder / "study.toml"
     return {
-        "new": [deck, "--out", folder / "made.toml"], "run": [study, "--out", folder / "out"], "advise": [study],
-        "reduce": [study], "sweep": [folder / "sweep.toml", "--dry-run"], "info": [deck],
-        "modes": [deck, "--count", 2], "convert": [deck, folder / "copy.inp"],
-    }[command]  # fmt: skip
+        "new": [deck, "--out", folder / "made.toml"],
+        "run": [study, "--out", folder / "out"],
+        "advise": [study],
+        "reduce": [study],
+        "sweep": [folder / "sweep.toml", "--dry-run"],
+        "info": [deck],
+        "modes": [deck, "--count", 2],
+        "convert": [deck, folder / "copy.inp"],
+    }[command]
 
 
 def ctrl_c(*_, **__):
@@ -38,9 +43,15 @@ def ctrl_c(*_, **__):
 
 
 KEYS = {
-    "new": "contacts", "run": "runs", "advise": "reductions", "reduce": "superelements", "sweep": "cases",
-    "info": "parts", "modes": "frequencies", "convert": "written",
-}  # fmt: skip
+    "new": "contacts",
+    "run": "runs",
+    "advise": "reductions",
+    "reduce": "superelements",
+    "sweep": "cases",
+    "info": "parts",
+    "modes": "frequencies",
+    "convert": "written",
+}
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -70,8 +81,15 @@ def test_quiet_says_nothing(creak, folder, command):
 
 def test_verbose_tells_phases_sizes_and_choices(creak, folder):
     said = creak("run", *arguments("run", folder), "--verbose")
-    for words in ("read the model and find the contacts: ", " s\n", "78 nodes, 48 elements", "39 channels",
-                  "craig-bampton to 3000 Hz", "steps of 0.0005 s to 0.02 s, hht", "excitation: root up to 60 Hz"):  # fmt: skip
+    for words in (
+        "read the model and find the contacts: ",
+        " s\n",
+        "78 nodes, 48 elements",
+        "39 channels",
+        "craig-bampton to 3000 Hz",
+        "steps of 0.0005 s to 0.02 s, hht",
+        "excitation: root up to 60 Hz",
+    ):
         assert words in said.err
     assert "78 nodes" not in creak("run", *arguments("run", folder)).err
 

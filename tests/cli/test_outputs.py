@@ -14,7 +14,9 @@ import pytest
 from helpers_decks import STUDY, write_strips
 from helpers_disk import FULL, NULL, device, limited_creak, small_disk
 
-SHORT = STUDY.replace("periods = 2", "end = 0.06\n[output]\nfield_interval = 0.01").replace("0.05, period", "0.3, period")
+SHORT = STUDY.replace("periods = 2", "end = 0.06\n[output]\nfield_interval = 0.01").replace(
+    "0.05, period", "0.3, period"
+)
 
 
 @pytest.fixture(scope="module")
@@ -31,14 +33,16 @@ def commands(made, target):
     """Every command with an output of its own name; its first input is not there: outputs are looked at before."""
     no, ending = made / "nowhere", target.suffix
     found = [
-        ("schema", "--out", target), ("modes", no.with_suffix(".inp"), "--json", target),
-        ("modes", no.with_suffix(".inp"), "--uff", target), ("report", no, "--out", target),
+        ("schema", "--out", target),
+        ("modes", no.with_suffix(".inp"), "--json", target),
+        ("modes", no.with_suffix(".inp"), "--uff", target),
+        ("report", no, "--out", target),
         *([("modes", no.with_suffix(".inp"), "--vtk", target)] if ending == ".vtu" else []),
         *([("convert", no.with_suffix(".h5"), target)] if ending in (".unv", ".csv", ".pvd") else []),
         *([("convert", no.with_suffix(".inp"), target)] if ending in (".inp", ".bdf") else []),
         *([("convert", no.with_suffix(".inp"), target, "--matrices", "npz")] if ending == ".npz" else []),
         *([("new", no.with_suffix(".inp"), "--out", target, "--overwrite")] if ending == ".toml" else []),
-    ]  # fmt: skip
+    ]
     return found
 
 
@@ -99,9 +103,13 @@ def test_streams_are_written_into(creak, made, tmp_path, monkeypatch, ending, wo
 
 
 @pytest.mark.parametrize(
-    "words", [("convert", "out/results.h5", "node.pvd"), ("convert", "strips.inp", "node.npz", "--matrices", "npz"),
-              ("new", "strips.inp", "--out", "node.toml", "--overwrite")]
-)  # fmt: skip
+    "words",
+    [
+        ("convert", "out/results.h5", "node.pvd"),
+        ("convert", "strips.inp", "node.npz", "--matrices", "npz"),
+        ("new", "strips.inp", "--out", "node.toml", "--overwrite"),
+    ],
+)
 def test_what_is_no_stream_does_not_go_into_a_pipe(creak, made, tmp_path, monkeypatch, words):
     for name in ("strips.inp", "out"):
         (tmp_path / name).symlink_to(made / name)
@@ -185,15 +193,23 @@ def test_a_run_with_a_limit_of_file_size_leaves_the_earlier_one(made, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "words", [("reduce", "study.toml", "--out", "TO"), ("convert", "out/results.h5", "TO/motion.pvd"),
-              ("convert", "out/results.h5", "TO/h.unv"), ("convert", "out/results.h5", "TO/h.csv"),
-              ("convert", "strips.inp", "TO/deck.bdf", "--mass", "lumped"),
-              ("convert", "strips.inp", "TO/k.npz", "--matrices", "npz"),
-              ("convert", "strips.inp", "TO/k.op4", "--matrices", "op4"),
-              ("modes", "strips.inp", "--vtk", "TO/m.vtu"), ("modes", "strips.inp", "--uff", "TO/m.unv"),
-              ("report", "out", "--out", "TO/page.html"), ("schema", "--out", "TO/schema.json"),
-              ("example", "door", "--out", "TO"), ("new", "strips.inp", "--out", "TO/new.toml")]
-)  # fmt: skip
+    "words",
+    [
+        ("reduce", "study.toml", "--out", "TO"),
+        ("convert", "out/results.h5", "TO/motion.pvd"),
+        ("convert", "out/results.h5", "TO/h.unv"),
+        ("convert", "out/results.h5", "TO/h.csv"),
+        ("convert", "strips.inp", "TO/deck.bdf", "--mass", "lumped"),
+        ("convert", "strips.inp", "TO/k.npz", "--matrices", "npz"),
+        ("convert", "strips.inp", "TO/k.op4", "--matrices", "op4"),
+        ("modes", "strips.inp", "--vtk", "TO/m.vtu"),
+        ("modes", "strips.inp", "--uff", "TO/m.unv"),
+        ("report", "out", "--out", "TO/page.html"),
+        ("schema", "--out", "TO/schema.json"),
+        ("example", "door", "--out", "TO"),
+        ("new", "strips.inp", "--out", "TO/new.toml"),
+    ],
+)
 def test_every_writer_ends_in_one_line(made, tmp_path, monkeypatch, words):
     """Two blocks are too few for anything."""
     monkeypatch.chdir(made)

@@ -12,7 +12,9 @@ from creak.cli.main import main
 from creak.formats.matrices.superelements import FORMATS, read_superelement
 from helpers_decks import STUDY, two_strips, write_strips
 
-NEAR_TIP = STUDY.replace("[reduction]\n", "[reduction]\nkeep_out = 0\n").replace('secondary = "UNDER"', 'secondary = "TIPS"')
+NEAR_TIP = STUDY.replace("[reduction]\n", "[reduction]\nkeep_out = 0\n").replace(
+    'secondary = "UNDER"', 'secondary = "TIPS"'
+)
 """Contact at the last quads only, so that much of each strip is inside."""
 TIP_SURFACES = "*SURFACE, NAME=TIPS\n12, SNEG\n24, SNEG\n"
 
@@ -124,13 +126,13 @@ def test_export_reads_back_with_the_same_frequencies(name, study, tmp_path, monk
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (('[reduction]\n', '[reduction]\nmethod = "gap-modes"\n'), ["gap-modes", "makes no superelements"]),
-        (('[reduction]\n', '[reduction]\nretain = "ROOT_LOWER"\n'), ["cannot retain node 1001", "boundary condition"]),
-        (('[reduction]\n', '[reduction]\nretain = "ROOT_LOWR"\n'), ["ROOT_LOWR", "Did you mean"]),
-        (('[reduction]\n', '[reduction]\nsubstructures = ["LOVER"]\n'), ["element set", "LOVER", "LOWER"]),
-        (('[reduction]\n', '[reduction]\ninterface = { type = "spacing" }\n'), ["interface", "needs n"]),
+        (("[reduction]\n", '[reduction]\nmethod = "gap-modes"\n'), ["gap-modes", "makes no superelements"]),
+        (("[reduction]\n", '[reduction]\nretain = "ROOT_LOWER"\n'), ["cannot retain node 1001", "boundary condition"]),
+        (("[reduction]\n", '[reduction]\nretain = "ROOT_LOWR"\n'), ["ROOT_LOWR", "Did you mean"]),
+        (("[reduction]\n", '[reduction]\nsubstructures = ["LOVER"]\n'), ["element set", "LOVER", "LOWER"]),
+        (("[reduction]\n", '[reduction]\ninterface = { type = "spacing" }\n'), ["interface", "needs n"]),
     ],
-)  # fmt: skip
+)
 def test_what_does_not_fit_is_explained(change, words, study, tmp_path, monkeypatch, capsys):
     study.write_text(study.read_text().replace(*change))
     status, text = creak(monkeypatch, capsys, "reduce", study, "--quiet", "--out", tmp_path / "out")
@@ -151,7 +153,11 @@ def test_no_mode_below_f_max_near_the_excitation_is_explained(study, tmp_path, m
 
 def test_interface_without_nodes_is_explained(study, tmp_path, monkeypatch, capsys):
     """No channel comes near, no node is watched: there is nothing to thin out."""
-    text = study.read_text().replace('pairs = "PAIRS"\n', "").replace('main = "OVER"\n', 'main = "OVER"\nclearance = 50.0\n')
+    text = (
+        study.read_text()
+        .replace('pairs = "PAIRS"\n', "")
+        .replace('main = "OVER"\n', 'main = "OVER"\nclearance = 50.0\n')
+    )
     study.write_text(text.replace("[reduction]\n", '[reduction]\ninterface = { type = "spacing", n = 2 }\n'))
     status, said = creak(monkeypatch, capsys, "reduce", study, "--quiet", "--out", tmp_path / "out")
     assert status == 2

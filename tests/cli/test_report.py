@@ -14,7 +14,9 @@ from helpers_uff import data_sets, fields
 from helpers_vtu import arrays
 
 WRITTEN = re.compile(r"<th>Report written</th><td>[^<]*</td>")
-SHORT = STUDY.replace("periods = 2", "end = 0.1\n[output]\nfield_interval = 0.01").replace("0.05, period", "0.3, period")
+SHORT = STUDY.replace("periods = 2", "end = 0.1\n[output]\nfield_interval = 0.01").replace(
+    "0.05, period", "0.3, period"
+)
 
 
 @pytest.fixture(scope="module")
@@ -127,13 +129,21 @@ def test_histories_become_a_table(creak, folder, tmp_path):
         head, *rows = csv.reader(file)
     with h5py.File(folder / "results.h5") as file:
         run = file["runs/reference"]
-        parts = [run["time"][()][:, None], run["displacement"][()].reshape(len(rows), -1), run["gap"][()], run["normal_force"][()]]
+        parts = [
+            run["time"][()][:, None],
+            run["displacement"][()].reshape(len(rows), -1),
+            run["gap"][()],
+            run["normal_force"][()],
+        ]
         names = [run[key].asstr()[()] for key in ("node_names", "channels")]
     np.testing.assert_array_equal(np.array(rows, dtype=float), np.concatenate(parts, axis=1))
     n, m = (len(some) for some in names)
     assert [head[0], head[6], *head[1 + 6 * n :: m]] == [
-        "time [s]", f"{names[0][0]} RZ [rad]", f"{names[1][0]} gap [mm]", f"{names[1][0]} normal force [N]",
-    ]  # fmt: skip
+        "time [s]",
+        f"{names[0][0]} RZ [rad]",
+        f"{names[1][0]} gap [mm]",
+        f"{names[1][0]} normal force [N]",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -28,9 +28,11 @@ def strips(tmp_path_factory):
 
 def without_costs(summary):
     costs = ("wall_s", "setup_s", "cpu_s", "offline_cpu_s", "offline_wall_s", "peak_rss_gb")
-    return json.dumps(summary, default=str) if not isinstance(summary, dict) else {
-        k: without_costs(v) for k, v in summary.items() if k not in costs
-    }  # fmt: skip
+    return (
+        json.dumps(summary, default=str)
+        if not isinstance(summary, dict)
+        else {k: without_costs(v) for k, v in summary.items() if k not in costs}
+    )
 
 
 def test_three_files_come_out(strips):

@@ -64,7 +64,12 @@ def test_report_names_every_kind_of_signal(creak, tmp_path):
     assert status == 0
     assert "no node set" in out.replace("\n", " ")
     report = (tmp_path / "results" / "report.html").read_text()
-    for words in ("periodic, 15.9", "enforced velocity of ROOT y velocity", "smooth step through 2 points", "2 point(s)"):
+    for words in (
+        "periodic, 15.9",
+        "enforced velocity of ROOT y velocity",
+        "smooth step through 2 points",
+        "2 point(s)",
+    ):
         assert words in report
 
 

@@ -34,11 +34,14 @@ def test_studies_fit(schema, text):
 @pytest.mark.parametrize(
     ("old", "new", "word"),
     [
-        ("secondary", "secondry", "secondry"), ('"surface-to-surface"', '"mortar"', "mortar"),
-        ("f_max = 3000", "f_max = -1", "-1"), ("step = 5e-4", 'step = "short"', "short"),
-        ('deck = "strips.inp"', "", "deck"), ('"multisine"', '"noise"', "noise"),
+        ("secondary", "secondry", "secondry"),
+        ('"surface-to-surface"', '"mortar"', "mortar"),
+        ("f_max = 3000", "f_max = -1", "-1"),
+        ("step = 5e-4", 'step = "short"', "short"),
+        ('deck = "strips.inp"', "", "deck"),
+        ('"multisine"', '"noise"', "noise"),
     ],
-)  # fmt: skip
+)
 def test_mistakes_do_not(schema, old, new, word):
     assert old in STUDY
     found = problems(schema, STUDY.replace(old, new, 1))
@@ -48,7 +51,9 @@ def test_mistakes_do_not(schema, old, new, word):
 
 def test_every_key_is_described(schema):
     tables = [schema, *schema["$defs"].values()]
-    bare = [key for t in tables for key, value in t["properties"].items() if key != "type" and "description" not in value]
+    bare = [
+        key for t in tables for key, value in t["properties"].items() if key != "type" and "description" not in value
+    ]
     assert bare == []
     assert "Hz" in schema["$defs"]["ReductionTable"]["properties"]["f_max"]["description"]
 

@@ -23,11 +23,18 @@ def sweep(creak, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("address", "others"),
     [
-        ("tcp://127.0.0.1:8786", False), ("127.0.0.1:8786", False), ("tcp://localhost:8786", False), ("tcp://[::1]:1", False),
-        ("tls://10.0.0.7:8786", False), ("tcp://10.0.0.7:8786", True), ("10.0.0.7:8786", True), ("tcp://node7:8786", True),
-        ("ws://node7:8786", True), ("tcp://0.0.0.0:8786", True),
+        ("tcp://127.0.0.1:8786", False),
+        ("127.0.0.1:8786", False),
+        ("tcp://localhost:8786", False),
+        ("tcp://[::1]:1", False),
+        ("tls://10.0.0.7:8786", False),
+        ("tcp://10.0.0.7:8786", True),
+        ("10.0.0.7:8786", True),
+        ("tcp://node7:8786", True),
+        ("ws://node7:8786", True),
+        ("tcp://0.0.0.0:8786", True),
     ],
-)  # fmt: skip
+)
 def test_a_scheduler_without_certificates_is_open_to_others(address, others):
     assert open_to_others(address) is others
 

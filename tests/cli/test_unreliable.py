@@ -14,8 +14,12 @@ from creak.studies.sweep_cases import resolve
 from creak.studies.sweep_file import read_sweep
 from helpers_decks import STUDY, two_strips, write_strips
 
-SOUND = STUDY.replace("periods = 2", "periods = 1").replace("[verification]", "[reference]\nrun = false\n[verification]")
-WILD = SOUND.replace('main = "OVER"', 'main = "OVER"\nstiffness = "hard"').replace("5e-4", "1e-3").replace("0.05", "1.0")
+SOUND = STUDY.replace("periods = 2", "periods = 1").replace(
+    "[verification]", "[reference]\nrun = false\n[verification]"
+)
+WILD = (
+    SOUND.replace('main = "OVER"', 'main = "OVER"\nstiffness = "hard"').replace("5e-4", "1e-3").replace("0.05", "1.0")
+)
 """Hard contact, HHT-alpha, steps of 1 ms and an amplitude of 1 mm."""
 
 

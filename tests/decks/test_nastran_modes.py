@@ -75,7 +75,15 @@ def test_shells(deck, free, compared, tolerance, measured):
     np.testing.assert_allclose(found.frequencies[free:], wanted[free : free + compared], rtol=tolerance)
     names = {"plate_py.dat": "plate of CQUAD4", "dakota_cylinder.bdf": "cylinder", "femap_exhaust.bdf": "exhaust"}
     source, wanted_here = "NX and MSC Nastran", wanted[free : free + compared]
-    measured("decks", f"{names[deck]}: frequency {{}}", found.frequencies[free:], wanted_here, rel=tolerance, unit="Hz", source=source)
+    measured(
+        "decks",
+        f"{names[deck]}: frequency {{}}",
+        found.frequencies[free:],
+        wanted_here,
+        rel=tolerance,
+        unit="Hz",
+        source=source,
+    )
     stored = DECKS / f"{path.stem}_modes.npz"
     if stored.exists():
         R, _ = system.rows(np.arange(6 * model.nodes.count))
@@ -85,7 +93,8 @@ def test_shells(deck, free, compared, tolerance, measured):
 
 
 @pytest.mark.parametrize(
-    ("name", "deck", "free"), [("cofe3_full", "cofe_cb/noReduction-000.dat", 0), ("pyyeti_full", "pyyeti_cb/full.dat", 6)]
+    ("name", "deck", "free"),
+    [("cofe3_full", "cofe_cb/noReduction-000.dat", 0), ("pyyeti_full", "pyyeti_cb/full.dat", 6)],
 )
 def test_bars(name, deck, free, measured):
     """Lumped mass with shear flexible bars and beams and rods in torsion; coupled mass (COUPMASS) of 117 bars."""
@@ -94,7 +103,15 @@ def test_bars(name, deck, free, measured):
     assert found.frequencies[:free].max(initial=0.0) < 1e-4
     np.testing.assert_allclose(found.frequencies[free:], wanted[free:], rtol=PRINTED)
     title = "bars and beams, lumped mass" if name == "cofe3_full" else "truss of 117 bars, coupled mass"
-    measured("decks", f"{title}: frequency, worst", found.frequencies[free:], wanted[free:], rel=PRINTED, unit="Hz", source="NX Nastran")
+    measured(
+        "decks",
+        f"{title}: frequency, worst",
+        found.frequencies[free:],
+        wanted[free:],
+        rel=PRINTED,
+        unit="Hz",
+        source="NX Nastran",
+    )
 
 
 class Piece:
@@ -147,7 +164,15 @@ def test_craig_bampton(measured):
     wanted = references("cofe3_cb", 2)
     found = joined(pieces)[: wanted.size]
     np.testing.assert_allclose(found, wanted, rtol=PRINTED)
-    measured("decks", "Craig-Bampton, two superelements: frequency, worst", found, wanted, rel=PRINTED, unit="Hz", source="NX Nastran")
+    measured(
+        "decks",
+        "Craig-Bampton, two superelements: frequency, worst",
+        found,
+        wanted,
+        rel=PRINTED,
+        unit="Hz",
+        source="NX Nastran",
+    )
 
 
 @pytest.mark.parametrize(("name", "modes"), [("inboard", 3), ("outboard", 16)])
@@ -164,7 +189,13 @@ def test_external_superelements(name, modes, measured):
         theirs = np.asarray(theirs)[:24, :24]
         np.testing.assert_allclose(ours[np.ix_(order, order)], theirs, atol=PRINTED * np.abs(theirs).max())
         error = np.abs(ours[np.ix_(order, order)] - theirs).max() / np.abs(theirs).max()
-        measured("decks", f"external superelement {name}: KAA, MAA, relative error", error, at_most=PRINTED, source="NX Nastran")
+        measured(
+            "decks",
+            f"external superelement {name}: KAA, MAA, relative error",
+            error,
+            at_most=PRINTED,
+            source="NX Nastran",
+        )
 
 
 @pytest.mark.parametrize("case", ["1", "2", "3", "4", "um_1", "um_2", "um_3", "um_5", "um_6"])

@@ -32,7 +32,10 @@ def parts() -> list[Superelement]:
 def frequencies(parts: list[Superelement]) -> np.ndarray:
     """Free frequencies (Hz) of the parts with their common nodes joined."""
     rows = [
-        [(node, dof) if node else (k, i, 0) for i, (node, dof) in enumerate(zip(p.node_ids.tolist(), p.dofs.tolist(), strict=True))]
+        [
+            (node, dof) if node else (k, i, 0)
+            for i, (node, dof) in enumerate(zip(p.node_ids.tolist(), p.dofs.tolist(), strict=True))
+        ]
         for k, p in enumerate(parts)
     ]
     index = {row: i for i, row in enumerate(dict.fromkeys(row for part in rows for row in part))}
@@ -68,7 +71,13 @@ def test_rigid_motion_needs_no_force(parts, measured):
         boundary = part.K[:24, :24]
         force = np.abs(boundary @ motion) / (np.abs(boundary) @ np.abs(motion)).max(axis=0)
         assert force.max() < 1e-9
-        measured("decks", "superelements of NX: force of rigid motion, relative", force.max(), at_most=1e-9, source="equilibrium")
+        measured(
+            "decks",
+            "superelements of NX: force of rigid motion, relative",
+            force.max(),
+            at_most=1e-9,
+            source="equilibrium",
+        )
 
 
 def test_coupled_frequencies(parts, measured):
@@ -78,7 +87,15 @@ def test_coupled_frequencies(parts, measured):
     assert computed.size == printed.size == 54
     assert computed[:6].max() < 1e-4
     np.testing.assert_allclose(computed[6:], printed[6:], rtol=1e-5)
-    measured("decks", "superelements of NX, coupled: 48 elastic frequencies, worst", computed[6:], printed[6:], rel=1e-5, unit="Hz", source="NX Nastran")
+    measured(
+        "decks",
+        "superelements of NX, coupled: 48 elastic frequencies, worst",
+        computed[6:],
+        printed[6:],
+        rel=1e-5,
+        unit="Hz",
+        source="NX Nastran",
+    )
 
 
 def test_written_again(parts, tmp_path):

@@ -72,7 +72,13 @@ def test_stiffness_and_mass_are_the_same(tmp_path, form, parameters, held, measu
     assert difference(a.K, b.K).max() < ROUND_OFF
     assert difference(a.M, b.M).max() < ROUND_OFF
     worst = max(difference(a.K, b.K).max(), difference(a.M, b.M).max())
-    measured("decks", "same model as Abaqus and Nastran deck: K and M, relative difference", worst, at_most=ROUND_OFF, source="each other")
+    measured(
+        "decks",
+        "same model as Abaqus and Nastran deck: K and M, relative difference",
+        worst,
+        at_most=ROUND_OFF,
+        source="each other",
+    )
 
 
 def test_the_nastran_deck_asks_for_its_mass_form(tmp_path):
@@ -92,7 +98,14 @@ def test_frequencies_are_the_same(tmp_path, held, measured):
     assert_allclose(a.frequencies, b.frequencies, rtol=1e-8)
     elastic = b.frequencies > 0.0
     ratio = a.frequencies[elastic] / b.frequencies[elastic]
-    measured("decks", "same model as Abaqus and Nastran deck: ratio of frequencies, worst", ratio, 1.0, rel=1e-8, source="each other")
+    measured(
+        "decks",
+        "same model as Abaqus and Nastran deck: ratio of frequencies, worst",
+        ratio,
+        1.0,
+        rel=1e-8,
+        source="each other",
+    )
 
 
 def test_defaults_agree_where_they_must(tmp_path):

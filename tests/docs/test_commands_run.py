@@ -71,13 +71,24 @@ def test_a_file_that_is_not_written_is_seen(tmp_path, say):
 @pytest.mark.parametrize(
     ("line", "runs"),
     [
-        ("run deck.inp", True), ("run study.toml --ignore CGAP", True), ("schema", True), ("--show-completion", True),
-        ("example door --load A4", True), ("convert model.bdf model --matrices npz", True), ("run", False),
-        ("run --converge", False), ("run STUDY.toml", False), ("run DECK --ignore CGAP", False), ("example", False),
-        ("example door --mesh-size H", False), ("convert IN OUT.inp", False), ("convert model.inp OUT", False),
-        ("modes model.inp [--json FILE]", False), ("info door.inp --units mm-t-s | m-kg-s", False),
+        ("run deck.inp", True),
+        ("run study.toml --ignore CGAP", True),
+        ("schema", True),
+        ("--show-completion", True),
+        ("example door --load A4", True),
+        ("convert model.bdf model --matrices npz", True),
+        ("run", False),
+        ("run --converge", False),
+        ("run STUDY.toml", False),
+        ("run DECK --ignore CGAP", False),
+        ("example", False),
+        ("example door --mesh-size H", False),
+        ("convert IN OUT.inp", False),
+        ("convert model.inp OUT", False),
+        ("modes model.inp [--json FILE]", False),
+        ("info door.inp --units mm-t-s | m-kg-s", False),
     ],
-)  # fmt: skip
+)
 def test_commands_that_are_left_out(line, runs):
     assert concrete(line.split()) == runs
 
@@ -93,7 +104,11 @@ def test_most_commands_are_run():
 @pytest.mark.parametrize(
     ("line", "reads", "writes"),
     [
-        ("modes model.inp --f-max 100 --vtk a.vtu --uff b.unv --json c.json", ["model.inp"], ["a.vtu", "b.unv", "c.json"]),
+        (
+            "modes model.inp --f-max 100 --vtk a.vtu --uff b.unv --json c.json",
+            ["model.inp"],
+            ["a.vtu", "b.unv", "c.json"],
+        ),
         ("convert a.bdf b.inp --mass linear", ["a.bdf"], ["b.inp"]),
         ("convert a.bdf b --matrices npz", ["a.bdf"], ["b.npz"]),
         ("run study.toml --json", ["study.toml"], []),
@@ -122,7 +137,9 @@ def test_targets_of_make_exist():
 
 def test_what_pip_installs_exists():
     """Extras of creak and files of requirements."""
-    extras = tomllib.loads(of_the_source("pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    extras = tomllib.loads(of_the_source("pyproject.toml").read_text(encoding="utf-8"))["project"][
+        "optional-dependencies"
+    ]
     installs = [w[w.index("install") + 1 :] for w in OTHERS if w[0].endswith("pip")]
     assert len(installs) > 4
     for words in installs:
@@ -167,4 +184,6 @@ def test_other_commands_are_of_known_kinds():
     for words in MODULES:
         assert words[0].split(".")[0] in {"benchmarks", "tools", "creak"}, words
     for words in OTHERS:
-        assert words[0] in {"make", "python", "apt-get"} or words[0].endswith("pip") or words[1:3] == ("-m", "venv"), words
+        assert words[0] in {"make", "python", "apt-get"} or words[0].endswith("pip") or words[1:3] == ("-m", "venv"), (
+            words
+        )

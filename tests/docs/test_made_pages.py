@@ -44,7 +44,11 @@ def test_the_page_of_keys_is_up_to_date():
 def test_every_key_of_a_study_is_in_its_table():
     text = tool("study_page").page()
     for table in tables(StudyConfig):
-        keys = [name for name, field in table.model_fields.items() if table is not StudyConfig or not _models(field.annotation)]
+        keys = [
+            name
+            for name, field in table.model_fields.items()
+            if table is not StudyConfig or not _models(field.annotation)
+        ]
         assert keys
         assert any(all(f"\n| `{key}` |" in section for key in keys) for section in text.split("\n#")), table
 
@@ -56,7 +60,9 @@ def verification_page():
 
 def test_the_page_of_verified_quantities_is_up_to_date(verification_page):
     record = verification_page.read()
-    assert verification_page.PAGE.read_text(encoding="utf-8") == verification_page.page(record), "run: make verification"
+    assert verification_page.PAGE.read_text(encoding="utf-8") == verification_page.page(record), (
+        "run: make verification"
+    )
     for picture, _ in verification_page.PICTURES.values():
         assert (verification_page.DOCS / picture).stat().st_size > 10_000
 
@@ -72,7 +78,10 @@ def test_every_verified_quantity_passes_and_has_its_test(verification_page):
 
 def test_a_quantity_out_of_tolerance_is_seen(verification_page):
     row = verification_page.read()["quantities"][0]
-    for change in ({"difference": 3.0 * (row["high"] - row["low"])}, {"expected": None, "low": 2.0 * abs(row["value"]) + 1.0}):
+    for change in (
+        {"difference": 3.0 * (row["high"] - row["low"])},
+        {"expected": None, "low": 2.0 * abs(row["value"]) + 1.0},
+    ):
         assert not verification_page.passes({**row, **change})
 
 
@@ -84,7 +93,11 @@ def test_a_record_keeps_the_worst_case_and_rows_of_tests_that_did_not_run(tmp_pa
     here = "tests/docs/test_made_pages.py::test_a_record_keeps_the_worst_case_and_rows_of_tests_that_did_not_run"
     merge(file, one, {here})
     found = json.loads(file.read_text(encoding="utf-8"))["quantities"]
-    assert [(r["quantity"], r["value"]) for r in found] == [("a ratio", 0.996), ("frequency 1", 2.0), ("frequency 2", 3.0)]
+    assert [(r["quantity"], r["value"]) for r in found] == [
+        ("a ratio", 0.996),
+        ("frequency 1", 2.0),
+        ("frequency 2", 3.0),
+    ]
     merge(file, two, set())
     assert json.loads(file.read_text(encoding="utf-8"))["quantities"] == found
     merge(file, two, {here})
@@ -130,12 +143,28 @@ def test_every_field_of_results_is_documented(tmp_path):
     contact = ContactRecord(np.arange(2), time, index, one, one, index, two, two)
     field = Field(time, iter([(slice(0, 2), np.zeros((2, 1, 3)))]), index, np.zeros((1, 3)))
     run = RunRecord(
-        time, one, one, one, two, two, contact, np.zeros((2, 1, 6)), index, ["1"], ["c:1"], index, one, ["kinetic"], field
+        time,
+        one,
+        one,
+        one,
+        two,
+        two,
+        contact,
+        np.zeros((2, 1, 6)),
+        index,
+        ["1"],
+        ["c:1"],
+        index,
+        one,
+        ["kinetic"],
+        field,
     )
     write_results(tmp_path / "results.h5", {"reduced": run}, {"creak": "0"}, "mm-t-s")
     names: list[str] = []
     with h5py.File(tmp_path / "results.h5") as file:
-        file["runs/reduced"].visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+        file["runs/reduced"].visititems(
+            lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None
+        )
     page = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
     assert len(names) > 15
     for name in names:
@@ -150,9 +179,13 @@ def test_the_site_builds_without_a_warning(tmp_path, monkeypatch):
         pytest.skip("mkdocs.yml belongs to the source tree")
     found = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(tmp_path / "site")],
-        cwd=ROOT, capture_output=True, text=True, check=False, timeout=300,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
         env={**os.environ, "NO_MKDOCS_2_WARNING": "1"},
-    )  # fmt: skip
+    )
     assert found.returncode == 0, found.stdout + found.stderr
     pages = list((tmp_path / "site").rglob("*.html"))
     assert len(pages) > 30
@@ -160,4 +193,3 @@ def test_the_site_builds_without_a_warning(tmp_path, monkeypatch):
         text = page.read_text(encoding="utf-8")
         assert 'src="http' not in text, page  # nothing comes from the network
         assert '<link rel="stylesheet" href="http' not in text, page
-

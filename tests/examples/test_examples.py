@@ -53,7 +53,9 @@ def test_example_plate_modes(tmp_path, measured):
     found = figures("plate_modes", tmp_path)
     # Linear shells: (k h)^2 / 24 with k of some 5 / a at the sixth mode, h = a / 24: .2 %; half as much again allowed.
     assert found["frequency_error"] < 0.003
-    measured("examples", "plate modes: worst frequency error", found["frequency_error"], at_most=0.003, source="closed form")
+    measured(
+        "examples", "plate modes: worst frequency error", found["frequency_error"], at_most=0.003, source="closed form"
+    )
     assert abs(found["mass_error"]) < 1e-12
     assert found["rigid"] == 0
 
@@ -61,7 +63,13 @@ def test_example_plate_modes(tmp_path, measured):
 def test_example_craig_bampton_beam(tmp_path, measured):
     found = figures("craig_bampton_beam", tmp_path)
     assert found["table_deviation"] < 1e-3  # half a digit of the last of three printed ones
-    measured("examples", "Craig-Bampton beam: deviation from the table of errors", found["table_deviation"], at_most=1e-3, source="extended precision")
+    measured(
+        "examples",
+        "Craig-Bampton beam: deviation from the table of errors",
+        found["table_deviation"],
+        at_most=1e-3,
+        source="extended precision",
+    )
     # Upper bounds; dense modes of a matrix with a condition of 1e9 are good to eps x 1e9 = 2e-7, or 2e-5 %.
     assert found["lowest_error_percent"] > -2e-5
     assert abs(found["first_frequency_error"]) < 2e-7  # the same round-off; cubic elements themselves 2e-10
@@ -75,8 +83,17 @@ def test_example_bar_on_wall(tmp_path, measured):
     assert found["impulse_error"] < 0.01
     assert found["height_error"] < 0.03 * 5.0
     assert found["energy_created"] < 1e-9
-    measured("examples", "bar on a wall: onset, error", found["time_error_s"], at_most=0.05 * 2.0 / 3.0, unit="s", source="closed form")
-    measured("examples", "bar on a wall: impulse, relative error", found["impulse_error"], at_most=0.01, source="closed form")
+    measured(
+        "examples",
+        "bar on a wall: onset, error",
+        found["time_error_s"],
+        at_most=0.05 * 2.0 / 3.0,
+        unit="s",
+        source="closed form",
+    )
+    measured(
+        "examples", "bar on a wall: impulse, relative error", found["impulse_error"], at_most=0.01, source="closed form"
+    )
 
 
 def test_example_stick_slip_belt(tmp_path, measured):
@@ -88,7 +105,9 @@ def test_example_stick_slip_belt(tmp_path, measured):
     assert found["first_slip_s"] == pytest.approx(0.05, abs=1e-5)
     # The end of a slip falls between two steps: a share (h / slip)^2 of its energy.
     assert found["energy_created"] < 1e-6
-    measured("examples", "block on a belt: rate", found["rate_hz"], 12.3932817, rel=1.3e-4, unit="Hz", source="closed form")
+    measured(
+        "examples", "block on a belt: rate", found["rate_hz"], 12.3932817, rel=1.3e-4, unit="Hz", source="closed form"
+    )
     measured("examples", "block on a belt: slip", found["slip_s"], 0.04068888, abs=1e-5, unit="s", source="closed form")
 
 
@@ -100,7 +119,14 @@ def test_example_two_strips(tmp_path, measured):
     assert found["missed"] == found["extra"] == 0
     # f_max is 60 times the excitation; what is left are impacts that amplify it: a per cent.
     assert found["impulse_ratio"] == pytest.approx(1.0, abs=0.01)
-    measured("examples", "two strips: impulse over unreduced", found["impulse_ratio"], 1.0, abs=0.01, source="unreduced model")
+    measured(
+        "examples",
+        "two strips: impulse over unreduced",
+        found["impulse_ratio"],
+        1.0,
+        abs=0.01,
+        source="unreduced model",
+    )
     assert found["energy_created"] < 1e-6
 
 
@@ -113,6 +139,20 @@ def test_example_door(tmp_path, measured):
     assert found["impulse_ratio"] == pytest.approx(1.0, abs=0.03)
     assert found["lowest_mac"] > 0.999
     assert found["nrmse"] > 0.99
-    measured("examples", "door of 40 mm: impulse over unreduced", found["impulse_ratio"], 1.0, abs=0.03, source="unreduced model")
-    measured("examples", "door of 40 mm: lowest MAC", found["lowest_mac"], 1.0, between=(0.999, 1.0), source="unreduced model")
+    measured(
+        "examples",
+        "door of 40 mm: impulse over unreduced",
+        found["impulse_ratio"],
+        1.0,
+        abs=0.03,
+        source="unreduced model",
+    )
+    measured(
+        "examples",
+        "door of 40 mm: lowest MAC",
+        found["lowest_mac"],
+        1.0,
+        between=(0.999, 1.0),
+        source="unreduced model",
+    )
     measured("examples", "door of 40 mm: NRMSE fit", found["nrmse"], 1.0, between=(0.99, 1.0), source="unreduced model")

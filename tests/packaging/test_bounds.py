@@ -17,7 +17,10 @@ UPPER = {"mkdocs": "2 drops the plugins and themes that the site is made with"}
 """Packages with an upper bound, and the break that asks for it."""
 BROKEN = {
     "typer": ((0, 18), "every command ends in a traceback"),
-    "scipy": ((1, 13, 0), "eigh of a 1 x 1 matrix fails; before 1.12 no eye_array, wrong connected_components in 1.11.2"),
+    "scipy": (
+        (1, 13, 0),
+        "eigh of a 1 x 1 matrix fails; before 1.12 no eye_array, wrong connected_components in 1.11.2",
+    ),
 }
 """Versions known not to work, with what happens there; the bound lies above."""
 TESTED = os.environ.get("CREAK_TESTED", "")
@@ -51,9 +54,13 @@ def test_lower_bounds_lie_above_known_breaks(name):
 
 @pytest.mark.skipif(TESTED != "lowest", reason="for make test-lowest")
 def test_the_lowest_versions_are_installed():
-    optional = set(lowest()) - {re.split(r"\W", r)[0] for extra in (None, "report", "cluster", "dev") for r in requirements(extra)}
+    optional = set(lowest()) - {
+        re.split(r"\W", r)[0] for extra in (None, "report", "cluster", "dev") for r in requirements(extra)
+    }
     found = {name: metadata.version(name) for name in lowest() if name not in optional and is_installed(name)}
-    assert {name: numbers(version) for name, version in found.items()} == {name: numbers(lowest()[name]) for name in found}
+    assert {name: numbers(version) for name, version in found.items()} == {
+        name: numbers(lowest()[name]) for name in found
+    }
     assert len(found) >= len(every()) - len(requirements("docs")) - 1  # no pypardiso beside x86-64
 
 

@@ -13,9 +13,21 @@ from tools.licences_page import INTEL, NOT_PERMISSIVE, needed, page, told
 from tools.lowest import extras, requirements
 
 PERMISSIVE = {
-    "BSD-3-Clause", "BSD-2-Clause", "BSD", "MIT", "MIT-CMU", "Matplotlib (PSF)", "Apache-2.0", "LLVM-exception", "0BSD",
-    "Zlib", "CC0-1.0", "PSF-2.0", "ISC", "CNRI-Python",
-}  # fmt: skip
+    "BSD-3-Clause",
+    "BSD-2-Clause",
+    "BSD",
+    "MIT",
+    "MIT-CMU",
+    "Matplotlib (PSF)",
+    "Apache-2.0",
+    "LLVM-exception",
+    "0BSD",
+    "Zlib",
+    "CC0-1.0",
+    "PSF-2.0",
+    "ISC",
+    "CNRI-Python",
+}
 AGAIN = "run: make licences"
 WORDS = {
     "BSD": ("BSD", "Redistribution and use in source and binary forms"),
@@ -62,12 +74,16 @@ def test_what_creak_asks_for_itself_is_told_so_and_nothing_else():
     wanted = {}
     for extra in (None, *extras()):
         for text in requirements(extra):
-            wanted.setdefault(canonicalize_name(Requirement(text).name), "creak" if extra is None else f"creak[{extra}]")
+            wanted.setdefault(
+                canonicalize_name(Requirement(text).name), "creak" if extra is None else f"creak[{extra}]"
+            )
     assert {n: r.brought for n, r in told().items() if r.brought.startswith("creak")} == wanted, AGAIN
 
 
 def test_no_row_is_left_of_a_package_that_is_here_and_not_needed():
-    left = [n for n in set(told()) - set(needed()) if any(canonicalize_name(d.name) == n for d in metadata.distributions())]
+    left = [
+        n for n in set(told()) - set(needed()) if any(canonicalize_name(d.name) == n for d in metadata.distributions())
+    ]
     assert left == [], "delete these rows"
 
 

@@ -11,6 +11,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
+
 def name_of(requirement: str) -> str:
     return re.split(r"[\s\[<>=!;~]", requirement.strip(), maxsplit=1)[0].lower()
 
@@ -33,10 +34,28 @@ def test_citation_file_has_what_its_format_requires():
     assert cff["license"] == PROJECT["license"]
     assert cff["authors"] == [{"name": PROJECT["authors"][0]["name"]}]
     known = {
-        "abstract", "authors", "cff-version", "commit", "contact", "date-released", "doi", "identifiers", "keywords",
-        "license", "license-url", "message", "preferred-citation", "references", "repository", "repository-artifact",
-        "repository-code", "title", "type", "url", "version",
-    }  # fmt: skip
+        "abstract",
+        "authors",
+        "cff-version",
+        "commit",
+        "contact",
+        "date-released",
+        "doi",
+        "identifiers",
+        "keywords",
+        "license",
+        "license-url",
+        "message",
+        "preferred-citation",
+        "references",
+        "repository",
+        "repository-artifact",
+        "repository-code",
+        "title",
+        "type",
+        "url",
+        "version",
+    }
     assert set(cff) <= known
     (thesis,) = cff["references"]
     assert {"authors", "title", "type"} <= thesis.keys()

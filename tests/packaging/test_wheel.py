@@ -14,8 +14,18 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-META = ("pyproject.toml", "MANIFEST.in", "README.md", "LICENSE", "THIRD_PARTY_LICENCES.md", "CITATION.cff",
-        "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md", "Makefile")  # fmt: skip
+META = (
+    "pyproject.toml",
+    "MANIFEST.in",
+    "README.md",
+    "LICENSE",
+    "THIRD_PARTY_LICENCES.md",
+    "CITATION.cff",
+    "ARCHITECTURE.md",
+    "CHANGELOG.md",
+    "CONTRIBUTING.md",
+    "Makefile",
+)
 LEFT_OUT = ("__pycache__", "*.pyc", "*.nbi", "*.nbc", "*.egg-info")
 
 
@@ -47,9 +57,10 @@ def sources() -> set[str]:
     """Files below src, caches left out."""
     found = (p for p in (ROOT / "src" / "creak").rglob("*") if p.is_file())
     return {
-        p.relative_to(ROOT / "src").as_posix() for p in found
+        p.relative_to(ROOT / "src").as_posix()
+        for p in found
         if "__pycache__" not in p.parts and p.suffix not in (".pyc", ".nbi", ".nbc")
-    }  # fmt: skip
+    }
 
 
 def test_the_wheel_holds_every_source_and_data_file_and_nothing_else(built):
@@ -72,7 +83,7 @@ def test_the_wheel_says_who_what_and_under_which_licence(built):
     assert "License-Expression: BSD-3-Clause" in text
     assert licences == {"LICENSE", "THIRD_PARTY_LICENCES.md"}
     assert "Provides-Extra: report" in text
-    assert "Requires-Dist: plotly>=5.20.0; extra == \"report\"" in text
+    assert 'Requires-Dist: plotly>=5.20.0; extra == "report"' in text
 
 
 def test_the_sdist_holds_what_it_takes_to_build_cite_and_try(built):

@@ -47,15 +47,33 @@ MATERIALS = """\
 """
 
 POINTS = {
-    1: (0, 0, 0), 2: (30, 0, 2), 3: (28, 25, 0), 4: (-2, 22, 3), 5: (15, 40, 8), 6: (50, -5, 10), 7: (48, 20, 12),
-    8: (70, 3, 12), 9: (40, 0, 30), 10: (60, 0, 30), 11: (42, 22, 31), 12: (45, 6, 50), 13: (80, 20, 15),
-}  # fmt: skip
+    1: (0, 0, 0),
+    2: (30, 0, 2),
+    3: (28, 25, 0),
+    4: (-2, 22, 3),
+    5: (15, 40, 8),
+    6: (50, -5, 10),
+    7: (48, 20, 12),
+    8: (70, 3, 12),
+    9: (40, 0, 30),
+    10: (60, 0, 30),
+    11: (42, 22, 31),
+    12: (45, 6, 50),
+    13: (80, 20, 15),
+}
 MIDDLES = ((9, 10), (10, 11), (11, 9), (9, 12), (10, 12), (11, 12))
 ELEMENTS = {
-    "Q, S4R": [(1, 2, 3, 4)], "T, S3": [(4, 3, 5)], "R, B31": [(2, 6), (6, 8)], "E, B33": [(3, 7)], "K, T3D2": [(7, 13)],
-    "S, C3D10": [(9, 10, 11, 12, 21, 22, 23, 24, 25, 26)], "C, CONN3D2": [(6, 9), (7, 11), (8, 10)], "M, MASS": [(13,)],
-    "A, SPRINGA": [(13, 8), (13, 3)], "J, ROTARYI": [(8,)],
-}  # fmt: skip
+    "Q, S4R": [(1, 2, 3, 4)],
+    "T, S3": [(4, 3, 5)],
+    "R, B31": [(2, 6), (6, 8)],
+    "E, B33": [(3, 7)],
+    "K, T3D2": [(7, 13)],
+    "S, C3D10": [(9, 10, 11, 12, 21, 22, 23, 24, 25, 26)],
+    "C, CONN3D2": [(6, 9), (7, 11), (8, 10)],
+    "M, MASS": [(13,)],
+    "A, SPRINGA": [(13, 8), (13, 3)],
+    "J, ROTARYI": [(8,)],
+}
 SECTIONS = """\
 *SHELL SECTION, ELSET=Q, COMPOSITE, ORIENTATION=O, OFFSET=0.3
  0.8, 3, CARBON, 20.
@@ -124,7 +142,12 @@ def spectrum(path: Path, text: str) -> np.ndarray:
     M, K = system.M.toarray(), system.K.toarray()
     loaded = np.flatnonzero(M.diagonal() > 0)
     massless = np.setdiff1d(np.arange(len(M)), loaded)
-    K = K[np.ix_(loaded, loaded)] - K[np.ix_(loaded, massless)] @ np.linalg.pinv(K[np.ix_(massless, massless)], rcond=1e-12) @ K[np.ix_(massless, loaded)]
+    K = (
+        K[np.ix_(loaded, loaded)]
+        - K[np.ix_(loaded, massless)]
+        @ np.linalg.pinv(K[np.ix_(massless, massless)], rcond=1e-12)
+        @ K[np.ix_(massless, loaded)]
+    )
     return scipy.linalg.eigvalsh(K, M[np.ix_(loaded, loaded)])
 
 
@@ -142,7 +165,16 @@ def same(found: np.ndarray, expected: np.ndarray) -> None:
 
 
 def record(measured, how: str, found: np.ndarray, expected: np.ndarray) -> None:
-    measured("models", f"all elements in one part, {how}: omega^2, worst mode", found[6:], expected[6:], rel=2e-9, abs=1e-13 * expected[-1], unit="rad2/s2", source="the model itself")
+    measured(
+        "models",
+        f"all elements in one part, {how}: omega^2, worst mode",
+        found[6:],
+        expected[6:],
+        rel=2e-9,
+        abs=1e-13 * expected[-1],
+        unit="rad2/s2",
+        source="the model itself",
+    )
 
 
 @settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

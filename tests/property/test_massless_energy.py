@@ -57,7 +57,13 @@ def test_no_energy_is_created(measured, seed, hard, mu, count):
     loads = at_rest(step / parts * np.arange(100 * parts + 1))
     run = simulate_modal(small, gaps, loads, MasslessBoundary(), observed=np.zeros(0, dtype=np.int64), substeps=parts)
     assert run.energy_created <= CREATED
-    measured("energy", "massless boundary, random chains: share of energy created", run.energy_created, at_most=CREATED, source="conservation")
+    measured(
+        "energy",
+        "massless boundary, random chains: share of energy created",
+        run.energy_created,
+        at_most=CREATED,
+        source="conservation",
+    )
     friction = run.energy[:, ENERGIES.index("friction")]
     # Its work is booked by the trapezoidal rule: a step in which the sliding turns round may give some back.
     assert np.diff(friction).min() >= -CREATED * run.energy_scale

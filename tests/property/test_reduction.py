@@ -44,7 +44,13 @@ def test_bounds_statics_and_mass(measured, given_part, count):
         values = omega2(small)
         bound = exact[: values.size]
         assert (values >= bound - ROUND_OFF * np.maximum(bound, scale)).all()  # Rayleigh-Ritz
-        measured("reduction", "any plate: omega^2 below the full model's", ((bound - values) / np.maximum(bound, scale)).max(initial=0.0), at_most=ROUND_OFF, source="Rayleigh, Ritz")
+        measured(
+            "reduction",
+            "any plate: omega^2 below the full model's",
+            ((bound - values) / np.maximum(bound, scale)).max(initial=0.0),
+            at_most=ROUND_OFF,
+            source="Rayleigh, Ritz",
+        )
         if before is not None:  # nested spaces: more modes are never worse
             assert (values[: before.size] <= before + ROUND_OFF * np.maximum(before, scale)).all()
         before = values
@@ -53,7 +59,13 @@ def test_bounds_statics_and_mass(measured, given_part, count):
         small_r = np.vstack([r[boundary], np.zeros((small.n - boundary.size, 6))])
         assert np.abs(small_r.T @ (small.M @ small_r) - mass).max() <= ROUND_OFF * np.abs(mass).max()
         error = np.abs(small_r.T @ (small.M @ small_r) - mass).max() / np.abs(mass).max()
-        measured("reduction", "any plate: rigid-body mass, centre of gravity, inertia, relative error", error, at_most=ROUND_OFF, source="full model")
+        measured(
+            "reduction",
+            "any plate: rigid-body mass, centre of gravity, inertia, relative error",
+            error,
+            at_most=ROUND_OFF,
+            source="full model",
+        )
         f = np.random.default_rng(3).standard_normal(boundary.size)
         ground = 1e-3 * np.diag(to_dense(part.K)).mean()
         K = to_dense(part.K).copy()
@@ -66,6 +78,18 @@ def test_bounds_statics_and_mass(measured, given_part, count):
         answer = np.linalg.solve(K, load)[boundary]
         assert np.abs(np.linalg.solve(K_small, load_small)[at] - answer).max() <= ROUND_OFF * np.abs(answer).max()
         error = np.abs(np.linalg.solve(K_small, load_small)[at] - answer).max() / np.abs(answer).max()
-        measured("reduction", "any plate: static answer to boundary loads, relative error", error, at_most=ROUND_OFF, source="full model")
+        measured(
+            "reduction",
+            "any plate: static answer to boundary loads, relative error",
+            error,
+            at_most=ROUND_OFF,
+            source="full model",
+        )
     assert np.abs(before - exact).max() <= ROUND_OFF * exact.max()  # all modes kept: the full model
-    measured("reduction", "any plate, all modes: omega^2, error over the largest", np.abs(before - exact).max() / exact.max(), at_most=ROUND_OFF, source="full model")
+    measured(
+        "reduction",
+        "any plate, all modes: omega^2, error over the largest",
+        np.abs(before - exact).max() / exact.max(),
+        at_most=ROUND_OFF,
+        source="full model",
+    )

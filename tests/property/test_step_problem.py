@@ -35,7 +35,13 @@ def test_all_laws_hold_with_friction(measured, seed):
     check(q, force, stuck)
     mu, tau = np.maximum(q.laws.mu_static, q.laws.mu_kinetic), np.hypot(*force[q.m :].reshape(-1, 2).T)
     excess = (tau - mu * force[q.laws.rubs]).max(initial=0.0) / max(np.abs(force).max(), 1e-300)
-    measured("friction", "random steps: force outside the cone, share of the largest", excess, at_most=EXACT, source="Coulomb's law")
+    measured(
+        "friction",
+        "random steps: force outside the cone, share of the largest",
+        excess,
+        at_most=EXACT,
+        source="Coulomb's law",
+    )
 
 
 @settings(max_examples=100, deadline=None, derandomize=True)
@@ -71,7 +77,13 @@ def test_frictionless_contact_does_not_depend_on_the_first_guess(measured, seed,
     slack = 1e-10 * np.maximum(q.round_off(force), q.round_off(again)).max()
     np.testing.assert_allclose(q.A @ again, q.A @ force, atol=slack, rtol=0.0)
     error = np.abs(q.A @ (again - force)).max() / max(slack, 1e-300)
-    measured("contact", "random steps from two first guesses: motion, difference over round-off", error, at_most=1.0, source="uniqueness")
+    measured(
+        "contact",
+        "random steps from two first guesses: motion, difference over round-off",
+        error,
+        at_most=1.0,
+        source="uniqueness",
+    )
 
 
 @settings(max_examples=50, deadline=None, derandomize=True)
@@ -81,7 +93,15 @@ def test_numbering_of_the_channels_does_not_matter(seed):
     turn = np.arange(q.m)[::-1]
     laws = q.laws._replace(**{name: getattr(q.laws, name)[turn] for name in ("stiffness", "damping", "curve", "scale")})
     turned = StepProblem(
-        q.A[np.ix_(turn, turn)].copy(), q.gap_free[turn], q.rate_free[turn], q.rate_gain, q.slip_free, 1.0, q.step, laws, q.stuck
+        q.A[np.ix_(turn, turn)].copy(),
+        q.gap_free[turn],
+        q.rate_free[turn],
+        q.rate_gain,
+        q.slip_free,
+        1.0,
+        q.step,
+        laws,
+        q.stuck,
     )
     force, turned_force = solve(q)[0], solve(turned)[0][turn]
     slack = 1e-10 * max(q.round_off(force).max(), q.round_off(turned_force).max())
@@ -100,7 +120,9 @@ def test_hard_and_soft_channels_agree_with_trying_every_set_of_closed_ones(measu
     expected = by_enumeration(q.A, q.gap_free, soft)
     np.testing.assert_allclose(force, expected, rtol=1e-6, atol=1e-9 * force.max())
     error = np.abs(force - expected).max() / max(force.max(), 1e-300)
-    measured("contact", "random steps: force, relative error", error, at_most=1e-6, source="every set of closed channels")
+    measured(
+        "contact", "random steps: force, relative error", error, at_most=1e-6, source="every set of closed channels"
+    )
 
 
 def by_enumeration(A: np.ndarray, gap_free: np.ndarray, stiffness: np.ndarray) -> np.ndarray:

@@ -35,7 +35,15 @@ def test_straight_beam_in_extension(kind, layout, measured):
     ratio = straight_beam("extension", layout, kind)
     assert ratio == pytest.approx(1.0, abs=0.01)
     found = ratio * STRAIGHT["extension"]
-    measured("shell statics", f"straight beam 6 x 1, extension, {kind}, {layout}", found, STRAIGHT["extension"], rel=0.01, unit="in", source="MacNeal, Harder 1985")
+    measured(
+        "shell statics",
+        f"straight beam 6 x 1, extension, {kind}, {layout}",
+        found,
+        STRAIGHT["extension"],
+        rel=0.01,
+        unit="in",
+        source="MacNeal, Harder 1985",
+    )
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
@@ -44,7 +52,15 @@ def test_straight_beam_out_of_plane(kind, layout, measured):
     ratio = straight_beam("out-of-plane", layout, kind)
     assert ratio == pytest.approx(1.0, abs=0.05)
     found = ratio * STRAIGHT["out-of-plane"]
-    measured("shell statics", f"straight beam 6 x 1, out of plane, {kind}, {layout}", found, STRAIGHT["out-of-plane"], rel=0.05, unit="in", source="MacNeal, Harder 1985")
+    measured(
+        "shell statics",
+        f"straight beam 6 x 1, out of plane, {kind}, {layout}",
+        found,
+        STRAIGHT["out-of-plane"],
+        rel=0.05,
+        unit="in",
+        source="MacNeal, Harder 1985",
+    )
 
 
 @pytest.mark.parametrize(("layout", "limit"), [("regular", 0.01), ("trapezoid", 0.022), ("parallelogram", 0.016)])
@@ -53,14 +69,30 @@ def test_quads_one_element_wide_bend_freely_next_to_a_clamped_end(layout, limit,
     ratio = straight_beam("out-of-plane", layout)
     assert ratio == pytest.approx(1.0, abs=limit)
     found, exact = ratio * STRAIGHT["out-of-plane"], STRAIGHT["out-of-plane"]
-    measured("shell statics", f"straight beam 6 x 1, one element wide, out of plane, quad, {layout}", found, exact, rel=limit, unit="in", source="MacNeal, Harder 1985")
+    measured(
+        "shell statics",
+        f"straight beam 6 x 1, one element wide, out of plane, quad, {layout}",
+        found,
+        exact,
+        rel=limit,
+        unit="in",
+        source="MacNeal, Harder 1985",
+    )
 
 
 def test_straight_beam_in_plane_of_regular_quads(measured):
     ratio = straight_beam("in-plane")
     assert ratio == pytest.approx(1.0, abs=0.02)
     found = ratio * STRAIGHT["in-plane"]
-    measured("shell statics", "straight beam 6 x 1, in plane, quad, regular", found, STRAIGHT["in-plane"], rel=0.02, unit="in", source="MacNeal, Harder 1985")
+    measured(
+        "shell statics",
+        "straight beam 6 x 1, in plane, quad, regular",
+        found,
+        STRAIGHT["in-plane"],
+        rel=0.02,
+        unit="in",
+        source="MacNeal, Harder 1985",
+    )
 
 
 def test_straight_beam_in_plane_of_distorted_quads_is_what_enhanced_strains_reach(measured):
@@ -68,15 +100,35 @@ def test_straight_beam_in_plane_of_distorted_quads_is_what_enhanced_strains_reac
     skew, trapezoid = (straight_beam("in-plane", layout) for layout in ("parallelogram", "trapezoid"))
     assert skew > 0.62
     assert 0.045 < trapezoid < 1.0
-    measured("shell statics", "straight beam 6 x 1, in plane, quad, parallelogram: over exact", skew, at_least=0.62, source="Simo, Rifai 1990")
-    measured("shell statics", "straight beam 6 x 1, in plane, quad, trapezoid: over exact", trapezoid, at_least=0.045, source="MacNeal 1987")
+    measured(
+        "shell statics",
+        "straight beam 6 x 1, in plane, quad, parallelogram: over exact",
+        skew,
+        at_least=0.62,
+        source="Simo, Rifai 1990",
+    )
+    measured(
+        "shell statics",
+        "straight beam 6 x 1, in plane, quad, trapezoid: over exact",
+        trapezoid,
+        at_least=0.045,
+        source="MacNeal 1987",
+    )
 
 
 def test_straight_beam_in_plane_of_triangles(measured):
     ratio = straight_beam("in-plane", "regular", "tri")
     assert ratio == pytest.approx(1.0, abs=0.06)
     found = ratio * STRAIGHT["in-plane"]
-    measured("shell statics", "straight beam 6 x 1, in plane, tri, regular", found, STRAIGHT["in-plane"], rel=0.06, unit="in", source="MacNeal, Harder 1985")
+    measured(
+        "shell statics",
+        "straight beam 6 x 1, in plane, tri, regular",
+        found,
+        STRAIGHT["in-plane"],
+        rel=0.06,
+        unit="in",
+        source="MacNeal, Harder 1985",
+    )
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
@@ -85,7 +137,15 @@ def test_straight_beam_in_torsion_is_never_soft(layout, measured):
     least, ratio = {"regular": 0.99, "trapezoid": 0.90, "parallelogram": 0.85}[layout], straight_beam("twist", layout)
     assert least < ratio < 1.0
     found, exact = ratio * STRAIGHT["twist"], STRAIGHT["twist"]
-    measured("shell statics", f"straight beam 6 x 1, twist, quad, {layout}", found, exact, between=(least * exact, exact), unit="rad", source="St Venant")
+    measured(
+        "shell statics",
+        f"straight beam 6 x 1, twist, quad, {layout}",
+        found,
+        exact,
+        between=(least * exact, exact),
+        unit="rad",
+        source="St Venant",
+    )
 
 
 @pytest.mark.parametrize("ratio", [0.5, 2.0, 20.0])
@@ -105,7 +165,14 @@ def test_torsion_of_one_element_across_has_the_shear_layers_of_its_edges(ratio, 
     got = solve(K, np.zeros(mesh.n_dof), held, u.ravel()[held])
     energy = got @ (K @ got)
     assert energy == pytest.approx(exact * length, rel=1e-3)
-    measured("shell statics", f"torsion of one element across, width {ratio:g} t, quad: over exact", energy / (exact * length), 1.0, rel=1e-3, source="exact Mindlin strip")
+    measured(
+        "shell statics",
+        f"torsion of one element across, width {ratio:g} t, quad: over exact",
+        energy / (exact * length),
+        1.0,
+        rel=1e-3,
+        source="exact Mindlin strip",
+    )
 
 
 THREE_D = {"in-plane": 0.08852 / 0.08734, "out-of-plane": 0.49830 / 0.5022}
@@ -117,8 +184,23 @@ def test_curved_beam_with_six_quads(measured):
     exact = THREE_D["out-of-plane"] * CURVED["out-of-plane"]
     assert along == pytest.approx(0.89, abs=0.02)
     assert across == pytest.approx(THREE_D["out-of-plane"], rel=0.01)
-    measured("shell statics", "curved beam 6 x 1, in plane: over published", along, 0.89, abs=0.02, source="MacNeal, Harder 1985")
-    measured("shell statics", "curved beam 6 x 1, out of plane", across * CURVED["out-of-plane"], exact, rel=0.01, unit="in", source="converged solid")
+    measured(
+        "shell statics",
+        "curved beam 6 x 1, in plane: over published",
+        along,
+        0.89,
+        abs=0.02,
+        source="MacNeal, Harder 1985",
+    )
+    measured(
+        "shell statics",
+        "curved beam 6 x 1, out of plane",
+        across * CURVED["out-of-plane"],
+        exact,
+        rel=0.01,
+        unit="in",
+        source="converged solid",
+    )
 
 
 @pytest.mark.parametrize(("load", "across"), [("in-plane", 4), ("out-of-plane", 2), ("out-of-plane", 4)])
@@ -127,7 +209,15 @@ def test_curved_beam_is_within_one_percent_of_the_three_dimensional_solution(loa
     ratio = curved_beam(load, n=6 * across, m=across)
     assert ratio == pytest.approx(THREE_D[load], rel=0.01)
     found = ratio * CURVED[load]
-    measured("shell statics", f"curved beam {6 * across} x {across}, {load}", found, THREE_D[load] * CURVED[load], rel=0.01, unit="in", source="converged solid")
+    measured(
+        "shell statics",
+        f"curved beam {6 * across} x {across}, {load}",
+        found,
+        THREE_D[load] * CURVED[load],
+        rel=0.01,
+        unit="in",
+        source="converged solid",
+    )
 
 
 def test_curved_beam_converges_to_the_three_dimensional_solution(measured):
@@ -139,9 +229,20 @@ def test_curved_beam_converges_to_the_three_dimensional_solution(measured):
     finest = curved_beam("out-of-plane", n=96, m=16)
     assert limit[0] == pytest.approx(THREE_D["in-plane"], rel=0.003)
     assert finest == pytest.approx(THREE_D["out-of-plane"], rel=0.003)
-    for name, load, ratio in (("in-plane: limit", "in-plane", limit[0]), ("out-of-plane, 96 x 16", "out-of-plane", finest)):
+    for name, load, ratio in (
+        ("in-plane: limit", "in-plane", limit[0]),
+        ("out-of-plane, 96 x 16", "out-of-plane", finest),
+    ):
         exact = THREE_D[load] * CURVED[load]
-        measured("shell statics", f"curved beam, {name}", ratio * CURVED[load], exact, rel=0.003, unit="in", source="converged solid")
+        measured(
+            "shell statics",
+            f"curved beam, {name}",
+            ratio * CURVED[load],
+            exact,
+            rel=0.003,
+            unit="in",
+            source="converged solid",
+        )
 
 
 @pytest.mark.parametrize("load", ["in-plane", "out-of-plane"])
@@ -153,7 +254,15 @@ def test_twisted_beam(kind, load, measured):
     assert coarse == pytest.approx(1.0, abs=limit)
     assert fine == pytest.approx(1.0, abs=0.005)
     for mesh, ratio, rel in (("12 x 2", coarse, limit), ("24 x 4", fine, 0.005)):
-        measured("shell statics", f"twisted beam {mesh}, {load}, {kind}", ratio * TWISTED[load], TWISTED[load], rel=rel, unit="in", source="MacNeal, Harder 1985")
+        measured(
+            "shell statics",
+            f"twisted beam {mesh}, {load}, {kind}",
+            ratio * TWISTED[load],
+            TWISTED[load],
+            rel=rel,
+            unit="in",
+            source="MacNeal, Harder 1985",
+        )
 
 
 @pytest.mark.parametrize(("load", "least"), [("in-plane", 1.2), ("out-of-plane", 1.7)])
@@ -164,7 +273,15 @@ def test_twisted_beam_converges(load, least, measured):
     assert misfit < 0.05
     assert least < slope < 2.5
     assert limit[0] == pytest.approx(1.0, abs=0.002)
-    measured("shell statics", f"twisted beam, {load}: limit", limit[0] * TWISTED[load], TWISTED[load], rel=0.002, unit="in", source="MacNeal, Harder 1985")
+    measured(
+        "shell statics",
+        f"twisted beam, {load}: limit",
+        limit[0] * TWISTED[load],
+        TWISTED[load],
+        rel=0.002,
+        unit="in",
+        source="MacNeal, Harder 1985",
+    )
 
 
 @pytest.mark.parametrize("load", ["in-plane", "out-of-plane"])
@@ -172,7 +289,14 @@ def test_very_thin_twisted_beam_does_not_lock(load, measured):
     """t = 0.0032, warped elements: a displacement-based membrane locks here."""
     ratio = twisted_beam(load, thickness=0.0032)
     assert ratio == pytest.approx(1.0, abs=0.02)
-    measured("shell statics", f"very thin twisted beam 12 x 2, {load}: over reference", ratio, 1.0, abs=0.02, source="published")
+    measured(
+        "shell statics",
+        f"very thin twisted beam 12 x 2, {load}: over reference",
+        ratio,
+        1.0,
+        abs=0.02,
+        source="published",
+    )
 
 
 @pytest.mark.parametrize("kind", ["quad", "tri"])
@@ -182,7 +306,15 @@ def test_scordelis_lo_roof(kind, measured):
     assert coarse == pytest.approx(1.0, abs=0.01)
     assert scordelis_lo(16, kind) == pytest.approx(1.0, abs=0.01)
     assert scordelis_lo(32, kind) == pytest.approx(1.0, abs=0.01)
-    measured("shell statics", f"Scordelis-Lo roof 8 x 8, {kind}", coarse * ROOF, ROOF, rel=0.01, unit="ft", source="MacNeal, Harder 1985")
+    measured(
+        "shell statics",
+        f"Scordelis-Lo roof 8 x 8, {kind}",
+        coarse * ROOF,
+        ROOF,
+        rel=0.01,
+        unit="ft",
+        source="MacNeal, Harder 1985",
+    )
 
 
 def test_pinched_hemisphere_of_quads(measured):
@@ -191,14 +323,30 @@ def test_pinched_hemisphere_of_quads(measured):
     found = {n: hemisphere(n) for n in (8, 16, 32)}
     assert list(found.values()) == pytest.approx([1.0, 1.0, 1.0], abs=0.004)
     for n in (8, 16):
-        measured("shell statics", f"pinched hemisphere {n} x {n}, quad", found[n] * HEMISPHERE, HEMISPHERE, rel=0.004, unit="in", source="MacNeal, Harder 1985")
+        measured(
+            "shell statics",
+            f"pinched hemisphere {n} x {n}, quad",
+            found[n] * HEMISPHERE,
+            HEMISPHERE,
+            rel=0.004,
+            unit="in",
+            source="MacNeal, Harder 1985",
+        )
 
 
 def test_pinched_hemisphere_of_triangles_converges_from_the_stiff_side(measured):
     """Drilling shape functions cost accuracy until L^2 < 2 R t."""
     ratio = hemisphere(16, "tri")
     assert 0.9 < ratio < hemisphere(32, "tri") < 1.0
-    measured("shell statics", "pinched hemisphere 16 x 16, tri", ratio * HEMISPHERE, HEMISPHERE, between=(0.9 * HEMISPHERE, HEMISPHERE), unit="in", source="MacNeal, Harder 1985")
+    measured(
+        "shell statics",
+        "pinched hemisphere 16 x 16, tri",
+        ratio * HEMISPHERE,
+        HEMISPHERE,
+        between=(0.9 * HEMISPHERE, HEMISPHERE),
+        unit="in",
+        source="MacNeal, Harder 1985",
+    )
 
 
 def test_pinched_cylinder_converges_as_published(measured):
@@ -212,4 +360,12 @@ def test_pinched_cylinder_converges_as_published(measured):
     assert found[1] > 0.88
     assert found[2:] == pytest.approx([1.0, 1.0], abs=0.01)
     for n, value in zip((16, 32), found[2:], strict=True):
-        measured("shell statics", f"pinched cylinder {n} x {n}, quad", value * CYLINDER, CYLINDER, rel=0.01, unit="in", source="Belytschko 1985")
+        measured(
+            "shell statics",
+            f"pinched cylinder {n} x {n}, quad",
+            value * CYLINDER,
+            CYLINDER,
+            rel=0.01,
+            unit="in",
+            source="Belytschko 1985",
+        )

@@ -66,9 +66,15 @@ def gap_channels(
     _check_preload(gap, P, k)
     sliding = _tangents(tangents, own, m)
     operator = gap_operator(
-        _triplets([A, *sliding], own), gap0=gap - np.divide(P, k, out=np.zeros(m), where=P > 0.0), stiffness=k,
-        damping=c, area=np.zeros(m), names=_names(names, group, m), nodes_idx=_nodes(A, own), group=group,
-    )  # fmt: skip
+        _triplets([A, *sliding], own),
+        gap0=gap - np.divide(P, k, out=np.zeros(m), where=P > 0.0),
+        stiffness=k,
+        damping=c,
+        area=np.zeros(m),
+        names=_names(names, group, m),
+        nodes_idx=_nodes(A, own),
+        group=group,
+    )
     operator = replace(operator, friction=_friction(friction, m, bool(tangents)))
     return replace(operator, preload=P) if P.any() else operator
 
@@ -91,9 +97,10 @@ def _check_preload(gap: FloatArray, preload: FloatArray, stiffness: FloatArray) 
     pressed = preload > 0.0
     if (pressed & (gap != 0.0)).any() or (pressed & ~((stiffness > 0.0) & np.isfinite(stiffness))).any():
         raise InputError(
-            "a preloaded channel with a clearance, or without a finite stiffness", expected="gap0 = 0 and a stiffness",
+            "a preloaded channel with a clearance, or without a finite stiffness",
+            expected="gap0 = 0 and a stiffness",
             fix="With a preload the channel is closed at rest; it opens once it has moved by preload / stiffness.",
-        )  # fmt: skip
+        )
 
 
 def _tangents(tangents: Sequence[Any], labels: IntArray, m: int) -> list[Any]:

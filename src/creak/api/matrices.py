@@ -100,9 +100,7 @@ def system_from_matrices(
     start = np.zeros(n) if velocity is None else np.asarray(velocity, dtype=np.float64)
     if start.shape != (n,) or not np.isfinite(start).all():
         raise InputError(f"velocity of shape {start.shape}", expected=f"({n},) finite numbers")
-    return System(
-        name, M, K, Damping(alpha, beta, C), _rows_of(own), no_supports(n), own, start, labels=np.sort(own)
-    )  # fmt: skip
+    return System(name, M, K, Damping(alpha, beta, C), _rows_of(own), no_supports(n), own, start, labels=np.sort(own))
 
 
 def couple(
@@ -133,16 +131,26 @@ def couple(
     if not systems:
         raise InputError("no System to couple", expected="one or more")
     if any(s.supports.count or s.damping.modal_shapes is not None for s in systems):
-        raise InputError("a System with prescribed motion or modal damping is joined", expected="free Systems",
-                         fix="Couple first, then drive.")  # fmt: skip
+        raise InputError(
+            "a System with prescribed motion or modal damping is joined",
+            expected="free Systems",
+            fix="Couple first, then drive.",
+        )
     known = np.unique(np.concatenate([s.labels for s in systems]))
     held = known_labels(fixed, known, "fixed")
     ends = {str(name): known_labels(x, known, f"driven {name!r}") for name, x in (driven or {}).items()}
     rows = [_equation(x, c, known) for x, c in equations]
     model = Model(
-        source="couple", nodes=_nodes(known), blocks=(), parts=(), node_sets={}, element_sets={}, surfaces={},
-        constraints=tuple(rows), fixed=tuple(Fixed(np.array([x // 6]), (int(x % 6) + 1,)) for x in held),
-    )  # fmt: skip
+        source="couple",
+        nodes=_nodes(known),
+        blocks=(),
+        parts=(),
+        node_sets={},
+        element_sets={},
+        surfaces={},
+        constraints=tuple(rows),
+        fixed=tuple(Fixed(np.array([x // 6]), (int(x % 6) + 1,)) for x in held),
+    )
     common = Rayleigh(systems[0].damping.alpha, systems[0].damping.beta)
     return coupling.couple([_with_common(s, common) for s in systems], model, coupling.Driven(ends), common)
 
@@ -167,8 +175,11 @@ def symmetric_matrix(A: Any, name: str) -> Matrix:
         raise InputError(f"{name} has entries that are not finite", expected="numbers")
     largest = float(np.abs(B.data).max(initial=0.0))
     if float(abs(B - B.T).max()) > SYMMETRIC * largest:
-        raise InputError(f"{name} is not symmetric", expected="both triangles stored",
-                         fix=f"Of one triangle: {name} + {name}.T - diag({name}).")  # fmt: skip
+        raise InputError(
+            f"{name} is not symmetric",
+            expected="both triangles stored",
+            fix=f"Of one triangle: {name} + {name}.T - diag({name}).",
+        )
     if float(B.diagonal().min()) < -SYMMETRIC * largest:
         raise InputError(f"{name} has a negative diagonal entry", expected="a positive semidefinite matrix")
     return B
@@ -234,8 +245,10 @@ def _nodes(known: IntArray) -> Nodes:
 def _equation(labels: ArrayLike, coefficients: ArrayLike, known: IntArray) -> Equation:
     found, values = known_labels(labels, known, "equations"), np.asarray(coefficients, dtype=np.float64).ravel()
     if found.size != values.size or not found.size or values[0] == 0.0:
-        raise InputError(f"an equation with {found.size} labels and coefficients {values.tolist()}",
-                         expected="as many of each, the first coefficient not zero")  # fmt: skip
+        raise InputError(
+            f"an equation with {found.size} labels and coefficients {values.tolist()}",
+            expected="as many of each, the first coefficient not zero",
+        )
     return Equation(found // 6, found % 6 + 1, values)
 
 

@@ -100,21 +100,26 @@ def simulate(
     kept = channels.labels if observed is None else known_labels(observed, system.labels, "observed")
     if loads.support.shape[2] != system.supports.count:
         raise InputError(
-            f"loads for {loads.support.shape[2]} prescribed coordinates", expected=f"{system.supports.count}",
+            f"loads for {loads.support.shape[2]} prescribed coordinates",
+            expected=f"{system.supports.count}",
             fix="Make the loads for this System.",
-        )  # fmt: skip
+        )
     for x in loads.force_labels:
         known_labels(x, system.labels, "forces")
     if output_every < 1 or substeps < 1 or loads.n_step < substeps:
         raise InputError(f"output_every = {output_every}, substeps = {substeps}", expected="1 or more")
     if scheme is None and substeps == 1:
-        return simulate_settled(
-            system, channels, loads, observed=kept, output_every=output_every, progress=progress
-        )  # fmt: skip
+        return simulate_settled(system, channels, loads, observed=kept, output_every=output_every, progress=progress)
     return simulator(system)(
-        system, channels, loads, HHT() if scheme is None else scheme, observed=kept, output_every=output_every,
-        substeps=substeps, progress=progress,
-    )  # fmt: skip
+        system,
+        channels,
+        loads,
+        HHT() if scheme is None else scheme,
+        observed=kept,
+        output_every=output_every,
+        substeps=substeps,
+        progress=progress,
+    )
 
 
 def _support(system: System, t: FloatArray, motion: Mapping[str, Signal | Motion]) -> FloatArray:
@@ -123,7 +128,7 @@ def _support(system: System, t: FloatArray, motion: Mapping[str, Signal | Motion
         raise InputError(
             f"motion for {', '.join(map(repr, motion)) or 'nothing'}",
             expected=f"one for each prescribed coordinate: {', '.join(map(repr, names)) or 'there is none'}",
-        )  # fmt: skip
+        )
     support = np.zeros((3, t.size, len(names)))
     for j, name in enumerate(names):
         given = motion[name]

@@ -55,9 +55,7 @@ def guyan(system: System, boundary: ArrayLike) -> System:
     return craig_bampton(system, boundary, count=0)
 
 
-def gap_modes(
-    system: System, gaps: GapOperator, *, f_max: float | None = None, count: int | None = None
-) -> System:
+def gap_modes(system: System, gaps: GapOperator, *, f_max: float | None = None, count: int | None = None) -> System:
     """Reduce a System to its modes and the static answer to each gap channel; diagonal, it runs in compiled code.
 
     q = Phi eta + Z zeta + R s, Z the residual flexibility of the channels (their tangents too where they rub).
@@ -100,8 +98,11 @@ def massless_boundary(
 def _boundary(system: System, boundary: ArrayLike) -> IntArray:
     """Rows of the System."""
     if system.supports.count:
-        raise InputError("the System is driven already", expected="a System without prescribed motion",
-                         fix="Keep the driven dofs in the boundary, reduce, then couple(..., driven=...).")  # fmt: skip
+        raise InputError(
+            "the System is driven already",
+            expected="a System without prescribed motion",
+            fix="Keep the driven dofs in the boundary, reduce, then couple(..., driven=...).",
+        )
     own = system.coordinates[system.coordinates >= 0]
     wanted = known_labels(boundary, np.sort(own), "boundary")
     order = np.argsort(system.coordinates)

@@ -91,9 +91,13 @@ class Result:
 
         view = self._view(animation_mb)
         return save(
-            self.found, self.summary, Path(folder), lambda file: write_found(file, view), convergence=self.convergence,
+            self.found,
+            self.summary,
+            Path(folder),
+            lambda file: write_found(file, view),
+            convergence=self.convergence,
             page=page,
-        )  # fmt: skip
+        )
 
     def page(self, animation_mb: float = 12.0) -> str:
         """The report as the text of one HTML file; parameters and errors as `report`."""

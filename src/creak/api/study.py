@@ -106,9 +106,7 @@ def run(
     ------
     InputError : anything wrong in the study or the deck. NumericalError : a reduction or a factorisation failed.
     """
-    result = run_setup(
-        set_up(study, ignore), progress, superelements=superelements, converge=converge, record=record
-    )
+    result = run_setup(set_up(study, ignore), progress, superelements=superelements, converge=converge, record=record)
     if result.stopped is not None:
         warnings.warn(f"the study ended early: {result.stopped}", RuntimeWarning, stacklevel=2)
     for text in result.unreliable:
@@ -140,9 +138,13 @@ def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: Units =
 
 
 def run_setup(
-    setup: Setup, progress: Progress | None = None, *, superelements: str | Path | None = None,
-    converge: bool | None = None, record: bool = True,
-) -> Result:  # fmt: skip
+    setup: Setup,
+    progress: Progress | None = None,
+    *,
+    superelements: str | Path | None = None,
+    converge: bool | None = None,
+    record: bool = True,
+) -> Result:
     """Run what was set up, parameters as `run`, and sum it up."""
     from creak.studies.converge import converge as repeat
     from creak.studies.run import run_study

@@ -118,6 +118,4 @@ def _distributing(coupling: DistributingCoupling, coords: FloatArray) -> Iterato
     labels = [dof_label(int(n), d) for n in nodes for d in (1, 2, 3)]
     for dof in coupling.dofs:
         row = weights[dof - 1]
-        yield LinearEquation(
-            [dof_label(coupling.ref_idx, dof), *labels], [1.0, *(-row).tolist()], coupling.where
-        )
+        yield LinearEquation([dof_label(coupling.ref_idx, dof), *labels], [1.0, *(-row).tolist()], coupling.where)

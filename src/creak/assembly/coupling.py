@@ -67,9 +67,16 @@ def couple(
     active = _active(M_t, K_t)
     M_t, K_t, T = principal(M_t, active), principal(K_t, active), T[:, active]
     coordinates = np.concatenate([s.coordinates for s in systems])[independent[~is_support][active]]
-    supports = Supports(names, _side(T, M, T_s), _side(T, K, T_s), _extra_side(T, C, T_s),
-                        _corner(T_s, M), _corner(T_s, K), _extra_corner(T_s, C, len(names)),
-                        _side(T, _alone(systems, M, M_between), T_s))  # fmt: skip
+    supports = Supports(
+        names,
+        _side(T, M, T_s),
+        _side(T, K, T_s),
+        _extra_side(T, C, T_s),
+        _corner(T_s, M),
+        _corner(T_s, K),
+        _extra_corner(T_s, C, len(names)),
+        _side(T, _alone(systems, M, M_between), T_s),
+    )
 
     def physical(labels: IntArray) -> tuple[Matrix, Matrix]:
         A = rows(labels)
@@ -84,9 +91,18 @@ def couple(
     damping = Damping(common.alpha, common.beta, C_t[0] if C_t else None)
     stats = {"mass": sum(s.stats.get("mass", 0.0) for s in systems)}
     return System(
-        "assembly", M_t, K_t, damping, physical, supports, coordinates, velocity, stats=stats, labels=rows.labels,
+        "assembly",
+        M_t,
+        K_t,
+        damping,
+        physical,
+        supports,
+        coordinates,
+        velocity,
+        stats=stats,
+        labels=rows.labels,
         whole=whole,
-    )  # fmt: skip
+    )
 
 
 class _Stacked:
@@ -232,9 +248,7 @@ def _equations(model: Model, driven: Driven, rows: _Stacked, n_q: int, ties: Mat
     return [e for e in out if e.labels]
 
 
-def _in_coordinates(
-    equation: LinearEquation, R: Matrix, place: Mapping[int, int]
-) -> tuple[list[int], list[float]]:
+def _in_coordinates(equation: LinearEquation, R: Matrix, place: Mapping[int, int]) -> tuple[list[int], list[float]]:
     """The equation over coordinates; the declared dependent dof comes first where it is a coordinate."""
     terms: dict[int, float] = {}
     for label, c in zip(equation.labels, equation.coefficients, strict=True):

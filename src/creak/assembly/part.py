@@ -217,9 +217,17 @@ def loose_system(model: Model, common: Rayleigh) -> System | None:
     damping = Damping(common.alpha, common.beta)
     velocity = _initial_velocity(model, labels)
     return System(
-        "(loose nodes)", zero, zero, damping, rows, no_supports(n), labels, velocity, stats={"mass": 0.0},
+        "(loose nodes)",
+        zero,
+        zero,
+        damping,
+        rows,
+        no_supports(n),
+        labels,
+        velocity,
+        stats={"mass": 0.0},
         labels=labels,
-    )  # fmt: skip
+    )
 
 
 def _initial_velocity(model: Model, coordinates: IntArray) -> FloatArray:

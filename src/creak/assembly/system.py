@@ -150,9 +150,18 @@ def project(system: System, V: FloatArray, *, static: FloatArray | None = None, 
     velocity = momentum_fit(M, V.T @ np.asarray(system.M @ system.velocity))
     coordinates = np.full(V.shape[1], -1, dtype=np.int64)
     return System(
-        name or system.name, M, K, damping.projected(V), rows, supports, coordinates, velocity,
-        labels=system.labels, whole=whole, interface=system.interface,
-    )  # fmt: skip
+        name or system.name,
+        M,
+        K,
+        damping.projected(V),
+        rows,
+        supports,
+        coordinates,
+        velocity,
+        labels=system.labels,
+        whole=whole,
+        interface=system.interface,
+    )
 
 
 def momentum_fit(M: FloatArray, momentum: FloatArray) -> FloatArray:

@@ -39,8 +39,11 @@ def advise(
     from creak.studies.warned import warnings_of
 
     if is_deck(study_file):
-        raise InputError(f"{study_file.name} is a deck", expected="a study file (.toml)",
-                         fix="Write a study that names the deck in [model].")  # fmt: skip
+        raise InputError(
+            f"{study_file.name} is a deck",
+            expected="a study file (.toml)",
+            fix="Write a study that names the deck in [model].",
+        )
     told: set[str] = set()
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
@@ -93,29 +96,73 @@ def _part_rows(facts: Facts) -> list[list[str]]:
     reasons = list(dict.fromkeys(r for p in facts.sizes.parts for r in p.retained))
     below = sorted({f for p in facts.sizes.parts for f in p.modes.below})
     head = ["part", "dofs", *reasons, "retained", *(f"{f:.4g} Hz" for f in below)]
-    return [head, *(
-        [p.name, f"{p.dofs:,}", *(f"{p.retained[r]:,}" if r in p.retained else "-" for r in reasons),
-         f"{p.boundary:,}", *(f"{p.modes.below.get(f, 0):,}" for f in below)]
-        for p in facts.sizes.parts
-    )]  # fmt: skip
+    return [
+        head,
+        *(
+            [
+                p.name,
+                f"{p.dofs:,}",
+                *(f"{p.retained[r]:,}" if r in p.retained else "-" for r in reasons),
+                f"{p.boundary:,}",
+                *(f"{p.modes.below.get(f, 0):,}" for f in below),
+            ]
+            for p in facts.sizes.parts
+        ),
+    ]
 
 
-OPTION_HEAD = ["", "f_max, Hz", "x exc.", "retained + modes", "unknowns", "offline", "a step", "frequency", "at most",
-               "force", "impulse"]  # fmt: skip
+OPTION_HEAD = [
+    "",
+    "f_max, Hz",
+    "x exc.",
+    "retained + modes",
+    "unknowns",
+    "offline",
+    "a step",
+    "frequency",
+    "at most",
+    "force",
+    "impulse",
+]
 
 
 def _option_row(o: Option, chosen: bool) -> list[str]:
     from creak.studies.advise_words import duration
 
-    door = ["-", "-", "-"] if o.door is None else [
-        _percent(x) for x in (o.door.frequency_error, o.door.force_error, o.door.impulse_error)]  # fmt: skip
+    door = (
+        ["-", "-", "-"]
+        if o.door is None
+        else [_percent(x) for x in (o.door.frequency_error, o.door.force_error, o.door.impulse_error)]
+    )
     name = f"{'* ' if chosen else ''}{o.method}{'' if o.possible else ' (impossible)'}"
-    return [name, f"{o.f_max:g}", f"{o.multiple:.3g}", f"{o.retained:,} + {o.modes:,}", f"{o.unknowns:,}",
-            duration(o.offline_s), duration(o.step_s), door[0], _percent(o.bound), door[1], door[2]]  # fmt: skip
+    return [
+        name,
+        f"{o.f_max:g}",
+        f"{o.multiple:.3g}",
+        f"{o.retained:,} + {o.modes:,}",
+        f"{o.unknowns:,}",
+        duration(o.offline_s),
+        duration(o.step_s),
+        door[0],
+        _percent(o.bound),
+        door[1],
+        door[2],
+    ]
 
 
-STEP_HEAD = ["step, s", "a period", "steps", "period error", "damping", "stiffness", "bounce, s", "in steps",
-             "reduced run", "unreduced run", "on the door"]  # fmt: skip
+STEP_HEAD = [
+    "step, s",
+    "a period",
+    "steps",
+    "period error",
+    "damping",
+    "stiffness",
+    "bounce, s",
+    "in steps",
+    "reduced run",
+    "unreduced run",
+    "on the door",
+]
 
 
 def _step_row(s: StepAdvice, chosen: bool) -> list[str]:
@@ -126,9 +173,16 @@ def _step_row(s: StepAdvice, chosen: bool) -> list[str]:
     if b is not None:
         contact = [f"{b.stiffness:.3g}", f"{b.shortest_s:.2g}", f"{b.shortest_s / s.step:.2g}"]
     return [
-        f"{'* ' if chosen else ''}{s.step:g}", f"{s.per_period:.3g}", f"{s.steps:,}", _percent(s.period_error),
-        _percent(s.damping), *contact, f"< {duration(s.reduced_s)}", f"< {duration(s.unreduced_s)}", s.hht,
-    ]  # fmt: skip
+        f"{'* ' if chosen else ''}{s.step:g}",
+        f"{s.per_period:.3g}",
+        f"{s.steps:,}",
+        _percent(s.period_error),
+        _percent(s.damping),
+        *contact,
+        f"< {duration(s.reduced_s)}",
+        f"< {duration(s.unreduced_s)}",
+        s.hht,
+    ]
 
 
 def _percent(x: float) -> str:

@@ -28,7 +28,8 @@ def convert(
         ..., metavar="IN", help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas; or results.h5 of a run."
     ),
     out: Path = typer.Argument(
-        ..., metavar="OUT",
+        ...,
+        metavar="OUT",
         help="The deck to write, .inp, .bdf, .dat, .nas; or the matrices; of results .pvd, .unv, .csv.",
     ),
     matrices: str | None = typer.Option(None, "--matrices", help="Write K, M and C instead: npz, mtx, op4 or dmig."),
@@ -93,11 +94,14 @@ def convert(
         for note in notes:
             output.say(f"note: {note}")
         output.tell_written()
-        output.result({
-            "deck": str(deck), "written": [str(path) for path in output.written],
-            "not_carried_over": [{"keyword": u.keyword, "where": u.where, "why": u.why} for u in model.unread],
-            "notes": list(notes),
-        })  # fmt: skip
+        output.result(
+            {
+                "deck": str(deck),
+                "written": [str(path) for path in output.written],
+                "not_carried_over": [{"keyword": u.keyword, "where": u.where, "why": u.why} for u in model.unread],
+                "notes": list(notes),
+            }
+        )
 
 
 def _check_results(of_run: bool, out: Path, run: str | None, others: list[str | None]) -> None:
@@ -142,9 +146,15 @@ def _write_histories(results: Path, out: Path, run: str | None, words: Output) -
         output.tell_written()
         nodes, channels, times = len(histories.node_names), len(histories.channels), histories.time.size
         output.say(f"{nodes} nodes and {channels} channels of the {histories.run} run at {times} times")
-        output.result({
-            "run": histories.run, "nodes": nodes, "channels": channels, "times": times, "written": [str(out)],
-        })  # fmt: skip
+        output.result(
+            {
+                "run": histories.run,
+                "nodes": nodes,
+                "channels": channels,
+                "times": times,
+                "written": [str(out)],
+            }
+        )
 
 
 def _check(deck: Path, out: Path, matrices: str | None, mass: str | None) -> None:
@@ -154,9 +164,11 @@ def _check(deck: Path, out: Path, matrices: str | None, mass: str | None) -> Non
         raise InputError(f"--mass {mass}", expected="consistent, linear or lumped")
     if matrices is None and not is_deck(out):
         raise InputError(
-            f"cannot write a deck that ends in {out.suffix!r}", expected=", ".join(DECKS), where=out,
+            f"cannot write a deck that ends in {out.suffix!r}",
+            expected=", ".join(DECKS),
+            where=out,
             fix="Write an Abaqus deck (.inp) or a Nastran deck (.bdf), or give --matrices.",
-        )  # fmt: skip
+        )
     if out.exists() and deck.exists() and out.samefile(deck):
         raise InputError("IN and OUT are the same file", where=out, fix="Give OUT another name.")
 

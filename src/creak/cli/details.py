@@ -23,8 +23,10 @@ def model_detail(output: Output, model: Model) -> None:
     if not output.verbose:
         return
     parts = ", ".join(f"{p.name} ({p.nodes_idx.size:,} nodes)" for p in model.parts)
-    output.detail(f"model: {model.nodes.count:,} nodes, {model.n_elements:,} elements, "
-                  f"{len(model.constraints):,} constraints; parts: {parts}")  # fmt: skip
+    output.detail(
+        f"model: {model.nodes.count:,} nodes, {model.n_elements:,} elements, "
+        f"{len(model.constraints):,} constraints; parts: {parts}"
+    )
 
 
 def setup_detail(output: Output, setup: Setup) -> None:
@@ -38,8 +40,9 @@ def setup_detail(output: Output, setup: Setup) -> None:
     config, loads = setup.study.config, setup.loads
     for name, table in config.contact.items():
         count = setup.contacts.group.count(name)
-        output.detail(f"contact {name}: {table.method}, stiffness {table.stiffness}, {count} channels before the "
-                      "pre-check")  # fmt: skip
+        output.detail(
+            f"contact {name}: {table.method}, stiffness {table.stiffness}, {count} channels before the pre-check"
+        )
     if setup.connectors.m:
         output.detail(f"connectors: {setup.connectors.m} channels")
     highest = highest_frequency(setup.study)

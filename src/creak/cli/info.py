@@ -51,13 +51,21 @@ def _facts(deck: Path, model: Model, units: str | None, progress: Any) -> dict[s
         warnings = [*_unit_warnings(model, units, mass, guess), *_loose_warning(loose)]
     surfaces = {k: _extent(s) for k, s in model.surfaces.items() if not k.startswith("_")}
     return {
-        "deck": str(deck), "nodes": model.nodes.count, "elements": model.n_elements,
-        "constraints": len(model.constraints), "parts": parts, "mass": mass, "units": guess,
-        "held_nodes": len({int(n) for fixed in model.fixed for n in fixed.nodes_idx}), "free_parts": loose,
+        "deck": str(deck),
+        "nodes": model.nodes.count,
+        "elements": model.n_elements,
+        "constraints": len(model.constraints),
+        "parts": parts,
+        "mass": mass,
+        "units": guess,
+        "held_nodes": len({int(n) for fixed in model.fixed for n in fixed.nodes_idx}),
+        "free_parts": loose,
         "node_sets": {k: int(v.size) for k, v in model.node_sets.items() if not k.startswith("_")},
         "element_sets": {k: len(v) for k, v in model.element_sets.items() if not k.startswith("_")},
-        "surfaces": surfaces, "unread": [asdict(u) for u in model.unread], "warnings": warnings,
-    }  # fmt: skip
+        "surfaces": surfaces,
+        "unread": [asdict(u) for u in model.unread],
+        "warnings": warnings,
+    }
 
 
 def _parts(model: Model, progress: Any) -> dict[str, dict[str, Any]]:
@@ -68,8 +76,13 @@ def _parts(model: Model, progress: Any) -> dict[str, dict[str, Any]]:
         progress("assemble the parts", i, len(model.parts))
         system = part_system(model, i, Rayleigh(0.0, 0.0), override=True)
         kinds = sorted({b.kind for b in model.blocks if b.part == i})
-        found[part.name] = {"nodes": int(part.nodes_idx.size), "elements": int(system.stats["elements"]),
-                            "kinds": kinds, "dof": system.n, "mass": float(system.stats["mass"])}  # fmt: skip
+        found[part.name] = {
+            "nodes": int(part.nodes_idx.size),
+            "elements": int(system.stats["elements"]),
+            "kinds": kinds,
+            "dof": system.n,
+            "mass": float(system.stats["mass"]),
+        }
     progress("assemble the parts", len(model.parts), len(model.parts))
     return found
 
@@ -107,8 +120,9 @@ def _unit_warnings(model: Model, units: str | None, mass: float, guess: list[str
 
 
 def _print(output: Output, facts: dict[str, Any]) -> None:
-    output.say(f"{facts['deck']}: {facts['nodes']} nodes, {facts['elements']} elements, "
-               f"{facts['constraints']} constraints")  # fmt: skip
+    output.say(
+        f"{facts['deck']}: {facts['nodes']} nodes, {facts['elements']} elements, {facts['constraints']} constraints"
+    )
     rows = [["part", "nodes", "elements", "kinds", "dof", "mass"]]
     for name, p in facts["parts"].items():
         figures = (f"{p['nodes']}", f"{p['elements']}", ", ".join(p["kinds"]), f"{p['dof']}", f"{p['mass']:.6g}")

@@ -63,8 +63,10 @@ def modes(
         _print(output, found)
         ids = found.model.nodes.ids.tolist()
         if uff is not None and len(set(ids)) < len(ids):
-            output.say("note: instances repeat node labels; the universal file numbers the nodes 1, 2, ... in the "
-                       "order of the deck")  # fmt: skip
+            output.say(
+                "note: instances repeat node labels; the universal file numbers the nodes 1, 2, ... in the "
+                "order of the deck"
+            )
         output.tell_written()
         output.result({**_data(found), "written": [str(path) for path in output.written]})
 
@@ -80,9 +82,13 @@ def _point(text: str) -> tuple[float, ...]:
 
 
 def _write(
-    output: Output, found: DeckModes, vtk: Path | None, uff: Path | None, units: Literal["mm-t-s", "m-kg-s"],
+    output: Output,
+    found: DeckModes,
+    vtk: Path | None,
+    uff: Path | None,
+    units: Literal["mm-t-s", "m-kg-s"],
     title: str,
-) -> None:  # fmt: skip
+) -> None:
     from creak.formats.uff import write_uff
     from creak.formats.vtu import write_vtu
 
@@ -106,14 +112,20 @@ def _write_json(output: Output, found: DeckModes, path: Path) -> None:
 def _data(found: DeckModes) -> dict[str, object]:
     e = found.effective
     return {
-        "frequencies": found.frequencies, "mass": found.mass, "rigid": found.rigid, "residual": found.residual,
+        "frequencies": found.frequencies,
+        "mass": found.mass,
+        "rigid": found.rigid,
+        "residual": found.residual,
         "sturm_ok": found.sturm_ok,
         "effective_mass": {
-            "about": e.about.tolist(), "directions": DIRECTIONS, "total": e.total.tolist(),
-            "participation": e.participation.tolist(), "effective": e.effective.tolist(),
+            "about": e.about.tolist(),
+            "directions": DIRECTIONS,
+            "total": e.total.tolist(),
+            "participation": e.participation.tolist(),
+            "effective": e.effective.tolist(),
             "cumulative_share": e.cumulative.tolist(),
         },
-    }  # fmt: skip
+    }
 
 
 def _print(output: Output, found: DeckModes) -> None:
@@ -133,8 +145,10 @@ def _print(output: Output, found: DeckModes) -> None:
         factors = np.where(np.abs(e.participation) < ROUND_OFF * np.sqrt(e.total), 0.0, e.participation)
         output.console.print(_table(found, "Participation factors, mass-normalised modes", factors, "{:.3g}"))
     sturm = "agrees" if found.sturm_ok else "DOES NOT AGREE: a mode may be missing"
-    output.say(f"mass {found.mass:.6g}, {found.rigid} rigid-body mode(s), largest residual {found.residual:.1e}, "
-               f"Sturm count {sturm}")  # fmt: skip
+    output.say(
+        f"mass {found.mass:.6g}, {found.rigid} rigid-body mode(s), largest residual {found.residual:.1e}, "
+        f"Sturm count {sturm}"
+    )
 
 
 def _table(found: DeckModes, title: str, rows: FloatArray, form: str = "{:.2f}") -> Table:

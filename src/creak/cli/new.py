@@ -61,8 +61,16 @@ def new(
             output.wrote(path, path.with_name(SCHEMA_FILE))
         _tell(output, found, path, missing)
         tell_warnings(output, warnings, set())
-        output.result({**_data(found), "warnings": [str(w) for w in warnings], "study": str(path), "ready": not missing,
-                       "to_fill_in": missing or None, "written": [str(p) for p in output.written]})  # fmt: skip
+        output.result(
+            {
+                **_data(found),
+                "warnings": [str(w) for w in warnings],
+                "study": str(path),
+                "ready": not missing,
+                "to_fill_in": missing or None,
+                "written": [str(p) for p in output.written],
+            }
+        )
 
 
 def _study_path(deck: Path, out: Path | None, overwrite: bool) -> Path:
@@ -119,8 +127,13 @@ def _tell(output: Output, found: Proposal, path: Path, missing: str) -> None:
 
 def _data(found: Proposal) -> dict[str, Any]:
     return {
-        "units": found.units.name, "units_guess": found.guess, "distance": found.distance,
-        "contacts": [asdict(c) for c in found.contacts], "held": found.held, "held_nodes": found.n_held,
-        "excitation": None if found.drive is None else asdict(found.drive), "pairs": found.pairs,
+        "units": found.units.name,
+        "units_guess": found.guess,
+        "distance": found.distance,
+        "contacts": [asdict(c) for c in found.contacts],
+        "held": found.held,
+        "held_nodes": found.n_held,
+        "excitation": None if found.drive is None else asdict(found.drive),
+        "pairs": found.pairs,
         "outputs": list(found.outputs),
-    }  # fmt: skip
+    }

@@ -59,9 +59,10 @@ def writable_folder(folder: Path) -> None:
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else str(error)
         raise InputError(
-            f"cannot write to {folder}: {reason.lower()} ({existing})", expected="a folder that can be written",
+            f"cannot write to {folder}: {reason.lower()} ({existing})",
+            expected="a folder that can be written",
             fix="Name another one with --out.",
-        ) from error  # fmt: skip
+        ) from error
 
 
 def writable_file(path: Path, *, stream: bool = True) -> Destination:
@@ -175,9 +176,14 @@ class ProgressBars:
         self._console, self._quiet, self._verbose = console, quiet, verbose
         self._plain = not console.is_terminal
         self._bars = Progress(
-            TextColumn("{task.description:<42}"), BarColumn(bar_width=28), TextColumn("{task.percentage:>3.0f} %"),
-            TimeElapsedColumn(), TimeRemainingColumn(), console=console, disable=quiet or self._plain,
-        )  # fmt: skip
+            TextColumn("{task.description:<42}"),
+            BarColumn(bar_width=28),
+            TextColumn("{task.percentage:>3.0f} %"),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            console=console,
+            disable=quiet or self._plain,
+        )
         self._stages: dict[str, _Stage] = {}
 
     def __enter__(self) -> ProgressBars:

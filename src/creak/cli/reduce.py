@@ -80,9 +80,11 @@ def _check_method(study: Study) -> None:
     method = study.config.reduction.method
     if method not in ("craig-bampton", "guyan"):
         raise InputError(
-            f"method = {method!r} makes no superelements", where=study.where("reduction", "method"),
-            expected='"craig-bampton" or "guyan"', fix="`creak run` reduces the whole assembly with it.",
-        )  # fmt: skip
+            f"method = {method!r} makes no superelements",
+            where=study.where("reduction", "method"),
+            expected='"craig-bampton" or "guyan"',
+            fix="`creak run` reduces the whole assembly with it.",
+        )
 
 
 def _reduced(setup: Setup, folder: Path, output: Output) -> tuple[ReducedModel, dict[str, Health], list[str]]:
@@ -105,9 +107,13 @@ def _reduced(setup: Setup, folder: Path, output: Output) -> tuple[ReducedModel, 
 
 
 def _save(
-    setup: Setup, model: ReducedModel, checks: Mapping[str, Health], folder: Path, export: Sequence[str],
+    setup: Setup,
+    model: ReducedModel,
+    checks: Mapping[str, Health],
+    folder: Path,
+    export: Sequence[str],
     output: Output,
-) -> None:  # fmt: skip
+) -> None:
     from creak.formats.matrices.superelements import write_superelement
     from creak.studies.superelements import as_superelement, save_superelement
 
@@ -126,19 +132,23 @@ def _tell_health(output: Output, checks: Mapping[str, Health]) -> None:
         output.table(name, [["", "value", "remark"], *health_rows(health)], left=(0, 1, 2))
 
 
-def _data(
-    model: ReducedModel, checks: Mapping[str, Health], notes: Sequence[str], output: Output
-) -> dict[str, Any]:  # fmt: skip
+def _data(model: ReducedModel, checks: Mapping[str, Health], notes: Sequence[str], output: Output) -> dict[str, Any]:
     from creak.studies.warned import warnings_of
 
     parts = {
         r.system.name: {
-            "retained": int(r.system.stats["retained"]), "modes": int(r.system.stats["modes"]), "reused": r.reused,
+            "retained": int(r.system.stats["retained"]),
+            "modes": int(r.system.stats["modes"]),
+            "reused": r.reused,
             "health": checks[r.system.name].as_dict(),
         }
         for r in model.superelements
-    }  # fmt: skip
+    }
     return {
-        "superelements": parts, "wall_s": model.wall_s, "cpu_s": model.cpu_s, "notes": [str(n) for n in notes],
-        "warnings": warnings_of(notes), "written": [str(path) for path in output.written],
-    }  # fmt: skip
+        "superelements": parts,
+        "wall_s": model.wall_s,
+        "cpu_s": model.cpu_s,
+        "notes": [str(n) for n in notes],
+        "warnings": warnings_of(notes),
+        "written": [str(path) for path in output.written],
+    }

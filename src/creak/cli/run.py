@@ -17,8 +17,10 @@ if TYPE_CHECKING:
 
 def run(
     study_file: Path = typer.Argument(
-        ..., metavar="STUDY.toml|DECK", help="The study to run, or a deck whose own transient step is run unreduced: "
-        "*DYNAMIC of Abaqus .inp; SOL 109 or 112 of Nastran .bdf, .dat, .nas."
+        ...,
+        metavar="STUDY.toml|DECK",
+        help="The study to run, or a deck whose own transient step is run unreduced: "
+        "*DYNAMIC of Abaqus .inp; SOL 109 or 112 of Nastran .bdf, .dat, .nas.",
     ),
     out: Path | None = typer.Option(None, "--out", help="Folder for results; default: results/ beside the study."),
     superelements: Path | None = typer.Option(
@@ -29,14 +31,18 @@ def run(
     ),
     ignore: list[str] = IGNORE,
     converge: bool | None = typer.Option(
-        None, "--converge/--no-converge", help="Repeat the run with contact resolved twice as finely, half and twice "
+        None,
+        "--converge/--no-converge",
+        help="Repeat the run with contact resolved twice as finely, half and twice "
         "its stiffness and 1.5 times the modes (with a forced scheme: shorter steps, stiffer contact, more modes), and "
         "tell how far each event has settled; also in convergence.csv. By default where no scheme is forced, the model "
-        "is reduced and the accuracy is not quick. Ctrl-C ends the repeated run under way, the next one follows."
+        "is reduced and the accuracy is not quick. Ctrl-C ends the repeated run under way, the next one follows.",
     ),
     animation_mb: float = typer.Option(
-        12.0, "--animation-mb", min=0.0, help="Megabytes that the 3-D motion of the hardest events may add to "
-        "report.html; 0: none."
+        12.0,
+        "--animation-mb",
+        min=0.0,
+        help="Megabytes that the 3-D motion of the hardest events may add to report.html; 0: none.",
     ),
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,

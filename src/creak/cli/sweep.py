@@ -41,15 +41,19 @@ def sweep(
         None, "--scheduler", metavar="ADDRESS", help="Run on the cluster of this dask scheduler instead."
     ),
     tls_ca_file: Path | None = typer.Option(
-        None, "--tls-ca-file", metavar="FILE", help="Certificate of the authority of a tls:// scheduler, PEM; default: "
-        "dask's own settings."
+        None,
+        "--tls-ca-file",
+        metavar="FILE",
+        help="Certificate of the authority of a tls:// scheduler, PEM; default: dask's own settings.",
     ),
     tls_cert: Path | None = typer.Option(
         None, "--tls-cert", metavar="FILE", help="Certificate to show to a tls:// scheduler, PEM."
     ),
     tls_key: Path | None = typer.Option(
-        None, "--tls-key", metavar="FILE", help="Private key of that certificate, PEM; default: it lies in the "
-        "same file."
+        None,
+        "--tls-key",
+        metavar="FILE",
+        help="Private key of that certificate, PEM; default: it lies in the same file.",
     ),
     dry_run: bool = typer.Option(False, "--dry-run", help="List the cases, run nothing."),
     reports: bool = typer.Option(True, "--reports/--no-reports", help="Write report.html of every case."),
@@ -74,8 +78,11 @@ def sweep(
         raise InputError("--workers and --scheduler exclude each other", fix="A cluster has its own workers.")
     certificates = Certificates(tls_ca_file, tls_cert, tls_key)
     if scheduler is None and certificates.files:
-        raise InputError(f"{next(iter(certificates.files))} without --scheduler", expected="--scheduler tls://HOST:PORT",
-                         fix="Workers on this machine need no certificates.")  # fmt: skip
+        raise InputError(
+            f"{next(iter(certificates.files))} without --scheduler",
+            expected="--scheduler tls://HOST:PORT",
+            fix="Workers on this machine need no certificates.",
+        )
     output = Output(quiet, verbose, as_json)
     read = read_sweep(sweep_file)
     folder = out if out is not None else sweep_file.parent / f"{sweep_file.stem}_sweep"
@@ -109,9 +116,17 @@ def sweep(
 
 
 def _rows(
-    read: Any, cases: Sequence[Case], folder: Path, known: dict[str, Outcome], progress: Any, workers: int | None,
-    scheduler: str | None, certificates: Certificates, ignore: Sequence[str], reports: bool,
-) -> list[Row]:  # fmt: skip
+    read: Any,
+    cases: Sequence[Case],
+    folder: Path,
+    known: dict[str, Outcome],
+    progress: Any,
+    workers: int | None,
+    scheduler: str | None,
+    certificates: Certificates,
+    ignore: Sequence[str],
+    reports: bool,
+) -> list[Row]:
     from creak.formats.partials import remove_dead
     from creak.studies.sweep import run_sweep, tasks_of
     from creak.studies.sweep_cluster import running_cluster
@@ -159,14 +174,22 @@ def _finish(output: Output, rows: Sequence[Row], folder: Path, known: int) -> No
         output.warn(f"{r.case.name} is unreliable: {r.outcome.error}")
     output.wrote(folder / "sweep.csv", folder / "sweep.h5")
     output.tell_written()
-    output.result({
-        "cases": [
-            {"case": r.case.name, "status": r.outcome.status, "error": r.outcome.error or None,
-             "wall_s": r.outcome.record.get("case_wall_s"), "folder": str(folder / r.case.folder_name)}
-            for r in rows
-        ],
-        "from_before": known, "written": [str(path) for path in output.written],
-    })  # fmt: skip
+    output.result(
+        {
+            "cases": [
+                {
+                    "case": r.case.name,
+                    "status": r.outcome.status,
+                    "error": r.outcome.error or None,
+                    "wall_s": r.outcome.record.get("case_wall_s"),
+                    "folder": str(folder / r.case.folder_name),
+                }
+                for r in rows
+            ],
+            "from_before": known,
+            "written": [str(path) for path in output.written],
+        }
+    )
     if failed:
         lines = [f"  {r.case.name}: {r.outcome.error}" for r in failed]
         raise NumericalError("\n".join([f"{len(failed)} of {len(rows)} cases failed", *lines]))
@@ -180,9 +203,14 @@ class _Drawn:
     def __init__(self, quiet: bool, total: int, done: int) -> None:
         self._console = Console(stderr=True, highlight=False, soft_wrap=True, quiet=quiet)
         self._bar = Progress(
-            TextColumn("{task.description}"), BarColumn(bar_width=28), MofNCompleteColumn(), TimeElapsedColumn(),
-            TimeRemainingColumn(), console=self._console, disable=quiet or not self._console.is_terminal,
-        )  # fmt: skip
+            TextColumn("{task.description}"),
+            BarColumn(bar_width=28),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            console=self._console,
+            disable=quiet or not self._console.is_terminal,
+        )
         self._task = self._bar.add_task("cases", total=total, completed=done)
         self._before, self._started = done, time.monotonic()
         self.done = done

@@ -25,8 +25,10 @@ CASE = "case "
 
 def thesis(
     mesh_size: float = typer.Option(
-        20.0, "--mesh-size", help="Mesh size of the door, mm: 40 for a first look, 20 for the page, 4.22 for the "
-        "thesis's 1.17 million dofs (days)."
+        20.0,
+        "--mesh-size",
+        help="Mesh size of the door, mm: 40 for a first look, 20 for the page, 4.22 for the "
+        "thesis's 1.17 million dofs (days).",
     ),
     out: Path = typer.Option(Path("thesis"), "--out", help="Folder for the page and the results of the cases."),
     quiet: bool = QUIET,
@@ -91,9 +93,14 @@ class ThesisProgress:
         self._console = Console(stderr=True, highlight=False, soft_wrap=True, quiet=quiet)
         self._plain = not quiet and not self._console.is_terminal
         self._bar = Progress(
-            TextColumn("{task.description:<38}"), BarColumn(bar_width=28), MofNCompleteColumn(), TimeElapsedColumn(),
-            TextColumn("{task.fields[left]}"), console=self._console, disable=quiet or self._plain,
-        )  # fmt: skip
+            TextColumn("{task.description:<38}"),
+            BarColumn(bar_width=28),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TextColumn("{task.fields[left]}"),
+            console=self._console,
+            disable=quiet or self._plain,
+        )
         self._cases = self._bar.add_task("cases", total=None, left="")
         self._step: TaskID | None = None
         self._stage = ""

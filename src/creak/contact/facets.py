@@ -105,9 +105,11 @@ def facets_of(model: Model, name: str, *, where: str) -> Facets:
         return _gather(model, *_of_set(model, model.element_sets[name.upper()]), name, where)
     if surface is not None or name.upper() in model.node_sets:
         raise InputError(
-            f"{name!r} is a set of nodes, without facets", where=where, expected="an element-based surface or set",
+            f"{name!r} is a set of nodes, without facets",
+            where=where,
+            expected="an element-based surface or set",
             fix='Give one, or use it as secondary with method = "node-to-surface".',
-        )  # fmt: skip
+        )
     raise _unknown(model, name, where)
 
 
@@ -293,15 +295,18 @@ def _gather(model: Model, pairs: IntArray, side: IntArray, name: str, where: str
         else:
             raise InputError(
                 f"surface {name!r} holds {block.kind} elements (element {block.ids[element[0]]})",
-                where=where, expected="shell and solid elements",
+                where=where,
+                expected="shell and solid elements",
                 fix="Take only shells and solids into a contact surface; nodes of beams may be secondary "
                 'with method = "node-to-surface".',
-            )  # fmt: skip
+            )
     if not nodes.size:
         raise InputError(
-            f"surface {name!r} is empty", where=where, expected="shell elements or free faces of solids",
+            f"surface {name!r} is empty",
+            where=where,
+            expected="shell elements or free faces of solids",
             fix="Put shell or solid elements into it.",
-        )  # fmt: skip
+        )
     facets = Facets(nodes, model.nodes.coords[nodes], side, thickness, stiffness, depth)
     _require_area(model, facets, pairs, name, where)
     return facets
@@ -309,7 +314,7 @@ def _gather(model: Model, pairs: IntArray, side: IntArray, name: str, where: str
 
 def _thickness(
     model: Model, block: ElementBlock, element: IntArray, side: IntArray, name: str, where: str
-) -> FloatArray:  # fmt: skip
+) -> FloatArray:
     """Twice the distance (n,) of a shell's outer surface from the surface of its nodes."""
     section: ShellSection | GeneralShell = block.section  # type: ignore[assignment]
     own = block.own.take(element)
@@ -325,8 +330,10 @@ def _thickness(
     if (side == 0).any():
         raise InputError(
             f"surface {name!r} holds shells whose nodes lie off their middle (element {block.ids[element[0]]})",
-            where=where, expected="a side, SPOS or SNEG", fix="Say which side touches, in a *SURFACE of the deck.",
-        )  # fmt: skip
+            where=where,
+            expected="a side, SPOS or SNEG",
+            fix="Say which side touches, in a *SURFACE of the deck.",
+        )
     return section.thickness * ratio + 2.0 * side * offset
 
 
@@ -371,8 +378,10 @@ def _require_area(model: Model, facets: Facets, pairs: IntArray, name: str, wher
         raise InputError(
             f"surface {name!r} has {bad.size} facet(s) without area, so without a normal; the first is of element "
             f"{model.blocks[block].ids[row]}",
-            where=where, expected="facets with an area", fix="Repair or leave out the element: do nodes coincide?",
-        )  # fmt: skip
+            where=where,
+            expected="facets with an area",
+            fix="Repair or leave out the element: do nodes coincide?",
+        )
 
 
 def _unknown(model: Model, name: str, where: str) -> InputError:

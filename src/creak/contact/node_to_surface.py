@@ -88,9 +88,11 @@ def _areas(model: Model, pair: ContactPair, nodes: IntArray) -> FloatArray:
     """
     if pair.stiffness is None and pair.overclosure is None:
         raise InputError(
-            "per_area with the stiffness of the elements", where=f"{pair.where} per_area",
-            expected="a stiffness or an overclosure curve", fix="Give one, or leave out per_area.",
-        )  # fmt: skip
+            "per_area with the stiffness of the elements",
+            where=f"{pair.where} per_area",
+            expected="a stiffness or an overclosure curve",
+            fix="Give one, or leave out per_area.",
+        )
     facets = facets_of(model, pair.secondary, where=f"{pair.where} secondary")
     area = np.linalg.norm(facets.area_normals, axis=1) / np.where(facets.is_triangle, 3.0, 4.0)
     corners = np.where(facets.is_triangle, 3, 4)[:, None] > np.arange(4)
@@ -101,9 +103,7 @@ def _areas(model: Model, pair: ContactPair, nodes: IntArray) -> FloatArray:
 
 
 def _subset(meet: Projection, keep: IntArray) -> Projection:
-    return Projection(
-        meet.found[keep], meet.facet[keep], meet.shape[keep], meet.distance[keep], meet.direction[keep]
-    )
+    return Projection(meet.found[keep], meet.facet[keep], meet.shape[keep], meet.distance[keep], meet.direction[keep])
 
 
 def _rows(nodes: IntArray, main: Facets, meet: Projection, normal: FloatArray) -> ChannelRows:

@@ -99,9 +99,11 @@ def given_normal(pair: ContactPair) -> FloatArray | None:
     length = float(np.linalg.norm(normal))
     if not 0.0 < length < np.inf:
         raise InputError(
-            f"normal = {list(pair.normal)} has no direction", where=f"{pair.where} normal",
-            expected="a vector from the main to the secondary surface", fix="Give one, or leave it out.",
-        )  # fmt: skip
+            f"normal = {list(pair.normal)} has no direction",
+            where=f"{pair.where} normal",
+            expected="a vector from the main to the secondary surface",
+            fix="Give one, or leave it out.",
+        )
     return normal / length
 
 
@@ -129,9 +131,10 @@ def never_face(pair: ContactPair, limit: float) -> InputError:
     return InputError(
         f"surfaces {pair.secondary!r} and {pair.main!r} never face each other: no point of the first has a facet "
         f"of the second opposite it within {limit:.4g}{along}",
-        where=pair.where, expected="two surfaces that lie opposite each other",
+        where=pair.where,
+        expected="two surfaces that lie opposite each other",
         fix=f"Check the names, the positions of the parts and {sides}.",
-    )  # fmt: skip
+    )
 
 
 def channels_from_rows(
@@ -179,9 +182,11 @@ def _curve(pair: ContactPair) -> FloatArray:
         problem = f"the overclosure curve does not rise from {points[at].tolist()} to {points[at + 1].tolist()}"
     if problem:
         raise InputError(
-            problem, where=f"{pair.where} overclosure",
-            expected="[[0, 0], [overclosure, pressure], ...], both rising", fix="Correct its points.",
-        )  # fmt: skip
+            problem,
+            where=f"{pair.where} overclosure",
+            expected="[[0, 0], [overclosure, pressure], ...], both rising",
+            fix="Correct its points.",
+        )
     return points
 
 
@@ -196,9 +201,10 @@ def _friction(pair: ContactPair, m: int) -> Friction | None:
     if not (0.0 <= kinetic <= static < np.inf and 0.0 <= decay < np.inf):
         raise InputError(
             f"friction with static = {static:g}, kinetic = {kinetic:g}, decay = {decay:g}",
-            where=f"{pair.where} friction", expected="0 <= kinetic <= static and decay >= 0",
+            where=f"{pair.where} friction",
+            expected="0 <= kinetic <= static and decay >= 0",
             fix="Friction falls once it slides: give the larger coefficient as static.",
-        )  # fmt: skip
+        )
     return Friction(np.full(m, static), np.full(m, kinetic), np.full(m, decay)) if static > 0.0 else None
 
 
@@ -255,7 +261,7 @@ def _without_overclosure(
             where=pair.where,
             fix="Move the parts apart, or give a clearance."
             + ("" if pair.normal is None else " Does the normal point from the main to the secondary surface?"),
-        )  # fmt: skip
+        )
     closed = np.flatnonzero(gap0 < -ROUND_OFF * channels.size)
     if not closed.size:
         return np.maximum(gap0, 0.0), []

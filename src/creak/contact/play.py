@@ -48,8 +48,10 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
     if len(ends) == 2 and ends[0].size != ends[1].size:
         raise InputError(
             f"node sets {play.nodes[0]!r} and {play.nodes[1]!r} have {ends[0].size} and {ends[1].size} nodes",
-            where=where, expected="the same number, node by node", fix="Make the sets equally long.",
-        )  # fmt: skip
+            where=where,
+            expected="the same number, node by node",
+            fix="Make the sets equally long.",
+        )
     limits = [("upper", -1.0, play.upper), ("lower", 1.0, play.lower)]
     sides = [(name, sign, value) for name, sign, value in limits if value is not None]
     if not sides:
@@ -96,15 +98,18 @@ def _check_preload(play: Play, limits: list[float], where: str) -> None:
         raise InputError(f"preload = {play.preload:g}", where=where, expected="zero or more", fix="Stops only press.")
     if play.preload and len(limits) != 1:
         raise InputError(
-            "a play connector with a preload and two limits", where=where, expected="lower or upper, not both",
+            "a play connector with a preload and two limits",
+            where=where,
+            expected="lower or upper, not both",
             fix="Leave out the limit that does not press, or make two connectors.",
-        )  # fmt: skip
+        )
     if play.preload and limits[0] != 0.0:
         raise InputError(
-            f"a preloaded stop with its limit at {limits[0]:g}", where=where,
+            f"a preloaded stop with its limit at {limits[0]:g}",
+            where=where,
             expected="0: with a preload the limit is the place at rest, where the stop presses with it",
             fix="Set the limit to 0, or leave out the preload.",
-        )  # fmt: skip
+        )
 
 
 def _ints(values: list[int]) -> IntArray:

@@ -201,9 +201,14 @@ def _converged(
 
 
 def _candidates(
-    points: FloatArray, directions: FloatArray | None, boxes: _Boxes, tree: FacetTree, limit: float,
-    begin: int, end: int,
-) -> tuple[IntArray, IntArray]:  # fmt: skip
+    points: FloatArray,
+    directions: FloatArray | None,
+    boxes: _Boxes,
+    tree: FacetTree,
+    limit: float,
+    begin: int,
+    end: int,
+) -> tuple[IntArray, IntArray]:
     """Pairs of points and facets that may meet; none that does is left out."""
     row = np.arange(begin, end)
     node = np.zeros(row.size, dtype=np.int64)
@@ -246,9 +251,7 @@ def _boxes(x: FloatArray) -> _Boxes:
     return _Boxes(centre, frame, extent, cosine)
 
 
-def _over(
-    points: FloatArray, directions: FloatArray | None, boxes: _Boxes, facet: IntArray, limit: float
-) -> BoolArray:
+def _over(points: FloatArray, directions: FloatArray | None, boxes: _Boxes, facet: IntArray, limit: float) -> BoolArray:
     """Is the point over the facet's box, seen along the line?"""
     frame, extent = boxes.frame[facet], boxes.extent[facet]
     offset = np.einsum("nax,nx->na", frame, points - boxes.centre[facet])

@@ -89,9 +89,11 @@ def _check_friction(friction: Friction) -> None:
     wrong = (friction.kinetic > friction.static) | (friction.kinetic < 0.0) | (friction.decay < 0.0)
     if wrong.any():
         raise InputError(
-            "friction coefficients out of order", where="[[contact]] friction",
-            expected="0 <= kinetic <= static and decay >= 0", fix="Exchange static and kinetic?",
-        )  # fmt: skip
+            "friction coefficients out of order",
+            where="[[contact]] friction",
+            expected="0 <= kinetic <= static and decay >= 0",
+            fix="Exchange static and kinetic?",
+        )
 
 
 def _check_curve(points: FloatArray, number: int) -> None:
@@ -99,10 +101,11 @@ def _check_curve(points: FloatArray, number: int) -> None:
     good = points.ndim == 2 and len(points) >= 2 and not points[0].any() and (np.diff(points[:, 0]) > 0.0).all()
     if not good or (np.diff(points[:, 1]) < 0.0).any() or points[-1, 1] <= 0.0:
         raise InputError(
-            f"overclosure curve {number + 1} does not rise from zero", where="[[contact]] overclosure",
+            f"overclosure curve {number + 1} does not rise from zero",
+            where="[[contact]] overclosure",
             expected="two or more points from [0, 0] on, overclosure and pressure rising",
             fix="Sort the points by overclosure.",
-        )  # fmt: skip
+        )
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -119,10 +119,15 @@ def _integration_points(facets: Facets) -> Points:
         jacobian = np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=2)
         n_q = np.einsum("qj,njx->nqx", N, normals[mine])
         n_q /= np.maximum(np.linalg.norm(n_q, axis=2), 1e-300)[:, :, None]
-        pieces.append((
-            np.einsum("qj,njx->nqx", N, X).reshape(-1, 3), n_q.reshape(-1, 3), (jacobian * w).ravel(),
-            np.tile(N, (mine.size, 1)), np.repeat(mine, w.size),
-        ))  # fmt: skip
+        pieces.append(
+            (
+                np.einsum("qj,njx->nqx", N, X).reshape(-1, 3),
+                n_q.reshape(-1, 3),
+                (jacobian * w).ravel(),
+                np.tile(N, (mine.size, 1)),
+                np.repeat(mine, w.size),
+            )
+        )
     return Points(*(np.concatenate([p[i] for p in pieces]) for i in range(5)))
 
 
@@ -235,9 +240,17 @@ def _automatic(secondary: Facets, main: Facets, facet_s: IntArray, facet_m: IntA
 
 
 def _rows(
-    secondary: Facets, main: Facets, points: Points, main_shape: FloatArray, facet: IntArray, normal: FloatArray,
-    found: BoolArray, at: IntArray, share: FloatArray, channel_of: IntArray,
-) -> ChannelRows:  # fmt: skip
+    secondary: Facets,
+    main: Facets,
+    points: Points,
+    main_shape: FloatArray,
+    facet: IntArray,
+    normal: FloatArray,
+    found: BoolArray,
+    at: IntArray,
+    share: FloatArray,
+    channel_of: IntArray,
+) -> ChannelRows:
     """(channel, label) triplets: sum_q share_i(q) n_q . (sum_s N_s u_s - sum_m N_m u_m).
 
     The weights of the points on every pair of channel and node come first; their product with the points' normals and

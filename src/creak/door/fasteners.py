@@ -130,9 +130,7 @@ def grip(name: str, mesh: PartMesh, point: FloatArray, radius: float, contact: I
     return Patch(name, mesh.name, point, rows.astype(np.int64))
 
 
-def link_patches(
-    meshes: Mapping[str, PartMesh], contact: Mapping[str, IntArray]
-) -> tuple[tuple[Patch, Patch], ...]:
+def link_patches(meshes: Mapping[str, PartMesh], contact: Mapping[str, IntArray]) -> tuple[tuple[Patch, Patch], ...]:
     """The two patches of every rigid link, fastener by fastener."""
     free = {name: free_quads(mesh, contact[name]) for name, mesh in meshes.items()}
     links = []

@@ -39,10 +39,7 @@ def spacing(mesh_size: float) -> Spacing:
     """Place the nodes along the sides of the frame."""
     window, belt_length = geo.WINDOW, geo.BODY.length(2)
     rear_belt = geo.BODY.corners[2]
-    stops = [
-        np.linalg.norm(p - rear_belt) / belt_length
-        for p in (window.corners[1], geo.SAIL_SILL, window.corners[0])
-    ]
+    stops = [np.linalg.norm(p - rear_belt) / belt_length for p in (window.corners[1], geo.SAIL_SILL, window.corners[0])]
     n_foot = divisions(100.0, mesh_size, 3)
     n_sail = divisions(175.0, mesh_size, 3)
     n_sill = divisions(float(stops[1] - stops[0]) * belt_length, mesh_size)
@@ -169,9 +166,7 @@ def _fold(
     return Grid(np.concatenate(rows), quads)
 
 
-def fold_rows(
-    section: list[tuple[float, float]], mesh_size: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def fold_rows(section: list[tuple[float, float]], mesh_size: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Inset, depth and share of the wall (0..1 up to the hem, then 1) of every row of a return."""
     knots = np.array(section)
     lengths = np.linalg.norm(np.diff(knots, axis=0), axis=1)

@@ -30,13 +30,9 @@ SEAT_DEPTH = 18.0
 CARRIER_GAP = 13.0
 """Distance of the carrier behind the rim of the aperture, mid-surface to mid-surface."""
 
-BODY = Outline(
-    np.array([[30.0, 0.0], [1140.0, 15.0], [1176.0, 768.0], [0.0, 748.0]]), (110.0, 90.0, 0.0, 0.0)
-)
+BODY = Outline(np.array([[30.0, 0.0], [1140.0, 15.0], [1176.0, 768.0], [0.0, 748.0]]), (110.0, 90.0, 0.0, 0.0))
 """Lower body of the frame: bottom, rear side, belt (rear to front), front side."""
-APERTURE = Outline(
-    np.array([[305.0, 215.0], [885.0, 222.0], [900.0, 545.0], [290.0, 535.0]]), (75.0, 75.0, 75.0, 75.0)
-)
+APERTURE = Outline(np.array([[305.0, 215.0], [885.0, 222.0], [900.0, 545.0], [290.0, 535.0]]), (75.0, 75.0, 75.0, 75.0))
 """Hole of the frame that the carrier closes."""
 CARRIER = APERTURE.offset(-42.0)
 SCREW_LINE = APERTURE.offset(-21.0)

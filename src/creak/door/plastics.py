@@ -48,9 +48,7 @@ def carrier_mesh(mesh_size: float) -> PartMesh:
     return glue("CARRIER", [Grid(band, quads), Grid(middle, inner)])
 
 
-def _band_and_core(
-    outline: Outline, insets: FloatArray, mesh_size: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _band_and_core(outline: Outline, insets: FloatArray, mesh_size: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Points of the band (rows, around, 2) and of the core (n_z, n_x, 2), and the inset of each row."""
     n_x = divisions((outline.length(0) + outline.length(2)) / 2, mesh_size)
     n_z = divisions((outline.length(1) + outline.length(3)) / 2, mesh_size)

@@ -82,10 +82,16 @@ HOOK_STIFFNESS = 1000.0
 def play_text(ends: Sequence[tuple[str, str]], play: float) -> str:
     """Connectors with `play` mm to either side between the node sets of each hook."""
     return "".join(
-        _PLAY.format(name=first.rsplit("_", 1)[0].lower(), first=first, second=second, lower=-play, upper=play,
-                     stiffness=HOOK_STIFFNESS)
+        _PLAY.format(
+            name=first.rsplit("_", 1)[0].lower(),
+            first=first,
+            second=second,
+            lower=-play,
+            upper=play,
+            stiffness=HOOK_STIFFNESS,
+        )
         for first, second in ends
-    )  # fmt: skip
+    )
 
 
 def study_text(load: str = LOAD) -> str:

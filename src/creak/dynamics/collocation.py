@@ -54,11 +54,13 @@ class Collocation:
 def radau_iia() -> Collocation:
     """Radau IIA of order 5 and its poles."""
     q = np.sqrt(6.0)
-    A = np.array([
-        [(88 - 7 * q) / 360, (296 - 169 * q) / 1800, (-2 + 3 * q) / 225],
-        [(296 + 169 * q) / 1800, (88 + 7 * q) / 360, (-2 - 3 * q) / 225],
-        [(16 - q) / 36, (16 + q) / 36, 1 / 9],
-    ])  # fmt: skip
+    A = np.array(
+        [
+            [(88 - 7 * q) / 360, (296 - 169 * q) / 1800, (-2 + 3 * q) / 225],
+            [(296 + 169 * q) / 1800, (88 + 7 * q) / 360, (-2 - 3 * q) / 225],
+            [(16 - q) / 36, (16 + q) / 36, 1 / 9],
+        ]
+    )
     poles, T = np.linalg.eig(A)
     r, z = int(np.argmin(np.abs(poles.imag))), int(np.argmax(poles.imag))
     inverse = np.linalg.inv(T)

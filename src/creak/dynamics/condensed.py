@@ -105,9 +105,17 @@ class CondensedContact:
         """(m + 2 f,) forces at the end of the step, and which rubbing channels stick then."""
         force, stuck = before.copy(), stuck.copy()
         solve_channels(
-            self.compliance, gap_free, rate_free, self._rate_gain, slip_free, self._slip_gain, self._h, self.laws,
-            stuck, force,
-        )  # fmt: skip
+            self.compliance,
+            gap_free,
+            rate_free,
+            self._rate_gain,
+            slip_free,
+            self._slip_gain,
+            self._h,
+            self.laws,
+            stuck,
+            force,
+        )
         return force, stuck
 
     def gaps_after(self, gap_free: FloatArray, force: FloatArray) -> FloatArray:

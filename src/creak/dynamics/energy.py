@@ -62,9 +62,7 @@ class EnergyAudit:
         scheme = self._external + self._initial - sum(stored) - spent
         return np.array([*stored, self._damping, self._contact_damping, self._friction, self._external, scheme])
 
-    def _trapezoidal(
-        self, before: Instant, now: Instant, forces: Boundary, du: FloatArray, ds: FloatArray
-    ) -> Works:
+    def _trapezoidal(self, before: Instant, now: Instant, forces: Boundary, du: FloatArray, ds: FloatArray) -> Works:
         """Work of dampers and of the outside in a step with the boundary `forces` at its beginning."""
         (damper0, reaction0, momentum0, force0), (damper1, reaction1, momentum1, force1) = forces, self._forces
         h = (now.row - before.row) * self._t.loads.step

@@ -39,9 +39,11 @@ class FlightStepper:
     ) -> None:
         if graded < 1 or substeps % graded:
             raise InputError(
-                f"a step of {substeps} samples in {graded} flights", expected="a number that divides the samples",
-                where="graded", fix="Take 1, or a divisor of substeps.",
-            )  # fmt: skip
+                f"a step of {substeps} samples in {graded} flights",
+                expected="a number that divides the samples",
+                where="graded",
+                fix="Take 1, or a divisor of substeps.",
+            )
         started = clock.perf_counter()
         self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)

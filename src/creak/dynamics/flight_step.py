@@ -35,9 +35,11 @@ class FlightStep:
         self._loads = StageLoads(terms.loads, rule.c, stride)
         self._damped = not system.damping.is_rayleigh or system.damping.alpha != 0.0 or system.damping.beta != 0.0
         self._starts = (
-            float(rule.into_real.sum()), float(h * rule.into_real @ rule.c),
-            complex(rule.into_complex.sum()), complex(h * rule.into_complex @ rule.c),
-        )  # fmt: skip
+            float(rule.into_real.sum()),
+            float(h * rule.into_real @ rule.c),
+            complex(rule.into_complex.sum()),
+            complex(h * rule.into_complex @ rule.c),
+        )
         self._in_v = h * rule.A @ rule.P
         self._in_u = h * rule.A @ self._in_v
         self._preload = np.zeros(on.G_s.shape[1]) if gaps.preload is None else on.G_s.T @ gaps.preload
@@ -67,9 +69,9 @@ class FlightStep:
         t = self.terms
         KX, MX = times_four(t.system.K, X), times_four(t.system.M, X)
         CX = t.damped(X, MX, KX) if self._damped else np.zeros_like(X)
-        v, u, Kv, Ku, Mv, Cv = (np.ascontiguousarray(A[:, k]) for A, k in (
-            (X, 2), (X, 3), (KX, 2), (KX, 3), (MX, 2), (CX, 2)
-        ))  # fmt: skip
+        v, u, Kv, Ku, Mv, Cv = (
+            np.ascontiguousarray(A[:, k]) for A, k in ((X, 2), (X, 3), (KX, 2), (KX, 3), (MX, 2), (CX, 2))
+        )
         return State(u, v, a, Ku, Kv, UNKNOWN, Mv, UNKNOWN, Cv), stage_powers(X, CX)
 
     def _instant(self, now: Instant, end: State, support: FloatArray, works: Works) -> Instant:
@@ -77,9 +79,16 @@ class FlightStep:
         gap = self.gaps.gap0 + on.G @ end.u + on.G_s @ support[0]
         rate = on.G @ end.v + on.G_s @ support[1]
         return Instant(
-            now.row + self.stride, end, support, np.asarray(gap), np.asarray(rate), np.zeros(m + 2 * f),
-            np.zeros(2 * f), np.ones(f, dtype=bool), works=works,
-        )  # fmt: skip
+            now.row + self.stride,
+            end,
+            support,
+            np.asarray(gap),
+            np.asarray(rate),
+            np.zeros(m + 2 * f),
+            np.zeros(2 * f),
+            np.ones(f, dtype=bool),
+            works=works,
+        )
 
     def _closes(self, now: Instant, Y: tuple[FloatArray, ComplexArray], support: FloatArray, after: Instant) -> bool:
         """Whether any gap may close before the end of the step."""
@@ -94,9 +103,14 @@ class FlightStep:
         return bool(closes_in_flight(np.stack([now.gap, *inner, after.gap]), rate0, after.rate, a0, a1, known, c, h))
 
     def _works(
-        self, now: Instant, Y: tuple[FloatArray, ComplexArray], X: FloatArray, powers: FloatArray,
-        support: FloatArray, force: FloatArray,
-    ) -> Works:  # fmt: skip
+        self,
+        now: Instant,
+        Y: tuple[FloatArray, ComplexArray],
+        X: FloatArray,
+        powers: FloatArray,
+        support: FloatArray,
+        force: FloatArray,
+    ) -> Works:
         """Work of dampers and of the outside, by the quadrature of the scheme.
 
         The balance then holds exactly but for the scheme's own dissipation, h^2 / 2 sum (W' M W + V' K V) of the third

@@ -87,15 +87,21 @@ class _Run:
     """Arrays of one run."""
 
     def __init__(
-        self, system: System, gaps: GapOperator, loads: Loads, resolution: Resolution, observed: IntArray,
-        output_every: int, whole_at: IntArray | None,
-    ) -> None:  # fmt: skip
+        self,
+        system: System,
+        gaps: GapOperator,
+        loads: Loads,
+        resolution: Resolution,
+        observed: IntArray,
+        output_every: int,
+        whole_at: IntArray | None,
+    ) -> None:
         self._started = clock.perf_counter()
         if loads.n_step % SAMPLES:
             raise InputError(
                 f"{loads.n_step} samples of the loads are no whole number of flight steps",
                 expected=f"a multiple of {SAMPLES}",
-            )  # fmt: skip
+            )
         self.system, self.gaps, self.loads = system, gaps, loads
         self.n_step, self.every, self.H = loads.n_step // SAMPLES, output_every, SAMPLES * loads.step
         m, c, k = modal_matrices(system)
@@ -117,9 +123,11 @@ class _Run:
     def _check_light(self, static: FloatArray) -> None:
         if self.light and (self.gaps.rubbing or self.model.damped):
             raise InputError(
-                "friction or a damper acts on coordinates without mass", where=self.system.name,
-                expected="contact nodes that have mass", fix='Reduce by "craig-bampton".',
-            )  # fmt: skip
+                "friction or a damper acts on coordinates without mass",
+                where=self.system.name,
+                expected="contact nodes that have mass",
+                fix='Reduce by "craig-bampton".',
+            )
 
     def march(self, progress: Progress | None) -> History:
         """The whole run, chunk by chunk."""
@@ -140,9 +148,25 @@ class _Run:
             out = self.log.room(max(end - done, ROWS) + 2**steps.levels)
             with one_blas_thread():
                 code, done, used, kept, swapped, time = flow_chunk(
-                    self.model, steps.laws, slope, self.P, self.A, self.W, self.gain, self.light, steps.band,
-                    steps.reach, now, after, out, self.H, done, end, self.every, self.log.used,
-                )  # fmt: skip
+                    self.model,
+                    steps.laws,
+                    slope,
+                    self.P,
+                    self.A,
+                    self.W,
+                    self.gain,
+                    self.light,
+                    steps.band,
+                    steps.reach,
+                    now,
+                    after,
+                    out,
+                    self.H,
+                    done,
+                    end,
+                    self.every,
+                    self.log.used,
+                )
             self.log.take(used, kept, out)
             self._raise(code, float(time))
             now, after = (after, now) if swapped else (now, after)
@@ -173,8 +197,18 @@ class _Run:
         if model.presses and x.gap.min() < 0.0:
             slip = self.steps.h * (rows[m:] @ x.x[1] + rows_s[m:] @ x.support[1])
             with one_blas_thread():
-                solve_channels(self.A, x.gap.copy(), x.rate.copy(), RATE / self.steps.h, slip, RATE, self.steps.h,
-                               self.steps.laws, x.stuck, x.force)  # fmt: skip
+                solve_channels(
+                    self.A,
+                    x.gap.copy(),
+                    x.rate.copy(),
+                    RATE / self.steps.h,
+                    slip,
+                    RATE,
+                    self.steps.h,
+                    self.steps.laws,
+                    x.stuck,
+                    x.force,
+                )
             x.F[:] = x.force @ rows
             x.x[0, massless] += x.F[massless] / model.k[massless]
             if self.light:

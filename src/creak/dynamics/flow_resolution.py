@@ -87,9 +87,10 @@ def flow_steps(model: ModalModel, laws: LawArrays, H: float, resolution: Resolut
     else:
         raise InputError(
             f"a contact stiffness of {slopes.max():.3g} on the mass at its channel oscillates at "
-            f"{contact_frequency(model, rows, slopes):.3g} rad/s", expected="contact that can be resolved in time",
+            f"{contact_frequency(model, rows, slopes):.3g} rad/s",
+            expected="contact that can be resolved in time",
             fix='Give a stiffness that the material can have, or stiffness = "hard".',
-        )  # fmt: skip
+        )
     band, top = _bands(omega)
     reach = np.stack([_reach(model, omega, band, top, math.ldexp(H, -n)) for n in range(levels + 1)])
     return FlowSteps(H, levels, laws, mollifier, band, np.ascontiguousarray(reach))
@@ -133,9 +134,7 @@ def _with_hard(model: ModalModel, laws: LawArrays) -> LawArrays:
     heavy = model.m > 0.0
     give = (model.rows[: hard.size][:, heavy] ** 2) @ (1.0 / model.m[heavy])
     spring = (np.pi / HARD_CONTACT) ** 2 / np.where(give > 0.0, give, np.inf)
-    return laws._replace(
-        stiffness=np.where(hard, spring, laws.stiffness), damping=np.where(hard, 0.0, laws.damping)
-    )  # fmt: skip
+    return laws._replace(stiffness=np.where(hard, spring, laws.stiffness), damping=np.where(hard, 0.0, laws.damping))
 
 
 def _bands(omega: FloatArray) -> tuple[IntArray, int]:

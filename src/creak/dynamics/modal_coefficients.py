@@ -109,9 +109,7 @@ def _in_closed_form(m: FloatArray, c: FloatArray, k: FloatArray, h: float) -> Fl
     u_ramp, v_step, v_ramp = (h - iu) / (h * k), sine / m, u_step / h
     i_ramp = (0.5 * h - m * v_ramp - c * u_ramp) / k
     i_step = h * u_ramp
-    return np.stack(
-        [uu, uv, vu, vv, iu, iv, u_step - u_ramp, u_ramp, v_step - v_ramp, v_ramp, i_step - i_ramp, i_ramp]
-    )  # fmt: skip
+    return np.stack([uu, uv, vu, vv, iu, iv, u_step - u_ramp, u_ramp, v_step - v_ramp, v_ramp, i_step - i_ramp, i_ramp])
 
 
 def _by_exponential(m: FloatArray, c: FloatArray, k: FloatArray, h: float) -> FloatArray:
@@ -162,9 +160,10 @@ def modal_matrices(system: System) -> tuple[FloatArray, FloatArray, FloatArray]:
     c = modal_damping(system)
     if c is None:
         raise InputError(
-            "the modal integrator needs diagonal M, C and K", where=system.name,
+            "the modal integrator needs diagonal M, C and K",
+            where=system.name,
             fix="Diagonalise the System, or leave out dashpots; damping by Rayleigh's rule or by its own modes.",
-        )  # fmt: skip
+        )
     m, k = np.asarray(system.M.diagonal(), dtype=float), np.asarray(system.K.diagonal(), dtype=float)
     _check((m <= 0.0) & (k <= 0.0), system.name)
     return m, c, k

@@ -22,9 +22,16 @@ class Log:
     """The table of all instants, the motion at output steps, and what they become."""
 
     def __init__(
-        self, system: System, on: ChannelMatrices, gaps: GapOperator, loads: Loads, substeps: int,
-        observed: IntArray, every: int, whole_at: IntArray | None,
-    ) -> None:  # fmt: skip
+        self,
+        system: System,
+        on: ChannelMatrices,
+        gaps: GapOperator,
+        loads: Loads,
+        substeps: int,
+        observed: IntArray,
+        every: int,
+        whole_at: IntArray | None,
+    ) -> None:
         n_step = loads.n_step // substeps
         self._m, self._f2, self._every = gaps.m, on.T.shape[0], every
         self._width = 1 + 2 * gaps.m + 2 * self._f2 + len(ENERGIES)
@@ -79,6 +86,17 @@ class Log:
         reached = int(np.count_nonzero(self._whole_time <= time[-1]))
         steps = int(np.count_nonzero(force.any(axis=1)))
         return History(
-            time, gap, force, self._slip[:n], self._at[:n], self._displacement[:n], energy, steps,
-            self.setup_s, self._whole_at[:reached], self._whole[:reached].T, tangential, sliding,
-        )  # fmt: skip
+            time,
+            gap,
+            force,
+            self._slip[:n],
+            self._at[:n],
+            self._displacement[:n],
+            energy,
+            steps,
+            self.setup_s,
+            self._whole_at[:reached],
+            self._whole[:reached].T,
+            tangential,
+            sliding,
+        )

@@ -84,15 +84,23 @@ class _Run:
     """Arrays of one run."""
 
     def __init__(
-        self, system: System, gaps: GapOperator, loads: Loads, scheme: Scheme | MasslessBoundary, substeps: int,
-        observed: IntArray, output_every: int, whole_at: IntArray | None,
-    ) -> None:  # fmt: skip
+        self,
+        system: System,
+        gaps: GapOperator,
+        loads: Loads,
+        scheme: Scheme | MasslessBoundary,
+        substeps: int,
+        observed: IntArray,
+        output_every: int,
+        whole_at: IntArray | None,
+    ) -> None:
         self._started = clock.perf_counter()
         if loads.n_step % substeps:
             raise InputError(
-                f"{loads.n_step} samples of the loads are no whole number of steps", where="[time] substeps",
+                f"{loads.n_step} samples of the loads are no whole number of steps",
+                where="[time] substeps",
                 expected=f"a multiple of {substeps}",
-            )  # fmt: skip
+            )
         self.system, self.gaps, self.loads, self.scheme, self.substeps = system, gaps, loads, scheme, substeps
         self.n_step, self.every = loads.n_step // substeps, output_every
         self.time = np.ascontiguousarray(loads.time, dtype=np.float64)
@@ -128,9 +136,22 @@ class _Run:
             out = self.log.room((end - done) * self.substeps)
             with one_blas_thread():
                 code, used, kept, swapped, time = march_chunk(
-                    self.model, self.laws, self.whole, self.A_whole, self.part, self.A_part, now, after, out,
-                    self.time, done, end, self.substeps, self.every, self.log.used,
-                )  # fmt: skip
+                    self.model,
+                    self.laws,
+                    self.whole,
+                    self.A_whole,
+                    self.part,
+                    self.A_part,
+                    now,
+                    after,
+                    out,
+                    self.time,
+                    done,
+                    end,
+                    self.substeps,
+                    self.every,
+                    self.log.used,
+                )
             self.log.take(used, kept, out)
             self._raise(code, float(time))
             now, after, done = (after, now, end) if swapped else (now, after, end)
@@ -178,8 +199,9 @@ class _Run:
         rows = model.rows[:, light]
         A = np.ascontiguousarray((rows / model.k[light]) @ rows.T)
         with one_blas_thread():
-            solve_channels(A, x.gap.copy(), x.rate.copy(), 0.0, np.zeros(x.sliding.size), 1.0, step.h, self.laws,
-                           x.stuck, x.force)  # fmt: skip
+            solve_channels(
+                A, x.gap.copy(), x.rate.copy(), 0.0, np.zeros(x.sliding.size), 1.0, step.h, self.laws, x.stuck, x.force
+            )
         x.F[:] = x.force @ model.rows
         x.x[0, light] += x.F[light] / model.k[light]
         x.gap[:] += A[: x.gap.size] @ x.force

@@ -70,9 +70,10 @@ def check_step(system: System, gaps: GapOperator, h: float) -> None:
     if product > LIMIT:
         raise InputError(
             f"the step near contact ({h:.3g} s) is {product:.3g} times the time scale of the contact springs",
-            expected=f"at most {LIMIT:g}, {FRACTION:g} for an accurate energy", where="[time] substeps",
+            expected=f"at most {LIMIT:g}, {FRACTION:g} for an accurate energy",
+            where="[time] substeps",
             fix=f"Take {math.ceil(product / FRACTION)} times as many substeps.",
-        )  # fmt: skip
+        )
 
 
 def _closing_rows(system: System, gaps: GapOperator) -> tuple[FloatArray, FloatArray]:
@@ -100,7 +101,7 @@ def _check_flexibility(
         where=system.name,
         expected="a massless coordinate for every channel that presses and every tangent that rubs",
         fix="Reduce by massless_boundary with the rows of all of them, or take another integrator.",
-    )  # fmt: skip
+    )
 
 
 def _acting(gaps: GapOperator) -> tuple[IntArray, BoolArray]:

@@ -46,9 +46,7 @@ def tapered(system: System, rows: Matrix, cut: float | None = None) -> System:
     m, _, k = modal_matrices(system)
     C = to_dense(rows)
     if C.shape[1] != system.n:
-        raise InputError(
-            f"the channel rows have {C.shape[1]} columns", expected=f"{system.n}", where=system.name
-        )  # fmt: skip
+        raise InputError(f"the channel rows have {C.shape[1]} columns", expected=f"{system.n}", where=system.name)
     heavy = np.flatnonzero(m > 0.0)
     omega = np.sqrt(np.maximum(k[heavy], 0.0) / m[heavy])
     cut = _next_frequency(system, omega) if cut is None else cut
@@ -92,7 +90,10 @@ def _split(system: System, keep: FloatArray, V: FloatArray) -> System:
 
     W = None if d.modal_shapes is None else np.vstack([d.modal_shapes, np.zeros((r, d.modal_shapes.shape[1]))])
     return replace(
-        system, name=f"{system.name}, faded", rows=rows, whole=whole,
+        system,
+        name=f"{system.name}, faded",
+        rows=rows,
+        whole=whole,
         M=Diagonal(np.concatenate([system.M.diagonal(), np.zeros(r)])),
         K=Diagonal(np.concatenate([system.K.diagonal(), np.ones(r)])),
         damping=replace(d, modal_shapes=W),
@@ -100,7 +101,7 @@ def _split(system: System, keep: FloatArray, V: FloatArray) -> System:
         coordinates=np.full(n + r, -1, dtype=np.int64),
         velocity=np.concatenate([keep * system.velocity, np.zeros(r)]),
         stats={**system.stats, "retained": system.stats.get("retained", 0) + r},
-    )  # fmt: skip
+    )
 
 
 def _next_frequency(system: System, omega: FloatArray) -> float:

@@ -20,9 +20,15 @@ class Recorder:
     """Keeps channel quantities and energies of every instant and turns blocks of motion into output."""
 
     def __init__(
-        self, system: System, gaps: GapOperator, on: ChannelMatrices, observed: IntArray, n_step: int,
-        output_every: int, whole_at: IntArray,
-    ) -> None:  # fmt: skip
+        self,
+        system: System,
+        gaps: GapOperator,
+        on: ChannelMatrices,
+        observed: IntArray,
+        n_step: int,
+        output_every: int,
+        whole_at: IntArray,
+    ) -> None:
         self._m, f2 = gaps.m, on.T.shape[0]
         self._every, self._whole_at = output_every, whole_at
         R, R_s = system.rows(observed)
@@ -74,10 +80,21 @@ class Recorder:
         time, gap, force, tangential, sliding, energy = split_columns(self._kept.rows, m, f2)
         n, reached = self._done, int(np.searchsorted(self._whole_at, self._every * self._done))
         return History(
-            time, gap, force, self._slip[:n], self._index[:n], self._displacement[:n], energy,
-            self._contact_steps, setup_s, self._whole_at[:reached], self._coordinates[:, :reached], tangential, sliding,
+            time,
+            gap,
+            force,
+            self._slip[:n],
+            self._index[:n],
+            self._displacement[:n],
+            energy,
+            self._contact_steps,
+            setup_s,
+            self._whole_at[:reached],
+            self._coordinates[:, :reached],
+            tangential,
+            sliding,
             residual,
-        )  # fmt: skip
+        )
 
 
 class Growing:

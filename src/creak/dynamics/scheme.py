@@ -32,9 +32,11 @@ def HHT(alpha: float = -0.05) -> Scheme:
     """
     if not -0.5 <= alpha <= 0.0:
         raise InputError(
-            f"HHT alpha = {alpha}", expected="a value from -1/2 to 0", where="[time] alpha",
+            f"HHT alpha = {alpha}",
+            expected="a value from -1/2 to 0",
+            where="[time] alpha",
             fix="-0.05 is the usual choice.",
-        )  # fmt: skip
+        )
     return Scheme(0.0, -alpha, (1.0 - alpha) ** 2 / 4.0, 0.5 - alpha)
 
 
@@ -51,8 +53,10 @@ def generalised_alpha(rho_inf: float = 0.9) -> Scheme:
     """
     if not 0.0 <= rho_inf <= 1.0:
         raise InputError(
-            f"rho_inf = {rho_inf}", expected="a value from 0 to 1", where="[time] rho_inf",
+            f"rho_inf = {rho_inf}",
+            expected="a value from 0 to 1",
+            where="[time] rho_inf",
             fix="0.9 is the usual choice.",
-        )  # fmt: skip
+        )
     alpha_m, alpha_f = (2.0 * rho_inf - 1.0) / (rho_inf + 1.0), rho_inf / (rho_inf + 1.0)
     return Scheme(alpha_m, alpha_f, (1.0 - alpha_m + alpha_f) ** 2 / 4.0, 0.5 - alpha_m + alpha_f)

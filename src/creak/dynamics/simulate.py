@@ -174,9 +174,16 @@ class CondensedStepper:
         x = self.terms.advance(begun.half, trial.a, self.scheme, gear.h, begun.fresh, begun.right_side)
         none = np.zeros(self.gaps.m + 2 * f)
         return Instant(
-            begun.row, x, begun.support, trial.gap, trial.rate, none, np.zeros(2 * f), np.ones(f, dtype=bool),
+            begun.row,
+            x,
+            begun.support,
+            trial.gap,
+            trial.rate,
+            none,
+            np.zeros(2 * f),
+            np.ones(f, dtype=bool),
             outside=begun.ends[1],
-        )  # fmt: skip
+        )
 
     def _check(self, now: Instant, after: Instant, begun: Begun) -> None:
         """Residual of the equations of motion, from products computed anew."""
@@ -199,9 +206,7 @@ class Begun:
     """Time to compute the carried products anew."""
 
 
-def begin(
-    terms: LinearTerms, gaps: GapOperator, on: ChannelMatrices, scheme: Scheme, h: float, now: Instant
-) -> Begun:
+def begin(terms: LinearTerms, gaps: GapOperator, on: ChannelMatrices, scheme: Scheme, h: float, now: Instant) -> Begun:
     """Loads and right side of the step from `now` that is h long."""
     stride = round(h / terms.loads.step)
     row = now.row + stride
@@ -213,9 +218,14 @@ def begin(
 
 
 def residual(
-    terms: LinearTerms, gaps: GapOperator, on: ChannelMatrices, scheme: Scheme, now: Instant, after: Instant,
+    terms: LinearTerms,
+    gaps: GapOperator,
+    on: ChannelMatrices,
+    scheme: Scheme,
+    now: Instant,
+    after: Instant,
     begun: Begun,
-) -> float:  # fmt: skip
+) -> float:
     """|(1 - am) M a1 + am M a0 + (1 - af)(C v1 + K u1 - f1) + af (C v0 + K u0 - f0)| over the largest of its terms."""
     af, am = scheme.alpha_f, scheme.alpha_m
     total, largest = np.zeros(now.x.u.size), 0.0
@@ -279,9 +289,12 @@ def simulate(
 
 
 def march(
-    stepper: Stepper, observed: IntArray, output_every: int = 1, progress: Progress | None = None,
+    stepper: Stepper,
+    observed: IntArray,
+    output_every: int = 1,
+    progress: Progress | None = None,
     whole_at: IntArray | None = None,
-) -> History:  # fmt: skip
+) -> History:
     """Drive a stepper through its loads, keeping output and the energy balance."""
     started = clock.perf_counter()
     loads, n_step = stepper.loads, stepper.loads.n_step // stepper.substeps

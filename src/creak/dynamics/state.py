@@ -123,9 +123,7 @@ class LinearTerms:
             return np.where(heavy, momentum / np.where(heavy, M.d, 1.0), 0.0)
         return np.asarray(np.linalg.lstsq(to_dense(M), momentum, rcond=None)[0])
 
-    def begin(
-        self, x: State, scheme: Scheme, h: float, ends: tuple[Outside, Outside]
-    ) -> tuple[Predictor, FloatArray]:
+    def begin(self, x: State, scheme: Scheme, h: float, ends: tuple[Outside, Outside]) -> tuple[Predictor, FloatArray]:
         """The step's end without its acceleration, and r of S a1 = r without channel forces.
 
         u + h v + h^2 (1/2 - beta) a and v + h (1 - gamma) a with their products, and
@@ -137,9 +135,7 @@ class LinearTerms:
         """
         af, am, d = scheme.alpha_f, scheme.alpha_m, self.system.damping
         c_u, c_v = h * h * (0.5 - scheme.beta), h * (1.0 - scheme.gamma)
-        *half, r = predict(
-            x.u, x.v, x.a, x.Ku, x.Kv, x.Ka, x.Mv, x.Ma, x.Cv, h, c_u, c_v, d.alpha, d.beta, af, am
-        )  # fmt: skip
+        *half, r = predict(x.u, x.v, x.a, x.Ku, x.Kv, x.Ka, x.Mv, x.Ma, x.Cv, h, c_u, c_v, d.alpha, d.beta, af, am)
         before, after = ends
         r[self.driven] += (1.0 - af) * after.load + af * before.load - (1.0 - am) * after.inertia - am * before.inertia
         predictor = Predictor(*half)
@@ -168,9 +164,7 @@ class LinearTerms:
         else:
             Ma = np.asarray(M @ a)
         c_u, c_v = scheme.beta * h * h, scheme.gamma * h
-        Ma, Cv = correct(
-            half.u, half.v, half.Ku, half.Kv, half.Mv, a, Ka, Ma, c_u, c_v, c_M, c_K, d.alpha, d.beta
-        )  # fmt: skip
+        Ma, Cv = correct(half.u, half.v, half.Ku, half.Kv, half.Mv, a, Ka, Ma, c_u, c_v, c_M, c_K, d.alpha, d.beta)
         x = State(half.u, half.v, a, half.Ku, half.Kv, Ka, half.Mv, Ma, Cv)
         if fresh:
             x.Ku, x.Kv, x.Mv = np.asarray(K @ x.u), np.asarray(K @ x.v), np.asarray(M @ x.v)

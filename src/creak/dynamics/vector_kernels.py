@@ -18,9 +18,23 @@ Six = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArr
 
 @numba.njit(cache=True, nogil=True)
 def predict(
-    u: FloatArray, v: FloatArray, a: FloatArray, Ku: FloatArray, Kv: FloatArray, Ka: FloatArray, Mv: FloatArray,
-    Ma: FloatArray, Cv: FloatArray, h: float, c_u: float, c_v: float, alpha: float, beta: float, af: float, am: float,
-) -> Six:  # fmt: skip
+    u: FloatArray,
+    v: FloatArray,
+    a: FloatArray,
+    Ku: FloatArray,
+    Kv: FloatArray,
+    Ka: FloatArray,
+    Mv: FloatArray,
+    Ma: FloatArray,
+    Cv: FloatArray,
+    h: float,
+    c_u: float,
+    c_v: float,
+    alpha: float,
+    beta: float,
+    af: float,
+    am: float,
+) -> Six:
     """u + h v + c_u a, v + c_v a, their products K u, K v, M v, and
 
     r = -(1 - af)(alpha M v + beta K v + K u) - af (C v0 + K u0) - am M a0, all (n,).
@@ -38,9 +52,21 @@ def predict(
 
 @numba.njit(cache=True, nogil=True)
 def correct(
-    u: FloatArray, v: FloatArray, Ku: FloatArray, Kv: FloatArray, Mv: FloatArray, a: FloatArray, Ka: FloatArray,
-    Sa: FloatArray, c_u: float, c_v: float, c_M: float, c_K: float, alpha: float, beta: float,
-) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+    u: FloatArray,
+    v: FloatArray,
+    Ku: FloatArray,
+    Kv: FloatArray,
+    Mv: FloatArray,
+    a: FloatArray,
+    Ka: FloatArray,
+    Sa: FloatArray,
+    c_u: float,
+    c_v: float,
+    c_M: float,
+    c_K: float,
+    alpha: float,
+    beta: float,
+) -> tuple[FloatArray, FloatArray]:
     """Add the step's acceleration to u, v, K u, K v, M v in place; returns M a = (Sa - c_K K a) / c_M and C v, (n,)."""
     n = u.size
     Ma, Cv = np.empty(n), np.empty(n)
@@ -107,9 +133,15 @@ def right_sides(
 
 @numba.njit(cache=True, nogil=True)
 def stages(
-    u0: FloatArray, v0: FloatArray, w: FloatArray, z: ComplexArray, h: float, in_u: FloatArray, in_v: FloatArray,
+    u0: FloatArray,
+    v0: FloatArray,
+    w: FloatArray,
+    z: ComplexArray,
+    h: float,
+    in_u: FloatArray,
+    in_v: FloatArray,
     in_a: FloatArray,
-) -> tuple[FloatArray, FloatArray]:  # fmt: skip
+) -> tuple[FloatArray, FloatArray]:
     """(n, 4) velocities of three stages and displacement at the last, and (n,) acceleration there.
 
     u = u0 + h v0 + in_u y, V_k = v0 + in_v[k] y, a = in_a y with y = (w, Re z, Im z).

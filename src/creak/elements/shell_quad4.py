@@ -79,9 +79,7 @@ def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own
     return _stiffness(coords, section, own, softened=False)
 
 
-def softened_stiffness(
-    coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON
-) -> FloatArray:
+def softened_stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
     """Plain MITC4 bending and shear with S^-1 + (h_r h_r' + h_s h_s')/(12 D) instead of S^-1.
 
     A linear element of length h lacks the flexibility h^2/(12 D) of the bending that shear forces cause within it, an
@@ -92,9 +90,7 @@ def softened_stiffness(
     return _stiffness(coords, section, own, softened=True)
 
 
-def _stiffness(
-    coords: FloatArray, section: ShellSection | GeneralShell, own: Own, *, softened: bool
-) -> FloatArray:
+def _stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own, *, softened: bool) -> FloatArray:
     require_convex(coords)
     points, weights = gauss_square(2)
 

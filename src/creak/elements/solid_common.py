@@ -111,9 +111,7 @@ def isoparametric_stiffness(
     return _over_block(kernel, coords, reference, own)
 
 
-def consistent_mass(
-    coords: FloatArray, section: SolidSection, reference: Reference, own: Own = COMMON
-) -> FloatArray:
+def consistent_mass(coords: FloatArray, section: SolidSection, reference: Reference, own: Own = COMMON) -> FloatArray:
     """M = integral of rho N_i N_j on each translation, (n, 6 n_node, 6 n_node); rotations have no mass."""
     products = np.einsum("gi,gj,g->gij", reference.shapes, reference.shapes, reference.weights)
 

@@ -36,9 +36,7 @@ def stiffness(coords: FloatArray, section: TrussSection, own: Own = COMMON) -> F
         both = np.concatenate([-line, line], axis=1) / length[:, None]
         local = np.zeros((piece.shape[0], 12, 12))
         rigidity = section.material.youngs_modulus * section.area / length
-        local[:, TRANSLATIONS[:, None], TRANSLATIONS] = (
-            rigidity[:, None, None] * both[:, :, None] * both[:, None, :]
-        )
+        local[:, TRANSLATIONS[:, None], TRANSLATIONS] = rigidity[:, None, None] * both[:, :, None] * both[:, None, :]
         return local
 
     return in_chunks(kernel, coords, 12)

@@ -17,9 +17,16 @@ from creak.formats.interrupts import interrupts_later
 from creak.formats.partials import partial_name, remove_dead_once
 
 WRONG_PLACE = (
-    errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.EACCES, errno.EPERM, errno.EROFS,
-    errno.ENAMETOOLONG, errno.ELOOP,
-)  # fmt: skip
+    errno.ENOENT,
+    errno.ENOTDIR,
+    errno.EISDIR,
+    errno.EEXIST,
+    errno.EACCES,
+    errno.EPERM,
+    errno.EROFS,
+    errno.ENAMETOOLONG,
+    errno.ELOOP,
+)
 """Errors of the name that was given, not of the disk."""
 KILO = 1000.0
 

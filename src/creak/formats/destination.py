@@ -51,8 +51,9 @@ def destination(path: Path, *, stream: bool = True) -> Destination:
         expected = "a file, a pipe or a character device" if stream else "a file"
         raise InputError(f"cannot write to {path}: it is {_kind(mode)}", expected=expected, fix=FIX)
     if flows and not stream:
-        raise InputError(f"cannot write to {path}: it is {_kind(mode)}", expected="a file: this format is no stream",
-                         fix=FIX)  # fmt: skip
+        raise InputError(
+            f"cannot write to {path}: it is {_kind(mode)}", expected="a file: this format is no stream", fix=FIX
+        )
     return Destination(path, True, descriptor) if flows else Destination(_end_of_links(path))
 
 
@@ -76,6 +77,11 @@ def _end_of_links(path: Path) -> Path:
 
 
 def _kind(mode: int) -> str:
-    kinds = ((stat.S_ISDIR, "a folder"), (stat.S_ISSOCK, "a socket"), (stat.S_ISBLK, "a block device"),
-             (stat.S_ISFIFO, "a pipe"), (stat.S_ISCHR, "a device"))  # fmt: skip
+    kinds = (
+        (stat.S_ISDIR, "a folder"),
+        (stat.S_ISSOCK, "a socket"),
+        (stat.S_ISBLK, "a block device"),
+        (stat.S_ISFIFO, "a pipe"),
+        (stat.S_ISCHR, "a device"),
+    )
     return next((words for holds, words in kinds if holds(mode)), "no plain file")

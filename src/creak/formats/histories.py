@@ -59,10 +59,17 @@ def read_histories(path: Path, run: str | None = None) -> Histories:
         group = file["runs"][run]
         names_of_nodes, channels = (tuple(map(str, group[key].asstr()[()])) for key in ("node_names", "channels"))
         return Histories(
-            run, file.attrs["units"], group["time"][()], group["node_ids"][()], names_of_nodes,
-            group["displacement"][()], channels, group["channel_nodes"][()], group["gap"][()],
+            run,
+            file.attrs["units"],
+            group["time"][()],
+            group["node_ids"][()],
+            names_of_nodes,
+            group["displacement"][()],
+            channels,
+            group["channel_nodes"][()],
+            group["gap"][()],
             group["normal_force"][()],
-        )  # fmt: skip
+        )
 
 
 def write_csv(histories: Histories, out: Path) -> None:

@@ -68,9 +68,10 @@ def motion_field(path: Path, run: str | None = None) -> MotionField:
         require_run(path, run, runs)
         if not runs[run]:
             raise InputError(
-                f"{path} does not hold the motion of the {run} run", expected="motion of all nodes",
+                f"{path} does not hold the motion of the {run} run",
+                expected="motion of all nodes",
                 fix="Add field_interval, s, to [output] of the study and run it again.",
-            )  # fmt: skip
+            )
         if "model" not in file:
             by = file.attrs.get("creak", "another program")
             raise InputError(f"{path}, written by creak {by}, does not keep the mesh", fix="Run the study again.")
@@ -123,7 +124,14 @@ def _collection(folder: str, names: list[str], time: FloatArray) -> str:
         f'<DataSet timestep="{t!r}" group="" part="0" file={quoteattr(f"{folder}/{name}")}/>'
         for name, t in zip(names, time.tolist(), strict=True)
     ]
-    return "\n".join([
-        '<?xml version="1.0"?>', '<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">', "<Collection>",
-        *lines, "</Collection>", "</VTKFile>", "",
-    ])  # fmt: skip
+    return "\n".join(
+        [
+            '<?xml version="1.0"?>',
+            '<VTKFile type="Collection" version="1.0" byte_order="LittleEndian">',
+            "<Collection>",
+            *lines,
+            "</Collection>",
+            "</VTKFile>",
+            "",
+        ]
+    )

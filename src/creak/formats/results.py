@@ -114,9 +114,10 @@ def reading(path: Path) -> Iterator[None]:
     """
     if not path.is_file():
         raise InputError(
-            f"no such results: {path}", expected="what creak run wrote: summary.json and results.h5 in one folder",
+            f"no such results: {path}",
+            expected="what creak run wrote: summary.json and results.h5 in one folder",
             fix="Check the path.",
-        )  # fmt: skip
+        )
     try:
         yield
     except (OSError, KeyError, TypeError, ValueError, RuntimeError, AttributeError) as error:
@@ -142,18 +143,24 @@ def check_beside(path: Path, file: h5py.File) -> None:
 
 
 def write_results(
-    path: Path, runs: Mapping[str, RunRecord], attributes: Mapping[str, str], units: str,
+    path: Path,
+    runs: Mapping[str, RunRecord],
+    attributes: Mapping[str, str],
+    units: str,
     more: Callable[[h5py.File], None] | None = None,
-) -> None:  # fmt: skip
+) -> None:
     """Write all runs to one HDF5 file that is complete or absent, parameters as `put_results`."""
     with complete_file(path, stream=False) as partial:
         put_results(partial, runs, attributes, units, more)
 
 
 def put_results(
-    partial: Path, runs: Mapping[str, RunRecord], attributes: Mapping[str, str], units: str,
+    partial: Path,
+    runs: Mapping[str, RunRecord],
+    attributes: Mapping[str, str],
+    units: str,
     more: Callable[[h5py.File], None] | None = None,
-) -> None:  # fmt: skip
+) -> None:
     """Write all runs to one HDF5 file.
 
     Parameters
@@ -185,8 +192,10 @@ def _write_run(out: Hdf5, group: h5py.Group, run: RunRecord, unit: Mapping[str, 
     if run.contact.rubbing.size:
         rub, axes = run.contact.rubbing, "time, rubbing channel, tangent"
         _put(group, "rubbing_channels", rub, "", "rubbing channel", "columns of gap and normal_force that rub")
-        for name, data, label in (("friction_force", run.friction_force, force),
-                                  ("slip_speed", run.slip_speed, f"{length}/{unit['time']}")):  # fmt: skip
+        for name, data, label in (
+            ("friction_force", run.friction_force, force),
+            ("slip_speed", run.slip_speed, f"{length}/{unit['time']}"),
+        ):
             _put(group, name, data.reshape(data.shape[0], rub.size, 2), label, axes, MEAN)
     _write_contact(group.create_group("contact"), run.contact, unit)
     if run.field is not None:

@@ -58,8 +58,9 @@ def of_two_runs(folder: Path) -> InputError:
     """For files that do not belong together."""
     return InputError(
         f"{SUMMARY} and {RESULTS} in {folder} are not of the same run",
-        expected="the files of one run, as it wrote them", fix=AGAIN,
-    )  # fmt: skip
+        expected="the files of one run, as it wrote them",
+        fix=AGAIN,
+    )
 
 
 def stale_files(folder: Path, run: RunIdentity, written: frozenset[str]) -> list[Path]:

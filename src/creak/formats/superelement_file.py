@@ -87,11 +87,19 @@ def read_superelement_file(path: Path) -> SavedSuperelement:
         try:
             names = [k for k in ("K", "M", "M_alone", "C") if k in file]
             return SavedSuperelement(
-                str(file.attrs["name"]), dict(json.loads(file.attrs["made_from"])),
-                {k: _get(file, k) for k in names}, _get(file, "P"), file["omega2"][:], file["modes"][:],
-                float(file.attrs["first_left_out"]), file["node_ids"][:], file["dofs"][:],
-                dict(json.loads(file.attrs["about"])), file["static_at"][:], file["static_rows"][:],
-            )  # fmt: skip
+                str(file.attrs["name"]),
+                dict(json.loads(file.attrs["made_from"])),
+                {k: _get(file, k) for k in names},
+                _get(file, "P"),
+                file["omega2"][:],
+                file["modes"][:],
+                float(file.attrs["first_left_out"]),
+                file["node_ids"][:],
+                file["dofs"][:],
+                dict(json.loads(file.attrs["about"])),
+                file["static_at"][:],
+                file["static_rows"][:],
+            )
         except (OSError, KeyError, ValueError) as error:
             raise _damaged(path, error) from error
 
@@ -108,17 +116,20 @@ def _opened(path: Path) -> h5py.File:
         version = int(file.attrs["creak_superelement"])
         file.close()
         raise InputError(
-            f"superelement file of version {version}", where=path, expected=f"version {VERSION}",
+            f"superelement file of version {version}",
+            where=path,
+            expected=f"version {VERSION}",
             fix="Delete it and run `creak reduce` again.",
-        )  # fmt: skip
+        )
     return file
 
 
 def _damaged(path: Path, error: Exception) -> InputError:
     return InputError(
-        f"the superelement file is damaged or cut short ({str(error).splitlines()[0]})", where=path,
+        f"the superelement file is damaged or cut short ({str(error).splitlines()[0]})",
+        where=path,
         fix="Delete it and run `creak reduce` again.",
-    )  # fmt: skip
+    )
 
 
 def _put(file: h5py.File, key: str, A: Matrix) -> None:

@@ -14,8 +14,16 @@ from creak.formats.complete_file import complete_file
 from creak.model.mesh import ElementBlock, Model
 from creak.model.solid_faces import HEX20
 
-DESCRIPTORS = {"quad4": 94, "tri3": 91, "hex8": 115, "wedge6": 112, "tet4": 111, "tet10": 118,
-               **dict.fromkeys(HEX20, 116), "wedge15": 113}  # fmt: skip
+DESCRIPTORS = {
+    "quad4": 94,
+    "tri3": 91,
+    "hex8": 115,
+    "wedge6": 112,
+    "tet4": 111,
+    "tet10": 118,
+    **dict.fromkeys(HEX20, 116),
+    "wedge15": 113,
+}
 """Finite element descriptors: thin shells and solids."""
 ORDER = {
     "tet10": [0, 4, 1, 5, 2, 6, 7, 8, 9, 3],
@@ -41,9 +49,14 @@ EXPONENTS = {DISPLACEMENT: (1, 0, 0), REACTION_FORCE: (0, 1, 0)}
 
 
 def write_uff(
-    path: Path, model: Model, frequencies: Sequence[float], shapes: Iterable[FloatArray], units: Units = "mm-t-s",
-    *, title: str = "",
-) -> None:  # fmt: skip
+    path: Path,
+    model: Model,
+    frequencies: Sequence[float],
+    shapes: Iterable[FloatArray],
+    units: Units = "mm-t-s",
+    *,
+    title: str = "",
+) -> None:
     """Write nodes, elements and one data set 55 per mode: real translations in global axes, modal mass 1, no damping.
 
     Shells and solids are data set 2412; beams, trusses and springs are trace lines (82). Labels are the deck's;

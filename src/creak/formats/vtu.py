@@ -17,8 +17,18 @@ from creak.formats.complete_file import complete_file
 from creak.model.plain_mesh import Mesh
 from creak.model.solid_faces import HEX20
 
-CELLS = {"quad4": 9, "tri3": 5, "beam2": 3, "truss2": 3, "hex8": 12, "wedge6": 13, "tet4": 10, "tet10": 24,
-         **dict.fromkeys(HEX20, 25), "wedge15": 26}  # fmt: skip
+CELLS = {
+    "quad4": 9,
+    "tri3": 5,
+    "beam2": 3,
+    "truss2": 3,
+    "hex8": 12,
+    "wedge6": 13,
+    "tet4": 10,
+    "tet10": 24,
+    **dict.fromkeys(HEX20, 25),
+    "wedge15": 26,
+}
 """VTK cell types; every other kind is a vertex or a line, by its number of nodes."""
 VERTEX, LINE = 1, 3
 TYPES = {"f4": "Float32", "f8": "Float64", "i8": "Int64", "u1": "UInt8"}
@@ -81,8 +91,10 @@ def _write(
     file: TextIO, mesh: MeshText, fields: Mapping[str, Sequence[float]], vectors: Iterable[tuple[str, FloatArray]]
 ) -> None:
     """A whole file: arrays of the field as doubles, vectors at the points as floats."""
-    file.write('<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" '
-               'header_type="UInt64">\n<UnstructuredGrid>\n')  # fmt: skip
+    file.write(
+        '<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" '
+        'header_type="UInt64">\n<UnstructuredGrid>\n'
+    )
     if fields:
         file.write("<FieldData>\n")
         for name, numbers in fields.items():

@@ -27,9 +27,10 @@ def write_checked(path: str | Path, text: str, lost: Callable[[Path], str], *, k
         missing = _said(lost, partial)
         if missing:
             raise InputError(
-                f"the model cannot be written as {kind} deck without a loss: {missing}", where=source,
+                f"the model cannot be written as {kind} deck without a loss: {missing}",
+                where=source,
                 fix="Change this in the model, or keep the deck as it is.",
-            )  # fmt: skip
+            )
 
 
 def _said(lost: Callable[[Path], str], path: Path) -> str:

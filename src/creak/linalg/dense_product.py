@@ -48,9 +48,19 @@ def right_solve(C: FloatArray, R: FloatArray) -> None:
     if has_pardiso() and C.size:
         R = np.asfortranarray(R)
         mkl_library().cblas_dtrsm(
-            _COLUMN_MAJOR, _RIGHT, _UPPER, _PLAIN, _NON_UNIT, C.shape[0], C.shape[1], 1.0,
-            R.ctypes.data, _leading(R), C.ctypes.data, _leading(C),
-        )  # fmt: skip
+            _COLUMN_MAJOR,
+            _RIGHT,
+            _UPPER,
+            _PLAIN,
+            _NON_UNIT,
+            C.shape[0],
+            C.shape[1],
+            1.0,
+            R.ctypes.data,
+            _leading(R),
+            C.ctypes.data,
+            _leading(C),
+        )
     elif C.size:
         C[:] = blas.dtrsm(1.0, R, C, side=1)
 
@@ -62,9 +72,21 @@ def symmetric(A: FloatArray) -> FloatArray:
 
 def _gemm(trans_a: int, alpha: float, A: FloatArray, B: FloatArray, beta: float, C: FloatArray) -> None:
     mkl_library().cblas_dgemm(
-        _COLUMN_MAJOR, trans_a, _PLAIN, C.shape[0], C.shape[1], B.shape[0], alpha,
-        A.ctypes.data, _leading(A), B.ctypes.data, _leading(B), beta, C.ctypes.data, _leading(C),
-    )  # fmt: skip
+        _COLUMN_MAJOR,
+        trans_a,
+        _PLAIN,
+        C.shape[0],
+        C.shape[1],
+        B.shape[0],
+        alpha,
+        A.ctypes.data,
+        _leading(A),
+        B.ctypes.data,
+        _leading(B),
+        beta,
+        C.ctypes.data,
+        _leading(C),
+    )
 
 
 def _leading(A: FloatArray) -> int:

@@ -191,11 +191,23 @@ class _PardisoFactor:
         i32, f64 = ctypes.c_int32, ctypes.c_double
         error = i32(0)
         self._pardiso(
-            pointer(self._pt, ctypes.c_int64), one(1), one(1), one(self._mtype), one(phase), one(self._n),
-            pointer(self._values, f64), pointer(self._ia, i32), pointer(self._ja, i32),
-            pointer(np.zeros(1, dtype=np.int32), i32), one(n_rhs), pointer(self._iparm, i32), one(0),
-            pointer(b, f64), pointer(x, f64), ctypes.byref(error),
-        )  # fmt: skip
+            pointer(self._pt, ctypes.c_int64),
+            one(1),
+            one(1),
+            one(self._mtype),
+            one(phase),
+            one(self._n),
+            pointer(self._values, f64),
+            pointer(self._ia, i32),
+            pointer(self._ja, i32),
+            pointer(np.zeros(1, dtype=np.int32), i32),
+            one(n_rhs),
+            pointer(self._iparm, i32),
+            one(0),
+            pointer(b, f64),
+            pointer(x, f64),
+            ctypes.byref(error),
+        )
         if error.value == -4:
             row = int(self._iparm[29]) - 1
             raise SingularMatrixError(row, f"matrix is singular or not positive definite at row {row}")

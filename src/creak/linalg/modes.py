@@ -114,9 +114,7 @@ def modes(
     return _below(pencil, shift, (2.0 * np.pi * f_max) ** 2, inverse, free, progress)
 
 
-def _lowest(
-    pencil: _Pencil, shift: float, count: int, inverse: Factor, free: bool, progress: Progress | None
-) -> Modes:
+def _lowest(pencil: _Pencil, shift: float, count: int, inverse: Factor, free: bool, progress: Progress | None) -> Modes:
     """The `count` lowest modes; the inertia above the last one tells whether one was missed."""
     if count == 0:
         return Modes(np.zeros(0), np.zeros((pencil.mass.n, 0)), 0.0, True)
@@ -192,9 +190,16 @@ def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 def _checked(
-    pencil: _Pencil, omega2: FloatArray, shapes: FloatArray, free: bool, *,
-    count: bool = False, round_off: float = 0.0, after: float = np.nan, columns: int = 0,
-) -> Modes:  # fmt: skip
+    pencil: _Pencil,
+    omega2: FloatArray,
+    shapes: FloatArray,
+    free: bool,
+    *,
+    count: bool = False,
+    round_off: float = 0.0,
+    after: float = np.nan,
+    columns: int = 0,
+) -> Modes:
     """Clean rigid-body values to 0, measure residuals; `count`: compare with the inertia just above the last."""
     K = pencil.K
     scale = max(abs(small_shift(K, pencil.M)), 1e-300)

@@ -62,7 +62,6 @@ class BlockProduct:
         self._mkl.multiply(rows, product)
         _turn(product, Y.T, len(cuts) - 1, pool)
 
-
     def _memory(self, which: int, shape: tuple[int, ...]) -> FloatArray:
         """An array (C order) that is kept for the next group: new memory has to be cleared by the system first."""
         if self._kept[which].size < shape[0] * shape[1]:
@@ -87,22 +86,33 @@ class MklRows:
         self._indptr, self._indices = A.indptr.astype(np.int32), A.indices.astype(np.int32)
         self._data = np.ascontiguousarray(A.data, dtype=np.float64)
         start = self._indptr.ctypes.data
-        _accept(mkl_library().mkl_sparse_d_create_csr(
-            ctypes.byref(self._handle), 0, *A.shape, start, start + self._indptr.itemsize,
-            self._indices.ctypes.data, self._data.ctypes.data,
-        ))  # fmt: skip
+        _accept(
+            mkl_library().mkl_sparse_d_create_csr(
+                ctypes.byref(self._handle),
+                0,
+                *A.shape,
+                start,
+                start + self._indptr.itemsize,
+                self._indices.ctypes.data,
+                self._data.ctypes.data,
+            )
+        )
         self._kind = MatrixKind(self._GENERAL, 0, 0)
-        _accept(mkl_library().mkl_sparse_set_mm_hint(
-            self._handle, self._PLAIN, self._kind, self._ROW_MAJOR, COLUMNS, self._EXPECTED_CALLS
-        ))  # fmt: skip
+        _accept(
+            mkl_library().mkl_sparse_set_mm_hint(
+                self._handle, self._PLAIN, self._kind, self._ROW_MAJOR, COLUMNS, self._EXPECTED_CALLS
+            )
+        )
         _accept(mkl_library().mkl_sparse_optimize(self._handle))
 
     def multiply(self, X: FloatArray, Y: FloatArray) -> None:
         """Y = A X for X (n, k) and Y (m, k), both contiguous in C order."""
         k = X.shape[1]
-        _accept(mkl_library().mkl_sparse_d_mm(
-            self._PLAIN, 1.0, self._handle, self._kind, self._ROW_MAJOR, X.ctypes.data, k, k, 0.0, Y.ctypes.data, k
-        ))  # fmt: skip
+        _accept(
+            mkl_library().mkl_sparse_d_mm(
+                self._PLAIN, 1.0, self._handle, self._kind, self._ROW_MAJOR, X.ctypes.data, k, k, 0.0, Y.ctypes.data, k
+            )
+        )
 
     def __del__(self) -> None:
         if getattr(self, "_handle", None) and not sys.is_finalizing():

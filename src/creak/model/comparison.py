@@ -31,9 +31,7 @@ class _How:
     """Share of the largest number of an array by which numbers may differ."""
 
 
-def difference(
-    a: Model, b: Model, *, names: bool = True, tolerance: float = 0.0, by_element: bool = False
-) -> str:  # fmt: skip
+def difference(a: Model, b: Model, *, names: bool = True, tolerance: float = 0.0, by_element: bool = False) -> str:
     """The first difference between two models in words, empty where there is none.
 
     Compared are nodes, blocks with sections, materials and what elements have of their own, parts, sets, surfaces (as
@@ -122,9 +120,10 @@ def _parallel(x: FloatArray, y: FloatArray, tolerance: float) -> bool:
 
 def _of_names(a: Model, b: Model, nodes_only: bool) -> Iterator[str]:
     pairs: tuple[tuple[str, Mapping[str, Any], Mapping[str, Any]], ...] = (
-        ("node set", a.node_sets, b.node_sets), ("element set", a.element_sets, b.element_sets),
+        ("node set", a.node_sets, b.node_sets),
+        ("element set", a.element_sets, b.element_sets),
         ("surface", a.surfaces, b.surfaces),
-    )  # fmt: skip
+    )
     for what, one, other in pairs[: 1 if nodes_only else 3]:
         for name, value in one.items():
             if name not in other:

@@ -46,9 +46,11 @@ def lamina(
     require_stable(flexibility, where)
     if not min(G13, G23) > SOFTEST * max(G12, G13, G23):
         raise InputError(
-            f"the transverse shear moduli are {G13:g} and {G23:g}, against {G12:g} in the plane", where=where,
-            expected="moduli of one order", fix="Correct G13 and G23.",
-        )  # fmt: skip
+            f"the transverse shear moduli are {G13:g} and {G23:g}, against {G12:g} in the plane",
+            where=where,
+            expected="moduli of one order",
+            fix="Correct G13 and G23.",
+        )
     return np.linalg.inv(flexibility), np.diag([G13, G23])
 
 
@@ -81,9 +83,10 @@ def require_stable(matrix: FloatArray, where: object) -> None:
     if not np.isfinite(relative).all() or np.linalg.eigvalsh(relative)[0] <= 1e-12:
         raise InputError(
             "the elastic constants are those of no stable material (a strain without energy, or worse)",
-            expected="a positive definite elasticity matrix", where=where,
+            expected="a positive definite elasticity matrix",
+            where=where,
             fix="Check the moduli and Poisson's ratios; nu12 belongs to E1: |nu12| < sqrt(E1/E2).",
-        )  # fmt: skip
+        )
 
 
 def sheet_matrices(material: AnyMaterial) -> tuple[FloatArray, FloatArray]:

@@ -60,10 +60,19 @@ def shifted(shell: GeneralShell, height: float) -> GeneralShell:
     """
     h, m = height, shell.mass
     return GeneralShell(
-        shell.name, shell.A, shell.B + h * shell.A, shell.D + 2.0 * h * shell.B + h * h * shell.A, shell.S,
-        m, shell.first_moment + h * m, shell.rotary_inertia + 2.0 * h * shell.first_moment + h * h * m,
-        shell.thickness, shell.offset + h, shell.alpha, shell.beta,
-    )  # fmt: skip
+        shell.name,
+        shell.A,
+        shell.B + h * shell.A,
+        shell.D + 2.0 * h * shell.B + h * h * shell.A,
+        shell.S,
+        m,
+        shell.first_moment + h * m,
+        shell.rotary_inertia + 2.0 * h * shell.first_moment + h * h * m,
+        shell.thickness,
+        shell.offset + h,
+        shell.alpha,
+        shell.beta,
+    )
 
 
 def _shear_stiffness(

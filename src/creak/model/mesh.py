@@ -163,9 +163,7 @@ class Model:
         """
         rows = self.node_sets.get(name.upper())
         if rows is None:
-            raise InputError(
-                f"unknown node set {name!r}", where=where, fix=suggest(name, self.node_sets)
-            )
+            raise InputError(f"unknown node set {name!r}", where=where, fix=suggest(name, self.node_sets))
         if rows.size == 0:
             raise InputError(f"node set {name!r} is empty", where=where, fix="Put nodes into it.")
         return rows

@@ -10,10 +10,21 @@ from creak.arrays import FloatArray, IntArray
 
 MIDDLES = {
     "hex20": (
-        (0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7),
+        (0, 1),
+        (1, 2),
+        (2, 3),
+        (3, 0),
+        (4, 5),
+        (5, 6),
+        (6, 7),
+        (7, 4),
+        (0, 4),
+        (1, 5),
+        (2, 6),
+        (3, 7),
     ),
     "wedge15": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
-}  # fmt: skip
+}
 """Corners between which the nodes after the corners lie, in Abaqus's order."""
 HEX20 = ("hex20", "hex20r", "hex20s")
 """Hexahedra of twenty nodes: integrated fully, reduced, with reduced shear."""

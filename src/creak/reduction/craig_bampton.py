@@ -143,9 +143,7 @@ def _fixed_modes(inside: Inside, f_max: float | None, count: int | None, report:
     n = inside.i.size
     if n == 0 or count == 0:
         return Modes(np.zeros(0), np.zeros((n, 0)), 0.0, True, next_omega2=np.inf if n == 0 else np.nan)
-    return modes(
-        inside.K_ii, inside.M_ii, f_max=f_max, count=count, stiffness_factor=inside.factor, progress=report
-    )  # fmt: skip
+    return modes(inside.K_ii, inside.M_ii, f_max=f_max, count=count, stiffness_factor=inside.factor, progress=report)
 
 
 @dataclass(frozen=True)
@@ -240,7 +238,7 @@ def truncated(basis: Basis, matrices: Matrices, f_max: float) -> tuple[Basis, Ma
     n = basis.n_boundary + kept
     fewer = replace(
         fixed, omega2=fixed.omega2[:kept], shapes=fixed.shapes[:, :kept], next_omega2=float(fixed.omega2[kept])
-    )  # fmt: skip
+    )
 
     def cut(A: Matrix) -> Matrix:
         return A[:n, :n]
@@ -305,9 +303,13 @@ def _reduced_damping(basis: Basis, terms: _Terms, extra: Matrix, own: Callable[[
 
 
 def _joined(
-    own: Matrix, columns: IntArray, boundary: FloatArray, low: FloatArray, inner: FloatArray,
+    own: Matrix,
+    columns: IntArray,
+    boundary: FloatArray,
+    low: FloatArray,
+    inner: FloatArray,
     upper: FloatArray | None = None,
-) -> Matrix:  # fmt: skip
+) -> Matrix:
     """[own + boundary at `columns`, low'; low, inner], dense where it is mostly full, else sparse."""
     n_xi, n_m = own.shape[0], inner.shape[0]
     up = low.T if upper is None else upper

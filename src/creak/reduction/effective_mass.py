@@ -53,9 +53,12 @@ class EffectiveMass:
 
 
 def effective_mass(
-    system: System, shapes: FloatArray, carriers: Iterable[tuple[IntArray, Matrix]], coords: FloatArray,
+    system: System,
+    shapes: FloatArray,
+    carriers: Iterable[tuple[IntArray, Matrix]],
+    coords: FloatArray,
     about: FloatArray,
-) -> EffectiveMass:  # fmt: skip
+) -> EffectiveMass:
     """Effective mass L^2 of mass-normalised modes, L = Phi' M R.
 
     R is the rigid motion of the whole model, held nodes included: when the base moves as R s'', the modal load is

@@ -76,7 +76,7 @@ def gap_modes(
     """
     basis = free_interface(
         system, G, f_max=f_max, count=count, modes=modes, stiffness=stiffness, static=static, progress=progress
-    )  # fmt: skip
+    )
     name = f"{system.name}, {basis.modes.omega2.size} modes and {basis.residual.mu.size} gap modes"
     return riding_system(system, basis.modes, basis.support, basis.residual, name)
 
@@ -120,9 +120,11 @@ def _check_input(system: System, G: Matrix, static: FloatArray | None, choice: t
         raise InputError(f"{given} of f_max, count and modes are given", expected="one", where=system.name)
     if G.shape[1] != system.n:
         raise InputError(
-            f"the gap rows have {G.shape[1]} columns", expected=f"{system.n}, the coordinates", where=system.name,
+            f"the gap rows have {G.shape[1]} columns",
+            expected=f"{system.n}, the coordinates",
+            where=system.name,
             fix="Multiply them with system.rows(labels)[0].",
-        )  # fmt: skip
+        )
     if static is not None and static.shape[0] != system.n:
         raise InputError(f"static has {static.shape[0]} rows", expected=f"{system.n}", where=system.name)
 
@@ -139,7 +141,7 @@ def _modes(
 
     return lowest_modes(
         system.K, system.M, f_max=f_max, count=count, free=free, stiffness_factor=stiffness, progress=report
-    )  # fmt: skip
+    )
 
 
 def _unit_modes(k: FloatArray, m: FloatArray, f_max: float | None, count: int | None) -> Modes:

@@ -47,7 +47,7 @@ def massless_boundary(
     """
     basis = free_interface(
         system, G, f_max=f_max, count=count, modes=modes, stiffness=stiffness, static=static, progress=progress
-    )  # fmt: skip
+    )
     residual = replace(basis.residual, mu=np.zeros(basis.residual.mu.size))
     name = f"{system.name}, {basis.modes.omega2.size} modes and {residual.mu.size} massless gap shapes"
     return _inertia_on_modes(riding_system(system, basis.modes, basis.support, residual, name))

@@ -81,10 +81,18 @@ def riding_system(system: System, modes: Modes, R: FloatArray, residual: Residua
     M, K = Diagonal(mass), Diagonal(stiffness)
     dense = small.damping.extra is not None
     return replace(
-        small, M=M.toarray() if dense else M, K=K.toarray() if dense else K, velocity=velocity,
-        stats={**system.stats, "modes": n_modes, "retained": residual.mu.size, "dropped": residual.dropped,
-               "first_left_out": np.sqrt(np.nan_to_num(modes.next_omega2, nan=np.inf, posinf=np.inf)) / (2.0 * np.pi)},
-    )  # fmt: skip
+        small,
+        M=M.toarray() if dense else M,
+        K=K.toarray() if dense else K,
+        velocity=velocity,
+        stats={
+            **system.stats,
+            "modes": n_modes,
+            "retained": residual.mu.size,
+            "dropped": residual.dropped,
+            "first_left_out": np.sqrt(np.nan_to_num(modes.next_omega2, nan=np.inf, posinf=np.inf)) / (2.0 * np.pi),
+        },
+    )
 
 
 def modal_system(system: System, modes: Modes, R: FloatArray, static: FloatArray) -> System:

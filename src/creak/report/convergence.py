@@ -45,17 +45,37 @@ def convergence_parts(c: Convergence, findings: list[str], units: Units) -> Conv
 
 def run_table(c: Convergence, units: Units) -> Table:
     """What each run took differently, and the figures of the whole run."""
-    head = ["run", "step, ms", "contact stiffness", "f_max, Hz", "events", f"total impulse, {units.impulse}",
-            f"largest force, low-passed, {units.force}", "energy created", "dissipated by the scheme", "wall time, s",
-            "ended"]  # fmt: skip
+    head = [
+        "run",
+        "step, ms",
+        "contact stiffness",
+        "f_max, Hz",
+        "events",
+        f"total impulse, {units.impulse}",
+        f"largest force, low-passed, {units.force}",
+        "energy created",
+        "dissipated by the scheme",
+        "wall time, s",
+        "ended",
+    ]
     rows = []
     for name, o in c.outcomes.items():
         v = o.variant
-        rows.append([
-            name, tidy(1e3 * v.step), f"x {tidy(v.stiffness)}", NONE if v.f_max is None else tidy(v.f_max),
-            number(len(o.events)), number(o.impulse, 4), number(o.force, 4), share(o.energy_created),
-            share(o.dissipated), number(o.wall_s, 3), f"stopped at {number(o.end, 4)} s" if o.stopped else "",
-        ])  # fmt: skip
+        rows.append(
+            [
+                name,
+                tidy(1e3 * v.step),
+                f"x {tidy(v.stiffness)}",
+                NONE if v.f_max is None else tidy(v.f_max),
+                number(len(o.events)),
+                number(o.impulse, 4),
+                number(o.force, 4),
+                share(o.energy_created),
+                share(o.dissipated),
+                number(o.wall_s, 3),
+                f"stopped at {number(o.end, 4)} s" if o.stopped else "",
+            ]
+        )
     return Table(head, rows)
 
 
@@ -64,17 +84,27 @@ def total_table(c: Convergence) -> Table:
     pairs = [f"{a} to {b}" for a, b in c.families.values()]
     head = ["whole run", *pairs, f"{BASE} against {c.finest}", "settled to", ""]
     rows = [
-        [TOTALS[key], *(_change(t, x) for x in t.changes.values()), _change(t, t.base_error), _change(t, t.settled_to),
-         t.problem or ("settled" if t.settled else "not settled")]
+        [
+            TOTALS[key],
+            *(_change(t, x) for x in t.changes.values()),
+            _change(t, t.base_error),
+            _change(t, t.settled_to),
+            t.problem or ("settled" if t.settled else "not settled"),
+        ]
         for key, t in c.totals.items()
-    ]  # fmt: skip
+    ]
     return Table(head, rows)
 
 
 def event_table(c: Convergence, units: Units, most: int = MOST_EVENTS) -> Table:
     """Each event of the base run: figures with the base step and the shortest one, and what they have settled to."""
-    unit = {"start": "s", "duration": "ms", "force": units.force, "impulse": units.impulse,
-            "closing_speed": units.speed}  # fmt: skip
+    unit = {
+        "start": "s",
+        "duration": "ms",
+        "force": units.force,
+        "impulse": units.impulse,
+        "closing_speed": units.speed,
+    }
     groups = [("", 1), *((f"{WORDS[name]}, {unit[name]}", 3) for name in FIGURES), ("", 1)]
     head = ["where", *([BASE, c.finest, "settled to"] * len(FIGURES)), ""]
     rows = [
@@ -96,8 +126,13 @@ def settled_rows(c: Convergence) -> list[list[str]]:
     """Header and one line per event: when, and what each figure has settled to."""
     head = ["time, s", *(WORDS[name] for name in FIGURES), ""]
     shown = c.events[:ON_TERMINAL]
-    return [head, *([fixed(e.event.t_start, 4), *(_change(f, f.settled_to) for f in e.figures.values()), _short(e)]
-                    for e in shown)]  # fmt: skip
+    return [
+        head,
+        *(
+            [fixed(e.event.t_start, 4), *(_change(f, f.settled_to) for f in e.figures.values()), _short(e)]
+            for e in shown
+        ),
+    ]
 
 
 def _short(e: EventSettling) -> str:

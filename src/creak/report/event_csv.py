@@ -17,11 +17,24 @@ def event_csv(result: Found, units: Units) -> str:
     """A line per event of the verification window and run; `match` numbers those that are the same event."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([
-        "run", "match", "contact", "place", "node", "channel", "t_start_s", "t_peak_s", "t_end_s",
-        f"force_peak_low_passed_{_unit(units.force)}", f"force_peak_{_unit(units.force)}",
-        f"impulse_{_unit(units.impulse)}", f"closing_speed_{_unit(units.speed)}", "micro_contacts",
-    ])  # fmt: skip
+    writer.writerow(
+        [
+            "run",
+            "match",
+            "contact",
+            "place",
+            "node",
+            "channel",
+            "t_start_s",
+            "t_peak_s",
+            "t_end_s",
+            f"force_peak_low_passed_{_unit(units.force)}",
+            f"force_peak_{_unit(units.force)}",
+            f"impulse_{_unit(units.impulse)}",
+            f"closing_speed_{_unit(units.speed)}",
+            "micro_contacts",
+        ]
+    )
     numbers = _matches(result)
     for name, run in result.runs.items():
         for e in events_in(run.events, result.window):
@@ -47,7 +60,15 @@ def _matches(result: Found) -> dict[tuple[str, int], int]:
 def _row(name: str, e: Event, match: Any, result: Found) -> list[Any]:
     place = place_of(result.places, e)
     return [
-        name, match, e.group, "" if place is None else place.number, result.setup.model.nodes.label(e.node_idx),
-        e.channel, *(f"{x:.9g}" for x in (e.t_start, e.t_peak, e.t_end, e.force_peak_filtered, e.force_peak, e.impulse,
-                                          e.closing_speed)), e.contacts,
-    ]  # fmt: skip
+        name,
+        match,
+        e.group,
+        "" if place is None else place.number,
+        result.setup.model.nodes.label(e.node_idx),
+        e.channel,
+        *(
+            f"{x:.9g}"
+            for x in (e.t_start, e.t_peak, e.t_end, e.force_peak_filtered, e.force_peak, e.impulse, e.closing_speed)
+        ),
+        e.contacts,
+    ]

@@ -23,12 +23,20 @@ def event_table(result: Found, units: Units) -> Table:
         return _single_event_table(result, units)
     match = result.events
     lines: list[tuple[Event | None, Event | None]] = [
-        *match.pairs, *((e, None) for e in match.missed), *((None, e) for e in match.extra)
-    ]  # fmt: skip
+        *match.pairs,
+        *((e, None) for e in match.missed),
+        *((None, e) for e in match.extra),
+    ]
     lines.sort(key=lambda pair: (pair[0] or pair[1]).t_start)  # type: ignore[union-attr]
-    groups = [("", 3), (f"peak, low-passed, {units.force}", 3), (f"peak, raw, {units.force}", 2),
-              (f"impulse, {units.impulse}", 3), ("duration, ms", 2),
-              (f"closing speed, {units.speed}", 2), ("", 1)]  # fmt: skip
+    groups = [
+        ("", 3),
+        (f"peak, low-passed, {units.force}", 3),
+        (f"peak, raw, {units.force}", 2),
+        (f"impulse, {units.impulse}", 3),
+        ("duration, ms", 2),
+        (f"closing speed, {units.speed}", 2),
+        ("", 1),
+    ]
     two, three = ["unred.", "red."], ["unred.", "red.", "diff."]
     head = ["time, s", "where", "Δt, ms", *three, *two, *three, *two, *two, ""]
     rows = [_pair_row(a, b, result) for a, b in lines[:MOST_EVENTS]]
@@ -51,12 +59,17 @@ def _pair_row(a: Event | None, b: Event | None, result: Found) -> list[str]:
         return [*cells, percent(ratio(y, x))] if difference else cells
 
     return [
-        fixed(known.t_start, 4), where(known.group, known.node_idx, result), fixed(apart, 2),
-        *both("force_peak_filtered", 3, difference=True), *both("force_peak", 3, difference=False),
-        *both("impulse", 3, difference=True), _duration(a), _duration(b),
+        fixed(known.t_start, 4),
+        where(known.group, known.node_idx, result),
+        fixed(apart, 2),
+        *both("force_peak_filtered", 3, difference=True),
+        *both("force_peak", 3, difference=False),
+        *both("impulse", 3, difference=True),
+        _duration(a),
+        _duration(b),
         *both("closing_speed", 3, difference=False),
         "missed" if b is None else "extra" if a is None else "",
-    ]  # fmt: skip
+    ]
 
 
 def _cell(value: float | None, digits: int) -> str:
@@ -79,13 +92,29 @@ def where(group: str, node_idx: int, result: Found) -> str:
 def _single_event_table(result: Found, units: Units) -> Table:
     run = main_run(result.runs)
     events = events_in(run.events, result.window) if run else []
-    head = ["time, s", "where", f"peak, low-passed, {units.force}", f"peak, raw, {units.force}",
-            f"impulse, {units.impulse}", "duration, ms", f"closing speed, {units.speed}", "touches"]  # fmt: skip
+    head = [
+        "time, s",
+        "where",
+        f"peak, low-passed, {units.force}",
+        f"peak, raw, {units.force}",
+        f"impulse, {units.impulse}",
+        "duration, ms",
+        f"closing speed, {units.speed}",
+        "touches",
+    ]
     rows = [
-        [fixed(e.t_start, 4), where(e.group, e.node_idx, result), number(e.force_peak_filtered, 3),
-         number(e.force_peak, 3), number(e.impulse, 3), _duration(e), number(e.closing_speed, 3), number(e.contacts)]
+        [
+            fixed(e.t_start, 4),
+            where(e.group, e.node_idx, result),
+            number(e.force_peak_filtered, 3),
+            number(e.force_peak, 3),
+            number(e.impulse, 3),
+            _duration(e),
+            number(e.closing_speed, 3),
+            number(e.contacts),
+        ]
         for e in events[:MOST_EVENTS]
-    ]  # fmt: skip
+    ]
     return Table(head, rows, 2, _cut(len(events)))
 
 
@@ -94,9 +123,15 @@ def statistics_table(result: Found, units: Units) -> Table:
     names = [n for n in ("reference", "reduced") if n in result.runs]
     length = result.window[1] - result.window[0]
     columns = [_statistics(events_in(result.runs[n].events, result.window), length) for n in names]
-    labels = ["events", "events per second", f"median peak, low-passed, {units.force}",
-              f"largest peak, low-passed, {units.force}", f"median impulse, {units.impulse}",
-              f"sum of impulses, {units.impulse}", "median duration, ms"]  # fmt: skip
+    labels = [
+        "events",
+        "events per second",
+        f"median peak, low-passed, {units.force}",
+        f"largest peak, low-passed, {units.force}",
+        f"median impulse, {units.impulse}",
+        f"sum of impulses, {units.impulse}",
+        "median duration, ms",
+    ]
     rows = [[label, *(number(c[k]) for c in columns)] for k, label in enumerate(labels)]
     if len(columns) == 2:
         for k, row in enumerate(rows):
@@ -147,14 +182,31 @@ def slip_table(result: Found, units: Units) -> Table | None:
         return None
     found = [(name, e) for name, run in result.runs.items() for e in slips_in(run.slips, result.window)]
     found.sort(key=lambda item: (item[1].t_start, item[0]))
-    head = ["time, s", "where", "run", "slips", "slips per second", "duration, ms", f"slip, {units.length}",
-            f"peak speed, {units.speed}", f"friction work, {units.energy}"]  # fmt: skip
+    head = [
+        "time, s",
+        "where",
+        "run",
+        "slips",
+        "slips per second",
+        "duration, ms",
+        f"slip, {units.length}",
+        f"peak speed, {units.speed}",
+        f"friction work, {units.energy}",
+    ]
     rows = [
-        [fixed(e.t_start, 4), where(e.group, e.node_idx, result), RUN_WORDS[name], number(len(e.slips)),
-         number(e.rate, 3), fixed(1e3 * (e.t_end - e.t_start), 1), number(e.slip_length, 3),
-         number(e.speed_peak, 3), number(e.friction_work, 3)]
+        [
+            fixed(e.t_start, 4),
+            where(e.group, e.node_idx, result),
+            RUN_WORDS[name],
+            number(len(e.slips)),
+            number(e.rate, 3),
+            fixed(1e3 * (e.t_end - e.t_start), 1),
+            number(e.slip_length, 3),
+            number(e.speed_peak, 3),
+            number(e.friction_work, 3),
+        ]
         for name, e in found[:MOST_EVENTS]
-    ]  # fmt: skip
+    ]
     return Table(head, rows, 3, _cut(len(found)))
 
 
@@ -178,13 +230,16 @@ def _statistics(events: list[Event], length: float) -> list[float | None]:
     peak, impulse = (np.array([getattr(e, n) for e in events]) for n in ("force_peak_filtered", "impulse"))
     duration = [e.t_end - e.t_start for e in events]
     return [
-        len(events), len(events) / length if length > 0.0 else None, float(np.median(peak)), float(peak.max()),
-        float(np.median(impulse)), float(impulse.sum()), 1000.0 * float(np.median(duration)),
-    ]  # fmt: skip
+        len(events),
+        len(events) / length if length > 0.0 else None,
+        float(np.median(peak)),
+        float(peak.max()),
+        float(np.median(impulse)),
+        float(impulse.sum()),
+        1000.0 * float(np.median(duration)),
+    ]
 
 
 def counted_events(result: Found) -> str:
     """How many events each run shows over its whole length."""
-    return "; ".join(
-        f"{RUN_WORDS[name]} run: {plural(len(run.events), 'event')}" for name, run in result.runs.items()
-    )
+    return "; ".join(f"{RUN_WORDS[name]} run: {plural(len(run.events), 'event')}" for name, run in result.runs.items())

@@ -106,11 +106,21 @@ def _event_bands(result: Found, group: str, row: int) -> list[dict[str, Any]]:
                 continue
             colour = palette.MISSED if id(e) in missed else palette.EXTRA if id(e) in extra else palette.MUTED
             low, high = halves[name]
-            bands.append({
-                "type": "rect", "xref": "x", "yref": f"{y} domain", "x0": e.t_start, "x1": e.t_end, "y0": low,
-                "y1": high, "fillcolor": colour, "opacity": 0.2 if colour == palette.MUTED else 0.45,
-                "line": {"width": 0}, "layer": "below",
-            })  # fmt: skip
+            bands.append(
+                {
+                    "type": "rect",
+                    "xref": "x",
+                    "yref": f"{y} domain",
+                    "x0": e.t_start,
+                    "x1": e.t_end,
+                    "y0": low,
+                    "y1": high,
+                    "fillcolor": colour,
+                    "opacity": 0.2 if colour == palette.MUTED else 0.45,
+                    "line": {"width": 0},
+                    "layer": "below",
+                }
+            )
     return bands
 
 
@@ -149,12 +159,18 @@ def mac_figure(result: Found) -> Figure:
     layout["xaxis"] = axis("mode of the reduced model", dtick=max(1, -(-n_red // 14)), tick0=1, showgrid=False)
     layout["yaxis"] = axis("mode of the unreduced model", dtick=max(1, -(-n_ref // 14)), tick0=1, showgrid=False)
     trace: Trace = {
-        "type": "heatmap", "z": np.round(matrix, 4).tolist(),
-        "x": list(range(1, n_red + 1)), "y": list(range(1, n_ref + 1)), "zmin": 0, "zmax": 1, "xgap": 1, "ygap": 1,
+        "type": "heatmap",
+        "z": np.round(matrix, 4).tolist(),
+        "x": list(range(1, n_red + 1)),
+        "y": list(range(1, n_ref + 1)),
+        "zmin": 0,
+        "zmax": 1,
+        "xgap": 1,
+        "ygap": 1,
         "colorscale": [[0.0, "#f3f6f9"], [0.3, "#b9d3e8"], [0.7, "#4a90c2"], [1.0, "#08306b"]],
         "colorbar": {"title": {"text": "MAC"}, "thickness": 12, "len": 0.9, "outlinewidth": 0},
         "hovertemplate": "unreduced %{y}, reduced %{x}: MAC %{z:.4f}<extra></extra>",
-    }  # fmt: skip
+    }
     if n_ref * n_red < 5000:
         trace["customdata"] = [[f"{a:.2f} / {b:.2f} Hz" for b in modes.freq_reduced] for a in modes.freq_reference]
         trace["hovertemplate"] = "unreduced %{y}, reduced %{x}: MAC %{z:.4f}<br>%{customdata}<extra></extra>"
@@ -183,9 +199,14 @@ def spectra_figure(result: Found, units: Units) -> Figure:
     for k, name in enumerate("xyz"):
         suffix = str(k + 1) if k else ""
         layout[f"yaxis{suffix}"] = axis(
-            f"{name}, {units.length}", domain=stacked(k, 3), type="log", exponentformat="power", dtick=1,
-            minor={"showgrid": False}, range=_decades(size, k),
-        )  # fmt: skip
+            f"{name}, {units.length}",
+            domain=stacked(k, 3),
+            type="log",
+            exponentformat="power",
+            dtick=1,
+            minor={"showgrid": False},
+            range=_decades(size, k),
+        )
         drawn = [run for run in palette.DRAWN if run in size]
         data += [_spectrum_line(spectra.freq, size[run][:, k], run, k, len(size)) for run in drawn]
         layout["annotations"].append(_panel_label(_fit_words(result, name), f"y{suffix} domain"))
@@ -210,9 +231,17 @@ def _fit_words(result: Found, name: str) -> str:
 
 def _panel_label(text: str, yref: str) -> dict[str, Any]:
     return {
-        "text": text, "xref": "paper", "x": 1.0, "xanchor": "right", "showarrow": False,
-        "yref": yref, "y": 0.97, "yanchor": "top", "bgcolor": "rgba(255,255,255,0.85)", "font": {"size": 13},
-    }  # fmt: skip
+        "text": text,
+        "xref": "paper",
+        "x": 1.0,
+        "xanchor": "right",
+        "showarrow": False,
+        "yref": yref,
+        "y": 0.97,
+        "yanchor": "top",
+        "bgcolor": "rgba(255,255,255,0.85)",
+        "font": {"size": 13},
+    }
 
 
 def _decades(size: dict[str, FloatArray], k: int) -> list[float]:
@@ -268,10 +297,18 @@ def energy_figure(result: Found, units: Units) -> Figure:
         layout[f"yaxis{suffix}"] = axis(f"energy, {units.energy}" if k == 0 else "", anchor=f"x{suffix}")
         if k:
             layout[f"yaxis{suffix}"] |= {"matches": "y", "showticklabels": False}
-        layout["annotations"].append({
-            "text": f"<b>{palette.RUN_NAMES[name]}</b>", "xref": f"x{suffix} domain", "x": 0.0, "xanchor": "left",
-            "yref": "paper", "y": 1.0, "yanchor": "bottom", "showarrow": False,
-        })  # fmt: skip
+        layout["annotations"].append(
+            {
+                "text": f"<b>{palette.RUN_NAMES[name]}</b>",
+                "xref": f"x{suffix} domain",
+                "x": 0.0,
+                "xanchor": "left",
+                "yref": "paper",
+                "y": 1.0,
+                "yanchor": "bottom",
+                "showarrow": False,
+            }
+        )
         for term, values in energy_terms(run.history).items():
             time, thin = thinned(run.history.time, values)
             trace = line(time, thin, term, palette.ENERGY[term], row=k, first=term not in listed)

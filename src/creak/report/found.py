@@ -111,9 +111,17 @@ class FoundRun:
         """Forces and energy of the run; it holds neither gaps nor motion."""
         none = np.zeros((0, 0))
         return History(
-            self.time, none, self.force, none, np.zeros(0, dtype=np.int64), none, self.energy, self.contact_steps,
-            self.setup_s, residual=self.residual,
-        )  # fmt: skip
+            self.time,
+            none,
+            self.force,
+            none,
+            np.zeros(0, dtype=np.int64),
+            none,
+            self.energy,
+            self.contact_steps,
+            self.setup_s,
+            residual=self.residual,
+        )
 
 
 @dataclass(frozen=True)
@@ -164,30 +172,51 @@ def found_of(
     setup = _setup(result.setup)
     surface = _surface(setup, result.gaps, places)
     return Found(
-        setup, _channels(result.gaps), {name: _run(r, result.gaps) for name, r in result.runs.items()},
-        result.reference.linear_gaps, result.modes, result.spectra, result.events, places, surface,
-        recorded_motions(run, setup.model.nodes.count, surface, animation_bytes), result.window,
-        tuple(warnings_of(result.notes)), tuple(plain_notes(result.notes)),
-        {name: health_rows(health) for name, health in result.health.items()}, convergence,
-        tuple(provenance(result)), result.stopped,
-    )  # fmt: skip
+        setup,
+        _channels(result.gaps),
+        {name: _run(r, result.gaps) for name, r in result.runs.items()},
+        result.reference.linear_gaps,
+        result.modes,
+        result.spectra,
+        result.events,
+        places,
+        surface,
+        recorded_motions(run, setup.model.nodes.count, surface, animation_bytes),
+        result.window,
+        tuple(warnings_of(result.notes)),
+        tuple(plain_notes(result.notes)),
+        {name: health_rows(health) for name, health in result.health.items()},
+        convergence,
+        tuple(provenance(result)),
+        result.stopped,
+    )
 
 
 def _setup(setup: Setup) -> FoundSetup:
     study = setup.study
     moved = [*setup.driven.labels.values(), *setup.loads.force_labels]
     return FoundSetup(
-        FoundStudy(Path(study.path.name), study.config, study.text), plain_mesh(setup.model), setup.rayleigh,
-        _channels(setup.contacts), _channels(setup.connectors), setup.pairs,
-        _nodes([f.nodes_idx for f in setup.model.fixed]), _nodes([a // 6 for a in moved]),
-    )  # fmt: skip
+        FoundStudy(Path(study.path.name), study.config, study.text),
+        plain_mesh(setup.model),
+        setup.rayleigh,
+        _channels(setup.contacts),
+        _channels(setup.connectors),
+        setup.pairs,
+        _nodes([f.nodes_idx for f in setup.model.fixed]),
+        _nodes([a // 6 for a in moved]),
+    )
 
 
 def _channels(gaps: GapOperator) -> Channels:
     return Channels(
-        gaps.names, gaps.group, gaps.nodes_idx, gaps.gap0, gaps.stiffness, gaps.retained_nodes,
+        gaps.names,
+        gaps.group,
+        gaps.nodes_idx,
+        gaps.gap0,
+        gaps.stiffness,
+        gaps.retained_nodes,
         gaps.friction is not None,
-    )  # fmt: skip
+    )
 
 
 def _run(run: Run, gaps: GapOperator) -> FoundRun:
@@ -197,9 +226,18 @@ def _run(run: Run, gaps: GapOperator) -> FoundRun:
         row, j = np.unravel_index(int(h.gap.argmin()), h.gap.shape)
         nearest = (gaps.names[int(j)], float(h.time[row]), float(h.gap[row, j]))
     return FoundRun(
-        run.name, h.time, h.force, h.energy, _closest(h, gaps), nearest, h.contact_steps, h.setup_s, h.residual,
-        run.events, run.slips,
-    )  # fmt: skip
+        run.name,
+        h.time,
+        h.force,
+        h.energy,
+        _closest(h, gaps),
+        nearest,
+        h.contact_steps,
+        h.setup_s,
+        h.residual,
+        run.events,
+        run.slips,
+    )
 
 
 def _closest(h: History, gaps: GapOperator) -> SingleArray:

@@ -36,8 +36,13 @@ def gap_figure(result: Found, units: Units) -> Figure:
         data += traces
         pad = 0.08 * (high - low)
         name = "yaxis" + (str(row + 1) if row else "")
-        layout[name] = axis(f"{group}, {units.length}", domain=stacked(row, len(shown)), zeroline=True,
-                            zerolinecolor=palette.MUTED, range=[low - pad, high + pad])  # fmt: skip
+        layout[name] = axis(
+            f"{group}, {units.length}",
+            domain=stacked(row, len(shown)),
+            zeroline=True,
+            zerolinecolor=palette.MUTED,
+            range=[low - pad, high + pad],
+        )
     caption = (
         "Smallest gap of the channels of the contact at each instant. At zero the parts touch; how far it falls below "
         "is how far the contact springs give way."
@@ -121,9 +126,14 @@ def _outline(flat: FloatArray, surface: Surface) -> Trace:
     gaps = np.full((len(edges), 1), np.nan)
     x, y = (np.concatenate([flat[edges, k], gaps], axis=1).ravel() for k in (0, 1))
     return {
-        "type": "scatter", "mode": "lines", "x": plain(x), "y": plain(y),
-        "line": {"color": palette.GRID, "width": 1}, "hoverinfo": "skip", "showlegend": False,
-    }  # fmt: skip
+        "type": "scatter",
+        "mode": "lines",
+        "x": plain(x),
+        "y": plain(y),
+        "line": {"color": palette.GRID, "width": 1},
+        "hoverinfo": "skip",
+        "showlegend": False,
+    }
 
 
 def _dots(result: Found, at: FloatArray, smallest: FloatArray, kept: Any, units: Units) -> Trace:
@@ -131,17 +141,30 @@ def _dots(result: Found, at: FloatArray, smallest: FloatArray, kept: Any, units:
     order = np.argsort(-smallest, kind="stable")
     words = [
         f"{c.group[j]}, node {nodes.label(int(c.nodes_idx[j]))}<br>gap at rest {number(float(c.gap0[j]), 3)}, "
-        f"smallest {number(float(smallest[j]), 3)} {units.length}" for j in order.tolist()
-    ]  # fmt: skip
+        f"smallest {number(float(smallest[j]), 3)} {units.length}"
+        for j in order.tolist()
+    ]
     low, high = (float(np.percentile(smallest, p)) for p in (0, 95))
     return {
-        "type": "scatter", "mode": "markers", "x": plain(at[order, 0]), "y": plain(at[order, 1]), "text": words,
-        "hovertemplate": "%{text}<extra></extra>", "showlegend": False,
+        "type": "scatter",
+        "mode": "markers",
+        "x": plain(at[order, 0]),
+        "y": plain(at[order, 1]),
+        "text": words,
+        "hovertemplate": "%{text}<extra></extra>",
+        "showlegend": False,
         "marker": {
-            "color": plain(smallest[order]), "size": 8, "cmin": low, "cmax": high if high > low else low + 1.0,
+            "color": plain(smallest[order]),
+            "size": 8,
+            "cmin": low,
+            "cmax": high if high > low else low + 1.0,
             "colorscale": [[0.0, "#4a0d42"], [0.35, "#b5173a"], [0.65, "#e8743b"], [1.0, "#f7c948"]],
             "line": {"color": palette.INK, "width": [1.6 if k else 0.0 for k in kept[order].tolist()]},
-            "colorbar": {"title": {"text": f"smallest gap, {units.length}", "side": "right"}, "thickness": 12,
-                         "len": 0.9, "outlinewidth": 0},
+            "colorbar": {
+                "title": {"text": f"smallest gap, {units.length}", "side": "right"},
+                "thickness": 12,
+                "len": 0.9,
+                "outlinewidth": 0,
+            },
         },
-    }  # fmt: skip
+    }

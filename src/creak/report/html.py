@@ -27,11 +27,23 @@ from creak.studies.compared import main_run
 from creak.studies.run import StudyResult
 
 SECTIONS = {
-    "top": "Verdict", "places": "Places", "checks": "Trust", "motion": "Motion", "force": "Force and gap",
-    "events": "Events", "convergence": "Convergence", "model": "Model", "modes": "Modes", "spectra": "Spectra",
-    "energy": "Energy", "precheck": "Pre-check", "superelements": "Reduction", "size": "Costs", "method": "Method",
+    "top": "Verdict",
+    "places": "Places",
+    "checks": "Trust",
+    "motion": "Motion",
+    "force": "Force and gap",
+    "events": "Events",
+    "convergence": "Convergence",
+    "model": "Model",
+    "modes": "Modes",
+    "spectra": "Spectra",
+    "energy": "Energy",
+    "precheck": "Pre-check",
+    "superelements": "Reduction",
+    "size": "Costs",
+    "method": "Method",
     "provenance": "Provenance",
-}  # fmt: skip
+}
 FILES = Path(__file__).parent
 SCRIPTS = ("viewer.js", "report.js")
 
@@ -65,9 +77,12 @@ def report_text(result: Found, summary: dict[str, Any]) -> str:
     """The report as HTML."""
     units = UNITS[result.setup.study.config.model.units]
     environment = Environment(
-        loader=PackageLoader("creak.report", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        loader=PackageLoader("creak.report", "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
         lstrip_blocks=True,
-    )  # fmt: skip
+    )
     environment.filters["coded"] = coded
     template = environment.get_template("report.html.j2")
     motions = scene.animations(result, units)
@@ -79,9 +94,11 @@ def report_text(result: Found, summary: dict[str, Any]) -> str:
         | _table_parts(result, summary, units)
         | _file_parts(result)
     )
-    settling = None if result.convergence is None else convergence_parts(
-        result.convergence, summary["convergence"]["findings"], units
-    )  # fmt: skip
+    settling = (
+        None
+        if result.convergence is None
+        else convergence_parts(result.convergence, summary["convergence"]["findings"], units)
+    )
     return template.render(**parts, convergence=settling, units=units, sections=_sections(parts, settling))
 
 

@@ -89,11 +89,15 @@ def _reduced(t: ReductionTable) -> list[str]:
         return []
     if t.method in ("gap-modes", "massless-boundary"):
         mass = "" if t.method == "gap-modes" else " whose own mass is neglected"
-        return [f"The assembly was reduced to its modes up to {tidy(t.f_max)} Hz and one static shape per gap "
-                f"channel{mass}, so that contact is exact in statics. {diagonal}"]  # fmt: skip
+        return [
+            f"The assembly was reduced to its modes up to {tidy(t.f_max)} Hz and one static shape per gap "
+            f"channel{mass}, so that contact is exact in statics. {diagonal}"
+        ]
     modes = "nothing else (Guyan)" if t.method == "guyan" else f"its fixed-interface modes up to {tidy(t.f_max)} Hz"
-    return [f"Each part was reduced to the degrees of freedom at links, supports, loads, contact and watched nodes, "
-            f"and {modes}. {diagonal}"]  # fmt: skip
+    return [
+        f"Each part was reduced to the degrees of freedom at links, supports, loads, contact and watched nodes, "
+        f"and {modes}. {diagonal}"
+    ]
 
 
 def parameters(result: Found, summary: dict[str, Any], units: Units) -> list[tuple[str, str]]:
@@ -131,16 +135,19 @@ def _excitation(table: ExcitationTable, units: Units) -> str:
     length, force = units.length, units.force
     if table.dof.startswith("r"):
         length, force = "rad", f"{units.force} {units.length}"
-    unit = {"displacement": length, "force": force, "acceleration": f"{length}/s²",
-            "velocity": f"{length}/s"}[table.kind]
+    unit = {"displacement": length, "force": force, "acceleration": f"{length}/s²", "velocity": f"{length}/s"}[
+        table.kind
+    ]
     return f"{KINDS[table.kind]} of {table.node_set} along {table.dof}: {_signal(table, unit)}"
 
 
 def _signal(table: ExcitationTable, unit: str) -> str:
     s = table.signal
     if isinstance(s, MultisineTable):
-        return (f"multisine {tidy(s.f_min)} to {tidy(s.f_max)} Hz, {tidy(s.amplitude)} {unit} a line, period "
-                f"{tidy(s.period)} s, seed {s.seed}")  # fmt: skip
+        return (
+            f"multisine {tidy(s.f_min)} to {tidy(s.f_max)} Hz, {tidy(s.amplitude)} {unit} a line, period "
+            f"{tidy(s.period)} s, seed {s.seed}"
+        )
     if isinstance(s, SineTable):
         return f"sine, {tidy(s.frequency)} Hz, {tidy(s.amplitude)} {unit}"
     if isinstance(s, StepTable):

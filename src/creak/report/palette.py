@@ -31,8 +31,18 @@ PARTS = ("#7fa8cf", "#e3bf82", "#93c39b", "#c5a3cc", "#d99a86", "#8fc6c6", "#b9b
 """Pale enough for marks to stand out on them; used in turn."""
 
 DARK = {
-    INK: "#e6eaee", MUTED: "#9ba6b1", GRID: "#323a42", "white": "#14181c", REDUCED: "#4ba3dd",
-    "rgba(255,255,255,0.85)": "rgba(20,24,28,0.85)", "#009e73": "#2fc396", "#8c6d1f": "#c9a64a",
-    "#f3f6f9": "#1d242b", "#b9d3e8": "#1f4c6e", "#08306b": "#d3e8f7", "#4a0d42": "#f2d6ff", "#b5173a": "#f0607f",
-}  # fmt: skip
+    INK: "#e6eaee",
+    MUTED: "#9ba6b1",
+    GRID: "#323a42",
+    "white": "#14181c",
+    REDUCED: "#4ba3dd",
+    "rgba(255,255,255,0.85)": "rgba(20,24,28,0.85)",
+    "#009e73": "#2fc396",
+    "#8c6d1f": "#c9a64a",
+    "#f3f6f9": "#1d242b",
+    "#b9d3e8": "#1f4c6e",
+    "#08306b": "#d3e8f7",
+    "#4a0d42": "#f2d6ff",
+    "#b5173a": "#f0607f",
+}
 """What the colours of the figures become on a dark page."""

@@ -108,8 +108,16 @@ def panels_picture(panels: Sequence[Panel], legend: Sequence[tuple[str, str]]) -
     height = float(np.clip(10.0 / sum(ratios), 1.6, 5.6)) + 0.85
     fig = Figure(figsize=(11.0, height), dpi=DPI)
     FigureCanvasAgg(fig)
-    grid = fig.add_gridspec(1, len(panels), width_ratios=ratios, left=0.01, right=0.99, top=1.0 - 0.34 / height,
-                            bottom=0.55 / height, wspace=0.04)  # fmt: skip
+    grid = fig.add_gridspec(
+        1,
+        len(panels),
+        width_ratios=ratios,
+        left=0.01,
+        right=0.99,
+        top=1.0 - 0.34 / height,
+        bottom=0.55 / height,
+        wspace=0.04,
+    )
     for k, (panel, shape) in enumerate(zip(panels, shapes, strict=True)):
         ax = fig.add_subplot(grid[0, k])
         ax.set_aspect("equal")
@@ -220,8 +228,17 @@ def _draw_marks(ax: Axes, model: Mesh, view: View, marks: Sequence[Marks]) -> No
         xy = view.flat(model.nodes.coords[m.nodes_idx])
         line = 0.7 if m.colour == "white" or m.shape != "o" else 0.0
         edge = INK if m.colour != INK else "white"
-        ax.scatter(xy[:, 0], xy[:, 1], s=m.size, c=m.colour, marker=m.shape, edgecolors=edge, linewidths=line,
-                   zorder=5 + k, clip_on=False)  # fmt: skip
+        ax.scatter(
+            xy[:, 0],
+            xy[:, 1],
+            s=m.size,
+            c=m.colour,
+            marker=m.shape,
+            edgecolors=edge,
+            linewidths=line,
+            zorder=5 + k,
+            clip_on=False,
+        )
 
 
 def _scale_colours() -> Colormap:
@@ -234,9 +251,18 @@ def _draw_loaded(ax: Axes, model: Mesh, view: View, loaded: Loaded, scale: float
     ax.scatter(xy[idle, 0], xy[idle, 1], s=5.0, c="white", edgecolors=MUTED, linewidths=0.5, zorder=5, clip_on=False)
     order = np.flatnonzero(~idle)[np.argsort(loaded.values[~idle])]
     ax.scatter(
-        xy[order, 0], xy[order, 1], s=14.0 + 110.0 * loaded.values[order] / scale, c=loaded.values[order],
-        cmap=_scale_colours(), vmin=0.0, vmax=scale, edgecolors=INK, linewidths=0.4, zorder=6, clip_on=False,
-    )  # fmt: skip
+        xy[order, 0],
+        xy[order, 1],
+        s=14.0 + 110.0 * loaded.values[order] / scale,
+        c=loaded.values[order],
+        cmap=_scale_colours(),
+        vmin=0.0,
+        vmax=scale,
+        edgecolors=INK,
+        linewidths=0.4,
+        zorder=6,
+        clip_on=False,
+    )
 
 
 def _name_hardest(ax: Axes, model: Mesh, view: View, loaded: Loaded) -> None:
@@ -247,12 +273,18 @@ def _name_hardest(ax: Axes, model: Mesh, view: View, loaded: Loaded) -> None:
     middle = view.flat(model.nodes.coords).mean(axis=0)
     inward = np.array([1.0 if x < middle[0] else -1.0, 1.0 if y < middle[1] else -1.0])
     ax.annotate(
-        f"node {model.nodes.label(node)}: {loaded.values.max():.3g} {loaded.unit}", (float(x), float(y)),
-        xytext=(30.0 * inward[0], 46.0 * inward[1]), textcoords="offset points", fontsize=9, color=INK, zorder=8,
-        ha="left" if inward[0] > 0 else "right", va="center",
+        f"node {model.nodes.label(node)}: {loaded.values.max():.3g} {loaded.unit}",
+        (float(x), float(y)),
+        xytext=(30.0 * inward[0], 46.0 * inward[1]),
+        textcoords="offset points",
+        fontsize=9,
+        color=INK,
+        zorder=8,
+        ha="left" if inward[0] > 0 else "right",
+        va="center",
         bbox={"boxstyle": "round,pad=0.3", "fc": "white", "ec": MUTED, "lw": 0.6},
         arrowprops={"arrowstyle": "-", "color": INK, "lw": 0.8},
-    )  # fmt: skip
+    )
 
 
 def _colour_bar(fig: Figure, ax: Axes, loaded: Loaded, scale: float) -> None:
@@ -277,18 +309,33 @@ def _part_patches(model: Mesh, facets: Facets) -> list[Patch]:
 
 def _mark_handles(marks: Sequence[Marks]) -> list[Line2D]:
     return [
-        Line2D([], [], linestyle="", marker=m.shape, color=m.colour, label=f"{m.label} ({m.nodes_idx.size})",
-               markeredgecolor=INK if m.colour == "white" else m.colour, markersize=6.0)
+        Line2D(
+            [],
+            [],
+            linestyle="",
+            marker=m.shape,
+            color=m.colour,
+            label=f"{m.label} ({m.nodes_idx.size})",
+            markeredgecolor=INK if m.colour == "white" else m.colour,
+            markersize=6.0,
+        )
         for m in marks
-    ]  # fmt: skip
+    ]
 
 
 def _legend(fig: Figure, handles: Sequence[Patch | Line2D]) -> None:
     if handles:
         fig.legend(
-            handles=list(handles), loc="lower center", ncols=min(len(handles), 8), frameon=False, fontsize=9,
-            handlelength=1.2, columnspacing=1.6, handletextpad=0.5, labelcolor=INK,
-        )  # fmt: skip
+            handles=list(handles),
+            loc="lower center",
+            ncols=min(len(handles), 8),
+            frameon=False,
+            fontsize=9,
+            handlelength=1.2,
+            columnspacing=1.6,
+            handletextpad=0.5,
+            labelcolor=INK,
+        )
 
 
 def _triad(ax: Axes, view: View) -> None:
@@ -302,10 +349,18 @@ def _triad(ax: Axes, view: View) -> None:
         for text, length in (("", 22.0), (name, 30.0)):
             end = (float(origin[0] + length * tip[0]), float(origin[1] + length * tip[1]))
             ax.annotate(
-                text, end, xytext=end if text else (18.0, -22.0), xycoords="axes points", textcoords="axes points",
+                text,
+                end,
+                xytext=end if text else (18.0, -22.0),
+                xycoords="axes points",
+                textcoords="axes points",
                 arrowprops=None if text else dict(arrow),
-                ha="center", va="center", fontsize=8, color=MUTED, annotation_clip=False,
-            )  # fmt: skip
+                ha="center",
+                va="center",
+                fontsize=8,
+                color=MUTED,
+                annotation_clip=False,
+            )
 
 
 def _png(fig: Figure) -> bytes:

@@ -32,9 +32,7 @@ class PlaceRow:
     """Animation that shows its hardest recorded event."""
 
 
-def place_parts(
-    result: Found, motions: Animations, units: Units
-) -> dict[str, Any]:
+def place_parts(result: Found, motions: Animations, units: Units) -> dict[str, Any]:
     """What the template needs of the places."""
     places = result.places
     rows = [_row(result, p, motions, units) for p in places[:MOST_PLACES]]
@@ -63,10 +61,14 @@ def _row(result: Found, place: Place, motions: Animations, units: Units) -> Plac
     xyz = ", ".join(number(float(x), 3) for x in model.nodes.coords[place.node_idx])
     detail = f"{plural(int(place.nodes_idx.size), 'node')}; x, y, z = {xyz} {units.length}"
     return PlaceRow(
-        place.number, f"{place.contact}, node {model.nodes.label(place.node_idx)}{f' of {part}' if part else ''}",
-        detail, number(len(place.events)), number(place.force, 3), number(place.speed, 3),
+        place.number,
+        f"{place.contact}, node {model.nodes.label(place.node_idx)}{f' of {part}' if part else ''}",
+        detail,
+        number(len(place.events)),
+        number(place.force, 3),
+        number(place.speed, 3),
         _motion(place, motions),
-    )  # fmt: skip
+    )
 
 
 def _motion(place: Place, motions: Animations) -> int | None:

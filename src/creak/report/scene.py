@@ -41,13 +41,17 @@ def scene(result: Found) -> dict[str, Any] | None:
     xyz = setup.model.nodes.coords
     points, centre, scale = _quantised(xyz[surface.nodes_idx])
     return {
-        "points": _text(points), "centre": centre.tolist(), "scale": scale, "count": surface.nodes_idx.size,
-        "triangles": _text(surface.triangles.astype(np.uint32)), "edges": _text(surface.edges.astype(np.uint32)),
+        "points": _text(points),
+        "centre": centre.tolist(),
+        "scale": scale,
+        "count": surface.nodes_idx.size,
+        "triangles": _text(surface.triangles.astype(np.uint32)),
+        "edges": _text(surface.edges.astype(np.uint32)),
         "parts": [_part(result, row) for row in surface.parts.tolist()],
         "view": front(xyz, outward(setup.contacts, xyz)).matrix.T.tolist(),
         "marks": {name: surface.rows(nodes).tolist() for name, nodes in marks.items() if nodes.size},
         "places": [_place(p, surface) for p in result.places],
-    }  # fmt: skip
+    }
 
 
 def animations(result: Found, units: Units) -> Animations:
@@ -86,21 +90,23 @@ def _words(shown: int, motions: Motions, used: int, surface: Surface) -> str:
     return text + "."
 
 
-def _animation(
-    run: FoundRun, result: Found, surface: Surface, motion: ShownMotion, units: Units
-) -> dict[str, Any]:
+def _animation(run: FoundRun, result: Found, surface: Surface, motion: ShownMotion, units: Units) -> dict[str, Any]:
     nodes, force = _forces(run, result, motion)
     peak = float(force.max(initial=0.0))
     place = place_of(result.places, motion.event)
     where = f"place {place.number}" if place else f"node {result.setup.model.nodes.label(motion.event.node_idx)}"
     hit = f"{number(motion.event.force_peak_filtered, 3)} {units.force} at {fixed(motion.event.t_start, 4)} s"
     return {
-        "label": f"{hit}, {where}", "time": np.round(motion.time, 9).tolist(), "largest": motion.largest,
-        "amplitudes": motion.amplitudes.tolist(), "shapes": _text(motion.shapes),
-        "nodes": surface.rows(nodes).tolist(), "peak": peak,
+        "label": f"{hit}, {where}",
+        "time": np.round(motion.time, 9).tolist(),
+        "largest": motion.largest,
+        "amplitudes": motion.amplitudes.tolist(),
+        "shapes": _text(motion.shapes),
+        "nodes": surface.rows(nodes).tolist(),
+        "peak": peak,
         "force": _text(np.minimum(np.ceil(force * (255.0 / (peak or 1.0))), 255.0).astype(np.uint8)),
         "touch": motion.event.t_peak,
-    }  # fmt: skip
+    }
 
 
 def _forces(run: FoundRun, result: Found, motion: ShownMotion) -> tuple[IntArray, FloatArray]:
@@ -129,9 +135,11 @@ def _part(result: Found, row: list[int]) -> dict[str, Any]:
 
 def _place(place: Place, surface: Surface) -> dict[str, Any]:
     return {
-        "number": place.number, "contact": place.contact,
-        "at": int(surface.rows(np.array([place.node_idx]))[0]), "nodes": surface.rows(place.nodes_idx).tolist(),
-    }  # fmt: skip
+        "number": place.number,
+        "contact": place.contact,
+        "at": int(surface.rows(np.array([place.node_idx]))[0]),
+        "nodes": surface.rows(place.nodes_idx).tolist(),
+    }
 
 
 def _quantised(xyz: FloatArray) -> tuple[IntArray, FloatArray, float]:

@@ -48,8 +48,9 @@ def read_found(folder: Path) -> tuple[Found, dict[str, Any]]:
     if path.is_file() and not text.exists():
         raise InputError(
             f"no such results: {text}, only {RESULTS} beside it: a run was stopped while it wrote them",
-            expected="both, of one run", fix=AGAIN,
-        )  # fmt: skip
+            expected="both, of one run",
+            fix=AGAIN,
+        )
     with reading(text):
         summary = json.loads(text.read_text(encoding="utf-8"))
         names, run = list(summary["runs"]), identity_of(summary)
@@ -60,8 +61,9 @@ def read_found(folder: Path) -> tuple[Found, dict[str, Any]]:
         if run is None:
             raise InputError(
                 f"{SUMMARY} and {RESULTS} in {folder} do not say of which run they are",
-                expected="results with a run id", fix=AGAIN,
-            )  # fmt: skip
+                expected="results with a run id",
+                fix=AGAIN,
+            )
         found = _found(file)
     if names != list(found.runs):
         raise of_two_runs(folder)
@@ -73,15 +75,17 @@ def _check(file: h5py.File, path: Path) -> None:
     by = file.attrs.get("creak", "another program")
     if "report" not in file:
         raise InputError(
-            f"{path}, written by creak {by}, does not keep what a report needs", expected="results of creak run",
+            f"{path}, written by creak {by}, does not keep what a report needs",
+            expected="results of creak run",
             fix=f"{AGAIN} Cases of a sweep do not keep it either.",
-        )  # fmt: skip
+        )
     version = int(file["report"].attrs["version"])
     if version != VERSION:
         raise InputError(
             f"{path}, written by creak {by}, keeps its report in version {version}",
-            expected=f"version {VERSION}", fix=f"Use creak {by}, or run the study again.",
-        )  # fmt: skip
+            expected=f"version {VERSION}",
+            fix=f"Use creak {by}, or run the study again.",
+        )
 
 
 def _found(file: h5py.File) -> Found:

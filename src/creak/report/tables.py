@@ -62,7 +62,7 @@ def fit_table(result: Found) -> Table | None:
     rows = [
         [axis, four(fit[axis]), "" if fit[axis] is not None else "no motion along this axis (round-off only)"]
         for axis in ("x", "y", "z")
-    ]  # fmt: skip
+    ]
     rows.append(["all together", four(fit["all"]), ""])
     note = "1: the spectra of both runs are equal, phase included; 0: no better than no motion at all."
     return Table(["axis", "NRMSE fit", ""], rows, note=note, flags=["", "", "", "total"])
@@ -91,10 +91,28 @@ def gap_table(result: Found, units: Units) -> Table | None:
         all_of = [j for j, g in enumerate(source.group) if g == group]
         kept = [j for j, g in enumerate(result.gaps.group) if g == group]
         low, high = (float(f(source.gap0[all_of])) for f in (np.min, np.max))
-        rows.append([group, number(len(all_of)), number(len(kept)), number(low), number(high),
-                     *_penetration_cells(result, group), _stiffness(result.gaps.stiffness[kept])])  # fmt: skip
-    head = ["contact or connector", "candidates", "kept", "from", "to", f"smallest gap, {units.length}",
-            f"penetration, {units.length}", "of clearance", f"mean stiffness, {units.stiffness}"]  # fmt: skip
+        rows.append(
+            [
+                group,
+                number(len(all_of)),
+                number(len(kept)),
+                number(low),
+                number(high),
+                *_penetration_cells(result, group),
+                _stiffness(result.gaps.stiffness[kept]),
+            ]
+        )
+    head = [
+        "contact or connector",
+        "candidates",
+        "kept",
+        "from",
+        "to",
+        f"smallest gap, {units.length}",
+        f"penetration, {units.length}",
+        "of clearance",
+        f"mean stiffness, {units.stiffness}",
+    ]
     groups = [("", 1), ("channels", 2), (f"clearance, {units.length}", 2), ("in the run with contact", 4)]
     return Table(head, rows, groups=groups)
 

@@ -29,9 +29,7 @@ MOSTLY = 0.95
 FEW = 3
 """Events below which lasting contact is worth a word."""
 RUN_WORDS = {"reduced": "reduced", "reference": "unreduced"}
-CREATED = {
-    "energy_created": (ENERGY_BAR, "put in"), "energy_created_of_contact": (CONTACT_BAR, "that contact took up")
-}
+CREATED = {"energy_created": (ENERGY_BAR, "put in"), "energy_created_of_contact": (CONTACT_BAR, "that contact took up")}
 """Figure of a run -> how much of which energy may have been created."""
 
 
@@ -99,9 +97,11 @@ def sentence(result: Found, summary: dict[str, Any], units: Units) -> str:
 
 
 TRUST = {
-    SETTLED: "Settled.", STATISTICS: "Settled as statistics, not event by event.", UNSETTLED: "Not settled.",
+    SETTLED: "Settled.",
+    STATISTICS: "Settled as statistics, not event by event.",
+    UNSETTLED: "Not settled.",
     UNRELIABLE: "Unreliable.",
-}  # fmt: skip
+}
 """Verdict on a run -> first words of the page."""
 
 
@@ -372,7 +372,7 @@ def first_mistakes(result: Found, units: Units) -> list[str]:
             f"Nothing touched during the whole run: the closest approach is {number(gap, 3)} {units.length} at "
             f"{channel}, {number(time, 4)} s, which starts {number(at_rest, 3)} {units.length} open. Raise the "
             "excitation, or look whether distances and units are as meant."
-        ]  # fmt: skip
+        ]
     pressed = np.asarray((h.force > 0.0).any(axis=1))
     if float(h.weights @ pressed) > MOSTLY * float(h.time[-1] - h.time[0]) and len(run.events) < FEW:
         return ["The parts press on each other nearly all the time: a preload, or parts that overlap from the start?"]
@@ -388,8 +388,9 @@ def _deep(result: Found) -> list[str]:
     return [
         f"at {group} the parts penetrate each other by {share(p.of_clearance)} of the clearance. A shorter step allows "
         "a stiffer contact, and so do [time] substeps."
-        for group, p in found.items() if p is not None and (p.of_clearance or 0.0) > PENETRATION_BAR
-    ]  # fmt: skip
+        for group, p in found.items()
+        if p is not None and (p.of_clearance or 0.0) > PENETRATION_BAR
+    ]
 
 
 def _resolution(result: Found) -> list[str]:

@@ -67,11 +67,14 @@ def as_dict(advice: Advice) -> dict[str, Any]:
         "advice": {
             "method": "none" if c.option is None else c.option.method,
             "f_max": None if c.option is None else c.option.f_max,
-            "step": None if c.exact else c.step.step, "substeps": None if c.exact else c.substeps,
-            "changes": [dataclasses.asdict(x) for x in c.changes], "toml": advice.toml,
-            "because": list(c.because), "warnings": list(c.warnings),
+            "step": None if c.exact else c.step.step,
+            "substeps": None if c.exact else c.substeps,
+            "changes": [dataclasses.asdict(x) for x in c.changes],
+            "toml": advice.toml,
+            "because": list(c.because),
+            "warnings": list(c.warnings),
         },
-    }  # fmt: skip
+    }
     return _plain(data)
 
 

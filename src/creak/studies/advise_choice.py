@@ -56,14 +56,21 @@ def choose(setup: Setup, facts: Facts) -> Choice:
     option, why = _option(setup, facts, step)
     massless = option is not None and option.method == "massless-boundary"
     substeps = _substeps(setup, step, massless)
-    exact, forced = setup.study.config.time.exact, [
-        *words.why_step(setup, step, massless), *words.why_substeps(step, substeps, massless),
-        *words.why_stiffness(setup, step, substeps, massless),
-    ]  # fmt: skip
+    exact, forced = (
+        setup.study.config.time.exact,
+        [
+            *words.why_step(setup, step, massless),
+            *words.why_substeps(step, substeps, massless),
+            *words.why_stiffness(setup, step, substeps, massless),
+        ],
+    )
     because = [
-        why, *words.why_f_max(facts, option), *([words.why_exact(setup)] if exact else forced),
-        *words.why_retained(setup, facts), *words.why_unreduced(facts, step),
-    ]  # fmt: skip
+        why,
+        *words.why_f_max(facts, option),
+        *([words.why_exact(setup)] if exact else forced),
+        *words.why_retained(setup, facts),
+        *words.why_unreduced(facts, step),
+    ]
     changes = tuple(_changes(setup, option, step, substeps))
     return Choice(option, exact, step, substeps, changes, tuple(because), tuple(words.warnings(setup, facts, option)))
 

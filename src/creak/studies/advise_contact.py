@@ -102,7 +102,7 @@ def bounces(
 
 def _bounce(
     system: System, gaps: GapOperator, which: IntArray, k: FloatArray, scheme: Scheme, h: float
-) -> Bounce | None:  # fmt: skip
+) -> Bounce | None:
     if not which.size:
         return None
     some = which[np.unique(np.linspace(0, which.size - 1, min(which.size, SAMPLE)).astype(np.int64))]

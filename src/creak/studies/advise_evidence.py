@@ -39,9 +39,11 @@ MEASURED: dict[str, tuple[Measured, ...]] = {
     ),
     "gap-modes": (Measured(3.0, 0.0, 4.2e-3, 3.9e-3), Measured(7.0, 0.0, 5e-4, 4e-4)),
     "massless-boundary": (
-        Measured(3.0, 0.0, 6.9e-2, 9.2e-2), Measured(7.0, 0.0, 7.9e-3, 9.4e-3), Measured(11.0, 0.0, 1.0e-3, 9e-4),
+        Measured(3.0, 0.0, 6.9e-2, 9.2e-2),
+        Measured(7.0, 0.0, 7.9e-3, 9.4e-3),
+        Measured(11.0, 0.0, 1.0e-3, 9e-4),
     ),
-}  # fmt: skip
+}
 RULE_OF_THUMB = ((2.0, 1e-2), (3.0, 1e-3), (5.0, 3e-4))
 """(f_max / frequency, relative frequency error): two cantilever halves; beyond the last point no more than that."""
 
@@ -57,11 +59,15 @@ class StepEvidence:
 
 STEPS = (
     StepEvidence(10.0, "45 of 96 events found, impulse 65 % low", "91 of 96 events found, impulse 16 % low"),
-    StepEvidence(40.0, "95 of 96 events found; start and duration settled, impulse 7 % low",
-                 "96 of 96 events found; impulse 3 % low"),
-    StepEvidence(100.0, "the impulse of 21 of 22 events settled to 5 %",
-                 "the impulse of 17 of 22 events settled to 5 %"),
-)  # fmt: skip
+    StepEvidence(
+        40.0,
+        "95 of 96 events found; start and duration settled, impulse 7 % low",
+        "96 of 96 events found; impulse 3 % low",
+    ),
+    StepEvidence(
+        100.0, "the impulse of 21 of 22 events settled to 5 %", "the impulse of 17 of 22 events settled to 5 %"
+    ),
+)
 """docs/contact_convergence.md: against the massless boundary at the shortest step, automatic stiffness."""
 
 

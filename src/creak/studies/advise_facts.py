@@ -202,7 +202,7 @@ def _whole_frequencies(setup: Setup, f: float) -> list[float]:
 
 def _options(
     setup: Setup, found: Sizes, counted: Counted, fixed: list[float], whole: list[float], f: float, gaps: GapOperator
-) -> tuple[Option, ...]:  # fmt: skip
+) -> tuple[Option, ...]:
     rows, cube = gaps.m + 2 * gaps.rubbing, eigen_cube_s()
     observed = 6.0 * setup.watched.size / output_every(setup.study)
     possible = all(p.held for p in found.parts)
@@ -211,25 +211,53 @@ def _options(
         n = found.unknowns(f_max)
         modes = sum(p.modes.below[f_max] for p in found.parts)
         bound = float(error_bound(np.array([f]), f_max)[0])
-        out.append(Option(
-            "craig-bampton", f_max, f_max / f, sum(p.boundary for p in found.parts), modes, n,
-            superelements_s(found.parts, f_max, n, cube), reduced_step_s(n, rows, observed), bound,
-            rule_of_thumb(f_max / f), measured("craig-bampton", f_max / f), possible,
-        ))  # fmt: skip
+        out.append(
+            Option(
+                "craig-bampton",
+                f_max,
+                f_max / f,
+                sum(p.boundary for p in found.parts),
+                modes,
+                n,
+                superelements_s(found.parts, f_max, n, cube),
+                reduced_step_s(n, rows, observed),
+                bound,
+                rule_of_thumb(f_max / f),
+                measured("craig-bampton", f_max / f),
+                possible,
+            )
+        )
     for method in ("gap-modes", "massless-boundary"):
         for f_max in whole:
             modes = counted.below[f_max]
-            out.append(Option(
-                method, f_max, f_max / f, rows, modes, modes + rows, assembly_modes_s(counted, f_max, rows),
-                reduced_step_s(modes + rows, rows, observed), 0.0, 0.0, measured(method, f_max / f),
-            ))  # fmt: skip
+            out.append(
+                Option(
+                    method,
+                    f_max,
+                    f_max / f,
+                    rows,
+                    modes,
+                    modes + rows,
+                    assembly_modes_s(counted, f_max, rows),
+                    reduced_step_s(modes + rows, rows, observed),
+                    0.0,
+                    0.0,
+                    measured(method, f_max / f),
+                )
+            )
     return tuple(out)
 
 
 def _steps(
-    setup: Setup, reference: ReferenceModel, gaps: GapOperator, scheme: Scheme, f: float,
-    options: tuple[Option, ...], cost: UnreducedCost, progress: Progress,
-) -> tuple[StepAdvice, ...]:  # fmt: skip
+    setup: Setup,
+    reference: ReferenceModel,
+    gaps: GapOperator,
+    scheme: Scheme,
+    f: float,
+    options: tuple[Option, ...],
+    cost: UnreducedCost,
+    progress: Progress,
+) -> tuple[StepAdvice, ...]:
     own = setup.study.config.time.step
     wanted = {float(f"{h:.9g}") for h in (own, *(step_for(setup, s.per_period * f) for s in STEPS))}
     largest, end = max(options, key=lambda o: o.step_s), float(setup.loads.time[-1])
@@ -240,10 +268,20 @@ def _steps(
         n, angle = round(end / h), 2.0 * np.pi * f * h
         evidence = step_evidence(1.0 / (f * h))
         words = ("coarser than any measured",) * 2 if evidence is None else (evidence.hht, evidence.massless)
-        out.append(StepAdvice(
-            h, n, 1.0 / (f * h), period_error(scheme, angle), numerical_damping(scheme, angle), auto, given,
-            n * largest.step_s, cost.run_s(n), *words,
-        ))  # fmt: skip
+        out.append(
+            StepAdvice(
+                h,
+                n,
+                1.0 / (f * h),
+                period_error(scheme, angle),
+                numerical_damping(scheme, angle),
+                auto,
+                given,
+                n * largest.step_s,
+                cost.run_s(n),
+                *words,
+            )
+        )
     progress("contact against the step", len(wanted), len(wanted))
     return tuple(out)
 

@@ -73,8 +73,10 @@ def why_substeps(step: StepAdvice, substeps: int, massless: bool) -> Iterator[st
 
 
 def why_stiffness(setup: Setup, step: StepAdvice, substeps: int, massless: bool) -> Iterator[str]:
-    kinds = {("table" if t.overclosure is not None else t.stiffness if isinstance(t.stiffness, str) else "number")
-             for t in setup.study.config.contact.values()}  # fmt: skip
+    kinds = {
+        ("table" if t.overclosure is not None else t.stiffness if isinstance(t.stiffness, str) else "number")
+        for t in setup.study.config.contact.values()
+    }
     if "auto" in kinds and step.automatic is not None:
         harder = ", harder with substeps" if substeps > 1 else ""
         yield (

@@ -33,9 +33,7 @@ def main_run(runs: Mapping[str, T]) -> T | None:
     return runs.get("reduced") or runs.get("reference")
 
 
-def compare_events(
-    runs: Mapping[str, HasEvents], tolerance: float, window: tuple[float, float]
-) -> EventMatch | None:
+def compare_events(runs: Mapping[str, HasEvents], tolerance: float, window: tuple[float, float]) -> EventMatch | None:
     """Events of the reduced run against those of the reference; None where one of them is missing."""
     if "reference" not in runs or "reduced" not in runs:
         return None

@@ -17,9 +17,7 @@ DOFS: tuple[Dof, ...] = ("x", "y", "z", "rx", "ry", "rz")
 class Table(BaseModel):
     """A table of the study; unknown keys are errors. The texts below the keys are the descriptions of its schema."""
 
-    model_config = ConfigDict(
-        extra="forbid", frozen=True, str_strip_whitespace=True, use_attribute_docstrings=True
-    )  # fmt: skip
+    model_config = ConfigDict(extra="forbid", frozen=True, str_strip_whitespace=True, use_attribute_docstrings=True)
 
 
 class ModelTable(Table):
@@ -259,7 +257,7 @@ class RecordTable(Table):
 
 SignalTable = Annotated[
     MultisineTable | SineTable | StepTable | TableTable | RecordTable | SmoothStepTable | PeriodicTable,
-    Field(discriminator="type")
+    Field(discriminator="type"),
 ]
 
 
@@ -292,8 +290,13 @@ class InterfaceTable(Table):
 
     @model_validator(mode="after")
     def _complete(self) -> InterfaceTable:
-        needed = {"spacing": "n", "interpolation": "n", "characteristic": "n", "participation": "eta",
-                  "coarse-mesh": "deck"}.get(self.type)  # fmt: skip
+        needed = {
+            "spacing": "n",
+            "interpolation": "n",
+            "characteristic": "n",
+            "participation": "eta",
+            "coarse-mesh": "deck",
+        }.get(self.type)
         if needed is not None and getattr(self, needed) is None:
             raise ValueError(f"type = {self.type!r} needs {needed}")
         return self

@@ -30,15 +30,25 @@ def contact_pair(model: Model, study: Study, name: str) -> ContactPair:
     if t.overclosure is not None and t.stiffness != "auto":
         raise InputError(
             f"both stiffness = {t.stiffness!r} and an overclosure curve",
-            where=study.where("contact", name, "overclosure"), expected="one of them",
+            where=study.where("contact", name, "overclosure"),
+            expected="one of them",
             fix="Leave out stiffness: the curve replaces it.",
-        )  # fmt: skip
+        )
     stiffness = STIFFNESS[t.stiffness] if isinstance(t.stiffness, str) else t.stiffness
     curve = None if t.overclosure is None else np.array(t.overclosure, dtype=np.float64).reshape(-1, 2)
     return ContactPair(
-        name, t.secondary, t.main, t.method, stiffness, _clearance(model, study, name), t.normal, curve, t.damping,
-        friction_of(t), t.per_area,
-    )  # fmt: skip
+        name,
+        t.secondary,
+        t.main,
+        t.method,
+        stiffness,
+        _clearance(model, study, name),
+        t.normal,
+        curve,
+        t.damping,
+        friction_of(t),
+        t.per_area,
+    )
 
 
 def _clearance(model: Model, study: Study, name: str) -> float | dict[int, float] | None:
@@ -76,9 +86,11 @@ def read_clearances(path: Path, model: Model, nodes: IntArray, surface: str, whe
         node, value = _node(row, f"{path}:{line}", known, model, surface), _number(row, f"{path}:{line}")
         if node in result:
             raise InputError(
-                f"node {row[0].strip()} has a second row", where=f"{path}:{line}", expected="one row for each node",
+                f"node {row[0].strip()} has a second row",
+                where=f"{path}:{line}",
+                expected="one row for each node",
                 fix="Remove one of them.",
-            )  # fmt: skip
+            )
         result[node] = value
     if not result:
         raise InputError("the table has no rows", where=path, expected="node,clearance lines", fix="Add them.")
@@ -100,9 +112,11 @@ def _node(row: list[str], where: str, known: dict[str, int], model: Model, surfa
         exists = label in {str(i) for i in model.nodes.ids.tolist()} or "." in label
         what = f"node {row[0].strip()} is not on {surface!r}" if exists else f"unknown node {row[0].strip()}"
         raise InputError(
-            what, where=where, expected=f"a node of the secondary surface {surface!r}",
+            what,
+            where=where,
+            expected=f"a node of the secondary surface {surface!r}",
             fix=suggest(label, known) if len(known) < 10_000 else "Correct the label.",
-        )  # fmt: skip
+        )
     return known[label]
 
 
@@ -114,7 +128,9 @@ def _number(row: list[str], where: str) -> float:
         value = math.nan
     if not math.isfinite(value):
         raise InputError(
-            f"the clearance of node {row[0].strip()} is {text!r}", where=where, expected="a finite number",
+            f"the clearance of node {row[0].strip()} is {text!r}",
+            where=where,
+            expected="a finite number",
             fix="Repair the row, or remove it to keep the geometric gap.",
-        )  # fmt: skip
+        )
     return value

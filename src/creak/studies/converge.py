@@ -34,10 +34,13 @@ BASE, HALF, QUARTER = "base", "h/2", "h/4"
 TWICE, TENFOLD, MORE_MODES = "2 x stiffness", "10 x stiffness", "1.5 x f_max"
 FINER, SOFTER, STIFFER = "half the tolerance", "half the stiffness", "twice the stiffness"
 LAST_TWO = {
-    "step": (HALF, QUARTER), "stiffness": (TWICE, TENFOLD),
-    "tolerance": (BASE, FINER), "softer": (BASE, SOFTER), "stiffer": (BASE, STIFFER),
+    "step": (HALF, QUARTER),
+    "stiffness": (TWICE, TENFOLD),
+    "tolerance": (BASE, FINER),
+    "softer": (BASE, SOFTER),
+    "stiffer": (BASE, STIFFER),
     "modes": (BASE, MORE_MODES),
-}  # fmt: skip
+}
 """Family -> the two runs whose difference tells how far it has settled; the first two are those of a forced step."""
 HALVED = 2.0
 """How much finer the contact is resolved with half the tolerance."""
@@ -232,14 +235,24 @@ def assess(
     }
     matches = {
         name: match_events(outcomes[BASE].events, o.events, tolerance, window)
-        for name, o in outcomes.items() if name != BASE
-    }  # fmt: skip
+        for name, o in outcomes.items()
+        if name != BASE
+    }
     events = _events(outcomes, matches, families, window, tolerance)
     new = {name: len(match.extra) for name, match in matches.items()}
     return Convergence(
-        model, outcomes, families, window, events, new, _totals(outcomes, families), samples, FINER in outcomes,
-        is_chaotic(len(events), window[1] - window[0]), notes,
-    )  # fmt: skip
+        model,
+        outcomes,
+        families,
+        window,
+        events,
+        new,
+        _totals(outcomes, families),
+        samples,
+        FINER in outcomes,
+        is_chaotic(len(events), window[1] - window[0]),
+        notes,
+    )
 
 
 def change(name: str, before: float | None, after: float | None) -> float:
@@ -372,18 +385,28 @@ def _substeps(setup: Setup, base: Run) -> int:
 def _outcome(variant: Variant, run: Run) -> Outcome:
     h = run.history
     return Outcome(
-        variant, tuple(run.events), float((h.weights @ h.force).sum()), h.energy_created,
-        h.energy_dissipated_by_scheme, h.time.size - 1, float(h.time[-1]), run.cost.wall_s, run.stopped,
-    )  # fmt: skip
+        variant,
+        tuple(run.events),
+        float((h.weights @ h.force).sum()),
+        h.energy_created,
+        h.energy_dissipated_by_scheme,
+        h.time.size - 1,
+        float(h.time[-1]),
+        run.cost.wall_s,
+        run.stopped,
+    )
 
 
 # --- what has settled -----------------------------------------------------------------------------------------------
 
 
 def _events(
-    outcomes: dict[str, Outcome], matches: dict[str, EventMatch], families: dict[str, tuple[str, str]],
-    window: tuple[float, float], tolerance: float,
-) -> tuple[EventSettling, ...]:  # fmt: skip
+    outcomes: dict[str, Outcome],
+    matches: dict[str, EventMatch],
+    families: dict[str, tuple[str, str]],
+    window: tuple[float, float],
+    tolerance: float,
+) -> tuple[EventSettling, ...]:
     own = events_in(outcomes[BASE].events, window)
     partners = {name: {id(a): b for a, b in match.pairs} for name, match in matches.items()}
     limits = {name: TIME_SHARE * tolerance if name in TIMES else SETTLED for name in FIGURES}
@@ -419,8 +442,10 @@ def _totals(outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]]) 
     """Figures of the whole run, of the runs that reached its end."""
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
     columns: dict[str, Callable[[Outcome], float]] = {
-        "events": lambda o: float(len(o.events)), "impulse": lambda o: o.impulse, "force": lambda o: o.force,
-    }  # fmt: skip
+        "events": lambda o: float(len(o.events)),
+        "impulse": lambda o: o.impulse,
+        "force": lambda o: o.force,
+    }
     short = ", ".join(name for name in outcomes if name not in whole)
     problem = f"{short} stopped early" if short else ""
     return {

@@ -10,9 +10,12 @@ from creak.studies.converge import FIGURES, SETTLED, Convergence, Outcome, Settl
 from creak.verify.statistics import Distance
 
 WORDS = {
-    "start": "start time", "duration": "duration", "force": "low-passed force", "impulse": "impulse",
+    "start": "start time",
+    "duration": "duration",
+    "force": "low-passed force",
+    "impulse": "impulse",
     "closing_speed": "closing speed",
-}  # fmt: skip
+}
 TOTALS = {"events": "number of events", "impulse": "total impulse", "force": "largest low-passed force"}
 ADVICE = {
     "step": "a shorter [time] step",
@@ -113,8 +116,14 @@ def as_dict(c: Convergence) -> dict[str, Any]:
         "runs": {name: _outcome_dict(o) for name, o in c.outcomes.items()},
         "families": {name: list(pair) for name, pair in c.families.items()},
         "events": [
-            {"contact": e.event.group, "channel": e.event.channel, "t_start": e.event.t_start, "settled": e.settled,
-             "problem": e.problem, "figures": {name: _settling_dict(f) for name, f in e.figures.items()}}
+            {
+                "contact": e.event.group,
+                "channel": e.event.channel,
+                "t_start": e.event.t_start,
+                "settled": e.settled,
+                "problem": e.problem,
+                "figures": {name: _settling_dict(f) for name, f in e.figures.items()},
+            }
             for e in c.events
         ],
         "new": c.new,
@@ -122,29 +131,46 @@ def as_dict(c: Convergence) -> dict[str, Any]:
         "totals": {name: _settling_dict(t) for name, t in c.totals.items()},
         "chaotic": c.chaotic,
         "statistics": {
-            family: {"count": list(s.count), "rates_alike": s.rates_alike, "force": _distance(s.force),
-                     "impulse": _distance(s.impulse)}
+            family: {
+                "count": list(s.count),
+                "rates_alike": s.rates_alike,
+                "force": _distance(s.force),
+                "impulse": _distance(s.impulse),
+            }
             for family, s in c.statistics.items()
         },
         "findings": findings(c),
-    }  # fmt: skip
+    }
 
 
 def _outcome_dict(o: Outcome) -> dict[str, Any]:
     v = o.variant
     return {
-        "family": v.family, "step": v.step, "stiffness_factor": v.stiffness, "f_max": v.f_max, "steps": o.steps,
-        "events": len(o.events), "impulse_total": o.impulse, "max_force_filtered": o.force,
-        "energy_created": o.energy_created, "scheme_dissipation": o.dissipated, "wall_s": o.wall_s,
+        "family": v.family,
+        "step": v.step,
+        "stiffness_factor": v.stiffness,
+        "f_max": v.f_max,
+        "steps": o.steps,
+        "events": len(o.events),
+        "impulse_total": o.impulse,
+        "max_force_filtered": o.force,
+        "energy_created": o.energy_created,
+        "scheme_dissipation": o.dissipated,
+        "wall_s": o.wall_s,
         "stopped": o.stopped,
-    }  # fmt: skip
+    }
 
 
 def _settling_dict(f: Settling) -> dict[str, Any]:
     return {
-        "values": f.values, "changes": f.changes, "settled_to": f.settled_to, "settled": f.settled,
-        "worst": f.worst, "base_error": f.base_error, "problem": f.problem,
-    }  # fmt: skip
+        "values": f.values,
+        "changes": f.changes,
+        "settled_to": f.settled_to,
+        "settled": f.settled,
+        "worst": f.worst,
+        "base_error": f.base_error,
+        "problem": f.problem,
+    }
 
 
 def _distance(d: Distance | None) -> dict[str, Any] | None:
@@ -154,8 +180,17 @@ def _distance(d: Distance | None) -> dict[str, Any] | None:
 def csv_rows(c: Convergence) -> list[list[str]]:
     """Header and one line for each figure of each event: its value in every run, changes, settled to, verdict."""
     families = list(c.families)
-    head = ["contact", "channel", "t_start", "figure", *c.outcomes, *(f"change_{f}" for f in families), "settled_to",
-            "limit", "verdict"]  # fmt: skip
+    head = [
+        "contact",
+        "channel",
+        "t_start",
+        "figure",
+        *c.outcomes,
+        *(f"change_{f}" for f in families),
+        "settled_to",
+        "limit",
+        "verdict",
+    ]
 
     def cell(x: float | None) -> str:
         return "" if x is None or np.isnan(x) else f"{x:.9g}"
@@ -164,9 +199,17 @@ def csv_rows(c: Convergence) -> list[list[str]]:
     for e in c.events:
         for name, f in e.figures.items():
             verdict = "settled" if f.settled else f"not settled{': ' + f.problem if f.problem else ''}"
-            rows.append([
-                e.event.group, e.event.channel, cell(e.event.t_start), name,
-                *(cell(f.values.get(run)) for run in c.outcomes), *(cell(f.changes[x]) for x in families),
-                cell(f.settled_to), cell(f.limit), verdict,
-            ])  # fmt: skip
+            rows.append(
+                [
+                    e.event.group,
+                    e.event.channel,
+                    cell(e.event.t_start),
+                    name,
+                    *(cell(f.values.get(run)) for run in c.outcomes),
+                    *(cell(f.changes[x]) for x in families),
+                    cell(f.settled_to),
+                    cell(f.limit),
+                    verdict,
+                ]
+            )
     return [head, *rows]

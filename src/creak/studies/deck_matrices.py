@@ -31,8 +31,9 @@ def deck_matrices(model: Model) -> Superelement:
     if np.unique(np.stack([ids, dofs]), axis=1).shape[1] < ids.size:
         raise InputError(
             "nodes of different instances have one label, so that the rows of the matrices could not be told apart",
-            where=model.source, fix="Renumber the nodes of one of them.",
-        )  # fmt: skip
+            where=model.source,
+            fix="Renumber the nodes of one of them.",
+        )
     damping, C = system.damping, system.damping.extra
     if damping.alpha or damping.beta:
         rayleigh = damping.alpha * system.M + damping.beta * system.K

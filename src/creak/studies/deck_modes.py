@@ -55,9 +55,14 @@ class DeckModes:
 
 
 def deck_modes(
-    path: Path, *, f_max: float | None = None, count: int | None = None,
-    about: Sequence[float] = (0.0, 0.0, 0.0), ignore: Sequence[str] = (), progress: Progress = lambda *_: None,
-) -> DeckModes:  # fmt: skip
+    path: Path,
+    *,
+    f_max: float | None = None,
+    count: int | None = None,
+    about: Sequence[float] = (0.0, 0.0, 0.0),
+    ignore: Sequence[str] = (),
+    progress: Progress = lambda *_: None,
+) -> DeckModes:
     """Undamped modes K x = omega^2 M x of the structure as the deck's supports hold it.
 
     Parameters
@@ -93,9 +98,16 @@ def deck_modes(
     effective = effective_mass(system, found.shapes, _carriers(parts, model), model.nodes.coords, point)
     rigid = int((found.omega2 == 0.0).sum())
     return DeckModes(
-        found.frequencies.tolist(), float(effective.rigid_mass[0, 0]), rigid, found.residual,
-        found.sturm_ok, effective, model, system, found.shapes,
-    )  # fmt: skip
+        found.frequencies.tolist(),
+        float(effective.rigid_mass[0, 0]),
+        rigid,
+        found.residual,
+        found.sturm_ok,
+        effective,
+        model,
+        system,
+        found.shapes,
+    )
 
 
 def model_modes(
@@ -112,7 +124,11 @@ def _parts(model: Model) -> list[System]:
 
 
 def _joined_modes(
-    parts: list[System], model: Model, driven: Driven, f_max: float | None, count: int | None,
+    parts: list[System],
+    model: Model,
+    driven: Driven,
+    f_max: float | None,
+    count: int | None,
     progress: Progress = lambda *_: None,
 ) -> tuple[System, Modes]:
     progress("join the parts and factorise", 0, 1)
@@ -120,9 +136,14 @@ def _joined_modes(
     stiffness = regular_factor(system.K)
     progress("join the parts and factorise", 1, 1)
     found = modes(
-        system.K, system.M, f_max=f_max, count=count, free=stiffness is None, stiffness_factor=stiffness,
+        system.K,
+        system.M,
+        f_max=f_max,
+        count=count,
+        free=stiffness is None,
+        stiffness_factor=stiffness,
         progress=lambda done, total: progress("modes", done, total),
-    )  # fmt: skip
+    )
     return system, found
 
 

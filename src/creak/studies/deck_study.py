@@ -67,9 +67,11 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: Units = "mm-t-s")
     _check_start(model, run.step.moved)
     sets: dict[str, IntArray] = {}
     places: dict[tuple[str | int, ...], str] = {
-        ("time",): run.step.places["time"], ("time", "integrator"): run.step.places["dynamic"],
-        ("excitation",): run.step.where, ("contact",): run.step.where,
-    }  # fmt: skip
+        ("time",): run.step.places["time"],
+        ("time", "integrator"): run.step.places["dynamic"],
+        ("excitation",): run.step.where,
+        ("contact",): run.step.where,
+    }
     notes: list[str] = []
     tables = {
         "title": run.step.name if run.step.name != "1" else path.stem,
@@ -93,8 +95,9 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: Units = "mm-t-s")
 def _jumps(setup: Setup) -> list[str]:
     """Prescribed displacements that are not zero when the run starts."""
     starts = zip(setup.driven.names, setup.loads.support[0, 0].tolist(), strict=True)
-    return [f"{name} is {value:g} at the start, where the structure is at rest: it jumps" for name, value in starts
-            if value]  # fmt: skip
+    return [
+        f"{name} is {value:g} at the start, where the structure is at rest: it jumps" for name, value in starts if value
+    ]
 
 
 def _checked(tables: dict[str, Any], path: Path, places: Mapping[tuple[str | int, ...], str]) -> StudyConfig:
@@ -115,8 +118,11 @@ def _check_start(model: Model, moved: Sequence[Prescribed]) -> None:
         if m.kind == "acceleration" and both:
             raise InputError(
                 f"node {model.nodes.label(both[0])} has an initial velocity and a prescribed acceleration in dof "
-                f"{m.dof}", where=m.where, expected="one of them", fix="Prescribe its velocity instead.",
-            )  # fmt: skip
+                f"{m.dof}",
+                where=m.where,
+                expected="one of them",
+                fix="Prescribe its velocity instead.",
+            )
 
 
 def _steps_note(run: DeckRun) -> list[str]:
@@ -142,8 +148,11 @@ def _time(run: DeckRun, notes: list[str]) -> dict[str, Any]:
             "smaller one"
         )
     return {
-        "step": step.increment, "end": count * step.increment, "integrator": "hht", "alpha": _alpha(run, notes),
-    }  # fmt: skip
+        "step": step.increment,
+        "end": count * step.increment,
+        "integrator": "hht",
+        "alpha": _alpha(run, notes),
+    }
 
 
 def _alpha(run: DeckRun, notes: list[str]) -> float:
@@ -209,9 +218,13 @@ def _scaled(a: Amplitude, factor: float) -> dict[str, Any]:
     if a.kind == "periodic":
         cosine, sine = ([factor * x for x in c] for c in (a.cosine, a.sine))
         return {
-            "type": "periodic", "frequency": a.frequency, "cosine": cosine, "sine": sine, "mean": factor * a.mean,
+            "type": "periodic",
+            "frequency": a.frequency,
+            "cosine": cosine,
+            "sine": sine,
+            "mean": factor * a.mean,
             "start": a.start,
-        }  # fmt: skip
+        }
     values = [(t, factor * x) for t, x in a.points.tolist()]
     if a.kind == "smooth step":
         return {"type": "smooth-step", "values": values}
@@ -246,18 +259,29 @@ def _connectors(
         names = [f"{stop.name}.A", f"{stop.name}.B"]
         sets |= dict(zip(names, (stop.first, stop.second), strict=True))
         places["connector", k] = stop.where
-        result.append({
-            "type": "play", "name": stop.name, "nodes": names, "dof": DOFS[stop.dof - 1], "lower": stop.lower,
-            "upper": stop.upper, "stiffness": stop.stiffness,
-        })  # fmt: skip
+        result.append(
+            {
+                "type": "play",
+                "name": stop.name,
+                "nodes": names,
+                "dof": DOFS[stop.dof - 1],
+                "lower": stop.lower,
+                "upper": stop.upper,
+                "stiffness": stop.stiffness,
+            }
+        )
     return result
 
 
 def _contact(model: Model, pair: SurfacePair, law: Interaction) -> dict[str, Any]:
     table: dict[str, Any] = {
-        "secondary": pair.secondary, "main": pair.main, "method": pair.method, "clearance": pair.clearance,
-        "damping": law.damping, "friction": _friction(law),
-    }  # fmt: skip
+        "secondary": pair.secondary,
+        "main": pair.main,
+        "method": pair.method,
+        "clearance": pair.clearance,
+        "damping": law.damping,
+        "friction": _friction(law),
+    }
     if law.law == "tabular":
         table["overclosure"] = law.curve
     else:
@@ -268,9 +292,10 @@ def _contact(model: Model, pair: SurfacePair, law: Interaction) -> dict[str, Any
     elif law.damping and pair.method == "node-to-surface" and has_facets and table["stiffness"] == "auto":
         raise InputError(
             f"interaction {law.name!r} damps node-to-surface contact with a stiffness from the elements",
-            where=law.where, expected="a pressure-overclosure law beside *CONTACT DAMPING",
+            where=law.where,
+            expected="a pressure-overclosure law beside *CONTACT DAMPING",
             fix="Give PRESSURE-OVERCLOSURE=LINEAR with a stiffness, or TYPE=SURFACE TO SURFACE.",
-        )  # fmt: skip
+        )
     return table
 
 

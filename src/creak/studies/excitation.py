@@ -51,8 +51,9 @@ def driven_dofs(model: Model, study: Study) -> Driven:
             if label in seen and seen[label] != name:
                 raise InputError(
                     f"node {model.nodes.label(label // 6)} {table.dof} is driven by {seen[label]!r} and {name!r}",
-                    where=study.where("excitation", name), fix="Drive each dof once.",
-                )  # fmt: skip
+                    where=study.where("excitation", name),
+                    fix="Drive each dof once.",
+                )
             seen[label] = name
     return Driven(labels)
 
@@ -73,9 +74,11 @@ def time_axis(study: Study, parts: int | None = None) -> FloatArray:
     steps = end / table.step
     if not steps > 1.5 or parts * steps > MOST_STEPS:
         raise InputError(
-            f"a run of {end:g} s has {steps:.6g} step(s) of {table.step:g} s", where=study.where("time", "step"),
-            expected=f"two to {MOST_STEPS // parts:,}", fix="Change the step or move the end.",
-        )  # fmt: skip
+            f"a run of {end:g} s has {steps:.6g} step(s) of {table.step:g} s",
+            where=study.where("time", "step"),
+            expected=f"two to {MOST_STEPS // parts:,}",
+            fix="Change the step or move the end.",
+        )
     n = round(steps)
     return np.asarray(table.step / parts * np.arange(parts * n + 1), dtype=np.float64)
 
@@ -94,7 +97,7 @@ def end_of(study: Study) -> float:
     if period is None and table.periods is not None:
         raise InputError(
             "periods without a periodic excitation", where=study.where("time", "periods"), fix="Give end instead."
-        )  # fmt: skip
+        )
     if period is None:
         raise InputError("the end of the run is not given", where=study.where("time"), fix="Add end = ... (s).")
     return period * (table.periods if table.periods is not None else 5.0)
@@ -176,9 +179,11 @@ def _signal(study: Study, name: str, table: ExcitationTable) -> sources.Signal:
     step = np.diff(time)
     if np.ptp(step) > EVEN * step.mean():
         raise InputError(
-            f"{s.file}: sampled every {step.min():.6g} to {step.max():.6g} s", where=where,
-            expected="even sampling", fix="Resample the record.",
-        )  # fmt: skip
+            f"{s.file}: sampled every {step.min():.6g} to {step.max():.6g} s",
+            where=where,
+            expected="even sampling",
+            fix="Resample the record.",
+        )
     nyquist = 0.5 / float(step.mean())
     if s.high_pass >= nyquist or math.isclose(s.high_pass, 0.0):
         raise InputError(f"high_pass = {s.high_pass} Hz", where=where, expected=f"below {nyquist:.6g} Hz")

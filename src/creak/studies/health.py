@@ -30,9 +30,13 @@ def checked(
         progress("check superelements", k, count)
         solve = r.substructure.part.n <= OWN_MODES_LIMIT if own_modes is None else own_modes
         out[r.system.name] = health(
-            r.substructure.part, r.system, r.inside, setup.model.nodes.coords,
-            f_excitation=highest_frequency(setup.study) or None, own_modes=solve,
-        )  # fmt: skip
+            r.substructure.part,
+            r.system,
+            r.inside,
+            setup.model.nodes.coords,
+            f_excitation=highest_frequency(setup.study) or None,
+            own_modes=solve,
+        )
         r.inside.release()
     progress("check superelements", count, count)
     return out

@@ -68,10 +68,18 @@ def superelement_system(superelement: Superelement, model: Model, name: str, dam
         return pick, np.zeros((wanted.size, 0))
 
     return System(
-        name, superelement.M, superelement.K, damping, rows, no_supports(n), coordinates, np.zeros(n),
+        name,
+        superelement.M,
+        superelement.K,
+        damping,
+        rows,
+        no_supports(n),
+        coordinates,
+        np.zeros(n),
         stats={"mass": _mass(superelement), "retained": labels.size, "modes": n - labels.size, "elements": 0},
-        labels=labels, interface=labels,
-    )  # fmt: skip
+        labels=labels,
+        interface=labels,
+    )
 
 
 def _labels(superelement: Superelement, model: Model, where: str) -> IntArray:
@@ -81,21 +89,27 @@ def _labels(superelement: Superelement, model: Model, where: str) -> IntArray:
     if missing:
         raise InputError(
             f"superelement {superelement.name!r} ends at node {missing[0]}, which the deck does not have "
-            f"({len(missing)} such node(s))", where=where, expected="nodes of the deck with the same labels",
+            f"({len(missing)} such node(s))",
+            where=where,
+            expected="nodes of the deck with the same labels",
             fix="Add the nodes to the deck (*NODE), at the same places.",
-        )  # fmt: skip
+        )
     for label, place in superelement.positions.items():
         if label in row and np.linalg.norm(model.nodes.coords[row[label]] - place) > PLACE * size:
             raise InputError(
                 f"node {label} lies at {model.nodes.coords[row[label]].tolist()} in the deck and at "
-                f"{np.asarray(place).tolist()} in superelement {superelement.name!r}", where=where,
-                expected="the same place", fix="Check units and the node's number.",
-            )  # fmt: skip
+                f"{np.asarray(place).tolist()} in superelement {superelement.name!r}",
+                where=where,
+                expected="the same place",
+                fix="Check units and the node's number.",
+            )
     return np.array(
-        [6 * row[int(i)] + int(d) - 1 if i else -1
-         for i, d in zip(superelement.node_ids, superelement.dofs, strict=True)],
+        [
+            6 * row[int(i)] + int(d) - 1 if i else -1
+            for i, d in zip(superelement.node_ids, superelement.dofs, strict=True)
+        ],
         dtype=np.int64,
-    )  # fmt: skip
+    )
 
 
 def _mass(superelement: Superelement) -> float:

@@ -49,9 +49,15 @@ def scheme_of(table: TimeTable) -> Scheme:
 
 
 def integrate(
-    setup: Setup, system: System, gaps: GapOperator, *, observed: IntArray, output_every: int, whole_at: IntArray,
+    setup: Setup,
+    system: System,
+    gaps: GapOperator,
+    *,
+    observed: IntArray,
+    output_every: int,
+    whole_at: IntArray,
     progress: Report | None = None,
-) -> tuple[History, System, str]:  # fmt: skip
+) -> tuple[History, System, str]:
     """March a System through the study's loads; the history, the System as it was marched, and how in a few words.
 
     Without a forced scheme diagonal Systems are marched by exact flow, all others by `_stepped`. With a forced one
@@ -65,21 +71,39 @@ def integrate(
     if table.integrator == "massless-boundary" and is_modal(system) and _has_massless(system):
         return _massless(setup, system, gaps, observed, output_every, whole_at, progress)
     history = simulator(system)(
-        system, gaps, setup.loads, scheme_of(table), observed=observed, output_every=output_every, whole_at=whole_at,
-        substeps=table.substeps, progress=progress,
-    )  # fmt: skip
+        system,
+        gaps,
+        setup.loads,
+        scheme_of(table),
+        observed=observed,
+        output_every=output_every,
+        whole_at=whole_at,
+        substeps=table.substeps,
+        progress=progress,
+    )
     name = "generalised-alpha" if table.integrator == "generalised-alpha" else "HHT-alpha"
     return history, system, name if table.substeps == 1 else f"{name}, {table.substeps} substeps near contact"
 
 
 def _flown(
-    setup: Setup, system: System, gaps: GapOperator, observed: IntArray, output_every: int, whole_at: IntArray,
+    setup: Setup,
+    system: System,
+    gaps: GapOperator,
+    observed: IntArray,
+    output_every: int,
+    whole_at: IntArray,
     progress: Report | None,
-) -> tuple[History, System, str]:  # fmt: skip
+) -> tuple[History, System, str]:
     history = simulate_flow(
-        system, gaps, setup.loads, resolution=resolution_of(setup), observed=observed,
-        output_every=output_every, whole_at=whole_at, progress=progress,
-    )  # fmt: skip
+        system,
+        gaps,
+        setup.loads,
+        resolution=resolution_of(setup),
+        observed=observed,
+        output_every=output_every,
+        whole_at=whole_at,
+        progress=progress,
+    )
     return history, system, f"exact flow, steps near contact from {shortest_step(history):.2g} s"
 
 
@@ -94,15 +118,28 @@ def shortest_step(history: History) -> float:
 
 
 def _stepped(
-    setup: Setup, system: System, gaps: GapOperator, observed: IntArray, output_every: int, whole_at: IntArray,
+    setup: Setup,
+    system: System,
+    gaps: GapOperator,
+    observed: IntArray,
+    output_every: int,
+    whole_at: IntArray,
     progress: Report | None,
-) -> tuple[History, System, str]:  # fmt: skip
+) -> tuple[History, System, str]:
     parts = _parts(setup, system, gaps)
     springs = _with_springs(setup, system, gaps, parts)
     history = simulate_high_order(
-        system, springs, divided_loads(setup, parts), IN_CONTACT, observed=observed,
-        output_every=output_every, whole_at=whole_at, substeps=parts, graded=GRADED, progress=progress,
-    )  # fmt: skip
+        system,
+        springs,
+        divided_loads(setup, parts),
+        IN_CONTACT,
+        observed=observed,
+        output_every=output_every,
+        whole_at=whole_at,
+        substeps=parts,
+        graded=GRADED,
+        progress=progress,
+    )
     step = setup.study.config.time.step
     return history, system, f"flights of order 5 of {step:.2g} s, HHT-alpha of {step / parts:.2g} s in contact"
 
@@ -135,19 +172,31 @@ def _with_springs(setup: Setup, system: System, gaps: GapOperator, parts: int) -
 
 
 def simulate_settled(
-    system: System, gaps: GapOperator, loads: Loads, *, observed: IntArray, output_every: int = 1,
+    system: System,
+    gaps: GapOperator,
+    loads: Loads,
+    *,
+    observed: IntArray,
+    output_every: int = 1,
     progress: Report | None = None,
-) -> History:  # fmt: skip
+) -> History:
     """A System through sampled loads at the default accuracy; a step of the loads is a flight step."""
     if is_modal(system):
         return simulate_flow(
             system, gaps, refined(loads, SAMPLES), observed=observed, output_every=output_every, progress=progress
-        )  # fmt: skip
+        )
     parts = GRADED * math.ceil(loads.step / SETTLED.stepped / GRADED)
     return simulate_high_order(
-        system, gaps, refined(loads, parts), IN_CONTACT, observed=observed, output_every=output_every,
-        substeps=parts, graded=GRADED, progress=progress,
-    )  # fmt: skip
+        system,
+        gaps,
+        refined(loads, parts),
+        IN_CONTACT,
+        observed=observed,
+        output_every=output_every,
+        substeps=parts,
+        graded=GRADED,
+        progress=progress,
+    )
 
 
 def linear_run(setup: Setup, system: System, scheme: Scheme, progress: Report | None) -> History:
@@ -156,13 +205,17 @@ def linear_run(setup: Setup, system: System, scheme: Scheme, progress: Report | 
     table = setup.study.config.time
     every = setup.loads.n_step // table.substeps
     if table.exact:
-        return simulate_flow(
-            system, silent, setup.loads, observed=nothing, output_every=every, progress=progress
-        )  # fmt: skip
+        return simulate_flow(system, silent, setup.loads, observed=nothing, output_every=every, progress=progress)
     return simulator(system)(
-        system, silent, setup.loads, scheme, observed=nothing, output_every=every, substeps=table.substeps,
+        system,
+        silent,
+        setup.loads,
+        scheme,
+        observed=nothing,
+        output_every=every,
+        substeps=table.substeps,
         progress=progress,
-    )  # fmt: skip
+    )
 
 
 def simulator(system: System) -> Callable[..., History]:
@@ -175,17 +228,29 @@ def _has_massless(system: System) -> bool:
 
 
 def _massless(
-    setup: Setup, system: System, gaps: GapOperator, observed: IntArray, output_every: int, whole_at: IntArray,
+    setup: Setup,
+    system: System,
+    gaps: GapOperator,
+    observed: IntArray,
+    output_every: int,
+    whole_at: IntArray,
     progress: Report | None,
-) -> tuple[History, System, str]:  # fmt: skip
+) -> tuple[History, System, str]:
     table = setup.study.config.time
     if gaps.presses:
         system = tapered(system, channel_matrices(system, gaps).rows)
     parts = massless_substeps(system, gaps, table.step, table.substeps) if gaps.presses else 1
     history = simulate_modal(
-        system, gaps, divided_loads(setup, parts), MasslessBoundary(), observed=observed, output_every=output_every,
-        whole_at=whole_at, substeps=parts, progress=progress,
-    )  # fmt: skip
+        system,
+        gaps,
+        divided_loads(setup, parts),
+        MasslessBoundary(),
+        observed=observed,
+        output_every=output_every,
+        whole_at=whole_at,
+        substeps=parts,
+        progress=progress,
+    )
     return history, system, f"massless boundary, {parts} substeps near contact"
 
 

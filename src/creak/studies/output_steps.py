@@ -30,27 +30,34 @@ def check_outputs(study: Study, time: FloatArray, pairs: int) -> list[str]:
         if value is not None and value > end * (1.0 + 1e-9):
             raise InputError(
                 f"{key} = {value:g} s is longer than the run, which ends at {end:g} s",
-                where=study.where("output", key), expected="several intervals in a run", fix="Shorten it.",
-            )  # fmt: skip
+                where=study.where("output", key),
+                expected="several intervals in a run",
+                fix="Shorten it.",
+            )
     start, end = excitation_window(study, time)
     if not pairs:
         return []
     if (end - start) / interval < 2.0 - 1e-6:
         raise InputError(
             f"interval = {interval:g} s leaves fewer than two outputs in the {end - start:g} s that are compared",
-            where=study.where("output", "interval"), expected=f"at most {0.5 * (end - start):g} s", fix="Shorten it.",
-        )  # fmt: skip
+            where=study.where("output", "interval"),
+            expected=f"at most {0.5 * (end - start):g} s",
+            fix="Shorten it.",
+        )
     if f_max * (end - start) < 1.0 - 1e-6:
         raise InputError(
             f"f_max = {f_max:g} Hz lies below the first line of the spectra of the {end - start:g} s that are compared",
-            where=study.where("verification", "f_max"), expected=f"{1.0 / (end - start):g} Hz or more",
+            where=study.where("verification", "f_max"),
+            expected=f"{1.0 / (end - start):g} Hz or more",
             fix="Raise it, or make the run longer.",
-        )  # fmt: skip
+        )
     if table.interval is not None and interval > step and f_max > 0.5 / interval * (1.0 + 1e-9):
-        return [Warned(
-            f"[output] interval = {interval:g} s holds frequencies up to {0.5 / interval:g} Hz: the spectra and their "
-            f"fit end there, below [verification] f_max = {f_max:g} Hz"
-        )]  # fmt: skip
+        return [
+            Warned(
+                f"[output] interval = {interval:g} s holds frequencies up to {0.5 / interval:g} Hz: the spectra and "
+                f"their fit end there, below [verification] f_max = {f_max:g} Hz"
+            )
+        ]
     return []
 
 
@@ -79,9 +86,11 @@ def field_steps(study: Study, time: FloatArray) -> IntArray:
     first = int(np.searchsorted(time, table.field_start - 1e-9 * study.config.time.step))
     if first >= time.size:
         raise InputError(
-            f"field_start = {table.field_start:g} s", where=study.where("output", "field_start"),
-            expected=f"a time within the run, which ends at {time[-1]:g} s", fix="Start earlier.",
-        )  # fmt: skip
+            f"field_start = {table.field_start:g} s",
+            where=study.where("output", "field_start"),
+            expected=f"a time within the run, which ends at {time[-1]:g} s",
+            fix="Start earlier.",
+        )
     return np.arange(first, time.size, every, dtype=np.int64)
 
 
@@ -90,9 +99,11 @@ def _steps(study: Study, key: str, interval: float) -> int:
     every = round(interval / step)
     if every < 1 or abs(every * step - interval) > 1e-6 * interval:
         raise InputError(
-            f"{key} = {interval:g} s", where=study.where("output", key),
-            expected=f"a multiple of the step, {step:g} s", fix=f"Use {max(every, 1) * step:g}.",
-        )  # fmt: skip
+            f"{key} = {interval:g} s",
+            where=study.where("output", key),
+            expected=f"a multiple of the step, {step:g} s",
+            fix=f"Use {max(every, 1) * step:g}.",
+        )
     return every
 
 

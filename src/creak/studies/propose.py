@@ -106,9 +106,18 @@ def propose(model: Model, distance: float | None, units: str | None, progress: P
     contacts = _contacts(model, near, progress)
     held = held_dofs(model)
     return Proposal(
-        system, guess, distance, margin, contacts, None if contacts else closest_parts(model),
-        _held_sets(model, held), int(held.any(axis=1).sum()), _drive(model, held), _pairs(model), _outputs(model),
-    )  # fmt: skip
+        system,
+        guess,
+        distance,
+        margin,
+        contacts,
+        None if contacts else closest_parts(model),
+        _held_sets(model, held),
+        int(held.any(axis=1).sum()),
+        _drive(model, held),
+        _pairs(model),
+        _outputs(model),
+    )
 
 
 def _units(model: Model, units: str | None) -> tuple[UnitSystem, str]:
@@ -158,14 +167,29 @@ def _contact(model: Model, near: Near, names: tuple[str, str], members: list[Int
             problem = problem or error.what
             continue
         return Contact(
-            label, names[a], names[b], near.gap, model.nodes.label(near.node), len(near.elements[a]),
-            len(members[a]), operator.m, float(operator.gap0.min()),
-        )  # fmt: skip
+            label,
+            names[a],
+            names[b],
+            near.gap,
+            model.nodes.label(near.node),
+            len(near.elements[a]),
+            len(members[a]),
+            operator.m,
+            float(operator.gap0.min()),
+        )
     a, b = orders[0]
     return Contact(
-        label, names[a], names[b], near.gap, model.nodes.label(near.node), len(near.elements[a]), len(members[a]),
-        0, None, problem,
-    )  # fmt: skip
+        label,
+        names[a],
+        names[b],
+        near.gap,
+        model.nodes.label(near.node),
+        len(near.elements[a]),
+        len(members[a]),
+        0,
+        None,
+        problem,
+    )
 
 
 def held_dofs(model: Model) -> BoolArray:
@@ -254,8 +278,10 @@ def _pairs(model: Model) -> str | tuple[str, str] | None:
         part[p.nodes_idx] = i
     for name, rows in _named_sets(model).items():
         sides = part[rows]
-        if rows.size % 2 == 0 and np.unique(sides[::2]).size == np.unique(sides[1::2]).size == 1 and (
-            sides[0] != sides[1] and sides.min() >= 0
+        if (
+            rows.size % 2 == 0
+            and np.unique(sides[::2]).size == np.unique(sides[1::2]).size == 1
+            and (sides[0] != sides[1] and sides.min() >= 0)
         ):
             return name
     return None
@@ -264,6 +290,9 @@ def _pairs(model: Model) -> str | tuple[str, str] | None:
 def _outputs(model: Model) -> tuple[str, ...]:
     """Small sets of nodes that carry elements and follow nothing, the smallest first."""
     following, structural = _following(model), _with_elements(model)
-    good = [(rows.size, name) for name, rows in _named_sets(model).items()
-            if structural[rows].all() and not following[rows].any()]  # fmt: skip
+    good = [
+        (rows.size, name)
+        for name, rows in _named_sets(model).items()
+        if structural[rows].all() and not following[rows].any()
+    ]
     return tuple(name for _, name in sorted(good)[:OUTPUTS])

@@ -30,10 +30,17 @@ def proposal_text(found: Proposal, model: Model, deck: str, title: str, missing:
     blocks = [
         [f"#:schema ./{SCHEMA_FILE}", f"title = {toml_value(title)}"],
         [f"# To be filled in before it runs: {missing}"] if missing else [],
-        _model(found, model, deck), *_contacts(found), _supports(found), _excitation(found), _reduction(),
-        _precheck(found), _time(found), ["[reference]", _line("run", True, "also run the unreduced model, to compare")],
-        _output(found), _verification(found),
-    ]  # fmt: skip
+        _model(found, model, deck),
+        *_contacts(found),
+        _supports(found),
+        _excitation(found),
+        _reduction(),
+        _precheck(found),
+        _time(found),
+        ["[reference]", _line("run", True, "also run the unreduced model, to compare")],
+        _output(found),
+        _verification(found),
+    ]
     return "\n\n".join("\n".join(lines) for lines in blocks if lines) + "\n"
 
 
@@ -45,8 +52,10 @@ def _model(found: Proposal, model: Model, deck: str) -> list[str]:
     lines = ["[model]", f"deck = {toml_value(deck)}", _line("units", found.units.name, found.guess)]
     unread = [u for u in model.unread if u.changes_answer]
     if unread:
-        lines += ["# To be decided: the deck says more than creak reads. `creak run` stops at these unless it is told",
-                  "# --ignore KEYWORD:"]  # fmt: skip
+        lines += [
+            "# To be decided: the deck says more than creak reads. `creak run` stops at these unless it is told",
+            "# --ignore KEYWORD:",
+        ]
         lines += [f"#   {u.keyword} ({u.where}): {u.why}" for u in unread[:SHOWN]]
     return lines
 
@@ -59,10 +68,19 @@ def _contacts(found: Proposal) -> list[list[str]]:
             lines.append("# All elements hang together: contact within a part needs surfaces of it.")
         if found.closest is not None:
             a, b, gap = found.closest
-            lines.append(f"# The nearest nodes are those of {a} and {b}: {gap:.3g} {unit}. Look farther with "
-                         f"`creak new --distance {1.5 * gap:.2g}`.")  # fmt: skip
-        return [[*lines, "# To be filled in by hand:", '# [contact.NAME]', '# secondary = "SURFACE OR ELEMENT SET"',
-                 '# main = "SURFACE OR ELEMENT SET"']]  # fmt: skip
+            lines.append(
+                f"# The nearest nodes are those of {a} and {b}: {gap:.3g} {unit}. Look farther with "
+                f"`creak new --distance {1.5 * gap:.2g}`."
+            )
+        return [
+            [
+                *lines,
+                "# To be filled in by hand:",
+                "# [contact.NAME]",
+                '# secondary = "SURFACE OR ELEMENT SET"',
+                '# main = "SURFACE OR ELEMENT SET"',
+            ]
+        ]
     head = [
         f"# Contacts: surfaces of different parts nearer than {found.distance:.3g} {unit} (`creak new --distance`), by "
         "the names",
@@ -85,14 +103,15 @@ def _contact(c: Contact, found: Proposal) -> list[str]:
         lines += [f"# To be filled in, because {c.problem}.", f"# [contact.{c.name}]"]
         return [*lines, f"# secondary = {toml_value(c.secondary)}", f"# main = {toml_value(c.main)}"]
     return [
-        *lines, f"# {c.channels} gap channels, open by {c.start:.3g} {unit} or more; the pre-check keeps those that a "
+        *lines,
+        f"# {c.channels} gap channels, open by {c.start:.3g} {unit} or more; the pre-check keeps those that a "
         f"linear run closes to {found.margin:g}.",
         f"[contact.{c.name}]",
         _line("secondary", c.secondary, "its nodes become the gap channels"),
         _line("main", c.main, "what they may touch"),
         _line("stiffness", "auto", "from the elements, no stiffer than the step resolves"),
         _line("friction", 0.0, "coefficient; squeak needs one"),
-    ]  # fmt: skip
+    ]
 
 
 def _supports(found: Proposal) -> list[str]:
@@ -107,10 +126,13 @@ def _excitation(found: Proposal) -> list[str]:
     if found.drive is None:
         return [
             "# Excitation: to be filled in. The deck has no small node set to move or push; add one.",
-            "# [excitation.road]", '# node_set = "NODE SET"', '# dof = "z"', '# kind = "displacement"',
+            "# [excitation.road]",
+            '# node_set = "NODE SET"',
+            '# dof = "z"',
+            '# kind = "displacement"',
             f'# signal = {{ type = "multisine", f_min = 1, f_max = {F_MAX:g}, amplitude = '
             f"{AMPLITUDE / found.units.length:g} }}",
-        ]  # fmt: skip
+        ]
     d, unit = found.drive, found.units.words[0]
     force = d.kind == "force"
     amplitude = FORCE if force else AMPLITUDE / found.units.length
@@ -130,7 +152,7 @@ def _excitation(found: Proposal) -> list[str]:
         _line("amplitude", amplitude, f"{'N' if force else unit}, of each sine: raise it until the parts touch"),
         _line("period", 1.0, "s"),
         _line("seed", 1, "of the phases"),
-    ]  # fmt: skip
+    ]
 
 
 def _reduction() -> list[str]:
@@ -169,6 +191,7 @@ def _verification(found: Proposal) -> list[str]:
     else:
         lines.append('# pairs = ["MAIN NODES", "SECONDARY NODES"]  # two node sets across a contact, to compare motion')
     return [
-        *lines, _line("f_max", 500.0, "Hz, spectra and low-passed forces"),
+        *lines,
+        _line("f_max", 500.0, "Hz, spectra and low-passed forces"),
         _line("mac_f_max", F_MAX, "Hz, mode shapes"),
-    ]  # fmt: skip
+    ]

@@ -122,9 +122,7 @@ def tied_nodes(model: Model) -> BoolArray:
     return tied
 
 
-def _near(
-    model: Model, at: tuple[int, int], skins: tuple[Skin, Skin], distance: float, tied: BoolArray
-) -> Near | None:  # fmt: skip
+def _near(model: Model, at: tuple[int, int], skins: tuple[Skin, Skin], distance: float, tied: BoolArray) -> Near | None:
     there = _opposite(model, skins[0], skins[1], distance, tied)
     back = _opposite(model, skins[1], skins[0], distance, tied)
     if there is None and back is None:
@@ -209,8 +207,9 @@ def _sets_of_part(model: Model, part: int) -> Iterator[tuple[str, IntArray]]:
     """Surfaces first: of two equal ones the first is taken."""
     usable = [b.part == part and (b.kind in SHELLS or b.kind in FACES) for b in model.blocks]
     groups: Sequence[tuple[str, IntArray]] = [
-        *((name, s.facets) for name, s in model.surfaces.items() if not s.is_node_based), *model.element_sets.items()
-    ]  # fmt: skip
+        *((name, s.facets) for name, s in model.surfaces.items() if not s.is_node_based),
+        *model.element_sets.items(),
+    ]
     for name, members in groups:
         if len(members) and not name.startswith("_") and all(usable[row] for row in np.unique(members[:, 0])):
             yield name, numbers_of(model, name)

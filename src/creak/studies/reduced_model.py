@@ -57,9 +57,13 @@ class ReducedModel:
 
 
 def reduce_model(
-    setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress, store: Path | None = None,
+    setup: Setup,
+    reference: ReferenceModel,
+    gaps: GapOperator,
+    progress: Progress,
+    store: Path | None = None,
     made: Callable[[Reduced], None] | None = None,
-) -> ReducedModel:  # fmt: skip
+) -> ReducedModel:
     """Reduce as [reduction] says.
 
     Parameters
@@ -89,22 +93,27 @@ def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress:
     """Gap modes or massless boundary of the assembly."""
     table, system = setup.study.config.reduction, reference.system
     found = modes(
-        system.K, system.M, f_max=table.f_max, free=reference.stiffness is None,
+        system.K,
+        system.M,
+        f_max=table.f_max,
+        free=reference.stiffness is None,
         stiffness_factor=reference.stiffness,
         progress=lambda done, total: progress("modes of the assembly for the reduction", done, total),
-    )  # fmt: skip
+    )
     rows = channel_matrices(system, gaps).rows
     reduce = gap_modes if table.method == "gap-modes" else massless_boundary
-    reduced = reduce(
-        system, rows, modes=found, stiffness=reference.stiffness, static=static_shapes(setup, reference)
-    )  # fmt: skip
+    reduced = reduce(system, rows, modes=found, stiffness=reference.stiffness, static=static_shapes(setup, reference))
     return (), setup.model, reduced, int(reduced.stats["retained"]), found.omega2.size, [], None
 
 
 def _by_parts(
-    setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress, store: Path | None,
+    setup: Setup,
+    reference: ReferenceModel,
+    gaps: GapOperator,
+    progress: Progress,
+    store: Path | None,
     made: Callable[[Reduced], None] | None,
-) -> _Made:  # fmt: skip
+) -> _Made:
     cut = partition(setup, reference, gaps)
     superelements, notes = [], []
     for sub in cut.substructures:
@@ -120,9 +129,13 @@ def _by_parts(
 
 
 def _together(
-    setup: Setup, reference: ReferenceModel, cut: Partition, superelements: list[Reduced], notes: list[str],
+    setup: Setup,
+    reference: ReferenceModel,
+    cut: Partition,
+    superelements: list[Reduced],
+    notes: list[str],
     progress: Progress,
-) -> _Made:  # fmt: skip
+) -> _Made:
     """The superelements coupled with what stays unreduced, and diagonalised."""
     progress("couple and diagonalise", 0, 1)
     reduced = iter(superelements)
@@ -159,9 +172,10 @@ def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:
         return
     raise InputError(
         f"f_max = {c.f_max:g} Hz is below the first fixed-interface mode of every part ({first:.4g} Hz)",
-        where=setup.study.where("reduction", "f_max"), expected=f"more than {first:.4g} Hz",
+        where=setup.study.where("reduction", "f_max"),
+        expected=f"more than {first:.4g} Hz",
         fix='Raise f_max, or use method = "guyan" for a static reduction.',
-    )  # fmt: skip
+    )
 
 
 def _own_interface(setup: Setup, cut: Partition, reduced: Reduced) -> System:
@@ -173,8 +187,9 @@ def _own_interface(setup: Setup, cut: Partition, reduced: Reduced) -> System:
     if others and np.isin(sub.line, np.concatenate(others)).any():
         raise InputError(
             f"substructure {system.name} meets another one: local characteristic modes of the two do not fit together",
-            where=setup.study.where("reduction", "interface"), fix='Use level = "system".',
-        )  # fmt: skip
+            where=setup.study.where("reduction", "interface"),
+            fix='Use level = "system".',
+        )
     columns = np.flatnonzero(np.isin(system.coordinates, sub.line))
     return second_level(system, columns, count=_count(setup, columns.size))
 

@@ -23,8 +23,11 @@ def check_reduction(model: Model, study: Study) -> None:
         model.node_set(name, where=study.where("reduction", "retain"))
     coarse = table.interface.deck
     if table.interface.type == "coarse-mesh" and coarse is not None and not study.sibling(coarse).is_file():
-        raise InputError(f"there is no deck {study.sibling(coarse)}", where=study.where("reduction", "interface"),
-                         fix="Check the path.")  # fmt: skip
+        raise InputError(
+            f"there is no deck {study.sibling(coarse)}",
+            where=study.where("reduction", "interface"),
+            fix="Check the path.",
+        )
 
 
 def reduction_set(model: Model, study: Study, key: str, name: str) -> IntArray:
@@ -37,7 +40,8 @@ def reduction_set(model: Model, study: Study, key: str, name: str) -> IntArray:
     found = model.element_sets.get(name.upper())
     if found is None or found.size == 0:
         raise InputError(
-            f"unknown or empty element set {name!r}", where=study.where("reduction", key),
+            f"unknown or empty element set {name!r}",
+            where=study.where("reduction", key),
             fix=suggest(name, model.element_sets),
-        )  # fmt: skip
+        )
     return found

@@ -61,9 +61,13 @@ def build_reference(setup: Setup, progress: Progress) -> ReferenceModel:
     system = join_parts(setup, parts, loose)
     stiffness = regular_factor(system.K)
     found = modes(
-        system.K, system.M, f_max=modal_band(setup), free=stiffness is None, stiffness_factor=stiffness,
+        system.K,
+        system.M,
+        f_max=modal_band(setup),
+        free=stiffness is None,
+        stiffness_factor=stiffness,
         progress=lambda done, total: progress("modes of the assembly", done, total),
-    )  # fmt: skip
+    )
     R = support_motion(system, stiffness or held_factor(system))
     return ReferenceModel(tuple(parts), loose, damped(setup, system, found, R), found, R, stiffness)
 
@@ -105,9 +109,7 @@ def precheck(
     return prechecked(setup, with_linear_gaps(setup, reference, scheme, progress))
 
 
-def with_linear_gaps(
-    setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress
-) -> ReferenceModel:
+def with_linear_gaps(setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress) -> ReferenceModel:
     """The same with the gaps of the linear run, where the study asks for a pre-check and the structure is held."""
     if not setup.study.config.precheck.enabled or setup.contacts.m == 0 or reference.stiffness is None:
         return reference
@@ -124,8 +126,9 @@ def prechecked(setup: Setup, reference: ReferenceModel) -> tuple[GapOperator, li
     keep = np.flatnonzero(reference.linear_gaps <= table.margin)
     note = f"pre-check: {keep.size} of {contacts.m} channels kept (linear gap falls to {table.margin:g} or less)"
     return contacts.select(keep), [note] if keep.size else [
-        note, nothing_closes(contacts, reference.linear_gaps, table.margin)
-    ]  # fmt: skip
+        note,
+        nothing_closes(contacts, reference.linear_gaps, table.margin),
+    ]
 
 
 def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress) -> FloatArray:
@@ -133,9 +136,7 @@ def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: Scheme, progres
     R = reference.support_shapes
     assert reference.stiffness is not None
     system = modal_system(reference.system, reference.modes, R, static_shapes(setup, reference))
-    history = linear_run(
-        setup, system, scheme, lambda done, total: progress("linear pre-check", done, total)
-    )  # fmt: skip
+    history = linear_run(setup, system, scheme, lambda done, total: progress("linear pre-check", done, total))
     return np.asarray(history.gap.min(axis=0))
 
 
@@ -154,9 +155,10 @@ def static_shapes(setup: Setup, reference: ReferenceModel) -> FloatArray:
         method = setup.study.config.reduction.method
         raise InputError(
             f"method = {method!r} takes the static shape of each force, but only contact holds the structure",
-            where=setup.study.where("reduction", "method"), expected="supports that hold it without contact",
+            where=setup.study.where("reduction", "method"),
+            expected="supports that hold it without contact",
             fix='Use method = "craig-bampton".',
-        )  # fmt: skip
+        )
     for j, labels in enumerate(setup.loads.force_labels):
         rows, _ = reference.system.rows(labels)
         B[:, j] = np.asarray(rows.sum(axis=0)).ravel()

@@ -123,9 +123,13 @@ class StudyResult:
 
 @none_ignored()
 def run_study(
-    setup: Setup, progress: Progress, store: Path | None = None, reference_run: ReferenceRun | None = None,
-    *, record: bool = False,
-) -> StudyResult:  # fmt: skip
+    setup: Setup,
+    progress: Progress,
+    store: Path | None = None,
+    reference_run: ReferenceRun | None = None,
+    *,
+    record: bool = False,
+) -> StudyResult:
     """Pre-check, reduction, both runs, verification.
 
     A run that stops early keeps what it has and ends the study: `StudyResult.stopped` says why.
@@ -164,7 +168,7 @@ def run_study(
             march_run("reference", setup, reference.system, gaps, progress, None, record=True)
             if record and reduced is None
             else (reference_run or unreduced_run)(compared_setup(setup), reference, gaps, progress)
-        )  # fmt: skip
+        )
         stopped = runs["reference"].stopped
     notes += run_warnings(setup, gaps, runs)
     if runs and gaps.m and not any(run.events for run in runs.values()):
@@ -172,12 +176,20 @@ def run_study(
     window = shown_window(setup.study, output_times(setup))
     whole = {} if stopped else runs
     return StudyResult(
-        setup, gaps, runs, reference, reduced,
+        setup,
+        gaps,
+        runs,
+        reference,
+        reduced,
         compare_modes(setup, reference, reduced, gaps),
         compare_spectra(setup, whole, window),
         compare_events(whole, setup.study.config.verification.event_tolerance, window),
-        window, [*setup.notes, *notes], health, new_identity(setup.study, setup.deck_sha256), stopped,
-    )  # fmt: skip
+        window,
+        [*setup.notes, *notes],
+        health,
+        new_identity(setup.study, setup.deck_sha256),
+        stopped,
+    )
 
 
 def limited(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> tuple[GapOperator, list[str]]:
@@ -200,7 +212,7 @@ def compared_setup(setup: Setup) -> Setup:
     n = time_axis(study).size
     loads = replace(
         setup.loads, time=setup.loads.time[:n], support=setup.loads.support[:, :n], force=setup.loads.force[:n]
-    )  # fmt: skip
+    )
     return replace(setup, study=study, loads=loads)
 
 
@@ -215,10 +227,11 @@ def run_warnings(setup: Setup, gaps: GapOperator, runs: dict[str, Run]) -> list[
     said = {
         name: [
             *(f"{UNRELIABLE}: {reason}" for reason in reasons_against(run.history)),
-            *slip_warnings(gaps, slip_of(run)), *step_warnings(setup, run),
+            *slip_warnings(gaps, slip_of(run)),
+            *step_warnings(setup, run),
         ]
         for name, run in runs.items()
-    }  # fmt: skip
+    }
     every = dict.fromkeys(text for texts in said.values() for text in texts)
     return [Warned(f"{' and '.join(n for n in said if text in said[n])} run: {text}") for text in every]
 
@@ -263,9 +276,15 @@ def _note_of_limit(gaps: GapOperator, stiffness: FloatArray, step: float) -> lis
 
 
 def march_run(
-    name: str, setup: Setup, system: System, gaps: GapOperator, progress: Progress, reduced: ReducedModel | None,
-    *, record: bool = False,
-) -> Run:  # fmt: skip
+    name: str,
+    setup: Setup,
+    system: System,
+    gaps: GapOperator,
+    progress: Progress,
+    reduced: ReducedModel | None,
+    *,
+    record: bool = False,
+) -> Run:
     """One run with its events and cost; one that stops early has them up to there.
 
     Parameters
@@ -277,9 +296,14 @@ def march_run(
     on_trial = recorded_steps(setup, system.n) if record else NO_STEPS
     try:
         history, system, how = integrate(
-            setup, system, gaps, observed=observed_labels(setup.watched), output_every=output_every(setup.study),
-            whole_at=np.union1d(field, on_trial), progress=lambda done, total: progress(f"{name} run", done, total),
-        )  # fmt: skip
+            setup,
+            system,
+            gaps,
+            observed=observed_labels(setup.watched),
+            output_every=output_every(setup.study),
+            whole_at=np.union1d(field, on_trial),
+            progress=lambda done, total: progress(f"{name} run", done, total),
+        )
     except Stopped as error:
         history, stopped = error.history, f"{name} run: {error}"
     cost = meter.read()

@@ -45,9 +45,14 @@ def check_folder(folder: Path) -> None:
 
 
 def save(
-    result: StudyResult, summary: dict[str, Any], folder: Path, more: Callable[[h5py.File], None] | None = None,
-    *, convergence: Convergence | None = None, page: str | None = None,
-) -> list[Path]:  # fmt: skip
+    result: StudyResult,
+    summary: dict[str, Any],
+    folder: Path,
+    more: Callable[[h5py.File], None] | None = None,
+    *,
+    convergence: Convergence | None = None,
+    page: str | None = None,
+) -> list[Path]:
     """Write the files of a run into `folder` (made if need be); all appear when the last of them is complete.
 
     summary.json is the last to appear and the first of its predecessors to go: where it is, all others are of its run.
@@ -68,8 +73,7 @@ def save(
     run = result.identity
     records = {name: _record(one, result) for name, one in result.runs.items()}
     c = result.setup.study.config
-    attributes = {"creak": summary["creak"], "title": c.title, "units": c.model.units,
-                  "study": result.setup.study.text}  # fmt: skip
+    attributes = {"creak": summary["creak"], "title": c.title, "units": c.model.units, "study": result.setup.study.text}
     if more is None and any(record.field is not None for record in records.values()):
         more = partial(_write_mesh, mesh=plain_mesh(result.setup.model))
 
@@ -123,9 +127,7 @@ def _record(run: Run, result: StudyResult) -> RunRecord:
         slip=h.slip,
         friction_force=_means(h, h.tangential),
         slip_speed=_means(h, h.sliding),
-        contact=ContactRecord(
-            _near_contact(h), h.time, touched, h.gap, h.force, rubbing, h.tangential, h.sliding
-        ),
+        contact=ContactRecord(_near_contact(h), h.time, touched, h.gap, h.force, rubbing, h.tangential, h.sliding),
         displacement=h.displacement.reshape(at.size, watched.size, 6),
         node_ids=nodes.ids[watched].astype(np.int64),
         node_names=[nodes.label(int(i)) for i in watched],

@@ -15,18 +15,21 @@ SETTLED, STATISTICS, UNSETTLED = "settled", "statistics", "unsettled"
 ENOUGH = 0.95
 """Share of the events that are to be settled in every figure."""
 KEYS = {
-    "start": "t_start", "duration": "duration", "impulse": "impulse", "force": "force",
+    "start": "t_start",
+    "duration": "duration",
+    "impulse": "impulse",
+    "force": "force",
     "closing_speed": "closing_speed",
-}  # fmt: skip
+}
 """Figure -> key of `settled_to` in summary.json."""
 CAUSES = {
-    "tolerance": "the resolution of contact in time: accuracy = \"fine\" follows it",
+    "tolerance": 'the resolution of contact in time: accuracy = "fine" follows it',
     "softer": "the contact stiffness: give what the material has",
     "stiffer": "the contact stiffness: give what the material has",
     "modes": "the modes that the reduction kept: raise [reduction] f_max",
     "step": "the forced step: leave it out, and creak chooses",
     "stiffness": "the contact stiffness: give what the material has",
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)
@@ -46,8 +49,13 @@ def verdict_of(run: Run, result: StudyResult, convergence: Convergence | None) -
         return Verdict(UNRELIABLE, tuple(against))
     table = result.setup.study.config.time
     if not table.exact and result.gaps.presses and (convergence is None or convergence.model != run.name):
-        return Verdict(UNSETTLED, ("a scheme and its step were forced, and what they change was not looked at: leave "
-                                   "them out of [time], or run with --converge",))  # fmt: skip
+        return Verdict(
+            UNSETTLED,
+            (
+                "a scheme and its step were forced, and what they change was not looked at: leave "
+                "them out of [time], or run with --converge",
+            ),
+        )
     if table.exact and not result.gaps.presses:
         return Verdict(SETTLED, ())
     if convergence is None or convergence.model != run.name:
@@ -66,8 +74,10 @@ def _of_convergence(c: Convergence) -> Verdict:
         return Verdict(SETTLED, tuple(f"event at {e.event.t_start:.4f} s: {_open(e)}" for e in open_ones))
     reasons = _reasons(c, open_ones, whole, new)
     if c.statistics and all(_alike(s) for s in c.statistics.values()) and (c.chaotic or _scattered(c)):
-        return Verdict(STATISTICS, ("single events differ from run to run, their rate, forces and impulses do not: "
-                                    "use those", *reasons))  # fmt: skip
+        return Verdict(
+            STATISTICS,
+            ("single events differ from run to run, their rate, forces and impulses do not: use those", *reasons),
+        )
     return Verdict(UNSETTLED, reasons)
 
 
@@ -90,10 +100,12 @@ def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settlin
 
 def _open(e: EventSettling) -> str:
     return e.problem or ", ".join(
-        f"{name.replace('_', ' ')} to {1e3 * f.settled_to:.2g} ms" if name in TIMES
+        f"{name.replace('_', ' ')} to {1e3 * f.settled_to:.2g} ms"
+        if name in TIMES
         else f"{name.replace('_', ' ')} to {100.0 * f.settled_to:.2g} %"
-        for name, f in e.figures.items() if not f.settled
-    )  # fmt: skip
+        for name, f in e.figures.items()
+        if not f.settled
+    )
 
 
 def _alike(s: EventStatistics) -> bool:

@@ -135,9 +135,19 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
     notes += check_outputs(study, time[:: study.config.time.substeps], len(pairs))
     check_reduction(model, study)
     return Setup(
-        study, model, rayleigh, override, driven, contacts, connectors, loads, pairs,
-        _watched(model, study, pairs), notes, superelements,
-    )  # fmt: skip
+        study,
+        model,
+        rayleigh,
+        override,
+        driven,
+        contacts,
+        connectors,
+        loads,
+        pairs,
+        _watched(model, study, pairs),
+        notes,
+        superelements,
+    )
 
 
 def _check_integrator(study: Study) -> None:
@@ -145,9 +155,10 @@ def _check_integrator(study: Study) -> None:
     if c.time.integrator == "massless-boundary" and c.reduction.method != "massless-boundary":
         raise InputError(
             f'integrator = "massless-boundary" with [reduction] method = {c.reduction.method!r}',
-            where=study.where("time", "integrator"), expected='method = "massless-boundary"',
+            where=study.where("time", "integrator"),
+            expected='method = "massless-boundary"',
             fix='Change the method, or use integrator = "hht".',
-        )  # fmt: skip
+        )
 
 
 def stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
@@ -156,9 +167,10 @@ def stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
     if unread is not None:
         keyword = unread.keyword.lstrip("*")
         raise InputError(
-            f"{unread.keyword} is not read by creak and would change the answer: {unread.why}", where=unread.where,
+            f"{unread.keyword} is not read by creak and would change the answer: {unread.why}",
+            where=unread.where,
             fix=f"Remove it, or run with --ignore {keyword!r} to go on without it.",
-        )  # fmt: skip
+        )
 
 
 def _check_frequencies(study: Study) -> None:
@@ -166,14 +178,17 @@ def _check_frequencies(study: Study) -> None:
     if c.reduction.method != "none" and c.reduction.f_max <= highest:
         raise InputError(
             f"f_max = {c.reduction.f_max:g} Hz is not above the excitation, which reaches {highest:g} Hz",
-            where=study.where("reduction", "f_max"), expected="5 to 15 times the excitation",
+            where=study.where("reduction", "f_max"),
+            expected="5 to 15 times the excitation",
             fix=f"Raise f_max to {15 * highest:g}.",
-        )  # fmt: skip
+        )
     if highest > 0.5 / c.time.step:
         raise InputError(
             f"step = {c.time.step:g} s cannot follow an excitation of {highest:g} Hz",
-            where=study.where("time", "step"), expected=f"at most {0.1 / highest:g} s", fix="Shorten the step.",
-        )  # fmt: skip
+            where=study.where("time", "step"),
+            expected=f"at most {0.1 / highest:g} s",
+            fix="Shorten the step.",
+        )
 
 
 def _contacts(model: Model, study: Study) -> tuple[GapOperator, list[str]]:
@@ -223,11 +238,12 @@ def _check_held(
     how = loose_words(loose_motions(model, driven, loose, stops))
     if not free:
         raise InputError(
-            f"nothing holds part(s) {how}: they can move as rigid bodies once coupled", where=model.source,
+            f"nothing holds part(s) {how}: they can move as rigid bodies once coupled",
+            where=model.source,
             expected="supports, links, springs or connectors that hold every part",
             fix="Add *BOUNDARY conditions, couple them to a part that is held, or prescribe their motion by an "
             "[excitation].",
-        )  # fmt: skip
+        )
     note = f"nothing holds part(s) {how}: they move freely"
     return [note] if model.initial_velocity else [Warned(f"{note}; *BOUNDARY conditions would hold them")]
 
@@ -246,18 +262,22 @@ def _pairs(model: Model, study: Study) -> IntArray:
         nodes = model.node_set(named, where=where)
         if nodes.size % 2:
             raise InputError(
-                f"node set {named!r} has {nodes.size} nodes", where=where, expected="an even number: pairs in turn",
+                f"node set {named!r} has {nodes.size} nodes",
+                where=where,
+                expected="an even number: pairs in turn",
                 fix="Use *NSET, UNSORTED with main and secondary nodes in turn, or two sets.",
-            )  # fmt: skip
+            )
         return nodes.reshape(-1, 2)
     if len(named) != 2:
         raise InputError(f"pairs names {len(named)} sets", where=where, expected="one or two")
     main, secondary = (model.node_set(n, where=where) for n in named)
     if main.size != secondary.size:
         raise InputError(
-            f"{named[0]!r} and {named[1]!r} have {main.size} and {secondary.size} nodes", where=where,
-            expected="the same number", fix="Make the sets equally long.",
-        )  # fmt: skip
+            f"{named[0]!r} and {named[1]!r} have {main.size} and {secondary.size} nodes",
+            where=where,
+            expected="the same number",
+            fix="Make the sets equally long.",
+        )
     return np.column_stack([main, secondary])
 
 

@@ -36,8 +36,13 @@ WARPED = 0.2
 def start_warnings(model: Model, config: StudyConfig) -> list[str]:
     """Units of materials and lengths, and the margin of the pre-check, against the model."""
     units = config.model.units
-    texts = [*unit_warnings(model, units), *_massless(model), *_margin(model, config), *_warped(model),
-             *_squeezed(config)]  # fmt: skip
+    texts = [
+        *unit_warnings(model, units),
+        *_massless(model),
+        *_margin(model, config),
+        *_warped(model),
+        *_squeezed(config),
+    ]
     return [Warned(text) for text in texts]
 
 
@@ -109,8 +114,9 @@ def _massless(model: Model) -> list[str]:
     """Materials of many elements without a density, as Nastran takes them."""
     return [
         f"material {m.name} has no density: {m.elements} element(s) have no mass of their own"
-        for m in materials(model) if m.modulus > 0.0 and m.density == 0.0
-    ]  # fmt: skip
+        for m in materials(model)
+        if m.modulus > 0.0 and m.density == 0.0
+    ]
 
 
 def _squeezed(config: StudyConfig) -> list[str]:
@@ -153,8 +159,9 @@ def _stuck(model: Model, config: StudyConfig, loads: Loads, driven: Driven) -> l
     held = np.concatenate([*(node_dofs(f.nodes_idx, f.dofs) for f in model.fixed), *driven.labels.values(), []])
     return [
         f"[excitation.{name}] is a force where the model is held or its motion prescribed: it moves nothing"
-        for name, labels in zip(forced, loads.force_labels, strict=True) if np.isin(labels, held).all()
-    ]  # fmt: skip
+        for name, labels in zip(forced, loads.force_labels, strict=True)
+        if np.isin(labels, held).all()
+    ]
 
 
 def _coarse(config: StudyConfig, highest: float) -> list[str]:

@@ -57,13 +57,16 @@ def _check_time(study: Study, given: dict[str, Any]) -> None:
         raise InputError(
             f"accuracy = {table.accuracy!r} chooses the steps itself, {', '.join(forced) or 'integrator'} would force "
             "them",
-            where=study.where("time", "accuracy"), expected="one of both", fix="Leave out all but accuracy.",
-        )  # fmt: skip
+            where=study.where("time", "accuracy"),
+            expected="one of both",
+            fix="Leave out all but accuracy.",
+        )
     if table.exact and forced:
         raise InputError(
             f'integrator = "exact" chooses its steps itself: {", ".join(forced)} have no meaning',
-            where=study.where("time", forced[0]), fix="Leave them out, or name the integrator that they are for.",
-        )  # fmt: skip
+            where=study.where("time", forced[0]),
+            fix="Leave them out, or name the integrator that they are for.",
+        )
 
 
 def read_toml(path: Path, kind: str) -> tuple[dict[str, Any], str]:
@@ -108,8 +111,9 @@ def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel]
     if problem["type"] in ("union_tag_invalid", "union_tag_not_found"):
         kinds = [get_args(t.model_fields["type"].annotation)[0] for t in _signal_tables()]
         got = problem["input"].get("type") if isinstance(problem["input"], dict) else problem["input"]
-        return InputError(f"{name} has type {got!r}", where=where, expected=f"one of {', '.join(kinds)}",
-                          fix=suggest(str(got), kinds))  # fmt: skip
+        return InputError(
+            f"{name} has type {got!r}", where=where, expected=f"one of {', '.join(kinds)}", fix=suggest(str(got), kinds)
+        )
     if (header := _right_header(problem["type"], keys)) and isinstance(problem["input"], dict | list):
         return InputError(f"[{name}] is not how such a table starts", where=where, fix=f"Write {header}.")
     message = problem["msg"].removeprefix("Value error, ")
@@ -146,9 +150,7 @@ def _is_tag(key: Any, before: Any) -> bool:
         return True
     if before == "friction" and key in ("number", "table"):
         return True
-    return key in ("literal['auto']", "float", "str") or (
-        isinstance(key, str) and ("[" in key or "constrained" in key)
-    )
+    return key in ("literal['auto']", "float", "str") or (isinstance(key, str) and ("[" in key or "constrained" in key))
 
 
 def _known_keys(loc: Sequence[str | int], root: type[BaseModel]) -> list[str]:

@@ -141,17 +141,22 @@ def _chosen(setup: Setup) -> IntArray:
     taken = [int(x) for x in labels if int(x) in held]
     if taken:
         raise InputError(
-            f"cannot retain {dof_name(setup.model, taken[0])}: a boundary condition holds it", where=where,
-            expected="nodes that are free to move", fix="Take it out of the set; supports are retained by themselves.",
-        )  # fmt: skip
-    dependent = [x for c in setup.model.constraints for e in linear_equations(c, setup.model.nodes.coords)
-                 for x in e.labels[:1]]  # fmt: skip
+            f"cannot retain {dof_name(setup.model, taken[0])}: a boundary condition holds it",
+            where=where,
+            expected="nodes that are free to move",
+            fix="Take it out of the set; supports are retained by themselves.",
+        )
+    dependent = [
+        x for c in setup.model.constraints for e in linear_equations(c, setup.model.nodes.coords) for x in e.labels[:1]
+    ]
     tied = np.intersect1d(labels, np.array(dependent, dtype=np.int64))
     if tied.size:
         raise InputError(
             f"cannot retain {dof_name(setup.model, int(tied[0]))}: a coupling or equation makes it dependent",
-            where=where, expected="independent nodes", fix="Retain the reference node that it follows.",
-        )  # fmt: skip
+            where=where,
+            expected="independent nodes",
+            fix="Retain the reference node that it follows.",
+        )
     return labels
 
 
@@ -169,13 +174,19 @@ def _check_interface(setup: Setup, shared: IntArray, contact: IntArray) -> None:
             where=setup.study.where("reduction", "interface"),
             expected="contact channels, or unreduced elements (keep_out), or substructures that share nodes",
             fix='Use interface = { type = "full" }, or check the contact and the pre-check\'s margin.',
-        )  # fmt: skip
+        )
 
 
 def _substructure(
-    setup: Setup, reference: ReferenceModel, part: System, model: Model, k: int,
-    must: IntArray, contact: IntArray, shared: IntArray,
-) -> Substructure:  # fmt: skip
+    setup: Setup,
+    reference: ReferenceModel,
+    part: System,
+    model: Model,
+    k: int,
+    must: IntArray,
+    contact: IntArray,
+    shared: IntArray,
+) -> Substructure:
     """Boundary of one substructure: what must stay, and its interface, thinned as the study asks.
 
     The interface is where it meets unreduced elements or another substructure (all six dofs of each node); where
@@ -206,8 +217,13 @@ def _substructure(
 def _linked(setup: Setup, part: System, model: Model, must: IntArray) -> Substructure:
     """Boundary as it is; the interface is what links to other parts, less supports, loads and contact."""
     linked = [x for c in split_constraints(model)[1] for e in linear_equations(c, model.nodes.coords) for x in e.labels]
-    alone = [setup.connectors.labels, setup.contacts.labels, *setup.driven.labels.values(), *setup.loads.force_labels,
-             *(np.array(e.labels) for f in model.fixed for e in fixed_equations(f))]  # fmt: skip
+    alone = [
+        setup.connectors.labels,
+        setup.contacts.labels,
+        *setup.driven.labels.values(),
+        *setup.loads.force_labels,
+        *(np.array(e.labels) for f in model.fixed for e in fixed_equations(f)),
+    ]
     line = np.setdiff1d(np.intersect1d(np.array(linked, dtype=np.int64), part.labels), np.concatenate(alone))
     return Substructure(part, _touched(part, must), None, line, False)
 
@@ -233,9 +249,11 @@ def _shaped(part: System, fixed: IntArray, line: IntArray, labels: IntArray, sha
     P = sp.lil_matrix((boundary.size, own.size + shape.shape[1]))
     P[np.searchsorted(boundary, own), np.arange(own.size)] = 1.0
     P = sp.csr_matrix(P) + sp.csr_matrix(
-        (sp.coo_matrix(shape).data,
-         (np.searchsorted(boundary, line)[sp.coo_matrix(shape).row], own.size + sp.coo_matrix(shape).col)),
+        (
+            sp.coo_matrix(shape).data,
+            (np.searchsorted(boundary, line)[sp.coo_matrix(shape).row], own.size + sp.coo_matrix(shape).col),
+        ),
         shape=P.shape,
-    )  # fmt: skip
+    )
     empty = np.zeros(0, dtype=np.int64)
     return Substructure(part, boundary, P, empty, False)

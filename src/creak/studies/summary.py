@@ -76,11 +76,14 @@ def _model(result: StudyResult) -> dict[str, Any]:
         "free_dof": result.reference.system.n,
         "mass": result.reference.system.stats["mass"],
         "parts": {
-            p.name: {"nodes": int(model.parts[i].nodes_idx.size), "elements": int(p.stats["elements"]),
-                     "mass": p.stats["mass"]}
+            p.name: {
+                "nodes": int(model.parts[i].nodes_idx.size),
+                "elements": int(p.stats["elements"]),
+                "mass": p.stats["mass"],
+            }
             for i, p in enumerate(parts)
         },
-    }  # fmt: skip
+    }
 
 
 def _run(run: Run, result: StudyResult, model: Model, convergence: Convergence | None) -> dict[str, Any]:

@@ -44,10 +44,15 @@ Progress = Callable[[str, int, int], None]
 MODES_FACTOR = 1.5
 """Highest mode computed over f_max, where the influence of f_max on the answer is looked at."""
 WORDS = {
-    "stiffness": "its stiffness changed", "mass": "its mass changed", "damping": "its damping changed",
-    "dofs": "its dofs changed", "retained": "other dofs are retained", "interface": "its interface is reduced "
-    "differently", "modes": "other modes are asked for", "creak": "it was made by another version of creak",
-}  # fmt: skip
+    "stiffness": "its stiffness changed",
+    "mass": "its mass changed",
+    "damping": "its damping changed",
+    "dofs": "its dofs changed",
+    "retained": "other dofs are retained",
+    "interface": "its interface is reduced differently",
+    "modes": "other modes are asked for",
+    "creak": "it was made by another version of creak",
+}
 
 
 @dataclass(frozen=True)
@@ -87,9 +92,11 @@ def reduce_substructure(
             basis = fixed_interface_basis(inside, sub.shape, f_max, count, progress)
         except NumericalError as error:
             raise InputError(
-                str(error), where=setup.study.where("reduction"), expected="retained dofs that hold every part",
+                str(error),
+                where=setup.study.where("reduction"),
+                expected="retained dofs that hold every part",
                 fix="Couple it at more nodes, or add a node set to [reduction] retain.",
-            ) from error  # fmt: skip
+            ) from error
         matrices = reduced_matrices(sub.part, basis, progress, watched=_watched(setup, sub))
     inside.release()
     system = reduced_system(sub.part, *truncated(basis, matrices, table.f_max))
@@ -197,10 +204,23 @@ def save_superelement(
     matrices = {"K": m.K, "M": m.M, "M_alone": m.M_alone, **({} if m.C is None else {"C": m.C})}
     ids, dofs = row_names(reduced.system, model)
     fixed = reduced.basis.fixed
-    write_superelement_file(path, SavedSuperelement(
-        name, reduced.made_from, matrices, reduced.basis.P, fixed.omega2, fixed.shapes,
-        fixed.next_omega2, ids, dofs, about, m.static.at, m.static.values,
-    ))  # fmt: skip
+    write_superelement_file(
+        path,
+        SavedSuperelement(
+            name,
+            reduced.made_from,
+            matrices,
+            reduced.basis.P,
+            fixed.omega2,
+            fixed.shapes,
+            fixed.next_omega2,
+            ids,
+            dofs,
+            about,
+            m.static.at,
+            m.static.values,
+        ),
+    )
     return path
 
 

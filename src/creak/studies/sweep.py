@@ -39,8 +39,10 @@ def finished(cases: Sequence[Case], out: Path, *, rename: bool = True) -> dict[s
     for case in cases:
         folder, record = out / case.folder_name, records.get(case.folder_name)
         if record is None and folder.exists():
-            raise InputError(f"{folder} is in the way: it is no result of a sweep, or not all of one run",
-                             fix="Move it, or use --out.")  # fmt: skip
+            raise InputError(
+                f"{folder} is in the way: it is no result of a sweep, or not all of one run",
+                fix="Move it, or use --out.",
+            )
         if record is None and case.id in spare:
             old = out / spare.pop(case.id)
             record = finished_record(old)
@@ -63,16 +65,29 @@ def tasks_of(
         reference = None if case.reference_key is None else out / "references" / f"{case.reference_key}.npz"
         hashes = {"study_hash": case.study_hash, "deck_hash": case.deck_hash}
         tasks[case.name] = Task(
-            case.name, case.id, study, out / case.folder_name, out / "superelements", reference, hashes,
-            creak.__version__, tuple(ignore), report,
-        )  # fmt: skip
+            case.name,
+            case.id,
+            study,
+            out / case.folder_name,
+            out / "superelements",
+            reference,
+            hashes,
+            creak.__version__,
+            tuple(ignore),
+            report,
+        )
     return tasks
 
 
 def run_sweep(
-    sweep: SweepFile, cases: Sequence[Case], out: Path, outcomes: Runner, tasks: Mapping[str, Task],
-    known: Mapping[str, Outcome], progress: Progress,
-) -> list[Row]:  # fmt: skip
+    sweep: SweepFile,
+    cases: Sequence[Case],
+    out: Path,
+    outcomes: Runner,
+    tasks: Mapping[str, Task],
+    known: Mapping[str, Outcome],
+    progress: Progress,
+) -> list[Row]:
     """Run the cases that are not `known`; the rows of all, in order. sweep.csv and sweep.h5 are written on the way.
 
     A case whose worker dies time and again has failed, like one that raises. An interruption leaves the table of what

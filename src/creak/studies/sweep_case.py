@@ -104,11 +104,15 @@ def _made(task: Task, start: float) -> dict[str, Any]:
     if task.creak != creak.__version__:
         raise InputError(
             f"the worker on {socket.gethostname()} has creak {creak.__version__}, the sweep was started with "
-            f"{task.creak}", fix="Install the same version everywhere.",
-        )  # fmt: skip
+            f"{task.creak}",
+            fix="Install the same version everywhere.",
+        )
     if not task.study.is_file():
-        raise InputError(f"the worker on {socket.gethostname()} does not see {task.study}",
-                         expected="a folder that all workers share", fix="Name one with --out.")  # fmt: skip
+        raise InputError(
+            f"the worker on {socket.gethostname()} does not see {task.study}",
+            expected="a folder that all workers share",
+            fix="Name one with --out.",
+        )
     setup = set_up(read_study(task.study), task.ignore)
     reference = None if task.reference is None else SharedReference(task.reference)
     result = run_study(setup, lambda *_: None, task.superelements, reference)
@@ -121,8 +125,13 @@ def _made(task: Task, start: float) -> dict[str, Any]:
     summary = summarise(result)
     why = "; ".join(unreliable_runs(summary))
     record = {
-        "id": task.id, "run_id": result.identity.id, "name": task.name, WHY: why, **flat_figures(summary), **sharing
-    }  # fmt: skip
+        "id": task.id,
+        "run_id": result.identity.id,
+        "name": task.name,
+        WHY: why,
+        **flat_figures(summary),
+        **sharing,
+    }
 
     def write(folder: Path) -> None:
         save(result, summary, folder)

@@ -123,7 +123,7 @@ def unique(names: Iterable[str]) -> list[str]:
 def folder_names(names: Sequence[str]) -> list[str]:
     """Names that every file system takes, unique too."""
     safe = [re.sub(r"[^\w.,=+#-]", "_", name).lstrip(".") or "_" for name in names]
-    short = [s if len(s) <= LONGEST else f"{s[:LONGEST - 9]}_{digest(s)[:8]}" for s in safe]
+    short = [s if len(s) <= LONGEST else f"{s[: LONGEST - 9]}_{digest(s)[:8]}" for s in safe]
     return unique([*TAKEN, *short])[len(TAKEN) :]
 
 
@@ -185,8 +185,11 @@ def resolve(sweep: SweepFile, out: Path) -> list[Case]:
     """
     signals = [t.signal.type for t in sweep.study.excitation.values()]
     if sweep.config.seeds and "multisine" not in signals and not any("signal" in k for k in sweep.keys):
-        raise InputError("seeds, but no excitation of the base study is a multisine", where=sweep.where("seeds"),
-                         fix="Leave out seeds.")  # fmt: skip
+        raise InputError(
+            "seeds, but no excitation of the base study is a multisine",
+            where=sweep.where("seeds"),
+            fix="Leave out seeds.",
+        )
     found, contents = variants(sweep), Contents()
     folders = folder_names([v.name for v in found])
     return [_case(sweep, v, folder, out, contents) for v, folder in zip(found, folders, strict=True)]

@@ -47,8 +47,10 @@ def need_distributed() -> None:
     try:
         import distributed  # noqa: F401
     except ImportError as error:
-        raise InputError("--scheduler needs dask.distributed, which is not installed",
-                         fix="pip install 'creak[cluster]' or: pip install distributed") from error  # fmt: skip
+        raise InputError(
+            "--scheduler needs dask.distributed, which is not installed",
+            fix="pip install 'creak[cluster]' or: pip install distributed",
+        ) from error
 
 
 def open_to_others(address: str) -> bool:
@@ -79,17 +81,19 @@ def running_cluster(address: str, certificates: Certificates = Certificates()) -
         client = Client(address, timeout=WAIT, security=security)
     except (OSError, ValueError, TypeError, RuntimeError) as error:
         raise InputError(
-            f"no dask scheduler at {address}: {error}", expected="an address such as tls://host:8786",
+            f"no dask scheduler at {address}: {error}",
+            expected="an address such as tls://host:8786",
             fix="Start it with: dask scheduler, and name the same certificates there and here.",
-        ) from error  # fmt: skip
+        ) from error
     with client:
         workers = client.scheduler_info(n_workers=-1)["workers"]
         several = next((w for w in workers.values() if w["nthreads"] > 1), None)
         if several is not None:
             raise InputError(
-                f"worker {several['name']} would run {several['nthreads']} cases at once", expected="one at a time",
+                f"worker {several['name']} would run {several['nthreads']} cases at once",
+                expected="one at a time",
                 fix="Start the workers with: dask worker ADDRESS --nthreads 1",
-            )  # fmt: skip
+            )
         yield lambda tasks: outcomes(client, tasks)
 
 
@@ -99,8 +103,11 @@ def _security(address: str, certificates: Certificates) -> Security | None:
 
     files = certificates.files
     if files and not address.startswith("tls://"):
-        raise InputError(f"{next(iter(files))} with the scheduler {address}", expected="an address tls://HOST:PORT",
-                         fix="Certificates are of use with TLS only.")  # fmt: skip
+        raise InputError(
+            f"{next(iter(files))} with the scheduler {address}",
+            expected="an address tls://HOST:PORT",
+            fix="Certificates are of use with TLS only.",
+        )
     for option, path in files.items():
         if not path.is_file():
             raise InputError(f"no such file: {path}", where=option, fix="Check the path.")
@@ -116,13 +123,17 @@ def _security(address: str, certificates: Certificates) -> Security | None:
         security = Security(require_encryption=True, **given)
         context = security.get_connection_args("client")["ssl_context"]
     except (OSError, ValueError) as error:
-        raise InputError(f"the certificates cannot be used: {error}", where="--tls-ca-file, --tls-cert, --tls-key",
-                         expected="files in PEM, the key that of the certificate") from error  # fmt: skip
+        raise InputError(
+            f"the certificates cannot be used: {error}",
+            where="--tls-ca-file, --tls-cert, --tls-key",
+            expected="files in PEM, the key that of the certificate",
+        ) from error
     if context is None:
         raise InputError(
-            f"the scheduler {address} asks for certificates, none are named", expected="those of the cluster",
+            f"the scheduler {address} asks for certificates, none are named",
+            expected="those of the cluster",
             fix="Name them with --tls-ca-file, --tls-cert and --tls-key, or in dask's own settings.",
-        )  # fmt: skip
+        )
     return security
 
 

@@ -6,14 +6,27 @@ from collections.abc import Mapping
 from typing import Any
 
 OF_A_RUN = (
-    "dof", "retained", "modes", "channels", "wall_s", "cpu_s", "offline_cpu_s", "peak_rss_gb", "events", "max_force",
-    "impulse_total", "energy_error",
-)  # fmt: skip
+    "dof",
+    "retained",
+    "modes",
+    "channels",
+    "wall_s",
+    "cpu_s",
+    "offline_cpu_s",
+    "peak_rss_gb",
+    "events",
+    "max_force",
+    "impulse_total",
+    "energy_error",
+)
 RUNS = ("reduced", "reference")
 OF_EVENTS = {
-    "events_matched": "matched", "events_missed": "missed", "events_extra": "extra",
-    "amplitude_ratio": "amplitude_ratio_mean", "impulse_ratio": "impulse_ratio_mean",
-}  # fmt: skip
+    "events_matched": "matched",
+    "events_missed": "missed",
+    "events_extra": "extra",
+    "amplitude_ratio": "amplitude_ratio_mean",
+    "impulse_ratio": "impulse_ratio_mean",
+}
 UNITS = {"wall_s": "s", "cpu_s": "s", "offline_cpu_s": "s", "peak_rss_gb": "GiB", "case_wall_s": "s"}
 """Units of columns that do not depend on those of the deck."""
 FORCE = {"mm-t-s": "N", "m-kg-s": "N"}

@@ -25,7 +25,7 @@ def _changes(values: Mapping[str, Any], table: str) -> None:
             raise ValueError(f"{key!r} belongs to the sweep: write it above the first [grid] or [[case]]")
         if isinstance(value, dict) and "." not in key:
             inner = next(iter(value), "f_max")
-            raise ValueError(f"write keys of {table} in quotes: \"{key}.{inner}\" = ...")
+            raise ValueError(f'write keys of {table} in quotes: "{key}.{inner}" = ...')
 
 
 class CaseTable(Table):
@@ -138,7 +138,11 @@ def read_sweep(path: Path) -> SweepFile:
         raise explain(path, text, error, SweepConfig) from error
     base = path.parent / config.base
     if not base.is_file():
-        raise InputError(f"no such study file: {base}", where=f"{path} [base]",
-                         expected="the path of a study, relative to the sweep file", fix="Check the path.")  # fmt: skip
+        raise InputError(
+            f"no such study file: {base}",
+            where=f"{path} [base]",
+            expected="the path of a study, relative to the sweep file",
+            fix="Check the path.",
+        )
     study = read_study(base)
     return SweepFile(path, config, text, base, read_toml(base, "study")[0], study.config)

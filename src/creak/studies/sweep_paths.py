@@ -14,9 +14,13 @@ from creak.formats.abaqus.lexer import lex
 from creak.formats.endings import is_nastran
 
 PLACES = (
-    ("model", "deck"), ("contact", "*", "clearance"), ("excitation", "*", "signal", "file"),
-    ("superelement", "*", "file"), ("superelement", "*", "map"), ("reduction", "interface", "deck"),
-)  # fmt: skip
+    ("model", "deck"),
+    ("contact", "*", "clearance"),
+    ("excitation", "*", "signal", "file"),
+    ("superelement", "*", "file"),
+    ("superelement", "*", "map"),
+    ("reduction", "interface", "deck"),
+)
 """Keys of a study whose strings are paths."""
 DECKS = (PLACES[0], PLACES[-1])
 

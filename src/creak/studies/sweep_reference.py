@@ -52,9 +52,13 @@ def _write(path: Path, run: Run, gaps: GapOperator) -> None:
     cost = {f"cost_{f.name}": getattr(run.cost, f.name) for f in fields(Cost)}
     with complete_file(path) as partial, partial.open("wb") as file:
         np.savez(
-            file, allow_pickle=False, integrator=np.array(run.integrator), channels=np.array(gaps.names, dtype=str),
-            n=np.array(run.system.n), **{k: np.asarray(v) for k, v in {**history, **cost}.items()},
-        )  # fmt: skip
+            file,
+            allow_pickle=False,
+            integrator=np.array(run.integrator),
+            channels=np.array(gaps.names, dtype=str),
+            n=np.array(run.system.n),
+            **{k: np.asarray(v) for k, v in {**history, **cost}.items()},
+        )
 
 
 def _read(path: Path, setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> Run | None:

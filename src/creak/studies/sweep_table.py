@@ -22,8 +22,20 @@ from creak.studies.sweep_file import SweepFile
 
 CHECKS = ("nrmse_x", "nrmse_y", "nrmse_z", "nrmse_all", "worst_mac", *OF_EVENTS)
 SHARED = ("superelements_reused", "superelements_made", "reference_reused")
-PROVENANCE = ("case_wall_s", "units", "creak", "run_id", "study_hash", "deck_hash", "date", "host", "python", "numpy",
-              "scipy", "threads")  # fmt: skip
+PROVENANCE = (
+    "case_wall_s",
+    "units",
+    "creak",
+    "run_id",
+    "study_hash",
+    "deck_hash",
+    "date",
+    "host",
+    "python",
+    "numpy",
+    "scipy",
+    "threads",
+)
 FIGURES = (*(f"{run}.{key}" for run in RUNS for key in OF_A_RUN), *CHECKS, *SHARED, *PROVENANCE)
 
 
@@ -76,9 +88,13 @@ def write_table(sweep: SweepFile, rows: Sequence[Row], folder: Path) -> list[Pat
 
 def _attributes(sweep: SweepFile, table: Mapping[str, Any]) -> dict[str, Any]:
     return {
-        "title": sweep.config.title, "sweep": sweep.text, "base": str(sweep.base), "creak": creak.__version__,
-        "date": datetime.now(UTC).isoformat(timespec="seconds"), "columns": list(table),
-    }  # fmt: skip
+        "title": sweep.config.title,
+        "sweep": sweep.text,
+        "base": str(sweep.base),
+        "creak": creak.__version__,
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "columns": list(table),
+    }
 
 
 def _cell(value: Any) -> Any:

@@ -50,9 +50,11 @@ def read_rows(path: Path, where: str, kind: str, header: list[str]) -> list[tupl
     found = [cell.strip().lower() for cell in rows[0][1]] if rows else []
     if found[: len(header)] != header:
         raise InputError(
-            f"the table starts with {','.join(found) or 'nothing'}", where=f"{path}:1",
-            expected=f"the header {','.join(header)}", fix="Put it into the first line.",
-        )  # fmt: skip
+            f"the table starts with {','.join(found) or 'nothing'}",
+            where=f"{path}:1",
+            expected=f"the header {','.join(header)}",
+            fix="Put it into the first line.",
+        )
     return rows[1:]
 
 
@@ -63,12 +65,16 @@ def _numbers(path: Path, line: int, row: list[str]) -> list[float]:
         numbers = []
     if len(row) > 2 and any(cell.strip() for cell in row[2:]):
         raise InputError(
-            f"the row {','.join(row)!r} has {len(row)} values", where=f"{path}:{line}", expected="two: time,value",
+            f"the row {','.join(row)!r} has {len(row)} values",
+            where=f"{path}:{line}",
+            expected="two: time,value",
             fix="Write decimals with a point, and leave out further columns.",
-        )  # fmt: skip
+        )
     if len(numbers) != 2 or not np.isfinite(numbers).all():
         raise InputError(
-            f"got {','.join(row)!r}", where=f"{path}:{line}", expected="two finite numbers: time,value",
+            f"got {','.join(row)!r}",
+            where=f"{path}:{line}",
+            expected="two finite numbers: time,value",
             fix="Repair the row.",
-        )  # fmt: skip
+        )
     return numbers

@@ -86,9 +86,7 @@ class Stuff:
     elements: int
 
 
-def unit_warnings(
-    model: Model, units: str, *, mass: float | None = None, frequency: float | None = None
-) -> list[str]:
+def unit_warnings(model: Model, units: str, *, mass: float | None = None, frequency: float | None = None) -> list[str]:
     """Sentences about figures that can hardly be meant in `units`; empty where all are plausible.
 
     Ranges are wide: a factor of 1000 is found, a factor of 2 is not.
@@ -104,9 +102,7 @@ def unit_warnings(
     if mass is not None:
         found = found or _mass(model, declared, mass)
     if frequency is not None and not found and not FREQUENCY[0] <= frequency <= FREQUENCY[1]:
-        found = [
-            f"the first natural frequency is {frequency:.3g} Hz: are density, modulus and lengths all in {units}?"
-        ]
+        found = [f"the first natural frequency is {frequency:.3g} Hz: are density, modulus and lengths all in {units}?"]
     return found
 
 
@@ -137,8 +133,11 @@ def _stuffs(section: Section) -> Iterator[tuple[str, float, float]]:
             modulus, density = float(section.A[0, 0]) / section.thickness, section.mass / section.thickness
             yield section.name, modulus, density
         return
-    known = (p.material for p in section.plies) if isinstance(section, GeneralShell) else [
-        getattr(section, "material", None)]  # fmt: skip
+    known = (
+        (p.material for p in section.plies)
+        if isinstance(section, GeneralShell)
+        else [getattr(section, "material", None)]
+    )
     for m in known:
         if isinstance(m, Material):
             yield m.name, m.youngs_modulus, m.density
@@ -216,9 +215,10 @@ def _box(model: Model) -> FloatArray:
 def _thickness(model: Model, declared: UnitSystem) -> list[str]:
     """Most shells thinner than foil or thicker than armour."""
     shells = [
-        (b.section.thickness, b.ids.size) for b in model.blocks
+        (b.section.thickness, b.ids.size)
+        for b in model.blocks
         if isinstance(b.section, ShellSection | GeneralShell) and b.section.thickness > 0.0
-    ]  # fmt: skip
+    ]
     odd = [t for t, n in shells if not _within(t * declared.length, THICKNESS) for _ in range(n)]
     if not odd or 2 * len(odd) < sum(n for _, n in shells):
         return []

@@ -86,9 +86,14 @@ def find_events(history: History, gaps: GapOperator, merge: float, f_max: float)
 
 
 def _event(
-    history: History, gaps: GapOperator, pressing: BoolArray, weights: FloatArray, channels: IntArray,
-    chain: list[_Touch], f_max: float,
-) -> Event:  # fmt: skip
+    history: History,
+    gaps: GapOperator,
+    pressing: BoolArray,
+    weights: FloatArray,
+    channels: IntArray,
+    chain: list[_Touch],
+    f_max: float,
+) -> Event:
     first, last, begin = chain[0].first, chain[-1].last, chain[0]
     active = channels[pressing[first : last + 1, channels].any(axis=0)]
     row, peak, force, impulse = _peak_and_impulse(history, weights, active, first, last)

@@ -37,9 +37,7 @@ def mac_matrix(reference: FloatArray, reduced: FloatArray) -> FloatArray:
     return np.divide(cross, size, out=np.zeros_like(cross), where=size > 0.0)
 
 
-def pair_modes(
-    freq_ref: FloatArray, shapes_ref: FloatArray, freq_red: FloatArray, shapes_red: FloatArray
-) -> ModePairs:
+def pair_modes(freq_ref: FloatArray, shapes_ref: FloatArray, freq_red: FloatArray, shapes_red: FloatArray) -> ModePairs:
     """Pair the modes by MAC among those of similar frequency, each reduced mode once."""
     matrix = mac_matrix(shapes_ref, shapes_red)
     n_ref = freq_ref.size

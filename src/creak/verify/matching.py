@@ -84,9 +84,7 @@ class EventMatch:
     @property
     def within_5_percent(self) -> int:
         """Common events whose low-passed peaks differ by at most 5 %."""
-        return sum(
-            abs(b.force_place / a.force_place - 1.0) <= 0.05 for a, b in self.pairs if a.force_place > 0.0
-        )  # fmt: skip
+        return sum(abs(b.force_place / a.force_place - 1.0) <= 0.05 for a, b in self.pairs if a.force_place > 0.0)
 
     def _ratio(self, name: str) -> float | None:
         reference = sum(getattr(a, name) for a, _ in self.pairs)

@@ -60,9 +60,8 @@ def reasons_against(history: History) -> list[str]:
         (created_of_contact(history), CONTACT_BAR, "the energy that contact took up"),
     )
     shares = [
-        f"{_share(value)} of {what} (at most {_share(bar)} is sound)"
-        for value, bar, what in found if value > bar
-    ]  # fmt: skip
+        f"{_share(value)} of {what} (at most {_share(bar)} is sound)" for value, bar, what in found if value > bar
+    ]
     if not shares:
         return []
     remedy = "shorten the step, soften the contact or dissipate more"

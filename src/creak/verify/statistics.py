@@ -78,9 +78,7 @@ def compare_statistics(
     def distance(name: str) -> Distance | None:
         return ks_distance(*(np.array([getattr(e, name) for e in events]) for events in (a, b)))
 
-    return EventStatistics(
-        (len(a), len(b)), window[1] - window[0], distance("force_place"), distance("impulse")
-    )  # fmt: skip
+    return EventStatistics((len(a), len(b)), window[1] - window[0], distance("force_place"), distance("impulse"))
 
 
 def ks_distance(a: FloatArray, b: FloatArray) -> Distance | None:

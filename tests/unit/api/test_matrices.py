@@ -204,8 +204,10 @@ BAD = {
     "gap0": (lambda: creak.gap_channels(np.eye(3), [0.0, 1.0], 1.0), r"gap0 has shape \(2,\)"),
     "stiffness": (lambda: creak.gap_channels(np.eye(3), 0.0, -1.0), "stiffness = -1.0"),
     "friction alone": (lambda: creak.gap_channels(np.eye(3), 0.0, 1.0, friction=0.2), "without tangents"),
-    "kinetic": (lambda: creak.gap_channels(np.eye(1, 3), 0.0, 1.0, tangents=[np.eye(1, 3)], friction=(0.1, 0.2)),
-                "kinetic <= static"),
+    "kinetic": (
+        lambda: creak.gap_channels(np.eye(1, 3), 0.0, 1.0, tangents=[np.eye(1, 3)], friction=(0.1, 0.2)),
+        "kinetic <= static",
+    ),
     "preload": (lambda: creak.gap_channels(np.eye(1, 3), 0.1, 1.0, preload=2.0), "preloaded channel"),
     "names": (lambda: creak.gap_channels(np.eye(3), 0.0, 1.0, names=["a"]), "1 names"),
     "times": (lambda: creak.make_loads(GOOD, [0.0, 1.0, 3.0]), "uneven or falling"),
@@ -213,9 +215,11 @@ BAD = {
     "forces": (lambda: creak.make_loads(GOOD, T, forces=[([0], [1.0, 2.0])]), r"forces of shape \(2,\)"),
     "observed": (lambda: creak.simulate(GOOD, GAPS, creak.make_loads(GOOD, T), observed=[77]), "observed: there is no"),
     "other loads": (lambda: creak.simulate(DRIVEN, GAPS, creak.make_loads(GOOD, T)), "0 prescribed coordinates"),
-    "gaps elsewhere": (lambda: creak.gap_modes(GOOD, creak.gap_channels([[1.0]], 0.0, 1.0, labels=[40]), count=1),
-                       "gaps: there is no dof 40"),
-}  # fmt: skip
+    "gaps elsewhere": (
+        lambda: creak.gap_modes(GOOD, creak.gap_channels([[1.0]], 0.0, 1.0, labels=[40]), count=1),
+        "gaps: there is no dof 40",
+    ),
+}
 
 
 @pytest.mark.parametrize("case", BAD)

@@ -55,7 +55,15 @@ def test_an_unknown_name_is_an_attribute_error():
 
 
 def test_functions_that_raise_say_so():
-    silent = {"join_gaps", "mac_matrix", "nrmse_fit", "match_events", "find_events", "find_slips", "acceleration_motion"}
+    silent = {
+        "join_gaps",
+        "mac_matrix",
+        "nrmse_fit",
+        "match_events",
+        "find_events",
+        "find_slips",
+        "acceleration_motion",
+    }
     for name in set(creak.__all__) - silent:
         value = getattr(creak, name)
         if inspect.isfunction(value):

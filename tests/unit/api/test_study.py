@@ -31,7 +31,9 @@ def test_a_result_holds_what_the_summary_says(result):
 
 
 def test_the_command_finds_the_same(result, tmp_path, monkeypatch):
-    monkeypatch.setattr("sys.argv", ["creak", "run", str(write_strips(tmp_path)), "--quiet", "--out", str(tmp_path / "o")])
+    monkeypatch.setattr(
+        "sys.argv", ["creak", "run", str(write_strips(tmp_path)), "--quiet", "--out", str(tmp_path / "o")]
+    )
     with pytest.raises(SystemExit) as stop:
         main()
     assert stop.value.code == 0
@@ -92,16 +94,28 @@ def test_without_the_extra_long_work_is_not_begun(command, tmp_path, monkeypatch
 def test_a_study_from_tables_is_that_of_the_file(result, tmp_path):
     path = write_strips(tmp_path)
     tables = {
-        "title": "Two strips", "model": {"deck": "strips.inp"},
+        "title": "Two strips",
+        "model": {"deck": "strips.inp"},
         "contact": {"tip": {"secondary": "UNDER", "main": "OVER", "method": "surface-to-surface"}},
-        "excitation": {"root": {
-            "node_set": "ROOT_UPPER", "dof": "z", "kind": "displacement",
-            "signal": {"type": "multisine", "f_min": 5, "f_max": 60, "amplitude": np.float64(0.05), "period": 0.2,
-                       "seed": np.int64(3)},
-        }},
-        "reduction": {"f_max": 3000}, "time": {"step": 5e-4, "periods": 2},
+        "excitation": {
+            "root": {
+                "node_set": "ROOT_UPPER",
+                "dof": "z",
+                "kind": "displacement",
+                "signal": {
+                    "type": "multisine",
+                    "f_min": 5,
+                    "f_max": 60,
+                    "amplitude": np.float64(0.05),
+                    "period": 0.2,
+                    "seed": np.int64(3),
+                },
+            }
+        },
+        "reduction": {"f_max": 3000},
+        "time": {"step": 5e-4, "periods": 2},
         "verification": {"pairs": "PAIRS", "mac_f_max": 500},
-    }  # fmt: skip
+    }
     assert creak.make_study(tables, tmp_path).config == creak.read_study(path).config
 
 
@@ -134,7 +148,9 @@ def test_wrong_studies_get_one_clear_message(tmp_path, call, text):
 
 def test_a_study_that_stops_early_warns(monkeypatch):
     monkeypatch.setattr("creak.api.study.set_up", lambda *_: None)
-    monkeypatch.setattr("creak.api.study.run_setup", lambda *_, **__: SimpleNamespace(stopped="reduced run: diverged", unreliable=[]))
+    monkeypatch.setattr(
+        "creak.api.study.run_setup", lambda *_, **__: SimpleNamespace(stopped="reduced run: diverged", unreliable=[])
+    )
     with pytest.warns(RuntimeWarning, match="ended early: reduced run: diverged"):
         creak.run("x.toml")
 

@@ -129,10 +129,13 @@ def test_node_in_two_couplings_ties_the_references():
 
 
 def test_elimination_substitutes_fully():
-    solved = eliminate([
-        LinearEquation([1, 2], [1.0, -2.0]), LinearEquation([2, 3, 4], [1.0, -1.0, -1.0]),
-        LinearEquation([5, 1], [1.0, 1.0]),
-    ])  # fmt: skip
+    solved = eliminate(
+        [
+            LinearEquation([1, 2], [1.0, -2.0]),
+            LinearEquation([2, 3, 4], [1.0, -1.0, -1.0]),
+            LinearEquation([5, 1], [1.0, 1.0]),
+        ]
+    )
     assert solved == {1: {3: 2.0, 4: 2.0}, 2: {3: 1.0, 4: 1.0}, 5: {3: -2.0, 4: -2.0}}
     T, free = transformation(np.arange(1, 6), solved)
     np.testing.assert_array_equal(free, [3, 4])
@@ -209,15 +212,18 @@ def test_reference_node_of_two_parts_belongs_to_neither():
 
 def test_links_inside_and_between_parts_give_the_same_assembly():
     """One part or two: the link acts in `part_system` or in `couple`, with the same frequencies."""
+
     def chain(parts):
         blocks = [
-            block("mass", [[0], [1]], point_mass(1.0), 0), block("spring2", [[0, 1]], spring(50.0), 0, 5),
+            block("mass", [[0], [1]], point_mass(1.0), 0),
+            block("spring2", [[0, 1]], spring(50.0), 0, 5),
             block("mass", [[2], [3]], point_mass(2.0), len(parts) - 1, 10),
             block("spring2", [[2, 3]], spring(80.0), len(parts) - 1, 15),
-        ]  # fmt: skip
+        ]
         coords = np.column_stack([np.array([0.0, 1.0, 1.0, 2.0]), np.zeros(4), np.zeros(4)])
-        return model_of(coords, blocks, parts, constraints=[RigidLink("pin", 2, 1)],
-                        fixed=[Fixed(np.array([0]), (1, 2, 3))])  # fmt: skip
+        return model_of(
+            coords, blocks, parts, constraints=[RigidLink("pin", 2, 1)], fixed=[Fixed(np.array([0]), (1, 2, 3))]
+        )
 
     one = assembled(chain([("A", range(4))]))
     two = assembled(chain([("A", range(2)), ("B", range(2, 4))]))
@@ -229,10 +235,13 @@ def test_links_inside_and_between_parts_give_the_same_assembly():
 def test_spring_between_parts_joins_them():
     model = model_of(
         np.array([[0.0, 0, 0], [1.0, 0, 0]]),
-        [block("mass", [[0]], point_mass(1.0), 0), block("mass", [[1]], point_mass(2.0), 1, 2),
-         block("spring2", [[0, 1]], spring(6.0, damping=0.3), -1, 3)],
+        [
+            block("mass", [[0]], point_mass(1.0), 0),
+            block("mass", [[1]], point_mass(2.0), 1, 2),
+            block("spring2", [[0, 1]], spring(6.0, damping=0.3), -1, 3),
+        ],
         [("A", [0]), ("B", [1])],
-    )  # fmt: skip
+    )
     system = couple([part_system(model, i, NO_DAMPING) for i in range(2)], model, NONE, NO_DAMPING)
     R = to_dense(system.rows(np.array([0, 6]))[0])
     K = R @ to_dense(system.K) @ R.T

@@ -147,10 +147,12 @@ def test_velocity_of_nodes_tied_to_a_loose_reference_is_not_lost():
     coords, e = straight_beam(2, 1.0)
     coords = np.vstack([coords, [[0.5, 0.5, 0.0]]])
     model = model_of(
-        coords, [block("beam2", e, beam_section())], [("A", range(3))],
+        coords,
+        [block("beam2", e, beam_section())],
+        [("A", range(3))],
         constraints=[RigidLink("beam", 0, 3), RigidLink("beam", 2, 3)],
         initial_velocity=[(i, 2, -4.0) for i in range(4)],
-    )  # fmt: skip
+    )
     system = assembled(model)
     v = (system.rows(np.arange(24))[0] @ system.velocity).reshape(-1, 6)
     np.testing.assert_allclose(v[:, 1], -4.0)

@@ -102,9 +102,11 @@ def test_a_coupling_across_the_cut_is_kept():
     near = near[near < coords.shape[0] - 1]
     left = np.flatnonzero(coords[:, 0] == 0.0)
     model = model_of(
-        coords, [block("quad4", quads, shell(2e-3))], fixed=[Fixed(left, (1, 2, 3, 4, 5, 6))],
+        coords,
+        [block("quad4", quads, shell(2e-3))],
+        fixed=[Fixed(left, (1, 2, 3, 4, 5, 6))],
         constraints=[KinematicCoupling("c", ref, near, (1, 2, 3, 4, 5, 6))],
-    )  # fmt: skip
+    )
     pieces = cut(model, halves(model), ["RIGHT"]).model
     whole, joined = (couple(parts_of(m), m, NONE, NO_DAMPING) for m in (model, pieces))
     np.testing.assert_allclose(frequencies(joined)[:40], frequencies(whole)[:40], rtol=1e-6)
@@ -116,7 +118,9 @@ def test_recovered_field_is_the_same_in_blocks_and_at_once():
     edge, held = shared_nodes(pieces), np.flatnonzero(model.nodes.coords[:, 0] == 0.0)
     systems = parts_of(pieces)
     boundary = [np.flatnonzero(np.isin(s.coordinates // 6, np.union1d(edge, held))) for s in systems]
-    small = couple([craig_bampton(s, b, count=3) for s, b in zip(systems, boundary, strict=True)], pieces, NONE, NO_DAMPING)
+    small = couple(
+        [craig_bampton(s, b, count=3) for s, b in zip(systems, boundary, strict=True)], pieces, NONE, NO_DAMPING
+    )
     q = np.random.default_rng(3).standard_normal((small.n, 7))
     at_once = small.recover(q)
     through_rows = np.asarray(small.rows(small.labels)[0] @ q)

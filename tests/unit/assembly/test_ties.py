@@ -139,8 +139,14 @@ def test_substructures_tied_over_their_retained_nodes(tmp_path):
     """Both sides of the seam are retained; the reduced plate has the modes of the full one."""
     model = model_of_deck(tmp_path, cut_plate((6, 8), (8, 11)))
     common = common_rayleigh(model)
-    seam = np.unique([label for c in split_constraints(model)[1] for e in linear_equations(c, model.nodes.coords)
-                      for label in e.labels])  # fmt: skip
+    seam = np.unique(
+        [
+            label
+            for c in split_constraints(model)[1]
+            for e in linear_equations(c, model.nodes.coords)
+            for label in e.labels
+        ]
+    )
     parts = [part_system(model, i, common) for i in range(2)]
     # 9 + 12 nodes on the seam, six dofs each.
     assert seam.size == 6 * (9 + 12)

@@ -24,9 +24,12 @@ def two_beams(**more) -> Model:
     blocks = [block("beam2", e, beam_section(), 0), block("beam2", e + 5, beam_section(), 1, 50)]
     blocks += more.pop("more_blocks", [])
     return model_of(
-        np.vstack([a, b, [[0.5, 0.15, 0.1]]]), blocks, [("FRAME", range(5)), ("PANEL", range(5, 10))],
-        node_sets={"A": [2], "B": [7]}, **more,
-    )  # fmt: skip
+        np.vstack([a, b, [[0.5, 0.15, 0.1]]]),
+        blocks,
+        [("FRAME", range(5)), ("PANEL", range(5, 10))],
+        node_sets={"A": [2], "B": [7]},
+        **more,
+    )
 
 
 def test_nothing_holds_anything():
@@ -107,7 +110,10 @@ def test_distributing_coupling_to_a_held_reference_holds():
     coords = np.array([[0.0, 0, 0], [1.0, 0, 0], [0.0, 1, 0], [0.3, 0.3, 1.0]])
     elements = np.array([[0, 1], [1, 2]])
     model = model_of(
-        coords, [block("beam2", elements, beam_section())], [("A", range(3))],
-        constraints=[DistributingCoupling("D", 3, np.arange(3), np.ones(3))], fixed=[Fixed(np.array([3]), ALL)],
-    )  # fmt: skip
+        coords,
+        [block("beam2", elements, beam_section())],
+        [("A", range(3))],
+        constraints=[DistributingCoupling("D", 3, np.arange(3), np.ones(3))],
+        fixed=[Fixed(np.array([3]), ALL)],
+    )
     assert unheld_parts(model, NONE) == []

@@ -31,8 +31,11 @@ def strips(tmp_path, more=""):
     """Two cantilevers in line, clamped at their outer ends by a coupling, their inner ends joined by a rigid link; a grip holds a row of shells."""
     lines = ["*NODE"]
     for strip in range(2):
-        lines += [f"{1 + 100 * strip + 3 * i + j}, {70.0 * strip + 10.0 * i}, {10.0 * j}, 0."
-                  for i in range(7) for j in range(3)]  # fmt: skip
+        lines += [
+            f"{1 + 100 * strip + 3 * i + j}, {70.0 * strip + 10.0 * i}, {10.0 * j}, 0."
+            for i in range(7)
+            for j in range(3)
+        ]
     lines += ["901, 0., 10., 0.", "902, 60., 10., 0.", "903, 70., 10., 0.", "904, 130., 10., 0."]
     for strip in range(2):
         lines.append(f"*ELEMENT, TYPE=S4, ELSET=STRIP{strip}")
@@ -168,7 +171,9 @@ def test_tables_of_peers_are_read():
       1  -0.4540463E-01  -0.2044180E+00   0.1161982E-01  -0.1365904E+02
 """
     assert modes_peers.calculix_frequencies(calculix).tolist() == [4.884855]
-    mystran = " R E A L   E I G E N V A L U E S\n 1 1 2.646276E+03 5.144197E+01 8.187244E+00 1.000000E+00 2.646276E+03\n"
+    mystran = (
+        " R E A L   E I G E N V A L U E S\n 1 1 2.646276E+03 5.144197E+01 8.187244E+00 1.000000E+00 2.646276E+03\n"
+    )
     assert modes_peers.mystran_frequencies(mystran).tolist() == [8.187244]
 
 

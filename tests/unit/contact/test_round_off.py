@@ -27,8 +27,10 @@ def scaled(model: Model, factor: float) -> Model:
     """The same in another unit of length; the modulus stays, so stiffness over area grows by 1 / factor."""
     blocks = tuple(
         replace(b, section=replace(b.section, thickness=b.section.thickness * factor))
-        if hasattr(b.section, "thickness") else b for b in model.blocks
-    )  # fmt: skip
+        if hasattr(b.section, "thickness")
+        else b
+        for b in model.blocks
+    )
     return replace(model, nodes=replace(model.nodes, coords=model.nodes.coords * factor), blocks=blocks)
 
 

@@ -73,8 +73,10 @@ def test_tree_finds_what_a_look_at_every_facet_finds(name, seed):
     points = points @ R.T
     direction = rng.standard_normal((150, 3)) * 0.3 + R @ [0.0, 0.0, 1.0]
     direction /= np.linalg.norm(direction, axis=1)[:, None]
-    for met, given in ((project_along(points, direction, main, 0.5), direction),
-                       (project_closest(points, main, 0.5), None)):  # fmt: skip
+    for met, given in (
+        (project_along(points, direction, main, 0.5), direction),
+        (project_closest(points, main, 0.5), None),
+    ):
         expected = brute_force(points, main, 0.5, given)
         np.testing.assert_array_equal(met.found, np.isfinite(expected))
         assert met.found.sum() > 20

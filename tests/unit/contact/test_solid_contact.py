@@ -27,9 +27,7 @@ def members(row: int, count: int) -> np.ndarray:
     return np.column_stack([np.full(count, row), np.arange(count)])
 
 
-def blocks_apart(
-    gap: float, kinds=("hex8", "hex8"), rotation: np.ndarray | None = None, rim: float = 0.0
-) -> Model:
+def blocks_apart(gap: float, kinds=("hex8", "hex8"), rotation: np.ndarray | None = None, rim: float = 0.0) -> Model:
     """Block TOP above block LOW, inside its outline by `rim`; element sets LOW and TOP hold all their elements."""
     x_low, e_low = solid_mesh((4, 3, 2), SIZE, kinds[0])
     x_top, e_top = solid_mesh((3, 4, 2), (SIZE[0] - 2 * rim, SIZE[1] - 2 * rim, SIZE[2]), kinds[1])
@@ -110,16 +108,22 @@ def test_surface_of_shells_and_solids(method):
     n, m = len(x_low), len(x_low) + len(x_top)
     skin = e_low[4:, [4, 5, 6, 7]]
     faces = Surface(
-        "LOW", np.concatenate([members(0, 4), members(2, len(skin))]),
-        np.array([2] * 4 + [0] * len(skin)), np.zeros(0, dtype=np.int64),
-    )  # fmt: skip
+        "LOW",
+        np.concatenate([members(0, 4), members(2, len(skin))]),
+        np.array([2] * 4 + [0] * len(skin)),
+        np.zeros(0, dtype=np.int64),
+    )
     model = model_of(
         np.vstack([x_low, x_top]),
-        [block("hex8", e_low, SOLID), block("quad4", e_top + n, shell(2e-3), 1, 100),
-         block("quad4", skin, shell(4e-3), 0, 500)],
+        [
+            block("hex8", e_low, SOLID),
+            block("quad4", e_top + n, shell(2e-3), 1, 100),
+            block("quad4", skin, shell(4e-3), 0, 500),
+        ],
         [("LOW", range(n)), ("TOP", range(n, m))],
-        element_sets={"TOP": members(1, len(e_top))}, surfaces=[faces],
-    )  # fmt: skip
+        element_sets={"TOP": members(1, len(e_top))},
+        surfaces=[faces],
+    )
     operator, _ = METHODS[method](model, ContactPair("c", "TOP", "LOW", method))
     x = model.nodes.coords[operator.nodes_idx, 0]
     bare, covered = operator.gap0[x < 0.1], operator.gap0[x > 0.2]
@@ -186,9 +190,12 @@ def beam_over_plate(radius: float, *, skin: bool = False) -> Model:
     if skin:
         blocks.append(block("tri3", [[n, n + 1, 0]], shell(1e-3), 1, 200))
     return model_of(
-        np.vstack([x_low, x_beam]), blocks, [("LOW", range(n)), ("WIRE", range(n, n + 6))],
-        element_sets={"LOW": members(0, len(e_low)), "WIRE": members(1, 5)}, node_sets={"WIRE_NODES": range(n, n + 6)},
-    )  # fmt: skip
+        np.vstack([x_low, x_beam]),
+        blocks,
+        [("LOW", range(n)), ("WIRE", range(n, n + 6))],
+        element_sets={"LOW": members(0, len(e_low)), "WIRE": members(1, 5)},
+        node_sets={"WIRE_NODES": range(n, n + 6)},
+    )
 
 
 @pytest.mark.parametrize("secondary", ["WIRE", "WIRE_NODES"])

@@ -183,9 +183,12 @@ def test_units_of_length_do_not_matter():
     B = np.random.default_rng(3).standard_normal((6, 8))
     q = problem(B @ B.T * 1e-6, [-1e-3, -2e-3], laws, slip_free=[1e-3, 2e-3, -1e-4, 0.0])
     mm = replace(
-        q, A=1e3 * q.A, gap_free=1e3 * q.gap_free, slip_free=1e3 * q.slip_free,
+        q,
+        A=1e3 * q.A,
+        gap_free=1e3 * q.gap_free,
+        slip_free=1e3 * q.slip_free,
         laws=laws._replace(stiffness=1e-3 * laws.stiffness, decay=1e3 * laws.decay),
-    )  # fmt: skip
+    )
     assert solve(mm)[0] == pytest.approx(solve(q)[0], rel=1e-10)
 
 
@@ -194,16 +197,28 @@ def operator(**law) -> GapOperator:
     row = sp.csr_matrix(np.zeros((2, 6)))
     ones = np.ones(2)
     return GapOperator(
-        labels=np.arange(6), G=row, tangents=(row, row), gap0=ones, stiffness=np.array([1e6, HARD]), damping=0.0 * ones,
-        step_limited=np.zeros(2, dtype=bool), area=ones, names=("a", "b"), nodes_idx=np.zeros(2, dtype=np.int64),
-        group=("g", "g"), retained_nodes=np.array([0]), **law,
-    )  # fmt: skip
+        labels=np.arange(6),
+        G=row,
+        tangents=(row, row),
+        gap0=ones,
+        stiffness=np.array([1e6, HARD]),
+        damping=0.0 * ones,
+        step_limited=np.zeros(2, dtype=bool),
+        area=ones,
+        names=("a", "b"),
+        nodes_idx=np.zeros(2, dtype=np.int64),
+        group=("g", "g"),
+        retained_nodes=np.array([0]),
+        **law,
+    )
 
 
 def test_laws_of_a_gap_operator():
     curve = np.array([[0.0, 0.0], [1.0, 5.0]])
     friction = Friction(np.array([0.0, 0.5]), np.array([0.0, 0.3]), np.array([0.0, 0.1]))
-    laws = law_arrays(operator(curves=Curves(np.array([-1, 1]), np.array([1.0, 4.0]), (2 * curve, curve)), friction=friction))
+    laws = law_arrays(
+        operator(curves=Curves(np.array([-1, 1]), np.array([1.0, 4.0]), (2 * curve, curve)), friction=friction)
+    )
     assert laws.start.tolist() == [0, 2, 4]
     assert laws.curve.tolist() == [-1, 1]
     assert laws.x[2:].tolist() == [0.0, 1.0]
@@ -218,7 +233,9 @@ def test_laws_of_a_gap_operator():
     assert contact_energy(plain, np.array([1.0, -1.0])) == 0.0
 
 
-@pytest.mark.parametrize("points", [[[0, 0]], [[0, 1], [1, 2]], [[0, 0], [1, 2], [1, 3]], [[0, 0], [1, 2], [2, 1]], [[0, 0], [1, 0]]])
+@pytest.mark.parametrize(
+    "points", [[[0, 0]], [[0, 1], [1, 2]], [[0, 0], [1, 2], [1, 3]], [[0, 0], [1, 2], [2, 1]], [[0, 0], [1, 0]]]
+)
 def test_curves_that_do_not_rise_are_refused(points):
     curves = Curves(np.array([0, -1]), np.ones(2), (np.array(points, dtype=float),))
     with pytest.raises(InputError, match="does not rise from zero"):
@@ -235,4 +252,6 @@ def test_kinetic_above_static_is_refused():
 def test_a_matrix_that_is_not_finite_is_never_solved(rub):
     laws = springs([1e6], friction=[(0, 0.3, 0.3, 0.0)] if rub else [])
     with pytest.raises(NumericalError):
-        solve(problem(np.full((3, 3) if rub else (1, 1), np.nan), [-1e-3], laws, slip_free=[1e-3, 0.0] if rub else None))
+        solve(
+            problem(np.full((3, 3) if rub else (1, 1), np.nan), [-1e-3], laws, slip_free=[1e-3, 0.0] if rub else None)
+        )

@@ -72,7 +72,13 @@ def test_condensed_step_equals_plain_newton_on_the_full_model(alpha, measured):
     arguments = two_chains(), between_the_chains(), loads(), HHT(alpha)
     a, b = (run(*arguments, observed=np.arange(N)) for run in (simulate, simulate_plain_newton))
     same(a, b)
-    measured("contact", f"condensed contact, alpha {alpha:.3g}: force, relative difference", np.abs(a.force - b.force).max() / a.force.max(), at_most=SAME, source="plain Newton, whole model")
+    measured(
+        "contact",
+        f"condensed contact, alpha {alpha:.3g}: force, relative difference",
+        np.abs(a.force - b.force).max() / a.force.max(),
+        at_most=SAME,
+        source="plain Newton, whole model",
+    )
 
 
 def with_laws(kind: str) -> GapOperator:
@@ -82,7 +88,9 @@ def with_laws(kind: str) -> GapOperator:
         force = np.array([0.0, 30.0, 0.0, 10.0, 0.0, 0.0])
         return replace(gaps, gap0=np.where(force > 0.0, -force / gaps.stiffness, gaps.gap0), preload=force)
     curve = np.array([[0.0, 0.0], [1e-5, 0.4], [5e-5, 8.0], [2e-4, 30.0]])
-    return replace(gaps, curves=Curves(np.array([0, -1, 0, 0, -1, 0]), np.array([1.0, 1.0, 2.0, 0.5, 1.0, 1.0]), (curve,)))
+    return replace(
+        gaps, curves=Curves(np.array([0, -1, 0, 0, -1, 0]), np.array([1.0, 1.0, 2.0, 0.5, 1.0, 1.0]), (curve,))
+    )
 
 
 @pytest.mark.parametrize("scheme", [HHT(), generalised_alpha(0.9), generalised_alpha(0.5)], ids=["hht", "ga.9", "ga.5"])
@@ -98,7 +106,9 @@ def test_generalised_alpha_with_its_extremes_is_a_known_rule():
     kept = []
     for rho in (1.0, 0.9, 0.0):
         system = system_of(np.eye(1), 1e4 * np.eye(1), velocity=np.ones(1))
-        run = simulate(system, NO_CHANNELS, at_rest(time_axis(1.0, 2e-3)), generalised_alpha(rho), observed=np.array([0]))
+        run = simulate(
+            system, NO_CHANNELS, at_rest(time_axis(1.0, 2e-3)), generalised_alpha(rho), observed=np.array([0])
+        )
         kept.append(float(run.energy[-1, :2].sum() / run.energy[0, :2].sum()))
     assert kept[0] == pytest.approx(1.0, abs=1e-9)
     assert kept[0] > kept[1] > kept[2]

@@ -38,7 +38,13 @@ def test_contact_creates_no_energy(alpha, measured):
     assert history.contact_steps > 100
     assert (history.energy[:, SCHEME] >= -0.005 * history.energy_scale).all()
     assert history.energy_created <= 0.005
-    measured("energy", f"chain between stops, alpha {alpha:.3g}: share of energy created", history.energy_created, at_most=0.005, source="conservation")
+    measured(
+        "energy",
+        f"chain between stops, alpha {alpha:.3g}: share of energy created",
+        history.energy_created,
+        at_most=0.005,
+        source="conservation",
+    )
 
 
 def test_leftover_shrinks_with_the_step(measured):
@@ -46,7 +52,13 @@ def test_leftover_shrinks_with_the_step(measured):
     left = [np.abs(rattling(h).energy[:, SCHEME]).max() for h in (1e-3, 5e-4, 2.5e-4)]
     assert left[1] < 0.5 * left[0]
     assert left[2] < 0.5 * left[1]
-    measured("energy", "chain between stops: what is left over, ratio of half the step", max(left[1] / left[0], left[2] / left[1]), at_most=0.5, source="second order")
+    measured(
+        "energy",
+        "chain between stops: what is left over, ratio of half the step",
+        max(left[1] / left[0], left[2] / left[1]),
+        at_most=0.5,
+        source="second order",
+    )
 
 
 def test_dampers_only_take():
@@ -65,7 +77,13 @@ def test_balance_adds_up(measured):
     total = e[:, [KINETIC, STRAIN, CONTACT, DAMPING, CONTACT_DAMPING, SCHEME]].sum(axis=1)
     np.testing.assert_allclose(total, e[:, EXTERNAL], atol=1e-12 * np.abs(e).max())
     error = np.abs(total - e[:, EXTERNAL]).max() / np.abs(e).max()
-    measured("energy", "chain between stops: sum of the energy table, relative error", error, at_most=1e-12, source="definition")
+    measured(
+        "energy",
+        "chain between stops: sum of the energy table, relative error",
+        error,
+        at_most=1e-12,
+        source="definition",
+    )
 
 
 def test_external_work_of_a_force_is_force_times_way(measured):
@@ -77,7 +95,15 @@ def test_external_work_of_a_force_is_force_times_way(measured):
     # Trapezoidal rule in time: (omega h)^2 with omega up to 180 rad/s.
     expected = trapezoid(force * velocity, dx=1e-4)
     assert history.energy[-1, EXTERNAL] == pytest.approx(expected, rel=1e-3)
-    measured("energy", "chain under a force: external work", history.energy[-1, EXTERNAL], expected, rel=1e-3, unit="J", source="force times way")
+    measured(
+        "energy",
+        "chain under a force: external work",
+        history.energy[-1, EXTERNAL],
+        expected,
+        rel=1e-3,
+        unit="J",
+        source="force times way",
+    )
 
 
 def test_free_undamped_motion_loses_only_what_hht_takes():
@@ -102,7 +128,13 @@ def test_average_acceleration_keeps_energy_exactly(measured):
     undamped = free_run(system_of(M, K, velocity=np.linspace(0, 1, N)), NO_CHANNELS, 0.5, 1e-3, 0.0)
     np.testing.assert_allclose(undamped.energy[:, SCHEME], 0.0, atol=1e-10 * undamped.energy_scale)
     error = np.abs(undamped.energy[:, SCHEME]).max() / undamped.energy_scale
-    measured("energy", "alpha = 0, free chain: energy not accounted for, relative", error, at_most=1e-10, source="conservation")
+    measured(
+        "energy",
+        "alpha = 0, free chain: energy not accounted for, relative",
+        error,
+        at_most=1e-10,
+        source="conservation",
+    )
 
 
 def test_leftover_of_a_smooth_linear_run_is_of_the_third_order():

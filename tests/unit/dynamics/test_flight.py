@@ -123,7 +123,9 @@ def test_period_and_damping_at_ten_steps_a_period(measured):
 
 def test_what_the_step_cannot_resolve_is_gone_after_a_few_steps():
     """A thousand radians a step, set ringing: no alternating noise stays (HHT keeps nine tenths a step)."""
-    system = system_of(np.diag([1.0, 1e-6]), np.array([[200.0, -100.0], [-100.0, 100.0]]), velocity=np.array([0.0, 1.0]))
+    system = system_of(
+        np.diag([1.0, 1e-6]), np.array([[200.0, -100.0], [-100.0, 100.0]]), velocity=np.array([0.0, 1.0])
+    )
     quiet = run(replace(system, velocity=np.array([1e-6, 0.0])), at_rest(time_axis(1.0, 0.1)))
     history = run(system, at_rest(time_axis(1.0, 0.1)))
     # The fast mass brings the momentum 1e-6 of the slow one and .5e-6 of energy.
@@ -145,7 +147,13 @@ def test_energy_balance_holds_to_the_dissipation_of_the_scheme(substeps, measure
     order = np.log2(np.array(left[:-1]) / left[1:])
     assert (order > 4.4).all()
     assert left[-1] < 1e-4 * history.energy[:, EXTERNAL].max()
-    measured("energy", "collocation, forced damped chain: energy lost by the scheme", left[-1] / history.energy_scale, at_most=1e-4, source="conservation")
+    measured(
+        "energy",
+        "collocation, forced damped chain: energy lost by the scheme",
+        left[-1] / history.energy_scale,
+        at_most=1e-4,
+        source="conservation",
+    )
 
 
 def test_external_work_is_force_times_way():
@@ -282,7 +290,9 @@ def test_division_without_a_touch_changes_nothing():
 
 def test_a_run_that_starts_closed_presses_from_the_first_instant():
     m, k, depth = 1.0, 1e4, 1e-3
-    history = run(system_of(np.eye(1) * m, np.zeros((1, 1))), at_rest(time_axis(0.05, 1e-5)), 100, channels([[1.0]], -depth, k))
+    history = run(
+        system_of(np.eye(1) * m, np.zeros((1, 1))), at_rest(time_axis(0.05, 1e-5)), 100, channels([[1.0]], -depth, k)
+    )
     w = np.sqrt(k / m)
     rows = history.output_index
     t = history.time[rows]

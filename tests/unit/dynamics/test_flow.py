@@ -37,7 +37,7 @@ def fly(system, gaps, end, step, forces=(), labels=(), resolution=SETTLED, every
     loads = Loads(time, np.zeros((3, time.size, 0)), values, tuple(np.array([x]) for x in labels))
     return simulate_flow(
         diagonalise(system), gaps, loads, resolution=resolution, observed=np.arange(system.n), output_every=every
-    )  # fmt: skip
+    )
 
 
 def energies(history: History) -> dict[str, np.ndarray]:
@@ -46,7 +46,16 @@ def energies(history: History) -> dict[str, np.ndarray]:
 
 # --- single modes ---------------------------------------------------------------------------------------------------
 
-MODES = [(1.0, 0.0, 0.0), (2.0, 3.0, 1e4), (1.0, 1e3, 1e10), (1.0, 50.0, 0.0), (3.0, 0.0, 5e2), (1.0, 3e3, 1e6), (1.0, 2e3, 1e6), (1.0, 1e5, 1e3)]
+MODES = [
+    (1.0, 0.0, 0.0),
+    (2.0, 3.0, 1e4),
+    (1.0, 1e3, 1e10),
+    (1.0, 50.0, 0.0),
+    (3.0, 0.0, 5e2),
+    (1.0, 3e3, 1e6),
+    (1.0, 2e3, 1e6),
+    (1.0, 1e5, 1e3),
+]
 
 
 @pytest.mark.parametrize("h", [1e-5, 1e-3])
@@ -95,7 +104,13 @@ def test_forced_motion_is_that_of_the_closed_form(measured):
     exact = steady + np.exp(-zeta * w * t) * (a * np.cos(wd * t) + b * np.sin(wd * t))
     # The cubic through the load is off by 5.1e-4 (Omega H)^4 = 8e-5.
     np.testing.assert_allclose(history.displacement[:, 0], exact, atol=2e-4 * np.abs(exact).max())
-    measured("dynamics", "exact flow, damped mode pushed off resonance: worst instant", np.abs(history.displacement[:, 0] - exact).max() / np.abs(exact).max(), at_most=2e-4, source="closed form")
+    measured(
+        "dynamics",
+        "exact flow, damped mode pushed off resonance: worst instant",
+        np.abs(history.displacement[:, 0] - exact).max() / np.abs(exact).max(),
+        at_most=2e-4,
+        source="closed form",
+    )
 
 
 def test_load_error_falls_with_the_fourth_power_of_the_flight_step():
@@ -229,8 +244,12 @@ def test_two_beams_under_base_motion_converge():
     time = 2e-6 * np.arange(200_001)
     loads = multisine_base(time, 10.0, 120.0, 2e-4)
     stepped = simulate_modal(
-        diagonalise(cantilevers(Rayleigh(20.0, 1e-6))), gaps_between(5e-4, 1e6), loads, HHT(), observed=np.zeros(0, dtype=int)
-    )  # fmt: skip
+        diagonalise(cantilevers(Rayleigh(20.0, 1e-6))),
+        gaps_between(5e-4, 1e6),
+        loads,
+        HHT(),
+        observed=np.zeros(0, dtype=int),
+    )
     found["HHT"] = find_events(stepped, gaps_between(5e-4, 1e6), merge=2e-3, f_max=500.0)
     assert len(found["fine"]) > 5
     for name, bar in (("settled", 0.02), ("HHT", 0.05)):
@@ -246,9 +265,7 @@ def test_output_and_whole_coordinates_are_those_of_the_instants():
     time = 1e-3 / SAMPLES * np.arange(SAMPLES * 60 + 1)
     loads = Loads(time, np.zeros((3, time.size, 0)), np.zeros((time.size, 0)))
     gaps = channels([[0.0, 0.0, 0.0, -1.0]], 1e-3, 1e6)
-    history = simulate_flow(
-        system, gaps, loads, observed=np.arange(4), output_every=2, whole_at=np.array([0, 4, 60])
-    )  # fmt: skip
+    history = simulate_flow(system, gaps, loads, observed=np.arange(4), output_every=2, whole_at=np.array([0, 4, 60]))
     np.testing.assert_allclose(history.time[history.output_index], 2e-3 * np.arange(31), atol=1e-15)
     rows = system.rows(np.arange(4))[0]
     np.testing.assert_allclose(np.asarray(rows @ history.coordinates)[:, 1], history.displacement[2], atol=1e-15)

@@ -79,8 +79,17 @@ def test_period_error_and_damping_ratio_at_a_tenth_of_the_period(alpha, period_e
     formula = 0.3947841760 * (1 / 12 - alpha / 4 - 3 * alpha**2 / 8)
     assert period == pytest.approx(period_error, abs=6e-5) or period == pytest.approx(formula, rel=0.1)
     assert damping == pytest.approx(damping_ratio, rel=0.15)
-    measured("time", f"HHT {alpha:.3g}, h/T = .1: period error", period, period_error, between=(0.9 * formula, 1.1 * formula), source="published table")
-    measured("time", f"HHT {alpha:.3g}, h/T = .1: damping ratio", damping, damping_ratio, rel=0.15, source="published table")
+    measured(
+        "time",
+        f"HHT {alpha:.3g}, h/T = .1: period error",
+        period,
+        period_error,
+        between=(0.9 * formula, 1.1 * formula),
+        source="published table",
+    )
+    measured(
+        "time", f"HHT {alpha:.3g}, h/T = .1: damping ratio", damping, damping_ratio, rel=0.15, source="published table"
+    )
 
 
 @pytest.mark.parametrize("alpha", [0.0, -0.05, -0.2, 1.0 - np.sqrt(2.0)])
@@ -91,8 +100,23 @@ def test_period_error_and_damping_ratio_approach_their_leading_terms(alpha, meas
     # The next terms are smaller by Omega^2 = 1 %.
     assert period == pytest.approx(Omega**2 * (1 / 12 - alpha / 4 - 3 * alpha**2 / 8), rel=0.02)
     assert damping == pytest.approx(-alpha * (1 + alpha) ** 2 * Omega**3 / 8, rel=0.05, abs=1e-9)
-    measured("time", f"HHT {alpha:.3g}, h/T = 1/60: period error", period, Omega**2 * (1 / 12 - alpha / 4 - 3 * alpha**2 / 8), rel=0.02, source="closed form, leading term")
-    measured("time", f"HHT {alpha:.3g}, h/T = 1/60: damping ratio", damping, -alpha * (1 + alpha) ** 2 * Omega**3 / 8, rel=0.05, abs=1e-9, source="closed form, leading term")
+    measured(
+        "time",
+        f"HHT {alpha:.3g}, h/T = 1/60: period error",
+        period,
+        Omega**2 * (1 / 12 - alpha / 4 - 3 * alpha**2 / 8),
+        rel=0.02,
+        source="closed form, leading term",
+    )
+    measured(
+        "time",
+        f"HHT {alpha:.3g}, h/T = 1/60: damping ratio",
+        damping,
+        -alpha * (1 + alpha) ** 2 * Omega**3 / 8,
+        rel=0.05,
+        abs=1e-9,
+        source="closed form, leading term",
+    )
     if measured.writing:
         draw(measured, alpha)
 
@@ -106,7 +130,14 @@ def test_high_frequencies_die_with_the_spectral_radius(alpha, measured):
     # The physical root is double at infinity: it decays as n rho^n. From step 10 to 20 the others are .2 % of it.
     expected = physical * 2.0**0.1 if physical > spurious else spurious
     assert (u[20] / u[10]) ** 0.1 == pytest.approx(expected, rel=0.005)
-    measured("time", f"HHT {alpha:.3g}: spectral radius at high frequency, ten steps", (u[20] / u[10]) ** 0.1, expected, rel=0.005, source="closed form")
+    measured(
+        "time",
+        f"HHT {alpha:.3g}: spectral radius at high frequency, ten steps",
+        (u[20] / u[10]) ** 0.1,
+        expected,
+        rel=0.005,
+        source="closed form",
+    )
 
 
 @pytest.mark.parametrize("alpha", [0.0, -0.05, 1.0 - np.sqrt(2.0)])
@@ -119,11 +150,19 @@ def test_second_order_under_a_force(alpha, measured):
     for h in (4e-3, 2e-3, 1e-3):
         time = time_axis(1.0, h)
         system = system_of(np.eye(1) * m, np.eye(1) * k, extra=np.eye(1) * c)
-        history = simulate(system, NO_CHANNELS, forces_on(time, [0], 3.0 * np.sin(w * time)), HHT(alpha),
-                           observed=np.array([0]))  # fmt: skip
+        history = simulate(
+            system, NO_CHANNELS, forces_on(time, [0], 3.0 * np.sin(w * time)), HHT(alpha), observed=np.array([0])
+        )
         errors.append(np.abs(history.displacement[:, 0] - exact(time)).max())
     np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 2.0, atol=0.15)
-    measured("time", f"HHT {alpha:.3g}, forced oscillator: order in the step", np.log2(np.array(errors[:-1]) / errors[1:]), 2.0, abs=0.15, source="closed form")
+    measured(
+        "time",
+        f"HHT {alpha:.3g}, forced oscillator: order in the step",
+        np.log2(np.array(errors[:-1]) / errors[1:]),
+        2.0,
+        abs=0.15,
+        source="closed form",
+    )
 
 
 def driven_from_rest(m: float, c: float, k: float, force: float, w: float):
@@ -148,7 +187,14 @@ def test_step_force_overshoots_to_twice_the_static_deflection(measured):
     static = 5.0 / w0**2
     # (omega h)^2 / 12 of phase over one period: 6e-4 at most.
     np.testing.assert_allclose(u.displacement[:, 0], static * (1 - np.cos(w0 * time)), atol=1e-3 * static)
-    measured("time", "step force: deflection over static, worst instant", u.displacement[:, 0] / static, 1 - np.cos(w0 * time), abs=1e-3, source="closed form")
+    measured(
+        "time",
+        "step force: deflection over static, worst instant",
+        u.displacement[:, 0] / static,
+        1 - np.cos(w0 * time),
+        abs=1e-3,
+        source="closed form",
+    )
 
 
 @pytest.mark.parametrize("alpha", [-0.6, 0.1, np.nan])
@@ -211,7 +257,14 @@ def test_mass_on_a_driven_spring_follows_the_closed_form(alpha, measured):
     # Period error (w0 h)^2 / 12 (1 + 3 |alpha|) over 3 periods, times 1.4: at most .002; second order.
     assert errors[1] < 5e-3
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.15)
-    measured("time", f"HHT {alpha:.3g}, mass on a driven spring: order in the step", np.log2(errors[0] / errors[1]), 2.0, abs=0.15, source="closed form")
+    measured(
+        "time",
+        f"HHT {alpha:.3g}, mass on a driven spring: order in the step",
+        np.log2(errors[0] / errors[1]),
+        2.0,
+        abs=0.15,
+        source="closed form",
+    )
 
 
 def test_damper_and_mass_terms_of_the_support_reach_the_mass():
@@ -254,8 +307,9 @@ def test_work_of_the_support_is_its_reaction_times_way():
 def from_rest(time: np.ndarray, w: float = 60.0, amplitude: float = 5e-3) -> Loads:
     """s = A sin^3(w t): speed and acceleration start at zero."""
     sin, cos = np.sin(w * time), np.cos(w * time)
-    return moved(time, amplitude * sin**3, 3 * amplitude * w * sin**2 * cos,
-                 3 * amplitude * w**2 * (2 * sin * cos**2 - sin**3))  # fmt: skip
+    return moved(
+        time, amplitude * sin**3, 3 * amplitude * w * sin**2 * cos, 3 * amplitude * w**2 * (2 * sin * cos**2 - sin**3)
+    )
 
 
 def plucked_chain(n: int = 16, extra: bool = False):
@@ -312,9 +366,13 @@ def test_work_at_a_support_is_the_same_in_absolute_and_in_relative_coordinates()
     full = couple([part_system(model, 0, rayleigh, override=True)], model, drive, rayleigh, override=True)
     found = modes(full.K, full.M, count=full.n)
     relative = modal_system(full, found, support_motion(full, factor(full.K)), np.zeros((full.n, 0)))
-    runs = [simulate(s, NO_CHANNELS, from_rest(time_axis(2.0, 1e-3)), HHT(), observed=6 * np.arange(n))
-            for s in (full, relative)]  # fmt: skip
-    runs.append(simulate_modal(relative, NO_CHANNELS, from_rest(time_axis(2.0, 1e-3)), HHT(), observed=6 * np.arange(n)))
+    runs = [
+        simulate(s, NO_CHANNELS, from_rest(time_axis(2.0, 1e-3)), HHT(), observed=6 * np.arange(n))
+        for s in (full, relative)
+    ]
+    runs.append(
+        simulate_modal(relative, NO_CHANNELS, from_rest(time_axis(2.0, 1e-3)), HHT(), observed=6 * np.arange(n))
+    )
     first = runs[0].energy[-1]
     assert first[damping] > 0.1 * first[external] > 0.0
     for other in runs[1:]:
@@ -329,10 +387,15 @@ def test_all_modes_kept_equals_full_when_the_support_starts_with_a_speed():
     part = part_system(model, 0, NO_DAMPING)
     small = craig_bampton(part, np.flatnonzero(np.isin(part.coordinates, (0, 6 * (n - 1)))), count=10 * n)
     a, b = (
-        simulate(couple([p], model, drive, NO_DAMPING), NO_CHANNELS, sine_base(time_axis(0.3, 1e-3), 60.0), HHT(),
-                 observed=6 * np.arange(n)).displacement
+        simulate(
+            couple([p], model, drive, NO_DAMPING),
+            NO_CHANNELS,
+            sine_base(time_axis(0.3, 1e-3), 60.0),
+            HHT(),
+            observed=6 * np.arange(n),
+        ).displacement
         for p in (part, small)
-    )  # fmt: skip
+    )
     np.testing.assert_allclose(b, a, rtol=0, atol=1e-8 * np.abs(a).max())
 
 
@@ -388,7 +451,13 @@ def test_modal_damping_gives_each_mode_its_fraction(sparse, measured):
     amplitude = history.displacement @ Phi[:, mode]
     # Phase error (w h)^2 / 10 x 2 pi 6 = 1e-3.
     np.testing.assert_allclose(amplitude, exact, atol=1.5e-3 / w)
-    measured("time", "modal damping of 4 %: amplitude of a mode, error", np.abs(amplitude - exact).max() * w, at_most=1.5e-3, source="closed form")
+    measured(
+        "time",
+        "modal damping of 4 %: amplitude of a mode, error",
+        np.abs(amplitude - exact).max() * w,
+        at_most=1.5e-3,
+        source="closed form",
+    )
     others = np.delete(history.displacement @ Phi, mode, axis=1)
     np.testing.assert_allclose(others, 0.0, atol=1e-10 / w)
 

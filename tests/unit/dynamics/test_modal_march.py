@@ -94,7 +94,13 @@ def test_equals_simulate(scheme, measured):
     a, b = both(driven(velocity=True), gaps_between(2e-4, 3e4, 0.5), loads_of(), scheme)
     assert 20 < a.contact_steps < 480
     assert_same(a, b)
-    measured("time", "compiled march: force, relative difference", np.abs(a.force - b.force).max() / a.force.max(), at_most=1e-10, source="general march")
+    measured(
+        "time",
+        "compiled march: force, relative difference",
+        np.abs(a.force - b.force).max() / a.force.max(),
+        at_most=1e-10,
+        source="general march",
+    )
 
 
 def test_equals_simulate_with_modal_damping_and_sparse_output():
@@ -115,7 +121,13 @@ def test_equals_simulate_with_friction_and_hard_contact(decay, measured):
     assert a.energy[-1, ENERGIES.index("friction")] > 0.0
     assert_same(a, b, 1e-8)  # forces of hard contact are a quotient of small numbers
     error = np.abs(a.tangential - b.tangential).max() / np.abs(a.tangential).max()
-    measured("time", "compiled march, friction and hard contact: friction force, relative difference", error, at_most=1e-8, source="general march")
+    measured(
+        "time",
+        "compiled march, friction and hard contact: friction force, relative difference",
+        error,
+        at_most=1e-8,
+        source="general march",
+    )
 
 
 def test_equals_simulate_with_curves_and_preload():
@@ -150,8 +162,15 @@ def test_many_chunks_are_one_run(monkeypatch):
     one = simulate_modal(driven(), gaps_between(2e-4, 3e5), loads_of(), HHT(), observed=OBSERVED, output_every=4)
     monkeypatch.setattr("creak.dynamics.modal_log.CHUNK", 7)
     seen: list[tuple[int, int]] = []
-    many = simulate_modal(driven(), gaps_between(2e-4, 3e5), loads_of(), HHT(), observed=OBSERVED, output_every=4,
-                          progress=lambda done, total: seen.append((done, total)))  # fmt: skip
+    many = simulate_modal(
+        driven(),
+        gaps_between(2e-4, 3e5),
+        loads_of(),
+        HHT(),
+        observed=OBSERVED,
+        output_every=4,
+        progress=lambda done, total: seen.append((done, total)),
+    )
     assert_same(one, many, 1e-14)  # output is turned into motion by products of another size
     assert seen[0] == (7, 500)
     assert seen[-1] == (500, 500)
@@ -192,7 +211,9 @@ def test_samples_must_be_whole_steps():
 
 def one_mode(m: float, c: float, k: float) -> System:
     damping = Damping(0.0, 0.0, None, np.eye(1), np.array([c]))
-    return replace(system_of(np.eye(1), np.eye(1)), M=Diagonal(np.array([m])), K=Diagonal(np.array([k])), damping=damping)
+    return replace(
+        system_of(np.eye(1), np.eye(1)), M=Diagonal(np.array([m])), K=Diagonal(np.array([k])), damping=damping
+    )
 
 
 @pytest.mark.parametrize("c", [0.0, 0.4, 24.0, 48.0, 60.0])
@@ -206,8 +227,10 @@ def test_exact_step_is_the_matrix_exponential(c, h):
     for n in range(4096):
         e0, e1 = (E0 + (E1 - E0) * j / 4096 for j in (n, n + 1))
         area += part[4] * x + part[5] * y + part[10] * e0 + part[11] * e1
-        x, y = (part[0] * x + part[1] * y + part[6] * e0 + part[7] * e1,
-                part[2] * x + part[3] * y + part[8] * e0 + part[9] * e1)  # fmt: skip
+        x, y = (
+            part[0] * x + part[1] * y + part[6] * e0 + part[7] * e1,
+            part[2] * x + part[3] * y + part[8] * e0 + part[9] * e1,
+        )
     np.testing.assert_allclose(whole[0] * u + whole[1] * v + whole[6] * E0 + whole[7] * E1, x, atol=1e-10)
     np.testing.assert_allclose(whole[2] * u + whole[3] * v + whole[8] * E0 + whole[9] * E1, y, atol=1e-9)
     np.testing.assert_allclose(whole[4] * u + whole[5] * v + whole[10] * E0 + whole[11] * E1, area, atol=1e-10)
@@ -224,7 +247,9 @@ def test_free_flight_and_its_energies_are_exact_for_any_step(step, measured):
     w = np.sqrt(k / m - d * d)
     np.testing.assert_allclose(history.displacement[:, 0], np.exp(-d * t) * np.sin(w * t) / w, atol=1e-12)
     error = np.abs(history.displacement[:, 0] - np.exp(-d * t) * np.sin(w * t) / w).max()
-    measured("time", "massless march, free flight: displacement, error", error, at_most=1e-12, unit="m", source="closed form")
+    measured(
+        "time", "massless march, free flight: displacement, error", error, at_most=1e-12, unit="m", source="closed form"
+    )
     np.testing.assert_allclose(history.energy[:, ENERGIES.index("scheme")], 0.0, atol=1e-12)
     assert history.energy[-1, ENERGIES.index("damping")] == pytest.approx(1.0 - history.energy[-1, :2].sum())
 
@@ -281,8 +306,9 @@ def test_coulomb_friction_turns_and_sticks_where_it_should():
     stiff = 1e8
     coordinates = replace(
         system_of(np.eye(4), np.eye(4), velocity=[np.sqrt(1e4 * 0.65e-3**2 + 2.0 * 0.65e-3), 0.0, 0.0, 0.0]),
-        M=Diagonal(np.array([1.0, 0.0, 0.0, 0.0])), K=Diagonal(np.array([1e4, stiff, stiff, 1e6])),
-    )  # fmt: skip
+        M=Diagonal(np.array([1.0, 0.0, 0.0, 0.0])),
+        K=Diagonal(np.array([1e4, stiff, stiff, 1e6])),
+    )
     rows = np.eye(4)
     gaps = channels(rows[[3]], -1e-5, np.inf)
     friction = Friction(np.array([0.1]), np.array([0.1]), np.array([0.0]))

@@ -44,7 +44,9 @@ def test_bar_pulled_off_its_material_axes_has_the_young_modulus_of_that_directio
     """Uniaxial stress along x, material turned by 30 degrees about z: 1/Ex = c^4/E1 + (1/G12 - 2 nu12/E1) c^2 s^2 + s^4/E2."""
     mesh = block((3, 2, 1), (3.0, 1.0, 1.0), kind)  # a straight row of hex20r keeps hourglass modes
     c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
-    own = Own(axis1=np.tile([c, s, 0.0], (len(mesh.elements), 1)), axis2=np.tile([0.0, 1.0, 0.1 * 0], (len(mesh.elements), 1)))
+    own = Own(
+        axis1=np.tile([c, s, 0.0], (len(mesh.elements), 1)), axis2=np.tile([0.0, 1.0, 0.1 * 0], (len(mesh.elements), 1))
+    )
     K = mesh.assemble(mesh.module.stiffness(mesh.coords[mesh.elements], SolidSection("W", WOOD), own))
     strain = uniaxial_strain(own)
     exact = np.zeros((len(mesh.coords), 6))
@@ -56,7 +58,15 @@ def test_bar_pulled_off_its_material_axes_has_the_young_modulus_of_that_directio
     reaction = (K @ u).reshape(-1, 6)[mesh.nodes(lambda x: np.isclose(x[:, 0], 3.0)), 0].sum()
     modulus = 1 / (c**4 / E[0] + (1 / G[0] - 2 * NU[0] / E[0]) * c**2 * s**2 + s**4 / E[1])
     assert reaction == pytest.approx(modulus * 1e-3, rel=1e-9)
-    measured("beams and solids", f"bar off its material axes, {kind}: Young's modulus", reaction / 1e-3, modulus, rel=1e-9, unit="Pa", source="exact")
+    measured(
+        "beams and solids",
+        f"bar off its material axes, {kind}: Young's modulus",
+        reaction / 1e-3,
+        modulus,
+        rel=1e-9,
+        unit="Pa",
+        source="exact",
+    )
 
 
 def uniaxial_strain(own: Own) -> np.ndarray:
@@ -81,7 +91,10 @@ def test_matrices_turn_with_element_and_material(kind):
     found = mesh.module.stiffness(x @ Q.T, SolidSection("W", WOOD), turned)
     assert found == pytest.approx(expected, abs=1e-10 * np.abs(expected).max())
     for K, nodes in zip(found, x @ Q.T, strict=True):
-        assert np.abs(K @ rigid_modes(nodes)[:, :6] * np.tile([1, 1, 1, 0, 0, 0], len(nodes))[:, None]).max() < 1e-9 * K.max()
+        assert (
+            np.abs(K @ rigid_modes(nodes)[:, :6] * np.tile([1, 1, 1, 0, 0, 0], len(nodes))[:, None]).max()
+            < 1e-9 * K.max()
+        )
 
 
 def test_ten_node_tetrahedron_bends_one_element_through_the_thickness(measured):
@@ -98,7 +111,15 @@ def test_ten_node_tetrahedron_bends_one_element_through_the_thickness(measured):
         found[kind] = solve(mesh.stiffness(section), force, held)[dof(end, 3)].mean()
     exact = 1e3 * 12 / (3 * 1e7) + 10 / (5 / 6 * 1e7 / 2.6)
     assert found["tet10"] == pytest.approx(exact, rel=0.03)
-    measured("beams and solids", "cantilever of one layer of C3D10: tip deflection", found["tet10"], exact, rel=0.03, unit="m", source="Timoshenko")
+    measured(
+        "beams and solids",
+        "cantilever of one layer of C3D10: tip deflection",
+        found["tet10"],
+        exact,
+        rel=0.03,
+        unit="m",
+        source="Timoshenko",
+    )
     assert found["tet4"] < 0.6 * exact
 
 

@@ -35,8 +35,24 @@ def test_tip_load_bends_about_the_axis_of_its_second_moment(measured):
     assert along_y[5] == pytest.approx(4 / (2 * rigidity * 8e-7), rel=1e-10)
     assert along_z[2] == pytest.approx(8 / (3 * rigidity * 3e-7), rel=1e-10)
     assert along_z[4] == pytest.approx(-4 / (2 * rigidity * 3e-7), rel=1e-10)
-    measured("beams and solids", "beam: tip deflection", along_y[1], 8 / (3 * rigidity * 8e-7), rel=1e-10, unit="m", source="Euler-Bernoulli")
-    measured("beams and solids", "beam: tip rotation", along_y[5], 4 / (2 * rigidity * 8e-7), rel=1e-10, unit="rad", source="Euler-Bernoulli")
+    measured(
+        "beams and solids",
+        "beam: tip deflection",
+        along_y[1],
+        8 / (3 * rigidity * 8e-7),
+        rel=1e-10,
+        unit="m",
+        source="Euler-Bernoulli",
+    )
+    measured(
+        "beams and solids",
+        "beam: tip rotation",
+        along_y[5],
+        4 / (2 * rigidity * 8e-7),
+        rel=1e-10,
+        unit="rad",
+        source="Euler-Bernoulli",
+    )
 
 
 def test_extension_and_torsion_follow_their_rigidities():
@@ -75,7 +91,14 @@ def test_bending_frequencies_follow_euler_bernoulli(held, measured):
         lam = lam[2:]
     exact = (beta_l / length) ** 2 * np.sqrt(2e11 * 3e-7 / (7800 * 2e-3))
     assert np.sqrt(lam[:3]) == pytest.approx(exact, rel=1e-4)
-    measured("beams and solids", f"{held} beam of 20 elements: beta L, mode {{}}", beta_l * np.sqrt(np.sqrt(lam[:3]) / exact), beta_l, rel=0.5e-4, source="Euler-Bernoulli")
+    measured(
+        "beams and solids",
+        f"{held} beam of 20 elements: beta L, mode {{}}",
+        beta_l * np.sqrt(np.sqrt(lam[:3]) / exact),
+        beta_l,
+        rel=0.5e-4,
+        source="Euler-Bernoulli",
+    )
     assert np.all(np.sqrt(lam[:3]) > exact * (1 - 1e-6))
 
 

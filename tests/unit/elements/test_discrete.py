@@ -65,9 +65,34 @@ def test_two_node_spring_resists_relative_motion():
 
 def test_every_kind_has_matrices_and_only_springs_have_dashpots():
     assert set(FORMULATIONS) == {
-        "quad4", "tri3", "hex8", "wedge6", "tet4", "tet10", "hex20", "hex20r", "hex20s", "wedge15", "beam2", "truss2", "mass",
-        "rotary", "spring1", "spring2", "axial2", "bush1", "bush2", "nodal1", "nodal2",
-    }  # fmt: skip
+        "quad4",
+        "tri3",
+        "hex8",
+        "wedge6",
+        "tet4",
+        "tet10",
+        "hex20",
+        "hex20r",
+        "hex20s",
+        "wedge15",
+        "beam2",
+        "truss2",
+        "mass",
+        "rotary",
+        "spring1",
+        "spring2",
+        "axial2",
+        "bush1",
+        "bush2",
+        "nodal1",
+        "nodal2",
+    }
     assert {kind for kind, f in FORMULATIONS.items() if f.damping} == {
-        "spring1", "spring2", "axial2", "bush1", "bush2", "nodal1", "nodal2",
-    }  # fmt: skip
+        "spring1",
+        "spring2",
+        "axial2",
+        "bush1",
+        "bush2",
+        "nodal1",
+        "nodal2",
+    }

@@ -51,7 +51,13 @@ def test_thickness_at_the_nodes_scales_the_section(kind, section, measured):
         expected = made(x, thick)
         assert made(x, section, own) == pytest.approx(expected, abs=1e-12 * np.abs(expected).max())
         error = np.abs(made(x, section, own) - expected).max() / np.abs(expected).max()
-        measured("beams and solids", "twice the thickness at the nodes: K and M, relative error", error, at_most=1e-12, source="section twice as thick")
+        measured(
+            "beams and solids",
+            "twice the thickness at the nodes: K and M, relative error",
+            error,
+            at_most=1e-12,
+            source="section twice as thick",
+        )
 
 
 @BOTH
@@ -80,7 +86,15 @@ def test_mass_of_an_offset_shell_moves_like_the_body_it_is(kind, measured):
     assert (body[0, 4], body[1, 3], body[2, 3]) == pytest.approx((m * c, -m * c, m * 0.75), rel=1e-9)
     inertia_x = m * (1.5**2 / 3 + c**2 + t**2 / 12)
     assert body[3, 3] == pytest.approx(inertia_x, rel=1e-9)
-    measured("beams and solids", f"shell off its nodes, {kind}: moment of inertia", body[3, 3], inertia_x, rel=1e-9, unit="kg m2", source="exact")
+    measured(
+        "beams and solids",
+        f"shell off its nodes, {kind}: moment of inertia",
+        body[3, 3],
+        inertia_x,
+        rel=1e-9,
+        unit="kg m2",
+        source="exact",
+    )
 
 
 @BOTH
@@ -131,7 +145,15 @@ def test_constant_strain_and_curvature_store_the_energy_of_the_resultants(kind, 
     K = mesh.stiffness(CROSS)
     energy = u.ravel() @ (K @ u.ravel())
     assert energy == pytest.approx(0.24 * both @ section @ both, rel=1e-9)
-    measured("beams and solids", f"laminate with offset, {kind}: energy of constant strain and curvature", energy, 0.24 * both @ section @ both, rel=1e-9, unit="J", source="exact resultants")
+    measured(
+        "beams and solids",
+        f"laminate with offset, {kind}: energy of constant strain and curvature",
+        energy,
+        0.24 * both @ section @ both,
+        rel=1e-9,
+        unit="J",
+        source="exact resultants",
+    )
     border = mesh.nodes(lambda p: np.isclose(p[:, 0] % 0.6, 0) | np.isclose(p[:, 1] % 0.4, 0))
     free = np.setdiff1d(np.arange(mesh.n_dof), dof(border, 1, 2, 3, 4, 5, 6))
     assert np.abs((K @ u.ravel())[free]).max() < 1e-8 * np.abs(K @ u.ravel()).max()
@@ -154,7 +176,15 @@ def test_shear_stiffness_of_a_sandwich_is_that_of_its_core(measured):
     t, h = 1e-4, 0.02
     section = laminate("S", [Ply(skin, t), Ply(core, h), Ply(skin, t)])
     assert section.S[0, 0] == pytest.approx(core.shear_modulus * (h + t) ** 2 / h, rel=3e-3)
-    measured("beams and solids", "sandwich: shear stiffness", section.S[0, 0], core.shear_modulus * (h + t) ** 2 / h, rel=3e-3, unit="N/m", source="Allen 1969")
+    measured(
+        "beams and solids",
+        "sandwich: shear stiffness",
+        section.S[0, 0],
+        core.shear_modulus * (h + t) ** 2 / h,
+        rel=3e-3,
+        unit="N/m",
+        source="Allen 1969",
+    )
 
 
 def simply_supported(mesh: Mesh, section: GeneralShell, tangential: tuple[int, int]) -> np.ndarray:
@@ -177,13 +207,24 @@ def test_specially_orthotropic_plate_vibrates_as_navier_says(kind, measured):
     found = simply_supported(rectangle(24, 20, a, b, kind), section, (2, 1))
     D, r = section.D, a / b
     squares = [
-        np.pi**4 / section.mass / a**4
+        np.pi**4
+        / section.mass
+        / a**4
         * (D[0, 0] * m**4 + 2 * (D[0, 1] + 2 * D[2, 2]) * m**2 * n**2 * r**2 + D[1, 1] * n**4 * r**4)
-        for m in (1, 2, 3) for n in (1, 2, 3)
-    ]  # fmt: skip
+        for m in (1, 2, 3)
+        for n in (1, 2, 3)
+    ]
     expected = np.sqrt(np.sort(squares))[:3] / (2 * np.pi)
     assert found == pytest.approx(expected, rel=2e-3 if kind == "quad" else 8e-3)
-    measured("beams and solids", f"laminate [0 90 0] supported at its edges, {kind}: frequency {{}}", found, expected, rel=2e-3 if kind == "quad" else 8e-3, unit="Hz", source="Navier; Jones, 5.72")
+    measured(
+        "beams and solids",
+        f"laminate [0 90 0] supported at its edges, {kind}: frequency {{}}",
+        found,
+        expected,
+        rel=2e-3 if kind == "quad" else 8e-3,
+        unit="Hz",
+        source="Navier; Jones, 5.72",
+    )
 
 
 def test_antisymmetric_cross_ply_couples_bending_and_stretching(measured):
@@ -203,7 +244,15 @@ def test_antisymmetric_cross_ply_couples_bending_and_stretching(measured):
     without = np.sqrt(T[2, 2] / section.mass) / (2 * np.pi)
     found = simply_supported(rectangle(20, 20, a, a), section, (2, 1))[0]
     assert found == pytest.approx(expected, rel=5e-3)
-    measured("beams and solids", "laminate [0 90] supported at its edges: frequency 1", found, expected, rel=5e-3, unit="Hz", source="Jones, 5.83-5.85")
+    measured(
+        "beams and solids",
+        "laminate [0 90] supported at its edges: frequency 1",
+        found,
+        expected,
+        rel=5e-3,
+        unit="Hz",
+        source="Jones, 5.83-5.85",
+    )
     assert expected < 0.8 * without
 
 
@@ -228,5 +277,3 @@ def test_triangle_and_quadrilateral_agree_on_an_offset_cantilever():
         clamped = dof(mesh.nodes(lambda p: np.isclose(p[:, 0], 0)), 1, 2, 3, 4, 5, 6)
         found.append(frequencies(mesh.stiffness(sections), mesh.mass(sections), clamped, 3, -1.0))
     assert found[0] == pytest.approx(found[1], rel=2e-2)
-
-

@@ -17,8 +17,13 @@ BEAM = BeamSection("B", STEEL, 12.0, 9.0, 16.0, 20.0, line_mass=1e-8)
 QUAD = np.array([[0.0, 0, 0], [3, 0, 0.1], [2.5, 2, 0], [0, 1.5, 0]])
 LINE = np.array([[0.0, 0, 0], [2, 1, 2]])
 CUBE = np.array([[x, y, z] for z in (0.0, 1.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
-CASES = [("quad4", SHELL, QUAD), ("tri3", SHELL, QUAD[:3]), ("beam2", BEAM, LINE), ("truss2", TrussSection("R", STEEL, 2.0), LINE),
-         ("hex8", SolidSection("V", STEEL), CUBE)]  # fmt: skip
+CASES = [
+    ("quad4", SHELL, QUAD),
+    ("tri3", SHELL, QUAD[:3]),
+    ("beam2", BEAM, LINE),
+    ("truss2", TrussSection("R", STEEL, 2.0), LINE),
+    ("hex8", SolidSection("V", STEEL), CUBE),
+]
 
 
 def matrices(kind, section, coords, form, **own):

@@ -122,8 +122,16 @@ def end_shares(x: np.ndarray) -> np.ndarray:
     at, weight = np.polynomial.legendre.leggauss(4)
     s, t = (v.ravel() for v in np.meshgrid(at, at, indexing="ij"))
     w = np.outer(weight, weight).ravel() / 4.0
-    terms = [lambda a, b: np.ones_like(a), lambda a, b: a, lambda a, b: b, lambda a, b: a * b, lambda a, b: a * a,
-             lambda a, b: b * b, lambda a, b: a * a * b, lambda a, b: a * b * b]  # fmt: skip
+    terms = [
+        lambda a, b: np.ones_like(a),
+        lambda a, b: a,
+        lambda a, b: b,
+        lambda a, b: a * b,
+        lambda a, b: a * a,
+        lambda a, b: b * b,
+        lambda a, b: a * a * b,
+        lambda a, b: a * b * b,
+    ]
     V = np.stack([f(2 * y - 1, 2 * z - 1) for f in terms], axis=1)
     work = np.stack([f(s, t) for f in terms]) @ (w * 1.5 * (1.0 - s**2))
     return np.linalg.lstsq(V.T, work, rcond=None)[0]

@@ -19,9 +19,16 @@ from helpers_fem import Mesh, dof, random_rotation, rigid_modes
 STEEL = Material("STEEL", 2e11, 0.3, 7800.0)
 PLAIN = BeamSection("B", STEEL, 2e-3, 3e-7, 8e-7, 5e-7, (0.0, 1.0, 0.0))
 THICK = BeamSection(
-    "T", STEEL, 0.02, 0.2 * 0.1**3 / 12, 0.1 * 0.2**3 / 12, 4e-5, (0.0, 1.0, 0.0),
-    shear_area1=0.02 * 5 / 6, shear_area2=0.02 * 5 / 6,
-)  # fmt: skip
+    "T",
+    STEEL,
+    0.02,
+    0.2 * 0.1**3 / 12,
+    0.1 * 0.2**3 / 12,
+    4e-5,
+    (0.0, 1.0, 0.0),
+    shear_area1=0.02 * 5 / 6,
+    shear_area2=0.02 * 5 / 6,
+)
 ODD = replace(THICK, centroid=(0.03, -0.02), shear_centre=(-0.01, 0.04), angle=0.4)
 
 
@@ -46,7 +53,15 @@ def test_tip_load_bends_and_shears(measured):
         force[axis] = 1.0
         expected = 0.5**3 / (3 * 2e11 * second) + 0.5 / (G * 0.02 * 5 / 6)
         assert np.linalg.solve(K, force)[axis] == pytest.approx(expected, rel=1e-10)
-        measured("beams and solids", f"short beam: tip deflection along axis {axis}", np.linalg.solve(K, force)[axis], expected, rel=1e-10, unit="m", source="Timoshenko")
+        measured(
+            "beams and solids",
+            f"short beam: tip deflection along axis {axis}",
+            np.linalg.solve(K, force)[axis],
+            expected,
+            rel=1e-10,
+            unit="m",
+            source="Timoshenko",
+        )
 
 
 def timoshenko_cantilever(section: BeamSection, length: float, guess: float) -> float:
@@ -57,7 +72,12 @@ def timoshenko_cantilever(section: BeamSection, length: float, guess: float) -> 
     def closed(w: float) -> float:
         # state (w, theta, M, V): w' = theta + V/GA, theta' = M/EI, M' = -V - rho I w^2 theta, V' = -rho A w^2 w
         S = np.array(
-            [[0, 1, 0, 1 / GA], [0, 0, 1 / EI, 0], [0, -rho * section.i22 * w * w, 0, -1], [-rho * 0.02 * w * w, 0, 0, 0]]
+            [
+                [0, 1, 0, 1 / GA],
+                [0, 0, 1 / EI, 0],
+                [0, -rho * section.i22 * w * w, 0, -1],
+                [-rho * 0.02 * w * w, 0, 0, 0],
+            ]
         )
         end = scipy.linalg.expm(S * length)
         return float(np.linalg.det(end[2:, 2:]))
@@ -71,7 +91,15 @@ def test_short_cantilever_vibrates_as_timoshenko_says(measured):
     mode_in_1 = min(found, key=lambda w: abs(w - 6350.0))
     exact = timoshenko_cantilever(THICK, 1.0, mode_in_1)
     assert mode_in_1 == pytest.approx(exact, rel=1.5e-4)
-    measured("beams and solids", "short cantilever, L/h = 5: second mode", mode_in_1, exact, rel=1.5e-4, unit="rad/s", source="Timoshenko; Huang 1961")
+    measured(
+        "beams and solids",
+        "short cantilever, L/h = 5: second mode",
+        mode_in_1,
+        exact,
+        rel=1.5e-4,
+        unit="rad/s",
+        source="Timoshenko; Huang 1961",
+    )
     euler = 4.694091**2 * np.sqrt(2e11 * THICK.i22 / (7800 * 0.02))
     assert exact < 0.9 * euler
 
@@ -152,10 +180,21 @@ def test_lumped_mass_keeps_mass_and_centre_and_converges(measured):
     m = 7800.0 * 2e-3 * 2.0
     assert np.diag(M)[:6] == pytest.approx([m / 2] * 3 + [0] * 3)
     mesh = line(40, 2.0)
-    K, M = mesh.stiffness(PLAIN).toarray(), mesh.assemble(lumped(beam2.mass(mesh.coords[mesh.elements], PLAIN))).toarray()
+    K, M = (
+        mesh.stiffness(PLAIN).toarray(),
+        mesh.assemble(lumped(beam2.mass(mesh.coords[mesh.elements], PLAIN))).toarray(),
+    )
     free = np.setdiff1d(np.arange(mesh.n_dof), dof(0, 1, 2, 3, 4, 5, 6))
     flexibility = np.linalg.inv(K[np.ix_(free, free)])
     w2 = 1 / np.linalg.eigvals(flexibility @ M[np.ix_(free, free)]).real.max()
     exact = 1.875104**4 * 2e11 * 3e-7 / (7800 * 2e-3 * 16)
     assert w2 == pytest.approx(exact, rel=2e-3)
-    measured("beams and solids", "cantilever of 40 elements, lumped mass: omega^2", w2, exact, rel=2e-3, unit="rad2/s2", source="Euler-Bernoulli")
+    measured(
+        "beams and solids",
+        "cantilever of 40 elements, lumped mass: omega^2",
+        w2,
+        exact,
+        rel=2e-3,
+        unit="rad2/s2",
+        source="Euler-Bernoulli",
+    )

@@ -20,7 +20,13 @@ def test_damaged_files_end_in_a_model_or_a_message(kind, measured):
     assert sum(tally.ended.values()) == COUNTS[kind]
     assert tally.ended["InputError"] > COUNTS[kind] // 4
     assert sum(n for end, n in tally.ended.items() if end.startswith(("model", "study"))) > COUNTS[kind] // 20
-    measured("decks", f"files damaged at random, {kind}: of {COUNTS[kind]} those that end otherwise than in a model or a message", len(tally.faults), 0.0, source="")
+    measured(
+        "decks",
+        f"files damaged at random, {kind}: of {COUNTS[kind]} those that end otherwise than in a model or a message",
+        len(tally.faults),
+        0.0,
+        source="",
+    )
 
 
 @pytest.mark.parametrize("kind", COUNTS)

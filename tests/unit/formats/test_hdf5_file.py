@@ -139,8 +139,6 @@ def test_a_limit_of_the_process_is_told(tmp_path):
 def test_a_real_disk_that_is_full(tmp_path):
     with small_disk(tmp_path / "disk", 1600) as disk:
         told = r"no space left on device; at least 4\.\d+ MB are needed, 4\d\d kB are free"
-        with (
-            pytest.raises(WriteError, match=told), complete_file(disk / "a.h5") as partial, hdf5_file(partial) as out
-        ):  # fmt: skip
+        with pytest.raises(WriteError, match=told), complete_file(disk / "a.h5") as partial, hdf5_file(partial) as out:
             fill(out.file)
         assert [p.name for p in disk.iterdir()] == ["taken"]

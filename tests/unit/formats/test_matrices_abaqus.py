@@ -33,14 +33,16 @@ ELEMENT = """\
 0., 0., 0., 0., 1.
 0., 0., 0., 0., 0., 1.
 """
-K = np.array([
-    [4.0, -1.5, 0.25, 0.0, 2.0, 0.0],
-    [-1.5, 9.0, 0.5, 0.0, 0.0, 0.0],
-    [0.25, 0.5, 7.0, 0.125, 0.0, 0.0],
-    [0.0, 0.0, 0.125, 6.0, 3e-101, 0.0],
-    [2.0, 0.0, 0.0, 3e-101, 8.0, 1.0],
-    [0.0, 0.0, 0.0, 0.0, 1.0, 5.0],
-])  # fmt: skip
+K = np.array(
+    [
+        [4.0, -1.5, 0.25, 0.0, 2.0, 0.0],
+        [-1.5, 9.0, 0.5, 0.0, 0.0, 0.0],
+        [0.25, 0.5, 7.0, 0.125, 0.0, 0.0],
+        [0.0, 0.0, 0.125, 6.0, 3e-101, 0.0],
+        [2.0, 0.0, 0.0, 3e-101, 8.0, 1.0],
+        [0.0, 0.0, 0.0, 0.0, 1.0, 5.0],
+    ]
+)
 NODES, DOFS = [12, 12, 5, 5, 7, 0], [1, 3, 1, 3, 6, 0]
 
 
@@ -61,7 +63,11 @@ def test_user_element_written_as_unsymmetric(tmp_path):
     head, _, mass = ELEMENT.partition("*MATRIX,TYPE=STIFFNESS")
     whole = "\n".join(f"{v!r}," for v in K.ravel().tolist())
     path = tmp_path / "sub.mtx"
-    text = head.replace("LINEAR", "LINEAR, UNSYM") + f"*MATRIX,TYPE=STIFFNESS\n{whole}\n*MATRIX" + mass.partition("*MATRIX")[2]
+    text = (
+        head.replace("LINEAR", "LINEAR, UNSYM")
+        + f"*MATRIX,TYPE=STIFFNESS\n{whole}\n*MATRIX"
+        + mass.partition("*MATRIX")[2]
+    )
     path.write_text(text)
     np.testing.assert_array_equal(read_superelement(path).K, K)
     path.write_text(text.replace("-1.5,", "-1.6,", 1))
@@ -101,18 +107,21 @@ def test_cut_user_element(tmp_path):
             read_superelement(path)
 
 
-@pytest.mark.parametrize(("old", "new", "message"), [
-    ("** ELEMENT NODES\n", "", "0 node labels for a user element with 4 nodes"),
-    ("          4,          1\n", "          9,          1\n", r"sub\.mtx:9: node position 9"),
-    ("1,          3\n", "1,        a\n", r"sub\.mtx:7: .*no list of integers"),
-    ("  9.0000000000000\n", "  9.0O000000\n", r"sub\.mtx:12: .*no list of numbers"),
-    ("TYPE=MASS", "TYPE=STRUCTURAL DAMPING", r"sub\.mtx:19: \*MATRIX, TYPE=STRUCTURALDAMPING"),
-    ("*MATRIX,TYPE=MASS", "*SLOAD", "no mass matrix"),
-    ("3,          6\n", "3,          8\n", "dof 8 of node 7"),
-    ("         12,", "          5,", "dof 1 of node 5 has more than one row"),
-    ("**\n", ELEMENT, r"sub\.mtx:24: there is a second \*USER ELEMENT"),
-    (" 0.25000000000000 ", " nan ", "not finite"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("** ELEMENT NODES\n", "", "0 node labels for a user element with 4 nodes"),
+        ("          4,          1\n", "          9,          1\n", r"sub\.mtx:9: node position 9"),
+        ("1,          3\n", "1,        a\n", r"sub\.mtx:7: .*no list of integers"),
+        ("  9.0000000000000\n", "  9.0O000000\n", r"sub\.mtx:12: .*no list of numbers"),
+        ("TYPE=MASS", "TYPE=STRUCTURAL DAMPING", r"sub\.mtx:19: \*MATRIX, TYPE=STRUCTURALDAMPING"),
+        ("*MATRIX,TYPE=MASS", "*SLOAD", "no mass matrix"),
+        ("3,          6\n", "3,          8\n", "dof 8 of node 7"),
+        ("         12,", "          5,", "dof 1 of node 5 has more than one row"),
+        ("**\n", ELEMENT, r"sub\.mtx:24: there is a second \*USER ELEMENT"),
+        (" 0.25000000000000 ", " nan ", "not finite"),
+    ],
+)
 def test_bad_user_element(tmp_path, old, new, message):
     path = tmp_path / "sub.mtx"
     assert old in ELEMENT
@@ -133,13 +142,15 @@ STIFFNESS = """\
 -2,1, -2,1, 5.0
 """
 MASS = "1,2, 1,2, 1.0\n2,1 2,1 1.0\n"
-LABELLED = np.array([
-    [7.0, 0.25, 0.0, 0.5, 0.0],
-    [0.25, 4.0, -1.5, 0.0, 0.0],
-    [0.0, -1.5, 9.0, 0.0, 0.0],
-    [0.5, 0.0, 0.0, 6.0, 0.0],
-    [0.0, 0.0, 0.0, 0.0, 5.0],
-])  # fmt: skip
+LABELLED = np.array(
+    [
+        [7.0, 0.25, 0.0, 0.5, 0.0],
+        [0.25, 4.0, -1.5, 0.0, 0.0],
+        [0.0, -1.5, 9.0, 0.0, 0.0],
+        [0.5, 0.0, 0.0, 6.0, 0.0],
+        [0.0, 0.0, 0.0, 0.0, 5.0],
+    ]
+)
 
 
 def test_matrix_output(tmp_path):
@@ -178,15 +189,18 @@ def test_coordinate_format_needs_a_map(tmp_path):
         read_superelement(tmp_path / "job_STIF1.mtx", table)
 
 
-@pytest.mark.parametrize(("stiffness", "mass", "message"), [
-    (STIFFNESS, None, r"no mass \(job_MASS1\.mtx\) matrix"),
-    (STIFFNESS + "3,1, 3,1\n", MASS, r"job_STIF1\.mtx:10: '3,1, 3,1' is no entry"),
-    (STIFFNESS + "3,1, 3,1, 1.0e\n", MASS, r"job_STIF1\.mtx:10: .*the file was cut off"),
-    (STIFFNESS + "3,1, 3,1, 1.0e36\n", MASS, "constrained dofs"),
-    (STIFFNESS + "3,11, 3,11, 1.0\n", MASS, "dof 11 of node 3"),
-    (STIFFNESS, "1 1 1.0\n", "one matrix is FORMAT=COORDINATE, another is not"),
-    ("** nothing\n", MASS, "there are no entries"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("stiffness", "mass", "message"),
+    [
+        (STIFFNESS, None, r"no mass \(job_MASS1\.mtx\) matrix"),
+        (STIFFNESS + "3,1, 3,1\n", MASS, r"job_STIF1\.mtx:10: '3,1, 3,1' is no entry"),
+        (STIFFNESS + "3,1, 3,1, 1.0e\n", MASS, r"job_STIF1\.mtx:10: .*the file was cut off"),
+        (STIFFNESS + "3,1, 3,1, 1.0e36\n", MASS, "constrained dofs"),
+        (STIFFNESS + "3,11, 3,11, 1.0\n", MASS, "dof 11 of node 3"),
+        (STIFFNESS, "1 1 1.0\n", "one matrix is FORMAT=COORDINATE, another is not"),
+        ("** nothing\n", MASS, "there are no entries"),
+    ],
+)
 def test_bad_matrix_output(tmp_path, stiffness, mass, message):
     (tmp_path / "job_STIF1.mtx").write_text(stiffness)
     if mass is not None:

@@ -37,17 +37,20 @@ def test_damaged_npz(tmp_path):
         read_superelement(path)
 
 
-@pytest.mark.parametrize(("change", "message"), [
-    ({"K": None}, "there is no array K"),
-    ({"M": None}, "there is no array M"),
-    ({"dofs": None}, "there is no array dofs"),
-    ({"dofs": np.arange(3)}, "15 node_ids and 3 dofs"),
-    ({"M": np.eye(4)}, "matrix M is 4 x 4 but the map of nodes and dofs has 15 rows"),
-    ({"K": np.arange(225.0).reshape(15, 15)}, "matrix K is not symmetric"),
-    ({"K": np.full((15, 15), np.inf)}, "not finite"),
-    ({"node_ids": np.full(15, -3)}, "node -3"),
-    ({"K": None, "K_row": np.array([15]), "K_column": np.array([0]), "K_value": np.ones(1)}, "triplets of K"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"K": None}, "there is no array K"),
+        ({"M": None}, "there is no array M"),
+        ({"dofs": None}, "there is no array dofs"),
+        ({"dofs": np.arange(3)}, "15 node_ids and 3 dofs"),
+        ({"M": np.eye(4)}, "matrix M is 4 x 4 but the map of nodes and dofs has 15 rows"),
+        ({"K": np.arange(225.0).reshape(15, 15)}, "matrix K is not symmetric"),
+        ({"K": np.full((15, 15), np.inf)}, "not finite"),
+        ({"node_ids": np.full(15, -3)}, "node -3"),
+        ({"K": None, "K_row": np.array([15]), "K_column": np.array([0]), "K_value": np.ones(1)}, "triplets of K"),
+    ],
+)
 def test_npz_with_wrong_arrays(tmp_path, change, message):
     path = write_superelement(random_superelement(), tmp_path, "npz")[0]
     with np.load(path) as arrays:

@@ -232,7 +232,14 @@ def test_extrn_gives_the_dofs(tmp_path):
     (tmp_path / "a.asm").write_text("GRID,1\nGRID,2\nGRID,3\nSPOINT,9\nEXTRN,1,THRU,2,13,3,6,9,0\n")
     write_op4_matrices({"KXX": np.eye(6), "MXX": np.eye(6)}, tmp_path / "a.op4")
     part = read_op4(tmp_path / "a.op4")
-    assert list(zip(part.node_ids.tolist(), part.dofs.tolist(), strict=True)) == [(1, 1), (1, 3), (2, 1), (2, 3), (3, 6), (0, 0)]
+    assert list(zip(part.node_ids.tolist(), part.dofs.tolist(), strict=True)) == [
+        (1, 1),
+        (1, 3),
+        (2, 1),
+        (2, 3),
+        (3, 6),
+        (0, 0),
+    ]
 
 
 DMIG = {
@@ -279,19 +286,28 @@ def test_dmig_with_part_of_a_frame_is_refused(tmp_path):
         read_dmig(tmp_path / "a.pch")
 
 
-@pytest.mark.parametrize(("text", "message"), [
-    ("DMIG,KAAX,1,1,,1,1,4.5\n", r"a\.pch:1: a column of DMIG KAAX comes before its header"),
-    ("DMIG,KAAX,0,6,2\nDMIG,KAAX,1,1,,1,1,4.5\nDMIG,KAAX,1,1,,1,1,4.5\n", r"a\.pch:3: entry .* given twice"),
-    ("DMIG,KAAX,0,6,2\nDMIG,KAAX,1,1,,2,1,4.5\nDMIG,KAAX,2,1,,1,1,4.5\n", r"a\.pch:3: entry .* one triangle"),
-    ("DMIG,KAAX,0,6,4\n", r"a\.pch:1: .*type 4"),
-    ("DMIG,KAAX,0,9,2\n", r"a\.pch:1: .*form 9"),
-    ("DMIG,KAAX,0,6,2\nDMIG,KAAX,1,1,,1,1,abc\n", r"a\.pch:2: field 8 of DMIG is 'abc'"),
-    ("DMIG,KAAX,0,6,2\nDMIG,KAAX,1,1,,1,1,4.5\n", "no mass matrix"),
-    ("GRID,1\n", "no stiffness matrix"),
-    ("GRID,1,0,0.,0.,0.,8\n" + DMIG["free"] + DMIG["free"].replace("KAAX", "MAAX"), "GRID 1 needs coordinate system 8"),
-    ("CORD2R,8,8,0.,0.,0.,0.,0.,1.\n,1.\n" + DMIG["free"] + DMIG["free"].replace("K", "M"), "CORD2R 8 refers to system 8"),
-    ("CORD2R,8,,0.,0.,0.,0.,0.,1.\n,0.,0.,2.\n" + DMIG["free"] + DMIG["free"].replace("K", "M"), "lie on a line"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("DMIG,KAAX,1,1,,1,1,4.5\n", r"a\.pch:1: a column of DMIG KAAX comes before its header"),
+        ("DMIG,KAAX,0,6,2\nDMIG,KAAX,1,1,,1,1,4.5\nDMIG,KAAX,1,1,,1,1,4.5\n", r"a\.pch:3: entry .* given twice"),
+        ("DMIG,KAAX,0,6,2\nDMIG,KAAX,1,1,,2,1,4.5\nDMIG,KAAX,2,1,,1,1,4.5\n", r"a\.pch:3: entry .* one triangle"),
+        ("DMIG,KAAX,0,6,4\n", r"a\.pch:1: .*type 4"),
+        ("DMIG,KAAX,0,9,2\n", r"a\.pch:1: .*form 9"),
+        ("DMIG,KAAX,0,6,2\nDMIG,KAAX,1,1,,1,1,abc\n", r"a\.pch:2: field 8 of DMIG is 'abc'"),
+        ("DMIG,KAAX,0,6,2\nDMIG,KAAX,1,1,,1,1,4.5\n", "no mass matrix"),
+        ("GRID,1\n", "no stiffness matrix"),
+        (
+            "GRID,1,0,0.,0.,0.,8\n" + DMIG["free"] + DMIG["free"].replace("KAAX", "MAAX"),
+            "GRID 1 needs coordinate system 8",
+        ),
+        (
+            "CORD2R,8,8,0.,0.,0.,0.,0.,1.\n,1.\n" + DMIG["free"] + DMIG["free"].replace("K", "M"),
+            "CORD2R 8 refers to system 8",
+        ),
+        ("CORD2R,8,,0.,0.,0.,0.,0.,1.\n,0.,0.,2.\n" + DMIG["free"] + DMIG["free"].replace("K", "M"), "lie on a line"),
+    ],
+)
 def test_bad_dmig(tmp_path, text, message):
     path = tmp_path / "a.pch"
     path.write_text(text)

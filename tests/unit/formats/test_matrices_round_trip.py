@@ -26,7 +26,13 @@ def test_round_trip(tmp_path, format, damping, measured):
     assert again.name == "part"
     assert again.source == str(files[0])
     assert_same(again, part)
-    measured("decks", f"matrices written and read, {format}: K, largest difference", abs(dense(again.K) - part.K).max(), 0.0, source="themselves")
+    measured(
+        "decks",
+        f"matrices written and read, {format}: K, largest difference",
+        abs(dense(again.K) - part.K).max(),
+        0.0,
+        source="themselves",
+    )
 
 
 @pytest.mark.parametrize("format", FORMATS)
@@ -34,8 +40,14 @@ def test_nodes_with_some_dofs_only(tmp_path, format):
     """A node may keep any of its dofs; rows come back in the writers' order, sorted by node and dof."""
     part = random_superelement(4)
     keep = np.array([0, 1, 2, 7, 11, 12, 13, 14])
-    few = replace(part, node_ids=part.node_ids[keep], dofs=part.dofs[keep], K=part.K[np.ix_(keep, keep)],
-                  M=part.M[np.ix_(keep, keep)], C=part.C[np.ix_(keep, keep)])  # fmt: skip
+    few = replace(
+        part,
+        node_ids=part.node_ids[keep],
+        dofs=part.dofs[keep],
+        K=part.K[np.ix_(keep, keep)],
+        M=part.M[np.ix_(keep, keep)],
+        C=part.C[np.ix_(keep, keep)],
+    )
     assert_same(read_superelement(write_superelement(few, tmp_path, format)[0]), few)
 
 
@@ -44,8 +56,14 @@ def test_rows_in_any_order_come_back_sorted(tmp_path, format):
     part = random_superelement(5)
     mixed = np.random.default_rng(1).permutation(12)
     order = np.concatenate([[12], mixed, [13, 14]])
-    shuffled = replace(part, node_ids=part.node_ids[order], dofs=part.dofs[order], K=part.K[np.ix_(order, order)],
-                       M=part.M[np.ix_(order, order)], C=part.C[np.ix_(order, order)])  # fmt: skip
+    shuffled = replace(
+        part,
+        node_ids=part.node_ids[order],
+        dofs=part.dofs[order],
+        K=part.K[np.ix_(order, order)],
+        M=part.M[np.ix_(order, order)],
+        C=part.C[np.ix_(order, order)],
+    )
     assert_same(read_superelement(write_superelement(shuffled, tmp_path, format)[0]), part)
 
 
@@ -69,7 +87,10 @@ def test_npz_opens_with_numpy(tmp_path):
 
 def test_file_names_follow_the_name(tmp_path):
     part = replace(random_superelement(), name="door / left 2.1")
-    assert [p.name for p in write_superelement(part, tmp_path / "new", "op4")] == ["door_left_2_1.op4", "door_left_2_1.asm"]
+    assert [p.name for p in write_superelement(part, tmp_path / "new", "op4")] == [
+        "door_left_2_1.op4",
+        "door_left_2_1.asm",
+    ]
 
 
 def test_a_failed_write_leaves_no_file(tmp_path):

@@ -69,7 +69,13 @@ def test_vtu(model, shapes, tmp_path, measured):
     np.testing.assert_array_equal(found["Points"], model.nodes.coords)
     np.testing.assert_array_equal(found["node"], model.nodes.ids)
     np.testing.assert_allclose(found["mode_001_0_Hz"], shapes[0], rtol=1e-7)
-    measured("decks", "shapes in a VTU file, relative error", np.abs(found["mode_001_0_Hz"] / np.where(shapes[0], shapes[0], 1.0) - (shapes[0] != 0.0)).max(), at_most=1e-7, source="themselves")
+    measured(
+        "decks",
+        "shapes in a VTU file, relative error",
+        np.abs(found["mode_001_0_Hz"] / np.where(shapes[0], shapes[0], 1.0) - (shapes[0] != 0.0)).max(),
+        at_most=1e-7,
+        source="themselves",
+    )
     assert found["mode_002_123.457_Hz"].shape == (13, 3)
     np.testing.assert_array_equal(found["frequency"], FREQUENCIES)
     cells = np.split(found["connectivity"], found["offsets"][:-1])
@@ -115,7 +121,13 @@ def test_uff(model, shapes, tmp_path, measured):
     assert [int(v) for v in first[8::2]] == model.nodes.ids.tolist()
     got = [[float(v) for v in fields(row, 13)] for row in first[9::2]]
     np.testing.assert_allclose(got, shapes[0], rtol=1e-5)
-    measured("decks", "shapes in a universal file, relative error", np.abs(got / np.where(shapes[0], shapes[0], 1.0) - (shapes[0] != 0.0)).max(), at_most=1e-5, source="themselves")
+    measured(
+        "decks",
+        "shapes in a universal file, relative error",
+        np.abs(got / np.where(shapes[0], shapes[0], 1.0) - (shapes[0] != 0.0)).max(),
+        at_most=1e-5,
+        source="themselves",
+    )
 
 
 def test_uff_numbers_the_nodes_where_instances_repeat_labels(model, shapes, tmp_path):

@@ -22,8 +22,10 @@ TIME = np.array([0.0, 0.125, 0.3])
 @pytest.fixture
 def mesh():
     coords = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [2.0, 2.0, 2.0]])
-    blocks = (PlainBlock("quad4", np.array([7]), np.array([[0, 1, 2, 3]]), 0),
-              PlainBlock("beam2", np.array([9]), np.array([[2, 4]]), -1))  # fmt: skip
+    blocks = (
+        PlainBlock("quad4", np.array([7]), np.array([[0, 1, 2, 3]]), 0),
+        PlainBlock("beam2", np.array([9]), np.array([[2, 4]]), -1),
+    )
     return PlainMesh(Nodes(np.array([10, 20, 30, 40, 50]), coords), blocks, (Part("PLATE", np.arange(4)),))
 
 

@@ -74,8 +74,11 @@ def made(path, days):
 def test_other_machines_are_given_a_week(tmp_path):
     mine = partial_name("file")
     machine = mine.split("-")[-2]
-    names = [mine.replace(f".{socket.gethostname()}.", ".elsewhere."), mine.replace(f"-{machine}-", "-00000000-"),
-             f".file.{'a' * 32}.partial"]  # fmt: skip
+    names = [
+        mine.replace(f".{socket.gethostname()}.", ".elsewhere."),
+        mine.replace(f"-{machine}-", "-00000000-"),
+        f".file.{'a' * 32}.partial",
+    ]
     young = [made(tmp_path / name, days=6) for name in names]
     remove_dead(tmp_path)
     assert set(tmp_path.iterdir()) == set(young)
@@ -86,7 +89,9 @@ def test_other_machines_are_given_a_week(tmp_path):
 
 
 def test_files_of_other_programs_stay(tmp_path):
-    others = {made(tmp_path / name, days=400) for name in (".film.partial", ".a.b.partial", "file.partial", ".x.1.y.partial")}
+    others = {
+        made(tmp_path / name, days=400) for name in (".film.partial", ".a.b.partial", "file.partial", ".x.1.y.partial")
+    }
     remove_dead(tmp_path)
     assert set(tmp_path.iterdir()) == others
 

@@ -159,9 +159,7 @@ def test_mistakes_with_instances(read: Reader, parts: str, old: str, new: str, m
 
 
 def test_a_misspelled_keyword_is_pointed_out_with_the_error_it_causes(read: Reader, flat: str) -> None:
-    with pytest.raises(
-        InputError, match=r"uses node 10.*\*NODES at .*:4 is not a keyword. Did you mean 'NODE'"
-    ):
+    with pytest.raises(InputError, match=r"uses node 10.*\*NODES at .*:4 is not a keyword. Did you mean 'NODE'"):
         read(flat.replace("*NODE, NSET=FRAME_NODES", "*NODES, NSET=FRAME_NODES"))
 
 
@@ -170,7 +168,5 @@ def test_beam_along_its_own_axis(read: Reader, flat: str) -> None:
         "*ELEMENT, TYPE=B31, ELSET=ROD\n 60, 201, 204\n"
         "*BEAM SECTION, ELSET=ROD, MATERIAL=STEEL, SECTION=CIRC\n 1.\n*MPC"
     )
-    with pytest.raises(
-        InputError, match=r"element 60 \(B31\) lies along the direction of its section axis 1"
-    ):
+    with pytest.raises(InputError, match=r"element 60 \(B31\) lies along the direction of its section axis 1"):
         read(flat.replace("*MPC", beam))

@@ -54,7 +54,9 @@ def test_offset_is_where_the_nodes_are_above_the_middle(read: Reader, word: str,
 def test_contact_meets_an_offset_shell_at_its_outer_surface(read: Reader) -> None:
     """Nodes on the positive face (SPOS): nothing above them, the whole thickness below."""
     text = f"*SHELL SECTION, ELSET=P, MATERIAL=STEEL, OFFSET=SPOS\n 1.2\n{STEEL}"
-    model = read(f"{PLATE}{text}*SURFACE, NAME=TOP\n P, SPOS\n*SURFACE, NAME=UNDER\n P, SNEG\n*SURFACE, NAME=BOTH\n P,\n")
+    model = read(
+        f"{PLATE}{text}*SURFACE, NAME=TOP\n P, SPOS\n*SURFACE, NAME=UNDER\n P, SNEG\n*SURFACE, NAME=BOTH\n P,\n"
+    )
     assert_allclose(facets_of(model, "TOP", where="").thickness, 0.0, atol=1e-12)
     assert_allclose(facets_of(model, "UNDER", where="").thickness, 2 * 1.2)
     with pytest.raises(InputError, match="nodes lie off their middle"):
@@ -89,7 +91,11 @@ def test_symmetric_composite_has_no_coupling(read: Reader) -> None:
 def test_orientation_of_shells_projects_the_axis_after_the_one_named(read: Reader) -> None:
     """Abaqus: `about` is next to the normal and the following axis, cyclic, gives direction 1; then the angle."""
     text = f"*ORIENTATION, NAME=O\n 1., 0., 0., 0., 1., 0.\n {{}}\n{CARBON}*SHELL SECTION, ELSET=P, MATERIAL=CARBON, ORIENTATION=O\n 1.\n"
-    for line, expected in (("3, 30.", (math.cos(math.pi / 6), 0.5, 0.0)), ("1, 0.", (0.0, 1.0, 0.0)), ("2", (0.0, 0.0, 1.0))):
+    for line, expected in (
+        ("3, 30.", (math.cos(math.pi / 6), 0.5, 0.0)),
+        ("1, 0.", (0.0, 1.0, 0.0)),
+        ("2", (0.0, 0.0, 1.0)),
+    ):
         own = read(PLATE + text.format(line)).blocks[0].own
         assert own.axis1 is not None
         assert_allclose(own.axis1[0], expected, atol=1e-15)
@@ -151,7 +157,9 @@ def test_nonstructural_mass(read: Reader, units: str, value: float, mass: float)
 
 
 def test_nonstructural_mass_on_some_elements_keeps_their_directions(read: Reader) -> None:
-    more = "*NODE\n 21, 0., 16.\n 22, 10., 16.\n*ELEMENT, TYPE=S4, ELSET=P\n 71, 11, 9, 22, 21\n*ELSET, ELSET=ONE\n 71\n"
+    more = (
+        "*NODE\n 21, 0., 16.\n 22, 10., 16.\n*ELEMENT, TYPE=S4, ELSET=P\n 71, 11, 9, 22, 21\n*ELSET, ELSET=ONE\n 71\n"
+    )
     text = f"*ORIENTATION, NAME=O, SYSTEM=CYLINDRICAL\n 0., 0., 0., 0., 0., 1.\n 3\n{CARBON}*SHELL SECTION, ELSET=P, MATERIAL=CARBON, ORIENTATION=O\n 1.\n"
     model = read(f"{PLATE}{more}{text}*NONSTRUCTURAL MASS, ELSET=ONE, UNITS=TOTAL MASS\n 1e-7\n")
     assert [b.ids.tolist() for b in model.blocks] == [[70], [71]]
@@ -294,7 +302,9 @@ def test_coupled_connector_stiffness_and_cartesian_location(read: Reader) -> Non
     assert np.diag(section.stiffness).tolist() == [1, 3, 4, 5, 0, 0]
 
 
-@pytest.mark.parametrize(("kind", "dofs"), [("WELD", (1, 2, 3, 4, 5, 6)), ("BEAM", (1, 2, 3, 4, 5, 6)), ("JOIN", (1, 2, 3))])
+@pytest.mark.parametrize(
+    ("kind", "dofs"), [("WELD", (1, 2, 3, 4, 5, 6)), ("BEAM", (1, 2, 3, 4, 5, 6)), ("JOIN", (1, 2, 3))]
+)
 def test_rigid_connectors_are_couplings(read: Reader, kind: str, dofs: tuple[int, ...]) -> None:
     (coupling,) = read(f"{SPRINGS}{CONNECTOR}*CONNECTOR SECTION, ELSET=C\n {kind},\n").constraints
     assert isinstance(coupling, KinematicCoupling)
@@ -365,7 +375,9 @@ def test_equation_in_the_axes_of_its_nodes(read: Reader) -> None:
 
 def test_initial_velocity_at_a_transformed_node_stops_the_run(read: Reader) -> None:
     text = "*NSET, NSET=T\n 9\n*TRANSFORM, NSET=T\n 0., 1., 0., -1., 0., 0.\n*INITIAL CONDITIONS, TYPE=VELOCITY\n 9, 1, 5.\n"
-    assert [u.keyword for u in read(PLAIN + text).unread if u.changes_answer] == ["*INITIAL CONDITIONS on transformed nodes"]
+    assert [u.keyword for u in read(PLAIN + text).unread if u.changes_answer] == [
+        "*INITIAL CONDITIONS on transformed nodes"
+    ]
     assert not [u for u in read(PLAIN + text.replace("9, 1, 5.", "2, 1, 5.")).unread if u.changes_answer]
 
 

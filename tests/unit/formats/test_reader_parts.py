@@ -59,12 +59,8 @@ def test_reference_node_over_two_parts_belongs_to_none(read: Reader, flat: str) 
 
 
 def test_mass_on_a_spring_is_a_part_of_its_own(read: Reader, flat: str) -> None:
-    text = flat.replace(
-        "*ELEMENT, TYPE=MASS, ELSET=BALLAST\n", "*ELEMENT, TYPE=MASS, ELSET=BALLAST\n 93, 904\n"
-    )
-    text = text.replace(" 92, 130, 203", " 92, 130, 904").replace(
-        " 902, 20.", " 904, 50., 50., 0.\n 902, 20."
-    )
+    text = flat.replace("*ELEMENT, TYPE=MASS, ELSET=BALLAST\n", "*ELEMENT, TYPE=MASS, ELSET=BALLAST\n 93, 904\n")
+    text = text.replace(" 92, 130, 203", " 92, 130, 904").replace(" 902, 20.", " 904, 50., 50., 0.\n 902, 20.")
     model = read(text)
     assert [p.name for p in model.parts] == ["FRAME", "PANEL", "PART-1"]
     assert _ids(model, model.parts[2]) == [904]
@@ -72,9 +68,7 @@ def test_mass_on_a_spring_is_a_part_of_its_own(read: Reader, flat: str) -> None:
 
 
 def test_mass_linked_to_a_part_belongs_to_it(read: Reader, flat: str) -> None:
-    text = flat.replace(" 91, 902", " 91, 902\n 93, 904").replace(
-        " 902, 20.", " 904, 50., 50., 0.\n 902, 20."
-    )
+    text = flat.replace(" 91, 902", " 91, 902\n 93, 904").replace(" 902, 20.", " 904, 50., 50., 0.\n 902, 20.")
     model = read(text.replace(" BEAM, 902, 901", " BEAM, 902, 901\n BEAM, 904, 206"))
     assert _ids(model, model.parts[1])[-1] == 904
 

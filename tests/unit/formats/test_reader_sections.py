@@ -147,9 +147,7 @@ def test_equation_over_two_lines(read: Reader) -> None:
 
 def test_kinematic_coupling_groups_lines_by_dofs(read: Reader) -> None:
     model = read(_with_beams("*KINEMATIC COUPLING, REF NODE=1\n 2, 1, 3\n 3\n"))
-    assert [
-        (c.nodes_idx.tolist(), c.dofs) for c in model.constraints if isinstance(c, KinematicCoupling)
-    ] == [
+    assert [(c.nodes_idx.tolist(), c.dofs) for c in model.constraints if isinstance(c, KinematicCoupling)] == [
         ([1], (1, 2, 3)),
         ([2], (1, 2, 3, 4, 5, 6)),
     ]
@@ -158,9 +156,7 @@ def test_kinematic_coupling_groups_lines_by_dofs(read: Reader) -> None:
 def test_rigid_body_of_elements_and_pinned_nodes(read: Reader) -> None:
     extra = "*NODE\n 9, 5., 5.\n*NSET, NSET=PINS\n 3\n*RIGID BODY, REF NODE=9, ELSET=B, PIN NSET=PINS\n"
     model = read(_with_beams(extra))
-    assert [
-        (c.nodes_idx.tolist(), c.dofs) for c in model.constraints if isinstance(c, KinematicCoupling)
-    ] == [
+    assert [(c.nodes_idx.tolist(), c.dofs) for c in model.constraints if isinstance(c, KinematicCoupling)] == [
         ([2], (1, 2, 3)),
         ([0, 1], (1, 2, 3, 4, 5, 6)),
     ]

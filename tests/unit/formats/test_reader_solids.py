@@ -75,8 +75,12 @@ def areas(model: Model, name: str) -> dict[tuple[float, ...], float]:
 def test_solids_are_read_with_their_section_and_mass(read: Reader) -> None:
     model = read(DECK)
     assert [(b.kind, b.nodes_idx.shape) for b in model.blocks] == [
-        ("hex8", (1, 8)), ("wedge6", (1, 6)), ("tet4", (1, 4)), ("truss2", (1, 2)), ("quad4", (1, 4)),
-    ]  # fmt: skip
+        ("hex8", (1, 8)),
+        ("wedge6", (1, 6)),
+        ("tet4", (1, 4)),
+        ("truss2", (1, 2)),
+        ("quad4", (1, 4)),
+    ]
     assert all(isinstance(b.section, SolidSection) for b in model.blocks[:3])
     assert isinstance(model.blocks[3].section, TrussSection)
     assert model.nodes.ids[model.blocks[0].nodes_idx[0]].tolist() == list(range(1, 9))
@@ -126,7 +130,11 @@ def test_coupling_to_a_face_of_solids_weighs_by_area(read: Reader) -> None:
         (" 1, S2\n", " 1, S7\n", "unknown face 'S7' of a solid; expected S1 to S6"),
         (" 3, S1\n", " 3, S5\n", r"element 3 \(C3D4\) has no face S5"),
         (" 1, S2\n", " ROD, S2\n", r"element 4 \(T3D2\) of 'ROD' is not a shell or a solid"),
-        ("*SOLID SECTION, ELSET=BODY", "*ELSET, ELSET=ALL\n BODY, ROD\n*SOLID SECTION, ELSET=ALL", "holds both solids and"),
+        (
+            "*SOLID SECTION, ELSET=BODY",
+            "*ELSET, ELSET=ALL\n BODY, ROD\n*SOLID SECTION, ELSET=ALL",
+            "holds both solids and",
+        ),
         ("MATERIAL=STEEL, ORIENTATION=O", "COMPOSITE", "COMPOSITE is not supported"),
         (" 6, 7, 8\n", " 6, 7, 7\n", "element 1 has the same node twice.*C3D6"),
         ("TYPE=C3D8R", "TYPE=C3D27", "unknown element type 'C3D27'"),

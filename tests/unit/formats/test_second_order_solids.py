@@ -28,7 +28,9 @@ CORNERS = [(x, y, z) for z in (0.0, 3.0) for y in (0.0, 2.0) for x in (0.0, 2.0,
 HEXES, WEDGES = [(0, 1, 4, 3, 6, 7, 10, 9)], [(1, 2, 5, 7, 8, 11), (1, 5, 4, 7, 11, 10)]
 """A block of 4 x 2 x 3: one hexahedron, and two wedges beside it."""
 STEEL = "*MATERIAL, NAME=STEEL\n*ELASTIC\n 210000., .3\n*DENSITY\n 7.85e-9\n"
-WOOD = "*MATERIAL, NAME=STEEL\n*ELASTIC, TYPE=ORTHOTROPIC\n 30., 1., 20., 2., 3., 10., 4., 5.,\n 6.\n*DENSITY\n 7.85e-9\n"
+WOOD = (
+    "*MATERIAL, NAME=STEEL\n*ELASTIC, TYPE=ORTHOTROPIC\n 30., 1., 20., 2., 3., 10., 4., 5.,\n 6.\n*DENSITY\n 7.85e-9\n"
+)
 MAT1 = "MAT1,1,210000.,,.3,7.85-9\n"
 MAT9 = "MAT9,1,30.,1.,2.,,,,20.\n,3.,,,,10.,,,\n,4.,,,6.,,5.,7.85-9\n"
 """The two axes differ in the order of the shear strains: 12, 13, 23 and 12, 23, 31."""
@@ -92,7 +94,9 @@ def free(name: str, label: int, pid: int, rows: list[int]) -> list[str]:
 
 def read(folder: Path, text: str) -> Model:
     if "BEGIN BULK" in text or text.startswith("GRID"):
-        (folder / "d.bdf").write_text(text if "BEGIN" in text else f"SOL 103\nCEND\nBEGIN BULK\nPARAM,COUPMASS,1\n{text}ENDDATA\n")
+        (folder / "d.bdf").write_text(
+            text if "BEGIN" in text else f"SOL 103\nCEND\nBEGIN BULK\nPARAM,COUPMASS,1\n{text}ENDDATA\n"
+        )
         return read_nastran(folder / "d.bdf")
     (folder / "d.inp").write_text(text)
     return read_deck(folder / "d.inp")
@@ -119,7 +123,14 @@ def test_the_same_model_from_both_formats_has_the_same_matrices(tmp_path, kind, 
 
 @pytest.mark.parametrize(
     ("network", "kind"),
-    [("", "hex20s"), (",3", "hex20s"), (",,,REDUCED", "hex20s"), (",TWO", "hex20r"), (",,,FULL", "hex20"), (",3,GAUSS,1", "hex20")],
+    [
+        ("", "hex20s"),
+        (",3", "hex20s"),
+        (",,,REDUCED", "hex20s"),
+        (",TWO", "hex20r"),
+        (",,,FULL", "hex20"),
+        (",3,GAUSS,1", "hex20"),
+    ],
 )
 def test_psolid_says_how_a_hexahedron_is_integrated(tmp_path, network, kind):
     model = read(tmp_path, nastran(network))
@@ -157,8 +168,11 @@ def test_elements_with_some_middle_grids_are_named(tmp_path, name, n, more, blan
         read(tmp_path, "\n".join(lines) + "\n")
 
 
-SURFACES = "".join(f"*SURFACE, NAME=H{k}\n H, S{k}\n" for k in range(1, 7)) + "".join(
-    f"*SURFACE, NAME=W{k}\n 11, S{k}\n" for k in range(1, 6)) + "*SURFACE, NAME=ALL\n H,\n W,\n*SURFACE, NAME=TOP\n H, S2\n W, S2\n"  # fmt: skip
+SURFACES = (
+    "".join(f"*SURFACE, NAME=H{k}\n H, S{k}\n" for k in range(1, 7))
+    + "".join(f"*SURFACE, NAME=W{k}\n 11, S{k}\n" for k in range(1, 6))
+    + "*SURFACE, NAME=ALL\n H,\n W,\n*SURFACE, NAME=TOP\n H, S2\n W, S2\n"
+)
 
 
 def area(model: Model, name: str) -> np.ndarray:
@@ -170,9 +184,19 @@ def test_faces_by_number_and_free_faces(tmp_path):
     """Of Abaqus: S1 below, S2 above, then round the sides from edge 1-2; what two elements share is not free."""
     model = read(tmp_path, abaqus(bow=0.0, more=SURFACES))
     expected = {
-        "H1": (0, 0, -4), "H2": (0, 0, 4), "H3": (0, -6, 0), "H4": (6, 0, 0), "H5": (0, 6, 0), "H6": (-6, 0, 0),
-        "W1": (0, 0, -2), "W2": (0, 0, 2), "W3": (0, -6, 0), "W4": (6, 0, 0), "W5": (-6, 6, 0), "TOP": (0, 0, 8),
-    }  # fmt: skip
+        "H1": (0, 0, -4),
+        "H2": (0, 0, 4),
+        "H3": (0, -6, 0),
+        "H4": (6, 0, 0),
+        "H5": (0, 6, 0),
+        "H6": (-6, 0, 0),
+        "W1": (0, 0, -2),
+        "W2": (0, 0, 2),
+        "W3": (0, -6, 0),
+        "W4": (6, 0, 0),
+        "W5": (-6, 6, 0),
+        "TOP": (0, 0, 8),
+    }
     for name, value in expected.items():
         np.testing.assert_allclose(area(model, name), value, atol=1e-12, err_msg=name)
     free = facets_of(model, "ALL", where="").area_normals
@@ -243,7 +267,10 @@ def test_from_format_to_format_and_back(tmp_path, kind):
 
 
 def test_two_integrations_under_one_section_become_two_properties(tmp_path):
-    text = abaqus(bow=0.0).replace("*SOLID SECTION, ELSET=H, MATERIAL=STEEL\n*SOLID SECTION, ELSET=W", "*ELSET, ELSET=A\n H, W\n*SOLID SECTION, ELSET=A")
+    text = abaqus(bow=0.0).replace(
+        "*SOLID SECTION, ELSET=H, MATERIAL=STEEL\n*SOLID SECTION, ELSET=W",
+        "*ELSET, ELSET=A\n H, W\n*SOLID SECTION, ELSET=A",
+    )
     model = replace(read(tmp_path, text), mass_form="linear")
     write_nastran(model, tmp_path / "there.bdf")
     assert [b.kind for b in read_nastran(tmp_path / "there.bdf").blocks] == ["hex20", "wedge15"]

@@ -88,10 +88,12 @@ def test_default_tolerance_is_five_percent_of_the_main_edges(read: Reader, shift
 def lap(gap: float, options: str = "") -> str:
     """A sheet of 2 mm over another one, `gap` between their faces."""
     return (
-        "*HEADING\nlap\n" + sheet("LOWER", 1, (4, 4), (0.0, 0.0, 0.0), (40.0, 40.0))
+        "*HEADING\nlap\n"
+        + sheet("LOWER", 1, (4, 4), (0.0, 0.0, 0.0), (40.0, 40.0))
         + sheet("UPPER", 10_001, (3, 3), (5.0, 5.0, 2.0 + gap), (30.0, 30.0))
-        + sections("LOWER", "UPPER", thickness=2.0) + f"*TIE, NAME=LAP{options}\nUPPER_FACE, LOWER_FACE\n"
-    )  # fmt: skip
+        + sections("LOWER", "UPPER", thickness=2.0)
+        + f"*TIE, NAME=LAP{options}\nUPPER_FACE, LOWER_FACE\n"
+    )
 
 
 def test_lapped_shells_are_tied_face_to_face(read: Reader) -> None:

@@ -81,7 +81,14 @@ def same(a, b):
 @pytest.fixture
 def tree():
     many = tuple(branch([k]) for k in range(12))  # more than ten, whose names do not sort as numbers
-    return Tree(branch([]), many, {"b": np.array([1.0 + 2.0j]), "a": np.zeros(0, complex)}, [leaf(), leaf(1.0)], None, "x" * 200_000)
+    return Tree(
+        branch([]),
+        many,
+        {"b": np.array([1.0 + 2.0j]), "a": np.zeros(0, complex)},
+        [leaf(), leaf(1.0)],
+        None,
+        "x" * 200_000,
+    )
 
 
 def test_round_trip(tree, tmp_path):
@@ -101,7 +108,9 @@ def test_values_tell_arrays_not_the_spelling_of_hints(tmp_path):
         back = read_tree(Spelt, file)
     for name in ("alias", "perhaps", "bare"):
         np.testing.assert_array_equal(getattr(back, name), x)
-    for found, wanted in zip((*back.many, back.two[0], back.by_name["on"]), (rows, rows[:1], rows, rows > 1), strict=True):
+    for found, wanted in zip(
+        (*back.many, back.two[0], back.by_name["on"]), (rows, rows[:1], rows, rows > 1), strict=True
+    ):
         assert found.dtype == wanted.dtype
         np.testing.assert_array_equal(found, wanted)
     assert (back.absent, back.two[1], back.none_of_them) == (None, 0.25, ())

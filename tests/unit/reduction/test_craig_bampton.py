@@ -67,9 +67,7 @@ def joined(model: Model, rayleigh: Rayleigh, count: int | None, retain: tuple[in
     """The assembly, unreduced for None, else with `count` modes per part."""
     parts = [part_system(model, i, rayleigh, override=True) for i in range(2)]
     if count is not None:
-        parts = [
-            craig_bampton(p, np.flatnonzero(np.isin(p.coordinates // 6, retain)), count=count) for p in parts
-        ]
+        parts = [craig_bampton(p, np.flatnonzero(np.isin(p.coordinates // 6, retain)), count=count) for p in parts]
     return couple(parts, model, NONE, rayleigh, override=True)
 
 
@@ -101,7 +99,13 @@ def test_all_modes_kept_matches_full_model_in_a_transient(contact, measured):
         # Round-off, amplified by the conditioning of K.
         np.testing.assert_allclose(b, a, atol=1e-8 * max(np.abs(a).max(initial=0.0), 1e-300))
         error = np.abs(a - b).max(initial=0.0) / max(np.abs(a).max(initial=0.0), 1e-300)
-        measured("reduction", f"two beams, all modes, transient{' in contact' if contact else ''}: {name}, relative error", error, at_most=1e-8, source="full model")
+        measured(
+            "reduction",
+            f"two beams, all modes, transient{' in contact' if contact else ''}: {name}, relative error",
+            error,
+            at_most=1e-8,
+            source="full model",
+        )
 
 
 def test_fewer_modes_give_upper_bounds_and_static_response_stays_exact(measured):
@@ -120,7 +124,13 @@ def test_fewer_modes_give_upper_bounds_and_static_response_stays_exact(measured)
             flexibility = answer if flexibility is None else flexibility
             np.testing.assert_allclose(answer, flexibility, atol=1e-9 * np.abs(flexibility).max())  # round-off
             error = np.abs(answer - flexibility).max() / np.abs(flexibility).max()
-            measured("reduction", "two beams, 0 to 9 modes: static answer, relative error", error, at_most=1e-9, source="full model")
+            measured(
+                "reduction",
+                "two beams, 0 to 9 modes: static answer, relative error",
+                error,
+                at_most=1e-9,
+                source="full model",
+            )
 
 
 def free_plate() -> System:
@@ -148,7 +158,9 @@ def test_rigid_body_mass_and_inertia_are_exact(count, measured):
     # Round-off of K_ii^-1 K_ib.
     np.testing.assert_allclose(r_small.T @ small.M @ r_small, exact, atol=1e-8 * np.abs(exact).max())
     error = np.abs(r_small.T @ small.M @ r_small - exact).max() / np.abs(exact).max()
-    measured("reduction", "free plate: rigid-body mass matrix, relative error", error, at_most=1e-8, source="full model")
+    measured(
+        "reduction", "free plate: rigid-body mass matrix, relative error", error, at_most=1e-8, source="full model"
+    )
     assert exact[0, 0] == pytest.approx(7850.0 * 1e-3 * 0.12, rel=1e-12)
     # A free part stays ungrounded: no stiffness against rigid motion.
     scale = np.abs(small.K).max()

@@ -55,7 +55,13 @@ def test_answer_to_channel_forces_and_support_motion_is_exact_everywhere(reduce,
     # Round-off: eps x condition of K (1e7).
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
     error = np.abs(found - exact).max() / np.abs(exact).max()
-    measured("reduction", f"{reduce.__name__.replace('_', ' ')}: static answer to channel forces and supports, relative error", error, at_most=1e-9, source="full model")
+    measured(
+        "reduction",
+        f"{reduce.__name__.replace('_', ' ')}: static answer to channel forces and supports, relative error",
+        error,
+        at_most=1e-9,
+        source="full model",
+    )
     assert small.stats["modes"] == count
     assert small.stats["retained"] == 2
     assert small.n == count + 2
@@ -262,7 +268,14 @@ def test_contact_of_a_driven_assembly_has_the_impulse_of_the_full_model(reduce, 
     a, b = (simulate(s, gaps, loads, HHT(), observed=EVERYWHERE) for s in (full, small))
     assert a.contact_steps > 20
     assert b.force.sum() == pytest.approx(a.force.sum(), rel=0.005)  # modes to eight times the band
-    measured("reduction", f"{reduce.__name__.replace('_', ' ')}, driven assembly: impulse over full", b.force.sum() / a.force.sum(), 1.0, rel=0.005, source="full model")
+    measured(
+        "reduction",
+        f"{reduce.__name__.replace('_', ' ')}, driven assembly: impulse over full",
+        b.force.sum() / a.force.sum(),
+        1.0,
+        rel=0.005,
+        source="full model",
+    )
     assert b.energy_created < 2e-4
 
 

@@ -88,7 +88,15 @@ def test_mass_properties_are_those_of_the_plate(measured):
     np.testing.assert_allclose(h.rigid.inertia[:2], [m * (b2 + t2) / 12, m * (a2 + t2) / 12], rtol=1e-4)
     assert h.rigid.inertia[2] == pytest.approx(m * (a2 + b2) / 12, rel=1e-3)
     measured("reduction", "health report: mass of a plate", h.rigid.mass, m, rel=1e-12, unit="kg", source="exact")
-    measured("reduction", "health report: inertia of a plate about its normal", h.rigid.inertia[2], m * (a2 + b2) / 12, rel=1e-3, unit="kg m2", source="exact")
+    measured(
+        "reduction",
+        "health report: inertia of a plate about its normal",
+        h.rigid.inertia[2],
+        m * (a2 + b2) / 12,
+        rel=1e-3,
+        unit="kg m2",
+        source="exact",
+    )
     np.testing.assert_allclose(h.rigid.inertia[3:], 0.0, atol=1e-12 * m)
     # Round-off of K_ii^-1 K_ib: eps x condition of K_ii, some 1e8 here.
     assert max(h.rigid.mass_error, h.rigid.cog_error, h.rigid.inertia_error) < 1e-7
@@ -119,12 +127,19 @@ def test_centre_of_gravity_and_inertia_of_point_masses():
 def test_frequencies_and_measured_errors(measured):
     part, small, inside = reduced_plate(12)
     h = health(part, small, inside, COORDS)
-    exact, ritz = (np.sqrt(sla.eigh(to_dense(s.K), to_dense(s.M), eigvals_only=True)[6:16]) / (2 * np.pi)
-                   for s in (part, small))  # fmt: skip
+    exact, ritz = (
+        np.sqrt(sla.eigh(to_dense(s.K), to_dense(s.M), eigvals_only=True)[6:16]) / (2 * np.pi) for s in (part, small)
+    )
     np.testing.assert_allclose(h.free.full, exact, rtol=1e-7)
     # A difference of two frequencies, each good to eps x the spread of eigenvalues (1e9).
     np.testing.assert_allclose(h.free.error, ritz / exact - 1.0, atol=1e-7)
-    measured("reduction", "health report: measured frequency error, worst deviation", np.abs(h.free.error - (ritz / exact - 1.0)).max(), at_most=1e-7, source="full part")
+    measured(
+        "reduction",
+        "health report: measured frequency error, worst deviation",
+        np.abs(h.free.error - (ritz / exact - 1.0)).max(),
+        at_most=1e-7,
+        source="full part",
+    )
     np.testing.assert_allclose(h.fixed.frequencies, np.sqrt(small.K.diagonal()[24:34]) / (2 * np.pi), rtol=1e-12)
     assert (h.free.rigid_full, h.free.rigid_reduced) == (6, 6)
 
@@ -155,18 +170,33 @@ def test_effective_mass_of_a_clamped_bar(measured):
     M, K = bar(n, 1.0, 1.0, 1.0)
     full = system_of(np.kron(M, np.diag([1.0, 0, 0, 0, 0, 0])), np.kron(K, np.diag([1.0, 0, 0, 0, 0, 0])))
     keep = np.arange(0, 6 * (n + 1), 6)
-    full = replace(full, M=full.M[keep][:, keep], K=full.K[keep][:, keep], coordinates=keep, labels=keep,
-                   rows=lambda labels: (sp.identity(n + 1, format="csr")[labels // 6], np.zeros((labels.size, 0))),
-                   velocity=np.zeros(n + 1))  # fmt: skip
+    full = replace(
+        full,
+        M=full.M[keep][:, keep],
+        K=full.K[keep][:, keep],
+        coordinates=keep,
+        labels=keep,
+        rows=lambda labels: (sp.identity(n + 1, format="csr")[labels // 6], np.zeros((labels.size, 0))),
+        velocity=np.zeros(n + 1),
+    )
     inside = Inside(full, np.array([0]))
     small = craig_bampton(full, np.array([0]), count=3, inside=inside)
     coords = np.column_stack([np.linspace(0.0, 1.0, n + 1), np.zeros((n + 1, 2))])
     h = health(full, small, inside, coords)
     k = np.arange(1, 4)
     # Mesh error of a linear element: (omega dx / c)^2 / 24 and the half element at the wall, below 1 %.
-    np.testing.assert_allclose(np.array(h.fixed.cumulative_mass)[:, 0], np.cumsum(8 / ((2 * k - 1) * np.pi) ** 2), rtol=0.01)
+    np.testing.assert_allclose(
+        np.array(h.fixed.cumulative_mass)[:, 0], np.cumsum(8 / ((2 * k - 1) * np.pi) ** 2), rtol=0.01
+    )
     exact = np.cumsum(8 / ((2 * k - 1) * np.pi) ** 2)
-    measured("reduction", "health report: effective mass of a clamped bar, {} modes", np.array(h.fixed.cumulative_mass)[:, 0], exact, rel=0.01, source="closed form")
+    measured(
+        "reduction",
+        "health report: effective mass of a clamped bar, {} modes",
+        np.array(h.fixed.cumulative_mass)[:, 0],
+        exact,
+        rel=0.01,
+        source="closed form",
+    )
     assert h.fixed.effective_mass[1:] == (1.0,) * 5  # nothing to carry
 
 
@@ -199,7 +229,9 @@ def test_estimate_is_close_to_the_actual_error_and_never_far_below(kind, count, 
     assert np.count_nonzero(little) >= 2
     ratio = estimate[little] / actual[little]
     assert BAND[0] < ratio.min() <= ratio.max() < BAND[1]
-    measured("reduction", "health report: estimated over actual error, worst", ratio, 1.0, between=BAND, source="full part")
+    measured(
+        "reduction", "health report: estimated over actual error, worst", ratio, 1.0, between=BAND, source="full part"
+    )
 
 
 @pytest.mark.parametrize("count", [0, 6, 25])
@@ -227,8 +259,7 @@ def test_errors_of_two_parts_add_up():
         insides.append(inside)
         smalls.append(craig_bampton(part, inside.b, count=count, inside=inside))
     size, n_b = sum(s.n for s in smalls) - insides[0].b.size, insides[0].b.size
-    maps = [np.r_[np.arange(n_b), np.arange(n_b, smalls[0].n)],
-            np.r_[np.arange(n_b), np.arange(smalls[0].n, size)]]  # fmt: skip
+    maps = [np.r_[np.arange(n_b), np.arange(n_b, smalls[0].n)], np.r_[np.arange(n_b), np.arange(smalls[0].n, size)]]
     K, M = np.zeros((size, size)), np.zeros((size, size))
     for small, at in zip(smalls, maps, strict=True):
         K[np.ix_(at, at)] += to_dense(small.K)
@@ -236,8 +267,10 @@ def test_errors_of_two_parts_add_up():
     ritz, q = sla.eigh(K, M)
     exact = sla.eigh(to_dense(whole.K), to_dense(whole.M), eigvals_only=True)
     some = slice(6, 14)
-    shares = [frequency_error(p, s, i, q[at, some], ritz[some])
-              for p, s, i, at in zip(parts, smalls, insides, maps, strict=True)]  # fmt: skip
+    shares = [
+        frequency_error(p, s, i, q[at, some], ritz[some])
+        for p, s, i, at in zip(parts, smalls, insides, maps, strict=True)
+    ]
     actual = np.sqrt(ritz[some] / exact[some]) - 1.0
     ratio = sum(shares) / actual
     assert BAND[0] < ratio.min() <= ratio.max() < BAND[1]
@@ -415,7 +448,14 @@ def test_rows_are_text():
     rows = health_rows(report(15))
     assert all(len(row) == 3 and all(isinstance(cell, str) for cell in row) for row in rows)
     labels = [row[0] for row in rows]
-    for label in ("mass", "ground check", "first mode left out", "effective mass of kept modes", "usable to", "verdict"):
+    for label in (
+        "mass",
+        "ground check",
+        "first mode left out",
+        "effective mass of kept modes",
+        "usable to",
+        "verdict",
+    ):
         assert label in labels
 
 

@@ -49,7 +49,15 @@ def test_graph_holds_element_edges_and_no_diagonals():
     nodes = np.array([7, 6, 5, 4, 3, 2, 1])
     graph = interface_graph(model_of(np.vstack([coords, extra]), blocks), nodes)
     # The quadrilateral 0 2 3 1 without node 0, the triangle 2 4 5, beam and truss. Not 3-5: no element.
-    expected = {(2, 3): 3.0, (1, 3): 1.0, (2, 4): 1.0, (4, 5): 3.0, (2, 5): np.hypot(1.0, 3.0), (5, 6): 5.0, (6, 7): 4.0}
+    expected = {
+        (2, 3): 3.0,
+        (1, 3): 1.0,
+        (2, 4): 1.0,
+        (4, 5): 3.0,
+        (2, 5): np.hypot(1.0, 3.0),
+        (5, 6): 5.0,
+        (6, 7): 4.0,
+    }
     g = sp.triu(graph).tocoo()
     ends = np.sort(np.stack([nodes[g.row], nodes[g.col]], axis=1), axis=1)
     assert {tuple(e): v for e, v in zip(ends.tolist(), g.data, strict=True)} == pytest.approx(expected)

@@ -39,7 +39,9 @@ def cut_plate(n_x: int = 8, n_y: int = 12) -> tuple[Model, np.ndarray]:
 
 def reduced_parts(model: Model, line: np.ndarray, shape: object = None) -> list[System]:
     parts = [part_system(model, i, NO_DAMPING) for i in range(2)]
-    return [craig_bampton(p, np.flatnonzero(np.isin(p.coordinates // 6, line)), count=MODES, shape=shape) for p in parts]
+    return [
+        craig_bampton(p, np.flatnonzero(np.isin(p.coordinates // 6, line)), count=MODES, shape=shape) for p in parts
+    ]
 
 
 def coupled(parts: list[System], model: Model) -> System:
@@ -81,11 +83,23 @@ def test_interpolated_interface_gives_upper_bounds_that_converge(full, measured)
     # Nested spaces (12 | 6 | 2 | 1): no coarser one is better.
     assert error[0] >= error[1] >= error[2] >= error[3] - ROUND_OFF
     assert error[3] < ROUND_OFF
-    measured("reduction", "interpolated interface, every node: frequency, relative error", error[3], at_most=ROUND_OFF, source="whole interface")
+    measured(
+        "reduction",
+        "interpolated interface, every node: frequency, relative error",
+        error[3],
+        at_most=ROUND_OFF,
+        source="whole interface",
+    )
     # A third of the spacing: a linear rate would give a third.
     assert error[2] < error[1] / 5.0
     assert error[2] < 0.01
-    measured("reduction", "interpolated interface, every second node: frequency, relative error", error[2], at_most=0.01, source="whole interface")
+    measured(
+        "reduction",
+        "interpolated interface, every second node: frequency, relative error",
+        error[2],
+        at_most=0.01,
+        source="whole interface",
+    )
 
 
 # --- characteristic constraint modes --------------------------------------------------------------------
@@ -107,9 +121,22 @@ def test_all_characteristic_modes_change_nothing_and_fewer_give_upper_bounds(ful
     assert (np.diff(worst) <= ROUND_OFF).all()
     assert worst[0] > 1.0 + 1e-4
     assert worst[-1] == pytest.approx(1.0, abs=ROUND_OFF)
-    measured("reduction", "all characteristic constraint modes: omega^2 ratio, worst", worst[-1], 1.0, rel=ROUND_OFF, source="whole interface")
+    measured(
+        "reduction",
+        "all characteristic constraint modes: omega^2 ratio, worst",
+        worst[-1],
+        1.0,
+        rel=ROUND_OFF,
+        source="whole interface",
+    )
     assert np.sqrt(worst[2]) < 1.01
-    measured("reduction", "24 of 78 characteristic constraint modes: frequency, relative error", np.sqrt(worst[2]) - 1.0, at_most=0.01, source="whole interface")
+    measured(
+        "reduction",
+        "24 of 78 characteristic constraint modes: frequency, relative error",
+        np.sqrt(worst[2]) - 1.0,
+        at_most=0.01,
+        source="whole interface",
+    )
 
 
 def test_union_of_the_modes_of_both_parts_carries_both(full):
@@ -178,8 +205,9 @@ def test_massless_boundary_dofs_come_last_and_are_not_lost():
 def test_replaced_coordinates_keep_labels_rows_and_momentum():
     rng = np.random.default_rng(5)
     A = rng.standard_normal((6, 6))
-    system = system_of(A @ A.T + 6 * np.eye(6), A.T @ A + np.eye(6), alpha=2.0, extra=np.diag(np.arange(6.0)),
-                       velocity=np.arange(6.0))  # fmt: skip
+    system = system_of(
+        A @ A.T + 6 * np.eye(6), A.T @ A + np.eye(6), alpha=2.0, extra=np.diag(np.arange(6.0)), velocity=np.arange(6.0)
+    )
     alone = rng.standard_normal((6, 6))
     system = replace(system, M_alone=alone, interface=np.array([1, 4]), stats={"mass": 3.0})
     columns, P = np.array([4, 1]), rng.standard_normal((2, 1))

@@ -98,9 +98,21 @@ def test_diagonal_form_is_that_of_the_source(measured):
     np.testing.assert_allclose(V @ A, T, atol=1e-10)
     np.testing.assert_allclose(A.T @ (small.K.d[:, None] * A), K_red, atol=1e-9 * np.abs(K_red).max())
     error = np.abs(A.T @ (small.K.d[:, None] * A) - K_red).max() / np.abs(K_red).max()
-    measured("reduction", "massless boundary: stiffness, relative error", error, at_most=1e-9, source="equations of the source")
+    measured(
+        "reduction",
+        "massless boundary: stiffness, relative error",
+        error,
+        at_most=1e-9,
+        source="equations of the source",
+    )
     np.testing.assert_allclose(A.T @ (small.M.d[:, None] * A), M_red, atol=1e-10)
-    measured("reduction", "massless boundary: mass, error", np.abs(A.T @ (small.M.d[:, None] * A) - M_red).max(), at_most=1e-10, source="equations of the source")
+    measured(
+        "reduction",
+        "massless boundary: mass, error",
+        np.abs(A.T @ (small.M.d[:, None] * A) - M_red).max(),
+        at_most=1e-10,
+        source="equations of the source",
+    )
     # The first coordinates of the source are the gaps.
     np.testing.assert_allclose(G @ T, np.eye(2, 7), atol=1e-10)
 
@@ -128,7 +140,14 @@ def test_vibration_without_contact_keeps_the_modes_exact(measured):
     small = massless_boundary(full, gap_rows(full, gaps_between()), count=9)
     exact = sla.eigh(to_dense(full.K), to_dense(full.M), eigvals_only=True)
     np.testing.assert_allclose(small.K.d[:9], exact[:9], rtol=1e-8)
-    measured("reduction", "massless boundary: omega^2 of the kept modes over full, worst", small.K.d[:9] / exact[:9], 1.0, rel=1e-8, source="full model")
+    measured(
+        "reduction",
+        "massless boundary: omega^2 of the kept modes over full, worst",
+        small.K.d[:9] / exact[:9],
+        1.0,
+        rel=1e-8,
+        source="full model",
+    )
     np.testing.assert_array_equal(small.K.d[9:], 1.0)
     np.testing.assert_array_equal(small.M.d, [1.0] * 9 + [0.0] * 2)
     np.testing.assert_array_equal(small.supports.M_qs[9:], 0.0)
@@ -213,7 +232,14 @@ def test_bar_with_many_modes_is_the_full_bar(basis, measured):
     full, small = on_wall("full", 0), on_wall(basis, 70)
     assert duration(small) == pytest.approx(duration(full), abs=1.5 * STEP)
     assert impulse(small) == pytest.approx(impulse(full), rel=1e-4)
-    measured("reduction", f"bar on a wall, 70 modes, {basis}: impulse over full", impulse(small) / impulse(full), 1.0, rel=1e-4, source="full model")
+    measured(
+        "reduction",
+        f"bar on a wall, 70 modes, {basis}: impulse over full",
+        impulse(small) / impulse(full),
+        1.0,
+        rel=1e-4,
+        source="full model",
+    )
     assert energy_change(small) == pytest.approx(energy_change(full), rel=0.02)
 
 

@@ -20,9 +20,18 @@ from creak.studies.warned import Warned
 from creak.verify.slips import SlipEvent
 
 CASES = (
-    "both runs", "reduced only", "unreduced only", "no pairs", "no contact, no pairs", "no events", "connector only",
-    "contact and connector", "no modes", "nothing moves", "mass on a spring",
-)  # fmt: skip
+    "both runs",
+    "reduced only",
+    "unreduced only",
+    "no pairs",
+    "no contact, no pairs",
+    "no events",
+    "connector only",
+    "contact and connector",
+    "no modes",
+    "nothing moves",
+    "mass on a spring",
+)
 
 
 def own_text(html: str) -> str:
@@ -42,8 +51,21 @@ def full(result_of):
 @pytest.mark.parametrize("case", CASES)
 def test_report_is_complete_and_figures_valid_for_every_kind_of_study(case, result_of):
     html = report_of(result_of(case))
-    for section in ("places", "checks", "motion", "model", "force", "events", "modes", "spectra", "energy", "precheck",
-                    "size", "method", "provenance"):  # fmt: skip
+    for section in (
+        "places",
+        "checks",
+        "motion",
+        "model",
+        "force",
+        "events",
+        "modes",
+        "spectra",
+        "energy",
+        "precheck",
+        "size",
+        "method",
+        "provenance",
+    ):
         assert f'<section id="{section}"' in html
     assert "nan" not in re.sub(r"base64,[^\"]*", "", html).lower().split()
     specs = re.search(r'<script type="application/json" id="specs">(.*?)</script>', html, flags=re.DOTALL)
@@ -163,8 +185,12 @@ def test_stick_slip_events_are_listed_where_something_rubs(rubbed, full):
 
 def test_energy_balance_tells_friction_and_the_algorithmic_part(rubbed, full):
     html = report_of(rubbed)
-    for words in ("<td>friction</td><td>0.0300</td>", "time integration (algorithmic)", "energy created at the worst",
-                  "equations of motion held to"):  # fmt: skip
+    for words in (
+        "<td>friction</td><td>0.0300</td>",
+        "time integration (algorithmic)",
+        "energy created at the worst",
+        "equations of motion held to",
+    ):
         assert words in html
     names = [t["name"] for t in json.loads(specs_of(html))["energy"]["data"]]
     assert "friction" in names
@@ -243,11 +269,14 @@ def test_gap_plot_reaches_the_deepest_penetration(full, result_of):
 
 @pytest.mark.parametrize(
     ("text", "shown"),
-    [("set [time] substeps, or `creak run --converge`", "set [time] substeps, or <code>creak run --converge</code>"),
-     ("`a<b`, x > y & `c`", "<code>a&lt;b</code>, x &gt; y &amp; <code>c</code>"),
-     ("`</li><script>alert(1)</script>`", "<code>&lt;/li&gt;&lt;script&gt;alert(1)&lt;/script&gt;</code>"),
-     ("a lone ` stays", "a lone ` stays"), ("`` stays too", "`` stays too")],
-)  # fmt: skip
+    [
+        ("set [time] substeps, or `creak run --converge`", "set [time] substeps, or <code>creak run --converge</code>"),
+        ("`a<b`, x > y & `c`", "<code>a&lt;b</code>, x &gt; y &amp; <code>c</code>"),
+        ("`</li><script>alert(1)</script>`", "<code>&lt;/li&gt;&lt;script&gt;alert(1)&lt;/script&gt;</code>"),
+        ("a lone ` stays", "a lone ` stays"),
+        ("`` stays too", "`` stays too"),
+    ],
+)
 def test_what_stands_between_back_ticks_is_code_and_escaped(text, shown):
     assert coded(text) == shown
 

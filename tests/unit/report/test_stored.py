@@ -23,8 +23,15 @@ from creak.studies.setup import set_up
 from creak.studies.study_file import read_study
 from creak.studies.summary import summarise
 
-CASES = ("both runs", "unreduced only", "no contact, no pairs", "no events", "contact and connector", "nothing moves",
-         "mass on a spring")  # fmt: skip
+CASES = (
+    "both runs",
+    "unreduced only",
+    "no contact, no pairs",
+    "no events",
+    "contact and connector",
+    "nothing moves",
+    "mass on a spring",
+)
 ROOT = Path(__file__).parents[3]
 WRITTEN = re.compile(r"<th>Report written</th><td>[^<]*</td>")
 

@@ -11,9 +11,18 @@ from creak.report.text import MINUS, NONE, THIN, fixed, four, number, percent, r
 
 @pytest.mark.parametrize(
     ("value", "shown"),
-    [(14859, f"14{THIN}859"), (0.0123456, "0.01235"), (-2.5, f"{MINUS}2.500"), (1.2e-9, f"1.20e{MINUS}9"), (0.0, "0"),
-     (99999.6, f"100{THIN}000"), (None, NONE), (math.nan, NONE), (math.inf, NONE)],
-)  # fmt: skip
+    [
+        (14859, f"14{THIN}859"),
+        (0.0123456, "0.01235"),
+        (-2.5, f"{MINUS}2.500"),
+        (1.2e-9, f"1.20e{MINUS}9"),
+        (0.0, "0"),
+        (99999.6, f"100{THIN}000"),
+        (None, NONE),
+        (math.nan, NONE),
+        (math.inf, NONE),
+    ],
+)
 def test_number(value, shown):
     assert number(value) == shown
 

@@ -101,7 +101,11 @@ def test_without_runs_nothing_is_claimed():
     facts = Facts(20.0, {})
     assert {f.mark for f in summary.findings(facts, None)} == {"not run"}
     every = [*answers.questions(facts), *answers.recommendations(facts), *answers.open_points(facts)]
-    assert [len(answers.questions(facts)), len(answers.recommendations(facts)), len(answers.open_points(facts))] == [5, 4, 4]
+    assert [len(answers.questions(facts)), len(answers.recommendations(facts)), len(answers.open_points(facts))] == [
+        5,
+        4,
+        4,
+    ]
     assert all("not" in a.creak for a in every)
 
 

@@ -92,8 +92,16 @@ def test_page_of_nothing_says_so(tmp_path):
 
 
 def test_million_dofs_are_compared_where_they_were_measured():
-    run = {"wall_s": 100.0, "cpu_s": 100.0, "offline_cpu_s": 0.0, "offline_wall_s": 0.0, "retained": 0, "modes": 0,
-           "contact_steps": 40, "events": [["flange", 4.2, 4.21, 10.0, 0.1]]}  # fmt: skip
+    run = {
+        "wall_s": 100.0,
+        "cpu_s": 100.0,
+        "offline_cpu_s": 0.0,
+        "offline_wall_s": 0.0,
+        "retained": 0,
+        "modes": 0,
+        "contact_steps": 40,
+        "events": [["flange", 4.2, 4.21, 10.0, 0.1]],
+    }
     reduced = run | {"name": "D8", "cpu_s": 4.0, "offline_cpu_s": 6.0, "events": [["flange", 4.2, 4.21, 11.0, 0.1]]}
     data = {"model": "door of 4.22 mm", "machine": "two cores", "runs": [run | {"name": "unreduced"}, reduced]}
     text = thesis_page(Inputs(20.0, {}, None, None, {}, data))

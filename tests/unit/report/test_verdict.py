@@ -38,7 +38,9 @@ def test_all_events_found_with_close_forces_pass(with_events):
     pairs = [(event(0.021, 100.0), event(0.0211, 101.0)), (event(0.03, 50.0), event(0.03, 51.0))]
     result = with_events(EventMatch(pairs, [], []))
     text = sentence(result, summarise(result), UNITS["mm-t-s"])
-    assert text.startswith("2 rattle events in the last 0.02 s, the hardest 100 N around node 1, closing at 30.0 mm/s; ")
+    assert text.startswith(
+        "2 rattle events in the last 0.02 s, the hardest 100 N around node 1, closing at 30.0 mm/s; "
+    )
     assert "the reduced model found both within 10 ms, mean force +1.3" in text
     status = [c.passed for c in checks(result, summarise(result))]
     assert status[2:5] == [True, True, True]
@@ -101,8 +103,10 @@ def test_chaotic_motion_is_judged_by_its_statistics(with_events, scale, alike):
     assert [c.passed for c in found[2:5]] == [None] * 3
     assert all("motion is chaotic" in c.found for c in found[2:5])
     assert [c.name for c in found[5:8]] == [
-        "Event rate", "Distribution of the event force", "Distribution of the event impulse"
-    ]  # fmt: skip
+        "Event rate",
+        "Distribution of the event force",
+        "Distribution of the event impulse",
+    ]
     assert [c.passed for c in found[5:8]] == [True, alike, alike]
     assert found[-1].name == "Energy created by the integration"
     assert any("chaotic" in text and "statistics" in text for text in warnings(found_of(result)))

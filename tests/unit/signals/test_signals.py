@@ -76,7 +76,9 @@ def test_table_acceleration_is_integrated_exactly(measured):
     np.testing.assert_allclose(motion.velocity, ramp**2 + 2 * after, atol=1e-13)
     np.testing.assert_allclose(motion.displacement, ramp**3 / 3 + after + after**2, atol=1e-13)
     error = np.abs(motion.displacement - (ramp**3 / 3 + after + after**2)).max()
-    measured("signals", "table of accelerations: displacement, error", error, at_most=1e-13, unit="m", source="closed form")
+    measured(
+        "signals", "table of accelerations: displacement, error", error, at_most=1e-13, unit="m", source="closed form"
+    )
 
 
 def test_table_displacement_passes_its_rows_and_rests_outside():
@@ -114,12 +116,26 @@ def test_multisine_has_a_flat_spectrum_with_uniform_phases(measured):
     inside = (freq >= 1.0) & (freq <= 100.0)
     # Exact: whole periods.
     np.testing.assert_allclose(np.abs(lines[inside]), 1.9, rtol=1e-10)
-    measured("signals", "multisine: amplitude of a line, worst", np.abs(lines[inside]), 1.9, rel=1e-10, unit="m", source="its definition")
+    measured(
+        "signals",
+        "multisine: amplitude of a line, worst",
+        np.abs(lines[inside]),
+        1.9,
+        rel=1e-10,
+        unit="m",
+        source="its definition",
+    )
     np.testing.assert_allclose(np.abs(lines[~inside]), 0.0, atol=1e-10)
     np.testing.assert_allclose(np.angle(lines[inside]), np.angle(np.exp(1j * m.lines[1])), atol=1e-9)
     # 100 uniform phases: mean resultant below .3 with 99.99 % (Rayleigh: exp(-100 x .09)).
     assert abs(np.exp(1j * m.lines[1]).mean()) < 0.3
-    measured("signals", "multisine: mean resultant of 100 phases", abs(np.exp(1j * m.lines[1]).mean()), at_most=0.3, source="Rayleigh's test")
+    measured(
+        "signals",
+        "multisine: mean resultant of 100 phases",
+        abs(np.exp(1j * m.lines[1]).mean()),
+        at_most=0.3,
+        source="Rayleigh's test",
+    )
 
 
 def test_multisine_repeats_with_its_period():
@@ -128,9 +144,15 @@ def test_multisine_repeats_with_its_period():
     np.testing.assert_allclose(force(m, t + 0.5), force(m, t), atol=1e-10)
 
 
-@pytest.mark.parametrize(("f_min", "f_max", "period", "first", "last"), [
-    (1, 100, 1.0, 1, 100), (0, 10, 1.0, 1, 10), (0.3, 1.0, 10.0, 3, 10), (1.05, 2.95, 2.0, 3, 5),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("f_min", "f_max", "period", "first", "last"),
+    [
+        (1, 100, 1.0, 1, 100),
+        (0, 10, 1.0, 1, 10),
+        (0.3, 1.0, 10.0, 3, 10),
+        (1.05, 2.95, 2.0, 3, 5),
+    ],
+)
 def test_multisine_lines_lie_in_the_band(f_min, f_max, period, first, last):
     omega, _ = Multisine(f_min, f_max, 1.0, period).lines
     np.testing.assert_allclose(omega * period / (2 * np.pi), np.arange(first, last + 1))
@@ -144,7 +166,14 @@ def test_multisine_displacement_fades_in_from_rest(measured):
     late = t >= RAMP
     np.testing.assert_allclose(motion.displacement[late], force(m, t)[late], atol=1e-12)
     error = np.abs(motion.displacement[late] - force(m, t)[late]).max()
-    measured("signals", "multisine as base motion: after fading in, error", error, at_most=1e-12, unit="m", source="its definition")
+    measured(
+        "signals",
+        "multisine as base motion: after fading in, error",
+        error,
+        at_most=1e-12,
+        unit="m",
+        source="its definition",
+    )
     derivatives_agree(motion, t, tolerance=1e-3)
 
 
@@ -171,9 +200,23 @@ def test_omega_arithmetic_is_exact_on_periodic_signals(measured):
     exact_u = sum(-A / w**2 * np.cos(w * t + p) for (_, A, p), w in zip(lines, w, strict=True))
     exact_v = sum(A / w * np.sin(w * t + p) for (_, A, p), w in zip(lines, w, strict=True))
     np.testing.assert_allclose(u, exact_u, atol=1e-14)
-    measured("signals", "omega arithmetic, three lines: displacement, error", np.abs(u - exact_u).max(), at_most=1e-14, unit="m", source="closed form")
+    measured(
+        "signals",
+        "omega arithmetic, three lines: displacement, error",
+        np.abs(u - exact_u).max(),
+        at_most=1e-14,
+        unit="m",
+        source="closed form",
+    )
     np.testing.assert_allclose(v, exact_v, atol=1e-13)
-    measured("signals", "omega arithmetic, three lines: velocity, error", np.abs(v - exact_v).max(), at_most=1e-13, unit="m/s", source="closed form")
+    measured(
+        "signals",
+        "omega arithmetic, three lines: velocity, error",
+        np.abs(v - exact_v).max(),
+        at_most=1e-13,
+        unit="m/s",
+        source="closed form",
+    )
     np.testing.assert_allclose(same, a, atol=1e-12)
 
 
@@ -184,7 +227,14 @@ def test_omega_arithmetic_drops_the_mean_and_everything_below_the_cut_off(n, mea
     a = 5.0 + 3.0 * np.cos(2 * np.pi * 4 * t) + np.cos(2 * np.pi * 20 * t)
     u, v, kept = integrate_twice(a, h, 7.0)
     np.testing.assert_allclose(kept, np.cos(2 * np.pi * 20 * t), atol=1e-12)
-    measured("signals", "omega arithmetic: bins below the cut-off, error", np.abs(kept - np.cos(2 * np.pi * 20 * t)).max(), at_most=1e-12, unit="m/s2", source="closed form")
+    measured(
+        "signals",
+        "omega arithmetic: bins below the cut-off, error",
+        np.abs(kept - np.cos(2 * np.pi * 20 * t)).max(),
+        at_most=1e-12,
+        unit="m/s2",
+        source="closed form",
+    )
     np.testing.assert_allclose(u, -np.cos(2 * np.pi * 20 * t) / (2 * np.pi * 20) ** 2, atol=1e-14)
     assert abs(v.mean()) < 1e-14
 
@@ -198,7 +248,9 @@ def test_record_moves_the_base_like_its_acceleration(measured):
     np.testing.assert_allclose(motion.acceleration[late], a[late], atol=1e-8)
     np.testing.assert_allclose(motion.displacement[late], -a[late] / w**2, atol=1e-10)
     error = np.abs(motion.displacement[late] + a[late] / w**2).max()
-    measured("signals", "record as base motion: displacement, error", error, at_most=1e-10, unit="m", source="closed form")
+    measured(
+        "signals", "record as base motion: displacement, error", error, at_most=1e-10, unit="m", source="closed form"
+    )
     assert motion.displacement[0] == motion.velocity[0] == 0.0
     same = acceleration_motion(Record(t, a, 5.0), t)
     np.testing.assert_array_equal(same.displacement, motion.displacement)
@@ -225,7 +277,13 @@ def test_low_pass_keeps_slow_and_drops_fast_without_delay(measured):
     inside = slice(500, -500)
     # Butterworth of order 4, twice: (20/200)^16 in the band, (200/2000)^8 above.
     np.testing.assert_allclose(x[inside], slow[inside], atol=1e-4)
-    measured("signals", "low pass: what it leaves of 2000 Hz and changes at 20 Hz", np.abs(x[inside] - slow[inside]).max(), at_most=1e-4, source="Butterworth")
+    measured(
+        "signals",
+        "low pass: what it leaves of 2000 Hz and changes at 20 Hz",
+        np.abs(x[inside] - slow[inside]).max(),
+        at_most=1e-4,
+        source="Butterworth",
+    )
 
 
 def test_low_pass_leaves_what_the_sampling_cannot_exceed():

@@ -36,17 +36,29 @@ def test_nothing_but_the_length_is_needed(tmp_path):
     assert (table.exact, table.accuracy, table.integrator) == (True, "settled", "exact")
 
 
-@pytest.mark.parametrize(("line", "integrator"), [
-    ("step = 1e-3", "hht"), ("alpha = -0.1", "hht"), ("substeps = 4", "hht"), ("rho_inf = 0.8", "generalised-alpha"),
-    ('integrator = "hht"', "hht"), ('integrator = "exact"', "exact"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("line", "integrator"),
+    [
+        ("step = 1e-3", "hht"),
+        ("alpha = -0.1", "hht"),
+        ("substeps = 4", "hht"),
+        ("rho_inf = 0.8", "generalised-alpha"),
+        ('integrator = "hht"', "hht"),
+        ('integrator = "exact"', "exact"),
+    ],
+)
 def test_a_forced_step_asks_for_its_scheme(tmp_path, line, integrator):
     assert timed(tmp_path, line).config.time.integrator == integrator
 
 
-@pytest.mark.parametrize("lines", [
-    'accuracy = "fine"\nstep = 1e-3', 'accuracy = "quick"\nintegrator = "hht"', 'integrator = "exact"\nsubsteps = 2',
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "lines",
+    [
+        'accuracy = "fine"\nstep = 1e-3',
+        'accuracy = "quick"\nintegrator = "hht"',
+        'integrator = "exact"\nsubsteps = 2',
+    ],
+)
 def test_accuracy_and_a_forced_step_exclude_each_other(tmp_path, lines):
     with pytest.raises(InputError, match=r"chooses (the|its) steps itself"):
         timed(tmp_path, lines)
@@ -126,7 +138,14 @@ def test_reduced_by_exact_flow_is_unreduced_by_collocation(found, measured):
     events = found.summary["verification"]["events"]
     assert events["matched"] == events["reference"] == events["reduced"] > 0
     assert events["impulse_ratio_mean"] == pytest.approx(1.0, abs=0.02)
-    measured("contact, exact flow", "two strips, exact flow on the reduced / collocation on the unreduced model: mean impulse", events["impulse_ratio_mean"], 1.0, abs=0.02, source="another scheme and model")
+    measured(
+        "contact, exact flow",
+        "two strips, exact flow on the reduced / collocation on the unreduced model: mean impulse",
+        events["impulse_ratio_mean"],
+        1.0,
+        abs=0.02,
+        source="another scheme and model",
+    )
 
 
 def test_quick_has_no_error_bars(tmp_path):
@@ -163,7 +182,9 @@ def test_every_family_has_its_advice():
 
 
 def test_hard_contact_creates_no_energy_in_either_model(tmp_path):
-    text = FREE.replace('method = "surface', 'stiffness = "hard"\nmethod = "surface').replace("periods = 2", "periods = 1")
+    text = FREE.replace('method = "surface', 'stiffness = "hard"\nmethod = "surface').replace(
+        "periods = 2", "periods = 1"
+    )
     result = run_setup(set_up(study(tmp_path, text)), converge=False)
     for each in result.summary["runs"].values():
         assert each["energy_created_of_contact"] < 0.01

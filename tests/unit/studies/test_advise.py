@@ -102,7 +102,9 @@ def test_rule_of_thumb_ends_where_it_was_measured():
     assert [rule_of_thumb(x) for x in (1.9, 2.0, 3.0, 5.0, 15.0)] == pytest.approx([math.inf, 1e-2, 1e-3, 3e-4, 3e-4])
 
 
-@pytest.mark.parametrize(("alpha", "longer", "ratio"), [(-0.05, 0.0361, 1.18e-3), (1.0 - math.sqrt(2.0), 0.0458, 3.64e-3)])
+@pytest.mark.parametrize(
+    ("alpha", "longer", "ratio"), [(-0.05, 0.0361, 1.18e-3), (1.0 - math.sqrt(2.0), 0.0458, 3.64e-3)]
+)
 def test_period_error_and_damping_of_hht(alpha, longer, ratio):
     """Published at h / T = .1, to three digits."""
     angle = 2.0 * math.pi * 0.1
@@ -123,7 +125,9 @@ def test_a_free_mass_bounces_for_half_a_period():
     assert substeps_for(1e-2, fixed) == 3  # 100 ms / 44.4 ms
 
 
-@pytest.mark.parametrize(("h", "rounded"), [(1e-3, 1e-3), (9.9e-4, 5e-4), (2.6e-4, 2.5e-4), (4.2e-5, 4e-5), (0.03, 0.025)])
+@pytest.mark.parametrize(
+    ("h", "rounded"), [(1e-3, 1e-3), (9.9e-4, 5e-4), (2.6e-4, 2.5e-4), (4.2e-5, 4e-5), (0.03, 0.025)]
+)
 def test_rounded_steps(h, rounded):
     assert rounded_step(h) == pytest.approx(rounded, rel=1e-12)
 
@@ -169,7 +173,9 @@ def test_a_number_for_the_stiffness_asks_for_substeps(setup):
     assert choice.step.fixed is not None
     assert choice.step.automatic is None
     assert choice.substeps > 1
-    assert choice.step.step / choice.substeps <= 0.1 * choice.step.fixed.shortest_s * (1 + 1e-9) or choice.substeps == 100
+    assert (
+        choice.step.step / choice.substeps <= 0.1 * choice.step.fixed.shortest_s * (1 + 1e-9) or choice.substeps == 100
+    )
     assert {c.key: c.new for c in choice.changes}["time.substeps"] == choice.substeps
 
 
@@ -206,7 +212,9 @@ def test_a_table_tells_its_frequency_by_its_samples(tmp_path):
     t = np.linspace(0.0, 0.4, 801)
     points = ", ".join(f"[{a:.6f}, {b:.9f}]" for a, b in zip(t, 0.1 * np.sin(2 * np.pi * 20.0 * t), strict=True))
     line = STUDY[STUDY.index("signal =") : STUDY.index("[reduction]")]
-    study = STUDY.replace(line, f'signal = {{ type = "table", values = [{points}] }}\n\n').replace("periods = 2", "end = 0.4")
+    study = STUDY.replace(line, f'signal = {{ type = "table", values = [{points}] }}\n\n').replace(
+        "periods = 2", "end = 0.4"
+    )
     found = excitation_of(other(tmp_path, study))
     assert found.source == "sampled"
     assert found.frequency == pytest.approx(20.0, abs=5.0)  # lines every 2.5 Hz, and the start bends the record

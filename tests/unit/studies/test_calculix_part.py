@@ -50,12 +50,16 @@ def deck(folder: Path, name: str, bricks: range) -> Path:
     assert (len(nodes), len(elements)) == (4 * (BRICKS + 1), BRICKS)
     top, middle = 4 * BRICKS, 4 * CUT
     text = [
-        "*NODE", *nodes, "*ELEMENT, TYPE=C3D8, ELSET=BAR", *(elements[k] for k in bricks),
-        "*SOLID SECTION, ELSET=BAR, MATERIAL=STEEL", STEEL.strip(),
+        "*NODE",
+        *nodes,
+        "*ELEMENT, TYPE=C3D8, ELSET=BAR",
+        *(elements[k] for k in bricks),
+        "*SOLID SECTION, ELSET=BAR, MATERIAL=STEEL",
+        STEEL.strip(),
         f"*NSET, NSET=TOP\n{', '.join(str(top + k) for k in range(1, 5))}",
         f"*NSET, NSET=MIDDLE\n{', '.join(str(middle + k) for k in range(1, 5))}",
         *(["*BOUNDARY", *(f"{k}, 1, 3" for k in range(1, 5))] if 0 in bricks else []),
-    ]  # fmt: skip
+    ]
     path = folder / f"{name}.inp"
     path.write_text("\n".join(text) + "\n")
     return path

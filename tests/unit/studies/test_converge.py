@@ -99,9 +99,16 @@ def outcomes(stopped=(), **events):
         name = names[key]
         early = key in stopped
         out[name] = Outcome(
-            Variant(name, family[name], 1e-3), tuple(found), sum(e.impulse for e in found), 0.0, 0.01, 1000,
-            0.15 if early else 1.0, 0.1, f"{name} run: diverged" if early else None,
-        )  # fmt: skip
+            Variant(name, family[name], 1e-3),
+            tuple(found),
+            sum(e.impulse for e in found),
+            0.0,
+            0.01,
+            1000,
+            0.15 if early else 1.0,
+            0.1,
+            f"{name} run: diverged" if early else None,
+        )
     return out
 
 
@@ -151,12 +158,19 @@ def test_a_coarse_step_does_not_settle(tmp_path):
 def test_every_family_is_run_on_the_same_time_and_channels(strips, repeated):
     h = strips.setup.study.config.time.step
     assert list(repeated.outcomes) == [BASE, HALF, QUARTER, TWICE, TENFOLD, MORE_MODES]
-    made = {name: (o.variant.step / h, o.variant.stiffness, o.variant.f_max, o.steps) for name, o in repeated.outcomes.items()}
+    made = {
+        name: (o.variant.step / h, o.variant.stiffness, o.variant.f_max, o.steps)
+        for name, o in repeated.outcomes.items()
+    }
     n = strips.setup.loads.n_step
     assert made == {
-        BASE: (1.0, 1.0, 3000.0, n), HALF: (0.5, 1.0, 3000.0, 2 * n), QUARTER: (0.25, 1.0, 3000.0, 4 * n),
-        TWICE: (0.25, 2.0, 3000.0, 4 * n), TENFOLD: (0.25, 10.0, 3000.0, 4 * n), MORE_MODES: (1.0, 1.0, 4500.0, n),
-    }  # fmt: skip
+        BASE: (1.0, 1.0, 3000.0, n),
+        HALF: (0.5, 1.0, 3000.0, 2 * n),
+        QUARTER: (0.25, 1.0, 3000.0, 4 * n),
+        TWICE: (0.25, 2.0, 3000.0, 4 * n),
+        TENFOLD: (0.25, 10.0, 3000.0, 4 * n),
+        MORE_MODES: (1.0, 1.0, 4500.0, n),
+    }
     end = float(strips.setup.loads.time[-1])
     assert [o.end for o in repeated.outcomes.values()] == pytest.approx([end] * 6, rel=1e-12)
     assert repeated.families == {name: LAST_TWO[name] for name in ("step", "stiffness", "modes")}
@@ -183,7 +197,10 @@ def test_refinement_changes_what_the_names_say(strips, repeated):
 def test_massless_boundary_keeps_its_substeps_near_contact(tmp_path):
     """Halving the step halves the step near contact too, though the contact springs would not ask for it."""
     study = STUDY.replace("[reduction]", '[reduction]\nmethod = "massless-boundary"') + "\n[reference]\nrun = false\n"
-    result = solved(tmp_path, study.replace("[time]", '[time]\nintegrator = "massless-boundary"').replace("periods = 2", "end = 0.12"))
+    result = solved(
+        tmp_path,
+        study.replace("[time]", '[time]\nintegrator = "massless-boundary"').replace("periods = 2", "end = 0.12"),
+    )
     c = converge(result, silent)
     assert not any(o.stopped for o in c.outcomes.values())
     near = {name: min(e.step for e in o.events) for name, o in c.outcomes.items()}
@@ -211,9 +228,10 @@ def test_hard_contact_and_guyan_leave_out_what_they_do_not_have(strips):
     c = strips.setup.study.config
     config = c.model_copy(update={"reduction": c.reduction.model_copy(update={"method": "guyan"})})
     hard = replace(
-        strips, gaps=replace(strips.gaps, stiffness=np.full(strips.gaps.m, np.inf)),
+        strips,
+        gaps=replace(strips.gaps, stiffness=np.full(strips.gaps.m, np.inf)),
         setup=replace(strips.setup, study=replace(strips.setup.study, config=config)),
-    )  # fmt: skip
+    )
     variants, notes = module.plan(hard)
     assert [v.name for v in variants] == [HALF, QUARTER]
     for word in (f"{strips.gaps.m} hard channels", "no contact has a stiffness", "Guyan"):
@@ -231,7 +249,9 @@ def test_a_run_that_stops_is_reported_and_the_rest_goes_on(strips, repeated, mon
         if setup.study.config.time.step > 1.3e-4 or gaps.stiffness[0] > strips.gaps.stiffness[0]:
             return history, *rest
         n = int(np.searchsorted(history.time, 0.3))
-        cut = replace(history, time=history.time[:n], gap=history.gap[:n], force=history.force[:n], energy=history.energy[:n])
+        cut = replace(
+            history, time=history.time[:n], gap=history.gap[:n], force=history.force[:n], energy=history.energy[:n]
+        )
         raise Diverged(float(history.time[n]), cut)
 
     monkeypatch.setattr(running, "integrate", until_0_3)
@@ -274,10 +294,19 @@ def test_a_base_run_that_stopped_is_not_repeated(strips):
 
 
 def test_the_worst_family_decides_and_limits_are_inclusive():
-    c = assess(outcomes(
-        base=[event(0.5, force=1.0)], h2=[event(0.5, force=1.03)], h4=[event(0.5, force=1.0)],
-        k2=[event(0.5, force=0.96)], k10=[event(0.5, force=1.0)], f=[event(0.5, force=0.98)],
-    ), "reduced", (0.0, 1.0), 0.01)  # fmt: skip
+    c = assess(
+        outcomes(
+            base=[event(0.5, force=1.0)],
+            h2=[event(0.5, force=1.03)],
+            h4=[event(0.5, force=1.0)],
+            k2=[event(0.5, force=0.96)],
+            k10=[event(0.5, force=1.0)],
+            f=[event(0.5, force=0.98)],
+        ),
+        "reduced",
+        (0.0, 1.0),
+        0.01,
+    )
     force = c.events[0].figures["force"]
     assert force.changes == pytest.approx({"step": -0.03, "stiffness": 0.04, "modes": -0.02 / 0.98})
     assert (force.settled_to, force.worst, force.settled) == (pytest.approx(0.04), "stiffness", True)
@@ -294,9 +323,16 @@ def test_times_may_move_by_a_tenth_of_the_tolerance(moved, settled):
 
 
 def test_absent_events_are_not_settled_and_new_ones_are_counted():
-    c = assess(outcomes(
-        base=[event(0.3), event(0.6)], h2=[event(0.3)], h4=[event(0.3), event(0.6), event(0.9)],
-    ), "reduced", (0.0, 1.0), 0.01)  # fmt: skip
+    c = assess(
+        outcomes(
+            base=[event(0.3), event(0.6)],
+            h2=[event(0.3)],
+            h4=[event(0.3), event(0.6), event(0.9)],
+        ),
+        "reduced",
+        (0.0, 1.0),
+        0.01,
+    )
     assert [e.settled for e in c.events] == [True, False]
     assert c.events[1].problem == "absent with h/2"
     assert np.isnan(c.events[1].figures["force"].settled_to)

@@ -73,8 +73,22 @@ def test_effective_masses_of_a_cantilever(deck, measured):
     mass = np.pi * 1000.0 * 7.85e-9
     assert found.mass == pytest.approx(mass, rel=1e-9)
     assert found.effective.total[4:] == pytest.approx([mass * 1000.0**2 / 3.0] * 2, rel=1e-4)
-    measured("models", "cantilever: effective mass in deflection, mode {}", share[:, 1], expected, rel=1e-3, source="closed form")
-    measured("models", "cantilever: effective mass about the root, mode {}", share[:, 5], 3.0 * 4.0 / beta**4, rel=1e-3, source="closed form")
+    measured(
+        "models",
+        "cantilever: effective mass in deflection, mode {}",
+        share[:, 1],
+        expected,
+        rel=1e-3,
+        source="closed form",
+    )
+    measured(
+        "models",
+        "cantilever: effective mass about the root, mode {}",
+        share[:, 5],
+        3.0 * 4.0 / beta**4,
+        rel=1e-3,
+        source="closed form",
+    )
 
 
 def test_all_modes_carry_all_that_does_not_ride_on_the_supports(deck):
@@ -122,10 +136,13 @@ def test_mass_on_a_rigid_link_that_belongs_to_no_part(deck):
 
 def test_every_node_moves_as_its_constraints_say(deck):
     coupled = (
-        strip(1, 1, "A", 0.0, n=8) + "*NODE\n 900, 140., 5., 30.\n" + STRIP + CLAMPED
+        strip(1, 1, "A", 0.0, n=8)
+        + "*NODE\n 900, 140., 5., 30.\n"
+        + STRIP
+        + CLAMPED
         + "*ELEMENT, TYPE=MASS, ELSET=M\n 900, 900\n*MASS, ELSET=M\n 1e-6\n"
         + "*SURFACE, NAME=TIP, TYPE=NODE\nTIP_A\n*COUPLING, CONSTRAINT NAME=C, REF NODE=900, SURFACE=TIP\n*KINEMATIC\n"
-    )  # fmt: skip
+    )
     found = deck_modes(deck(coupled), count=5)
     u = found.system.recover(found.shapes)
     place = {label: i for i, label in enumerate(found.system.labels.tolist())}

@@ -49,9 +49,33 @@ def test_mass_on_a_penalty_stop(run, measured):
     assert event.force_peak == pytest.approx(9950.3719, rel=1e-6)
     assert event.t_end - event.t_start == pytest.approx(0.0312600153, rel=1e-6)
     assert event.impulse == pytest.approx(2.0e6 / w**2, rel=1e-6)
-    measured("decks", "*DYNAMIC, mass on a penalty stop: peak force", event.force_peak, 9950.3719, rel=1e-6, unit="N", source="closed form")
-    measured("decks", "*DYNAMIC, mass on a penalty stop: duration", event.t_end - event.t_start, 0.0312600153, rel=1e-6, unit="s", source="closed form")
-    measured("decks", "*DYNAMIC, mass on a penalty stop: impulse", event.impulse, 2.0e6 / w**2, rel=1e-6, unit="N s", source="closed form")
+    measured(
+        "decks",
+        "*DYNAMIC, mass on a penalty stop: peak force",
+        event.force_peak,
+        9950.3719,
+        rel=1e-6,
+        unit="N",
+        source="closed form",
+    )
+    measured(
+        "decks",
+        "*DYNAMIC, mass on a penalty stop: duration",
+        event.t_end - event.t_start,
+        0.0312600153,
+        rel=1e-6,
+        unit="s",
+        source="closed form",
+    )
+    measured(
+        "decks",
+        "*DYNAMIC, mass on a penalty stop: impulse",
+        event.impulse,
+        2.0e6 / w**2,
+        rel=1e-6,
+        unit="N s",
+        source="closed form",
+    )
     velocity = np.gradient(found.history.displacement[:, 2], found.history.time)[-1]
     after = 0.04 - math.pi / w
     assert velocity == pytest.approx(math.cos(10.0 * after), rel=1e-4)  # then on the spring alone
@@ -78,15 +102,41 @@ def test_bar_on_a_rigid_wall(run, measured):
     assert force.sum() * time[1] == pytest.approx(2.0 * 78.5, rel=0.005)
     inside = (time > start + 0.2 * duration) & (time < start + 0.8 * duration)
     assert force[inside].mean() == pytest.approx(7850.0 * C * 0.01, rel=0.005)
-    measured("decks", "*DYNAMIC, bar on a wall: duration", event.t_end - event.t_start, duration, rel=0.02, unit="s", source="closed form")
-    measured("decks", "*DYNAMIC, bar on a wall: impulse", force.sum() * time[1], 2.0 * 78.5, rel=0.005, unit="N s", source="closed form")
-    measured("decks", "*DYNAMIC, bar on a wall: force", force[inside].mean(), 7850.0 * C * 0.01, rel=0.005, unit="N", source="closed form")
+    measured(
+        "decks",
+        "*DYNAMIC, bar on a wall: duration",
+        event.t_end - event.t_start,
+        duration,
+        rel=0.02,
+        unit="s",
+        source="closed form",
+    )
+    measured(
+        "decks",
+        "*DYNAMIC, bar on a wall: impulse",
+        force.sum() * time[1],
+        2.0 * 78.5,
+        rel=0.005,
+        unit="N s",
+        source="closed form",
+    )
+    measured(
+        "decks",
+        "*DYNAMIC, bar on a wall: force",
+        force[inside].mean(),
+        7850.0 * C * 0.01,
+        rel=0.005,
+        unit="N",
+        source="closed form",
+    )
 
 
 def test_node_to_surface_takes_pressure_times_area(deck):
     """The same linear law gives both kinds of contact the same total stiffness, that of the face."""
     for kind in ("SURFACE TO SURFACE", "NODE TO SURFACE"):
-        setup = set_up_deck(deck(bar_deck(ALONG_Z.format(kind=kind) + RIGID + "*CONTACT DAMPING\n1.E6\n", 1e-6, 1e-4, 4)))
+        setup = set_up_deck(
+            deck(bar_deck(ALONG_Z.format(kind=kind) + RIGID + "*CONTACT DAMPING\n1.E6\n", 1e-6, 1e-4, 4))
+        )
         assert setup.contacts.stiffness.sum() == pytest.approx(1e13 * 0.01)
         assert setup.contacts.damping.sum() == pytest.approx(1e6 * 0.01)
 
@@ -121,7 +171,13 @@ def test_sine_base_motion_as_the_study_has_it(run, tmp_path, kind, amplitude, me
     assert largest > 0.5 * 0.001
     assert np.abs(found.history.displacement - other).max() < 1e-12 * largest
     error = np.abs(found.history.displacement - other).max() / largest
-    measured("decks", f"*DYNAMIC, base moved by {kind}: relative difference", error, at_most=1e-12, source="the same as a study")
+    measured(
+        "decks",
+        f"*DYNAMIC, base moved by {kind}: relative difference",
+        error,
+        at_most=1e-12,
+        source="the same as a study",
+    )
 
 
 def tip(found):
@@ -144,7 +200,9 @@ def test_loads_add_up_and_are_linear(run):
     _, whole = run(cantilever_deck(step("*CLOAD\nTIP, 3, 7.\n"), held="ROOT, ENCASTRE\n"))
     assert tip(parts) == pytest.approx(tip(whole), rel=1e-12, abs=1e-18)
     curve = "*AMPLITUDE, NAME=LINE\n0., 0., 0.1, 1.\n"
-    _, ramp = run(cantilever_deck(step("*CLOAD\nTIP, 3, 7.\n", head="*STEP, AMPLITUDE=RAMP\n"), held="ROOT, ENCASTRE\n"))
+    _, ramp = run(
+        cantilever_deck(step("*CLOAD\nTIP, 3, 7.\n", head="*STEP, AMPLITUDE=RAMP\n"), held="ROOT, ENCASTRE\n")
+    )
     _, line = run(cantilever_deck(step("*CLOAD, AMPLITUDE=LINE\nTIP, 3, 7.\n"), curve, "ROOT, ENCASTRE\n"))
     assert tip(ramp) == pytest.approx(tip(line), rel=1e-12, abs=1e-18)
     # F L^3 / (3 E I) with I = 0.02 0.01^3 / 12 about y (the beam is 0.01 high along z); slow against 50 Hz
@@ -224,13 +282,14 @@ def test_notes_of_time(deck):
     [
         (
             cantilever_deck(step("*BOUNDARY, AMPLITUDE=SINE\nROOT, 3, 3, 1.\n"), SINE.replace("157.", "99157.")),
-            "cannot follow an excitation", "2.E-4",
+            "cannot follow an excitation",
+            "2.E-4",
         ),
         (cantilever_deck(step(head="*STEP, NLGEOM\n")), "*STEP, NLGEOM is not read", "*STEP"),
         (cantilever_deck(step("*DSLOAD\nS, P, 1.\n")), "*DSLOAD is not read", "*DSLOAD"),
         (stop_deck().replace("1, 0., 0., 0.", "1, 0., 0., 50."), "never face each other", "POINT, TABLE"),
     ],
-)  # fmt: skip
+)
 def test_wrong_decks(deck, text, what, start):
     with pytest.raises(InputError) as caught:
         set_up_deck(deck(text))
@@ -245,8 +304,9 @@ def test_ignore_goes_on(deck):
 
 
 def test_initial_velocity_beside_an_acceleration(deck):
-    text = cantilever_deck(step("*BOUNDARY, TYPE=ACCELERATION\nROOT, 3, 3, 1.\n"),
-                           "*INITIAL CONDITIONS, TYPE=VELOCITY\nROOT, 3, 1.\n")  # fmt: skip
+    text = cantilever_deck(
+        step("*BOUNDARY, TYPE=ACCELERATION\nROOT, 3, 3, 1.\n"), "*INITIAL CONDITIONS, TYPE=VELOCITY\nROOT, 3, 1.\n"
+    )
     with pytest.raises(InputError, match="node 1 has an initial velocity and a prescribed acceleration"):
         set_up_deck(deck(text))
 

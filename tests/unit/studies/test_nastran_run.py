@@ -59,7 +59,7 @@ FORCES = {
     "in a turned system": "CORD2R,9,,0.,0.,0.,1.,0.,0.\n,0.,0.,1.\nFORCE,6,1,9,25.,2.\n",
     "LOAD": "LOAD,6,2.,.5,61,.5,62\nFORCE,61,1,,25.,0.,0.,1.\nFORCE,62,1,,25.,0.,0.,1.\n",
     "two": "FORCE,6,1,,30.,0.,0.,1.\nDAREA,6,1,3,20.\n",
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", FORCES)
@@ -162,7 +162,7 @@ REFUSED = {
     "preload": (BULK + GAP.replace(",.02,,", ",.02,5.,"), "", "109", "preload"),
     "open stiffness": (BULK + GAP.replace("1.+6", "1.+6,10."), "", "109", "KB"),
     "oblique": (BULK + GAP.replace("GRID,3,,,,1.", "GRID,3,,.1,,1."), "", "109", "no global axis"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", REFUSED)

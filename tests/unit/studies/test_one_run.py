@@ -25,7 +25,9 @@ from creak.studies.study_file import read_study
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_disk import small_disk
 
-SHORT = STUDY.replace("periods = 2", "end = 0.06\n[output]\nfield_interval = 0.01").replace("0.05, period", "0.3, period")
+SHORT = STUDY.replace("periods = 2", "end = 0.06\n[output]\nfield_interval = 0.01").replace(
+    "0.05, period", "0.3, period"
+)
 SCRIPT = Path(__file__).parents[2] / "killed_writers.py"
 
 
@@ -65,13 +67,16 @@ def test_the_identity_stands_in_every_file(result, tmp_path):
     result.save(tmp_path, page=result.page())
     summary = json.loads((tmp_path / "summary.json").read_text())["run"]
     with h5py.File(tmp_path / "results.h5") as file:
-        in_results = {key: file.attrs[name] for key, name in
-                      (("id", "run_id"), ("study_sha256", "study_sha256"), ("deck_sha256", "deck_sha256"))}  # fmt: skip
+        in_results = {
+            key: file.attrs[name]
+            for key, name in (("id", "run_id"), ("study_sha256", "study_sha256"), ("deck_sha256", "deck_sha256"))
+        }
     study = result.found.setup.study.path
     expected = {
-        "id": run.id, "study_sha256": hashlib.sha256(study.read_bytes()).hexdigest(),
+        "id": run.id,
+        "study_sha256": hashlib.sha256(study.read_bytes()).hexdigest(),
         "deck_sha256": hashlib.sha256(study.with_name("strips.inp").read_bytes()).hexdigest(),
-    }  # fmt: skip
+    }
     assert summary == in_results == expected
     html = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert re.findall('<meta name="creak-run" content="([^"]*)">', html) == [run.id]
@@ -103,7 +108,11 @@ def test_includes_count(tmp_path):
 def test_files_of_two_runs_are_refused_by_every_reader(folder, other, tmp_path, name):
     other.save(tmp_path / "other")
     shutil.copy(tmp_path / "other" / name, folder / name)
-    for read, at in ((creak.open_result, folder), (read_histories, folder / "results.h5"), (motion_field, folder / "results.h5")):
+    for read, at in (
+        (creak.open_result, folder),
+        (read_histories, folder / "results.h5"),
+        (motion_field, folder / "results.h5"),
+    ):
         assert f"summary.json and results.h5 in {folder} are not of the same run" in refusal(read, at)
 
 
@@ -174,7 +183,9 @@ def test_a_full_disk_leaves_the_earlier_run(result, other, tmp_path):
             other.save(disk / "out")
         assert {p.name: p.read_bytes() for p in (disk / "out").iterdir()} == before
         (disk / "more").unlink()
-        with pytest.raises(WriteError, match=r"cannot write .*report\.html: no space left on device; at least 3\.\d+ MB"):
+        with pytest.raises(
+            WriteError, match=r"cannot write .*report\.html: no space left on device; at least 3\.\d+ MB"
+        ):
             other.save(disk / "out", page="x" * 3_000_000)
         assert {p.name: p.read_bytes() for p in (disk / "out").iterdir()} == before
         other.save(disk / "out")

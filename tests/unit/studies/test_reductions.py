@@ -30,16 +30,16 @@ def run(folder, reduction: str, more: str = "") -> StudyResult:
     [
         "[reduction]\nf_max = 6000\n",
         "[reduction]\nf_max = 6000\nkeep_out = 15\n",
-        "[reduction]\nf_max = 6000\nsubstructures = [\"HALF\"]\n",
-        "[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = \"characteristic\", n = 12 }\n",
-        "[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = \"characteristic\", n = 12, level = \"local\" }\n",
-        "[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = \"interpolation\", n = 2 }\n",
-        "[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = \"coarse-mesh\", deck = \"strips.inp\" }\n",
-        "[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = \"coarse-mesh\", deck = \"strips.bdf\" }\n",
-        "[reduction]\nmethod = \"gap-modes\"\nf_max = 6000\n",
-        "[reduction]\nmethod = \"massless-boundary\"\nf_max = 6000\n",
+        '[reduction]\nf_max = 6000\nsubstructures = ["HALF"]\n',
+        '[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = "characteristic", n = 12 }\n',
+        '[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = "characteristic", n = 12, level = "local" }\n',
+        '[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = "interpolation", n = 2 }\n',
+        '[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = "coarse-mesh", deck = "strips.inp" }\n',
+        '[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = "coarse-mesh", deck = "strips.bdf" }\n',
+        '[reduction]\nmethod = "gap-modes"\nf_max = 6000\n',
+        '[reduction]\nmethod = "massless-boundary"\nf_max = 6000\n',
     ],
-)  # fmt: skip
+)
 def test_modes_and_motion_agree_with_the_unreduced_model(reduction, tmp_path):
     """f_max is 100 x the excitation: what is left is interface error, a per cent or two at most."""
     (tmp_path / "strips.bdf").write_text(strips(extra='$HMSET 1 1 "ROOT_UPPER"'), encoding="utf-8")

@@ -19,7 +19,9 @@ def quiet(stage: str, done: int, total: int) -> None:
 
 
 def test_a_structure_that_only_contact_holds_has_none(tmp_path):
-    text = STUDY.replace('node_set = "ROOT_UPPER"', 'node_set = "PAIRS"').replace('kind = "displacement"', 'kind = "force"')
+    text = STUDY.replace('node_set = "ROOT_UPPER"', 'node_set = "PAIRS"').replace(
+        'kind = "displacement"', 'kind = "force"'
+    )
     deck = two_strips().replace("ROOT_UPPER, 1, 2", "ROOT_UPPER, 1, 3")
     path = write_strips(tmp_path, deck, text.replace("f_max = 3000", 'method = "gap-modes"'))
     setup = set_up(read_study(path))

@@ -109,8 +109,18 @@ def test_slips_energies_and_residual_are_told(rubbed):
         assert run["worst_residual"] == 3e-12
         assert len(run["slip_events"]) == 20  # 800 steps, a slip in every 40
         e = run["slip_events"][0]
-        assert {"contact", "channel", "node", "t_start", "t_end", "slip_length", "speed_peak", "friction_work", "rate",
-                "slips"} <= set(e)  # fmt: skip
+        assert {
+            "contact",
+            "channel",
+            "node",
+            "t_start",
+            "t_end",
+            "slip_length",
+            "speed_peak",
+            "friction_work",
+            "rate",
+            "slips",
+        } <= set(e)
         assert e["slip_length"] == pytest.approx(2 * 5e-4 * 5.0)
         assert run["squeak_rate"]["tip"] == pytest.approx(50.0, rel=0.11)
 
@@ -132,7 +142,9 @@ def test_output_means_keep_the_impulse(rubbed, written):
         assert group["friction_force"].shape == (h.time.size // EVERY + 1, f, 2)
         for name, full in (("friction_force", h.tangential), ("slip_speed", h.sliding)):
             np.testing.assert_allclose(
-                trapezoid(file, f"runs/reduced/{name}").reshape(-1), integrate.trapezoid(full, h.time, axis=0), rtol=1e-10
+                trapezoid(file, f"runs/reduced/{name}").reshape(-1),
+                integrate.trapezoid(full, h.time, axis=0),
+                rtol=1e-10,
             )
 
 
@@ -172,9 +184,13 @@ def test_uneven_steps_keep_output_and_impulse(plain, tmp_path):
     keep = np.flatnonzero(near | (np.arange(h.time.size) % EVERY == 0))
     assert keep.size < 0.9 * h.time.size
     thin = replace(
-        h, time=h.time[keep], gap=h.gap[keep], force=h.force[keep], energy=h.energy[keep],
+        h,
+        time=h.time[keep],
+        gap=h.gap[keep],
+        force=h.force[keep],
+        energy=h.energy[keep],
         output_index=np.flatnonzero(keep % EVERY == 0),
-    )  # fmt: skip
+    )
     result = replace(plain, runs={"reduced": replace(run, history=thin)}, events=None)
     summary = summarise(result)
     assert summary["runs"]["reduced"]["impulse_total"] == pytest.approx(

@@ -22,7 +22,9 @@ def cases_of(folder: Path, text: str, out: str = "out") -> list[Case]:
 
 
 def test_grid_cases_and_seeds_are_combined(tmp_path):
-    cases = cases_of(tmp_path, """seeds = [1, 2]
+    cases = cases_of(
+        tmp_path,
+        """seeds = [1, 2]
 [grid]
 "reduction.f_max" = [300.0, 1500]
 "excitation.root.signal.amplitude" = [0.01, 0.02]
@@ -31,31 +33,43 @@ name = "D40"
 changes = { "reduction.keep_out" = 40 }
 [[case]]
 changes = { "contact.tip.friction" = 0.5 }
-""")  # fmt: skip
+""",
+    )
     names = [c.name for c in cases]
     assert len(set(names)) == len(names) == 2 * 2 * 2 * 2
     assert names[0] == "D40,f_max=300,amplitude=0.01,seed=1"
     assert names[-1] == "friction=0.5,f_max=1500,amplitude=0.02,seed=2"
     assert cases[0].changes == {
-        "reduction.f_max": 300.0, "excitation.root.signal.amplitude": 0.01, "reduction.keep_out": 40.0,
+        "reduction.f_max": 300.0,
+        "excitation.root.signal.amplitude": 0.01,
+        "reduction.keep_out": 40.0,
         "contact.tip.friction": 0.0,
-    }  # fmt: skip
+    }
     assert [c.seed for c in cases[:2]] == [1, 2]
     assert len({c.id for c in cases}) == len(cases)
 
 
 def test_keys_are_shortened_as_far_as_they_stay_apart():
     assert short_keys(["reduction.f_max", "verification.f_max", "time.step"]) == {
-        "reduction.f_max": "reduction.f_max", "verification.f_max": "verification.f_max", "time.step": "step",
-    }  # fmt: skip
+        "reduction.f_max": "reduction.f_max",
+        "verification.f_max": "verification.f_max",
+        "time.step": "step",
+    }
     assert short_keys(["excitation.root.signal.seed"]) == {"excitation.root.signal.seed": "signal.seed"}
 
 
 @pytest.mark.parametrize(
     ("value", "words"),
-    [(0.1, "0.1"), (1e-5, "1e-05"), (123456.789, "123456.789"), (True, "true"), ("auto", "auto"),
-     ({"type": "spacing", "n": 2}, "spacing+2"), ([1, 2.5], "1+2.5")],
-)  # fmt: skip
+    [
+        (0.1, "0.1"),
+        (1e-5, "1e-05"),
+        (123456.789, "123456.789"),
+        (True, "true"),
+        ("auto", "auto"),
+        ({"type": "spacing", "n": 2}, "spacing+2"),
+        ([1, 2.5], "1+2.5"),
+    ],
+)
 def test_values_in_words(value, words):
     assert value_words(value) == words
 
@@ -88,7 +102,10 @@ def test_seeds_reach_every_multisine():
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ('[grid]\n"reduction.f_mx" = [3000]', ["sweep.toml:3", "case f_mx=3000", "unknown key", "Did you mean 'f_max'?"]),
+        (
+            '[grid]\n"reduction.f_mx" = [3000]',
+            ["sweep.toml:3", "case f_mx=3000", "unknown key", "Did you mean 'f_max'?"],
+        ),
         ('[grid]\n"reduction.f_max" = [3000, -1]', ["sweep.toml:3", "case f_max=-1", "greater than 0"]),
         ('[grid]\n"time.step" = [1e-4]\n"contact.tp.friction" = [0.1]', ["sweep.toml:4", "no [contact.tp]", "'tip'"]),
         ('[grid]\n"title.x" = [1]', ["sweep.toml:3", "title is not a table"]),
@@ -96,7 +113,7 @@ def test_seeds_reach_every_multisine():
         ('[grid]\n"model.deck" = ["strips.inp", "none.inp"]', ["none.inp"]),
         ('[grid]\n"excitation.root.signal.type" = ["sine"]', ["sweep.toml:3", "case type=sine"]),
     ],
-)  # fmt: skip
+)
 def test_wrong_changes_are_explained_before_anything_runs(tmp_path, text, words):
     with pytest.raises(InputError) as error:
         cases_of(tmp_path, text)
@@ -115,7 +132,7 @@ def test_seeds_without_a_multisine_are_an_error(tmp_path):
 
 def test_studies_of_cases_read_back_from_the_folder_of_the_sweep(tmp_path):
     out = tmp_path / "deep" / "out"
-    (case,) = cases_of(tmp_path, 'seeds = [9]', "deep/out")
+    (case,) = cases_of(tmp_path, "seeds = [9]", "deep/out")
     out.mkdir(parents=True)
     (out / "case.toml").write_text(case.text)
     study = read_study(out / "case.toml")
@@ -135,7 +152,9 @@ def test_an_identity_is_that_of_content(tmp_path):
     first = ids(a)
     assert ids(b) == first  # another place
     study = b / "study.toml"
-    study.write_text(study.read_text().replace("Two strips", "Another title") + "\n[reduction.interface]\ntype = 'full'\n")
+    study.write_text(
+        study.read_text().replace("Two strips", "Another title") + "\n[reduction.interface]\ntype = 'full'\n"
+    )
     assert ids(b) == first  # another title, a default spelled out
     study.write_text(study.read_text().replace("merge", "") + "\n[precheck]\nmargin = 0.4\n")
     assert ids(b)[0] != first[0]
@@ -164,11 +183,14 @@ def test_an_identity_covers_included_files_and_tables(name, tmp_path):
 
 
 def test_cases_that_differ_in_the_reduction_alone_share_their_reference(tmp_path):
-    cases = cases_of(tmp_path, """[grid]
+    cases = cases_of(
+        tmp_path,
+        """[grid]
 "excitation.root.signal.amplitude" = [0.04, 0.05]
 "reduction.f_max" = [2000, 3000]
 "reference.run" = [true, false]
-""")  # fmt: skip
+""",
+    )
     keys = [c.reference_key for c in cases]
     assert keys[1::2] == [None] * 4
     assert keys[0] == keys[2] != keys[4] == keys[6]

@@ -29,6 +29,7 @@ def model(tmp_path):
 
 def in_metres(text: str) -> str:
     """The strips' nodes and thicknesses divided by 1000."""
+
     def scaled(match):
         x = [float(v) / 1000.0 for v in match[2].split(",")]
         return match[1] + ", ".join(f"{v:.9g}" for v in x)
@@ -55,9 +56,13 @@ def test_steel_strips_in_millimetres_and_tonnes_are_plausible(model):
         ((("210000., 0.3", "210., 0.3"), ("7.85e-9", "7.85e-6")), "mm-t-s", ["is in mm-kg-ms", "convert the deck"]),
         ((("210000., 0.3", "3.05e7, 0.3"), ("7.85e-9", "7.35e-4")), "mm-t-s", ["is in in-lbf-s", "convert"]),
         ((("210000., 0.3", "0.21, 0.3"),), "mm-t-s", ["would carry sound at 5.17 m/s"]),
-        ((("STEEL\n1.0,", "STEEL\n0.001,"), ("STEEL\n1.5,", "STEEL\n0.0015,")), "mm-t-s", ["shells are 0.001 mm thick"]),
+        (
+            (("STEEL\n1.0,", "STEEL\n0.001,"), ("STEEL\n1.5,", "STEEL\n0.0015,")),
+            "mm-t-s",
+            ["shells are 0.001 mm thick"],
+        ),
     ],
-)  # fmt: skip
+)
 def test_materials_and_thickness(model, changes, units, words):
     found = unit_warnings(model(*changes), units)
     assert len(found) == 1
@@ -115,7 +120,7 @@ def test_odd_helpers_are_not_judged(model):
         ("ROOT_UPPER, 1, 3\n", ["about y"]),
         ("1, 1, 3\n", ["about x", "about y", "about z"]),
     ],
-)  # fmt: skip
+)
 def test_free_motions_have_names(model, held, motions):
     found = model(("ROOT_UPPER, 1, 2\nROOT_UPPER, 4, 6\n", held))
     assert free_motions(found, Driven({}), "UPPER") == motions

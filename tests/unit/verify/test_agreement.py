@@ -16,7 +16,9 @@ def event(t: float, force: float = 1.0, impulse: float = 1.0) -> Event:
 
 
 def test_precision_and_recall(measured):
-    match = match_events([event(t) for t in (1.0, 2.0, 3.0, 4.0)], [event(1.001), event(2.002), event(5.0)], 0.01, (0, 9))
+    match = match_events(
+        [event(t) for t in (1.0, 2.0, 3.0, 4.0)], [event(1.001), event(2.002), event(5.0)], 0.01, (0, 9)
+    )
     assert match.precision == pytest.approx(2 / 3)
     assert match.recall == pytest.approx(0.5)
     measured("verdicts", "precision of matched events", match.precision, 2 / 3, rel=1e-6, source="by hand")
@@ -37,7 +39,15 @@ def test_errors_of_each_event_and_of_the_mean(measured):
     assert match.time_error.mean == pytest.approx(0.003)
     assert match.time_error.percentile_95 == pytest.approx(0.0039)  # linear between .002 and .004
     measured("verdicts", "events: mean force error", match.force_error.mean, 0.1, rel=1e-6, source="by hand")
-    measured("verdicts", "events: time error, 95th percentile", match.time_error.percentile_95, 0.0039, rel=1e-6, unit="s", source="by hand")
+    measured(
+        "verdicts",
+        "events: time error, 95th percentile",
+        match.time_error.percentile_95,
+        0.0039,
+        rel=1e-6,
+        unit="s",
+        source="by hand",
+    )
 
 
 def test_no_events_no_figures():
@@ -55,7 +65,14 @@ def test_distance_is_that_of_kolmogorov_and_smirnov(measured):
     found = ks_distance(a, b)
     assert found is not None
     assert found.value == pytest.approx(ks_2samp(a, b).statistic)
-    measured("verdicts", "distance of two distributions", found.value, ks_2samp(a, b).statistic, rel=1e-6, source="Kolmogorov, Smirnov; SciPy")
+    measured(
+        "verdicts",
+        "distance of two distributions",
+        found.value,
+        ks_2samp(a, b).statistic,
+        rel=1e-6,
+        source="Kolmogorov, Smirnov; SciPy",
+    )
     assert ks_distance(a, a).value == 0.0
     assert ks_distance(a, a + 100.0).value == 1.0
     assert ks_distance(a, np.zeros(0)) is None
@@ -66,7 +83,9 @@ def test_critical_distance_is_passed_by_one_pair_of_samples_in_twenty(measured):
     beyond = sum(not ks_distance(*rng.exponential(1.0, (2, 150))).alike for _ in range(600))
     # 5 % of 600 are 30, standard deviation 5.3; the asymptotic bound errs to the safe side (fewer).
     assert 10 <= beyond <= 46
-    measured("verdicts", "like samples called different, of 600", beyond, 30.0, between=(10.0, 46.0), source="5 %, binomial")
+    measured(
+        "verdicts", "like samples called different, of 600", beyond, 30.0, between=(10.0, 46.0), source="5 %, binomial"
+    )
 
 
 def test_statistics_of_two_runs_in_a_window():

@@ -21,9 +21,16 @@ V, HALF, DEPTH, K, START = 3.0, 0.01, 0.1, 1e3, 0.1004
 def history_of(time: np.ndarray, gap: np.ndarray, force: np.ndarray) -> History:
     gap, force = (np.asarray(a, dtype=float).reshape(time.size, -1) for a in (gap, force))
     return History(
-        time, gap, force, np.zeros_like(gap), np.arange(time.size), np.zeros((time.size, 0)),
-        np.zeros((time.size, len(ENERGIES))), 0, 0.0,
-    )  # fmt: skip
+        time,
+        gap,
+        force,
+        np.zeros_like(gap),
+        np.arange(time.size),
+        np.zeros((time.size, 0)),
+        np.zeros((time.size, len(ENERGIES))),
+        0,
+        0.0,
+    )
 
 
 def stop(m: int = 1, stiffness: float = K):
@@ -52,7 +59,7 @@ def test_uneven_steps_give_the_event_of_even_ones(measured):
     assert uneven.size < even.size / 9
     found = [
         find_events(history_of(t, dip(t), K * np.maximum(0.0, -dip(t))), stop(), 0.0, 200.0)[0] for t in (even, uneven)
-    ]  # fmt: skip
+    ]
     for name in ("t_start", "t_peak", "t_end", "force_peak", "impulse", "closing_speed"):
         assert getattr(found[1], name) == pytest.approx(getattr(found[0], name), rel=1e-9)
     # Coarse steps outside carry no force, so the filter sees the same; its grid is shifted by less than a cell.
@@ -62,7 +69,15 @@ def test_uneven_steps_give_the_event_of_even_ones(measured):
     assert found[1].step == pytest.approx(5e-5)
     # Trapezoidal rule of a half sine of n = 400 steps: 1 - (pi / n)^2 / 12.
     assert found[1].impulse == pytest.approx(K * DEPTH * 4 * HALF / np.pi, rel=2e-5)
-    measured("verdicts", "event of uneven steps: impulse", found[1].impulse, K * DEPTH * 4 * HALF / np.pi, rel=2e-5, unit="N s", source="closed form")
+    measured(
+        "verdicts",
+        "event of uneven steps: impulse",
+        found[1].impulse,
+        K * DEPTH * 4 * HALF / np.pi,
+        rel=2e-5,
+        unit="N s",
+        source="closed form",
+    )
 
 
 def test_low_passed_click_does_not_depend_on_the_axis():
@@ -116,8 +131,24 @@ def test_exact_contact_is_located_inside_the_step(offset, measured):
     assert event.t_start == pytest.approx(closes, abs=1e-9)
     assert event.t_end == pytest.approx(opens, abs=1e-9)
     assert event.closing_speed == pytest.approx(V, rel=1e-9)
-    measured("verdicts", "exact contact inside a step: onset", event.t_start, closes, abs=1e-9, unit="s", source="closed form")
-    measured("verdicts", "exact contact inside a step: closing speed", event.closing_speed, V, rel=1e-9, unit="m/s", source="closed form")
+    measured(
+        "verdicts",
+        "exact contact inside a step: onset",
+        event.t_start,
+        closes,
+        abs=1e-9,
+        unit="s",
+        source="closed form",
+    )
+    measured(
+        "verdicts",
+        "exact contact inside a step: closing speed",
+        event.closing_speed,
+        V,
+        rel=1e-9,
+        unit="m/s",
+        source="closed form",
+    )
 
 
 def test_closing_speed_is_exact_for_a_falling_body():
@@ -164,7 +195,15 @@ def test_impulse_is_the_change_of_momentum_to_round_off(alpha, measured):
     event = find_events(history, gaps, 0.0, 1e9)[0]
     after = (history.displacement[-1, 0] - history.displacement[-2, 0]) / h
     assert event.impulse == pytest.approx(m * (after + v), rel=1e-10)
-    measured("verdicts", "impulse of an event", event.impulse, m * (after + v), rel=1e-10, unit="N s", source="change of momentum")
+    measured(
+        "verdicts",
+        "impulse of an event",
+        event.impulse,
+        m * (after + v),
+        rel=1e-10,
+        unit="N s",
+        source="change of momentum",
+    )
     assert after > 0.5 * v
 
 

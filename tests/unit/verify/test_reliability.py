@@ -14,7 +14,9 @@ TAKEN = 0.5 * 50.0 * 0.1**2
 """mJ: a spring of 50 N/mm pressed in by 0.1 mm."""
 
 
-def bounce(share: float, work: float = 1e4, scheme: float | None = None, held: float = 0.0, lost: float = 0.0) -> History:
+def bounce(
+    share: float, work: float = 1e4, scheme: float | None = None, held: float = 0.0, lost: float = 0.0
+) -> History:
     """Ten steps into the spring and ten out of it with a force larger by `share`, in a run with `work` mJ from outside.
 
     Parameters

@@ -36,9 +36,18 @@ def history_of(time: np.ndarray, speed: np.ndarray, tau: np.ndarray | None = Non
     sliding[:, ::2] = speed
     tangential[:, ::2] = -KINETIC * force * np.sign(speed) if tau is None else tau
     return History(
-        time, np.zeros((time.size, m)), force, np.zeros((time.size, m)), np.arange(time.size),
-        np.zeros((time.size, 0)), np.zeros((time.size, len(ENERGIES))), 0, 0.0, tangential=tangential, sliding=sliding,
-    )  # fmt: skip
+        time,
+        np.zeros((time.size, m)),
+        force,
+        np.zeros((time.size, m)),
+        np.arange(time.size),
+        np.zeros((time.size, 0)),
+        np.zeros((time.size, len(ENERGIES))),
+        0,
+        0.0,
+        tangential=tangential,
+        sliding=sliding,
+    )
 
 
 def belt_speed(time: np.ndarray) -> np.ndarray:
@@ -79,9 +88,33 @@ def test_squeak_of_a_mass_on_a_belt(uneven, measured):
     chain = find_slips(history, gaps, 0.05)
     assert len(chain) == 1
     assert chain[0].rate == pytest.approx(12.3932817, rel=1e-5)
-    measured("friction", "squeak of a block on a belt: rate", chain[0].rate, 12.3932817, rel=1e-5, unit="Hz", source="closed form")
-    measured("friction", "squeak of a block on a belt: belt per cycle", events[0].slip_length, 0.80688788e-3, rel=1e-4, unit="m", source="closed form")
-    measured("friction", "squeak of a block on a belt: end of the first slip", events[0].t_end, STICK + duration(), abs=0.02 * H, unit="s", source="closed form")
+    measured(
+        "friction",
+        "squeak of a block on a belt: rate",
+        chain[0].rate,
+        12.3932817,
+        rel=1e-5,
+        unit="Hz",
+        source="closed form",
+    )
+    measured(
+        "friction",
+        "squeak of a block on a belt: belt per cycle",
+        events[0].slip_length,
+        0.80688788e-3,
+        rel=1e-4,
+        unit="m",
+        source="closed form",
+    )
+    measured(
+        "friction",
+        "squeak of a block on a belt: end of the first slip",
+        events[0].t_end,
+        STICK + duration(),
+        abs=0.02 * H,
+        unit="s",
+        source="closed form",
+    )
     assert chain[0].slip_length == pytest.approx(9 * 0.80688788e-3, rel=1e-4)
     # Windows of whole periods hold whole numbers of slips.
     assert squeak_rates(chain, (0.0, 4 * (STICK + duration())))["stop"] == pytest.approx(12.3932817, rel=1e-7)
@@ -156,10 +189,12 @@ def test_squeak_is_found_in_a_computed_run():
     time = h * np.arange(4001)
     gaps = channels([[0.0, 1.0]], -NORMAL / 1e6, 1e6)
     gaps = replace(
-        gaps, tangents=(channels([[1.0, 0.0]], 0.0, 0.0).G, channels([[0.0, 0.0]], 0.0, 0.0).G),
-        friction=Friction(np.array([STATIC]), np.array([KINETIC]), np.zeros(1)), preload=np.array([NORMAL]),
-    )  # fmt: skip
-    pull = np.column_stack([-OMEGA**2 * BELT * time, np.zeros(time.size)])
+        gaps,
+        tangents=(channels([[1.0, 0.0]], 0.0, 0.0).G, channels([[0.0, 0.0]], 0.0, 0.0).G),
+        friction=Friction(np.array([STATIC]), np.array([KINETIC]), np.zeros(1)),
+        preload=np.array([NORMAL]),
+    )
+    pull = np.column_stack([-(OMEGA**2) * BELT * time, np.zeros(time.size)])
     loads = Loads(time, np.zeros((3, time.size, 0)), pull, (np.array([0]), np.array([1])))
     history = simulate(system_of(np.eye(2), OMEGA**2 * np.eye(2)), gaps, loads, HHT(), observed=np.arange(2))
     events = find_slips(history, gaps, 0.005)

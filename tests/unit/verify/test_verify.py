@@ -21,7 +21,14 @@ def test_mac_of_a_tilted_shape_is_the_squared_cosine(measured):
     angle = 0.3
     a, b = np.array([[1.0], [0.0]]), np.array([[np.cos(angle)], [np.sin(angle)]])
     assert mac_matrix(a, b)[0, 0] == pytest.approx(np.cos(angle) ** 2)
-    measured("verdicts", "MAC of a shape tilted by .3 rad", mac_matrix(a, b)[0, 0], np.cos(angle) ** 2, rel=1e-6, source="by hand")
+    measured(
+        "verdicts",
+        "MAC of a shape tilted by .3 rad",
+        mac_matrix(a, b)[0, 0],
+        np.cos(angle) ** 2,
+        rel=1e-6,
+        source="by hand",
+    )
     assert mac_matrix(a, np.zeros((2, 1)))[0, 0] == 0.0
 
 
@@ -112,9 +119,16 @@ def history(gap: np.ndarray, stiffness: float = 1e3) -> History:
     n = gap.shape[0]
     force = stiffness * np.maximum(0.0, -gap)
     return History(
-        H * np.arange(n), gap, force, np.zeros_like(gap), np.arange(n), np.zeros((n, 0)), np.zeros((n, len(ENERGIES))),
-        int((force > 0).any(axis=1).sum()), 0.0,
-    )  # fmt: skip
+        H * np.arange(n),
+        gap,
+        force,
+        np.zeros_like(gap),
+        np.arange(n),
+        np.zeros((n, 0)),
+        np.zeros((n, len(ENERGIES))),
+        int((force > 0).any(axis=1).sum()),
+        0.0,
+    )
 
 
 def operator(m: int, groups: tuple[str, ...] | None = None):
@@ -145,8 +159,24 @@ def test_one_contact_gives_onset_release_peak_and_impulse(measured):
     assert e.force_peak == pytest.approx(k * depth, rel=(np.pi * H / (4 * half)) ** 2)
     assert e.impulse == pytest.approx(k * depth * 2 * (2 * half) / np.pi, rel=0.01)  # trapezoid, (pi/20)^2/12
     measured("verdicts", "event of a half sine: onset", e.t_start, start, abs=0.02 * H, unit="s", source="closed form")
-    measured("verdicts", "event of a half sine: peak force", e.force_peak, k * depth, rel=(np.pi * H / (4 * half)) ** 2, unit="N", source="closed form")
-    measured("verdicts", "event of a half sine: impulse", e.impulse, k * depth * 2 * (2 * half) / np.pi, rel=0.01, unit="N s", source="closed form")
+    measured(
+        "verdicts",
+        "event of a half sine: peak force",
+        e.force_peak,
+        k * depth,
+        rel=(np.pi * H / (4 * half)) ** 2,
+        unit="N",
+        source="closed form",
+    )
+    measured(
+        "verdicts",
+        "event of a half sine: impulse",
+        e.impulse,
+        k * depth * 2 * (2 * half) / np.pi,
+        rel=0.01,
+        unit="N s",
+        source="closed form",
+    )
     # The gap closes with depth pi / (2 half); the difference over a step before contact.
     assert e.closing_speed == pytest.approx(depth * np.pi / (2 * half), rel=0.06)
     assert e.contacts == 1

@@ -48,8 +48,9 @@ def with_added_mass(
             raise InputError(
                 f"*NONSTRUCTURAL MASS, UNITS={units} on {rows.size} structural elements",
                 expected=f"UNITS={', '.join(UNITS)}, a set with shells, beams or solids and a value",
-                where=block.where, fix="Correct the keyword.",
-            )  # fmt: skip
+                where=block.where,
+                fix="Correct the keyword.",
+            )
         value = positive(lines[0][0][0], lines[0][1], "nonstructural mass")
         assigned = _added(block, units, value, rows, elements, assigned, coords)
     return assigned
@@ -97,9 +98,11 @@ def denser(section: Section, more: float) -> Section:
     if isinstance(section, GeneralShell):
         factor = 1.0 + more * section.thickness / section.mass
         return replace(
-            section, mass=factor * section.mass, first_moment=factor * section.first_moment,
+            section,
+            mass=factor * section.mass,
+            first_moment=factor * section.first_moment,
             rotary_inertia=factor * section.rotary_inertia,
-        )  # fmt: skip
+        )
     if isinstance(section, SolidSection):
         return replace(section, material=replace(section.material, density=section.material.density + more))
     if isinstance(section, ShellSection | BeamSection | TrussSection):
@@ -117,9 +120,10 @@ def _per_volume(block: Block, units: str, section: Section) -> float:
         return section.area
     raise InputError(
         f"*NONSTRUCTURAL MASS, UNITS={units} on elements that have none of it",
-        expected="mass per area on shells, per length on beams and trusses", where=block.where,
+        expected="mass per area on shells, per length on beams and trusses",
+        where=block.where,
         fix="Name a set of one kind of element.",
-    )  # fmt: skip
+    )
 
 
 def _volumes(rows: IntArray, elements: Elements, assigned: Assigned, coords: FloatArray) -> FloatArray:

@@ -30,9 +30,7 @@ def read_amplitudes(deck: Outline, blocks: Iterable[Block]) -> dict[str, Amplitu
     for block in blocks:
         name = block.need("NAME").upper()
         if name in result:
-            raise InputError(
-                f"amplitude {name!r} is defined twice", where=block.where, fix="Rename one of them."
-            )
+            raise InputError(f"amplitude {name!r} is defined twice", where=block.where, fix="Rename one of them.")
         list_params(deck, block, _PARAMS)
         result[name] = _amplitude(block, name)
     return result
@@ -54,29 +52,33 @@ def _amplitude(block: Block, name: str) -> Amplitude:
     kind = block.option("DEFINITION", "TABULAR")
     if kind not in KINDS:
         raise InputError(
-            f"amplitude {name!r} has DEFINITION={kind}", expected=", ".join(KINDS), where=block.where,
+            f"amplitude {name!r} has DEFINITION={kind}",
+            expected=", ".join(KINDS),
+            where=block.where,
             fix=suggest(kind, KINDS),
-        )  # fmt: skip
+        )
     if block.option("TIME", "STEP TIME") not in ("STEP TIME", "TOTAL TIME"):
         raise InputError(
-            f"amplitude {name!r} has TIME={block.get('TIME')}", expected="STEP TIME or TOTAL TIME",
-            where=block.where, fix="Correct it.",
-        )  # fmt: skip
+            f"amplitude {name!r} has TIME={block.get('TIME')}",
+            expected="STEP TIME or TOTAL TIME",
+            where=block.where,
+            fix="Correct it.",
+        )
     value = block.option("VALUE", "RELATIVE")
     if value not in ("RELATIVE", "ABSOLUTE"):
         raise InputError(
-            f"amplitude {name!r} has VALUE={value}", expected="RELATIVE or ABSOLUTE", where=block.where,
+            f"amplitude {name!r} has VALUE={value}",
+            expected="RELATIVE or ABSOLUTE",
+            where=block.where,
             fix="Correct it.",
-        )  # fmt: skip
+        )
     absolute = value == "ABSOLUTE"
     if kind == "PERIODIC":
         return _periodic(block, name, absolute)
     points = _equally_spaced(block, name) if kind == "EQUALLY SPACED" else _points(block, name)
     smooth = kind == "SMOOTH STEP"
     if smooth and points.shape[0] < 2:
-        raise InputError(
-            f"amplitude {name!r} has one point", expected="two or more", where=block.where, fix="Add one."
-        )
+        raise InputError(f"amplitude {name!r} has one point", expected="two or more", where=block.where, fix="Add one.")
     label = "smooth step" if smooth else "tabular"
     return Amplitude(name, label, points, _rounding(block, name), absolute, where=block.where)
 
@@ -98,16 +100,20 @@ def _points(block: Block, name: str) -> FloatArray:
     for fields, where in block.rows():
         if len(fields) % 2:
             raise InputError(
-                f"amplitude {name!r}: a line with {len(fields)} numbers", expected="pairs of time and value",
-                where=where, fix="Complete the line.",
-            )  # fmt: skip
+                f"amplitude {name!r}: a line with {len(fields)} numbers",
+                expected="pairs of time and value",
+                where=where,
+                fix="Complete the line.",
+            )
         row = [to_float(f, where, f"amplitude {name!r}: number") for f in fields]
         for time in row[::2]:
             if time <= point:
                 raise InputError(
-                    f"amplitude {name!r}: time {time:g} follows {point:g}", expected="times that increase",
-                    where=where, fix="Sort the points, drop doubles.",
-                )  # fmt: skip
+                    f"amplitude {name!r}: time {time:g} follows {point:g}",
+                    expected="times that increase",
+                    where=where,
+                    fix="Sort the points, drop doubles.",
+                )
             point = time
         numbers += row
         last = where
@@ -130,9 +136,11 @@ def _periodic(block: Block, name: str, absolute: bool) -> Amplitude:
     rows = list(block.rows())
     if not rows:
         raise InputError(
-            f"amplitude {name!r} has no data", expected="N, circular frequency, start, A0", where=block.where,
+            f"amplitude {name!r} has no data",
+            expected="N, circular frequency, start, A0",
+            where=block.where,
             fix="Add the line, and the coefficients A1, B1, A2, B2, ... after it.",
-        )  # fmt: skip
+        )
     fields, where = rows[0]
     padded = [*fields, "", "", "", ""][:4]
     count = to_int(padded[0], where, "number of terms")
@@ -142,10 +150,19 @@ def _periodic(block: Block, name: str, absolute: bool) -> Amplitude:
     if count < 1 or len(numbers) not in (2 * count, 2 * count - 1):
         raise InputError(
             f"amplitude {name!r} has {len(numbers)} coefficients for {count} term(s)",
-            expected=f"{2 * max(count, 1)}: A1, B1, A2, B2, ...", where=where, fix="Complete them.",
-        )  # fmt: skip
+            expected=f"{2 * max(count, 1)}: A1, B1, A2, B2, ...",
+            where=where,
+            fix="Complete them.",
+        )
     numbers = [*numbers, 0.0][: 2 * count]
     return Amplitude(
-        name, "periodic", absolute=absolute, frequency=omega / (2.0 * math.pi), start=start, mean=mean,
-        cosine=tuple(numbers[::2]), sine=tuple(numbers[1::2]), where=block.where,
-    )  # fmt: skip
+        name,
+        "periodic",
+        absolute=absolute,
+        frequency=omega / (2.0 * math.pi),
+        start=start,
+        mean=mean,
+        cosine=tuple(numbers[::2]),
+        sine=tuple(numbers[1::2]),
+        where=block.where,
+    )

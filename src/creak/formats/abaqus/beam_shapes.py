@@ -71,10 +71,11 @@ def _box(size: Sequence[float]) -> Shape:
     if right + left >= a or top + bottom >= b:
         raise ValueError(f"BOX of {a:g} x {b:g} has walls that leave no hole")
     parts = [
-        (0.5 * (a - right), 0.0, right, b), (-0.5 * (a - left), 0.0, left, b),
+        (0.5 * (a - right), 0.0, right, b),
+        (-0.5 * (a - left), 0.0, left, b),
         (0.5 * (left - right), 0.5 * (b - top), a - left - right, top),
         (0.5 * (left - right), -0.5 * (b - bottom), a - left - right, bottom),
-    ]  # fmt: skip
+    ]
     w, h = a - 0.5 * (left + right), b - 0.5 * (top + bottom)
     torsion = 4.0 * (w * h) ** 2 / (h / right + h / left + w / top + w / bottom)
     return _of_rectangles(parts, torsion, 0.44)
@@ -87,8 +88,10 @@ def _i(size: Sequence[float]) -> Shape:
         raise ValueError(f"I of height {h:g} has flanges that leave no web")
     web = h - t1 - t2
     parts = [
-        (0.0, 0.5 * t1 - below, b1, t1), (0.0, h - 0.5 * t2 - below, b2, t2), (0.0, t1 + 0.5 * web - below, t3, web)
-    ]  # fmt: skip
+        (0.0, 0.5 * t1 - below, b1, t1),
+        (0.0, h - 0.5 * t2 - below, b2, t2),
+        (0.0, t1 + 0.5 * web - below, t3, web),
+    ]
     torsion = (b1 * t1**3 + b2 * t2**3 + web * t3**3) / 3.0
     low, high = t1 * b1**3, t2 * b2**3
     centre = 0.5 * t1 - below + (h - 0.5 * (t1 + t2)) * high / (low + high)

@@ -86,9 +86,22 @@ def _section(
     if angle:
         along1 = along2 = 0.5 * (along1 + along2)
     return BeamSection(
-        block.get("ELSET"), material, shape.area, i1, i2, shape.torsion, _axis1(scope, rows), shape.radius,
-        along1, along2, angle, shape.centroid, shape.shear_centre, profile=given[0], dimensions=given[1],
-    )  # fmt: skip
+        block.get("ELSET"),
+        material,
+        shape.area,
+        i1,
+        i2,
+        shape.torsion,
+        _axis1(scope, rows),
+        shape.radius,
+        along1,
+        along2,
+        angle,
+        shape.centroid,
+        shape.shear_centre,
+        profile=given[0],
+        dimensions=given[1],
+    )
 
 
 def principal(i11: float, i22: float, i12: float) -> tuple[float, float, float]:

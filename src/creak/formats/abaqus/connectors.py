@@ -103,8 +103,10 @@ def read_connectors(
         if other:
             raise InputError(
                 f"*CONNECTOR SECTION, ELSET={block.get('ELSET')} holds an element of type {other[0]}",
-                expected="CONN3D2", where=block.where, fix="Leave it out of the set.",
-            )  # fmt: skip
+                expected="CONN3D2",
+                where=block.where,
+                fix="Leave it out of the set.",
+            )
         section, joints = _section(deck, scope, block, rows, elements, behaviours, orientations, coords)
         made.append(section)
         rigid += joints
@@ -124,15 +126,19 @@ def _section(
     lines = list(block.rows(blanks=True))
     if not lines or not lines[0][0]:
         raise InputError(
-            "*CONNECTOR SECTION names no connection type", expected="BUSHING, CARTESIAN, CARDAN, BEAM, ...",
-            where=block.where, fix="Name it on the data line.",
-        )  # fmt: skip
+            "*CONNECTOR SECTION names no connection type",
+            expected="BUSHING, CARTESIAN, CARDAN, BEAM, ...",
+            where=block.where,
+            fix="Name it on the data line.",
+        )
     translation, rotation = _kinds(*lines[0])
     if translation == "AXIAL" and rotation:
         raise InputError(
-            f"connector {block.get('ELSET')!r} combines AXIAL with {rotation}", where=lines[0][1],
-            expected="AXIAL alone", fix="Make two connectors of it.",
-        )  # fmt: skip
+            f"connector {block.get('ELSET')!r} combines AXIAL with {rotation}",
+            where=lines[0][1],
+            expected="AXIAL alone",
+            fix="Make two connectors of it.",
+        )
     nodes = elements.nodes_idx[rows, :2]
     axes = _axes(deck, scope, block, lines[1:], orientations, coords[nodes[:, 0]])
     behaviour = _behaviour(block, behaviours)
@@ -204,9 +210,11 @@ def _kinds(fields: list[str], where: str) -> tuple[str, str]:
         known = [*ASSEMBLED, *TRANSLATIONAL, *ROTATIONAL]
         unknown = next((w for w in words if w not in known), ", ".join(words))
         raise InputError(
-            f"connection type {unknown!r} is not supported", where=where,
-            expected=f"one of {', '.join(known)}, or one of each kind", fix=suggest(unknown, known),
-        )  # fmt: skip
+            f"connection type {unknown!r} is not supported",
+            where=where,
+            expected=f"one of {', '.join(known)}, or one of each kind",
+            fix=suggest(unknown, known),
+        )
     return (translation or [""])[0], (rotation or [""])[0]
 
 
@@ -273,8 +281,10 @@ def _slope(rows: list[tuple[list[str], str]], option: Block) -> float:
     force, at = points[:, 0], points[:, 1]
     if len(points) < 2 or (np.diff(at) <= 0.0).any():
         raise InputError(
-            f"*{option.name}, NONLINEAR is no curve", expected="two lines or more, displacements ascending",
-            where=option.where, fix="Correct the lines.",
-        )  # fmt: skip
+            f"*{option.name}, NONLINEAR is no curve",
+            expected="two lines or more, displacements ascending",
+            where=option.where,
+            fix="Correct the lines.",
+        )
     k = int(np.clip(np.searchsorted(at, 0.0, side="right") - 1, 0, len(at) - 2))
     return float((force[k + 1] - force[k]) / (at[k + 1] - at[k]))

@@ -44,9 +44,11 @@ def read_interactions(deck: Outline, blocks: Iterable[Block]) -> dict[str, Inter
         elif block.name in _RULES:
             if not name:
                 raise InputError(
-                    f"*{block.name} without *SURFACE INTERACTION", expected="*SURFACE INTERACTION before it",
-                    where=block.where, fix="Put it after its *SURFACE INTERACTION.",
-                )  # fmt: skip
+                    f"*{block.name} without *SURFACE INTERACTION",
+                    expected="*SURFACE INTERACTION before it",
+                    where=block.where,
+                    fix="Put it after its *SURFACE INTERACTION.",
+                )
             result[name] = _RULES[block.name](deck, block, result[name])
     return result
 
@@ -80,30 +82,34 @@ def _pairs(
 ) -> list[SurfacePair]:
     name = block.need("INTERACTION").upper()
     if name not in interactions:
-        raise InputError(
-            f"unknown surface interaction {name!r}", where=block.where, fix=suggest(name, interactions)
-        )
+        raise InputError(f"unknown surface interaction {name!r}", where=block.where, fix=suggest(name, interactions))
     kind = block.option("TYPE", "NODE TO SURFACE")
     if kind not in _METHODS:
         raise InputError(
-            f"*CONTACT PAIR has TYPE={kind}", expected=" or ".join(_METHODS), where=block.where,
+            f"*CONTACT PAIR has TYPE={kind}",
+            expected=" or ".join(_METHODS),
+            where=block.where,
             fix=suggest(kind, _METHODS),
-        )  # fmt: skip
+        )
     list_params(deck, block, _PAIR)
     _check_adjust(deck, block)
     result = []
     for fields, where in block.rows():
         if len(fields) < 2:
             raise InputError(
-                "*CONTACT PAIR names one surface", expected="secondary surface, main surface", where=where,
+                "*CONTACT PAIR names one surface",
+                expected="secondary surface, main surface",
+                where=where,
                 fix="Name both; creak has no self-contact.",
-            )  # fmt: skip
+            )
         secondary, main = (surface_name(deck, f, surfaces, where) for f in fields[:2])
         if secondary == main:
             raise InputError(
-                f"surface {secondary!r} touches itself", expected="two surfaces", where=where,
+                f"surface {secondary!r} touches itself",
+                expected="two surfaces",
+                where=where,
                 fix="creak has no self-contact.",
-            )  # fmt: skip
+            )
         if any(fields[2:]):
             deck.note(block, "creak does not read the orientation of a contact pair", changes=False)
         result.append(SurfacePair(secondary, main, name, _METHODS[kind], block.has("SMALL SLIDING"), where=where))
@@ -121,9 +127,11 @@ def _check_adjust(deck: Outline, block: Block) -> None:
         moves = True
     if moves:
         deck.note(
-            block, "creak does not move nodes onto the main surface; give the gap as *CLEARANCE", changes=True,
+            block,
+            "creak does not move nodes onto the main surface; give the gap as *CLEARANCE",
+            changes=True,
             what="*CONTACT PAIR, ADJUST",
-        )  # fmt: skip
+        )
 
 
 def surface_name(deck: Outline, name: str, surfaces: set[str], where: str) -> str:
@@ -153,9 +161,11 @@ def list_node_areas(deck: Outline, pairs: Iterable[SurfacePair], interactions: M
                 deck.note(block, "creak gives an edge no area", changes=True, what="*SURFACE of edges")
         elif any(len(fields) > 1 and to_float(fields[1], where, "area") != 1.0 for fields, where in block.rows()):
             deck.note(
-                block, "creak gives every node of a node surface the area 1", changes=True,
+                block,
+                "creak gives every node of a node surface the area 1",
+                changes=True,
                 what="*SURFACE, TYPE=NODE with areas",
-            )  # fmt: skip
+            )
 
 
 def _clear(
@@ -175,9 +185,11 @@ def _clear(
         chosen = [i for i, p in enumerate(pairs) if (p.secondary, p.main) == (other, main)]
     if not chosen:
         raise InputError(
-            "*CLEARANCE for a contact pair that the deck does not have", where=block.where,
-            expected="CPSET= or the surfaces of a *CONTACT PAIR", fix="Check the names.",
-        )  # fmt: skip
+            "*CLEARANCE for a contact pair that the deck does not have",
+            where=block.where,
+            expected="CPSET= or the surfaces of a *CONTACT PAIR",
+            fix="Check the names.",
+        )
     if value < 0.0:
         raise InputError(
             f"clearance of {value:g}", expected="zero or more", where=block.where, fix="creak has no press fits."
@@ -195,9 +207,11 @@ def _behavior(deck: Outline, block: Block, of: Interaction) -> Interaction:
         return replace(of, law="tabular", curve=_curve(block))
     if law != "HARD":
         raise InputError(
-            f"PRESSURE-OVERCLOSURE={law}", expected="HARD, LINEAR or TABULAR", where=block.where,
+            f"PRESSURE-OVERCLOSURE={law}",
+            expected="HARD, LINEAR or TABULAR",
+            where=block.where,
             fix="Write the law as a table of pressure and overclosure.",
-        )  # fmt: skip
+        )
     if block.has("PENALTY"):
         return _penalty(block, of)
     enforced = block.has("DIRECT") or block.has("AUGMENTED LAGRANGE")
@@ -208,9 +222,11 @@ def _linear(deck: Outline, block: Block, of: Interaction) -> Interaction:
     rows = list(block.rows())
     if not rows:
         raise InputError(
-            "PRESSURE-OVERCLOSURE=LINEAR without a stiffness", expected="a data line with pressure / length",
-            where=block.where, fix="Add it.",
-        )  # fmt: skip
+            "PRESSURE-OVERCLOSURE=LINEAR without a stiffness",
+            expected="a data line with pressure / length",
+            where=block.where,
+            fix="Add it.",
+        )
     fields, where = rows[0]
     if any(fields[1:]):
         deck.note(
@@ -224,18 +240,22 @@ def _penalty(block: Block, of: Interaction) -> Interaction:
     rows = list(block.rows())
     if block.option("PENALTY") not in ("", "LINEAR"):
         raise InputError(
-            f"PENALTY={block.get('PENALTY')}", expected="PENALTY or PENALTY=LINEAR", where=block.where,
+            f"PENALTY={block.get('PENALTY')}",
+            expected="PENALTY or PENALTY=LINEAR",
+            where=block.where,
             fix="creak's penalties are linear.",
-        )  # fmt: skip
+        )
     if not rows:
         return replace(of, law="penalty")
     fields, where = rows[0]
     stiffness, clearance, scale = floats(fields, where, "penalty", 3)
     if clearance or scale not in (0.0, 1.0):
         raise InputError(
-            f"a penalty with clearance {clearance:g} and scale factor {scale:g}", expected="0 and 1", where=where,
+            f"a penalty with clearance {clearance:g} and scale factor {scale:g}",
+            expected="0 and 1",
+            where=where,
             fix="Give the stiffness itself.",
-        )  # fmt: skip
+        )
     if not stiffness:
         return replace(of, law="penalty")
     return replace(of, law="linear", stiffness=positive(fields[0], where, "penalty stiffness"))
@@ -248,20 +268,26 @@ def _curve(block: Block) -> tuple[tuple[float, float], ...]:
         pressure, overclosure = floats(fields, where, "pressure or overclosure", 2)
         if not points and (pressure, overclosure) != (0.0, 0.0):
             raise InputError(
-                f"the pressure-overclosure table starts at {pressure:g}, {overclosure:g}", expected="0, 0",
-                where=where, fix="Let pressure begin at overclosure 0.",
-            )  # fmt: skip
+                f"the pressure-overclosure table starts at {pressure:g}, {overclosure:g}",
+                expected="0, 0",
+                where=where,
+                fix="Let pressure begin at overclosure 0.",
+            )
         if points and not (overclosure > points[-1][0] and pressure >= points[-1][1]):
             raise InputError(
                 f"the pressure-overclosure table does not rise to {pressure:g}, {overclosure:g}",
-                expected="rising overclosure and pressure", where=where, fix="Sort its lines.",
-            )  # fmt: skip
+                expected="rising overclosure and pressure",
+                where=where,
+                fix="Sort its lines.",
+            )
         points.append((overclosure, pressure))
     if len(points) < 2 or points[-1][1] <= 0.0:
         raise InputError(
-            f"the pressure-overclosure table has {len(points)} line(s)", expected="two or more, up to a pressure",
-            where=block.where, fix="Add lines: pressure, overclosure.",
-        )  # fmt: skip
+            f"the pressure-overclosure table has {len(points)} line(s)",
+            expected="two or more, up to a pressure",
+            where=block.where,
+            fix="Add lines: pressure, overclosure.",
+        )
     return tuple(points)
 
 
@@ -273,9 +299,11 @@ def _friction(deck: Outline, block: Block, of: Interaction) -> Interaction:
     fields, where = rows[0]
     if len(rows) > 1 or (not block.has("EXPONENTIAL DECAY") and any(fields[1:])):
         deck.note(
-            block, "creak reads one coefficient of friction, or three with EXPONENTIAL DECAY", changes=True,
+            block,
+            "creak reads one coefficient of friction, or three with EXPONENTIAL DECAY",
+            changes=True,
             what="*FRICTION, table",
-        )  # fmt: skip
+        )
     if not block.has("EXPONENTIAL DECAY"):
         mu = _not_negative(fields[0], where, "coefficient of friction")
         return replace(of, friction=(mu, mu, 0.0))
@@ -284,9 +312,11 @@ def _friction(deck: Outline, block: Block, of: Interaction) -> Interaction:
     static, kinetic, decay = (_not_negative(f, where, n) for f, n in zip(padded, names, strict=True))
     if kinetic > static:
         raise InputError(
-            f"the kinetic coefficient {kinetic:g} is above the static one {static:g}", where=where,
-            expected="friction that falls with the sliding speed", fix="Swap them.",
-        )  # fmt: skip
+            f"the kinetic coefficient {kinetic:g} is above the static one {static:g}",
+            where=where,
+            expected="friction that falls with the sliding speed",
+            fix="Swap them.",
+        )
     return replace(of, friction=(static, kinetic, 1.0 / decay) if decay else (static, static, 0.0))
 
 
@@ -294,15 +324,19 @@ def _damping(deck: Outline, block: Block, of: Interaction) -> Interaction:
     list_params(deck, block, "DEFINITION")
     if block.option("DEFINITION", "DAMPING COEFFICIENT") != "DAMPING COEFFICIENT":
         raise InputError(
-            f"*CONTACT DAMPING, DEFINITION={block.get('DEFINITION')}", expected="DAMPING COEFFICIENT",
-            where=block.where, fix="Give the coefficient itself.",
-        )  # fmt: skip
+            f"*CONTACT DAMPING, DEFINITION={block.get('DEFINITION')}",
+            expected="DAMPING COEFFICIENT",
+            where=block.where,
+            fix="Give the coefficient itself.",
+        )
     rows = list(block.rows())
     if len(rows) != 1 or any(rows[0][0][1:]):
         raise InputError(
-            "*CONTACT DAMPING that depends on the clearance", expected="one line with one coefficient",
-            where=block.where, fix="creak's contact damping acts while closed.",
-        )  # fmt: skip
+            "*CONTACT DAMPING that depends on the clearance",
+            expected="one line with one coefficient",
+            where=block.where,
+            fix="creak's contact damping acts while closed.",
+        )
     return replace(of, damping=_not_negative(rows[0][0][0], rows[0][1], "contact damping"))
 
 

@@ -64,9 +64,11 @@ def _frame(deck: Outline, scope: Scope, block: Block, place: Placement) -> Float
     orientation = find_orientation(block.get("ORIENTATION"), place.orientations, scope, deck, block.where)
     if orientation.system.kind != "R":
         raise InputError(
-            f"*{block.name} with an orientation that is not rectangular", expected="SYSTEM=RECTANGULAR",
-            where=block.where, fix="Use a rectangular system.",
-        )  # fmt: skip
+            f"*{block.name} with an orientation that is not rectangular",
+            expected="SYSTEM=RECTANGULAR",
+            where=block.where,
+            fix="Use a rectangular system.",
+        )
     return orientation.axes(np.zeros((1, 3)))[0]
 
 
@@ -101,9 +103,7 @@ def _one_direction(node: int, ref: int, e: FloatArray, lever: FloatArray, turn: 
 
 
 def _note_transformed(deck: Outline, block: Block, c: KinematicCoupling, place: Placement) -> None:
-    if place.transforms.touched(c.nodes_idx) and any(
-        0 < len(set(g) & set(c.dofs)) < 3 for g in ((1, 2, 3), (4, 5, 6))
-    ):
+    if place.transforms.touched(c.nodes_idx) and any(0 < len(set(g) & set(c.dofs)) < 3 for g in ((1, 2, 3), (4, 5, 6))):
         why = "creak takes its directions as global, though some of its nodes have a *TRANSFORM"
         deck.note(block, why, changes=True, what=f"*{block.name} on transformed nodes")
 
@@ -127,9 +127,11 @@ def _distributing_elements(
         keep = rows != ref
         if not keep.any():
             raise InputError(
-                "*DISTRIBUTING COUPLING names no nodes", expected="node or set, weight", where=block.where,
+                "*DISTRIBUTING COUPLING names no nodes",
+                expected="node or set, weight",
+                where=block.where,
                 fix="Name the nodes that carry the load.",
-            )  # fmt: skip
+            )
         result.append(
             DistributingCoupling(block.get("ELSET"), ref, rows[keep], share[keep], (1, 2, 3, 4, 5, 6), block.where)
         )
@@ -210,14 +212,14 @@ def _coupling(
     _note_weighting(deck, option)
     if frame is not None and any(0 < len(set(g) & set(dofs)) < 3 for g in ((1, 2, 3), (4, 5, 6))):
         deck.note(
-            block, "creak takes the dofs of distributing couplings as global", changes=True,
+            block,
+            "creak takes the dofs of distributing couplings as global",
+            changes=True,
             what="*DISTRIBUTING along other axes",
-        )  # fmt: skip
+        )
     weights = surface.weights[near & (surface.nodes_idx != ref_idx)]
     if not 0.0 < float(weights.sum()) < np.inf:
-        raise InputError(
-            f"surface {surface.name!r} has no area", where=block.where, fix="Check its elements."
-        )
+        raise InputError(f"surface {surface.name!r} has no area", where=block.where, fix="Check its elements.")
     return [DistributingCoupling(name, ref_idx, coupled, weights, dofs, block.where)]
 
 
@@ -282,9 +284,7 @@ def _rigid_body(
     """Kinematic couplings: ELSET and TIE NSET in all dofs, PIN NSET in the displacements."""
     ref_idx = reference_node(scope, block, nodes)
     if block.option("POSITION", "INPUT") != "INPUT":
-        deck.note(
-            block, "creak leaves the reference node where it is", changes=True, what="*RIGID BODY, POSITION"
-        )
+        deck.note(block, "creak leaves the reference node where it is", changes=True, what="*RIGID BODY, POSITION")
     tied: list[IntArray] = []
     if block.has("ELSET"):
         tied.append(nodes_of(elements, element_names.find(block.need("ELSET"), scope.name, block.where)))

@@ -62,9 +62,11 @@ def _unit(vector: FloatArray, where: str) -> FloatArray:
     size = float(np.linalg.norm(vector))
     if not 0.0 < size < np.inf:
         raise InputError(
-            "the points of a local system coincide", expected="two different points", where=where,
+            "the points of a local system coincide",
+            expected="two different points",
+            where=where,
             fix="Correct the coordinates.",
-        )  # fmt: skip
+        )
     return vector / size
 
 
@@ -74,8 +76,10 @@ def _frame(a: FloatArray, b: FloatArray, where: str) -> FloatArray:
     if not float(np.linalg.norm(third)) > TINY * float(np.linalg.norm(b)):
         raise InputError(
             "the two directions of a local system are parallel or zero",
-            expected="a point on axis 1 and another in the 1-2 plane", where=where, fix="Correct the coordinates.",
-        )  # fmt: skip
+            expected="a point on axis 1 and another in the 1-2 plane",
+            where=where,
+            fix="Correct the coordinates.",
+        )
     third = _unit(third, where)
     return np.stack([first, np.cross(third, first), third])
 

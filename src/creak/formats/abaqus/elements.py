@@ -36,8 +36,11 @@ TYPES = (
     ElementType("STRI3", "tri3", 3, _SHELL, "STRI3 (thin) is treated as S3, which shears a little"),
     ElementType("S4R5", "quad4", 4, _SHELL, "S4R5 (thin) is treated as S4"),
     ElementType(
-        "B31", "beam2", 2, _BEAM,
-        "B31 has exact shape functions and their consistent mass: one element is as good as many of Abaqus's"
+        "B31",
+        "beam2",
+        2,
+        _BEAM,
+        "B31 has exact shape functions and their consistent mass: one element is as good as many of Abaqus's",
     ),
     ElementType("B33", "beam2", 2, _BEAM),
     ElementType("PIPE31", "beam2", 2, _BEAM, "PIPE31 is treated as B31: no pressure in the pipe"),
@@ -47,7 +50,10 @@ TYPES = (
     ElementType("C3D8H", "hex8", 8, _SOLID, "C3D8H is treated as C3D8I, which does not lock in volume either"),
     ElementType("C3D8RH", "hex8", 8, _SOLID, "C3D8RH is treated as C3D8I, which does not lock in volume either"),
     ElementType(
-        "C3D8R", "hex8", 8, _SOLID,
+        "C3D8R",
+        "hex8",
+        8,
+        _SOLID,
         "C3D8R is treated as C3D8I (fully integrated, incompatible modes): no hourglass modes, stiffer where one "
         "element goes through the thickness",
     ),
@@ -135,9 +141,7 @@ def read_elements(deck: Outline, nodes: Registry) -> tuple[Elements, Registry]:
         blocks = [b for b in scope.blocks if b.name == "ELEMENT"]
         tables += [(k, type_row(b), _element_table(b, scope, nodes), b) for b in blocks]
     if not any(t.ids.size for _, _, t, _ in tables):
-        raise InputError(
-            "the deck has no elements", expected="*ELEMENT blocks", fix="Is this the right file?"
-        )
+        raise InputError("the deck has no elements", expected="*ELEMENT blocks", fix="Is this the right file?")
     elements = Elements(
         np.concatenate([t.ids for _, _, t, _ in tables]),
         np.concatenate([np.full(t.ids.size, row, np.int64) for _, row, t, _ in tables]),
@@ -238,9 +242,7 @@ def _unknown_node(element: int, node: str, scope: Scope, nodes: Registry, where:
     fix = f"Define node {node} or correct the element."
     if not scope.name and len(nodes.labels) > 1:
         fix = f"Instances are {', '.join(n for n in nodes.labels if n)}: write INSTANCE.LABEL."
-    return InputError(
-        f"element {element} uses node {node}, which is not defined{inside}", where=where, fix=fix
-    )
+    return InputError(f"element {element} uses node {node}, which is not defined{inside}", where=where, fix=fix)
 
 
 def _stacked(tables: list[IntArray]) -> IntArray:

@@ -52,8 +52,11 @@ def _link(c: Connector, coords: FloatArray) -> Equation:
     length = float(np.linalg.norm(line))
     if not length > 0.0:
         raise InputError("a LINK joins coincident nodes", where=c.where, fix="Use JOIN.")
-    return _equation([(b, k + 1, float(v)) for k, v in enumerate(line / length)],
-                     [(a, k + 1, float(-v)) for k, v in enumerate(line / length)], c.where)  # fmt: skip
+    return _equation(
+        [(b, k + 1, float(v)) for k, v in enumerate(line / length)],
+        [(a, k + 1, float(-v)) for k, v in enumerate(line / length)],
+        c.where,
+    )
 
 
 def _component(c: Connector, k: int, coords: FloatArray) -> Equation:
@@ -71,9 +74,7 @@ def _component(c: Connector, k: int, coords: FloatArray) -> Equation:
     return _equation(terms[0][:3], terms[0][3:] + terms[1], c.where)
 
 
-def _equation(
-    first: list[tuple[int, int, float]], rest: list[tuple[int, int, float]], where: str
-) -> Equation:
+def _equation(first: list[tuple[int, int, float]], rest: list[tuple[int, int, float]], where: str) -> Equation:
     """The equation with the largest of its `first` terms in front: that dof is eliminated."""
     ordered = sorted(first, key=lambda t: -abs(t[2])) + rest
     kept = [t for t in ordered if abs(t[2]) > 1e-14]

@@ -45,9 +45,7 @@ _READ: dict[str, Keyword] = {
         "ELSET, MATERIAL, COMPOSITE, OFFSET, NODAL THICKNESS, POISSON, CONTROLS, SHELL THICKNESS, ORIENTATION,"
         "STACK DIRECTION, SYMMETRIC, LAYUP, DENSITY, ZERO"
     ),
-    "TRANSVERSE SHEAR STIFFNESS": _read(
-        "", "SHELL SECTION, SHELL GENERAL SECTION, BEAM SECTION, BEAM GENERAL SECTION"
-    ),
+    "TRANSVERSE SHEAR STIFFNESS": _read("", "SHELL SECTION, SHELL GENERAL SECTION, BEAM SECTION, BEAM GENERAL SECTION"),
     "NODAL THICKNESS": _read("GENERATE"),
     "BEAM SECTION": _read("ELSET, MATERIAL, SECTION, TEMPERATURE, POISSON, LUMPED, ROTARY INERTIA"),
     "BEAM GENERAL SECTION": _read("ELSET, SECTION, DENSITY, POISSON, ZERO, LUMPED, ROTARY INERTIA"),
@@ -123,8 +121,7 @@ _CHANGES = {
         "TRANSVERSE SHEAR, FAIL STRESS, FAIL STRAIN, RATE DEPENDENT, CYCLIC HARDENING"
     ),
     "creak does not read this kind of section": (
-        "MEMBRANE SECTION, GASKET SECTION, JOINT,"
-        "COHESIVE SECTION, GAP, PRE-TENSION SECTION, SURFACE SECTION"
+        "MEMBRANE SECTION, GASKET SECTION, JOINT,COHESIVE SECTION, GAP, PRE-TENSION SECTION, SURFACE SECTION"
     ),
     "creak does not read this constraint": "RELEASE, DISPLAY BODY",
     "creak does not read this extension of the model": (
@@ -159,9 +156,7 @@ def meaning(name: str) -> Keyword:
     if known is not None:
         return known
     if name.startswith("CONNECTOR"):
-        return Keyword(
-            "changes", "creak reads *CONNECTOR SECTION, BEHAVIOR, ELASTICITY and DAMPING"
-        )
+        return Keyword("changes", "creak reads *CONNECTOR SECTION, BEHAVIOR, ELASTICITY and DAMPING")
     hint = suggest(name, KEYWORDS)
     why = "creak does not know this keyword"
     return Keyword("changes", f"{why}. {hint}" if hint.startswith("Did you mean") else why)

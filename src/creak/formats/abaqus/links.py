@@ -109,9 +109,7 @@ def _equations(scope: Scope, block: Block, nodes: Registry, transforms: Transfor
     return result
 
 
-def _equation(
-    scope: Scope, terms: list[str], where: str, nodes: Registry, transforms: Transforms
-) -> list[Constraint]:
+def _equation(scope: Scope, terms: list[str], where: str, nodes: Registry, transforms: Transforms) -> list[Constraint]:
     sets: list[IntArray] = [nodes.find(t, scope.name, where) for t in terms[::3]]
     dofs = np.array([to_dof(t, where) for t in terms[1::3]], dtype=np.int64)
     factors = np.array([to_float(t, where, "coefficient") for t in terms[2::3]])
@@ -134,9 +132,7 @@ def _equation(
     return [_in_global_dofs(row, dofs, factors, where, transforms) for row in table]
 
 
-def _in_global_dofs(
-    row: IntArray, dofs: IntArray, factors: FloatArray, where: str, transforms: Transforms
-) -> Equation:
+def _in_global_dofs(row: IntArray, dofs: IntArray, factors: FloatArray, where: str, transforms: Transforms) -> Equation:
     if not transforms.touched(row):
         return Equation(row.copy(), dofs, factors, where)
     terms = [

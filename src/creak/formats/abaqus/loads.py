@@ -74,7 +74,12 @@ def _by_dofs(labels: Iterable[int], where: str) -> list[Fixed]:
 
 
 def step_motion(
-    deck: Outline, blocks: Sequence[Block], held: Iterable[Fixed], nodes: Registry, *, ramped: bool,
+    deck: Outline,
+    blocks: Sequence[Block],
+    held: Iterable[Fixed],
+    nodes: Registry,
+    *,
+    ramped: bool,
     amplitudes: Mapping[str, Amplitude],
 ) -> tuple[tuple[Fixed, ...], tuple[Prescribed, ...]]:
     """Dofs that a step holds and moves: those of the model data, changed by its *BOUNDARY lines.
@@ -104,9 +109,7 @@ def _boundary(
     list_params(deck, block, "OP, TYPE, AMPLITUDE, REGION TYPE, FIXED")
     kind = block.option("TYPE", "DISPLACEMENT")
     if kind not in KINDS:
-        raise InputError(
-            f"*BOUNDARY has TYPE={kind}", expected=", ".join(KINDS), where=block.where, fix="Correct it."
-        )
+        raise InputError(f"*BOUNDARY has TYPE={kind}", expected=", ".join(KINDS), where=block.where, fix="Correct it.")
     amplitude = find_amplitude(amplitudes, block.get("AMPLITUDE"), block.where)
     absolute = bool(amplitude) and amplitudes[amplitude].absolute
     for fields, where in block.rows():
@@ -116,9 +119,11 @@ def _boundary(
             continue
         if kind == "DISPLACEMENT" and not amplitude and not ramped:
             raise InputError(
-                f"*BOUNDARY moves {fields[0]} by {value:g} at once", expected="an AMPLITUDE that starts at 0",
-                where=where, fix="Give AMPLITUDE= on the *BOUNDARY line, or AMPLITUDE=RAMP on *STEP.",
-            )  # fmt: skip
+                f"*BOUNDARY moves {fields[0]} by {value:g} at once",
+                expected="an AMPLITUDE that starts at 0",
+                where=where,
+                fix="Give AMPLITUDE= on the *BOUNDARY line, or AMPLITUDE=RAMP on *STEP.",
+            )
         for dof in dofs:
             factor = 1.0 if absolute else value
             motion.move(Prescribed(rows, dof, kind.lower(), factor, amplitude, fields[0].upper(), where))
@@ -140,9 +145,11 @@ def step_loads(
         for fields, where in block.rows():
             if len(fields) < 2:
                 raise InputError(
-                    f"*CLOAD line with {len(fields)} value(s)", expected="node or set, dof, magnitude", where=where,
+                    f"*CLOAD line with {len(fields)} value(s)",
+                    expected="node or set, dof, magnitude",
+                    where=where,
                     fix="Correct the line.",
-                )  # fmt: skip
+                )
             dof = to_dof(fields[1], where)
             value = to_float(fields[2] if len(fields) > 2 else "", where, "load")
             if amplitude and amplitudes[amplitude].absolute:
@@ -162,9 +169,11 @@ def check_global(moved: Iterable[Prescribed], transforms: Transforms) -> None:
     for m in moved:
         if transforms.touched(m.nodes_idx):
             raise InputError(
-                f"*BOUNDARY moves {m.name}, which has a *TRANSFORM", expected="motion along global axes",
-                where=m.where, fix="Couple the nodes to a reference node without *TRANSFORM and move that one.",
-            )  # fmt: skip
+                f"*BOUNDARY moves {m.name}, which has a *TRANSFORM",
+                expected="motion along global axes",
+                where=m.where,
+                fix="Couple the nodes to a reference node without *TRANSFORM and move that one.",
+            )
 
 
 def along_global_axes(loads: Iterable[PointLoad], transforms: Transforms) -> tuple[PointLoad, ...]:

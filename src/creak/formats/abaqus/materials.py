@@ -72,14 +72,14 @@ def find_material(name: str, materials: dict[str, RawMaterial], where: str) -> M
     if isinstance(material, Material):
         return material
     raise InputError(
-        f"material {name!r} of this section is not isotropic", expected="*ELASTIC, TYPE=ISOTROPIC", where=where,
+        f"material {name!r} of this section is not isotropic",
+        expected="*ELASTIC, TYPE=ISOTROPIC",
+        where=where,
         fix="Give E and nu.",
-    )  # fmt: skip
+    )
 
 
-def find_solid_material(
-    name: str, materials: dict[str, RawMaterial], where: str
-) -> Material | AnisotropicMaterial:
+def find_solid_material(name: str, materials: dict[str, RawMaterial], where: str) -> Material | AnisotropicMaterial:
     """The material of solids.
 
     Raises
@@ -90,9 +90,10 @@ def find_solid_material(
     if isinstance(material, SheetMaterial):
         raise InputError(
             f"material {name!r} is TYPE=LAMINA, plane stress only",
-            expected="TYPE=ISOTROPIC, ENGINEERING CONSTANTS, ORTHOTROPIC or ANISOTROPIC", where=where,
+            expected="TYPE=ISOTROPIC, ENGINEERING CONSTANTS, ORTHOTROPIC or ANISOTROPIC",
+            where=where,
             fix="Give all nine constants.",
-        )  # fmt: skip
+        )
     return material
 
 

@@ -38,6 +38,8 @@ def at_elements(block: Block, table: np.ndarray, thickness: FloatArray) -> Float
     if np.isnan(found).any():
         raise InputError(
             f"{int(np.isnan(found).sum())} corner(s) of the shells of *{block.name}, NODAL THICKNESS have no thickness",
-            expected="*NODAL THICKNESS for all their nodes", where=block.where, fix="Add the nodes.",
-        )  # fmt: skip
+            expected="*NODAL THICKNESS for all their nodes",
+            where=block.where,
+            fix="Add the nodes.",
+        )
     return found

@@ -76,8 +76,9 @@ def _scope_nodes(deck: Outline, scope: Scope, tables: dict[int, _Table]) -> tupl
     if far.size:
         raise InputError(
             f"node {ids[keep][far[0]]} has coordinates too large to compute with: {_shown(placed[far[0]])}",
-            where=blocks[0].place(int(codes[keep][far[0]])), fix="Correct them.",
-        )  # fmt: skip
+            where=blocks[0].place(int(codes[keep][far[0]])),
+            fix="Correct them.",
+        )
     return ids[keep], placed
 
 

@@ -26,9 +26,7 @@ def to_int(field: str, where: str, what: str) -> int:
     InputError : not an integer.
     """
     if not _INTEGER.fullmatch(field):
-        raise InputError(
-            f"{what} is {field!r}", expected="an integer", where=where, fix="Correct the number."
-        )
+        raise InputError(f"{what} is {field!r}", expected="an integer", where=where, fix="Correct the number.")
     return int(field)
 
 
@@ -41,9 +39,7 @@ def to_label(field: str, where: str, what: str) -> int:
     """
     label = to_int(field, where, what)
     if not 0 < label < MAX_LABEL:
-        raise InputError(
-            f"{what} is {field}", expected="a positive integer", where=where, fix="Correct the label."
-        )
+        raise InputError(f"{what} is {field}", expected="a positive integer", where=where, fix="Correct the label.")
     return label
 
 

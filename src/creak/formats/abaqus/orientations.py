@@ -62,9 +62,7 @@ def read_orientations(deck: Outline, nodes: Registry, coords: FloatArray) -> Ori
     return result
 
 
-def find_orientation(
-    name: str, known: Orientations, scope: Scope, deck: Outline, where: str
-) -> Orientation:
+def find_orientation(name: str, known: Orientations, scope: Scope, deck: Outline, where: str) -> Orientation:
     """The orientation of a name.
 
     Raises
@@ -86,9 +84,10 @@ def _orientation(scope: Scope, block: Block, nodes: Registry, coords: FloatArray
     if kind is None or definition not in ("COORDINATES", "NODES") or not rows:
         raise InputError(
             f"*ORIENTATION, SYSTEM={block.option('SYSTEM', 'RECTANGULAR')}, DEFINITION={definition} is not supported",
-            expected=f"SYSTEM={', '.join(_KINDS)}; DEFINITION=COORDINATES or NODES; a data line", where=block.where,
+            expected=f"SYSTEM={', '.join(_KINDS)}; DEFINITION=COORDINATES or NODES; a data line",
+            where=block.where,
             fix="Write the system by the coordinates of its points.",
-        )  # fmt: skip
+        )
     fields, where = rows[0]
     if definition == "NODES":
         found = [nodes.find(f, scope.name, where) for f in fields[:3]]

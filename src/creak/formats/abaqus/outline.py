@@ -110,11 +110,7 @@ class _Sorter:
             raise _not_closed(self.step)
         self._list_unplaced()
         self.result.scopes.append(self.root)
-        if (
-            self.parts
-            and len(self.result.scopes) == 1
-            and not any(b.name == "NODE" for b in self.root.blocks)
-        ):
+        if self.parts and len(self.result.scopes) == 1 and not any(b.name == "NODE" for b in self.root.blocks):
             raise InputError(
                 f"the deck has parts ({', '.join(self.parts)}) but no *INSTANCE",
                 where="",
@@ -126,9 +122,7 @@ class _Sorter:
         placed = {scope.part for scope in self.result.scopes}
         for name, block in self.part_blocks.items():
             if name not in placed:
-                self.result.note(
-                    block, "the part has no *INSTANCE", changes=False, what=f"*PART, NAME={name}"
-                )
+                self.result.note(block, "the part has no *INSTANCE", changes=False, what=f"*PART, NAME={name}")
 
     def _ordinary(self, block: Block) -> None:
         known = meaning(block.name)
@@ -174,9 +168,7 @@ class _Sorter:
         inside = ", ".join(dict.fromkeys(self.step_names)) or "nothing"
         zero = "; its zero-valued *BOUNDARY lines are read" if self.result.step_boundaries else ""
         extra = zero if self.n_steps == 1 else ""
-        self.result.note(
-            self.step, f"the study file defines the step (it holds {inside}){extra}", changes=False
-        )
+        self.result.note(self.step, f"the study file defines the step (it holds {inside}){extra}", changes=False)
         self.step = None
 
     def begin_part(self, block: Block) -> None:
@@ -200,9 +192,7 @@ class _Sorter:
                 fix=suggest(part, self.parts),
             )
         if any(s.name == name for s in self.result.scopes):
-            raise InputError(
-                f"instance {name!r} is defined twice", where=block.where, fix="Rename one of them."
-            )
+            raise InputError(f"instance {name!r} is defined twice", where=block.where, fix="Rename one of them.")
         rotation, origin = placement(block)
         self.open, self.parent = block, None
         self.current = Scope(name, list(self.parts[part].blocks), part, rotation, origin)

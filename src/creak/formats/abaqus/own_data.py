@@ -40,9 +40,11 @@ def constant_frame(deck: Outline, scope: Scope, block: Block, at: Geometry) -> F
         orientation = find_orientation(block.get("ORIENTATION"), at.orientations, scope, deck, block.where)
         if orientation.system.kind != "R":
             raise InputError(
-                f"*{block.name} with an orientation that is not rectangular", expected="SYSTEM=RECTANGULAR",
-                where=block.where, fix="Give each direction an element and a rectangular system.",
-            )  # fmt: skip
+                f"*{block.name} with an orientation that is not rectangular",
+                expected="SYSTEM=RECTANGULAR",
+                where=block.where,
+                fix="Give each direction an element and a rectangular system.",
+            )
         return orientation.axes(np.zeros((1, 3)))[0]
     return scope.rotation.T if scope.rotated else None
 
@@ -64,8 +66,10 @@ def own_data(
     elif solid:
         raise InputError(
             f"the solids of *{block.name}, ELSET={block.get('ELSET')} have an anisotropic material and no axes",
-            expected="ORIENTATION= on the section", where=block.where, fix="Give *ORIENTATION and name it.",
-        )  # fmt: skip
+            expected="ORIENTATION= on the section",
+            where=block.where,
+            fix="Give *ORIENTATION and name it.",
+        )
     elif scope.rotated and isinstance(section, GeneralShell):
         own = Own(axis1=_default_direction(scope, elements, rows, at.coords))
     third = elements.third[rows]

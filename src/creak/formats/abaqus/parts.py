@@ -85,9 +85,7 @@ def _structural_parts(elements: Elements, node_part: IntArray, n_parts: int) -> 
     table = table[outside]
     start, end = _edges(table)
     inside = (node_part[start] < 0) & (node_part[end] < 0)
-    return _number_groups(
-        np.unique(table[table >= 0]), start[inside], end[inside], table[:, 0], node_part, n_parts
-    )
+    return _number_groups(np.unique(table[table >= 0]), start[inside], end[inside], table[:, 0], node_part, n_parts)
 
 
 def _edges(table: IntArray) -> tuple[IntArray, IntArray]:
@@ -189,9 +187,7 @@ def _point_parts(elements: Elements, constraints: list[Constraint], node_part: I
     return count
 
 
-def _spring_neighbours(
-    start: IntArray, end: IntArray, node_part: IntArray, trial: IntArray
-) -> dict[int, set[int]]:
+def _spring_neighbours(start: IntArray, end: IntArray, node_part: IntArray, trial: IntArray) -> dict[int, set[int]]:
     """Group of leftover nodes -> parts that its springs reach."""
     result: dict[int, set[int]] = {}
     for a, b in ((start, end), (end, start)):

@@ -34,9 +34,11 @@ def read_mass(scope: Scope, block: Block, materials: dict[str, RawMaterial]) -> 
     if kind == "ANISOTROPIC":
         if _alpha(block):
             raise InputError(
-                "*MASS, TYPE=ANISOTROPIC with ALPHA", expected="no damping of its own", where=block.where,
+                "*MASS, TYPE=ANISOTROPIC with ALPHA",
+                expected="no damping of its own",
+                where=block.where,
                 fix="Remove ALPHA, or give one mass for all directions.",
-            )  # fmt: skip
+            )
         masses = [_not_negative(f, where, "mass") for f in [*fields, "", ""][:3]]
         none = np.zeros((6, 6))
         return NodalMatrices(block.get("ELSET"), none, np.diag([*masses, 0.0, 0.0, 0.0]), none)
@@ -147,9 +149,7 @@ def _row(block: Block, number: int, what: str) -> tuple[list[str], str]:
 def _not_negative(field: str, where: str, what: str) -> float:
     value = to_float(field, where, what)
     if value < 0.0 or not field:
-        raise InputError(
-            f"{what} is {field or 'missing'}", expected="zero or more", where=where, fix="Correct it."
-        )
+        raise InputError(f"{what} is {field or 'missing'}", expected="zero or more", where=where, fix="Correct it.")
     return value
 
 

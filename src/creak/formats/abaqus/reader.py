@@ -90,9 +90,10 @@ def _read(path: str | Path, made: Callable[[Outline], T]) -> T:
             return made(outline(blocks))
     except (OverflowError, np.linalg.LinAlgError):
         raise InputError(
-            "a number of the deck is too large or too small to compute with", where=path,
+            "a number of the deck is too large or too small to compute with",
+            where=path,
             fix="Check the sections, materials and coordinates.",
-        ) from None  # fmt: skip
+        ) from None
     except InputError as error:
         fix = f"{error.fix} {_misspelled(blocks)}".strip()
         raise InputError(error.what, expected=error.expected, where=error.where or path, fix=fix) from None
@@ -150,6 +151,4 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
 
 
 def _surfaces(raw: Mapping[str, RawSurface], place: IntArray) -> dict[str, Surface]:
-    return {
-        name: Surface(s.name, place[s.element_rows], s.side, s.nodes_idx, s.where) for name, s in raw.items()
-    }
+    return {name: Surface(s.name, place[s.element_rows], s.side, s.nodes_idx, s.where) for name, s in raw.items()}

@@ -115,9 +115,10 @@ def _kinds(
         if not section.dof1 and not mask.all():
             raise InputError(
                 f"springs or dashpots of type {names[~mask][0]} without a degree of freedom",
-                expected="a first data line with it", where=elements.where(int(rows[~mask][0])),
+                expected="a first data line with it",
+                where=elements.where(int(rows[~mask][0])),
                 fix="Only SPRINGA and DASHPOTA have a blank first line.",
-            )  # fmt: skip
+            )
         if frame is not None and not mask.all():
             n_node = np.array([t.n_nodes for t in TYPES])[elements.type_idx[rows]]
             pairs: list[tuple[IntArray, Section]] = [(rows[mask], other)]
@@ -187,7 +188,6 @@ def _is_truss(block: Block, rows: IntArray, elements: Elements) -> bool:
     return not solid.any()
 
 
-
 _Reader = Callable[[Scope, Block, Materials], Section]
 AXIAL = ("SPRINGA", "DASHPOTA")
 """Types that act along the line between their nodes."""
@@ -218,23 +218,19 @@ def _check_types(block: Block, rows: IntArray, elements: Elements) -> None:
         kind = elements.of(row)
         if block.name not in kind.sections:
             raise InputError(
-                f"*{block.name}, ELSET={block.get('ELSET')} holds element {elements.ids[row]} "
-                f"of type {kind.name}",
+                f"*{block.name}, ELSET={block.get('ELSET')} holds element {elements.ids[row]} of type {kind.name}",
                 expected=f"*{' or *'.join(kind.sections)} for {kind.name}",
                 where=block.where,
                 fix="Leave the element out of the set, or use the right section.",
             )
 
 
-def _check_free(
-    block: Block, rows: IntArray, section_idx: IntArray, elements: Elements, places: list[str]
-) -> None:
+def _check_free(block: Block, rows: IntArray, section_idx: IntArray, elements: Elements, places: list[str]) -> None:
     taken = section_idx[rows] >= 0
     if taken.any():
         row = int(rows[int(np.argmax(taken))])
         raise InputError(
-            f"element {elements.ids[row]} gets a second section; the first is at "
-            f"{places[int(section_idx[row])]}",
+            f"element {elements.ids[row]} gets a second section; the first is at {places[int(section_idx[row])]}",
             expected="one section for each element",
             where=block.where,
             fix="Make the element sets disjoint.",

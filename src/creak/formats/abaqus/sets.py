@@ -72,9 +72,7 @@ def _listed(block: Block, registry: Registry, scope: str) -> list[IntArray]:
     return [registry.find(f, scope, where) for fields, where in block.rows() for f in fields if f]
 
 
-def _generated(
-    deck: Outline, block: Block, fields: list[str], where: str, registry: Registry, scope: str
-) -> IntArray:
+def _generated(deck: Outline, block: Block, fields: list[str], where: str, registry: Registry, scope: str) -> IntArray:
     """Rows of `first, last[, step]`; labels of the range that do not exist are left out and listed."""
     if len(fields) not in (2, 3):
         raise InputError(

@@ -32,9 +32,11 @@ def read_shell_section(scope: Scope, block: Block, materials: Materials) -> Shel
     for param in ("SHELL THICKNESS", "STACK DIRECTION", "LAYUP"):
         if block.has(param):
             raise InputError(
-                f"*{block.name} with {param} is not supported", expected="the thickness on the data line",
-                where=block.where, fix="Write the section without this parameter.",
-            )  # fmt: skip
+                f"*{block.name} with {param} is not supported",
+                expected="the thickness on the data line",
+                where=block.where,
+                fix="Write the section without this parameter.",
+            )
     section = _plies(block, materials) if block.has("COMPOSITE") else _homogeneous(block, materials)
     return _with_shear(block, section)
 
@@ -56,22 +58,33 @@ def read_shell_general_section(scope: Scope, block: Block, materials: Materials)
     if len(values) < 21:
         raise InputError(
             "*SHELL GENERAL SECTION without MATERIAL= has not the 21 terms of its stiffness",
-            expected="three lines of 8, 8 and 5 numbers", where=block.where, fix="Complete the lines.",
-        )  # fmt: skip
+            expected="three lines of 8, 8 and 5 numbers",
+            where=block.where,
+            fix="Complete the lines.",
+        )
     full = symmetric(values, 6)
     require_stable(full, block.where)
     thickness = math.sqrt(12.0 * float(np.trace(full[3:5, 3:5])) / float(np.trace(full[:2, :2])))
     mass = positive(block.get("DENSITY"), block.where, "DENSITY (mass per area) of the shell")
     plain = GeneralShell(
-        block.get("ELSET"), full[:3, :3], full[:3, 3:], full[3:, 3:], np.zeros((2, 2)), mass, 0.0,
-        mass * thickness**2 / 12.0, thickness,
-    )  # fmt: skip
+        block.get("ELSET"),
+        full[:3, :3],
+        full[:3, 3:],
+        full[3:, 3:],
+        np.zeros((2, 2)),
+        mass,
+        0.0,
+        mass * thickness**2 / 12.0,
+        thickness,
+    )
     section = _with_shear(block, plain)
     if isinstance(section, ShellSection) or not section.S.any():
         raise InputError(
             "*SHELL GENERAL SECTION by its stiffness has no transverse shear stiffness",
-            expected="*TRANSVERSE SHEAR STIFFNESS after it", where=block.where, fix="Add K11, K22, K12.",
-        )  # fmt: skip
+            expected="*TRANSVERSE SHEAR STIFFNESS after it",
+            where=block.where,
+            fix="Add K11, K22, K12.",
+        )
     return shifted(section, -_offset(block) * thickness)
 
 
@@ -99,17 +112,21 @@ def _plies(block: Block, materials: Materials) -> GeneralShell:
         _, _, name, angle = [*fields, "", "", ""][:4]
         if angle[:1].isalpha() or angle.startswith("<"):
             raise InputError(
-                f"ply {len(plies) + 1} has an orientation of its own, {angle!r}", where=where,
-                expected="an angle in degrees from the section's ORIENTATION", fix="Give the angle.",
-            )  # fmt: skip
+                f"ply {len(plies) + 1} has an orientation of its own, {angle!r}",
+                where=where,
+                expected="an angle in degrees from the section's ORIENTATION",
+                fix="Give the angle.",
+            )
         material = find_any_material(name, materials, where)
         turn = math.radians(to_float(angle, where, "angle of the ply"))
         plies.append(Ply(material, positive(fields[0], where, "thickness of the ply"), turn))
     if not plies:
         raise InputError(
-            f"*{block.name}, COMPOSITE has no plies", where=block.where, fix="Add a data line for each ply.",
+            f"*{block.name}, COMPOSITE has no plies",
+            where=block.where,
+            fix="Add a data line for each ply.",
             expected="thickness, integration points, material, angle",
-        )  # fmt: skip
+        )
     if block.has("SYMMETRIC"):
         plies += plies[::-1]
     total = sum(p.thickness for p in plies)

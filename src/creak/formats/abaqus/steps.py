@@ -21,14 +21,35 @@ from creak.model.mesh import Unread
 from creak.model.steps import Amplitude, DeckRun, DynamicStep
 
 PROCEDURES = (
-    "DYNAMIC", "STATIC", "FREQUENCY", "MODAL DYNAMIC", "STEADY STATE DYNAMICS", "RANDOM RESPONSE",
-    "RESPONSE SPECTRUM", "BUCKLE", "COMPLEX FREQUENCY", "VISCO", "HEAT TRANSFER", "COUPLED TEMPERATURE-DISPLACEMENT",
-    "SUBSTRUCTURE GENERATE", "MATRIX GENERATE", "ANNEAL", "GREEN", "MODAL",
-)  # fmt: skip
+    "DYNAMIC",
+    "STATIC",
+    "FREQUENCY",
+    "MODAL DYNAMIC",
+    "STEADY STATE DYNAMICS",
+    "RANDOM RESPONSE",
+    "RESPONSE SPECTRUM",
+    "BUCKLE",
+    "COMPLEX FREQUENCY",
+    "VISCO",
+    "HEAT TRANSFER",
+    "COUPLED TEMPERATURE-DISPLACEMENT",
+    "SUBSTRUCTURE GENERATE",
+    "MATRIX GENERATE",
+    "ANNEAL",
+    "GREEN",
+    "MODAL",
+)
 PERTURBATIONS = (
-    "FREQUENCY", "MODAL DYNAMIC", "STEADY STATE DYNAMICS", "RANDOM RESPONSE", "RESPONSE SPECTRUM", "BUCKLE",
-    "COMPLEX FREQUENCY", "SUBSTRUCTURE GENERATE", "MATRIX GENERATE",
-)  # fmt: skip
+    "FREQUENCY",
+    "MODAL DYNAMIC",
+    "STEADY STATE DYNAMICS",
+    "RANDOM RESPONSE",
+    "RESPONSE SPECTRUM",
+    "BUCKLE",
+    "COMPLEX FREQUENCY",
+    "SUBSTRUCTURE GENERATE",
+    "MATRIX GENERATE",
+)
 """Procedures that leave the state as it was."""
 APPLICATIONS = ("TRANSIENT FIDELITY", "MODERATE DISSIPATION")
 MOST = 1e8
@@ -67,10 +88,13 @@ def read_run(deck: Outline, surfaces: Iterable[str], nodes: Registry, transforms
     pairs = contact.read_pairs(deck, deck.set_aside, interactions, surfaces)
     contact.list_node_areas(deck, pairs, interactions)
     return DeckRun(
-        _dynamic(deck, step, at, nodes, transforms, amplitudes), amplitudes, interactions, pairs,
+        _dynamic(deck, step, at, nodes, transforms, amplitudes),
+        amplitudes,
+        interactions,
+        pairs,
         tuple(_title(s, i) for i, s in enumerate(deck.steps[:at])),
         tuple(_title(s, i) for i, s in enumerate(deck.steps[at + 1 :], start=at + 1)),
-    )  # fmt: skip
+    )
 
 
 def _procedure(step: StepBlocks) -> Block | None:
@@ -87,9 +111,10 @@ def _runnable(steps: list[StepBlocks]) -> int:
     """Row of the first *DYNAMIC step."""
     if not steps:
         raise InputError(
-            "the deck has no *STEP", expected="a *DYNAMIC step",
+            "the deck has no *STEP",
+            expected="a *DYNAMIC step",
             fix="Add one, or write a study (.toml) that names the deck in [model].",
-        )  # fmt: skip
+        )
     for i, step in enumerate(steps):
         procedure = _procedure(step)
         if procedure is not None and procedure.name == "DYNAMIC":
@@ -100,9 +125,11 @@ def _runnable(steps: list[StepBlocks]) -> int:
     assert first is not None
     use = "Use `creak modes DECK`" if first.name == "FREQUENCY" else "Write a study (.toml) that names the deck"
     raise InputError(
-        f"the deck has no *DYNAMIC step, only *{first.name}", expected="a *DYNAMIC step", where=first.where,
+        f"the deck has no *DYNAMIC step, only *{first.name}",
+        expected="a *DYNAMIC step",
+        where=first.where,
         fix=f"{use}, or add a *DYNAMIC step.",
-    )  # fmt: skip
+    )
 
 
 def _is_dynamic(step: StepBlocks) -> bool:
@@ -114,19 +141,24 @@ def _stop(step: StepBlocks, procedure: Block | None, dynamic: bool) -> NoReturn:
     """The error for a step that changes the state before there is a *DYNAMIC step."""
     if procedure is None:
         raise InputError(
-            "the step names no procedure that creak knows", expected="*DYNAMIC", where=step.block.where,
+            "the step names no procedure that creak knows",
+            expected="*DYNAMIC",
+            where=step.block.where,
             fix="Put *DYNAMIC after *STEP.",
-        )  # fmt: skip
+        )
     if not dynamic:
         raise InputError(
-            f"the deck has no *DYNAMIC step; creak does not run *{procedure.name}", expected="a *DYNAMIC step",
-            where=procedure.where, fix="Add one, or write a study (.toml) that names the deck in [model].",
-        )  # fmt: skip
+            f"the deck has no *DYNAMIC step; creak does not run *{procedure.name}",
+            expected="a *DYNAMIC step",
+            where=procedure.where,
+            fix="Add one, or write a study (.toml) that names the deck in [model].",
+        )
     raise InputError(
         f"a *{procedure.name} step comes before the *DYNAMIC step; creak starts a run without strain",
-        expected="*DYNAMIC as the first step that changes the state", where=procedure.where,
+        expected="*DYNAMIC as the first step that changes the state",
+        where=procedure.where,
         fix="Remove that step where its result does not matter.",
-    )  # fmt: skip
+    )
 
 
 def _relist(deck: Outline, step: StepBlocks) -> None:
@@ -152,7 +184,11 @@ _OUTPUT = (meaning("OUTPUT").why, meaning("RESTART").why)
 
 
 def _dynamic(
-    deck: Outline, step: StepBlocks, row: int, nodes: Registry, transforms: Transforms,
+    deck: Outline,
+    step: StepBlocks,
+    row: int,
+    nodes: Registry,
+    transforms: Transforms,
     amplitudes: Mapping[str, Amplitude],
 ) -> DynamicStep:
     block = next(b for b in step.blocks if b.name == "DYNAMIC")
@@ -167,9 +203,20 @@ def _dynamic(
     check_global(moved, transforms)
     loads = along_global_axes(loads, transforms)
     return DynamicStep(
-        step.block.get("NAME") or str(row + 1), step.block.where, increment, period, block.has("DIRECT"), alpha,
-        application, ramped, fixed, moved, loads, _output_sets(step, nodes), {"time": where, "dynamic": block.where},
-    )  # fmt: skip
+        step.block.get("NAME") or str(row + 1),
+        step.block.where,
+        increment,
+        period,
+        block.has("DIRECT"),
+        alpha,
+        application,
+        ramped,
+        fixed,
+        moved,
+        loads,
+        _output_sets(step, nodes),
+        {"time": where, "dynamic": block.where},
+    )
 
 
 def _step_line(deck: Outline, block: Block) -> bool:
@@ -179,14 +226,14 @@ def _step_line(deck: Outline, block: Block) -> bool:
         deck.unread.append(Unread("*STEP, NLGEOM", block.where, True, "creak's structure is linear"))
     if block.has("PERTURBATION"):
         raise InputError(
-            "*STEP, PERTURBATION with *DYNAMIC", expected="a general step", where=block.where,
+            "*STEP, PERTURBATION with *DYNAMIC",
+            expected="a general step",
+            where=block.where,
             fix="Remove PERTURBATION.",
-        )  # fmt: skip
+        )
     course = block.option("AMPLITUDE", "STEP")
     if course not in ("STEP", "RAMP"):
-        raise InputError(
-            f"*STEP has AMPLITUDE={course}", expected="STEP or RAMP", where=block.where, fix="Correct it."
-        )
+        raise InputError(f"*STEP has AMPLITUDE={course}", expected="STEP or RAMP", where=block.where, fix="Correct it.")
     return course == "RAMP"
 
 
@@ -195,9 +242,11 @@ def _scheme(deck: Outline, block: Block) -> tuple[str, float | None]:
     for param, why in (("EXPLICIT", "creak integrates implicitly"), ("SUBSPACE", "creak uses all coordinates")):
         if block.has(param):
             raise InputError(
-                f"*DYNAMIC, {param}: {why}", expected="*DYNAMIC without it", where=block.where,
+                f"*DYNAMIC, {param}: {why}",
+                expected="*DYNAMIC without it",
+                where=block.where,
                 fix="Give an implicit step with its increment and period.",
-            )  # fmt: skip
+            )
     list_params(deck, block, _DYNAMIC)
     application = block.option("APPLICATION")
     scheme = {"HHT-TF": APPLICATIONS[0], "HHT-MD": APPLICATIONS[1], "": application}
@@ -205,16 +254,16 @@ def _scheme(deck: Outline, block: Block) -> tuple[str, float | None]:
     if application not in ("", *APPLICATIONS) or integrator not in scheme:
         wrong = f"APPLICATION={application}" if integrator in scheme else f"TIME INTEGRATOR={integrator}"
         raise InputError(
-            f"*DYNAMIC has {wrong}", expected=f"APPLICATION={' or '.join(APPLICATIONS)}", where=block.where,
+            f"*DYNAMIC has {wrong}",
+            expected=f"APPLICATION={' or '.join(APPLICATIONS)}",
+            where=block.where,
             fix="creak has no backward Euler scheme.",
-        )  # fmt: skip
+        )
     if not block.has("ALPHA"):
         return scheme[integrator], None
     alpha = to_float(block.need("ALPHA"), block.where, "ALPHA")
     if not -0.5 <= alpha <= 0.0:
-        raise InputError(
-            f"*DYNAMIC has ALPHA={alpha:g}", expected="-0.5 to 0", where=block.where, fix="Correct it."
-        )
+        raise InputError(f"*DYNAMIC has ALPHA={alpha:g}", expected="-0.5 to 0", where=block.where, fix="Correct it.")
     return scheme[integrator], alpha
 
 
@@ -230,9 +279,11 @@ def _times(block: Block) -> tuple[float, float, str]:
     period = positive(fields[1] if len(fields) > 1 else "", where, "period of the step")
     if not 2.0 <= period / increment <= MOST:
         raise InputError(
-            f"increments of {increment:g} s in a step of {period:g} s", expected=f"2 to {MOST:g} of them", where=where,
+            f"increments of {increment:g} s in a step of {period:g} s",
+            expected=f"2 to {MOST:g} of them",
+            where=where,
             fix="Shorten the increment." if period < 2.0 * increment else "Give a longer increment.",
-        )  # fmt: skip
+        )
     return increment, period, where
 
 

@@ -105,9 +105,11 @@ def read_ties(
         rows = list(block.rows())
         if not rows:
             raise InputError(
-                "*TIE without surfaces", expected="secondary surface, main surface", where=block.where,
+                "*TIE without surfaces",
+                expected="secondary surface, main surface",
+                where=block.where,
                 fix="Name the two surfaces on a data line.",
-            )  # fmt: skip
+            )
         if block.option("TYPE") != "NODE TO SURFACE":
             why = "creak ties each secondary node to the nearest point of the main surface (NODE TO SURFACE)"
             deck.note(block, why, changes=False, what=f"*TIE, TYPE={block.option('TYPE', 'SURFACE TO SURFACE')}")
@@ -133,9 +135,10 @@ def _surface(source: _Source, name: str, scope: Scope, where: str) -> RawSurface
     if surface is None:
         raise InputError(
             f"*TIE on unknown surface {name!r}" if name else "*TIE names one surface only",
-            expected="secondary surface, main surface", where=where,
+            expected="secondary surface, main surface",
+            where=where,
             fix=suggest(name, with_short_names(source.surfaces)),
-        )  # fmt: skip
+        )
     return surface
 
 
@@ -157,9 +160,7 @@ def _search(
     return _Search(rows, int(shared.sum()), tolerance, nearest, arm, tied)
 
 
-def _note_untied(
-    source: _Source, block: Block, secondary: RawSurface, main: RawSurface, found: _Search
-) -> None:
+def _note_untied(source: _Source, block: Block, secondary: RawSurface, main: RawSurface, found: _Search) -> None:
     """List the nodes that are not tied, and the offset that Abaqus would have closed by moving nodes."""
     title, pair = f"*TIE, NAME={block.get('NAME')}", f"{secondary.name!r} and {main.name!r}"
     if found.shared:
@@ -184,9 +185,10 @@ def _main_surface(surface: RawSurface, source: _Source, where: str) -> MainSurfa
     if not surface.element_rows.size:
         raise InputError(
             f"main surface {surface.name!r} of *TIE is a surface of nodes",
-            expected="a surface of shell facets, faces of solids or shell edges", where=where,
+            expected="a surface of shell facets, faces of solids or shell edges",
+            where=where,
             fix="Give one; the surface of nodes may be the secondary one, which stands first.",
-        )  # fmt: skip
+        )
     corners = surface.corners
     return MainSurface(corners, coords[corners], _thickness(surface.element_rows, source.assigned))
 
@@ -218,9 +220,11 @@ def _tolerance(block: Block, main: MainSurface) -> float:
     value = to_float(block.get("POSITION TOLERANCE"), block.where, "position tolerance")
     if value < 0.0:
         raise InputError(
-            f"position tolerance is {value:g}", expected="a number, zero or more", where=block.where,
+            f"position tolerance is {value:g}",
+            expected="a number, zero or more",
+            where=block.where,
             fix="Give the largest distance at which a node is tied.",
-        )  # fmt: skip
+        )
     return value
 
 
@@ -267,6 +271,7 @@ def _nothing_tied(secondary: RawSurface, main: RawSurface, found: _Search, where
         far = "TIED NSET= holds none of them"
     return InputError(
         f"*TIE joins no node of {secondary.name!r}: {shared}{far}",
-        expected="surfaces that meet without sharing nodes", where=where,
+        expected="surfaces that meet without sharing nodes",
+        where=where,
         fix="Raise POSITION TOLERANCE=, correct the surfaces (secondary first, then main), or remove the tie.",
-    )  # fmt: skip
+    )

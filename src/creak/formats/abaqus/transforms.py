@@ -57,8 +57,10 @@ def read_transforms(deck: Outline, nodes: Registry, coords: FloatArray) -> Trans
         if kind not in ("R", "C", "S") or not rows:
             raise InputError(
                 f"*TRANSFORM, TYPE={kind}" if rows else "*TRANSFORM has no data line",
-                expected="TYPE=R, C or S and a line with two points", where=block.where, fix="Correct the keyword.",
-            )  # fmt: skip
+                expected="TYPE=R, C or S and a line with two points",
+                where=block.where,
+                fix="Correct the keyword.",
+            )
         numbers = np.array(floats(rows[0][0], rows[0][1], "point of the transform", 6))
         system = LocalSystem(kind, numbers[:3], numbers[3:], rows[0][1]).moved(scope.rotation, scope.origin)
         found = nodes.find(block.need("NSET"), scope.name, block.where)

@@ -36,8 +36,10 @@ def surface_lines(model: Model, scopes: Scopes, weights: dict[str, FloatArray], 
             factors = weights.get(names[id(surface)], np.ones(surface.nodes_idx.size))
             out.lines[scope] += _node_surface(name, scopes.nodes(surface.nodes_idx, scope), factors)
         else:
-            lines = [_facet(model.blocks[b], scopes.element(b, r, scope), side)
-                     for (b, r), side in zip(surface.facets.tolist(), surface.side.tolist(), strict=True)]  # fmt: skip
+            lines = [
+                _facet(model.blocks[b], scopes.element(b, r, scope), side)
+                for (b, r), side in zip(surface.facets.tolist(), surface.side.tolist(), strict=True)
+            ]
             out.lines[scope] += [f"*SURFACE, NAME={name}", *dict.fromkeys(lines)]
 
 

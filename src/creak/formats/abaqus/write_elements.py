@@ -14,10 +14,22 @@ from creak.model.materials import AxialSpring, BeamSection, NodalMatrices, Secti
 from creak.model.mesh import ElementBlock, Model
 
 _TYPES = {
-    "quad4": "S4", "tri3": "S3", "beam2": "B31", "truss2": "T3D2", "hex8": "C3D8I", "wedge6": "C3D6", "tet4": "C3D4",
-    "tet10": "C3D10", "hex20": "C3D20", "hex20r": "C3D20R", "wedge15": "C3D15",
-    "mass": "MASS", "rotary": "ROTARYI", "bush2": "CONN3D2", "nodal1": "MASS",
-}  # fmt: skip
+    "quad4": "S4",
+    "tri3": "S3",
+    "beam2": "B31",
+    "truss2": "T3D2",
+    "hex8": "C3D8I",
+    "wedge6": "C3D6",
+    "tet4": "C3D4",
+    "tet10": "C3D10",
+    "hex20": "C3D20",
+    "hex20r": "C3D20R",
+    "wedge15": "C3D15",
+    "mass": "MASS",
+    "rotary": "ROTARYI",
+    "bush2": "CONN3D2",
+    "nodal1": "MASS",
+}
 PER_LINE = 16
 """Fields that Abaqus reads from one line."""
 _SPRINGS = {"spring1": ("SPRING1", "DASHPOT1"), "spring2": ("SPRING2", "DASHPOT2"), "axial2": ("SPRINGA", "DASHPOTA")}
@@ -99,8 +111,9 @@ def _third_nodes(model: Model, block: ElementBlock) -> list[int]:
 
 
 def _rows(model: Model, blocks: list[int]) -> IntArray:
-    return np.concatenate([np.column_stack([np.full(model.blocks[b].ids.size, b), np.arange(model.blocks[b].ids.size)])
-                           for b in blocks])  # fmt: skip
+    return np.concatenate(
+        [np.column_stack([np.full(model.blocks[b].ids.size, b), np.arange(model.blocks[b].ids.size)]) for b in blocks]
+    )
 
 
 def _merged(model: Model, scopes: Scopes, groups: dict[tuple[int, int], list[int]]) -> list[list[int]]:

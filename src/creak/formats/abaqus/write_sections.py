@@ -75,9 +75,12 @@ def material_lines(material: AnyMaterial) -> list[str]:
         raise unwritable(f"material {material.name!r}", "a sheet that is not orthotropic in its own axes")
     damping = [f"*DAMPING, ALPHA={number(material.alpha)}, BETA={number(material.beta)}"]
     return [
-        f"*MATERIAL, NAME={material.name}", *elastic, "*DENSITY", number(material.density),
+        f"*MATERIAL, NAME={material.name}",
+        *elastic,
+        "*DENSITY",
+        number(material.density),
         *(damping if material.alpha or material.beta else []),
-    ]  # fmt: skip
+    ]
 
 
 def triangle(matrix: FloatArray) -> list[float]:
@@ -189,9 +192,11 @@ def _beam_by_moments(section: BeamSection, elset: str) -> list[str]:
         profile, size = "GENERAL", (section.area, section.i11, 0.0, section.i22, section.torsion)
     shear = inverted(lambda g: m.youngs_modulus / (2.0 * g) - 1.0, m.poisson_ratio, m.shear_modulus)
     lines = [
-        f"*BEAM GENERAL SECTION, ELSET={elset}, SECTION={profile}, DENSITY={number(m.density)}", numbers(size),
-        numbers(section.axis1), numbers((m.youngs_modulus, shear)),
-    ]  # fmt: skip
+        f"*BEAM GENERAL SECTION, ELSET={elset}, SECTION={profile}, DENSITY={number(m.density)}",
+        numbers(size),
+        numbers(section.axis1),
+        numbers((m.youngs_modulus, shear)),
+    ]
     if any(section.centroid) or profile in SHAPES:
         lines += ["*CENTROID", numbers(section.centroid)]
     if any(section.shear_centre) or profile in SHAPES:

@@ -39,8 +39,9 @@ def write_deck(model: Model, path: str | Path, ignore: Sequence[str] = ()) -> No
     if model.mass_form != "consistent":
         raise InputError(
             f"the mass of this deck is {model.mass_form}; creak reads Abaqus decks with consistent mass",
-            where=model.source, fix="Accept another mass with --mass consistent (the answer changes with it).",
-        )  # fmt: skip
+            where=model.source,
+            fix="Accept another mass with --mass consistent (the answer changes with it).",
+        )
     text = "\n".join(deck_lines(model)) + "\n"
     write_checked(path, text, lambda copy: _lost(model, copy), kind="an Abaqus", source=model.source)
 
@@ -89,9 +90,10 @@ def stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
     u = first_unread(model, ignore)
     if u is not None:
         raise InputError(
-            f"{u.keyword} was not read and would be lost: {u.why}", where=u.where,
+            f"{u.keyword} was not read and would be lost: {u.why}",
+            where=u.where,
             fix=f"Remove it, or go on without it: --ignore {u.keyword.lstrip('*')!r}.",
-        )  # fmt: skip
+        )
 
 
 def _same_part_names(copy: Model, model: Model) -> Model:

@@ -86,14 +86,20 @@ def read_user_element(path: Path, map_file: Path | None = None) -> Superelement:
 def _check_map(nodes: IntArray, dofs: IntArray, table: DofMap, map_file: Path) -> None:
     """The map may only turn labelled rows into generalised coordinates."""
     if table.node_ids.size != nodes.size:
-        raise InputError(f"the map has {table.node_ids.size} rows, the user element {nodes.size}", where=map_file,
-                         fix="Give one row per dof of the user element, in its order")  # fmt: skip
+        raise InputError(
+            f"the map has {table.node_ids.size} rows, the user element {nodes.size}",
+            where=map_file,
+            fix="Give one row per dof of the user element, in its order",
+        )
     differs = (table.node_ids != 0) & ((table.node_ids != nodes) | (table.dofs != dofs))
     if np.any(differs):
         k = int(np.argmax(differs))
-        raise InputError(f"row {k + 1} is dof {table.dofs[k]} of node {table.node_ids[k]} in the map, "
-                         f"dof {dofs[k]} of node {nodes[k]} in the user element", where=map_file,
-                         fix="List the rows in the order of the user element")  # fmt: skip
+        raise InputError(
+            f"row {k + 1} is dof {table.dofs[k]} of node {table.node_ids[k]} in the map, "
+            f"dof {dofs[k]} of node {nodes[k]} in the user element",
+            where=map_file,
+            fix="List the rows in the order of the user element",
+        )
 
 
 def _parse(path: Path) -> _Element:
@@ -136,8 +142,12 @@ def _keyword(line: str, element: _Element, where: str) -> str:
         return ""
     kind = options.get("TYPE", "")
     if kind not in _KINDS:
-        raise InputError(f"*MATRIX, TYPE={kind}", where=where, expected="STIFFNESS, MASS or VISCOUS DAMPING",
-                         fix="Leave this matrix out; structural damping has no equivalent in time")  # fmt: skip
+        raise InputError(
+            f"*MATRIX, TYPE={kind}",
+            where=where,
+            expected="STIFFNESS, MASS or VISCOUS DAMPING",
+            fix="Leave this matrix out; structural damping has no equivalent in time",
+        )
     element.values[_KINDS[kind]] = []
     return _KINDS[kind]
 
@@ -153,16 +163,22 @@ def _reals(line: str, where: str) -> list[float]:
     try:
         return [number(c) for c in line.replace(",", " ").split()]
     except ValueError as error:
-        raise InputError(f"{line!r} is no list of numbers", where=where,
-                         fix="If this is the last line, the file was cut off: copy it again") from error  # fmt: skip
+        raise InputError(
+            f"{line!r} is no list of numbers",
+            where=where,
+            fix="If this is the last line, the file was cut off: copy it again",
+        ) from error
 
 
 def _element_rows(element: _Element, path: Path) -> list[tuple[int, int]]:
     """(node label, dof) of every row."""
     if not element.nodes or len(element.nodes) != (element.count or len(element.nodes)):
-        raise InputError(f"{len(element.nodes)} node labels for a user element with {element.count} nodes", where=path,
-                         expected="all labels in the comment lines after ** ELEMENT NODES",
-                         fix="Keep the comments that Abaqus writes")  # fmt: skip
+        raise InputError(
+            f"{len(element.nodes)} node labels for a user element with {element.count} nodes",
+            where=path,
+            expected="all labels in the comment lines after ** ELEMENT NODES",
+            fix="Keep the comments that Abaqus writes",
+        )
     if not element.dof_lines:
         raise InputError("the user element has no list of dofs", where=path, fix="Write it again")
     dofs_from = {1: element.dof_lines[0][1]}
@@ -182,9 +198,12 @@ def _unpacked(values: list[float], n: int, name: str, path: Path) -> FloatArray:
     """The matrix from its columns, whole or down to the diagonal (as masses are even with UNSYM)."""
     whole, triangle = n * n, n * (n + 1) // 2
     if len(values) not in (whole, triangle):
-        raise InputError(f"matrix {name} has {len(values)} entries for {n} dofs", where=path,
-                         expected=f"{triangle}, or {whole} for an unsymmetric one",
-                         fix="Copy the file again; if it is complete, its list of dofs is wrong")  # fmt: skip
+        raise InputError(
+            f"matrix {name} has {len(values)} entries for {n} dofs",
+            where=path,
+            expected=f"{triangle}, or {whole} for an unsymmetric one",
+            fix="Copy the file again; if it is complete, its list of dofs is wrong",
+        )
     if len(values) == whole:
         return np.array(values).reshape(n, n).T
     matrix = np.zeros((n, n))
@@ -267,23 +286,32 @@ def read_matrix_output(path: Path, map_file: Path | None = None) -> Superelement
     map_file = map_file or beside(stiffness, "_dofs.csv")
     if all(table.shape[1] == 3 for table in tables.values()):
         if map_file is None:
-            raise InputError("this is FORMAT=COORDINATE, which does not say which dof a row is", where=stiffness,
-                             fix="Give a map node,dof,x,y,z as .csv, or write FORMAT=MATRIX INPUT")  # fmt: skip
+            raise InputError(
+                "this is FORMAT=COORDINATE, which does not say which dof a row is",
+                where=stiffness,
+                fix="Give a map node,dof,x,y,z as .csv, or write FORMAT=MATRIX INPUT",
+            )
         return _from_coordinates(tables, read_dof_map(map_file), stiffness)
     if any(table.shape[1] == 3 for table in tables.values()):
-        raise InputError("one matrix is FORMAT=COORDINATE, another is not", where=stiffness,
-                         fix="Write all in the same format")  # fmt: skip
+        raise InputError(
+            "one matrix is FORMAT=COORDINATE, another is not", where=stiffness, fix="Write all in the same format"
+        )
     return _from_labels(tables, map_file, stiffness)
 
 
 def _siblings(path: Path) -> tuple[Path, dict[str, Path]]:
     match = re.search(r"_(STIF|MASS|DMPV)(?=\d*\.mtx$)", path.name, re.I)
     if not match:
-        raise InputError("this name does not tell which matrix it is", where=path,
-                         expected="NAME_STIF1.mtx beside NAME_MASS1.mtx", fix="Rename the files so")  # fmt: skip
+        raise InputError(
+            "this name does not tell which matrix it is",
+            where=path,
+            expected="NAME_STIF1.mtx beside NAME_MASS1.mtx",
+            fix="Rename the files so",
+        )
     start, end = match.span(1)
-    names = {key: path.name[:start] + kind + path.name[end:]
-             for key, kind in (("K", "STIF"), ("M", "MASS"), ("C", "DMPV"))}  # fmt: skip
+    names = {
+        key: path.name[:start] + kind + path.name[end:] for key, kind in (("K", "STIF"), ("M", "MASS"), ("C", "DMPV"))
+    }
     return path.with_name(names["K"]), {key: path.with_name(names[key]) for key in "MC"}
 
 
@@ -294,8 +322,11 @@ def _entries(path: Path) -> FloatArray:
     what = "row node, dof, column node, dof, value (or row, column, value)"
     table = read_table(path, 3 if columns == 3 else 5, what)
     if np.any(np.abs(table[:, -1]) >= CONSTRAINED):
-        raise InputError("the matrix has constrained dofs (1e36 on the diagonal)", where=path,
-                         fix="Write the matrices in a step without boundary conditions")  # fmt: skip
+        raise InputError(
+            "the matrix has constrained dofs (1e36 on the diagonal)",
+            where=path,
+            fix="Write the matrices in a step without boundary conditions",
+        )
     return table
 
 
@@ -307,11 +338,15 @@ def _from_coordinates(tables: dict[str, FloatArray], table: DofMap, path: Path) 
         outside = (np.minimum(rows, columns) < 0) | (np.maximum(rows, columns) >= n)
         if np.any(outside):
             k = int(np.argmax(outside))
-            raise InputError(f"matrix {key} has an entry in row {rows[k] + 1}, column {columns[k] + 1}; the map has "
-                             f"{n} rows", where=path, fix="Give the map of these matrices")  # fmt: skip
+            raise InputError(
+                f"matrix {key} has an entry in row {rows[k] + 1}, column {columns[k] + 1}; the map has {n} rows",
+                where=path,
+                fix="Give the map of these matrices",
+            )
         matrices[key] = from_entries(rows, columns, entries[:, 2], n)
-    return checked(_name(path), table.node_ids, table.dofs, matrices["K"], matrices["M"], matrices.get("C"),
-                   table.positions, path)  # fmt: skip
+    return checked(
+        _name(path), table.node_ids, table.dofs, matrices["K"], matrices["M"], matrices.get("C"), table.positions, path
+    )
 
 
 def _from_labels(tables: dict[str, FloatArray], map_file: Path | None, path: Path) -> Superelement:

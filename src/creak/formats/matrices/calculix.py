@@ -51,6 +51,9 @@ def _matrix(path: Path, n: int) -> Matrix:
     entries = read_table(path, 3, "row, column, value")
     rows, columns = (entries[:, k].astype(np.int64) - 1 for k in (0, 1))
     if min(rows.min(), columns.min()) < 0 or max(rows.max(), columns.max()) >= n:
-        raise InputError(f"the matrix has entries outside the {n} rows of the .dof file", where=path,
-                         fix="Give the three files of the same run")  # fmt: skip
+        raise InputError(
+            f"the matrix has entries outside the {n} rows of the .dof file",
+            where=path,
+            fix="Give the three files of the same run",
+        )
     return from_entries(rows, columns, entries[:, 2], n)

@@ -44,8 +44,11 @@ def checked(
     places = {n: np.asarray(x, dtype=float) for n, x in positions.items() if n in known}
     lost = [n for n, x in places.items() if x.shape != (3,) or not np.all(np.isfinite(x))]
     if lost:
-        raise InputError(f"the place of node {lost[0]} is {places[lost[0]].tolist()}", where=source,
-                         expected="three finite coordinates")  # fmt: skip
+        raise InputError(
+            f"the place of node {lost[0]} is {places[lost[0]].tolist()}",
+            where=source,
+            expected="three finite coordinates",
+        )
     return Superelement(name, nodes, components, fine["K"], fine["M"], fine.get("C"), places, str(source))
 
 
@@ -54,10 +57,11 @@ def _check_rows(nodes: IntArray, dofs: IntArray, source: Path) -> None:
     bad = np.flatnonzero(physical & ((dofs < 1) | (dofs > 6)) | (nodes < 0))
     if bad.size:
         raise InputError(
-            f"row {bad[0] + 1} belongs to dof {dofs[bad[0]]} of node {nodes[bad[0]]}", where=source,
+            f"row {bad[0] + 1} belongs to dof {dofs[bad[0]]} of node {nodes[bad[0]]}",
+            where=source,
             expected="dofs 1 to 6 of a node, or node 0 and dof 0 for a generalised coordinate",
             fix="Reduce to displacements and rotations only",
-        )  # fmt: skip
+        )
     keys, counts = np.unique(np.stack([nodes, dofs], axis=1)[physical], axis=0, return_counts=True)
     if np.any(counts > 1):
         node, dof = keys[np.argmax(counts > 1)]
@@ -69,9 +73,10 @@ def symmetric(matrix: Matrix, name: str, n: int, source: Path) -> Matrix:
     if tuple(matrix.shape) != (n, n):
         shape = " x ".join(map(str, matrix.shape))
         raise InputError(
-            f"matrix {name} is {shape} but the map of nodes and dofs has {n} rows", where=source,
+            f"matrix {name} is {shape} but the map of nodes and dofs has {n} rows",
+            where=source,
             fix="Give the map that was written together with the matrices",
-        )  # fmt: skip
+        )
     values = matrix.data if sparse.issparse(matrix) else matrix
     if not np.all(np.isfinite(values)):
         raise InputError(f"matrix {name} has entries that are not finite", where=source, fix="Export it again")
@@ -83,9 +88,10 @@ def symmetric(matrix: Matrix, name: str, n: int, source: Path) -> Matrix:
     if skew > SYMMETRY * largest:
         raise InputError(
             f"matrix {name} is not symmetric: largest |A_ij - A_ji| is {skew:.3g}, largest entry {largest:.3g}",
-            where=source, expected=f"symmetry to {SYMMETRY:g} of the largest entry",
+            where=source,
+            expected=f"symmetry to {SYMMETRY:g} of the largest entry",
             fix="Export the symmetric part, without follower loads, friction or gyroscopic terms",
-        )  # fmt: skip
+        )
     return 0.5 * (matrix + matrix.T)
 
 
@@ -112,9 +118,11 @@ def first_of(found: Mapping[str, T], names: Iterable[str], what: str, source: Pa
             return found[name]
     there = ", ".join(sorted(found)) or "none"
     raise InputError(
-        f"there is no {what} matrix (found: {there})", where=source, expected=" or ".join(known),
+        f"there is no {what} matrix (found: {there})",
+        where=source,
+        expected=" or ".join(known),
         fix=f"Write the {what} matrix to the file too, or rename it",
-    )  # fmt: skip
+    )
 
 
 def with_structural(C: Matrix | None, K4: Matrix | None, w4: float | None, source: Path) -> Matrix | None:
@@ -132,9 +140,10 @@ def with_structural(C: Matrix | None, K4: Matrix | None, w4: float | None, sourc
         return C
     if w4 is None:
         raise InputError(
-            "there is a structural damping matrix, which has no equivalent in time without a frequency", where=source,
+            "there is a structural damping matrix, which has no equivalent in time without a frequency",
+            where=source,
             fix="Give w4 (rad/s, as PARAM,W4) to make it viscous at that frequency, or w4 = inf to leave it out",
-        )  # fmt: skip
+        )
     if np.isinf(w4):
         return C
     return K4 / w4 if C is None else C + K4 / w4

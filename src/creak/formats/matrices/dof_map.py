@@ -44,8 +44,9 @@ def read_dof_map(path: Path) -> DofMap:
             node, dof = int(cells[0]), int(cells[1])
             place = [float(c) for c in cells[2:5] if c.strip()]
         except (ValueError, IndexError) as error:
-            raise InputError(f"{','.join(cells)!r} is no row of a map", where=f"{path}:{number}",
-                             expected=",".join(HEADER)) from error  # fmt: skip
+            raise InputError(
+                f"{','.join(cells)!r} is no row of a map", where=f"{path}:{number}", expected=",".join(HEADER)
+            ) from error
         nodes.append(node)
         dofs.append(dof)
         if len(place) == 3 and node:

@@ -45,14 +45,16 @@ def _prefix(path: Path) -> Path:
 
 def _read(path: Path) -> Matrix:
     if not path.is_file():
-        raise InputError("there is no such file", where=path,
-                         expected="NAME_K.mtx, NAME_M.mtx and NAME_dofs.csv side by side")  # fmt: skip
+        raise InputError(
+            "there is no such file", where=path, expected="NAME_K.mtx, NAME_M.mtx and NAME_dofs.csv side by side"
+        )
     try:
         _check_entries(path)
         matrix = io.mmread(path, **SPARSE_ARRAY)
     except (ValueError, OverflowError, OSError, EOFError, StopIteration) as error:
-        raise InputError(f"this is no complete Matrix Market file ({error})", where=path,
-                         fix="Copy or write it again") from error  # fmt: skip
+        raise InputError(
+            f"this is no complete Matrix Market file ({error})", where=path, fix="Copy or write it again"
+        ) from error
     return sparse.csr_array(matrix) if sparse.issparse(matrix) else matrix
 
 

@@ -74,8 +74,11 @@ def dmig_matrices(cards: Iterable[Card]) -> dict[str, Dmig]:
         if card.integer(1) == 0:
             found[name] = _header(card, name)
         elif name not in found:
-            raise InputError(f"a column of DMIG {name} comes before its header", where=card.where,
-                             fix=f"Start the matrix with DMIG,{name},0,6,2")  # fmt: skip
+            raise InputError(
+                f"a column of DMIG {name} comes before its header",
+                where=card.where,
+                fix=f"Start the matrix with DMIG,{name},0,6,2",
+            )
         else:
             _add_column(found[name], card, name)
     return found
@@ -84,8 +87,11 @@ def dmig_matrices(cards: Iterable[Card]) -> dict[str, Dmig]:
 def _header(card: Card, name: str) -> Dmig:
     form, kind = card.integer(2), card.integer(3)
     if name in {*STIFFNESS, *MASS, *DAMPING, *STRUCTURAL} and (form not in (SQUARE, SYMMETRIC) or kind not in (1, 2)):
-        raise InputError(f"DMIG {name} has form {form} and type {kind}", where=card.where,
-                         expected="form 6 or 1 (symmetric, square) and type 1 or 2 (real)")  # fmt: skip
+        raise InputError(
+            f"DMIG {name} has form {form} and type {kind}",
+            where=card.where,
+            expected="form 6 or 1 (symmetric, square) and type 1 or 2 (real)",
+        )
     return Dmig(form, kind, card.where)
 
 
@@ -97,8 +103,11 @@ def _add_column(matrix: Dmig, card: Card, name: str) -> None:
         row, value = (card.integer(k), card.integer(k + 1, 0)), card.real(k + 2, 0.0)
         twice = (row, column) in matrix.entries or (matrix.form == SYMMETRIC and (column, row) in matrix.entries)
         if twice:
-            raise InputError(f"entry {row}, {column} of DMIG {name} is given twice", where=card.where,
-                             fix="Give each entry once; of a symmetric matrix (form 6) one triangle only")  # fmt: skip
+            raise InputError(
+                f"entry {row}, {column} of DMIG {name} is given twice",
+                where=card.where,
+                fix="Give each entry once; of a symmetric matrix (form 6) one triangle only",
+            )
         matrix.entries[row, column] = value
 
 

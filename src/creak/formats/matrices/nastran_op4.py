@@ -44,8 +44,11 @@ def read_op4(path: Path, map_file: Path | None = None, *, w4: float | None = Non
     C = with_structural(C if C is not None and np.any(C) else None, K4, w4, path)
     map_file = map_file or beside(path, ".asm") or beside(path, "_dofs.csv")
     if map_file is None:
-        raise InputError("the map of rows to grids is missing", where=path,
-                         fix=f"Give the .asm file of the same run, or put it beside as {path.stem}.asm")  # fmt: skip
+        raise InputError(
+            "the map of rows to grids is missing",
+            where=path,
+            fix=f"Give the .asm file of the same run, or put it beside as {path.stem}.asm",
+        )
     if map_file.suffix.lower() == ".csv":
         table = read_dof_map(map_file)
         return checked(path.stem, table.node_ids, table.dofs, K, M, C, table.positions, path)
@@ -65,10 +68,11 @@ def _check_size(n: int, rows: list[tuple[int, int]], path: Path, map_file: Path)
     grids = len({i for i, dof in rows if dof != nastran.SCALAR})
     raise InputError(
         f"the stiffness matrix has {n} rows, the map {map_file.name} {len(rows)}: {len(rows) - scalars} dofs of "
-        f"{grids} grids and {scalars} scalar points", where=path,
+        f"{grids} grids and {scalars} scalar points",
+        where=path,
         fix="Give the .asm file of the same run; if grids have fewer than six dofs, add an EXTRN card to it, "
         "or give a table node,dof,x,y,z as .csv",
-    )  # fmt: skip
+    )
 
 
 def write_op4(superelement: Superelement, path: Path, *, superelement_id: int = 101) -> list[Path]:

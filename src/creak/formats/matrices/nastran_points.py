@@ -80,8 +80,11 @@ def _grids(cards: list[Card]) -> dict[int, Grid]:
         systems_of_grid = (card.integer(1, default.integer(1, 0)), card.integer(5, default.integer(5, 0)))
         missing = [i for i in systems_of_grid if i not in systems]
         if missing:
-            raise InputError(f"GRID {card.integer(0)} needs coordinate system {missing[0]}, which is not in the file",
-                             where=card.where, fix="Add its CORD2R, CORD2C or CORD2S card")  # fmt: skip
+            raise InputError(
+                f"GRID {card.integer(0)} needs coordinate system {missing[0]}, which is not in the file",
+                where=card.where,
+                fix="Add its CORD2R, CORD2C or CORD2S card",
+            )
         placed, moved = (systems[i] for i in systems_of_grid)
         position = point_in_basic(placed, np.array([card.real(i, 0.0) for i in (2, 3, 4)]))
         grids[card.integer(0)] = Grid(position, axes_at(moved, position))
@@ -97,8 +100,12 @@ def _connections(cards: list[Card]) -> dict[int, int]:
             continue
         superelement = card.integer(0)
         if first not in (None, superelement):
-            raise InputError(f"SECONCT cards of superelements {first} and {superelement}", where=card.where,
-                             expected="the map of one superelement", fix="Give the map of each on its own")  # fmt: skip
+            raise InputError(
+                f"SECONCT cards of superelements {first} and {superelement}",
+                where=card.where,
+                expected="the map of one superelement",
+                fix="Give the map of each on its own",
+            )
         first = superelement
         if len(card.fields) > 9 and card.text(9).upper() == "THRU":
             inner, outer = (range(card.integer(i), card.integer(i + 2) + 1) for i in (8, 11))
@@ -142,8 +149,11 @@ def all_rows(points: PointMap, path: Path) -> list[tuple[int, int]]:
     rows: list[tuple[int, int]] = []
     for i in sorted(ids):
         if not points.is_scalar(i) and points.grid(i) is None and points.components.get(i) != (SCALAR,):
-            raise InputError(f"point {i} of SECONCT or EXTRN has neither a GRID nor an SPOINT card", where=path,
-                             fix="Add the cards of all boundary points to the map file")  # fmt: skip
+            raise InputError(
+                f"point {i} of SECONCT or EXTRN has neither a GRID nor an SPOINT card",
+                where=path,
+                fix="Add the cards of all boundary points to the map file",
+            )
         dofs = points.components.get(i, (SCALAR,) if points.is_scalar(i) else ALL_DOFS)
         rows += [(i, dof) for dof in dofs]
     return rows
@@ -171,9 +181,10 @@ def to_basic(points: PointMap, rows: list[tuple[int, int]], path: Path) -> Matri
             there = [row_of[i, dof] for dof in dofs if (i, dof) in row_of]
             if len(there) in (1, 2):
                 raise InputError(
-                    f"grid {i} moves in its own frame (field CD) and has only some of its dofs {dofs}", where=path,
+                    f"grid {i} moves in its own frame (field CD) and has only some of its dofs {dofs}",
+                    where=path,
                     fix="Keep all three translations or rotations of the grid, or define it in the basic frame",
-                )  # fmt: skip
+                )
             if there:
                 rotation[np.ix_(there, there)] = grid.axes
     return rotation.tocsr() if turned else None
@@ -190,8 +201,11 @@ def scalar_ids(superelement: Superelement) -> IntArray:
     ids = superelement.node_ids.copy()
     ids[generalised] = int(ids.max(initial=0)) + 1 + np.arange(generalised.size)
     if ids.max(initial=0) > LARGEST_ID:
-        raise InputError(f"point {ids.max()} is above Nastran's largest id {LARGEST_ID}", where=superelement.name,
-                         fix="Renumber the nodes, or use another format")  # fmt: skip
+        raise InputError(
+            f"point {ids.max()} is above Nastran's largest id {LARGEST_ID}",
+            where=superelement.name,
+            fix="Renumber the nodes, or use another format",
+        )
     return ids
 
 
@@ -199,8 +213,11 @@ def point_cards(superelement: Superelement, path: Path) -> Iterator[str]:
     """GRID cards in the basic frame and SPOINT cards of a superelement."""
     for node in sorted({int(n) for n in superelement.node_ids if n > 0}):
         if node not in superelement.positions:
-            raise InputError(f"the place of node {node} is not known", where=path,
-                             fix="Give positions for all nodes, or use another format")  # fmt: skip
+            raise InputError(
+                f"the place of node {node} is not known",
+                where=path,
+                fix="Give positions for all nodes, or use another format",
+            )
         x, y, z = (real(v) for v in superelement.positions[node])
         yield free_card("GRID", [node, 0, x, y, z, 0], per_line=4)
     scalars = scalar_ids(superelement)[superelement.generalised].tolist()

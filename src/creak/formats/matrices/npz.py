@@ -33,13 +33,21 @@ def read_npz(path: Path) -> Superelement:
             raise InputError(f"there is no array {key}", where=path, fix="Write it beside K and M: one entry per row")
     n = arrays["node_ids"].size
     if arrays["dofs"].shape != (n,) or arrays["node_ids"].shape != (n,):
-        raise InputError(f"there are {n} node_ids and {arrays['dofs'].size} dofs", where=path,
-                         expected="two vectors, one entry per row of K")  # fmt: skip
+        raise InputError(
+            f"there are {n} node_ids and {arrays['dofs'].size} dofs",
+            where=path,
+            expected="two vectors, one entry per row of K",
+        )
     K, M, C = (_matrix(arrays, key, n, path) for key in "KMC")
     if K is None or M is None:
         raise InputError(f"there is no array {'K' if K is None else 'M'}", where=path, fix="Write both K and M")
-    positions = dict(zip(arrays.get("position_nodes", np.empty(0, int)).tolist(),
-                         arrays.get("positions", np.empty((0, 3))), strict=False))  # fmt: skip
+    positions = dict(
+        zip(
+            arrays.get("position_nodes", np.empty(0, int)).tolist(),
+            arrays.get("positions", np.empty((0, 3))),
+            strict=False,
+        )
+    )
     name = str(arrays["name"]) if "name" in arrays else path.stem
     return checked(name, arrays["node_ids"], arrays["dofs"], K, M, C, positions, path)
 
@@ -50,8 +58,11 @@ def _load(path: Path) -> Arrays:
         with np.load(io.BytesIO(data), allow_pickle=False) as file:
             return {key: file[key] for key in file.files}
     except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, OSError, AttributeError, KeyError) as error:
-        raise InputError(f"this is no complete NumPy file ({error})", where=path,
-                         fix="Copy or write it again; numpy.savez makes such files") from error  # fmt: skip
+        raise InputError(
+            f"this is no complete NumPy file ({error})",
+            where=path,
+            fix="Copy or write it again; numpy.savez makes such files",
+        ) from error
 
 
 def _matrix(arrays: Arrays, key: str, n: int, path: Path) -> Matrix | None:
@@ -64,8 +75,11 @@ def _matrix(arrays: Arrays, key: str, n: int, path: Path) -> Matrix | None:
     try:
         return sparse.coo_array((values.astype(float), (rows, columns)), shape=(n, n)).tocsr()
     except ValueError as error:
-        raise InputError(f"the triplets of {key} do not make a {n} x {n} matrix ({error})", where=path,
-                         fix="Number rows and columns from 0") from error  # fmt: skip
+        raise InputError(
+            f"the triplets of {key} do not make a {n} x {n} matrix ({error})",
+            where=path,
+            fix="Number rows and columns from 0",
+        ) from error
 
 
 def write_npz(superelement: Superelement, path: Path) -> list[Path]:

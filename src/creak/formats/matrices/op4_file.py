@@ -60,16 +60,23 @@ def read_op4_matrices(path: Path, wanted: Collection[str]) -> dict[str, FloatArr
     try:
         return _read_binary(data, wanted, path) if binary else _read_text(data, wanted, path)
     except _Incomplete as error:
-        raise InputError(f"this is no complete OUTPUT4 file: {error}", where=path,
-                         fix="Copy it again in binary mode, or write it again") from error  # fmt: skip
+        raise InputError(
+            f"this is no complete OUTPUT4 file: {error}",
+            where=path,
+            fix="Copy it again in binary mode, or write it again",
+        ) from error
 
 
 def _store(found: dict[str, FloatArray], header: Header, matrix: FloatArray | None, path: Path) -> None:
     if matrix is None or header.name in found:
         return
     if header.kind > REAL_DOUBLE:
-        raise InputError(f"matrix {header.name} is complex", where=path, expected="real matrices",
-                         fix="Write stiffness and structural damping as separate real matrices")  # fmt: skip
+        raise InputError(
+            f"matrix {header.name} is complex",
+            where=path,
+            expected="real matrices",
+            fix="Write stiffness and structural damping as separate real matrices",
+        )
     found[header.name] = matrix
 
 
@@ -131,8 +138,9 @@ def _value_type(kind: int, order: str, word: int) -> np.dtype:
     return np.dtype(f"{order}{letter}{2 * size if double else size}")
 
 
-def _read_columns(records: Iterator[memoryview], header: Header, matrix: FloatArray | None, order: str,
-                  word: int) -> None:  # fmt: skip
+def _read_columns(
+    records: Iterator[memoryview], header: Header, matrix: FloatArray | None, order: str, word: int
+) -> None:
     kind = _value_type(header.kind, order, word)
     whole = np.dtype(f"{order}i{word}")
     for record in records:
@@ -270,8 +278,9 @@ def _check_count(values: NDArray, words: int, header: Header, lines: _Lines) -> 
     """Text files count numbers or words of four bytes, depending on the program that wrote them."""
     numbers = values.size * (1 if header.kind <= REAL_DOUBLE else 2)
     if words not in (numbers, values.size * _WORDS[header.kind]):
-        raise _Incomplete(f"matrix {header.name} announces {words} words before line {lines.at + 1}, "
-                          f"there are {numbers} numbers")  # fmt: skip
+        raise _Incomplete(
+            f"matrix {header.name} announces {words} words before line {lines.at + 1}, there are {numbers} numbers"
+        )
 
 
 # ------------------------------------------------------------------------------------------------ writing

@@ -42,8 +42,12 @@ def _line_by_line(lines: list[str], columns: int, what: str, path: Path) -> Floa
         except ValueError:
             rows.append([])
         if len(rows[-1]) != columns:
-            raise InputError(f"{line.strip()!r} is no entry of a matrix", where=f"{path}:{i}", expected=what,
-                             fix="If this is the last line, the file was cut off: copy it again")  # fmt: skip
+            raise InputError(
+                f"{line.strip()!r} is no entry of a matrix",
+                where=f"{path}:{i}",
+                expected=what,
+                fix="If this is the last line, the file was cut off: copy it again",
+            )
     return np.array(rows)
 
 

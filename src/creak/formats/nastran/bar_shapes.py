@@ -34,17 +34,21 @@ def _box_shape(width: float, height: float, flange: float, web: float) -> Shape:
     mean = (width - web) * (height - flange)
     around = 2.0 * ((width - web) / flange + (height - flange) / web)
     return Shape(
-        width * height - inner_w * inner_h, (width * height**3 - inner_w * inner_h**3) / 12.0,
-        (height * width**3 - inner_h * inner_w**3) / 12.0, 4.0 * mean**2 / around, radius=0.5 * min(width, height),
-    )  # fmt: skip
+        width * height - inner_w * inner_h,
+        (width * height**3 - inner_w * inner_h**3) / 12.0,
+        (height * width**3 - inner_h * inner_w**3) / 12.0,
+        4.0 * mean**2 / around,
+        radius=0.5 * min(width, height),
+    )
 
 
 def rectangle(width: float, height: float) -> Shape:
     """Width along z (plane 2), height along y; torsion by Roark's series, shear factor 5/6."""
     a, b = max(width, height), min(width, height)
     torsion = a * b**3 * (1.0 / 3.0 - 0.21 * b / a * (1.0 - b**4 / (12.0 * a**4)))
-    return Shape(width * height, width * height**3 / 12.0, height * width**3 / 12.0, torsion, 5.0 / 6.0, 5.0 / 6.0,
-                 0.5 * b)  # fmt: skip
+    return Shape(
+        width * height, width * height**3 / 12.0, height * width**3 / 12.0, torsion, 5.0 / 6.0, 5.0 / 6.0, 0.5 * b
+    )
 
 
 def _thin(rectangles: list[tuple[float, float, float, float]]) -> Shape:
@@ -84,10 +88,13 @@ def _i1(flange: float, web: float, inner: float, height: float) -> Shape:
 def _channel(width: float, height: float, web: float, flange: float) -> Shape:
     """CHAN: flange width, height, web and flange thickness; the web along y."""
     mid = height - 2.0 * flange
-    return _thin([
-        (0.5 * flange, 0.5 * width, flange, width), (0.5 * height, 0.5 * web, mid, web),
-        (height - 0.5 * flange, 0.5 * width, flange, width),
-    ])  # fmt: skip
+    return _thin(
+        [
+            (0.5 * flange, 0.5 * width, flange, width),
+            (0.5 * height, 0.5 * web, mid, web),
+            (height - 0.5 * flange, 0.5 * width, flange, width),
+        ]
+    )
 
 
 def _tee(width: float, height: float, flange: float, web: float) -> Shape:
@@ -97,14 +104,25 @@ def _tee(width: float, height: float, flange: float, web: float) -> Shape:
 
 def _angle(width: float, height: float, flange: float, web: float) -> Shape:
     """L: horizontal leg along z, vertical along y, their thicknesses."""
-    return _thin([(0.5 * flange, 0.5 * width, flange, width),
-                  (flange + 0.5 * (height - flange), 0.5 * web, height - flange, web)])  # fmt: skip
+    return _thin(
+        [
+            (0.5 * flange, 0.5 * width, flange, width),
+            (flange + 0.5 * (height - flange), 0.5 * web, height - flange, web),
+        ]
+    )
 
 
 SHAPES: dict[str, tuple[int, Callable[..., Shape]]] = {
-    "ROD": (1, _rod), "TUBE": (2, _tube), "BAR": (2, rectangle), "BOX": (4, _box_shape),
-    "I": (6, _i), "I1": (4, _i1), "T": (4, _tee), "CHAN": (4, _channel), "L": (4, _angle),
-}  # fmt: skip
+    "ROD": (1, _rod),
+    "TUBE": (2, _tube),
+    "BAR": (2, rectangle),
+    "BOX": (4, _box_shape),
+    "I": (6, _i),
+    "I1": (4, _i1),
+    "T": (4, _tee),
+    "CHAN": (4, _channel),
+    "L": (4, _angle),
+}
 """Number of dimensions and the section of each type."""
 OFF_CENTRE = {"T", "CHAN", "L"}
 """The shear centre is not the centroid; where Nastran puts it is not followed for bars, which have none."""
@@ -130,6 +148,9 @@ def read_shape(card: Card, first: int) -> tuple[Shape, float]:
     except ArithmeticError:  # no wall, or too large to compute with
         right = False
     if not right:
-        raise InputError(f"{card.name} {card.text(0)}: dimensions {dims} make no {kind}", where=card.where,
-                         expected="walls thinner than the section")  # fmt: skip
+        raise InputError(
+            f"{card.name} {card.text(0)}: dimensions {dims} make no {kind}",
+            where=card.where,
+            expected="walls thinner than the section",
+        )
     return shape, card.real(first + n, 0.0)

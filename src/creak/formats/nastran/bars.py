@@ -48,24 +48,43 @@ def _section(deck: Deck, card: Card, materials: Materials) -> BeamSection:
 
 
 def _beam(
-    deck: Deck, card: Card, materials: Materials, area: float, i: tuple[float, float, float], torsion: float,
-    nsm: float, k: tuple[float, float], radius: float = 0.0,
-) -> BeamSection:  # fmt: skip
+    deck: Deck,
+    card: Card,
+    materials: Materials,
+    area: float,
+    i: tuple[float, float, float],
+    torsion: float,
+    nsm: float,
+    k: tuple[float, float],
+    radius: float = 0.0,
+) -> BeamSection:
     """I1 is bending in plane 1 (about axis 2), so i22. With I12 the axes turn to the principal ones, and K1, K2 are
     left out as Nastran does. Nastran's CBEAM has inertia about its axis, its CBAR and CROD have none."""
     material, factor = materials.isotropic(card.integer(1), card)
     if area < 0.0 or i[0] < 0.0 or i[1] < 0.0 or torsion < 0.0 or i[0] * i[1] < i[2] ** 2:
-        raise InputError(f"{card.name} {card.integer(0)} has A = {area:g}, I1 = {i[0]:g}, I2 = {i[1]:g}, "
-                         f"J = {torsion:g}", where=card.where, expected="no negative value, I1 I2 > I12^2")  # fmt: skip
+        raise InputError(
+            f"{card.name} {card.integer(0)} has A = {area:g}, I1 = {i[0]:g}, I2 = {i[1]:g}, J = {torsion:g}",
+            where=card.where,
+            expected="no negative value, I1 I2 > I12^2",
+        )
     middle, half = 0.5 * (i[0] + i[1]), math.hypot(0.5 * (i[0] - i[1]), i[2])
     i22, i11, angle = i[0], i[1], 0.0
     if i[2]:
         i22, i11, angle, k = middle + half, middle - half, 0.5 * math.atan2(2.0 * i[2], i[0] - i[1]), (0.0, 0.0)
     return BeamSection(
-        f"{card.name} {card.integer(0)}", material, area, i11, i22, torsion * factor, radius=radius,
-        shear_area1=k[0] * area * factor, shear_area2=k[1] * area * factor, angle=angle,
-        line_mass=nsm * deck.mass_factor, twist_inertia=0.0 if card.name.startswith("PBAR") else None,
-    )  # fmt: skip
+        f"{card.name} {card.integer(0)}",
+        material,
+        area,
+        i11,
+        i22,
+        torsion * factor,
+        radius=radius,
+        shear_area1=k[0] * area * factor,
+        shear_area2=k[1] * area * factor,
+        angle=angle,
+        line_mass=nsm * deck.mass_factor,
+        twist_inertia=0.0 if card.name.startswith("PBAR") else None,
+    )
 
 
 def _pbar(deck: Deck, card: Card, materials: Materials) -> BeamSection:
@@ -79,8 +98,7 @@ def _shaped(deck: Deck, card: Card, materials: Materials) -> BeamSection:
     shape, nsm = read_shape(card, 8)
     kind = card.text(3).upper()
     if kind in OFF_CENTRE and card.name == "PBEAML":
-        deck.note(card, f"the shear centre of {kind} is taken at the centroid", changes=True,
-                  what=f"PBEAML, {kind}")  # fmt: skip
+        deck.note(card, f"the shear centre of {kind} is taken at the centroid", changes=True, what=f"PBEAML, {kind}")
     if card.name == "PBEAML" and "YES" in card.text(8 + 1 + SHAPES[kind][0]).upper():
         deck.note(card, "creak takes the section of end A all along", changes=True, what="PBEAML, stations")
     i = (shape.i1, shape.i2, shape.i12)
@@ -95,8 +113,9 @@ def _pbeam(deck: Deck, card: Card, materials: Materials) -> BeamSection:
     if end:
         last = [card.real(end + i, 0.0) or values[i] for i in range(6)]
         if not np.allclose(last, values, rtol=1e-6):
-            deck.note(card, "creak's beams do not taper: the mean of both ends is taken", changes=True,
-                      what="PBEAM, taper")  # fmt: skip
+            deck.note(
+                card, "creak's beams do not taper: the mean of both ends is taken", changes=True, what="PBEAM, taper"
+            )
             values = [0.5 * (a + b) for a, b in zip(values, last, strict=True)]
     for i, n, what in ((4, 2, "NSI"), (6, 2, "CW"), (8, 4, "M1, M2"), (12, 4, "N1, N2")):
         if any(card.real(at + i + j, 0.0) for j in range(n)):
@@ -126,11 +145,16 @@ def _add_bar(deck: Deck, card: Card, default: Card, identifier: int, section: Be
     line = ends[1] + arms[1] - ends[0] - arms[0]
     length = float(np.linalg.norm(line))
     if not length > 1e-12 * max(float(np.abs(ends).max()), 1e-300):
-        raise InputError(f"{card.name} {identifier} has zero length", where=card.where,
-                         fix="Check its grids and offsets.")  # fmt: skip
+        raise InputError(
+            f"{card.name} {identifier} has zero length", where=card.where, fix="Check its grids and offsets."
+        )
     if not np.linalg.norm(np.cross(line, v)) > PARALLEL * length * np.linalg.norm(v):
-        raise InputError(f"the orientation vector of {card.name} {identifier} lies along it", where=card.where,
-                         expected="a vector across the bar", fix="Change X1, X2, X3 or G0.")  # fmt: skip
+        raise InputError(
+            f"the orientation vector of {card.name} {identifier} lies along it",
+            where=card.where,
+            expected="a vector across the bar",
+            fix="Change X1, X2, X3 or G0.",
+        )
     joints: list[Constraint] = []
     for end, i in ((0, 8), (1, 9)):
         pins = card.components(i)
@@ -152,8 +176,9 @@ def _orientation(deck: Deck, card: Card, default: Card, nodes: list[int], offt: 
         return deck.grids.place(deck.grids.row(source.integer(4), card)) - deck.grids.place(nodes[0])
     v = np.array([source.real(i, 0.0) for i in (4, 5, 6)])
     if not v.any():
-        raise InputError(f"{card.name} {card.text(0)} has no orientation vector", where=card.where,
-                         expected="X1, X2, X3 or G0")  # fmt: skip
+        raise InputError(
+            f"{card.name} {card.text(0)} has no orientation vector", where=card.where, expected="X1, X2, X3 or G0"
+        )
     axes = deck.grids.axes.get(nodes[0])
     return v if axes is None or offt.startswith("B") else axes @ v
 
@@ -217,9 +242,15 @@ def _tube(deck: Deck, card: Card) -> list[float]:
 
 
 def _add_rod(
-    deck: Deck, card: Card, pid: int | None, ends: tuple[int, int], owner: Card, values: list[float], mid: int,
+    deck: Deck,
+    card: Card,
+    pid: int | None,
+    ends: tuple[int, int],
+    owner: Card,
+    values: list[float],
+    mid: int,
     materials: Materials,
-) -> None:  # fmt: skip
+) -> None:
     """Axial force, and torque where J > 0: then a beam without bending."""
     identifier = deck.new_element(card, pid)
     nodes = deck.nodes(card, ends)
@@ -229,13 +260,17 @@ def _add_rod(
     area, torsion, nsm = values
     material, factor = materials.isotropic(mid, owner)
     if area < 0.0 or torsion < 0.0 or not area + torsion > 0.0:
-        raise InputError(f"{owner.name} {owner.text(0)} has A = {area:g} and J = {torsion:g}", where=owner.where,
-                         expected="A > 0 or J > 0")  # fmt: skip
+        raise InputError(
+            f"{owner.name} {owner.text(0)} has A = {area:g} and J = {torsion:g}",
+            where=owner.where,
+            expected="A > 0 or J > 0",
+        )
     name = f"{owner.name} {owner.text(0)}"
     if torsion == 0.0 and nsm == 0.0:
         deck.add((name,), "truss2", TrussSection(name, material, area), identifier, nodes, card)
         return
-    section = BeamSection(name, material, area, 0.0, 0.0, torsion * factor, line_mass=nsm * deck.mass_factor,
-                          twist_inertia=0.0)  # fmt: skip
+    section = BeamSection(
+        name, material, area, 0.0, 0.0, torsion * factor, line_mass=nsm * deck.mass_factor, twist_inertia=0.0
+    )
     across = np.eye(3)[int(np.argmin(np.abs(line)))]
     deck.add((name,), "beam2", section, identifier, nodes, card, axis1=across)

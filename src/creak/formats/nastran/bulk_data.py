@@ -49,8 +49,12 @@ class Card:
 
     def wrong(self, i: int, expected: str, fix: str = "") -> InputError:
         """The error for field i; fields are counted as Nastran does, ten to a line with name and continuation."""
-        return InputError(f"field {2 + i + 2 * (i // 8)} of {self.name} is {self.text(i)!r}", where=self.place(i),
-                          expected=expected, fix=fix)  # fmt: skip
+        return InputError(
+            f"field {2 + i + 2 * (i // 8)} of {self.name} is {self.text(i)!r}",
+            where=self.place(i),
+            expected=expected,
+            fix=fix,
+        )
 
     def integer(self, i: int, default: int | None = None) -> int:
         """Field i (from 0) as an integer; the default where it is blank."""
@@ -133,9 +137,11 @@ class _Open:
         asked, own = self.tail.lstrip("+*").strip(), head.lstrip("+*").strip()
         if asked and own and asked != own:
             raise InputError(
-                f"continuation {own!r} follows a line of {self.name} that asks for {asked!r}", where=where,
-                expected="each continuation right after its line", fix="Sort the lines of the card.",
-            )  # fmt: skip
+                f"continuation {own!r} follows a line of {self.name} that asks for {asked!r}",
+                where=where,
+                expected="each continuation right after its line",
+                fix="Sort the lines of the card.",
+            )
         self.continued.append((len(self.fields), where))
         self.fields.extend(fields)
         self.tail = tail
@@ -148,8 +154,12 @@ def _split(line: str, where: str) -> tuple[str, list[str], str]:
         count = 4 if "*" in head else 8
         tail = items[count] if len(items) > count else ""
         if any(items[count + 1 :]):
-            raise InputError(f"the line has {len(items) + 1} fields", where=where, expected=f"at most {count + 2}",
-                             fix="Go on in a continuation line.")  # fmt: skip
+            raise InputError(
+                f"the line has {len(items) + 1} fields",
+                where=where,
+                expected=f"at most {count + 2}",
+                fix="Go on in a continuation line.",
+            )
     else:
         head = line[:8].strip()
         width = 16 if "*" in head else 8
@@ -167,8 +177,12 @@ def id_range(first: int, last: int, step: int, where: str) -> range:
     InputError : more than `MAX_LIST` ids.
     """
     if (last - first) // step >= MAX_LIST:
-        raise InputError(f"{first} THRU {last} holds {(last - first) // step + 1} ids", where=where,
-                         expected=f"at most {MAX_LIST}", fix="Give the last id that there is.")  # fmt: skip
+        raise InputError(
+            f"{first} THRU {last} holds {(last - first) // step + 1} ids",
+            where=where,
+            expected=f"at most {MAX_LIST}",
+            fix="Give the last id that there is.",
+        )
     return range(first, last + 1, step)
 
 

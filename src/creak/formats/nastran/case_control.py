@@ -11,9 +11,22 @@ from creak.model.mesh import Unread
 
 _COMMAND = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)\s*(\([^)]*\))?\s*(?:=\s*|\s+|$)(.*)")
 _CHANGES = {
-    "K42GG", "K2PP", "M2PP", "B2PP", "TFL", "NSM", "DEFORM", "AXISYMMETRIC", "SUPORT1",
-    "BOLTLD", "STATSUB", "PRELOAD", "RIGID", "NLPARM", "TSTRU",
-}  # fmt: skip
+    "K42GG",
+    "K2PP",
+    "M2PP",
+    "B2PP",
+    "TFL",
+    "NSM",
+    "DEFORM",
+    "AXISYMMETRIC",
+    "SUPORT1",
+    "BOLTLD",
+    "STATSUB",
+    "PRELOAD",
+    "RIGID",
+    "NLPARM",
+    "TSTRU",
+}
 """Commands that change the structure and that creak does not follow."""
 
 _MATRICES = ("K2GG", "M2GG", "B2GG")
@@ -59,10 +72,14 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
     """
     commands, unread = _first_subcase(case)
     ids = {key: _identifier(commands, key) for key in ("SPC", "MPC", "IC", "DLOAD", "TSTEP", "LOADSET")}
-    sets = {number: _ids(text, f"{case[0].where.rpartition(':')[0]}, SET {number}")
-            for number, text in _sets(case).items()}  # fmt: skip
-    unread += [Unread(key, line.where, True, "creak does not follow this case control command")
-               for key, (_, line) in commands.items() if key in _CHANGES]  # fmt: skip
+    sets = {
+        number: _ids(text, f"{case[0].where.rpartition(':')[0]}, SET {number}") for number, text in _sets(case).items()
+    }
+    unread += [
+        Unread(key, line.where, True, "creak does not follow this case control command")
+        for key, (_, line) in commands.items()
+        if key in _CHANGES
+    ]
     matrices = {key: commands[key][0] for key in _MATRICES if key in commands}
     used = {"SPC", "MPC", "IC", "SET", *_MATRICES, *(_OF_RUN if own_run else ())}
     rest = [key for key in commands if key not in _CHANGES | used]
@@ -70,13 +87,26 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
         who = "creak has output of its own" if own_run else "the study file defines loads, analysis and output"
         why = f"{who} ({', '.join(rest)})"
         unread.append(Unread("case control", commands[rest[0]][1].where, False, why))
-    unread += [Unread(line.text.split()[0].upper(), line.where, True, "creak does not run DMAP")
-               for line in executive if re.match(r"\s*(ALTER|COMPILE|MALTER)\b", line.text, re.I)]  # fmt: skip
+    unread += [
+        Unread(line.text.split()[0].upper(), line.where, True, "creak does not run DMAP")
+        for line in executive
+        if re.match(r"\s*(ALTER|COMPILE|MALTER)\b", line.text, re.I)
+    ]
     return CaseControl(
-        _solution(executive), ids["SPC"], ids["MPC"], ids["IC"], ids["DLOAD"], ids["TSTEP"], ids["LOADSET"], sets,
-        matrices, _output(commands), tuple(unread), bool(case or executive),
+        _solution(executive),
+        ids["SPC"],
+        ids["MPC"],
+        ids["IC"],
+        ids["DLOAD"],
+        ids["TSTEP"],
+        ids["LOADSET"],
+        sets,
+        matrices,
+        _output(commands),
+        tuple(unread),
+        bool(case or executive),
         (case or executive)[0].where if case or executive else "",
-    )  # fmt: skip
+    )
 
 
 def _output(commands: dict[str, tuple[str, Line]]) -> tuple[str, ...]:
@@ -113,8 +143,14 @@ def _first_subcase(case: list[Line]) -> tuple[dict[str, tuple[str, Line]], list[
 def _key(word: str) -> str:
     """Full name of a command that may be cut to four letters."""
     word = word.upper()
-    full = {"SUBC": "SUBCASE", "METH": "METHOD", "DISP": "DISPLACEMENT", "TEMP": "TEMPERATURE",
-            "VELO": "VELOCITY", "ACCE": "ACCELERATION"}  # fmt: skip
+    full = {
+        "SUBC": "SUBCASE",
+        "METH": "METHOD",
+        "DISP": "DISPLACEMENT",
+        "TEMP": "TEMPERATURE",
+        "VELO": "VELOCITY",
+        "ACCE": "ACCELERATION",
+    }
     return full.get(word, word)
 
 

@@ -94,8 +94,11 @@ def _definitions(cards: list[Card]) -> dict[int, _Definition]:
             identifier = card.integer(start)
             if identifier in found and found[identifier].card.fields != card.fields:
                 first = found[identifier].card.where
-                raise InputError(f"coordinate system {identifier} is defined twice, first at {first}", where=card.where,
-                                 fix="Give one of them another id.")  # fmt: skip
+                raise InputError(
+                    f"coordinate system {identifier} is defined twice, first at {first}",
+                    where=card.where,
+                    fix="Give one of them another id.",
+                )
             found[identifier] = _Definition(card, card.name[-1], start + (1 if by_grids else 2), by_grids)
     return found
 
@@ -114,9 +117,11 @@ class _Resolver:
             return self.systems[identifier]
         if identifier in above or identifier not in self.definitions:
             raise InputError(
-                f"{user.name} {user.integer(0)} refers to system {identifier}", where=user.where,
-                expected="a CORD1 or CORD2 card of this deck that does not refer back", fix="Add the missing card",
-            )  # fmt: skip
+                f"{user.name} {user.integer(0)} refers to system {identifier}",
+                where=user.where,
+                expected="a CORD1 or CORD2 card of this deck that does not refer back",
+                fix="Add the missing card",
+            )
         definition = self.definitions[identifier]
         points = self._points(definition, (*above, identifier))
         self.systems[identifier] = CoordinateSystem(definition.kind, points[0], _axes(points, definition.card))
@@ -127,14 +132,17 @@ class _Resolver:
         if definition.by_grids:
             return [self._grid(card, card.integer(i), above) for i in range(first, first + 3)]
         base = self.system(card.integer(1, 0), card, above)
-        return [point_in_basic(base, np.array([card.real(i, 0.0) for i in range(j, j + 3)]))
-                for j in (first, first + 3, first + 6)]  # fmt: skip
+        return [
+            point_in_basic(base, np.array([card.real(i, 0.0) for i in range(j, j + 3)]))
+            for j in (first, first + 3, first + 6)
+        ]
 
     def _grid(self, user: Card, identifier: int, above: tuple[int, ...]) -> FloatArray:
         card = self.grids.get(identifier)
         if card is None:
-            raise InputError(f"{user.name} uses grid {identifier}, which is not defined", where=user.where,
-                             fix="Add its GRID card.")  # fmt: skip
+            raise InputError(
+                f"{user.name} uses grid {identifier}, which is not defined", where=user.where, fix="Add its GRID card."
+            )
         base = self.system(card.integer(1, self.cp), card, above)
         return point_in_basic(base, np.array([card.real(i, 0.0) for i in (2, 3, 4)]))
 

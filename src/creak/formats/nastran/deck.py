@@ -79,8 +79,11 @@ class Deck:
         if identifier == 0:
             return BASIC
         if identifier not in self.systems:
-            raise InputError(f"{card.name} {card.text(0)} uses coordinate system {identifier}, which is not defined",
-                             where=card.where, fix="Add its CORD card.")  # fmt: skip
+            raise InputError(
+                f"{card.name} {card.text(0)} uses coordinate system {identifier}, which is not defined",
+                where=card.where,
+                fix="Add its CORD card.",
+            )
         return self.systems[identifier]
 
     def new_element(self, card: Card, pid: int | None = None) -> int:
@@ -92,9 +95,11 @@ class Deck:
         """
         identifier = card.integer(0)
         if identifier in self.element_at:
-            raise InputError(f"element {identifier} ({card.name}) is defined twice, first at "
-                             f"{self.element_at[identifier]}", where=card.where,
-                             fix="Give one of them another id.")  # fmt: skip
+            raise InputError(
+                f"element {identifier} ({card.name}) is defined twice, first at {self.element_at[identifier]}",
+                where=card.where,
+                fix="Give one of them another id.",
+            )
         self.element_at[identifier] = card.where
         if pid is not None:
             self.property_of[identifier] = pid
@@ -110,16 +115,28 @@ class Deck:
         rows = [self.grids.row(card.integer(i), card) for i in fields]
         for i, row in zip(fields, rows, strict=True):
             if row in self.grids.scalar:
-                raise InputError(f"{card.name} {card.text(0)} uses scalar point {card.text(i)}", where=card.where,
-                                 expected="a GRID")  # fmt: skip
+                raise InputError(
+                    f"{card.name} {card.text(0)} uses scalar point {card.text(i)}", where=card.where, expected="a GRID"
+                )
         if len(set(rows)) < len(rows):
-            raise InputError(f"{card.name} {card.text(0)} uses a grid twice", where=card.where,
-                             expected="distinct grids",
-                             fix="A collapsed CQUAD4 is a CTRIA3, a collapsed CHEXA a CPENTA.")  # fmt: skip
+            raise InputError(
+                f"{card.name} {card.text(0)} uses a grid twice",
+                where=card.where,
+                expected="distinct grids",
+                fix="A collapsed CQUAD4 is a CTRIA3, a collapsed CHEXA a CPENTA.",
+            )
         return rows
 
-    def add(self, key: tuple[object, ...], kind: str, section: Section, identifier: int, nodes: list[int],
-            card: Card, **own: FloatArray) -> None:  # fmt: skip
+    def add(
+        self,
+        key: tuple[object, ...],
+        kind: str,
+        section: Section,
+        identifier: int,
+        nodes: list[int],
+        card: Card,
+        **own: FloatArray,
+    ) -> None:
         """Put an element into the group of its kind, section and of what it has of its own."""
         full = (kind, *key, *sorted(own))
         group = self.groups.get(full)
@@ -143,8 +160,11 @@ def unique_cards(cards: Iterator[Card], what: str) -> dict[int, Card]:
         identifier = card.integer(0)
         first = found.get(identifier)
         if first is not None and (first.name, first.fields) != (card.name, card.fields):
-            raise InputError(f"{what} {identifier} is defined twice, first at {first.where}", where=card.where,
-                             fix="Give one of them another id.")  # fmt: skip
+            raise InputError(
+                f"{what} {identifier} is defined twice, first at {first.where}",
+                where=card.where,
+                fix="Give one of them another id.",
+            )
         found[identifier] = card
     return found
 
@@ -157,6 +177,10 @@ def referred(found: Mapping[int, T], identifier: int, user: Card, what: str, nam
     InputError : there is none.
     """
     if identifier not in found:
-        raise InputError(f"{user.name} {user.text(0)} uses {what} {identifier}, which is not defined", where=user.where,
-                         expected=f"a {names} card with this id", fix="Add the card or correct the id.")  # fmt: skip
+        raise InputError(
+            f"{user.name} {user.text(0)} uses {what} {identifier}, which is not defined",
+            where=user.where,
+            expected=f"a {names} card with this id",
+            fix="Add the card or correct the id.",
+        )
     return found[identifier]

@@ -53,11 +53,19 @@ def read_deck_file(path: Path) -> DeckFile:
     reader = _Reader(path, "executive" if whole else "bulk")
     reader.read(path, lines, ())
     if whole and not reader.begun:
-        raise InputError("the deck has CEND but no BEGIN BULK", where=path, expected="CEND, BEGIN BULK and ENDDATA",
-                         fix="Add BEGIN BULK before the first bulk data card.")  # fmt: skip
+        raise InputError(
+            "the deck has CEND but no BEGIN BULK",
+            where=path,
+            expected="CEND, BEGIN BULK and ENDDATA",
+            fix="Add BEGIN BULK before the first bulk data card.",
+        )
     if (whole or reader.begun) and reader.section != "end":
-        raise InputError("the deck ends without ENDDATA", where=path, expected="CEND, BEGIN BULK and ENDDATA",
-                         fix="Is the file cut off? Add ENDDATA if it is complete.")  # fmt: skip
+        raise InputError(
+            "the deck ends without ENDDATA",
+            where=path,
+            expected="CEND, BEGIN BULK and ENDDATA",
+            fix="Is the file cut off? Add ENDDATA if it is complete.",
+        )
     case = reader.lines["case"]
     params = [line for line in case if _PARAM.match(line.text)]
     cards = cards_of([*params, *reader.lines["bulk"]])
@@ -133,8 +141,11 @@ class _Reader:
             if self.section == "executive":
                 self.not_found.append(line)
                 return
-            raise InputError(f"there is no included file {name}", where=line.where,
-                             fix="Give the path relative to the including file.")  # fmt: skip
+            raise InputError(
+                f"there is no included file {name}",
+                where=line.where,
+                fix="Give the path relative to the including file.",
+            )
         if target.absolute() in above or len(above) > DEPTH:
             raise InputError(f"{target} includes itself", where=line.where, fix="Remove this INCLUDE line.")
         self.read(target, _text(target, line.where), above)
@@ -160,9 +171,12 @@ def _text(path: Path, included_at: str) -> list[str]:
         reason = "it does not exist" if isinstance(error, FileNotFoundError) else error.strerror
         raise InputError(f"cannot read the {what} {path}: {reason}", where=included_at, fix="Check the path.") from None
     if b"\0" in data:
-        raise InputError(f"{path} is not a text file (it holds zero bytes)", where=included_at,
-                         expected="a Nastran deck in plain text",
-                         fix="Give the .bdf, .dat or .nas file, not a result file.")  # fmt: skip
+        raise InputError(
+            f"{path} is not a text file (it holds zero bytes)",
+            where=included_at,
+            expected="a Nastran deck in plain text",
+            fix="Give the .bdf, .dat or .nas file, not a result file.",
+        )
     try:
         return data.decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:

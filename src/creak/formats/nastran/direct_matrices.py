@@ -64,9 +64,11 @@ def read_direct_matrices(deck: Deck) -> None:
     for k, piece in enumerate(pieces(sums["K2GG"], sums["M2GG"], sums["B2GG"]), start=1):
         if piece.rows.size > MOST_GRIDS:
             raise InputError(
-                f"a matrix of {', '.join(deck.case.matrices)} connects {piece.rows.size} grids", where=where,
-                expected=f"at most {MOST_GRIDS}", fix="Give it as a [superelement] of the study.",
-            )  # fmt: skip
+                f"a matrix of {', '.join(deck.case.matrices)} connects {piece.rows.size} grids",
+                where=where,
+                expected=f"at most {MOST_GRIDS}",
+                fix="Give it as a [superelement] of the study.",
+            )
         K, M, C = (A.toarray() for A in (piece.K, piece.M, piece.C))
         section = NodalMatrices(" ".join(deck.case.matrices.values()), K, M, C)
         kind = "nodal1" if piece.rows.size == 1 else "nodal2"
@@ -110,8 +112,12 @@ def _terms(deck: Deck, command: str, found: Mapping[str, Dmig]) -> Sequence[tupl
         if not match:
             raise InputError(f"{command} = {text}", where=deck.case.where, expected="the name of a DMIG matrix")
         if match.group(2) not in found:
-            raise InputError(f"{command} selects matrix {match.group(2)}, which is not defined", where=deck.case.where,
-                             expected="DMIG cards with this name", fix=suggest(match.group(2), found))  # fmt: skip
+            raise InputError(
+                f"{command} selects matrix {match.group(2)}, which is not defined",
+                where=deck.case.where,
+                expected="DMIG cards with this name",
+                fix=suggest(match.group(2), found),
+            )
         terms.append((factor, match.group(2)))
     return terms
 
@@ -120,9 +126,10 @@ def _assembled(deck: Deck, command: str, name: str, matrix: Dmig) -> Matrix:
     """(6 n, 6 n) in the displacement frames."""
     if matrix.form not in (SQUARE, SYMMETRIC) or matrix.kind not in (1, 2):
         raise InputError(
-            f"DMIG {name} of {command} has form {matrix.form} and type {matrix.kind}", where=matrix.where,
+            f"DMIG {name} of {command} has form {matrix.form} and type {matrix.kind}",
+            where=matrix.where,
             expected="form 6 or 1 (symmetric, square) and type 1 or 2 (real)",
-        )  # fmt: skip
+        )
     n = 6 * len(deck.grids.ids)
     owner = Card("DMIG", (name,), matrix.where)
     pairs = [[_place(deck, owner, *dof) for dof in pair] for pair in matrix.entries]
@@ -132,8 +139,11 @@ def _assembled(deck: Deck, command: str, name: str, matrix: Dmig) -> Matrix:
     if matrix.form == SYMMETRIC:
         return A + A.T - sp.diags_array(A.diagonal())
     if abs(A - A.T).max() > SYMMETRY * abs(A).max():
-        raise InputError(f"DMIG {name} of {command} is not symmetric", where=matrix.where,
-                         fix="creak has no gyroscopic or circulatory matrices.")  # fmt: skip
+        raise InputError(
+            f"DMIG {name} of {command} is not symmetric",
+            where=matrix.where,
+            fix="creak has no gyroscopic or circulatory matrices.",
+        )
     return 0.5 * (A + A.T)
 
 
@@ -142,8 +152,11 @@ def _place(deck: Deck, owner: Card, identifier: int, dof: int) -> int:
     if row in deck.grids.scalar:
         dof = 1
     if not 1 <= dof <= 6:
-        raise InputError(f"DMIG {owner.text(0)} has an entry at component {dof} of grid {identifier}",
-                         where=owner.where, expected="1 to 6")  # fmt: skip
+        raise InputError(
+            f"DMIG {owner.text(0)} has an entry at component {dof} of grid {identifier}",
+            where=owner.where,
+            expected="1 to 6",
+        )
     return 6 * row + dof - 1
 
 

@@ -34,8 +34,11 @@ class Grids:
     def row(self, identifier: int, card: Card) -> int:
         """Row of a grid or scalar point that a card uses."""
         if identifier not in self.row_of:
-            raise InputError(f"{card.name} {card.text(0)} uses grid {identifier}, which is not defined",
-                             where=card.where, fix="Add its GRID card or correct the id.")  # fmt: skip
+            raise InputError(
+                f"{card.name} {card.text(0)} uses grid {identifier}, which is not defined",
+                where=card.where,
+                fix="Add its GRID card or correct the id.",
+            )
         return self.row_of[identifier]
 
     def place(self, row: int) -> FloatArray:
@@ -75,9 +78,7 @@ class Permanent:
     where: str
 
 
-def read_grids(
-    by_name: dict[str, list[Card]], systems: dict[int, CoordinateSystem]
-) -> tuple[Grids, list[Permanent]]:
+def read_grids(by_name: dict[str, list[Card]], systems: dict[int, CoordinateSystem]) -> tuple[Grids, list[Permanent]]:
     """All points in the order of the deck, scalar points last.
 
     Raises
@@ -91,8 +92,11 @@ def read_grids(
         identifier = card.integer(0)
         if identifier in first:
             if first[identifier].fields != card.fields:
-                raise InputError(f"grid {identifier} is defined twice, first at {first[identifier].where}",
-                                 where=card.where, fix="Give one of them another id.")  # fmt: skip
+                raise InputError(
+                    f"grid {identifier} is defined twice, first at {first[identifier].where}",
+                    where=card.where,
+                    fix="Give one of them another id.",
+                )
             continue
         first[identifier] = card
         place, axes = _placed(card, default, systems)
@@ -112,15 +116,23 @@ def _placed(card: Card, default: Card, systems: dict[int, CoordinateSystem]) -> 
     cp, cd = (card.integer(i, default.integer(i, 0)) for i in (1, 5))
     for i, system in ((1, cp), (5, cd)):
         if system not in systems and (i, system) != (5, -1):
-            raise InputError(f"GRID {card.integer(0)} needs coordinate system {system}, which is not defined",
-                             where=card.place(i), fix="Add its CORD card.")  # fmt: skip
+            raise InputError(
+                f"GRID {card.integer(0)} needs coordinate system {system}, which is not defined",
+                where=card.place(i),
+                fix="Add its CORD card.",
+            )
     if cd == -1:
-        raise InputError(f"GRID {card.integer(0)} is a fluid point (CD = -1)", where=card.where,
-                         expected="points of a structure", fix="creak has no fluid elements.")  # fmt: skip
+        raise InputError(
+            f"GRID {card.integer(0)} is a fluid point (CD = -1)",
+            where=card.where,
+            expected="points of a structure",
+            fix="creak has no fluid elements.",
+        )
     place = point_in_basic(systems[cp], np.array([card.real(i, 0.0) for i in (2, 3, 4)]))
     if not (np.abs(place) < LARGEST).all():
-        raise InputError(f"GRID {card.integer(0)} has coordinates too large to compute with", where=card.where,
-                         fix="Correct them.")  # fmt: skip
+        raise InputError(
+            f"GRID {card.integer(0)} has coordinates too large to compute with", where=card.where, fix="Correct them."
+        )
     return place, axes_at(systems[cd], place)
 
 

@@ -79,9 +79,21 @@ _PARAMS_HARMLESS = {
     "SNORM": "creak's shells have the normals of their own geometry",
 }
 _PARAMS_CHANGE = {
-    "CB1", "CK1", "CK3", "CM1", "CP1", "CP2", "CK41", "CK42", "FRQDEP", "KDAMP", "LMODES",
-    "INREL", "LGDISP", "FOLLOWK",
-}  # fmt: skip
+    "CB1",
+    "CK1",
+    "CK3",
+    "CM1",
+    "CP1",
+    "CP2",
+    "CK41",
+    "CK42",
+    "FRQDEP",
+    "KDAMP",
+    "LMODES",
+    "INREL",
+    "LGDISP",
+    "FOLLOWK",
+}
 
 
 def list_unread(deck: Deck, also_read: Collection[str] = ()) -> None:

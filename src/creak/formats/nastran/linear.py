@@ -42,9 +42,7 @@ def local_equations(
     yield from global_equations(list(columns), np.asarray(C) @ turn, dependent, where)
 
 
-def global_equations(
-    dofs: Sequence[LocalDof], C: FloatArray, dependent: set[int], where: str
-) -> Iterator[Equation]:
+def global_equations(dofs: Sequence[LocalDof], C: FloatArray, dependent: set[int], where: str) -> Iterator[Equation]:
     """C u = 0 on global dofs, reduced so that each equation has a pivot of its own among the columns `dependent`.
 
     An equation without any of them pivots on its largest coefficient; one that is 0 = 0 is dropped.

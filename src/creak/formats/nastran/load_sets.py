@@ -45,17 +45,23 @@ def load_set(deck: Deck, identifier: int, user: Card) -> LoadSet:
         if deck.case.loadset and card.integer(0) == deck.case.loadset and card.integer(1) == identifier:
             _add(deck, card.integer(2), 1.0, found, 0)
     if not found.where:
-        raise InputError(f"{user.name} {user.text(0)} uses load set {identifier}, which is not defined",
-                         where=user.where, expected="DAREA, FORCE, MOMENT or SPCD cards of this set")  # fmt: skip
+        raise InputError(
+            f"{user.name} {user.text(0)} uses load set {identifier}, which is not defined",
+            where=user.where,
+            expected="DAREA, FORCE, MOMENT or SPCD cards of this set",
+        )
     return found
 
 
 def _add(deck: Deck, identifier: int, factor: float, found: LoadSet, depth: int) -> None:
     for card in deck.cards(*NOT_READ):
         if card.text(0) == str(identifier):
-            raise InputError(f"{card.name} of load set {identifier} is not read by creak", where=card.where,
-                             expected="DAREA, FORCE, MOMENT and SPCD",
-                             fix="Write the load as forces on grids.")  # fmt: skip
+            raise InputError(
+                f"{card.name} of load set {identifier} is not read by creak",
+                where=card.where,
+                expected="DAREA, FORCE, MOMENT and SPCD",
+                fix="Write the load as forces on grids.",
+            )
     for card in deck.cards("DAREA", "FORCE", "MOMENT", "SPCD", "LOAD"):
         if card.integer(0) != identifier:
             continue
@@ -95,7 +101,10 @@ def _add_components(deck: Deck, card: Card, factor: float, found: LoadSet) -> No
                     if share:
                         found.forces[row, k] = found.forces.get((row, k), 0.0) + share * value
             elif row in deck.grids.axes:
-                raise InputError(f"SPCD moves grid {card.text(i)} along turned axes (field CD)", where=card.where,
-                                 fix="Move it along global axes.")  # fmt: skip
+                raise InputError(
+                    f"SPCD moves grid {card.text(i)} along turned axes (field CD)",
+                    where=card.where,
+                    fix="Move it along global axes.",
+                )
             else:
                 found.motion[row, dof] = value

@@ -50,8 +50,11 @@ class Materials:
         """A MAT1 and its shear factor, for bars, beams and rods."""
         found = self.of(identifier, user)
         if not isinstance(found.material, Material):
-            raise InputError(f"{user.name} {user.text(0)} uses {self.cards[identifier].name} {identifier}",
-                             where=user.where, expected="a MAT1")  # fmt: skip
+            raise InputError(
+                f"{user.name} {user.text(0)} uses {self.cards[identifier].name} {identifier}",
+                where=user.where,
+                expected="a MAT1",
+            )
         return found.material, found.shear_factor
 
 
@@ -78,9 +81,13 @@ def _damping(deck: Deck, card: Card, ge: int) -> tuple[float, float]:
     if loss and deck.param("W4", 0.0) > 0.0:
         beta += loss / deck.param("W4", 0.0)
     elif loss:
-        deck.note(card, "structural damping GE acts in time only at a frequency: give PARAM,W4, or [damping] in the "
-                  "study; Nastran's transient solutions leave it out as well", changes=False,
-                  what=f"{card.name}, GE")  # fmt: skip
+        deck.note(
+            card,
+            "structural damping GE acts in time only at a frequency: give PARAM,W4, or [damping] in the "
+            "study; Nastran's transient solutions leave it out as well",
+            changes=False,
+            what=f"{card.name}, GE",
+        )
     return deck.param("ALPHA1", 0.0), beta
 
 
@@ -103,12 +110,20 @@ def _mat1(deck: Deck, card: Card) -> Elastic:
     if nu is None:
         nu = E / (2.0 * G) - 1.0 if G else 0.0
     if not E > 0.0 or not -1.0 < nu < 0.5:
-        raise InputError(f"{name} has E = {E:g} and nu = {nu:g}", where=card.where,
-                         expected="E > 0 and -1 < nu < 0.5", fix="Check E, G and NU.")  # fmt: skip
+        raise InputError(
+            f"{name} has E = {E:g} and nu = {nu:g}",
+            where=card.where,
+            expected="E > 0 and -1 < nu < 0.5",
+            fix="Check E, G and NU.",
+        )
     factor = 1.0 if G is None else G * 2.0 * (1.0 + nu) / E
     if abs(factor - 1.0) > CONSISTENT:
-        deck.note(card, f"G is {factor:.4g} times E/(2(1+NU)); creak follows it in bars and shells, and takes E and NU "
-                  "in solids", changes=False, what="MAT1, G")  # fmt: skip
+        deck.note(
+            card,
+            f"G is {factor:.4g} times E/(2(1+NU)); creak follows it in bars and shells, and takes E and NU in solids",
+            changes=False,
+            what="MAT1, G",
+        )
     alpha, beta = _damping(deck, card, 7)
     return Elastic(Material(name, E, nu, _density(deck, card, 4), alpha, beta), factor)
 
@@ -136,8 +151,11 @@ def _mat8(deck: Deck, card: Card) -> Elastic:
     """Orthotropic sheet: E1 E2 NU12 G12 G1Z G2Z RHO; blank G1Z or G2Z: rigid in transverse shear."""
     E1, E2, nu12, G12 = (card.real(i) for i in (1, 2, 3, 4))
     if not min(E1, E2, G12) > 0.0:
-        raise InputError(f"MAT8 {card.integer(0)} has E1 = {E1:g}, E2 = {E2:g} and G12 = {G12:g}", where=card.where,
-                         expected="positive moduli")  # fmt: skip
+        raise InputError(
+            f"MAT8 {card.integer(0)} has E1 = {E1:g}, E2 = {E2:g} and G12 = {G12:g}",
+            where=card.where,
+            expected="positive moduli",
+        )
     G1z, G2z = (card.real(i, 0.0) or STIFF * G12 for i in (5, 6))
     in_plane, shear = lamina(E1, E2, nu12, G12, G1z, G2z, where=card.where)
     alpha, beta = _damping(deck, card, 16)

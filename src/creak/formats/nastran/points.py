@@ -16,10 +16,27 @@ from creak.model.materials import AxialSpring, Bushing, NodalMatrices, PointMass
 _PER_CARD = {"PELAS": (4, 1), "PDAMP": (2, 1), "PMASS": (2, 1)}
 """Property -> fields of one entry, and where its value stands after the id."""
 _BY_PROPERTY = {
-    "CELAS1": "PELAS", "CELAS3": "PELAS", "CDAMP1": "PDAMP", "CDAMP3": "PDAMP", "CMASS1": "PMASS", "CMASS3": "PMASS",
-}  # fmt: skip
-SCALAR_ELEMENTS = ("CELAS1", "CELAS2", "CELAS3", "CELAS4", "CDAMP1", "CDAMP2", "CDAMP3", "CDAMP4",
-                   "CMASS1", "CMASS2", "CMASS3", "CMASS4")  # fmt: skip
+    "CELAS1": "PELAS",
+    "CELAS3": "PELAS",
+    "CDAMP1": "PDAMP",
+    "CDAMP3": "PDAMP",
+    "CMASS1": "PMASS",
+    "CMASS3": "PMASS",
+}
+SCALAR_ELEMENTS = (
+    "CELAS1",
+    "CELAS2",
+    "CELAS3",
+    "CELAS4",
+    "CDAMP1",
+    "CDAMP2",
+    "CDAMP3",
+    "CDAMP4",
+    "CMASS1",
+    "CMASS2",
+    "CMASS3",
+    "CMASS4",
+)
 
 
 def read_points(deck: Deck) -> None:
@@ -51,8 +68,11 @@ def _values(deck: Deck, name: str) -> dict[int, tuple[Card, float]]:
             if card.text(i):
                 identifier, value = card.integer(i), card.real(i + at, 0.0)
                 if identifier in found and found[identifier][1] != value:
-                    raise InputError(f"property {identifier} is defined twice, first at {found[identifier][0].where}",
-                                     where=card.where, fix="Give one of them another id.")  # fmt: skip
+                    raise InputError(
+                        f"property {identifier} is defined twice, first at {found[identifier][0].where}",
+                        where=card.where,
+                        fix="Give one of them another id.",
+                    )
                 found[identifier] = (card, value)
     return found
 
@@ -86,8 +106,11 @@ def _ends(deck: Deck, card: Card, fields: tuple[tuple[int, int], ...]) -> list[t
         if row in deck.grids.scalar:
             dof = 1
         if not 1 <= dof <= 6:
-            raise InputError(f"{card.name} {card.text(0)} acts on component {dof} of grid {card.text(at)}",
-                             where=card.where, expected="1 to 6")  # fmt: skip
+            raise InputError(
+                f"{card.name} {card.text(0)} acts on component {dof} of grid {card.text(at)}",
+                where=card.where,
+                expected="1 to 6",
+            )
         ends.append((row, dof))
     if not ends:
         raise InputError(f"{card.name} {card.text(0)} has no grid", where=card.where, expected="one or two grids")
@@ -152,14 +175,15 @@ def _bushing_values(deck: Deck, card: Card) -> tuple[FloatArray, FloatArray]:
         elif flag == "M" and any(values):
             deck.note(card, "creak does not read the mass of a bushing", changes=True, what="PBUSH, M")
         elif flag == "GE" and any(values):
-            deck.note(card, "structural damping acts at a frequency only; give B instead", changes=False,
-                      what="PBUSH, GE")  # fmt: skip
+            deck.note(
+                card, "structural damping acts at a frequency only; give B instead", changes=False, what="PBUSH, GE"
+            )
     return found["K"], found["B"]
 
 
 def _bushing_axes(
     deck: Deck, card: Card, nodes: list[int], ends: list[FloatArray], k: FloatArray, c: FloatArray
-) -> dict[str, FloatArray]:  # fmt: skip
+) -> dict[str, FloatArray]:
     """CID: its axes at GA. Else axis 1 runs from GA to GB and GO or X1, X2, X3 lies in the 1-2 plane."""
     if card.text(7):
         axes = axes_at(deck.system(card.integer(7), card), ends[0])
@@ -167,8 +191,12 @@ def _bushing_axes(
     across = np.flatnonzero(k + c)
     if len(ends) == 1 or not np.linalg.norm(ends[1] - ends[0]) > 0.0:
         if np.ptp(k[:3]) + np.ptp(k[3:]) + np.ptp(c[:3]) + np.ptp(c[3:]) > 0.0:
-            raise InputError(f"CBUSH {card.text(0)} has coincident grids (or one) and no CID", where=card.where,
-                             expected="CID", fix="Give the coordinate system of its axes.")  # fmt: skip
+            raise InputError(
+                f"CBUSH {card.text(0)} has coincident grids (or one) and no CID",
+                where=card.where,
+                expected="CID",
+                fix="Give the coordinate system of its axes.",
+            )
         return {}
     line = ends[1] - ends[0]
     if card.is_integer(4) and not card.text(5):
@@ -179,11 +207,11 @@ def _bushing_axes(
     elif set(across.tolist()) <= {0, 3}:
         v = np.eye(3)[int(np.argmin(np.abs(line)))]
     else:
-        raise InputError(f"CBUSH {card.text(0)} has no orientation", where=card.where,
-                         expected="GO, X1, X2, X3 or CID")  # fmt: skip
+        raise InputError(f"CBUSH {card.text(0)} has no orientation", where=card.where, expected="GO, X1, X2, X3 or CID")
     if not np.linalg.norm(np.cross(line, v)) > 1e-6 * np.linalg.norm(line) * np.linalg.norm(v):
-        raise InputError(f"the orientation of CBUSH {card.text(0)} lies along it", where=card.where,
-                         expected="a vector across it")  # fmt: skip
+        raise InputError(
+            f"the orientation of CBUSH {card.text(0)} lies along it", where=card.where, expected="a vector across it"
+        )
     return {"axis1": line, "axis2": v}
 
 
@@ -203,8 +231,12 @@ def _add_conm2(deck: Deck, card: Card) -> None:
     J = factor * R @ np.array([[i11, -i21, -i31], [-i21, i22, -i32], [-i31, -i32, i33]]) @ R.T
     inertia = (J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
     values = tuple(float(v) for v in inertia)
-    mass = PointMass(f"CONM2 {identifier}", card.real(3, 0.0) * factor, values,  # type: ignore[arg-type]
-                     offset=tuple(float(v) for v in offset))  # type: ignore[arg-type]  # fmt: skip
+    mass = PointMass(
+        f"CONM2 {identifier}",
+        card.real(3, 0.0) * factor,
+        values,  # type: ignore[arg-type]
+        offset=tuple(float(v) for v in offset),
+    )  # type: ignore[arg-type]
     deck.add((mass.mass, *values, *mass.offset), "mass", mass, identifier, [node], card)
 
 

@@ -66,8 +66,11 @@ def _read(path: str | Path, *, own_run: bool) -> tuple[Model, DeckRun | None]:
         with np.errstate(all="ignore"):
             return _model(source, str(path), own_run)
     except (OverflowError, np.linalg.LinAlgError):
-        raise InputError("a number of the deck is too large or too small to compute with", where=path,
-                         fix="Check the properties, materials and coordinates.") from None  # fmt: skip
+        raise InputError(
+            "a number of the deck is too large or too small to compute with",
+            where=path,
+            fix="Check the properties, materials and coordinates.",
+        ) from None
     except InputError as error:
         fix = f"{error.fix} {misspelled(source.cards)}".strip()
         raise InputError(error.what, expected=error.expected, where=error.where, fix=fix) from None
@@ -92,13 +95,19 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     blocks = _blocks(deck, of_node)
     sets = element_sets(deck, blocks, source.property_names, source.set_names)
     model = Model(
-        source=path, nodes=deck.grids.nodes(), blocks=blocks, parts=parts, element_sets=sets,
+        source=path,
+        nodes=deck.grids.nodes(),
+        blocks=blocks,
+        parts=parts,
+        element_sets=sets,
         node_sets={**node_sets(deck, source.set_names), **{n: np.array(rows) for n, rows in gaps.items()}},
-        surfaces=surfaces(blocks, sets), constraints=(*constraints, *skew),
+        surfaces=surfaces(blocks, sets),
+        constraints=(*constraints, *skew),
         fixed=tuple(fixed) if run is None else run.step.fixed,
-        initial_velocity=read_initial_velocity(deck), unread=tuple(deck.unread),
+        initial_velocity=read_initial_velocity(deck),
+        unread=tuple(deck.unread),
         mass_form="lumped" if deck.param("COUPMASS", -1.0) <= 0.0 else "linear",
-    )  # fmt: skip
+    )
     return model, run
 
 

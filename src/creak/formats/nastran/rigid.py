@@ -31,8 +31,11 @@ def read_rigid(deck: Deck) -> list[Constraint]:
         for card in deck.cards(name):
             before = first.setdefault(card.integer(0), card)
             if before is not card:
-                raise InputError(f"rigid element {card.integer(0)} ({card.name}) is defined twice, first at "
-                                 f"{before.where}", where=card.where, fix="Give one of them another id.")  # fmt: skip
+                raise InputError(
+                    f"rigid element {card.integer(0)} ({card.name}) is defined twice, first at {before.where}",
+                    where=card.where,
+                    fix="Give one of them another id.",
+                )
             found += reader(deck, card)
     return found + list(_multipoint(deck))
 
@@ -115,18 +118,27 @@ def _eliminating(
     """C u = 0 with columns summed where a dof is there twice, solved for `dependent`."""
     names = list(dict.fromkeys([*dependent, *dofs]))
     if len(names) > len(set(dofs)):
-        raise InputError(f"UM of {card.name} {card.text(0)} names dofs that the card does not use", where=card.where,
-                         expected="dofs of the reference grid and of the listed grids")  # fmt: skip
+        raise InputError(
+            f"UM of {card.name} {card.text(0)} names dofs that the card does not use",
+            where=card.where,
+            expected="dofs of the reference grid and of the listed grids",
+        )
     if len(dependent) != C.shape[0]:
-        raise InputError(f"UM of {card.name} {card.text(0)} names {len(dependent)} dofs", where=card.where,
-                         expected=f"{C.shape[0]}, as many as REFC")  # fmt: skip
+        raise InputError(
+            f"UM of {card.name} {card.text(0)} names {len(dependent)} dofs",
+            where=card.where,
+            expected=f"{C.shape[0]}, as many as REFC",
+        )
     summed, column = np.zeros((C.shape[0], len(names))), {name: k for k, name in enumerate(names)}
     for k, dof in enumerate(dofs):
         summed[:, column[dof]] += C[:, k]
     block = summed[:, : len(dependent)]
     if not np.linalg.cond(block / np.abs(block).max(axis=0)) < 1.0 / SINGULAR:
-        raise InputError(f"the dependent dofs of {card.name} {card.text(0)} cannot be solved for", where=card.where,
-                         fix="Choose other dofs.")  # fmt: skip
+        raise InputError(
+            f"the dependent dofs of {card.name} {card.text(0)} cannot be solved for",
+            where=card.where,
+            fix="Choose other dofs.",
+        )
     yield from local_equations(deck.grids, names, summed, len(dependent), card.where)
 
 
@@ -151,8 +163,9 @@ def _weights(deck: Deck, card: Card) -> tuple[list[tuple[int, tuple[int, ...], f
             weight, dofs = card.real(i), card.components(i + 1)
             i += 2
     if not entries or not all(d and w > 0.0 for _, d, w in entries):
-        raise InputError(f"RBE3 {card.text(0)} has grids without weight or dofs", where=card.where,
-                         expected="WT > 0, C, and grids")  # fmt: skip
+        raise InputError(
+            f"RBE3 {card.text(0)} has grids without weight or dofs", where=card.where, expected="WT > 0, C, and grids"
+        )
     return entries, swapped
 
 
@@ -178,8 +191,12 @@ def _mean_motion(
     A = S.T @ (w[:, None] * S)
     scale = np.array([1.0, 1.0, 1.0, length, length, length])
     if not np.linalg.cond(A / np.outer(scale, scale)) < 1.0 / SINGULAR:
-        raise InputError(f"the grids of RBE3 {card.text(0)} do not define a rigid motion", where=card.where,
-                         expected="three grids that span an area, or rotations", fix="List more dofs.")  # fmt: skip
+        raise InputError(
+            f"the grids of RBE3 {card.text(0)} do not define a rigid motion",
+            where=card.where,
+            expected="three grids that span an area, or rotations",
+            fix="List more dofs.",
+        )
     return np.linalg.solve(A, S.T * w), dofs
 
 
@@ -205,15 +222,21 @@ def _rbe1(deck: Deck, card: Card) -> Iterator[Constraint]:
     sides: list[list[tuple[int, tuple[int, ...]]]] = []
     for first, end in ((1, um), (um + 1, len(card.fields))):
         filled = [i for i in range(first, end) if card.text(i) and (card.is_integer(i))]
-        sides.append([(deck.grids.row(card.integer(i), card), card.components(j))
-                      for i, j in zip(filled[::2], filled[1::2], strict=False)])  # fmt: skip
+        sides.append(
+            [
+                (deck.grids.row(card.integer(i), card), card.components(j))
+                for i, j in zip(filled[::2], filled[1::2], strict=False)
+            ]
+        )
     yield from _rigid_body(deck, card, sides[0], sides[1])
 
 
 def _rigid_body(
-    deck: Deck, card: Card, independent: list[tuple[int, tuple[int, ...]]],
+    deck: Deck,
+    card: Card,
+    independent: list[tuple[int, tuple[int, ...]]],
     dependent: list[tuple[int, tuple[int, ...]]],
-) -> Iterator[Constraint]:  # fmt: skip
+) -> Iterator[Constraint]:
     """u_m = R_m R_n^-1 u_n with the rigid motion R of each dof; the six dofs n define it."""
     pole = deck.grids.place(independent[0][0] if independent else dependent[0][0])
 
@@ -223,8 +246,11 @@ def _rigid_body(
 
     R_n, R_m = motion(independent), motion(dependent)
     if R_n.shape[0] != 6 or not np.linalg.cond(R_n / np.maximum(np.abs(R_n).max(axis=0), 1e-300)) < 1.0 / SINGULAR:
-        raise InputError(f"the independent dofs of {card.name} {card.text(0)} do not define a rigid motion",
-                         where=card.where, expected="six dofs that no rigid motion leaves at rest")  # fmt: skip
+        raise InputError(
+            f"the independent dofs of {card.name} {card.text(0)} do not define a rigid motion",
+            where=card.where,
+            expected="six dofs that no rigid motion leaves at rest",
+        )
     m, n = ([(node, d) for node, of_node in side for d in of_node] for side in (dependent, independent))
     C = np.concatenate([np.eye(len(m)), -R_m @ np.linalg.inv(R_n)], axis=1)
     yield from local_equations(deck.grids, [*m, *n], C, len(m), card.where)
@@ -257,8 +283,9 @@ def _multipoint(deck: Deck) -> Iterator[Constraint]:
             dofs.append((row, dof))
             values.append(card.real(i + 2, 0.0))
         if not values or values[0] == 0.0:
-            raise InputError(f"MPC of set {card.integer(0)} has no first coefficient", where=card.where,
-                             expected="A1 not 0")  # fmt: skip
+            raise InputError(
+                f"MPC of set {card.integer(0)} has no first coefficient", where=card.where, expected="A1 not 0"
+            )
         yield from local_equations(deck.grids, dofs, np.array([values]), 1, card.where)
 
 
@@ -268,4 +295,3 @@ def _triples(card: Card) -> Iterator[int]:
         for i in (line + 1, line + 4):
             if card.text(i):
                 yield i
-

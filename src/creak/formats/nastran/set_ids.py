@@ -21,8 +21,11 @@ def selected(deck: Deck, what: str, chosen: int) -> int:
     if chosen:
         if chosen not in there:
             expected = f"one of {there}" if there else f"{what} cards"
-            raise InputError(f"{what} = {chosen} in the case control, but no card has this set",
-                             where=deck.case.where, expected=expected)  # fmt: skip
+            raise InputError(
+                f"{what} = {chosen} in the case control, but no card has this set",
+                where=deck.case.where,
+                expected=expected,
+            )
         return chosen
     if not there:
         return 0

@@ -13,8 +13,16 @@ from creak.model.mesh import ElementBlock, Surface
 from creak.model.solid_faces import FACES, faces_of, free_faces
 
 _SHELLS = ("quad4", "tri3")
-_DOF_SETS = {"ASET": "ASET", "ASET1": "ASET", "BSET": "BSET", "BSET1": "BSET", "CSET": "CSET", "CSET1": "CSET",
-             "SUPORT": "SUPORT", "SUPORT1": "SUPORT"}  # fmt: skip
+_DOF_SETS = {
+    "ASET": "ASET",
+    "ASET1": "ASET",
+    "BSET": "BSET",
+    "BSET1": "BSET",
+    "CSET": "CSET",
+    "CSET1": "CSET",
+    "SUPORT": "SUPORT",
+    "SUPORT1": "SUPORT",
+}
 
 
 def node_sets(deck: Deck, names: dict[int, str]) -> dict[str, IntArray]:

@@ -103,11 +103,17 @@ def _moduli(
     if sheets[1] is None:
         S = WEAK * 5.0 / 6.0 * t * across
     if sheets[0] is None or sheets[1] is None:
-        deck.note(card, "a shell without MID1 or MID2 keeps a millionth of the membrane or bending stiffness, so that "
-                  "no dof is loose", changes=False, what="PSHELL without MID1 or MID2")  # fmt: skip
+        deck.note(
+            card,
+            "a shell without MID1 or MID2 keeps a millionth of the membrane or bending stiffness, so that "
+            "no dof is loose",
+            changes=False,
+            what="PSHELL without MID1 or MID2",
+        )
     rotary = base.density * t**3 / 12.0 if sheets[1] else 0.0
-    return GeneralShell(f"PSHELL {card.integer(0)}", A, B, D, S, base.density * t + nsm, 0.0, rotary, t, 0.0,
-                        base.alpha, base.beta)  # fmt: skip
+    return GeneralShell(
+        f"PSHELL {card.integer(0)}", A, B, D, S, base.density * t + nsm, 0.0, rotary, t, 0.0, base.alpha, base.beta
+    )
 
 
 def _pcomp(deck: Deck, card: Card, materials: Materials) -> GeneralShell:
@@ -138,7 +144,10 @@ def _plies(card: Card, materials: Materials) -> list[Ply]:
         i = at + skip
         mid, t = card.integer(i, mid), card.real(i + 1, t)
         if not t > 0.0 or not mid:
-            raise InputError(f"a ply of {card.name} {card.integer(0)} has material {mid} and thickness {t:g}",
-                             where=card.place(i), expected="a material and T > 0")  # fmt: skip
+            raise InputError(
+                f"a ply of {card.name} {card.integer(0)} has material {mid} and thickness {t:g}",
+                where=card.place(i),
+                expected="a material and T > 0",
+            )
         plies.append(Ply(sheet_of(materials, mid, card), t, math.radians(card.real(i + 2, 0.0))))
     return plies

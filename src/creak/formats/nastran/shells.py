@@ -52,9 +52,13 @@ def read_shells(deck: Deck, materials: Materials) -> None:
 
 
 def _add_shell(
-    deck: Deck, card: Card, n: int, properties: dict[int, Card],
-    sections: dict[tuple[int, float], ShellSection | GeneralShell], materials: Materials,
-) -> None:  # fmt: skip
+    deck: Deck,
+    card: Card,
+    n: int,
+    properties: dict[int, Card],
+    sections: dict[tuple[int, float], ShellSection | GeneralShell],
+    materials: Materials,
+) -> None:
     pid, at = card.integer(1, card.integer(0)), _AT[n]
     identifier = deck.new_element(card, pid)
     owner = referred(properties, pid, card, "property", ", ".join(SHELL_PROPERTIES))
@@ -82,12 +86,16 @@ def _thicknesses(card: Card, owner: Card, n: int, at: _Fields) -> tuple[FloatArr
     relative = card.integer(at.flag, 0) == 1
     own = owner.real(2, 0.0)
     if not own and (relative or not all(card.fields[at.t1 : at.t1 + n])):
-        raise InputError(f"{card.name} {card.text(0)} lacks thicknesses that PSHELL {owner.text(0)} does not give",
-                         where=card.where, expected="T on PSHELL or T1 to T4")  # fmt: skip
+        raise InputError(
+            f"{card.name} {card.text(0)} lacks thicknesses that PSHELL {owner.text(0)} does not give",
+            where=card.where,
+            expected="T on PSHELL or T1 to T4",
+        )
     values = np.array([card.real(at.t1 + i, 1.0 if relative else own) for i in range(n)])
     if not (values > 0.0).all():
-        raise InputError(f"{card.name} {card.text(0)} has a corner without thickness", where=card.where,
-                         expected="T1 to T4 > 0")  # fmt: skip
+        raise InputError(
+            f"{card.name} {card.text(0)} has a corner without thickness", where=card.where, expected="T1 to T4 > 0"
+        )
     base = 1.0 if relative else own or float(values.mean())
     return values / base, 0.0 if own else base
 
@@ -97,8 +105,11 @@ def _normal(corners: FloatArray, card: Card) -> FloatArray:
     normal = np.array([b * f - c * e, c * d - a * f, a * e - b * d])
     size = math.sqrt(float(normal @ normal))
     if not size > 1e-12 * (a * a + b * b + c * c + d * d + e * e + f * f):
-        raise InputError(f"{card.name} {card.text(0)} has zero area", where=card.where,
-                         fix="Check the coordinates and the order of its grids.")  # fmt: skip
+        raise InputError(
+            f"{card.name} {card.text(0)} has zero area",
+            where=card.where,
+            fix="Check the coordinates and the order of its grids.",
+        )
     return normal / size
 
 

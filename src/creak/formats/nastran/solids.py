@@ -12,9 +12,10 @@ from creak.model.materials import AnisotropicMaterial, SheetMaterial, SolidSecti
 from creak.model.solid_faces import HEX20
 
 _KINDS = {
-    "CHEXA": (("hex8", 8), ("hex20s", 20)), "CPENTA": (("wedge6", 6), ("wedge15", 15)),
+    "CHEXA": (("hex8", 8), ("hex20s", 20)),
+    "CPENTA": (("wedge6", 6), ("wedge15", 15)),
     "CTETRA": (("tet4", 4), ("tet10", 10)),
-}  # fmt: skip
+}
 """First- and second-order element and number of grids."""
 ORDER = {
     **{kind: [*range(12), *range(16, 20), *range(12, 16)] for kind in HEX20},
@@ -60,9 +61,11 @@ def _grids(deck: Deck, card: Card, owner: Card) -> tuple[str, list[int]]:
         return first, deck.nodes(card, range(2, 2 + n))
     if len(given) < more - n:
         raise InputError(
-            f"{card.name} {card.text(0)} has {n + len(given)} grids", where=card.where, expected=f"{n} grids or {more}",
+            f"{card.name} {card.text(0)} has {n + len(given)} grids",
+            where=card.where,
+            expected=f"{n} grids or {more}",
             fix="Export the mesh in first order or with all mid-side grids.",
-        )  # fmt: skip
+        )
     kind = _network(owner) if card.name == "CHEXA" else second
     nodes = deck.nodes(card, range(2, 2 + more))
     return kind, [nodes[k] for k in ORDER.get(kind, range(more))]

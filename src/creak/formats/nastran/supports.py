@@ -35,8 +35,12 @@ def read_supports(deck: Deck, permanent: list[Permanent]) -> tuple[list[Fixed], 
                 if card.text(i):
                     _hold(held, *_one(deck, card, i), card.where)
                 if card.real(i + 2, 0.0):
-                    deck.note(card, "an enforced displacement is held at zero; drive it in the study", changes=True,
-                              what="SPC, D")  # fmt: skip
+                    deck.note(
+                        card,
+                        "an enforced displacement is held at zero; drive it in the study",
+                        changes=True,
+                        what="SPC, D",
+                    )
     for card in deck.cards("SPC1"):
         if card.integer(0) in chosen:
             _hold_all(deck, held, card)

@@ -32,8 +32,12 @@ def amplitude_of(deck: Deck, card: Card, dt: float, count: int, kind: str) -> Am
     delay = _delay(card)
     if card.name == "TLOAD1":
         if any(card.real(i, 0.0) for i in (5, 6)):
-            raise InputError(f"TLOAD1 {card.text(0)} has initial values US0, VS0", where=card.where,
-                             expected="blank or 0", fix="creak starts from the undeformed place.")  # fmt: skip
+            raise InputError(
+                f"TLOAD1 {card.text(0)} has initial values US0, VS0",
+                where=card.where,
+                expected="blank or 0",
+                fix="creak starts from the undeformed place.",
+            )
         tables = unique_cards(deck.cards(*TABLES), "table")
         table = referred(tables, card.integer(4), card, "table", ", ".join(TABLES))
         points = _points(table)
@@ -44,8 +48,12 @@ def amplitude_of(deck: Deck, card: Card, dt: float, count: int, kind: str) -> Am
 
 def _delay(card: Card) -> float:
     if card.is_integer(2) and card.integer(2):
-        raise InputError(f"{card.name} {card.text(0)} has a DELAY card", where=card.where,
-                         expected="a time in its field DELAY", fix="Shift its table.")  # fmt: skip
+        raise InputError(
+            f"{card.name} {card.text(0)} has a DELAY card",
+            where=card.where,
+            expected="a time in its field DELAY",
+            fix="Shift its table.",
+        )
     return 0.0 if card.is_integer(2) else card.real(2, 0.0)
 
 
@@ -71,8 +79,11 @@ def _points(table: Card) -> FloatArray:
             pairs.append((table.real(i), table.real(i + 1)))
     points = np.array(pairs, dtype=np.float64).reshape(-1, 2)
     if len(points) < 2 or (np.diff(points[:, 0]) < 0.0).any():
-        raise InputError(f"{table.name} {table.text(0)} has {len(points)} points, or times that fall",
-                         where=table.where, expected="two points or more, in the order of time")  # fmt: skip
+        raise InputError(
+            f"{table.name} {table.text(0)} has {len(points)} points, or times that fall",
+            where=table.where,
+            expected="two points or more, in the order of time",
+        )
     first = table.real(1, 0.0) if table.name != "TABLED1" else 0.0
     if table.name == "TABLED2":
         points[:, 0] += first
@@ -111,9 +122,12 @@ def _analytic(card: Card, delay: float, dt: float, count: int, kind: str) -> Amp
         cosine, sine = (math.cos(shifted),), (-math.sin(shifted),)
         return Amplitude(_name(card), "periodic", frequency=frequency, cosine=cosine, sine=sine, where=card.where)
     if kind != "force":
-        raise InputError(f"TLOAD2 {card.text(0)} moves grids by a function that starts, ends or grows within the run",
-                         where=card.where, expected="T1 = 0, T2 at or after the end, B = C = 0",
-                         fix="Give the motion by TLOAD1 and a table.")  # fmt: skip
+        raise InputError(
+            f"TLOAD2 {card.text(0)} moves grids by a function that starts, ends or grows within the run",
+            where=card.where,
+            expected="T1 = 0, T2 at or after the end, B = C = 0",
+            fix="Give the motion by TLOAD1 and a table.",
+        )
     t = dt * np.arange(count + 1)
     s = np.maximum(t - start, 0.0)
     on = (t >= start - 1e-9 * dt) & (t <= stop + 1e-9 * dt)

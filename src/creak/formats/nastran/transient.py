@@ -17,9 +17,21 @@ from creak.model.constraints import Fixed
 from creak.model.steps import Amplitude, DeckRun, DynamicStep, PointLoad, Prescribed
 
 SOLUTIONS = {"109": "", "SEDTRAN": "", "112": "modal", "SEMTRAN": "modal"}
-KINDS = {"": "force", "0": "force", "LOAD": "force", "L": "force", "1": "displacement", "DISP": "displacement",
-         "D": "displacement", "2": "velocity", "VELO": "velocity", "V": "velocity", "3": "acceleration",
-         "ACCE": "acceleration", "A": "acceleration"}  # fmt: skip
+KINDS = {
+    "": "force",
+    "0": "force",
+    "LOAD": "force",
+    "L": "force",
+    "1": "displacement",
+    "DISP": "displacement",
+    "D": "displacement",
+    "2": "velocity",
+    "VELO": "velocity",
+    "V": "velocity",
+    "3": "acceleration",
+    "ACCE": "acceleration",
+    "A": "acceleration",
+}
 """TYPE of TLOAD1 and TLOAD2."""
 CARDS = {"TSTEP", "TLOAD1", "TLOAD2", "DLOAD", "CGAP", "PGAP", *READ, *TABLES}
 """Read for the deck's own run."""
@@ -51,9 +63,11 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
     if case.solution not in SOLUTIONS:
         what = f"SOL {case.solution}" if case.solution else "no SOL line"
         raise InputError(
-            f"the deck has {what}; creak runs SOL 109 and SOL 112 by themselves", where=case.where,
-            expected="SOL 109 or 112, or a study file (.toml)", fix="Write a study that names the deck in [model].",
-        )  # fmt: skip
+            f"the deck has {what}; creak runs SOL 109 and SOL 112 by themselves",
+            where=case.where,
+            expected="SOL 109 or 112, or a study file (.toml)",
+            fix="Write a study that names the deck in [model].",
+        )
     count, dt, where = _steps(deck)
     amplitudes: dict[str, Amplitude] = {}
     moved: list[Prescribed] = []
@@ -64,10 +78,19 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
         _excite(deck, term, amplitude.name, moved, loads)
     stops = read_gaps(deck)
     step = DynamicStep(
-        f"SOL {case.solution}", case.where, dt, count * dt, True, WITH_STOPS if stops else 0.0, "",
-        fixed=tuple(_without(fixed, moved)), moved=tuple(moved), loads=tuple(loads), output_sets=case.output,
+        f"SOL {case.solution}",
+        case.where,
+        dt,
+        count * dt,
+        True,
+        WITH_STOPS if stops else 0.0,
+        "",
+        fixed=tuple(_without(fixed, moved)),
+        moved=tuple(moved),
+        loads=tuple(loads),
+        output_sets=case.output,
         places={"time": where, "dynamic": where},
-    )  # fmt: skip
+    )
     return DeckRun(step, amplitudes, {}, (), stops=stops)
 
 
@@ -75,19 +98,29 @@ def _steps(deck: Deck) -> tuple[int, float, str]:
     """Number, length and place of the steps."""
     cards = unique_cards(deck.cards("TSTEP"), "TSTEP")
     if not deck.case.tstep:
-        raise InputError("the case control has no TSTEP", where=deck.case.where, expected="TSTEP = n",
-                         fix="Name the TSTEP card of the run.")  # fmt: skip
+        raise InputError(
+            "the case control has no TSTEP",
+            where=deck.case.where,
+            expected="TSTEP = n",
+            fix="Name the TSTEP card of the run.",
+        )
     if deck.case.tstep not in cards:
-        raise InputError(f"TSTEP = {deck.case.tstep} in the case control, but no card has this number",
-                         where=deck.case.where, expected=f"one of {sorted(cards)}")  # fmt: skip
+        raise InputError(
+            f"TSTEP = {deck.case.tstep} in the case control, but no card has this number",
+            where=deck.case.where,
+            expected=f"one of {sorted(cards)}",
+        )
     card = cards[deck.case.tstep]
     rows = [i for i in range(1, len(card.fields), 8) if card.text(i)]
     lengths = {card.real(i + 1) for i in rows}
     count = sum(card.integer(i) for i in rows)
     if len(lengths) != 1 or not min(lengths) > 0.0:
-        raise InputError(f"TSTEP {deck.case.tstep} has steps of {', '.join(f'{x:g}' for x in sorted(lengths))} s",
-                         where=card.where, expected="one length, above 0",
-                         fix="creak's step is constant: give the shortest for the whole run.")  # fmt: skip
+        raise InputError(
+            f"TSTEP {deck.case.tstep} has steps of {', '.join(f'{x:g}' for x in sorted(lengths))} s",
+            where=card.where,
+            expected="one length, above 0",
+            fix="creak's step is constant: give the shortest for the whole run.",
+        )
     if not 2 <= count <= MOST:
         raise InputError(f"TSTEP {deck.case.tstep} has {count} steps", where=card.where, expected=f"2 to {MOST:g}")
     return count, lengths.pop(), card.where
@@ -122,11 +155,19 @@ def _excite(deck: Deck, term: _Term, amplitude: str, moved: list[Prescribed], lo
     kind, card = _kind(term.card), term.card
     found = load_set(deck, card.integer(1), card)
     if kind != "force" and found.forces:
-        raise InputError(f"{card.name} {card.text(0)} moves grids (TYPE {card.text(3)}), but its set has forces",
-                         where=card.where, expected="SPCD cards", fix="Give TYPE LOAD for forces.")  # fmt: skip
+        raise InputError(
+            f"{card.name} {card.text(0)} moves grids (TYPE {card.text(3)}), but its set has forces",
+            where=card.where,
+            expected="SPCD cards",
+            fix="Give TYPE LOAD for forces.",
+        )
     if kind == "force" and found.motion:
-        raise InputError(f"{card.name} {card.text(0)} is a load, but its set has SPCD cards", where=card.where,
-                         expected="TYPE DISP, VELO or ACCE", fix="Give the type of the motion.")  # fmt: skip
+        raise InputError(
+            f"{card.name} {card.text(0)} is a load, but its set has SPCD cards",
+            where=card.where,
+            expected="TYPE DISP, VELO or ACCE",
+            fix="Give the type of the motion.",
+        )
     for (dof, value), rows in _by_value(found.motion if kind != "force" else found.forces).items():
         name = f"GRID {deck.grids.ids[rows[0]]}" if len(rows) == 1 else f"SET {card.integer(1)}"
         nodes, scaled = np.array(rows, dtype=np.int64), term.factor * value
@@ -147,8 +188,12 @@ def _by_value(values: dict[tuple[int, int], float]) -> dict[tuple[int, float], l
 def _check_motion_once(moved: Sequence[Prescribed], found: LoadSet) -> None:
     dofs = [(int(n), m.dof) for m in moved for n in m.nodes_idx]
     if len(set(dofs)) < len(dofs):
-        raise InputError("two loads move the same dof", where=found.where, expected="one motion for each dof",
-                         fix="Add the motions up in one table.")  # fmt: skip
+        raise InputError(
+            "two loads move the same dof",
+            where=found.where,
+            expected="one motion for each dof",
+            fix="Add the motions up in one table.",
+        )
 
 
 def _without(fixed: Sequence[Fixed], moved: Sequence[Prescribed]) -> Iterator[Fixed]:

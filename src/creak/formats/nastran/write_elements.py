@@ -26,8 +26,14 @@ from creak.model.materials import (
 from creak.model.mesh import ElementBlock, Model
 from creak.model.solid_faces import HEX20
 
-_SOLIDS = {"hex8": "CHEXA", "wedge6": "CPENTA", "tet4": "CTETRA", "tet10": "CTETRA",
-           **dict.fromkeys(HEX20, "CHEXA"), "wedge15": "CPENTA"}  # fmt: skip
+_SOLIDS = {
+    "hex8": "CHEXA",
+    "wedge6": "CPENTA",
+    "tet4": "CTETRA",
+    "tet10": "CTETRA",
+    **dict.fromkeys(HEX20, "CHEXA"),
+    "wedge15": "CPENTA",
+}
 _SHELLS = {"quad4": "CQUAD4", "tri3": "CTRIA3"}
 NORMAL = 1e-9
 """Share by which arms may differ from ones along the normal, and directions from ones in the surface."""

@@ -50,15 +50,20 @@ def equivalent(model: Model) -> Model:
     """
     made: dict[tuple[int, str], Section] = {}
     blocks = tuple(_shared(b, _block(b, model.nodes.coords[b.nodes_idx]), made) for b in model.blocks)
-    sets = {_plain(name): np.array(list(dict.fromkeys(rows.tolist())), dtype=np.int64)
-            for name, rows in model.node_sets.items()}  # fmt: skip
+    sets = {
+        _plain(name): np.array(list(dict.fromkeys(rows.tolist())), dtype=np.int64)
+        for name, rows in model.node_sets.items()
+    }
     taken = {int(i) for b in blocks for i in b.ids}
     constraints = _named([c for old in model.constraints for c in _constraints(old)], taken)
     return replace(
-        model, blocks=blocks, node_sets={n: rows for n, rows in sets.items() if rows.size}, constraints=constraints,
+        model,
+        blocks=blocks,
+        node_sets={n: rows for n, rows in sets.items() if rows.size},
+        constraints=constraints,
         element_sets={_plain(name): rows for name, rows in model.element_sets.items() if len(rows)},
         initial_velocity=_by_node(model.initial_velocity),
-    )  # fmt: skip
+    )
 
 
 def _plain(name: str) -> str:

@@ -63,9 +63,10 @@ def damping_of(model: Model) -> Damping:
     masses = {b.section.alpha for b in model.blocks if isinstance(b.section, PointMass)} - {0.0}
     if max(alphas) - min(alphas) > SAME * max(alphas) or masses:
         raise unwritable(
-            "the mass-proportional damping", "Nastran has one factor (PARAM,ALPHA1) for all materials, and here they "
+            "the mass-proportional damping",
+            "Nastran has one factor (PARAM,ALPHA1) for all materials, and here they "
             "differ, or single masses have one of their own; give [damping] in the study instead",
-        )  # fmt: skip
+        )
     one = max(betas) - min(betas) <= SAME * max(betas)
     return Damping(max(alphas), max(betas) if one else 0.0, not one)
 

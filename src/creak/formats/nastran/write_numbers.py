@@ -61,5 +61,9 @@ def _elements(model: Model) -> tuple[list[IntArray], list[str]]:
 def _check_labels(model: Model, what: str, ids: IntArray) -> None:
     if ids.size and not 1 <= int(ids.min()) <= int(ids.max()) <= LARGEST:
         bad = int(ids.min()) if ids.min() < 1 else int(ids.max())
-        raise InputError(f"{what} {bad} cannot stand in a Nastran deck", where=model.source,
-                         expected=f"labels from 1 to {LARGEST}", fix="Renumber the deck.")  # fmt: skip
+        raise InputError(
+            f"{what} {bad} cannot stand in a Nastran deck",
+            where=model.source,
+            expected=f"labels from 1 to {LARGEST}",
+            fix="Renumber the deck.",
+        )

@@ -42,16 +42,24 @@ class Properties:
 
     def __post_init__(self) -> None:
         """Ids of `PID_n` sets are for the properties that hold the same elements and no other."""
-        self.sets = {name: set(map(tuple, rows.tolist())) for name, rows in self.model.element_sets.items()
-                     if name.startswith("PID_")}  # fmt: skip
+        self.sets = {
+            name: set(map(tuple, rows.tolist()))
+            for name, rows in self.model.element_sets.items()
+            if name.startswith("PID_")
+        }
         wanted: dict[int, dict[tuple[object, ...], set[tuple[int, int]]]] = {}
         for b, block in enumerate(self.model.blocks):
             match = _NAME.fullmatch(block.section.name)
             if match and has_property(block):
                 rows = {(b, k) for k in range(block.ids.size)}
                 wanted.setdefault(int(match.group(1)), {}).setdefault((id(block.section),), set()).update(rows)
-        self.kept = {key: n for n, keys in wanted.items() if len(keys) == 1
-                     for key, rows in keys.items() if self.sets.get(f"PID_{n}", rows) == rows}  # fmt: skip
+        self.kept = {
+            key: n
+            for n, keys in wanted.items()
+            if len(keys) == 1
+            for key, rows in keys.items()
+            if self.sets.get(f"PID_{n}", rows) == rows
+        }
         self.reserved = {int(n[4:]) for n in self.sets if n[4:].isdigit()} | set(self.kept.values())
 
     def put(self, b: int, rows: list[int], key: object = None, axes: int = 0) -> int:
@@ -143,10 +151,16 @@ def _by_matrices(section: GeneralShell, materials: Materials) -> list[Field]:
         raise unwritable(f"shell section {section.name!r}", "its rotary inertia is more than that of its mass")
     rest = max(rest, 0.0) if abs(rest) > SAME * section.mass else 0.0
     mids: list[Field] = [
-        materials.matrix_id(section.A / t, rotary, section), t,
-        materials.matrix_id(section.D * 12.0 / t**3, rotary, section), None,
-        materials.matrix_id(section.S / t, rotary, section), 1.0, rest or None, None, None,
-    ]  # fmt: skip
+        materials.matrix_id(section.A / t, rotary, section),
+        t,
+        materials.matrix_id(section.D * 12.0 / t**3, rotary, section),
+        None,
+        materials.matrix_id(section.S / t, rotary, section),
+        1.0,
+        rest or None,
+        None,
+        None,
+    ]
     coupled = np.abs(section.B).max() > SAME * math.sqrt(np.abs(section.A).max() * np.abs(section.D).max())
     return [*mids, materials.matrix_id(-section.B / t**2, rotary, section)] if coupled else mids
 

@@ -58,8 +58,9 @@ def write_nastran(model: Model, path: str | Path) -> tuple[str, ...]:
     if model.mass_form not in MASS:
         raise InputError(
             f"the mass of this deck is {model.mass_form}; Nastran has lumped and linear (PARAM,COUPMASS,1) mass",
-            where=model.source, fix="Take one of them: --mass linear or --mass lumped (the answer changes with it).",
-        )  # fmt: skip
+            where=model.source,
+            fix="Take one of them: --mass linear or --mass lumped (the answer changes with it).",
+        )
     plain, notes = numbered(model)
     plain, surfaces = with_surface_sets(equivalent(plain))
     text = "\n".join(deck_lines(plain, notes)) + "\n"

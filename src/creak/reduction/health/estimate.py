@@ -68,9 +68,7 @@ def blocks(n: int) -> Iterator[slice]:
         yield slice(start, min(start + BLOCK, n))
 
 
-def residual_energy(
-    full: System, reduced: System, inside: Inside, q: FloatArray, omega2: FloatArray
-) -> FloatArray:
+def residual_energy(full: System, reduced: System, inside: Inside, q: FloatArray, omega2: FloatArray) -> FloatArray:
     """(2, k) r'y and y' M_ii y with y = K_ii^-1 r, r the inner residual."""
     u = motion(full, reduced, q)
     u_i, u_b = u[inside.i], u[inside.b]

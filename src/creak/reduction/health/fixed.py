@@ -69,9 +69,7 @@ def _first_kept(full: System, reduced: System, inside: Inside, count: int) -> tu
     return floats(np.sqrt(omega2) / (2.0 * np.pi)), float((off / np.linalg.norm(force, axis=0)).max())
 
 
-def effective_mass(
-    full: System, reduced: System, inside: Inside, rigid: RigidMotion
-) -> tuple[FloatArray, FloatArray]:
+def effective_mass(full: System, reduced: System, inside: Inside, rigid: RigidMotion) -> tuple[FloatArray, FloatArray]:
     """Effective mass of the kept fixed-interface modes in the six rigid directions.
 
     Mode j carries L_j^2 / m_j with L = M_eta,b R_b, since -L s'' is the modal load when the boundary moves as

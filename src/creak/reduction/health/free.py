@@ -70,10 +70,17 @@ def free_modes(
     same = hertz(small.omega2[max(rigid_full, 0) :])[: exact.size]
     exact = exact[: same.size]
     return FreeModes(
-        floats(exact), floats(f[: error.size]), floats(same / exact - 1.0), floats(error), rigid_full, rigid,
-        _usable(f, error, GOOD, cut, more), _usable(f, error, VERY_GOOD, cut, more),
-        more and bool((error <= GOOD).all()), True,
-    ), cut  # fmt: skip
+        floats(exact),
+        floats(f[: error.size]),
+        floats(same / exact - 1.0),
+        floats(error),
+        rigid_full,
+        rigid,
+        _usable(f, error, GOOD, cut, more),
+        _usable(f, error, VERY_GOOD, cut, more),
+        more and bool((error <= GOOD).all()),
+        True,
+    ), cut
 
 
 def hertz(omega2: FloatArray) -> FloatArray:
@@ -98,9 +105,14 @@ def _rigid_count(omega2: FloatArray) -> int:
 
 
 def _estimates(
-    full: System, reduced: System, inside: Inside, q: FloatArray, omega2: FloatArray, count: int,
+    full: System,
+    reduced: System,
+    inside: Inside,
+    q: FloatArray,
+    omega2: FloatArray,
+    count: int,
     progress: Progress | None,
-) -> tuple[FloatArray, float]:  # fmt: skip
+) -> tuple[FloatArray, float]:
     """Estimated errors, capped by the bound, block by block until one passes 1 % (`count` modes at least)."""
     out, cut = np.zeros(0), first_left_out(reduced, inside)
     for block in blocks(omega2.size):

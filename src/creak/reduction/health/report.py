@@ -108,6 +108,13 @@ def health(
     fixed = fixed_modes(full, reduced, inside, motions, cut, count)
     n = reduced.stats
     return Health(
-        full.name, int(n["retained"]), int(n["modes"]), int(n["internal"]), rigid, fixed, free, f_excitation,
+        full.name,
+        int(n["retained"]),
+        int(n["modes"]),
+        int(n["internal"]),
+        rigid,
+        fixed,
+        free,
+        f_excitation,
         findings(rigid, fixed, free, f_excitation),
-    )  # fmt: skip
+    )

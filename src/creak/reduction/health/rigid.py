@@ -168,10 +168,13 @@ def _mass_properties(
     J_r = rigid.mass_reduced[3:, 3:] - m_r * (c @ c * np.eye(3) - np.outer(c, c))
     gyration = float(np.sqrt(max(np.trace(J), 0.0) / (2.0 * m))) if m > 0.0 else 0.0
     return (
-        m, floats(rigid.cog), floats(J[[0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]),
-        _relative(abs(m_r - m), m), _relative(float(np.linalg.norm(c)), gyration),
+        m,
+        floats(rigid.cog),
+        floats(J[[0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]),
+        _relative(abs(m_r - m), m),
+        _relative(float(np.linalg.norm(c)), gyration),
         _relative(float(np.linalg.norm(J_r - J)), float(np.linalg.norm(J))),
-    )  # fmt: skip
+    )
 
 
 def _inside_misfit(rigid: RigidMotion, inside: Inside) -> float:

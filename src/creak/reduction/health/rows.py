@@ -34,9 +34,12 @@ def _rigid_rows(health: Health) -> list[Row]:
         ("centre of gravity", _list(r.cog), f"off by {percent(r.cog_error)} of the radius of gyration"),
         ("inertia xx, yy, zz", _list(r.inertia[:3]), _off(r.inertia_error)),
         ("inertia xy, yz, zx", _list(r.inertia[3:]), ""),
-        ("ground check", "pass" if r.passes_grounding else "FAIL",
-         f"strain energy of rigid motion {max(r.strain_energy):.1e}, at most {GROUNDING:.1e}"),
-    ]  # fmt: skip
+        (
+            "ground check",
+            "pass" if r.passes_grounding else "FAIL",
+            f"strain energy of rigid motion {max(r.strain_energy):.1e}, at most {GROUNDING:.1e}",
+        ),
+    ]
     if r.boundary_misfit > 0.0:
         rows.append(("rigid motion of the reduced boundary", percent(r.boundary_misfit), "missing"))
     return rows

@@ -68,15 +68,21 @@ def _range(free: FreeModes, cut: float, f_excitation: float | None) -> Iterable[
         return
     least = "at least " if free.at_least else ""
     if f_excitation is None or free.usable >= f_excitation or free.at_least:
-        yield False, (
-            f"good to {least}{hz(free.usable)} (estimated frequency error below {percent(GOOD)}), "
-            f"to {hz(free.usable_tight)} below {percent(VERY_GOOD)}"
+        yield (
+            False,
+            (
+                f"good to {least}{hz(free.usable)} (estimated frequency error below {percent(GOOD)}), "
+                f"to {hz(free.usable_tight)} below {percent(VERY_GOOD)}"
+            ),
         )
         return
     goal = rounded_up(max(RULE, cut / max(free.usable, 1e-300)) * f_excitation)
-    yield True, (
-        f"not good enough: the excitation reaches {hz(f_excitation)} but the estimated frequency error passes "
-        f"{percent(GOOD)} at {hz(free.usable)}; raise f_max to {hz(goal)}"
+    yield (
+        True,
+        (
+            f"not good enough: the excitation reaches {hz(f_excitation)} but the estimated frequency error passes "
+            f"{percent(GOOD)} at {hz(free.usable)}; raise f_max to {hz(goal)}"
+        ),
     )
 
 
@@ -111,10 +117,13 @@ def _mass(rigid: RigidCheck) -> Iterable[Line]:
 
 def _ground(rigid: RigidCheck) -> Iterable[Line]:
     if not rigid.passes_grounding:
-        yield True, (
-            f"the reduction ties the part to ground: rigid motion strains it (relative energy "
-            f"{max(rigid.strain_energy):.1e}, round-off is below {GROUNDING:.1e}) and would swing at "
-            f"{hz(rigid.grounding_frequency)}"
+        yield (
+            True,
+            (
+                f"the reduction ties the part to ground: rigid motion strains it (relative energy "
+                f"{max(rigid.strain_energy):.1e}, round-off is below {GROUNDING:.1e}) and would swing at "
+                f"{hz(rigid.grounding_frequency)}"
+            ),
         )
     elif rigid.grounded:
         yield False, "the part itself is tied to ground; the reduction adds nothing to that"

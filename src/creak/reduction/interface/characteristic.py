@@ -104,8 +104,9 @@ def replace_coordinates(system: System, columns: IntArray, P: FloatArray) -> Sys
     if np.unique(columns).size != columns.size or P.shape[0] != columns.size:
         raise InputError(
             f"a basis of {P.shape[0]} rows for {np.unique(columns).size} different coordinates ({columns.size} given)",
-            expected="one row for every coordinate", fix="Give each coordinate once.",
-        )  # fmt: skip
+            expected="one row for every coordinate",
+            fix="Give each coordinate once.",
+        )
     others = np.setdiff1d(np.arange(system.n), columns)
     V = np.zeros((system.n, others.size + P.shape[1]))
     V[others, np.arange(others.size)] = 1.0

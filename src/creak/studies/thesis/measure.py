@@ -70,10 +70,25 @@ def _unreduced(case: Case, bay: Bay) -> Outcome:
         freq, loads[load] = _load_outcome(case, bay, load, bay.unreduced(case, load))
     f = base.reference.modes.frequencies
     return Outcome(
-        case.name, case.study, case.variant.name, base.reference.system.n, base.gaps.m, {}, {}, base.reference.system.n,
-        0.0, 0.0, f[f <= base.setup.study.config.verification.mac_f_max].tolist(), [], [], [],
-        _newton(case, base, base.reference.system), loads, freq.tolist(), list(base.gaps.names),
-    )  # fmt: skip
+        case.name,
+        case.study,
+        case.variant.name,
+        base.reference.system.n,
+        base.gaps.m,
+        {},
+        {},
+        base.reference.system.n,
+        0.0,
+        0.0,
+        f[f <= base.setup.study.config.verification.mac_f_max].tolist(),
+        [],
+        [],
+        [],
+        _newton(case, base, base.reference.system),
+        loads,
+        freq.tolist(),
+        list(base.gaps.names),
+    )
 
 
 def _reduced(case: Case, bay: Bay) -> Outcome:
@@ -91,10 +106,25 @@ def _reduced(case: Case, bay: Bay) -> Outcome:
     frequencies, errors, mac, matrix = _modes(setup, base, model)
     n = model.system.n if model.coupled is None else model.coupled.n
     return Outcome(
-        case.name, case.study, case.variant.name, n, base.gaps.m, retained or {"assembly": model.retained},
-        kept or {"assembly": model.modes}, _stay(model), model.cpu_s, model.wall_s, frequencies, errors, mac, matrix,
-        _newton(case, base, model.coupled or model.system), loads, freq.tolist(), list(base.gaps.names),
-    )  # fmt: skip
+        case.name,
+        case.study,
+        case.variant.name,
+        n,
+        base.gaps.m,
+        retained or {"assembly": model.retained},
+        kept or {"assembly": model.modes},
+        _stay(model),
+        model.cpu_s,
+        model.wall_s,
+        frequencies,
+        errors,
+        mac,
+        matrix,
+        _newton(case, base, model.coupled or model.system),
+        loads,
+        freq.tolist(),
+        list(base.gaps.names),
+    )
 
 
 def with_reduction(setup: Setup, case: Case) -> Setup:
@@ -127,8 +157,10 @@ def _load_outcome(case: Case, bay: Bay, load: str, run: Run) -> tuple[FloatArray
     setup = bay.base(case).under(load)
     window = excitation_window(setup.study, output_times(setup))
     freq, spectra = _spectra(setup, run, window)
-    rows = [EventRow(e.t_start, e.t_peak, e.force_peak_filtered, e.force_peak, e.impulse, e.group)
-            for e in events_in(run.events, window)]  # fmt: skip
+    rows = [
+        EventRow(e.t_start, e.t_peak, e.force_peak_filtered, e.force_peak, e.impulse, e.group)
+        for e in events_in(run.events, window)
+    ]
     pairs: list[list[int]] = []
     fit: dict[str, float | None] = {}
     against = bay.cases[case.against]
@@ -143,9 +175,16 @@ def _load_outcome(case: Case, bay: Bay, load: str, run: Run) -> tuple[FloatArray
     history = run.history
     mean_square = np.sqrt((np.abs(spectra) ** 2).mean(axis=1))
     return freq, LoadOutcome(
-        run.cost.cpu_s, run.cost.wall_s, history.time.size - 1, history.contact_steps, history.energy_created, rows,
-        pairs, fit, [[float(f"{x:.4g}") for x in row] for row in mean_square.tolist()],
-    )  # fmt: skip
+        run.cost.cpu_s,
+        run.cost.wall_s,
+        history.time.size - 1,
+        history.contact_steps,
+        history.energy_created,
+        rows,
+        pairs,
+        fit,
+        [[float(f"{x:.4g}") for x in row] for row in mean_square.tolist()],
+    )
 
 
 def _spectra(setup: Setup, run: Run, window: tuple[float, float]) -> tuple[FloatArray, ComplexArray]:

@@ -70,11 +70,15 @@ class Case:
     def key(self) -> dict[str, Any]:
         """What the result depends on besides the mesh."""
         return {
-            "reduction": None if self.reduction is None else dict(self.reduction), "variant": self.variant.name,
-            "coarsen": self.variant.coarsen, "hook_play": self.variant.hook_play,
-            "changes": dict(self.variant.changes), "loads": {name: AMPLITUDES[name] for name in self.loads},
-            "against": self.against, "newton": self.newton,
-        }  # fmt: skip
+            "reduction": None if self.reduction is None else dict(self.reduction),
+            "variant": self.variant.name,
+            "coarsen": self.variant.coarsen,
+            "hook_play": self.variant.hook_play,
+            "changes": dict(self.variant.changes),
+            "loads": {name: AMPLITUDES[name] for name in self.loads},
+            "against": self.against,
+            "newton": self.newton,
+        }
 
 
 def _d8(**more: Any) -> dict[str, Any]:
@@ -91,8 +95,9 @@ def plan() -> list[Case]:
         Case("D8", "distance", _d8(), newton=True),
         *(Case(f"D{d}", "distance", _d8(keep_out=float(d)), newton=True) for d in (40, 90)),
         *(
-            Case(f"P{eta}", "participation", _d8(interface={"type": "participation", "eta": eta / 100}),
-                 newton=eta == 35)
+            Case(
+                f"P{eta}", "participation", _d8(interface={"type": "participation", "eta": eta / 100}), newton=eta == 35
+            )
             for eta in (*FINE_ETAS, *ETAS)
         ),
         *(Case(v.name, "coarse", _d8(), v, newton=v is M2) for v in (M1, M2)),
@@ -102,7 +107,7 @@ def plan() -> list[Case]:
         Case("Red NtS", "node to surface", {"f_max": F_MAX}, NtS, RATTLING, "Ref NtS", newton=True),
         Case("D8 NtS", "node to surface", _d8(), NtS, RATTLING, "Ref NtS"),
         *_beyond(),
-    ]  # fmt: skip
+    ]
 
 
 def _spacing() -> list[Case]:

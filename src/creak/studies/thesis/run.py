@@ -58,7 +58,24 @@ def _outcome(case: Case, bay: Bay, folder: Path, mesh_size: float) -> Outcome:
     try:
         made = measure(case, bay)
     except CreakError as error:
-        return Outcome(case.name, case.study, case.variant.name, 0, 0, {}, {}, 0, 0.0, 0.0, [], [], [], [], None, {},
-                       reason=str(error))  # fmt: skip
+        return Outcome(
+            case.name,
+            case.study,
+            case.variant.name,
+            0,
+            0,
+            {},
+            {},
+            0,
+            0.0,
+            0.0,
+            [],
+            [],
+            [],
+            [],
+            None,
+            {},
+            reason=str(error),
+        )
     save_outcome(made, key, path)
     return made

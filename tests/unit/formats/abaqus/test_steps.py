@@ -103,8 +103,9 @@ def test_held_along_axes_of_a_transform(read):
     model, _ = read(cantilever_deck(step("*BOUNDARY\nTIP, 1\n"), turned))
     (equation,) = model.constraints
     assert dict(zip(equation.dofs.tolist(), equation.coefficients.tolist(), strict=True)) == {
-        2: pytest.approx(0.6), 3: pytest.approx(0.8),
-    }  # fmt: skip
+        2: pytest.approx(0.6),
+        3: pytest.approx(0.8),
+    }
 
 
 def test_fixed_holds_whatever_the_value(read):
@@ -179,8 +180,10 @@ def test_what_changes_the_answer_is_listed(read):
     model, _ = read(cantilever_deck(step("*DLOAD\nBEAM, GRAV, 9.81, 0., 0., -1.\n*NODE PRINT\nU\n", head=head)))
     listed = {u.keyword: u.changes_answer for u in model.unread}
     assert {name: listed.get(name) for name in ("*DLOAD", "*STEP, NLGEOM", "*NODE PRINT")} == {
-        "*DLOAD": True, "*STEP, NLGEOM": True, "*NODE PRINT": False,
-    }  # fmt: skip
+        "*DLOAD": True,
+        "*STEP, NLGEOM": True,
+        "*NODE PRINT": False,
+    }
 
 
 def test_contact_that_is_not_read_is_listed(read):
@@ -204,8 +207,10 @@ def test_node_surface_with_areas_is_listed(read):
 def test_edges_under_pressure_are_listed(read):
     edge = "*SURFACE, NAME=RIM\nWALL, E1\n"
     pair = "*CONTACT PAIR, INTERACTION=STOP\nRIM, TABLE\n"
-    changing = {law: [u.keyword for u in read(stop_deck(edge + pair + law))[0].unread if u.changes_answer]
-                for law in (LINEAR, "*SURFACE INTERACTION, NAME=STOP\n")}  # fmt: skip
+    changing = {
+        law: [u.keyword for u in read(stop_deck(edge + pair + law))[0].unread if u.changes_answer]
+        for law in (LINEAR, "*SURFACE INTERACTION, NAME=STOP\n")
+    }
     assert list(changing.values()) == [["*SURFACE of edges"], []]
 
 
@@ -225,7 +230,8 @@ WRONG = {
     "*CLOAD, AMPLITUDE=NONE": (step("*CLOAD, AMPLITUDE=NONE\nTIP, 3, 1.\n"), "unknown amplitude"),
     "*DYNAMIC, EXPLICIT": (step(dynamic="*DYNAMIC, EXPLICIT\n, 0.1\n"), "EXPLICIT"),
     "*DYNAMIC, APPLICATION": (
-        step(dynamic="*DYNAMIC, APPLICATION=QUASI-STATIC\n1.E-3, 0.1\n"), "APPLICATION=QUASI-STATIC"
+        step(dynamic="*DYNAMIC, APPLICATION=QUASI-STATIC\n1.E-3, 0.1\n"),
+        "APPLICATION=QUASI-STATIC",
     ),
     "*DYNAMIC, ALPHA=-0.7": (step(dynamic="*DYNAMIC, ALPHA=-0.7\n1.E-3, 0.1\n"), "ALPHA=-0.7"),
     "-1.E-3, 0.1": (step(dynamic="*DYNAMIC\n-1.E-3, 0.1\n"), "time increment is -1.E-3"),

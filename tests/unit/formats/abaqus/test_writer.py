@@ -37,9 +37,9 @@ MASSES = "*ELEMENT, TYPE=MASS, ELSET=M\n 1, 1\n 2, 3\n*MASS, ELSET=M{}\n"
 
 SAMPLES = {
     "instances": INSTANCES.replace(" PANEL_NODES, 2, -1000.\n", " 903, 2, -1000.\n")
-                          .replace("elset=CLIP, orientation=R", "elset=CLIP")
-                          .replace("*Nonstructural Mass, elset=Frame-1.SKIN, units=TOTAL MASS\n 1e-6\n", "")
-                          .replace("CYLINDRICAL\n 0., 0., 0., 0., 0., 1.", "RECTANGULAR\n 0., 1., 0., 1., 0., 1."),
+    .replace("elset=CLIP, orientation=R", "elset=CLIP")
+    .replace("*Nonstructural Mass, elset=Frame-1.SKIN, units=TOTAL MASS\n 1e-6\n", "")
+    .replace("CYLINDRICAL\n 0., 0., 0., 0., 0., 1.", "RECTANGULAR\n 0., 1., 0., 1., 0., 1."),
     "solids": SOLIDS.replace("*TIE, NAME=GLUE, POSITION TOLERANCE=20., ADJUST=NO\n UNDER, TOP\n", ""),
     "same model": abaqus_deck(mesh()),
     "strips": STRIPS,
@@ -48,11 +48,11 @@ SAMPLES = {
     "cantilever": cantilever_deck(STEP),
     "offset": f"{PLATE}*SHELL SECTION, ELSET=P, MATERIAL=STEEL, OFFSET=0.137\n 1.23\n{STEEL}",
     "plies": f"{PLATE}{AXES}*SHELL SECTION, ELSET=P, COMPOSITE, OFFSET=SNEG, ORIENTATION=O\n .2, 3, CARBON, 17.3\n"
-             f" .31, 3, STEEL\n .2, 3, CARBON, -45.\n{STEEL}{CARBON}",
+    f" .31, 3, STEEL\n .2, 3, CARBON, -45.\n{STEEL}{CARBON}",
     "shear of plies": f"{PLATE}*SHELL SECTION, ELSET=P, COMPOSITE, SYMMETRIC\n .21, 3, CARBON, 1.\n"
-                      f"*TRANSVERSE SHEAR STIFFNESS\n 11., 12., 3.\n{CARBON}",
+    f"*TRANSVERSE SHEAR STIFFNESS\n 11., 12., 3.\n{CARBON}",
     "nodal thickness": f"{PLATE}*NODAL THICKNESS\n 5, .7\n 2, .9\n 9, 1.1\n 11, 1.3\n 3, .3\n"
-                       f"*SHELL SECTION, ELSET=P, MATERIAL=STEEL, NODAL THICKNESS\n .77\n{STEEL}",
+    f"*SHELL SECTION, ELSET=P, MATERIAL=STEEL, NODAL THICKNESS\n .77\n{STEEL}",
     "rectangle": f"{ROD}{BEAMS}{SECTION}RECT\n 3.1, 2.3\n 0., .2, 1.\n{STEEL}",
     "pipe": f"{ROD}{BEAMS}{SECTION}PIPE\n 3.1, .7\n{STEEL}",
     "box": f"{ROD}{BEAMS}{SECTION}BOX\n 6.1, 4., .5, .6, .5, .6\n 0., 1., 0.\n{STEEL}",
@@ -61,16 +61,17 @@ SAMPLES = {
     "shape with moduli": f"{ROD}{BEAMS}{GENERAL}, SECTION=CIRC\n 1.7\n\n 1000., 411.\n*SHEAR CENTER\n .1, .2\n",
     "third node": f"{ROD}*ELEMENT, TYPE=B31, ELSET=B\n 1, 1, 2, 4\n 2, 2, 3\n{SECTION}CIRC\n 1.5\n{STEEL}",
     "one mass per direction": f"{ROD}{BEAMS}{SECTION}CIRC\n 1.5\n{STEEL}"
-                              + MASSES.replace(" 1, 1\n 2, 3", " 11, 1\n 12, 3").format(", TYPE=ANISOTROPIC") + " 1., 2., 3.\n",
+    + MASSES.replace(" 1, 1\n 2, 3", " 11, 1\n 12, 3").format(", TYPE=ANISOTROPIC")
+    + " 1., 2., 3.\n",
     "springs": f"{ROD}{MASSES.format(', ALPHA=.3')} .1\n*ELEMENT, TYPE=SPRINGA, ELSET=S\n 31, 1, 3\n"
-               "*SPRING, ELSET=S\n\n 45.6\n*ELEMENT, TYPE=DASHPOTA, ELSET=D\n 32, 1, 2\n*DASHPOT, ELSET=D\n\n .1\n"
-               "*ELEMENT, TYPE=DASHPOT2, ELSET=E\n 33, 1, 2\n*DASHPOT, ELSET=E\n 1, 3\n .2\n",
+    "*SPRING, ELSET=S\n\n 45.6\n*ELEMENT, TYPE=DASHPOTA, ELSET=D\n 32, 1, 2\n*DASHPOT, ELSET=D\n\n .1\n"
+    "*ELEMENT, TYPE=DASHPOT2, ELSET=E\n 33, 1, 2\n*DASHPOT, ELSET=E\n 1, 3\n .2\n",
     "bushing": f"{ROD}{MASSES.format('')} .1\n{AXES}*ELEMENT, TYPE=CONN3D2, ELSET=C\n 5, 1, 3\n"
-               "*CONNECTOR SECTION, ELSET=C, BEHAVIOR=R\n Bushing,\n O,\n*CONNECTOR BEHAVIOR, NAME=R\n"
-               "*CONNECTOR ELASTICITY, COMPONENT=2\n 3.3\n*CONNECTOR DAMPING, COMPONENT=5\n 7.7\n",
+    "*CONNECTOR SECTION, ELSET=C, BEHAVIOR=R\n Bushing,\n O,\n*CONNECTOR BEHAVIOR, NAME=R\n"
+    "*CONNECTOR ELASTICITY, COMPONENT=2\n 3.3\n*CONNECTOR DAMPING, COMPONENT=5\n 7.7\n",
     "two densities": f"{PLATE}*SHELL SECTION, ELSET=P, MATERIAL=STEEL\n 1.\n*ELSET, ELSET=Q\n 7\n"
-                     f"*NONSTRUCTURAL MASS, ELSET=Q, UNITS=TOTAL MASS\n 1e-6\n{STEEL}",
-}  # fmt: skip
+    f"*NONSTRUCTURAL MASS, ELSET=Q, UNITS=TOTAL MASS\n 1e-6\n{STEEL}",
+}
 
 
 def written(read, text, tmp_path):
@@ -113,15 +114,23 @@ REFUSED = {
     "tie": (SOLIDS, "tie 'GLUE'"),
     "spring along turned axes": (
         f"{ROD}{MASSES.format('')} .1\n{AXES}*ELEMENT, TYPE=SPRING1, ELSET=S\n 31, 1\n*SPRING, ELSET=S, ORIENTATION=O\n 1\n 5.\n",
-        "'S'"),
+        "'S'",
+    ),
     "axes that vary": (
         f"{PLATE}*ORIENTATION, NAME=O, SYSTEM=CYLINDRICAL\n 0., 0., 0., 0., 0., 1.\n 3\n"
-        f"*SHELL SECTION, ELSET=P, MATERIAL=CARBON, ORIENTATION=O\n 1.\n{CARBON}", "section 'P'"),
-    "not read": (f"{PLATE}*SHELL SECTION, ELSET=P, MATERIAL=STEEL\n 1.\n{STEEL}*EMBEDDED ELEMENT\n P\n", "EMBEDDED ELEMENT"),
+        f"*SHELL SECTION, ELSET=P, MATERIAL=CARBON, ORIENTATION=O\n 1.\n{CARBON}",
+        "section 'P'",
+    ),
+    "not read": (
+        f"{PLATE}*SHELL SECTION, ELSET=P, MATERIAL=STEEL\n 1.\n{STEEL}*EMBEDDED ELEMENT\n P\n",
+        "EMBEDDED ELEMENT",
+    ),
     "added mass on plies": (
         f"{PLATE}*SHELL SECTION, ELSET=P, MATERIAL=CARBON\n 1.\n{CARBON}"
-        "*NONSTRUCTURAL MASS, ELSET=P, UNITS=MASS PER AREA\n 1e-9\n", "section, mass"),
-}  # fmt: skip
+        "*NONSTRUCTURAL MASS, ELSET=P, UNITS=MASS PER AREA\n 1e-9\n",
+        "section, mass",
+    ),
+}
 
 
 @pytest.mark.parametrize("name", REFUSED)

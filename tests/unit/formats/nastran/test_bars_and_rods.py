@@ -23,7 +23,9 @@ def cantilever(tmp_path, element="CBAR,1,1,1,2,0.,1.,0.", bar=PBAR, grids=GRIDS)
     return read(tmp_path, grids + element + "\n" + bar + MATERIAL)
 
 
-@pytest.mark.parametrize(("dof", "stiffness"), [(1, E * A / L), (2, 3 * E * I1 / L**3), (3, 3 * E * I2 / L**3), (4, G * J / L)])
+@pytest.mark.parametrize(
+    ("dof", "stiffness"), [(1, E * A / L), (2, 3 * E * I1 / L**3), (3, 3 * E * I2 / L**3), (4, G * J / L)]
+)
 def test_cantilever(tmp_path, dof, stiffness):
     """Plane 1 holds the orientation vector: I1 resists the load along it. Bars are exact under end loads."""
     u = motion(cantilever(tmp_path), {(2, dof): 7.0})
@@ -52,7 +54,9 @@ def test_shear(tmp_path):
     bar = PBAR.strip() + ",\n,\n,.5,.25\n"
     model = cantilever(tmp_path, bar=bar)
     for dof, i, k in ((2, I1, 0.5), (3, I2, 0.25)):
-        assert motion(model, {(2, dof): 1.0})[1, dof - 1] == pytest.approx(L**3 / (3 * E * i) + L / (k * A * G), rel=EXACT)
+        assert motion(model, {(2, dof): 1.0})[1, dof - 1] == pytest.approx(
+            L**3 / (3 * E * i) + L / (k * A * G), rel=EXACT
+        )
     model = cantilever(tmp_path, "CBEAM,1,1,1,2,0.,1.,0.", f"PBEAM,1,1,{A},{I1},{I2},,{J}\n")
     assert motion(model, {(2, 2): 1.0})[1, 1] == pytest.approx(L**3 / (3 * E * I1) + L / (A * G), rel=EXACT)
 
@@ -121,7 +125,7 @@ def test_rods(tmp_path):
         ("I\n,20.,10.,10.,1.,2.,2.", 56.0, (10 * 8000 - 9 * 4096) / 12, (4 * 1000 + 16) / 12),
         ("T\n,10.,12.,2.,1.", 30.0, 10 * 8 / 12 + 20 * 4 + 1000 / 12 + 10 * 16, 2000 / 12 + 10 / 12),
     ],
-)  # fmt: skip
+)
 def test_shapes(tmp_path, shape, area, i1, i2):
     """Area and moments of PBARL (width along z, height along y), from rectangles and circles."""
     section = cantilever(tmp_path, bar=f"PBARL,1,1,,{shape}\n").blocks[0].section
@@ -171,7 +175,7 @@ def test_mass(tmp_path):
         ("CBAR,1,1,1,2,0.,1x,0.", "field 7 of CBAR is '1x'; expected a real number"),
         ("CBAR,1,1,1,2,0.,1.,0.\nCBAR,1,1,1,2,0.,1.,0.", "element 1 .CBAR. is defined twice, first at .*deck.bdf:"),
     ],
-)  # fmt: skip
+)
 def test_mistakes(tmp_path, element, message):
     with pytest.raises(InputError, match=message):
         cantilever(tmp_path, element)
@@ -180,4 +184,3 @@ def test_mistakes(tmp_path, element, message):
 def test_no_material(tmp_path):
     with pytest.raises(InputError, match=r"deck\.bdf:9: PBAR 1 uses material 3, which is not defined"):
         cantilever(tmp_path, bar=PBAR.replace("PBAR,1,1", "PBAR,1,3"))
-

@@ -54,8 +54,10 @@ def test_id_lists():
 
 def test_chained_systems():
     """System 3 lies in cylinder 2, which lies in 1, moved by 10 along y; 4 is given by grids, one of them in system 1."""
-    text = ("CORD2R,1,,0.,10.,0.,0.,10.,1.\n,1.,10.,0.\nCORD2C,2,1,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\n"
-            "CORD2R,3,2,2.,90.,0.,2.,90.,1.\n,3.,90.,0.\nCORD1R,4,1,2,3\nGRID,1,1,0.,0.,0.\nGRID,2,1,0.,0.,4.\nGRID,3,,1.,10.")  # fmt: skip
+    text = (
+        "CORD2R,1,,0.,10.,0.,0.,10.,1.\n,1.,10.,0.\nCORD2C,2,1,0.,0.,0.,0.,0.,1.\n,1.,0.,0.\n"
+        "CORD2R,3,2,2.,90.,0.,2.,90.,1.\n,3.,90.,0.\nCORD1R,4,1,2,3\nGRID,1,1,0.,0.,0.\nGRID,2,1,0.,0.,4.\nGRID,3,,1.,10."
+    )
     systems = read_systems(cards(text))
     np.testing.assert_allclose(point_in_basic(systems[3], np.array([1.0, 0.0, 0.0])), [0.0, 13.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(point_in_basic(systems[4], np.array([1.0, 2.0, 3.0])), [1.0, 12.0, 3.0], atol=1e-12)
@@ -71,7 +73,7 @@ def test_chained_systems():
         ("CORD1R,1,5,6,7\nGRID,5,1\nGRID,6,,1.\nGRID,7,,,1.", "GRID 5 refers to system 1"),
         ("CORD2R,1,,0.,0.,0.,0.,0.,1.\n,1.\nCORD2R,1,,0.,0.,0.,0.,0.,1.\n,2.", "coordinate system 1 is defined twice"),
     ],
-)  # fmt: skip
+)
 def test_wrong_systems(text, message):
     with pytest.raises(InputError, match=message):
         read_systems(cards(text))
@@ -148,7 +150,14 @@ def test_unread_cards(tmp_path):
     case = "TITLE = x\nK2PP = STIFF\nSUBCASE 1\nLOAD = 3\nSUBCASE 2\nSPC = 5\n"
     model = read(tmp_path, BULK + extra, case)
     found = unread(model)
-    assert {k: v for k, v in found.items() if not v}.keys() == {"EIGRL", "FORCE", "PARAM,K6ROT", "PARAM", "case control", "SUBCASE 2"}
+    assert {k: v for k, v in found.items() if not v}.keys() == {
+        "EIGRL",
+        "FORCE",
+        "PARAM,K6ROT",
+        "PARAM",
+        "case control",
+        "SUBCASE 2",
+    }
     assert {k: v for k, v in found.items() if v}.keys() == {"CGAP", "CHEXXA", "PARAM,INREL", "K2PP"}
     why = {u.keyword: u.why for u in model.unread}
     assert "Did you mean 'CHEXA'" in why["CHEXXA"]
@@ -161,7 +170,9 @@ def test_damping(tmp_path):
     bulk = BULK.replace(",.3,1.-9", ",.3,1.-9,,,.04")
     assert read(tmp_path, bulk).blocks[0].section.material.beta == 0.0
     assert unread(read(tmp_path, bulk))["MAT1, GE"] is False
-    material = read(tmp_path, bulk + "PARAM,W4,200.\nPARAM,G,.1\nPARAM,W3,50.\nPARAM,ALPHA1,3.\n").blocks[0].section.material
+    material = (
+        read(tmp_path, bulk + "PARAM,W4,200.\nPARAM,G,.1\nPARAM,W3,50.\nPARAM,ALPHA1,3.\n").blocks[0].section.material
+    )
     assert material.beta == pytest.approx(0.04 / 200.0 + 0.1 / 50.0)
     assert material.alpha == 3.0
 
@@ -180,7 +191,7 @@ def test_damping(tmp_path):
         ("MAT8,2,1.,1.,1.1,1.", "elastic constants are those of no stable material"),
         ("PARAM,WTMASS,abc", "field 3 of PARAM is 'abc'; expected a real number"),
     ],
-)  # fmt: skip
+)
 def test_mistakes(tmp_path, card, message):
     with pytest.raises(InputError, match=message):
         read(tmp_path, BULK + card + "\n")

@@ -47,7 +47,9 @@ def test_a_spring_by_matrix_is_a_spring(tmp_path, grid):
 def test_mass_and_damping(tmp_path):
     """WTMASS scales CONM2 and not M2GG; PARAM,CM2 and factors of the case control do."""
     bulk = "GRID,1\nPARAM,WTMASS,10.\nPARAM,CM2,2.\nCONM2,9,1,,1.\n"
-    matrices = "DMIG,M1,0,1,1,0\nDMIG,M1,1,1,,1,1,3.\n,1,2,.5\nDMIG,M1,1,2,,1,1,.5\nDMIG,B1,0,6,1,0\nDMIG,B1,1,3,,1,3,4.\n"
+    matrices = (
+        "DMIG,M1,0,1,1,0\nDMIG,M1,1,1,,1,1,3.\n,1,2,.5\nDMIG,M1,1,2,,1,1,.5\nDMIG,B1,0,6,1,0\nDMIG,B1,1,3,,1,3,4.\n"
+    )
     _, M, C = parts_of(read(tmp_path, bulk + matrices, case="M2GG = M1\nB2GG = 1.5*B1, 1.5*B1\n"))
     wanted = np.diag([10.0 + 6.0, 10.0, 10.0])
     wanted[0, 1] = wanted[1, 0] = 1.0
@@ -57,7 +59,9 @@ def test_mass_and_damping(tmp_path):
 
 def test_scalar_points(tmp_path):
     """A spring of 4 to a scalar point that another of 12 holds: 1/(1/4 + 1/12) = 3."""
-    bulk = "GRID,1,,,,,,23456\nCONM2,9,1,,1.\nSPOINT,7\nCELAS4,2,12.,7\nDMIG,K1,0,6,2,0\nDMIG,K1,1,1,,1,1,4.\n,7,0,-4.\n"
+    bulk = (
+        "GRID,1,,,,,,23456\nCONM2,9,1,,1.\nSPOINT,7\nCELAS4,2,12.,7\nDMIG,K1,0,6,2,0\nDMIG,K1,1,1,,1,1,4.\n,7,0,-4.\n"
+    )
     model = read(tmp_path, bulk + "DMIG,K1,7,0,,7,0,4.\n", case="K2GG=K1\n")
     assert motion(model, {(1, 1): 6.0})[0, 0] == pytest.approx(2.0)
 
@@ -94,7 +98,7 @@ WRONG = {
     "not symmetric": ("B2GG = Z\n", "DMIG,Z,0,1,2,0\nDMIG,Z,1,1,,1,2,1.\nDMIG,Z,1,2,,1,1,-1.\n", "not symmetric"),
     "no such grid": ("K2GG = Z\n", "DMIG,Z,0,6,2,0\nDMIG,Z,77,1,,77,1,1.\n", "77"),
     "no such dof": ("K2GG = Z\n", "DMIG,Z,0,6,2,0\nDMIG,Z,1,7,,1,7,1.\n", "component 7"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", WRONG)

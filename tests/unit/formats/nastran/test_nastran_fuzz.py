@@ -12,7 +12,27 @@ from creak.model.mesh import Model
 from fuzz_samples import CARDS
 
 DECK = CARDS.replace("MPC,1,7,", "RBE1,4,1,123456\n,UM,8,12\nMPC,1,7,")
-VALUES = ("", "0", "1", "-1", "99", "1.5", "abc", "THRU", "nan", "1e400", "UM", "+", "*", "$", "BY", "-5.", "0.", "1_0", "\u0663")
+VALUES = (
+    "",
+    "0",
+    "1",
+    "-1",
+    "99",
+    "1.5",
+    "abc",
+    "THRU",
+    "nan",
+    "1e400",
+    "UM",
+    "+",
+    "*",
+    "$",
+    "BY",
+    "-5.",
+    "0.",
+    "1_0",
+    "\u0663",
+)
 
 
 def _damaged(rng: random.Random) -> str:
@@ -40,8 +60,18 @@ def test_the_deck_itself(tmp_path):
     model = read_nastran(path)
     assert [u.keyword for u in model.unread if u.changes_answer] == ["SPC, D"]
     assert {b.kind for b in model.blocks} == {
-        "quad4", "tri3", "beam2", "truss2", "hex8", "tet4", "spring1", "spring2", "nodal1", "bush2", "mass",
-    }  # fmt: skip
+        "quad4",
+        "tri3",
+        "beam2",
+        "truss2",
+        "hex8",
+        "tet4",
+        "spring1",
+        "spring2",
+        "nodal1",
+        "bush2",
+        "mass",
+    }
 
 
 @pytest.mark.parametrize("first", [0, 100])

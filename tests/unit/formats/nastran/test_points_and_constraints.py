@@ -43,7 +43,11 @@ def test_springs_in_a_displacement_frame(tmp_path):
     """Component 1 of grid 1 is along (.6, .8, 0): K = k n n'; the same for a dashpot and a mass."""
     grid = TURNED + f"GRID,1,,1.,2.,3.,5\n{BLOCK}"
     n = np.array([0.6, 0.8, 0.0])
-    for cards, name, size in (("CELAS2,1,7.,1,1", "K", 7.0), ("CDAMP2,1,5.,1,1", "C", 5.0), ("CMASS2,1,3.,1,1", "M", 3.0)):
+    for cards, name, size in (
+        ("CELAS2,1,7.,1,1", "K", 7.0),
+        ("CDAMP2,1,5.,1,1", "C", 5.0),
+        ("CMASS2,1,3.,1,1", "M", 3.0),
+    ):
         wanted = size * np.outer(n, n) + (np.eye(3) if name == "M" else 0.0)
         np.testing.assert_allclose(matrix(read(tmp_path, grid + cards), name, 1)[:3, :3], wanted, atol=1e-14)
 
@@ -111,7 +115,9 @@ def test_mass_at_a_place(tmp_path):
 def test_mass_matrix(tmp_path):
     """CONM1: lower triangle by rows."""
     lower = [float(i) for i in range(1, 22)]
-    fields = ",".join(map(str, lower[:5])) + "\n," + ",".join(map(str, lower[5:13])) + "\n," + ",".join(map(str, lower[13:]))
+    fields = (
+        ",".join(map(str, lower[:5])) + "\n," + ",".join(map(str, lower[5:13])) + "\n," + ",".join(map(str, lower[13:]))
+    )
     M = matrix(read(tmp_path, f"GRID,1\nCONM1,1,1,,{fields}"), "M", 1)
     wanted = np.zeros((6, 6))
     wanted[np.tril_indices(6)] = lower
@@ -128,8 +134,10 @@ def test_rbe2(tmp_path):
 
 def test_rbe2_in_a_displacement_frame(tmp_path):
     """Only n = (.6, .8, 0) of grid 2 follows: pulled along it, grid 2 goes with grid 1; across it its spring holds it."""
-    bulk = (TURNED + "GRID,1,,,,,,3456\nGRID,2,,,,,5,3456\nCELAS2,1,100.,1,1\nCELAS2,2,100.,1,2\nCELAS2,3,25.,2,2\n"
-            "CONM2,9,2,,1.\nCONM2,8,1,,1.\nRBE2,1,1,1,2\n")  # fmt: skip
+    bulk = (
+        TURNED + "GRID,1,,,,,,3456\nGRID,2,,,,,5,3456\nCELAS2,1,100.,1,1\nCELAS2,2,100.,1,2\nCELAS2,3,25.,2,2\n"
+        "CONM2,9,2,,1.\nCONM2,8,1,,1.\nRBE2,1,1,1,2\n"
+    )
     u = motion(read(tmp_path, bulk), {(2, 1): 0.6, (2, 2): 0.8})
     np.testing.assert_allclose(u[1, :2], [0.006, 0.008], atol=1e-12)
     u = motion(read(tmp_path, bulk), {(2, 1): -0.8, (2, 2): 0.6})
@@ -147,8 +155,10 @@ def test_rbar(tmp_path):
 
 
 def test_rbe1_is_rbar(tmp_path):
-    bulk = ("GRID,1\nGRID,2,,2.\nRBE1,1,1,1234,2,23\n,UM,1,56,2,1456\nCELAS2,1,4.,1,2\nCELAS2,2,8.,2,2\nSPC1,1,134,1\n"
-            "SPC1,1,3,2\nCONM2,9,1,,1.\nCONM2,8,2,,1.")  # fmt: skip
+    bulk = (
+        "GRID,1\nGRID,2,,2.\nRBE1,1,1,1234,2,23\n,UM,1,56,2,1456\nCELAS2,1,4.,1,2\nCELAS2,2,8.,2,2\nSPC1,1,134,1\n"
+        "SPC1,1,3,2\nCONM2,9,1,,1.\nCONM2,8,2,,1."
+    )
     u = motion(read(tmp_path, bulk), {(1, 2): 1.0})
     np.testing.assert_allclose(u[:, 5], -0.125, atol=1e-12)
 
@@ -173,7 +183,12 @@ def test_rbe3(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("cards", "u2"), [("MPC,1,2,1,1.,1,1,-3.", 3.0), ("MPCADD,1,7,8\nMPC,7,2,1,1.,1,1,-3.", 3.0), ("MPC,1,2,1,2.,1,1,-3.\n,,1,1,1.", 1.0)]
+    ("cards", "u2"),
+    [
+        ("MPC,1,2,1,1.,1,1,-3.", 3.0),
+        ("MPCADD,1,7,8\nMPC,7,2,1,1.,1,1,-3.", 3.0),
+        ("MPC,1,2,1,2.,1,1,-3.\n,,1,1,1.", 1.0),
+    ],
 )
 def test_mpc(tmp_path, cards, u2):
     """The first term follows the others; two terms a line; MPCADD."""
@@ -184,7 +199,10 @@ def test_mpc(tmp_path, cards, u2):
 
 def test_mpc_in_a_displacement_frame(tmp_path):
     """u2 along (.6, .8, 0) is twice u1 along x."""
-    bulk = TURNED + "GRID,1,,,,,,23456\nGRID,2,,5.,,,5,23456\nCELAS2,1,1.,1,1\nCONM2,8,1,,1.\nCONM2,9,2,,1.\nMPC,1,2,1,1.,1,1,-2.\n"
+    bulk = (
+        TURNED
+        + "GRID,1,,,,,,23456\nGRID,2,,5.,,,5,23456\nCELAS2,1,1.,1,1\nCONM2,8,1,,1.\nCONM2,9,2,,1.\nMPC,1,2,1,1.,1,1,-2.\n"
+    )
     u = motion(read(tmp_path, bulk), {(1, 1): 1.0})
     np.testing.assert_allclose(u[1, :2], [1.2, 1.6], atol=1e-12)
 
@@ -192,10 +210,13 @@ def test_mpc_in_a_displacement_frame(tmp_path):
 @pytest.mark.parametrize(
     ("cards", "case"),
     [
-        ("SPC,1,1,1,,2,1", None), ("SPC1,1,1,1,2", None), ("SPC1,1,1,1,THRU,5", None), ("SPCADD,4,1,3\nSPC1,3,1,1\nSPC1,1,1,2", "SPC=4\n"),
+        ("SPC,1,1,1,,2,1", None),
+        ("SPC1,1,1,1,2", None),
+        ("SPC1,1,1,1,THRU,5", None),
+        ("SPCADD,4,1,3\nSPC1,3,1,1\nSPC1,1,1,2", "SPC=4\n"),
         ("SPC1,1,1,1,2\nSPC1,2,123456,1", "SUBCASE 1\nSPC=1\nSUBCASE 2\nSPC = 2\n"),
     ],
-)  # fmt: skip
+)
 def test_supports(tmp_path, cards, case):
     """Set 1 holds x of both grids, and the first subcase is the one that counts."""
     model = read(tmp_path, f"GRID,1\nGRID,2,,1.\n{bar()}{cards}\n", case)
@@ -247,7 +268,9 @@ def test_initial_velocity(tmp_path):
 def test_parts_hold_their_reference_grids(tmp_path):
     """Grids tied to one part join it; those between parts do not; a loose mass is a part of its own."""
     grids = "".join(f"GRID,{i},,{float(i)},{float(i * i)}\n" for i in range(1, 10))
-    model = read(tmp_path, grids + bar(1, 2) + bar(3, 4, 801) + "RBE2,1,5,123,1,2\nRBE2,2,6,123,2,3\nRBAR,3,5,7\nCONM2,9,8,,1.\n")
+    model = read(
+        tmp_path, grids + bar(1, 2) + bar(3, 4, 801) + "RBE2,1,5,123,1,2\nRBE2,2,6,123,2,3\nRBAR,3,5,7\nCONM2,9,8,,1.\n"
+    )
     owner = {int(model.nodes.ids[i]): p.name for p in model.parts for i in p.nodes_idx}
     assert owner == {1: "PART-1", 2: "PART-1", 5: "PART-1", 7: "PART-1", 3: "PART-2", 4: "PART-2", 8: "PART-3"}
     assert assembled(model).n > 0
@@ -271,12 +294,14 @@ def test_parts_hold_their_reference_grids(tmp_path):
         ("MPC,1,1,8,1.,2,1,1.", "field 4 of MPC is '8'; expected a dof"),
         ("SPC1,1,1,7", "uses grid 7, which is not defined"),
     ],
-)  # fmt: skip
+)
 def test_mistakes(tmp_path, cards, message):
     with pytest.raises(InputError, match=message):
         read(tmp_path, f"GRID,1\nGRID,2,,1.\n{BLOCK}{cards}\n")
 
 
 def test_unknown_set_in_the_case_control(tmp_path):
-    with pytest.raises(InputError, match=r"SPC = 5 in the case control, but no card has this set; expected one of \[1\]"):
+    with pytest.raises(
+        InputError, match=r"SPC = 5 in the case control, but no card has this set; expected one of \[1\]"
+    ):
         read(tmp_path, f"GRID,1\n{BLOCK}SPC1,1,1,1\n", "SPC = 5\n")

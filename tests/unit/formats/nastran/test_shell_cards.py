@@ -78,7 +78,9 @@ def test_coupling_material(tmp_path):
     """MID4 of an offset h: Nastran's -T^2 G4 = B = h T Q, and D + h^2 T Q by 12I/T^3, is PCOMP with that Z0."""
     h = -0.3
     prop = f"PSHELL,1,1,{T},1,{1 + 12 * h * h / T**2},1\n,,,4"
-    coupled = strip(tmp_path, prop, extra=f"MAT2,4,{-h / T * E},0.,0.,{-h / T * E},0.,{-h / T * E / 2}").blocks[0].section
+    coupled = (
+        strip(tmp_path, prop, extra=f"MAT2,4,{-h / T * E},0.,0.,{-h / T * E},0.,{-h / T * E / 2}").blocks[0].section
+    )
     plies = strip(tmp_path, f"PCOMP,1,{-0.5 * T + h}\n,1,{T}").blocks[0].section
     for name in "ABD":
         ours, theirs = getattr(coupled, name), getattr(plies, name)
@@ -99,7 +101,11 @@ def test_composite(tmp_path):
     mat8 = "MAT8,8,1.3+5,9.+3,.28,4.5+3,4.+3,3.+3,1.6-9\n"
     section = strip(tmp_path, card + mat8).blocks[0].section
     carbon = SheetMaterial("8", *lamina(1.3e5, 9e3, 0.28, 4.5e3, 4e3, 3e3), 1.6e-9)
-    half = [Ply(carbon, 0.25, math.radians(30.0)), Ply(carbon, 0.25, math.radians(-45.0)), Ply(Material("1", E, 0.0, 2.7e-9), 0.5)]
+    half = [
+        Ply(carbon, 0.25, math.radians(30.0)),
+        Ply(carbon, 0.25, math.radians(-45.0)),
+        Ply(Material("1", E, 0.0, 2.7e-9), 0.5),
+    ]
     wanted = laminate("w", [*half, *reversed(half)], added_mass=1e-8)
     for name in "ABDS":
         np.testing.assert_allclose(getattr(section, name), getattr(wanted, name), atol=1e-9 * np.abs(wanted.A).max())
@@ -150,8 +156,11 @@ def test_offset_in_contact(tmp_path):
 
 def test_corner_thickness(tmp_path):
     """T1 to T4, absolute or (TFLAG = 1) relative, instead of T, which may then be missing."""
-    for tail, prop in ((f"\n,,,{2 * T},{2 * T},{2 * T},{2 * T}", f"PSHELL,1,1,{T},1,,1"), ("\n,,1,2.,2.,2.,2.", f"PSHELL,1,1,{T},1,,1"),
-                       (f"\n,,,{2 * T},{2 * T},{2 * T},{2 * T}", "PSHELL,1,1,,1,,1")):  # fmt: skip
+    for tail, prop in (
+        (f"\n,,,{2 * T},{2 * T},{2 * T},{2 * T}", f"PSHELL,1,1,{T},1,,1"),
+        ("\n,,1,2.,2.,2.,2.", f"PSHELL,1,1,{T},1,,1"),
+        (f"\n,,,{2 * T},{2 * T},{2 * T},{2 * T}", "PSHELL,1,1,,1,,1"),
+    ):
         model = strip(tmp_path, prop, tail)
         assert tip(model, 1)[0] == pytest.approx(L / (E * B * 2 * T), rel=1e-6)
         assert tip(model, 3)[2] == pytest.approx(L**3 / (3 * E * B * (2 * T) ** 3 / 12), rel=0.05)
@@ -161,7 +170,9 @@ def test_corner_thickness(tmp_path):
 def test_shear_modulus_of_its_own(tmp_path):
     """E, NU and G that do not agree: the shell keeps G, and the deck says so."""
     path = tmp_path / "g.bdf"
-    path.write_text(f"GRID,1,,0.,0.\nGRID,2,,1.,0.\nGRID,3,,1.,1.\nGRID,4,,0.,1.\nCQUAD4,1,1,1,2,3,4\nPSHELL,1,1,{T},1,,1\nMAT1,1,{E},1.+4,.3\n")
+    path.write_text(
+        f"GRID,1,,0.,0.\nGRID,2,,1.,0.\nGRID,3,,1.,1.\nGRID,4,,0.,1.\nCQUAD4,1,1,1,2,3,4\nPSHELL,1,1,{T},1,,1\nMAT1,1,{E},1.+4,.3\n"
+    )
     model = read_nastran(path)
     section = model.blocks[0].section
     wanted = T * plane_stress(Material("m", E, 0.3, 0.0))
@@ -181,7 +192,11 @@ def test_sheet_offset_by_pcomp_is_the_laminate(tmp_path):
     ("prop", "tail", "message"),
     [
         ("PSHELL,1,9,2.,1,,1", "", "PSHELL 1 uses material 9, which is not defined"),
-        ("PSHELL,2,1,2.,1,,1", "", "CQUAD4 1 uses property 1, which is not defined; expected a PSHELL, PCOMP, PCOMPG card"),
+        (
+            "PSHELL,2,1,2.,1,,1",
+            "",
+            "CQUAD4 1 uses property 1, which is not defined; expected a PSHELL, PCOMP, PCOMPG card",
+        ),
         ("PSHELL,1,1,,1,,1", "", "PSHELL 1 has thickness 0"),
         ("PSHELL,1,1,0,1,,1", "\n,,,1.", "lacks thicknesses"),
         ("PSHELL,1,,2.", "", "neither MID1 nor MID2"),
@@ -191,7 +206,7 @@ def test_sheet_offset_by_pcomp_is_the_laminate(tmp_path):
         ("PSHELL,1,1,2.,1,,1", ",7", None),
         ("PCOMP,1\n,8,1.\nMAT8,8,1.+5,1.+3,.3,1.+3", ",7", "uses coordinate system 7, which is not defined"),
     ],
-)  # fmt: skip
+)
 def test_mistakes(tmp_path, prop, tail, message):
     if message is None:
         assert strip(tmp_path, prop, tail).n_elements == 4  # an isotropic shell has no direction to miss

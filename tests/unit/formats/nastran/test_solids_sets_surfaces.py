@@ -8,8 +8,12 @@ import pytest
 from creak.errors import InputError
 from helpers_nastran import motion, read, rigid_mass, row, unread
 
-CUBE = "".join(f"GRID,{i},,{x}.,{y}.,{z}.\n" for i, (x, y, z) in enumerate(
-    [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2)], start=1))  # fmt: skip
+CUBE = "".join(
+    f"GRID,{i},,{x}.,{y}.,{z}.\n"
+    for i, (x, y, z) in enumerate(
+        [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0), (0, 0, 2), (2, 0, 2), (2, 2, 2), (0, 2, 2)], start=1
+    )
+)
 MAT1 = "MAT1,1,1000.,,.25,3.-3\n"
 HELD = "SPC1,1,3,1,2,3,4\nSPC1,1,2,1,2\nSPC1,1,1,1\n"
 ELEMENTS = {
@@ -70,9 +74,9 @@ def test_solids_with_some_mid_side_grids_are_refused(tmp_path):
 
 
 PLATES = (
-    "$HMNAME PROP       1\"Upper skin\"\nGRID,1\nGRID,2,,1.\nGRID,3,,1.,1.\nGRID,4,,,1.\nGRID,11,,,,5.\nGRID,12,,1.,,5.\nGRID,13,,1.,1.,5.\n"
+    '$HMNAME PROP       1"Upper skin"\nGRID,1\nGRID,2,,1.\nGRID,3,,1.,1.\nGRID,4,,,1.\nGRID,11,,,,5.\nGRID,12,,1.,,5.\nGRID,13,,1.,1.,5.\n'
     "CQUAD4,1,1,1,2,3,4\nCTRIA3,2,2,11,12,13\nPSHELL,1,1,.1,1,,1\nPSHELL,2,1,.1,1,,1\n" + MAT1
-)  # fmt: skip
+)
 
 
 def test_parts_and_sets(tmp_path):
@@ -81,8 +85,13 @@ def test_parts_and_sets(tmp_path):
     model = read(tmp_path, PLATES + sets, "SET 9 = 1, 3 THRU 12 EXCEPT 12\n")
     assert [p.name for p in model.parts] == ["PID_1", "PID_2"]
     assert {k: v.tolist() for k, v in model.element_sets.items()} == {
-        "PID_1": [[0, 0]], "PID_2": [[1, 0]], "UPPER_SKIN": [[0, 0]], "SET_7": [[0, 0], [1, 0]], "SET_8": [[1, 0]], "SET_9": [[0, 0]],
-    }  # fmt: skip
+        "PID_1": [[0, 0]],
+        "PID_2": [[1, 0]],
+        "UPPER_SKIN": [[0, 0]],
+        "SET_7": [[0, 0], [1, 0]],
+        "SET_8": [[1, 0]],
+        "SET_9": [[0, 0]],
+    }
     ids = {k: model.nodes.ids[v].tolist() for k, v in model.node_sets.items()}
     assert ids == {"ASET": [1, 2, 3], "SUPORT": [4], "BSET": [11, 12], "SET_7": [1, 2, 11], "SET_9": [1, 3, 4, 11]}
     assert not any(unread(model).values())
@@ -97,7 +106,10 @@ def test_surfaces(tmp_path):
     """Shells: both sides, positive, negative. Solids: the faces that no other solid shares."""
     model = read(tmp_path, PLATES)
     assert {k: s.side.tolist() for k, s in model.surfaces.items() if k.startswith("PID_1")} == {
-        "PID_1": [0], "PID_1.SPOS": [1], "PID_1.SNEG": [-1]}  # fmt: skip
+        "PID_1": [0],
+        "PID_1.SPOS": [1],
+        "PID_1.SNEG": [-1],
+    }
     model = read(tmp_path, CUBE + ELEMENTS["wedge6"] + "PSOLID,1,1\n" + MAT1)
     assert model.surfaces["PID_1"].facets.shape == (8, 2)
     assert model.surfaces["PID_1"].nodes_idx.size == 8

@@ -36,9 +36,11 @@ BARS = "GRID,1\nGRID,2,,10.,.1,.3\nGRID,3,,17.,3.\nGRID,4,,,5.\n"
 TURNED = "CORD2C,5,,0.,0.,0.,0.,0.,1.\n,.6,.8,0.\n"
 SHEET = "MAT8,8,9000.,3000.,.28,1500.,1100.,800.,1.3-9\n"
 GENERAL_SHELL = (
-    SHELLS.format("") + "PSHELL,7,1,.7,2,.8,3,.9,1.-9\n,,,4\n" + MAT
+    SHELLS.format("")
+    + "PSHELL,7,1,.7,2,.8,3,.9,1.-9\n,,,4\n"
+    + MAT
     + "MAT2,2,3.,1.,.1,4.,.2,2.\nMAT2,3,1.,.1,,2.\nMAT2,4,.01,,,.02,,.03\n"
-)  # fmt: skip
+)
 
 IDENTICAL = {
     "same model": None,
@@ -51,24 +53,27 @@ IDENTICAL = {
     "membrane": SHELLS.format("") + "PSHELL,7,1,.7\n" + MAT,
     "damping": SHELLS.format("") + "PSHELL,7,1,.7,1,,1\nPARAM,ALPHA1,3.\nPARAM,ALPHA2,1.-5\n" + MAT,
     "loss factors": SHELLS.format("") + "PSHELL,7,1,.7,1,,1\nCROD,9,9,3,40\nPROD,9,2,1.\nPARAM,W4,300.\n"
-                    "MAT1,1,210000.,,.3,7.85-9\n,.1\nMAT1,2,70000.,,.3,2.7-9\n,.3\n",
-    "bars": BARS + "CBAR,1,3,1,2,0.,1.,.2\n,,,.1,.2,.3,.4,.5,.6\nCBEAM,2,4,2,3,4\nCBAR,3,3,2,4,1.,0.,.2\nCROD,4,5,1,3\nCROD,5,6,1,4\n"
-            "PBAR,3,1,8.,10.,3.,7.,1.-9\n,,,,,,,,\n,.8,.6\nPBEAM,4,1,8.,10.,3.,,7.\nPROD,5,1,2.\nPROD,6,1,2.,3.,,4.-9\n" + MAT,
+    "MAT1,1,210000.,,.3,7.85-9\n,.1\nMAT1,2,70000.,,.3,2.7-9\n,.3\n",
+    "bars": BARS
+    + "CBAR,1,3,1,2,0.,1.,.2\n,,,.1,.2,.3,.4,.5,.6\nCBEAM,2,4,2,3,4\nCBAR,3,3,2,4,1.,0.,.2\nCROD,4,5,1,3\nCROD,5,6,1,4\n"
+    "PBAR,3,1,8.,10.,3.,7.,1.-9\n,,,,,,,,\n,.8,.6\nPBEAM,4,1,8.,10.,3.,,7.\nPROD,5,1,2.\nPROD,6,1,2.,3.,,4.-9\n" + MAT,
     "solids": "GRID,1\nGRID,2,,1.\nGRID,3,,1.,1.\nGRID,4,,0.,1.\nGRID,5,,0.,0.,1.\nGRID,6,,1.,0.,1.\nGRID,7,,1.,1.,1.\n"
-              "GRID,8,,0.,1.,1.\nGRID,9,,2.,0.,.5\nCHEXA,1,5,1,2,3,4,5,6\n,7,8\nCTETRA,2,6,2,9,3,6\nPSOLID,5,1\nPSOLID,6,9,4\n"
-              "CORD2R,4,,0.,0.,0.,0.,.1,1.\n,.6,.8,0.\n" + MAT
-              + "MAT9,9,30.,1.,2.,,,,20.\n,3.,,,,10.,,,\n,4.,,,5.,,6.,1.-9\n",
+    "GRID,8,,0.,1.,1.\nGRID,9,,2.,0.,.5\nCHEXA,1,5,1,2,3,4,5,6\n,7,8\nCTETRA,2,6,2,9,3,6\nPSOLID,5,1\nPSOLID,6,9,4\n"
+    "CORD2R,4,,0.,0.,0.,0.,.1,1.\n,.6,.8,0.\n" + MAT + "MAT9,9,30.,1.,2.,,,,20.\n,3.,,,,10.,,,\n,4.,,,5.,,6.,1.-9\n",
     "springs": TURNED + BARS + "CELAS2,1,7.,1,2\nCELAS2,2,7.,1,2,3,4\nCDAMP2,3,5.,2,1,4,1\nCVISC,4,9,1,2\nPVISC,9,3.3\n"
-               "CBUSH,5,5,1,2,0.,1.,.3,,.25\nCBUSH,6,6,1,3,,,,5\nCBUSH,7,7,4,,,,,0\nPBUSH,5,K,1.,2.,3.,4.,5.,6.\n,B,.1,.2\n"
-               "PBUSH,6,B,1.,2.,,3.\nPBUSH,7,K,,,3.\nCONM2,20,1,,2.\nCONM2,21,2,5,3.,.1,.2,.3\n,1.,.1,2.,.2,.3,3.\n"
-               "CONM1,22,3,5,1.,.1,2.,.2,.3\n,3.\nCONM2,23,4,,1.\n",
-    "constraints": BARS + "CBAR,1,3,1,2,0.,1.,.2\nCBAR,2,3,3,4,0.,1.,.2\nPBAR,3,1,8.,10.,3.,7.\nGRID,30,,1.,1.,1.\nGRID,31,,2.,1.,1.\n"
-                   "RBE2,50,1,1235,30\nRBE3,51,,31,123456,1.3,123,1,2,\n,.7,123,3,4\nRBAR,52,1,4\nMPC,1,30,4,2.,2,1,-3.\n,,3,2,.1\n"
-                   "SPC1,1,135,1,2\nSPC,1,3,23,,4,1\nCONM2,60,31,,1.\n" + MAT,
-    "sets": PLATE + "CQUAD4,70,7,5,2,9,11\nCTRIA3,8,8,2,3,9\nPSHELL,7,1,.7,1,,1\nPSHELL,8,1,.7,1,,1\n" + MAT
-            + 'SET1,3,2,9,5\nSET1,70,70,8,9\nSET3,5,ELEM,8,70\n$HMNAME PROP          8"Skin of it"\n'
-            '$HMSET        3        1 "Rim" 4\nASET1,123,9,2\n',
-}  # fmt: skip
+    "CBUSH,5,5,1,2,0.,1.,.3,,.25\nCBUSH,6,6,1,3,,,,5\nCBUSH,7,7,4,,,,,0\nPBUSH,5,K,1.,2.,3.,4.,5.,6.\n,B,.1,.2\n"
+    "PBUSH,6,B,1.,2.,,3.\nPBUSH,7,K,,,3.\nCONM2,20,1,,2.\nCONM2,21,2,5,3.,.1,.2,.3\n,1.,.1,2.,.2,.3,3.\n"
+    "CONM1,22,3,5,1.,.1,2.,.2,.3\n,3.\nCONM2,23,4,,1.\n",
+    "constraints": BARS
+    + "CBAR,1,3,1,2,0.,1.,.2\nCBAR,2,3,3,4,0.,1.,.2\nPBAR,3,1,8.,10.,3.,7.\nGRID,30,,1.,1.,1.\nGRID,31,,2.,1.,1.\n"
+    "RBE2,50,1,1235,30\nRBE3,51,,31,123456,1.3,123,1,2,\n,.7,123,3,4\nRBAR,52,1,4\nMPC,1,30,4,2.,2,1,-3.\n,,3,2,.1\n"
+    "SPC1,1,135,1,2\nSPC,1,3,23,,4,1\nCONM2,60,31,,1.\n" + MAT,
+    "sets": PLATE
+    + "CQUAD4,70,7,5,2,9,11\nCTRIA3,8,8,2,3,9\nPSHELL,7,1,.7,1,,1\nPSHELL,8,1,.7,1,,1\n"
+    + MAT
+    + 'SET1,3,2,9,5\nSET1,70,70,8,9\nSET3,5,ELEM,8,70\n$HMNAME PROP          8"Skin of it"\n'
+    '$HMSET        3        1 "Rim" 4\nASET1,123,9,2\n',
+}
 
 
 def _model(tmp_path, name: str) -> Model:
@@ -113,7 +118,7 @@ ABAQUS = {
     "mass on a stop": stop_deck(),
     "cantilever": cantilever_deck(STEP),
     "tie and solids": SOLIDS.replace("*CENTROID\n 0.1, 0.2\n*SHEAR CENTER\n 0.2, 0.1\n", ""),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("form", ["linear", "lumped"])
@@ -145,7 +150,9 @@ def test_a_beam_beside_its_nodes(tmp_path):
 
 def test_springs_along_turned_axes_become_matrices(tmp_path):
     """CELAS, CDAMP and CMASS in displacement frames: K2GG, B2GG and M2GG."""
-    grids = TURNED + "GRID,1,,1.,2.,3.,5\nGRID,2,,2.,2.,3.,5\nGRID,3,,9.\nCONM2,20,1,,2.\nCONM2,21,2,,2.\nCONM2,22,3,,2.\n"
+    grids = (
+        TURNED + "GRID,1,,1.,2.,3.,5\nGRID,2,,2.,2.,3.,5\nGRID,3,,9.\nCONM2,20,1,,2.\nCONM2,21,2,,2.\nCONM2,22,3,,2.\n"
+    )
     model = read(tmp_path, grids + "CELAS2,1,7.,1,1,2,2\nCDAMP2,2,5.,1,1\nCMASS2,3,.1,1,5,2,5\nCELAS2,4,3.,3,1\n")
     write_nastran(model, tmp_path / "copy.bdf")
     text = (tmp_path / "copy.bdf").read_text()
@@ -181,10 +188,16 @@ def test_labels_of_instances_are_told_apart(tmp_path):
 
 REFUSED = {
     "mass form": (replace, "--mass linear"),
-    "shear centre": ("*BEAM SECTION, ELSET=B, MATERIAL=STEEL, SECTION=I\n 1., 6., 4., 5., .3, .4, .5\n 0., 1., 0.\n", "shear centre"),
-    "damping of single masses": ("*BEAM SECTION, ELSET=B, MATERIAL=STEEL, SECTION=CIRC\n 1.\n 0., 1., 0.\n"
-                                 "*ELEMENT, TYPE=MASS, ELSET=M\n 9, 1\n*MASS, ELSET=M, ALPHA=.3\n .1\n", "mass-proportional"),
-}  # fmt: skip
+    "shear centre": (
+        "*BEAM SECTION, ELSET=B, MATERIAL=STEEL, SECTION=I\n 1., 6., 4., 5., .3, .4, .5\n 0., 1., 0.\n",
+        "shear centre",
+    ),
+    "damping of single masses": (
+        "*BEAM SECTION, ELSET=B, MATERIAL=STEEL, SECTION=CIRC\n 1.\n 0., 1., 0.\n"
+        "*ELEMENT, TYPE=MASS, ELSET=M\n 9, 1\n*MASS, ELSET=M, ALPHA=.3\n .1\n",
+        "mass-proportional",
+    ),
+}
 
 
 @pytest.mark.parametrize("name", REFUSED)
@@ -205,7 +218,7 @@ CHANGES = {
     "coordinate": ("GRID           2       0    10.3", "GRID           2       0    10.4"),
     "thickness": ("PSHELL         7       1      .7", "PSHELL         7       1     .71"),
     "support": (" 12", " 13"),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", CHANGES)
