@@ -23,13 +23,13 @@ from rich.console import Console
 from benchmarks.door import silent
 from creak.contact.step_problem import compile_kernels
 from creak.door import write_door
-from creak.studies.compared import compare_events
-from creak.studies.config import ReductionTable
-from creak.studies.output_steps import excitation_window
-from creak.studies.reduced_model import reduce_model
-from creak.studies.run import compare_modes, limited, march_run, prepare
-from creak.studies.setup import Setup, set_up
-from creak.studies.study_file import read_study
+from creak.studies.file.config import ReductionTable
+from creak.studies.file.reader import read_study
+from creak.studies.models.reduced import reduce_model
+from creak.studies.prepare.output_steps import excitation_window
+from creak.studies.prepare.setup import Setup, set_up
+from creak.studies.run.compared import compare_events
+from creak.studies.run.job import compare_modes, limited, march_run, prepare
 
 CASES: dict[str, dict[str, object]] = {
     "Guyan": {"method": "guyan"},

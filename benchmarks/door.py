@@ -9,11 +9,12 @@ from pathlib import Path
 from creak.contact.gap_operator import GapOperator
 from creak.door import write_door
 from creak.dynamics.scheme import HHT
-from creak.studies.reduced_model import ReducedModel, reduce_model
-from creak.studies.reference_model import ReferenceModel, build_reference, precheck
-from creak.studies.run import limited
-from creak.studies.setup import Setup, set_up
-from creak.studies.study_file import read_study
+from creak.studies.file.reader import read_study
+from creak.studies.models.reduced import ReducedModel, reduce_model
+from creak.studies.models.reference import ReferenceModel, build_reference
+from creak.studies.prepare.setup import Setup, set_up
+from creak.studies.run.job import limited
+from creak.studies.run.precheck import precheck
 
 SCHEME = HHT(-0.05)
 

@@ -22,13 +22,14 @@ from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import compile_kernels
 from creak.door import FINEST_MESH_SIZE, write_door
 from creak.dynamics.modal_march import simulate_modal
-from creak.studies.costs import Meter
-from creak.studies.reduced_model import reduce_model
-from creak.studies.reference_model import ReferenceModel, build_reference, linear_gaps
-from creak.studies.run import limited
-from creak.studies.setup import Setup, set_up
-from creak.studies.study_file import read_study
-from creak.studies.substructures import partition
+from creak.studies.file.reader import read_study
+from creak.studies.models.reduced import reduce_model
+from creak.studies.models.reference import ReferenceModel, build_reference
+from creak.studies.models.substructures import partition
+from creak.studies.prepare.setup import Setup, set_up
+from creak.studies.run.costs import Meter
+from creak.studies.run.job import limited
+from creak.studies.run.precheck import linear_gaps
 
 
 def main() -> None:

@@ -32,9 +32,9 @@ from creak.linalg import modes as modes_module
 from creak.linalg.factor import Factor
 from creak.linalg.modes import Modes, modes
 from creak.reduction.craig_bampton import COLUMNS
-from creak.studies.costs import Meter
-from creak.studies.deck_modes import UNDAMPED
-from creak.studies.setup import read_model
+from creak.studies.models.deck_modes import UNDAMPED
+from creak.studies.prepare.setup import read_model
+from creak.studies.run.costs import Meter
 
 GOAL = 4.0
 """Back-substitutions of one column, per mode converged, that all of it may cost."""

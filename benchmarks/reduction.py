@@ -11,8 +11,8 @@ from creak.assembly.system import System
 from creak.linalg.factor import Factor
 from creak.reduction.craig_bampton import COLUMNS, fixed_interface_basis, reduced_matrices
 from creak.reduction.inside import Inside
-from creak.studies.costs import Meter
-from creak.studies.substructures import partition
+from creak.studies.models.substructures import partition
+from creak.studies.run.costs import Meter
 
 Row = tuple[str, str, str]
 LIMIT = "limit 2 x"

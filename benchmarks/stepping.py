@@ -22,7 +22,7 @@ from creak.dynamics.modal_march import simulate_modal
 from creak.dynamics.plain_newton import PlainNewton
 from creak.dynamics.simulate import CondensedStepper, Stepper
 from creak.linalg.threads import one_blas_thread
-from creak.studies.integrate import divided_loads
+from creak.studies.run.integrate import divided_loads
 from creak.studies.thesis.newton_cost import touching
 
 Row = tuple[str, str, str]

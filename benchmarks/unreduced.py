@@ -20,13 +20,13 @@ from benchmarks.million import closest
 from benchmarks.stepping import full_order
 from creak.contact.step_problem import compile_kernels
 from creak.door import FINEST_MESH_SIZE, LOADS, write_door
-from creak.studies.integrate import output_times
-from creak.studies.output_steps import excitation_window
-from creak.studies.reduced_model import reduce_model
-from creak.studies.reference_model import build_reference
-from creak.studies.run import Run, events_in, limited, march_run
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
+from creak.studies.file.reader import read_study
+from creak.studies.models.reduced import reduce_model
+from creak.studies.models.reference import build_reference
+from creak.studies.prepare.output_steps import excitation_window
+from creak.studies.prepare.setup import set_up
+from creak.studies.run.integrate import output_times
+from creak.studies.run.job import Run, events_in, limited, march_run
 from creak.verify.matching import match_events
 
 THESIS_CPU_S = 463_450.0

@@ -31,9 +31,9 @@ from creak.formats.abaqus.reader import read_deck, read_deck_run
 from creak.formats.abaqus.writer import write_deck
 from creak.formats.nastran.reader import read_nastran
 from creak.model.mesh import Model
-from creak.studies.excitation import period_of
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.excitation import period_of
+from creak.studies.prepare.setup import set_up
 from fuzz_samples import ABAQUS, NASTRAN, STRIPS, STUDIES
 
 LIMIT = 5.0

@@ -191,3 +191,28 @@ def test_no_star_imports():
         if isinstance(node, ast.ImportFrom) and any(a.name == "*" for a in node.names)
     ]
     assert not bad, "\n".join(bad)
+
+
+ROOMS = ("thesis", "sweep", "propose", "advise", "results", "converge", "run", "models", "prepare", "file")
+"""Rooms of studies/, the highest first."""
+
+
+def test_rooms_of_studies_import_those_below_them():
+    studies = ROOT / "studies"
+    rooms = {p.name for p in studies.iterdir() if p.is_dir() and any(p.glob("*.py"))}
+    assert rooms == set(ROOMS), f"rooms without a place in the order: {sorted(rooms ^ set(ROOMS))}"
+    height = {name: len(ROOMS) - i for i, name in enumerate(ROOMS)}
+    upward = []
+    for i in IMPORTS:
+        names = i.module.split(".")
+        if i.owner == "studies" and names[:2] == ["creak", "studies"] and len(names) > 2 and names[2] in height:
+            room = i.path.relative_to(studies).parts[0]
+            if room not in height or height[names[2]] > height[room]:
+                upward.append(i)
+    assert not upward, told(upward, "rooms of studies import those below them: " + " > ".join(ROOMS))
+
+
+def test_no_room_is_a_drawer():
+    """About a dozen files to a folder under studies/."""
+    full = {str(d): n for d in (ROOT / "studies").iterdir() if d.is_dir() and (n := len(list(d.glob("*.py")))) > 14}
+    assert not full, f"folders with too many files: {full}"

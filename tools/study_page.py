@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from creak.studies.schema import study_schema
+from creak.studies.file.schema import study_schema
 
 PAGE = Path(__file__).parents[1] / "docs" / "study_keys.md"
 HEAD = """\

@@ -48,8 +48,8 @@ if TYPE_CHECKING:
     from creak.model.mesh import Model
     from creak.reduction.diagonal import diagonalise
     from creak.signals.sources import Motion, Multisine, Record, Sine, Step, Table, acceleration_motion
-    from creak.studies.deck_modes import DeckModes
-    from creak.studies.study_file import Study
+    from creak.studies.file.reader import Study
+    from creak.studies.models.deck_modes import DeckModes
     from creak.verify.events import Event, find_events
     from creak.verify.mac import mac_matrix
     from creak.verify.matching import EventMatch, match_events

@@ -14,7 +14,7 @@ from creak.assembly.partition import cut
 from creak.assembly.rigid import unheld_parts
 from creak.formats.abaqus.reader import read_deck
 from creak.model.mesh import Model
-from creak.studies.deck_modes import model_modes
+from creak.studies.models.deck_modes import model_modes
 
 NONE = Driven({})
 STEEL = "*MATERIAL, NAME=STEEL\n*ELASTIC\n 210000., 0.3\n*DENSITY\n 7.85e-9\n"

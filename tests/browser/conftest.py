@@ -13,10 +13,10 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "unit" / "report"))
 from small_study import plates, study_text
 
 from creak.report.html import write_report
-from creak.studies.run import run_study
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
-from creak.studies.summary import summarise
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import set_up
+from creak.studies.results.summary import summarise
+from creak.studies.run.job import run_study
 
 MULTISINE = '{ type = "multisine", f_min = 20, f_max = 100, amplitude = 0.25, period = 0.15, seed = 3 }'
 FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"]

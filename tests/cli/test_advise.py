@@ -5,7 +5,7 @@ import tomllib
 
 import pytest
 
-from creak.studies.study_file import read_study
+from creak.studies.file.reader import read_study
 from helpers_decks import STUDY, write_strips
 
 

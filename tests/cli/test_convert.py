@@ -10,7 +10,7 @@ from creak.formats.abaqus.reader import read_deck
 from creak.formats.matrices.superelements import read_superelement
 from creak.formats.nastran.reader import read_nastran
 from creak.model.comparison import difference
-from creak.studies.deck_modes import deck_modes
+from creak.studies.models.deck_modes import deck_modes
 from helpers_decks import two_strips
 from helpers_same_model import mesh, nastran_deck
 

@@ -7,8 +7,8 @@ import re
 
 import pytest
 
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import set_up
 from creak.studies.warned import warnings_of
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_dynamic_decks import STEP, stop_deck

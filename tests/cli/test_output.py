@@ -168,7 +168,7 @@ def test_ctrl_c_while_the_report_is_written_keeps_the_results(creak, folder, mon
 
 
 def test_ctrl_c_before_anything_is_written_says_so(creak, folder, monkeypatch):
-    monkeypatch.setattr("creak.studies.run.build_reference", ctrl_c)
+    monkeypatch.setattr("creak.studies.run.job.build_reference", ctrl_c)
     said = creak("run", *arguments("run", folder))
     assert said.status == 1
     assert "stopped; nothing was written" in said.err
@@ -176,7 +176,7 @@ def test_ctrl_c_before_anything_is_written_says_so(creak, folder, monkeypatch):
 
 
 def test_ctrl_c_after_the_reduced_run_keeps_it(creak, folder, monkeypatch):
-    monkeypatch.setattr("creak.studies.run.checked", ctrl_c)
+    monkeypatch.setattr("creak.studies.run.job.checked", ctrl_c)
     said = creak("run", *arguments("run", folder))
     assert said.status == 1
     assert "stopped while the superelements were checked" in said.err
@@ -185,7 +185,7 @@ def test_ctrl_c_after_the_reduced_run_keeps_it(creak, folder, monkeypatch):
 
 def test_ctrl_c_in_reduce_saves_the_parts_that_are_done(creak, folder, monkeypatch):
     with monkeypatch.context() as patch:
-        patch.setattr("creak.studies.health.checked", ctrl_c)
+        patch.setattr("creak.studies.models.health.checked", ctrl_c)
         said = creak("reduce", folder / "study.toml")
     assert said.status == 1
     assert "UPPER.h5" in said.err

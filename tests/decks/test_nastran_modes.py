@@ -24,7 +24,7 @@ from creak.formats.nastran.reader import read_nastran
 from creak.model.mesh import Model
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.guyan import guyan
-from creak.studies.deck_modes import model_modes
+from creak.studies.models.deck_modes import model_modes
 
 DECKS = Path(__file__).resolve().parents[3] / "shared" / "decks"
 pytestmark = pytest.mark.skipif(not DECKS.is_dir(), reason=f"third-party decks are not at {DECKS}")

@@ -20,7 +20,7 @@ from creak.assembly.system import to_dense
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.nastran.reader import read_nastran
 from creak.model.mesh import Model
-from creak.studies.deck_modes import model_modes
+from creak.studies.models.deck_modes import model_modes
 from helpers_nastran import assembled, rigid_mass
 from helpers_same_model import HELD, HUB, SEAT, abaqus_deck, mesh, nastran_deck
 

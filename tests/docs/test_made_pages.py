@@ -16,7 +16,7 @@ from pydantic import BaseModel
 
 import creak
 from creak.formats.results import ContactRecord, Field, RunRecord, write_results
-from creak.studies.config import StudyConfig
+from creak.studies.file.config import StudyConfig
 from helpers_docs import ROOT, tool
 from helpers_measured import Measured, merge, place
 

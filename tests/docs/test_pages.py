@@ -10,7 +10,7 @@ import pytest
 import typer
 
 from creak.cli.main import app
-from creak.studies.config import StudyConfig
+from creak.studies.file.config import StudyConfig
 from helpers_docs import MADE, PAGES, ROOT, anchors, commands, fences, links, name_of, text_of, tool
 
 each_page = pytest.mark.parametrize("page", PAGES, ids=name_of)

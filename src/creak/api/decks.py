@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from creak.model.mesh import Model
-    from creak.studies.deck_modes import DeckModes
+    from creak.studies.models.deck_modes import DeckModes
 
 
 def read_deck(path: str | Path) -> Model:
@@ -25,7 +25,7 @@ def read_deck(path: str | Path) -> Model:
     ------
     InputError : no such file, or a line that is wrong.
     """
-    from creak.studies.setup import read_model
+    from creak.studies.prepare.setup import read_model
 
     return read_model(Path(path))
 
@@ -51,7 +51,7 @@ def deck_modes(
     InputError : the deck is wrong, or holds something unread that changes the answer.
     NumericalError : the modes could not be found.
     """
-    from creak.studies import deck_modes as studies
+    from creak.studies.models import deck_modes as studies
 
     return studies.deck_modes(Path(path), f_max=f_max, count=count, ignore=ignore)
 

@@ -18,7 +18,7 @@ from creak.dynamics.scheme import HHT, Scheme
 from creak.errors import InputError
 from creak.signals import sources
 from creak.signals.sources import Motion, Signal
-from creak.studies.integrate import simulate_settled, simulator
+from creak.studies.run.integrate import simulate_settled, simulator
 
 Forces: TypeAlias = Sequence[tuple[ArrayLike, Signal | ArrayLike]]
 EVEN = 1e-6

@@ -11,8 +11,8 @@ from creak.api.extras import need_report
 if TYPE_CHECKING:
     from creak.dynamics.history import History
     from creak.report.found import Found
-    from creak.studies.converge import Convergence
-    from creak.studies.run import Run, StudyResult
+    from creak.studies.converge.variants import Convergence
+    from creak.studies.run.job import Run, StudyResult
     from creak.verify.events import Event
     from creak.verify.matching import EventMatch
 
@@ -67,7 +67,7 @@ class Result:
     @property
     def unreliable(self) -> list[str]:
         """Why runs cannot be relied on, with their names; empty where nothing speaks against them."""
-        from creak.studies.summary import unreliable_runs
+        from creak.studies.results.summary import unreliable_runs
 
         return unreliable_runs(self.summary)
 
@@ -87,7 +87,7 @@ class Result:
         WriteError : the disk is full, or fails; what was in the folder is as it was.
         """
         from creak.report.stored import write_found
-        from creak.studies.save import save
+        from creak.studies.results.save import save
 
         view = self._view(animation_mb)
         return save(

@@ -12,13 +12,13 @@ from pydantic import ValidationError
 
 from creak.api.result import Result
 from creak.errors import InputError
-from creak.studies import study_file
-from creak.studies.config import StudyConfig
-from creak.studies.study_file import Study
-from creak.studies.toml_text import toml_text
+from creak.studies.file import reader as study_file
+from creak.studies.file.config import StudyConfig
+from creak.studies.file.reader import Study
+from creak.studies.file.toml_text import toml_text
 
 if TYPE_CHECKING:
-    from creak.studies.setup import Setup
+    from creak.studies.prepare.setup import Setup
 
 Progress = Callable[[str, int, int], None]
 Units = Literal["mm-t-s", "m-kg-s"]
@@ -60,7 +60,7 @@ def change_study(study: Study, changes: Mapping[str, Any]) -> Study:
     ------
     InputError : a key that there is not, or a wrong value.
     """
-    from creak.studies.sweep_cases import changed
+    from creak.studies.sweep.cases import changed
 
     return _study(study.path, changed(tomllib.loads(study.text), _plain(changes), None), "change_study")
 
@@ -126,8 +126,8 @@ def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: Units =
     InputError : anything wrong in the study or the deck.
     """
     from creak.formats.endings import is_deck
-    from creak.studies import setup
-    from creak.studies.deck_study import set_up_deck
+    from creak.studies.prepare import setup
+    from creak.studies.prepare.deck_step import set_up_deck
 
     if isinstance(study, Study):
         return setup.set_up(study, ignore)
@@ -146,10 +146,10 @@ def run_setup(
     record: bool = True,
 ) -> Result:
     """Run what was set up, parameters as `run`, and sum it up."""
-    from creak.studies.converge import converge as repeat
-    from creak.studies.run import run_study
-    from creak.studies.summary import summarise
-    from creak.studies.superelements import store_of
+    from creak.studies.converge.variants import converge as repeat
+    from creak.studies.models.superelements import store_of
+    from creak.studies.results.summary import summarise
+    from creak.studies.run.job import run_study
 
     report = progress if progress is not None else _silent
     store = store_of(setup.study) if superelements is None else Path(superelements)

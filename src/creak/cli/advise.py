@@ -13,9 +13,9 @@ from creak.errors import InputError
 from creak.formats.endings import is_deck
 
 if TYPE_CHECKING:
-    from creak.studies.advise import Advice
-    from creak.studies.advise_contact import StepAdvice
-    from creak.studies.advise_facts import Facts, Option
+    from creak.studies.advise.advice import Advice
+    from creak.studies.advise.contact import StepAdvice
+    from creak.studies.advise.facts import Facts, Option
 
 
 def advise(
@@ -32,10 +32,10 @@ def advise(
 
     Example: creak advise door/door.toml
     """
-    from creak.studies.advise import advise as look
-    from creak.studies.advise import as_dict
-    from creak.studies.setup import set_up
-    from creak.studies.study_file import read_study
+    from creak.studies.advise.advice import advise as look
+    from creak.studies.advise.advice import as_dict
+    from creak.studies.file.reader import read_study
+    from creak.studies.prepare.setup import set_up
     from creak.studies.warned import warnings_of
 
     if is_deck(study_file):
@@ -127,7 +127,7 @@ OPTION_HEAD = [
 
 
 def _option_row(o: Option, chosen: bool) -> list[str]:
-    from creak.studies.advise_words import duration
+    from creak.studies.advise.words import duration
 
     door = (
         ["-", "-", "-"]
@@ -166,7 +166,7 @@ STEP_HEAD = [
 
 
 def _step_row(s: StepAdvice, chosen: bool) -> list[str]:
-    from creak.studies.advise_words import duration
+    from creak.studies.advise.words import duration
 
     b = s.fixed if s.automatic is None else s.automatic
     contact = ["-", "-", "-"]

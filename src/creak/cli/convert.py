@@ -62,7 +62,7 @@ def convert(
     """
     from creak.cli.output import writable_file
     from creak.formats.abaqus.writer import stop_on_unread
-    from creak.studies.setup import read_model
+    from creak.studies.prepare.setup import read_model
 
     of_run = deck.suffix.lower() in RESULTS
     _check_results(of_run, out, run, [matrices, mass, *ignore])
@@ -188,7 +188,7 @@ def _write(model: Model, out: Path, ignore: list[str]) -> tuple[str, ...]:
 def _write_matrices(model: Model, out: Path, name: str) -> list[Path]:
     """K, M and C of the whole, parts joined and supports held, to files named after `out`."""
     from creak.formats.matrices.superelements import FORMATS
-    from creak.studies.deck_matrices import deck_matrices
+    from creak.studies.models.deck_matrices import deck_matrices
 
     ending = FORMATS[name].ending
     path = out if ending and out.suffix.lower() == ending else out.with_suffix(ending)

@@ -9,7 +9,7 @@ from creak.cli.output import Output
 
 if TYPE_CHECKING:
     from creak.model.mesh import Model, Unread
-    from creak.studies.setup import Setup
+    from creak.studies.prepare.setup import Setup
 
 
 def list_unread(output: Output, unread: tuple[Unread, ...]) -> None:
@@ -34,7 +34,7 @@ def setup_detail(output: Output, setup: Setup) -> None:
     if not output.verbose:
         return
     from creak.linalg.mkl import has_pardiso
-    from creak.studies.excitation import highest_frequency
+    from creak.studies.prepare.excitation import highest_frequency
 
     model_detail(output, setup.model)
     config, loads = setup.study.config, setup.loads

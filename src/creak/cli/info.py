@@ -27,7 +27,7 @@ def info(
 
     Example: creak info door/door.inp
     """
-    from creak.studies.setup import read_model
+    from creak.studies.prepare.setup import read_model
 
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
@@ -42,7 +42,7 @@ def info(
 
 def _facts(deck: Path, model: Model, units: str | None, progress: Any) -> dict[str, Any]:
     """All of it as plain numbers, strings and lists."""
-    from creak.studies.unit_check import guessed_units
+    from creak.studies.prepare.unit_check import guessed_units
 
     parts = _parts(model, progress)
     mass = sum(p["mass"] for p in parts.values())
@@ -95,14 +95,14 @@ def _loose(model: Model) -> dict[str, list[str]]:
     """Part -> rigid motions that the deck's supports and links leave free."""
     from creak.assembly.coupling import Driven
     from creak.assembly.rigid import unheld_parts
-    from creak.studies.free_motion import loose_motions
+    from creak.studies.prepare.free_motion import loose_motions
 
     driven = Driven({})
     return loose_motions(model, driven, unheld_parts(model, driven))
 
 
 def _loose_warning(loose: dict[str, list[str]]) -> list[str]:
-    from creak.studies.free_motion import loose_words
+    from creak.studies.prepare.free_motion import loose_words
 
     if not loose:
         return []
@@ -110,7 +110,7 @@ def _loose_warning(loose: dict[str, list[str]]) -> list[str]:
 
 
 def _unit_warnings(model: Model, units: str | None, mass: float, guess: list[str]) -> list[str]:
-    from creak.studies.unit_check import materials, unit_warnings
+    from creak.studies.prepare.unit_check import materials, unit_warnings
 
     if units is not None:
         return unit_warnings(model, units, mass=mass)

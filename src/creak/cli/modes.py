@@ -18,7 +18,7 @@ from creak.formats.destination import descriptor_of
 
 if TYPE_CHECKING:
     from creak.arrays import FloatArray
-    from creak.studies.deck_modes import DeckModes
+    from creak.studies.models.deck_modes import DeckModes
 
 DIRECTIONS = ("X", "Y", "Z", "RX", "RY", "RZ")
 ROUND_OFF = 1e-6
@@ -42,7 +42,7 @@ def modes(
 
     Example: creak modes door/door.inp --f-max 100 --vtk modes.vtu
     """
-    from creak.studies.deck_modes import deck_modes
+    from creak.studies.models.deck_modes import deck_modes
 
     point = _point(about)
     if vtk is not None and vtk.suffix.lower() != ".vtu":

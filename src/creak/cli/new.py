@@ -14,7 +14,7 @@ from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_f
 from creak.errors import InputError
 
 if TYPE_CHECKING:
-    from creak.studies.propose import Proposal
+    from creak.studies.propose.proposal import Proposal
 
 
 def new(
@@ -38,10 +38,10 @@ def new(
 
     Example: creak new car.inp --out car.toml --distance 5
     """
-    from creak.studies.propose import propose
-    from creak.studies.propose_text import proposal_text
-    from creak.studies.schema import SCHEMA_FILE
-    from creak.studies.setup import read_model
+    from creak.studies.file.schema import SCHEMA_FILE
+    from creak.studies.prepare.setup import read_model
+    from creak.studies.propose.proposal import propose
+    from creak.studies.propose.text import proposal_text
 
     path = _study_path(deck, out, overwrite)
     if distance is not None and not 0.0 < distance < float("inf"):
@@ -74,7 +74,7 @@ def new(
 
 
 def _study_path(deck: Path, out: Path | None, overwrite: bool) -> Path:
-    from creak.studies.schema import SCHEMA_FILE
+    from creak.studies.file.schema import SCHEMA_FILE
 
     path = out if out is not None else deck.with_suffix(".toml")
     if path.suffix.lower() != ".toml":
@@ -89,7 +89,7 @@ def _study_path(deck: Path, out: Path | None, overwrite: bool) -> Path:
 def _write(path: Path, text: str) -> None:
     """The study, and the schema beside it."""
     from creak.formats.complete_file import write_text
-    from creak.studies.schema import SCHEMA_FILE, schema_text
+    from creak.studies.file.schema import SCHEMA_FILE, schema_text
 
     path.parent.mkdir(parents=True, exist_ok=True)
     for file, content in ((path, text), (path.with_name(SCHEMA_FILE), schema_text())):
@@ -98,8 +98,8 @@ def _write(path: Path, text: str) -> None:
 
 def _missing(path: Path, ignore: list[str]) -> tuple[str, list[str]]:
     """What keeps the study from running, empty if nothing does; and what it is warned of."""
-    from creak.studies.setup import set_up
-    from creak.studies.study_file import read_study
+    from creak.studies.file.reader import read_study
+    from creak.studies.prepare.setup import set_up
     from creak.studies.warned import warnings_of
 
     try:

@@ -229,7 +229,7 @@ class ProgressBars:
         return _Stage(now, now, bar=before.bar)
 
     def _tell(self, stage: str, known: _Stage, done: int, total: int, now: float) -> None:
-        from creak.studies.advise_words import duration
+        from creak.studies.advise.words import duration
 
         took = now - known.started
         if self._quiet:

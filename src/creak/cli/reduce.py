@@ -14,10 +14,10 @@ from creak.errors import InputError, suggest
 
 if TYPE_CHECKING:
     from creak.reduction.health import Health
-    from creak.studies.reduced_model import ReducedModel
-    from creak.studies.setup import Setup
-    from creak.studies.study_file import Study
-    from creak.studies.superelements import Reduced
+    from creak.studies.file.reader import Study
+    from creak.studies.models.reduced import ReducedModel
+    from creak.studies.models.superelements import Reduced
+    from creak.studies.prepare.setup import Setup
 
 
 def reduce(
@@ -39,9 +39,9 @@ def reduce(
 
     Example: creak reduce door/door.toml --export op4
     """
-    from creak.studies.setup import set_up
-    from creak.studies.study_file import read_study
-    from creak.studies.superelements import store_of
+    from creak.studies.file.reader import read_study
+    from creak.studies.models.superelements import store_of
+    from creak.studies.prepare.setup import set_up
 
     _check_formats(export)
     study = read_study(study_file)
@@ -89,10 +89,10 @@ def _check_method(study: Study) -> None:
 
 def _reduced(setup: Setup, folder: Path, output: Output) -> tuple[ReducedModel, dict[str, Health], list[str]]:
     """The superelements, their health, and notes; an interruption saves what is there."""
-    from creak.studies.health import checked
-    from creak.studies.reduced_model import reduce_model
-    from creak.studies.run import prepare
-    from creak.studies.superelements import save_superelement
+    from creak.studies.models.health import checked
+    from creak.studies.models.reduced import reduce_model
+    from creak.studies.models.superelements import save_superelement
+    from creak.studies.run.job import prepare
 
     made: list[Reduced] = []
     reference, gaps, notes = prepare(setup, output.progress)
@@ -115,7 +115,7 @@ def _save(
     output: Output,
 ) -> None:
     from creak.formats.matrices.superelements import write_superelement
-    from creak.studies.superelements import as_superelement, save_superelement
+    from creak.studies.models.superelements import as_superelement, save_superelement
 
     for reduced in model.superelements:
         if not reduced.reused:

@@ -25,8 +25,8 @@ def report(
     """
     from creak.api.extras import need_report
     from creak.api.saved import open_result
-    from creak.studies.save import save_convergence
-    from creak.studies.summary import unreliable_runs
+    from creak.studies.results.save import save_convergence
+    from creak.studies.results.summary import unreliable_runs
 
     page = out if out is not None else folder / "report.html"
     streamed = writable_file(page).stream

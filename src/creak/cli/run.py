@@ -12,7 +12,7 @@ from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_f
 from creak.errors import NumericalError, Unreliable
 
 if TYPE_CHECKING:
-    from creak.studies.converge import Convergence
+    from creak.studies.converge.variants import Convergence
 
 
 def run(
@@ -56,7 +56,7 @@ def run(
     """
     from creak.api.extras import missing_for_report, no_report_text
     from creak.api.study import run_setup, set_up
-    from creak.studies.save import check_folder
+    from creak.studies.results.save import check_folder
 
     folder = out if out is not None else study_file.parent / "results"
     writable_folder(folder)

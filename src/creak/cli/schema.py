@@ -21,7 +21,7 @@ def schema(
     Example: creak schema --out creak-study.schema.json
     """
     from creak.formats.complete_file import write_text
-    from creak.studies.schema import schema_text
+    from creak.studies.file.schema import schema_text
 
     if out is None:
         sys.stdout.write(schema_text())

@@ -22,11 +22,11 @@ from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Interrupted, Outpu
 from creak.errors import InputError, NumericalError, Unreliable
 
 if TYPE_CHECKING:
-    from creak.studies.run import StudyResult
-    from creak.studies.sweep_case import Outcome
-    from creak.studies.sweep_cases import Case
-    from creak.studies.sweep_cluster import Certificates
-    from creak.studies.sweep_table import Row
+    from creak.studies.run.job import StudyResult
+    from creak.studies.sweep.case import Outcome
+    from creak.studies.sweep.cases import Case
+    from creak.studies.sweep.cluster import Certificates
+    from creak.studies.sweep.table import Row
 
 
 def sweep(
@@ -69,10 +69,10 @@ def sweep(
     Example: creak sweep door_sweep.toml --workers 2
     """
     from creak.api.extras import need_report
-    from creak.studies.sweep import finished
-    from creak.studies.sweep_cases import resolve
-    from creak.studies.sweep_cluster import Certificates, need_distributed, open_to_others
-    from creak.studies.sweep_file import read_sweep
+    from creak.studies.sweep.cases import resolve
+    from creak.studies.sweep.cluster import Certificates, need_distributed, open_to_others
+    from creak.studies.sweep.file import read_sweep
+    from creak.studies.sweep.tasks import finished
 
     if workers is not None and scheduler is not None:
         raise InputError("--workers and --scheduler exclude each other", fix="A cluster has its own workers.")
@@ -128,10 +128,10 @@ def _rows(
     reports: bool,
 ) -> list[Row]:
     from creak.formats.partials import remove_dead
-    from creak.studies.sweep import run_sweep, tasks_of
-    from creak.studies.sweep_cluster import running_cluster
-    from creak.studies.sweep_table import Row, write_table
-    from creak.studies.sweep_workers import cores, local_workers
+    from creak.studies.sweep.cluster import running_cluster
+    from creak.studies.sweep.table import Row, write_table
+    from creak.studies.sweep.tasks import run_sweep, tasks_of
+    from creak.studies.sweep.workers import cores, local_workers
 
     remove_dead(folder)
     tasks = tasks_of(cases, folder, ignore, write_case_report if reports else None)
@@ -164,7 +164,7 @@ def _list(output: Output, cases: Sequence[Case], known: dict[str, Outcome]) -> N
 
 
 def _finish(output: Output, rows: Sequence[Row], folder: Path, known: int) -> None:
-    from creak.studies.sweep_case import DONE
+    from creak.studies.sweep.case import DONE
     from creak.verify.reliability import UNRELIABLE
 
     failed = [r for r in rows if r.outcome.status not in (DONE, UNRELIABLE)]
@@ -223,7 +223,7 @@ class _Drawn:
         self._bar.stop()
 
     def __call__(self, row: Row, done: int, total: int) -> None:
-        from creak.studies.sweep_case import FAILED
+        from creak.studies.sweep.case import FAILED
 
         seconds, error = row.outcome.record.get("case_wall_s", 0.0), row.outcome.error
         self.done += row.outcome.status != FAILED
@@ -233,7 +233,7 @@ class _Drawn:
 
     def _left(self, done: int, total: int) -> str:
         """Time left, from the mean of the cases that ended since the start."""
-        from creak.studies.advise_words import duration
+        from creak.studies.advise.words import duration
 
         if done >= total:
             return ""

@@ -8,8 +8,8 @@ import numpy as np
 
 from creak.report.tables import Table
 from creak.report.text import NONE, Units, fixed, number, percent, share, tidy
-from creak.studies.converge import BASE, FIGURES, SETTLED, TIMES, Convergence, EventSettling, Settling
-from creak.studies.convergence_words import TOTALS, WORDS
+from creak.studies.converge.variants import BASE, FIGURES, SETTLED, TIMES, Convergence, EventSettling, Settling
+from creak.studies.converge.words import TOTALS, WORDS
 
 MOST_EVENTS = 400
 """Lines of the event table; convergence.csv holds all events with the values of every run."""
@@ -35,7 +35,7 @@ def convergence_parts(c: Convergence, findings: list[str], units: Units) -> Conv
 
     Parameters
     ----------
-    findings : sentences, from `creak.studies.convergence_words.findings`.
+    findings : sentences, from `creak.studies.converge.words.findings`.
     """
     shown = c.events[:MOST_EVENTS]
     return ConvergenceParts(

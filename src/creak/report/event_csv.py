@@ -8,8 +8,8 @@ from typing import Any
 
 from creak.report.found import Found
 from creak.report.text import Units
-from creak.studies.places import place_of
-from creak.studies.run import events_in
+from creak.studies.results.places import place_of
+from creak.studies.run.job import events_in
 from creak.verify.events import Event
 
 

@@ -8,8 +8,8 @@ from creak.report.found import Found
 from creak.report.tables import Table
 from creak.report.text import NONE, Units, fixed, number, percent, plural, ratio, share
 from creak.report.verdict import RUN_WORDS
-from creak.studies.compared import event_statistics, main_run
-from creak.studies.run import events_in
+from creak.studies.run.compared import event_statistics, main_run
+from creak.studies.run.job import events_in
 from creak.verify.events import Event
 from creak.verify.slips import SlipEvent, squeak_rates
 

@@ -14,7 +14,7 @@ from creak.report.axes import Trace, axis, base_layout, line, peaks_kept, plain,
 from creak.report.found import Found
 from creak.report.text import Units, four
 from creak.report.verdict import moving_axes, why_no_fit, why_no_mac
-from creak.studies.run import events_in
+from creak.studies.run.job import events_in
 
 ENERGY_CAPTION = (
     "Work done from outside and where it went, from the start of the run: stored is kinetic and strain energy, "

@@ -18,12 +18,12 @@ from creak.reduction.health import health_rows
 from creak.report.motions import Motions, recorded_motions
 from creak.report.provenance import provenance
 from creak.report.surface import Surface, surface_of
-from creak.studies.compared import main_run
-from creak.studies.config import StudyConfig
-from creak.studies.converge import Convergence
-from creak.studies.places import Place, find_places
-from creak.studies.run import ModeComparison, Run, SpectraComparison, StudyResult
-from creak.studies.setup import Setup
+from creak.studies.converge.variants import Convergence
+from creak.studies.file.config import StudyConfig
+from creak.studies.prepare.setup import Setup
+from creak.studies.results.places import Place, find_places
+from creak.studies.run.compared import main_run
+from creak.studies.run.job import ModeComparison, Run, SpectraComparison, StudyResult
 from creak.studies.warned import plain_notes, warnings_of
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch
@@ -164,7 +164,7 @@ def found_of(
 
     Parameters
     ----------
-    convergence : what `creak.studies.converge` found, where it was looked at.
+    convergence : what `creak.studies.converge.variants` found, where it was looked at.
     animation_bytes : what the motion around the hardest events may take of the report.
     """
     run = main_run(result.runs)

@@ -23,8 +23,8 @@ from creak.report.picture import Loaded, contact_picture, data_uri, model_pictur
 from creak.report.place_rows import place_parts
 from creak.report.text import UNITS, Units
 from creak.report.view import outward
-from creak.studies.compared import main_run
-from creak.studies.run import StudyResult
+from creak.studies.run.compared import main_run
+from creak.studies.run.job import StudyResult
 
 SECTIONS = {
     "top": "Verdict",
@@ -61,7 +61,7 @@ def write_report(result: StudyResult, summary: dict[str, Any], path: Path) -> No
 
     Parameters
     ----------
-    summary : what `creak.studies.summary.summarise` makes of the result.
+    summary : what `creak.studies.results.summary.summarise` makes of the result.
     path : the file; it appears whole or not at all.
     """
     write_page(found_of(result), summary, path)

@@ -6,7 +6,7 @@ from typing import Any
 
 from creak.report.found import Found
 from creak.report.text import Units, number, share, tidy
-from creak.studies.config import (
+from creak.studies.file.config import (
     ContactTable,
     ExcitationTable,
     FrictionTable,

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.recovery import by_node, recovered
 from creak.report.surface import Surface
-from creak.studies.motion import Motion
-from creak.studies.run import Run
+from creak.studies.run.job import Run
+from creak.studies.run.motion import Motion
 from creak.verify.events import Event
 
 MOST_ANIMATIONS = 8

@@ -12,8 +12,8 @@ from creak.report.found import Found
 from creak.report.scene import Animations
 from creak.report.text import Units, number, plural
 from creak.report.verdict import RUN_WORDS, span
-from creak.studies.compared import main_run
-from creak.studies.places import Place, near
+from creak.studies.results.places import Place, near
+from creak.studies.run.compared import main_run
 
 MOST_PLACES = 12
 

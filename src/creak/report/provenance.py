@@ -8,8 +8,8 @@ from pathlib import Path
 
 import creak
 from creak.report.text import number
-from creak.studies.identity import sha256
-from creak.studies.run import StudyResult
+from creak.studies.file.identity import sha256
+from creak.studies.run.job import StudyResult
 
 PACKAGES = ("numpy", "scipy", "numba", "pypardiso", "h5py", "plotly")
 

@@ -15,8 +15,8 @@ from creak.report.palette import PARTS
 from creak.report.surface import Surface
 from creak.report.text import Units, fixed, number
 from creak.report.view import front, outward
-from creak.studies.compared import main_run
-from creak.studies.places import Place, place_of
+from creak.studies.results.places import Place, place_of
+from creak.studies.run.compared import main_run
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from creak.formats.results import reading
 from creak.formats.run_identity import AGAIN, RESULTS, SUMMARY, identity_in, identity_of, of_two_runs
 from creak.formats.tree import read_tree, write_tree
 from creak.report.found import Found, FoundRun
-from creak.studies.compared import compare_events
+from creak.studies.run.compared import compare_events
 from creak.verify.matching import EventMatch
 
 VERSION = 1

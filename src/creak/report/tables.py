@@ -12,7 +12,7 @@ from creak.dynamics.history import ENERGIES
 from creak.report.found import Found
 from creak.report.text import NONE, Units, fixed, four, number, percent, plural, ratio, share, tidy
 from creak.report.verdict import CREATED, ROUND_OFF, RUN_WORDS, finite, penetration
-from creak.studies.compared import main_run
+from creak.studies.run.compared import main_run
 
 BALANCE = {
     "external": "work from outside",

@@ -10,9 +10,9 @@ import numpy as np
 
 from creak.report.found import Found, FoundRun
 from creak.report.text import NONE, THIN, Units, fixed, four, number, percent, plural, ratio, share, tidy, times
-from creak.studies.compared import event_statistics, main_run
-from creak.studies.run import events_in
-from creak.studies.settled import SETTLED, STATISTICS, UNSETTLED
+from creak.studies.converge.settled import SETTLED, STATISTICS, UNSETTLED
+from creak.studies.run.compared import event_statistics, main_run
+from creak.studies.run.job import events_in
 from creak.verify import nrmse
 from creak.verify.reliability import CONTACT_BAR, ENERGY_BAR, UNRELIABLE
 from creak.verify.statistics import CHAOTIC_RATE, Distance, EventStatistics, is_chaotic

@@ -16,7 +16,7 @@ from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.nastran.reader import read_nastran
 from creak.linalg import lanczos
-from creak.studies.deck_modes import deck_modes
+from creak.studies.models.deck_modes import deck_modes
 
 N, COUNT = 900, 20
 

@@ -10,7 +10,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import small_study as small
 
-from creak.studies.run import StudyResult
+from creak.studies.run.job import StudyResult
 
 CASES = {
     "both runs": (small.study_text(), None),

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from creak.studies.run import StudyResult, run_study
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import set_up
+from creak.studies.run.job import StudyResult, run_study
 
 NX, NY = 4, 2
 

@@ -15,7 +15,7 @@ from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Unread
 from creak.report.found import found_of
 from creak.report.html import coded, report_text, write_report
-from creak.studies.summary import summarise
+from creak.studies.results.summary import summarise
 from creak.studies.warned import Warned
 from creak.verify.slips import SlipEvent
 

@@ -9,8 +9,8 @@ import pytest
 from creak.report.event_csv import event_csv
 from creak.report.found import found_of
 from creak.report.text import UNITS
-from creak.studies.places import find_places, place_of
-from creak.studies.run import events_in
+from creak.studies.results.places import find_places, place_of
+from creak.studies.run.job import events_in
 
 
 @pytest.fixture(scope="module")

@@ -11,11 +11,11 @@ from creak.report.found import found_of
 from creak.report.motions import LEFT_OUT, shapes_of
 from creak.report.scene import animations, scene
 from creak.report.text import UNITS
-from creak.studies import motion
-from creak.studies.motion import recorded_steps
-from creak.studies.run import run_study
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import set_up
+from creak.studies.run import motion
+from creak.studies.run.job import run_study
+from creak.studies.run.motion import recorded_steps
 
 UNIT = UNITS["mm-t-s"]
 

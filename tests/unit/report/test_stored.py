@@ -17,11 +17,11 @@ from creak.errors import InputError
 from creak.report.found import found_of
 from creak.report.html import report_text
 from creak.report.stored import VERSION
-from creak.studies.converge import converge
-from creak.studies.run import run_study
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
-from creak.studies.summary import summarise
+from creak.studies.converge.variants import converge
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import set_up
+from creak.studies.results.summary import summarise
+from creak.studies.run.job import run_study
 
 CASES = (
     "both runs",

@@ -8,7 +8,7 @@ import pytest
 from creak.report.found import found_of
 from creak.report.text import THIN, UNITS
 from creak.report.verdict import checks, moving_axes, penetration, sentence, warnings
-from creak.studies.summary import summarise
+from creak.studies.results.summary import summarise
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch
 

@@ -9,11 +9,11 @@ import pytest
 
 from creak.api.study import run, run_setup, set_up
 from creak.errors import InputError
-from creak.studies.converge import BASE, FINER, LAST_TWO, MORE_MODES, SOFTER, STIFFER
-from creak.studies.convergence_words import ADVICE
-from creak.studies.flight import with_flight_steps
-from creak.studies.settled import CAUSES
-from creak.studies.study_file import read_study
+from creak.studies.converge.settled import CAUSES
+from creak.studies.converge.variants import BASE, FINER, LAST_TWO, MORE_MODES, SOFTER, STIFFER
+from creak.studies.converge.words import ADVICE
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.flight_steps import with_flight_steps
 from helpers_decks import STUDY, write_strips
 
 FREE = STUDY.replace("step = 5e-4\n", "")

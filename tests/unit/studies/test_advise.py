@@ -12,17 +12,17 @@ import numpy as np
 import pytest
 
 from creak.dynamics.scheme import HHT
-from creak.studies.advise import Advice, as_dict, changes_toml
-from creak.studies.advise_choice import choose
-from creak.studies.advise_contact import bounces, numerical_damping, period_error, rounded_step, substeps_for
-from creak.studies.advise_evidence import MEASURED, measured, rule_of_thumb
-from creak.studies.advise_facts import Facts, excitation_of, gather
-from creak.studies.advise_size import sizes, sturm_counts
-from creak.studies.config import StudyConfig
-from creak.studies.reduced_model import reduce_model
-from creak.studies.reference_model import build_reference
-from creak.studies.setup import Setup, set_up
-from creak.studies.study_file import read_study
+from creak.studies.advise.advice import Advice, as_dict, changes_toml
+from creak.studies.advise.choice import choose
+from creak.studies.advise.contact import bounces, numerical_damping, period_error, rounded_step, substeps_for
+from creak.studies.advise.evidence import MEASURED, measured, rule_of_thumb
+from creak.studies.advise.facts import Facts, excitation_of, gather
+from creak.studies.advise.size import sizes, sturm_counts
+from creak.studies.file.config import StudyConfig
+from creak.studies.file.reader import read_study
+from creak.studies.models.reduced import reduce_model
+from creak.studies.models.reference import build_reference
+from creak.studies.prepare.setup import Setup, set_up
 from helpers_core import chain, channels, system_of
 from helpers_decks import STUDY, two_strips, write_strips
 

@@ -11,9 +11,9 @@ from creak.assembly.part import Rayleigh, part_system
 from creak.assembly.system import to_dense
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
-from creak.studies.run import run_study
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import set_up
+from creak.studies.run.job import run_study
 from helpers_dynamic_decks import STEEL, column
 
 BRICKS, CUT = 4, 2

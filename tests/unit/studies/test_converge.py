@@ -13,9 +13,8 @@ import pytest
 from creak.contact.laws.parameters import Curves
 from creak.dynamics.stopped import Diverged
 from creak.errors import InputError
-from creak.studies import converge as module
-from creak.studies import run as running
-from creak.studies.converge import (
+from creak.studies.converge import variants as module
+from creak.studies.converge.variants import (
     BASE,
     FIGURES,
     HALF,
@@ -33,12 +32,13 @@ from creak.studies.converge import (
     repeated_setup,
     scaled_contact,
 )
-from creak.studies.convergence_words import as_dict, csv_rows, findings
-from creak.studies.run import run_study
-from creak.studies.save import save_convergence
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
-from creak.studies.summary import summarise
+from creak.studies.converge.words import as_dict, csv_rows, findings
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import set_up
+from creak.studies.results.save import save_convergence
+from creak.studies.results.summary import summarise
+from creak.studies.run import job as running
+from creak.studies.run.job import run_study
 from creak.verify.events import Event
 from helpers_decks import STUDY, write_strips
 

@@ -8,7 +8,7 @@ import pytest
 from creak.assembly.constraints import linear_equations
 from creak.assembly.system import to_dense
 from creak.errors import InputError
-from creak.studies.deck_modes import deck_modes
+from creak.studies.models.deck_modes import deck_modes
 from helpers_decks import STEEL, strip
 
 STRIP = STEEL + "*SHELL SECTION, ELSET=A, MATERIAL=STEEL\n1.0,\n"

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from creak.errors import InputError
-from creak.studies.deck_study import set_up_deck
-from creak.studies.run import run_study
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.deck_step import set_up_deck
+from creak.studies.prepare.setup import set_up
+from creak.studies.run.job import run_study
 from helpers_dynamic_decks import FLUSH, LINEAR, PAIR, STEP, bar_deck, cantilever_deck, stop_deck
 
 

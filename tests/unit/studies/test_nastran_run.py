@@ -13,8 +13,8 @@ import pytest
 from creak.cli.main import main
 from creak.errors import InputError
 from creak.formats.nastran.reader import read_nastran, read_nastran_run
-from creak.studies.deck_study import set_up_deck
-from creak.studies.run import run_study
+from creak.studies.prepare.deck_step import set_up_deck
+from creak.studies.run.job import run_study
 
 W, K, H = 10.0, 1.0e4, 1.0e-3
 PERIOD_ERROR = (W * H) ** 2 / 12.0

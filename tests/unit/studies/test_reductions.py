@@ -6,11 +6,11 @@ import h5py
 import numpy as np
 import pytest
 
-from creak.studies.run import StudyResult, run_study
-from creak.studies.save import save
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
-from creak.studies.summary import summarise
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import set_up
+from creak.studies.results.save import save
+from creak.studies.results.summary import summarise
+from creak.studies.run.job import StudyResult, run_study
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_nastran_strips import strips
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from creak.studies.run import run_study
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
-from creak.studies.summary import summarise
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import set_up
+from creak.studies.results.summary import summarise
+from creak.studies.run.job import run_study
 from helpers_decks import STUDY, write_strips
 
 TIMINGS = ("wall_s", "cpu_s", "setup_s", "offline_cpu_s", "offline_wall_s", "peak_rss_gb")

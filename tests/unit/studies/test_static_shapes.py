@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from creak.errors import InputError
-from creak.studies.reference_model import build_reference, static_shapes
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
+from creak.studies.file.reader import read_study
+from creak.studies.models.reference import build_reference, static_shapes
+from creak.studies.prepare.setup import set_up
 from helpers_decks import STUDY, two_strips, write_strips
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from creak.errors import InputError
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import set_up
 from creak.studies.warned import warnings_of
 
 DECK = """*HEADING

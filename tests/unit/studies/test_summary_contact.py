@@ -14,11 +14,11 @@ from scipy import integrate
 
 from creak.contact.laws.parameters import Friction
 from creak.dynamics.history import ENERGIES
-from creak.studies.run import StudyResult, run_study
-from creak.studies.save import MARGIN, save
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
-from creak.studies.summary import summarise
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import set_up
+from creak.studies.results.save import MARGIN, save
+from creak.studies.results.summary import summarise
+from creak.studies.run.job import StudyResult, run_study
 from creak.verify.slips import find_slips
 from helpers_decks import STUDY, write_strips
 

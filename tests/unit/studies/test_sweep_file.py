@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from creak.errors import InputError
-from creak.studies.sweep_file import read_sweep
+from creak.studies.sweep.file import read_sweep
 from helpers_decks import write_strips
 
 GOOD = """title = "all"

@@ -17,17 +17,17 @@ import pytest
 
 from creak.errors import InputError
 from creak.formats.partials import partial_name, remove_dead
-from creak.studies.run import run_study
-from creak.studies.setup import set_up
-from creak.studies.study_file import read_study
-from creak.studies.summary import summarise
-from creak.studies.superelements import save_superelement, shared_path
-from creak.studies.sweep import finished, tasks_of
-from creak.studies.sweep_case import Task, finished_record, publish, run_case
-from creak.studies.sweep_cases import resolve
-from creak.studies.sweep_file import SweepFile, read_sweep
-from creak.studies.sweep_queue import Queue
-from creak.studies.sweep_table import Row, columns, waiting, write_table
+from creak.studies.file.reader import read_study
+from creak.studies.models.superelements import save_superelement, shared_path
+from creak.studies.prepare.setup import set_up
+from creak.studies.results.summary import summarise
+from creak.studies.run.job import run_study
+from creak.studies.sweep.case import Task, finished_record, publish, run_case
+from creak.studies.sweep.cases import resolve
+from creak.studies.sweep.file import SweepFile, read_sweep
+from creak.studies.sweep.queue import Queue
+from creak.studies.sweep.table import Row, columns, waiting, write_table
+from creak.studies.sweep.tasks import finished, tasks_of
 from helpers_decks import STUDY, write_strips
 
 SWEEP = """base = "study.toml"

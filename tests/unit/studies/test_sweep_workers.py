@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import pytest
 
-from creak.studies.sweep import tasks_of
-from creak.studies.sweep_cases import resolve
-from creak.studies.sweep_file import read_sweep
-from creak.studies.sweep_workers import local_workers
+from creak.studies.sweep.cases import resolve
+from creak.studies.sweep.file import read_sweep
+from creak.studies.sweep.tasks import tasks_of
+from creak.studies.sweep.workers import local_workers
 from helpers_decks import STUDY, write_strips
 from helpers_sweep import die, die_twice
 

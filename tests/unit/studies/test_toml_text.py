@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from creak.studies.toml_text import toml_text
+from creak.studies.file.toml_text import toml_text
 
 CHARACTERS = st.characters(exclude_categories=["Cs"])
 PLAIN = (

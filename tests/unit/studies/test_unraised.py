@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from creak.errors import InputError, NumericalError
-from creak.studies import setup
+from creak.studies.prepare import setup
 from creak.studies.unraised import none_ignored
 from helpers_cli import caller
 from helpers_decks import write_strips

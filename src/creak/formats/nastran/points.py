@@ -235,8 +235,8 @@ def _add_conm2(deck: Deck, card: Card) -> None:
         f"CONM2 {identifier}",
         card.real(3, 0.0) * factor,
         values,  # type: ignore[arg-type]
-        offset=tuple(float(v) for v in offset),
-    )  # type: ignore[arg-type]
+        offset=tuple(float(v) for v in offset),  # type: ignore[arg-type]
+    )
     deck.add((mass.mass, *values, *mass.offset), "mass", mass, identifier, [node], card)
 
 

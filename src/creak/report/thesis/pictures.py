@@ -11,7 +11,7 @@ from creak.report.palette import CONTACT, DRIVEN, INK, PARTS
 from creak.report.picture import Marks, Panel, data_uri, model_picture, panels_picture
 from creak.report.thesis.blocks import PictureBlock
 from creak.report.view import Facets, View, facets_of, front, outward
-from creak.studies.substructures import near_elements
+from creak.studies.models.substructures import near_elements
 from creak.studies.thesis.doors import POINTS, Doors, middle_of
 
 PALE = "#d9dee3"

@@ -14,14 +14,15 @@ from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator, join
 from creak.door import LOADS, write_door
 from creak.dynamics.scheme import Scheme
-from creak.studies.config import StudyConfig
-from creak.studies.excitation import sample_loads, time_axis
-from creak.studies.integrate import scheme_of
-from creak.studies.reference_model import ReferenceModel, build_reference, precheck
-from creak.studies.run import limited
-from creak.studies.setup import Setup, set_up
-from creak.studies.study_file import Study, read_study
-from creak.studies.sweep_cases import changed as with_changes
+from creak.studies.file.config import StudyConfig
+from creak.studies.file.reader import Study, read_study
+from creak.studies.models.reference import ReferenceModel, build_reference
+from creak.studies.prepare.excitation import sample_loads, time_axis
+from creak.studies.prepare.setup import Setup, set_up
+from creak.studies.run.integrate import scheme_of
+from creak.studies.run.job import limited
+from creak.studies.run.precheck import precheck
+from creak.studies.sweep.cases import changed as with_changes
 from creak.studies.thesis.plan import CHECKED_BY, SCHEME, Variant
 
 Progress = Callable[[str, int, int], None]

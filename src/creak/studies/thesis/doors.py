@@ -12,8 +12,8 @@ from creak.arrays import FloatArray, IntArray
 from creak.door import build_door, write_door
 from creak.door.deck import SHEETS, mass
 from creak.model.mesh import Model
-from creak.studies.setup import Setup, set_up
-from creak.studies.study_file import read_study
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import Setup, set_up
 
 POINTS = "ABCDEFG"
 """Supports of table 3.3."""

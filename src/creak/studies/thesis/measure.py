@@ -11,15 +11,15 @@ import numpy as np
 from creak.arrays import ComplexArray, FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.studies.config import ReductionTable
-from creak.studies.integrate import output_times
-from creak.studies.output_steps import excitation_window
-from creak.studies.reduced_model import ReducedModel, reduce_model
-from creak.studies.run import Run, compare_modes, compare_spectra, events_in, march_run
-from creak.studies.setup import Setup
-from creak.studies.substructures import UNREDUCED
-from creak.studies.sweep_paths import digest
-from creak.studies.sweep_reference import SharedReference
+from creak.studies.file.config import ReductionTable
+from creak.studies.file.paths import digest
+from creak.studies.models.reduced import ReducedModel, reduce_model
+from creak.studies.models.substructures import UNREDUCED
+from creak.studies.prepare.output_steps import excitation_window
+from creak.studies.prepare.setup import Setup
+from creak.studies.run.integrate import output_times
+from creak.studies.run.job import Run, compare_modes, compare_spectra, events_in, march_run
+from creak.studies.sweep.reference import SharedReference
 from creak.studies.thesis.bench import Base, Bench
 from creak.studies.thesis.newton_cost import newton_cost
 from creak.studies.thesis.outcome import EventRow, LoadOutcome, Outcome

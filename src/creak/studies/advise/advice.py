@@ -1,0 +1,86 @@
+"""Advice before a run: retained dofs, f_max, step and substeps, contact stiffness, with their errors and costs."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from creak.studies.advise.choice import Change, Choice, choose
+from creak.studies.advise.facts import Facts, gather
+from creak.studies.file.toml_text import toml_value
+from creak.studies.prepare.setup import Setup
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Advice:
+    """What is known of a study, and what follows from it."""
+
+    facts: Facts
+    choice: Choice
+
+    @property
+    def toml(self) -> str:
+        """The lines of the study file to change; empty where nothing is to be changed."""
+        return changes_toml(self.choice.changes)
+
+
+def advise(setup: Setup, progress: Progress) -> Advice:
+    """Look at a study without running it.
+
+    Errors are those that the same settings left on other structures (`advise_evidence`), not estimates for this one;
+    `bound` alone holds for any. Costs are of this machine: a factorisation and back-substitutions of the model, and
+    the memory a reduced step reads, both times counts. Expect a factor of two.
+
+    Raises
+    ------
+    InputError : anything wrong in the study or the deck.
+    """
+    facts = gather(setup, progress)
+    return Advice(facts, choose(setup, facts))
+
+
+def changes_toml(changes: tuple[Change, ...]) -> str:
+    """The new lines as TOML, table by table."""
+    tables: dict[str, list[str]] = {}
+    for change in changes:
+        table, key = change.key.rsplit(".", 1)
+        tables.setdefault(table, [f"[{table}]"]).append(f"{key} = {toml_value(change.new)}")
+    return "\n\n".join("\n".join(lines) for lines in tables.values()) + "\n" if tables else ""
+
+
+def as_dict(advice: Advice) -> dict[str, Any]:
+    """For a JSON file: no arrays, undefined figures are null."""
+    f, c = advice.facts, advice.choice
+    data = {
+        "excitation": dataclasses.asdict(f.excitation),
+        "channels": dataclasses.asdict(f.channels),
+        "parts": [{**dataclasses.asdict(p), "boundary": p.boundary} for p in f.sizes.parts],
+        "coupled_dofs": f.sizes.coupled,
+        "reductions": [dataclasses.asdict(o) for o in f.options],
+        "unreduced": dataclasses.asdict(f.unreduced),
+        "steps": [dataclasses.asdict(s) for s in f.steps],
+        "advice": {
+            "method": "none" if c.option is None else c.option.method,
+            "f_max": None if c.option is None else c.option.f_max,
+            "step": None if c.exact else c.step.step,
+            "substeps": None if c.exact else c.substeps,
+            "changes": [dataclasses.asdict(x) for x in c.changes],
+            "toml": advice.toml,
+            "because": list(c.because),
+            "warnings": list(c.warnings),
+        },
+    }
+    return _plain(data)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {f"{k:g}" if isinstance(k, float) else str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

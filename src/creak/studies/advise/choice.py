@@ -1,0 +1,170 @@
+"""From the facts to settings: what to change in the study, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from creak.studies.advise import words
+from creak.studies.advise.contact import StepAdvice, substeps_for
+from creak.studies.advise.evidence import DOOR
+from creak.studies.advise.facts import Facts, Option
+from creak.studies.models.reduced import WHOLE
+from creak.studies.prepare.setup import Setup
+
+ENOUGH, ALL = 11.0, 15.0
+"""f_max of fixed-interface modes over the excitation that is good enough (2.6 % in the impulse of an event) and that is
+advised (1.0 %; docs/guidelines.md). Thesis 4.1: no gain beyond 11, for the hardest load 13."""
+ASSEMBLY, FADING = 7.0, 11.0
+"""The same for modes of the assembly (.09 %), and for a massless boundary (.09 %), whose modes fade."""
+PER_PERIOD = 40.0
+"""Steps in a period of the excitation's highest frequency at which start, duration and total impulse settle."""
+LONG_S = 3600.0
+"""An unreduced run beyond this is not worth being part of every run."""
+MOST_SUBSTEPS = 100
+
+
+@dataclass(frozen=True)
+class Change:
+    """A line of the study file."""
+
+    key: str
+    """Dotted."""
+    old: Any
+    new: Any
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The advice."""
+
+    option: Option | None
+    """None: run the unreduced model."""
+    exact: bool
+    """No step is forced, so none is advised."""
+    step: StepAdvice
+    substeps: int
+    changes: tuple[Change, ...]
+    because: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def choose(setup: Setup, facts: Facts) -> Choice:
+    """Settings for this study; what it has already is kept where it is good enough."""
+    step = _step(setup, facts)
+    option, why = _option(setup, facts, step)
+    massless = option is not None and option.method == "massless-boundary"
+    substeps = _substeps(setup, step, massless)
+    exact, forced = (
+        setup.study.config.time.exact,
+        [
+            *words.why_step(setup, step, massless),
+            *words.why_substeps(step, substeps, massless),
+            *words.why_stiffness(setup, step, substeps, massless),
+        ],
+    )
+    because = [
+        why,
+        *words.why_f_max(facts, option),
+        *([words.why_exact(setup)] if exact else forced),
+        *words.why_retained(setup, facts),
+        *words.why_unreduced(facts, step),
+    ]
+    changes = tuple(_changes(setup, option, step, substeps))
+    return Choice(option, exact, step, substeps, changes, tuple(because), tuple(words.warnings(setup, facts, option)))
+
+
+def _step(setup: Setup, facts: Facts) -> StepAdvice:
+    """The study's own where it is short enough, else the longest that is."""
+    fine = [s for s in facts.steps if s.per_period >= PER_PERIOD * 0.999]
+    own = [s for s in fine if abs(s.step / setup.study.config.time.step - 1.0) < 1e-6]
+    return own[0] if own else fine[0]
+
+
+def _option(setup: Setup, facts: Facts, step: StepAdvice) -> tuple[Option | None, str]:
+    """How to reduce, and why so."""
+    c, table = setup.study.config, setup.study.config.reduction
+    if table.method == "none" and step.unreduced_s <= words.AFFORDABLE_S:
+        return None, f"method: none as in the study, because the run takes at most {words.duration(step.unreduced_s)}"
+    if table.substructures or table.unreduced or setup.superelements:
+        return _by_parts(facts, table.f_max), (
+            "method: craig-bampton, because the study has substructures, unreduced sets or imported parts; one "
+            "assembly without them would be smaller with gap-modes"
+        )
+    if any(t.stiffness == "hard" for t in c.contact.values()) and not c.time.exact:
+        return _whole(facts, "massless-boundary", FADING, table.f_max), (
+            "method: massless-boundary with its own integrator, because with hard contact HHT throws a node back at "
+            "up to 1.18 times the speed it came, and the massless boundary closes once (docs/numerics.md, "
+            "docs/reduction.md)"
+        )
+    if table.method == "massless-boundary":
+        return _whole(facts, "massless-boundary", FADING, table.f_max), (
+            "method: massless-boundary as in the study, with its own integrator, because its contact does not chatter"
+        )
+    keep = f"keep craig-bampton with f_max = {_by_parts(facts, table.f_max).f_max:g} where parts are exchanged or saved"
+    if facts.gaps.m == 0:
+        return _whole(facts, "gap-modes", ASSEMBLY, 0.0), (
+            f"method: gap-modes, because no channel closes and modes of the assembly are exact below f_max; {keep}"
+        )
+    return _whole(facts, "gap-modes", ASSEMBLY, table.f_max if table.method == "gap-modes" else 0.0), (
+        "method: gap-modes, because for one assembly it is the smallest and most accurate (333 unknowns and .09 % in "
+        f"the impulse of an event against 1,320 and 1.0 % of Craig-Bampton with 15 times the excitation; {DOOR}); "
+        f"{keep}"
+    )
+
+
+def _by_parts(facts: Facts, own: float) -> Option:
+    """Craig-Bampton with the study's f_max where that is high enough, else with `ALL` times the excitation."""
+    fit = [o for o in facts.options if o.method == "craig-bampton"]
+    good = [o for o in fit if o.f_max == own and o.multiple >= ENOUGH * 0.999]
+    return good[0] if good else next(o for o in fit if o.multiple >= ALL * 0.999)
+
+
+def _whole(facts: Facts, method: str, multiple: float, own: float) -> Option:
+    """The smallest option of a whole-assembly method with at least this multiple; the study's own where it is one."""
+    fit = [o for o in facts.options if o.method == method and o.multiple >= multiple * 0.999]
+    return next((o for o in fit if o.f_max == own), fit[0])
+
+
+def _substeps(setup: Setup, step: StepAdvice, massless: bool) -> int:
+    own = setup.study.config.time.substeps
+    return own if massless else max(own, min(substeps_for(step.step, step.fixed), MOST_SUBSTEPS))
+
+
+def _changes(setup: Setup, option: Option | None, step: StepAdvice, substeps: int) -> Iterator[Change]:
+    """Lines that differ from the study."""
+    c, wanted = setup.study.config, dict[str, tuple[Any, Any]]()
+    if option is not None:
+        wanted |= _reduction(setup, option)
+    if option is not None and not c.time.exact:
+        wanted["time.integrator"] = (c.time.integrator, _integrator(c.time.integrator, option))
+    if not c.time.exact:
+        wanted["time.step"] = (c.time.step, step.step)
+        wanted["time.substeps"] = (c.time.substeps, substeps)
+    wanted["precheck.enabled"] = (c.precheck.enabled, True)
+    if step.unreduced_s > LONG_S and option is not None:
+        wanted["reference.run"] = (c.reference.run, False)
+    for key, (old, new) in wanted.items():
+        if old != new:
+            yield Change(key, old, new)
+
+
+def _reduction(setup: Setup, option: Option) -> dict[str, tuple[Any, Any]]:
+    table = setup.study.config.reduction
+    wanted: dict[str, tuple[Any, Any]] = {
+        "reduction.method": (table.method, option.method),
+        "reduction.f_max": (table.f_max, float(f"{option.f_max:.6g}")),
+        "reduction.keep_out": (table.keep_out, 0.0),
+    }
+    if table.interface.type in ("spacing", "participation") or (
+        option.method in WHOLE and table.interface.type != "full"
+    ):
+        wanted["reduction.interface"] = (table.interface.model_dump(exclude_unset=True), {"type": "full"})
+    return wanted
+
+
+def _integrator(own: str, option: Option) -> str:
+    if option.method == "massless-boundary":
+        return "massless-boundary"
+    return "hht" if own == "massless-boundary" else own

@@ -1,0 +1,299 @@
+"""What creak can tell of a study before it is run: load, channels, sizes, times."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.contact.gap_operator import GapOperator, join
+from creak.dynamics.scheme import Scheme
+from creak.reduction.health.estimate import error_bound
+from creak.studies.advise.contact import (
+    StepAdvice,
+    bounces,
+    numerical_damping,
+    period_error,
+    rounded_step,
+)
+from creak.studies.advise.cost import (
+    UnreducedCost,
+    assembly_modes_s,
+    eigen_cube_s,
+    reduced_step_s,
+    superelements_s,
+    unreduced_cost,
+)
+from creak.studies.advise.evidence import STEPS, Measured, measured, rule_of_thumb, step_evidence
+from creak.studies.advise.size import Counted, Sizes, sizes, sturm_counts
+from creak.studies.file.config import MultisineTable, PeriodicTable, RecordTable, SineTable
+from creak.studies.models.reduced import WHOLE
+from creak.studies.models.reference import ReferenceModel, build_reference
+from creak.studies.prepare.excitation import highest_frequency
+from creak.studies.prepare.output_steps import output_every
+from creak.studies.prepare.setup import Setup
+from creak.studies.run.integrate import scheme_of
+from creak.studies.run.precheck import linear_gaps
+
+MULTIPLES = (5.0, 8.0, 11.0, 15.0)
+"""f_max of fixed-interface modes over the excitation that are looked at."""
+ASSEMBLY_MULTIPLES = (3.0, 7.0, 11.0)
+"""The same for modes of the assembly."""
+POWER = 0.99
+"""Share of a sampled load's power below its highest frequency."""
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """How high the load reaches."""
+
+    frequency: float
+    """Hz"""
+    source: str
+    """"stated", "sampled" (99 % of the power lies below) or "assumed" (the verification's mac_f_max)."""
+
+
+@dataclass(frozen=True)
+class Channels:
+    """Gap channels and the linear pre-check."""
+
+    contacts: int
+    kept: int
+    closing: int | None
+    """Contact channels whose gap falls to 0 in the linear run; None: the pre-check could not be made."""
+    connectors: int
+    smallest: float | None
+    """Smallest gap of the linear run, length."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """One way to reduce."""
+
+    method: str
+    f_max: float
+    multiple: float
+    """Of the excitation's highest frequency."""
+    retained: int
+    modes: int
+    unknowns: int
+    offline_s: float
+    step_s: float
+    bound: float
+    """No relative frequency error at the excitation's highest frequency is above (fixed-interface modes; 0: exact)."""
+    rule: float
+    """The rule of thumb for it (fixed-interface modes)."""
+    door: Measured | None
+    """What this multiple left on the door."""
+    possible: bool = True
+    """False: the retained dofs of some part do not hold it."""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Everything that the advice rests on."""
+
+    excitation: Excitation
+    channels: Channels
+    sizes: Sizes
+    assembly: Counted
+    options: tuple[Option, ...]
+    unreduced: UnreducedCost
+    steps: tuple[StepAdvice, ...]
+    """Longest first."""
+    end: float
+    """s, length of the run."""
+    gaps: GapOperator
+    """Channels kept, connectors after contacts."""
+
+
+def gather(setup: Setup, progress: Progress) -> Facts:
+    """Assemble, find the assembly's modes, pre-check, count, time.
+
+    Cost: that of the pre-check, four indefinite factorisations a part, three of the assembly, and for each step
+    length two factorisations and a back-substitution per channel. No fixed-interface mode is computed.
+
+    Raises
+    ------
+    InputError : anything wrong in the study or the deck.
+    """
+    setup = _checked(setup)
+    excitation = excitation_of(setup)
+    reference = build_reference(setup, progress)
+    scheme = scheme_of(setup.study.config.time)
+    gaps, channels = _channels(setup, reference, scheme, progress)
+    reference = reference.without_factor()
+    f, c = excitation.frequency, setup.study.config
+    fixed = sorted({*(m * f for m in MULTIPLES), c.reduction.f_max})
+    found = sizes(setup, reference, gaps, fixed, progress)
+    whole = _whole_frequencies(setup, f)
+    progress("count modes of the assembly", 0, 1)
+    counted = sturm_counts(reference.system.K, reference.system.M, whole)
+    progress("count modes of the assembly", 1, 1)
+    options = _options(setup, found, counted, fixed, whole, f, gaps)
+    cost = unreduced_cost(reference.system, scheme, c.time.step, gaps.m)
+    steps = _steps(setup, reference, gaps, scheme, f, options, cost, progress)
+    return Facts(excitation, channels, found, counted, options, cost, steps, float(setup.loads.time[-1]), gaps)
+
+
+def _checked(setup: Setup) -> Setup:
+    """The study with its pre-check on."""
+    return setup.with_tables(precheck=setup.study.config.precheck.model_copy(update={"enabled": True}))
+
+
+def excitation_of(setup: Setup) -> Excitation:
+    """The highest frequency of the load: stated, found in its samples, or assumed.
+
+    Samples of records, tables and steps: the frequency below which 99 % of the power of the force, of the acceleration
+    (where that is given) or of the velocity lies, the mean left out. The acceleration of a displacement given by points
+    would show the points themselves.
+    """
+    stated = highest_frequency(setup.study)
+    known = (MultisineTable, SineTable, PeriodicTable)
+    if all(isinstance(t.signal, known) for t in setup.study.config.excitation.values()) and stated > 0.0:
+        return Excitation(stated, "stated")
+    sampled = max((_reach(x, setup.loads.step) for x in _samples(setup)), default=0.0)
+    if max(stated, sampled) > 0.0:
+        return Excitation(max(stated, sampled), "stated" if stated >= sampled else "sampled")
+    return Excitation(setup.study.config.verification.mac_f_max, "assumed")
+
+
+def _samples(setup: Setup) -> Iterator[FloatArray]:
+    """(n_time,) of each excitation that moves something, then of each force."""
+    tables = [t for t in setup.study.config.excitation.values() if t.kind != "force"]
+    for j, table in enumerate(tables):
+        given = table.kind == "acceleration" or isinstance(table.signal, RecordTable)
+        yield setup.loads.support[2 if given else 1, :, j]
+    yield from setup.loads.force.T
+
+
+def _reach(x: FloatArray, step: float) -> float:
+    power = np.abs(np.fft.rfft(x - x.mean())) ** 2
+    total = np.cumsum(power)
+    if total[-1] <= 1e-20 * x.size * float(x @ x):
+        return 0.0
+    return float(np.fft.rfftfreq(x.size, step)[np.searchsorted(total, POWER * total[-1])])
+
+
+def _channels(
+    setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress
+) -> tuple[GapOperator, Channels]:
+    contacts, margin = setup.contacts, setup.study.config.precheck.margin
+    others = setup.connectors.m
+    if contacts.m == 0 or reference.stiffness is None:
+        return join([contacts, setup.connectors]), Channels(contacts.m, contacts.m, None, others, None)
+    smallest = linear_gaps(setup, reference, scheme, progress)
+    keep = np.flatnonzero(smallest <= margin)
+    closing = int(np.count_nonzero(smallest <= 0.0))
+    found = Channels(contacts.m, int(keep.size), closing, others, float(smallest.min()))
+    return join([contacts.select(keep), setup.connectors]), found
+
+
+def _whole_frequencies(setup: Setup, f: float) -> list[float]:
+    """f_max for modes of the assembly: the multiples, from the second on no lower than the verification's spectra."""
+    c = setup.study.config
+    low, *others = (m * f for m in ASSEMBLY_MULTIPLES)
+    own = [c.reduction.f_max] if c.reduction.method in WHOLE else []
+    return sorted({low, *(max(x, c.verification.f_max) for x in others), *own})
+
+
+def _options(
+    setup: Setup, found: Sizes, counted: Counted, fixed: list[float], whole: list[float], f: float, gaps: GapOperator
+) -> tuple[Option, ...]:
+    rows, cube = gaps.m + 2 * gaps.rubbing, eigen_cube_s()
+    observed = 6.0 * setup.watched.size / output_every(setup.study)
+    possible = all(p.held for p in found.parts)
+    out = []
+    for f_max in fixed:
+        n = found.unknowns(f_max)
+        modes = sum(p.modes.below[f_max] for p in found.parts)
+        bound = float(error_bound(np.array([f]), f_max)[0])
+        out.append(
+            Option(
+                "craig-bampton",
+                f_max,
+                f_max / f,
+                sum(p.boundary for p in found.parts),
+                modes,
+                n,
+                superelements_s(found.parts, f_max, n, cube),
+                reduced_step_s(n, rows, observed),
+                bound,
+                rule_of_thumb(f_max / f),
+                measured("craig-bampton", f_max / f),
+                possible,
+            )
+        )
+    for method in ("gap-modes", "massless-boundary"):
+        for f_max in whole:
+            modes = counted.below[f_max]
+            out.append(
+                Option(
+                    method,
+                    f_max,
+                    f_max / f,
+                    rows,
+                    modes,
+                    modes + rows,
+                    assembly_modes_s(counted, f_max, rows),
+                    reduced_step_s(modes + rows, rows, observed),
+                    0.0,
+                    0.0,
+                    measured(method, f_max / f),
+                )
+            )
+    return tuple(out)
+
+
+def _steps(
+    setup: Setup,
+    reference: ReferenceModel,
+    gaps: GapOperator,
+    scheme: Scheme,
+    f: float,
+    options: tuple[Option, ...],
+    cost: UnreducedCost,
+    progress: Progress,
+) -> tuple[StepAdvice, ...]:
+    own = setup.study.config.time.step
+    wanted = {float(f"{h:.9g}") for h in (own, *(step_for(setup, s.per_period * f) for s in STEPS))}
+    largest, end = max(options, key=lambda o: o.step_s), float(setup.loads.time[-1])
+    positions, out = setup.model.nodes.coords[gaps.nodes_idx], []
+    for k, h in enumerate(sorted(wanted, reverse=True)):
+        progress("contact against the step", k, len(wanted))
+        auto, given = bounces(reference.system, gaps, positions, scheme, h) if gaps.m else (None, None)
+        n, angle = round(end / h), 2.0 * np.pi * f * h
+        evidence = step_evidence(1.0 / (f * h))
+        words = ("coarser than any measured",) * 2 if evidence is None else (evidence.hht, evidence.massless)
+        out.append(
+            StepAdvice(
+                h,
+                n,
+                1.0 / (f * h),
+                period_error(scheme, angle),
+                numerical_damping(scheme, angle),
+                auto,
+                given,
+                n * largest.step_s,
+                cost.run_s(n),
+                *words,
+            )
+        )
+    progress("contact against the step", len(wanted), len(wanted))
+    return tuple(out)
+
+
+def step_for(setup: Setup, rate: float) -> float:
+    """A round step no longer than 1 / rate (s) that divides the study's output intervals."""
+    table, own = setup.study.config.output, setup.study.config.time.step
+    intervals = [x for x in (table.interval, table.field_interval) if x is not None]
+    if not intervals:
+        return rounded_step(1.0 / rate)
+    shortest = min(intervals)
+    if len(intervals) == 2:
+        shortest = own * output_every(setup.study) if table.interval == shortest else own
+    return float(shortest / np.ceil(shortest * rate * (1.0 - 1e-9)))

@@ -1,0 +1,188 @@
+"""How large the reduced model becomes, before any mode is computed: retained dofs by reason, modes by Sturm count."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import IntArray, Matrix
+from creak.assembly.constraints import fixed_equations, linear_equations
+from creak.assembly.dofs import node_dofs
+from creak.assembly.part import split_constraints
+from creak.assembly.partition import shared_nodes
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+from creak.linalg.factor import Factor, SingularMatrixError, factor, regular_factor
+from creak.linalg.modes import small_shift
+from creak.model.mesh import Model
+from creak.reduction.inside import Inside
+from creak.studies.file.config import InterfaceTable
+from creak.studies.models.reference import ReferenceModel
+from creak.studies.models.substructures import Partition, Substructure, partition, required
+from creak.studies.prepare.setup import Setup
+
+BLOCK = 32
+"""Columns of the back-substitution that is timed."""
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Counted:
+    """Modes of K x = omega^2 M x below some frequencies."""
+
+    below: Mapping[float, int]
+    """Hz -> number of modes."""
+    factor_s: float
+    """The last factorisation."""
+    column_s: float
+    """A column of a back-substitution of `BLOCK`."""
+
+
+@dataclass(frozen=True)
+class PartSize:
+    """One substructure as it would be reduced."""
+
+    name: str
+    dofs: int
+    retained: Mapping[str, int]
+    """Why a dof is retained -> how many, each counted once."""
+    modes: Counted
+    """Fixed-interface modes; none of unreduced elements."""
+    held: bool
+    """The retained dofs hold the part: without that there is no Craig-Bampton model of it."""
+    unreduced: bool
+
+    @property
+    def boundary(self) -> int:
+        return sum(self.retained.values())
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """All substructures, and what their coupling takes away."""
+
+    parts: tuple[PartSize, ...]
+    coupled: int
+    """Physical dofs of the coupled model: links, supports and shared nodes counted once."""
+
+    def unknowns(self, f_max: float) -> int:
+        """Coordinates of the coupled Craig-Bampton model with modes to `f_max`, one of the frequencies counted."""
+        return self.coupled + sum(p.modes.below.get(f_max, 0) for p in self.parts)
+
+
+def plain(setup: Setup) -> Setup:
+    """The study with every contact dof retained: no keep_out, no thinned interface."""
+    table = setup.study.config.reduction
+    return setup.with_tables(reduction=table.model_copy(update={"keep_out": 0.0, "interface": InterfaceTable()}))
+
+
+def sizes(
+    setup: Setup, reference: ReferenceModel, gaps: GapOperator, frequencies: Sequence[float], progress: Progress
+) -> Sizes:
+    """Retained dofs and number of fixed-interface modes of each part: a factorisation per part and frequency.
+
+    Raises
+    ------
+    InputError : as `partition`.
+    """
+    cut = partition(plain(setup), reference, gaps)
+    reasons = list(_reasons(setup, cut.model, gaps))
+    parts, count = [], len(cut.substructures)
+    for k, sub in enumerate(cut.substructures):
+        progress("count fixed-interface modes", k, count)
+        parts.append(_part_size(sub, reasons, frequencies))
+    progress("count fixed-interface modes", count, count)
+    return Sizes(tuple(parts), _coupled(setup, reference, cut))
+
+
+def sturm_counts(K: Matrix, M: Matrix, frequencies: Sequence[float]) -> Counted:
+    """Number of modes below each frequency (Hz): the inertia of K - omega^2 M (Sylvester), no mode computed."""
+    below, seconds, column = {}, 0.0, 0.0
+    if K.shape[0] == 0:
+        return Counted(dict.fromkeys(frequencies, 0), 0.0, 0.0)
+    for f in frequencies:
+        started = time.perf_counter()
+        found = _indefinite(K, M, (2.0 * np.pi * f) ** 2)
+        seconds = time.perf_counter() - started
+        below[f] = found.n_negative
+        if f == frequencies[-1]:
+            b = np.asfortranarray(np.random.default_rng(5).standard_normal((K.shape[0], BLOCK)))
+            started = time.perf_counter()
+            found.solve(b)
+            column = (time.perf_counter() - started) / BLOCK
+    return Counted(below, seconds, column)
+
+
+def _indefinite(K: Matrix, M: Matrix, omega2: float) -> Factor:
+    """A factor of K - omega^2 M; a hit on an eigenvalue is stepped past."""
+    try:
+        return factor(K - omega2 * M, definite=False)
+    except SingularMatrixError:
+        return factor(K - omega2 * (1.0 + 1e-6) * M, definite=False)
+
+
+def _part_size(sub: Substructure, reasons: Sequence[tuple[str, IntArray]], frequencies: Sequence[float]) -> PartSize:
+    part = sub.part
+    if sub.stays:
+        none = Counted(dict.fromkeys(frequencies, 0), 0.0, 0.0)
+        return PartSize(part.name, part.n, {"unreduced": part.n}, none, True, True)
+    inside = Inside(part, sub.boundary)
+    held = _held(inside)
+    counted = sturm_counts(inside.K_ii, inside.M_ii, frequencies)
+    return PartSize(part.name, part.n, _by_reason(part, sub.boundary, reasons), counted, held, False)
+
+
+def _held(inside: Inside) -> bool:
+    """No motion of the inside without stiffness: none below a trace of the first elastic eigenvalue."""
+    K, M = inside.K_ii, inside.M_ii
+    if K.shape[0] == 0 or not M.diagonal().any():
+        return K.shape[0] == 0 or regular_factor(K) is not None
+    try:
+        return factor(K - small_shift(K, M) * M, definite=False).n_negative == 0
+    except SingularMatrixError:
+        return False
+
+
+def _by_reason(part: System, boundary: IntArray, reasons: Sequence[tuple[str, IntArray]]) -> dict[str, int]:
+    """Boundary coordinates by the first reason that names them."""
+    left, out = boundary, {}
+    for name, labels in reasons:
+        rows, _ = part.rows(np.intersect1d(labels, part.labels))
+        mine = np.intersect1d(left, sp.csr_matrix(rows).indices)
+        left = np.setdiff1d(left, mine)
+        if mine.size:
+            out[name] = int(mine.size)
+    if left.size:
+        out["without stiffness"] = int(left.size)
+    return out
+
+
+def _reasons(setup: Setup, model: Model, gaps: GapOperator) -> Iterator[tuple[str, IntArray]]:
+    """Why a physical dof stays, the strongest reason first."""
+    must = required(setup, model)
+    chosen = must.pop("chosen")
+    yield from must.items()
+    yield "interfaces", node_dofs(shared_nodes(model))
+    contact = np.union1d(node_dofs(gaps.retained_nodes, (1, 2, 3)), gaps.labels)
+    yield "contact", contact.astype(np.int64)
+    yield "outputs", node_dofs(setup.watched, (1, 2, 3))
+    yield "chosen", chosen
+
+
+def _coupled(setup: Setup, reference: ReferenceModel, cut: Partition) -> int:
+    """Physical coordinates once links, supports and shared nodes are gone."""
+    kept = [s.part.coordinates[s.boundary] for s in cut.substructures]
+    if reference.loose is not None:
+        kept.append(reference.loose.coordinates)
+    kept += [s.coordinates[s.coordinates >= 0] for s in setup.superelements]
+    inner = sum(int((s.coordinates < 0).sum()) for s in setup.superelements)
+    labels = np.unique(np.concatenate(kept))
+    links = [e.labels[0] for c in split_constraints(cut.model)[1] for e in linear_equations(c, cut.model.nodes.coords)]
+    fixed = [e.labels[0] for f in cut.model.fixed for e in fixed_equations(f)]
+    gone = np.concatenate([np.array(links + fixed, dtype=np.int64), *setup.driven.labels.values()])
+    return inner + int(np.setdiff1d(labels, gone).size)

@@ -1,0 +1,129 @@
+"""How far an answer can be trusted, in one word and the reasons for it; how far each event has settled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.studies.converge.variants import FIGURES, TIMES, Convergence, EventSettling, Settling
+from creak.studies.run.job import Run, StudyResult
+from creak.verify.reliability import UNRELIABLE, reasons_against
+from creak.verify.statistics import EventStatistics
+
+SETTLED, STATISTICS, UNSETTLED = "settled", "statistics", "unsettled"
+ENOUGH = 0.95
+"""Share of the events that are to be settled in every figure."""
+KEYS = {
+    "start": "t_start",
+    "duration": "duration",
+    "impulse": "impulse",
+    "force": "force",
+    "closing_speed": "closing_speed",
+}
+"""Figure -> key of `settled_to` in summary.json."""
+CAUSES = {
+    "tolerance": 'the resolution of contact in time: accuracy = "fine" follows it',
+    "softer": "the contact stiffness: give what the material has",
+    "stiffer": "the contact stiffness: give what the material has",
+    "modes": "the modes that the reduction kept: raise [reduction] f_max",
+    "step": "the forced step: leave it out, and creak chooses",
+    "stiffness": "the contact stiffness: give what the material has",
+}
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Of one run."""
+
+    word: str
+    """settled, statistics (single events are chaotic: rates and distributions hold), unsettled, unreliable."""
+    reasons: tuple[str, ...]
+    """Sentences; none where all is well."""
+
+
+def verdict_of(run: Run, result: StudyResult, convergence: Convergence | None) -> Verdict | None:
+    """What the energy balance and the repeated runs say of a run; None where it was not repeated."""
+    against = reasons_against(run.history)
+    if against:
+        return Verdict(UNRELIABLE, tuple(against))
+    table = result.setup.study.config.time
+    if not table.exact and result.gaps.presses and (convergence is None or convergence.model != run.name):
+        return Verdict(
+            UNSETTLED,
+            (
+                "a scheme and its step were forced, and what they change was not looked at: leave "
+                "them out of [time], or run with --converge",
+            ),
+        )
+    if table.exact and not result.gaps.presses:
+        return Verdict(SETTLED, ())
+    if convergence is None or convergence.model != run.name:
+        return None
+    return _of_convergence(convergence)
+
+
+def _of_convergence(c: Convergence) -> Verdict:
+    if not c.families:
+        return Verdict(UNSETTLED, c.notes)
+    open_ones = [e for e in c.events if not e.settled]
+    whole = [t for t in c.totals.values() if not t.settled]
+    few = len(open_ones) <= max(1.0, (1.0 - ENOUGH) * len(c.events)) if c.events else True
+    new = max(c.new.values(), default=0)
+    if few and not whole and new <= max(1.0, (1.0 - ENOUGH) * len(c.events)):
+        return Verdict(SETTLED, tuple(f"event at {e.event.t_start:.4f} s: {_open(e)}" for e in open_ones))
+    reasons = _reasons(c, open_ones, whole, new)
+    if c.statistics and all(_alike(s) for s in c.statistics.values()) and (c.chaotic or _scattered(c)):
+        return Verdict(
+            STATISTICS,
+            ("single events differ from run to run, their rate, forces and impulses do not: use those", *reasons),
+        )
+    return Verdict(UNSETTLED, reasons)
+
+
+def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settling], new: int) -> tuple[str, ...]:
+    said = []
+    if open_ones:
+        counts = {name: sum(not e.figures[name].settled for e in c.events) for name in FIGURES}
+        parts = ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in counts.items() if n)
+        said.append(f"{len(open_ones)} of {len(c.events)} events have not settled ({parts})")
+    if new:
+        said.append(f"up to {new} events come and go from run to run")
+    said += [f"the {t.name} of the whole run changes by up to {100.0 * t.settled_to:.2g} %" for t in whole]
+    causes = [f.worst for e in open_ones for f in e.figures.values() if not f.settled and f.worst]
+    causes += [t.worst for t in whole if t.worst]
+    if causes:
+        most = max(dict.fromkeys(causes), key=causes.count)
+        said.append(f"most of it comes from {CAUSES[most]}")
+    return tuple(said)
+
+
+def _open(e: EventSettling) -> str:
+    return e.problem or ", ".join(
+        f"{name.replace('_', ' ')} to {1e3 * f.settled_to:.2g} ms"
+        if name in TIMES
+        else f"{name.replace('_', ' ')} to {100.0 * f.settled_to:.2g} %"
+        for name, f in e.figures.items()
+        if not f.settled
+    )
+
+
+def _alike(s: EventStatistics) -> bool:
+    known = [d.alike for d in (s.force, s.impulse) if d is not None]
+    return bool(s.rates_alike and all(known))
+
+
+def _scattered(c: Convergence) -> bool:
+    """A good part of the events has no partner in some run: single ones cannot be told."""
+    return sum(bool(e.problem) for e in c.events) > (1.0 - ENOUGH) * len(c.events)
+
+
+def settled_to(e: EventSettling) -> dict[str, float | None]:
+    """Largest change of each figure of an event over all repeated runs: s for times, shares else; None: not known."""
+    if e.problem:
+        return dict.fromkeys(KEYS.values())
+    return {key: _known(e.figures[name].settled_to) for name, key in KEYS.items()}
+
+
+def _known(x: float) -> float | None:
+    return float(x) if np.isfinite(x) else None

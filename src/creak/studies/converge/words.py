@@ -1,0 +1,215 @@
+"""What a convergence study found: in sentences, for summary.json and as lines of a table."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from creak.studies.converge.variants import FIGURES, SETTLED, Convergence, Outcome, Settling
+from creak.verify.statistics import Distance
+
+WORDS = {
+    "start": "start time",
+    "duration": "duration",
+    "force": "low-passed force",
+    "impulse": "impulse",
+    "closing_speed": "closing speed",
+}
+TOTALS = {"events": "number of events", "impulse": "total impulse", "force": "largest low-passed force"}
+ADVICE = {
+    "step": "a shorter [time] step",
+    "stiffness": "a stiffer contact with a step that resolves it",
+    "modes": "a higher [reduction] f_max",
+    "tolerance": 'accuracy = "fine"',
+    "softer": "the contact stiffness that the material has",
+    "stiffer": "the contact stiffness that the material has",
+}
+
+
+def findings(c: Convergence) -> list[str]:
+    """What an engineer should know, in sentences."""
+    if not c.families:
+        return list(c.notes)
+    said = [_events_words(c)] if c.events else ["the base run has no events in the window to compare"]
+    new = [f"{name} {n}" for name, n in c.new.items() if n]
+    said += [f"events in the window that the base run does not have: {', '.join(new)}"] if new else []
+    said += _family_words(c) + [_total_words(t) for t in c.totals.values()]
+    if c.chaotic:
+        rate = len(c.events) / (c.window[1] - c.window[0])
+        said.append(
+            f"{rate:.0f} events per second are too dense to be followed one by one: two exact solutions part too, so "
+            "compare the runs by their distributions"
+        )
+    if c.chaotic or 2 * sum(e.settled for e in c.events) < len(c.events):
+        said += _distribution_words(c)
+    return [*said, *c.notes]
+
+
+def _events_words(c: Convergence) -> str:
+    n = len(c.events)
+    each = ", ".join(f"{WORDS[name]} {c.settled_events(name)}" for name in FIGURES)
+    absent = sum(bool(e.problem) for e in c.events)
+    tail = f"; {absent} of them are missing in at least one run" if absent else ""
+    whole = sum(e.settled for e in c.events)
+    return f"{whole} of {n} events are settled in every figure ({each}){tail}"
+
+
+def _family_words(c: Convergence) -> list[str]:
+    """For each family the median change of force and impulse, and what to do where that is above the limit."""
+    said = []
+    for family, (a, b) in c.families.items():
+        median = {name: _median(c, name, family) for name in ("force", "impulse")}
+        if any(m is None for m in median.values()):
+            continue
+        words = " and ".join(f"{100 * m:.2g} % in {WORDS[name]}" for name, m in median.items() if m is not None)
+        said.append(f"from {a} to {b} the events' median change is {words}{_advice(family, **median)}")
+    return said
+
+
+def _advice(family: str, force: float | None, impulse: float | None) -> str:
+    """What a family that moves the events asks for."""
+    if max(force or 0.0, impulse or 0.0) <= SETTLED:
+        return ""
+    if family == "stiffness" and (impulse or 0.0) <= SETTLED:
+        return (
+            ": the blow itself has settled, the share of the hardest channel has not (the stiffer, the fewer "
+            "channels carry it)"
+        )
+    return f": it takes {ADVICE[family]}"
+
+
+def _median(c: Convergence, name: str, family: str) -> float | None:
+    changes = [abs(e.figures[name].changes[family]) for e in c.events]
+    known = [x for x in changes if np.isfinite(x)]
+    return float(np.median(known)) if known else None
+
+
+def _total_words(t: Settling) -> str:
+    what = TOTALS[t.name]
+    if np.isnan(t.settled_to):
+        return f"whole run, {what}: not settled ({t.problem})"
+    verdict = "settled" if t.settled else "not settled"
+    changes = ", ".join(f"{100 * x:+.2g} % by the {family}" for family, x in t.changes.items())
+    return f"whole run, {what}: {verdict} ({changes})"
+
+
+def _distribution_words(c: Convergence) -> list[str]:
+    said = []
+    for family, s in c.statistics.items():
+        a, b = c.families[family]
+        if s.force is None or s.impulse is None:
+            continue
+        differ = [name for name, d in (("low-passed force", s.force), ("impulse", s.impulse)) if not d.alike]
+        differ = ["number of events"] * (not s.rates_alike) + differ
+        verdict = f"differ in {', '.join(differ)}" if differ else "are alike (number, low-passed force, impulse)"
+        said.append(f"as samples the events of {a} ({s.count[0]}) and {b} ({s.count[1]}) {verdict}")
+    return said
+
+
+def as_dict(c: Convergence) -> dict[str, Any]:
+    """For summary.json; undefined figures are nan."""
+    return {
+        "model": c.model,
+        "window": list(c.window),
+        "limits": {name: f.limit for name, f in c.events[0].figures.items()} if c.events else {},
+        "runs": {name: _outcome_dict(o) for name, o in c.outcomes.items()},
+        "families": {name: list(pair) for name, pair in c.families.items()},
+        "events": [
+            {
+                "contact": e.event.group,
+                "channel": e.event.channel,
+                "t_start": e.event.t_start,
+                "settled": e.settled,
+                "problem": e.problem,
+                "figures": {name: _settling_dict(f) for name, f in e.figures.items()},
+            }
+            for e in c.events
+        ],
+        "new": c.new,
+        "settled": {name: c.settled_events(name) for name in FIGURES},
+        "totals": {name: _settling_dict(t) for name, t in c.totals.items()},
+        "chaotic": c.chaotic,
+        "statistics": {
+            family: {
+                "count": list(s.count),
+                "rates_alike": s.rates_alike,
+                "force": _distance(s.force),
+                "impulse": _distance(s.impulse),
+            }
+            for family, s in c.statistics.items()
+        },
+        "findings": findings(c),
+    }
+
+
+def _outcome_dict(o: Outcome) -> dict[str, Any]:
+    v = o.variant
+    return {
+        "family": v.family,
+        "step": v.step,
+        "stiffness_factor": v.stiffness,
+        "f_max": v.f_max,
+        "steps": o.steps,
+        "events": len(o.events),
+        "impulse_total": o.impulse,
+        "max_force_filtered": o.force,
+        "energy_created": o.energy_created,
+        "scheme_dissipation": o.dissipated,
+        "wall_s": o.wall_s,
+        "stopped": o.stopped,
+    }
+
+
+def _settling_dict(f: Settling) -> dict[str, Any]:
+    return {
+        "values": f.values,
+        "changes": f.changes,
+        "settled_to": f.settled_to,
+        "settled": f.settled,
+        "worst": f.worst,
+        "base_error": f.base_error,
+        "problem": f.problem,
+    }
+
+
+def _distance(d: Distance | None) -> dict[str, Any] | None:
+    return None if d is None else {"value": d.value, "critical": d.critical, "alike": d.alike}
+
+
+def csv_rows(c: Convergence) -> list[list[str]]:
+    """Header and one line for each figure of each event: its value in every run, changes, settled to, verdict."""
+    families = list(c.families)
+    head = [
+        "contact",
+        "channel",
+        "t_start",
+        "figure",
+        *c.outcomes,
+        *(f"change_{f}" for f in families),
+        "settled_to",
+        "limit",
+        "verdict",
+    ]
+
+    def cell(x: float | None) -> str:
+        return "" if x is None or np.isnan(x) else f"{x:.9g}"
+
+    rows = []
+    for e in c.events:
+        for name, f in e.figures.items():
+            verdict = "settled" if f.settled else f"not settled{': ' + f.problem if f.problem else ''}"
+            rows.append(
+                [
+                    e.event.group,
+                    e.event.channel,
+                    cell(e.event.t_start),
+                    name,
+                    *(cell(f.values.get(run)) for run in c.outcomes),
+                    *(cell(f.changes[x]) for x in families),
+                    cell(f.settled_to),
+                    cell(f.limit),
+                    verdict,
+                ]
+            )
+    return [head, *rows]

@@ -1,0 +1,49 @@
+"""What a run was made from, and the number that tells it from every other."""
+
+from __future__ import annotations
+
+import hashlib
+import uuid
+from collections.abc import Iterable
+from pathlib import Path
+
+from creak.formats.run_identity import RunIdentity
+from creak.studies.file.paths import DECKS, deck_files, map_paths
+from creak.studies.file.reader import Study
+
+BLOCK = 1 << 20
+
+
+def new_identity(study: Study, deck_sha256: str) -> RunIdentity:
+    """The identity of a run that is made now."""
+    return RunIdentity(uuid.uuid4().hex, hashlib.sha256(study.text.encode("utf-8")).hexdigest(), deck_sha256)
+
+
+def decks_sha256(study: Study) -> str:
+    """Digest of the decks of a study with all that they include, as they are now; empty where there is none."""
+    decks: list[Path] = []
+
+    def note(place: tuple[str, ...], name: str) -> str:
+        if place in DECKS:
+            decks.append(study.sibling(name))
+        return name
+
+    map_paths(study.config.model_dump(mode="json"), note)
+    return files_sha256(file for deck in decks if deck.is_file() for file in deck_files(deck))
+
+
+def files_sha256(files: Iterable[Path]) -> str:
+    """SHA-256 of a file; of several, of their SHA-256, in hexadecimal, a line each; of none, empty."""
+    found = [sha256(path) for path in files]
+    if len(found) < 2:
+        return "".join(found)
+    return hashlib.sha256("".join(f"{one}\n" for one in found).encode("ascii")).hexdigest()
+
+
+def sha256(path: Path) -> str:
+    """SHA-256 of a file."""
+    found = hashlib.sha256()
+    with path.open("rb") as file:
+        while block := file.read(BLOCK):
+            found.update(block)
+    return found.hexdigest()

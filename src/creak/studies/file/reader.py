@@ -1,0 +1,202 @@
+"""Reading a study file: TOML in, checked configuration out, errors with file and line."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from creak.errors import InputError, suggest
+from creak.studies.file import config
+from creak.studies.file.config import FORCED, StudyConfig
+
+
+@dataclass(frozen=True)
+class Study:
+    """A study file and where it lies."""
+
+    path: Path
+    config: StudyConfig
+    text: str
+
+    def where(self, *keys: str | int) -> str:
+        """file:line of a key, for messages."""
+        return f"{self.path}:{_line_of(self.text, keys)} [{_dotted(keys)}]"
+
+    def sibling(self, name: str) -> Path:
+        """A path of the study, relative to the study file."""
+        return (self.path.parent / name).resolve() if not Path(name).is_absolute() else Path(name)
+
+
+def read_study(path: Path) -> Study:
+    """Read and check a study file.
+
+    Raises
+    ------
+    InputError : no such file, not TOML, unknown or missing key, wrong value, or something this version of
+        creak does not do.
+    """
+    data, text = read_toml(path, "study")
+    try:
+        study = Study(path, StudyConfig.model_validate(data), text)
+    except ValidationError as error:
+        raise explain(path, text, error) from error
+    _check_time(study, data.get("time", {}))
+    return study
+
+
+def _check_time(study: Study, given: dict[str, Any]) -> None:
+    """Raise InputError where [time] asks for an accuracy and forces a scheme as well."""
+    table, forced = study.config.time, sorted((FORCED | {"rho_inf"}) & given.keys())
+    if "accuracy" in given and not table.exact:
+        raise InputError(
+            f"accuracy = {table.accuracy!r} chooses the steps itself, {', '.join(forced) or 'integrator'} would force "
+            "them",
+            where=study.where("time", "accuracy"),
+            expected="one of both",
+            fix="Leave out all but accuracy.",
+        )
+    if table.exact and forced:
+        raise InputError(
+            f'integrator = "exact" chooses its steps itself: {", ".join(forced)} have no meaning',
+            where=study.where("time", forced[0]),
+            fix="Leave them out, or name the integrator that they are for.",
+        )
+
+
+def read_toml(path: Path, kind: str) -> tuple[dict[str, Any], str]:
+    """Tables and text of a TOML file; `kind` names it in messages.
+
+    Raises
+    ------
+    InputError : no such file, unreadable, or not TOML.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError as error:
+        raise InputError(f"no such {kind} file: {path}", fix="Check the path.") from error
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is not text in UTF-8"
+        raise InputError(f"cannot read the {kind} file {path}: {reason}", fix="Give the .toml file.") from error
+    try:
+        return tomllib.loads(text), text
+    except tomllib.TOMLDecodeError as error:
+        fix = "Write paths with / instead of \\." if "\\" in str(error) else "Repair that line."
+        raise InputError(f"not valid TOML: {error}", where=path, fix=fix) from error
+
+
+SIGNALS = ("multisine", "sine", "step", "table", "record", "smooth-step", "periodic")
+OTHER_MEMBER = ("literal_error", "float_type", "string_type", "model_type", "dict_type", "none_required")
+"""Errors of union members that the value was not meant for."""
+
+
+def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel] = StudyConfig) -> InputError:
+    """The first problem of a validation, in the words of the file; `root` is what the file was checked against."""
+    # A misspelt key explains a missing one; of a union the member that was meant explains more than the others.
+    problem = min(error.errors(), key=lambda e: (e["type"] != "extra_forbidden", e["type"] in OTHER_MEMBER))
+    loc = problem["loc"]
+    keys = tuple(k for k, before in zip(loc, (None, *loc), strict=False) if not _is_tag(k, before))
+    where = f"{path}:{_line_of(text, keys)}"
+    name = _dotted(keys)
+    if problem["type"] == "extra_forbidden":
+        known = _known_keys(problem["loc"][:-1], root)
+        return InputError(f"unknown key {name!r}", where=where, fix=suggest(str(keys[-1]), known))
+    if problem["type"] == "missing":
+        return InputError(f"{name!r} is missing", where=where, fix="Add it.")
+    if problem["type"] in ("union_tag_invalid", "union_tag_not_found"):
+        kinds = [get_args(t.model_fields["type"].annotation)[0] for t in _signal_tables()]
+        got = problem["input"].get("type") if isinstance(problem["input"], dict) else problem["input"]
+        return InputError(
+            f"{name} has type {got!r}", where=where, expected=f"one of {', '.join(kinds)}", fix=suggest(str(got), kinds)
+        )
+    if (header := _right_header(problem["type"], keys)) and isinstance(problem["input"], dict | list):
+        return InputError(f"[{name}] is not how such a table starts", where=where, fix=f"Write {header}.")
+    message = problem["msg"].removeprefix("Value error, ")
+    if problem["type"].startswith("float_"):
+        message += _words_beside(error, loc)
+    got = problem["input"]
+    shown = "" if isinstance(got, dict) else f" = {got!r}"
+    text = f"{message[:1].lower()}{message[1:]}"
+    return InputError(f"{name}{shown}: {text}" if name else text, where=where, fix="Correct the value.")
+
+
+def _right_header(kind: str, keys: tuple[int | str, ...]) -> str:
+    """How the table of a wrong header is written; empty where the header is right."""
+    if len(keys) != 1:
+        return ""
+    return {"list_type": f"[[{keys[0]}]]", "dict_type": f"[{keys[0]}.NAME]"}.get(kind, "")
+
+
+def _words_beside(error: ValidationError, loc: tuple[int | str, ...]) -> str:
+    """The words that a key takes besides a number; empty where it takes none."""
+    if not _is_tag(loc[-1], None):
+        return ""
+    words = [e["ctx"]["expected"] for e in error.errors() if e["type"] == "literal_error" and e["loc"][:-1] == loc[:-1]]
+    return f", or {' or '.join(words)}" if words else ""
+
+
+def _signal_tables() -> Sequence[type[BaseModel]]:
+    return get_args(get_args(config.SignalTable)[0])
+
+
+def _is_tag(key: Any, before: Any) -> bool:
+    """Pydantic adds the tag of a union member to the location; the user never wrote it."""
+    if before == "signal" and key in SIGNALS:
+        return True
+    if before == "friction" and key in ("number", "table"):
+        return True
+    return key in ("literal['auto']", "float", "str") or (isinstance(key, str) and ("[" in key or "constrained" in key))
+
+
+def _known_keys(loc: Sequence[str | int], root: type[BaseModel]) -> list[str]:
+    """Keys allowed in the table at a location."""
+    table: Any = root
+    for key in loc:
+        if isinstance(table, type) and issubclass(table, BaseModel):
+            field = table.model_fields.get(str(key))
+            if field is None:
+                break
+            table = field.annotation
+            members = [t for t in _flatten(table) if isinstance(t, type) and issubclass(t, BaseModel)]
+            table = members[0] if len(members) == 1 else members
+        elif isinstance(table, list):
+            named = [t for t in table if str(key) in get_args(t.model_fields["type"].annotation)]
+            table = named[0] if named else table
+    return list(table.model_fields) if isinstance(table, type) and issubclass(table, BaseModel) else []
+
+
+def _flatten(annotation: Any) -> list[Any]:
+    inner = get_args(annotation)
+    return [annotation] if not inner else [x for a in inner for x in _flatten(a)]
+
+
+def _dotted(keys: Sequence[str | int]) -> str:
+    return ".".join(str(k) for k in keys)
+
+
+def _line_of(text: str, keys: Sequence[str | int]) -> int:
+    """Line of a key in the TOML text: its table's header, then the key below it (best effort)."""
+    lines = text.splitlines()
+    names = [str(k) for k in keys if not isinstance(k, int)]
+    index = next((k for k in keys if isinstance(k, int)), 0)
+    best, start = 1, 0
+    for depth in range(len(names), 0, -1):
+        header = re.compile(r"^\s*\[\[?\s*" + r"\s*\.\s*".join(f'"?{re.escape(n)}"?' for n in names[:depth]) + r"\s*\]")
+        found = [i for i, line in enumerate(lines) if header.match(line)]
+        if found:
+            start = found[min(index, len(found) - 1)]
+            best = start + 1
+            names = names[depth:]
+            break
+    for name in reversed(names):
+        for i in range(start, len(lines)):
+            if i > start and lines[i].lstrip().startswith("["):
+                break
+            if re.search(rf'(^|[\s,{{."]){re.escape(name)}"?\s*[.=]', lines[i].split("#")[0]):
+                return i + 1
+    return best

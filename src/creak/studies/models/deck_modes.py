@@ -1,0 +1,156 @@
+"""Natural frequencies and modes of a deck, parts joined, contact left out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray, Matrix
+from creak.assembly.coupling import Driven, couple
+from creak.assembly.dofs import node_dofs
+from creak.assembly.part import Rayleigh, assemble_blocks, loose_system, part_system
+from creak.assembly.recovery import by_node, recovered
+from creak.assembly.system import System
+from creak.errors import InputError
+from creak.linalg.factor import regular_factor
+from creak.linalg.modes import Modes, modes
+from creak.model.mesh import Model
+from creak.reduction.effective_mass import EffectiveMass, effective_mass
+from creak.studies.prepare.setup import read_model, stop_on_unread
+
+DEFAULT_COUNT = 20
+UNDAMPED = Rayleigh(0.0, 0.0)
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class DeckModes:
+    """Frequencies in Hz, rigid-body modes first (0), shapes, effective mass, and checks."""
+
+    frequencies: list[float]
+    mass: float
+    """Of the whole model, held nodes included."""
+    rigid: int
+    """Number of rigid-body modes."""
+    residual: float
+    """Largest |K x - omega^2 M x| / |K x| over the elastic modes."""
+    sturm_ok: bool
+    """The inertia of K - omega^2 M above the last mode counts as many modes as were found."""
+    effective: EffectiveMass
+    model: Model = field(repr=False)
+    system: System = field(repr=False)
+    """The assembly, free dofs only."""
+    shapes: FloatArray = field(repr=False)
+    """(n, n_mode) in the coordinates of `system`, mass-normalised."""
+
+    def translations(self) -> Iterator[FloatArray]:
+        """(n_node, 3) motion of all nodes, mode by mode, dependent and held nodes included; mass-normalised."""
+        nothing = np.zeros((self.system.supports.count, self.shapes.shape[1]))
+        for _, u in recovered(self.system, self.shapes, nothing):
+            yield from by_node(u, self.system.labels, self.model.nodes.count)
+
+
+def deck_modes(
+    path: Path,
+    *,
+    f_max: float | None = None,
+    count: int | None = None,
+    about: Sequence[float] = (0.0, 0.0, 0.0),
+    ignore: Sequence[str] = (),
+    progress: Progress = lambda *_: None,
+) -> DeckModes:
+    """Undamped modes K x = omega^2 M x of the structure as the deck's supports hold it.
+
+    Parameters
+    ----------
+    path : an Abaqus (.inp) or Nastran (.bdf, .dat, .nas) deck.
+    f_max : all modes up to this frequency, Hz. count : the lowest ones (default 20); all there are where the model
+        has fewer.
+    about : point of the rotations of the effective mass, in the deck's units.
+    ignore : keywords or cards that may go unread although they change the answer.
+
+    Contact, loads, damping and prestress are left out; parts that touch are not joined.
+
+    Raises
+    ------
+    InputError : the deck is wrong, or holds something unread that changes the answer.
+    NumericalError : the modes could not be found.
+    """
+    if f_max is not None and count is not None:
+        raise InputError("both f_max and count", expected="one of them")
+    if (f_max is not None and not 0.0 < f_max < np.inf) or (count is not None and count < 1):
+        given = f"count = {count}" if count is not None and count <= 0 else f"f_max = {f_max:g}"
+        raise InputError(given, expected="a positive number", fix="Ask for 10 modes, for example.")
+    progress("read the deck", 0, 1)
+    model = read_model(Path(path))
+    progress("read the deck", 1, 1)
+    stop_on_unread(model, ignore)
+    progress("assemble", 0, 1)
+    parts = _parts(model)
+    progress("assemble", 1, 1)
+    wanted = DEFAULT_COUNT if f_max is None and count is None else count
+    system, found = _joined_modes(parts, model, Driven({}), f_max, wanted, progress)
+    point = np.asarray(about, dtype=np.float64)
+    effective = effective_mass(system, found.shapes, _carriers(parts, model), model.nodes.coords, point)
+    rigid = int((found.omega2 == 0.0).sum())
+    return DeckModes(
+        found.frequencies.tolist(),
+        float(effective.rigid_mass[0, 0]),
+        rigid,
+        found.residual,
+        found.sturm_ok,
+        effective,
+        model,
+        system,
+        found.shapes,
+    )
+
+
+def model_modes(
+    model: Model, driven: Driven, *, f_max: float | None = None, count: int | None = None
+) -> tuple[System, Modes]:
+    """The undamped assembly, held at its supports and driven dofs, and its modes."""
+    return _joined_modes(_parts(model), model, driven, f_max, count)
+
+
+def _parts(model: Model) -> list[System]:
+    parts = [part_system(model, i, UNDAMPED, override=True) for i in range(len(model.parts))]
+    loose = loose_system(model, UNDAMPED)
+    return [*parts, loose] if loose else parts
+
+
+def _joined_modes(
+    parts: list[System],
+    model: Model,
+    driven: Driven,
+    f_max: float | None,
+    count: int | None,
+    progress: Progress = lambda *_: None,
+) -> tuple[System, Modes]:
+    progress("join the parts and factorise", 0, 1)
+    system = couple(parts, model, driven, UNDAMPED, override=True)
+    stiffness = regular_factor(system.K)
+    progress("join the parts and factorise", 1, 1)
+    found = modes(
+        system.K,
+        system.M,
+        f_max=f_max,
+        count=count,
+        free=stiffness is None,
+        stiffness_factor=stiffness,
+        progress=lambda done, total: progress("modes", done, total),
+    )
+    return system, found
+
+
+def _carriers(parts: list[System], model: Model) -> Iterator[tuple[IntArray, Matrix]]:
+    """Labels and mass of every part, and of the elements that belong to none."""
+    yield from ((part.coordinates, part.M) for part in parts)
+    blocks = [b for b in model.blocks if b.part < 0]
+    if blocks:
+        labels = node_dofs(np.unique(np.concatenate([b.nodes_idx.ravel() for b in blocks])))
+        yield labels, assemble_blocks(model, blocks, labels, UNDAMPED, override=True).M

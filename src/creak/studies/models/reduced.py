@@ -1,0 +1,234 @@
+"""The reduced model: parts reduced and joined like the full ones, or the assembly reduced as a whole."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from creak.assembly.coupling import couple
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.channels import channel_matrices
+from creak.errors import InputError
+from creak.linalg.diagonal import Diagonal
+from creak.linalg.modes import Modes, modes
+from creak.model.mesh import Model
+from creak.reduction.diagonal import diagonalise
+from creak.reduction.gap_modes import gap_modes
+from creak.reduction.health.verdict import RULE
+from creak.reduction.interface.second_level import second_level
+from creak.reduction.massless_boundary import massless_boundary
+from creak.reduction.modal import support_motion
+from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
+from creak.studies.models.substructures import Partition, partition
+from creak.studies.models.superelements import Reduced, reduce_substructure, with_all_modes
+from creak.studies.prepare.excitation import highest_frequency
+from creak.studies.prepare.setup import Setup
+
+DIAGONAL_LIMIT = 6000
+"""Coupled models up to this size are diagonalised; larger ones keep their sparse form."""
+
+WHOLE = ("gap-modes", "massless-boundary")
+"""Methods that reduce the assembly as a whole."""
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class ReducedModel:
+    """The coupled superelements and what they cost."""
+
+    superelements: tuple[Reduced, ...]
+    """None where the assembly was reduced as a whole."""
+    model: Model
+    """Parts as they were reduced."""
+    system: System
+    retained: int
+    modes: int
+    wall_s: float
+    cpu_s: float
+    notes: list[str]
+    coupled: System | None = None
+    """The coupled superelements before they were diagonalised; None where the assembly was reduced as a whole."""
+
+
+def reduce_model(
+    setup: Setup,
+    reference: ReferenceModel,
+    gaps: GapOperator,
+    progress: Progress,
+    store: Path | None = None,
+    made: Callable[[Reduced], None] | None = None,
+) -> ReducedModel:
+    """Reduce as [reduction] says.
+
+    Parameters
+    ----------
+    store : folder of saved superelements to take unchanged ones from.
+    made : is handed every superelement as soon as it is there.
+
+    Raises
+    ------
+    InputError : what is asked for does not fit the model.
+    """
+    wall, cpu = clock.perf_counter(), clock.process_time()
+    whole = setup.study.config.reduction.method in WHOLE
+    if whole:
+        all_of_it = _whole(setup, reference, gaps, progress)
+    else:
+        all_of_it = _by_parts(setup, reference, gaps, progress, store, made)
+    superelements, model, system, retained, kept, notes, coupled = all_of_it
+    wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
+    return ReducedModel(superelements, model, system, retained, kept, wall, cpu, notes, coupled)
+
+
+_Made = tuple[tuple[Reduced, ...], Model, System, int, int, list[str], System | None]
+
+
+def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> _Made:
+    """Gap modes or massless boundary of the assembly."""
+    table, system = setup.study.config.reduction, reference.system
+    found = modes(
+        system.K,
+        system.M,
+        f_max=table.f_max,
+        free=reference.stiffness is None,
+        stiffness_factor=reference.stiffness,
+        progress=lambda done, total: progress("modes of the assembly for the reduction", done, total),
+    )
+    rows = channel_matrices(system, gaps).rows
+    reduce = gap_modes if table.method == "gap-modes" else massless_boundary
+    reduced = reduce(system, rows, modes=found, stiffness=reference.stiffness, static=static_shapes(setup, reference))
+    return (), setup.model, reduced, int(reduced.stats["retained"]), found.omega2.size, [], None
+
+
+def _by_parts(
+    setup: Setup,
+    reference: ReferenceModel,
+    gaps: GapOperator,
+    progress: Progress,
+    store: Path | None,
+    made: Callable[[Reduced], None] | None,
+) -> _Made:
+    cut = partition(setup, reference, gaps)
+    superelements, notes = [], []
+    for sub in cut.substructures:
+        if sub.stays:
+            continue
+        reduced, more = reduce_substructure(setup, sub, store, progress)
+        superelements.append(reduced)
+        if made is not None:
+            made(reduced)
+        notes += more
+    _check_modes(setup, superelements)
+    return _together(setup, reference, cut, superelements, notes, progress)
+
+
+def _together(
+    setup: Setup,
+    reference: ReferenceModel,
+    cut: Partition,
+    superelements: list[Reduced],
+    notes: list[str],
+    progress: Progress,
+) -> _Made:
+    """The superelements coupled with what stays unreduced, and diagonalised."""
+    progress("couple and diagonalise", 0, 1)
+    reduced = iter(superelements)
+    systems = [sub.part if sub.stays else _own_interface(setup, cut, next(reduced)) for sub in cut.substructures]
+    systems += [*setup.superelements, *([reference.loose] if reference.loose is not None else [])]
+    coupled = couple(systems, cut.model, setup.driven, setup.rayleigh, override=setup.override_damping)
+    coupled = _shared_interface(setup, cut, coupled)
+    system = _with_damping(setup, diagonalise(coupled) if coupled.n <= DIAGONAL_LIMIT else coupled)
+    progress("couple and diagonalise", 1, 1)
+    retained = sum(int(r.system.stats["retained"]) for r in superelements)
+    kept = sum(int(r.system.stats["modes"]) for r in superelements)
+    return tuple(superelements), cut.model, system, retained, kept, notes, coupled
+
+
+def with_more_modes(
+    setup: Setup, reference: ReferenceModel, gaps: GapOperator, reduced: ReducedModel, progress: Progress
+) -> ReducedModel:
+    """The same superelements with all modes that were computed, beyond f_max; nothing is reduced again."""
+    wall, cpu = clock.perf_counter(), clock.process_time()
+    more = [with_all_modes(r) for r in reduced.superelements]
+    all_of_it = _together(setup, reference, partition(setup, reference, gaps), more, [], progress)
+    superelements, model, system, retained, kept, notes, coupled = all_of_it
+    wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
+    return ReducedModel(superelements, model, system, retained, kept, wall, cpu, notes, coupled)
+
+
+def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:
+    """No fixed-interface mode below f_max though the first ones lie near the excitation: a mistake."""
+    c = setup.study.config.reduction
+    if c.method == "guyan" or any(r.system.stats["modes"] for r in superelements):
+        return
+    first = min((r.system.stats["first_left_out"] for r in superelements), default=np.inf)
+    if first > RULE * highest_frequency(setup.study):
+        return
+    raise InputError(
+        f"f_max = {c.f_max:g} Hz is below the first fixed-interface mode of every part ({first:.4g} Hz)",
+        where=setup.study.where("reduction", "f_max"),
+        expected=f"more than {first:.4g} Hz",
+        fix='Raise f_max, or use method = "guyan" for a static reduction.',
+    )
+
+
+def _own_interface(setup: Setup, cut: Partition, reduced: Reduced) -> System:
+    """The superelement with characteristic modes of its own interface, where the study asks for them."""
+    table, sub, system = setup.study.config.reduction.interface, reduced.substructure, reduced.system
+    if table.type != "characteristic" or table.level != "local" or not sub.line.size:
+        return system
+    others = [s.part.labels for s in cut.substructures if s is not sub and not s.stays]
+    if others and np.isin(sub.line, np.concatenate(others)).any():
+        raise InputError(
+            f"substructure {system.name} meets another one: local characteristic modes of the two do not fit together",
+            where=setup.study.where("reduction", "interface"),
+            fix='Use level = "system".',
+        )
+    columns = np.flatnonzero(np.isin(system.coordinates, sub.line))
+    return second_level(system, columns, count=_count(setup, columns.size))
+
+
+def _shared_interface(setup: Setup, cut: Partition, coupled: System) -> System:
+    """The assembly with characteristic modes of all interfaces together, where the study asks for them."""
+    table = setup.study.config.reduction.interface
+    if table.type != "characteristic" or table.level != "system":
+        return coupled
+    lines = [s.line for s in cut.substructures]
+    columns = np.flatnonzero(np.isin(coupled.coordinates, np.concatenate(lines)))
+    if not columns.size:
+        return coupled
+    return second_level(coupled, columns, count=_count(setup, columns.size))
+
+
+def _count(setup: Setup, size: int) -> int:
+    return min(int(setup.study.config.reduction.interface.n or size), size)
+
+
+def _with_damping(setup: Setup, system: System) -> System:
+    if setup.study.config.damping.modal is None:
+        return system
+    modes = reduced_modes(system, modal_band(setup))
+    return damped(setup, system, modes, support_motion(system, held_factor(system)))
+
+
+def _own_modes(system: System, f_max: float) -> Modes:
+    """Modes of a System that is diagonal already (M = I, or 0 for massless coordinates): unit vectors."""
+    assert isinstance(system.M, Diagonal)
+    omega2 = np.asarray(system.K.diagonal())
+    keep = np.flatnonzero((omega2 <= (2.0 * np.pi * f_max) ** 2) & (system.M.d > 0.0))
+    shapes = np.zeros((system.n, keep.size))
+    shapes[keep, np.arange(keep.size)] = 1.0
+    return Modes(omega2[keep], shapes, 0.0, True)
+
+
+def reduced_modes(system: System, f_max: float) -> Modes:
+    """Modes of the reduced model up to `f_max`, Hz."""
+    if isinstance(system.K, Diagonal):
+        return _own_modes(system, f_max)
+    return modes(system.K, system.M, f_max=f_max, free=True)

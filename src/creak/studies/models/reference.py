@@ -1,0 +1,125 @@
+"""The unreduced model: parts, their assembly, its modes, and the linear pre-check."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.coupling import couple
+from creak.assembly.part import loose_system, part_system
+from creak.assembly.system import System
+from creak.errors import InputError
+from creak.linalg.factor import Factor, factor, regular_factor
+from creak.linalg.modes import Modes, modes, small_shift
+from creak.reduction.modal import support_motion, with_modal_damping
+from creak.studies.prepare.excitation import highest_frequency
+from creak.studies.prepare.setup import Setup
+
+PRECHECK_BAND = 3.0
+"""The linear pre-check uses the modes up to this multiple of the excitation's highest frequency."""
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class ReferenceModel:
+    """Unreduced parts and what was computed of their assembly."""
+
+    parts: tuple[System, ...]
+    loose: System | None
+    """Nodes between parts."""
+    system: System
+    modes: Modes
+    support_shapes: FloatArray
+    """R = -K^-1 K_qs; free motions of a structure that is not held do not follow."""
+    stiffness: Factor | None
+    """A factor of K; None where the structure can move freely, or once it was given back."""
+    linear_gaps: FloatArray | None = None
+    """(m,) smallest gap of every contact channel in the pre-check; None where there was none."""
+
+    def without_factor(self) -> ReferenceModel:
+        """The same with the memory of the factor given back: only whole-assembly reductions use it again."""
+        return replace(self, stiffness=None)
+
+
+def build_reference(setup: Setup, progress: Progress) -> ReferenceModel:
+    """Assemble the parts, join them, and find the modes of the whole."""
+    count = len(setup.model.parts)
+    parts = []
+    for i in range(count):
+        progress("assemble", i, count)
+        parts.append(part_system(setup.model, i, setup.rayleigh, override=setup.override_damping))
+    loose = loose_system(setup.model, setup.rayleigh)
+    progress("assemble", count, count)
+    system = join_parts(setup, parts, loose)
+    stiffness = regular_factor(system.K)
+    found = modes(
+        system.K,
+        system.M,
+        f_max=modal_band(setup),
+        free=stiffness is None,
+        stiffness_factor=stiffness,
+        progress=lambda done, total: progress("modes of the assembly", done, total),
+    )
+    R = support_motion(system, stiffness or held_factor(system))
+    return ReferenceModel(tuple(parts), loose, damped(setup, system, found, R), found, R, stiffness)
+
+
+def join_parts(setup: Setup, parts: list[System], loose: System | None) -> System:
+    """Couple parts, full or reduced, by the model's links and supports."""
+    systems = [*parts, *setup.superelements, *([loose] if loose is not None else [])]
+    return couple(systems, setup.model, setup.driven, setup.rayleigh, override=setup.override_damping)
+
+
+def held_factor(system: System) -> Factor:
+    """A factor of K, or of K with a trace of mass where the structure can move freely."""
+    return regular_factor(system.K) or factor(system.K + small_shift(system.K, system.M) * system.M)
+
+
+def damped(setup: Setup, system: System, found: Modes, R: FloatArray) -> System:
+    """The System with the study's modal damping, if it asks for any."""
+    zeta = setup.study.config.damping.modal
+    if zeta is None:
+        return system
+    return with_modal_damping(system, found, R, zeta)
+
+
+def modal_band(setup: Setup) -> float:
+    """Highest frequency of the assembly's modes that the study needs, Hz."""
+    c = setup.study.config
+    driven = PRECHECK_BAND * highest_frequency(setup.study) if c.precheck.enabled else 0.0
+    band = max(1.1 * c.verification.mac_f_max, driven)
+    return max(band, c.verification.f_max) if c.damping.modal is not None else band
+
+
+def static_shapes(setup: Setup, reference: ReferenceModel) -> FloatArray:
+    """K^-1 B of the force excitations, (n, n_force).
+
+    Raises
+    ------
+    InputError : there are forces, and only contact holds the structure.
+    """
+    n = reference.system.n
+    B = np.zeros((n, len(setup.loads.force_labels)))
+    if not B.shape[1]:
+        return B
+    if reference.stiffness is None:
+        method = setup.study.config.reduction.method
+        raise InputError(
+            f"method = {method!r} takes the static shape of each force, but only contact holds the structure",
+            where=setup.study.where("reduction", "method"),
+            expected="supports that hold it without contact",
+            fix='Use method = "craig-bampton".',
+        )
+    for j, labels in enumerate(setup.loads.force_labels):
+        rows, _ = reference.system.rows(labels)
+        B[:, j] = np.asarray(rows.sum(axis=0)).ravel()
+    return reference.stiffness.solve(np.asfortranarray(B))
+
+
+def observed_labels(nodes_idx: IntArray) -> IntArray:
+    """All six dofs of each node, (6 n_node,)."""
+    return (6 * nodes_idx[:, None] + np.arange(6)).ravel()

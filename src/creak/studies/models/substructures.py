@@ -1,0 +1,259 @@
+"""Which elements become substructures, and which of their dofs are retained."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
+
+from creak.arrays import IntArray, Matrix
+from creak.assembly.constraints import fixed_equations, linear_equations
+from creak.assembly.dofs import dof_name, node_dofs
+from creak.assembly.part import part_system, split_constraints
+from creak.assembly.partition import Pieces, cut, shared_nodes
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+from creak.errors import InputError
+from creak.model.mesh import Model
+from creak.studies.models.interface import Line, thinned
+from creak.studies.models.reference import ReferenceModel
+from creak.studies.prepare.reduction_sets import reduction_set
+from creak.studies.prepare.setup import Setup
+
+UNREDUCED = "{part} (unreduced)"
+
+
+@dataclass(frozen=True)
+class Substructure:
+    """A part to be reduced, or to stay as it is."""
+
+    part: System
+    boundary: IntArray
+    """(n_b,) sorted coordinates that are retained."""
+    shape: Matrix | None
+    """P (n_b, n_xi) where the interface is reduced beforehand."""
+    line: IntArray
+    """Labels among the boundary that make up the interface, for interface modes."""
+    stays: bool
+    """Unreduced elements."""
+
+
+@dataclass(frozen=True)
+class Partition:
+    """The model as it will be reduced."""
+
+    model: Model
+    substructures: tuple[Substructure, ...]
+
+
+def partition(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> Partition:
+    """Cut the parts, find the retained dofs of each, thin the interface.
+
+    Raises
+    ------
+    InputError : a set that does not exist, an interface without nodes, a retained dof that is not free.
+    """
+    pieces = _cut(setup, gaps)
+    last = len(setup.study.config.reduction.substructures) + 1
+    must, contact = required_labels(setup, pieces.model), _contact_labels(setup, gaps)
+    shared = shared_nodes(pieces.model)
+    unreduced = [g == last for g in pieces.group]
+    _check_interface(setup, shared, contact)
+    out = []
+    for k, stays in enumerate(unreduced):
+        part = _full_part(setup, reference, pieces, k)
+        if stays:
+            every = np.arange(part.n, dtype=np.int64)
+            out.append(Substructure(part, every, None, every[:0], True))
+        else:
+            out.append(_substructure(setup, reference, part, pieces.model, k, must, contact, shared))
+    return Partition(pieces.model, tuple(out))
+
+
+def _cut(setup: Setup, gaps: GapOperator) -> Pieces:
+    """Element sets become parts of their own; elements near the contact become unreduced parts."""
+    model, table = setup.model, setup.study.config.reduction
+    groups = [np.zeros(b.ids.size, dtype=np.int64) for b in model.blocks]
+    last = len(table.substructures) + 1
+    chosen = [*enumerate(table.substructures, start=1), *((last, name) for name in table.unreduced)]
+    for k, name in chosen:
+        where = "unreduced" if k == last else "substructures"
+        for block, row in reduction_set(model, setup.study, where, name).tolist():
+            groups[block][row] = k
+    if table.keep_out > 0.0 and gaps.m:
+        for of, rows in zip(groups, near_elements(model, gaps.retained_nodes, table.keep_out), strict=True):
+            of[rows] = last
+    if not any(g.any() for g in groups):
+        return Pieces(model, (0,) * len(model.parts), tuple(range(len(model.parts))))
+    return cut(model, groups, [*(n.upper() for n in table.substructures), UNREDUCED])
+
+
+def near_elements(model: Model, nodes: IntArray, distance: float) -> list[IntArray]:
+    """Rows of the elements of each block whose nodes all lie within `distance` of `nodes`: keep_out leaves them."""
+    away, _ = cKDTree(model.nodes.coords[nodes]).query(model.nodes.coords, distance_upper_bound=1.000001 * distance)
+    near, none = np.isfinite(away), np.zeros(0, dtype=np.int64)
+    return [np.flatnonzero(near[b.nodes_idx].all(axis=1)) if b.part >= 0 and b.ids.size else none for b in model.blocks]
+
+
+def _full_part(setup: Setup, reference: ReferenceModel, pieces: Pieces, k: int) -> System:
+    """The part's System; that of the reference where nothing was cut from it."""
+    if k < len(reference.parts):
+        whole = pieces.model is setup.model or all(
+            a.ids.size == sum(b.ids.size for b in pieces.model.blocks if b.where == a.where and b.part == k)
+            for a in setup.model.blocks
+            if a.part == k
+        )
+        if whole and pieces.model.parts[k].nodes_idx.size == setup.model.parts[k].nodes_idx.size:
+            return reference.parts[k]
+    return part_system(pieces.model, k, setup.rayleigh, override=setup.override_damping)
+
+
+def required(setup: Setup, model: Model) -> dict[str, IntArray]:
+    """Why physical dofs always stay -> their labels, the strongest reason first."""
+    none = np.zeros(0, dtype=np.int64)
+    links = [x for c in split_constraints(model)[1] for e in linear_equations(c, model.nodes.coords) for x in e.labels]
+    joined = [node_dofs(b.nodes_idx.ravel()) for b in model.blocks if b.part < 0]
+    held = [x for f in model.fixed for e in fixed_equations(f) for x in e.labels]
+    return {
+        "links": np.concatenate([np.array(links, dtype=np.int64), *joined]),
+        "supports": np.array(held, dtype=np.int64),
+        "loads": np.concatenate([none, *setup.driven.labels.values(), *setup.loads.force_labels]),
+        "connectors": setup.connectors.labels,
+        "imported parts": np.concatenate([none, *(s.joins for s in setup.superelements)]),
+        "chosen": _chosen(setup),
+    }
+
+
+def required_labels(setup: Setup, model: Model) -> IntArray:
+    """Physical dofs that always stay: links between parts, supports, loads, connectors, elements between parts, and
+    the user's own choice."""
+    return np.unique(np.concatenate([*required(setup, model).values()])).astype(np.int64)
+
+
+def _chosen(setup: Setup) -> IntArray:
+    """All dofs of the node sets in [reduction] retain; they must be free."""
+    where = setup.study.where("reduction", "retain")
+    sets = [setup.model.node_set(n, where=where) for n in setup.study.config.reduction.retained_sets]
+    labels = node_dofs(np.concatenate([np.zeros(0, dtype=np.int64), *sets]))
+    held = {label for f in setup.model.fixed for e in fixed_equations(f) for label in e.labels}
+    taken = [int(x) for x in labels if int(x) in held]
+    if taken:
+        raise InputError(
+            f"cannot retain {dof_name(setup.model, taken[0])}: a boundary condition holds it",
+            where=where,
+            expected="nodes that are free to move",
+            fix="Take it out of the set; supports are retained by themselves.",
+        )
+    dependent = [
+        x for c in setup.model.constraints for e in linear_equations(c, setup.model.nodes.coords) for x in e.labels[:1]
+    ]
+    tied = np.intersect1d(labels, np.array(dependent, dtype=np.int64))
+    if tied.size:
+        raise InputError(
+            f"cannot retain {dof_name(setup.model, int(tied[0]))}: a coupling or equation makes it dependent",
+            where=where,
+            expected="independent nodes",
+            fix="Retain the reference node that it follows.",
+        )
+    return labels
+
+
+def _contact_labels(setup: Setup, gaps: GapOperator) -> IntArray:
+    """Translations at the channels and at the nodes whose motion is kept."""
+    nodes = np.union1d(gaps.retained_nodes, setup.watched)
+    return np.union1d(node_dofs(nodes, (1, 2, 3)), gaps.labels).astype(np.int64)
+
+
+def _check_interface(setup: Setup, shared: IntArray, contact: IntArray) -> None:
+    table = setup.study.config.reduction.interface
+    if table.type != "full" and shared.size == 0 and contact.size == 0:
+        raise InputError(
+            f"the interface has no node: type = {table.type!r} has nothing to work on",
+            where=setup.study.where("reduction", "interface"),
+            expected="contact channels, or unreduced elements (keep_out), or substructures that share nodes",
+            fix='Use interface = { type = "full" }, or check the contact and the pre-check\'s margin.',
+        )
+
+
+def _substructure(
+    setup: Setup,
+    reference: ReferenceModel,
+    part: System,
+    model: Model,
+    k: int,
+    must: IntArray,
+    contact: IntArray,
+    shared: IntArray,
+) -> Substructure:
+    """Boundary of one substructure: what must stay, and its interface, thinned as the study asks.
+
+    The interface is where it meets unreduced elements or another substructure (all six dofs of each node); where
+    there is none, it is the contact and output nodes (their translations).
+    """
+    must = np.intersect1d(must, part.labels)
+    contact = np.intersect1d(contact, part.labels)
+    line_nodes = np.intersect1d(shared, model.parts[k].nodes_idx)
+    if line_nodes.size:
+        must = np.union1d(must, contact[~np.isin(contact // 6, line_nodes)])
+        line = node_dofs(line_nodes)
+    elif setup.study.config.reduction.interface.type == "characteristic":
+        must = np.union1d(must, contact)
+        return _linked(setup, part, model, must)
+    else:
+        line = contact
+    line = line[np.isin(line, part.coordinates) & ~np.isin(line // 6, must // 6)]
+    must = np.union1d(must, contact[~np.isin(contact, line)])
+    fixed = _touched(part, must)
+    chosen = thinned(setup, reference, Line(part.name, model, line), part)
+    if chosen.shape is None:
+        kept = _coordinates(part, chosen.labels)
+        boundary = np.union1d(fixed, kept)
+        return Substructure(part, boundary, None, chosen.labels, False)
+    return _shaped(part, fixed, _coordinates(part, chosen.labels), chosen.labels, chosen.shape)
+
+
+def _linked(setup: Setup, part: System, model: Model, must: IntArray) -> Substructure:
+    """Boundary as it is; the interface is what links to other parts, less supports, loads and contact."""
+    linked = [x for c in split_constraints(model)[1] for e in linear_equations(c, model.nodes.coords) for x in e.labels]
+    alone = [
+        setup.connectors.labels,
+        setup.contacts.labels,
+        *setup.driven.labels.values(),
+        *setup.loads.force_labels,
+        *(np.array(e.labels) for f in model.fixed for e in fixed_equations(f)),
+    ]
+    line = np.setdiff1d(np.intersect1d(np.array(linked, dtype=np.int64), part.labels), np.concatenate(alone))
+    return Substructure(part, _touched(part, must), None, line, False)
+
+
+def _coordinates(part: System, labels: IntArray) -> IntArray:
+    """Coordinates of the part with these labels (each must be one)."""
+    order = np.argsort(part.coordinates, kind="stable")
+    at = order[np.searchsorted(part.coordinates[order], labels)]
+    return np.asarray(at, dtype=np.int64)
+
+
+def _touched(part: System, labels: IntArray) -> IntArray:
+    """Coordinates of the part that the labels depend on, and those without stiffness (free point masses)."""
+    rows, _ = part.rows(labels)
+    loose = np.flatnonzero(part.K.diagonal() == 0.0)
+    return np.union1d(sp.csr_matrix(rows).indices, loose).astype(np.int64)
+
+
+def _shaped(part: System, fixed: IntArray, line: IntArray, labels: IntArray, shape: Matrix) -> Substructure:
+    """Boundary = fixed dofs as they are, interface dofs as shape times fewer."""
+    boundary = np.union1d(fixed, line)
+    own = np.setdiff1d(fixed, line)
+    P = sp.lil_matrix((boundary.size, own.size + shape.shape[1]))
+    P[np.searchsorted(boundary, own), np.arange(own.size)] = 1.0
+    P = sp.csr_matrix(P) + sp.csr_matrix(
+        (
+            sp.coo_matrix(shape).data,
+            (np.searchsorted(boundary, line)[sp.coo_matrix(shape).row], own.size + sp.coo_matrix(shape).col),
+        ),
+        shape=P.shape,
+    )
+    empty = np.zeros(0, dtype=np.int64)
+    return Substructure(part, boundary, P, empty, False)

@@ -1,0 +1,244 @@
+"""Superelements of a study: reduced, or taken from the store where nothing that they depend on has changed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+import creak
+from creak.arrays import IntArray, Matrix
+from creak.assembly.system import System
+from creak.errors import InputError, NumericalError
+from creak.formats.superelement_file import (
+    SavedSuperelement,
+    read_made_from,
+    read_superelement_file,
+    write_superelement_file,
+)
+from creak.linalg.modes import Modes
+from creak.model.mesh import Model
+from creak.model.superelement import Superelement
+from creak.reduction.craig_bampton import (
+    Basis,
+    Matrices,
+    StaticRows,
+    fixed_interface_basis,
+    reduced_matrices,
+    reduced_system,
+    truncated,
+)
+from creak.reduction.inside import Inside
+from creak.studies.file.reader import Study
+from creak.studies.models.reference import observed_labels
+from creak.studies.models.substructures import Substructure
+from creak.studies.prepare.setup import Setup
+
+Progress = Callable[[str, int, int], None]
+MODES_FACTOR = 1.5
+"""Highest mode computed over f_max, where the influence of f_max on the answer is looked at."""
+WORDS = {
+    "stiffness": "its stiffness changed",
+    "mass": "its mass changed",
+    "damping": "its damping changed",
+    "dofs": "its dofs changed",
+    "retained": "other dofs are retained",
+    "interface": "its interface is reduced differently",
+    "modes": "other modes are asked for",
+    "creak": "it was made by another version of creak",
+}
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """A reduced substructure with all that it came from."""
+
+    substructure: Substructure
+    system: System
+    inside: Inside
+    basis: Basis
+    """With the modes beyond f_max that the look at its influence takes."""
+    matrices: Matrices
+    """In the coordinates of `basis`."""
+    made_from: Mapping[str, str]
+    reused: bool
+
+
+def reduce_substructure(
+    setup: Setup, sub: Substructure, folder: Path | None, progress: Progress
+) -> tuple[Reduced, list[str]]:
+    """One superelement, from the store or made anew, and notes for people.
+
+    Raises
+    ------
+    InputError : the retained dofs do not hold the part, or its saved file is damaged.
+    """
+    table = setup.study.config.reduction
+    most = table.f_max * (MODES_FACTOR if setup.study.config.time.exact else 1.0)
+    f_max, count = (None, 0) if table.method == "guyan" else (most, None)
+    inside = Inside(sub.part, sub.boundary)
+    made_from = fingerprints(sub, f"{table.method} {most if count is None else 0:g}")
+    saved, notes = _from_store(folder, sub.part.name, made_from)
+    if saved is not None:
+        basis, matrices = _restored(inside, saved)
+    else:
+        try:
+            basis = fixed_interface_basis(inside, sub.shape, f_max, count, progress)
+        except NumericalError as error:
+            raise InputError(
+                str(error),
+                where=setup.study.where("reduction"),
+                expected="retained dofs that hold every part",
+                fix="Couple it at more nodes, or add a node set to [reduction] retain.",
+            ) from error
+        matrices = reduced_matrices(sub.part, basis, progress, watched=_watched(setup, sub))
+    inside.release()
+    system = reduced_system(sub.part, *truncated(basis, matrices, table.f_max))
+    return Reduced(sub, system, inside, basis, matrices, made_from, saved is not None), notes
+
+
+def with_all_modes(reduced: Reduced) -> Reduced:
+    """The superelement with every mode that was computed."""
+    return replace(reduced, system=reduced_system(reduced.substructure.part, reduced.basis, reduced.matrices))
+
+
+def _watched(setup: Setup, sub: Substructure) -> IntArray:
+    """Dofs of a part that a run writes down."""
+    return np.intersect1d(observed_labels(setup.watched), sub.part.labels)
+
+
+def store_of(study: Study) -> Path:
+    """Where a study's superelements lie unless the user says otherwise."""
+    return study.path.parent / "superelements"
+
+
+def fingerprints(sub: Substructure, modes: str) -> dict[str, str]:
+    """What a superelement depends on, each as a hash."""
+    part, extra = sub.part, sub.part.damping.extra
+    return {
+        "stiffness": _hash(part.K),
+        "mass": _hash(part.M),
+        "damping": "" if extra is None else _hash(extra),
+        "dofs": _hash(part.coordinates),
+        "retained": _hash(sub.boundary),
+        "interface": "" if sub.shape is None else _hash(sub.shape),
+        "modes": modes,
+        "creak": creak.__version__,
+    }
+
+
+def _hash(A: Matrix | IntArray) -> str:
+    digest = hashlib.blake2b(digest_size=16)
+    if sp.issparse(A):
+        B = sp.csr_matrix(A)
+        B.sort_indices()
+        for part in (B.data, B.indices.astype(np.int64), B.indptr.astype(np.int64)):
+            digest.update(np.ascontiguousarray(part).data)
+    else:
+        digest.update(np.ascontiguousarray(A).data)
+    return digest.hexdigest()
+
+
+def _path(folder: Path, name: str) -> Path:
+    safe = "".join(ch if ch.isalnum() or ch in "-_." else "_" for ch in name)
+    return folder / f"{safe}.h5"
+
+
+def shared_path(folder: Path, name: str, made_from: Mapping[str, str]) -> Path:
+    """File of one of several superelements of a part that lie in one folder, told apart by what they depend on."""
+    digest = hashlib.blake2b(json.dumps(dict(made_from), sort_keys=True).encode(), digest_size=8).hexdigest()
+    path = _path(folder, name)
+    return path.with_name(f"{path.stem}.{digest}.h5")
+
+
+def _from_store(
+    folder: Path | None, name: str, made_from: Mapping[str, str]
+) -> tuple[SavedSuperelement | None, list[str]]:
+    if folder is None:
+        return None, []
+    shared = shared_path(folder, name, made_from)
+    if shared.exists():
+        saved = read_superelement_file(shared)
+        if saved.made_from == made_from:
+            return saved, [f"superelement {name}: taken from {shared.name}"]
+    path = _path(folder, name)
+    if not path.exists():
+        return None, []
+    before = read_made_from(path)
+    changed = [WORDS[key] for key in made_from if before.get(key) != made_from[key]]
+    if changed:
+        why = ", ".join(changed)
+        return None, [f"superelement {name}: the saved one in {path.name} is stale ({why}); reduced again"]
+    saved = read_superelement_file(path)
+    if saved.made_from != made_from:  # replaced by another process since
+        return None, [f"superelement {name}: the saved one in {path.name} is stale; reduced again"]
+    return saved, [f"superelement {name}: taken from {path.name}"]
+
+
+def _restored(inside: Inside, saved: SavedSuperelement) -> tuple[Basis, Matrices]:
+    fixed = Modes(saved.omega2, saved.modes, 0.0, True, next_omega2=saved.first_left_out)
+    m, static = saved.matrices, StaticRows(saved.static_at, saved.static_rows)
+    return Basis(inside, sp.csr_matrix(saved.shape), fixed), Matrices(m["K"], m["M"], m["M_alone"], m.get("C"), static)
+
+
+def save_superelement(
+    folder: Path, reduced: Reduced, model: Model, about: Mapping[str, Any], *, shared: bool = False
+) -> Path:
+    """Write one superelement; returns its file.
+
+    Parameters
+    ----------
+    shared : beside others of the same part instead of in their place; one that is there already is left alone.
+    """
+    name = reduced.system.name
+    path = shared_path(folder, name, reduced.made_from) if shared else _path(folder, name)
+    if shared and path.exists():
+        return path
+    m = reduced.matrices
+    matrices = {"K": m.K, "M": m.M, "M_alone": m.M_alone, **({} if m.C is None else {"C": m.C})}
+    ids, dofs = row_names(reduced.system, model)
+    fixed = reduced.basis.fixed
+    write_superelement_file(
+        path,
+        SavedSuperelement(
+            name,
+            reduced.made_from,
+            matrices,
+            reduced.basis.P,
+            fixed.omega2,
+            fixed.shapes,
+            fixed.next_omega2,
+            ids,
+            dofs,
+            about,
+            m.static.at,
+            m.static.values,
+        ),
+    )
+    return path
+
+
+def row_names(system: System, model: Model) -> tuple[IntArray, IntArray]:
+    """Node label and dof of each coordinate, 0 for generalised ones."""
+    c = system.coordinates
+    ids = np.where(c >= 0, model.nodes.ids[np.maximum(c, 0) // 6], 0)
+    return ids.astype(np.int64), np.where(c >= 0, np.maximum(c, 0) % 6 + 1, 0).astype(np.int64)
+
+
+def as_superelement(reduced: Reduced, model: Model) -> Superelement:
+    """For other programs: matrices with all damping, node labels and places."""
+    system = reduced.system
+    ids, dofs = row_names(system, model)
+    d, C = system.damping, system.damping.extra
+    if d.alpha or d.beta:
+        rayleigh = d.alpha * system.M + d.beta * system.K
+        C = rayleigh if C is None else C + rayleigh
+    nodes = np.unique(system.coordinates[system.coordinates >= 0] // 6)
+    places = {int(model.nodes.ids[k]): model.nodes.coords[k] for k in nodes}
+    return Superelement(system.name, ids, dofs, system.K, system.M, C, places, model.source)

@@ -1,0 +1,312 @@
+"""A deck's own step as a study: what `creak run DECK.inp` (*DYNAMIC) or `creak run DECK.bdf` (SOL 109, 112) runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import ceil
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import ValidationError
+
+from creak.arrays import IntArray
+from creak.errors import InputError
+from creak.formats.abaqus.reader import read_deck_run
+from creak.formats.endings import is_nastran
+from creak.formats.nastran.reader import read_nastran_run
+from creak.model.mesh import Model
+from creak.model.steps import Amplitude, DeckRun, DynamicStep, Interaction, PointLoad, Prescribed, SurfacePair
+from creak.studies.file.config import DOFS, StudyConfig
+from creak.studies.file.identity import decks_sha256
+from creak.studies.file.reader import Study
+from creak.studies.prepare.setup import Setup, set_up_model
+from creak.studies.unraised import none_ignored
+
+ALPHA = {"TRANSIENT FIDELITY": -0.05, "MODERATE DISSIPATION": -0.41421}
+"""HHT's alpha of each APPLICATION, as Abaqus has it (Analysis User's Guide, 6.3.2)."""
+WATCHED = 1000
+"""Nodes of an output set up to which their motion is kept."""
+LOWEST = 1e-3
+"""Hz; a run that is not compared with a reduced one needs no modes."""
+WHOLE = 1e-6
+"""Share of an increment by which the period may miss a whole number of them."""
+
+Units = Literal["mm-t-s", "m-kg-s"]
+
+
+@dataclass(frozen=True)
+class DeckStudy(Study):
+    """A study that was made from a deck; messages point to the deck's lines."""
+
+    places: Mapping[tuple[str | int, ...], str]
+    """Beginning of a key -> file:line in the deck."""
+
+    def where(self, *keys: str | int) -> str:
+        found = (self.places.get(keys[:n]) for n in range(len(keys), 0, -1))
+        return next((place for place in found if place), str(self.path))
+
+
+@none_ignored()
+def set_up_deck(path: Path, ignore: Sequence[str] = (), units: Units = "mm-t-s") -> Setup:
+    """Read a deck and make its own step ready to run, unreduced, with all its contact channels: the first *DYNAMIC step
+    of an Abaqus deck, SOL 109 or 112 of a Nastran deck.
+
+    Unlike in a study, parts may move freely: they start with the deck's initial velocity.
+
+    Parameters
+    ----------
+    ignore : keywords of the deck that may go unread although they change the answer.
+    units : what the report calls the deck's units.
+
+    Raises
+    ------
+    InputError : anything wrong with the deck, or no step in it that creak can run.
+    """
+    model, run = (read_nastran_run if is_nastran(path) else read_deck_run)(path)
+    _check_start(model, run.step.moved)
+    sets: dict[str, IntArray] = {}
+    places: dict[tuple[str | int, ...], str] = {
+        ("time",): run.step.places["time"],
+        ("time", "integrator"): run.step.places["dynamic"],
+        ("excitation",): run.step.where,
+        ("contact",): run.step.where,
+    }
+    notes: list[str] = []
+    tables = {
+        "title": run.step.name if run.step.name != "1" else path.stem,
+        "model": {"deck": path.name, "units": units},
+        "contact": _contacts(model, run, places, notes),
+        "connector": _connectors(run, sets, places),
+        "excitation": _excitations(run, sets, places),
+        "time": _time(run, notes),
+        "output": {"nodes": _watched(model, run.step, notes)},
+        "reduction": {"method": "none"},
+        "precheck": {"enabled": False},
+        "verification": {"mac_f_max": LOWEST},
+    }
+    config = _checked(tables, path, places)
+    study = DeckStudy(path, config, config.model_dump_json(indent=2, exclude_defaults=True), places)
+    setup = set_up_model(study, replace(model, node_sets={**model.node_sets, **sets}), ignore, free=True)
+    notes = [*_steps_note(run), *notes, *_jumps(setup), *setup.notes]
+    return replace(setup, notes=notes, deck_sha256=decks_sha256(study))
+
+
+def _jumps(setup: Setup) -> list[str]:
+    """Prescribed displacements that are not zero when the run starts."""
+    starts = zip(setup.driven.names, setup.loads.support[0, 0].tolist(), strict=True)
+    return [
+        f"{name} is {value:g} at the start, where the structure is at rest: it jumps" for name, value in starts if value
+    ]
+
+
+def _checked(tables: dict[str, Any], path: Path, places: Mapping[tuple[str | int, ...], str]) -> StudyConfig:
+    try:
+        return StudyConfig.model_validate(tables)
+    except ValidationError as error:
+        problem = error.errors()[0]
+        keys = tuple(problem["loc"])
+        where = next((places[keys[:n]] for n in range(len(keys), 0, -1) if keys[:n] in places), str(path))
+        raise InputError(f"{'.'.join(map(str, keys))}: {problem['msg']}", where=where) from error
+
+
+def _check_start(model: Model, moved: Sequence[Prescribed]) -> None:
+    """A dof whose acceleration is prescribed starts from rest."""
+    starts = {(row, dof) for row, dof, value in model.initial_velocity if value}
+    for m in moved:
+        both = [int(n) for n in m.nodes_idx if (int(n), m.dof) in starts]
+        if m.kind == "acceleration" and both:
+            raise InputError(
+                f"node {model.nodes.label(both[0])} has an initial velocity and a prescribed acceleration in dof "
+                f"{m.dof}",
+                where=m.where,
+                expected="one of them",
+                fix="Prescribe its velocity instead.",
+            )
+
+
+def _steps_note(run: DeckRun) -> list[str]:
+    notes = []
+    if run.before:
+        notes.append(f"steps before the *DYNAMIC step, which change nothing: {', '.join(run.before)}")
+    if run.after:
+        notes.append(f"steps after the first *DYNAMIC step were not run: {', '.join(run.after)}")
+    return notes
+
+
+def _time(run: DeckRun, notes: list[str]) -> dict[str, Any]:
+    step = run.step
+    count = ceil(step.period / step.increment - WHOLE)
+    if abs(count * step.increment - step.period) > WHOLE * step.increment:
+        notes.append(
+            f"the period of {step.period:g} s is no multiple of the increment, {step.increment:g} s: the run ends at "
+            f"{count * step.increment:g} s"
+        )
+    if not step.direct:
+        notes.append(
+            f"creak has no automatic increments: all have the size of the first, {step.increment:g} s; compare with a "
+            "smaller one"
+        )
+    return {
+        "step": step.increment,
+        "end": count * step.increment,
+        "integrator": "hht",
+        "alpha": _alpha(run, notes),
+    }
+
+
+def _alpha(run: DeckRun, notes: list[str]) -> float:
+    if run.step.alpha is not None:
+        return run.step.alpha
+    application = run.step.application
+    if not application:
+        application = "MODERATE DISSIPATION" if run.pairs else "TRANSIENT FIDELITY"
+    if not run.step.application and run.pairs:
+        notes.append(
+            "the deck has contact and gives neither ALPHA nor APPLICATION: as in Abaqus the step is one of moderate "
+            f"dissipation, alpha = {ALPHA[application]:g}; ALPHA=-0.05 on *DYNAMIC damps less"
+        )
+    return ALPHA[application]
+
+
+def _watched(model: Model, step: DynamicStep, notes: list[str]) -> list[str]:
+    names = []
+    for name in step.output_sets:
+        count = model.node_set(name, where=step.where).size
+        if count <= WATCHED:
+            names.append(name)
+        else:
+            notes.append(f"node set {name} has {count} nodes; the motion of sets up to {WATCHED} nodes is kept")
+    if not step.output_sets:
+        notes.append(
+            "the step asks for the output of no node set, so no motion is kept: add *NODE OUTPUT, NSET= for it "
+            "(Nastran: DISPLACEMENT = n with SET n)"
+        )
+    return names
+
+
+def _excitations(
+    run: DeckRun, sets: dict[str, IntArray], places: dict[tuple[str | int, ...], str]
+) -> dict[str, dict[str, Any]]:
+    """Prescribed motion and loads; the nodes of each become a node set of the name of the excitation."""
+    result: dict[str, dict[str, Any]] = {}
+    entries: list[Prescribed | PointLoad] = [*run.step.moved, *run.step.loads]
+    for entry in entries:
+        kind = entry.kind if isinstance(entry, Prescribed) else "force"
+        base = f"{entry.name} {DOFS[entry.dof - 1]} {kind}"
+        name = base if base not in result else f"{base} {len(result) + 1}"
+        signal = _signal(run, entry)
+        sets[name.upper()] = entry.nodes_idx
+        places["excitation", name] = entry.where
+        result[name] = {"node_set": name, "dof": DOFS[entry.dof - 1], "kind": kind, "signal": signal}
+    return result
+
+
+def _signal(run: DeckRun, entry: Prescribed | PointLoad) -> dict[str, Any]:
+    """Value times amplitude; without amplitude constant, or a line over the step."""
+    if not entry.amplitude:
+        if run.step.ramped:
+            values = [(0.0, 0.0), (run.step.period, entry.value)]
+            return {"type": "table", "values": values, "rounding": 0.0}
+        return {"type": "step", "amplitude": entry.value}
+    return _scaled(run.amplitudes[entry.amplitude], entry.value)
+
+
+def _scaled(a: Amplitude, factor: float) -> dict[str, Any]:
+    if a.kind == "periodic" and len(a.sine) == 1 and not (a.cosine[0] or a.mean or a.start):
+        return {"type": "sine", "frequency": a.frequency, "amplitude": factor * a.sine[0]}
+    if a.kind == "periodic":
+        cosine, sine = ([factor * x for x in c] for c in (a.cosine, a.sine))
+        return {
+            "type": "periodic",
+            "frequency": a.frequency,
+            "cosine": cosine,
+            "sine": sine,
+            "mean": factor * a.mean,
+            "start": a.start,
+        }
+    values = [(t, factor * x) for t, x in a.points.tolist()]
+    if a.kind == "smooth step":
+        return {"type": "smooth-step", "values": values}
+    return {"type": "table", "values": values, "rounding": a.rounding}
+
+
+def _contacts(
+    model: Model, run: DeckRun, places: dict[tuple[str | int, ...], str], notes: list[str]
+) -> dict[str, dict[str, Any]]:
+    """A contact table for each pair, named by its surfaces."""
+    result: dict[str, dict[str, Any]] = {}
+    for pair in run.pairs:
+        base = f"{pair.secondary}-{pair.main}"
+        name = base if base not in result else f"{base}-{len(result) + 1}"
+        places["contact", name] = pair.where
+        if pair.method == "surface-to-surface" and model.surfaces[pair.secondary].is_node_based:
+            notes.append(f"{pair.secondary} is a surface of nodes: its contact is node-to-surface")
+            pair = replace(pair, method="node-to-surface")
+        result[name] = _contact(model, pair, run.interactions[pair.interaction])
+    large = sum(not p.small_sliding for p in run.pairs)
+    if large:
+        notes.append(f"{large} contact pair(s) without SMALL SLIDING: creak takes all sliding as small")
+    return result
+
+
+def _connectors(
+    run: DeckRun, sets: dict[str, IntArray], places: dict[tuple[str | int, ...], str]
+) -> list[dict[str, Any]]:
+    """A play connector for each group of stops, between two node sets of its name."""
+    result = []
+    for k, stop in enumerate(run.stops):
+        names = [f"{stop.name}.A", f"{stop.name}.B"]
+        sets |= dict(zip(names, (stop.first, stop.second), strict=True))
+        places["connector", k] = stop.where
+        result.append(
+            {
+                "type": "play",
+                "name": stop.name,
+                "nodes": names,
+                "dof": DOFS[stop.dof - 1],
+                "lower": stop.lower,
+                "upper": stop.upper,
+                "stiffness": stop.stiffness,
+            }
+        )
+    return result
+
+
+def _contact(model: Model, pair: SurfacePair, law: Interaction) -> dict[str, Any]:
+    table: dict[str, Any] = {
+        "secondary": pair.secondary,
+        "main": pair.main,
+        "method": pair.method,
+        "clearance": pair.clearance,
+        "damping": law.damping,
+        "friction": _friction(law),
+    }
+    if law.law == "tabular":
+        table["overclosure"] = law.curve
+    else:
+        table["stiffness"] = law.stiffness if law.law == "linear" else _enforced(pair, law)
+    has_facets = not model.surfaces[pair.secondary].is_node_based
+    if pair.method == "node-to-surface" and has_facets and law.law in ("linear", "tabular"):
+        table["per_area"] = True
+    elif law.damping and pair.method == "node-to-surface" and has_facets and table["stiffness"] == "auto":
+        raise InputError(
+            f"interaction {law.name!r} damps node-to-surface contact with a stiffness from the elements",
+            where=law.where,
+            expected="a pressure-overclosure law beside *CONTACT DAMPING",
+            fix="Give PRESSURE-OVERCLOSURE=LINEAR with a stiffness, or TYPE=SURFACE TO SURFACE.",
+        )
+    return table
+
+
+def _friction(law: Interaction) -> float | dict[str, float]:
+    static, kinetic, decay = law.friction
+    return static if static == kinetic else {"static": static, "kinetic": kinetic, "decay": decay}
+
+
+def _enforced(pair: SurfacePair, law: Interaction) -> str:
+    """Hard contact as Abaqus enforces it unless told otherwise: finite sliding between surfaces by a penalty."""
+    if law.law == "penalty":
+        return "auto"
+    by_penalty = pair.method == "surface-to-surface" and not pair.small_sliding
+    return "auto" if law.law == "default" and by_penalty else "hard"

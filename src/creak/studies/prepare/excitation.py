@@ -1,0 +1,201 @@
+"""The excitations of a study: driven dofs, and their samples at the steps."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.assembly.coupling import Driven, labels_of
+from creak.dynamics.loads import Loads
+from creak.errors import InputError
+from creak.model.mesh import Model
+from creak.signals import sources
+from creak.signals.curves import Periodic, SmoothStep
+from creak.studies.file.config import (
+    DOFS,
+    ExcitationTable,
+    MultisineTable,
+    PeriodicTable,
+    RecordTable,
+    SineTable,
+    SmoothStepTable,
+    StepTable,
+)
+from creak.studies.file.reader import Study
+from creak.studies.file.tables import read_table
+
+MOTIONS = {
+    "displacement": sources.displacement_motion,
+    "velocity": sources.velocity_motion,
+    "acceleration": sources.acceleration_motion,
+}
+EVEN = 1e-6
+"""Relative spread of the sampling interval that a record may have."""
+
+
+def driven_dofs(model: Model, study: Study) -> Driven:
+    """Dofs with prescribed motion, one coordinate per excitation.
+
+    Raises
+    ------
+    InputError : unknown node set; a dof driven twice.
+    """
+    labels = {}
+    seen: dict[int, str] = {}
+    for name, table in _prescribed(study).items():
+        nodes = model.node_set(table.node_set, where=study.where("excitation", name, "node_set"))
+        labels[name] = labels_of(nodes, DOFS.index(table.dof) + 1)
+        for label in labels[name].tolist():
+            if label in seen and seen[label] != name:
+                raise InputError(
+                    f"node {model.nodes.label(label // 6)} {table.dof} is driven by {seen[label]!r} and {name!r}",
+                    where=study.where("excitation", name),
+                    fix="Drive each dof once.",
+                )
+            seen[label] = name
+    return Driven(labels)
+
+
+MOST_STEPS = 100_000_000
+"""Steps of a run, substeps counted; the loads of more do not fit into memory."""
+
+
+def time_axis(study: Study, parts: int | None = None) -> FloatArray:
+    """(parts n_step + 1,) instants of the run: `parts` of them a step, by default as many as there are substeps.
+
+    Raises
+    ------
+    InputError : neither end nor a periodic excitation; fewer than two steps, or more than `MOST_STEPS`.
+    """
+    table, end = study.config.time, end_of(study)
+    parts = table.substeps if parts is None else parts
+    steps = end / table.step
+    if not steps > 1.5 or parts * steps > MOST_STEPS:
+        raise InputError(
+            f"a run of {end:g} s has {steps:.6g} step(s) of {table.step:g} s",
+            where=study.where("time", "step"),
+            expected=f"two to {MOST_STEPS // parts:,}",
+            fix="Change the step or move the end.",
+        )
+    n = round(steps)
+    return np.asarray(table.step / parts * np.arange(parts * n + 1), dtype=np.float64)
+
+
+def end_of(study: Study) -> float:
+    """Length of the run, s.
+
+    Raises
+    ------
+    InputError : neither end nor a periodic excitation.
+    """
+    table = study.config.time
+    if table.end is not None:
+        return table.end
+    period = period_of(study)
+    if period is None and table.periods is not None:
+        raise InputError(
+            "periods without a periodic excitation", where=study.where("time", "periods"), fix="Give end instead."
+        )
+    if period is None:
+        raise InputError("the end of the run is not given", where=study.where("time"), fix="Add end = ... (s).")
+    return period * (table.periods if table.periods is not None else 5.0)
+
+
+def period_of(study: Study) -> float | None:
+    """Longest period of the multisine and sine excitations, s; None when nothing is periodic."""
+    periods = []
+    for table in study.config.excitation.values():
+        if isinstance(table.signal, MultisineTable):
+            periods.append(table.signal.period)
+        elif isinstance(table.signal, SineTable | PeriodicTable):
+            periods.append(1.0 / table.signal.frequency)
+    return max(periods, default=None)
+
+
+def highest_frequency(study: Study) -> float:
+    """Highest frequency that the excitations are known to hold, Hz (0 for steps and tables)."""
+    highest = 0.0
+    for table in study.config.excitation.values():
+        if isinstance(table.signal, MultisineTable):
+            highest = max(highest, table.signal.f_max)
+        elif isinstance(table.signal, SineTable):
+            highest = max(highest, table.signal.frequency)
+        elif isinstance(table.signal, PeriodicTable):
+            terms = max(len(table.signal.cosine), len(table.signal.sine))
+            highest = max(highest, terms * table.signal.frequency)
+    return highest
+
+
+def sample_loads(model: Model, study: Study, time: FloatArray) -> Loads:
+    """All excitations at the steps.
+
+    Raises
+    ------
+    InputError : unknown node set, or a table or record that cannot be used.
+    """
+    moving, forced = _prescribed(study), _forces(study)
+    support = np.zeros((3, time.size, len(moving)))
+    for j, (name, table) in enumerate(moving.items()):
+        motion = MOTIONS[table.kind](_signal(study, name, table), time)
+        support[:, :, j] = motion.displacement, motion.velocity, motion.acceleration
+    force = np.zeros((time.size, len(forced)))
+    labels = []
+    for j, (name, table) in enumerate(forced.items()):
+        nodes = model.node_set(table.node_set, where=study.where("excitation", name, "node_set"))
+        force[:, j] = sources.force(_signal(study, name, table), time)
+        labels.append(labels_of(nodes, DOFS.index(table.dof) + 1))
+    return Loads(time, support, force, tuple(labels))
+
+
+def _prescribed(study: Study) -> dict[str, ExcitationTable]:
+    return {name: t for name, t in study.config.excitation.items() if t.kind != "force"}
+
+
+def _forces(study: Study) -> dict[str, ExcitationTable]:
+    return {name: t for name, t in study.config.excitation.items() if t.kind == "force"}
+
+
+def _signal(study: Study, name: str, table: ExcitationTable) -> sources.Signal:
+    s = table.signal
+    if isinstance(s, MultisineTable):
+        return sources.Multisine(s.f_min, s.f_max, s.amplitude, s.period, s.seed)
+    if isinstance(s, SineTable):
+        return sources.Sine(s.frequency, s.amplitude)
+    if isinstance(s, StepTable):
+        return sources.Step(s.amplitude)
+    if isinstance(s, PeriodicTable):
+        return _periodic(s)
+    if isinstance(s, SmoothStepTable):
+        return SmoothStep(*_columns(s.values))
+    if not isinstance(s, RecordTable) and s.values is not None:
+        return sources.Table(*_columns(s.values), s.rounding)
+    assert s.file is not None
+    where = study.where("excitation", name, "signal")
+    time, value = read_table(study.sibling(s.file), where)
+    if not isinstance(s, RecordTable):
+        return sources.Table(time, value, s.rounding)
+    step = np.diff(time)
+    if np.ptp(step) > EVEN * step.mean():
+        raise InputError(
+            f"{s.file}: sampled every {step.min():.6g} to {step.max():.6g} s",
+            where=where,
+            expected="even sampling",
+            fix="Resample the record.",
+        )
+    nyquist = 0.5 / float(step.mean())
+    if s.high_pass >= nyquist or math.isclose(s.high_pass, 0.0):
+        raise InputError(f"high_pass = {s.high_pass} Hz", where=where, expected=f"below {nyquist:.6g} Hz")
+    return sources.Record(time, value, s.high_pass)
+
+
+def _columns(points: list[tuple[float, float]]) -> tuple[FloatArray, FloatArray]:
+    table = np.array(points, dtype=np.float64)
+    return table[:, 0], table[:, 1]
+
+
+def _periodic(s: PeriodicTable) -> Periodic:
+    n = max(len(s.cosine), len(s.sine))
+    cosine, sine = (np.array([*c, *[0.0] * (n - len(c))], dtype=np.float64) for c in (s.cosine, s.sine))
+    return Periodic(s.frequency, cosine, sine, s.mean, s.start)

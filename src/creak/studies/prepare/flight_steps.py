@@ -1,0 +1,67 @@
+"""Steps that follow from a study's accuracy: how often motion is written, and how long a flight step may be."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from creak.dynamics.flow_march import SAMPLES
+from creak.dynamics.flow_resolution import FINE, QUICK, SETTLED, Resolution
+from creak.studies.file.config import RecordTable, TableTable
+from creak.studies.file.reader import Study
+from creak.studies.file.tables import read_table
+from creak.studies.prepare.excitation import end_of, highest_frequency, period_of
+
+LONGEST = 1e-3
+"""s of a flight step, and between two instants that are written."""
+PER_PERIOD = 10.0
+"""Flight steps in a period of the excitation: a cubic through four samples is then within 1e-4 of a sine."""
+WRITTEN = 1000.0
+"""Instants written of a short run."""
+RESOLUTIONS: dict[str, Resolution] = {"quick": QUICK, "settled": SETTLED, "fine": FINE}
+"""Of [time] accuracy."""
+
+
+def with_flight_steps(study: Study) -> Study:
+    """The study with the steps that its accuracy asks for; one with a forced step is returned as it is.
+
+    `[time] step` becomes the flight step, `substeps` its samples of the loads, `[output] interval` a number.
+
+    Raises
+    ------
+    InputError : no end of the run.
+    """
+    c = study.config
+    if not c.time.exact:
+        return study
+    wanted = min(LONGEST, _resolved(study))
+    interval = c.output.interval
+    if interval is None:
+        end = end_of(study)
+        most = min(wanted, end / WRITTEN, 0.5 / c.verification.f_max)
+        whole = c.output.field_interval or min(period_of(study) or end, end)
+        interval = whole / math.ceil(whole / most * (1.0 - 1e-9))
+    step = interval / math.ceil(interval / wanted * (1.0 - 1e-9))
+    tables = {
+        "time": c.time.model_copy(update={"integrator": "exact", "step": step, "substeps": SAMPLES}),
+        "output": c.output.model_copy(update={"interval": interval}),
+    }
+    return replace(study, config=c.model_copy(update=tables))
+
+
+def _resolved(study: Study) -> float:
+    """s of a flight step that follows the excitations: their highest frequency, the samples of tables and records."""
+    highest = highest_frequency(study)
+    steps = [1.0 / (PER_PERIOD * highest)] if highest else []
+    for name, table in study.config.excitation.items():
+        signal = table.signal
+        if isinstance(signal, TableTable) and signal.values is not None:
+            time = np.array([point[0] for point in signal.values])
+        elif isinstance(signal, TableTable | RecordTable) and signal.file is not None:
+            time, _ = read_table(study.sibling(signal.file), study.where("excitation", name, "signal"))
+        else:
+            continue
+        steps += [float(np.median(np.diff(time)))] if time.size > 1 else []
+    return max(min(steps, default=LONGEST), LONGEST / 100.0)

@@ -1,0 +1,135 @@
+"""Superelements from other solvers as Systems."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import FloatArray, IntArray, Matrix
+from creak.assembly.damping import Damping
+from creak.assembly.elimination import LinearEquation
+from creak.assembly.part import Rayleigh
+from creak.assembly.system import System, no_supports, to_dense
+from creak.errors import InputError
+from creak.formats.matrices.superelements import read_superelement
+from creak.model.mesh import Model
+from creak.model.superelement import Superelement
+from creak.studies.file.reader import Study
+
+PLACE = 1e-3
+"""A node may lie this share of the model's size from where the superelement says it is."""
+
+
+def imported_superelements(model: Model, study: Study, common: Rayleigh, override: bool) -> tuple[System, ...]:
+    """Every [superelement.NAME] of the study, joined to the deck at the nodes with the same labels.
+
+    Parameters
+    ----------
+    common, override : Rayleigh numbers of the assembly; a superelement brings its own damping instead unless they
+        replace all damping.
+
+    Raises
+    ------
+    InputError : a file that cannot be read, or a node that the deck does not have or has elsewhere.
+    """
+    out = []
+    for name, table in study.config.superelement.items():
+        where = study.where("superelement", name)
+        map_file = study.sibling(table.map) if table.map else None
+        superelement = read_superelement(study.sibling(table.file), map_file)
+        damping = _own_damping(superelement, common, override)
+        out.append(superelement_system(superelement, model, name, damping, where))
+    return tuple(out)
+
+
+def _own_damping(superelement: Superelement, common: Rayleigh, override: bool) -> Damping:
+    """The common Rayleigh numbers and the matrix that makes up for them."""
+    C = None if superelement.C is None else to_dense(superelement.C)
+    if not override and (common.alpha or common.beta):
+        excess = common.alpha * to_dense(superelement.M) + common.beta * to_dense(superelement.K)
+        C = -excess if C is None else C - excess
+    return Damping(common.alpha, common.beta, C)
+
+
+def superelement_system(superelement: Superelement, model: Model, name: str, damping: Damping, where: str) -> System:
+    """The matrices as a System in the dofs of the deck's nodes."""
+    coordinates = _labels(superelement, model, where)
+    known = np.flatnonzero(coordinates >= 0)
+    order = known[np.argsort(coordinates[known])]
+    labels = coordinates[order]
+    n = superelement.n
+
+    def rows(wanted: IntArray) -> tuple[Matrix, Matrix]:
+        at = np.minimum(np.searchsorted(labels, wanted), labels.size - 1)
+        own = np.flatnonzero(labels[at] == wanted)
+        pick = sp.csr_matrix((np.ones(own.size), (own, order[at[own]])), shape=(wanted.size, n))
+        return pick, np.zeros((wanted.size, 0))
+
+    return System(
+        name,
+        superelement.M,
+        superelement.K,
+        damping,
+        rows,
+        no_supports(n),
+        coordinates,
+        np.zeros(n),
+        stats={"mass": _mass(superelement), "retained": labels.size, "modes": n - labels.size, "elements": 0},
+        labels=labels,
+        interface=labels,
+    )
+
+
+def _labels(superelement: Superelement, model: Model, where: str) -> IntArray:
+    row = {int(label): k for k, label in enumerate(model.nodes.ids.tolist())}
+    size = float(np.ptp(model.nodes.coords, axis=0).max(initial=0.0))
+    missing = sorted({int(i) for i in superelement.node_ids if i and int(i) not in row})
+    if missing:
+        raise InputError(
+            f"superelement {superelement.name!r} ends at node {missing[0]}, which the deck does not have "
+            f"({len(missing)} such node(s))",
+            where=where,
+            expected="nodes of the deck with the same labels",
+            fix="Add the nodes to the deck (*NODE), at the same places.",
+        )
+    for label, place in superelement.positions.items():
+        if label in row and np.linalg.norm(model.nodes.coords[row[label]] - place) > PLACE * size:
+            raise InputError(
+                f"node {label} lies at {model.nodes.coords[row[label]].tolist()} in the deck and at "
+                f"{np.asarray(place).tolist()} in superelement {superelement.name!r}",
+                where=where,
+                expected="the same place",
+                fix="Check units and the node's number.",
+            )
+    return np.array(
+        [
+            6 * row[int(i)] + int(d) - 1 if i else -1
+            for i, d in zip(superelement.node_ids, superelement.dofs, strict=True)
+        ],
+        dtype=np.int64,
+    )
+
+
+def _mass(superelement: Superelement) -> float:
+    """Mass felt when all nodes move along x."""
+    x = ((superelement.dofs == 1) & (superelement.node_ids > 0)).astype(float)
+    return float(x @ (superelement.M @ x))
+
+
+def resistance(system: System) -> Iterator[LinearEquation]:
+    """Which motions of its nodes the superelement resists: the rows of its stiffness, condensed to the nodes.
+
+    Used to find out what is held: a motion of the nodes is free where all these combinations vanish.
+    """
+    K = to_dense(system.K)
+    b, i = np.flatnonzero(system.coordinates >= 0), np.flatnonzero(system.coordinates < 0)
+    K_b: FloatArray = K[np.ix_(b, b)]
+    if i.size:
+        K_b = K_b - K[np.ix_(b, i)] @ np.linalg.pinv(K[np.ix_(i, i)]) @ K[np.ix_(i, b)]
+    values, shapes = np.linalg.eigh(K_b)
+    labels = system.coordinates[b].tolist()
+    for value, shape in zip(values, shapes.T, strict=True):
+        if value > 1e-9 * values[-1]:
+            yield LinearEquation(labels, shape.tolist())

@@ -1,0 +1,47 @@
+"""The sets that [reduction] names, looked up before anything is built."""
+
+from __future__ import annotations
+
+from creak.arrays import IntArray
+from creak.errors import InputError, suggest
+from creak.model.mesh import Model
+from creak.studies.file.reader import Study
+
+
+def check_reduction(model: Model, study: Study) -> None:
+    """Refuse sets that do not exist, and a coarse deck that is not there.
+
+    Raises
+    ------
+    InputError : with the key and the names that there are.
+    """
+    table = study.config.reduction
+    for key, names in (("substructures", table.substructures), ("unreduced", table.unreduced)):
+        for name in names:
+            reduction_set(model, study, key, name)
+    for name in table.retained_sets:
+        model.node_set(name, where=study.where("reduction", "retain"))
+    coarse = table.interface.deck
+    if table.interface.type == "coarse-mesh" and coarse is not None and not study.sibling(coarse).is_file():
+        raise InputError(
+            f"there is no deck {study.sibling(coarse)}",
+            where=study.where("reduction", "interface"),
+            fix="Check the path.",
+        )
+
+
+def reduction_set(model: Model, study: Study, key: str, name: str) -> IntArray:
+    """(n, 2) block and row of the elements of a set that [reduction] `key` names.
+
+    Raises
+    ------
+    InputError : there is no such set, or it is empty.
+    """
+    found = model.element_sets.get(name.upper())
+    if found is None or found.size == 0:
+        raise InputError(
+            f"unknown or empty element set {name!r}",
+            where=study.where("reduction", key),
+            fix=suggest(name, model.element_sets),
+        )
+    return found

@@ -1,0 +1,296 @@
+"""From a study to what the analysis needs: model, channels, driven dofs, nodes to watch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from creak.arrays import IntArray
+from creak.assembly.coupling import Driven
+from creak.assembly.elimination import LinearEquation
+from creak.assembly.part import Rayleigh, common_rayleigh
+from creak.assembly.rigid import unheld_parts
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator, join
+from creak.contact.node_to_surface import node_to_surface
+from creak.contact.play import Play, play_channels
+from creak.contact.surface_to_surface import surface_to_surface
+from creak.dynamics.loads import Loads
+from creak.errors import InputError
+from creak.formats.abaqus.reader import read_deck
+from creak.formats.endings import is_nastran
+from creak.formats.nastran.reader import read_nastran
+from creak.formats.unread import first_unread
+from creak.model.mesh import Model
+from creak.studies.file.config import DOFS, Table
+from creak.studies.file.identity import decks_sha256
+from creak.studies.file.reader import Study
+from creak.studies.prepare.excitation import driven_dofs, highest_frequency, sample_loads, time_axis
+from creak.studies.prepare.flight_steps import with_flight_steps
+from creak.studies.prepare.free_motion import loose_motions, loose_words
+from creak.studies.prepare.imported import imported_superelements, resistance
+from creak.studies.prepare.output_steps import check_outputs
+from creak.studies.prepare.pairs import contact_pair
+from creak.studies.prepare.reduction_sets import check_reduction
+from creak.studies.prepare.start_check import drive_warnings, start_warnings
+from creak.studies.unraised import none_ignored
+from creak.studies.warned import Warned
+
+METHODS = {"surface-to-surface": surface_to_surface, "node-to-surface": node_to_surface}
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A checked study with its model."""
+
+    study: Study
+    model: Model
+    rayleigh: Rayleigh
+    override_damping: bool
+    driven: Driven
+    contacts: GapOperator
+    """Channels of the contact pairs, before the pre-check."""
+    connectors: GapOperator
+    loads: Loads
+    pairs: IntArray
+    """(n_pair, 2) node rows: main, secondary."""
+    watched: IntArray
+    """Node rows whose motion is kept."""
+    notes: list[str]
+    superelements: tuple[System, ...] = ()
+    """Parts that came as matrices."""
+    refined: float = 1.0
+    """How much finer than the study's accuracy says contact is resolved."""
+    deck_sha256: str = ""
+    """Of the decks, as `studies.identity.decks_sha256` has it; empty: the model came from no file."""
+
+    def with_tables(self, **tables: Table) -> Setup:
+        """The same setup with other tables of its study, of those that setting up does not look at."""
+        config = self.study.config.model_copy(update=tables)
+        return replace(self, study=replace(self.study, config=config))
+
+
+def read_model(path: Path) -> Model:
+    """Read a deck by its ending.
+
+    Raises
+    ------
+    InputError : an ending that creak does not read, or a deck that is wrong.
+    """
+    if is_nastran(path):
+        return read_nastran(path)
+    return read_deck(path)
+
+
+@none_ignored()
+def set_up(study: Study, ignore: Sequence[str] = ()) -> Setup:
+    """Read the deck, check the study against it, build the gap channels.
+
+    Parameters
+    ----------
+    ignore : keywords of the deck that may go unread although they change the answer.
+
+    Raises
+    ------
+    InputError : anything wrong in the study or the deck.
+    """
+    model = read_model(study.sibling(study.config.model.deck))
+    setup = replace(set_up_model(study, model, ignore), deck_sha256=decks_sha256(study))
+    if study.config.excitation or study.config.connector or setup.model.initial_velocity:
+        return setup
+    idle = Warned("nothing drives the model: the study has no [excitation]")
+    return replace(setup, notes=[*setup.notes, idle])
+
+
+def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free: bool = False) -> Setup:
+    """The same for a model that was read already.
+
+    Parameters
+    ----------
+    free : whether parts may move as rigid bodies; a note names them.
+
+    Raises
+    ------
+    InputError : as `set_up`.
+    """
+    stop_on_unread(model, ignore)
+    study = with_flight_steps(study)
+    _check_frequencies(study)
+    _check_integrator(study)
+    time = time_axis(study)
+    driven = driven_dofs(model, study)
+    loads = sample_loads(model, study, time)
+    contacts, notes = _contacts(model, study)
+    notes += start_warnings(model, study.config)
+    plays = _plays(study)
+    connectors = join([play_channels(model, p, where) for p, where in plays])
+    rayleigh, override = _damping(model, study)
+    notes += drive_warnings(model, study.config, loads, driven, rayleigh, highest_frequency(study))
+    superelements = imported_superelements(model, study, rayleigh, override)
+    notes += _check_held(model, driven, connectors, superelements, free)
+    pairs = _pairs(model, study)
+    notes += check_outputs(study, time[:: study.config.time.substeps], len(pairs))
+    check_reduction(model, study)
+    return Setup(
+        study,
+        model,
+        rayleigh,
+        override,
+        driven,
+        contacts,
+        connectors,
+        loads,
+        pairs,
+        _watched(model, study, pairs),
+        notes,
+        superelements,
+    )
+
+
+def _check_integrator(study: Study) -> None:
+    c = study.config
+    if c.time.integrator == "massless-boundary" and c.reduction.method != "massless-boundary":
+        raise InputError(
+            f'integrator = "massless-boundary" with [reduction] method = {c.reduction.method!r}',
+            where=study.where("time", "integrator"),
+            expected='method = "massless-boundary"',
+            fix='Change the method, or use integrator = "hht".',
+        )
+
+
+def stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
+    """Raise InputError at the first keyword that went unread although it changes the answer, unless it is ignored."""
+    unread = first_unread(model, ignore)
+    if unread is not None:
+        keyword = unread.keyword.lstrip("*")
+        raise InputError(
+            f"{unread.keyword} is not read by creak and would change the answer: {unread.why}",
+            where=unread.where,
+            fix=f"Remove it, or run with --ignore {keyword!r} to go on without it.",
+        )
+
+
+def _check_frequencies(study: Study) -> None:
+    c, highest = study.config, highest_frequency(study)
+    if c.reduction.method != "none" and c.reduction.f_max <= highest:
+        raise InputError(
+            f"f_max = {c.reduction.f_max:g} Hz is not above the excitation, which reaches {highest:g} Hz",
+            where=study.where("reduction", "f_max"),
+            expected="5 to 15 times the excitation",
+            fix=f"Raise f_max to {15 * highest:g}.",
+        )
+    if highest > 0.5 / c.time.step:
+        raise InputError(
+            f"step = {c.time.step:g} s cannot follow an excitation of {highest:g} Hz",
+            where=study.where("time", "step"),
+            expected=f"at most {0.1 / highest:g} s",
+            fix="Shorten the step.",
+        )
+
+
+def _contacts(model: Model, study: Study) -> tuple[GapOperator, list[str]]:
+    operators: list[GapOperator] = []
+    notes: list[str] = []
+    for name, t in study.config.contact.items():
+        try:
+            operator, more = METHODS[t.method](model, contact_pair(model, study, name))
+        except InputError as error:
+            raise _in_file(study, name, error) from error
+        operators.append(operator)
+        notes.extend(map(Warned, more))
+    return join(operators), notes
+
+
+def _in_file(study: Study, name: str, error: InputError) -> InputError:
+    """The error of a contact pair with its line in the study or in the deck that it came from."""
+    table, _, key = error.where.partition("] ")
+    if table.rstrip("]") != f"[contact.{name}":
+        return error
+    where = f"{study.where('contact', name)} {key}".strip()
+    return InputError(error.what, expected=error.expected, where=where, fix=error.fix)
+
+
+def _plays(study: Study) -> list[tuple[Play, str]]:
+    out = []
+    for i, t in enumerate(study.config.connector):
+        name = t.name or "-".join(t.node_sets)
+        dof = DOFS.index(t.dof) + 1
+        play = Play(name, t.node_sets, dof, t.lower, t.upper, t.stiffness, t.damping, t.preload)
+        out.append((play, study.where("connector", i)))
+    return out
+
+
+def _check_held(
+    model: Model, driven: Driven, connectors: GapOperator, superelements: tuple[System, ...], free: bool
+) -> list[str]:
+    G = connectors.G
+    stops = [
+        LinearEquation(connectors.labels[G.indices[a:b]].tolist(), G.data[a:b].tolist())
+        for a, b in zip(G.indptr[:-1], G.indptr[1:], strict=True)
+    ]
+    stops += [e for s in superelements for e in resistance(s)]
+    loose = unheld_parts(model, driven, stops)
+    if not loose:
+        return []
+    how = loose_words(loose_motions(model, driven, loose, stops))
+    if not free:
+        raise InputError(
+            f"nothing holds part(s) {how}: they can move as rigid bodies once coupled",
+            where=model.source,
+            expected="supports, links, springs or connectors that hold every part",
+            fix="Add *BOUNDARY conditions, couple them to a part that is held, or prescribe their motion by an "
+            "[excitation].",
+        )
+    note = f"nothing holds part(s) {how}: they move freely"
+    return [note] if model.initial_velocity else [Warned(f"{note}; *BOUNDARY conditions would hold them")]
+
+
+def _pairs(model: Model, study: Study) -> IntArray:
+    """Verification node pairs (n, 2)."""
+    named = study.config.verification.pairs
+    where = study.where("verification", "pairs")
+    if named is None:
+        return np.zeros((0, 2), dtype=np.int64)
+    if isinstance(named, str):
+        split = [f"{named}_MAIN", f"{named}_SECONDARY"]
+        if named.upper() not in model.node_sets and all(s.upper() in model.node_sets for s in split):
+            named = split
+    if isinstance(named, str):
+        nodes = model.node_set(named, where=where)
+        if nodes.size % 2:
+            raise InputError(
+                f"node set {named!r} has {nodes.size} nodes",
+                where=where,
+                expected="an even number: pairs in turn",
+                fix="Use *NSET, UNSORTED with main and secondary nodes in turn, or two sets.",
+            )
+        return nodes.reshape(-1, 2)
+    if len(named) != 2:
+        raise InputError(f"pairs names {len(named)} sets", where=where, expected="one or two")
+    main, secondary = (model.node_set(n, where=where) for n in named)
+    if main.size != secondary.size:
+        raise InputError(
+            f"{named[0]!r} and {named[1]!r} have {main.size} and {secondary.size} nodes",
+            where=where,
+            expected="the same number",
+            fix="Make the sets equally long.",
+        )
+    return np.column_stack([main, secondary])
+
+
+def _watched(model: Model, study: Study, pairs: IntArray) -> IntArray:
+    where = study.where("output", "nodes")
+    sets = [model.node_set(name, where=where) for name in study.config.output.node_sets]
+    return np.array(list(dict.fromkeys(np.concatenate([pairs.ravel(), *sets]).tolist())), dtype=np.int64)
+
+
+def _damping(model: Model, study: Study) -> tuple[Rayleigh, bool]:
+    table = study.config.damping
+    if table.rayleigh is not None:
+        return Rayleigh(table.rayleigh.alpha, table.rayleigh.beta), True
+    if table.modal is not None:
+        return Rayleigh(0.0, 0.0), True
+    return common_rayleigh(model), False

@@ -1,0 +1,218 @@
+"""What a study says that can hardly be meant, seen before it is run, and contact that never happens."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.assembly.coupling import Driven
+from creak.assembly.dofs import node_dofs
+from creak.assembly.part import Rayleigh
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.history import History
+from creak.dynamics.loads import Loads
+from creak.model.mesh import Model
+from creak.studies.file.config import StudyConfig, TableTable
+from creak.studies.prepare.unit_check import SYSTEMS, across, materials, unit_warnings
+from creak.studies.warned import Warned
+
+WIDE = 0.1
+"""Share of the model's size above which a margin of the pre-check can hardly be meant."""
+USUAL = 0.5e-3
+"""m: a margin to propose."""
+STEPS = 10
+"""In a period of the highest excitation frequency: with fewer, vibration itself goes wrong."""
+MODAL = 0.2
+"""Fraction of critical of all modes above which per cent may have been meant."""
+CRITICAL = 1.0
+"""Fraction of critical from Rayleigh damping, at the highest excitation frequency, that can hardly be meant."""
+UNUSED = 0.01
+"""Share of a table that a run must reach before the rest is taken for a mistake in its unit of time."""
+WARPED = 0.2
+"""Distance of the corners from their mean plane over the root of the area: one corner of a square folded up by some
+50 degrees; coarse meshes of sharp bends have less."""
+
+
+def start_warnings(model: Model, config: StudyConfig) -> list[str]:
+    """Units of materials and lengths, and the margin of the pre-check, against the model."""
+    units = config.model.units
+    texts = [
+        *unit_warnings(model, units),
+        *_massless(model),
+        *_margin(model, config),
+        *_warped(model),
+        *_squeezed(config),
+    ]
+    return [Warned(text) for text in texts]
+
+
+def drive_warnings(
+    model: Model, config: StudyConfig, loads: Loads, driven: Driven, rayleigh: Rayleigh, highest: float
+) -> list[str]:
+    """Excitations that move nothing, steps too long for them, and damping that lets nothing vibrate.
+
+    Parameters
+    ----------
+    highest : frequency that the excitations hold, Hz; 0 where it is not known.
+    """
+    texts = [*_idle(config, loads), *_stuck(model, config, loads, driven)]
+    texts += [*_coarse(config, highest), *_damped(config, rayleigh, highest)]
+    return [Warned(text) for text in texts]
+
+
+def figure_warnings(model: Model, units: str, mass: float, omega2: FloatArray) -> list[str]:
+    """Mass and first natural frequency against the units; none where the model itself was warned of.
+
+    Parameters
+    ----------
+    omega2 : squares of the natural frequencies, rad^2/s^2, in order; rigid-body modes are 0.
+    """
+    if unit_warnings(model, units):
+        return []
+    elastic = omega2[omega2 > 0.0]
+    frequency = float(np.sqrt(elastic[0]) / (2.0 * np.pi)) if elastic.size else None
+    return [Warned(text) for text in unit_warnings(model, units, mass=mass, frequency=frequency)]
+
+
+def nothing_closes(contacts: GapOperator, smallest: FloatArray, margin: float) -> str:
+    """For a pre-check that keeps no channel: the closest approach, and what to do.
+
+    Parameters
+    ----------
+    smallest : (m,) smallest gap of every channel in the linear run.
+    """
+    k = int(np.argmin(smallest))
+    return Warned(
+        f"no contact comes within the pre-check's margin of {margin:g}: the closest approach is {smallest[k]:.3g} at "
+        f"{contacts.names[k]}, which starts {contacts.gap0[k]:.3g} open; raise the excitation's amplitude, or look "
+        "whether distances and units are as meant"
+    )
+
+
+def never_closed(gaps: GapOperator, history: History) -> str:
+    """For runs without a contact event: the closest approach."""
+    step, k = np.unravel_index(int(np.argmin(history.gap)), history.gap.shape)
+    return Warned(
+        f"nothing touched in the run: the closest approach was {history.gap[step, k]:.3g} at {gaps.names[k]}, "
+        f"t = {history.time[step]:.4g} s, from {gaps.gap0[k]:.3g} at the start"
+    )
+
+
+def _margin(model: Model, config: StudyConfig) -> list[str]:
+    margin, size = config.precheck.margin, across(model)
+    if not (config.precheck.enabled and config.contact and size and margin > WIDE * size):
+        return []
+    system = SYSTEMS[config.model.units]
+    unit = system.words[0]
+    return [
+        f"[precheck] margin = {margin:g} {unit} is {100.0 * margin / size:.0f} % of the model's size: every channel is "
+        f"kept; margin = {USUAL / system.length:g} is {1e3 * USUAL:g} mm"
+    ]
+
+
+def _massless(model: Model) -> list[str]:
+    """Materials of many elements without a density, as Nastran takes them."""
+    return [
+        f"material {m.name} has no density: {m.elements} element(s) have no mass of their own"
+        for m in materials(model)
+        if m.modulus > 0.0 and m.density == 0.0
+    ]
+
+
+def _squeezed(config: StudyConfig) -> list[str]:
+    """Play connectors that are not at rest at rest."""
+    out = []
+    for number, t in enumerate(config.connector, start=1):
+        beyond = max(t.lower or 0.0, -(t.upper or 0.0))
+        if beyond > 0.0:
+            out.append(
+                f"connector {t.name or number} is squeezed by {beyond:g} where the model is at rest, as 0 lies outside "
+                f"its limits: it presses with {beyond * t.stiffness:g} at once; are signs and order of the nodes as "
+                "meant?"
+            )
+    return out
+
+
+def _idle(config: StudyConfig, loads: Loads) -> list[str]:
+    """Excitations that are zero at every step."""
+    moving = [name for name, t in config.excitation.items() if t.kind != "force"]
+    forced = [name for name, t in config.excitation.items() if t.kind == "force"]
+    still = [name for j, name in enumerate(moving) if not loads.support[:, :, j].any()]
+    still += [name for j, name in enumerate(forced) if not loads.force[:, j].any()]
+    texts = [f"[excitation.{name}] is zero throughout the run: look at its amplitude and times" for name in still]
+    end = float(loads.time[-1])
+    for name, t in config.excitation.items():
+        points = (t.signal.values or []) if isinstance(t.signal, TableTable) else []
+        if points and end < UNUSED * points[-1][0]:
+            texts.append(
+                f"the table of [excitation.{name}] reaches to {points[-1][0]:g} s, the run to {end:g} s: are its "
+                "times in s?"
+            )
+    return texts
+
+
+def _stuck(model: Model, config: StudyConfig, loads: Loads, driven: Driven) -> list[str]:
+    """Forces on supports and prescribed motion alone."""
+    forced = [name for name, t in config.excitation.items() if t.kind == "force"]
+    if not forced:
+        return []
+    held = np.concatenate([*(node_dofs(f.nodes_idx, f.dofs) for f in model.fixed), *driven.labels.values(), []])
+    return [
+        f"[excitation.{name}] is a force where the model is held or its motion prescribed: it moves nothing"
+        for name, labels in zip(forced, loads.force_labels, strict=True)
+        if np.isin(labels, held).all()
+    ]
+
+
+def _coarse(config: StudyConfig, highest: float) -> list[str]:
+    """A step that cannot follow the vibration; massless-boundary is exact between contacts."""
+    step = config.time.step
+    if config.time.integrator in ("exact", "massless-boundary") or STEPS * step * highest <= 1.0 + 1e-9:
+        return []
+    long = (2.0 * np.pi * highest * step) ** 2 / 12.0
+    return [
+        f"[time] step = {step:g} s is {1.0 / (step * highest):.2g} steps in a period of the highest excitation "
+        f"frequency, {highest:g} Hz: the periods of such vibration come out some {100.0 * long:.2g} % too long; "
+        f"{1.0 / (STEPS * highest):.2g} s is the longest step to use"
+    ]
+
+
+def _damped(config: StudyConfig, rayleigh: Rayleigh, highest: float) -> list[str]:
+    """Fraction of critical: alpha / (4 pi f) + pi f beta."""
+    modal = config.damping.modal
+    if modal is not None and modal > MODAL:
+        return [f"[damping] modal = {modal:g} is {100.0 * modal:g} % of critical; {modal / 100.0:g} is {modal:g} %"]
+    if modal is not None or not highest:
+        return []
+    share = rayleigh.alpha / (4.0 * np.pi * highest) + np.pi * highest * rayleigh.beta
+    if share <= CRITICAL:
+        return []
+    return [
+        f"Rayleigh damping with alpha = {rayleigh.alpha:g} 1/s and beta = {rayleigh.beta:g} s is {share:.2g} times "
+        f"critical at {highest:g} Hz: are the two swapped?"
+    ]
+
+
+def _warped(model: Model) -> list[str]:
+    """Four-node shells whose corners lie far off a plane."""
+    worst, count, label = WARPED, 0, 0
+    for block in model.blocks:
+        if block.kind == "quad4":
+            warp = _warp(model.nodes.coords[block.nodes_idx])
+            count += int((warp > WARPED).sum())
+            if warp.max() > worst:
+                worst, label = float(warp.max()), int(block.ids[warp.argmax()])
+    if not count:
+        return []
+    return [
+        f"{count} four-node shell(s) are strongly warped, the worst is element {label}: its corners lie "
+        f"{100.0 * worst:.2g} % of its size off their mean plane; look at its nodes, or divide it into triangles"
+    ]
+
+
+def _warp(corners: FloatArray) -> FloatArray:
+    """(n,) distance of the four corners (n, 4, 3) from their mean plane over the root of the area; 0 without area."""
+    normal = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    area = np.linalg.norm(normal, axis=1)
+    off = 0.25 * np.einsum("nk,nk->n", corners[:, 0] - corners[:, 1] + corners[:, 2] - corners[:, 3], normal)
+    return np.divide(np.abs(off), area**1.5, out=np.zeros_like(area), where=area > 0.0)

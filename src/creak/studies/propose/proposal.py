@@ -1,0 +1,298 @@
+"""A first study for a deck: contacts from what lies near, excitation and outputs from its sets and supports."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from creak.arrays import BoolArray, IntArray
+from creak.contact.pair import ContactPair
+from creak.contact.surface_to_surface import surface_to_surface
+from creak.errors import InputError
+from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling, RigidLink, Tie
+from creak.model.mesh import Model
+from creak.studies.file.config import DOFS
+from creak.studies.prepare.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
+from creak.studies.propose.proximity import Near, closest_parts, covering_sets, near_parts, numbers_of
+
+REACH = 0.01
+"""Share of the model's size up to which surfaces count as near unless told otherwise."""
+MOST_NODES = 100
+"""Sets with more nodes are proposed neither for excitation nor for output."""
+OTHER_SETS = 8
+"""Most sets named beside the one proposed for excitation."""
+OUTPUTS = 3
+"""Most node sets proposed for output."""
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A contact table, or why the deck's names make none."""
+
+    name: str
+    secondary: str
+    main: str
+    gap: float
+    """Smallest distance between the surfaces of the two parts, length."""
+    place: str
+    """Label of the node where it is."""
+    near: int
+    """Elements of the secondary part that are near."""
+    elements: int
+    """Elements of the secondary surface or set."""
+    channels: int
+    start: float | None
+    """Smallest gap of a channel at the start, length."""
+    problem: str = ""
+    """Why the pair cannot be used as it is; empty: it can."""
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Nodes to excite."""
+
+    node_set: str
+    dof: str
+    kind: str
+    why: str
+    others: tuple[str, ...] = ()
+    """Node sets that would do as well."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What `creak new` found in a deck."""
+
+    units: UnitSystem
+    guess: str
+    """How sure the units are, in words."""
+    distance: float
+    """Up to which surfaces were looked for, length."""
+    margin: float
+    """Of the pre-check, length."""
+    contacts: tuple[Contact, ...]
+    closest: tuple[str, str, float] | None
+    """The nearest two parts where no surfaces are near."""
+    held: dict[str, str]
+    """Node set -> its held dofs; sets that hold nothing are left out."""
+    n_held: int
+    """Nodes that the deck holds, in sets or not."""
+    drive: Drive | None
+    pairs: str | tuple[str, str] | None
+    """For [verification]."""
+    outputs: tuple[str, ...]
+
+
+def propose(model: Model, distance: float | None, units: str | None, progress: Progress) -> Proposal:
+    """Look at a deck for what a study needs.
+
+    Parameters
+    ----------
+    distance : between surfaces that count as near, in the deck's unit of length; None: `REACH` of its size.
+    units : of the deck; None: guessed from its materials and size.
+    """
+    system, guess = _units(model, units)
+    distance = REACH * across(model) if distance is None else distance
+    margin = 0.5e-3 / system.length
+    progress("look for parts near each other", 0, 1)
+    near = near_parts(model, distance)
+    progress("look for parts near each other", 1, 1)
+    contacts = _contacts(model, near, progress)
+    held = held_dofs(model)
+    return Proposal(
+        system,
+        guess,
+        distance,
+        margin,
+        contacts,
+        None if contacts else closest_parts(model),
+        _held_sets(model, held),
+        int(held.any(axis=1).sum()),
+        _drive(model, held),
+        _pairs(model),
+        _outputs(model),
+    )
+
+
+def _units(model: Model, units: str | None) -> tuple[UnitSystem, str]:
+    if units is not None:
+        return SYSTEMS[units], "as told by --units"
+    fits = guessed_units(model)
+    known = [s for s in fits if s.name in SYSTEMS]
+    if known:
+        others = [s.name for s in fits if s is not known[0]]
+        also = f"; {', '.join(others)} would fit as well" if others else ""
+        return known[0], f"guessed: materials and size fit{also}"
+    if fits:
+        return SYSTEMS["mm-t-s"], f"the deck seems to be in {fits[0].name}, which creak has no labels for: convert it"
+    tried = ", ".join([*SYSTEMS, *(s.name for s in OTHERS)])
+    return SYSTEMS["mm-t-s"], f"not known: materials and size fit none of {tried}"
+
+
+def _contacts(model: Model, near: Sequence[Near], progress: Progress) -> tuple[Contact, ...]:
+    found: list[Contact] = []
+    for k, n in enumerate(near):
+        progress("try the contacts", k, len(near))
+        sides = [covering_sets(model, n.elements[i], n.parts[i]) for i in (0, 1)]
+        for first, second in product(*sides):
+            members = [numbers_of(model, first), numbers_of(model, second)]
+            facing = np.isin(n.touching[:, 0], members[0]) & np.isin(n.touching[:, 1], members[1])
+            if facing.any():
+                found.append(_contact(model, n, (first, second), members))
+    progress("try the contacts", len(near), len(near))
+    names: dict[str, int] = {}
+    out = []
+    for c in found:
+        k = names[c.name] = names.get(c.name, 0) + 1
+        out.append(c if k == 1 else replace(c, name=f"{c.name}-{k}"))
+    return tuple(out)
+
+
+def _contact(model: Model, near: Near, names: tuple[str, str], members: list[IntArray]) -> Contact:
+    """The pair with the finer side as secondary; the other way round where that does not work."""
+    fine = len(near.elements[0]) >= len(near.elements[1])
+    orders = ((0, 1), (1, 0)) if fine else ((1, 0), (0, 1))
+    label = "-".join(re.sub(r"[^a-z0-9_]+", "_", near.parts[i].lower()) for i in orders[0])
+    problem = ""
+    for a, b in orders:
+        try:
+            operator, _ = surface_to_surface(model, ContactPair(label, names[a], names[b]))
+        except InputError as error:
+            problem = problem or error.what
+            continue
+        return Contact(
+            label,
+            names[a],
+            names[b],
+            near.gap,
+            model.nodes.label(near.node),
+            len(near.elements[a]),
+            len(members[a]),
+            operator.m,
+            float(operator.gap0.min()),
+        )
+    a, b = orders[0]
+    return Contact(
+        label,
+        names[a],
+        names[b],
+        near.gap,
+        model.nodes.label(near.node),
+        len(near.elements[a]),
+        len(members[a]),
+        0,
+        None,
+        problem,
+    )
+
+
+def held_dofs(model: Model) -> BoolArray:
+    """(n_node, 6) which dofs the deck holds at zero."""
+    held = np.zeros((model.nodes.count, 6), dtype=bool)
+    for fixed in model.fixed:
+        held[np.ix_(fixed.nodes_idx, np.array(fixed.dofs, dtype=np.int64) - 1)] = True
+    return held
+
+
+def _named_sets(model: Model) -> dict[str, IntArray]:
+    """Node sets of the user's, not too large."""
+    return {
+        name: rows for name, rows in model.node_sets.items() if 0 < rows.size <= MOST_NODES and not name.startswith("_")
+    }
+
+
+def _held_sets(model: Model, held: BoolArray) -> dict[str, str]:
+    found = {name: _all_held(held, rows) for name, rows in _named_sets(model).items()}
+    return {name: dofs for name, dofs in found.items() if dofs}
+
+
+def _all_held(held: BoolArray, rows: IntArray) -> str:
+    """`x y rz`: dofs that are held at all of the nodes."""
+    at_all = np.all(held[rows], axis=0)
+    return " ".join(d for k, d in enumerate(DOFS) if at_all[k])
+
+
+def _drive(model: Model, held: BoolArray) -> Drive | None:
+    """Where the road comes in: nodes that are held all but in one direction; else a force on nodes that are free."""
+    following, structural = _following(model), _with_elements(model)
+    found: list[tuple[tuple[int, int], Drive]] = []
+    for name, rows in _named_sets(model).items():
+        if following[rows].any() or not structural[rows].all():
+            continue
+        free = [d for d in (2, 1, 0) if not held[rows, d].any()]
+        if not free:
+            continue
+        dof, dofs = DOFS[free[0]], _all_held(held, rows)
+        if dofs:
+            drive = Drive(name, dof, "displacement", f"the deck holds {dofs} of it and leaves {dof} free")
+        else:
+            drive = Drive(name, dof, "force", "the deck holds nothing of it")
+        found.append(((len(dofs.split()), -rows.size), drive))
+    if not found:
+        return None
+    best = max(found, key=lambda f: f[0])
+    others = [d.node_set for rank, d in found if rank[0] == best[0][0] and d is not best[1]]
+    return replace(best[1], others=tuple(others[:OTHER_SETS]))
+
+
+def _following(model: Model) -> BoolArray:
+    """(n_node,) nodes whose motion follows from that of others: they cannot be driven."""
+    found = np.zeros(model.nodes.count, dtype=bool)
+    for c in model.constraints:
+        if isinstance(c, KinematicCoupling):
+            found[c.nodes_idx] = True
+        elif isinstance(c, DistributingCoupling):
+            found[c.ref_idx] = True
+        elif isinstance(c, RigidLink):
+            found[c.dependent_idx] = True
+        elif isinstance(c, Tie):
+            found[c.node_idx] = True
+        elif isinstance(c, Equation):
+            found[c.nodes_idx[0]] = True
+    return found
+
+
+def _with_elements(model: Model) -> BoolArray:
+    """(n_node,) nodes that belong to a part: of an element, or reference of one."""
+    found = np.zeros(model.nodes.count, dtype=bool)
+    for part in model.parts:
+        found[part.nodes_idx] = True
+    return found
+
+
+def _pairs(model: Model) -> str | tuple[str, str] | None:
+    """Sets NAME_MAIN and NAME_SECONDARY, or a set whose nodes belong to two parts in turn."""
+    names = sorted(n for n in model.node_sets if n.endswith("_MAIN") and f"{n[:-5]}_SECONDARY" in model.node_sets)
+    for name in sorted(names, key=lambda n: -model.node_sets[n].size):
+        base = name[:-5]
+        if model.node_sets[name].size == model.node_sets[f"{base}_SECONDARY"].size and base not in model.node_sets:
+            return base
+    part = np.full(model.nodes.count, -1, dtype=np.int64)
+    for i, p in enumerate(model.parts):
+        part[p.nodes_idx] = i
+    for name, rows in _named_sets(model).items():
+        sides = part[rows]
+        if (
+            rows.size % 2 == 0
+            and np.unique(sides[::2]).size == np.unique(sides[1::2]).size == 1
+            and (sides[0] != sides[1] and sides.min() >= 0)
+        ):
+            return name
+    return None
+
+
+def _outputs(model: Model) -> tuple[str, ...]:
+    """Small sets of nodes that carry elements and follow nothing, the smallest first."""
+    following, structural = _following(model), _with_elements(model)
+    good = [
+        (rows.size, name)
+        for name, rows in _named_sets(model).items()
+        if structural[rows].all() and not following[rows].any()
+    ]
+    return tuple(name for _, name in sorted(good)[:OUTPUTS])

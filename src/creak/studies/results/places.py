@@ -1,0 +1,121 @@
+"""Where it rattles: gap channels that touch beside each other are one place, the hardest hit place comes first."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from creak.arrays import FloatArray, IntArray
+from creak.contact.gap_operator import GapOperator
+from creak.model.plain_mesh import Mesh
+from creak.studies.run.job import Run, StudyResult, events_in
+from creak.verify.events import Event, find_events
+
+NEAR = 0.02
+"""Share of the model's diagonal up to which channels that touch are neighbours; those of one element always are."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A patch of neighbouring channels of one contact, and what happened there in the verification window."""
+
+    number: int
+    """From 1, by worst force."""
+    contact: str
+    channels: IntArray
+    """Columns of the run's gaps and forces."""
+    nodes_idx: IntArray
+    """Rows of their secondary nodes."""
+    node_idx: int
+    """Row of the node that was hit hardest."""
+    events: tuple[Event, ...]
+    """Events of these channels alone, micro-contacts merged as everywhere."""
+
+    @property
+    def force(self) -> float:
+        """Worst low-passed force of its channels together."""
+        return max(e.force_place for e in self.events)
+
+    @property
+    def speed(self) -> float:
+        """Highest closing speed."""
+        return max(e.closing_speed for e in self.events)
+
+    @property
+    def impulse(self) -> float:
+        """Sum over the events."""
+        return sum(e.impulse for e in self.events)
+
+
+def find_places(result: StudyResult, run: Run) -> tuple[Place, ...]:
+    """The places at which events begin in the verification window, by worst force.
+
+    Touched channels of one contact belong together where their nodes share an element or lie within `NEAR` of the
+    model's size, and so on from neighbour to neighbour.
+    """
+    h, gaps, model = run.history, result.gaps, result.setup.model
+    inside = (h.time >= result.window[0]) & (h.time <= result.window[1])
+    touched = np.flatnonzero((h.force[inside] > 0.0).any(axis=0)).astype(np.int64)
+    if not touched.size:
+        return ()
+    patch = _patches(model, gaps, touched)
+    names = np.full(gaps.m, "", dtype=object)
+    names[touched] = [f"{p}" for p in patch]
+    v = result.setup.study.config.verification
+    only = gaps.select(touched)
+    short = replace(h, gap=h.gap[:, touched], force=h.force[:, touched])
+    named = replace(only, group=tuple(names[touched].tolist()))
+    events = events_in(find_events(short, named, v.merge, v.f_max), result.window)
+    places = []
+    for p in np.unique(patch).tolist():
+        own = tuple(e for e in events if e.group == f"{p}")
+        if own:
+            channels = touched[patch == p]
+            hardest = max(own, key=lambda e: e.force_peak_filtered)
+            contact = gaps.group[int(channels[0])]
+            places.append(Place(0, contact, channels, np.unique(gaps.nodes_idx[channels]), hardest.node_idx, own))
+    places.sort(key=lambda place: -place.force)
+    return tuple(replace(place, number=k) for k, place in enumerate(places, start=1))
+
+
+def place_of(places: tuple[Place, ...], event: Event) -> Place | None:
+    """The place at which the hardest channel of an event lies."""
+    return next((p for p in places if p.contact == event.group and event.node_idx in p.nodes_idx), None)
+
+
+def near(model: Mesh) -> float:
+    """Distance up to which touched channels are neighbours, length."""
+    return NEAR * float(np.linalg.norm(np.ptp(model.nodes.coords, axis=0)))
+
+
+def _patches(model: Mesh, gaps: GapOperator, touched: IntArray) -> IntArray:
+    """(n_touched,) number of the patch of each channel."""
+    group = np.unique(np.array(gaps.group, dtype=object)[touched].astype(str), return_inverse=True)[1]
+    nodes = gaps.nodes_idx[touched]
+    pairs = np.concatenate([_close(model.nodes.coords[nodes], near(model)), _of_one_element(model, nodes)])
+    pairs = pairs[group[pairs[:, 0]] == group[pairs[:, 1]]]
+    n = touched.size
+    graph = sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def _close(xyz: FloatArray, distance: float) -> IntArray:
+    """(k, 2) pairs of points no further apart; points in one place included."""
+    return cKDTree(xyz).query_pairs(distance * (1.0 + 1e-9), output_type="ndarray").astype(np.int64).reshape(-1, 2)
+
+
+def _of_one_element(model: Mesh, nodes: IntArray) -> IntArray:
+    """(k, 2) pairs of places in `nodes` whose nodes belong to one element."""
+    row = np.full(model.nodes.count, -1, dtype=np.int64)
+    row[nodes] = np.arange(nodes.size)
+    pairs = [np.zeros((0, 2), dtype=np.int64)]
+    for block in model.blocks:
+        at = row[block.nodes_idx]
+        for shift in range(1, at.shape[1]):
+            both = np.stack([at, np.roll(at, shift, axis=1)], axis=-1)
+            pairs.append(both[(both >= 0).all(axis=-1)])
+    return np.concatenate(pairs)

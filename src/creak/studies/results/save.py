@@ -1,0 +1,162 @@
+"""What a study leaves on disk: summary.json, results.h5, convergence.csv and report.html, together or not at all."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.recovery import by_node, recovered
+from creak.dynamics.history import ENERGIES, History
+from creak.formats.complete_file import files_together, write_bytes, write_text
+from creak.formats.destination import destination
+from creak.formats.partials import remove_dead
+from creak.formats.results import ContactRecord, Field, RunRecord, put_results
+from creak.formats.run_identity import CONVERGENCE, REPORT, RESULTS, SUMMARY, stale_files, write_identity
+from creak.formats.tree import write_tree
+from creak.model.plain_mesh import PlainMesh, plain_mesh
+from creak.signals.resampling import cell_means
+from creak.studies.converge.variants import Convergence
+from creak.studies.converge.words import csv_rows
+from creak.studies.run.integrate import output_times
+from creak.studies.run.job import Run, StudyResult
+
+MARGIN = 4
+"""Instants before and after a touch that are stored with it."""
+
+
+def check_folder(folder: Path) -> None:
+    """Check that the files of a run can stand in `folder`.
+
+    Raises
+    ------
+    InputError : one of their names is taken by a folder, a pipe or another node.
+    """
+    for name in (RESULTS, CONVERGENCE, REPORT, SUMMARY):
+        destination(folder / name, stream=False)
+
+
+def save(
+    result: StudyResult,
+    summary: dict[str, Any],
+    folder: Path,
+    more: Callable[[h5py.File], None] | None = None,
+    *,
+    convergence: Convergence | None = None,
+    page: str | None = None,
+) -> list[Path]:
+    """Write the files of a run into `folder` (made if need be); all appear when the last of them is complete.
+
+    summary.json is the last to appear and the first of its predecessors to go: where it is, all others are of its run.
+    Page and table of an earlier run that this one does not replace are removed.
+
+    Parameters
+    ----------
+    more : writes what else belongs into results.h5, the mesh included; without it the mesh is there with fields only.
+    convergence : for convergence.csv. page : the text of report.html.
+
+    Raises
+    ------
+    WriteError : the disk is full, or fails; what was there before is as it was.
+    """
+    check_folder(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    remove_dead(folder)
+    run = result.identity
+    records = {name: _record(one, result) for name, one in result.runs.items()}
+    c = result.setup.study.config
+    attributes = {"creak": summary["creak"], "title": c.title, "units": c.model.units, "study": result.setup.study.text}
+    if more is None and any(record.field is not None for record in records.values()):
+        more = partial(_write_mesh, mesh=plain_mesh(result.setup.model))
+
+    def rest(file: h5py.File) -> None:
+        write_identity(file, run)
+        if more is not None:
+            more(file)
+
+    text = json.dumps(summary, indent=2, allow_nan=False) + "\n"
+    texts = {CONVERGENCE: None if convergence is None else _table(convergence, run.id), REPORT: page, SUMMARY: text}
+    given = {name: words.encode("utf-8") for name, words in texts.items() if words is not None}
+    more_bytes = sum(map(len, given.values()))
+    with files_together() as files:
+        with files.file(folder / RESULTS, more_bytes) as unfinished:
+            put_results(unfinished, records, attributes, c.model.units, rest)
+        for name, data in given.items():
+            more_bytes -= len(data)
+            with files.file(folder / name, more_bytes) as unfinished:
+                write_bytes(unfinished, data)
+        files.appear(stale_files(folder, run, frozenset(given)))
+    return [folder / name for name in (SUMMARY, RESULTS, CONVERGENCE, REPORT) if name in given or name == RESULTS]
+
+
+def save_convergence(convergence: Convergence, folder: Path, run: str) -> Path:
+    """Write convergence.csv into `folder`: a line for each figure of each event, `run` the last cell of each."""
+    path = folder / CONVERGENCE
+    write_text(path, _table(convergence, run))
+    return path
+
+
+def _table(convergence: Convergence, run: str) -> str:
+    head, *rows = csv_rows(convergence)
+    text = io.StringIO(newline="")
+    csv.writer(text, lineterminator="\n").writerows([[*head, "run"], *([*row, run] for row in rows)])
+    return text.getvalue()
+
+
+def _write_mesh(file: h5py.File, mesh: PlainMesh) -> None:
+    write_tree(file.create_group("model"), mesh)
+
+
+def _record(run: Run, result: StudyResult) -> RunRecord:
+    h, nodes, watched = run.history, result.setup.model.nodes, result.setup.watched
+    at, friction = h.output_index, result.gaps.friction
+    rubbing = np.zeros(0, dtype=np.int64) if friction is None else friction.channels
+    touched = np.flatnonzero((h.force > 0.0).any(axis=0))
+    return RunRecord(
+        time=h.time[at],
+        gap=h.gap[at],
+        normal_force=cell_means(h.time, h.force, h.time[at]),
+        slip=h.slip,
+        friction_force=_means(h, h.tangential),
+        slip_speed=_means(h, h.sliding),
+        contact=ContactRecord(_near_contact(h), h.time, touched, h.gap, h.force, rubbing, h.tangential, h.sliding),
+        displacement=h.displacement.reshape(at.size, watched.size, 6),
+        node_ids=nodes.ids[watched].astype(np.int64),
+        node_names=[nodes.label(int(i)) for i in watched],
+        channels=result.gaps.names,
+        channel_nodes=nodes.ids[result.gaps.nodes_idx].astype(np.int64),
+        energy=h.energy[at],
+        energy_terms=ENERGIES,
+        field=_field(run, result),
+    )
+
+
+def _means(h: History, x: FloatArray) -> FloatArray:
+    """Means over the output intervals of what only rubbing channels have."""
+    return cell_means(h.time, x, h.time[h.output_index]) if x.size else np.zeros((h.output_index.size, 0))
+
+
+def _near_contact(h: History) -> IntArray:
+    """Instants at which anything presses, and `MARGIN` before and after."""
+    pressed = np.asarray((h.force > 0.0).any(axis=1))
+    near = np.convolve(pressed, np.ones(2 * MARGIN + 1), mode="full")[MARGIN : MARGIN + pressed.size] > 0.5
+    return np.flatnonzero(near)
+
+
+def _field(run: Run, result: StudyResult) -> Field | None:
+    h, nodes = run.history, result.setup.model.nodes
+    if not h.whole_at.size:
+        return None
+    parts = result.setup.study.config.time.substeps
+    s = result.setup.loads.support[0, parts * h.whole_at].T
+    labels = run.system.labels
+    blocks = ((here, by_node(u, labels, nodes.count)) for here, u in recovered(run.system, h.coordinates, s))
+    return Field(output_times(result.setup)[h.whole_at], blocks, nodes.ids.astype(np.int64), nodes.coords)

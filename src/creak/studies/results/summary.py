@@ -1,0 +1,241 @@
+"""summary.json: what a study found, for machines."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+import creak
+from creak.dynamics.history import ENERGIES
+from creak.model.mesh import Model
+from creak.studies.converge.settled import KEYS, settled_to, verdict_of
+from creak.studies.converge.variants import Convergence
+from creak.studies.converge.words import as_dict
+from creak.studies.results.places import Place, find_places
+from creak.studies.run.compared import event_statistics
+from creak.studies.run.job import Run, StudyResult
+from creak.studies.warned import warnings_of
+from creak.verify.events import Event
+from creak.verify.matching import Errors, EventMatch
+from creak.verify.reliability import UNRELIABLE, created_of_contact
+from creak.verify.slips import SlipEvent, squeak_rates
+
+ROUND_OFF = 1e-9
+"""Share of the external work below which no energy counts as created."""
+
+
+def summarise(result: StudyResult, convergence: Convergence | None = None) -> dict[str, Any]:
+    """The summary as plain numbers, strings and lists; infinite or undefined figures are null.
+
+    Parameters
+    ----------
+    convergence : of `creak.studies.converge.variants`, where it was looked at.
+    """
+    setup, model = result.setup, result.setup.model
+    c = setup.study.config
+    summary = {
+        "creak": creak.__version__,
+        "run": result.identity.as_dict(),
+        "title": c.title,
+        "units": c.model.units,
+        "model": _model(result),
+        "precheck": {"candidates": setup.contacts.m, "kept": result.gaps.m - setup.connectors.m},
+        "seeds": {name: t.signal.seed for name, t in c.excitation.items() if t.signal.type == "multisine"},
+        "runs": {name: _run(run, result, model, convergence) for name, run in result.runs.items()},
+        "superelements": {name: health.as_dict() for name, health in result.health.items()},
+        "verification": _verification(result),
+        "unread": [
+            {"keyword": u.keyword, "where": u.where, "changes_answer": u.changes_answer, "why": u.why}
+            for u in model.unread
+        ],
+        "notes": result.notes,
+        "warnings": warnings_of(result.notes),
+        "stopped": result.stopped,
+    }
+    if convergence is not None:
+        summary["convergence"] = as_dict(convergence)
+    return _plain(summary)
+
+
+def unreliable_runs(summary: dict[str, Any]) -> list[str]:
+    """Run and reason of each run of a summary that cannot be relied on, a sentence each."""
+    runs = {name: run for name, run in summary["runs"].items() if run.get("verdict") == UNRELIABLE}
+    return [f"{name} run: {reason}" for name, run in runs.items() for reason in run["reasons"]]
+
+
+def _model(result: StudyResult) -> dict[str, Any]:
+    model, parts = result.setup.model, result.reference.parts
+    in_parts, in_elements = (p.nodes_idx for p in model.parts), (b.nodes_idx.ravel() for b in model.blocks)
+    used = np.unique(np.concatenate([*in_parts, *in_elements]))
+    return {
+        "nodes": model.nodes.count,
+        "elements": model.n_elements,
+        "dof": 6 * int(used.size),
+        "free_dof": result.reference.system.n,
+        "mass": result.reference.system.stats["mass"],
+        "parts": {
+            p.name: {
+                "nodes": int(model.parts[i].nodes_idx.size),
+                "elements": int(p.stats["elements"]),
+                "mass": p.stats["mass"],
+            }
+            for i, p in enumerate(parts)
+        },
+    }
+
+
+def _run(run: Run, result: StudyResult, model: Model, convergence: Convergence | None) -> dict[str, Any]:
+    h = run.history
+    penetration, verdict = float(max(0.0, -h.gap.min(initial=0.0))), verdict_of(run, result, convergence)
+    mine = convergence if convergence is not None and convergence.model == run.name else None
+    settled = {} if mine is None else {id(e.event): settled_to(e) for e in mine.events}
+    unknown = dict.fromkeys(KEYS.values())
+    return {
+        **({} if verdict is None else {"verdict": verdict.word}),
+        "reasons": [] if verdict is None else list(verdict.reasons),
+        "integrator": run.integrator,
+        "stopped": run.stopped,
+        "dof": run.system.n,
+        "retained": run.retained,
+        "modes": run.modes,
+        "channels": result.gaps.m,
+        "steps": h.time.size - 1,
+        "end": float(h.time[-1]),
+        "contact_steps": h.contact_steps,
+        "wall_s": run.cost.wall_s,
+        "setup_s": h.setup_s,
+        "cpu_s": run.cost.cpu_s,
+        "offline_cpu_s": run.offline_cpu_s,
+        "offline_wall_s": run.offline_wall_s,
+        "peak_rss_gb": run.cost.peak_rss_gb,
+        "energy_error": -h.energy_created if h.energy_created > ROUND_OFF else h.energy_dissipated_by_scheme,
+        "energy_created": h.energy_created,
+        "energy_created_of_contact": created_of_contact(h),
+        "scheme_dissipation": h.energy_dissipated_by_scheme,
+        "energies": dict(zip(ENERGIES, h.energy[-1].tolist(), strict=True)),
+        "worst_residual": h.residual,
+        "events": [_event(e, model) | {"settled_to": settled.get(id(e), unknown)} for e in run.events],
+        "places": [_place(p, run, model) for p in find_places(result, run)],
+        "slip_events": [_slip_event(e, model) for e in run.slips],
+        "squeak_rate": squeak_rates(run.slips, result.window),
+        "max_force": float(h.force.max(initial=0.0)),
+        "max_penetration": penetration,
+        "penetration_max": penetration,
+        "gap_min": float(h.gap.min()) if h.gap.size else None,
+        "impulse_total": float((h.weights @ h.force).sum()),
+    }
+
+
+def _event(e: Event, model: Model) -> dict[str, Any]:
+    return {
+        "contact": e.group,
+        "channel": e.channel,
+        "node": int(model.nodes.ids[e.node_idx]),
+        "t_start": e.t_start,
+        "t_peak": e.t_peak,
+        "t_end": e.t_end,
+        "force_peak": e.force_peak,
+        "force_peak_filtered": e.force_peak_filtered,
+        "force_place": e.force_place,
+        "impulse": e.impulse,
+        "closing_speed": e.closing_speed,
+        "contacts": e.contacts,
+        "touches": e.touches,
+    }
+
+
+def _place(p: Place, run: Run, model: Model) -> dict[str, Any]:
+    """Figures over the verification window; loudness (n5, n_max) is not computed yet and null."""
+    whole = float((run.history.weights @ run.history.force).sum())
+    return {
+        "name": f"{p.contact} {p.number}",
+        "contact": p.contact,
+        "nodes": model.nodes.ids[p.nodes_idx].tolist(),
+        "events": len(p.events),
+        "impulse": p.impulse,
+        "force": p.force,
+        "closing_speed": p.speed,
+        "n5": None,
+        "n_max": None,
+        "share": p.impulse / whole if whole > 0.0 else None,
+    }
+
+
+def _slip_event(e: SlipEvent, model: Model) -> dict[str, Any]:
+    return {
+        "contact": e.group,
+        "channel": e.channel,
+        "node": int(model.nodes.ids[e.node_idx]),
+        "t_start": e.t_start,
+        "t_end": e.t_end,
+        "slip_length": e.slip_length,
+        "speed_peak": e.speed_peak,
+        "friction_work": e.friction_work,
+        "rate": e.rate,
+        "slips": e.slips,
+    }
+
+
+def _verification(result: StudyResult) -> dict[str, Any]:
+    out: dict[str, Any] = {"window": list(result.window)}
+    if result.modes is not None:
+        m = result.modes
+        out["mac"] = m.pairs.mac.tolist()
+        out["frequencies"] = [
+            [f, float(m.freq_reduced[j]) if j >= 0 else None]
+            for f, j in zip(m.freq_reference.tolist(), m.pairs.partner.tolist(), strict=True)
+        ]
+    if result.spectra is not None:
+        out["nrmse"] = result.spectra.nrmse
+    if result.events is not None:
+        out["events"] = _matched(result.events) | {"statistics": _statistics(result)}
+    return out
+
+
+def _matched(match: EventMatch) -> dict[str, Any]:
+    return {
+        "reference": len(match.pairs) + len(match.missed),
+        "reduced": len(match.pairs) + len(match.extra),
+        "matched": len(match.pairs),
+        "missed": len(match.missed),
+        "extra": len(match.extra),
+        "precision": match.precision,
+        "recall": match.recall,
+        "time_error": _errors(match.time_error),
+        "force_error": _errors(match.force_error),
+        "impulse_error": _errors(match.impulse_error),
+        "amplitude_ratio_mean": match.amplitude_ratio_mean,
+        "impulse_ratio_mean": match.impulse_ratio_mean,
+        "within_5_percent": match.within_5_percent,
+    }
+
+
+def _errors(e: Errors) -> dict[str, Any]:
+    return {"mean": e.mean, "bias": e.bias, "percentile_95": e.percentile_95, "each": e.each.tolist()}
+
+
+def _statistics(result: StudyResult) -> dict[str, Any]:
+    s = event_statistics(result)
+    distances = {"force": s.force, "impulse": s.impulse}
+    return {
+        "chaotic": s.chaotic,
+        "rate": {"reference": s.rate[0], "reduced": s.rate[1], "alike": s.rates_alike},
+        **{
+            f"{name}_distance": None if d is None else {"value": d.value, "critical": d.critical, "alike": d.alike}
+            for name, d in distances.items()
+        },
+    }
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

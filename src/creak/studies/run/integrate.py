@@ -1,0 +1,266 @@
+"""The integrator that a study asks for, and the compiled one wherever a System allows it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.channels import channel_matrices
+from creak.dynamics.condensed import step_limited_stiffness
+from creak.dynamics.flight import simulate_high_order
+from creak.dynamics.flow_march import SAMPLES, simulate_flow
+from creak.dynamics.flow_resolution import SETTLED, Resolution, finer
+from creak.dynamics.history import History
+from creak.dynamics.loads import Loads, refined
+from creak.dynamics.modal_coefficients import MasslessBoundary, is_modal
+from creak.dynamics.modal_march import simulate_modal
+from creak.dynamics.modal_massless import massless_substeps
+from creak.dynamics.modal_taper import tapered
+from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
+from creak.dynamics.simulate import simulate
+from creak.studies.file.config import TimeTable
+from creak.studies.prepare.excitation import sample_loads, time_axis
+from creak.studies.prepare.flight_steps import RESOLUTIONS
+from creak.studies.prepare.setup import Setup
+
+Report = Callable[[int, int], None]
+GRADED = 5
+"""Flights that a step of an unreduced model near contact is tried in before it is taken sample by sample."""
+HARD = 1e30
+"""Stiffness in place of infinity before it is limited, force / length."""
+HALVINGS = 3
+"""Most halvings of their steps in contact."""
+CARRIED = 0.2
+"""Share of a contact spring that a step must carry: below it energy is created (two steel strips: 1.5 % of what contact
+takes up at .1, none at .3)."""
+IN_CONTACT = HHT(1.0 - math.sqrt(2.0))
+"""Of their steps in contact: dissipation where contact chatters, beyond 10 kHz, as Abaqus takes it for contact."""
+
+
+def scheme_of(table: TimeTable) -> Scheme:
+    """HHT-alpha or generalised-alpha; HHT-alpha beside a massless boundary, for models that have none."""
+    return generalised_alpha(table.rho_inf) if table.integrator == "generalised-alpha" else HHT(table.alpha)
+
+
+def integrate(
+    setup: Setup,
+    system: System,
+    gaps: GapOperator,
+    *,
+    observed: IntArray,
+    output_every: int,
+    whole_at: IntArray,
+    progress: Report | None = None,
+) -> tuple[History, System, str]:
+    """March a System through the study's loads; the history, the System as it was marched, and how in a few words.
+
+    Without a forced scheme diagonal Systems are marched by exact flow, all others by `_stepped`. With a forced one
+    diagonal Systems run in compiled code; with integrator = "massless-boundary" those that have massless coordinates
+    are marched by it, with as many substeps near contact as its springs need, all others by HHT-alpha.
+    """
+    table = setup.study.config.time
+    if table.exact:
+        march = _flown if is_modal(system) else _stepped
+        return march(setup, system, gaps, observed, output_every, whole_at, progress)
+    if table.integrator == "massless-boundary" and is_modal(system) and _has_massless(system):
+        return _massless(setup, system, gaps, observed, output_every, whole_at, progress)
+    history = simulator(system)(
+        system,
+        gaps,
+        setup.loads,
+        scheme_of(table),
+        observed=observed,
+        output_every=output_every,
+        whole_at=whole_at,
+        substeps=table.substeps,
+        progress=progress,
+    )
+    name = "generalised-alpha" if table.integrator == "generalised-alpha" else "HHT-alpha"
+    return history, system, name if table.substeps == 1 else f"{name}, {table.substeps} substeps near contact"
+
+
+def _flown(
+    setup: Setup,
+    system: System,
+    gaps: GapOperator,
+    observed: IntArray,
+    output_every: int,
+    whole_at: IntArray,
+    progress: Report | None,
+) -> tuple[History, System, str]:
+    history = simulate_flow(
+        system,
+        gaps,
+        setup.loads,
+        resolution=resolution_of(setup),
+        observed=observed,
+        output_every=output_every,
+        whole_at=whole_at,
+        progress=progress,
+    )
+    return history, system, f"exact flow, steps near contact from {shortest_step(history):.2g} s"
+
+
+def resolution_of(setup: Setup) -> Resolution:
+    """How finely contact is resolved."""
+    return finer(RESOLUTIONS[setup.study.config.time.accuracy], setup.refined)
+
+
+def shortest_step(history: History) -> float:
+    """s between two instants of a history."""
+    return float(np.diff(history.time).min(initial=np.inf))
+
+
+def _stepped(
+    setup: Setup,
+    system: System,
+    gaps: GapOperator,
+    observed: IntArray,
+    output_every: int,
+    whole_at: IntArray,
+    progress: Report | None,
+) -> tuple[History, System, str]:
+    parts = _parts(setup, system, gaps)
+    springs = _with_springs(setup, system, gaps, parts)
+    history = simulate_high_order(
+        system,
+        springs,
+        divided_loads(setup, parts),
+        IN_CONTACT,
+        observed=observed,
+        output_every=output_every,
+        whole_at=whole_at,
+        substeps=parts,
+        graded=GRADED,
+        progress=progress,
+    )
+    step = setup.study.config.time.step
+    return history, system, f"flights of order 5 of {step:.2g} s, HHT-alpha of {step / parts:.2g} s in contact"
+
+
+def _parts(setup: Setup, system: System, gaps: GapOperator) -> int:
+    """Steps in contact of a flight step: short enough that contact springs do not throw nodes back within a step.
+
+    Halved, up to `HALVINGS` times, until the stiffest springs that a step carries are `CARRIED` of those of the study.
+    """
+    step, positions = setup.study.config.time.step, setup.model.nodes.coords[gaps.nodes_idx]
+    parts = GRADED * math.ceil(step / resolution_of(setup).stepped / GRADED)
+    springs = np.isfinite(gaps.stiffness) & (gaps.stiffness > 0.0)
+    every = replace(gaps, step_limited=springs)
+    for _ in range(HALVINGS if springs.any() else 0):
+        carried = step_limited_stiffness(system, every, positions, IN_CONTACT, step / parts)
+        if float((carried / gaps.stiffness)[springs].min()) >= CARRIED:
+            break
+        parts *= 2
+    return parts
+
+
+def _with_springs(setup: Setup, system: System, gaps: GapOperator, parts: int) -> GapOperator:
+    """Hard channels as the stiffest springs that a step carries: none throws a node back within it."""
+    hard = np.isinf(gaps.stiffness)
+    if not hard.any():
+        return gaps
+    stiff = replace(gaps, stiffness=np.where(hard, HARD, gaps.stiffness), step_limited=hard)
+    positions, step = setup.model.nodes.coords[gaps.nodes_idx], setup.study.config.time.step
+    return replace(stiff, stiffness=step_limited_stiffness(system, stiff, positions, IN_CONTACT, step / parts))
+
+
+def simulate_settled(
+    system: System,
+    gaps: GapOperator,
+    loads: Loads,
+    *,
+    observed: IntArray,
+    output_every: int = 1,
+    progress: Report | None = None,
+) -> History:
+    """A System through sampled loads at the default accuracy; a step of the loads is a flight step."""
+    if is_modal(system):
+        return simulate_flow(
+            system, gaps, refined(loads, SAMPLES), observed=observed, output_every=output_every, progress=progress
+        )
+    parts = GRADED * math.ceil(loads.step / SETTLED.stepped / GRADED)
+    return simulate_high_order(
+        system,
+        gaps,
+        refined(loads, parts),
+        IN_CONTACT,
+        observed=observed,
+        output_every=output_every,
+        substeps=parts,
+        graded=GRADED,
+        progress=progress,
+    )
+
+
+def linear_run(setup: Setup, system: System, scheme: Scheme, progress: Report | None) -> History:
+    """Of the contacts' channels without any force, on a diagonal System; only gaps are kept."""
+    silent, nothing = setup.contacts.without_force(), np.zeros(0, dtype=np.int64)
+    table = setup.study.config.time
+    every = setup.loads.n_step // table.substeps
+    if table.exact:
+        return simulate_flow(system, silent, setup.loads, observed=nothing, output_every=every, progress=progress)
+    return simulator(system)(
+        system,
+        silent,
+        setup.loads,
+        scheme,
+        observed=nothing,
+        output_every=every,
+        substeps=table.substeps,
+        progress=progress,
+    )
+
+
+def simulator(system: System) -> Callable[..., History]:
+    """The compiled march for diagonal Systems, the general one for others."""
+    return simulate_modal if is_modal(system) else simulate
+
+
+def _has_massless(system: System) -> bool:
+    return bool(np.any(np.asarray(system.M.diagonal()) <= 0.0))
+
+
+def _massless(
+    setup: Setup,
+    system: System,
+    gaps: GapOperator,
+    observed: IntArray,
+    output_every: int,
+    whole_at: IntArray,
+    progress: Report | None,
+) -> tuple[History, System, str]:
+    table = setup.study.config.time
+    if gaps.presses:
+        system = tapered(system, channel_matrices(system, gaps).rows)
+    parts = massless_substeps(system, gaps, table.step, table.substeps) if gaps.presses else 1
+    history = simulate_modal(
+        system,
+        gaps,
+        divided_loads(setup, parts),
+        MasslessBoundary(),
+        observed=observed,
+        output_every=output_every,
+        whole_at=whole_at,
+        substeps=parts,
+        progress=progress,
+    )
+    return history, system, f"massless boundary, {parts} substeps near contact"
+
+
+def divided_loads(setup: Setup, parts: int) -> Loads:
+    """The loads with `parts` samples a step."""
+    if parts == setup.study.config.time.substeps:
+        return setup.loads
+    return sample_loads(setup.model, setup.study, time_axis(setup.study, parts))
+
+
+def output_times(setup: Setup) -> FloatArray:
+    """(n_step + 1,) ends of the whole steps."""
+    return np.asarray(setup.loads.time[:: setup.study.config.time.substeps])

@@ -1,0 +1,57 @@
+"""The linear pre-check: which contact channels can close at all (thesis 3.3.2)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.scheme import Scheme
+from creak.reduction.modal import modal_system
+from creak.studies.models.reference import Progress, ReferenceModel, static_shapes
+from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.start_check import nothing_closes
+from creak.studies.run.integrate import linear_run
+
+
+def precheck(
+    setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress
+) -> tuple[GapOperator, list[str]]:
+    """Contact channels whose gap falls to the margin in a linear run (thesis 3.3.2).
+
+    The run uses the modes of the assembly on top of the quasi-static motion of its supports and loads.
+    """
+    return prechecked(setup, with_linear_gaps(setup, reference, scheme, progress))
+
+
+def with_linear_gaps(setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress) -> ReferenceModel:
+    """The same with the gaps of the linear run, where the study asks for a pre-check and the structure is held."""
+    if not setup.study.config.precheck.enabled or setup.contacts.m == 0 or reference.stiffness is None:
+        return reference
+    return replace(reference, linear_gaps=linear_gaps(setup, reference, scheme, progress))
+
+
+def prechecked(setup: Setup, reference: ReferenceModel) -> tuple[GapOperator, list[str]]:
+    """Channels that the gaps of the linear run let close, and a note of it."""
+    table, contacts = setup.study.config.precheck, setup.contacts
+    if not table.enabled or contacts.m == 0:
+        return contacts, []
+    if reference.linear_gaps is None:
+        return contacts, ["the pre-check was skipped: only contact holds the structure; all channels are kept"]
+    keep = np.flatnonzero(reference.linear_gaps <= table.margin)
+    note = f"pre-check: {keep.size} of {contacts.m} channels kept (linear gap falls to {table.margin:g} or less)"
+    return contacts.select(keep), [note] if keep.size else [
+        note,
+        nothing_closes(contacts, reference.linear_gaps, table.margin),
+    ]
+
+
+def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress) -> FloatArray:
+    """(m,) smallest gap of every contact channel over a run without contact."""
+    R = reference.support_shapes
+    assert reference.stiffness is not None
+    system = modal_system(reference.system, reference.modes, R, static_shapes(setup, reference))
+    history = linear_run(setup, system, scheme, lambda done, total: progress("linear pre-check", done, total))
+    return np.asarray(history.gap.min(axis=0))

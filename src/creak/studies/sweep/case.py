@@ -1,0 +1,217 @@
+"""One case of a sweep: run, and its folder, which holds the complete result or is not there."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import shutil
+import socket
+import time
+import traceback
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import scipy
+from threadpoolctl import threadpool_info
+
+import creak
+from creak.errors import CreakError, InputError, NumericalError
+from creak.formats.complete_file import write_text
+from creak.formats.partials import partial_name
+from creak.formats.run_identity import RESULTS, SUMMARY, identity_in, identity_of
+from creak.studies.file.reader import read_study
+from creak.studies.models.superelements import save_superelement
+from creak.studies.prepare.setup import set_up
+from creak.studies.results.save import save
+from creak.studies.results.summary import summarise, unreliable_runs
+from creak.studies.run.job import StudyResult, run_study
+from creak.studies.sweep.figures import flat_figures
+from creak.studies.sweep.reference import SharedReference
+from creak.verify.reliability import UNRELIABLE
+
+RECORD = "case.json"
+DONE, FAILED, NOT_RUN = "done", "failed", "not run"
+WHY = "unreliable"
+"""Key of a record: why its figures are worth nothing; empty where nothing speaks against them."""
+
+Report = Callable[[StudyResult, dict[str, Any], Path], None]
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a worker needs to run a case; all paths absolute."""
+
+    name: str
+    id: str
+    study: Path
+    folder: Path
+    """Of its results."""
+    superelements: Path
+    """Folder shared by all cases."""
+    reference: Path | None
+    """File of the run of the unreduced model, shared by the cases that have the same."""
+    hashes: Mapping[str, str]
+    """For the record: of the study and of the deck."""
+    creak: str
+    """Version that the results are to come from."""
+    ignore: tuple[str, ...] = ()
+    report: Report | None = None
+    """Writes what else belongs into the folder."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a case ended."""
+
+    status: str
+    error: str
+    record: Mapping[str, Any]
+    """Figures and provenance, plain data."""
+
+
+def run_case(task: Task) -> Outcome:
+    """Run a case unless its folder has the result already; errors become part of the outcome."""
+    record = finished_record(task.folder, task.id)
+    if record is not None:
+        return ended(record)
+    start = time.perf_counter()
+    error = ""
+    try:
+        return ended(_made(task, start))
+    except CreakError as problem:
+        error = str(problem)
+    except MemoryError:
+        error = "out of memory; use fewer workers, a coarser mesh or fewer outputs"
+    except Exception as problem:
+        at = traceback.extract_tb(problem.__traceback__)[-1]
+        error = f"{type(problem).__name__}: {problem} ({Path(at.filename).name}:{at.lineno})"
+    return Outcome(FAILED, error, provenance(task, start))
+
+
+def ended(record: Mapping[str, Any]) -> Outcome:
+    """How a case with a result ended: done, or unreliable with the reason in place of an error."""
+    why = record.get(WHY, "")
+    return Outcome(UNRELIABLE if why else DONE, why, record)
+
+
+def _made(task: Task, start: float) -> dict[str, Any]:
+    if task.creak != creak.__version__:
+        raise InputError(
+            f"the worker on {socket.gethostname()} has creak {creak.__version__}, the sweep was started with "
+            f"{task.creak}",
+            fix="Install the same version everywhere.",
+        )
+    if not task.study.is_file():
+        raise InputError(
+            f"the worker on {socket.gethostname()} does not see {task.study}",
+            expected="a folder that all workers share",
+            fix="Name one with --out.",
+        )
+    setup = set_up(read_study(task.study), task.ignore)
+    reference = None if task.reference is None else SharedReference(task.reference)
+    result = run_study(setup, lambda *_: None, task.superelements, reference)
+    sharing = _keep_superelements(result, task.superelements)
+    if result.stopped is not None:
+        raise NumericalError(result.stopped)
+    sharing["reference_reused"] = reference is not None and reference.reused
+    if sharing["reference_reused"]:
+        result.notes.append("reference run: taken from another case of the sweep, with its costs")
+    summary = summarise(result)
+    why = "; ".join(unreliable_runs(summary))
+    record = {
+        "id": task.id,
+        "run_id": result.identity.id,
+        "name": task.name,
+        WHY: why,
+        **flat_figures(summary),
+        **sharing,
+    }
+
+    def write(folder: Path) -> None:
+        save(result, summary, folder)
+        if task.report is not None:
+            task.report(result, summary, folder)
+        record.update(provenance(task, start))
+        write_text(folder / RECORD, json.dumps(record, indent=2) + "\n")
+
+    publish(task.folder, task.id, write)
+    return record
+
+
+def _keep_superelements(result: StudyResult, folder: Path) -> dict[str, Any]:
+    """Save what was reduced anew; counts of what was and what was not."""
+    made = () if result.reduced is None else result.reduced.superelements
+    for reduced in made:
+        if not reduced.reused:
+            health = result.health.get(reduced.system.name)
+            about = {"deck": str(result.setup.model.source), "health": None if health is None else health.as_dict()}
+            save_superelement(folder, reduced, result.setup.model, about, shared=True)
+    reused = sum(r.reused for r in made)
+    return {"superelements_reused": reused, "superelements_made": len(made) - reused}
+
+
+def publish(folder: Path, id: str, write: Callable[[Path], None]) -> None:
+    """Have `write` fill a hidden folder, then rename it; a result of an older study gives way to it."""
+    partial = folder.with_name(partial_name(folder.name))
+    partial.mkdir(parents=True)
+    try:
+        write(partial)
+        if folder.exists() and finished_record(folder, id) is None:
+            old = folder.with_name(partial_name(folder.name))
+            os.rename(folder, old)
+            shutil.rmtree(old, ignore_errors=True)
+        try:
+            os.rename(partial, folder)
+        except OSError:
+            if finished_record(folder, id) is None:  # else another worker has finished the same case meanwhile
+                raise
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def finished_record(folder: Path, id: str | None = None) -> dict[str, Any] | None:
+    """The record of a finished case; None where there is none, one with another id, or files of several runs."""
+    try:
+        record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    fits = isinstance(record, dict) and "id" in record and id in (None, record["id"])
+    return record if fits and _of_one_run(folder, record.get("run_id")) else None
+
+
+def _of_one_run(folder: Path, run_id: str | None) -> bool:
+    """Whether summary.json and results.h5, where they are there, are of the run of the record."""
+    summary, results = folder / SUMMARY, folder / RESULTS
+    try:
+        if summary.exists():
+            of_summary = identity_of(json.loads(summary.read_text(encoding="utf-8")))
+            if run_id != (None if of_summary is None else of_summary.id):
+                return False
+        if results.exists():
+            with h5py.File(results, "r") as file:
+                of_results = identity_in(file)
+            return run_id == (None if of_results is None else of_results.id)
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+    return True
+
+
+def provenance(task: Task, start: float) -> dict[str, Any]:
+    """Where a row of the table comes from."""
+    return {
+        "case_wall_s": time.perf_counter() - start,
+        "creak": creak.__version__,
+        **task.hashes,
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "host": socket.gethostname(),
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "scipy": scipy.__version__,
+        "threads": max((int(pool["num_threads"]) for pool in threadpool_info()), default=1),
+    }

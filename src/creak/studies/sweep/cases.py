@@ -1,0 +1,278 @@
+"""The cases of a sweep: combinations of changes, their names, and the studies that come of them."""
+
+from __future__ import annotations
+
+import copy
+import itertools
+import os
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+import creak
+from creak.errors import InputError, suggest
+from creak.studies.file.config import StudyConfig
+from creak.studies.file.paths import DECKS, Contents, digest, map_paths
+from creak.studies.file.reader import explain
+from creak.studies.file.toml_text import toml_text, toml_value
+from creak.studies.sweep.file import CaseTable, SweepFile, overlap
+
+NAMED = ("contact", "excitation", "superelement")
+"""Tables of named tables: a change may not invent a name."""
+LONGEST = 120
+"""Characters of a folder's name."""
+TAKEN = ("sweep", "superelements", "references")
+"""Names that the sweep uses itself."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One combination of changes."""
+
+    name: str
+    changes: Mapping[str, Any]
+    seed: int | None
+
+
+@dataclass(frozen=True)
+class Case:
+    """A variant with the study that it makes."""
+
+    name: str
+    folder_name: str
+    changes: Mapping[str, Any]
+    """Every key that some case of the sweep changes -> its value in this one; None: the study does not have it."""
+    seed: int | None
+    """Of the multisines, where they share one."""
+    text: str
+    """The study as TOML, for a file in the sweep's folder."""
+    study_hash: str
+    """Of the checked study with all defaults, without its title, and of the files it names besides the deck."""
+    deck_hash: str
+    reference_key: str | None
+    """What the run of the unreduced model depends on; None: the case does not make it."""
+
+    @property
+    def id(self) -> str:
+        """Cases with the same id have the same results."""
+        return digest([self.study_hash, self.deck_hash, creak.__version__])
+
+
+def variants(sweep: SweepFile) -> list[Variant]:
+    """Every case with every point of the grid and every seed, with unique names."""
+    config = sweep.config
+    short = short_keys([*sweep.keys])
+    grid = [dict(zip(config.grid, point, strict=True)) for point in itertools.product(*config.grid.values())]
+    own_cases: list[CaseTable | None] = [*config.case] or [None]
+    seeds: list[int | None] = [*config.seeds] or [None]
+    out = []
+    for case, point, seed in itertools.product(own_cases, grid, seeds):
+        own = {} if case is None else dict(case.changes)
+        words = [] if case is None else [case.name or _words(own, short)]
+        words += [_words(point, short)] if point else []
+        words += [] if seed is None else [f"seed={seed}"]
+        out.append(Variant(",".join(words), {**own, **point}, seed))
+    names = unique([v.name for v in out])
+    return [Variant(name, v.changes, v.seed) for name, v in zip(names, out, strict=True)]
+
+
+def short_keys(keys: Sequence[str]) -> dict[str, str]:
+    """Key -> its last words, as many as it takes to tell it from the others."""
+    out = {}
+    for key in keys:
+        words = key.split(".")
+        ends = [".".join(words[-n:]) for n in range(1, len(words) + 1)]
+        others = [k for k in keys if k != key]
+        out[key] = next((e for e in ends if e != "seed" and not any(f".{k}".endswith(f".{e}") for k in others)), key)
+    return out
+
+
+def _words(changes: Mapping[str, Any], short: Mapping[str, str]) -> str:
+    return ",".join(f"{short[key]}={value_words(value)}" for key, value in changes.items())
+
+
+def value_words(value: Any) -> str:
+    """A value for people: numbers in short, of tables and lists only the values."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return f"{value:g}" if float(f"{value:g}") == value else repr(value)
+    if isinstance(value, Mapping):
+        return "+".join(map(value_words, value.values()))
+    if isinstance(value, list):
+        return "+".join(map(value_words, value))
+    return str(value)
+
+
+def unique(names: Iterable[str]) -> list[str]:
+    """The names, those that occurred before (in whatever case) with a number."""
+    out: list[str] = []
+    seen: set[str] = set()
+    for name in names:
+        numbered = itertools.chain([name], (f"{name}#{k}" for k in itertools.count(2)))
+        free = next(n for n in numbered if n.lower() not in seen)
+        seen.add(free.lower())
+        out.append(free)
+    return out
+
+
+def folder_names(names: Sequence[str]) -> list[str]:
+    """Names that every file system takes, unique too."""
+    safe = [re.sub(r"[^\w.,=+#-]", "_", name).lstrip(".") or "_" for name in names]
+    short = [s if len(s) <= LONGEST else f"{s[: LONGEST - 9]}_{digest(s)[:8]}" for s in safe]
+    return unique([*TAKEN, *short])[len(TAKEN) :]
+
+
+def changed(data: Mapping[str, Any], changes: Mapping[str, Any], seed: int | None) -> dict[str, Any]:
+    """Tables of a study with changes applied; `seed` goes to every multisine.
+
+    Raises
+    ------
+    InputError : a change leads through something that is no table, or to a name that the study does not have.
+    """
+    out = copy.deepcopy(dict(data))
+    for key, value in changes.items():
+        _put(out, key, copy.deepcopy(value))
+    for table in out.get("excitation", {}).values() if seed is not None else ():
+        if isinstance(table.get("signal"), dict) and table["signal"].get("type") == "multisine":
+            table["signal"]["seed"] = seed
+    return out
+
+
+def _put(data: dict[str, Any], key: str, value: Any) -> None:
+    words, table = key.split("."), data
+    for depth, word in enumerate(words[:-1]):
+        table = _inside(table, words, depth, word)
+    if isinstance(table, list):
+        table[_row(table, words, len(words) - 1)] = value
+    else:
+        table[words[-1]] = value
+
+
+def _inside(table: Any, words: Sequence[str], depth: int, word: str) -> Any:
+    if isinstance(table, list):
+        inner = table[_row(table, words, depth)]
+    else:
+        if depth == 1 and words[0] in NAMED and word not in table:
+            raise InputError(f"the base study has no [{words[0]}.{word}]", fix=suggest(word, table))
+        inner = table.setdefault(word, {})
+    if not isinstance(inner, dict | list):
+        raise InputError(f"{'.'.join(words[: depth + 1])} is not a table in the base study, it is {inner!r}")
+    return inner
+
+
+def _row(table: Sequence[Any], words: Sequence[str], depth: int) -> int:
+    word, name = words[depth], ".".join(words[:depth])
+    if not word.isdigit() or int(word) >= len(table):
+        raise InputError(f"the base study has {len(table)} [[{name}]]", expected=f"{name}.0 to {len(table) - 1}")
+    return int(word)
+
+
+def resolve(sweep: SweepFile, out: Path) -> list[Case]:
+    """All cases with their studies checked; nothing is written.
+
+    Parameters
+    ----------
+    out : folder of the sweep; paths in the studies are made relative to it.
+
+    Raises
+    ------
+    InputError : a case is not a correct study, a file that it names is missing.
+    """
+    signals = [t.signal.type for t in sweep.study.excitation.values()]
+    if sweep.config.seeds and "multisine" not in signals and not any("signal" in k for k in sweep.keys):
+        raise InputError(
+            "seeds, but no excitation of the base study is a multisine",
+            where=sweep.where("seeds"),
+            fix="Leave out seeds.",
+        )
+    found, contents = variants(sweep), Contents()
+    folders = folder_names([v.name for v in found])
+    return [_case(sweep, v, folder, out, contents) for v, folder in zip(found, folders, strict=True)]
+
+
+def _case(sweep: SweepFile, variant: Variant, folder: str, out: Path, contents: Contents) -> Case:
+    data, config = checked(sweep, variant)
+    base = sweep.base.parent.resolve()
+    text = toml_text(map_paths(data, lambda _, name: name if Path(name).is_absolute() else _relative(base / name, out)))
+    plain = config.model_dump(mode="json")
+    deck_hash = contents.deck(base / config.model.deck)
+
+    def content(place: tuple[str, ...], name: str) -> str:
+        return (contents.deck if place in DECKS else contents.file)(base / name)
+
+    content_of = map_paths({k: v for k, v in plain.items() if k != "title"}, content)
+    runs_reference = config.reference.run or config.reduction.method == "none"
+    unreduced = {k: v for k, v in content_of.items() if k not in ("reduction", "reference")}
+    key = digest([unreduced, deck_hash, creak.__version__]) if runs_reference else None
+    values = {k: value_at(plain, k) for k in sweep.keys}
+    return Case(variant.name, folder, values, _seed(config), text, digest(content_of), deck_hash, key)
+
+
+def checked(sweep: SweepFile, variant: Variant) -> tuple[dict[str, Any], StudyConfig]:
+    """The study of a variant, as tables and checked.
+
+    Raises
+    ------
+    InputError : a change names a key that studies do not have, or a wrong value.
+    """
+    try:
+        data = changed(sweep.data, variant.changes, variant.seed)
+        return data, StudyConfig.model_validate(data)
+    except InputError as error:
+        problem, keys = error, [k for k in variant.changes if suspicious(k, sweep, variant)]
+    except ValidationError as error:
+        at = [".".join(str(k) for k in e["loc"]) for e in error.errors()]
+        problem = explain(sweep.path, "", error)
+        keys = [k for k in variant.changes if any(_within(k, a) for a in at)]
+    where = sweep.where(keys[0]) if keys else str(sweep.path)
+    text = f"case {variant.name}: {problem.what}"
+    raise InputError(text, where=where, expected=problem.expected, fix=problem.fix)
+
+
+def suspicious(key: str, sweep: SweepFile, variant: Variant) -> bool:
+    """Whether this change alone cannot be made."""
+    try:
+        changed(sweep.data, {key: variant.changes[key]}, None)
+    except InputError:
+        return True
+    return False
+
+
+def _within(key: str, at: str) -> bool:
+    """The place of an error (which also names union members) lies in a key, or beside it in its table."""
+    words = [w for w in at.split(".") if w in key.split(".")]
+    return overlap(".".join(words), key) if words else False
+
+
+def _relative(path: Path, folder: Path) -> str:
+    try:
+        return Path(os.path.relpath(path, folder.resolve())).as_posix()
+    except ValueError:  # another drive
+        return str(path)
+
+
+def value_at(data: Any, key: str) -> Any:
+    """Value of a dotted key, None where there is none."""
+    for word in key.split("."):
+        if isinstance(data, list) and word.isdigit() and int(word) < len(data):
+            data = data[int(word)]
+        elif isinstance(data, Mapping) and word in data:
+            data = data[word]
+        else:
+            return None
+    return data
+
+
+def _seed(config: StudyConfig) -> int | None:
+    seeds = {t.signal.seed for t in config.excitation.values() if t.signal.type == "multisine"}
+    return seeds.pop() if len(seeds) == 1 else None
+
+
+def shown(value: Any) -> Any:
+    """A value for a cell of a table: numbers and strings as they are, the rest as TOML."""
+    return toml_value(value) if isinstance(value, Mapping | list | bool) else value

@@ -1,0 +1,77 @@
+"""Runs of the unreduced model that cases of a sweep share."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.history import History
+from creak.formats.complete_file import complete_file
+from creak.studies.models.reference import ReferenceModel
+from creak.studies.prepare.setup import Setup
+from creak.studies.run.costs import Cost
+from creak.studies.run.job import Run, unreduced_run
+from creak.verify.events import find_events
+from creak.verify.slips import find_slips
+
+Progress = Callable[[str, int, int], None]
+
+
+class SharedReference:
+    """Takes the run of the unreduced model from a file, or makes it and writes the file.
+
+    Parameters
+    ----------
+    path : named after everything that the run depends on; two that write it at once write the same.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.reused = False
+
+    def __call__(self, setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> Run:
+        """The run; what came from the file has the cost that it had when it was made."""
+        run = _read(self.path, setup, reference, gaps)
+        self.reused = run is not None
+        if run is None:
+            run = unreduced_run(setup, reference, gaps, progress)
+            if run.stopped is None:
+                _write(self.path, run, gaps)
+        return run
+
+
+def _write(path: Path, run: Run, gaps: GapOperator) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    history = {f"history_{f.name}": getattr(run.history, f.name) for f in fields(History)}
+    cost = {f"cost_{f.name}": getattr(run.cost, f.name) for f in fields(Cost)}
+    with complete_file(path) as partial, partial.open("wb") as file:
+        np.savez(
+            file,
+            allow_pickle=False,
+            integrator=np.array(run.integrator),
+            channels=np.array(gaps.names, dtype=str),
+            n=np.array(run.system.n),
+            **{k: np.asarray(v) for k, v in {**history, **cost}.items()},
+        )
+
+
+def _read(path: Path, setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> Run | None:
+    """The saved run; None where there is none, it is damaged, or it has other channels or coordinates."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            saved: dict[str, Any] = {k: file[k] if file[k].ndim else file[k].item() for k in file.files}
+        history = History(**{f.name: saved[f"history_{f.name}"] for f in fields(History)})
+        cost = Cost(**{f.name: saved[f"cost_{f.name}"] for f in fields(Cost)})
+    except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+        return None
+    if saved["n"] != reference.system.n or saved["channels"].tolist() != list(gaps.names):
+        return None
+    v = setup.study.config.verification
+    events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge))
+    return Run("reference", reference.system, history, events, cost, 0, 0, 0.0, 0.0, slips, saved["integrator"])

@@ -1,0 +1,125 @@
+"""The table of a sweep: a row for each case, as sweep.csv and sweep.h5."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+import creak
+from creak.formats.complete_file import complete_file
+from creak.formats.hdf5_file import hdf5_file
+from creak.studies.sweep.case import NOT_RUN, Outcome
+from creak.studies.sweep.cases import Case, shown
+from creak.studies.sweep.figures import OF_A_RUN, OF_EVENTS, RUNS, unit_of
+from creak.studies.sweep.file import SweepFile
+
+CHECKS = ("nrmse_x", "nrmse_y", "nrmse_z", "nrmse_all", "worst_mac", *OF_EVENTS)
+SHARED = ("superelements_reused", "superelements_made", "reference_reused")
+PROVENANCE = (
+    "case_wall_s",
+    "units",
+    "creak",
+    "run_id",
+    "study_hash",
+    "deck_hash",
+    "date",
+    "host",
+    "python",
+    "numpy",
+    "scipy",
+    "threads",
+)
+FIGURES = (*(f"{run}.{key}" for run in RUNS for key in OF_A_RUN), *CHECKS, *SHARED, *PROVENANCE)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A case and how it ended."""
+
+    case: Case
+    outcome: Outcome
+
+
+def waiting(case: Case) -> Row:
+    """The row of a case that has not been run."""
+    return Row(case, Outcome(NOT_RUN, "", {"study_hash": case.study_hash, "deck_hash": case.deck_hash}))
+
+
+def columns(rows: Sequence[Row]) -> dict[str, list[Any]]:
+    """Column -> cells, None where a case has no such figure. Figures that no case has are left out."""
+    out: dict[str, list[Any]] = {"case": [r.case.name for r in rows]}
+    for key in rows[0].case.changes if rows else ():
+        out[key] = [shown(r.case.changes[key]) for r in rows]
+    out["seed"] = [r.case.seed for r in rows]
+    out["status"] = [r.outcome.status for r in rows]
+    out["error"] = [r.outcome.error for r in rows]
+    for name in FIGURES:
+        cells = [r.outcome.record.get(name) for r in rows]
+        if any(c is not None for c in cells):
+            out[name] = cells
+    return out
+
+
+def write_table(sweep: SweepFile, rows: Sequence[Row], folder: Path) -> list[Path]:
+    """Write sweep.csv and sweep.h5 into `folder`; each appears under its name only when complete."""
+    table = columns(rows)
+    text, binary = folder / "sweep.csv", folder / "sweep.h5"
+    with complete_file(text) as partial, partial.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(table)
+        writer.writerows(zip(*(map(_cell, cells) for cells in table.values()), strict=True))
+    units = next((r.outcome.record["units"] for r in rows if "units" in r.outcome.record), None)
+    with complete_file(binary, stream=False) as partial, hdf5_file(partial) as out:
+        file = out.file
+        file.attrs.update(_attributes(sweep, table))
+        for name, cells in table.items():
+            data = file.create_dataset(name, data=_array(cells), dtype=_dtype(cells))
+            if unit_of(name, units):
+                data.attrs["unit"] = unit_of(name, units)
+    return [text, binary]
+
+
+def _attributes(sweep: SweepFile, table: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        "title": sweep.config.title,
+        "sweep": sweep.text,
+        "base": str(sweep.base),
+        "creak": creak.__version__,
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+        "columns": list(table),
+    }
+
+
+def _cell(value: Any) -> Any:
+    """Numbers so that they read back the same; one line of text."""
+    if value is None:
+        return ""
+    if isinstance(value, str):
+        return " ".join(value.split())
+    return repr(value).lower() if isinstance(value, bool) else repr(value)
+
+
+def _numbers(cells: Sequence[Any]) -> bool:
+    return all(c is None or isinstance(c, int | float) for c in cells) and any(c is not None for c in cells)
+
+
+def _dtype(cells: Sequence[Any]) -> Any:
+    if not _numbers(cells):
+        return h5py.string_dtype()
+    whole = all(isinstance(c, int) and not isinstance(c, bool) for c in cells)
+    return np.int64 if whole else bool if all(isinstance(c, bool) for c in cells) else np.float64
+
+
+def _array(cells: Sequence[Any]) -> Any:
+    """Numbers as an array, NaN where there is none; words otherwise."""
+    if not _numbers(cells):
+        return ["" if c is None else str(c) for c in cells]
+    dtype = _dtype(cells)
+    return np.array([np.nan if c is None else c for c in cells], dtype=dtype)

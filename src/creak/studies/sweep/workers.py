@@ -1,0 +1,137 @@
+"""Worker processes on this machine, each at the end of a pipe that nobody else can open."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from typing import cast
+
+from creak.studies.sweep.case import Outcome, Task, run_case
+from creak.studies.sweep.queue import DEATHS, DIED, Queue, Runner, lost
+
+THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS")
+TRIM = {"MALLOC_TRIM_THRESHOLD_": "65536"}
+"""Memory that a case no longer needs goes back to the system."""
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@dataclass(frozen=True)
+class Worker:
+    """A process and this end of its pipe."""
+
+    process: BaseProcess
+    connection: Connection
+
+    def end(self) -> None:
+        """Whatever it is doing."""
+        self.process.kill()
+        self.process.join()
+        self.connection.close()
+
+
+@contextmanager
+def local_workers(count: int) -> Iterator[Runner]:
+    """Up to `count` worker processes with their share of the cores each; one case at a time each.
+
+    Threads of BLAS, MKL and numba are set in the environment that the workers start with. A worker that dies is
+    replaced and its case run again; it has failed after `DEATHS` of them. Workers end with this process, even when
+    it is killed. Tasks and outcomes go through pipes between relatives: there is no port to connect to.
+    """
+    pool = _Pool(count)
+    try:
+        yield pool.outcomes
+    finally:
+        pool.end()
+
+
+class _Pool:
+    def __init__(self, count: int) -> None:
+        self._count = count
+        self._environ = {**TRIM, **dict.fromkeys(THREADS, str(max(1, cores() // count)))}
+        self._idle: list[Worker] = []
+        self._busy: dict[Connection, tuple[Worker, Task]] = {}
+
+    def outcomes(self, tasks: Sequence[Task]) -> Iterator[tuple[str, Outcome]]:
+        queue, deaths, start = Queue(list(tasks)), Counter[str](), time.perf_counter()
+        while True:
+            for task in queue.ready(self._count - len(self._busy)):
+                self._give(task)
+            if not self._busy:
+                return
+            for connection in wait(list(self._busy)):
+                worker, task = self._busy.pop(cast(Connection, connection))
+                try:
+                    outcome: Outcome = worker.connection.recv()
+                    self._idle.append(worker)
+                except (EOFError, OSError):
+                    worker.end()
+                    deaths[task.name] += 1
+                    if deaths[task.name] < DEATHS:
+                        self._give(task)
+                        continue
+                    outcome = lost(task, DIED, start)
+                queue.ended(task)
+                yield task.name, outcome
+
+    def _give(self, task: Task) -> None:
+        """To a worker that waits, or to a new one; workers that died while they waited are forgotten."""
+        while True:
+            worker = self._idle.pop() if self._idle else self._started()
+            try:
+                worker.connection.send(task)
+            except OSError:
+                worker.end()
+                continue
+            self._busy[worker.connection] = worker, task
+            return
+
+    def _started(self) -> Worker:
+        context = multiprocessing.get_context("spawn")
+        here, there = context.Pipe()
+        process = context.Process(target=_work, args=(there,), daemon=True)
+        before = dict(os.environ)
+        try:
+            os.environ.update(self._environ)
+            process.start()
+        finally:
+            os.environ.clear()
+            os.environ.update(before)
+            there.close()
+        return Worker(process, here)
+
+    def end(self) -> None:
+        for worker in [*self._idle, *(worker for worker, _ in self._busy.values())]:
+            worker.end()
+        self._idle, self._busy = [], {}
+
+
+def _work(connection: Connection) -> None:
+    """In a worker: case after case, until the pipe ends. Ctrl-C is for the process that started it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    while True:
+        try:
+            task: Task = connection.recv()
+        except EOFError:
+            return
+        connection.send(run_case(task))
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
