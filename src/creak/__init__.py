@@ -78,7 +78,7 @@ _HOMES = {
     "reduction.diagonal": ("diagonalise",),
     "signals.sources": ("Motion", "Multisine", "Record", "Sine", "Step", "Table", "acceleration_motion"),
     "studies.deck_modes": ("DeckModes",),
-    "studies.study_file": ("Study",),
+    "studies.file.reader": ("Study",),
     "verify.events": ("Event", "find_events"),
     "verify.mac": ("mac_matrix",),
     "verify.matching": ("EventMatch", "match_events"),
