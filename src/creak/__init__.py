@@ -77,7 +77,7 @@ _HOMES = {
     "model.mesh": ("Model",),
     "reduction.diagonal": ("diagonalise",),
     "signals.sources": ("Motion", "Multisine", "Record", "Sine", "Step", "Table", "acceleration_motion"),
-    "studies.deck_modes": ("DeckModes",),
+    "studies.models.deck_modes": ("DeckModes",),
     "studies.file.reader": ("Study",),
     "verify.events": ("Event", "find_events"),
     "verify.mac": ("mac_matrix",),
