@@ -25,8 +25,8 @@ import creak.studies.thesis.record
 import creak.studies.thesis.run
 from creak.cli.main import app
 from creak.door import LOAD, write_door
+from creak.studies.file.changes import changed
 from creak.studies.file.toml_text import toml_text
-from creak.studies.sweep.cases import changed
 from helpers_cli import Said
 from helpers_decks import STUDY, two_strips
 from helpers_docs import PAGES, commands

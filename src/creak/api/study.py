@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import tomllib
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import ValidationError
-
 from creak.api.result import Result
 from creak.errors import InputError
 from creak.studies.file import reader as study_file
-from creak.studies.file.config import StudyConfig
 from creak.studies.file.reader import Study
 from creak.studies.file.toml_text import toml_text
 
@@ -46,7 +42,12 @@ def make_study(tables: Mapping[str, Any], folder: str | Path = ".") -> Study:
     ------
     InputError : unknown or missing key, wrong value.
     """
-    return _study(Path(folder) / "study.toml", _plain(tables), "make_study")
+    data = _plain(tables)
+    try:
+        text = toml_text(data)
+    except TypeError as error:
+        raise InputError(str(error), where="make_study", expected="numbers, strings, lists and mappings") from error
+    return study_file.checked_study(Path(folder) / "study.toml", data, text)
 
 
 def change_study(study: Study, changes: Mapping[str, Any]) -> Study:
@@ -60,19 +61,9 @@ def change_study(study: Study, changes: Mapping[str, Any]) -> Study:
     ------
     InputError : a key that there is not, or a wrong value.
     """
-    from creak.studies.sweep.cases import changed
+    from creak.studies.file.changes import with_changes
 
-    return _study(study.path, changed(tomllib.loads(study.text), _plain(changes), None), "change_study")
-
-
-def _study(path: Path, data: Mapping[str, Any], where: str) -> Study:
-    try:
-        text = toml_text(data)
-        return Study(path, StudyConfig.model_validate(data), text)
-    except ValidationError as error:
-        raise study_file.explain(path, text, error) from error
-    except TypeError as error:
-        raise InputError(str(error), where=where, expected="numbers, strings, lists and mappings") from error
+    return with_changes(study, _plain(changes))
 
 
 def run(

@@ -9,10 +9,11 @@ import typer
 
 from creak.cli.details import list_unread, setup_detail, tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
-from creak.errors import NumericalError, Unreliable
+from creak.errors import InputError, NumericalError, Unreliable
 
 if TYPE_CHECKING:
     from creak.studies.converge.variants import Convergence
+    from creak.studies.file.reader import Study
 
 
 def run(
@@ -22,7 +23,17 @@ def run(
         help="The study to run, or a deck whose own transient step is run unreduced: "
         "*DYNAMIC of Abaqus .inp; SOL 109 or 112 of Nastran .bdf, .dat, .nas.",
     ),
-    out: Path | None = typer.Option(None, "--out", help="Folder for results; default: results/ beside the study."),
+    out: Path | None = typer.Option(
+        None,
+        "--out",
+        help="Folder for results; default: results/ beside the study, with --set results_KEY=VALUE/.",
+    ),
+    changes: list[str] = typer.Option(
+        [],
+        "--set",
+        metavar="KEY=VALUE",
+        help="Run the study with another value, as contact.flange.clearance=3.2; the file stays as it is. Repeatable.",
+    ),
     superelements: Path | None = typer.Option(
         None, "--superelements", help="Folder that `creak reduce` wrote; default: superelements/ beside the study."
     ),
@@ -58,14 +69,15 @@ def run(
     from creak.api.study import run_setup, set_up
     from creak.studies.results.save import check_folder
 
-    folder = out if out is not None else study_file.parent / "results"
+    given = changed_study(study_file, changes) if changes else study_file
+    folder = out if out is not None else study_file.parent / results_name(given)
     writable_folder(folder)
     check_folder(folder)
     told: set[str] = set()
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
             with progress.phase("read the model and find the contacts"):
-                setup = set_up(study_file, ignore, units)
+                setup = set_up(given, ignore, units)
             setup_detail(output, setup)
             tell_warnings(output, setup.notes, told)
             result = run_setup(
@@ -94,6 +106,37 @@ def run(
         raise NumericalError(f"{result.stopped}. What was computed until then is in {folder}")
     if result.unreliable:
         raise Unreliable(f"{'; '.join(result.unreliable)}. The results are in {folder}")
+
+
+def changed_study(study_file: Path, changes: list[str]) -> Study:
+    """The study of a file with the changes of `--set`.
+
+    Raises
+    ------
+    InputError : a deck, or a change that cannot be made.
+    """
+    from creak.api.study import read_study
+    from creak.formats.endings import is_deck
+    from creak.studies.file.changes import read_changes, with_changes
+
+    wanted = read_changes(changes)
+    if is_deck(study_file):
+        raise InputError(
+            f"--set changes a study, and {study_file.name} is a deck",
+            expected="a study file (.toml)",
+            fix=f"Make one with `creak new {study_file.name}`.",
+        )
+    return with_changes(read_study(study_file), wanted)
+
+
+def results_name(study: Study | Path) -> str:
+    """Folder for the results of a study: those of a changed one do not replace those of its file."""
+    from creak.studies.file.changes import change_words, short_keys
+    from creak.studies.sweep.cases import folder_names
+
+    if isinstance(study, Path) or not study.changes:
+        return "results"
+    return folder_names([f"results_{change_words(study.changes, short_keys([*study.changes]))}"])[0]
 
 
 def _print_tables(output: Output, summary: dict[str, object]) -> None:

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from creak.errors import InputError
+from creak.studies.file.changes import changed, short_keys, value_words
 from creak.studies.file.reader import read_study
-from creak.studies.sweep.cases import Case, changed, folder_names, resolve, short_keys, unique, value_words, variants
+from creak.studies.sweep.cases import Case, folder_names, resolve, unique, variants
 from creak.studies.sweep.file import read_sweep
 from helpers_decks import write_strips
 

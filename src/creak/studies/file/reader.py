@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_args
 
@@ -23,10 +23,17 @@ class Study:
     path: Path
     config: StudyConfig
     text: str
+    file_text: str | None = None
+    """Text of the file, where the study was changed since it was read: what lines are counted in."""
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    """Dotted key -> value that it was changed to since."""
 
     def where(self, *keys: str | int) -> str:
-        """file:line of a key, for messages."""
-        return f"{self.path}:{_line_of(self.text, keys)} [{_dotted(keys)}]"
+        """file:line of a key, for messages; the change that set it, where there is one."""
+        dotted = _dotted(keys)
+        if key := next((k for k in self.changes if overlap(k, dotted)), None):
+            return f"the change {key} = {self.changes[key]!r} of {self.path}"
+        return f"{self.path}:{_line_of(self.text if self.file_text is None else self.file_text, keys)} [{dotted}]"
 
     def sibling(self, name: str) -> Path:
         """A path of the study, relative to the study file."""
@@ -42,15 +49,36 @@ def read_study(path: Path) -> Study:
         creak does not do.
     """
     data, text = read_toml(path, "study")
+    return checked_study(path, data, text)
+
+
+def checked_study(
+    path: Path,
+    data: Mapping[str, Any],
+    text: str,
+    file_text: str | None = None,
+    changes: Mapping[str, Any] | None = None,
+) -> Study:
+    """A study from its tables; the other parameters are those of `Study`.
+
+    Raises
+    ------
+    InputError : unknown or missing key, wrong value.
+    """
     try:
-        study = Study(path, StudyConfig.model_validate(data), text)
+        study = Study(path, StudyConfig.model_validate(data), text, file_text, changes or {})
     except ValidationError as error:
         raise explain(path, text, error) from error
     _check_time(study, data.get("time", {}))
     return study
 
 
-def _check_time(study: Study, given: dict[str, Any]) -> None:
+def overlap(a: str, b: str) -> bool:
+    """One dotted key is the other, or a table that holds it."""
+    return a == b or a.startswith(f"{b}.") or b.startswith(f"{a}.")
+
+
+def _check_time(study: Study, given: Mapping[str, Any]) -> None:
     """Raise InputError where [time] asks for an accuracy and forces a scheme as well."""
     table, forced = study.config.time, sorted((FORCED | {"rho_inf"}) & given.keys())
     if "accuracy" in given and not table.exact:

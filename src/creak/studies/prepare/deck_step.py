@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import ceil
 from pathlib import Path
 from typing import Any, Literal
@@ -39,7 +39,7 @@ Units = Literal["mm-t-s", "m-kg-s"]
 class DeckStudy(Study):
     """A study that was made from a deck; messages point to the deck's lines."""
 
-    places: Mapping[tuple[str | int, ...], str]
+    places: Mapping[tuple[str | int, ...], str] = field(default_factory=dict)
     """Beginning of a key -> file:line in the deck."""
 
     def where(self, *keys: str | int) -> str:
@@ -86,7 +86,7 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: Units = "mm-t-s")
         "verification": {"mac_f_max": LOWEST},
     }
     config = _checked(tables, path, places)
-    study = DeckStudy(path, config, config.model_dump_json(indent=2, exclude_defaults=True), places)
+    study = DeckStudy(path, config, config.model_dump_json(indent=2, exclude_defaults=True), places=places)
     setup = set_up_model(study, replace(model, node_sets={**model.node_sets, **sets}), ignore, free=True)
     notes = [*_steps_note(run), *notes, *_jumps(setup), *setup.notes]
     return replace(setup, notes=notes, deck_sha256=decks_sha256(study))

@@ -39,6 +39,7 @@ def summarise(result: StudyResult, convergence: Convergence | None = None) -> di
         "creak": creak.__version__,
         "run": result.identity.as_dict(),
         "title": c.title,
+        "changes": dict(setup.study.changes),
         "units": c.model.units,
         "model": _model(result),
         "precheck": {"candidates": setup.contacts.m, "kept": result.gaps.m - setup.connectors.m},

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import itertools
 import os
 import re
@@ -14,15 +13,14 @@ from typing import Any
 from pydantic import ValidationError
 
 import creak
-from creak.errors import InputError, suggest
+from creak.errors import InputError
+from creak.studies.file.changes import change_words, changed, short_keys, value_at
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.paths import DECKS, Contents, digest, map_paths
-from creak.studies.file.reader import explain
+from creak.studies.file.reader import explain, overlap
 from creak.studies.file.toml_text import toml_text, toml_value
-from creak.studies.sweep.file import CaseTable, SweepFile, overlap
+from creak.studies.sweep.file import CaseTable, SweepFile
 
-NAMED = ("contact", "excitation", "superelement")
-"""Tables of named tables: a change may not invent a name."""
 LONGEST = 120
 """Characters of a folder's name."""
 TAKEN = ("sweep", "superelements", "references")
@@ -72,40 +70,12 @@ def variants(sweep: SweepFile) -> list[Variant]:
     out = []
     for case, point, seed in itertools.product(own_cases, grid, seeds):
         own = {} if case is None else dict(case.changes)
-        words = [] if case is None else [case.name or _words(own, short)]
-        words += [_words(point, short)] if point else []
+        words = [] if case is None else [case.name or change_words(own, short)]
+        words += [change_words(point, short)] if point else []
         words += [] if seed is None else [f"seed={seed}"]
         out.append(Variant(",".join(words), {**own, **point}, seed))
     names = unique([v.name for v in out])
     return [Variant(name, v.changes, v.seed) for name, v in zip(names, out, strict=True)]
-
-
-def short_keys(keys: Sequence[str]) -> dict[str, str]:
-    """Key -> its last words, as many as it takes to tell it from the others."""
-    out = {}
-    for key in keys:
-        words = key.split(".")
-        ends = [".".join(words[-n:]) for n in range(1, len(words) + 1)]
-        others = [k for k in keys if k != key]
-        out[key] = next((e for e in ends if e != "seed" and not any(f".{k}".endswith(f".{e}") for k in others)), key)
-    return out
-
-
-def _words(changes: Mapping[str, Any], short: Mapping[str, str]) -> str:
-    return ",".join(f"{short[key]}={value_words(value)}" for key, value in changes.items())
-
-
-def value_words(value: Any) -> str:
-    """A value for people: numbers in short, of tables and lists only the values."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, float):
-        return f"{value:g}" if float(f"{value:g}") == value else repr(value)
-    if isinstance(value, Mapping):
-        return "+".join(map(value_words, value.values()))
-    if isinstance(value, list):
-        return "+".join(map(value_words, value))
-    return str(value)
 
 
 def unique(names: Iterable[str]) -> list[str]:
@@ -125,51 +95,6 @@ def folder_names(names: Sequence[str]) -> list[str]:
     safe = [re.sub(r"[^\w.,=+#-]", "_", name).lstrip(".") or "_" for name in names]
     short = [s if len(s) <= LONGEST else f"{s[: LONGEST - 9]}_{digest(s)[:8]}" for s in safe]
     return unique([*TAKEN, *short])[len(TAKEN) :]
-
-
-def changed(data: Mapping[str, Any], changes: Mapping[str, Any], seed: int | None) -> dict[str, Any]:
-    """Tables of a study with changes applied; `seed` goes to every multisine.
-
-    Raises
-    ------
-    InputError : a change leads through something that is no table, or to a name that the study does not have.
-    """
-    out = copy.deepcopy(dict(data))
-    for key, value in changes.items():
-        _put(out, key, copy.deepcopy(value))
-    for table in out.get("excitation", {}).values() if seed is not None else ():
-        if isinstance(table.get("signal"), dict) and table["signal"].get("type") == "multisine":
-            table["signal"]["seed"] = seed
-    return out
-
-
-def _put(data: dict[str, Any], key: str, value: Any) -> None:
-    words, table = key.split("."), data
-    for depth, word in enumerate(words[:-1]):
-        table = _inside(table, words, depth, word)
-    if isinstance(table, list):
-        table[_row(table, words, len(words) - 1)] = value
-    else:
-        table[words[-1]] = value
-
-
-def _inside(table: Any, words: Sequence[str], depth: int, word: str) -> Any:
-    if isinstance(table, list):
-        inner = table[_row(table, words, depth)]
-    else:
-        if depth == 1 and words[0] in NAMED and word not in table:
-            raise InputError(f"the base study has no [{words[0]}.{word}]", fix=suggest(word, table))
-        inner = table.setdefault(word, {})
-    if not isinstance(inner, dict | list):
-        raise InputError(f"{'.'.join(words[: depth + 1])} is not a table in the base study, it is {inner!r}")
-    return inner
-
-
-def _row(table: Sequence[Any], words: Sequence[str], depth: int) -> int:
-    word, name = words[depth], ".".join(words[:depth])
-    if not word.isdigit() or int(word) >= len(table):
-        raise InputError(f"the base study has {len(table)} [[{name}]]", expected=f"{name}.0 to {len(table) - 1}")
-    return int(word)
 
 
 def resolve(sweep: SweepFile, out: Path) -> list[Case]:
@@ -254,18 +179,6 @@ def _relative(path: Path, folder: Path) -> str:
         return Path(os.path.relpath(path, folder.resolve())).as_posix()
     except ValueError:  # another drive
         return str(path)
-
-
-def value_at(data: Any, key: str) -> Any:
-    """Value of a dotted key, None where there is none."""
-    for word in key.split("."):
-        if isinstance(data, list) and word.isdigit() and int(word) < len(data):
-            data = data[int(word)]
-        elif isinstance(data, Mapping) and word in data:
-            data = data[word]
-        else:
-            return None
-    return data
 
 
 def _seed(config: StudyConfig) -> int | None:

@@ -12,7 +12,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from creak.errors import InputError
 from creak.studies.file.config import StudyConfig, Table
-from creak.studies.file.reader import explain, read_study, read_toml
+from creak.studies.file.reader import explain, overlap, read_study, read_toml
 
 OF_THE_SWEEP = ("title", "base", "seeds")
 """Keys that stand above the first table."""
@@ -90,11 +90,6 @@ class SweepConfig(Table):
             if clash is not None:
                 raise ValueError(f"the grid changes both {clash!r} and {key!r}")
         return self
-
-
-def overlap(a: str, b: str) -> bool:
-    """One key is the other, or a table that holds it."""
-    return a == b or a.startswith(f"{b}.") or b.startswith(f"{a}.")
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator, join
 from creak.door import LOADS, write_door
 from creak.dynamics.scheme import Scheme
+from creak.studies.file.changes import changed as with_changes
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.reader import Study, read_study
 from creak.studies.models.reference import ReferenceModel, build_reference
@@ -22,7 +23,6 @@ from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.integrate import scheme_of
 from creak.studies.run.job import limited
 from creak.studies.run.precheck import precheck
-from creak.studies.sweep.cases import changed as with_changes
 from creak.studies.thesis.plan import CHECKED_BY, SCHEME, Variant
 
 Progress = Callable[[str, int, int], None]

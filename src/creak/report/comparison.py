@@ -1,0 +1,252 @@
+"""Two results side by side: settings, figures of the whole run, places, events, relative motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from creak.errors import InputError
+from creak.report.found import Found
+from creak.report.text import UNITS, Units
+from creak.studies.run.compared import main_run
+from creak.verify.events import Event
+from creak.verify.matching import EventMatch, match_events
+
+NOT_SETTINGS = ("title", "output")
+"""Tables of a study that change no answer."""
+AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class Side:
+    """One of the two results."""
+
+    name: str
+    found: Found
+    summary: Mapping[str, Any]
+
+    @property
+    def run(self) -> Mapping[str, Any]:
+        """Of the summary: the reduced run, or the only one."""
+        runs: Mapping[str, Any] = self.summary["runs"]
+        return dict(runs.get("reduced") or runs.get("reference") or {})
+
+    @property
+    def events(self) -> list[Event]:
+        run = main_run(self.found.runs)
+        return [] if run is None else run.events
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A key of the study that the two do not share; None: it is absent."""
+
+    key: str
+    a: Any
+    b: Any
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One number of both; None: it is not known."""
+
+    name: str
+    unit: str
+    a: float | None
+    b: float | None
+
+    @property
+    def change(self) -> float | None:
+        """b / a - 1; None where that is no number."""
+        if self.a is None or self.b is None or self.a == 0.0:
+            return None
+        return self.b / self.a - 1.0
+
+
+@dataclass(frozen=True)
+class PlacePair:
+    """A place of the first result, the second, or both: places of a contact that share nodes are one."""
+
+    name: str
+    contact: str
+    figures: tuple[Figure, ...]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What two results have in common, and what not."""
+
+    a: Side
+    b: Side
+    units: Units
+    settings: tuple[Setting, ...]
+    figures: tuple[Figure, ...]
+    places: tuple[PlacePair, ...]
+    events: EventMatch
+    """Those of `a` are the reference, those of `b` its partners."""
+    tolerance: float
+    """s within which events that start are the same."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """As plain numbers, for JSON."""
+        return {
+            "a": _side(self.a),
+            "b": _side(self.b),
+            "settings": [{"key": s.key, "a": s.a, "b": s.b} for s in self.settings],
+            "figures": {f.name: _figure(f) for f in self.figures},
+            "places": [
+                {"name": p.name, "contact": p.contact, "figures": {f.name: _figure(f) for f in p.figures}}
+                for p in self.places
+            ],
+            "events": {
+                "both": len(self.events.pairs),
+                "only_a": len(self.events.missed),
+                "only_b": len(self.events.extra),
+                "force_ratio_mean": self.events.amplitude_ratio_mean,
+                "impulse_ratio_mean": self.events.impulse_ratio_mean,
+            },
+        }
+
+
+def compare_results(a: Side, b: Side) -> Comparison:
+    """Put two results side by side.
+
+    Raises
+    ------
+    InputError : they are in different units, or one of them ended before it had a run.
+    """
+    for side in (a, b):
+        if main_run(side.found.runs) is None:
+            raise InputError(f"{side.name} holds no run", fix="Run the study again.")
+    one, other = (s.found.setup.study.config.model.units for s in (a, b))
+    if one != other:
+        raise InputError(
+            f"{a.name} is in {one}, {b.name} in {other}", expected="results in the same units", where="[model] units"
+        )
+    units = UNITS[one]
+    tolerance = a.found.setup.study.config.verification.event_tolerance
+    return Comparison(
+        a,
+        b,
+        units,
+        tuple(_settings(a.found, b.found)),
+        (*_whole(a, b, units), *_motion(a, b, units)),
+        tuple(_places(a, b, units)),
+        match_events(a.events, b.events, tolerance, (0.0, math.inf)),
+        tolerance,
+    )
+
+
+def _settings(a: Found, b: Found) -> Iterator[Setting]:
+    tables = [s.setup.study.config.model_dump(mode="json") for s in (a, b)]
+    one, other = (dict(_flat({k: v for k, v in t.items() if k not in NOT_SETTINGS})) for t in tables)
+    for key in dict.fromkeys([*one, *other]):
+        if one.get(key) != other.get(key):
+            yield Setting(key, one.get(key), other.get(key))
+
+
+def _flat(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    if isinstance(value, Mapping) and value:
+        for name, inner in value.items():
+            yield from _flat(inner, f"{key}.{name}" if key else str(name))
+    else:
+        yield key, value
+
+
+def _whole(a: Side, b: Side, units: Units) -> Iterator[Figure]:
+    """Of the whole run."""
+    values = [
+        ("simulated time", "s", lambda s: s.run.get("end")),
+        ("events", "", lambda s: float(len(s.events))),
+        ("events per second", "1/s", lambda s: len(s.events) / s.run["end"] if s.run.get("end") else None),
+        ("impulse", units.impulse, lambda s: s.run.get("impulse_total")),
+        ("largest force of a place", units.force, lambda s: max((e.force_place for e in s.events), default=0.0)),
+        ("median force of a place", units.force, lambda s: _median(e.force_place for e in s.events)),
+        ("median impulse of an event", units.impulse, lambda s: _median(e.impulse for e in s.events)),
+        ("highest closing speed", units.speed, lambda s: max((e.closing_speed for e in s.events), default=0.0)),
+    ]
+    for name, unit, of in values:
+        yield Figure(name, unit, of(a), of(b))
+    contacts = dict.fromkeys([*a.found.contacts, *b.found.contacts])
+    for contact in contacts:
+        yield Figure(f"smallest gap, {contact}", units.length, _closest(a, contact), _closest(b, contact))
+
+
+def _closest(side: Side, contact: str) -> float | None:
+    run = main_run(side.found.runs)
+    if run is None or contact not in side.found.contacts or not run.closest.size:
+        return None
+    return float(run.closest[:, side.found.contacts.index(contact)].min())
+
+
+def _motion(a: Side, b: Side, units: Units) -> Iterator[Figure]:
+    """Relative motion of the verification pairs, rms of the pair that moves most, below [verification] f_max."""
+    for i, axis in enumerate(AXES):
+        one, other = _rms(a.found, i), _rms(b.found, i)
+        if one is not None or other is not None:
+            yield Figure(f"relative motion {axis}, rms", units.length, one, other)
+
+
+def _rms(found: Found, axis: int) -> float | None:
+    run = main_run(found.runs)
+    lines = None if found.spectra is None or run is None else found.spectra.spectra.get(run.name)
+    if lines is None or not lines.size:
+        return None
+    return float(np.sqrt(0.5 * (np.abs(lines[:, :, axis]) ** 2).sum(axis=0)).max())
+
+
+def _places(a: Side, b: Side, units: Units) -> Iterator[PlacePair]:
+    """The places of `a` with their partners, then those that only `b` has."""
+    left = [dict(p) for p in b.run.get("places", [])]
+    for place in a.run.get("places", []):
+        shared = [len(set(place["nodes"]) & set(p["nodes"])) if p["contact"] == place["contact"] else 0 for p in left]
+        best = int(np.argmax(shared)) if shared else -1
+        partner = left.pop(best) if best >= 0 and shared[best] else None
+        yield _pair(place, partner, units)
+    for place in left:
+        yield _pair(None, place, units)
+
+
+def _pair(one: Mapping[str, Any] | None, other: Mapping[str, Any] | None, units: Units) -> PlacePair:
+    known = one or other
+    assert known is not None
+    kinds = (
+        ("events", ""),
+        ("force", units.force),
+        ("impulse", units.impulse),
+        ("closing_speed", units.speed),
+        ("n5", "sone"),
+    )
+    figures = []
+    for key, unit in kinds:
+        values = [0.0 if p is None and key in ("events", "impulse") else (p or {}).get(key) for p in (one, other)]
+        if key != "n5" or any(v is not None for v in values):
+            figures.append(Figure(key, unit, *(None if v is None else float(v) for v in values)))
+    return PlacePair(str(known["name"]), str(known["contact"]), tuple(figures))
+
+
+def _median(values: Iterator[float]) -> float | None:
+    known = list(values)
+    return float(np.median(known)) if known else None
+
+
+def _side(side: Side) -> dict[str, Any]:
+    return {
+        "name": side.name,
+        "title": side.summary.get("title"),
+        "run": side.summary.get("run"),
+        "verdict": side.run.get("verdict"),
+        "reasons": side.run.get("reasons"),
+    }
+
+
+def _figure(f: Figure) -> dict[str, float | None]:
+    return {"a": _known(f.a), "b": _known(f.b), "change": _known(f.change)}
+
+
+def _known(x: float | None) -> float | None:
+    return x if x is not None and math.isfinite(x) else None

@@ -1,0 +1,166 @@
+"""Changes of a study: dotted keys and their values, applied to its tables and told in words."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from creak.errors import InputError, suggest
+from creak.studies.file.reader import Study, checked_study, overlap
+from creak.studies.file.toml_text import toml_text
+
+NAMED = ("contact", "excitation", "superelement")
+"""Tables of named tables: a change may not invent a name."""
+
+
+def with_changes(study: Study, changes: Mapping[str, Any]) -> Study:
+    """The study with other values, checked as a study file is; its file stays as it is.
+
+    Parameters
+    ----------
+    changes : dotted key -> value; rows of lists by number, `connector.0.stiffness`.
+
+    Raises
+    ------
+    InputError : a key that studies do not have, a name that this one does not have, or a wrong value.
+    """
+    for key in changes:
+        clash = next((other for other in changes if other != key and overlap(key, other)), None)
+        if clash is not None:
+            raise InputError(f"{key} and {clash} change the same", fix="Give one of them.")
+    file_text = study.text if study.file_text is None else study.file_text
+    data = changed(tomllib.loads(study.text), changes, None)
+    every = {**study.changes, **changes}
+    try:
+        text = toml_text(data)
+        return checked_study(study.path, data, text, file_text, every)
+    except InputError as error:
+        wrong = next((k for k in changes if _alone_wrong(study, k, changes[k])), None)
+        place = str(study.path) if wrong is None else f"the change {wrong} = {changes[wrong]!r} of {study.path}"
+        raise InputError(error.what, where=place, expected=error.expected, fix=error.fix) from error
+    except TypeError as error:
+        raise InputError(str(error), where=str(study.path), expected="numbers, strings, lists and mappings") from error
+
+
+def _alone_wrong(study: Study, key: str, value: Any) -> bool:
+    """Whether this change alone cannot be made."""
+    try:
+        data = changed(tomllib.loads(study.text), {key: value}, None)
+        checked_study(study.path, data, study.text)
+    except InputError:
+        return True
+    return False
+
+
+def read_changes(texts: Sequence[str]) -> dict[str, Any]:
+    """`KEY=VALUE` words: the value as in a study file; one that is no TOML is taken for a string.
+
+    Raises
+    ------
+    InputError : no `=`, no key, or a key given twice.
+    """
+    found: dict[str, Any] = {}
+    for text in texts:
+        key, sign, value = (part.strip() for part in text.partition("="))
+        if not sign or not all(key.split(".")) or not value:
+            raise InputError(f"{text!r} is no change", expected="KEY=VALUE, as contact.flange.clearance=3.2")
+        if key in found:
+            raise InputError(f"{key} is changed twice: to {found[key]!r} and to {value}", fix="Give it once.")
+        found[key] = _value(value)
+    return found
+
+
+def _value(text: str) -> Any:
+    try:
+        tables = tomllib.loads(f"value = {text}")
+    except tomllib.TOMLDecodeError:
+        return text
+    return tables["value"] if len(tables) == 1 else text
+
+
+def changed(data: Mapping[str, Any], changes: Mapping[str, Any], seed: int | None) -> dict[str, Any]:
+    """Tables of a study with changes applied; `seed` goes to every multisine.
+
+    Raises
+    ------
+    InputError : a change leads through something that is no table, or to a name that the study does not have.
+    """
+    out = copy.deepcopy(dict(data))
+    for key, value in changes.items():
+        _put(out, key, copy.deepcopy(value))
+    for table in out.get("excitation", {}).values() if seed is not None else ():
+        if isinstance(table.get("signal"), dict) and table["signal"].get("type") == "multisine":
+            table["signal"]["seed"] = seed
+    return out
+
+
+def _put(data: dict[str, Any], key: str, value: Any) -> None:
+    words, table = key.split("."), data
+    for depth, word in enumerate(words[:-1]):
+        table = _inside(table, words, depth, word)
+    if isinstance(table, list):
+        table[_row(table, words, len(words) - 1)] = value
+    else:
+        table[words[-1]] = value
+
+
+def _inside(table: Any, words: Sequence[str], depth: int, word: str) -> Any:
+    if isinstance(table, list):
+        inner = table[_row(table, words, depth)]
+    else:
+        if depth == 1 and words[0] in NAMED and word not in table:
+            raise InputError(f"the study has no [{words[0]}.{word}]", fix=suggest(word, table))
+        inner = table.setdefault(word, {})
+    if not isinstance(inner, dict | list):
+        raise InputError(f"{'.'.join(words[: depth + 1])} is not a table in the study, it is {inner!r}")
+    return inner
+
+
+def _row(table: Sequence[Any], words: Sequence[str], depth: int) -> int:
+    word, name = words[depth], ".".join(words[:depth])
+    if not word.isdigit() or int(word) >= len(table):
+        raise InputError(f"the study has {len(table)} [[{name}]]", expected=f"{name}.0 to {len(table) - 1}")
+    return int(word)
+
+
+def value_at(data: Any, key: str) -> Any:
+    """Value of a dotted key, None where there is none."""
+    for word in key.split("."):
+        if isinstance(data, list) and word.isdigit() and int(word) < len(data):
+            data = data[int(word)]
+        elif isinstance(data, Mapping) and word in data:
+            data = data[word]
+        else:
+            return None
+    return data
+
+
+def short_keys(keys: Sequence[str]) -> dict[str, str]:
+    """Key -> its last words, as many as it takes to tell it from the others."""
+    out = {}
+    for key in keys:
+        words = key.split(".")
+        ends = [".".join(words[-n:]) for n in range(1, len(words) + 1)]
+        others = [k for k in keys if k != key]
+        out[key] = next((e for e in ends if e != "seed" and not any(f".{k}".endswith(f".{e}") for k in others)), key)
+    return out
+
+
+def change_words(changes: Mapping[str, Any], short: Mapping[str, str]) -> str:
+    """Changes for people, `f_max=700,friction=0.2`."""
+    return ",".join(f"{short[key]}={value_words(value)}" for key, value in changes.items())
+
+
+def value_words(value: Any) -> str:
+    """A value for people: numbers in short, of tables and lists only the values."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, float):
+        return f"{value:g}" if float(f"{value:g}") == value else repr(value)
+    if isinstance(value, Mapping):
+        return "+".join(map(value_words, value.values()))
+    if isinstance(value, list):
+        return "+".join(map(value_words, value))
+    return str(value)

@@ -1,0 +1,76 @@
+"""`creak run --set`: a study with other values, its file as it is."""
+
+import json
+
+import pytest
+
+from creak.errors import InputError
+from creak.studies.file.changes import read_changes
+from helpers_decks import STUDY, write_strips
+
+SHORT = ("--quiet", "--no-converge", "--animation-mb", 0)
+
+
+@pytest.fixture
+def study(tmp_path):
+    return write_strips(tmp_path, study=STUDY + "[reference]\nrun = false\n")
+
+
+def summary_of(folder):
+    return json.loads((folder / "summary.json").read_text())
+
+
+def test_values_are_read_as_in_a_study_file():
+    found = read_changes(["a.b=3.2", "c=true", "d = [1, 2]", "e=guyan", 'f="x=y"', 'g={ type = "full" }'])
+    assert found == {"a.b": 3.2, "c": True, "d": [1, 2], "e": "guyan", "f": "x=y", "g": {"type": "full"}}
+
+
+@pytest.mark.parametrize("text", ["a", "=1", "a=", "a..b=1"])
+def test_what_is_no_change_is_refused(text):
+    with pytest.raises(InputError, match="is no change"):
+        read_changes([text])
+
+
+def test_a_changed_run_is_that_of_a_file_with_the_value(study, creak):
+    before = study.read_bytes()
+    assert creak("run", study, "--set", "contact.tip.clearance=0.4", "--set", "time.periods=1", *SHORT).status == 0
+    changed = summary_of(study.parent / "results_clearance=0.4,periods=1")
+    assert study.read_bytes() == before
+    assert changed["changes"] == {"contact.tip.clearance": 0.4, "time.periods": 1}
+    text = (
+        study.read_text()
+        .replace("[excitation", "clearance = 0.4\n[excitation", 1)
+        .replace("periods = 2", "periods = 1")
+    )
+    study.write_text(text)
+    assert creak("run", study, "--out", study.parent / "written", *SHORT).status == 0
+    written = summary_of(study.parent / "written")
+    assert changed["runs"]["reduced"]["events"], "nothing to compare"
+    assert changed["runs"]["reduced"]["events"] == written["runs"]["reduced"]["events"]
+    assert written["changes"] == {}
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("contact.tap.clearance=1",), "contact.tap"),
+        (("reduction.fmax=700",), "f_max"),
+        (("reduction.f_max=lots",), "reduction.f_max"),
+        (("time.periods=1", "time.periods=2"), "twice"),
+        (("contact.tip.friction=.2", "contact.tip={}"), "change the same"),
+        (("contact.tip.main=NOWHERE",), "contact.tip.main = 'NOWHERE'"),
+    ],
+)
+def test_a_change_that_cannot_be_made_is_named(study, creak, words, told):
+    options = [w for word in words for w in ("--set", word)]
+    said = creak("run", study, *options, *SHORT)
+    assert said.status == 2
+    assert told in said.words
+    assert "Traceback" not in said.words
+    assert [p.name for p in study.parent.iterdir() if p.is_dir()] == []
+
+
+def test_a_deck_has_nothing_to_set(study, creak):
+    said = creak("run", study.parent / "strips.inp", "--set", "time.end=1", *SHORT)
+    assert said.status == 2
+    assert "creak new strips.inp" in said.words
