@@ -5,7 +5,17 @@ from __future__ import annotations
 import creak
 
 GROUPS = {
-    "Studies": ("read_study", "make_study", "change_study", "run", "open_result", "Study", "Result", "SavedResult"),
+    "Studies": (
+        "read_study",
+        "make_study",
+        "change_study",
+        "run",
+        "open_result",
+        "compare",
+        "Study",
+        "Result",
+        "SavedResult",
+    ),
     "Decks": ("read_deck", "deck_modes", "write_door", "Model", "DeckModes"),
     "Systems from matrices": ("system_from_matrices", "couple", "modes", "System", "Modes"),
     "Reduction": ("craig_bampton", "guyan", "gap_modes", "massless_boundary", "diagonalise"),

@@ -31,6 +31,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from creak.api.channels import gap_channels, join_gaps
+    from creak.api.compare import compare
     from creak.api.decks import deck_modes, read_deck, write_door
     from creak.api.matrices import couple, modes, system_from_matrices
     from creak.api.motion import make_loads, simulate
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
     __version__: str
 
 _HOMES = {
+    "api.compare": ("compare",),
     "api.channels": ("gap_channels", "join_gaps"),
     "api.decks": ("deck_modes", "read_deck", "write_door"),
     "api.matrices": ("couple", "modes", "system_from_matrices"),
@@ -116,6 +118,7 @@ __all__ = [
     "WriteError",
     "acceleration_motion",
     "change_study",
+    "compare",
     "couple",
     "craig_bampton",
     "deck_modes",

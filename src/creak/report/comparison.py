@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -159,7 +159,7 @@ def _flat(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
 
 def _whole(a: Side, b: Side, units: Units) -> Iterator[Figure]:
     """Of the whole run."""
-    values = [
+    values: list[tuple[str, str, Callable[[Side], float | None]]] = [
         ("simulated time", "s", lambda s: s.run.get("end")),
         ("events", "", lambda s: float(len(s.events))),
         ("events per second", "1/s", lambda s: len(s.events) / s.run["end"] if s.run.get("end") else None),

@@ -1,0 +1,49 @@
+"""Two results side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from creak.api.result import Result
+from creak.api.saved import SavedResult, open_result
+from creak.errors import InputError
+
+if TYPE_CHECKING:
+    from creak.report.comparison import Comparison, Side
+
+
+def compare(a: str | Path | Result | SavedResult, b: str | Path | Result | SavedResult) -> Comparison:
+    """Settings, figures of the whole run, places, events and relative motion of two results side by side.
+
+    Places of a contact that share nodes are one place; events that start within the verification's `event_tolerance`
+    of `a` are one event.
+
+    Parameters
+    ----------
+    a, b : results, or folders that `creak run` wrote.
+
+    Raises
+    ------
+    InputError : a folder without a result, the same folder twice, results in different units or without a run.
+    """
+    from creak.report.comparison import compare_results
+
+    names = [Path(x).resolve().name if isinstance(x, str | Path) else x.summary["title"] or "result" for x in (a, b)]
+    if isinstance(a, str | Path) and isinstance(b, str | Path) and Path(a).resolve() == Path(b).resolve():
+        raise InputError(f"{a} and {b} are the same folder", expected="two results")
+    if names[0] == names[1] and isinstance(a, str | Path) and isinstance(b, str | Path):
+        names = [str(a), str(b)]
+    elif names[0] == names[1]:
+        names = [f"{name} ({which})" for name, which in zip(names, ("first", "second"), strict=True)]
+    return compare_results(_side(names[0], a), _side(names[1], b))
+
+
+def _side(name: str, result: str | Path | Result | SavedResult) -> Side:
+    from creak.report.comparison import Side
+    from creak.report.found import found_of
+
+    if isinstance(result, Result):
+        return Side(name, found_of(result.found), result.summary)
+    saved = result if isinstance(result, SavedResult) else open_result(result)
+    return Side(name, saved.found, saved.summary)
