@@ -19,6 +19,7 @@ def run_rows(summary: dict[str, Any]) -> list[list[str]]:
         ("CPU time, s", lambda r: f"{r['cpu_s']:.2f}"),
         ("reduction CPU time, s", lambda r: f"{r['offline_cpu_s']:.2f}" if r["offline_cpu_s"] else "-"),
         ("peak memory, GB", lambda r: f"{r['peak_rss_gb']:.2f}"),
+        ("channels closed from the start", lambda r: f"{r.get('rest_channels', 0) or '-'}"),
         ("contact events", lambda r: f"{len(r['events'])}"),
         ("stick-slip events", lambda r: f"{len(r['slip_events'])}" if r["energies"]["friction"] else "-"),
         ("largest channel force", lambda r: _figure(r["max_force"], ".4g")),

@@ -443,8 +443,9 @@ class VerificationTable(Table):
     """Hz, mode shapes that are compared."""
     event_tolerance: Positive = 0.010
     """s; events of both runs this close are the same."""
-    merge: NonNegative = 0.005
-    """s; contact lost for less is one event."""
+    merge: NonNegative | None = None
+    """s; contact of one side lost for less is one event. Default: the contact's own time scale, the length of its
+    blows, and never more than 5 ms."""
 
 
 class StudyConfig(Table):

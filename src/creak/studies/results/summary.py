@@ -17,7 +17,7 @@ from creak.studies.results.places import Place, find_places
 from creak.studies.run.compared import event_statistics
 from creak.studies.run.job import Run, StudyResult
 from creak.studies.warned import warnings_of
-from creak.verify.events import Event
+from creak.verify.events import Event, resting
 from creak.verify.matching import Errors, EventMatch
 from creak.verify.reliability import UNRELIABLE, created_of_contact
 from creak.verify.slips import SlipEvent, squeak_rates
@@ -101,6 +101,7 @@ def _run(run: Run, result: StudyResult, model: Model, convergence: Convergence |
         "retained": run.retained,
         "modes": run.modes,
         "channels": result.gaps.m,
+        "rest_channels": int(resting(h).sum()),
         "steps": h.time.size - 1,
         "end": float(h.time[-1]),
         "contact_steps": h.contact_steps,
@@ -131,6 +132,7 @@ def _run(run: Run, result: StudyResult, model: Model, convergence: Convergence |
 def _event(e: Event, model: Model) -> dict[str, Any]:
     return {
         "contact": e.group,
+        "side": e.side,
         "channel": e.channel,
         "node": int(model.nodes.ids[e.node_idx]),
         "t_start": e.t_start,
