@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.studies.converge.variants import FIGURES, TIMES, Convergence, EventSettling, Settling
+from creak.studies.converge.words import REMEDIES
 from creak.studies.run.job import Run, StudyResult
 from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.statistics import EventStatistics
@@ -22,14 +23,6 @@ KEYS = {
     "closing_speed": "closing_speed",
 }
 """Figure -> key of `settled_to` in summary.json."""
-CAUSES = {
-    "tolerance": 'the resolution of contact in time: accuracy = "fine" follows it',
-    "softer": "the contact stiffness: give what the material has",
-    "stiffer": "the contact stiffness: give what the material has",
-    "modes": "the modes that the reduction kept: raise [reduction] f_max",
-    "step": "the forced step: leave it out, and creak chooses",
-    "stiffness": "the contact stiffness: give what the material has",
-}
 
 
 @dataclass(frozen=True)
@@ -94,7 +87,8 @@ def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settlin
     causes += [t.worst for t in whole if t.worst]
     if causes:
         most = max(dict.fromkeys(causes), key=causes.count)
-        said.append(f"most of it comes from {CAUSES[most]}")
+        what, remedy = REMEDIES[most]
+        said.append(f"most of it comes from {what}: it takes {remedy}")
     return tuple(said)
 
 

@@ -42,7 +42,8 @@ class DampingTable(Table):
     """[damping]: replaces the deck's *DAMPING."""
 
     modal: Annotated[float, Field(ge=0.0, lt=1.0, allow_inf_nan=False)] | None = None
-    """Fraction of critical of all modes up to the verification's f_max; acts on the motion relative to the supports."""
+    """Fraction of critical of every mode of the reduced model; acts on the motion relative to the supports. The
+    unreduced model has it up to the verification's f_max, and from there on in proportion to its stiffness."""
     rayleigh: RayleighTable | None = None
     """C = alpha M + beta K of all parts."""
 

@@ -79,12 +79,17 @@ def held_factor(system: System) -> Factor:
     return regular_factor(system.K) or factor(system.K + small_shift(system.K, system.M) * system.M)
 
 
-def damped(setup: Setup, system: System, found: Modes, R: FloatArray) -> System:
-    """The System with the study's modal damping, if it asks for any."""
+def damped(setup: Setup, system: System, found: Modes, R: FloatArray, *, every: bool = False) -> System:
+    """The System with the study's modal damping, if it asks for any.
+
+    Parameters
+    ----------
+    every : `found` are all modes of the System. Else what lies beyond them is damped in proportion to its stiffness.
+    """
     zeta = setup.study.config.damping.modal
     if zeta is None:
         return system
-    return with_modal_damping(system, found, R, zeta)
+    return with_modal_damping(system, found, R, zeta, beyond=not every)
 
 
 def modal_band(setup: Setup) -> float:
