@@ -10,7 +10,7 @@ from creak.studies.converge.variants import FIGURES, TIMES, Convergence, EventSe
 from creak.studies.converge.words import REMEDIES
 from creak.studies.run.job import Run, StudyResult
 from creak.verify.reliability import UNRELIABLE, reasons_against
-from creak.verify.statistics import EventStatistics
+from creak.verify.statistics import EventStatistics, rate_interval
 
 SETTLED, STATISTICS, UNSETTLED = "settled", "statistics", "unsettled"
 ENOUGH = 0.95
@@ -66,10 +66,14 @@ def _of_convergence(c: Convergence) -> Verdict:
     if few and not whole and new <= max(1.0, (1.0 - ENOUGH) * len(c.events)):
         return Verdict(SETTLED, tuple(f"event at {e.event.t_start:.4f} s: {_open(e)}" for e in open_ones))
     reasons = _reasons(c, open_ones, whole, new)
-    if c.statistics and all(_alike(s) for s in c.statistics.values()) and (c.chaotic or _scattered(c)):
+    if c.statistics and all(_alike(s) for s in c.statistics.values()) and _parted(c):
         return Verdict(
             STATISTICS,
-            ("single events differ from run to run, their rate, forces and impulses do not: use those", *reasons),
+            (
+                "single events differ from run to run, their rate, forces and impulses do not: use those",
+                _rate(c),
+                *reasons,
+            ),
         )
     return Verdict(UNSETTLED, reasons)
 
@@ -107,9 +111,23 @@ def _alike(s: EventStatistics) -> bool:
     return bool(s.rates_alike and all(known))
 
 
-def _scattered(c: Convergence) -> bool:
-    """A good part of the events has no partner in some run: single ones cannot be told."""
-    return sum(bool(e.problem) for e in c.events) > (1.0 - ENOUGH) * len(c.events)
+def _parted(c: Convergence) -> bool:
+    """Chaotic: a good part of the events has no partner in some run, or is another one by the resolution in time alone.
+
+    That changes nothing of the model, and in motion that can be followed next to nothing of the answer.
+    """
+    parted = sum(bool(e.problem) or _moved_in_time(e) for e in c.events)
+    return parted > (1.0 - ENOUGH) * len(c.events)
+
+
+def _moved_in_time(e: EventSettling) -> bool:
+    return any(abs(f.changes.get(t, 0.0)) > f.limit_of(t) for f in e.figures.values() for t in ("tolerance", "step"))
+
+
+def _rate(c: Convergence) -> str:
+    length = c.window[1] - c.window[0]
+    low, high = rate_interval(len(c.events), length)
+    return f"{len(c.events) / length:.3g} events per second (95 % confidence: {low:.3g} to {high:.3g})"
 
 
 def settled_to(e: EventSettling) -> dict[str, float | None]:

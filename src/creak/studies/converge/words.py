@@ -19,8 +19,8 @@ WORDS = {
 TOTALS = {"events": "number of events", "impulse": "total impulse", "force": "largest low-passed force"}
 STIFFNESS = ("the contact stiffness", "the contact stiffness that the material has")
 REMEDIES = {
-    "step": ("the forced step", "no [time] step at all, so that creak chooses, or a shorter one"),
-    "stiffness": STIFFNESS,
+    "step": ("the forced step", "a shorter [time] step, or none, so that creak chooses"),
+    "stiffness": ("the contact stiffness", "a stiffer contact with a step that resolves it"),
     "modes": ("the modes that the reduction kept", "a higher [reduction] f_max"),
     "tolerance": ("the resolution of contact in time", 'accuracy = "fine"'),
     "softer": STIFFNESS,

@@ -214,7 +214,7 @@ def _with_damping(setup: Setup, system: System) -> System:
     if setup.study.config.damping.modal is None:
         return system
     every = isinstance(system.K, Diagonal)
-    modes = reduced_modes(system, np.inf if every else modal_band(setup))
+    modes = reduced_modes(system, np.inf if every else modal_band(setup, system.n))
     return damped(setup, system, modes, support_motion(system, held_factor(system)), every=every)
 
 

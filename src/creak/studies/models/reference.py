@@ -20,6 +20,8 @@ from creak.studies.prepare.setup import Setup
 
 PRECHECK_BAND = 3.0
 """The linear pre-check uses the modes up to this multiple of the excitation's highest frequency."""
+SMALL = 40_000
+"""Dofs up to which modes up to [reduction] f_max are computed for the sake of modal damping alone."""
 
 Progress = Callable[[str, int, int], None]
 
@@ -59,7 +61,7 @@ def build_reference(setup: Setup, progress: Progress) -> ReferenceModel:
     found = modes(
         system.K,
         system.M,
-        f_max=modal_band(setup),
+        f_max=modal_band(setup, system.n),
         free=stiffness is None,
         stiffness_factor=stiffness,
         progress=lambda done, total: progress("modes of the assembly", done, total),
@@ -92,12 +94,18 @@ def damped(setup: Setup, system: System, found: Modes, R: FloatArray, *, every: 
     return with_modal_damping(system, found, R, zeta, beyond=not every)
 
 
-def modal_band(setup: Setup) -> float:
-    """Highest frequency of the assembly's modes that the study needs, Hz."""
+def modal_band(setup: Setup, n: int) -> float:
+    """Highest frequency of the modes of an assembly of n dofs that the study needs, Hz.
+
+    With modal damping the modes that the reduction keeps need it too, in models where they cost little.
+    """
     c = setup.study.config
     driven = PRECHECK_BAND * highest_frequency(setup.study) if c.precheck.enabled else 0.0
     band = max(1.1 * c.verification.mac_f_max, driven)
-    return max(band, c.verification.f_max) if c.damping.modal is not None else band
+    if c.damping.modal is None:
+        return band
+    kept = c.reduction.f_max if n <= SMALL else 0.0
+    return max(band, c.verification.f_max, kept)
 
 
 def static_shapes(setup: Setup, reference: ReferenceModel) -> FloatArray:

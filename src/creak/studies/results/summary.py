@@ -223,7 +223,8 @@ def _statistics(result: StudyResult) -> dict[str, Any]:
     distances = {"force": s.force, "impulse": s.impulse}
     return {
         "chaotic": s.chaotic,
-        "rate": {"reference": s.rate[0], "reduced": s.rate[1], "alike": s.rates_alike},
+        "rate": {"reference": s.rate[0], "reduced": s.rate[1], "alike": s.rates_alike}
+        | {f"{name}_95": list(pair) for name, pair in zip(("reference", "reduced"), s.interval, strict=True)},
         **{
             f"{name}_distance": None if d is None else {"value": d.value, "critical": d.critical, "alike": d.alike}
             for name, d in distances.items()
