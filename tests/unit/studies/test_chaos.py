@@ -35,7 +35,7 @@ def bounce(shake: float, loss: float, end: float, by: float) -> Outcome:
 
 @pytest.mark.parametrize(("shake", "loss", "word"), [(1.8, 0.6, SETTLED), (6.0, 0.02, STATISTICS)])
 def test_a_ball_on_a_shaken_table(shake, loss, word):
-    """Much loss: the same throws every second period, whatever the resolution. Little: no two resolutions agree for long."""
+    """Much loss: the same two hits in each period, whatever the resolution. Little: no two resolutions agree for long."""
     runs = {o.variant.name: o for o in (bounce(shake, loss, 2.0, by) for by in (1.0, 2.0))}
     verdict = _of_convergence(assess(runs, "reduced", (0.0, 2.0), 0.002))
     assert verdict.word == word
