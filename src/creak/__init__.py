@@ -18,7 +18,7 @@ The steps alone, on matrices of any program:
     gaps = creak.gap_channels(G, gap0, stiffness)                   # g = gap0 + G u
     loads = creak.make_loads(held, time, motion={"base": creak.Sine(20.0, 0.1)})
     history = creak.simulate(creak.diagonalise(held), gaps, loads)  # exact between contacts
-    events = creak.find_events(history, gaps, merge=0.005, f_max=500.0)
+    events = creak.find_events(history, gaps, f_max=500.0)
 
 Nothing heavy is imported before it is used. Wrong input raises `creak.InputError`, a failed analysis
 `creak.NumericalError`, a full disk `creak.WriteError`.

@@ -19,7 +19,16 @@ from creak.elements.block_matrices import block_matrices
 from creak.elements.geometry import DegenerateElement
 from creak.errors import InputError
 from creak.model.constraints import Constraint, Equation
-from creak.model.materials import Discrete, NodalMatrices, PointMass, Structural, has_dashpot, has_stiffness, rayleigh
+from creak.model.materials import (
+    Discrete,
+    NodalMatrices,
+    PointMass,
+    Section,
+    Structural,
+    has_dashpot,
+    has_stiffness,
+    rayleigh,
+)
 from creak.model.mesh import ElementBlock, Model
 
 CHUNK = 30_000_000
@@ -59,6 +68,17 @@ def common_rayleigh(model: Model) -> Rayleigh:
             weight[key] = weight.get(key, 0) + block.ids.size
     alpha, beta = max(weight, key=lambda k: weight[k]) if weight else (0.0, 0.0)
     return Rayleigh(alpha, beta)
+
+
+def is_damped(model: Model) -> bool:
+    """Whether a material, a point mass or a dashpot of the model damps anything."""
+    return any(_damps(block.section) for block in model.blocks)
+
+
+def _damps(section: Section) -> bool:
+    if isinstance(section, Discrete):
+        return has_dashpot(section)
+    return section.alpha != 0.0 if isinstance(section, PointMass) else any(rayleigh(section))
 
 
 def assemble_blocks(

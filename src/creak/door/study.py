@@ -61,7 +61,6 @@ pairs = "PAIRS"                       # 44 pairs in the contact area; "PAIRS15":
 f_max = 500                           # Hz, spectra and low-passed forces
 mac_f_max = 100                       # Hz, mode shapes
 event_tolerance = 0.010               # s, events this close are the same
-merge = 0.005                         # s, contact lost for less is one event
 """
 
 

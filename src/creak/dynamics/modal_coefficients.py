@@ -140,7 +140,7 @@ def modal_damping(system: System) -> FloatArray | None:
     C = (d.modal_shapes * d.modal_values) @ d.modal_shapes.T
     diagonal = C.diagonal().copy()
     np.fill_diagonal(C, 0.0)
-    size = np.sqrt(np.maximum(diagonal, 0.0))
+    size = np.sqrt(np.maximum(own + diagonal, 0.0))
     coupled = np.abs(C) > OFF_DIAGONAL * np.maximum(np.outer(size, size), OFF_DIAGONAL * diagonal.max(initial=0.0))
     return None if coupled.any() else np.asarray(own + diagonal)
 

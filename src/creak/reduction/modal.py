@@ -20,6 +20,9 @@ RANK = 1e-12
 MASSLESS = 1e-13
 """Residual shapes with less kinetic than strain energy by this factor, relative to the heaviest, have no mass."""
 
+ROUND_OFF = 1e-9
+"""Modal damping below this share of that of the highest mode is none."""
+
 
 @dataclass(frozen=True)
 class Residual:
@@ -107,15 +110,24 @@ def modal_system(system: System, modes: Modes, R: FloatArray, static: FloatArray
     return riding_system(system, modes, R, residual_shapes(system, modes, rest, energy), name)
 
 
-def with_modal_damping(system: System, modes: Modes, R: FloatArray, zeta: float) -> System:
-    """C = M Phi diag(2 zeta omega) Phi' M on the motion relative to that of the supports; dashpots stay.
+def with_modal_damping(system: System, modes: Modes, R: FloatArray, zeta: float, beyond: bool = False) -> System:
+    """C = beta K + M Phi diag(2 zeta omega - beta omega^2) Phi' M on the motion relative to the supports.
 
-    Modes that were not computed are undamped.
+    Dashpots stay. Every computed mode has the fraction zeta of critical; those that were not computed are undamped,
+    beta = 0, unless asked for.
+
+    Parameters
+    ----------
+    beyond : damp what was not computed in proportion to its stiffness, beta = 2 zeta / omega_b, omega_b the highest
+        computed frequency: zeta omega / omega_b of critical, which goes on from zeta without a step.
     """
     W = np.asarray(system.M @ modes.shapes)
-    d = 2.0 * zeta * np.sqrt(modes.omega2)
-    keep = d > 0.0
-    damping = Damping(0.0, 0.0, system.damping.extra, W[:, keep], d[keep])
+    omega = np.sqrt(modes.omega2)
+    top = float(omega.max(initial=0.0))
+    beta = 2.0 * zeta / top if beyond and top > 0.0 else 0.0
+    d = 2.0 * zeta * omega - beta * modes.omega2
+    keep = d > ROUND_OFF * zeta * top
+    damping = Damping(0.0, beta, system.damping.extra, W[:, keep], d[keep])
     relative = R.T @ W[:, keep]
     sup = system.supports
     supports = replace(

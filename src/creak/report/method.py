@@ -18,6 +18,7 @@ from creak.studies.file.config import (
     SmoothStepTable,
     StepTable,
     TimeTable,
+    VerificationTable,
 )
 
 KINDS = {
@@ -51,11 +52,21 @@ def paragraph(result: Found) -> str:
             f"contact forces of each step are solved for exactly on the channels alone ({laws})."
         )
     words.append(
-        f"Touches less than {tidy(1e3 * c.verification.merge)} ms apart count as one event. The raw peak of a penalty "
-        "contact depends on step and stiffness; the peak low-passed at "
-        f"{tidy(c.verification.f_max)} Hz and the impulse do not, so these are compared."
+        f"{_merging(c.verification)} count as one event. The raw peak of a penalty contact depends on step and "
+        f"stiffness; the peak low-passed at {tidy(c.verification.f_max)} Hz and the impulse do not, so these are "
+        "compared."
     )
     return " ".join(words)
+
+
+def _merging(v: VerificationTable) -> str:
+    """Which touches are one event."""
+    if v.merge is not None:
+        return f"Touches of one side less than {tidy(1e3 * v.merge)} ms apart"
+    return (
+        f"Touches of one side that are parted for less than {tidy(500.0 / v.f_max)} ms, which the low-pass cannot "
+        "show, or for less than they last"
+    )
 
 
 def _time(t: TimeTable) -> str:

@@ -19,8 +19,12 @@ def run_rows(summary: dict[str, Any]) -> list[list[str]]:
         ("CPU time, s", lambda r: f"{r['cpu_s']:.2f}"),
         ("reduction CPU time, s", lambda r: f"{r['offline_cpu_s']:.2f}" if r["offline_cpu_s"] else "-"),
         ("peak memory, GB", lambda r: f"{r['peak_rss_gb']:.2f}"),
+        ("channels closed from the start", lambda r: f"{r.get('rest_channels', 0) or '-'}"),
         ("contact events", lambda r: f"{len(r['events'])}"),
         ("stick-slip events", lambda r: f"{len(r['slip_events'])}" if r["energies"]["friction"] else "-"),
+        ("hardest place: force, low-passed", lambda r: _of_place(r, "force")),
+        ("hardest place: impulse of its events", lambda r: _of_place(r, "impulse")),
+        ("hardest place: closing speed", lambda r: _of_place(r, "closing_speed")),
         ("largest channel force", lambda r: _figure(r["max_force"], ".4g")),
         ("total impulse", lambda r: _figure(r["impulse_total"], ".4g")),
         ("energy created, % of work", lambda r: _percent(r["energy_created"], ".3f", 1e3)),
@@ -58,6 +62,11 @@ def verification_rows(summary: dict[str, Any]) -> list[list[str]]:
         ratio = seconds * runs["reference"]["wall_s"] / max(runs["reduced"]["wall_s"], 1e-9)
         rows.append(["reduced run is faster by", f"{ratio:.0f} x"])
     return rows
+
+
+def _of_place(run: dict[str, Any], key: str) -> str:
+    """A figure of the place that is hit hardest, the sum of its channels."""
+    return _figure(run["places"][0][key], ".4g") if run.get("places") else "-"
 
 
 def _figure(value: float | None, form: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,21 +11,29 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.signals.resampling import blocks, low_pass_uneven
 from creak.verify.intervals import chains, stretches
+from creak.verify.sides import sides
 
 REACH = 6.0
 """Periods of f_max around an event that its low-pass sees: the slowest pole of a Butterworth of order 4 decays by
 exp(-2 pi 6 sin(pi / 8)) = 5e-7 over them."""
 
+LONGEST = 5e-3
+"""s: contact that is lost for longer makes another event, however long it lasts before and after."""
+TOUCHING = 1e-9
+"""Share of its largest gap up to which a channel touches."""
+COARSER = 4.0
+"""Times the step of an onset from which the step before it is too long to tell the closing speed."""
+
 
 @dataclass(frozen=True)
 class Event:
-    """Contact of one pair or connector, micro-contacts merged.
+    """Contact of one side of a pair or connector, micro-contacts merged.
 
-    Peaks are those of the most loaded channel; the impulse is that of all channels of the pair.
+    Peaks are those of the most loaded channel; the impulse is that of all channels of the side.
     """
 
     group: str
-    """The contact pair or connector side."""
+    """The contact pair or connector."""
     channel: str
     """Channel with the highest force."""
     node_idx: int
@@ -50,6 +58,8 @@ class Event:
     """Start and end of each micro-contact, s."""
     step: float = 0.0
     """Length of the step in which the event began, s: the resolution of its times."""
+    side: int = 0
+    """Number of the side of the contact: channels that push against each other are on different ones."""
 
 
 @dataclass(frozen=True)
@@ -63,39 +73,86 @@ class _Touch:
     leader: int
 
 
-def find_events(history: History, gaps: GapOperator, merge: float, f_max: float) -> list[Event]:
+def find_events(history: History, gaps: GapOperator, merge: float | None = None, f_max: float = 500.0) -> list[Event]:
     """All events of a run, by start time.
 
-    Intervals in which any channel of a group presses; less than `merge` seconds apart they are one event. Start and end
-    are where the gap crosses zero inside a step: linear between the gaps on both sides, or, where exact unilateral
-    contact holds the gap at zero, at the rate that it had while open. Steps may be uneven.
+    Intervals in which any channel of a side presses are its touches: channels of one contact that push the same way
+    are a side (`sides`). Touches less than half a period of `f_max` apart, which the low-passed force cannot tell from
+    each other, are one blow. Blows are one event where contact is lost for less time than either of them lasts, the
+    contact's own time scale, and for less than `LONGEST`. Start and end are where the gap crosses zero inside a step:
+    linear between the gaps on both sides, or, where exact unilateral contact holds the gap at zero, at the rate that
+    it had while open. Steps may be uneven.
+
+    A channel that is closed from the start rests until it lets go: that is no event, what follows is (`resting`).
 
     Low-passed peaks are those of the forces on an even axis that keeps their impulse (`signals.resampling`); where the
-    steps around an event cannot hold `f_max` (Hz) they are the raw ones.
+    steps around an event cannot hold `f_max` they are the raw ones.
+
+    Parameters
+    ----------
+    merge : s; touches of a side less than this apart are one event, whatever their own time scale.
+    f_max : of the low-pass, Hz.
     """
-    pressing = np.asarray(history.force > 0.0)
-    weights = history.weights
-    events = []
-    for group in dict.fromkeys(gaps.group):
-        channels = np.array([j for j, g in enumerate(gaps.group) if g == group], dtype=np.int64)
-        closed = stretches(np.asarray(pressing[:, channels].any(axis=1)))
-        touches = [_touch(history, gaps, pressing, channels, first, last) for first, last in closed]
-        for chain in chains(touches, merge):
-            events.append(_event(history, gaps, pressing, weights, channels, chain, f_max))
-    return sorted(events, key=lambda e: (e.t_start, e.group))
+    weights, closing = history.weights, without_rest(history)
+    events, count = [], dict.fromkeys(gaps.group, 0)
+    for channels in sides(gaps):
+        group = gaps.group[int(channels[0])]
+        side, count[group] = count[group], count[group] + 1
+        closed = stretches(np.asarray((closing.force[:, channels] > 0.0).any(axis=1)))
+        touches = [_touch(closing, gaps, channels, first, last) for first, last in closed]
+        for chain in chains(touches, merge) if merge is not None else _own_scale(touches, 0.5 / f_max):
+            events.append(replace(_event(closing, gaps, weights, channels, chain, f_max), side=side))
+    return sorted(events, key=lambda e: (e.t_start, e.group, e.side))
+
+
+def resting(history: History) -> BoolArray:
+    """(m,) channels that are closed from the start: on a preload, because parts overlap, or because they lie there.
+
+    The last start without force at a gap of zero, and without a speed: the parabola through their first three gaps
+    starts with less than half of the mean slope of the first step (none from rest, all of it at a constant speed).
+    """
+    pressed = np.asarray(history.force[0] > 0.0)
+    if history.time.size < 3:
+        return pressed
+    t, d = history.time[1:3] - history.time[0], history.gap[1:3] - history.gap[0]
+    mean = d[0] / t[0]
+    rate = mean - (d[1] / t[1] - mean) * t[0] / (t[1] - t[0])
+    still = np.abs(rate) < 0.5 * np.abs(mean)
+    touching = (history.gap[0] <= TOUCHING * np.abs(history.gap).max(axis=0)) & (history.force[1] > 0.0)
+    return np.asarray(pressed | (touching & still))
+
+
+def without_rest(history: History) -> History:
+    """The history without the force of resting channels before they first let go."""
+    rest = np.flatnonzero(resting(history))
+    if not rest.size:
+        return history
+    force = history.force.copy()
+    for j in rest.tolist():
+        open_at = np.flatnonzero(force[1:, j] <= 0.0)
+        force[: 1 + int(open_at[0]) if open_at.size else None, j] = 0.0
+    return replace(history, force=force)
+
+
+def _own_scale(touches: list[_Touch], blow: float) -> list[list[_Touch]]:
+    """Touches of one side in order, grouped to blows, less than `blow` (s) apart, and these to events."""
+    events: list[list[_Touch]] = []
+    before = 0.0
+    for chain in chains(touches, min(blow, LONGEST)):
+        lasts = chain[-1].end - chain[0].start
+        if events and chain[0].start - events[-1][-1].end < min(lasts, before, LONGEST):
+            events[-1] = events[-1] + chain
+        else:
+            events.append(chain)
+        before = lasts
+    return events
 
 
 def _event(
-    history: History,
-    gaps: GapOperator,
-    pressing: BoolArray,
-    weights: FloatArray,
-    channels: IntArray,
-    chain: list[_Touch],
-    f_max: float,
+    history: History, gaps: GapOperator, weights: FloatArray, channels: IntArray, chain: list[_Touch], f_max: float
 ) -> Event:
     first, last, begin = chain[0].first, chain[-1].last, chain[0]
-    active = channels[pressing[first : last + 1, channels].any(axis=0)]
+    active = channels[(history.force[first : last + 1, channels] > 0.0).any(axis=0)]
     row, peak, force, impulse = _peak_and_impulse(history, weights, active, first, last)
     return Event(
         group=gaps.group[peak],
@@ -107,7 +164,7 @@ def _event(
         force_peak=force,
         force_peak_filtered=_filtered_peak(history, active, first, last, f_max, force),
         impulse=impulse,
-        closing_speed=_closing_speed(history, pressing, begin),
+        closing_speed=_closing_speed(history, begin),
         contacts=len(chain),
         force_place=_filtered_peak(history, active, first, last, f_max, force, together=True),
         touches=tuple((t.start, t.end) for t in chain),
@@ -153,17 +210,15 @@ def _filtered_peak(
 # --- where a touch begins and ends inside a step -------------------------------------------------------------------
 
 
-def _touch(
-    history: History, gaps: GapOperator, pressing: BoolArray, channels: IntArray, first: int, last: int
-) -> _Touch:
-    active = channels[pressing[first, channels]]
+def _touch(history: History, gaps: GapOperator, channels: IntArray, first: int, last: int) -> _Touch:
+    active = channels[history.force[first, channels] > 0.0]
     start, leader = float(history.time[0]), int(active[0])
     if first > 0:
         times = _crossings(history, gaps, active, first - 1, first, first - 2)
         leader, start = int(active[np.argmin(times)]), float(times.min())
     end = float(history.time[-1])
     if last + 1 < history.time.size:
-        left = channels[pressing[last, channels]]
+        left = channels[history.force[last, channels] > 0.0]
         end = float(_crossings(history, gaps, left, last + 1, last, last + 2).max())
     return _Touch(first, last, start, max(start, end), leader)
 
@@ -187,15 +242,24 @@ def _crossings(
     return np.asarray(time[opened] + np.clip(share, 0.0, 1.0) * step)
 
 
-def _closing_speed(history: History, pressing: BoolArray, touch: _Touch) -> float:
-    """Rate of the parabola through the last three open gaps at the onset; of fewer where there are no more."""
-    first, j = touch.first, touch.leader
+def _closing_speed(history: History, touch: _Touch) -> float:
+    """Speed of the gap at the onset.
+
+    Of the parabola through the last three open gaps, or fewer where there are no more. Where the step of the onset is
+    much shorter than the one before it, of that step alone: the motion up to its end is that of the open gap, as
+    contact acts from there on; not so where contact is held at zero.
+    """
+    first, j, time, gap = touch.first, touch.leader, history.time, history.gap
     if first == 0:
         return 0.0
-    open_before = np.flatnonzero(pressing[max(0, first - 3) : first, j])
+    open_before = np.flatnonzero(history.force[max(0, first - 3) : first, j] > 0.0)
     low = max(0, first - 3) + (int(open_before[-1]) + 1 if open_before.size else 0)
-    rows = range(low, first) if first - low > 1 else range(first - 1, first + 1)
-    t, g = history.time[rows.start : rows.stop], history.gap[rows.start : rows.stop, j]
+    shorter = first > 1 and time[first - 1] - time[first - 2] > COARSER * (time[first] - time[first - 1])
+    if first - low < 2 or (shorter and gap[first, j] < 0.0):
+        low, end = first - 1, first + 1
+    else:
+        end = first
+    t, g = time[low:end], gap[low:end, j]
     slope = np.diff(g) / np.diff(t)
     rate = slope[-1]
     if slope.size == 2:

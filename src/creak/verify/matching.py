@@ -102,7 +102,7 @@ def _share(common: int, alone: int) -> float | None:
 def match_events(
     reference: Sequence[Event], reduced: Sequence[Event], tolerance: float, window: tuple[float, float]
 ) -> EventMatch:
-    """Match one to one by start time within `tolerance` s, nearest first, in the same group.
+    """Match one to one by start time within `tolerance` s, nearest first, on the same side of the same group.
 
     Only events that start inside `window` are counted, but their partners may start just outside it.
     """
@@ -110,7 +110,7 @@ def match_events(
         (abs(a.t_start - b.t_start), i, j)
         for i, a in enumerate(reference)
         for j, b in enumerate(reduced)
-        if a.group == b.group and abs(a.t_start - b.t_start) <= tolerance
+        if (a.group, a.side) == (b.group, b.side) and abs(a.t_start - b.t_start) <= tolerance
     )
     partner: dict[int, int] = {}
     taken: set[int] = set()

@@ -12,6 +12,9 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.verify.intervals import chains, stretches
 
+LONGEST = 5e-3
+"""s that a pair may stick within one event."""
+
 
 @dataclass(frozen=True)
 class SlipEvent:
@@ -53,21 +56,23 @@ class _Slip:
     work: float
 
 
-def find_slips(history: History, gaps: GapOperator, merge: float) -> list[SlipEvent]:
+def find_slips(history: History, gaps: GapOperator, merge: float | None = None) -> list[SlipEvent]:
     """Stick-slip events of a run, by start time.
 
     A slip is an interval in which a channel presses and slides, between two in which it presses and sticks: sliding
     that begins with the touch or ends with the release is a rub, no stick-slip. A single instant at rest is a reversal
-    of the sliding, no stick. Slips of a pair less than `merge` seconds apart are one event. The slip speed is
-    extrapolated to zero inside the steps at both ends; length and work are trapezoidal (`History.weights`).
+    of the sliding, no stick. Slips of a pair less than `merge` seconds apart (default `LONGEST`) are one event. The
+    slip speed is extrapolated to zero inside the steps at both ends; length and work are trapezoidal
+    (`History.weights`).
     """
     if gaps.friction is None or not history.sliding.size:
         return []
     rubbing, weights = gaps.friction.channels, history.weights
+    apart = LONGEST if merge is None else merge
     by_group: dict[str, list[_Slip]] = {}
     for i, j in enumerate(rubbing.tolist()):
         by_group.setdefault(gaps.group[j], []).extend(_slips(history, weights, i, j))
-    events = [_event(gaps, chain) for slips in by_group.values() for chain in chains(slips, merge)]
+    events = [_event(gaps, chain) for slips in by_group.values() for chain in chains(slips, apart)]
     return sorted(events, key=lambda e: (e.t_start, e.group))
 
 

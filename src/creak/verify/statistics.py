@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import gammaincinv
 
 from creak.arrays import FloatArray
 from creak.verify.events import Event
@@ -50,6 +51,12 @@ class EventStatistics:
         return a, b
 
     @property
+    def interval(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """95 % confidence of both rates, events per second (`rate_interval`)."""
+        a, b = (rate_interval(n, self.length) for n in self.count)
+        return a, b
+
+    @property
     def rates_alike(self) -> bool:
         """Counts differ by no more than 1.96 sqrt(n + m), as 95 % of those of two equal Poisson processes."""
         a, b = self.count
@@ -64,6 +71,17 @@ class EventStatistics:
 def is_chaotic(count: int, length: float) -> bool:
     """Whether so many events in a window of `length` s are more than `CHAOTIC_RATE`."""
     return length > 0.0 and count >= MANY and count / length > CHAOTIC_RATE
+
+
+def rate_interval(count: int, length: float) -> tuple[float, float]:
+    """95 % confidence of the rate of a Poisson process that gave `count` events in `length` s.
+
+    Exact: Garwood, Biometrika 28, 1936.
+    """
+    if length <= 0.0:
+        return 0.0, np.inf
+    low = float(gammaincinv(count, 0.025)) if count else 0.0
+    return low / length, float(gammaincinv(count + 1, 0.975)) / length
 
 
 def compare_statistics(

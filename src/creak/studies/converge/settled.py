@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.studies.converge.variants import FIGURES, TIMES, Convergence, EventSettling, Settling
+from creak.studies.converge.words import REMEDIES
 from creak.studies.run.job import Run, StudyResult
 from creak.verify.reliability import UNRELIABLE, reasons_against
-from creak.verify.statistics import EventStatistics
+from creak.verify.statistics import EventStatistics, rate_interval
 
 SETTLED, STATISTICS, UNSETTLED = "settled", "statistics", "unsettled"
 ENOUGH = 0.95
@@ -22,14 +23,6 @@ KEYS = {
     "closing_speed": "closing_speed",
 }
 """Figure -> key of `settled_to` in summary.json."""
-CAUSES = {
-    "tolerance": 'the resolution of contact in time: accuracy = "fine" follows it',
-    "softer": "the contact stiffness: give what the material has",
-    "stiffer": "the contact stiffness: give what the material has",
-    "modes": "the modes that the reduction kept: raise [reduction] f_max",
-    "step": "the forced step: leave it out, and creak chooses",
-    "stiffness": "the contact stiffness: give what the material has",
-}
 
 
 @dataclass(frozen=True)
@@ -73,10 +66,14 @@ def _of_convergence(c: Convergence) -> Verdict:
     if few and not whole and new <= max(1.0, (1.0 - ENOUGH) * len(c.events)):
         return Verdict(SETTLED, tuple(f"event at {e.event.t_start:.4f} s: {_open(e)}" for e in open_ones))
     reasons = _reasons(c, open_ones, whole, new)
-    if c.statistics and all(_alike(s) for s in c.statistics.values()) and (c.chaotic or _scattered(c)):
+    if c.statistics and all(_alike(s) for s in c.statistics.values()) and _parted(c):
         return Verdict(
             STATISTICS,
-            ("single events differ from run to run, their rate, forces and impulses do not: use those", *reasons),
+            (
+                "single events differ from run to run, their rate, forces and impulses do not: use those",
+                _rate(c),
+                *reasons,
+            ),
         )
     return Verdict(UNSETTLED, reasons)
 
@@ -94,7 +91,8 @@ def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settlin
     causes += [t.worst for t in whole if t.worst]
     if causes:
         most = max(dict.fromkeys(causes), key=causes.count)
-        said.append(f"most of it comes from {CAUSES[most]}")
+        what, remedy = REMEDIES[most]
+        said.append(f"most of it comes from {what}: it takes {remedy}")
     return tuple(said)
 
 
@@ -113,9 +111,23 @@ def _alike(s: EventStatistics) -> bool:
     return bool(s.rates_alike and all(known))
 
 
-def _scattered(c: Convergence) -> bool:
-    """A good part of the events has no partner in some run: single ones cannot be told."""
-    return sum(bool(e.problem) for e in c.events) > (1.0 - ENOUGH) * len(c.events)
+def _parted(c: Convergence) -> bool:
+    """Chaotic: a good part of the events has no partner in some run, or is another one by the resolution in time alone.
+
+    That changes nothing of the model, and in motion that can be followed next to nothing of the answer.
+    """
+    parted = sum(bool(e.problem) or _moved_in_time(e) for e in c.events)
+    return parted > (1.0 - ENOUGH) * len(c.events)
+
+
+def _moved_in_time(e: EventSettling) -> bool:
+    return any(abs(f.changes.get(t, 0.0)) > f.limit_of(t) for f in e.figures.values() for t in ("tolerance", "step"))
+
+
+def _rate(c: Convergence) -> str:
+    length = c.window[1] - c.window[0]
+    low, high = rate_interval(len(c.events), length)
+    return f"{len(c.events) / length:.3g} events per second (95 % confidence: {low:.3g} to {high:.3g})"
 
 
 def settled_to(e: EventSettling) -> dict[str, float | None]:

@@ -17,14 +17,16 @@ WORDS = {
     "closing_speed": "closing speed",
 }
 TOTALS = {"events": "number of events", "impulse": "total impulse", "force": "largest low-passed force"}
-ADVICE = {
-    "step": "a shorter [time] step",
-    "stiffness": "a stiffer contact with a step that resolves it",
-    "modes": "a higher [reduction] f_max",
-    "tolerance": 'accuracy = "fine"',
-    "softer": "the contact stiffness that the material has",
-    "stiffer": "the contact stiffness that the material has",
+STIFFNESS = ("the contact stiffness", "the contact stiffness that the material has")
+REMEDIES = {
+    "step": ("the forced step", "a shorter [time] step, or none, so that creak chooses"),
+    "stiffness": ("the contact stiffness", "a stiffer contact with a step that resolves it"),
+    "modes": ("the modes that the reduction kept", "a higher [reduction] f_max"),
+    "tolerance": ("the resolution of contact in time", 'accuracy = "fine"'),
+    "softer": STIFFNESS,
+    "stiffer": STIFFNESS,
 }
+"""Family of repeated runs -> what the answer hangs on where it has not settled, and what it takes."""
 
 
 def findings(c: Convergence) -> list[str]:
@@ -76,7 +78,7 @@ def _advice(family: str, force: float | None, impulse: float | None) -> str:
             ": the blow itself has settled, the share of the hardest channel has not (the stiffer, the fewer "
             "channels carry it)"
         )
-    return f": it takes {ADVICE[family]}"
+    return f": it takes {REMEDIES[family][1]}"
 
 
 def _median(c: Convergence, name: str, family: str) -> float | None:

@@ -42,7 +42,9 @@ class DampingTable(Table):
     """[damping]: replaces the deck's *DAMPING."""
 
     modal: Annotated[float, Field(ge=0.0, lt=1.0, allow_inf_nan=False)] | None = None
-    """Fraction of critical of all modes up to the verification's f_max; acts on the motion relative to the supports."""
+    """Fraction of critical of every mode of the reduced model; acts on the motion relative to the supports. The
+    unreduced model has it up to the reduction's f_max (above 40,000 dofs the verification's), and from there on in
+    proportion to its stiffness."""
     rayleigh: RayleighTable | None = None
     """C = alpha M + beta K of all parts."""
 
@@ -443,8 +445,9 @@ class VerificationTable(Table):
     """Hz, mode shapes that are compared."""
     event_tolerance: Positive = 0.010
     """s; events of both runs this close are the same."""
-    merge: NonNegative = 0.005
-    """s; contact lost for less is one event."""
+    merge: NonNegative | None = None
+    """s; contact of one side lost for less is one event. Default: the contact's own time scale, the length of its
+    blows, and never more than 5 ms."""
 
 
 class StudyConfig(Table):

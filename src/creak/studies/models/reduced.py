@@ -213,8 +213,9 @@ def _count(setup: Setup, size: int) -> int:
 def _with_damping(setup: Setup, system: System) -> System:
     if setup.study.config.damping.modal is None:
         return system
-    modes = reduced_modes(system, modal_band(setup))
-    return damped(setup, system, modes, support_motion(system, held_factor(system)))
+    every = isinstance(system.K, Diagonal)
+    modes = reduced_modes(system, np.inf if every else modal_band(setup, system.n))
+    return damped(setup, system, modes, support_motion(system, held_factor(system)), every=every)
 
 
 def _own_modes(system: System, f_max: float) -> Modes:

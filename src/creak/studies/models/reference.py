@@ -20,6 +20,8 @@ from creak.studies.prepare.setup import Setup
 
 PRECHECK_BAND = 3.0
 """The linear pre-check uses the modes up to this multiple of the excitation's highest frequency."""
+SMALL = 40_000
+"""Dofs up to which modes up to [reduction] f_max are computed for the sake of modal damping alone."""
 
 Progress = Callable[[str, int, int], None]
 
@@ -59,7 +61,7 @@ def build_reference(setup: Setup, progress: Progress) -> ReferenceModel:
     found = modes(
         system.K,
         system.M,
-        f_max=modal_band(setup),
+        f_max=modal_band(setup, system.n),
         free=stiffness is None,
         stiffness_factor=stiffness,
         progress=lambda done, total: progress("modes of the assembly", done, total),
@@ -79,20 +81,31 @@ def held_factor(system: System) -> Factor:
     return regular_factor(system.K) or factor(system.K + small_shift(system.K, system.M) * system.M)
 
 
-def damped(setup: Setup, system: System, found: Modes, R: FloatArray) -> System:
-    """The System with the study's modal damping, if it asks for any."""
+def damped(setup: Setup, system: System, found: Modes, R: FloatArray, *, every: bool = False) -> System:
+    """The System with the study's modal damping, if it asks for any.
+
+    Parameters
+    ----------
+    every : `found` are all modes of the System. Else what lies beyond them is damped in proportion to its stiffness.
+    """
     zeta = setup.study.config.damping.modal
     if zeta is None:
         return system
-    return with_modal_damping(system, found, R, zeta)
+    return with_modal_damping(system, found, R, zeta, beyond=not every)
 
 
-def modal_band(setup: Setup) -> float:
-    """Highest frequency of the assembly's modes that the study needs, Hz."""
+def modal_band(setup: Setup, n: int) -> float:
+    """Highest frequency of the modes of an assembly of n dofs that the study needs, Hz.
+
+    With modal damping the modes that the reduction keeps need it too, in models where they cost little.
+    """
     c = setup.study.config
     driven = PRECHECK_BAND * highest_frequency(setup.study) if c.precheck.enabled else 0.0
     band = max(1.1 * c.verification.mac_f_max, driven)
-    return max(band, c.verification.f_max) if c.damping.modal is not None else band
+    if c.damping.modal is None:
+        return band
+    kept = c.reduction.f_max if n <= SMALL else 0.0
+    return max(band, c.verification.f_max, kept)
 
 
 def static_shapes(setup: Setup, reference: ReferenceModel) -> FloatArray:

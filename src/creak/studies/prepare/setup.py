@@ -35,7 +35,7 @@ from creak.studies.prepare.imported import imported_superelements, resistance
 from creak.studies.prepare.output_steps import check_outputs
 from creak.studies.prepare.pairs import contact_pair
 from creak.studies.prepare.reduction_sets import check_reduction
-from creak.studies.prepare.start_check import drive_warnings, start_warnings
+from creak.studies.prepare.start_check import drive_warnings, start_warnings, undamped_warnings
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
 
@@ -130,6 +130,7 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
     rayleigh, override = _damping(model, study)
     notes += drive_warnings(model, study.config, loads, driven, rayleigh, highest_frequency(study))
     superelements = imported_superelements(model, study, rayleigh, override)
+    notes += undamped_warnings(model, study.config, superelements)
     notes += _check_held(model, driven, connectors, superelements, free)
     pairs = _pairs(model, study)
     notes += check_outputs(study, time[:: study.config.time.substeps], len(pairs))

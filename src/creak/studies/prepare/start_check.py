@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.assembly.coupling import Driven
 from creak.assembly.dofs import node_dofs
-from creak.assembly.part import Rayleigh
+from creak.assembly.part import Rayleigh, is_damped
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
@@ -58,6 +61,21 @@ def drive_warnings(
     texts = [*_idle(config, loads), *_stuck(model, config, loads, driven)]
     texts += [*_coarse(config, highest), *_damped(config, rayleigh, highest)]
     return [Warned(text) for text in texts]
+
+
+def undamped_warnings(model: Model, config: StudyConfig, superelements: Sequence[System]) -> list[str]:
+    """A model in which nothing damps: neither the deck nor the study says how, nor that nothing does."""
+    said = config.damping.modal is not None or config.damping.rayleigh is not None
+    laws = [*(t.damping for t in config.connector), *(t.damping for t in config.contact.values())]
+    if said or any(laws) or is_damped(model) or any(s.damping.extra is not None for s in superelements):
+        return []
+    return [
+        Warned(
+            "nothing is damped: neither the deck nor the study says how, so that no vibration dies out and each blow "
+            "decides over all that follow; give the study the line damping.modal = 0.02 above its first table (or "
+            "modal = 0.02 under [damping]): 2 % of critical in every mode; 0 says that none is meant"
+        )
+    ]
 
 
 def figure_warnings(model: Model, units: str, mass: float, omega2: FloatArray) -> list[str]:

@@ -17,7 +17,7 @@ from creak.studies.results.places import Place, find_places
 from creak.studies.run.compared import event_statistics
 from creak.studies.run.job import Run, StudyResult
 from creak.studies.warned import warnings_of
-from creak.verify.events import Event
+from creak.verify.events import Event, resting
 from creak.verify.matching import Errors, EventMatch
 from creak.verify.reliability import UNRELIABLE, created_of_contact
 from creak.verify.slips import SlipEvent, squeak_rates
@@ -102,6 +102,7 @@ def _run(run: Run, result: StudyResult, model: Model, convergence: Convergence |
         "retained": run.retained,
         "modes": run.modes,
         "channels": result.gaps.m,
+        "rest_channels": int(resting(h).sum()),
         "steps": h.time.size - 1,
         "end": float(h.time[-1]),
         "contact_steps": h.contact_steps,
@@ -132,6 +133,7 @@ def _run(run: Run, result: StudyResult, model: Model, convergence: Convergence |
 def _event(e: Event, model: Model) -> dict[str, Any]:
     return {
         "contact": e.group,
+        "side": e.side,
         "channel": e.channel,
         "node": int(model.nodes.ids[e.node_idx]),
         "t_start": e.t_start,
@@ -222,7 +224,8 @@ def _statistics(result: StudyResult) -> dict[str, Any]:
     distances = {"force": s.force, "impulse": s.impulse}
     return {
         "chaotic": s.chaotic,
-        "rate": {"reference": s.rate[0], "reduced": s.rate[1], "alike": s.rates_alike},
+        "rate": {"reference": s.rate[0], "reduced": s.rate[1], "alike": s.rates_alike}
+        | {f"{name}_95": list(pair) for name, pair in zip(("reference", "reduced"), s.interval, strict=True)},
         **{
             f"{name}_distance": None if d is None else {"value": d.value, "critical": d.critical, "alike": d.alike}
             for name, d in distances.items()

@@ -166,7 +166,7 @@ def run_study(
         )
         stopped = runs["reference"].stopped
     notes += run_warnings(setup, gaps, runs)
-    if runs and gaps.m and not any(run.events for run in runs.values()):
+    if runs and gaps.m and not any(run.history.force.any() for run in runs.values()):
         notes.append(never_closed(gaps, next(iter(runs.values())).history))
     window = shown_window(setup.study, output_times(setup))
     whole = {} if stopped else runs

@@ -1,0 +1,52 @@
+"""Settled, or statistics only: a ball on a shaken table, told from what two resolutions of the same motion give."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from creak.dynamics.flow_march import SAMPLES, simulate_flow
+from creak.dynamics.flow_resolution import SETTLED as RESOLUTION
+from creak.dynamics.flow_resolution import finer
+from creak.dynamics.loads import Loads
+from creak.reduction.diagonal import diagonalise
+from creak.studies.converge.settled import SETTLED, STATISTICS, _of_convergence
+from creak.studies.converge.variants import BASE, FINER, Outcome, Variant, assess
+from creak.verify.events import find_events
+from creak.verify.statistics import rate_interval
+from helpers_core import channels, system_of
+
+G, FREQUENCY, STEP = 9810.0, 60.0, 2e-3
+
+
+def bounce(shake: float, loss: float, end: float, by: float) -> Outcome:
+    """Events of a ball of mass 1 on a table that shakes with `shake` g, in the frame of the table."""
+    time = STEP / SAMPLES * np.arange(SAMPLES * round(end / STEP) + 1)
+    pull = -G + shake * G * np.sin(2.0 * np.pi * FREQUENCY * time)
+    k = (np.pi / 5e-4) ** 2  # half a period of contact: .5 ms
+    gaps = channels([[1.0]], 1.0, k, 2.0 * loss * np.sqrt(k))
+    loads = Loads(time, np.zeros((3, time.size, 0)), pull[:, None], (np.array([0]),))
+    ball = diagonalise(system_of(np.eye(1), np.zeros((1, 1))))
+    h = simulate_flow(ball, gaps, loads, resolution=finer(RESOLUTION, by), observed=np.array([0]))
+    impulse = float((h.weights @ h.force).sum())
+    events = tuple(find_events(h, gaps))
+    return Outcome(Variant(FINER if by > 1.0 else BASE, "", STEP), events, impulse, 0.0, 0.0, h.time.size, end, 0.0)
+
+
+@pytest.mark.parametrize(("shake", "loss", "word"), [(1.8, 0.6, SETTLED), (6.0, 0.02, STATISTICS)])
+def test_a_ball_on_a_shaken_table(shake, loss, word):
+    """Much loss: the same two hits in each period, whatever the resolution. Little: no two resolutions agree for long."""
+    runs = {o.variant.name: o for o in (bounce(shake, loss, 2.0, by) for by in (1.0, 2.0))}
+    verdict = _of_convergence(assess(runs, "reduced", (0.0, 2.0), 0.002))
+    assert verdict.word == word
+    if word == STATISTICS:
+        rate = len(runs[BASE].events) / 2.0
+        assert f"{rate:.3g} events per second (95 % confidence:" in verdict.reasons[1]
+    else:
+        assert len(runs[BASE].events) > 100  # more than forty a second
+
+
+def test_confidence_of_a_rate():
+    """Garwood's table: 10 events give 4.795 to 18.39, none 0 to 3.689."""
+    assert rate_interval(10, 2.0) == pytest.approx((4.795 / 2.0, 18.39 / 2.0), rel=1e-3)
+    assert rate_interval(0, 1.0) == pytest.approx((0.0, 3.689), rel=1e-3)

@@ -1,0 +1,107 @@
+"""Damping of a study: every mode gets it, in both models, and a model without any is told."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+import scipy.linalg as sla
+
+from creak.assembly.system import System
+from creak.dynamics.modal_coefficients import modal_matrices
+from creak.formats.abaqus.reader import read_deck
+from creak.linalg.modes import modes
+from creak.reduction.modal import with_modal_damping
+from creak.studies.file.reader import read_study
+from creak.studies.models.reduced import reduce_model
+from creak.studies.prepare.setup import set_up
+from creak.studies.propose.proposal import propose
+from creak.studies.propose.text import proposal_text
+from creak.studies.run.job import prepare
+from creak.studies.warned import warnings_of
+from helpers_core import chain, system_of
+from helpers_decks import STUDY, two_strips, write_strips
+
+ZETA = 0.02
+UNDAMPED = re.sub(r"\*DAMPING[^\n]*\n", "", two_strips())
+MODAL = STUDY.replace("step = 5e-4\n", "").replace("[reduction]", f"[damping]\nmodal = {ZETA}\n[reduction]")
+
+
+def quiet(*_: object) -> None:
+    """No progress."""
+
+
+def fractions(system: System) -> tuple[np.ndarray, np.ndarray]:
+    """omega and zeta of all modes of a sparse System, and a check that C couples none of them."""
+    K, M = system.K.toarray(), system.M.toarray()
+    omega2, Phi = sla.eigh(K, M)
+    d = system.damping
+    C = d.alpha * M + d.beta * K + np.asarray(d.other(np.eye(system.n)))
+    modal = Phi.T @ C @ Phi
+    np.testing.assert_allclose(modal - np.diag(modal.diagonal()), 0.0, atol=1e-9 * modal.max())
+    return np.sqrt(omega2), modal.diagonal() / (2.0 * np.sqrt(omega2))
+
+
+def test_modes_beyond_the_computed_ones_are_damped_like_their_stiffness(measured):
+    M, K = chain(20)
+    system = system_of(M, K)
+    found = modes(system.K, system.M, count=5)
+    omega, zeta = fractions(with_modal_damping(system, found, np.zeros((20, 0)), ZETA, beyond=True))
+    expected = ZETA * np.maximum(1.0, omega / omega[4])
+    np.testing.assert_allclose(zeta, expected, rtol=1e-7)
+    alone = fractions(with_modal_damping(system, found, np.zeros((20, 0)), ZETA))[1]
+    np.testing.assert_allclose(alone, np.where(np.arange(20) < 5, ZETA, 0.0), atol=1e-9)
+    measured(
+        "verdicts",
+        "fraction of critical of the highest mode",
+        zeta[-1],
+        expected[-1],
+        rel=1e-7,
+        source="zeta omega / omega_b",
+    )
+
+
+@pytest.fixture(scope="module")
+def both(tmp_path_factory):
+    """The two models of a study with modal damping."""
+    setup = set_up(read_study(write_strips(tmp_path_factory.mktemp("strips"), UNDAMPED, MODAL)))
+    reference, gaps, _ = prepare(setup, quiet)
+    return setup, reference, reduce_model(setup, reference, gaps, quiet)
+
+
+def test_every_mode_of_the_reduced_model_has_the_damping_of_the_study(both):
+    _, reference, reduced = both
+    m, c, k = modal_matrices(reduced.system)
+    omega = np.sqrt(k[m > 0.0])
+    assert omega.max() > 10.0 * 2.0 * np.pi * reference.modes.frequencies.max()
+    np.testing.assert_allclose(c[m > 0.0], 2.0 * ZETA * omega, rtol=1e-9)
+
+
+def test_the_unreduced_model_agrees_in_the_band_and_is_damped_beyond(both):
+    setup, reference, _ = both
+    omega, zeta = fractions(reference.system)
+    band = omega <= 2.0 * np.pi * setup.study.config.reduction.f_max
+    assert band.sum() > 3
+    np.testing.assert_allclose(zeta[band], ZETA, rtol=1e-4)
+    assert zeta[~band].min() > ZETA * (1.0 - 1e-4)
+
+
+def test_a_model_without_damping_is_told_what_to_write(tmp_path):
+    (said,) = warnings_of(set_up(read_study(write_strips(tmp_path, UNDAMPED))).notes)
+    assert "nothing is damped" in said
+    line = re.search(r"damping\.modal = [\d.]+", said).group()
+    assert warnings_of(set_up(read_study(write_strips(tmp_path, UNDAMPED, f"{line}\n{STUDY}"))).notes) == []
+    for cure in ("modal = 0", "rayleigh = { beta = 1e-6 }"):
+        study = STUDY.replace("[reduction]", f"[damping]\n{cure}\n[reduction]")
+        assert warnings_of(set_up(read_study(write_strips(tmp_path, UNDAMPED, study))).notes) == []
+    assert warnings_of(set_up(read_study(write_strips(tmp_path))).notes) == []
+
+
+@pytest.mark.parametrize(("deck", "lines"), [(UNDAMPED, 1), (two_strips(), 0)])
+def test_a_new_study_damps_what_the_deck_does_not(tmp_path, deck, lines):
+    path = tmp_path / "strips.inp"
+    path.write_text(deck)
+    model = read_deck(path)
+    text = proposal_text(propose(model, None, None, quiet), model, "strips.inp", "strips")
+    assert text.count("[damping]\nmodal = 0.02") == lines
