@@ -22,6 +22,7 @@ GROUPS = {
         "SlipEvent",
         "EventMatch",
     ),
+    "Sound": ("loudness", "steady_loudness", "Loudness", "SteadyLoudness"),
     "Errors": ("CreakError", "InputError", "NumericalError", "WriteError"),
 }
 HEAD = """\
