@@ -102,10 +102,10 @@ def loudness(pressure: ArrayLike, rate: float, *, field: str = "free") -> Loudne
 
     Raises
     ------
-    InputError : a pressure that is not one channel of finite numbers, a rate outside 1 kHz to 10 MHz, another field,
-        a low band above 120 dB.
+    InputError : a pressure that is not one channel of numbers up to 1e5 Pa, a rate outside 1 kHz to 10 MHz, another
+        field, a low band above 120 dB.
     """
-    x = at_48k(np.asarray(pressure, dtype=np.float64), rate)
+    x = at_48k(pressure, rate)
     powers, _ = band_powers(x, FILTERS, smoothing(), STEP, 0)
     core = decayed(core_loudness(as_level(powers), field), LEVEL_RATE)
     instant, specific = with_slopes(core, EVERY)
@@ -127,7 +127,7 @@ def steady_loudness(pressure: ArrayLike, rate: float, *, field: str = "free", sk
     ------
     InputError : as `loudness`; a record not longer than `skip`.
     """
-    x = at_48k(np.asarray(pressure, dtype=np.float64), rate)
+    x = at_48k(pressure, rate)
     start = round(skip * RATE)
     if not 0 <= start < x.size:
         raise InputError(
