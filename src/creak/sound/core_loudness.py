@@ -102,8 +102,8 @@ def decayed(core: FloatArray, rate: float) -> FloatArray:
 def decay_factors(step: float) -> Six:
     """What a step of `step` s leaves of the two stores.
 
-    The output u and the inner store w obey, while u > w, u' = -(u - w) / SHORT - ... with the eigenvalues
-    lambda^2 + P lambda + Q = 0, P = (VARIABLE + LONG) / (VARIABLE SHORT), Q = 1 / (SHORT VARIABLE).
+    While the output u is above the inner store w, both fall with lambda^2 + P lambda + Q = 0,
+    P = (VARIABLE + LONG) / (VARIABLE SHORT), Q = 1 / (SHORT VARIABLE).
 
     Returns
     -------
