@@ -26,9 +26,9 @@ LAYERS = (
 )
 EVERYWHERE = {"errors", "arrays", ""}
 """`creak.errors`, `creak.arrays` and the bare package (its version) may be imported by anyone."""
-BESIDE = {"linalg": set(), "signals": set(), "formats": {"model"}, "door": {"formats"}}
+BESIDE = {"linalg": set(), "signals": set(), "sound": set(), "formats": {"model"}, "door": {"formats"}}
 """What the folders beside the tower may import."""
-NUMERICS = ("model", "elements", "assembly", "linalg", "reduction", "contact", "dynamics", "signals", "verify")
+NUMERICS = ("model", "elements", "assembly", "linalg", "reduction", "contact", "dynamics", "signals", "sound", "verify")
 DRAWING = {"matplotlib", "plotly", "rich", "typer", "pyvista", "jinja2", "logging"}
 
 

@@ -32,6 +32,7 @@ GROUPS = {
         "SlipEvent",
         "EventMatch",
     ),
+    "Sound": ("loudness", "steady_loudness", "Loudness", "SteadyLoudness"),
     "Errors": ("CreakError", "InputError", "NumericalError", "WriteError"),
 }
 HEAD = """\

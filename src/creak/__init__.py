@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from creak.model.mesh import Model
     from creak.reduction.diagonal import diagonalise
     from creak.signals.sources import Motion, Multisine, Record, Sine, Step, Table, acceleration_motion
+    from creak.sound.loudness import Loudness, SteadyLoudness, loudness, steady_loudness
     from creak.studies.file.reader import Study
     from creak.studies.models.deck_modes import DeckModes
     from creak.verify.events import Event, find_events
@@ -79,6 +80,7 @@ _HOMES = {
     "model.mesh": ("Model",),
     "reduction.diagonal": ("diagonalise",),
     "signals.sources": ("Motion", "Multisine", "Record", "Sine", "Step", "Table", "acceleration_motion"),
+    "sound.loudness": ("Loudness", "SteadyLoudness", "loudness", "steady_loudness"),
     "studies.models.deck_modes": ("DeckModes",),
     "studies.file.reader": ("Study",),
     "verify.events": ("Event", "find_events"),
@@ -100,6 +102,7 @@ __all__ = [
     "History",
     "InputError",
     "Loads",
+    "Loudness",
     "Model",
     "Modes",
     "Motion",
@@ -111,6 +114,7 @@ __all__ = [
     "Scheme",
     "Sine",
     "SlipEvent",
+    "SteadyLoudness",
     "Step",
     "Study",
     "System",
@@ -130,6 +134,7 @@ __all__ = [
     "generalised_alpha",
     "guyan",
     "join_gaps",
+    "loudness",
     "mac_matrix",
     "make_loads",
     "make_study",
@@ -142,6 +147,7 @@ __all__ = [
     "read_study",
     "run",
     "simulate",
+    "steady_loudness",
     "system_from_matrices",
     "write_door",
 ]

@@ -1,0 +1,167 @@
+"""Loudness of a pressure signal after Zwicker, ISO 532-1:2017: of a steady sound, and over time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from creak.arrays import FloatArray
+from creak.errors import InputError
+from creak.sound.at_48k import at_48k
+from creak.sound.core_loudness import INNER, core_loudness, decayed, low_pass
+from creak.sound.sharpness import sharpness
+from creak.sound.slopes import with_slopes
+from creak.sound.third_octave import STEP, as_level, band_powers, smoothing
+from creak.sound.zwicker_tables import BANDS, FILTERS, LEVEL_RATE, RATE
+
+EVERY = 4
+"""Band levels per value that is given: one every 2 ms."""
+FAST, SLOW = (0.47, 0.0035), (0.53, 0.070)
+"""Share and time constant in s of the two low-passes of total loudness."""
+SETTLED = 0.2
+"""s that the filters are given before a steady sound counts."""
+FAINTEST = 3.0
+"""phon, the lowest loudness level."""
+
+
+@dataclass(frozen=True)
+class Loudness:
+    """Loudness over time. Percentiles are those of `total` over the record as it is, silence included."""
+
+    time: FloatArray
+    """(n,) s from the record's first sample, every 2 ms."""
+    total: FloatArray
+    """(n,) N(t), sone."""
+    specific: FloatArray
+    """(n, 240) N'(z, t), sone/Bark at .1, .2, ... 24 Bark, before the low-passes of N(t)."""
+
+    def exceeded(self, percent: float) -> float:
+        """Loudness exceeded in `percent` of the time, sone: N5 is `exceeded(5)`."""
+        if not 0.0 <= percent <= 100.0:
+            raise InputError(f"loudness exceeded in {percent:g} % of the time", expected="0 to 100 %")
+        return float(np.percentile(self.total, 100.0 - percent))
+
+    @property
+    def n5(self) -> float:
+        """Loudness exceeded in 5 % of the time, sone."""
+        return self.exceeded(5.0)
+
+    @property
+    def n10(self) -> float:
+        """Loudness exceeded in 10 % of the time, sone."""
+        return self.exceeded(10.0)
+
+    @property
+    def n_max(self) -> float:
+        """Largest loudness, sone."""
+        return float(self.total.max())
+
+    @property
+    def level(self) -> FloatArray:
+        """(n,) loudness level, phon."""
+        return loudness_level(self.total)
+
+    @property
+    def sharpness(self) -> FloatArray:
+        """(n,) sharpness of N'(z, t) by DIN 45692, acum; 0 where there is nothing to hear."""
+        return sharpness(self.specific)
+
+
+@dataclass(frozen=True)
+class SteadyLoudness:
+    """Loudness of a steady sound."""
+
+    total: float
+    """N, sone."""
+    specific: FloatArray
+    """(240,) N'(z), sone/Bark at .1, .2, ... 24 Bark."""
+
+    @property
+    def level(self) -> float:
+        """Loudness level, phon."""
+        return float(loudness_level(np.array([self.total]))[0])
+
+    @property
+    def sharpness(self) -> float:
+        """Sharpness by DIN 45692, acum; 0 where there is nothing to hear."""
+        return float(sharpness(self.specific[None])[0])
+
+
+def loudness(pressure: ArrayLike, rate: float, *, field: str = "free") -> Loudness:
+    """Loudness over time of a pressure signal, ISO 532-1:2017, method for time-varying sounds.
+
+    Valid for sounds at one ear's place from 25 Hz to 14 kHz; a band up to 250 Hz may have 120 dB at most.
+
+    Parameters
+    ----------
+    pressure : (n,) Pa, silent before. rate : sampling, Hz; other than 48 kHz is resampled.
+    field : "free", sound from the front, or "diffuse".
+
+    Raises
+    ------
+    InputError : a pressure that is not one channel of numbers up to 1e5 Pa, a rate outside 1 kHz to 10 MHz, another
+        field, a low band above 120 dB.
+    """
+    x = at_48k(pressure, rate)
+    powers, _ = band_powers(x, FILTERS, smoothing(), STEP, 0)
+    core = decayed(core_loudness(as_level(powers), field), LEVEL_RATE)
+    instant, specific = with_slopes(core, EVERY)
+    total: FloatArray = np.zeros(instant.size)
+    for share, tau in (FAST, SLOW):
+        total += share * np.asarray(low_pass(instant, math.exp(-1.0 / (LEVEL_RATE * INNER * tau)), INNER))
+    time = np.arange(specific.shape[0], dtype=np.float64) * (EVERY / LEVEL_RATE)
+    return Loudness(time, total[::EVERY], specific)
+
+
+def steady_loudness(pressure: ArrayLike, rate: float, *, field: str = "free", skip: float = SETTLED) -> SteadyLoudness:
+    """Loudness of a steady sound, ISO 532-1:2017, method for stationary sounds.
+
+    Parameters
+    ----------
+    pressure, rate, field : as `loudness`. skip : s at the start that do not count: the filters settle.
+
+    Raises
+    ------
+    InputError : as `loudness`; a record not longer than `skip`.
+    """
+    x = at_48k(pressure, rate)
+    start = round(skip * RATE)
+    if not 0 <= start < x.size:
+        raise InputError(
+            f"a record of {x.size / RATE:g} s, of which the first {skip:g} s do not count",
+            expected="a longer record",
+            fix="Give more of the sound, or a shorter skip.",
+        )
+    _, energy = band_powers(x, FILTERS, smoothing(), STEP, start)
+    return loudness_of_levels(as_level(energy / (x.size - start)), field=field)
+
+
+def loudness_of_levels(levels: ArrayLike, *, field: str = "free") -> SteadyLoudness:
+    """Loudness of a steady sound from its third-octave levels.
+
+    Parameters
+    ----------
+    levels : (28,) dB re 20 uPa, bands of 25 Hz to 12.5 kHz. field : as `loudness`.
+
+    Raises
+    ------
+    InputError : another number of bands, no numbers, another field, a low band above 120 dB.
+    """
+    given = np.asarray(levels, dtype=np.float64)
+    if given.shape != BANDS.shape or not np.isfinite(given).all():
+        raise InputError(
+            f"third-octave levels of shape {given.shape}", expected="28 finite levels in dB, bands of 25 Hz to 12.5 kHz"
+        )
+    total, specific = with_slopes(core_loudness(given[None], field))
+    return SteadyLoudness(float(total[0]), specific[0])
+
+
+def loudness_level(total: FloatArray) -> FloatArray:
+    """Loudness level in phon of loudness in sone: 40 + 10 ld N, below one sone 40 (N + .0005)^.35, 3 at least."""
+    quiet = 40.0 * (np.minimum(total, 1.0) + 5e-4) ** 0.35
+    return np.asarray(
+        np.where(total >= 1.0, 40.0 + 10.0 * np.log2(np.maximum(total, 1.0)), np.maximum(quiet, FAINTEST))
+    )

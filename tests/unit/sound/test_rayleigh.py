@@ -1,0 +1,222 @@
+"""Sound of vibrating surfaces against closed forms: baffled piston, simply supported plate, pulsating sphere."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.special import j1
+
+from creak.errors import InputError
+from creak.sound.rayleigh import (
+    AIR,
+    PressureRows,
+    area_vectors,
+    equivalent_power,
+    power_matrix,
+    pressure,
+    pressure_rows,
+    volume_shapes,
+)
+
+RATE = 48_000.0
+RHO, C = AIR.density, AIR.speed
+RADIUS = 0.1
+SIDES = 0.455, 0.379
+
+
+def response(rows: PressureRows, freq: float) -> np.ndarray:
+    """Pressure (n_listener, n_mode) per modal acceleration of e^(i w t)."""
+    delay = rows.start[:, None] + np.arange(rows.rows.shape[1])
+    return np.einsum("lt,ltm->lm", np.exp(-2j * np.pi * freq / rows.rate * delay), rows.rows)
+
+
+def disk(rings: int = 100, around: int = 200) -> tuple[np.ndarray, np.ndarray]:
+    """Points of a disk in z = 0 and the area of each."""
+    r = (np.arange(rings) + 0.5) * RADIUS / rings
+    phi = 2 * np.pi * np.arange(around) / around
+    x, y = np.outer(r, np.cos(phi)).ravel(), np.outer(r, np.sin(phi)).ravel()
+    return np.column_stack([x, y, 0 * x]), np.repeat(2 * np.pi * r * RADIUS / rings / around, around)
+
+
+def plate(nx: int = 90, ny: int = 80) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes (n, 3) and quadrilaterals of a rectangle in z = 0."""
+    x, y = np.meshgrid(np.linspace(0, SIDES[0], nx + 1), np.linspace(0, SIDES[1], ny + 1), indexing="ij")
+    i = np.arange((nx + 1) * (ny + 1)).reshape(nx + 1, ny + 1)
+    faces = np.stack([i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]], axis=-1).reshape(-1, 4)
+    return np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()]), faces
+
+
+@pytest.fixture(scope="module")
+def mode():
+    """Points and volumes (n, 1) of mode (3, 2) of the simply supported plate, normal displacement of 1 m."""
+    points, faces = plate()
+    shape = np.sin(3 * np.pi * points[:, 0] / SIDES[0]) * np.sin(2 * np.pi * points[:, 1] / SIDES[1])
+    shapes = np.zeros((*points.shape, 1))
+    shapes[:, 2, 0] = shape
+    return points, volume_shapes(area_vectors(points, faces), shapes)
+
+
+WAVENUMBER = np.hypot(3 * np.pi / SIDES[0], 2 * np.pi / SIDES[1])
+"""Of that mode in the plate, rad/m."""
+
+
+@pytest.mark.parametrize("height", [0.03, 0.1, 0.6])
+def test_piston_on_its_axis_over_time(height, measured):
+    """rho c (v(t - z / c) - v(t - sqrt(z^2 + a^2) / c)) for a pulse of velocity, near and far."""
+    points, areas = disk()
+    rows = pressure_rows(points, areas[:, None], [[0, 0, height]], RATE)
+    t, width, middle = np.arange(480) / RATE, 1e-4, 1.5e-3
+
+    def velocity(s: np.ndarray) -> np.ndarray:
+        return np.exp(-(((s - middle) / width) ** 2))
+
+    acceleration = -2 * (t - middle) / width**2 * velocity(t)
+    exact = RHO * C * (velocity(t - height / C) - velocity(t - np.hypot(height, RADIUS) / C))
+    error = np.abs(pressure(rows, acceleration[:, None])[0] - exact).max() / np.abs(exact).max()
+    assert error < 0.01
+    measured(
+        "sound",
+        "baffled piston on its axis, pulse: largest error over the peak",
+        error,
+        at_most=0.01,
+        source="closed form",
+    )
+
+
+@pytest.mark.parametrize("ka", [1.0, 4.0, 8.0])
+def test_directivity_of_a_piston(ka, measured):
+    """2 J1(ka sin) / (ka sin), 50 m away; on the axis rho A a / (2 r)."""
+    points, areas = disk()
+    angle, distance = np.radians([0.0, 10, 25, 40, 60, 80, 89]), 50.0
+    listeners = distance * np.column_stack([np.sin(angle), 0 * angle, np.cos(angle)])
+    found = np.abs(response(pressure_rows(points, areas[:, None], listeners, RATE), ka * C / RADIUS / 2 / np.pi)[:, 0])
+    u = ka * np.sin(angle)
+    wanted = np.where(u > 0, 2 * j1(u) / np.where(u > 0, u, 1), 1.0) * RHO * RADIUS**2 / (2 * distance)
+    error = np.abs(found - np.abs(wanted)).max() / wanted[0]
+    assert error < 0.01
+    measured("sound", "directivity of a piston, worst error over the axis", error, at_most=0.01, source="closed form")
+
+
+@pytest.mark.parametrize("over", [0.4, 0.9, 1.6])
+def test_plate_below_and_above_coincidence_far_away(mode, over, measured):
+    """Far field of a plate mode, k = `over` times its wavenumber: separate sums of sin over each side."""
+    k, distance = over * WAVENUMBER, 400.0
+    theta, phi = np.radians([5.0, 20, 40, 60, 80]), np.radians([10.0, 35, 50, 70, 85])
+    towards = np.column_stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+    found = response(pressure_rows(*mode, distance * towards, RATE), k * C / 2 / np.pi)[:, 0]
+
+    def side(number: int, length: float, along: np.ndarray) -> np.ndarray:
+        """int sin(n pi x / L) e^(i k along x) dx."""
+        b = number * np.pi / length
+        return b * (1 - (-1) ** number * np.exp(1j * k * along * length)) / (b**2 - (k * along) ** 2)
+
+    wanted = RHO / (2 * np.pi * distance) * side(3, SIDES[0], towards[:, 0]) * side(2, SIDES[1], towards[:, 1])
+    error = np.abs(np.abs(found) - np.abs(wanted)).max() / np.abs(wanted).max()
+    assert error < 0.01
+    measured(
+        "sound",
+        "simply supported plate, far field below and above coincidence",
+        error,
+        at_most=0.01,
+        source="closed form",
+    )
+
+
+@pytest.mark.parametrize("over", [0.4, 1.6])
+def test_plate_near_by_is_the_integral(mode, over):
+    """At 0.1 and 0.6 m, where no closed form is: Gauss points, 40 to a side of each half wave, instead of nodes."""
+    k = over * WAVENUMBER
+    listeners = np.array([[0.1, 0.2, 0.1], [0.3, 0.1, 0.6]])
+    found = response(pressure_rows(*mode, listeners, RATE), k * C / 2 / np.pi)[:, 0]
+    g, w = np.polynomial.legendre.leggauss(120)
+    x, y = (0.5 * (g + 1) * side for side in SIDES)
+    weight = np.outer(w, w) * np.prod(SIDES) / 4
+    shape = np.outer(np.sin(3 * np.pi * x / SIDES[0]), np.sin(2 * np.pi * y / SIDES[1]))
+    r = np.sqrt(
+        (listeners[:, :1, None] - x[:, None]) ** 2 + (listeners[:, 1:2, None] - y) ** 2 + listeners[:, 2:, None] ** 2
+    )
+    wanted = RHO / 2 / np.pi * (weight * shape * np.exp(-1j * k * r) / r).sum(axis=(1, 2))
+    assert np.abs(found - wanted).max() < 0.01 * np.abs(wanted).max()
+
+
+def test_a_small_sphere_that_breathes(measured):
+    """rho a^2 A / r, ka = .05, in free space; beyond, its own shadow makes it 1 / sqrt(1 + (ka)^2)."""
+    n, radius, distance = 2000, 0.02, 1.0
+    z = 1 - 2 * (np.arange(n) + 0.5) / n
+    turn = np.pi * (1 + 5**0.5) * np.arange(n)
+    points = radius * np.column_stack([np.sqrt(1 - z**2) * np.cos(turn), np.sqrt(1 - z**2) * np.sin(turn), z])
+    volumes = np.full((n, 1), 4 * np.pi * radius**2 / n)
+    rows = pressure_rows(points, volumes, [[distance, 0, 0]], RATE, baffled=False)
+    found = abs(response(rows, 0.05 * C / radius / 2 / np.pi)[0, 0])
+    wanted = RHO * radius**2 / distance / np.hypot(1, 0.05)
+    assert found == pytest.approx(wanted, rel=0.01)
+    measured("sound", "small pulsating sphere", found, wanted, rel=0.01, unit="Pa", source="closed form")
+
+
+def test_delays_between_samples():
+    """One node: amplitude and phase within 1e-3 up to .8 of half the rate."""
+    for distance in (0.4001, 0.4037, 0.02):
+        rows = pressure_rows(np.zeros((1, 3)), np.ones((1, 1)), [[0, 0, distance]], RATE)
+        for freq in (0.0, 1000.0, 0.4 * RATE):
+            wanted = RHO / (2 * np.pi * distance) * np.exp(-2j * np.pi * freq * distance / C)
+            assert abs(response(rows, freq)[0, 0] - wanted) < 1e-3 * abs(wanted)
+
+
+@pytest.mark.parametrize("height", [0.004, 0.3])
+def test_blocks_of_the_convolution_do_not_show(height):
+    """Many modes and listeners at once are the sum of plain convolutions; also for a listener nearer than a delay."""
+    rng = np.random.default_rng(5)
+    points = rng.uniform(-0.2, 0.2, (30, 3)) * [1, 1, 0]
+    listeners = np.array([[0.0, 0, height], [0.5, 0.2, 1.1]])
+    rows = pressure_rows(points, rng.standard_normal((30, 4)), listeners, RATE)
+    q = rng.standard_normal((3001, 4))
+    found = pressure(rows, q)
+    for k, start in enumerate(rows.start):
+        plain = sum(np.convolve(q[:, m], rows.rows[k, :, m]) for m in range(4))
+        wanted = np.concatenate([np.zeros(max(start, 0)), plain[max(-start, 0) :], np.zeros(len(q))])[: len(q)]
+        assert found[k] == pytest.approx(wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max())
+
+
+def test_a_listener_far_away_hears_nothing_yet():
+    rows = pressure_rows(np.zeros((1, 3)), np.ones((1, 1)), [[0, 0, 100.0]], RATE)
+    assert not pressure(rows, np.ones((50, 1))).any()
+
+
+def test_areas_are_those_of_the_faces_and_point_along_the_normal():
+    points, quads = plate(4, 3)
+    triangles = np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]])
+    for faces in (quads, triangles):
+        found = area_vectors(points, faces)
+        assert found.sum(axis=0) == pytest.approx([0, 0, np.prod(SIDES)], abs=1e-15)
+        assert (found[:, 2] > 0).all()
+    assert area_vectors(points, quads[:, ::-1]) == pytest.approx(-area_vectors(points, quads))
+
+
+def test_equivalent_power_of_a_piston_and_of_a_plate_mode():
+    """rho c S v^2, of a sine mode a quarter of it; sliding in its plane radiates nothing."""
+    points, faces = plate(60, 60)
+    shapes = np.zeros((*points.shape, 3))
+    shapes[:, 2, 0] = 1.0
+    shapes[:, 2, 1] = np.sin(3 * np.pi * points[:, 0] / SIDES[0]) * np.sin(2 * np.pi * points[:, 1] / SIDES[1])
+    shapes[:, 0, 2] = 1.0
+    B = power_matrix(area_vectors(points, faces), shapes)
+    full = RHO * C * np.prod(SIDES)
+    assert equivalent_power(B, np.diag([2.0, 2.0, 2.0])) == pytest.approx([4 * full, full, 0.0], rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: pressure_rows(np.zeros((1, 3)), np.ones((1, 1)), [[0, 0, 0]], RATE), "on the radiating surface"),
+        (lambda: pressure_rows(np.zeros((2, 3)), np.ones((1, 1)), [[0, 0, 1]], RATE), "n_mode"),
+        (lambda: pressure_rows(np.zeros((0, 3)), np.ones((0, 1)), [[0, 0, 1]], RATE), "without"),
+        (lambda: pressure_rows(np.zeros((1, 3)), np.ones((1, 1)), [[0, 0, np.inf]], RATE), "finite"),
+        (
+            lambda: pressure(pressure_rows(np.zeros((1, 3)), np.ones((1, 1)), [[0, 0, 1]], RATE), np.zeros((5, 2))),
+            "2 modes",
+        ),
+    ],
+)
+def test_wrong_input_gets_one_clear_message(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
