@@ -282,7 +282,8 @@ def test_estimate_is_infinite_beyond_the_first_mode_left_out():
     ritz, q = sla.eigh(to_dense(small.K), to_dense(small.M))
     error = frequency_error(part, small, inside, q, ritz)
     assert np.isinf(error[-1])
-    assert error[:6].max() == 0.0 or ritz[:6].max() < 1e-3 * ritz[6]
+    assert np.abs(ritz[:6]).max() < 1e-6 * ritz[6]
+    assert error[:6].max() < 1e-6  # rigid motion is not lost: zero but for round-off
 
 
 def test_usable_frequency_lies_between_the_modes_that_pass_and_fail():
