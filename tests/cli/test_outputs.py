@@ -228,13 +228,13 @@ def test_every_writer_ends_in_one_line(made, tmp_path, monkeypatch, words):
 @pytest.mark.parametrize(("error", "status"), [(KeyboardInterrupt, 1), (ValueError, None)])
 def test_a_page_that_cannot_be_drawn_does_not_cost_the_results(creak, made, tmp_path, monkeypatch, error, status):
     def fails(*_):
-        raise error
+        raise error("drawn badly")
 
     shutil.copytree(made / "out", tmp_path / "out")
     before = json.loads((tmp_path / "out" / "summary.json").read_text())["run"]["id"]
     monkeypatch.setattr("creak.api.result.Result.page", fails)
     if status is None:
-        with pytest.raises(error):
+        with pytest.raises(error, match="drawn badly"):
             creak("run", made / "study.toml", "--out", tmp_path / "out", "--quiet")
     else:
         said = creak("run", made / "study.toml", "--out", tmp_path / "out", "--quiet")

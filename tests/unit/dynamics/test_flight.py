@@ -309,7 +309,7 @@ def test_ctrl_c_keeps_what_was_computed():
         if done >= 20:
             raise KeyboardInterrupt
 
-    with pytest.raises(Interrupted) as stop:
+    with pytest.raises(Interrupted, match="stopped at t = ") as stop:
         run(KINDS["rayleigh"](np.ones(N)), pushed(40, 1), progress=interrupt)
     assert stop.value.history.time.size == 21
 

@@ -476,7 +476,7 @@ def test_ctrl_c_keeps_what_was_computed(compiled):
             raise KeyboardInterrupt
 
     run = simulate_modal if compiled else simulate
-    with pytest.raises(Interrupted) as stop:
+    with pytest.raises(Interrupted, match=r"^stopped at t = 2 s$") as stop:
         run(system, NO_CHANNELS, at_rest(time_axis(5.0, 1e-3)), HHT(), observed=np.arange(2), progress=interrupt)
     history = stop.value.history
     assert history.time.size == 2001

@@ -157,9 +157,16 @@ def test_every_node_moves_as_its_constraints_say(deck):
     assert not moved[:, found.model.node_sets["ROOT_A"]].any()
 
 
-@pytest.mark.parametrize("wrong", [{"count": 0}, {"f_max": -1.0}, {"f_max": 10.0, "count": 3}])
-def test_wrong_arguments(deck, wrong):
-    with pytest.raises(InputError):
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"count": 0}, "count = 0; expected a positive number"),
+        ({"f_max": -1.0}, "f_max = -1; expected a positive number"),
+        ({"f_max": 10.0, "count": 3}, "both f_max and count"),
+    ],
+)
+def test_wrong_arguments(deck, wrong, said):
+    with pytest.raises(InputError, match=said):
         deck_modes(deck(beam(4)), **wrong)
 
 

@@ -1,6 +1,7 @@
 """A deck's own *DYNAMIC step: against closed form, and against the same thing as a study."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -291,9 +292,8 @@ def test_notes_of_time(deck):
     ],
 )
 def test_wrong_decks(deck, text, what, start):
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(InputError, match=re.escape(what)) as caught:
         set_up_deck(deck(text))
-    assert what in caught.value.what
     line = next(i for i, row in enumerate(text.splitlines(), 1) if row.startswith(start))
     assert caught.value.where.endswith(f"deck.inp:{line}")
 
@@ -325,9 +325,8 @@ def test_wrong_signals_of_a_study(tmp_path, signal, wrong):
     text = STUDY.format(kind="velocity", amplitude=1.0)
     old = next(line for line in text.splitlines() if line.startswith("signal"))
     (tmp_path / "study.toml").write_text(text.replace(old, f"signal = {signal}"))
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(InputError, match=re.escape(wrong)) as caught:
         read_study(tmp_path / "study.toml")
-    assert wrong in str(caught.value)
     assert f"study.toml:{text.splitlines().index(old) + 1}" in caught.value.where
 
 
