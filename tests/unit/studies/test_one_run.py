@@ -26,6 +26,8 @@ from helpers_decks import STUDY, two_strips, write_strips
 from helpers_disk import small_disk
 from helpers_refusal import refusal
 
+pytestmark = [pytest.mark.slow, pytest.mark.once]
+
 SHORT = STUDY.replace("periods = 2", "end = 0.06\n[output]\nfield_interval = 0.01").replace(
     "0.05, period", "0.3, period"
 )
