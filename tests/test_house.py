@@ -11,7 +11,6 @@ from helpers_measured import Measured
 
 ROOT = Path(__file__).parents[1]
 TESTS = ROOT / "tests"
-MAP = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
 
 
 # --- make check -----------------------------------------------------------------------------------------------------
@@ -61,7 +60,11 @@ def test_check_keeps_most_of_every_folder(folder):
 def test_check_runs_the_unit_tests():
     recipe = re.search(r"^check:.*\n\t(.*)", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     assert recipe
-    assert recipe[1].split("--quick 5 ")[1].split() == ["tests/unit", "tests/test_architecture.py", "tests/test_house.py"]
+    assert recipe[1].split("--quick 5 ")[1].split() == [
+        "tests/unit",
+        "tests/test_architecture.py",
+        "tests/test_house.py",
+    ]
 
 
 # --- measured -------------------------------------------------------------------------------------------------------

@@ -87,7 +87,7 @@ def test_what_creak_asks_for_itself_is_told_so_and_nothing_else():
     assert {n: r.brought for n, r in told().items() if r.brought.startswith("creak")} == wanted, AGAIN
 
 
-def test_no_row_is_left_of_a_package_that_is_here_and_not_here():
+def test_no_row_is_left_of_a_package_that_is_here_and_not_needed():
     left = [
         n for n in set(told()) - set(here()) if any(canonicalize_name(d.name) == n for d in metadata.distributions())
     ]
