@@ -57,6 +57,13 @@ def test_check_keeps_most_of_every_folder(folder):
     assert sum(map(marked_slow, files)) <= len(files) / 3
 
 
+def test_newest_and_lowest_leave_out_little():
+    files = list((TESTS / "unit").rglob("test_*.py"))
+    once = [p for p in files if re.search(r"mark\.once", p.read_text(encoding="utf-8"))]
+    assert 0 < len(once) <= len(files) / 10
+    assert (ROOT / "Makefile").read_text(encoding="utf-8").count("-m 'not once' tests/unit tests/packaging") == 1
+
+
 def test_check_runs_the_unit_tests():
     recipe = re.search(r"^check:.*\n\t(.*)", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     assert recipe
