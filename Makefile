@@ -62,11 +62,12 @@ install-lowest:
 	$(LOWEST_PYTHON) -m tools.lowest > $(LOWEST)/constraints.txt
 	$(LOWEST)/bin/pip install --quiet --no-compile --disable-pip-version-check --constraint $(LOWEST)/constraints.txt -e '.[dev,report,cluster]'
 
-# The demo compiles the kernels, so that the tests' processes find them.
+# Compiles all kernels in one process, so that those of the tests find them: the demo, and a file of tests on forced steps.
 demo-newest demo-lowest: demo-%:
 	@build/$*/bin/pip list --format=freeze --exclude-editable | paste -s -d ' ' -
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba build/$*/bin/creak example door --mesh-size 40 --out build/$*/door
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/creak run build/$*/door/door.toml --out build/$*/door/results
+	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/python -m pytest tests/unit/api/test_matrices.py
 
 unit-newest unit-lowest: unit-%:
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba CREAK_TESTED=$* $(ONE_THREAD) build/$*/bin/python -m pytest $(PARALLEL) -m 'not once' tests/unit tests/packaging
