@@ -10,7 +10,8 @@ LOWEST := build/lowest
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 PARALLEL   := -n 2 --dist loadfile
 
-.PHONY: demo test test-newest test-lowest licences lint docs verification bench dist clean
+.PHONY: demo test check licences lint docs verification bench dist clean \
+  $(foreach step,test install demo unit,$(step)-newest $(step)-lowest)
 .DELETE_ON_ERROR:
 
 $(VENV)/run.stamp: pyproject.toml
@@ -36,30 +37,40 @@ demo: $(VENV)/run.stamp
 test: $(VENV)/dev.stamp
 	$(ONE_THREAD) $(BIN)/python -m pytest $(PARALLEL)
 
-# Minutes long, and nothing in them hangs on a dependency's version that the others do not: the whole suite has them.
-ONCE := $(addprefix --ignore=tests/,packaging/test_wheel.py \
-  $(addprefix unit/studies/,test_thesis_cases.py test_sweep_workers.py test_one_run.py))
+# After each edit: unit tests but for those that are marked slow; a test that takes more than five seconds is named.
+check: $(VENV)/dev.stamp
+	$(ONE_THREAD) $(BIN)/python -m pytest $(PARALLEL) --quick 5 tests/unit tests/test_architecture.py tests/test_house.py
 
-# The demo at 40 mm, unit and packaging tests in the environment $(1).
-define demo_and_unit_tests
-	@$(1)/bin/pip list --format=freeze --exclude-editable | paste -s -d ' ' -
-	NUMBA_CACHE_DIR=$(1)/numba $(1)/bin/creak example door --mesh-size 40 --out $(1)/door
-	NUMBA_CACHE_DIR=$(1)/numba $(1)/bin/creak run $(1)/door/door.toml --out $(1)/door/results
-	NUMBA_CACHE_DIR=$(1)/numba CREAK_TESTED=$(notdir $(1)) $(ONE_THREAD) $(1)/bin/python -m pytest $(PARALLEL) tests/unit tests/packaging $(ONCE)
-endef
-
-# The newest release of everything, whatever was there before.
+# The newest release of everything, whatever was there before; then the demo at 40 mm, unit and packaging tests with it.
 test-newest:
+	$(MAKE) install-newest
+	$(MAKE) demo-newest
+	$(MAKE) unit-newest
+
+# The same with the lowest version of everything that pyproject.toml names.
+test-lowest:
+	$(MAKE) install-lowest
+	$(MAKE) demo-lowest
+	$(MAKE) unit-lowest
+
+install-newest:
 	$(NEWEST_PYTHON) -m venv $(NEWEST)
 	$(NEWEST)/bin/pip install --quiet --no-compile --disable-pip-version-check --upgrade --upgrade-strategy eager -e '.[dev,report,cluster]'
-	$(call demo_and_unit_tests,$(NEWEST))
 
-# The lowest version of everything that pyproject.toml names.
-test-lowest:
+install-lowest:
 	$(LOWEST_PYTHON) -m venv $(LOWEST)
 	$(LOWEST_PYTHON) -m tools.lowest > $(LOWEST)/constraints.txt
 	$(LOWEST)/bin/pip install --quiet --no-compile --disable-pip-version-check --constraint $(LOWEST)/constraints.txt -e '.[dev,report,cluster]'
-	$(call demo_and_unit_tests,$(LOWEST))
+
+# Compiles all kernels in one process, so that those of the tests find them: the demo, and a file of tests on forced steps.
+demo-newest demo-lowest: demo-%:
+	@build/$*/bin/pip list --format=freeze --exclude-editable | paste -s -d ' ' -
+	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba build/$*/bin/creak example door --mesh-size 40 --out build/$*/door
+	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/creak run build/$*/door/door.toml --out build/$*/door/results
+	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/python -m pytest tests/unit/api/test_matrices.py
+
+unit-newest unit-lowest: unit-%:
+	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba CREAK_TESTED=$* $(ONE_THREAD) build/$*/bin/python -m pytest $(PARALLEL) -m 'not once' tests/unit tests/packaging
 
 # Rows of packages that only the lowest or the newest versions bring are kept; the last one words the others.
 licences: $(VENV)/dev.stamp

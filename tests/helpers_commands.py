@@ -54,6 +54,7 @@ QUICK = {
     "excitation.hinge.signal.period": 0.1,
     "excitation.hinge.signal.amplitude": 0.025,
     "time.periods": 2,
+    "time.accuracy": "quick",
     "reduction.f_max": 200,
     "verification.pairs": "PAIRS15",
     "reference.run": False,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import stat
 import subprocess
 import sys
@@ -42,6 +43,17 @@ def limited_creak(most: int, *words: object) -> subprocess.CompletedProcess[str]
     """`creak WORDS` in a process whose files may have so many bytes, as by `ulimit -f`."""
     command = [sys.executable, "-c", LIMITED.format(bytes=most), *map(str, words)]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+
+
+@contextmanager
+def limited_files(most: int) -> Iterator[None]:
+    """Files of this process may have so many bytes for a while, as by `ulimit -f`."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (most, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def device(path: Path, number: int, kind: int = stat.S_IFCHR) -> Path:

@@ -1,6 +1,6 @@
-"""Verified quantities: what a test found, what it should be and how far apart the test lets them lie.
+"""Verified quantities: what a test found, what it should be and how far apart they may lie.
 
-Tests record them through the fixture `measured`; `pytest --measured=FILE` writes them down. docs/verification.md is made
+Tests hold and record them through the fixture `measured`; `pytest --measured=FILE` writes them down. docs/verification.md is made
 from that file by `python -m tools.verification_page`.
 """
 
@@ -48,7 +48,7 @@ class Measured:
         source: str = "",
         unit: str = "",
     ) -> None:
-        """Record `found` beside `expected`, with the tolerance in the words of the assertion.
+        """Assert that `found` is `expected` within the tolerance, and record both.
 
         Parameters
         ----------
@@ -59,8 +59,16 @@ class Measured:
         rel, abs : tolerance as in `pytest.approx`, the larger of the two rules; number or one for each entry.
         between : lowest and highest value allowed. `expected` is the middle unless given.
         at_most : an error or a misfit, zero at best, and its bound. at_least : a count or a ratio and its lower bound.
+
+        Raises
+        ------
+        AssertionError : a value lies outside, is no number, or there is none.
+        TypeError : nothing to hold it to.
         """
         value = np.atleast_1d(np.asarray(found, dtype=float)).ravel()
+        assert value.size, f"{quantity}: no value"
+        if expected is None and between is None and at_most is None and at_least is None:
+            raise TypeError(f"{quantity}: neither an expected value nor a limit")
         if at_most is not None:
             expected, between = 0.0, (-at_most, at_most)
         elif between is not None and expected is None:
@@ -76,6 +84,9 @@ class Measured:
         for i, (x, e, t) in enumerate(zip(value, wanted, slack, strict=True)):
             low, high = (at_least, None) if e is None else between or (e - t, e + t)
             name = quantity.replace("{}", str(i + 1))
+            said = f"{name}: found {x!r}, expected {low} to {high}"
+            assert low is None or low <= x, said
+            assert high is None or x <= high, said
             self._keep(
                 {
                     "section": section,

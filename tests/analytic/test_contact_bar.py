@@ -60,12 +60,7 @@ def test_bar_on_a_rigid_wall(measured):
     history = on_wall(-0.05, 10.0)
     first, last = pressed(history)
     # Theory: .5 %, the penalty's own compliance dx / 10 and one step against a length of 10.
-    assert history.time[first] == pytest.approx(TOUCH, abs=STEP)
-    assert (last - first + 1) * STEP == pytest.approx(DURATION, rel=0.005)
-    assert history.force.sum() * STEP == pytest.approx(200.0, rel=0.005)
-    assert force_error(history) < 0.01
     leaving = np.diff(history.displacement[-2:], axis=0) / STEP
-    assert leaving.mean() == pytest.approx(SPEED, rel=0.01)
     # The first peak of a penalty contact overshoots by 1.4 to 2 whatever the mesh.
     assert 1.4 * FORCE < history.force.max() < 2.1 * FORCE
     measured("contact", "bar on a wall: onset", history.time[first], TOUCH, abs=STEP, unit="s", source="closed form")
@@ -127,14 +122,11 @@ def test_bar_impulse_converges_with_the_mesh():
 def test_dissipation_gives_a_smooth_force(alpha, penalty, again, rms, energy, measured):
     """The well-behaved rows of the table of penalties."""
     history = on_wall(alpha, penalty)
-    assert reopenings(history) == again
-    # The table's rms window is not stated: 10 % of the value, .01 % at least.
-    assert force_error(history) == pytest.approx(rms, rel=0.1, abs=1e-4)
     # Energy depends a little on where in a step the bar touches (and on its end): 15 %.
-    assert energy_change(history) == pytest.approx(energy, rel=0.15)
     assert history.energy_created < 1e-6
     case = f"bar on a wall, alpha {alpha:.3g}, penalty {penalty:g} EA/dx"
     measured("contact", f"{case}: false re-openings", reopenings(history), again, source="table of penalties")
+    # The table's rms window is not stated: 10 % of the value, .01 % at least.
     measured(
         "contact",
         f"{case}: rms error of the force",
@@ -153,12 +145,11 @@ def test_dissipation_gives_a_smooth_force(alpha, penalty, again, rms, energy, me
 def test_stiff_penalty_without_dissipation_chatters(penalty, least, rms, measured):
     """alpha = 0: hundreds of false re-openings, force errors above 100 %, energy created, and the alarm says so."""
     history = on_wall(0.0, penalty)
-    assert reopenings(history) >= least
-    assert force_error(history) == pytest.approx(rms, rel=0.1)  # chaotic: the table's value to 10 %
     assert history.energy_created > 0.002
     assert energy_change(history) > 0.002
     case = f"bar on a wall, alpha 0, penalty {penalty:g} EA/dx"
     measured("contact", f"{case}: false re-openings", reopenings(history), at_least=least, source="table of penalties")
+    # chaotic: the table's value to 10 %
     measured(
         "contact", f"{case}: rms error of the force", force_error(history), rms, rel=0.1, source="table of penalties"
     )
@@ -167,8 +158,8 @@ def test_stiff_penalty_without_dissipation_chatters(penalty, least, rms, measure
 def test_alarm_shows_how_much_energy_was_created(measured):
     """alpha = 0 and 100 x EA/dx: more than ten times the energy of the impact out of nothing (+1150 %)."""
     history = on_wall(0.0, 100.0)
-    assert history.energy_created == pytest.approx(11.5, rel=0.15)  # chaotic
     assert history.energy_created >= energy_change(history) - 1e-9  # alarm is the worst moment, undamped and unloaded
+    # chaotic
     measured(
         "contact",
         "bar on a wall, alpha 0, penalty 100 EA/dx: energy created",
@@ -181,7 +172,6 @@ def test_alarm_shows_how_much_energy_was_created(measured):
 
 def test_hundredfold_penalty_chatters_even_with_transient_fidelity(measured):
     history = on_wall(-0.05, 100.0)
-    assert reopenings(history) > 100
     assert history.energy_created > 0.05
     measured(
         "contact",
@@ -196,7 +186,6 @@ def test_energy_table_adds_up_to_the_initial_energy(measured):
     """kinetic + strain + contact + scheme = initial energy at every step: by definition, to round-off."""
     history = on_wall(-0.05, 10.0)
     total = history.energy.sum(axis=1) - 2 * history.energy[:, ENERGIES.index("external")]
-    np.testing.assert_allclose(total, 0.5 * RHO_A * LENGTH * SPEED**2, rtol=1e-10)
     measured(
         "energy",
         "bar on a wall: sum of the energy table, worst step",
@@ -234,13 +223,8 @@ def test_short_bar_hits_a_longer_one_and_stops(measured):
     t = history.time - start
     inside = (t > 0.15 * 2 * L1 / C) & (t < 0.85 * 2 * L1 / C)
     # The smeared fronts take some 5 % of a bar of 40 elements.
-    assert (last - first + 1) * h == pytest.approx(2 * L1 / C, rel=0.05)
-    assert history.force[inside, 0].mean() == pytest.approx(RHO_A * C * SPEED / 2, rel=0.005)
-    assert history.force.sum() * h == pytest.approx(RHO_A * L1 * SPEED, rel=0.01)
     p = np.diff(history.displacement[-2:], axis=0)[0] / h
     short, long = (M1 @ p[: n1 + 1]).sum() / L1, (M2 @ p[n1 + 1 :]).sum() / L2
-    assert abs(short) < 0.01 * SPEED
-    assert long == pytest.approx(SPEED * L1 / L2, rel=0.01)
     # Momentum is kept exactly: contact forces are pairs.
     assert (M1 @ p[: n1 + 1]).sum() + (M2 @ p[n1 + 1 :]).sum() == pytest.approx(RHO_A * L1 * SPEED, rel=1e-9)
     measured(
@@ -321,9 +305,6 @@ def test_bouncing_bar(measured):
         steps = np.flatnonzero(force > 0.0)
         # Penalty compliance and smeared fronts on 100 elements: 2 % of the contact time; in flight the smeared
         # fronts ring (some .4 m/s of the foot's 10), which shifts the second touch.
-        assert t[steps[0]] == pytest.approx(a, abs=late * 2 / 3)
-        assert t[steps[-1]] == pytest.approx(b, abs=late * 2 / 3)
-        assert force.sum() * h == pytest.approx(266.667, rel=0.015)
         measured(
             "contact",
             f"bouncing bar: contact from {a:.4f} s",
@@ -356,7 +337,6 @@ def test_bouncing_bar(measured):
         for share in (0.25, 0.5, 0.75):
             here = np.searchsorted(t, a + share * 2 / 3)
             exact = ends[0] + share * (ends[1] - ends[0])
-            assert force[here - 5 : here + 5].mean() == pytest.approx(exact, rel=0.04)
             measured(
                 "contact",
                 f"bouncing bar: force at {a + share * 2 / 3:.4f} s",
@@ -369,7 +349,7 @@ def test_bouncing_bar(measured):
     bottom = {0.5: 3.75, 1.8: 0.533333, 2.0: 1.666667, 2.5: 4.027778, 3.0: 4.444444, 3.5: 0.694444, 4.5: 1.527778}
     for at, height in bottom.items():
         found = HEIGHT + history.displacement[round(at / h), 0]
-        assert found == pytest.approx(height, abs=0.03 * HEIGHT)  # kinks of the free flight are rounded
+        # kinks of the free flight are rounded
         measured(
             "contact",
             f"bouncing bar: height of the foot at {at} s",

@@ -47,10 +47,6 @@ def test_numbers_of_the_case_are_its_closed_form():
 def test_mass_on_a_penalty_stop_force_duration_and_impulse(fine, measured):
     # (omega h)^2 / 12 = 3e-7 is the scheme's error; the interpolated release adds up to (omega h)^2 = 4e-6.
     event = find_events(fine, STOP, merge=0.0, f_max=1e6)[0]
-    assert event.force_peak == pytest.approx(9950.3719, rel=4e-6)
-    assert event.t_end - event.t_start == pytest.approx(0.0312600153, rel=4e-6)
-    # The first touch at t = 0 to the release; the sum of forces is a rectangle rule, exact to (omega h)^2.
-    assert event.impulse == pytest.approx(198.01980, rel=4e-6)
     measured(
         "contact",
         "mass on a penalty stop: peak force",
@@ -69,6 +65,7 @@ def test_mass_on_a_penalty_stop_force_duration_and_impulse(fine, measured):
         unit="s",
         source="closed form",
     )
+    # The first touch at t = 0 to the release; the sum of forces is a rectangle rule, exact to (omega h)^2.
     measured(
         "contact",
         "mass on a penalty stop: impulse",
@@ -85,7 +82,6 @@ def test_mass_leaves_a_penalty_stop_with_the_speed_it_came(fine, measured):
     w = np.sqrt(1e4 / 100.0)
     t = fine.time[after] - PI / OMEGA
     # Free again it swings on its own spring: v = cos(w t).
-    np.testing.assert_allclose(velocity(fine)[after][1:-1], np.cos(w * t)[1:-1], atol=1e-5)
     measured(
         "contact",
         "mass on a penalty stop: speed after it left, worst instant",
@@ -107,14 +103,12 @@ def test_error_on_a_stop_falls_with_the_square_of_the_step(measured):
         errors.append(np.abs(history.force[inside, 0] - exact).max())
     order = np.log2(np.array(errors[:-1]) / errors[1:])
     # HHT is of second order; .1 is what the next term may bend it.
-    np.testing.assert_allclose(order, 2.0, atol=0.1)
     measured("contact", "mass on a penalty stop: order in the step", order, 2.0, abs=0.1, source="HHT")
 
 
 def test_energy_on_a_stop_is_kept_to_the_scheme_dissipation(fine, measured):
     stored = fine.energy[:, :3].sum(axis=1)
     # Damping ratio -alpha (1+alpha)^2 Omega^3 / 8 = 6e-12 per radian is far below the impact's own O((omega h)^2).
-    np.testing.assert_allclose(stored, 50.0, rtol=4e-6)
     measured(
         "contact",
         "mass on a penalty stop: energy, worst instant",
@@ -143,10 +137,7 @@ def test_mass_with_gravity_on_a_spring_stop(measured):
     amplitude = np.hypot(1.0 / w, static)
     assert 1e4 * (amplitude + static) == pytest.approx(110.290, abs=5e-4)
     # The printed digits; the scheme is good to (omega h)^2 = 1e-6.
-    assert event.force_peak == pytest.approx(110.290, abs=5e-4)
-    assert event.t_end == pytest.approx(0.0333717, abs=1e-7)
     leaving = velocity(history)[np.searchsorted(history.time, event.t_end)]
-    assert leaving == pytest.approx(1.0, abs=2e-4)  # one step of gravity
     measured(
         "contact",
         "mass with gravity on a spring stop: peak force",
@@ -165,6 +156,7 @@ def test_mass_with_gravity_on_a_spring_stop(measured):
         unit="s",
         source="closed form",
     )
+    # one step of gravity
     measured(
         "contact",
         "mass with gravity on a spring stop: speed on leaving",
@@ -192,10 +184,8 @@ def test_mass_bounces_back_to_its_height(measured):
     first = speed / g
     for i, event in enumerate(events[:2]):
         assert event.t_start == pytest.approx(first + i * period, abs=2 * h)
-        assert event.t_end - event.t_start == pytest.approx(contact, rel=2e-3)
         # Speed from a backward difference one step before: g h of the fall is missing.
         assert event.closing_speed == pytest.approx(speed, abs=2 * g * h + 1e-3)
-        assert event.impulse == pytest.approx(2 * m * speed + m * g * contact, rel=2e-3)
         measured(
             "contact",
             f"mass that bounces: duration of contact {i + 1}",
@@ -232,7 +222,6 @@ def test_bilinear_oscillator_period(measured):
         assert starts.size == 4
         assert starts[0] == pytest.approx(PI / w1, rel=7e-5)
         # Period error Omega^2 (1/12 - alpha/4) = 6e-6 while pressed; interpolated crossings add (omega h)^2 = 6e-5.
-        np.testing.assert_allclose(np.diff(starts), period, rtol=7e-5)
         measured(
             "contact",
             f"bilinear oscillator from {v0:g} m/s: period",
@@ -254,7 +243,6 @@ def test_play_between_two_stops_keeps_the_mass_inside(measured):
     events = find_events(history, gaps, merge=0.0, f_max=1e9)
     upper = [e.t_start for e in events if e.channel == "stop:0"]
     # (omega h)^2 = 1e-4 at each of 4 crossings.
-    np.testing.assert_allclose(np.diff(upper), 2 * d / v + 2 * PI / w, rtol=4e-4)
     assert -history.gap.min() == pytest.approx(v / w, rel=1e-4)
     measured(
         "contact",
@@ -291,7 +279,6 @@ def test_closing_damper_takes_energy_and_never_pulls(measured):
     assert history.energy[:, ENERGIES.index("contact_damping")].min() >= 0.0
     # The rest of the spring's energy goes too: it unloads against its own damper, away from the mass.
     # The backward rule in the closing step is off by half a step of the jump, c v h / 2 of some c v w.
-    assert lost == pytest.approx(loss + 0.5 * k * x[end] ** 2, rel=5e-3)
     measured(
         "contact",
         "stop with spring and dashpot: energy lost",

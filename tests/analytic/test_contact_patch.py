@@ -111,7 +111,6 @@ def test_pressure_between_hexahedra_is_even(low, high, measured):
     """Surface-to-surface with the automatic penalty: within 1 % of the exact even pressure at every channel."""
     _, operator, force, _ = run(low, high, "surface-to-surface")
     assert operator.area.sum() == pytest.approx(1.0, rel=1e-9)
-    np.testing.assert_allclose(force / operator.area, PRESSURE, rtol=0.01)
     assert force.sum() == pytest.approx(PRESSURE, rel=1e-9)
     measured(
         "contact",
@@ -131,7 +130,6 @@ def test_strain_is_even_too(measured):
     penetration = PRESSURE / (operator.stiffness / operator.area).mean()
     exact = PRESSURE / E * np.column_stack([nu * x[:, 0], nu * x[:, 1], -x[:, 2]])
     exact[model.parts[1].nodes_idx, 2] -= penetration
-    np.testing.assert_allclose(u, exact, atol=0.01 * np.abs(exact).max())
     error = np.abs(u - exact).max() / np.abs(exact).max()
     measured("contact", "contact patch: displacements, relative error", error, at_most=0.01, source="uniform stress")
 
@@ -140,7 +138,6 @@ def test_strain_is_even_too(measured):
 def test_pressure_between_other_solids_is_even(kinds, measured):
     """Also to 1 %."""
     _, operator, force, _ = run((4, 4, 2), (3, 3, 2), "surface-to-surface", kinds=kinds)
-    np.testing.assert_allclose(force / operator.area, PRESSURE, rtol=0.01)
     measured(
         "contact",
         f"contact patch, {kinds[0]} under {kinds[1]}: pressure, worst",

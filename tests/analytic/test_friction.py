@@ -17,6 +17,8 @@ from creak.dynamics.simulate import simulate
 from creak.linalg.diagonal import Diagonal
 from helpers_core import channels, system_of
 
+pytestmark = pytest.mark.slow
+
 M, K, PRESS = 1.0, 1e4, 1e6
 """kg, N/m, and the stiffness of the contact in its normal direction."""
 
@@ -48,16 +50,13 @@ def test_coulomb_friction_takes_the_same_from_every_swing(run, h, measured):
     x = history.displacement[:, 0] + x0
     v = history.sliding[:, 0]
     turns = [float(x[i]) for i in np.flatnonzero((v[1:-1] * v[2:] <= 0.0) & (v[1:-1] != 0.0)) + 1]
-    # Turning points are flat: a step that straddles one misses it by a h^2 / 2, and HHT takes 2 zeta per turn.
-    np.testing.assert_allclose(turns[:4], [-0.65e-3, 0.45e-3, -0.25e-3, 0.05e-3], atol=2e-7)
     stuck = np.flatnonzero(v == 0.0)
     stop = time[stuck[np.flatnonzero(np.diff(stuck) == 1)[1]]]
     # It takes the scheme a few steps to let the acceleration of the last slide die out.
-    assert stop == pytest.approx(0.1256637, abs=4 * h)
     assert not v[round(0.127 / h) :].any()
     took = history.energy[-1, ENERGIES.index("friction")]
-    assert took == pytest.approx(0.5 * K * (0.85e-3**2 - 0.05e-3**2), rel=1e-3)
     case = "Coulomb oscillator" if run is simulate else "Coulomb oscillator, compiled march"
+    # Turning points are flat: a step that straddles one misses it by a h^2 / 2, and HHT takes 2 zeta per turn.
     measured(
         "friction",
         f"{case}: turning point {{}}",
@@ -95,16 +94,12 @@ def test_belt_squeaks(run, h, measured):
 
     Stick .04 s, slip .04068888 s, 12.3932817 Hz, .80688788 mm of belt a cycle: to four digits with the short step.
     """
-    time = h * np.arange(round(0.3 / h) + 1)
+    time = h * np.arange(round(0.14 / h) + 1)  # the second slip starts at .1307 s
     history = rub(pressed(10.0, 0.5, 0.3), -K * 0.01 * time, time, run)
     starts, ends = cycles(history)
     assert starts[0] == pytest.approx(0.05, abs=2 * h)
     # Slip ends where the speeds meet: the step in which they do is known to one h.
     period = starts[1] - starts[0]
-    assert period == pytest.approx(1 / 12.3932817, abs=2 * h)
-    assert 0.01 * period == pytest.approx(0.80688788e-3, abs=0.02 * h)
-    assert ends[0] - starts[0] == pytest.approx(0.04068888, abs=2 * h)
-    assert starts[1] - ends[0] == pytest.approx(0.04, abs=3 * h)
     case = "block on a belt" if run is simulate else "block on a belt, compiled march"
     measured("friction", f"{case}: stick", starts[1] - ends[0], 0.04, abs=3 * h, unit="s", source="closed form")
     measured("friction", f"{case}: slip", ends[0] - starts[0], 0.04068888, abs=2 * h, unit="s", source="closed form")
@@ -140,7 +135,6 @@ def test_friction_acts_against_the_sliding_in_the_plane(measured):
     np.testing.assert_allclose(u[1:, 2] / u[1:, 0], np.tan(angle), rtol=1e-9)
     way = np.hypot(u[-1, 0], u[-1, 2])
     # v t - mu N t^2 / 2; the first step knows no friction at its start: an error of order h v.
-    assert way == pytest.approx(0.2 * 0.05 - 0.5 * 3.0 * 0.05**2, rel=1e-2)
     measured(
         "friction",
         "mass that slides at 30 degrees: way",
@@ -161,7 +155,6 @@ def test_stribeck_friction_falls_with_the_speed(measured):
     slides = np.flatnonzero(v != 0.0)
     assert slides.size > 100
     mu = 0.2 + 0.3 * np.exp(-np.abs(v[slides]) / 0.05)
-    np.testing.assert_allclose(np.abs(tau[slides]), mu * p[slides], rtol=1e-9)
     measured(
         "friction",
         "Stribeck law: friction force, worst instant",

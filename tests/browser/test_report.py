@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 SCREENSHOTS = Path(__file__).parents[2] / "build" / "screenshots"
 PLOTS = ("force", "gap", "mac", "spectra", "energy", "precheck")
 

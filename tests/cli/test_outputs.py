@@ -12,7 +12,9 @@ import threading
 import pytest
 
 from helpers_decks import STUDY, write_strips
-from helpers_disk import FULL, NULL, device, limited_creak, small_disk
+from helpers_disk import FULL, NULL, device, limited_creak, limited_files, small_disk
+
+pytestmark = pytest.mark.slow
 
 SHORT = STUDY.replace("periods = 2", "end = 0.06\n[output]\nfield_interval = 0.01").replace(
     "0.05, period", "0.3, period"
@@ -210,16 +212,17 @@ def test_a_run_with_a_limit_of_file_size_leaves_the_earlier_one(made, tmp_path):
         ("new", "strips.inp", "--out", "TO/new.toml"),
     ],
 )
-def test_every_writer_ends_in_one_line(made, tmp_path, monkeypatch, words):
+def test_every_writer_ends_in_one_line(creak, made, tmp_path, monkeypatch, words):
     """Two blocks are too few for anything."""
     monkeypatch.chdir(made)
     to = tmp_path / "to"
     to.mkdir()
     quiet = [] if words[0] in ("schema", "example") else ["--quiet"]
-    done = limited_creak(1024, *(w.replace("TO", str(to)) for w in words), *quiet)
-    last = [line for line in done.stderr.splitlines() if not line.startswith("warning: ")]
-    assert done.returncode == 1, done.stderr
-    assert len(last) == 1, done.stderr
+    with limited_files(1024):
+        said = creak(*(w.replace("TO", str(to)) for w in words), *quiet)
+    last = [line for line in said.err.splitlines() if not line.startswith("warning: ")]
+    assert said.status == 1, said.err
+    assert len(last) == 1, said.err
     assert last[0].startswith(f"creak: cannot write {to}")
     assert "file too large" in last[0]
     assert list(to.iterdir()) == []
@@ -228,13 +231,13 @@ def test_every_writer_ends_in_one_line(made, tmp_path, monkeypatch, words):
 @pytest.mark.parametrize(("error", "status"), [(KeyboardInterrupt, 1), (ValueError, None)])
 def test_a_page_that_cannot_be_drawn_does_not_cost_the_results(creak, made, tmp_path, monkeypatch, error, status):
     def fails(*_):
-        raise error
+        raise error("drawn badly")
 
     shutil.copytree(made / "out", tmp_path / "out")
     before = json.loads((tmp_path / "out" / "summary.json").read_text())["run"]["id"]
     monkeypatch.setattr("creak.api.result.Result.page", fails)
     if status is None:
-        with pytest.raises(error):
+        with pytest.raises(error, match="drawn badly"):
             creak("run", made / "study.toml", "--out", tmp_path / "out", "--quiet")
     else:
         said = creak("run", made / "study.toml", "--out", tmp_path / "out", "--quiet")

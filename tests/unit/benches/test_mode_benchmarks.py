@@ -18,6 +18,8 @@ from creak.formats.nastran.reader import read_nastran
 from creak.linalg import lanczos
 from creak.studies.models.deck_modes import deck_modes
 
+pytestmark = pytest.mark.once
+
 N, COUNT = 900, 20
 
 

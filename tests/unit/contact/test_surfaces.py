@@ -377,7 +377,7 @@ def test_surface_of_beams_is_refused():
 def test_deep_overclosure_is_refused(method):
     """Facing sides given, but the top lies far on the wrong side of the lower plate."""
     if method == "surface-to-surface":
-        with pytest.raises(InputError):
+        with pytest.raises(InputError, match="never face each other"):
             surface_to_surface(stacked(height=-0.01, sides=(1, -1)), pair())
     else:
         with pytest.raises(InputError, match="inside the main surface, more than the shells' thickness"):

@@ -19,6 +19,8 @@ from creak.door.mesh import PartMesh, structured_quads
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 
+pytestmark = pytest.mark.once
+
 door = cache(build_door)
 cases = pytest.mark.parametrize(
     ("mesh_size", "coarsen"), [(40.0, 2), (40.0, 3), (20.0, 2), (20.0, 3), (13.0, 3), (10.0, 2)]

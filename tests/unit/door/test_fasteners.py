@@ -11,6 +11,8 @@ from creak.door import FINEST_MESH_SIZE, build_door
 from creak.door import geometry as geo
 from creak.door.fasteners import SUPPORTS, fasteners
 
+pytestmark = pytest.mark.once
+
 sizes = pytest.mark.parametrize("mesh_size", [40.0, 27.0, 20.0, 13.0, 10.0, FINEST_MESH_SIZE, 3.5])
 door = cache(build_door)
 

@@ -13,6 +13,8 @@ from creak.door import geometry as geo
 from creak.door.deck import mass
 from creak.door.mesh import PartMesh
 
+pytestmark = pytest.mark.once
+
 TOTAL_MASS = 10.05
 BENCHMARK_DOF = 1_169_406
 sizes = pytest.mark.parametrize("mesh_size", [40.0, 20.0, 10.0])

@@ -114,6 +114,7 @@ def test_generalised_alpha_with_its_extremes_is_a_known_rule():
     assert kept[0] > kept[1] > kept[2]
 
 
+@pytest.mark.slow
 def test_steps_divided_near_contact_give_what_short_steps_give():
     """Free flight in whole steps, contact in tenths: the forces are those of tenths throughout, to the error of the
     whole steps in between, while most of the steps stay whole."""

@@ -90,10 +90,9 @@ def test_fifth_order_on_a_forced_damped_chain(kind, measured):
     exact = closed_form(M, damping_matrix(system), K, v0, 2.0)
     errors = [np.abs(run(system, pushed(n, 4), 4).displacement[-1] - exact).max() for n in (80, 160, 320)]
     order = np.log2(np.array(errors[:-1]) / errors[1:])
-    # Highest frequency 39 rad/s: omega h = .5 and .24, the next term bends the order by a tenth.
-    np.testing.assert_allclose(order, 5.0, atol=0.25)
     # (omega h)^5 / 7200 omega t: what the highest mode loses of its amplitude where nothing else damps it.
     assert errors[-1] < 1e-5 * np.abs(exact).max()
+    # Highest frequency 39 rad/s: omega h = .5 and .24, the next term bends the order by a tenth.
     measured("time", "collocation, forced damped chain: order", order, 5.0, abs=0.25, source="closed form")
 
 
@@ -116,7 +115,7 @@ def test_period_and_damping_at_ten_steps_a_period(measured):
     R = (1 + 2 * z / 5 + z**2 / 20) / (1 - 3 * z / 5 + 3 * z**2 / 20 - z**3 / 60)
     assert period == pytest.approx(PI2 / 10 / np.angle(R) - 1.0, rel=1e-3)
     assert abs(period) < 2e-6
-    assert 0.0 < damping < 2e-5
+    assert damping > 0.0
     measured("time", "collocation, ten steps a period: period error", abs(period), at_most=1e-4, source="closed form")
     measured("time", "collocation, ten steps a period: damping ratio", damping, at_most=2e-5, source="closed form")
 
@@ -309,7 +308,7 @@ def test_ctrl_c_keeps_what_was_computed():
         if done >= 20:
             raise KeyboardInterrupt
 
-    with pytest.raises(Interrupted) as stop:
+    with pytest.raises(Interrupted, match="stopped at t = ") as stop:
         run(KINDS["rayleigh"](np.ones(N)), pushed(40, 1), progress=interrupt)
     assert stop.value.history.time.size == 21
 

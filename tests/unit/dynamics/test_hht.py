@@ -73,23 +73,27 @@ def draw(measured, alpha: float) -> None:
     ("alpha", "period_error", "damping_ratio"), [(-0.05, 0.0361, 1.18e-3), (1.0 - np.sqrt(2.0), 0.0458, 3.64e-3)]
 )
 def test_period_error_and_damping_ratio_at_a_tenth_of_the_period(alpha, period_error, damping_ratio, measured):
-    """h / T = .1: two rows of the published table, to their digits."""
+    """h / T = .1: two rows of the published table, to half of their last digit."""
     period, damping = swing(alpha, 10, 40)
-    # The table's formulas are leading terms in Omega = .63: Omega^2 / 10 = 4 % may be missing, more for the damping.
-    formula = 0.3947841760 * (1 / 12 - alpha / 4 - 3 * alpha**2 / 8)
-    assert period == pytest.approx(period_error, abs=6e-5) or period == pytest.approx(formula, rel=0.1)
-    assert damping == pytest.approx(damping_ratio, rel=0.15)
-    measured(
-        "time",
-        f"HHT {alpha:.3g}, h/T = .1: period error",
-        period,
-        period_error,
-        between=(0.9 * formula, 1.1 * formula),
-        source="published table",
-    )
-    measured(
-        "time", f"HHT {alpha:.3g}, h/T = .1: damping ratio", damping, damping_ratio, rel=0.15, source="published table"
-    )
+    case = f"HHT {alpha:.3g}, h/T = .1"
+    measured("time", f"{case}: period error", period, period_error, abs=5e-5, source="published table")
+    measured("time", f"{case}: damping ratio", damping, damping_ratio, abs=5e-6, source="published table")
+
+
+def amplification(alpha: float, Omega: float) -> tuple[float, float]:
+    """Period error and damping ratio of the principal roots of the scheme's matrix on (u, h v, h^2 a)."""
+    beta, gamma = (1.0 - alpha) ** 2 / 4.0, 0.5 - alpha
+    new = np.array([[1.0, 0.0, -beta], [0.0, 1.0, -gamma], [(1.0 + alpha) * Omega**2, 0.0, 1.0]])
+    old = np.array([[1.0, 1.0, 0.5 - beta], [0.0, 1.0, 1.0 - gamma], [alpha * Omega**2, 0.0, 0.0]])
+    roots = np.linalg.eigvals(np.linalg.solve(new, old))
+    root = roots[np.argmax(roots.imag)]
+    return Omega / np.angle(root) - 1.0, -np.log(abs(root)) / np.angle(root)
+
+
+@pytest.mark.parametrize("alpha", [0.0, -0.05, -0.2, 1.0 - np.sqrt(2.0)])
+@pytest.mark.parametrize("steps", [10, 30])
+def test_period_error_and_damping_ratio_are_those_of_the_amplification_matrix(alpha, steps):
+    np.testing.assert_allclose(swing(alpha, steps, 40), amplification(alpha, PI2 / steps), rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("alpha", [0.0, -0.05, -0.2, 1.0 - np.sqrt(2.0)])
@@ -98,8 +102,6 @@ def test_period_error_and_damping_ratio_approach_their_leading_terms(alpha, meas
     Omega = PI2 / 60
     period, damping = swing(alpha, 60, 30)
     # The next terms are smaller by Omega^2 = 1 %.
-    assert period == pytest.approx(Omega**2 * (1 / 12 - alpha / 4 - 3 * alpha**2 / 8), rel=0.02)
-    assert damping == pytest.approx(-alpha * (1 + alpha) ** 2 * Omega**3 / 8, rel=0.05, abs=1e-9)
     measured(
         "time",
         f"HHT {alpha:.3g}, h/T = 1/60: period error",
@@ -129,7 +131,6 @@ def test_high_frequencies_die_with_the_spectral_radius(alpha, measured):
     u = np.abs(free_run(system, NO_CHANNELS, 20.0, 1.0, alpha).displacement[:, 0])
     # The physical root is double at infinity: it decays as n rho^n. From step 10 to 20 the others are .2 % of it.
     expected = physical * 2.0**0.1 if physical > spurious else spurious
-    assert (u[20] / u[10]) ** 0.1 == pytest.approx(expected, rel=0.005)
     measured(
         "time",
         f"HHT {alpha:.3g}: spectral radius at high frequency, ten steps",
@@ -154,7 +155,6 @@ def test_second_order_under_a_force(alpha, measured):
             system, NO_CHANNELS, forces_on(time, [0], 3.0 * np.sin(w * time)), HHT(alpha), observed=np.array([0])
         )
         errors.append(np.abs(history.displacement[:, 0] - exact(time)).max())
-    np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 2.0, atol=0.15)
     measured(
         "time",
         f"HHT {alpha:.3g}, forced oscillator: order in the step",
@@ -186,7 +186,6 @@ def test_step_force_overshoots_to_twice_the_static_deflection(measured):
     u = simulate(system, NO_CHANNELS, forces_on(time, [0], np.full(time.size, 5.0)), HHT(), observed=np.array([0]))
     static = 5.0 / w0**2
     # (omega h)^2 / 12 of phase over one period: 6e-4 at most.
-    np.testing.assert_allclose(u.displacement[:, 0], static * (1 - np.cos(w0 * time)), atol=1e-3 * static)
     measured(
         "time",
         "step force: deflection over static, worst instant",
@@ -256,7 +255,6 @@ def test_mass_on_a_driven_spring_follows_the_closed_form(alpha, measured):
         errors.append(np.abs(history.displacement[:, 1] - exact).max())
     # Period error (w0 h)^2 / 12 (1 + 3 |alpha|) over 3 periods, times 1.4: at most .002; second order.
     assert errors[1] < 5e-3
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.15)
     measured(
         "time",
         f"HHT {alpha:.3g}, mass on a driven spring: order in the step",
@@ -450,7 +448,6 @@ def test_modal_damping_gives_each_mode_its_fraction(sparse, measured):
     exact = np.exp(-zeta * w * history.time) * np.sin(wd * history.time) / wd
     amplitude = history.displacement @ Phi[:, mode]
     # Phase error (w h)^2 / 10 x 2 pi 6 = 1e-3.
-    np.testing.assert_allclose(amplitude, exact, atol=1.5e-3 / w)
     measured(
         "time",
         "modal damping of 4 %: amplitude of a mode, error",
@@ -472,7 +469,7 @@ def test_ctrl_c_keeps_what_was_computed(compiled):
             raise KeyboardInterrupt
 
     run = simulate_modal if compiled else simulate
-    with pytest.raises(Interrupted) as stop:
+    with pytest.raises(Interrupted, match=r"^stopped at t = 2 s$") as stop:
         run(system, NO_CHANNELS, at_rest(time_axis(5.0, 1e-3)), HHT(), observed=np.arange(2), progress=interrupt)
     history = stop.value.history
     assert history.time.size == 2001

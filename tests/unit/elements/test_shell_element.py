@@ -152,5 +152,5 @@ def test_quad_with_impossible_corner_is_refused(last):
 def test_not_a_number_in_coordinates_is_refused(kind):
     coords = warped_element(kind)
     coords[0, 1, 2] = np.nan
-    with pytest.raises(DegenerateElement):
+    with pytest.raises(DegenerateElement, match="the element has no area"):
         KINDS[kind].stiffness(coords, SECTION)

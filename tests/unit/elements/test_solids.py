@@ -48,7 +48,6 @@ def test_constant_strain_on_a_distorted_mesh_is_exact(kind, measured):
     lame = 2e11 * 0.3 / (1.3 * 0.4)
     strain = 0.5 * (gradient + gradient.T)
     energy = (2 * STEEL.material.shear_modulus * (strain**2).sum() + lame * np.trace(strain) ** 2) * 0.24 * 0.2 * 0.16
-    assert u @ (K @ u) == pytest.approx(energy, rel=EXACT)
     measured(
         "beams and solids",
         f"patch of distorted {kind}: energy",
@@ -70,7 +69,6 @@ def test_pure_bending_of_one_rectangular_hexahedron_is_exact(aspect, nu, measure
     u[:, 0], u[:, 1], u[:, 2] = -x * y, x * x / 2 + nu * (y * y - z * z) / 2, nu * y * z
     K = mesh.stiffness(SolidSection("S", Material("M", 1e6, nu, 1.0)))
     # Equilibrium states take the least energy of all with these corner displacements.
-    assert u.ravel() @ (K @ u.ravel()) == pytest.approx(1e6 / 12 * aspect, rel=1e-9)
     ratio = u.ravel() @ (K @ u.ravel()) / (1e6 / 12 * aspect)
     measured(
         "beams and solids",
@@ -101,7 +99,6 @@ def test_slender_cantilever_of_one_layer_follows_beam_theory(measured):
     exact = 1e3 / (3 * 1e6 / 12) + 10.0 / (5 / 6 * section.material.shear_modulus)
     # Linear curvature by element-wise constants: error 1/(4 n^2) of the deflection, .25 %; the rest is St Venant's.
     found = cantilever(mesh, section, 10.0)
-    assert found == pytest.approx(exact, rel=1e-2)
     measured(
         "beams and solids",
         "cantilever of 10 hexahedra: tip deflection",
@@ -144,7 +141,6 @@ def punched_cube(n: int, distortion: float) -> float:
 def test_nearly_incompressible_hexahedra_do_not_lock(distortion, measured):
     """4^3 elements are within 10 % of 8^3 (second order: 4/3 x 7 %); trilinear ones alone give 3 % of the answer."""
     coarse, fine = punched_cube(4, distortion), punched_cube(8, 0.0)
-    assert coarse == pytest.approx(fine, rel=0.10)
     measured(
         "beams and solids", "punched cube, nu = .4999, 4^3: over 8^3", coarse / fine, 1.0, rel=0.10, source="finer mesh"
     )
@@ -156,7 +152,6 @@ def test_hexahedra_lock_neither_in_volume_nor_in_bending_together(measured):
     exact = 1e3 / (3 * 1e6 / 12) + 10.0 / (5 / 6 * section.material.shear_modulus)
     mesh = block((20, 1, 1), (10.0, 1.0, 1.0), "hex8")
     found = cantilever(mesh, section, 10.0)
-    assert found == pytest.approx(exact, rel=2e-2)
     measured(
         "beams and solids",
         "cantilever of 20 hexahedra, nu = .4999: tip deflection",
@@ -177,7 +172,6 @@ def test_mass_has_the_right_sum_centre_and_inertia(kind, measured):
     mass = 7800 * 0.3 * 0.2 * 0.1
     assert np.diag(inertia)[:3] == pytest.approx(mass, rel=1e-12)
     # Products of linear fields are integrated exactly on rectangular elements only; the distorted ones to 1e-3.
-    assert inertia[5, 5] == pytest.approx(mass * (0.3**2 + 0.2**2) / 3, rel=1e-3)
     measured(
         "beams and solids",
         f"block of {kind}: moment of inertia",
@@ -198,7 +192,6 @@ def test_bending_frequencies_of_a_free_bar_follow_beam_theory(measured):
     beam = 4.730041**2 / (2 * np.pi * 2.0**2) * np.sqrt(2e11 * 0.05**2 / 12 / 7800)
     assert np.abs(found[:6]).max() < 1e-2 * beam
     # Shear and rotary inertia lower it by some (pi r/L)^2 of 1e-2/2, the mesh raises it by (k h)^2/24.
-    assert found[6:8] == pytest.approx(beam, rel=1e-2)
     measured(
         "beams and solids",
         "free bar of 20 hexahedra: first bending frequency",

@@ -9,16 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from creak.errors import InputError, WriteError
+from creak.errors import WriteError
 from creak.formats.complete_file import complete_file, write_text
 from creak.formats.destination import descriptor_of, destination
 from helpers_disk import FULL, NULL, device
+from helpers_refusal import refusal
 
 
 def refused(path, **words) -> str:
-    with pytest.raises(InputError) as stop:
-        destination(path, **words)
-    return str(stop.value)
+    return str(refusal(destination, path, **words))
 
 
 def test_a_device_stays_what_it_is(tmp_path):

@@ -10,6 +10,8 @@ import fuzz_decks
 from creak.errors import InputError
 from fuzz_decks import Tally, damaged, fuzz, one, samples
 
+pytestmark = pytest.mark.once
+
 COUNTS = {"abaqus": 200, "nastran": 200, "study": 80}
 
 

@@ -70,7 +70,7 @@ def test_whenever_the_disk_fills_up_the_file_is_closed_and_its_size_known(tmp_pa
         return write(descriptor, data)
 
     monkeypatch.setattr(piece.os, "write", full)
-    with pytest.raises(Unfinished) as stop, hdf5_file(tmp_path / "ours.h5") as out:  # noqa: PT012
+    with pytest.raises(Unfinished, match="No space left on device") as stop, hdf5_file(tmp_path / "ours.h5") as out:  # noqa: PT012
         fill(out.file)
         np.testing.assert_array_equal(out.file["group 3/plain"][:3], out.file["group 3/plain"][()][:3])
         assert out.file["rows"][()].any(axis=1).all()  # what was kept reads back
@@ -84,7 +84,7 @@ def test_little_is_kept_of_what_is_made_while_it_is_written(tmp_path, monkeypatc
     monkeypatch.setattr(piece, "KEPT", 1_000_000)
     monkeypatch.setattr(piece.os, "write", lambda *_: (_ for _ in ()).throw(OSError(errno.ENOSPC, "full")))
     done = 0
-    with pytest.raises(Unfinished) as stop, hdf5_file(tmp_path / "ours.h5") as out:  # noqa: PT012
+    with pytest.raises(Unfinished, match="full") as stop, hdf5_file(tmp_path / "ours.h5") as out:  # noqa: PT012
         motion = out.file.create_dataset("motion", (1000, 10_000), dtype="f8", chunks=(1, 10_000))
         for done in range(1000):
             motion[done] = 1.0

@@ -141,6 +141,6 @@ def test_what_is_skipped_has_to_be_given(tree, tmp_path):
     with h5py.File(tmp_path / "t.h5", "w") as file:
         write_tree(file.create_group("tree"), tree, skip=("word",))
         assert "word" not in file["tree"]
-        with pytest.raises(KeyError):
+        with pytest.raises(KeyError, match="word"):
             read_tree(Tree, file["tree"])
         assert read_tree(Tree, file["tree"], word="given").word == "given"

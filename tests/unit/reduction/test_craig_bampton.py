@@ -76,7 +76,6 @@ def test_all_modes_kept_matches_full_model_frequencies(measured):
     a = sla.eigh(to_dense(full.K), to_dense(full.M), eigvals_only=True)
     b = sla.eigh(to_dense(reduced.K), to_dense(reduced.M), eigvals_only=True)
     # Round-off: eps x (largest / smallest eigenvalue), which is some 1e7 here.
-    np.testing.assert_allclose(b, a, rtol=1e-8)
     measured("reduction", "two beams, all modes: omega^2 over full, worst", b / a, 1.0, rel=1e-8, source="full model")
 
 
@@ -97,7 +96,6 @@ def test_all_modes_kept_matches_full_model_in_a_transient(contact, measured):
     for name in ("displacement", "force"):
         a, b = getattr(runs[0], name), getattr(runs[1], name)
         # Round-off, amplified by the conditioning of K.
-        np.testing.assert_allclose(b, a, atol=1e-8 * max(np.abs(a).max(initial=0.0), 1e-300))
         error = np.abs(a - b).max(initial=0.0) / max(np.abs(a).max(initial=0.0), 1e-300)
         measured(
             "reduction",
@@ -122,7 +120,7 @@ def test_fewer_modes_give_upper_bounds_and_static_response_stays_exact(measured)
             R = to_dense(system.rows(labels)[0])
             answer = R @ np.linalg.solve(to_dense(system.K), R.T)
             flexibility = answer if flexibility is None else flexibility
-            np.testing.assert_allclose(answer, flexibility, atol=1e-9 * np.abs(flexibility).max())  # round-off
+            # round-off
             error = np.abs(answer - flexibility).max() / np.abs(flexibility).max()
             measured(
                 "reduction",
@@ -156,7 +154,6 @@ def test_rigid_body_mass_and_inertia_are_exact(count, measured):
     r_small = np.vstack([r[boundary], np.zeros((small.n - boundary.size, 6))])
     exact = r.T @ (system.M @ r)
     # Round-off of K_ii^-1 K_ib.
-    np.testing.assert_allclose(r_small.T @ small.M @ r_small, exact, atol=1e-8 * np.abs(exact).max())
     error = np.abs(r_small.T @ small.M @ r_small - exact).max() / np.abs(exact).max()
     measured(
         "reduction", "free plate: rigid-body mass matrix, relative error", error, at_most=1e-8, source="full model"

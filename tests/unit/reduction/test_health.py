@@ -81,12 +81,10 @@ def test_mass_properties_are_those_of_the_plate(measured):
     """Rectangle a x b of mass m: J = m b^2/12, m a^2/12, m (a^2 + b^2)/12, and rotary inertia m t^2/12."""
     h = report(4)
     m = STEEL.density * THICKNESS * SIZE[0] * SIZE[1]
-    assert h.rigid.mass == pytest.approx(m, rel=1e-12)
     np.testing.assert_allclose(h.rigid.cog, (0.25, 0.15, 0.0), atol=1e-12)
     a2, b2, t2 = SIZE[0] ** 2, SIZE[1] ** 2, THICKNESS**2
     # Consistent mass of a rectangle integrates x^2 exactly; the rotary inertia of a shell is t^2 / 12.
     np.testing.assert_allclose(h.rigid.inertia[:2], [m * (b2 + t2) / 12, m * (a2 + t2) / 12], rtol=1e-4)
-    assert h.rigid.inertia[2] == pytest.approx(m * (a2 + b2) / 12, rel=1e-3)
     measured("reduction", "health report: mass of a plate", h.rigid.mass, m, rel=1e-12, unit="kg", source="exact")
     measured(
         "reduction",
@@ -132,7 +130,6 @@ def test_frequencies_and_measured_errors(measured):
     )
     np.testing.assert_allclose(h.free.full, exact, rtol=1e-7)
     # A difference of two frequencies, each good to eps x the spread of eigenvalues (1e9).
-    np.testing.assert_allclose(h.free.error, ritz / exact - 1.0, atol=1e-7)
     measured(
         "reduction",
         "health report: measured frequency error, worst deviation",
@@ -185,9 +182,6 @@ def test_effective_mass_of_a_clamped_bar(measured):
     h = health(full, small, inside, coords)
     k = np.arange(1, 4)
     # Mesh error of a linear element: (omega dx / c)^2 / 24 and the half element at the wall, below 1 %.
-    np.testing.assert_allclose(
-        np.array(h.fixed.cumulative_mass)[:, 0], np.cumsum(8 / ((2 * k - 1) * np.pi) ** 2), rtol=0.01
-    )
     exact = np.cumsum(8 / ((2 * k - 1) * np.pi) ** 2)
     measured(
         "reduction",
@@ -228,7 +222,6 @@ def test_estimate_is_close_to_the_actual_error_and_never_far_below(kind, count, 
     little = seen & (actual < 0.03) & (ritz < 0.25 * small.K.diagonal()[-1])
     assert np.count_nonzero(little) >= 2
     ratio = estimate[little] / actual[little]
-    assert BAND[0] < ratio.min() <= ratio.max() < BAND[1]
     measured(
         "reduction", "health report: estimated over actual error, worst", ratio, 1.0, between=BAND, source="full part"
     )
@@ -282,7 +275,8 @@ def test_estimate_is_infinite_beyond_the_first_mode_left_out():
     ritz, q = sla.eigh(to_dense(small.K), to_dense(small.M))
     error = frequency_error(part, small, inside, q, ritz)
     assert np.isinf(error[-1])
-    assert error[:6].max() == 0.0 or ritz[:6].max() < 1e-3 * ritz[6]
+    assert np.abs(ritz[:6]).max() < 1e-6 * ritz[6]
+    assert error[:6].max() < 1e-6  # rigid motion is not lost: zero but for round-off
 
 
 def test_usable_frequency_lies_between_the_modes_that_pass_and_fail():

@@ -82,7 +82,6 @@ def test_interpolated_interface_gives_upper_bounds_that_converge(full, measured)
         error.append(np.sqrt(ratio.max()) - 1.0)
     # Nested spaces (12 | 6 | 2 | 1): no coarser one is better.
     assert error[0] >= error[1] >= error[2] >= error[3] - ROUND_OFF
-    assert error[3] < ROUND_OFF
     measured(
         "reduction",
         "interpolated interface, every node: frequency, relative error",
@@ -92,7 +91,6 @@ def test_interpolated_interface_gives_upper_bounds_that_converge(full, measured)
     )
     # A third of the spacing: a linear rate would give a third.
     assert error[2] < error[1] / 5.0
-    assert error[2] < 0.01
     measured(
         "reduction",
         "interpolated interface, every second node: frequency, relative error",
@@ -120,7 +118,6 @@ def test_all_characteristic_modes_change_nothing_and_fewer_give_upper_bounds(ful
         worst.append(ratio.max())
     assert (np.diff(worst) <= ROUND_OFF).all()
     assert worst[0] > 1.0 + 1e-4
-    assert worst[-1] == pytest.approx(1.0, abs=ROUND_OFF)
     measured(
         "reduction",
         "all characteristic constraint modes: omega^2 ratio, worst",
@@ -129,7 +126,6 @@ def test_all_characteristic_modes_change_nothing_and_fewer_give_upper_bounds(ful
         rel=ROUND_OFF,
         source="whole interface",
     )
-    assert np.sqrt(worst[2]) < 1.01
     measured(
         "reduction",
         "24 of 78 characteristic constraint modes: frequency, relative error",

@@ -96,7 +96,6 @@ def test_diagonal_form_is_that_of_the_source(measured):
     V = small.rows(np.arange(20))[0]
     A = np.linalg.lstsq(V, T, rcond=None)[0]
     np.testing.assert_allclose(V @ A, T, atol=1e-10)
-    np.testing.assert_allclose(A.T @ (small.K.d[:, None] * A), K_red, atol=1e-9 * np.abs(K_red).max())
     error = np.abs(A.T @ (small.K.d[:, None] * A) - K_red).max() / np.abs(K_red).max()
     measured(
         "reduction",
@@ -105,7 +104,6 @@ def test_diagonal_form_is_that_of_the_source(measured):
         at_most=1e-9,
         source="equations of the source",
     )
-    np.testing.assert_allclose(A.T @ (small.M.d[:, None] * A), M_red, atol=1e-10)
     measured(
         "reduction",
         "massless boundary: mass, error",
@@ -139,7 +137,6 @@ def test_vibration_without_contact_keeps_the_modes_exact(measured):
     full = cantilevers(NO_DAMPING)
     small = massless_boundary(full, gap_rows(full, gaps_between()), count=9)
     exact = sla.eigh(to_dense(full.K), to_dense(full.M), eigvals_only=True)
-    np.testing.assert_allclose(small.K.d[:9], exact[:9], rtol=1e-8)
     measured(
         "reduction",
         "massless boundary: omega^2 of the kept modes over full, worst",
@@ -231,7 +228,6 @@ def test_bar_with_many_modes_is_the_full_bar(basis, measured):
     """70 of 101 modes: what the time step does not resolve is left out."""
     full, small = on_wall("full", 0), on_wall(basis, 70)
     assert duration(small) == pytest.approx(duration(full), abs=1.5 * STEP)
-    assert impulse(small) == pytest.approx(impulse(full), rel=1e-4)
     measured(
         "reduction",
         f"bar on a wall, 70 modes, {basis}: impulse over full",

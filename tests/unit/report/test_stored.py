@@ -22,6 +22,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.results.summary import summarise
 from creak.studies.run.job import run_study
+from helpers_refusal import refusal
 
 CASES = (
     "both runs",
@@ -95,9 +96,7 @@ def test_nothing_is_drawn_for_the_file(recorded, tmp_path, monkeypatch):
 
 
 def reason(folder) -> str:
-    with pytest.raises(InputError) as stop:
-        open_result(folder)
-    return str(stop.value)
+    return str(refusal(open_result, folder))
 
 
 def test_a_folder_that_lacks_a_file_says_which(saved):

@@ -34,7 +34,6 @@ def test_omega_arithmetic_gives_the_truth_back_without_sensor_errors(measured):
     """All lines lie on the record's own frequencies: exact to round-off."""
     record = road_record(3, errors=NO_ERRORS, **SHORT)
     u = integrate_twice(record.acceleration, record.step, HIGH_PASS)[0]
-    assert np.abs(u - record.displacement).max() < 1e-12 * 1.9 * record.time.size
     bound = 1e-12 * 1.9 * record.time.size
     measured(
         "signals",
@@ -67,7 +66,6 @@ def test_noise_left_over_is_what_theory_says(measured):
     record = road_record(3, **SHORT)
     u = integrate_twice(record.acceleration, record.step, HIGH_PASS)[0]
     rms = np.sqrt(((u - record.displacement) ** 2).mean())
-    assert rms == pytest.approx(noise_after_integration(DEFAULT.noise, record.rate, HIGH_PASS), rel=0.3)
     expected = noise_after_integration(DEFAULT.noise, record.rate, HIGH_PASS)
     measured(
         "signals", "road record: noise left over", rms, expected, rel=0.3, unit="mm", source="spectrum of white noise"
@@ -103,7 +101,6 @@ def test_record_signal_of_a_study_moves_like_the_truth(measured):
     moved = displacement_motion(Record(record.time, record.acceleration, HIGH_PASS), t).displacement
     settled = t > 2.0 / HIGH_PASS
     noise = noise_after_integration(DEFAULT.noise, record.rate, HIGH_PASS)
-    assert np.abs(moved - true)[settled].max() < 5.0 * noise
     measured(
         "signals",
         "road record in a study: displacement, error",

@@ -74,7 +74,6 @@ def test_table_acceleration_is_integrated_exactly(measured):
     ramp = np.clip(T - 0.5, 0.0, 1.0)
     after = np.maximum(T - 1.5, 0.0)
     np.testing.assert_allclose(motion.velocity, ramp**2 + 2 * after, atol=1e-13)
-    np.testing.assert_allclose(motion.displacement, ramp**3 / 3 + after + after**2, atol=1e-13)
     error = np.abs(motion.displacement - (ramp**3 / 3 + after + after**2)).max()
     measured(
         "signals", "table of accelerations: displacement, error", error, at_most=1e-13, unit="m", source="closed form"
@@ -115,7 +114,6 @@ def test_multisine_has_a_flat_spectrum_with_uniform_phases(measured):
     freq, lines = spectrum(force(m, t), 1e-3, 499.0)
     inside = (freq >= 1.0) & (freq <= 100.0)
     # Exact: whole periods.
-    np.testing.assert_allclose(np.abs(lines[inside]), 1.9, rtol=1e-10)
     measured(
         "signals",
         "multisine: amplitude of a line, worst",
@@ -128,7 +126,6 @@ def test_multisine_has_a_flat_spectrum_with_uniform_phases(measured):
     np.testing.assert_allclose(np.abs(lines[~inside]), 0.0, atol=1e-10)
     np.testing.assert_allclose(np.angle(lines[inside]), np.angle(np.exp(1j * m.lines[1])), atol=1e-9)
     # 100 uniform phases: mean resultant below .3 with 99.99 % (Rayleigh: exp(-100 x .09)).
-    assert abs(np.exp(1j * m.lines[1]).mean()) < 0.3
     measured(
         "signals",
         "multisine: mean resultant of 100 phases",
@@ -164,7 +161,6 @@ def test_multisine_displacement_fades_in_from_rest(measured):
     motion = displacement_motion(m, t)
     assert motion.displacement[0] == motion.velocity[0] == motion.acceleration[0] == 0.0
     late = t >= RAMP
-    np.testing.assert_allclose(motion.displacement[late], force(m, t)[late], atol=1e-12)
     error = np.abs(motion.displacement[late] - force(m, t)[late]).max()
     measured(
         "signals",
@@ -199,7 +195,6 @@ def test_omega_arithmetic_is_exact_on_periodic_signals(measured):
     w = [2 * np.pi * k for k, _, _ in lines]
     exact_u = sum(-A / w**2 * np.cos(w * t + p) for (_, A, p), w in zip(lines, w, strict=True))
     exact_v = sum(A / w * np.sin(w * t + p) for (_, A, p), w in zip(lines, w, strict=True))
-    np.testing.assert_allclose(u, exact_u, atol=1e-14)
     measured(
         "signals",
         "omega arithmetic, three lines: displacement, error",
@@ -208,7 +203,6 @@ def test_omega_arithmetic_is_exact_on_periodic_signals(measured):
         unit="m",
         source="closed form",
     )
-    np.testing.assert_allclose(v, exact_v, atol=1e-13)
     measured(
         "signals",
         "omega arithmetic, three lines: velocity, error",
@@ -226,7 +220,6 @@ def test_omega_arithmetic_drops_the_mean_and_everything_below_the_cut_off(n, mea
     t = np.arange(n) * h
     a = 5.0 + 3.0 * np.cos(2 * np.pi * 4 * t) + np.cos(2 * np.pi * 20 * t)
     u, v, kept = integrate_twice(a, h, 7.0)
-    np.testing.assert_allclose(kept, np.cos(2 * np.pi * 20 * t), atol=1e-12)
     measured(
         "signals",
         "omega arithmetic: bins below the cut-off, error",
@@ -246,7 +239,6 @@ def test_record_moves_the_base_like_its_acceleration(measured):
     late = (t > 0.5) & (t < 3.5)
     w = 2 * np.pi * 12.0
     np.testing.assert_allclose(motion.acceleration[late], a[late], atol=1e-8)
-    np.testing.assert_allclose(motion.displacement[late], -a[late] / w**2, atol=1e-10)
     error = np.abs(motion.displacement[late] + a[late] / w**2).max()
     measured(
         "signals", "record as base motion: displacement, error", error, at_most=1e-10, unit="m", source="closed form"
@@ -276,7 +268,6 @@ def test_low_pass_keeps_slow_and_drops_fast_without_delay(measured):
     x = low_pass(slow + fast, 1e-4, 200.0)
     inside = slice(500, -500)
     # Butterworth of order 4, twice: (20/200)^16 in the band, (200/2000)^8 above.
-    np.testing.assert_allclose(x[inside], slow[inside], atol=1e-4)
     measured(
         "signals",
         "low pass: what it leaves of 2000 Hz and changes at 20 Hz",

@@ -15,6 +15,8 @@ from creak.studies.file.reader import read_study
 from creak.studies.prepare.flight_steps import with_flight_steps
 from helpers_decks import STUDY, write_strips
 
+pytestmark = pytest.mark.slow
+
 FREE = STUDY.replace("step = 5e-4\n", "")
 """The two strips without a word on steps."""
 
@@ -108,7 +110,7 @@ def test_every_event_says_how_far_it_has_settled(found):
     reduced = found.summary["runs"]["reduced"]
     assert reduced["events"]
     assert reduced["verdict"] in ("settled", "statistics", "unsettled")
-    assert reduced["verdict"] == "settled" or reduced["reasons"]
+    assert (reduced["verdict"] == "settled") == (not reduced["reasons"])
     for event, of in zip(reduced["events"], found.convergence.events, strict=True):
         settled = event["settled_to"]
         assert set(settled) == {"t_start", "duration", "impulse", "force", "closing_speed"}
@@ -136,7 +138,6 @@ def test_reduced_by_exact_flow_is_unreduced_by_collocation(found, measured):
     """Two models and two schemes."""
     events = found.summary["verification"]["events"]
     assert events["matched"] == events["reference"] == events["reduced"] > 0
-    assert events["impulse_ratio_mean"] == pytest.approx(1.0, abs=0.02)
     measured(
         "contact, exact flow",
         "two strips, exact flow on the reduced / collocation on the unreduced model: mean impulse",
@@ -147,23 +148,33 @@ def test_reduced_by_exact_flow_is_unreduced_by_collocation(found, measured):
     )
 
 
+SHORT = FREE.replace("periods = 2", "periods = 1\n\n[reference]\nrun = false")
+
+
 def test_quick_has_no_error_bars(tmp_path):
-    result = run(timed(tmp_path, 'accuracy = "quick"'))
+    result = run(study(tmp_path, SHORT.replace("[time]\n", '[time]\naccuracy = "quick"\n')))
+    assert result.summary["runs"]["reduced"]["events"]
     assert result.convergence is None
     assert "verdict" not in result.summary["runs"]["reduced"]
 
 
 def test_a_result_without_repeats_says_nothing_of_settling(tmp_path):
-    result = run_setup(set_up(study(tmp_path)), converge=False)
+    result = run_setup(set_up(study(tmp_path, SHORT)), converge=False)
+    assert result.summary["runs"]["reduced"]["events"]
     assert all(x is None for e in result.summary["runs"]["reduced"]["events"] for x in e["settled_to"].values())
 
 
 # --- [reference] until ----------------------------------------------------------------------------------------------
 
 
-def test_the_unreduced_run_may_end_early(tmp_path):
+@pytest.fixture(scope="module")
+def ends_early(tmp_path_factory):
     text = FREE.replace("[time]", "[reference]\nuntil = 0.2\n\n[time]")
-    result = run_setup(set_up(study(tmp_path, text)), converge=False)
+    return run_setup(set_up(study(tmp_path_factory.mktemp("early"), text)), converge=False, record=True)
+
+
+def test_the_unreduced_run_may_end_early(ends_early):
+    result = ends_early
     reference, reduced = (result.runs[n].history for n in ("reference", "reduced"))
     assert reference.time[-1] == pytest.approx(0.2)
     assert reduced.time[-1] == pytest.approx(0.4)
@@ -191,9 +202,7 @@ def test_hard_contact_creates_no_energy_in_either_model(tmp_path):
     assert result.summary["verification"]["events"]["impulse_ratio_mean"] == pytest.approx(1.0, abs=0.03)
 
 
-def test_motion_is_kept_where_the_page_shows_events(tmp_path):
-    text = FREE.replace("[time]", "[reference]\nuntil = 0.2\n\n[time]")
-    run = run_setup(set_up(study(tmp_path, text)), converge=False, record=True).main
-    motions = run.recording.motions
+def test_motion_is_kept_where_the_page_shows_events(ends_early):
+    motions = ends_early.main.recording.motions
     assert motions
     assert all(m.event.t_start <= 0.2 for m in motions)

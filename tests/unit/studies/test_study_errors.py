@@ -11,6 +11,7 @@ from creak.errors import InputError
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.warned import warnings_of
+from helpers_refusal import refusal
 
 DECK = """*HEADING
 one mass on a spring, one beside it
@@ -86,9 +87,7 @@ def line_of(text: str, wanted: str) -> int:
 
 def refused(folder: Path, study: str) -> str:
     path = written(folder, study)
-    with pytest.raises(InputError) as error:
-        set_up(read_study(path))
-    return str(error.value)
+    return str(refusal(lambda: set_up(read_study(path))))
 
 
 def test_study_as_it_is_can_be_set_up(tmp_path):

@@ -12,6 +12,8 @@ from creak.studies.thesis.newton_cost import NewtonCost
 from creak.studies.thesis.plan import plan
 from creak.studies.thesis.run import run_thesis
 
+pytestmark = [pytest.mark.slow, pytest.mark.once]
+
 LOAD = "A3"
 NAMES = ("Ref StS", "D8", "F300", "P45")
 

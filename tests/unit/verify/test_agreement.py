@@ -19,8 +19,6 @@ def test_precision_and_recall(measured):
     match = match_events(
         [event(t) for t in (1.0, 2.0, 3.0, 4.0)], [event(1.001), event(2.002), event(5.0)], 0.01, (0, 9)
     )
-    assert match.precision == pytest.approx(2 / 3)
-    assert match.recall == pytest.approx(0.5)
     measured("verdicts", "precision of matched events", match.precision, 2 / 3, rel=1e-6, source="by hand")
     measured("verdicts", "recall of matched events", match.recall, 0.5, rel=1e-6, source="by hand")
     assert match.time_error.each == pytest.approx([0.001, 0.002])
@@ -31,14 +29,13 @@ def test_errors_of_each_event_and_of_the_mean(measured):
     pairs = [(event(1.0, 10.0, 2.0), event(1.004, 11.0, 2.2)), (event(2.0, 10.0, 4.0), event(1.998, 9.0, 4.2))]
     match = EventMatch(pairs, [], [])
     assert match.force_error.each == pytest.approx([0.1, -0.1])
-    assert match.force_error.mean == pytest.approx(0.1)
     assert match.force_error.bias == pytest.approx(0.0, abs=1e-12)
     assert match.amplitude_ratio_mean == pytest.approx(1.0)
     assert match.impulse_error.each == pytest.approx([0.1, 0.05])
     assert match.impulse_error.mean == pytest.approx(0.075)
     assert match.time_error.mean == pytest.approx(0.003)
-    assert match.time_error.percentile_95 == pytest.approx(0.0039)  # linear between .002 and .004
     measured("verdicts", "events: mean force error", match.force_error.mean, 0.1, rel=1e-6, source="by hand")
+    # linear between .002 and .004
     measured(
         "verdicts",
         "events: time error, 95th percentile",
@@ -64,7 +61,6 @@ def test_distance_is_that_of_kolmogorov_and_smirnov(measured):
     a, b = rng.exponential(1.0, 37), rng.exponential(1.7, 52)
     found = ks_distance(a, b)
     assert found is not None
-    assert found.value == pytest.approx(ks_2samp(a, b).statistic)
     measured(
         "verdicts",
         "distance of two distributions",
@@ -82,7 +78,6 @@ def test_critical_distance_is_passed_by_one_pair_of_samples_in_twenty(measured):
     rng = np.random.default_rng(1)
     beyond = sum(not ks_distance(*rng.exponential(1.0, (2, 150))).alike for _ in range(600))
     # 5 % of 600 are 30, standard deviation 5.3; the asymptotic bound errs to the safe side (fewer).
-    assert 10 <= beyond <= 46
     measured(
         "verdicts", "like samples called different, of 600", beyond, 30.0, between=(10.0, 46.0), source="5 %, binomial"
     )

@@ -20,7 +20,6 @@ from helpers_core import channels
 def test_mac_of_a_tilted_shape_is_the_squared_cosine(measured):
     angle = 0.3
     a, b = np.array([[1.0], [0.0]]), np.array([[np.cos(angle)], [np.sin(angle)]])
-    assert mac_matrix(a, b)[0, 0] == pytest.approx(np.cos(angle) ** 2)
     measured(
         "verdicts",
         "MAC of a shape tilted by .3 rad",
@@ -52,7 +51,6 @@ def test_repeated_modes_are_compared_as_a_subspace(measured):
     freq = np.array([7.0, 7.0, 9.0])
     found = pair_modes(freq, shapes, freq, turned)
     assert found.matrix[0, 0] == pytest.approx(0.5)
-    np.testing.assert_allclose(found.mac, 1.0, rtol=1e-12)
     measured("verdicts", "MAC of repeated modes in any rotation", found.mac, 1.0, rel=1e-12, source="by hand")
     apart = pair_modes(np.array([7.0, 7.5, 9.0]), shapes, np.array([7.0, 7.5, 9.0]), turned)
     np.testing.assert_allclose(apart.mac[:2], 0.5)
@@ -76,7 +74,6 @@ def test_no_modes_are_no_error(n_ref, n_red):
 
 def test_nrmse_is_one_minus_error_over_spread(measured):
     r, x = np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 4.0])
-    assert nrmse_fit(r, x) == pytest.approx(1.0 - 1.0 / np.sqrt(2.0))
     measured("verdicts", "NRMSE of three values", nrmse_fit(r, x), 1.0 - 1.0 / np.sqrt(2.0), rel=1e-6, source="by hand")
     assert nrmse_fit(r, r) == 1.0
     assert nrmse_fit(r, np.full(3, 2.0)) == pytest.approx(0.0)  # the mean is worth nothing
@@ -153,11 +150,8 @@ def test_one_contact_gives_onset_release_peak_and_impulse(measured):
     assert len(events) == 1
     e = events[0]
     # Linear interpolation of a sine: curvature is zero at its zeros, so far better than a step.
-    assert e.t_start == pytest.approx(start, abs=0.02 * H)
     assert e.t_end == pytest.approx(start + 2 * half, abs=0.02 * H)
     assert e.t_peak == pytest.approx(start + half, abs=H)
-    assert e.force_peak == pytest.approx(k * depth, rel=(np.pi * H / (4 * half)) ** 2)
-    assert e.impulse == pytest.approx(k * depth * 2 * (2 * half) / np.pi, rel=0.01)  # trapezoid, (pi/20)^2/12
     measured("verdicts", "event of a half sine: onset", e.t_start, start, abs=0.02 * H, unit="s", source="closed form")
     measured(
         "verdicts",
@@ -168,6 +162,7 @@ def test_one_contact_gives_onset_release_peak_and_impulse(measured):
         unit="N",
         source="closed form",
     )
+    # trapezoid, (pi/20)^2/12
     measured(
         "verdicts",
         "event of a half sine: impulse",
@@ -248,11 +243,10 @@ def event(t: float, force: float = 1.0, group: str = "a", impulse: float = 1.0) 
 
 def test_events_match_one_to_one_nearest_first():
     match = match_events([event(1.0), event(1.008)], [event(1.006), event(1.014)], 0.01, (0.0, 9.0))
-    assert [(a.t_start, b.t_start) for a, b in match.pairs] == [(1.008, 1.006)] or [
-        (a.t_start, b.t_start) for a, b in match.pairs
-    ] == [(1.0, 1.006), (1.008, 1.014)]
     # Nearest first takes 1.008 - 1.006; what is left, 1.0 - 1.014, lies beyond the tolerance.
-    assert len(match.pairs) + len(match.missed) == 2
+    assert [(a.t_start, b.t_start) for a, b in match.pairs] == [(1.008, 1.006)]
+    assert [e.t_start for e in match.missed] == [1.0]
+    assert [e.t_start for e in match.extra] == [1.014]
 
 
 def test_missed_and_extra_events():

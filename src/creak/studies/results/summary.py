@@ -123,8 +123,8 @@ def _run(run: Run, result: StudyResult, model: Model, convergence: Convergence |
         "slip_events": [_slip_event(e, model) for e in run.slips],
         "squeak_rate": squeak_rates(run.slips, result.window),
         "max_force": float(h.force.max(initial=0.0)),
-        "max_penetration": penetration,
         "penetration_max": penetration,
+        "max_penetration": penetration,  # earlier name of the same figure, for those who read it
         "gap_min": float(h.gap.min()) if h.gap.size else None,
         "impulse_total": float((h.weights @ h.force).sum()),
     }

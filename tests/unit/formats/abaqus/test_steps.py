@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck, read_deck_run
 from helpers_dynamic_decks import FLUSH, LINEAR, PAIR, cantilever_deck, stop_deck
+from helpers_refusal import refusal
 
 
 @pytest.fixture
@@ -20,12 +20,7 @@ def read(tmp_path):
 
 @pytest.fixture
 def error(read):
-    def catch(text):
-        with pytest.raises(InputError) as caught:
-            read(text)
-        return caught.value
-
-    return catch
+    return lambda text: refusal(read, text)
 
 
 def step(lines="", dynamic="*DYNAMIC, DIRECT\n1.E-3, 0.1\n", head="*STEP\n"):

@@ -11,6 +11,8 @@ from creak.formats.nastran.reader import read_nastran
 from creak.model.mesh import Model
 from fuzz_samples import CARDS
 
+pytestmark = pytest.mark.once
+
 DECK = CARDS.replace("MPC,1,7,", "RBE1,4,1,123456\n,UM,8,12\nMPC,1,7,")
 VALUES = (
     "",

@@ -1,0 +1,119 @@
+"""ARCHITECTURE.md and the tree agree: rooms, files, and the way of the data of each command."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+import typer
+
+import creak
+from creak.cli.main import app
+from helpers_cli import caller
+from helpers_decks import STUDY, write_strips
+
+SRC = Path(creak.__file__).parent
+PAGE = (Path(__file__).parents[1] / "ARCHITECTURE.md").read_text(encoding="utf-8")
+ROWS = re.findall(r"^\| `creak (\w+)` \| (.*) \|$", PAGE, re.MULTILINE)
+WAYS = {command: re.findall(r"`([\w/]+\.py)`", files) for command, files in ROWS}
+SHORT = STUDY.replace("periods = 2", "end = 0.02\n[reference]\nrun = false\n")
+
+
+def rooms_of(heading: str) -> list[str]:
+    """Folders of the first column of the table below a line."""
+    table = PAGE[PAGE.index(heading) :].split("\n\n")[1]
+    return [
+        name.rstrip("/")
+        for cells in re.findall(r"^\| (`.*?) \|", table, re.MULTILINE)
+        for name in re.findall(r"`(.*?)`", cells)
+    ]
+
+
+def folders(folder: Path) -> set[str]:
+    return {p.name for p in folder.iterdir() if any(p.glob("*.py"))}
+
+
+def test_every_room_is_on_the_map_and_there():
+    assert sorted(rooms_of("## The rooms")) == sorted(folders(SRC))
+    assert sorted(rooms_of("`studies/` has rooms of its own")) == sorted(folders(SRC / "studies"))
+
+
+def test_every_command_has_its_way():
+    assert set(WAYS) == set(typer.main.get_command(app).commands)
+
+
+def test_every_file_on_the_map_is_there():
+    named = {*re.findall(r"`([\w/]+\.py)`", PAGE), *(f for way in WAYS.values() for f in way)}
+    assert len(named) > 60
+    # Short names stand in a row that names their folder.
+    roots = (SRC, SRC.parent, SRC.parents[1])
+    missing = [n for n in named if "/" in n and not any((root / n).exists() for root in roots)]
+    assert missing == []
+
+
+# --- the ways -------------------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def called() -> Iterator[list[str]]:
+    """Files of creak in the order in which a function of each was first called."""
+    files: dict[str, None] = {}
+
+    def look(frame, event, _):
+        code = frame.f_code
+        if event == "call" and code.co_flags & 1 and code.co_filename.startswith(str(SRC)):  # no class, no module
+            files.setdefault(code.co_filename)
+
+    found: list[str] = []
+    sys.setprofile(look)
+    try:
+        yield found
+    finally:
+        sys.setprofile(None)
+        found += [Path(f).relative_to(SRC).as_posix() for f in files]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Two strips; every module is imported before, so that no call of an import counts."""
+    for module in pkgutil.walk_packages(creak.__path__, "creak."):
+        importlib.import_module(module.name)
+    folder = tmp_path_factory.mktemp("ways")
+    write_strips(folder, study=SHORT)
+    (folder / "sweep.toml").write_text('base = "study.toml"\nseeds = [1]\n')
+    return folder
+
+
+COMMANDS = {
+    "new": ["new", "strips.inp", "--out", "made.toml"],
+    "run": ["run", "study.toml", "--out", "out"],
+    "report": ["report", "out"],
+    "advise": ["advise", "study.toml"],
+    "reduce": ["reduce", "study.toml"],
+    "info": ["info", "strips.inp"],
+    "modes": ["modes", "strips.inp", "--count", "2", "--vtk", "modes.vtu"],
+    "convert": ["convert", "strips.inp", "strips.bdf", "--mass", "linear"],
+    "schema": ["schema"],
+    "example": ["example", "door", "--mesh-size", "40", "--out", "door"],
+}
+"""`sweep` runs in other processes, `thesis` for minutes."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", COMMANDS)
+def test_data_go_the_way_of_the_map(command, folder, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+    say = caller(monkeypatch, capsys)
+    if command == "report" and not (folder / "out").exists():
+        assert say(*COMMANDS["run"]).status == 0
+    with called() as files:
+        said = say(*COMMANDS[command])
+    assert said.status == 0, said.err
+    way = WAYS[command]
+    assert [f for f in files if f in way] == way
