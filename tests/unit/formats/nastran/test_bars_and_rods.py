@@ -9,7 +9,7 @@ import pytest
 
 from creak.assembly.system import to_dense
 from creak.errors import InputError
-from helpers_nastran import assembled, motion, read, rigid_mass, unread
+from helpers_nastran import assembled, matrix, motion, read, rigid_mass, unread
 
 E, G, L = 2.0e5, 8.0e4, 100.0
 A, I1, I2, J = 50.0, 400.0, 150.0, 320.0
@@ -184,3 +184,18 @@ def test_mistakes(tmp_path, element, message):
 def test_no_material(tmp_path):
     with pytest.raises(InputError, match=r"deck\.bdf:9: PBAR 1 uses material 3, which is not defined"):
         cantilever(tmp_path, bar=PBAR.replace("PBAR,1,1", "PBAR,1,3"))
+
+
+@pytest.mark.parametrize("rod", [f"CONROD,1,2,3,1,{A}", f"CROD,1,5,2,3\nPROD,5,1,{A},{J},,.01"])
+def test_rods_couple_their_mass_along_the_axis_only(tmp_path, rod):
+    """PARAM,COUPMASS: 5/12 and 1/12 of the mass along the rod, a half at each end across it, nothing on rotations."""
+    line = f"GRID,2,,0.,0.,0.\nGRID,3,,{0.6 * L},{0.8 * L},0.\n"
+    model = read(tmp_path, f"{line}{rod}\nPARAM,COUPMASS,1\n{MATERIAL}")
+    m = L * (7.8e-9 * A + (0.01 if "PROD" in rod else 0.0))
+    M = matrix(model, "M", 2)
+    along, across = np.array([0.6, 0.8, 0.0]), np.array([0.8, -0.6, 0.0])
+    np.testing.assert_allclose(M[:3, :3] @ along, 5.0 / 12.0 * m * along, atol=EXACT * m)
+    np.testing.assert_allclose(M[:3, :3] @ across, 0.5 * m * across, atol=EXACT * m)
+    assert M[2, 2] == pytest.approx(0.5 * m)
+    assert not M[3:].any()
+    np.testing.assert_allclose(rigid_mass(model)[:3, :3], m * np.eye(3), rtol=EXACT, atol=EXACT * m)
