@@ -51,6 +51,10 @@ class CaseControl:
     """SET commands with ids."""
     matrices: dict[str, str] = field(default_factory=dict)
     """K2GG, M2GG, B2GG -> what they select."""
+    contact: str = ""
+    """BCONTACT: a contact table, or ALLBODY."""
+    glue: str = ""
+    """BGSET: a set of glued surfaces."""
     output: tuple[str, ...] = ()
     """Node sets SET_n whose motion DISPLACEMENT, VELOCITY or ACCELERATION asks for."""
     unread: tuple[Unread, ...] = ()
@@ -81,7 +85,7 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
         if key in _CHANGES
     ]
     matrices = {key: commands[key][0] for key in _MATRICES if key in commands}
-    used = {"SPC", "MPC", "IC", "SET", *_MATRICES, *(_OF_RUN if own_run else ())}
+    used = {"SPC", "MPC", "IC", "SET", "BCONTACT", "BGSET", *_MATRICES, *(_OF_RUN if own_run else ())}
     rest = [key for key in commands if key not in _CHANGES | used]
     if rest:
         who = "creak has output of its own" if own_run else "the study file defines loads, analysis and output"
@@ -102,6 +106,8 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
         ids["LOADSET"],
         sets,
         matrices,
+        commands["BCONTACT"][0] if "BCONTACT" in commands else "",
+        commands["BGSET"][0] if "BGSET" in commands else "",
         _output(commands),
         tuple(unread),
         bool(case or executive),
