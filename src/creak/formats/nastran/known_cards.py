@@ -16,7 +16,8 @@ _READ = {
         "CHEXA, CPENTA, CTETRA, PSOLID, CONM1, CONM2, CMASS1, CMASS2, CMASS3, CMASS4, PMASS,"
         "CELAS1, CELAS2, CELAS3, CELAS4, PELAS, CDAMP1, CDAMP2, CDAMP3, CDAMP4, PDAMP, CVISC, PVISC, CBUSH, PBUSH,"
         "RBE1, RBE2, RBE3, RBAR, RROD, MPC, MPCADD, SPC, SPC1, SPCADD, TIC, SUPORT, SUPORT1,"
-        "ASET, ASET1, BSET, BSET1, CSET, CSET1, SET1, SET3, DMIG, ENDDATA"
+        "ASET, ASET1, BSET, BSET1, CSET, CSET1, SET1, SET3, DMIG, ENDDATA,"
+        "NSM, NSM1, NSML, NSML1, NSMADD"
     ),
 }
 
@@ -56,7 +57,6 @@ _CHANGES = {
         "SESUP, BLTMPC"
     ),
     "creak's materials are linear elastic": "MATS1, TABLES1, MATEP",
-    "creak does not read added mass": "NSM, NSM1, NSML, NSML1, NSMADD",
     "creak does not read this material": "MAT3, MAT10, MAT11, MATHE, MATHP, MATVE, MATF, MATORT",
     "creak does not read tapered thickness": "SNORM",
     "modal damping: give [damping] in the study": "TABDMP1",

@@ -8,6 +8,7 @@ import numpy as np
 
 from creak.arrays import IntArray
 from creak.errors import InputError
+from creak.formats.nastran.added_mass import add_mass
 from creak.formats.nastran.bars import read_bars
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.case_control import read_case_control
@@ -85,6 +86,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     read_shells(deck, materials)
     read_solids(deck, materials)
     constraints = read_bars(deck, materials)
+    add_mass(deck)
     read_points(deck)
     read_direct_matrices(deck)
     constraints += read_rigid(deck)
