@@ -22,8 +22,6 @@ _CHANGES = {
     "BOLTLD",
     "STATSUB",
     "PRELOAD",
-    "RIGID",
-    "NLPARM",
     "TSTRU",
 }
 """Commands that change the structure and that creak does not follow."""
@@ -57,6 +55,8 @@ class CaseControl:
     """BGSET: a set of glued surfaces."""
     output: tuple[str, ...] = ()
     """Node sets SET_n whose motion DISPLACEMENT, VELOCITY or ACCELERATION asks for."""
+    commands: frozenset[str] = frozenset()
+    """Names of all of its commands."""
     unread: tuple[Unread, ...] = ()
     given: bool = False
     """Whether there is a case control section."""
@@ -110,6 +110,7 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
         commands["BCONTACT"][0] if "BCONTACT" in commands else "",
         commands["BGSET"][0] if "BGSET" in commands else "",
         _output(commands),
+        frozenset(commands),
         tuple(unread),
         bool(case or executive),
         (case or executive)[0].where if case or executive else "",

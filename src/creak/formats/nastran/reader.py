@@ -97,7 +97,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     run = read_transient(deck, fixed) if own_run else None
     gaps = list_gaps(deck) if run is None else {}
     used = {"CGAP", "PGAP"} if run is None else CARDS
-    list_unread(deck, used | OF_GLUE if glue else used)
+    list_unread(deck, used | OF_GLUE if glue else used, own_run=own_run)
     parts, of_node = read_parts(deck, [*constraints, *skew], set(range(n_own, len(deck.grids.ids))))
     blocks = _blocks(deck, of_node)
     sets = element_sets(deck, blocks, source.property_names, source.set_names)
