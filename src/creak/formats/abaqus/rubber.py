@@ -80,6 +80,7 @@ def _solid(name: str, option: Block, values: list[float], order: int) -> tuple[f
                 f"*{option.name} of material {name!r} has the locking stretch {v[1]:g}",
                 expected="more than zero",
                 where=option.where,
+                fix="Correct it.",
             )
         t = 1.0 / v[1] ** 2
         shear = v[0] * (1.0 + 3.0 / 5.0 * t + 99.0 / 175.0 * t**2 + 513.0 / 875.0 * t**3 + 42039.0 / 67375.0 * t**4)

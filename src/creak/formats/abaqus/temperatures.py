@@ -58,7 +58,10 @@ def at_temperature(deck: Outline, option: Block, count: int) -> tuple[list[float
         return None
     if not (np.diff(table[:, -1]) > 0.0).all():
         raise InputError(
-            f"the temperatures of *{option.name} do not rise", where=option.where, expected="rising temperatures"
+            f"the temperatures of *{option.name} do not rise",
+            where=rows[-1][1],
+            expected="one line for each temperature, rising",
+            fix="Sort the lines, or keep one.",
         )
     stated = initial_temperature(deck)
     t = stated or 0.0

@@ -124,12 +124,34 @@ def test_rods(tmp_path):
         ("BOX\n,10.,20.,1.,2.", 92.0, (10 * 8000 - 6 * 18**3) / 12, (20 * 1000 - 18 * 216) / 12),
         ("I\n,20.,10.,10.,1.,2.,2.", 56.0, (10 * 8000 - 9 * 4096) / 12, (4 * 1000 + 16) / 12),
         ("T\n,10.,12.,2.,1.", 30.0, 10 * 8 / 12 + 20 * 4 + 1000 / 12 + 10 * 16, 2000 / 12 + 10 / 12),
+        ("T2\n,10.,12.,2.,1.", 30.0, 10 * 8 / 12 + 20 * 4 + 1000 / 12 + 10 * 16, 2000 / 12 + 10 / 12),
+        ("T1\n,10.,10.,2.,1.", 30.0, 2000 / 12 + 10 / 12, 10 * 8 / 12 + 20 * 4 + 1000 / 12 + 10 * 16),
+        ("TUBE2\n,3.,1.", 5 * math.pi, 65 * math.pi / 4, 65 * math.pi / 4),
+        ("BOX1\n,10.,20.,1.,1.,2.,2.", 92.0, (10 * 8000 - 6 * 18**3) / 12, (20 * 1000 - 18 * 216) / 12),
+        ("H\n,6.,4.,20.,1.", 86.0, (4 * 8000 + 6) / 12, (20 * 1000 - 19 * 216) / 12),
+        ("CHAN1\n,8.,2.,16.,20.", 72.0, (10 * 8000 - 8 * 4096) / 12, 4000 / 12 + 128 / 12 + 40 * 32 / 72 * 16),
+        ("CHAN2\n,2.,2.,10.,20.", 72.0, 4000 / 12 + 128 / 12 + 40 * 32 / 72 * 16, (10 * 8000 - 8 * 4096) / 12),
+        ("CROSS\n,8.,2.,20.,4.", 72.0, (2 * 8000 + 8 * 64) / 12, (4 * 1000 + 16 * 8) / 12),
+        ("HAT\n,10.,1.,8.,5.", 36.0, 483.0, 708.0),
     ],
 )
 def test_shapes(tmp_path, shape, area, i1, i2):
     """Area and moments of PBARL (width along z, height along y), from rectangles and circles."""
     section = cantilever(tmp_path, bar=f"PBARL,1,1,,{shape}\n").blocks[0].section
     assert (section.area, section.i22, section.i11) == pytest.approx((area, i1, i2), rel=1e-12)
+
+
+def test_principal_axes_of_a_z(tmp_path):
+    """Two flanges of 10 x 2 beside a web of 2 x 20: the product of inertia turns the axes."""
+    section = cantilever(tmp_path, bar="PBARL,1,1,,Z\n,10.,2.,16.,20.\n").blocks[0].section
+    i1, i2, i12 = (
+        2 * 8000 / 12 + 2 * (10 * 8 / 12 + 20 * 81),
+        20 * 8 / 12 + 2 * (2 * 1000 / 12 + 20 * 36),
+        -2 * 20 * 9 * 6,
+    )
+    larger, smaller = (0.5 * (i1 + i2) + sign * math.hypot(0.5 * (i1 - i2), i12) for sign in (1, -1))
+    assert (section.area, section.i22, section.i11) == pytest.approx((80.0, larger, smaller), rel=1e-12)
+    assert math.tan(2.0 * section.angle) == pytest.approx(2.0 * i12 / (i1 - i2))
 
 
 def test_torsion_of_shapes(tmp_path):
