@@ -16,6 +16,7 @@ from creak.formats.nastran.coordinate_systems import read_systems
 from creak.formats.nastran.deck import Deck, Group
 from creak.formats.nastran.deck_file import DeckFile, read_deck_file
 from creak.formats.nastran.direct_matrices import read_direct_matrices
+from creak.formats.nastran.fasteners import read_fasteners
 from creak.formats.nastran.gaps import list_gaps
 from creak.formats.nastran.glue import CARDS as OF_GLUE
 from creak.formats.nastran.glue import read_glue
@@ -87,6 +88,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     read_solids(deck, materials)
     constraints = read_bars(deck, materials)
     add_mass(deck)
+    constraints += read_fasteners(deck, materials)
     read_points(deck)
     read_direct_matrices(deck)
     constraints += read_rigid(deck)
