@@ -20,6 +20,13 @@ from creak.model.mesh import Unread
 T = TypeVar("T")
 
 
+MODAL = {
+    *("103", "107", "108", "109", "110", "111", "112", "SEMODES", "SEDCEIG", "SEMCEIG", "SEDFREQ", "SEMFREQ"),
+    *("SEDTRAN", "SEMTRAN"),
+}
+"""Solutions of linear dynamics."""
+LINEAR = MODAL | {"", "101", "SESTATIC", "105"}
+"""Linear solutions; a deck without SOL is taken for one."""
 DISCRETE = ("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "CVISC")
 """Elements that may share an id with an element of another kind."""
 

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable
 
 from creak.errors import suggest
 from creak.formats.nastran.bulk_data import Card
-from creak.formats.nastran.deck import Deck
+from creak.formats.nastran.deck import LINEAR, MODAL, Deck
 
 _READ = {
     "": (
@@ -16,7 +16,7 @@ _READ = {
         "CMASS3, CMASS4, PMASS, CELAS1, CELAS2, CELAS3, CELAS4, PELAS, CDAMP1, CDAMP2, CDAMP3, CDAMP4, PDAMP, CVISC,"
         "PVISC, CBUSH, PBUSH, RBE1, RBE2, RBE3, RBAR, RROD, MPC, MPCADD, SPC, SPC1, SPCADD, TIC, SUPORT, SUPORT1,"
         "ASET, ASET1, BSET, BSET1, CSET, CSET1, SET1, SET3, DMIG, ENDDATA,"
-        "NSM, NSM1, NSML, NSML1, NSMADD, CWELD, PWELD, CFAST, PFAST"
+        "NSM, NSM1, NSML, NSML1, NSMADD, CWELD, PWELD, CFAST, PFAST, CBUSH1D, PBUSH1D"
     ),
 }
 
@@ -73,7 +73,7 @@ _HARMLESS = {
 
 _CHANGES = {
     "creak does not read this element": (
-        "CQUAD8, CTRIA6, CQUAD, CTRIA, CPYRAM, CSHEAR, PSHEAR, CBEND, PBEND, CBUSH1D, PBUSH1D, "
+        "CQUAD8, CTRIA6, CQUAD, CTRIA, CPYRAM, CSHEAR, PSHEAR, CBEND, PBEND, "
         "CSEAM, PSEAM, GENEL, CHACAB, CHACBR, PACABS, CAABSF, PAABSF, CRAC2D, CRAC3D, CTRIAX6, CQUADX,"
         "CTRIAX, CHEXAL, PCOMPS, PCOMPLS, PBCOMP, PBRSECT, PBMSECT, PLPLANE, PLSOLID, CDAMP5, CBEAM3, PBEAM3,"
         "CIFHEX, CIFPENT"
@@ -145,24 +145,6 @@ def list_unread(deck: Deck, also_read: Collection[str] = (), *, own_run: bool = 
         deck.note(deck.params[others[0]], why, changes=False)
 
 
-_MODES = {
-    "103",
-    "SEMODES",
-    "107",
-    "108",
-    "110",
-    "111",
-    "112",
-    "SEDCEIG",
-    "SEMCEIG",
-    "SEMFREQ",
-    "SEMTRAN",
-    "109",
-    "SEDTRAN",
-}
-_LINEAR = _MODES | {"", "101", "SESTATIC", "105"}
-
-
 def _meaning(deck: Deck, name: str, own_run: bool) -> tuple[str, bool]:
     """Why a card is left out, and whether that changes the answer; empty where it is read."""
     on = _where_it_acts(deck, name, own_run)
@@ -181,7 +163,7 @@ def _where_it_acts(deck: Deck, name: str, own_run: bool) -> tuple[str, bool] | N
     """Cards whose meaning hangs on the analysis that the deck asks for."""
     case = deck.case
     if name in _CONDENSED:
-        if case.solution in _MODES and not {"QSET", "QSET1"} & deck.by_name.keys():
+        if case.solution in MODAL and not {"QSET", "QSET1"} & deck.by_name.keys():
             why = "Nastran condenses the mass to the dofs of ASET (Guyan); creak keeps all dofs: lower frequencies"
             return why, True
         return None if name in READ else ("the study file defines reductions", False)
@@ -193,7 +175,7 @@ def _where_it_acts(deck: Deck, name: str, own_run: bool) -> tuple[str, bool] | N
             )
         return "the case control takes no TEMPERATURE, so the material is that of its card", False
     if name in _TABLES_OF:
-        if case.solution in _LINEAR:
+        if case.solution in LINEAR:
             return f"the solution is linear: the nominal values of {_TABLES_OF[name]} hold, as in Nastran", False
         return f"creak takes the nominal values of {_TABLES_OF[name]} at every displacement and frequency", True
     if name in ("SUPORT", "SUPORT1"):
