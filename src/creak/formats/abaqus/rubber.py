@@ -43,9 +43,11 @@ def small_strain(name: str, option: Block) -> tuple[float, float]:
     values = [
         to_float(f, where, f"constant of material {name!r}") for fields, where in rows for f in _padded(fields, rows)
     ]
-    order = int(to_float(option.get("N", "1"), option.where, "N"))
+    order = _order(option)
     shear, bulk = _foam(option, values, order) if option.name == "HYPERFOAM" else _solid(name, option, values, order)
-    nu = INCOMPRESSIBLE if bulk is None else (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear))
+    nu = INCOMPRESSIBLE
+    if bulk is not None:
+        nu = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear)) if 3.0 * bulk + shear else -1.0
     if not shear > 0.0 or not -1.0 < nu < 0.5:
         raise InputError(
             f"*{option.name} of material {name!r} has the shear modulus {shear:g} and nu = {nu:g} at zero strain",
@@ -55,6 +57,14 @@ def small_strain(name: str, option: Block) -> tuple[float, float]:
         )
     nu = min(nu, INCOMPRESSIBLE)
     return 2.0 * shear * (1.0 + nu), nu
+
+
+def _order(option: Block) -> int:
+    """N, the number of terms."""
+    text = option.get("N", "1")
+    if text not in ("1", "2", "3", "4", "5", "6"):
+        raise InputError(f"*{option.name} has N={text}", expected="1 to 6", where=option.where, fix="Correct it.")
+    return int(text)
 
 
 def _padded(fields: list[str], rows: list[tuple[list[str], str]]) -> list[str]:

@@ -70,6 +70,8 @@ def test_a_rubber_without_compressibility(tmp_path):
         ("*HYPERELASTIC, NEO HOOKE\n-.5, .1\n", "shear modulus -1"),
         ("*HYPERFOAM\n.5, 2., .5\n", "has the shear modulus 0.5 and nu = "),
         ("*HYPERELASTIC, MARLOW\n", "has no constants"),
+        ("*HYPERELASTIC, OGDEN, N=1000000000\n1.\n", "has N=1000000000; expected 1 to 6"),
+        ("*HYPERFOAM\n0., 2., .1\n", "shear modulus 0"),
     ],
 )
 def test_rubber_that_has_no_moduli(tmp_path, law, message):
