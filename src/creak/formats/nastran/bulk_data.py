@@ -197,7 +197,7 @@ def _names(tail: str) -> set[str]:
 
 
 def _ask(card: _Open, asking: dict[str, _Open]) -> None:
-    for name in _names(card.tail):
+    for name in _names(card.tail) if card.tail else ():
         asking[name] = card
 
 

@@ -320,3 +320,14 @@ def test_one_dimensional_bushings(tmp_path, cid):
     np.testing.assert_allclose(matrix(model, "M", 1)[:3, :3], 0.3 * np.eye(3), atol=1e-12)
     with pytest.raises(InputError, match="CBUSH1D 3 has coincident grids and no CID"):
         read(tmp_path, "GRID,1\nGRID,2\nCBUSH1D,3,4,1,2\nPBUSH1D,4,50.\n")
+
+
+@pytest.mark.parametrize("dofs", ["", "123"])
+def test_rbar1_is_rbe2_of_one_grid(tmp_path, dofs):
+    """In turned displacement frames too."""
+    grids = TURNED + f"GRID,1,,,,,,123456\nGRID,2,,3.,4.,5.,5\nGRID,3,,3.,9.,5.,5\n{BLOCK}"
+    held = "CELAS2,61,50.,3,1\nCELAS2,62,60.,3,2\nCELAS2,63,70.,3,3\nCELAS2,64,80.,2,4\nCELAS2,65,90.,2,5\nCELAS2,66,99.,2,6\n"
+    held += "CELAS2,67,80.,3,4\nCELAS2,68,90.,3,5\nCELAS2,69,99.,3,6\n" if dofs else ""
+    ours = motion(read(tmp_path, f"{grids}{held}RBAR1,9,2,3,{dofs}\n"), {(3, 1): 1.0, (2, 3): 2.0})
+    theirs = motion(read(tmp_path, f"{grids}{held}RBE2,9,2,{dofs or 123456},3\n"), {(3, 1): 1.0, (2, 3): 2.0})
+    np.testing.assert_allclose(ours, theirs, atol=1e-12)
