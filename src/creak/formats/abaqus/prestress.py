@@ -16,10 +16,13 @@ _LOADS = ("CLOAD", "DLOAD", "DSLOAD", "TEMPERATURE", "FIELD", "INERTIA RELIEF", 
 def list_prestress(deck: Outline) -> None:
     """List loaded general steps before the modes as ones that change the answer, where their stress would count.
 
+    The supports of these steps, and of that of the modes, hold in the modes as those of the first step do.
     It counts in Abaqus with NLGEOM, and in CalculiX where the step of the modes is a PERTURBATION. NLGEOM=NO on either
     step (as Abaqus/CAE writes it), or no load, leaves the structure as it was.
     """
     at = next((i for i, step in enumerate(deck.steps) if _named(step, ABOUT_IT)), 0)
+    for step in deck.steps[1 : at + 1]:
+        deck.step_boundaries += [b for b in step.blocks if b.name == "BOUNDARY"]
     nonlinear, linear = False, deck.steps[at].block.option("NLGEOM") == "NO" if deck.steps else False
     for step in deck.steps[:at]:
         procedure = _named(step, GENERAL)

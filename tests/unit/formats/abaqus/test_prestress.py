@@ -43,3 +43,14 @@ def test_what_a_step_before_the_modes_leaves(tmp_path, steps, changes, words):
 @pytest.mark.parametrize("steps", ["*STEP, NLGEOM\n" + LOAD, "*STEP\n" + MODES + "*STEP, NLGEOM\n" + LOAD])
 def test_a_step_that_is_not_before_the_modes_is_the_studys(tmp_path, steps):
     assert "*STATIC" not in found(tmp_path, steps)
+
+
+def test_supports_of_the_step_of_the_modes_hold(tmp_path):
+    """Supports add up from step to step until the modes; those of later steps are not theirs."""
+    steps = "*STEP\n*STATIC\n*BOUNDARY\n1, 1, 1\n*END STEP\n*STEP\n*BOUNDARY\n2, 2, 3\n" + MODES
+    steps += "*STEP\n*STATIC\n*BOUNDARY\n3, 1, 6\n*END STEP\n"
+    path = tmp_path / "deck.inp"
+    path.write_text(cut_plate((2, 2), (2, 2), steps), encoding="utf-8")
+    model = read_deck(path)
+    held = {(int(model.nodes.ids[n]), dof) for f in model.fixed for n in f.nodes_idx for dof in f.dofs}
+    assert held == {(1, 1), (2, 2), (2, 3)}
