@@ -22,7 +22,8 @@ def mass_matrices(block: ElementBlock, x: FloatArray, own: Own, form: str) -> Fl
     * consistent: the element's own;
     * lumped: on the translations of the nodes, see `lumped`, and the inertia of beams about their axis;
     * linear: translations only, with linear shape functions. Of bars the mean of lumped and linear along the axis,
-      (5, 1; 1, 5) m/12, and cubic across it; solids as consistent. This is the coupled mass of Nastran.
+      (5, 1; 1, 5) m/12, and across it cubic, or lumped where nothing resists bending (trusses, rods); solids as
+      consistent. This is the coupled mass of Nastran.
 
     Discrete elements are as they are.
     """
@@ -34,10 +35,11 @@ def mass_matrices(block: ElementBlock, x: FloatArray, own: Own, form: str) -> Fl
         return matrix + _lumped_twist(x, block.section) if isinstance(block.section, BeamSection) else matrix
     if isinstance(block.section, ShellSection | GeneralShell):
         return linear_shell_mass(x, block.section, own)
-    if isinstance(block.section, BeamSection):
+    if isinstance(block.section, BeamSection) and (block.section.i11 or block.section.i22):
         return _bar_mass(x, block.section, own)
-    matrix = consistent(x, block.section, own)
-    return 0.5 * (matrix + lumped(matrix)) if isinstance(block.section, TrussSection) else matrix
+    if isinstance(block.section, BeamSection | TrussSection):
+        return _rod_mass(x, block.section)
+    return consistent(x, block.section, own)
 
 
 def linear_shell_mass(x: FloatArray, section: ShellSection | GeneralShell, own: Own) -> FloatArray:
@@ -72,6 +74,20 @@ def _bar_mass(x: FloatArray, section: BeamSection, own: Own) -> FloatArray:
         for j in range(2):
             matrix[:, i, :3, j, :3] += sway[i, j] * along
     return matrix.reshape(-1, 12, 12)
+
+
+def _rod_mass(x: FloatArray, section: BeamSection | TrussSection) -> FloatArray:
+    """(5, 1; 1, 5) m/12 along the axis, m/2 at each end across it; the inertia about the axis at the ends."""
+    line_mass = section.material.density * section.area
+    line_mass += section.line_mass if isinstance(section, BeamSection) else 0.0
+    length = np.linalg.norm(x[:, 1] - x[:, 0], axis=1)
+    out = np.zeros((x.shape[0], 2, 6, 2, 6))
+    for i in range(2):
+        out[:, i, :3, i, :3] = 0.5 * line_mass * length[:, None, None] * np.eye(3)
+        for j in range(2):
+            out[:, i, :3, j, :3] += (-1.0 if i == j else 1.0) / 12.0 * line_mass * _along(x)
+    matrix = out.reshape(-1, 12, 12)
+    return matrix + _lumped_twist(x, section) if isinstance(section, BeamSection) else matrix
 
 
 def _lumped_twist(x: FloatArray, section: BeamSection) -> FloatArray:

@@ -55,11 +55,15 @@ def factor(A: Matrix, *, definite: bool = True) -> Factor:
     Raises
     ------
     SingularMatrixError : a pivot vanished, or was negative although `definite`.
+    NumericalError : a sparse matrix without rows.
     """
     if isinstance(A, Diagonal):
         return _DiagonalFactor(A, definite)
     if not sp.issparse(A):
         return _CholeskyFactor(A) if definite else _DenseFactor(A)
+    if A.shape[0] == 0:
+        why = "supports hold every node, or no element has stiffness or mass"
+        raise NumericalError(f"the model has no degree of freedom that can move: {why}")
     if has_pardiso():
         return _PardisoFactor(A, definite)
     return _SuperLUFactor(A, definite)

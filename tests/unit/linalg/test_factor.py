@@ -153,3 +153,8 @@ def test_wide_blocks_come_back_in_fortran_order_and_leave_the_right_hand_side_al
     np.testing.assert_allclose(A @ x, b, atol=1e-12)
     if has_pardiso():
         assert x.flags.f_contiguous
+
+
+def test_a_model_that_cannot_move_is_named():
+    with pytest.raises(NumericalError, match="no degree of freedom that can move: supports hold every node"):
+        factor(sp.csr_matrix((0, 0)))

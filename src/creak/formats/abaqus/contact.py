@@ -205,6 +205,8 @@ def _behavior(deck: Outline, block: Block, of: Interaction) -> Interaction:
         return _linear(deck, block, of)
     if law == "TABULAR":
         return replace(of, law="tabular", curve=_curve(block))
+    if law == "TIED":  # its pairs are ties, see `tied_contact`
+        return of
     if law != "HARD":
         raise InputError(
             f"PRESSURE-OVERCLOSURE={law}",

@@ -1,4 +1,4 @@
-"""*MATERIAL with *ELASTIC, *DENSITY and *DAMPING."""
+"""*MATERIAL with *ELASTIC (or *HYPERELASTIC, *HYPERFOAM), *DENSITY and *DAMPING."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from creak.errors import InputError, suggest
 from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.numbers import floats, positive, to_float
 from creak.formats.abaqus.outline import Outline
+from creak.formats.abaqus.rubber import small_strain
+from creak.formats.abaqus.temperatures import at_temperature
 from creak.model.elasticity import lamina, orthotropic, require_stable, symmetric
 from creak.model.materials import AnisotropicMaterial, AnyMaterial, Material, SheetMaterial
 
@@ -42,7 +44,7 @@ def read_materials(deck: Outline) -> dict[str, RawMaterial]:
 
     Raises
     ------
-    InputError : unknown kind of elasticity, depends on temperature, a value out of range, a name used twice.
+    InputError : unknown kind of elasticity, depends on fields, a value out of range, a name used twice.
     """
     result: dict[str, RawMaterial] = {}
     seen: set[int] = set()
@@ -148,9 +150,14 @@ def _material(deck: Outline, name: str, block: Block) -> RawMaterial:
     alpha = beta = 0.0
     for option in block.options:
         if option.name == "ELASTIC":
-            elastic = _elastic(name, option)
+            elastic = _elastic(deck, name, option)
+        elif option.name in ("HYPERELASTIC", "HYPERFOAM"):
+            elastic = Elastic("ISOTROPIC", small_strain(name, option), option.where)
+            E, nu = elastic.values
+            why = f"creak takes it at zero strain: E = {E:.6g}, nu = {nu:.4g}"
+            deck.note(option, why, changes=False, what=f"*{option.name} of {name}")
         elif option.name == "DENSITY":
-            fields, where = _single_row(name, option, 1)
+            fields, where = _row(deck, name, option, 1)
             density = positive(fields[0], where, f"density of material {name!r}")
         elif option.name == "DAMPING":
             alpha, beta = _damping(name, option)
@@ -163,7 +170,7 @@ _MODULI = {"LAMINA": (0, 1, 3, 4, 5), "ENGINEERING CONSTANTS": (0, 1, 2, 6, 7, 8
 """Which of them must be positive."""
 
 
-def _elastic(name: str, option: Block) -> Elastic:
+def _elastic(deck: Outline, name: str, option: Block) -> Elastic:
     kind = option.option("TYPE", "ISOTROPIC")
     kind = "ISOTROPIC" if kind == "ISO" else kind
     if kind not in _COUNTS:
@@ -173,7 +180,7 @@ def _elastic(name: str, option: Block) -> Elastic:
             where=option.where,
             fix="Give one of these kinds of elasticity.",
         )
-    fields, where = _single_row(name, option, _COUNTS[kind])
+    fields, where = _row(deck, name, option, _COUNTS[kind])
     if kind == "ISOTROPIC":
         youngs = positive(fields[0], where, f"Young's modulus of material {name!r}")
         nu = to_float(fields[1] if len(fields) > 1 else "", where, f"Poisson's ratio of material {name!r}")
@@ -196,6 +203,12 @@ def check_poisson(nu: float, name: str, where: str) -> None:
         )
 
 
+def _row(deck: Outline, name: str, option: Block, n_values: int) -> tuple[list[str], str]:
+    """The values of the only entry, or of all entries at the initial temperature."""
+    found = at_temperature(deck, option, n_values)
+    return _single_row(name, option, n_values) if found is None else ([repr(v) for v in found[0]], found[1])
+
+
 def _single_row(name: str, option: Block, n_values: int) -> tuple[list[str], str]:
     """The values of the only entry, over as many lines as they need (8 each); a temperature at the end is left out."""
     rows = list(option.rows())
@@ -206,7 +219,7 @@ def _single_row(name: str, option: Block, n_values: int) -> tuple[list[str], str
     n_lines = -(-n_values // 8)
     if len(rows) > n_lines or option.has("DEPENDENCIES"):
         raise InputError(
-            f"*{option.name} of material {name!r} depends on temperature or fields",
+            f"*{option.name} of material {name!r} depends on fields, or its lines are not one for each temperature",
             expected="one line of values" if n_lines == 1 else f"{n_values} values on {n_lines} lines",
             where=rows[-1][1],
             fix="Keep the line of the temperature to be analysed.",

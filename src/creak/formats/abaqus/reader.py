@@ -27,6 +27,7 @@ from creak.formats.abaqus.orientations import read_orientations
 from creak.formats.abaqus.outline import Outline, outline
 from creak.formats.abaqus.own_data import Geometry
 from creak.formats.abaqus.parts import read_parts
+from creak.formats.abaqus.prestress import list_prestress
 from creak.formats.abaqus.sections import read_sections
 from creak.formats.abaqus.sets import read_sets
 from creak.formats.abaqus.steps import read_run
@@ -127,6 +128,8 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
     constraints += read_ties(deck, nodes, elements, assigned, surfaces, node_names)
     note_transformed(deck, place.transforms, node_names)
     run = read_run(deck, with_short_names(surfaces), node_names, place.transforms) if own_step else None
+    if run is None:
+        list_prestress(deck)
     fixed = read_boundaries(deck, node_names) if run is None else list(run.step.fixed)
     fixed, skew = held_along_axes(fixed, place.transforms)
     constraints += skew

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -112,6 +112,89 @@ def _angle(width: float, height: float, flange: float, web: float) -> Shape:
     )
 
 
+def _tube2(outer: float, wall: float) -> Shape:
+    return _tube(outer, outer - wall)
+
+
+def _box1(width: float, height: float, top: float, bottom: float, left: float, right: float) -> Shape:
+    """Closed box with four walls of their own; torsion by Bredt."""
+    mid = height - top - bottom
+    walls = _thin(
+        [
+            (0.5 * bottom, 0.5 * width, bottom, width),
+            (height - 0.5 * top, 0.5 * width, top, width),
+            (bottom + 0.5 * mid, 0.5 * left, mid, left),
+            (bottom + 0.5 * mid, width - 0.5 * right, mid, right),
+        ]
+    )
+    b, h = width - 0.5 * (left + right), height - 0.5 * (top + bottom)
+    around = b / top + b / bottom + h / left + h / right
+    return replace(walls, torsion=4.0 * (b * h) ** 2 / around, radius=0.5 * min(width, height))
+
+
+def _chan1(flange: float, web: float, inner: float, height: float) -> Shape:
+    """CHAN1: overhang of the flanges, web, height between the flanges, total height."""
+    return _channel(flange + web, height, web, 0.5 * (height - inner))
+
+
+def _chan2(side: float, bottom: float, height: float, width: float) -> Shape:
+    """CHAN2: thickness of the sides and of the bottom, height of the sides, total width; the bottom along z."""
+    leg = height - bottom
+    return _thin(
+        [
+            (0.5 * bottom, 0.5 * width, bottom, width),
+            (bottom + 0.5 * leg, 0.5 * side, leg, side),
+            (bottom + 0.5 * leg, width - 0.5 * side, leg, side),
+        ]
+    )
+
+
+def _tee1(flange: float, web: float, flange_wall: float, web_wall: float) -> Shape:
+    """T1, a T on its side: height and thickness of the flange (along y), length and thickness of the web (along z)."""
+    return _thin([(0.0, 0.5 * flange_wall, flange, flange_wall), (0.0, flange_wall + 0.5 * web, web_wall, web)])
+
+
+def _tee2(width: float, height: float, flange: float, web: float) -> Shape:
+    """T2, a T upside down."""
+    stem = height - flange
+    return _thin([(0.5 * flange, 0.0, flange, width), (flange + 0.5 * stem, 0.0, stem, web)])
+
+
+def _aitch(inner: float, flanges: float, height: float, web: float) -> Shape:
+    """H: width between the flanges, both flanges together, their height, thickness of the web (along z)."""
+    t = 0.5 * flanges
+    at = 0.5 * (inner + t)
+    return _thin([(0.0, -at, height, t), (0.0, 0.0, web, inner), (0.0, at, height, t)])
+
+
+def _zed(flange: float, web: float, inner: float, height: float) -> Shape:
+    """Z: overhang of a flange, web, height between the flanges, total height; the upper flange towards -z."""
+    t = 0.5 * (height - inner)
+    at = 0.5 * (web + flange)
+    return _thin([(height - 0.5 * t, -at, t, flange), (0.5 * height, 0.0, height, web), (0.5 * t, at, t, flange)])
+
+
+def _hat(height: float, wall: float, top: float, brim: float) -> Shape:
+    """HAT: total height, wall, width of the top, overhang of each brim."""
+    side, at = height - 2.0 * wall, 0.5 * (top - wall)
+    foot = at - 0.5 * wall + 0.5 * (brim + wall)
+    return _thin(
+        [
+            (height - 0.5 * wall, 0.0, wall, top),
+            (0.5 * height, -at, side, wall),
+            (0.5 * height, at, side, wall),
+            (0.5 * wall, -foot, wall, brim + wall),
+            (0.5 * wall, foot, wall, brim + wall),
+        ]
+    )
+
+
+def _cross(width: float, web: float, height: float, wall: float) -> Shape:
+    """CROSS: both arms together, upright, its height, thickness of the arms."""
+    at = 0.5 * web + 0.25 * width
+    return _thin([(0.0, 0.0, height, web), (0.0, -at, wall, 0.5 * width), (0.0, at, wall, 0.5 * width)])
+
+
 SHAPES: dict[str, tuple[int, Callable[..., Shape]]] = {
     "ROD": (1, _rod),
     "TUBE": (2, _tube),
@@ -122,9 +205,19 @@ SHAPES: dict[str, tuple[int, Callable[..., Shape]]] = {
     "T": (4, _tee),
     "CHAN": (4, _channel),
     "L": (4, _angle),
+    "TUBE2": (2, _tube2),
+    "BOX1": (6, _box1),
+    "CHAN1": (4, _chan1),
+    "CHAN2": (4, _chan2),
+    "T1": (4, _tee1),
+    "T2": (4, _tee2),
+    "H": (4, _aitch),
+    "Z": (4, _zed),
+    "HAT": (4, _hat),
+    "CROSS": (4, _cross),
 }
 """Number of dimensions and the section of each type."""
-OFF_CENTRE = {"T", "CHAN", "L"}
+OFF_CENTRE = {"T", "CHAN", "L", "CHAN1", "CHAN2", "T1", "T2", "HAT", "BOX1"}
 """The shear centre is not the centroid; where Nastran puts it is not followed for bars, which have none."""
 
 

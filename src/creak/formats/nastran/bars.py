@@ -19,6 +19,8 @@ from creak.model.materials import BeamSection, TrussSection
 _PROPERTIES = {"CBAR": ("PBAR", "PBARL"), "CBEAM": ("PBEAM", "PBEAML")}
 _DEFAULTS = {"CBAR": "BAROR", "CBEAM": "BEAMOR"}
 PARALLEL = 1e-6
+TAPERED = 1e-3
+"""Share by which the ends of a beam may differ before it tapers."""
 
 
 def read_bars(deck: Deck, materials: Materials) -> list[Constraint]:
@@ -112,7 +114,7 @@ def _pbeam(deck: Deck, card: Card, materials: Materials) -> BeamSection:
     end = next((s for x, s in stations if x == 1.0), 0)
     if end:
         last = [card.real(end + i, 0.0) or values[i] for i in range(6)]
-        if not np.allclose(last, values, rtol=1e-6):
+        if not np.allclose(last, values, rtol=TAPERED):
             deck.note(
                 card, "creak's beams do not taper: the mean of both ends is taken", changes=True, what="PBEAM, taper"
             )

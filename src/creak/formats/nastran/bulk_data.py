@@ -105,21 +105,73 @@ def read_cards(path: Path) -> list[Card]:
 def cards_of(lines: Iterable[Line]) -> list[Card]:
     """The cards of bulk data lines; comments ($) and blank lines are skipped.
 
+    Replicated fields are written out: = is the field of the card before, == all that follow, *x or *(x) that field and
+    x more; =n or =(n) on a line of its own repeats the last replication n times. A named continuation belongs to the
+    line that asks for it, wherever that stands.
+
     Raises
     ------
-    InputError : a free-field line with too many fields, continuations that are not in order.
+    InputError : a free-field line with too many fields, continuations that no line asks for.
     """
     found: list[_Open] = []
+    asking: dict[str, _Open] = {}
+    rule: list[str] = []
     for line in lines:
         text = line.text.split("$")[0].expandtabs(8).rstrip()
         if not text:
             continue
         head, fields, tail = _split(text, line.where)
-        if head and head[0] not in "+*":
-            found.append(_Open(head.rstrip("*").strip().upper(), fields, line.where, [], tail))
+        if head.startswith("=") and found:
+            count = re.fullmatch(r"=\(?([0-9]{1,6})\)?", head)
+            rule = rule if count else fields
+            for _ in range(int(count.group(1)) if count else 1):
+                found.append(
+                    _Open(found[-1].name, _replicated(rule, found[-1].fields, line.where), line.where, [], tail)
+                )
+        elif head and head[0] not in "+*":
+            name = head.rstrip("*").strip().upper()
+            if found and name != "DEQATN" and any(f.startswith(("=", "*")) for f in fields):
+                rule, fields = fields, _replicated(fields, found[-1].fields, line.where)
+            found.append(_Open(name, fields, line.where, [], tail))
         elif found:
-            found[-1].extend(head, fields, tail, line.where)
+            owner = _owner(head, found, asking, line.where)
+            owner.extend(fields, tail, line.where)
+            _ask(owner, asking)
+            continue
+        if found:
+            _ask(found[-1], asking)
     return [Card(o.name, tuple(o.fields), o.where, tuple(o.continued)) for o in found]
+
+
+def _replicated(rule: list[str], before: list[str], where: str) -> list[str]:
+    """The fields of a card from those of the card before it."""
+    out: list[str] = []
+    for i, text in enumerate(rule):
+        old = before[i] if i < len(before) else ""
+        step = re.fullmatch(r"\*\(?([^()]+)\)?", text)
+        if text == "==":
+            return [*out, *before[i : len(rule)]]
+        if text == "=":
+            out.append(old)
+        elif step:
+            out.append(_more(old, step.group(1), where))
+        else:
+            out.append(text)
+    return out
+
+
+def _more(old: str, step: str, where: str) -> str:
+    try:
+        if _INTEGER.fullmatch(old) and _INTEGER.fullmatch(step):
+            return str(int(old) + int(step))
+        return repr(float(number(old)) + float(number(step)))
+    except ValueError:
+        raise InputError(
+            f"a replicated field adds {step!r} to {old!r}",
+            where=where,
+            expected="two numbers",
+            fix="Write the card out.",
+        ) from None
 
 
 @dataclass
@@ -133,18 +185,45 @@ class _Open:
     tail: str
     """Field 10 of the last line: the name of the line that follows."""
 
-    def extend(self, head: str, fields: list[str], tail: str, where: str) -> None:
-        asked, own = self.tail.lstrip("+*").strip(), head.lstrip("+*").strip()
-        if asked and own and asked != own:
-            raise InputError(
-                f"continuation {own!r} follows a line of {self.name} that asks for {asked!r}",
-                where=where,
-                expected="each continuation right after its line",
-                fix="Sort the lines of the card.",
-            )
+    def extend(self, fields: list[str], tail: str, where: str) -> None:
         self.continued.append((len(self.fields), where))
         self.fields.extend(fields)
         self.tail = tail
+
+
+def _names(tail: str) -> set[str]:
+    """Names by which a continuation may answer: the first character of field 10 is free."""
+    return {tail.lstrip("+*").strip().upper(), tail[1:].strip().upper()} - {""}
+
+
+def _ask(card: _Open, asking: dict[str, _Open]) -> None:
+    for name in _names(card.tail) if card.tail else ():
+        asking[name] = card
+
+
+def _owner(head: str, found: list[_Open], asking: dict[str, _Open], where: str) -> _Open:
+    """The card that a continuation belongs to: the last one, unless names say otherwise.
+
+    Raises
+    ------
+    InputError : no line asks for its name.
+    """
+    last, own = found[-1], head.lstrip("+*").strip().upper()
+    asked = _names(last.tail)
+    if not own or not asked or own in asked:
+        owner = last
+    elif own in asking:
+        owner = asking[own]
+    else:
+        raise InputError(
+            f"continuation {own!r} follows a line of {last.name} that asks for {last.tail.lstrip('+*').strip()!r}",
+            where=where,
+            expected="a line that asks for it in field 10",
+            fix="Correct the name of the continuation.",
+        )
+    for name in _names(owner.tail):
+        asking.pop(name, None)
+    return owner
 
 
 def _split(line: str, where: str) -> tuple[str, list[str], str]:

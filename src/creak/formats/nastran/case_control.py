@@ -16,15 +16,12 @@ _CHANGES = {
     "M2PP",
     "B2PP",
     "TFL",
-    "NSM",
     "DEFORM",
     "AXISYMMETRIC",
     "SUPORT1",
     "BOLTLD",
     "STATSUB",
     "PRELOAD",
-    "RIGID",
-    "NLPARM",
     "TSTRU",
 }
 """Commands that change the structure and that creak does not follow."""
@@ -47,12 +44,19 @@ class CaseControl:
     tstep: int = 0
     loadset: int = 0
     """LOADSET: the set of LSEQ cards."""
+    nsm: int = 0
     sets: dict[int, tuple[int, ...]] = field(default_factory=dict)
     """SET commands with ids."""
     matrices: dict[str, str] = field(default_factory=dict)
     """K2GG, M2GG, B2GG -> what they select."""
+    contact: str = ""
+    """BCONTACT: a contact table, or ALLBODY."""
+    glue: str = ""
+    """BGSET: a set of glued surfaces."""
     output: tuple[str, ...] = ()
     """Node sets SET_n whose motion DISPLACEMENT, VELOCITY or ACCELERATION asks for."""
+    commands: frozenset[str] = frozenset()
+    """Names of all of its commands."""
     unread: tuple[Unread, ...] = ()
     given: bool = False
     """Whether there is a case control section."""
@@ -71,7 +75,7 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
     InputError : SPC, MPC or IC is not a number; a SET with a range of too many ids.
     """
     commands, unread = _first_subcase(case)
-    ids = {key: _identifier(commands, key) for key in ("SPC", "MPC", "IC", "DLOAD", "TSTEP", "LOADSET")}
+    ids = {key: _identifier(commands, key) for key in ("SPC", "MPC", "IC", "DLOAD", "TSTEP", "LOADSET", "NSM")}
     sets = {
         number: _ids(text, f"{case[0].where.rpartition(':')[0]}, SET {number}") for number, text in _sets(case).items()
     }
@@ -81,7 +85,7 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
         if key in _CHANGES
     ]
     matrices = {key: commands[key][0] for key in _MATRICES if key in commands}
-    used = {"SPC", "MPC", "IC", "SET", *_MATRICES, *(_OF_RUN if own_run else ())}
+    used = {"SPC", "MPC", "IC", "NSM", "SET", "BCONTACT", "BGSET", *_MATRICES, *(_OF_RUN if own_run else ())}
     rest = [key for key in commands if key not in _CHANGES | used]
     if rest:
         who = "creak has output of its own" if own_run else "the study file defines loads, analysis and output"
@@ -100,9 +104,13 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
         ids["DLOAD"],
         ids["TSTEP"],
         ids["LOADSET"],
+        ids["NSM"],
         sets,
         matrices,
+        commands["BCONTACT"][0] if "BCONTACT" in commands else "",
+        commands["BGSET"][0] if "BGSET" in commands else "",
         _output(commands),
+        frozenset(commands),
         tuple(unread),
         bool(case or executive),
         (case or executive)[0].where if case or executive else "",

@@ -20,6 +20,17 @@ from creak.model.mesh import Unread
 T = TypeVar("T")
 
 
+MODAL = {
+    *("103", "107", "108", "109", "110", "111", "112", "SEMODES", "SEDCEIG", "SEMCEIG", "SEDFREQ", "SEMFREQ"),
+    *("SEDTRAN", "SEMTRAN"),
+}
+"""Solutions of linear dynamics."""
+LINEAR = MODAL | {"", "101", "SESTATIC", "105"}
+"""Linear solutions; a deck without SOL is taken for one."""
+DISCRETE = ("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "CVISC")
+"""Elements that may share an id with an element of another kind."""
+
+
 @dataclass
 class Group:
     """Elements of one kind and one section."""
@@ -49,6 +60,8 @@ class Deck:
     """Element id -> file and line."""
     property_of: dict[int, int] = field(default_factory=dict)
     """Element id -> property id, of elements that have one."""
+    further: int = 0
+    """Largest id given to an element beside those of the deck."""
 
     def cards(self, *names: str) -> Iterator[Card]:
         for name in names:
@@ -94,6 +107,13 @@ class Deck:
         InputError : another element has this id.
         """
         identifier = card.integer(0)
+        if identifier in self.element_at and card.name in DISCRETE and self._once(card):
+            other = self.free_id()
+            why = (
+                f"its id is that of another element ({self.element_at[identifier]}) too: it is element {other} in creak"
+            )
+            self.note(card, why, changes=False, what=f"{card.name} {identifier}")
+            identifier = other
         if identifier in self.element_at:
             raise InputError(
                 f"element {identifier} ({card.name}) is defined twice, first at {self.element_at[identifier]}",
@@ -126,6 +146,17 @@ class Deck:
                 fix="A collapsed CQUAD4 is a CTRIA3, a collapsed CHEXA a CPENTA.",
             )
         return rows
+
+    def _once(self, card: Card) -> bool:
+        return sum(c.text(0) == card.text(0) for c in self.cards(card.name)) == 1
+
+    def free_id(self) -> int:
+        """An id that no element of the deck has."""
+        if not self.further:
+            cards = (card for name, cards in self.by_name.items() if name.startswith("C") for card in cards)
+            self.further = max((int(card.text(0)) for card in cards if card.is_integer(0)), default=0)
+        self.further += 1
+        return self.further
 
     def add(
         self,

@@ -28,11 +28,20 @@ class Grids:
     """Row -> (3, 3), columns are the displacement directions, of grids that do not move in the basic frame."""
     scalar: set[int] = field(default_factory=set)
     """Rows of scalar points: nodes of which only dof 1 is used."""
+    fluid: dict[int, Card] = field(default_factory=dict)
+    """Ids of fluid points (CD = -1), which are no nodes."""
     _largest: int = 0
     """Id, once nodes were added."""
 
     def row(self, identifier: int, card: Card) -> int:
         """Row of a grid or scalar point that a card uses."""
+        if identifier in self.fluid:
+            raise InputError(
+                f"{card.name} {card.text(0)} uses grid {identifier}, which is a fluid point (CD = -1)",
+                where=card.where,
+                expected="points of the structure",
+                fix="creak has no fluid elements.",
+            )
         if identifier not in self.row_of:
             raise InputError(
                 f"{card.name} {card.text(0)} uses grid {identifier}, which is not defined",
@@ -99,6 +108,9 @@ def read_grids(by_name: dict[str, list[Card]], systems: dict[int, CoordinateSyst
                 )
             continue
         first[identifier] = card
+        if card.integer(5, default.integer(5, 0)) == -1:
+            grids.fluid[identifier] = card
+            continue
         place, axes = _placed(card, default, systems)
         grids.row_of[identifier] = len(grids.ids)
         if not np.array_equal(axes, np.eye(3)):
@@ -115,19 +127,12 @@ def read_grids(by_name: dict[str, list[Card]], systems: dict[int, CoordinateSyst
 def _placed(card: Card, default: Card, systems: dict[int, CoordinateSystem]) -> tuple[FloatArray, FloatArray]:
     cp, cd = (card.integer(i, default.integer(i, 0)) for i in (1, 5))
     for i, system in ((1, cp), (5, cd)):
-        if system not in systems and (i, system) != (5, -1):
+        if system not in systems:
             raise InputError(
                 f"GRID {card.integer(0)} needs coordinate system {system}, which is not defined",
                 where=card.place(i),
                 fix="Add its CORD card.",
             )
-    if cd == -1:
-        raise InputError(
-            f"GRID {card.integer(0)} is a fluid point (CD = -1)",
-            where=card.where,
-            expected="points of a structure",
-            fix="creak has no fluid elements.",
-        )
     place = point_in_basic(systems[cp], np.array([card.real(i, 0.0) for i in (2, 3, 4)]))
     if not (np.abs(place) < LARGEST).all():
         raise InputError(
@@ -136,14 +141,28 @@ def _placed(card: Card, default: Card, systems: dict[int, CoordinateSystem]) -> 
     return place, axes_at(systems[cd], place)
 
 
+_POINTS_OF = dict.fromkeys(("CELAS3", "CDAMP3", "CMASS3", "CELAS4", "CDAMP4", "CMASS4"), (2, 3))
+"""Scalar elements whose points need no SPOINT card, and where they stand."""
+
+
 def _add_scalars(by_name: dict[str, list[Card]], grids: Grids) -> None:
     middle = np.mean(grids.coords, axis=0) if grids.coords else np.zeros(3)
+
+    def add(identifier: int) -> None:
+        grids.row_of[identifier] = len(grids.ids)
+        grids.scalar.add(len(grids.ids))
+        grids.ids.append(identifier)
+        grids.coords.append(middle)
+
     for card in by_name.get("SPOINT", []):
         for identifier in id_list(card):
             if identifier in grids.row_of and grids.row_of[identifier] not in grids.scalar:
                 raise InputError(f"point {identifier} is both a GRID and an SPOINT", where=card.where)
             if identifier not in grids.row_of:
-                grids.row_of[identifier] = len(grids.ids)
-                grids.scalar.add(len(grids.ids))
-                grids.ids.append(identifier)
-                grids.coords.append(middle)
+                add(identifier)
+    for name, fields in _POINTS_OF.items():
+        for card in by_name.get(name, []):
+            for i in fields:
+                identifier = card.integer(i, 0)
+                if identifier and identifier not in grids.row_of and identifier not in grids.fluid:
+                    add(identifier)

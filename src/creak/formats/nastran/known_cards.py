@@ -6,59 +6,84 @@ from collections.abc import Collection, Iterable
 
 from creak.errors import suggest
 from creak.formats.nastran.bulk_data import Card
-from creak.formats.nastran.deck import Deck
+from creak.formats.nastran.deck import LINEAR, MODAL, Deck
 
 _READ = {
     "": (
-        "GRID, GRDSET, SPOINT, CORD1R, CORD1C, CORD1S, CORD2R, CORD2C, CORD2S, PARAM,"
-        "MAT1, MAT2, MAT8, MAT9, PSHELL, PCOMP, PCOMPG, CQUAD4, CTRIA3, CQUADR, CTRIAR,"
-        "CBAR, CBEAM, BAROR, BEAMOR, PBAR, PBARL, PBEAM, PBEAML, CROD, PROD, CONROD, CTUBE, PTUBE,"
-        "CHEXA, CPENTA, CTETRA, PSOLID, CONM1, CONM2, CMASS1, CMASS2, CMASS3, CMASS4, PMASS,"
-        "CELAS1, CELAS2, CELAS3, CELAS4, PELAS, CDAMP1, CDAMP2, CDAMP3, CDAMP4, PDAMP, CVISC, PVISC, CBUSH, PBUSH,"
-        "RBE1, RBE2, RBE3, RBAR, RROD, MPC, MPCADD, SPC, SPC1, SPCADD, TIC, SUPORT, SUPORT1,"
-        "ASET, ASET1, BSET, BSET1, CSET, CSET1, SET1, SET3, DMIG, ENDDATA"
+        "GRID, GRDSET, SPOINT, CORD1R, CORD1C, CORD1S, CORD2R, CORD2C, CORD2S, PARAM, MAT1, MAT2, MAT8, MAT9,"
+        "PSHELL, PCOMP, PCOMPG, CQUAD4, CTRIA3, CQUADR, CTRIAR, CBAR, CBEAM, BAROR, BEAMOR, PBAR, PBARL, PBEAM,"
+        "PBEAML, CROD, PROD, CONROD, CTUBE, PTUBE, CHEXA, CPENTA, CTETRA, PSOLID, CONM1, CONM2, CMASS1, CMASS2,"
+        "CMASS3, CMASS4, PMASS, CELAS1, CELAS2, CELAS3, CELAS4, PELAS, CDAMP1, CDAMP2, CDAMP3, CDAMP4, PDAMP, CVISC,"
+        "PVISC, CBUSH, PBUSH, RBE1, RBE2, RBE3, RBAR, RROD, MPC, MPCADD, SPC, SPC1, SPCADD, TIC, SUPORT, SUPORT1,"
+        "ASET, ASET1, BSET, BSET1, CSET, CSET1, SET1, SET3, DMIG, ENDDATA,"
+        "NSM, NSM1, NSML, NSML1, NSMADD, CWELD, PWELD, CFAST, PFAST, CBUSH1D, PBUSH1D, RBAR1"
     ),
 }
 
 _HARMLESS = {
-    "creak finds the modes up to a frequency or a count of its own": "EIGR, EIGRL, EIGB, EIGC, EIGP",
-    "the study file defines the excitation": (
-        "FORCE, FORCE1, FORCE2, MOMENT, MOMENT1, MOMENT2, PLOAD, PLOAD1, PLOAD2, PLOAD4, GRAV, RFORCE, LOAD, SLOAD,"
-        "DLOAD, DAREA, DELAY, DPHASE, TLOAD1, TLOAD2, RLOAD1, RLOAD2, ACSRCE, LSEQ, SPCD, ACCEL, ACCEL1, SPCR,"
-        "TABLED1, TABLED2, TABLED3, TABLED4, TABRND1, RANDPS, RANDT1"
+    "creak finds the modes up to a frequency or a count of its own": "EIGR, EIGRL, EIGRA, EIGB, EIGC, EIGP, MODTRAK",
+    "loads do not act on modes, and the study file defines the excitation": (
+        "FORCE, FORCE1, FORCE2, MOMENT, MOMENT1, MOMENT2, PLOAD, PLOAD1, PLOAD2, PLOAD4, PLOADB3, GRAV, RFORCE,"
+        "RFORCE1, LOAD, SLOAD, DEFORM, DLOAD, DAREA, DELAY, DPHASE, TLOAD1, TLOAD2, RLOAD1, RLOAD2, ACSRCE, LSEQ,"
+        "SPCD, SPCR, ACCEL, ACCEL1, LOADCYN, LOADCYH, TABLED1, TABLED2, TABLED3, TABLED4, TABLED5, TABLEH1, TABRND1,"
+        "TABRNDG, RANDPS, RANDT1, RCROSS, NOLIN1, NOLIN2, NOLIN3, NOLIN4"
     ),
-    "the study file defines the time axis": "TSTEP, TSTEPNL, NLPARM, NLPCI, FREQ, FREQ1, FREQ2, FREQ3, FREQ4, FREQ5",
+    "the study file defines the time axis": (
+        "TSTEP, TSTEPNL, TSTEP1, NLPARM, NLPCI, NLSTEP, NLADAPT, NLOUT, NLCNTL, NLCNTLG, NLCNTL2, FREQ, FREQ1,"
+        "FREQ2, FREQ3, FREQ4, FREQ5, FREQV"
+    ),
     "the study file defines reductions": (
-        "QSET, QSET1, CSUPER, CSUPEXT, SEQSET, SEQSET1, SEBSET, SEBSET1, SENQSET, EXTRN, SECONCT, SEBULK,"
-        "SESET, SEELT, SEEXCLD, SELABEL, SELOC, SEUSET, USET, USET1, OMIT, OMIT1"
+        "QSET, QSET1, CSUPER, CSUPEXT, SEQSET, SEQSET1, SEBSET, SEBSET1, SECSET, SECSET1, SENQSET, EXTRN, SECONCT,"
+        "SEBULK, SESET, SEELT, SEEXCLD, SELABEL, SELOC, SEUSET, SEUSET1, USET, USET1, SESUP, DYNRED"
     ),
-    "creak has no temperatures": "TEMP, TEMPD, TEMPP1, TEMPRB, MAT4, MAT5, MATT1, MATT2, MATT8, MATT9, TABLEM1, CHBDYG",
-    "it draws only": "PLOTEL, PLOTEL3, PLOTEL4, GEOMIN, PSET, PVAL",
-    "it controls the job, not the model": "DTI, MDLPRM, NASTRAN, ECHOON, ECHOOFF, SYSTEM, DMI, TABLE3D, TOPVAR",
+    "temperatures load statics only; materials that depend on them are told apart": (
+        "TEMP, TEMPD, TEMPP1, TEMPP3, TEMPRB, TEMPAX, TEMPBC, TEMPN1, TEMPF, TEMPG, TABLEM1, TABLEM2, TABLEM3,"
+        "TABLEM4, TABLEST"
+    ),
+    "creak has no heat": (
+        "MAT4, MAT5, MATT4, MATT5, CHBDYE, CHBDYG, CHBDYP, PHBDY, CONV, CONVM, PCONV, PCONVM, QBDY1, QBDY2, QBDY3,"
+        "QHBDY, QVOL, QVECT, RADM, RADMT, RADBC, RADSET, RADLST, RADMTX, VIEW, VIEW3D, BDYOR"
+    ),
+    "creak has no air forces": (
+        "AERO, AEROS, AEFACT, AELIST, AELINK, AEPARM, AESTAT, AESURF, AESURFS, AECOMP, CAERO1, CAERO2, PAERO1,"
+        "PAERO2, SPLINE1, SPLINE2, SPLINE4, SPLINE5, SPLINE6, SPLINE7, FLFACT, FLUTTER, MKAERO1, MKAERO2, TRIM,"
+        "GUST, DIVERG, SET2, MONPNT1, MONPNT2, MONPNT3, MONDSP1, CSSCHD, SUPAX"
+    ),
+    "they act only where the case control takes TFL, which is told apart": "TF, EPOINT",
+    "material laws at large strain; creak takes the elastic constants, which hold at small strain": (
+        "MATS1, MATEP, TABLES1, MATF, MATVP, CREEP, MATTEP, MATTF"
+    ),
+    "modes have no damping, and a study has [damping]": "TABDMP1, DAMPING, HYBDAMP, DAMPGBL",
+    "it draws or names only": "PLOTEL, PLOTEL3, PLOTEL4, PLOTEL6, PLOTEL8, GEOMIN, PSET, PVAL, GMCURV, FEEDGE, FEFACE",
+    "it controls the job, not the model": (
+        "DTI, MDLPRM, NASTRAN, ECHOON, ECHOOFF, SYSTEM, DMI, DMIJ, DMIK, DMIJI, TABLE3D, CORD3G, OMODES, BARPLOT,"
+        "RVDOF, RVDOF1, MODSEL, MESH, PARAMARM, NXSTRAT, SWLDPRM, FBODYLD, FBODYSB, MEFF"
+    ),
     "the study file defines contact": (
         "BCONP, BFRIC, BLSEG, BCTSET, BCTADD, BCTPARM, BCTPARA, BCONTACT, BCTABLE, BCTABL1, BCBODY, BCBODY1, BCPARA,"
-        "BSURF, BSURFS, BCPROP, BCPROPS, BCRPARA, BWIDTH, BCONPRG, BCONPRP"
+        "BSURF, BSURFS, BCPROP, BCPROPS, BCRPARA, BWIDTH, BCONPRG, BCONPRP, BCONECT, BCBDPRP, BCRIGID, BCRGSRF,"
+        "BEDGE, BGSET, BGADD, BGPARM, BCGRID, BCAUTOP, BCPATCH, BCBZIER, BCNURBS"
     ),
     "it is for design only": (
-        "DESVAR, DRESP1, DRESP2, DCONSTR, DCONADD, DVPREL1, DVPREL2, DVMREL1, DOPTPRM, DOBJ, DTABLE, DEQATN, DLINK"
+        "DESVAR, DRESP1, DRESP2, DRESP3, DCONSTR, DCONADD, DVPREL1, DVPREL2, DVMREL1, DVMREL2, DVCREL1, DVCREL2,"
+        "DVGRID, DVSHAP, DVBSHAP, DOPTPRM, DOBJ, DTABLE, DTABLE2, DEQATN, DLINK, DSCREEN, DDVAL, TOPVAR, TOMVAR,"
+        "BEADVAR, DVPSURF, BNDGRID, DRESP4, DVLREL1"
     ),
 }
 
 _CHANGES = {
     "creak does not read this element": (
-        "CQUAD8, CTRIA6, CQUAD, CTRIA, CPYRAM, CSHEAR, PSHEAR, CBEND, PBEND, CBUSH1D, PBUSH1D, CWELD,"
-        "PWELD, CFAST, PFAST, CSEAM, PSEAM, GENEL, CHACAB, CRAC2D, CRAC3D, CTRIAX6, CQUADX, CTRIAX, CHEXAL, PCOMPS,"
-        "PBCOMP, PBRSECT, PBMSECT, PLPLANE, PLSOLID, PBUSHT, PELAST, PDAMPT, CDAMP5, CBEAM3, CONV, CAERO1"
+        "CQUAD8, CTRIA6, CQUAD, CTRIA, CPYRAM, CSHEAR, PSHEAR, CBEND, PBEND, "
+        "CSEAM, PSEAM, GENEL, CHACAB, CHACBR, PACABS, CAABSF, PAABSF, CRAC2D, CRAC3D, CTRIAX6, CQUADX,"
+        "CTRIAX, CHEXAL, PCOMPS, PCOMPLS, PBCOMP, PBRSECT, PBMSECT, PLPLANE, PLSOLID, CDAMP5, CBEAM3, PBEAM3,"
+        "CIFHEX, CIFPENT"
     ),
     "creak does not read this constraint": (
-        "RBE2GS, RSPLINE, RSSCON, RTRPLT, RTRPLT1, RJOINT, RBAR1, TEMPAX, SPCAX, MPCAX, TF, EPOINT, SPCOFF, SPCOFF1,"
-        "SESUP, BLTMPC"
+        "RBE2GS, RSPLINE, RSSCON, RTRPLT, RTRPLT1, RJOINT, SPCAX, MPCAX, SPCOFF, SPCOFF1, BLTMPC"
     ),
-    "creak's materials are linear elastic": "MATS1, TABLES1, MATEP",
-    "creak does not read added mass": "NSM, NSM1, NSML, NSML1, NSMADD",
-    "creak does not read this material": "MAT3, MAT10, MAT11, MATHE, MATHP, MATVE, MATF, MATORT",
-    "creak does not read tapered thickness": "SNORM",
-    "modal damping: give [damping] in the study": "TABDMP1",
+    "a bolt's preload stresses the structure, which creak leaves out": "BOLT, BOLTFOR, BOLTFRC, BOLTLD, BOLTSEQ",
+    "creak does not read this material": "MAT3, MAT10, MAT11, MATHE, MATHP, MATVE, MATORT, MATSMA, MATDIGI",
+    "creak's shells have the normals of their own geometry": "SNORM",
     "give it as a superelement in the study": "DMIAX, RELEASE, SEMPLN",
 }
 
@@ -68,15 +93,17 @@ def _listed(groups: dict[str, str]) -> dict[str, str]:
 
 
 READ, HARMLESS, CHANGES = _listed(_READ).keys(), _listed(_HARMLESS), _listed(_CHANGES)
-_WHY = {
-    "SNORM": "creak's shells have the normals of their own geometry",
-}
 _PARAMS_READ = {"WTMASS", "COUPMASS", "W3", "W4", "G", "ALPHA1", "ALPHA2", "CK2", "CM2", "CB2"}
 _PARAMS_HARMLESS = {
     "K6ROT": "creak's shells have a drilling stiffness of their own",
     "AUTOSPC": "creak leaves out dofs without stiffness and mass",
     "GRDPNT": "creak prints the mass by itself",
     "SNORM": "creak's shells have the normals of their own geometry",
+    "LMODES": "creak keeps the modes that the study asks for",
+    "LFREQ": "creak keeps the modes that the study asks for",
+    "HFREQ": "creak keeps the modes that the study asks for",
+    "KDAMP": "modes have no damping, and a study has [damping]",
+    "LGDISP": "creak's structure is linear: the answer holds for small motion about the undeformed state",
 }
 _PARAMS_CHANGE = {
     "CB1",
@@ -88,31 +115,25 @@ _PARAMS_CHANGE = {
     "CK41",
     "CK42",
     "FRQDEP",
-    "KDAMP",
-    "LMODES",
     "INREL",
-    "LGDISP",
     "FOLLOWK",
 }
 
 
-def list_unread(deck: Deck, also_read: Collection[str] = ()) -> None:
+def list_unread(deck: Deck, also_read: Collection[str] = (), *, own_run: bool = False) -> None:
     """List every card that is not read, and PARAM cards that bear on the answer.
 
     Parameters
     ----------
     also_read : cards that are used beyond those of the model.
+    own_run : whether the deck's own analysis is run.
     """
     for name, cards in deck.by_name.items():
-        if name in READ or name in also_read:
+        if name in also_read:
             continue
-        if name in HARMLESS:
-            deck.note(cards[0], _count(HARMLESS[name], len(cards)), changes=False)
-        elif name in CHANGES:
-            deck.note(cards[0], _count(_WHY.get(name, CHANGES[name]), len(cards)), changes=True)
-        else:
-            why = f"creak does not know this card. {_meant(name)}".removesuffix(". ")
-            deck.note(cards[0], _count(why, len(cards)), changes=True, what=name)
+        why, changes = _meaning(deck, name, own_run)
+        if why:
+            deck.note(cards[0], _count(why, len(cards)), changes=changes, what=name)
     for name, card in deck.params.items():
         if name in _PARAMS_HARMLESS:
             deck.note(card, _PARAMS_HARMLESS[name], changes=False, what=f"PARAM,{name}")
@@ -124,20 +145,73 @@ def list_unread(deck: Deck, also_read: Collection[str] = ()) -> None:
         deck.note(deck.params[others[0]], why, changes=False)
 
 
+def _meaning(deck: Deck, name: str, own_run: bool) -> tuple[str, bool]:
+    """Why a card is left out, and whether that changes the answer; empty where it is read."""
+    on = _where_it_acts(deck, name, own_run)
+    if on:
+        return on
+    if name in READ:
+        return "", False
+    if name in HARMLESS:
+        return HARMLESS[name], False
+    if name in CHANGES:
+        return CHANGES[name], True
+    return f"creak does not know this card. {_meant(name)}".removesuffix(". "), True
+
+
+def _where_it_acts(deck: Deck, name: str, own_run: bool) -> tuple[str, bool] | None:
+    """Cards whose meaning hangs on the analysis that the deck asks for."""
+    case = deck.case
+    if name in _CONDENSED:
+        if case.solution in MODAL and not {"QSET", "QSET1"} & deck.by_name.keys():
+            why = "Nastran condenses the mass to the dofs of ASET (Guyan); creak keeps all dofs: lower frequencies"
+            return why, True
+        return None if name in READ else ("the study file defines reductions", False)
+    if name in _AT_TEMPERATURE:
+        if "TEMPERATURE" in case.commands:
+            return (
+                "the material differs at the TEMPERATURE of the case control; creak takes MAT1, MAT8 as they are",
+                True,
+            )
+        return "the case control takes no TEMPERATURE, so the material is that of its card", False
+    if name in _TABLES_OF:
+        if case.solution in LINEAR:
+            return f"the solution is linear: the nominal values of {_TABLES_OF[name]} hold, as in Nastran", False
+        return f"creak takes the nominal values of {_TABLES_OF[name]} at every displacement and frequency", True
+    if name in ("SUPORT", "SUPORT1"):
+        return (
+            "it holds nothing in a dynamic analysis: creak finds rigid motion by itself (its grids are the set SUPORT)",
+            False,
+        )
+    if name == "TABDMP1" and own_run and "SDAMPING" in case.commands:
+        return "creak's own run has no modal damping: write a study with [damping]", True
+    return None
+
+
+_CONDENSED = ("ASET", "ASET1", "OMIT", "OMIT1")
+_AT_TEMPERATURE = ("MATT1", "MATT2", "MATT3", "MATT8", "MATT9", "MATT11")
+_TABLES_OF = {"PBUSHT": "PBUSH", "PELAST": "PELAS", "PDAMPT": "PDAMP"}
+
+
 def misspelled(cards: Iterable[Card]) -> str:
     """Hint at the first card that looks like a misspelling: it may have caused an error; empty without one."""
     first: dict[str, str] = {}
     for card in cards:
         first.setdefault(card.name, card.where)
     for name, where in first.items():
-        if name not in READ and name not in HARMLESS and name not in CHANGES and (hint := _meant(name)):
+        if name not in _known() and (hint := _meant(name)):
             return f"Note that {name} at {where} is not a card that creak knows. {hint}"
     return ""
 
 
+def _known() -> set[str]:
+    elsewhere = {"CGAP", "PGAP", *_CONDENSED, *_AT_TEMPERATURE, *_TABLES_OF}
+    return READ | HARMLESS.keys() | CHANGES.keys() | elsewhere
+
+
 def _meant(name: str) -> str:
     """`Did you mean ...?` for an unknown card; empty where no known one is like it."""
-    hint = suggest(name, READ | HARMLESS.keys() | CHANGES.keys())
+    hint = suggest(name, _known())
     return hint if hint.startswith("Did you mean") else ""
 
 

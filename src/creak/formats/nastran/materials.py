@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -27,28 +28,41 @@ class Elastic:
     material: AnyMaterial
     shear_factor: float = 1.0
     """G of a MAT1 over E/(2(1+nu))."""
+    flaw: InputError | None = None
+    """Why only bars and rods may use it: E and G are those of no isotropic body."""
 
 
 @dataclass(frozen=True)
 class Materials:
     """The materials of a deck by id."""
 
+    deck: Deck
     cards: dict[int, Card]
-    found: dict[int, Elastic]
+    found: dict[int, Elastic] = field(default_factory=dict)
+    """Those that were asked for."""
+
+    def _read(self, identifier: int, user: Card) -> Elastic:
+        referred(self.cards, identifier, user, "material", ", ".join(MATERIALS))
+        if identifier not in self.found:
+            card = self.cards[identifier]
+            self.found[identifier] = _READERS[card.name](self.deck, card)
+        return self.found[identifier]
 
     def of(self, identifier: int, user: Card) -> Elastic:
-        """The material that a card refers to.
+        """The material that a card of shells or solids refers to.
 
         Raises
         ------
-        InputError : it is not defined.
+        InputError : it is not defined, a bad number, constants of no stable material.
         """
-        referred(self.cards, identifier, user, "material", ", ".join(MATERIALS))
-        return self.found[identifier]
+        found = self._read(identifier, user)
+        if found.flaw is not None:
+            raise found.flaw
+        return found
 
     def isotropic(self, identifier: int, user: Card) -> tuple[Material, float]:
         """A MAT1 and its shear factor, for bars, beams and rods."""
-        found = self.of(identifier, user)
+        found = self._read(identifier, user)
         if not isinstance(found.material, Material):
             raise InputError(
                 f"{user.name} {user.text(0)} uses {self.cards[identifier].name} {identifier}",
@@ -59,18 +73,16 @@ class Materials:
 
 
 def read_materials(deck: Deck) -> Materials:
-    """All materials; densities are multiplied by PARAM,WTMASS.
+    """The materials, read when something uses them; densities are multiplied by PARAM,WTMASS.
 
     Structural damping GE becomes stiffness-proportional damping GE/W4 where PARAM,W4 is given, as in Nastran's
     transient solutions; PARAM,G and W3 add to it, PARAM,ALPHA1 and ALPHA2 are Rayleigh's numbers.
 
     Raises
     ------
-    InputError : an id twice, a bad number, constants of no stable material.
+    InputError : an id twice.
     """
-    cards = unique_cards(deck.cards(*MATERIALS), "material")
-    readers = {"MAT1": _mat1, "MAT2": _mat2, "MAT8": _mat8, "MAT9": _mat9}
-    return Materials(cards, {i: readers[card.name](deck, card) for i, card in cards.items()})
+    return Materials(deck, unique_cards(deck.cards(*MATERIALS), "material"))
 
 
 def _damping(deck: Deck, card: Card, ge: int) -> tuple[float, float]:
@@ -109,15 +121,19 @@ def _mat1(deck: Deck, card: Card) -> Elastic:
     assert E is not None
     if nu is None:
         nu = E / (2.0 * G) - 1.0 if G else 0.0
+    flaw = None
     if not E > 0.0 or not -1.0 < nu < 0.5:
-        raise InputError(
+        flaw = InputError(
             f"{name} has E = {E:g} and nu = {nu:g}",
             where=card.where,
             expected="E > 0 and -1 < nu < 0.5",
             fix="Check E, G and NU.",
         )
+        if not E > 0.0 or (G is not None and G < 0.0):
+            raise flaw
+        nu = 0.0
     factor = 1.0 if G is None else G * 2.0 * (1.0 + nu) / E
-    if abs(factor - 1.0) > CONSISTENT:
+    if abs(factor - 1.0) > CONSISTENT and flaw is None:
         deck.note(
             card,
             f"G is {factor:.4g} times E/(2(1+NU)); creak follows it in bars and shells, and takes E and NU in solids",
@@ -125,7 +141,7 @@ def _mat1(deck: Deck, card: Card) -> Elastic:
             what="MAT1, G",
         )
     alpha, beta = _damping(deck, card, 7)
-    return Elastic(Material(name, E, nu, _density(deck, card, 4), alpha, beta), factor)
+    return Elastic(Material(name, E, nu, _density(deck, card, 4), alpha, beta), factor, flaw)
 
 
 def _upper(card: Card, first: int, n: int) -> FloatArray:
@@ -171,3 +187,6 @@ def _mat9(deck: Deck, card: Card) -> Elastic:
     alpha, beta = _damping(deck, card, 30)
     rho = _density(deck, card, 22)
     return Elastic(AnisotropicMaterial(f"MAT9 {card.integer(0)}", G, rho, alpha, beta))
+
+
+_READERS: dict[str, Callable[[Deck, Card], Elastic]] = {"MAT1": _mat1, "MAT2": _mat2, "MAT8": _mat8, "MAT9": _mat9}

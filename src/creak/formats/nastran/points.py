@@ -10,7 +10,7 @@ from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.coordinate_systems import axes_at
-from creak.formats.nastran.deck import Deck, referred
+from creak.formats.nastran.deck import LINEAR, Deck, referred
 from creak.model.materials import AxialSpring, Bushing, NodalMatrices, PointMass, Spring
 
 _PER_CARD = {"PELAS": (4, 1), "PDAMP": (2, 1), "PMASS": (2, 1)}
@@ -51,6 +51,7 @@ def read_points(deck: Deck) -> None:
         for card in deck.cards(name):
             _add_scalar(deck, card, values)
     _read_viscous(deck)
+    _read_axial(deck)
     bushings = {card.integer(0): card for card in deck.cards("PBUSH")}
     for card in deck.cards("CBUSH"):
         _add_bushing(deck, card, bushings)
@@ -146,6 +147,49 @@ def _read_viscous(deck: Deck) -> None:
             deck.note(owner, "creak reads the axial dashpot only", changes=True, what="PVISC, CR")
         section = AxialSpring(f"PVISC {pid}", 0.0, owner.real(at + 1, 0.0))
         deck.add((pid,), "axial2", section, deck.new_element(card, pid), deck.nodes(card, (2, 3)), card)
+
+
+def _read_axial(deck: Deck) -> None:
+    """CBUSH1D: a spring and dashpot along the line of its grids, or along axis 1 of CID; its tables are left out."""
+    table = {card.integer(0): card for card in deck.cards("PBUSH1D")}
+    for card in deck.cards("CBUSH1D"):
+        pid = card.integer(1, card.integer(0))
+        identifier = deck.new_element(card, pid)
+        owner = referred(table, pid, card, "property", "PBUSH1D")
+        k, c, m = (owner.real(i, 0.0) for i in (1, 2, 3))
+        if any(owner.fields[8:]):
+            linear = deck.case.solution in LINEAR
+            why = (
+                "the solution is linear: K and C hold, as in Nastran"
+                if linear
+                else "creak takes K and C at every motion"
+            )
+            deck.note(owner, why, changes=not linear, what="PBUSH1D, tables")
+        nodes = deck.nodes(card, (2, 3) if card.integer(3, 0) else (2,))
+        for row in nodes if m else ():
+            share = m / len(nodes) * deck.mass_factor
+            deck.add(("PBUSH1D", pid, share), "mass", PointMass(f"PBUSH1D {pid}", share), deck.free_id(), [row], card)
+        if card.text(4) or len(nodes) == 1:
+            _add_along(deck, card, identifier, pid, nodes, (k, c))
+        else:
+            line = deck.grids.place(nodes[1]) - deck.grids.place(nodes[0])
+            if not np.linalg.norm(line) > 0.0:
+                raise InputError(
+                    f"CBUSH1D {identifier} has coincident grids and no CID", where=card.where, expected="CID"
+                )
+            deck.add(("PBUSH1D", pid), "axial2", AxialSpring(f"PBUSH1D {pid}", k, c), identifier, nodes, card)
+
+
+def _add_along(deck: Deck, card: Card, identifier: int, pid: int, nodes: list[int], kc: tuple[float, float]) -> None:
+    """Along axis 1 of CID, on the translations alone."""
+    axes = axes_at(deck.system(card.integer(4, 0), card), deck.grids.place(nodes[0]))
+    n = len(nodes)
+    g = np.zeros(6 * n)
+    for i, sign in zip(range(n), (1.0, -1.0), strict=False):
+        g[6 * i : 6 * i + 3] = sign * axes[:, 0]
+    K, C = (value * np.outer(g, g) for value in kc)
+    section = NodalMatrices(f"PBUSH1D {pid}", K, np.zeros_like(K), C)
+    deck.add(("PBUSH1D", pid, *np.round(g, 12).tolist()), f"nodal{n}", section, identifier, nodes, card)
 
 
 def _add_bushing(deck: Deck, card: Card, properties: dict[int, Card]) -> None:

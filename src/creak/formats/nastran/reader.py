@@ -8,6 +8,7 @@ import numpy as np
 
 from creak.arrays import IntArray
 from creak.errors import InputError
+from creak.formats.nastran.added_mass import add_mass
 from creak.formats.nastran.bars import read_bars
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.case_control import read_case_control
@@ -15,7 +16,10 @@ from creak.formats.nastran.coordinate_systems import read_systems
 from creak.formats.nastran.deck import Deck, Group
 from creak.formats.nastran.deck_file import DeckFile, read_deck_file
 from creak.formats.nastran.direct_matrices import read_direct_matrices
+from creak.formats.nastran.fasteners import read_fasteners
 from creak.formats.nastran.gaps import list_gaps
+from creak.formats.nastran.glue import CARDS as OF_GLUE
+from creak.formats.nastran.glue import read_glue
 from creak.formats.nastran.grids import Permanent, read_grids
 from creak.formats.nastran.known_cards import list_unread, misspelled
 from creak.formats.nastran.materials import read_materials
@@ -83,14 +87,19 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     read_shells(deck, materials)
     read_solids(deck, materials)
     constraints = read_bars(deck, materials)
+    add_mass(deck)
+    constraints += read_fasteners(deck, materials)
     read_points(deck)
     read_direct_matrices(deck)
     constraints += read_rigid(deck)
+    glue = read_glue(deck)
+    constraints += glue
     n_own = len(deck.grids.ids)
     fixed, skew = read_supports(deck, permanent)
     run = read_transient(deck, fixed) if own_run else None
     gaps = list_gaps(deck) if run is None else {}
-    list_unread(deck, {"CGAP", "PGAP"} if run is None else CARDS)
+    used = {"CGAP", "PGAP"} if run is None else CARDS
+    list_unread(deck, used | OF_GLUE if glue else used, own_run=own_run)
     parts, of_node = read_parts(deck, [*constraints, *skew], set(range(n_own, len(deck.grids.ids))))
     blocks = _blocks(deck, of_node)
     sets = element_sets(deck, blocks, source.property_names, source.set_names)

@@ -1,4 +1,4 @@
-"""RBE1, RBE2, RBE3, RBAR, RROD and MPC -> constraints."""
+"""RBE1, RBE2, RBE3, RBAR, RBAR1, RROD and MPC -> constraints."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ def read_rigid(deck: Deck) -> list[Constraint]:
     """
     found: list[Constraint] = []
     first: dict[int, Card] = {}
-    for name, reader in (("RBE2", _rbe2), ("RBE3", _rbe3), ("RBAR", _rbar), ("RBE1", _rbe1), ("RROD", _rrod)):
+    readers = {"RBE2": _rbe2, "RBE3": _rbe3, "RBAR": _rbar, "RBAR1": _rbar1, "RBE1": _rbe1, "RROD": _rrod}
+    for name, reader in readers.items():
         for card in deck.cards(name):
             before = first.setdefault(card.integer(0), card)
             if before is not card:
@@ -65,6 +66,14 @@ def _rbe2(deck: Deck, card: Card) -> Iterator[Constraint]:
     for node in sorted(set(nodes) - set(plain)):
         arm = deck.grids.place(node) - deck.grids.place(ref)
         yield from relative_motion(node, ref, arm, _rows(deck, node, dofs), card.where)
+
+
+def _rbar1(deck: Deck, card: Card) -> Iterator[Constraint]:
+    """The dofs CB of GB (default all) follow GA."""
+    ref, node = deck.nodes(card, (1, 2))
+    dofs = card.components(3, "123456")
+    arm = deck.grids.place(node) - deck.grids.place(ref)
+    yield from relative_motion(node, ref, arm, _rows(deck, node, dofs), card.where)
 
 
 def _grid_list(deck: Deck, card: Card, first: int) -> list[int]:

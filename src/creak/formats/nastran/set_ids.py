@@ -5,6 +5,7 @@ from __future__ import annotations
 from creak.errors import InputError
 from creak.formats.nastran.bulk_data import id_list
 from creak.formats.nastran.deck import Deck
+from creak.model.mesh import Unread
 
 _CARDS = {"SPC": ("SPC", "SPC1"), "MPC": ("MPC",)}
 
@@ -18,13 +19,16 @@ def selected(deck: Deck, what: str, chosen: int) -> int:
     """
     cards = list(deck.cards(*_CARDS[what], f"{what}ADD"))
     there = sorted({card.integer(0) for card in cards})
+    if chosen and not there:
+        why = f"{what} = {chosen} in the case control, but the deck has no {what} cards: nothing is held by them"
+        deck.unread.append(Unread(f"{what} = {chosen}", deck.case.where, False, why))
+        return 0
     if chosen:
         if chosen not in there:
-            expected = f"one of {there}" if there else f"{what} cards"
             raise InputError(
                 f"{what} = {chosen} in the case control, but no card has this set",
                 where=deck.case.where,
-                expected=expected,
+                expected=f"one of {there}",
             )
         return chosen
     if not there:

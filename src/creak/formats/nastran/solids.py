@@ -26,6 +26,8 @@ The same order leads there and back."""
 NETWORKS: dict[str, tuple[int, int] | None] = {"hex20": (3, 1), "hex20r": (2, 1), "hex20s": None}
 """IN and ISOP of a PSOLID that give a CHEXA of 20 grids this kind; None where they are blank."""
 
+FLUID = "PSOLID, PFLUID"
+
 
 def read_solids(deck: Deck, materials: Materials) -> None:
     """Add all solids to the deck's groups.
@@ -35,12 +37,17 @@ def read_solids(deck: Deck, materials: Materials) -> None:
     InputError : unknown grid, property or material, an id twice, some but not all mid-side grids.
     """
     properties = unique_cards(deck.cards("PSOLID"), "property")
-    sections = {pid: _section(card, materials) for pid, card in properties.items()}
+    fluid = {pid for pid, card in properties.items() if card.text(6).upper() in ("PFLUID", "FFLUID", "FLUID")}
+    for pid in fluid:
+        deck.note(properties[pid], "creak has no fluid elements: the structure is read alone", changes=True, what=FLUID)
+    sections = {pid: _section(card, materials) for pid, card in properties.items() if pid not in fluid}
     for name in _KINDS:
         for card in deck.cards(name):
             pid = card.integer(1, card.integer(0))
-            identifier = deck.new_element(card, pid)
             owner = referred(properties, pid, card, "property", "PSOLID")
+            if pid in fluid:
+                continue
+            identifier = deck.new_element(card, pid)
             kind, nodes = _grids(deck, card, owner)
             own = _axes(deck, owner, nodes) if isinstance(sections[pid].material, AnisotropicMaterial) else {}
             deck.add((pid,), kind, sections[pid], identifier, nodes, card, **own)

@@ -18,6 +18,7 @@ from creak.model.materials import Material, ShellSection
 from fuzz_samples import INSTANCES, SOLIDS, STRIPS
 from helpers_dynamic_decks import STEP, bar_deck, cantilever_deck, stop_deck
 from helpers_same_model import abaqus_deck, mesh
+from helpers_ties import cut_plate
 
 STEEL = "*MATERIAL, NAME=Steel\n*ELASTIC\n 210000., 0.3\n*DENSITY\n 7.85e-9\n"
 CARBON = (
@@ -111,7 +112,7 @@ def test_a_coupling_without_a_surface_gets_one(read, tmp_path):
 
 
 REFUSED = {
-    "tie": (SOLIDS, "tie 'GLUE'"),
+    "tie": (cut_plate((2, 2), (2, 2)), "tie 'SEAM'"),
     "spring along turned axes": (
         f"{ROD}{MASSES.format('')} .1\n{AXES}*ELEMENT, TYPE=SPRING1, ELSET=S\n 31, 1\n*SPRING, ELSET=S, ORIENTATION=O\n 1\n 5.\n",
         "'S'",

@@ -9,7 +9,7 @@ import pytest
 
 from creak.assembly.system import to_dense
 from creak.errors import InputError
-from helpers_nastran import assembled, motion, read, rigid_mass, unread
+from helpers_nastran import assembled, matrix, motion, read, rigid_mass, unread
 
 E, G, L = 2.0e5, 8.0e4, 100.0
 A, I1, I2, J = 50.0, 400.0, 150.0, 320.0
@@ -124,12 +124,34 @@ def test_rods(tmp_path):
         ("BOX\n,10.,20.,1.,2.", 92.0, (10 * 8000 - 6 * 18**3) / 12, (20 * 1000 - 18 * 216) / 12),
         ("I\n,20.,10.,10.,1.,2.,2.", 56.0, (10 * 8000 - 9 * 4096) / 12, (4 * 1000 + 16) / 12),
         ("T\n,10.,12.,2.,1.", 30.0, 10 * 8 / 12 + 20 * 4 + 1000 / 12 + 10 * 16, 2000 / 12 + 10 / 12),
+        ("T2\n,10.,12.,2.,1.", 30.0, 10 * 8 / 12 + 20 * 4 + 1000 / 12 + 10 * 16, 2000 / 12 + 10 / 12),
+        ("T1\n,10.,10.,2.,1.", 30.0, 2000 / 12 + 10 / 12, 10 * 8 / 12 + 20 * 4 + 1000 / 12 + 10 * 16),
+        ("TUBE2\n,3.,1.", 5 * math.pi, 65 * math.pi / 4, 65 * math.pi / 4),
+        ("BOX1\n,10.,20.,1.,1.,2.,2.", 92.0, (10 * 8000 - 6 * 18**3) / 12, (20 * 1000 - 18 * 216) / 12),
+        ("H\n,6.,4.,20.,1.", 86.0, (4 * 8000 + 6) / 12, (20 * 1000 - 19 * 216) / 12),
+        ("CHAN1\n,8.,2.,16.,20.", 72.0, (10 * 8000 - 8 * 4096) / 12, 4000 / 12 + 128 / 12 + 40 * 32 / 72 * 16),
+        ("CHAN2\n,2.,2.,10.,20.", 72.0, 4000 / 12 + 128 / 12 + 40 * 32 / 72 * 16, (10 * 8000 - 8 * 4096) / 12),
+        ("CROSS\n,8.,2.,20.,4.", 72.0, (2 * 8000 + 8 * 64) / 12, (4 * 1000 + 16 * 8) / 12),
+        ("HAT\n,10.,1.,8.,5.", 36.0, 483.0, 708.0),
     ],
 )
 def test_shapes(tmp_path, shape, area, i1, i2):
     """Area and moments of PBARL (width along z, height along y), from rectangles and circles."""
     section = cantilever(tmp_path, bar=f"PBARL,1,1,,{shape}\n").blocks[0].section
     assert (section.area, section.i22, section.i11) == pytest.approx((area, i1, i2), rel=1e-12)
+
+
+def test_principal_axes_of_a_z(tmp_path):
+    """Two flanges of 10 x 2 beside a web of 2 x 20: the product of inertia turns the axes."""
+    section = cantilever(tmp_path, bar="PBARL,1,1,,Z\n,10.,2.,16.,20.\n").blocks[0].section
+    i1, i2, i12 = (
+        2 * 8000 / 12 + 2 * (10 * 8 / 12 + 20 * 81),
+        20 * 8 / 12 + 2 * (2 * 1000 / 12 + 20 * 36),
+        -2 * 20 * 9 * 6,
+    )
+    larger, smaller = (0.5 * (i1 + i2) + sign * math.hypot(0.5 * (i1 - i2), i12) for sign in (1, -1))
+    assert (section.area, section.i22, section.i11) == pytest.approx((80.0, larger, smaller), rel=1e-12)
+    assert math.tan(2.0 * section.angle) == pytest.approx(2.0 * i12 / (i1 - i2))
 
 
 def test_torsion_of_shapes(tmp_path):
@@ -184,3 +206,18 @@ def test_mistakes(tmp_path, element, message):
 def test_no_material(tmp_path):
     with pytest.raises(InputError, match=r"deck\.bdf:9: PBAR 1 uses material 3, which is not defined"):
         cantilever(tmp_path, bar=PBAR.replace("PBAR,1,1", "PBAR,1,3"))
+
+
+@pytest.mark.parametrize("rod", [f"CONROD,1,2,3,1,{A}", f"CROD,1,5,2,3\nPROD,5,1,{A},{J},,.01"])
+def test_rods_couple_their_mass_along_the_axis_only(tmp_path, rod):
+    """PARAM,COUPMASS: 5/12 and 1/12 of the mass along the rod, a half at each end across it, nothing on rotations."""
+    line = f"GRID,2,,0.,0.,0.\nGRID,3,,{0.6 * L},{0.8 * L},0.\n"
+    model = read(tmp_path, f"{line}{rod}\nPARAM,COUPMASS,1\n{MATERIAL}")
+    m = L * (7.8e-9 * A + (0.01 if "PROD" in rod else 0.0))
+    M = matrix(model, "M", 2)
+    along, across = np.array([0.6, 0.8, 0.0]), np.array([0.8, -0.6, 0.0])
+    np.testing.assert_allclose(M[:3, :3] @ along, 5.0 / 12.0 * m * along, atol=EXACT * m)
+    np.testing.assert_allclose(M[:3, :3] @ across, 0.5 * m * across, atol=EXACT * m)
+    assert M[2, 2] == pytest.approx(0.5 * m)
+    assert not M[3:].any()
+    np.testing.assert_allclose(rigid_mass(model)[:3, :3], m * np.eye(3), rtol=EXACT, atol=EXACT * m)

@@ -35,11 +35,29 @@ def test_large_and_free_fields():
         assert (card.integer(0), card.real(2), card.real(4)) == (7, 1.5e-3, 2.0)
 
 
-def test_continuations_out_of_order():
-    """Named continuations must follow; anything else would put numbers in the wrong fields."""
-    text = "PBAR,1,1,1.,1.,1.,1.,,,+A\nPBAR,2,1,1.,1.,1.,1.,,,+B\n+A,1.\n+B,1."
-    with pytest.raises(InputError, match="deck:3: continuation 'A' follows a line of PBAR that asks for 'B'"):
-        cards(text)
+def test_continuations_by_name():
+    """In any order and case; the first character of field 10 is free; a name that nothing asks for is an error."""
+    text = "PBAR,1,1,1.,1.,1.,1.,,,+a\nPBAR,2,1,1.,1.,1.,1.,,,QB\n+A,5.\n+B,6."
+    first, second = cards(text)
+    assert (first.real(8), second.real(8)) == (5.0, 6.0)
+    assert first.place(8) == "deck:3"
+    with pytest.raises(InputError, match="deck:3: continuation 'C' follows a line of PBAR that asks for 'QB'"):
+        cards(text.replace("+A,5", "+C,5"))
+
+
+def test_replication():
+    """= repeats a field, == the rest, *x counts on; =n repeats the replication."""
+    text = "GRID,101,17,1.,10.5,,17,3456\n=,*1,=,*(.2),==\n=,*(1),=,*.2,==\n=3\nGRID,7,,1."
+    found = cards(text)
+    assert [c.integer(0) for c in found] == [101, 102, 103, 104, 105, 106, 7]
+    assert [c.real(2) for c in found[:6]] == pytest.approx([1.0, 1.2, 1.4, 1.6, 1.8, 2.0])
+    assert {c.fields[3:7] for c in found[:6]} == {("10.5", "", "17", "3456")}
+    fixed = cards(
+        "CBAR    1       1       1       2       0.      1.      0.\n=       *1      =       *1      *1      ==\n=(2)\n"
+    )
+    assert [c.fields[:4] for c in fixed] == [(str(i), "1", str(i), str(i + 1)) for i in range(1, 5)]
+    with pytest.raises(InputError, match="deck:2: a replicated field adds '1' to 'A'"):
+        cards("SET1,A\n=,*1")
 
 
 def test_too_many_fields():
@@ -182,13 +200,16 @@ def test_damping(tmp_path):
     [
         ("GRID,1,,9.", "grid 1 is defined twice, first at .*deck.bdf:4"),
         ("GRID,3,8,1.", "deck.bdf:9: GRID 3 needs coordinate system 8"),
-        ("GRID,3,,1.,,,-1", "GRID 3 is a fluid point"),
+        ("GRID,3,,1.,,,-1\nSPC1,1,1,3", "SPC1 1 uses grid 3, which is a fluid point"),
         ("GRID,x,,1.", "field 2 of GRID is 'x'; expected an integer"),
         ("GRID,3,,1.e", "field 4 of GRID is '1.e'; expected a real number"),
         ("MAT1,1,3.+5,,.3", "material 1 is defined twice"),
-        ("MAT1,2,,,.3", "MAT1 2 has neither E nor G"),
-        ("MAT1,2,1.,,.5", "MAT1 2 has E = 1 and nu = 0.5"),
-        ("MAT8,2,1.,1.,1.1,1.", "elastic constants are those of no stable material"),
+        ("MAT1,2,,,.3\nPROD,9,2,1.\nCROD,9,9,1,2", "MAT1 2 has neither E nor G"),
+        ("MAT1,2,1.,,.5\nPSOLID,9,2", "MAT1 2 has E = 1 and nu = 0.5"),
+        (
+            "MAT8,2,1.,1.,1.1,1.\nPSHELL,9,2,1.\nGRID,3,,0.,1.\nCTRIA3,9,9,1,2,3",
+            "elastic constants are those of no stable material",
+        ),
         ("PARAM,WTMASS,abc", "field 3 of PARAM is 'abc'; expected a real number"),
     ],
 )

@@ -305,3 +305,29 @@ def test_unknown_set_in_the_case_control(tmp_path):
         InputError, match=r"SPC = 5 in the case control, but no card has this set; expected one of \[1\]"
     ):
         read(tmp_path, f"GRID,1\n{BLOCK}SPC1,1,1,1\n", "SPC = 5\n")
+
+
+@pytest.mark.parametrize("cid", ["", "5"])
+def test_one_dimensional_bushings(tmp_path, cid):
+    """K and C along the line of the grids, or along axis 1 of CID; M at both; tables act in nonlinear solutions."""
+    frame = "CORD2R,5,,0.,0.,0.,0.,0.,1.\n,.6,.8,0.\n"
+    cards = f"{frame}CBUSH1D,3,4,1,2,{cid}\nPBUSH1D,4,50.,2.,.6\n,SPRING,TABLE,7\n"
+    model = read(tmp_path, f"GRID,1\nGRID,2,,3.,4.\n{cards}")
+    assert unread(model) == {"PBUSH1D, tables": False}
+    t = np.array([0.6, 0.8, 0.0])
+    np.testing.assert_allclose(matrix(model, "K", 1)[:3, :3], 50.0 * np.outer(t, t), atol=1e-12)
+    np.testing.assert_allclose(matrix(model, "C", 2)[:3, :3], 2.0 * np.outer(t, t), atol=1e-12)
+    np.testing.assert_allclose(matrix(model, "M", 1)[:3, :3], 0.3 * np.eye(3), atol=1e-12)
+    with pytest.raises(InputError, match="CBUSH1D 3 has coincident grids and no CID"):
+        read(tmp_path, "GRID,1\nGRID,2\nCBUSH1D,3,4,1,2\nPBUSH1D,4,50.\n")
+
+
+@pytest.mark.parametrize("dofs", ["", "123"])
+def test_rbar1_is_rbe2_of_one_grid(tmp_path, dofs):
+    """In turned displacement frames too."""
+    grids = TURNED + f"GRID,1,,,,,,123456\nGRID,2,,3.,4.,5.,5\nGRID,3,,3.,9.,5.,5\n{BLOCK}"
+    held = "CELAS2,61,50.,3,1\nCELAS2,62,60.,3,2\nCELAS2,63,70.,3,3\nCELAS2,64,80.,2,4\nCELAS2,65,90.,2,5\nCELAS2,66,99.,2,6\n"
+    held += "CELAS2,67,80.,3,4\nCELAS2,68,90.,3,5\nCELAS2,69,99.,3,6\n" if dofs else ""
+    ours = motion(read(tmp_path, f"{grids}{held}RBAR1,9,2,3,{dofs}\n"), {(3, 1): 1.0, (2, 3): 2.0})
+    theirs = motion(read(tmp_path, f"{grids}{held}RBE2,9,2,{dofs or 123456},3\n"), {(3, 1): 1.0, (2, 3): 2.0})
+    np.testing.assert_allclose(ours, theirs, atol=1e-12)

@@ -1,0 +1,142 @@
+"""Nodes tied to the nearest points of a surface: the same for every deck format."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.model.constraints import Constraint, Equation, Tie
+from creak.model.materials import GeneralShell, Section, ShellSection
+from creak.model.projection import SAME, Nearest, nearest_points
+
+DEFAULT_TOLERANCE = 0.05
+"""Position tolerance as a share of the mean edge length of the main surface (Abaqus: 5 % of a typical element)."""
+
+
+@dataclass(frozen=True)
+class MainSurface:
+    """What nodes can be tied to: shell facets, faces of solids or shell edges, as in `model.projection`."""
+
+    nodes_idx: IntArray
+    """(n, 4) node rows; a triangle repeats its third node, an edge its second one twice."""
+    coords: FloatArray
+    """(n, 4, 3)"""
+    thickness: FloatArray
+    """(n,) 0 for faces of solids and for edges."""
+    solid: BoolArray
+    """(n,) whether it is the face of a solid, whose nodes have no rotations."""
+
+    @property
+    def is_triangle(self) -> BoolArray:
+        return self.nodes_idx[:, 2] == self.nodes_idx[:, 3]
+
+    @property
+    def size(self) -> float:
+        """Mean length of the edges."""
+        length = np.linalg.norm(np.roll(self.coords, -1, axis=1) - self.coords, axis=2)
+        return float(length[length > 0.0].mean())
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Candidate nodes and where they meet the main surface."""
+
+    rows: IntArray
+    tolerance: float
+    nearest: Nearest
+    arm: FloatArray
+    """(n, 3) from the nearest point of the main surface to the node."""
+    tied: BoolArray
+
+
+def meet(
+    points: FloatArray,
+    rows: IntArray,
+    half: FloatArray,
+    main: MainSurface,
+    tolerance: float,
+    sideways: float | None = None,
+) -> Meeting:
+    """Which nodes lie within `tolerance` of the main surface.
+
+    Parameters
+    ----------
+    points : (n, 3) places of the nodes `rows` (n,).
+    half : (n,) half the thickness of the secondary shells there, taken off the distance across a facet.
+    sideways : how far beside a facet a node may lie; None: as far as `tolerance`.
+    """
+    reach = tolerance + half.max(initial=0.0) + 0.5 * main.thickness.max()
+    nearest = nearest_points(points, main.coords, main.is_triangle, reach)
+    arm = points - np.einsum("nj,njx->nx", nearest.shape, main.coords[nearest.facet])
+    arm[np.linalg.norm(arm, axis=1) < SAME * main.size] = 0.0
+    across, along = _clearance(arm, half, main, nearest)
+    limit = tolerance + SAME * main.size
+    tied = nearest.found & (np.hypot(across, along) <= limit)
+    if sideways is not None:
+        tied &= along <= sideways
+    return Meeting(rows, tolerance, nearest, arm, tied)
+
+
+def _clearance(arm: FloatArray, half: FloatArray, main: MainSurface, nearest: Nearest) -> tuple[FloatArray, FloatArray]:
+    """Distances (n,) of the nodes from the facet: across it, half of both thicknesses taken off, and beside it."""
+    X = main.coords[nearest.facet]
+    normal = np.cross(X[:, 2] - X[:, 0], X[:, 3] - X[:, 1])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    across = (arm * normal).sum(axis=1)
+    along = np.linalg.norm(arm - across[:, None] * normal, axis=1)
+    taken = half + 0.5 * main.thickness[nearest.facet]
+    return np.maximum(np.abs(across) - taken, 0.0), along
+
+
+def ties_of(name: str, where: str, main: MainSurface, found: Meeting, *, rotations: bool) -> list[Constraint]:
+    """A `Tie` for each node that is tied; equations where an arm stands on the face of a solid."""
+    result: list[Constraint] = []
+    for k in np.flatnonzero(found.tied).tolist():
+        facet, arm, node = int(found.nearest.facet[k]), found.arm[k], int(found.rows[k])
+        if main.solid[facet] and arm.any():
+            result += _on_solid(node, main.nodes_idx[facet], main.coords[facet], found.nearest.shape[k], arm, where)
+            continue
+        corners, at = np.unique(main.nodes_idx[facet], return_inverse=True)
+        weights = np.bincount(at, weights=found.nearest.shape[k])
+        used = weights > SAME
+        share = weights[used] / weights[used].sum()
+        result.append(Tie(name, node, corners[used], share, arm, rotations, where))
+    return result
+
+
+def _on_solid(
+    node: int, corners: IntArray, X: FloatArray, shape: FloatArray, arm: FloatArray, where: str
+) -> Iterator[Equation]:
+    """u = sum_k N_k u_k + omega x arm, omega the rotation of the facet that fits its corners' motion best:
+
+    omega = A^-1 sum_k r_k x u_k,  A = sum_k (r_k' r_k I - r_k r_k'),  r_k from the mean of the corners. Rigid motion
+    is exact.
+    """
+    own, first, at = np.unique(corners, return_index=True, return_inverse=True)
+    N = np.bincount(at, weights=shape)
+    r = X[first] - X[first].mean(axis=0)
+    A = (r**2).sum() * np.eye(3) - r.T @ r
+    turn = -_cross(arm) @ np.linalg.inv(A)
+    shares = np.array([n * np.eye(3) + turn @ _cross(rk) for n, rk in zip(N, r, strict=True)])
+    nodes = np.array([node, *np.repeat(own, 3).tolist()], dtype=np.int64)
+    for dof in range(3):
+        coefficients = np.array([1.0, *(-shares[:, dof, :]).ravel().tolist()])
+        dofs = np.array([dof + 1, *([1, 2, 3] * own.size)], dtype=np.int64)
+        used = coefficients != 0.0
+        yield Equation(nodes[used], dofs[used], coefficients[used], where)
+
+
+def _cross(v: FloatArray) -> FloatArray:
+    """(3, 3) with _cross(v) w = v x w."""
+    x, y, z = v.tolist()
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def reach_of(section: Section) -> float:
+    """Thickness of a shell, and twice the offset of its middle from the nodes; 0 of others."""
+    if isinstance(section, GeneralShell):
+        return section.thickness + 2.0 * abs(section.offset)
+    return section.thickness if isinstance(section, ShellSection) else 0.0

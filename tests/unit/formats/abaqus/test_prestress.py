@@ -1,0 +1,56 @@
+"""A loaded step before the modes: whether its stress would change them."""
+
+from __future__ import annotations
+
+import pytest
+
+from creak.formats.abaqus.reader import read_deck
+from helpers_ties import cut_plate
+
+MODES = "*FREQUENCY\n4\n*END STEP\n"
+LOAD = "*STATIC\n*CLOAD\n100001, 1, 5.\n*END STEP\n"
+
+
+def found(tmp_path, steps):
+    path = tmp_path / "deck.inp"
+    path.write_text(cut_plate((2, 2), (2, 2), steps), encoding="utf-8")
+    return {u.keyword: u for u in read_deck(path).unread if u.keyword != "*STEP"}
+
+
+@pytest.mark.parametrize(
+    ("steps", "changes", "words"),
+    [
+        ("*STEP, NLGEOM\n" + LOAD + "*STEP\n" + MODES, True, "stiffens the structure"),
+        ("*STEP, NLGEOM=YES\n" + LOAD + "*STEP, NLGEOM=NO, PERTURBATION\n" + MODES, True, "stiffens the structure"),
+        ("*STEP\n" + LOAD + "*STEP, PERTURBATION\n" + MODES, True, "CalculiX takes the stress"),
+        ("*STEP\n" + LOAD + "*STEP, NLGEOM=NO, PERTURBATION\n" + MODES, False, "is linear"),
+        ("*STEP, NLGEOM=NO\n" + LOAD + "*STEP, PERTURBATION\n" + MODES, False, "is linear"),
+        ("*STEP\n" + LOAD + "*STEP\n" + MODES, False, "is linear"),
+        ("*STEP, NLGEOM\n*STATIC\n*BOUNDARY\n1, 1, 6\n*END STEP\n*STEP\n" + MODES, False, "has no load"),
+        (
+            "*STEP, NLGEOM\n*STATIC\n*BOUNDARY\n1, 1, 1, .2\n*END STEP\n*STEP\n" + MODES,
+            True,
+            "stiffens the structure",
+        ),
+    ],
+)
+def test_what_a_step_before_the_modes_leaves(tmp_path, steps, changes, words):
+    note = found(tmp_path, steps)["*STATIC"]
+    assert note.changes_answer == changes
+    assert words in note.why
+
+
+@pytest.mark.parametrize("steps", ["*STEP, NLGEOM\n" + LOAD, "*STEP\n" + MODES + "*STEP, NLGEOM\n" + LOAD])
+def test_a_step_that_is_not_before_the_modes_is_the_studys(tmp_path, steps):
+    assert "*STATIC" not in found(tmp_path, steps)
+
+
+def test_supports_of_the_step_of_the_modes_hold(tmp_path):
+    """Supports add up from step to step until the modes; those of later steps are not theirs."""
+    steps = "*STEP\n*STATIC\n*BOUNDARY\n1, 1, 1\n*END STEP\n*STEP\n*BOUNDARY\n2, 2, 3\n" + MODES
+    steps += "*STEP\n*STATIC\n*BOUNDARY\n3, 1, 6\n*END STEP\n"
+    path = tmp_path / "deck.inp"
+    path.write_text(cut_plate((2, 2), (2, 2), steps), encoding="utf-8")
+    model = read_deck(path)
+    held = {(int(model.nodes.ids[n]), dof) for f in model.fixed for n in f.nodes_idx for dof in f.dofs}
+    assert held == {(1, 1), (2, 2), (2, 3)}

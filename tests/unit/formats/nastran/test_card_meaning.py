@@ -1,0 +1,62 @@
+"""What a card that is left out means: harmless, or a change of the answer that hangs on the analysis."""
+
+from __future__ import annotations
+
+import pytest
+
+from creak.errors import InputError
+from creak.formats.nastran.known_cards import CHANGES, HARMLESS, READ
+from helpers_nastran import read
+
+BULK = "GRID,1,,0.,0.,0.,,123456\nGRID,2,,1.,0.,0.\nCROD,1,1,1,2\nPROD,1,1,1.\nMAT1,1,2.+5,,.3,1.-9\n"
+
+
+def meaning(tmp_path, cards, case=""):
+    """Card -> whether it changes the answer."""
+    return {u.keyword: u.changes_answer for u in read(tmp_path, BULK + cards + "\n", case).unread}
+
+
+@pytest.mark.parametrize(
+    ("cards", "case", "changes"),
+    [
+        ("ASET1,123,2", "", True),
+        ("OMIT1,123,2", "", True),
+        ("ASET1,123,2\nQSET1,1,1001\nSPOINT,1001", "", None),
+        ("SUPORT,2,123", "", False),
+        ("MATT1,1,5\nTABLEM1,5\n,0.,1.,ENDT", "TEMPERATURE(INITIAL) = 3", True),
+        ("MATT1,1,5\nTABLEM1,5\n,0.,1.,ENDT", "", False),
+        ("TEMPD,3,20.", "TEMPERATURE(LOAD) = 3", False),
+        ("GRAV,3,,9.81,0.,0.,-1.", "LOAD = 3", False),
+        ("SPCD,3,2,1,.1", "", False),
+        ("PBUSHT,1,K,5", "", False),
+        ("TABDMP1,1,CRIT\n,0.,.02,ENDT", "SDAMPING = 1", False),
+        ("MATS1,1,,PLASTIC,0.,1,1,200.", "", False),
+        ("NLPARM,1,5", "NLPARM = 1", False),
+        ("PARAM,LMODES,20", "", False),
+        ("PARAM,KDAMP,-1", "", False),
+        ("PARAM,LGDISP,1", "", False),
+        ("PARAM,INREL,-1", "", True),
+        ("BOLT,1,1,2", "", True),
+    ],
+)
+def test_meaning(tmp_path, cards, case, changes):
+    found = meaning(tmp_path, cards, case + "\n")
+    name = cards.split(",")[0] if not cards.startswith("PARAM") else ",".join(cards.split(",")[:2])
+    assert found.get(name) == changes
+    assert not any(value for key, value in found.items() if key != name)
+
+
+def test_each_card_has_one_meaning():
+    names = [*READ, *HARMLESS, *CHANGES]
+    assert len(set(names)) == len(names)
+    assert all(len(why) > 10 for why in (*HARMLESS.values(), *CHANGES.values()))
+
+
+def test_a_known_card_is_no_misspelling(tmp_path):
+    """The hint beside an error names no card that creak knows."""
+    for known in ("CGAP,9,9,1,2,1.,0.,0.", "MATT1,1,5", "TSTEP,1,10,.1", "PBUSHT,1,K,5"):
+        with pytest.raises(InputError) as error:
+            read(tmp_path, BULK + known + "\nCROD,2,7,1,2\n")
+        assert "not a card" not in str(error.value)
+    with pytest.raises(InputError, match=r"CRODD at .* is not a card that creak knows. Did you mean 'CROD'"):
+        read(tmp_path, BULK + "CRODD,3,1,1,2\nCROD,2,7,1,2\n")

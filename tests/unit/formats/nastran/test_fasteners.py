@@ -1,0 +1,136 @@
+"""CFAST and CWELD: rigid motion free of force, the springs themselves between stiff patches, and each way to name a patch."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from creak.errors import InputError
+from creak.model.constraints import Equation
+from helpers_nastran import assembled, motion, read, rigid_mass, row, unread
+
+H = 2.0
+"""Between the sheets, mm."""
+MATERIAL = "MAT1,1,2.+5,,.3,7.8-9\n"
+
+
+def sheet(base: int, pid: int, z: float, n: int = 4, size: float = 40.0, held: str = "") -> str:
+    grids = [
+        f"GRID,{base + i * (n + 1) + j},,{size * i / n},{size * j / n},{z},,{held}"
+        for i in range(n + 1)
+        for j in range(n + 1)
+    ]
+    shells = []
+    for i in range(n):
+        for j in range(n):
+            a = base + i * (n + 1) + j
+            shells.append(f"CQUAD4,{base + n * i + j},{pid},{a},{a + n + 1},{a + n + 2},{a + 1}")
+    return "\n".join([*grids, *shells, f"PSHELL,{pid},1,1.5,1,,1", ""])
+
+
+def deck(fastener: str, held: str = "", top: str = "") -> str:
+    return sheet(1001, 1, 0.0, held=held) + sheet(2001, 2, H, n=5, held=top) + MATERIAL + fastener + "\n"
+
+
+GS = "GRID,9001,,17.,21.,1.,,123456\n"
+FAST = "PFAST,7,6.,,,2000.,300.,300.,1.+4\n,2.+4,2.+4,.4\n"
+WELD = "PWELD,7,1,6.\n"
+WAYS = {
+    "CFAST by property": FAST + GS + "CFAST,99,7,PROP,1,2,9001",
+    "CFAST by element": FAST + GS + "CFAST,99,7,ELEM,1007,2013,9001",
+    "CFAST by place": FAST + "CFAST,99,7,PROP,1,2\n,17.,21.,1.",
+    "PARTPAT": WELD + GS + "CWELD,99,7,9001,PARTPAT\n,1,2",
+    "ELPAT": WELD + GS + "CWELD,99,7,9001,ELPAT\n,1007,2013",
+    "ELEMID": WELD + GS + "CWELD,99,7,9001,ELEMID\n,1007,2013",
+    "GRIDID": WELD + GS + "CWELD,99,7,9001,GRIDID,,,QQ\n,1008,1013,1014,1009\n,2015,2021,2022,2016",
+    "SPOT": "PWELD,7,1,6.,,,,,SPOT\n" + GS + "CWELD,99,7,9001,PARTPAT\n,1,2",
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_it_joins_the_sheets_and_resists_no_rigid_motion(tmp_path, way):
+    """Both sheets and the fastener move as one body without force: six eigenvalues of K are zero, not twelve."""
+    model = read(tmp_path, deck(WAYS[way]))
+    assert not any(unread(model).values())
+    equations = [c for c in model.constraints if isinstance(c, Equation)]
+    assert len(equations) == 12
+    x = model.nodes.coords
+    for omega in np.eye(3):
+        u = np.hstack([np.array([0.3, -0.1, 0.2]) + np.cross(omega, x), np.tile(omega, (len(x), 1))])
+        for c in equations:
+            assert c.coefficients @ u[c.nodes_idx, c.dofs - 1] == pytest.approx(0.0, abs=1e-10)
+    K = assembled(model).K
+    values = np.linalg.eigvalsh(np.asarray(K.todense() if hasattr(K, "todense") else K))
+    assert (np.abs(values) < 1e-9 * values.max()).sum() == 6
+    assert [p.name for p in model.parts] == ["PID_1", "PID_2"]
+
+
+@pytest.mark.parametrize(("dof", "stiffness"), [(1, 300.0), (2, 300.0), (3, 2000.0)])
+def test_cfast_between_a_held_and_a_rigid_sheet(tmp_path, dof, stiffness):
+    """The sheets are held and rigid (RBE2), the grid moves along an axis alone: force over motion is KT1 along the axis
+    and KT2, KT3 across."""
+    others = [str(2001 + i) for i in range(36)]
+    kept = "".join(str(d) for d in range(1, 7) if d != dof)
+    rigid = f"GRID,9002,,17.,21.,1.,,{kept}\n" + _long("RBE2,5,9002,123456", others)
+    model = read(tmp_path, deck(WAYS["CFAST by property"], held="123456") + rigid)
+    assert motion(model, {(9002, dof): 1.0})[row(model, 9002), dof - 1] == pytest.approx(1.0 / stiffness, rel=1e-9)
+
+
+def _long(head: str, ids: list[str]) -> str:
+    fields = [*head.split(",")[1:], *ids]
+    lines = [",".join(["RBE2" if k == 0 else "", *fields[k : k + 8]]) for k in range(0, len(fields), 8)]
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("dof", [1, 3, 4, 6])
+def test_cweld_is_a_round_shear_flexible_bar(tmp_path, dof):
+    """The same against a CBEAM of PBEAML ROD between the piercing points, at the end of one held sheet."""
+    others = [str(2001 + i) for i in range(36)]
+    joint = "GRID,9002,,17.,21.,2.\n" + _long("RBE2,5,9002,123456", others)
+    weld = read(tmp_path, deck(WAYS["PARTPAT"], held="123456") + joint)
+    bar = "GRID,9003,,17.,21.,0.,,123456\nCBAR,9,9,9003,9002,1.,0.,0.\nPBARL,9,1,,ROD\n,3.\n"
+    beam = read(tmp_path, deck(bar, held="123456") + joint)
+    ours, theirs = (motion(m, {(9002, dof): 1.0})[row(m, 9002)] for m in (weld, beam))
+    assert np.abs(theirs).max() > 0.0
+    np.testing.assert_allclose(ours, theirs, rtol=1e-6, atol=1e-9 * np.abs(theirs).max())
+
+
+def test_spot_has_half_of_both_thicknesses_as_length(tmp_path):
+    """L = (1.5 + 1.5)/2, whatever the distance of the sheets."""
+    model = read(tmp_path, deck(WAYS["SPOT"]))
+    (k,) = [b.section.stiffness for b in model.blocks if b.kind == "bush2"]
+    assert k[0, 0] == pytest.approx(2e5 * math.pi * 9.0 / 1.5)
+
+
+def test_mass_of_a_cfast(tmp_path):
+    plain = rigid_mass(read(tmp_path, deck("")))[0, 0]
+    assert rigid_mass(read(tmp_path, deck(WAYS["CFAST by property"])))[0, 0] == pytest.approx(plain + 0.4)
+
+
+def test_a_grid_on_a_patch_and_two_grids(tmp_path):
+    """ELEMID without the second shell joins GS itself; ALIGN joins two vertex grids."""
+    point = "GRID,9001,,17.,21.,2.\nGRID,9002,,17.,21.,9.\nCBAR,8,8,9001,9002,1.,0.,0.\nPBARL,8,1,,ROD\n,3.\n"
+    model = read(tmp_path, sheet(1001, 1, 0.0) + MATERIAL + point + WELD + "CWELD,99,7,9001,ELEMID\n,1007\n")
+    assert len(model.constraints) == 6
+    model = read(tmp_path, deck(WELD + "CWELD,99,7,,ALIGN,1013,2015"))
+    assert not model.constraints
+    assert sum(b.ids.size for b in model.blocks if b.kind == "bush2") == 1
+
+
+@pytest.mark.parametrize(
+    ("fastener", "message"),
+    [
+        (FAST + GS + "CFAST,99,7,PROP,1,5,9001", "joins property 5, which has no shells"),
+        (FAST + "CFAST,99,7,PROP,1,2", "CFAST 99 has no place"),
+        (FAST + GS + "CFAST,99,8,PROP,1,2,9001", "uses property 8, which is not defined; expected a PFAST"),
+        (FAST + GS + "CFAST,99,7,PART,1,2,9001", "field 4 of CFAST is 'PART'; expected PROP or ELEM"),
+        (WELD + GS + "CWELD,99,7,9001,ALIGN", "CWELD 99 has no GA and GB"),
+        ("PWELD,7,1,0.\n" + GS + "CWELD,99,7,9001,PARTPAT\n,1,2", "has diameter 0"),
+        (FAST + GS.replace("17.,21.", "99.,99.") + "CFAST,99,7,PROP,1,2,9001", "CFAST 99 lies .* beside a patch"),
+    ],
+)
+def test_mistakes(tmp_path, fastener, message):
+    with pytest.raises(InputError, match=message):
+        read(tmp_path, deck(fastener))
