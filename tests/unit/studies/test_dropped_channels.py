@@ -104,7 +104,7 @@ def test_what_still_closes_in_the_last_run_is_a_red_verdict(tmp_path, monkeypatc
 
 
 def test_the_unreduced_model_alone_is_watched_too(tmp_path):
-    forced = 'end = 0.012\nintegrator = "hht"\nstep = 1e-4'
+    forced = 'end = 0.03\nintegrator = "hht"\nstep = 1e-4'
     study = STUDY.replace("f_max = 1500", 'method = "none"').replace("end = 0.08", forced)
     result = run(tmp_path, study)
     assert result.closed_later > 0
