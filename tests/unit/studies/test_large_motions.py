@@ -10,8 +10,10 @@ import pytest
 from creak.contact.small_sliding import TURN, turn_warnings
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
+from creak.studies.prepare.watched import _turns
 from creak.studies.run.job import StudyResult, run_study
 from creak.studies.warned import warnings_of
+from helpers_contact import stacked
 from helpers_decks import STEEL, strip, write_strips
 
 DECK = (
@@ -95,3 +97,12 @@ def test_a_rotation_is_told_from_its_bar_on():
     assert turn_warnings(("part A", "node 3"), np.array([0.99 * TURN, 0.0]), at) == []
     (told,) = turn_warnings(("part A", "node 3"), np.array([1.1 * TURN, 0.5]), at)
     assert told.startswith("node 3 and 1 more turn(s) by more than 10 degrees, farthest by 28.6 at t = 0.2 s")
+
+
+def test_a_rigid_rotation_is_found_at_parts_and_nodes():
+    model, turn = stacked(), np.array([0.02, -0.03, 0.05])
+    turns, labels, names = _turns(model, np.array([3]))
+    u = np.zeros((model.nodes.count, 6))
+    u[:, :3], u[:, 3:] = np.cross(turn, model.nodes.coords) + [1.0, -2.0, 3.0], turn
+    assert names == ("part LOW", "part TOP", "node 4")
+    np.testing.assert_allclose((turns @ u.ravel()[labels]).reshape(-1, 3), [turn] * 3, atol=1e-12)
