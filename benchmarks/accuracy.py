@@ -29,7 +29,8 @@ from creak.studies.models.reduced import reduce_model
 from creak.studies.prepare.output_steps import excitation_window
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.compared import compare_events
-from creak.studies.run.job import compare_modes, limited, march_run, prepare
+from creak.studies.run.forced_step import limited
+from creak.studies.run.job import compare_modes, march_run, prepare
 
 CASES: dict[str, dict[str, object]] = {
     "Guyan": {"method": "guyan"},

@@ -28,7 +28,7 @@ from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.models.substructures import partition
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.costs import Meter
-from creak.studies.run.job import limited
+from creak.studies.run.forced_step import limited
 from creak.studies.run.precheck import linear_gaps
 
 

@@ -25,8 +25,9 @@ from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.output_steps import excitation_window
 from creak.studies.prepare.setup import set_up
+from creak.studies.run.forced_step import limited
 from creak.studies.run.integrate import output_times
-from creak.studies.run.job import Run, events_in, limited, march_run
+from creak.studies.run.job import Run, events_in, march_run
 from creak.verify.matching import match_events
 
 THESIS_CPU_S = 463_450.0

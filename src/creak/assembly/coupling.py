@@ -82,6 +82,10 @@ def couple(
         A = rows(labels)
         return A @ T, to_dense(A @ T_s)
 
+    def combine(B: Matrix, labels: IntArray) -> tuple[Matrix, Matrix]:
+        A = B @ rows(labels)
+        return A @ T, to_dense(A @ T_s)
+
     def whole(q: FloatArray, s: FloatArray) -> FloatArray:
         return rows.recover(np.asarray(T @ q + T_s @ s))
 
@@ -102,6 +106,7 @@ def couple(
         stats=stats,
         labels=rows.labels,
         whole=whole,
+        combine=combine,
     )
 
 

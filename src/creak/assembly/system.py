@@ -16,6 +16,8 @@ Rows = Callable[[IntArray], tuple[Matrix, Matrix]]
 """Physical dof labels (k,) -> (R, R_s) with u[labels] = R q + R_s s; (k, n) and (k, n_support)."""
 Recover = Callable[[FloatArray, FloatArray], FloatArray]
 """q (n, k) and s (n_support, k) -> u (n_label, k) of all labels of a System."""
+Combine = Callable[[Matrix, IntArray], tuple[Matrix, Matrix]]
+"""A (m, k), physical dof labels (k,) -> A R and A R_s of `Rows`."""
 
 
 @dataclass(frozen=True)
@@ -78,10 +80,19 @@ class System:
     """The motion of all labels at once, where that is cheaper than through `rows`."""
     interface: IntArray | None = None
     """Sorted labels at which the System is joined to others that share them; None: all."""
+    combine: Combine | None = None
+    """Few combinations of many rows, where that is cheaper than through `rows`."""
 
     @property
     def n(self) -> int:
         return int(self.coordinates.size)
+
+    def combined(self, A: Matrix, labels: IntArray) -> tuple[Matrix, Matrix]:
+        """A R (m, n) and A R_s (m, n_support): combinations A (m, k) of the motion at `labels` (k,)."""
+        if self.combine is not None:
+            return self.combine(A, labels)
+        R, R_s = self.rows(labels)
+        return A @ R, A @ R_s
 
     def displacement(self, labels: IntArray, q: FloatArray, s: FloatArray) -> FloatArray:
         """Physical motion u[labels] = R q + R_s s for q (n,) or (n, n_time)."""
@@ -143,6 +154,11 @@ def project(system: System, V: FloatArray, *, static: FloatArray | None = None, 
         A = dense_if_full(A)
         return np.asarray(A @ V), np.asarray(A @ R) + to_dense(A_s)
 
+    def combine(A: Matrix, labels: IntArray) -> tuple[Matrix, Matrix]:
+        B, B_s = system.combined(A, labels)
+        B = dense_if_full(B)
+        return np.asarray(B @ V), np.asarray(B @ R) + to_dense(B_s)
+
     def whole(q: FloatArray, s: FloatArray) -> FloatArray:
         return system.recover(np.asarray(V @ q) + R @ s, s)
 
@@ -161,6 +177,7 @@ def project(system: System, V: FloatArray, *, static: FloatArray | None = None, 
         labels=system.labels,
         whole=whole,
         interface=system.interface,
+        combine=combine,
     )
 
 

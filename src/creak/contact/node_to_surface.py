@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.contact.facets import Facets, facets_of, nodes_of
-from creak.contact.gap_operator import ChannelRows, GapOperator
+from creak.contact.facets import Facets, SecondaryNodes, facets_of, nodes_of
+from creak.contact.gap_operator import ChannelRows, GapOperator, join
 from creak.contact.pair import (
     AUTO_FACTOR,
     EDGE_ON,
@@ -16,6 +18,7 @@ from creak.contact.pair import (
     deepest,
     gap_normals,
     given_normal,
+    listed,
     looks_along,
     main_facets,
     never_face,
@@ -27,14 +30,23 @@ from creak.contact.search import Projection, project_along, project_closest
 from creak.errors import InputError
 from creak.model.mesh import Model
 
+ANOTHER = 0.5
+"""Walls of the main surface whose normals are 60 degrees or more apart are different ones for a node between them."""
+MOST_WALLS = 6
+"""Of a node: those of a box."""
+IN_FRONT = 1e-9
+"""Share of the reach that a further wall must be away from a node whose own surface does not look at it."""
+
 
 def node_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, list[str]]:
     """One channel per secondary node: g = g0 + n . (u_s - sum_j N_j u_j), n the main normal at the projection.
 
     The partner facet is found once, in the undeformed shape (small sliding); n is the study's normal where it
-    gives one. g0 is the distance of the mid-surfaces less half of both thicknesses (beams: their radius). A node
-    behind a solid counts as inside it up to the height of the element under the face. Pressure is not uniform on
-    non-matching meshes; use `surface_to_surface` where that matters.
+    gives one. A node between walls that look in clearly different directions has a channel for each of them, named
+    after their order (NAME:2). g0 is the distance of the mid-surfaces less half of both thicknesses (beams: their
+    radius). A node behind a solid counts as inside it up to the height of the element under the face. Nodes without a
+    partner are counted in a note. Pressure is not uniform on non-matching meshes; use `surface_to_surface` where that
+    matters.
 
     Raises
     ------
@@ -44,9 +56,29 @@ def node_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, list[
     secondary = nodes_of(model, pair.secondary, where=f"{pair.where} secondary")
     main = main_facets(model, pair)
     meet, limit = _partners(model, pair, secondary.rows, main)
-    found = np.flatnonzero(meet.found & ~np.isin(secondary.rows, main.nodes))
+    apart = ~np.isin(secondary.rows, main.nodes)
+    found = np.flatnonzero(meet.found & apart)
     if not found.size:
         raise never_face(pair, limit)
+    operator, notes = _channels(model, pair, secondary, main, meet, found)
+    operators, seen = [operator], [(found, _normals(main, meet, found))]
+    while pair.normal is None and len(operators) < MOST_WALLS:
+        other = _other_wall(model, pair, secondary, main, limit, seen)
+        more = np.flatnonzero(other.found & apart)
+        if not more.size:
+            break
+        seen.append((more, _normals(main, other, more)))
+        wall, told = _channels(model, replace(pair, clearance=None), secondary, main, other, more)
+        operators.append(replace(wall, names=tuple(f"{name}:{len(operators) + 1}" for name in wall.names)))
+        notes += told
+    notes += _facing_nothing(model, pair, secondary.rows[apart & ~meet.found], limit)
+    return join(operators), notes
+
+
+def _channels(
+    model: Model, pair: ContactPair, secondary: SecondaryNodes, main: Facets, meet: Projection, found: IntArray
+) -> tuple[GapOperator, list[str]]:
+    """A channel for each node `found` to meet the main surface."""
     nodes, meet = secondary.rows[found], _subset(meet, found)
     sides = main.side[meet.facet] if pair.normal is None else np.ones(nodes.size, dtype=np.int64)
     distance, normal = gap_normals(meet, sides)
@@ -77,6 +109,69 @@ def _partners(model: Model, pair: ContactPair, nodes: IntArray, main: Facets) ->
     if normal is None:
         return project_closest(points, main, limit, accept), limit
     return project_along(points, np.tile(normal, (nodes.size, 1)), main, limit, accept), limit
+
+
+def _normals(main: Facets, meet: Projection, rows: IntArray) -> FloatArray:
+    """(k, 3) from the main surface to the nodes `rows`, its own normals."""
+    return gap_normals(_subset(meet, rows), main.side[meet.facet[rows]])[1]
+
+
+def _other_wall(
+    model: Model,
+    pair: ContactPair,
+    secondary: SecondaryNodes,
+    main: Facets,
+    limit: float,
+    seen: list[tuple[IntArray, FloatArray]],
+) -> Projection:
+    """The nearest facet in front of each node that looks in a clearly different direction from those `seen`.
+
+    Of surfaces with one side only walls that the node's own surface looks at count.
+    """
+    points, outward = model.nodes.coords[secondary.rows], _outward(model, pair, secondary)
+    before = np.full((len(seen), points.shape[0], 3), np.nan)
+    for k, (rows, normals) in enumerate(seen):
+        before[k, rows] = normals
+
+    def accept(row: IntArray, facet: IntArray, distance: FloatArray, direction: FloatArray) -> BoolArray:
+        side = main.side[facet]
+        normal = direction * np.where(side == 0, np.where(distance > 0.0, -1.0, 1.0), side)[:, None]
+        front = np.where(side == 0, np.abs(distance), -distance * side)
+        like = np.nan_to_num(np.einsum("krx,rx->kr", before[:, row], normal), nan=-1.0).max(axis=0)
+        looks = np.nanmin(np.einsum("rfx,rx->rf", outward[row], normal), axis=1) < -ANOTHER if outward.size else True
+        near = (-IN_FRONT if outward.size else IN_FRONT) * limit
+        return np.asarray((front > near) & (like < ANOTHER) & looks)
+
+    return project_closest(points, main, limit, accept)
+
+
+def _outward(model: Model, pair: ContactPair, secondary: SecondaryNodes) -> FloatArray:
+    """(n, f, 3) normals of the one-sided facets around each node, nan where there are fewer; empty where any facet
+    has two sides or there are none."""
+    if not np.isfinite(secondary.width).all():
+        return np.zeros((0, 0, 3))
+    facets = facets_of(model, pair.secondary, where=f"{pair.where} secondary")
+    if (facets.side == 0).any():
+        return np.zeros((0, 0, 3))
+    normal = facets.area_normals * facets.side[:, None]
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    corner = np.where(facets.is_triangle, 3, 4)[:, None] > np.arange(4)
+    at, facet = np.searchsorted(secondary.rows, facets.nodes[corner]), np.nonzero(corner)[0]
+    order = np.argsort(at, kind="stable")
+    at, facet = at[order], facet[order]
+    place = np.arange(at.size) - np.searchsorted(at, at)
+    out = np.full((secondary.rows.size, int(place.max()) + 1, 3), np.nan)
+    out[at, place] = normal[facet]
+    return out
+
+
+def _facing_nothing(model: Model, pair: ContactPair, nodes: IntArray, limit: float) -> list[str]:
+    if not nodes.size:
+        return []
+    return [
+        f"{pair.where} {nodes.size} node(s) of {pair.secondary!r} face no facet of {pair.main!r} within {limit:.4g} "
+        f"and touch nothing: {listed(model, nodes)}"
+    ]
 
 
 def _areas(model: Model, pair: ContactPair, nodes: IntArray) -> FloatArray:

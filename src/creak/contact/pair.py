@@ -230,13 +230,13 @@ def _given_gaps(model: Model, pair: ContactPair, channels: Channels) -> tuple[Fl
     if without.size:
         notes.append(
             f"{pair.where} {without.size} node(s) have no row in the table of clearances and keep their geometric "
-            f"gap: {_listed(model, without)}"
+            f"gap: {listed(model, without)}"
         )
     unused = np.array(sorted(set(table) - set(channels.nodes_idx.tolist())), dtype=np.int64)
     if unused.size:
         notes.append(
             f"{pair.where} {unused.size} row(s) of the table of clearances are for nodes that face nothing: "
-            f"{_listed(model, unused)}"
+            f"{listed(model, unused)}"
         )
     return given, notes
 
@@ -273,7 +273,8 @@ def _without_overclosure(
     return np.maximum(gap0, 0.0), [note]
 
 
-def _listed(model: Model, rows: IntArray) -> str:
+def listed(model: Model, rows: IntArray) -> str:
+    """The first few nodes by their labels."""
     names = ", ".join(model.nodes.label(int(i)) for i in rows[:SHOWN])
     return names + (f" and {rows.size - SHOWN} more" if rows.size > SHOWN else "")
 

@@ -1,6 +1,8 @@
-"""Are the partners of small sliding still the right ones after a run?"""
+"""Are motions small enough for contact that keeps its partners and normals, and for rotations taken as small?"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,9 +13,11 @@ SHARE = 0.5
 """Slip of this share of an element still leaves a point over or beside the facet that it was paired with."""
 SHOWN = 5
 """Channels that a warning names."""
+TURN = np.radians(10.0)
+"""rad: a rotation theta taken as small lengthens an arm by theta^2 / 2, here by 1.5 %."""
 
 
-def slip_warnings(gaps: GapOperator, slip_max: FloatArray) -> list[str]:
+def slip_warnings(gaps: GapOperator, slip_max: FloatArray, at: FloatArray | None = None) -> list[str]:
     """One warning for each contact whose channels slip by more than half an element.
 
     Every channel keeps the facet and the normal that it has at the start (small sliding), which holds while the
@@ -22,23 +26,45 @@ def slip_warnings(gaps: GapOperator, slip_max: FloatArray) -> list[str]:
     Parameters
     ----------
     gaps : m channels with their `size`.
-    slip_max : (m,) largest relative tangential motion of each channel over a run, length.
+    slip_max : (m,) largest relative tangential motion of each channel over a run, length. at : (m,) when, s.
     """
     if gaps.size is None or not gaps.m:
         return []
     share = np.asarray(slip_max, dtype=np.float64) / gaps.size
     far = np.flatnonzero(share > SHARE)
     group = np.array(gaps.group, dtype=object)[far]
-    return [_warning(gaps, gaps.size, share, far[group == name], name) for name in dict.fromkeys(group)]
+    return [_warning(gaps, gaps.size, share, far[group == name], name, at) for name in dict.fromkeys(group)]
 
 
-def _warning(gaps: GapOperator, size: FloatArray, share: FloatArray, far: IntArray, name: str) -> str:
+def turn_warnings(names: Sequence[str], turn: FloatArray, at: FloatArray) -> list[str]:
+    """One warning where anything turns by more than `TURN`.
+
+    Parameters
+    ----------
+    names, turn, at : (k,) places, their largest rotations (rad), and when (s).
+    """
+    far = np.flatnonzero(turn > TURN)
+    if not far.size:
+        return []
+    i = int(far[np.argmax(turn[far])])
+    more = f" and {far.size - 1} more" if far.size > 1 else ""
+    return [
+        f"{names[i]}{more} turn(s) by more than {np.degrees(TURN):.2g} degrees, farthest by "
+        f"{np.degrees(turn[i]):.3g} at t = {at[i]:.4g} s; creak takes rotations as small, which lengthens what turns "
+        f"by {50.0 * turn[i] ** 2:.2g} %, so where and when it touches is not to be trusted."
+    ]
+
+
+def _warning(
+    gaps: GapOperator, size: FloatArray, share: FloatArray, far: IntArray, name: str, at: FloatArray | None
+) -> str:
     worst = far[np.argsort(-share[far], kind="stable")]
     names = ", ".join(gaps.names[i] for i in worst[:SHOWN])
     names += f" and {worst.size - SHOWN} more" if worst.size > SHOWN else ""
     i = int(worst[0])
+    when = "" if at is None else f" at t = {at[i]:.4g} s"
     return (
         f"[contact.{name}] {worst.size} channel(s) slip by more than half an element: {names}. {gaps.names[i]} slips "
-        f"farthest, by {share[i] * size[i]:.3g} on elements {size[i]:.3g} wide; contact keeps the partners and normals "
-        "that it has at the start (small sliding), so where and how it presses there is not to be trusted."
+        f"farthest, by {share[i] * size[i]:.3g}{when} on elements {size[i]:.3g} wide; contact keeps the partners and "
+        "normals that it has at the start (small sliding), so where and how it presses there is not to be trusted."
     )

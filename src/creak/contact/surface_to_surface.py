@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import Facets, corner_normals, facets_of
-from creak.contact.gap_operator import ChannelRows, GapOperator
+from creak.contact.gap_operator import ChannelRows, GapOperator, join
 from creak.contact.pair import (
     AUTO_FACTOR,
     EDGE_ON,
@@ -25,7 +25,7 @@ from creak.contact.pair import (
     reach,
     tangents_of,
 )
-from creak.contact.search import Accept, project_along
+from creak.contact.search import Accept, Projection, project_along
 from creak.elements.geometry import gauss_triangle
 from creak.model.mesh import Model
 
@@ -61,7 +61,8 @@ def surface_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, li
     Weights follow Puso and Laursen, Comput. Methods Appl. Mech. Eng. 193 (2004), with one constraint per
     secondary node; partner facets are found once (small sliding). A normal given by the study replaces the
     averaged one. Faces of solids touch with their outer side; one that starts inside counts as closed up to the
-    height of the element behind it.
+    height of the element behind it. A surface that touches with both sides and lies between walls has a channel for
+    each of them (NAME and NAME:2).
 
     Raises
     ------
@@ -76,9 +77,58 @@ def surface_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, li
         points = replace(points, normal=np.tile(-given, (points.weight.size, 1)))
     sides = _Sides(points, secondary, main, given is not None, limit)
     meet = project_along(points.position, points.normal, main, limit, sides.accept)
-    found = meet.found
-    if not found.any():
+    if not meet.found.any():
         raise never_face(pair, limit)
+    walls = _both_walls(sides, meet)
+    if len(walls) == 1:
+        return _of_wall(model, pair, secondary, main, points, sides, meet)
+    operators, notes = [], []
+    for k, wall in enumerate(walls, start=1):
+        operator, more = _of_wall(
+            model, pair if k == 1 else replace(pair, clearance=None), secondary, main, points, sides, wall
+        )
+        operators.append(operator if k == 1 else replace(operator, names=tuple(f"{n}:{k}" for n in operator.names)))
+        notes += more
+    return join(operators), notes
+
+
+def _both_walls(sides: _Sides, meet: Projection) -> list[Projection]:
+    """Where the points meet the main surface; one by one for both sides of a secondary surface that lies between walls
+    and touches with both, the nearer first."""
+    points, main, rows = sides.points, sides.main, np.arange(meet.found.size)
+    two_sided = sides.secondary.side[points.facet] == 0
+    if sides.given or not two_sided.any():
+        return [meet]
+    first = sides.sign(rows, meet.facet, meet.distance)
+
+    def accept(row: IntArray, facet: IntArray, distance: FloatArray, direction: FloatArray) -> BoolArray:
+        sign = sides.sign(row, facet, distance)
+        other = meet.found[row] & two_sided[row] & (sign * first[row] < 0.0) & (-sign * distance > 0.0)
+        return other & sides.accept(row, facet, distance, direction)
+
+    behind = project_along(points.position, points.normal, main, sides.limit, accept)
+    if not behind.found.any():
+        return [meet]
+    walls = [_chosen(meet, behind, first == sign) for sign in (1.0, -1.0)]
+    return sorted(walls, key=lambda w: float(np.abs(w.distance[w.found]).mean()) if w.found.any() else np.inf)
+
+
+def _chosen(a: Projection, b: Projection, first: BoolArray) -> Projection:
+    """Rows of `a` where `first`, of `b` elsewhere."""
+    other = ~first
+    pick = [np.where(first.reshape(-1, *[1] * (x.ndim - 1)), x, y) for x, y in zip(_fields(a), _fields(b), strict=True)]
+    return Projection((a.found & first) | (b.found & other), *pick)
+
+
+def _fields(p: Projection) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
+    return p.facet, p.shape, p.distance, p.direction
+
+
+def _of_wall(
+    model: Model, pair: ContactPair, secondary: Facets, main: Facets, points: Points, sides: _Sides, meet: Projection
+) -> tuple[GapOperator, list[str]]:
+    """The channels of the points that meet the main surface."""
+    found = meet.found
     sign = sides.sign(np.arange(found.size), meet.facet, meet.distance)
     normal = points.normal * sign[:, None]
     half = 0.5 * (secondary.thickness[points.facet] + main.thickness[meet.facet])

@@ -19,6 +19,7 @@ from creak.dynamics.loads import Loads
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.simulate import CondensedStepper, Progress, march
 from creak.dynamics.state import LinearTerms
+from creak.dynamics.watch import Watched
 from creak.errors import InputError
 
 
@@ -113,6 +114,7 @@ def simulate_high_order(
     substeps: int = 1,
     graded: int = 1,
     progress: Progress | None = None,
+    watched: Watched | None = None,
 ) -> History:
     """March the System through the loads: flights of `substeps` samples, contact at every sample (`FlightStepper`).
 
@@ -129,4 +131,4 @@ def simulate_high_order(
     NumericalError, Stopped : as `simulate`. InputError : `graded` does not divide `substeps`.
     """
     stepper = FlightStepper(system, gaps, loads, scheme, substeps, graded)
-    return march(stepper, observed, output_every, progress, whole_at)
+    return march(stepper, observed, output_every, progress, whole_at, watched)

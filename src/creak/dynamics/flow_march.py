@@ -25,6 +25,7 @@ from creak.dynamics.modal_model import CONSTANT, DONE, FORCE, NOT_FINITE, MarchS
 from creak.dynamics.modal_setup import empty_state, modal_model
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
+from creak.dynamics.watch import Watched
 from creak.errors import InputError
 from creak.linalg.dense_product import symmetric
 from creak.linalg.diagonal import Diagonal
@@ -48,6 +49,7 @@ def simulate_flow(
     output_every: int = 1,
     whole_at: IntArray | None = None,
     progress: Progress | None = None,
+    watched: Watched | None = None,
 ) -> History:
     """March a System with diagonal M, C, K by exact flow between contacts; contact by kick, exact motion, kick.
 
@@ -60,6 +62,7 @@ def simulate_flow(
     resolution : of contact in time.
     observed : (n_label,) physical dof labels whose displacement is kept every `output_every` flight steps.
     whole_at : sorted flight steps at which all coordinates are kept.
+    watched : what is looked at at the end of every flight step.
 
     Raises
     ------
@@ -68,7 +71,7 @@ def simulate_flow(
     Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted, at the end of
         a chunk of steps); what was computed is in its `history`.
     """
-    return _Run(system, gaps, loads, resolution, observed, output_every, whole_at).march(progress)
+    return _Run(system, gaps, loads, resolution, observed, output_every, whole_at, watched).march(progress)
 
 
 def compile_flow() -> None:
@@ -95,6 +98,7 @@ class _Run:
         observed: IntArray,
         output_every: int,
         whole_at: IntArray | None,
+        watched: Watched | None,
     ) -> None:
         self._started = clock.perf_counter()
         if loads.n_step % SAMPLES:
@@ -103,7 +107,7 @@ class _Run:
                 expected=f"a multiple of {SAMPLES}",
             )
         self.system, self.gaps, self.loads = system, gaps, loads
-        self.n_step, self.every, self.H = loads.n_step // SAMPLES, output_every, SAMPLES * loads.step
+        self.n_step, self.H = loads.n_step // SAMPLES, SAMPLES * loads.step
         m, c, k = modal_matrices(system)
         on, self.terms = channel_matrices(system, gaps), LinearTerms(system, loads)
         model = modal_model(m, c, k, on, self.terms, gaps)
@@ -118,7 +122,7 @@ class _Run:
         self._check_light(static)
         self.A = np.ascontiguousarray(static + THETA * h * h / RATE * self.W)
         self.P = np.stack([propagator(m, c, k, self.H / 2**level) for level in range(self.steps.levels + 1)])
-        self.log = Log(system, on, gaps, loads, SAMPLES, observed, output_every, whole_at)
+        self.log = Log(system, on, gaps, loads, SAMPLES, observed, output_every, whole_at, watched)
 
     def _check_light(self, static: FloatArray) -> None:
         if self.light and (self.gaps.rubbing or self.model.damped):
@@ -164,7 +168,7 @@ class _Run:
                     self.H,
                     done,
                     end,
-                    self.every,
+                    1,
                     self.log.used,
                 )
             self.log.take(used, kept, out)

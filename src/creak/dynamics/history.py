@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.dynamics.watch import Extremes
 
 ENERGIES = ("kinetic", "strain", "contact", "damping", "contact_damping", "friction", "external", "scheme")
 """Columns of `History.energy`: three stored energies, then work since the start. `friction` is what sliding took;
@@ -54,6 +55,8 @@ class History:
     """(n_time, 2 f) slip velocity of the rubbing channels, 0 while stuck and while open; empty without friction."""
     residual: float = 0.0
     """Largest residual of the equations of motion seen, as a fraction of the forces in them; 0: not measured."""
+    extremes: Extremes | None = None
+    """Of what was watched at every whole step; None: nothing was."""
 
     @property
     def weights(self) -> FloatArray:

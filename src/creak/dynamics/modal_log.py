@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from creak.arrays import IntArray
+from creak.arrays import BoolArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.history import ENERGIES, History, split_columns
 from creak.dynamics.loads import Loads
 from creak.dynamics.modal_model import MarchState, Output
+from creak.dynamics.watch import Watch, Watched
 
 CHUNK = 2_000
 """Output steps between two reports of progress."""
@@ -31,6 +32,7 @@ class Log:
         observed: IntArray,
         every: int,
         whole_at: IntArray | None,
+        watched: Watched | None = None,
     ) -> None:
         n_step = loads.n_step // substeps
         self._m, self._f2, self._every = gaps.m, on.T.shape[0], every
@@ -38,12 +40,13 @@ class Log:
         self._table, self.used = np.empty((n_step + 1, self._width)), 0
         self._rows = system.rows(observed)
         self._tangents = on.tangents if any(abs(A).max() > 0.0 for A, _ in on.tangents if A.size) else ()
-        n_out = n_step // every + 1
+        self._watch = None if watched is None else Watch(system, gaps, on, watched)
+        n_out, self._steps = n_step // every + 1, 0
         self._at, self._out = np.zeros(n_out, dtype=np.int64), 0
         self._displacement, self._slip = np.zeros((n_out, observed.size)), np.zeros((n_out, gaps.m))
-        room = int(np.clip(BUFFER_MEMORY // (8 * max(system.n, 1)), 1, n_out))
-        self.chunk = min(CHUNK, room * every)
-        kept = self.chunk // every + 1
+        room = int(np.clip(BUFFER_MEMORY // (8 * max(system.n, 1)), 1, n_step + 1))
+        self.chunk = min(CHUNK, room)
+        kept = self.chunk + 1
         self._u, self._s = np.zeros((kept, system.n)), np.zeros((kept, system.supports.count))
         self._whole_at = np.zeros(0, dtype=np.int64) if whole_at is None else np.asarray(whole_at, dtype=np.int64)
         self._whole_time = loads.time[self._whole_at * substeps]
@@ -55,7 +58,8 @@ class Log:
         self._table[0] = np.concatenate([[time], x.gap, x.force, x.sliding, x.energy[: len(ENERGIES)]])
         self.used = 1
         self._u[0], self._s[0] = x.x[0], x.support[0]
-        self._flush(1)
+        self._look(self._at[:1])
+        self._flush(slice(1))
         if self._whole_at.size and self._whole_at[0] == 0:
             self._whole[0] = x.x[0]
 
@@ -67,13 +71,33 @@ class Log:
         return Output(self._table, at, self._u, self._s, self._whole_at, self._whole)
 
     def take(self, used: int, kept: int, out: Output) -> None:
-        """Account for what a chunk left."""
-        self.used = used
-        self._at[self._out : self._out + kept] = out.at[:kept]
-        self._flush(kept)
+        """Account for what a chunk left, all of its whole steps."""
+        before, self.used = self.used, used
+        self._look(out.at[:kept], before)
+        first = (self._every - 1 - self._steps) % self._every
+        self._steps += kept
+        rows = slice(first, kept, self._every)
+        wanted = out.at[rows]
+        self._at[self._out : self._out + wanted.size] = wanted
+        self._flush(rows)
 
-    def _flush(self, kept: int) -> None:
-        here, Q, S = slice(self._out, self._out + kept), self._u[:kept].T, self._s[:kept].T
+    def _look(self, at: IntArray, before: int = 0) -> None:
+        """Let the watch see the whole steps that end at the rows `at`; those after row `before` are new."""
+        if self._watch is None or not at.size:
+            return
+        Q, S = self._u[: at.size].T, self._s[: at.size].T
+        motions = [np.asarray(A @ Q + A_s @ S) for A, A_s in self._watch.rows]
+        self._watch.see(self._table[at, 0], self._pressed(at, before), motions)
+
+    def _pressed(self, at: IntArray, before: int) -> BoolArray:
+        """(k, m) did a channel press in the step that ends at each of the rows `at`?"""
+        force = self._table[before : at[-1] + 1, 1 + self._m : 1 + 2 * self._m]
+        begin = np.concatenate([[0], at[:-1] + 1 - before])
+        return np.asarray(np.maximum.reduceat(force, begin, axis=0) > 0.0)
+
+    def _flush(self, rows: slice) -> None:
+        Q, S = self._u[rows].T, self._s[rows].T
+        here = slice(self._out, self._out + Q.shape[1])
         self._displacement[here] = (self._rows[0] @ Q + self._rows[1] @ S).T
         if self._tangents:
             self._slip[here] = np.hypot(*(np.asarray(A @ Q + A_s @ S) for A, A_s in self._tangents)).T
@@ -99,4 +123,5 @@ class Log:
             self._whole[:reached].T,
             tangential,
             sliding,
+            extremes=None if self._watch is None else self._watch.extremes,
         )

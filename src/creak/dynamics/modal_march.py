@@ -37,6 +37,7 @@ from creak.dynamics.modal_setup import empty_state, modal_model
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
+from creak.dynamics.watch import Watched
 from creak.errors import InputError
 from creak.linalg.dense_product import symmetric
 from creak.linalg.threads import one_blas_thread
@@ -55,6 +56,7 @@ def simulate_modal(
     whole_at: IntArray | None = None,
     progress: Progress | None = None,
     substeps: int = 1,
+    watched: Watched | None = None,
 ) -> History:
     """March a System with diagonal M, C, K: as `simulate`, with everything of a step in compiled code.
 
@@ -66,7 +68,7 @@ def simulate_modal(
     Parameters
     ----------
     observed : (n_label,) physical dof labels whose displacement is kept every `output_every` steps.
-    whole_at : sorted steps at which all coordinates are kept.
+    whole_at : sorted steps at which all coordinates are kept. watched : what is looked at at every step's end.
     substeps : a step is `substeps` samples of the loads long, and divided into as many near contact. For
         MasslessBoundary see `modal_massless.massless_substeps`.
 
@@ -77,7 +79,7 @@ def simulate_modal(
     Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted, at the end of
         a chunk of steps); what was computed is in its `history`.
     """
-    return _Run(system, gaps, loads, scheme, substeps, observed, output_every, whole_at).march(progress)
+    return _Run(system, gaps, loads, scheme, substeps, observed, output_every, whole_at, watched).march(progress)
 
 
 class _Run:
@@ -93,6 +95,7 @@ class _Run:
         observed: IntArray,
         output_every: int,
         whole_at: IntArray | None,
+        watched: Watched | None,
     ) -> None:
         self._started = clock.perf_counter()
         if loads.n_step % substeps:
@@ -102,7 +105,7 @@ class _Run:
                 expected=f"a multiple of {substeps}",
             )
         self.system, self.gaps, self.loads, self.scheme, self.substeps = system, gaps, loads, scheme, substeps
-        self.n_step, self.every = loads.n_step // substeps, output_every
+        self.n_step = loads.n_step // substeps
         self.time = np.ascontiguousarray(loads.time, dtype=np.float64)
         m, c, k = modal_matrices(system)
         if isinstance(scheme, MasslessBoundary):
@@ -115,7 +118,7 @@ class _Run:
         self.part = self.whole if substeps == 1 else _step(m, c, k, scheme, loads.step)
         self.A_whole = _compliance(self.model, self.whole)
         self.A_part = self.A_whole if substeps == 1 else _compliance(self.model, self.part)
-        self.log = Log(system, self.on, gaps, loads, substeps, observed, output_every, whole_at)
+        self.log = Log(system, self.on, gaps, loads, substeps, observed, output_every, whole_at, watched)
 
     def march(self, progress: Progress | None) -> History:
         """The whole run, chunk by chunk."""
@@ -149,7 +152,7 @@ class _Run:
                     done,
                     end,
                     self.substeps,
-                    self.every,
+                    1,
                     self.log.used,
                 )
             self.log.take(used, kept, out)

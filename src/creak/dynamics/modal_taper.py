@@ -94,6 +94,7 @@ def _split(system: System, keep: FloatArray, V: FloatArray) -> System:
         name=f"{system.name}, faded",
         rows=rows,
         whole=whole,
+        combine=None,
         M=Diagonal(np.concatenate([system.M.diagonal(), np.zeros(r)])),
         K=Diagonal(np.concatenate([system.K.diagonal(), np.ones(r)])),
         damping=replace(d, modal_shapes=W),

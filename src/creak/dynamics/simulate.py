@@ -24,6 +24,7 @@ from creak.dynamics.scheme import Scheme
 from creak.dynamics.state import LinearTerms, Outside, Predictor
 from creak.dynamics.step_matrix import StepFactor
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
+from creak.dynamics.watch import Watched
 from creak.errors import NumericalError
 from creak.linalg.threads import one_blas_thread
 
@@ -266,6 +267,7 @@ def simulate(
     whole_at: IntArray | None = None,
     substeps: int = 1,
     progress: Progress | None = None,
+    watched: Watched | None = None,
 ) -> History:
     """March the System through the loads with contact in the channels of `gaps`.
 
@@ -278,6 +280,7 @@ def simulate(
     observed : (n_label,) physical dof labels whose displacement is kept every `output_every` steps.
     whole_at : sorted steps at which all coordinates are kept, to recover the motion of every node later.
     substeps : a step is `substeps` samples of the loads long, and divided into as many near contact.
+    watched : what is looked at at the end of every step.
 
     Raises
     ------
@@ -285,7 +288,9 @@ def simulate(
     Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted); what was
         computed is in its `history`.
     """
-    return march(CondensedStepper(system, gaps, loads, scheme, substeps), observed, output_every, progress, whole_at)
+    return march(
+        CondensedStepper(system, gaps, loads, scheme, substeps), observed, output_every, progress, whole_at, watched
+    )
 
 
 def march(
@@ -294,12 +299,13 @@ def march(
     output_every: int = 1,
     progress: Progress | None = None,
     whole_at: IntArray | None = None,
+    watched: Watched | None = None,
 ) -> History:
     """Drive a stepper through its loads, keeping output and the energy balance."""
     started = clock.perf_counter()
     loads, n_step = stepper.loads, stepper.loads.n_step // stepper.substeps
     at = np.zeros(0, dtype=np.int64) if whole_at is None else whole_at
-    recorder = Recorder(stepper.terms.system, stepper.gaps, stepper.on, observed, n_step, output_every, at)
+    recorder = Recorder(stepper.terms.system, stepper.gaps, stepper.on, observed, n_step, output_every, at, watched)
     audit = EnergyAudit(stepper.terms, stepper.gaps, stepper.on)
     now = stepper.start()
     recorder.keep(loads.time[0], now, audit.start(now), 0)

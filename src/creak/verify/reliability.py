@@ -62,10 +62,22 @@ def reasons_against(history: History) -> list[str]:
     shares = [
         f"{_share(value)} of {what} (at most {_share(bar)} is sound)" for value, bar, what in found if value > bar
     ]
-    if not shares:
-        return []
     remedy = "shorten the step, soften the contact or dissipate more"
-    return [f"the time integration created energy, {' and '.join(shares)}: {remedy}"]
+    created = [f"the time integration created energy, {' and '.join(shares)}: {remedy}"] if shares else []
+    return [*created, *_passed_through(history)]
+
+
+def _passed_through(history: History) -> list[str]:
+    """Channels without force that closed."""
+    seen = history.extremes
+    if seen is None or not seen.silent or seen.gap.min() > 0.0:
+        return []
+    k = int(seen.gap.argmin())
+    return [
+        f"parts pass through each other: {int((seen.gap <= 0.0).sum())} channel(s) that the pre-check dropped closed, "
+        f"farthest {seen.silent[k]}, by {-seen.gap[k]:.3g} at t = {seen.gap_at[k]:.4g} s; set [precheck] enabled = "
+        "false"
+    ]
 
 
 def _share(value: float) -> str:

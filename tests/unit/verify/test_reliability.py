@@ -8,7 +8,12 @@ import numpy as np
 import pytest
 
 from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.modal_march import simulate_modal
+from creak.dynamics.scheme import HHT
+from creak.dynamics.watch import Extremes
+from creak.reduction.diagonal import diagonalise
 from creak.verify.reliability import CONTACT_BAR, ENERGY_BAR, created_of_contact, reasons_against
+from helpers_core import channels, forces_on, system_of, time_axis
 
 TAKEN = 0.5 * 50.0 * 0.1**2
 """mJ: a spring of 50 N/mm pressed in by 0.1 mm."""
@@ -102,3 +107,31 @@ def test_figures_that_are_not_finite(table, value):
     (reason,) = reasons_against(history)
     assert "not finite" in reason
     assert np.isnan(created_of_contact(history))
+
+
+def test_channels_that_were_dropped_and_closed_are_a_reason():
+    one = np.zeros(1)
+    seen = Extremes(one, one, ("back:7", "back:8"), np.array([0.1, -0.3]), np.array([0.2, 0.4]), (), one[:0], one[:0])
+    (reason,) = reasons_against(replace(bounce(0.0), extremes=seen))
+    assert reason.startswith("parts pass through each other: 1 channel(s) that the pre-check dropped closed")
+    assert "farthest back:8, by 0.3 at t = 0.4 s" in reason
+    assert reasons_against(replace(bounce(0.0), extremes=replace(seen, gap=np.array([0.1, 0.01])))) == []
+
+
+def test_a_light_strip_on_a_frame_of_one_tonne_does_not_pass():
+    """Steps too long for its spring throw the strip about; the frame's own work hides that, contact's does not."""
+    frame, strip, k = 1.0, 1e-7, 1.0
+    stiffness = np.diag([frame * (2.0 * np.pi * 5.0) ** 2, strip * (2.0 * np.pi * 20.0) ** 2])
+    system = diagonalise(system_of(np.diag([frame, strip]), stiffness, sparse=False))
+    gaps, none = channels(np.array([[-1.0, 1.0]]), 0.5, k), np.zeros(0, dtype=np.int64)
+    runs = []
+    for step in (1e-3, 2e-5):
+        time = time_axis(1.0, step)
+        loads = forces_on(time, [0], 2e3 * np.sin(2.0 * np.pi * 5.0 * time))
+        runs.append(simulate_modal(system, gaps, loads, HHT(0.0), observed=none))
+    coarse, fine = runs
+    assert (coarse.weights @ coarse.force).sum() > 5.0 * (fine.weights @ fine.force).sum()
+    assert coarse.energy_created < ENERGY_BAR
+    (reason,) = reasons_against(coarse)
+    assert "of the energy that contact took up" in reason
+    assert reasons_against(fine) == []

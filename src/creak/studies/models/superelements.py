@@ -39,6 +39,7 @@ from creak.studies.file.reader import Study
 from creak.studies.models.reference import observed_labels
 from creak.studies.models.substructures import Substructure
 from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.watched import watched_labels
 
 Progress = Callable[[str, int, int], None]
 MODES_FACTOR = 1.5
@@ -109,8 +110,8 @@ def with_all_modes(reduced: Reduced) -> Reduced:
 
 
 def _watched(setup: Setup, sub: Substructure) -> IntArray:
-    """Dofs of a part that a run writes down."""
-    return np.intersect1d(observed_labels(setup.watched), sub.part.labels)
+    """Dofs of a part that a run writes down or looks at."""
+    return np.intersect1d(np.union1d(observed_labels(setup.watched), watched_labels(setup)), sub.part.labels)
 
 
 def store_of(study: Study) -> Path:

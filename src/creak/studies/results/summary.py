@@ -42,7 +42,11 @@ def summarise(result: StudyResult, convergence: Convergence | None = None) -> di
         "changes": dict(setup.study.changes),
         "units": c.model.units,
         "model": _model(result),
-        "precheck": {"candidates": setup.contacts.m, "kept": result.gaps.m - setup.connectors.m},
+        "precheck": {
+            "candidates": setup.contacts.m,
+            "kept": result.gaps.m - setup.connectors.m,
+            "closed_later": result.closed_later,
+        },
         "seeds": {name: t.signal.seed for name, t in c.excitation.items() if t.signal.type == "multisine"},
         "runs": {name: _run(run, result, model, convergence) for name, run in result.runs.items()},
         "superelements": {name: health.as_dict() for name, health in result.health.items()},

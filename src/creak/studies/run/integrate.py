@@ -24,6 +24,7 @@ from creak.dynamics.modal_massless import massless_substeps
 from creak.dynamics.modal_taper import tapered
 from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
 from creak.dynamics.simulate import simulate
+from creak.dynamics.watch import Watched
 from creak.studies.file.config import TimeTable
 from creak.studies.prepare.excitation import sample_loads, time_axis
 from creak.studies.prepare.flight_steps import RESOLUTIONS
@@ -57,19 +58,24 @@ def integrate(
     output_every: int,
     whole_at: IntArray,
     progress: Report | None = None,
+    watched: Watched | None = None,
 ) -> tuple[History, System, str]:
     """March a System through the study's loads; the history, the System as it was marched, and how in a few words.
 
     Without a forced scheme diagonal Systems are marched by exact flow, all others by `_stepped`. With a forced one
     diagonal Systems run in compiled code; with integrator = "massless-boundary" those that have massless coordinates
     are marched by it, with as many substeps near contact as its springs need, all others by HHT-alpha.
+
+    Parameters
+    ----------
+    watched : what is looked at at every step, whatever is kept (`History.extremes`).
     """
     table = setup.study.config.time
     if table.exact:
         march = _flown if is_modal(system) else _stepped
-        return march(setup, system, gaps, observed, output_every, whole_at, progress)
+        return march(setup, system, gaps, observed, output_every, whole_at, progress, watched)
     if table.integrator == "massless-boundary" and is_modal(system) and _has_massless(system):
-        return _massless(setup, system, gaps, observed, output_every, whole_at, progress)
+        return _massless(setup, system, gaps, observed, output_every, whole_at, progress, watched)
     history = simulator(system)(
         system,
         gaps,
@@ -78,6 +84,7 @@ def integrate(
         observed=observed,
         output_every=output_every,
         whole_at=whole_at,
+        watched=watched,
         substeps=table.substeps,
         progress=progress,
     )
@@ -93,6 +100,7 @@ def _flown(
     output_every: int,
     whole_at: IntArray,
     progress: Report | None,
+    watched: Watched | None,
 ) -> tuple[History, System, str]:
     history = simulate_flow(
         system,
@@ -102,6 +110,7 @@ def _flown(
         observed=observed,
         output_every=output_every,
         whole_at=whole_at,
+        watched=watched,
         progress=progress,
     )
     return history, system, f"exact flow, steps near contact from {shortest_step(history):.2g} s"
@@ -125,6 +134,7 @@ def _stepped(
     output_every: int,
     whole_at: IntArray,
     progress: Report | None,
+    watched: Watched | None,
 ) -> tuple[History, System, str]:
     parts = _parts(setup, system, gaps)
     springs = _with_springs(setup, system, gaps, parts)
@@ -136,6 +146,7 @@ def _stepped(
         observed=observed,
         output_every=output_every,
         whole_at=whole_at,
+        watched=watched,
         substeps=parts,
         graded=GRADED,
         progress=progress,
@@ -235,6 +246,7 @@ def _massless(
     output_every: int,
     whole_at: IntArray,
     progress: Report | None,
+    watched: Watched | None,
 ) -> tuple[History, System, str]:
     table = setup.study.config.time
     if gaps.presses:
@@ -248,6 +260,7 @@ def _massless(
         observed=observed,
         output_every=output_every,
         whole_at=whole_at,
+        watched=watched,
         substeps=parts,
         progress=progress,
     )

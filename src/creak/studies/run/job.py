@@ -11,9 +11,8 @@ import numpy as np
 from creak.arrays import ComplexArray, FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
-from creak.contact.small_sliding import slip_warnings
+from creak.contact.small_sliding import slip_warnings, turn_warnings
 from creak.contact.step_problem import compile_kernels
-from creak.dynamics.condensed import step_limited_stiffness
 from creak.dynamics.flow_march import compile_flow
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
@@ -28,8 +27,11 @@ from creak.studies.prepare.excitation import time_axis
 from creak.studies.prepare.output_steps import compared_end, field_steps, output_every, shown_window
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import figure_warnings, never_closed
+from creak.studies.prepare.watched import watched
 from creak.studies.run.compared import compare_events
 from creak.studies.run.costs import Cost, Meter
+from creak.studies.run.dropped import MOST_RUNS, with_closed
+from creak.studies.run.forced_step import limited
 from creak.studies.run.integrate import integrate, output_times, scheme_of
 from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
 from creak.studies.run.precheck import prechecked, with_linear_gaps
@@ -44,6 +46,8 @@ from creak.verify.slips import SlipEvent, find_slips
 
 COMPILE = "compile kernels (first run: a minute)"
 """A phase of its own: slow once, then kept on disk."""
+STILL = 1e-9
+"""Share of the largest motion of the compared nodes below which a mode is not seen there."""
 SHARE = 0.1
 """Longest step as a share of the shortest event."""
 
@@ -114,6 +118,8 @@ class StudyResult:
     identity: RunIdentity
     stopped: str | None = None
     """Why the study ended early; None: it did not."""
+    closed_later: int = 0
+    """Contact channels that the pre-check dropped and that were kept after all, as one closed in the run."""
 
 
 @none_ignored()
@@ -142,16 +148,12 @@ def run_study(
         compile_flow()
     progress(COMPILE, 1, 1)
     reference, gaps, notes = prepare(setup, progress)
-    gaps, more = limited(setup, reference, gaps)
-    notes += more
-    if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
-        notes.append("no channel can close under this load: both runs are linear")
     runs: dict[str, Run] = {}
+    kept = gaps.m
     reduced, health, stopped = None, {}, None
     if c.reduction.method != "none":
-        reduced = reduce_model(setup, reference, gaps, progress, store)
-        notes += reduced.notes
-        runs["reduced"] = march_run("reduced", setup, reduced.system, gaps, progress, reduced, record=record)
+        gaps, reduced, runs["reduced"], more = _reduced_run(setup, reference, gaps, progress, store, record)
+        notes += [*more, *reduced.notes]
         try:
             health = checked(setup, reduced, progress)
         except KeyboardInterrupt:
@@ -159,12 +161,14 @@ def run_study(
         notes += [Warned(f"superelement {name}: {text}") for name, h in health.items() for text in h.findings.warnings]
     stopped = next((r.stopped for r in runs.values() if r.stopped), stopped)
     if stopped is None and (c.reference.run or reduced is None):
-        runs["reference"] = (
-            march_run("reference", setup, reference.system, gaps, progress, None, record=True)
-            if record and reduced is None
-            else (reference_run or unreduced_run)(compared_setup(setup), reference, gaps, progress)
-        )
+        if reduced is None:
+            gaps, runs["reference"], more = _only_run(setup, reference, gaps, progress, reference_run, record)
+            notes += more
+        else:
+            runs["reference"] = (reference_run or unreduced_run)(compared_setup(setup), reference, gaps, progress)
         stopped = runs["reference"].stopped
+    if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
+        notes.append("no channel can close under this load: both runs are linear")
     notes += run_warnings(setup, gaps, runs)
     if runs and gaps.m and not any(run.history.force.any() for run in runs.values()):
         notes.append(never_closed(gaps, next(iter(runs.values())).history))
@@ -184,16 +188,49 @@ def run_study(
         health,
         new_identity(setup.study, setup.deck_sha256),
         stopped,
+        gaps.m - kept,
     )
 
 
-def limited(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> tuple[GapOperator, list[str]]:
-    """Channels with automatic penalties lowered to what a forced step resolves, and a note of it."""
-    if setup.study.config.time.exact:
-        return gaps, []
-    positions, step = setup.model.nodes.coords[gaps.nodes_idx], setup.loads.step
-    stiffness = step_limited_stiffness(reference.system, gaps, positions, scheme_of(setup.study.config.time), step)
-    return replace(gaps, stiffness=stiffness), _note_of_limit(gaps, stiffness, step)
+def _reduced_run(
+    setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress, store: Path | None, record: bool
+) -> tuple[GapOperator, ReducedModel, Run, list[str]]:
+    """The reduced model and its run, again with those dropped channels that close in it."""
+    notes: list[str] = []
+    for left in reversed(range(MOST_RUNS)):
+        gaps, more = limited(setup, reference, gaps)
+        reduced = reduce_model(setup, reference, gaps, progress, store)
+        run = march_run("reduced", setup, reduced.system, gaps, progress, reduced, record=record, watch=True)
+        closed = with_closed(setup, gaps, run.history) if left and run.stopped is None else None
+        if closed is None:
+            break
+        gaps = closed[0]
+        notes.append(closed[1])
+    return gaps, reduced, run, [*notes, *more]
+
+
+def _only_run(
+    setup: Setup,
+    reference: ReferenceModel,
+    gaps: GapOperator,
+    progress: Progress,
+    reference_run: ReferenceRun | None,
+    record: bool,
+) -> tuple[GapOperator, Run, list[str]]:
+    """The run of the unreduced model where there is no other, as `_reduced_run`."""
+    notes: list[str] = []
+    for left in reversed(range(MOST_RUNS)):
+        gaps, more = limited(setup, reference, gaps)
+        if record or reference_run is None:
+            run = march_run("reference", setup, reference.system, gaps, progress, None, record=record, watch=True)
+        else:
+            run = reference_run(compared_setup(setup), reference, gaps, progress)
+        closed = with_closed(setup, gaps, run.history) if left and run.stopped is None else None
+        if closed is None:
+            break
+        gaps = closed[0]
+        notes.append(closed[1])
+    return gaps, run, [*notes, *more]
 
 
 def compared_setup(setup: Setup) -> Setup:
@@ -211,10 +248,12 @@ def compared_setup(setup: Setup) -> Setup:
     return replace(setup, study=study, loads=loads)
 
 
-def slip_of(run: Run) -> FloatArray:
-    """(m,) largest tangential motion of each channel while it presses, at the output times."""
-    h = run.history
-    return np.asarray(np.where(h.force[h.output_index] > 0.0, h.slip, 0.0).max(axis=0, initial=0.0))
+def _large_motions(gaps: GapOperator, history: History) -> list[str]:
+    """Slip and rotations for which contact and kinematics do not hold, seen at every step."""
+    seen = history.extremes
+    if seen is None:
+        return []
+    return [*slip_warnings(gaps, seen.slip, seen.slip_at), *turn_warnings(seen.turn_names, seen.turn, seen.turn_at)]
 
 
 def run_warnings(setup: Setup, gaps: GapOperator, runs: dict[str, Run]) -> list[Warned]:
@@ -222,7 +261,7 @@ def run_warnings(setup: Setup, gaps: GapOperator, runs: dict[str, Run]) -> list[
     said = {
         name: [
             *(f"{UNRELIABLE}: {reason}" for reason in reasons_against(run.history)),
-            *slip_warnings(gaps, slip_of(run)),
+            *_large_motions(gaps, run.history),
             *step_warnings(setup, run),
         ]
         for name, run in runs.items()
@@ -259,17 +298,6 @@ def prepare(setup: Setup, progress: Progress) -> tuple[ReferenceModel, GapOperat
     return reference, join([kept, setup.connectors]), [*figures, *notes]
 
 
-def _note_of_limit(gaps: GapOperator, stiffness: FloatArray, step: float) -> list[str]:
-    lowered = np.flatnonzero(stiffness < gaps.stiffness)
-    if not lowered.size:
-        return []
-    before, after = (float(np.median(k[lowered])) for k in (gaps.stiffness, stiffness))
-    return [
-        f"automatic contact stiffness: {lowered.size} of {gaps.m} channels lowered to what a step of {step:g} s "
-        f"resolves (median {before:.3g} to {after:.3g}); a shorter step gives harder contact and less penetration"
-    ]
-
-
 def march_run(
     name: str,
     setup: Setup,
@@ -279,12 +307,13 @@ def march_run(
     reduced: ReducedModel | None,
     *,
     record: bool = False,
+    watch: bool = False,
 ) -> Run:
     """One run with its events and cost; one that stops early has them up to there.
 
     Parameters
     ----------
-    record : keep the motion around the hardest events.
+    record : keep the motion around the hardest events. watch : look at what `prepare.watched` says at every step.
     """
     meter, stopped, how = Meter(), None, ""
     field = field_steps(setup.study, output_times(setup))
@@ -298,6 +327,7 @@ def march_run(
             output_every=output_every(setup.study),
             whole_at=np.union1d(field, on_trial),
             progress=lambda done, total: progress(f"{name} run", done, total),
+            watched=watched(setup, gaps) if watch else None,
         )
     except Stopped as error:
         history, stopped = error.history, f"{name} run: {error}"
@@ -311,13 +341,16 @@ def march_run(
 
 def unreduced_run(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> Run:
     """The run of the unreduced model."""
-    return march_run("reference", setup, reference.system, gaps, progress, None)
+    return march_run("reference", setup, reference.system, gaps, progress, None, watch=True)
 
 
 def compare_modes(
     setup: Setup, reference: ReferenceModel, reduced: ReducedModel | None, gaps: GapOperator
 ) -> ModeComparison | None:
-    """MAC at the verification pairs, or at the watched and channel nodes where the study names no pairs."""
+    """MAC at the verification pairs, or at the watched and channel nodes where the study names no pairs.
+
+    Modes that do not move these nodes are left out.
+    """
     if reduced is None:
         return None
     f_max = setup.study.config.verification.mac_f_max
@@ -330,8 +363,10 @@ def compare_modes(
     other = reduced_modes(reduced.system, 1.2 * f_max)
     shapes = np.asarray(reference.system.rows(labels)[0] @ reference.modes.shapes[:, below])
     shapes_reduced = np.asarray(reduced.system.rows(labels)[0] @ other.shapes)
-    pairs = pair_modes(freq[below], shapes, other.frequencies, shapes_reduced)
-    return ModeComparison(pairs, freq[below], other.frequencies)
+    size = np.linalg.norm(shapes, axis=0)
+    seen = size > STILL * size.max(initial=0.0)
+    pairs = pair_modes(freq[below][seen], shapes[:, seen], other.frequencies, shapes_reduced)
+    return ModeComparison(pairs, freq[below][seen], other.frequencies)
 
 
 def compare_spectra(setup: Setup, runs: dict[str, Run], window: tuple[float, float]) -> SpectraComparison | None:

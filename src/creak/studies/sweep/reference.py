@@ -12,6 +12,7 @@ import numpy as np
 
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
+from creak.dynamics.watch import Extremes
 from creak.formats.complete_file import complete_file
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup
@@ -48,7 +49,9 @@ class SharedReference:
 
 def _write(path: Path, run: Run, gaps: GapOperator) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    history = {f"history_{f.name}": getattr(run.history, f.name) for f in fields(History)}
+    history = {f"history_{f.name}": getattr(run.history, f.name) for f in fields(History) if f.name != "extremes"}
+    seen = run.history.extremes
+    watched = {} if seen is None else {f"seen_{f.name}": getattr(seen, f.name) for f in fields(Extremes)}
     cost = {f"cost_{f.name}": getattr(run.cost, f.name) for f in fields(Cost)}
     with complete_file(path) as partial, partial.open("wb") as file:
         np.savez(
@@ -57,8 +60,16 @@ def _write(path: Path, run: Run, gaps: GapOperator) -> None:
             integrator=np.array(run.integrator),
             channels=np.array(gaps.names, dtype=str),
             n=np.array(run.system.n),
-            **{k: np.asarray(v) for k, v in {**history, **cost}.items()},
+            **{
+                k: np.asarray(v, dtype=str if isinstance(v, tuple) else None)
+                for k, v in {**history, **watched, **cost}.items()
+            },
         )
+
+
+def _named(x: Any) -> Any:
+    """Names as they were, a tuple of words."""
+    return tuple(x.tolist()) if x.dtype.kind == "U" else x
 
 
 def _read(path: Path, setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> Run | None:
@@ -66,7 +77,9 @@ def _read(path: Path, setup: Setup, reference: ReferenceModel, gaps: GapOperator
     try:
         with np.load(path, allow_pickle=False) as file:
             saved: dict[str, Any] = {k: file[k] if file[k].ndim else file[k].item() for k in file.files}
-        history = History(**{f.name: saved[f"history_{f.name}"] for f in fields(History)})
+        seen = Extremes(**{f.name: _named(saved[f"seen_{f.name}"]) for f in fields(Extremes)})
+        own = {f.name: saved[f"history_{f.name}"] for f in fields(History) if f.name != "extremes"}
+        history = History(**own, extremes=seen)
         cost = Cost(**{f.name: saved[f"cost_{f.name}"] for f in fields(Cost)})
     except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
         return None

@@ -20,8 +20,8 @@ from creak.studies.file.reader import Study, read_study
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.prepare.excitation import sample_loads, time_axis
 from creak.studies.prepare.setup import Setup, set_up
+from creak.studies.run.forced_step import limited
 from creak.studies.run.integrate import scheme_of
-from creak.studies.run.job import limited
 from creak.studies.run.precheck import precheck
 from creak.studies.thesis.plan import CHECKED_BY, SCHEME, Variant
 

@@ -1,0 +1,126 @@
+"""Extremes over every whole step of a run, whatever of its motion is kept: gaps without force, slip, rotations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
+from creak.assembly.system import System, to_dense
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.channels import ChannelMatrices
+
+
+@dataclass(frozen=True)
+class Watched:
+    """What a run looks at at the end of every whole step."""
+
+    silent: GapOperator
+    """Channels that carry no force: do they close?"""
+    turns: Matrix
+    """(3 k, n_label) rotation vectors of k places, rad."""
+    turn_labels: IntArray
+    """(n_label,) physical dof labels that they follow from."""
+    turn_names: tuple[str, ...]
+    """(k,) places in words."""
+
+
+@dataclass(frozen=True)
+class Extremes:
+    """What was seen; times in s, not a number where there was nothing to see."""
+
+    slip: FloatArray
+    """(m,) largest tangential motion at the ends of a step in which the channel presses, length."""
+    slip_at: FloatArray
+    silent: tuple[str, ...]
+    """Names of the channels without force."""
+    gap: FloatArray
+    """(len(silent),) smallest gap of these, between the steps by the parabola through three of them, length."""
+    gap_at: FloatArray
+    turn_names: tuple[str, ...]
+    turn: FloatArray
+    """(k,) largest rotation, rad."""
+    turn_at: FloatArray
+
+
+class Watch:
+    """Takes the motion of a run, some whole steps at a time, and keeps its extremes."""
+
+    def __init__(self, system: System, gaps: GapOperator, on: ChannelMatrices, watched: Watched) -> None:
+        self._watched, silent = watched, watched.silent
+        self.rows: list[tuple[Matrix, FloatArray]] = [
+            *on.tangents,
+            _on(system, silent.G, silent.labels),
+            _on(system, watched.turns, watched.turn_labels),
+        ]
+        """Of both tangents, the silent gaps (without their size at rest), the rotations: A q + A_s s."""
+        self._slip, self._slip_at = np.zeros(gaps.m), np.full(gaps.m, np.nan)
+        self._gap, self._gap_at = np.full(silent.m, np.inf), np.full(silent.m, np.nan)
+        k = len(watched.turn_names)
+        self._turn, self._turn_at = np.zeros(k), np.full(k, np.nan)
+        self._time, self._slid, self._last = np.zeros(0), np.zeros((gaps.m, 0)), np.zeros((silent.m, 0))
+
+    def see(self, time: FloatArray, pressed: BoolArray, motions: list[FloatArray]) -> None:
+        """Whole steps in their order.
+
+        Parameters
+        ----------
+        time : (k,) their ends. pressed : (k, m) did a channel press in the step that ends there?
+        motions : `rows` times the motion, (rows, k) each.
+        """
+        first, second, closed, turned = motions
+        self._see_slip(time, np.hypot(first, second), pressed.T)
+        self._see_gaps(time, closed + self._watched.silent.gap0[:, None])
+        angle = np.linalg.norm(turned.reshape(-1, 3, time.size), axis=1)
+        _raise_to(self._turn, self._turn_at, angle, time)
+        self._time = np.append(self._time, time)[-2:]
+
+    def _see_slip(self, time: FloatArray, slip: FloatArray, pressed: BoolArray) -> None:
+        both = np.hstack([self._slid if self._slid.size else slip[:, :1], slip])
+        _raise_to(self._slip, self._slip_at, np.where(pressed, np.maximum(both[:, 1:], both[:, :-1]), 0.0), time)
+        self._slid = slip[:, -1:]
+
+    def _see_gaps(self, time: FloatArray, gap: FloatArray) -> None:
+        at, every = np.append(self._time[-self._last.shape[1] :], time), np.hstack([self._last, gap])
+        low = every.copy()
+        if at.size > 2:
+            rise, bend = every[:, 2:] - every[:, :-2], np.diff(every, 2, axis=1)
+            turns = (bend > 0.0) & (np.abs(rise) <= 2.0 * bend)
+            low[:, 1:-1] -= np.divide(rise**2, 8.0 * bend, out=np.zeros_like(bend), where=turns)
+        lower = -self._gap
+        _raise_to(lower, self._gap_at, -low, at)
+        self._gap, self._last = -lower, every[:, -2:]
+
+    @property
+    def extremes(self) -> Extremes:
+        """All that was seen so far."""
+        w = self._watched
+        return Extremes(
+            self._slip,
+            self._slip_at,
+            w.silent.names,
+            self._gap,
+            self._gap_at,
+            w.turn_names,
+            self._turn,
+            self._turn_at,
+        )
+
+
+def _on(system: System, A: Matrix, labels: IntArray) -> tuple[Matrix, FloatArray]:
+    if not A.shape[0]:
+        return np.zeros((0, system.n)), np.zeros((0, system.supports.count))
+    B, B_s = system.combined(A, labels)
+    return (sp.csr_matrix(B) if sp.issparse(B) else np.asarray(B)), to_dense(B_s)
+
+
+def _raise_to(most: FloatArray, at: FloatArray, values: FloatArray, time: FloatArray) -> None:
+    """most (k,) and the times of it, in place, by values (k, n)."""
+    if not values.size:
+        return
+    column = values.argmax(axis=1)
+    here = values[np.arange(most.size), column]
+    more = here > most
+    most[more], at[more] = here[more], time[column[more]]

@@ -1,0 +1,75 @@
+"""Extremes over every whole step: the same however the motion comes in, and in either march."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from creak.dynamics.channels import channel_matrices
+from creak.dynamics.loads import at_rest
+from creak.dynamics.modal_march import simulate_modal
+from creak.dynamics.scheme import HHT
+from creak.dynamics.simulate import simulate
+from creak.dynamics.watch import Watch, Watched
+from creak.reduction.diagonal import diagonalise
+from helpers_core import NO_CHANNELS, channels, system_of, time_axis
+
+
+def watched(silent, turns=((1.0, 0.0), (0.0, 1.0), (0.0, 0.0))) -> Watched:
+    return Watched(silent, sp.csr_matrix(np.array(turns)), np.array([0, 1]), ("part A",))
+
+
+def swinging():
+    """Two masses on springs of their own, 20 and 35 Hz, thrown against each other."""
+    K = np.diag([(2.0 * np.pi * 20.0) ** 2, (2.0 * np.pi * 35.0) ** 2])
+    return system_of(np.eye(2), K, velocity=[1.0, -0.7], sparse=False)
+
+
+def test_the_smallest_gap_between_two_steps_is_that_of_the_motion():
+    """A sine sampled ten times a period: its trough to 1 % of its amplitude, where the samples miss up to 5 %."""
+    system = swinging()
+    gaps = channels(np.array([[1.0, 0.0]]), gap0=0.01, stiffness=0.0)
+    watch = Watch(system, NO_CHANNELS, channel_matrices(system, NO_CHANNELS), watched(gaps.without_force()))
+    time = 0.005 * np.arange(30)
+    u = 0.008 * np.sin(2.0 * np.pi * 20.0 * time)[None]
+    still, none = np.zeros((3, 30)), np.zeros((0, 30))
+    watch.see(time, np.zeros((30, 0), dtype=bool), [none, none, u, still])
+    seen = watch.extremes
+    assert u.min() > -0.96 * 0.008
+    assert seen.gap[0] == pytest.approx(0.002, abs=0.01 * 0.008)
+    assert abs(seen.gap_at[0] % 0.05 - 0.0375) <= 0.005
+
+
+@pytest.mark.parametrize("size", [1, 2, 7, 400])
+def test_blocks_of_any_size_show_the_same(size):
+    system, rng = swinging(), np.random.default_rng(4)
+    gaps = channels(np.array([[1.0, -1.0], [0.0, 1.0]]), gap0=3.0, stiffness=0.0)
+    pressing = channels(np.array([[0.0, 1.0]]), gap0=1.0, stiffness=1.0)
+    on = channel_matrices(system, pressing)
+    time, pressed = np.linspace(0.0, 1.0, 400), rng.random((400, 1)) < 0.1
+    motions = [rng.standard_normal((k, 400)).cumsum(axis=1) for k in (1, 1, 2, 3)]
+    whole, parts = (Watch(system, pressing, on, watched(gaps.without_force())) for _ in range(2))
+    whole.see(time, pressed, motions)
+    for k in range(0, 400, size):
+        here = slice(k, k + size)
+        parts.see(time[here], pressed[here], [m[:, here] for m in motions])
+    for name in ("slip", "slip_at", "gap", "gap_at", "turn", "turn_at"):
+        np.testing.assert_array_equal(getattr(parts.extremes, name), getattr(whole.extremes, name))
+
+
+@pytest.mark.parametrize("every", [1, 7])
+def test_both_marches_see_the_same_whatever_they_keep(every):
+    system = swinging()
+    silent = channels(np.array([[1.0, -1.0]]), gap0=0.02, stiffness=0.0).without_force()
+    contact = channels(np.array([[-1.0, 1.0]]), gap0=0.004, stiffness=1e5)
+    loads = at_rest(time_axis(0.35, 1e-3))
+    seen = [
+        march(s, contact, loads, HHT(), observed=np.arange(2), output_every=every, watched=watched(silent)).extremes
+        for march, s in ((simulate, system), (simulate_modal, diagonalise(system)), (simulate, diagonalise(system)))
+    ]
+    assert seen[0].gap[0] < 0.02
+    assert seen[0].turn[0] > 0.003
+    for other in seen[1:]:
+        for name in ("slip", "gap", "gap_at", "turn", "turn_at"):
+            np.testing.assert_allclose(getattr(other, name), getattr(seen[0], name), rtol=1e-9)

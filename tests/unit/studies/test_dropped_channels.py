@@ -1,0 +1,119 @@
+"""What the linear pre-check drops is watched: a strip thrown into a third is caught, and the run made again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import set_up
+from creak.studies.results.summary import summarise
+from creak.studies.run import dropped, job
+from creak.studies.run.job import StudyResult, run_study
+from creak.verify.reliability import reasons_against
+from helpers_decks import STEEL, strip, write_strips
+
+DECK = (
+    "*HEADING\nthree strips\n"
+    + strip(1, 1, "UPPER", 1.5, n=6)
+    + strip(1001, 1001, "LOWER", 0.0, n=6)
+    + strip(2001, 2001, "THIRD", -2.5, n=6)
+    + STEEL
+    + "".join(f"*SHELL SECTION, ELSET={name}, MATERIAL=STEEL\n1.0,\n" for name in ("UPPER", "LOWER", "THIRD"))
+    + "*SURFACE, NAME=UNDER\nUPPER, SNEG\n*SURFACE, NAME=OVER\nLOWER, SPOS\n"
+    + "*SURFACE, NAME=BELOW\nLOWER, SNEG\n*SURFACE, NAME=FLOOR\nTHIRD, SPOS\n"
+    + "*BOUNDARY\nROOT_LOWER, 1, 6\nROOT_THIRD, 1, 6\nROOT_UPPER, 1, 2\nROOT_UPPER, 4, 6\n"
+)
+STUDY = """
+[model]
+deck = "strips.inp"
+
+[contact.tip]
+secondary = "UNDER"
+main = "OVER"
+
+[contact.back]
+secondary = "BELOW"
+main = "FLOOR"
+
+[excitation.root]
+node_set = "ROOT_UPPER"
+dof = "z"
+kind = "displacement"
+signal = { type = "sine", frequency = 50, amplitude = 0.8 }
+
+[reduction]
+f_max = 1500
+
+[precheck]
+margin = 0.2
+
+[time]
+end = 0.08
+
+[reference]
+run = false
+"""
+"""In the linear run the lower strip is at rest: nothing touches it."""
+
+
+def run(folder: Path, study: str = STUDY) -> StudyResult:
+    return run_study(set_up(read_study(write_strips(folder, DECK, study))), lambda *_: None)
+
+
+@pytest.fixture(scope="module")
+def thrown(tmp_path_factory) -> StudyResult:
+    return run(tmp_path_factory.mktemp("thrown"))
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory) -> StudyResult:
+    return run(tmp_path_factory.mktemp("whole"), STUDY.replace("margin = 0.2", "enabled = false"))
+
+
+def test_a_strip_thrown_into_a_third_is_caught(thrown, whole, measured):
+    """As many events, and as hard, as with every channel kept from the start."""
+    hits = [sum(e.group == "back" for e in r.runs["reduced"].events) for r in (thrown, whole)]
+    assert hits[1] > 0
+    measured("contact", "strip thrown into a third: events", hits[0], hits[1], rel=0.0, source="every channel kept")
+    a, b = (r.runs["reduced"].history for r in (thrown, whole))
+    assert (a.weights @ a.force).sum() == pytest.approx((b.weights @ b.force).sum(), rel=0.02)
+    assert a.extremes.gap.min() > 0.0
+
+
+def test_it_is_told_and_counted(thrown):
+    (note,) = [n for n in thrown.notes if "let stay open closed in the nonlinear one" in n]
+    assert "farthest back:" in note
+    assert "the run was made again with" in note
+    counts = summarise(thrown)["precheck"]
+    assert 0 < counts["closed_later"] <= counts["kept"] < counts["candidates"]
+    assert reasons_against(thrown.runs["reduced"].history) == []
+
+
+def test_what_still_closes_in_the_last_run_is_a_red_verdict(tmp_path, monkeypatch):
+    monkeypatch.setattr(job, "MOST_RUNS", 1)
+    result = run(tmp_path)
+    out = summarise(result)
+    assert out["runs"]["reduced"]["verdict"] == "unreliable"
+    (reason,) = out["runs"]["reduced"]["reasons"]
+    assert "parts pass through each other" in reason
+    assert any("parts pass through each other" in w for w in out["warnings"])
+
+
+def test_the_unreduced_model_alone_is_watched_too(tmp_path):
+    forced = 'end = 0.03\nintegrator = "hht"\nstep = 1e-4'
+    study = STUDY.replace("f_max = 1500", 'method = "none"').replace("end = 0.08", forced)
+    result = run(tmp_path, study)
+    assert result.closed_later > 0
+    assert any(e.group == "back" for e in result.runs["reference"].events)
+
+
+def test_nothing_closes_nothing_is_run_again(thrown):
+    setup, gaps, h = thrown.setup, thrown.gaps, thrown.runs["reduced"].history
+    assert dropped.with_closed(setup, gaps, h) is None
+    assert h.extremes.gap.size == setup.contacts.m - (gaps.m - setup.connectors.m)
+    assert np.isfinite(h.extremes.gap_at).all()
+    assert dropped.with_closed(setup, gaps, replace(h, extremes=None)) is None
