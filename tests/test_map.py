@@ -94,6 +94,7 @@ COMMANDS = {
     "new": ["new", "strips.inp", "--out", "made.toml"],
     "run": ["run", "study.toml", "--out", "out"],
     "report": ["report", "out"],
+    "compare": ["compare", "out", "out2"],
     "advise": ["advise", "study.toml"],
     "reduce": ["reduce", "study.toml"],
     "info": ["info", "strips.inp"],
@@ -110,8 +111,9 @@ COMMANDS = {
 def test_data_go_the_way_of_the_map(command, folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     say = caller(monkeypatch, capsys)
-    if command == "report" and not (folder / "out").exists():
-        assert say(*COMMANDS["run"]).status == 0
+    for result in {"out", "out2"} & set(COMMANDS[command]) if command != "run" else ():
+        if not (folder / result).exists():
+            assert say("run", "study.toml", "--out", result).status == 0
     with called() as files:
         said = say(*COMMANDS[command])
     assert said.status == 0, said.err

@@ -376,7 +376,7 @@ def test_part_that_nothing_holds_is_named(tmp_path):
 
 def test_outputs_too_rare_for_the_spectra_are_told(tmp_path):
     """One output in 5 ms holds 100 Hz."""
-    pairs = "[verification]\npairs = 'BOTH'\nf_max = 100\n"
+    pairs = "[damping]\nmodal = 0.02\n[verification]\npairs = 'BOTH'\nf_max = 100\n"
     sound = written(tmp_path, f"{STUDY}\n[output]\ninterval = 5e-3\n{pairs}")
     assert warnings_of(set_up(read_study(sound)).notes) == []
     rare = written(tmp_path, f"{STUDY}\n[output]\ninterval = 5e-3\n{pairs.replace('100', '120')}")

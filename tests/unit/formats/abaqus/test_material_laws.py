@@ -136,7 +136,7 @@ def test_laws_of_large_strain_and_drawing_change_nothing(tmp_path):
 
 def test_a_keyword_of_steps_is_no_misspelling(tmp_path):
     """The hint beside an error does not take *STATIC for *ELASTIC."""
-    with pytest.raises(InputError) as error:
+    with pytest.raises(InputError, match=r"0\.7|CLOAD|load") as error:
         model_of(tmp_path, "*ELASTIC\n2000., .7\n", tail="*STEP\n*STATIC\n*CLOAD\n1, 1, 1.\n*END STEP\n")
     assert "is not a keyword" not in str(error.value)
     with pytest.raises(InputError, match=r"ELASTICC at .* is not a keyword. Did you mean 'ELASTIC'"):

@@ -55,7 +55,7 @@ def test_each_card_has_one_meaning():
 def test_a_known_card_is_no_misspelling(tmp_path):
     """The hint beside an error names no card that creak knows."""
     for known in ("CGAP,9,9,1,2,1.,0.,0.", "MATT1,1,5", "TSTEP,1,10,.1", "PBUSHT,1,K,5"):
-        with pytest.raises(InputError) as error:
+        with pytest.raises(InputError, match="CROD 2 uses property 7") as error:
             read(tmp_path, BULK + known + "\nCROD,2,7,1,2\n")
         assert "not a card" not in str(error.value)
     with pytest.raises(InputError, match=r"CRODD at .* is not a card that creak knows. Did you mean 'CROD'"):
