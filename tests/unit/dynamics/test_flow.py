@@ -12,14 +12,12 @@ from creak.assembly.part import Rayleigh
 from creak.contact.laws.parameters import Friction
 from creak.contact.step_problem import law_arrays
 from creak.dynamics.channels import channel_matrices
-from creak.dynamics.flow_march import SAMPLES, simulate_flow
+from creak.dynamics.flow_march import SAMPLES, form_of, simulate_flow
 from creak.dynamics.flow_propagator import propagator
 from creak.dynamics.flow_resolution import FINE, QUICK, SETTLED, Resolution, flow_steps
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal_coefficients import modal_matrices
 from creak.dynamics.modal_march import simulate_modal
-from creak.dynamics.modal_setup import modal_model
 from creak.dynamics.scheme import HHT
 from creak.dynamics.state import LinearTerms
 from creak.errors import InputError
@@ -170,8 +168,8 @@ def test_bound_holds_between_samples():
     diagonal = diagonalise(system_of(np.eye(n), np.diag(omega**2)))
     gaps = channels(rows, 0.0, 1.0)
     loads = Loads(H / 3 * np.arange(7), np.zeros((3, 7, 0)), np.zeros((7, 0)))
-    model = modal_model(*modal_matrices(diagonal), channel_matrices(diagonal, gaps), LinearTerms(diagonal, loads), gaps)
-    steps = flow_steps(model, law_arrays(gaps), H, Resolution(0.5, 1e-4, 1e-5))
+    form = form_of(diagonal, channel_matrices(diagonal, gaps), LinearTerms(diagonal, loads), gaps)
+    model, steps = form.model, flow_steps(form, law_arrays(gaps), H, Resolution(0.5, 1e-4, 1e-5))
     w = np.sqrt(model.k)
     a, b = rng.standard_normal(n) / w, rng.standard_normal(n)
     energy = np.zeros(steps.reach.shape[1])
@@ -200,8 +198,8 @@ def test_steps_near_contact_follow_its_own_time_scale():
 
     def step(stiffness, resolution=SETTLED):
         gaps = channels([[0.0, 0.0, 1.0]], 0.0, stiffness)
-        model = modal_model(*modal_matrices(system), channel_matrices(system, gaps), LinearTerms(system, loads), gaps)
-        return flow_steps(model, law_arrays(gaps), 1e-3, resolution).h
+        form = form_of(system, channel_matrices(system, gaps), LinearTerms(system, loads), gaps)
+        return flow_steps(form, law_arrays(gaps), 1e-3, resolution).h
 
     assert step(1e10) * 1e5 <= 0.25 < 2.0 * step(1e10) * 1e5
     assert step(4e10) == pytest.approx(0.5 * step(1e10))
