@@ -13,6 +13,8 @@ import numpy as np
 from creak.dynamics.closing import dips
 from creak.dynamics.flow_books import book_flow, complete
 from creak.dynamics.flow_kicks import book_half, book_slack, lessen, press
+from creak.dynamics.flow_lasting import held_together, hold, same_set
+from creak.dynamics.flow_model import GIVEN
 from creak.dynamics.flow_motion import (
     band_energies,
     fly,
@@ -24,6 +26,7 @@ from creak.dynamics.flow_motion import (
     shift_loads,
     value,
 )
+from creak.dynamics.flow_rows import bends, changes, restart
 from creak.dynamics.modal_model import DONE, NOT_FINITE, acts, put, write
 
 FULL = -2
@@ -46,8 +49,45 @@ def may_close(now, after, h, reach, energy, slope):  # type: ignore[no-untyped-d
 
 
 @numba.njit(cache=True)
-def flow_chunk(model, laws, slope, P, A, W, gain, light, band, reach, now, after, out, H, begin, end, every, used):  # type: ignore[no-untyped-def]
-    """March from flight step `begin` to `end`; `used` rows of the table are taken.
+def advance(model, laws, slope, P, W, gain, band, reach, D, course, energy, share, H, at, level, kicked, now, after):  # type: ignore[no-untyped-def]
+    """Motion up to the next instant: as long a step as no gap can close in, with what is left of a kick; (level, h)."""
+    levels = P.shape[0] - 1
+    parts = 1 << levels
+    if not model.presses:
+        level = 0
+    elif kicked:
+        level = levels
+    elif level > 0 and at % (parts >> (level - 1)) == 0:
+        level -= 1
+    if model.presses and level < levels:
+        band_energies(model, band, D, now, energy)
+    while True:
+        h = H / (1 << level)
+        fly(model, P[level], gain, D, now, after, kicked)
+        settle_supports(course, h, after)
+        look(model, after)
+        if level == levels or not model.presses:
+            break
+        if not may_close(now, after, h, reach[level], energy, slope):
+            break
+        level += 1
+    if kicked:
+        if lessen(model, laws, W, gain, h, now, after, share):
+            fly(model, P[level], gain, D, now, after, kicked)
+            look(model, after)
+        book_half(model, laws, W, h, now, share, after.energy)
+    if model.damped:
+        book_slack(laws, h, now, after.energy)
+    return level, h
+
+
+@numba.njit(cache=True)
+def flow_chunk(  # type: ignore[no-untyped-def]
+    model, laws, slope, P, A, W, B, lasting, gain, light, band, reach, cone, now, after, out, H, begin, end, every, used
+):
+    """March from flight step `begin` to `end`; `used` rows of the table are taken (`flow_rows`).
+
+    lasting: level of the steps of lasting contact, B (m, m) what a constant force moves in one; the last level: none.
 
     Returns
     -------
@@ -59,48 +99,61 @@ def flow_chunk(model, laws, slope, P, A, W, gain, light, band, reach, now, after
     energy, share = np.empty(reach.shape[1]), np.ones(now.gap.size)
     parts = 1 << levels
     kept, whole_row, swapped, level = 0, 0, False, 0
+    time, written, edge = begin * H, True, False
+    restart(cone, time, now, True)
+    calm, pressing, inverse, held = 0, np.zeros(0, dtype=np.int64), np.empty((0, 0)), False
     for step in range(begin, end):
         if used + parts > out.table.shape[0]:
             return FULL, step, used, kept, swapped, step * H
         load_step(model, 3 * step, H / 3.0, course, drive, D)
         at = 0
         while at < parts:
-            kicked = acts(now.force, 0, now.force.size)
-            if not model.presses:
-                level = 0
-            elif kicked:
-                level = levels
-            elif level > 0 and at % (parts >> (level - 1)) == 0:
-                level -= 1
-            if model.presses and level < levels:
-                band_energies(model, band, D, now, energy)
-            while True:
-                h = H / (1 << level)
-                fly(model, P[level], gain, D, now, after, kicked)
-                settle_supports(course, h, after)
-                look(model, after)
-                if level == levels or not model.presses:
-                    break
-                if not may_close(now, after, h, reach[level], energy, slope):
-                    break
-                level += 1
+            kicked, held = acts(now.force, 0, now.force.size), False
             put(after.energy, 0, now.energy)
-            if kicked:
-                if lessen(model, laws, W, gain, h, now, after, share):
-                    fly(model, P[level], gain, D, now, after, kicked)
-                    look(model, after)
-                book_half(model, laws, W, h, now, share, after.energy)
-            if model.damped:
-                book_slack(laws, h, now, after.energy)
+            if kicked and lasting < levels and at % (parts >> lasting) == 0 and calm >= (parts >> lasting):
+                level, h = lasting, H / (1 << lasting)
+                if calm == (parts >> lasting):
+                    pressing = np.flatnonzero(now.force[: now.gap.size])
+                    inverse = held_together(laws, B, pressing)
+                held = hold(model, laws, slope, P[level], B, inverse, pressing, gain, D, course, h, now, after)
+                calm = calm + 1 if held else 0
+            if not held:
+                level, h = advance(
+                    model,
+                    laws,
+                    slope,
+                    P,
+                    W,
+                    gain,
+                    band,
+                    reach,
+                    D,
+                    course,
+                    energy,
+                    share,
+                    H,
+                    at,
+                    level,
+                    kicked,
+                    now,
+                    after,
+                )
             for j in range(n_x):
                 after.amplitude[j] = value(drive[j], h)
             shift_loads(D, h)
-            if level == levels:
+            if held:
+                code = DONE
+            elif level == levels:
                 code = press(model, laws, A, W, light, gain, h, now, after, share)
                 if code != DONE:
                     return code, step, used, kept, swapped, step * H + (at + 1) * h
+                if not same_set(now, after):
+                    calm = 0
+                elif calm < parts >> lasting:
+                    calm += 1
             else:
                 quiet(after)
+                calm = 0
             book_flow(model, drive, h, now, after, light)
             for j in range(n_x):
                 shift(drive[j], h)
@@ -108,14 +161,22 @@ def flow_chunk(model, laws, slope, P, A, W, gain, light, band, reach, now, after
                 for j in range(course.shape[1]):
                     shift(course[order, j], h)
             at += parts >> level
-            time = (step + at / parts) * H
-            complete(model, laws, W, H / parts, after)
-            if not np.isfinite(after.energy[0] + after.energy[1] + after.energy[2]):
-                return NOT_FINITE, step, used, kept, swapped, time
-            now, after = after, now
+            then = (step + at / parts) * H
+            if not np.isfinite(after.gap.sum() + after.energy[GIVEN]):
+                return NOT_FINITE, step, used, kept, swapped, then
+            changed = changes(now, after)
+            if not written and (edge or changed or bends(cone, time, now, then, after)):
+                complete(model, laws, W, H / parts, now)
+                write(out, used, time, now)
+                restart(cone, time, now, edge or changed)
+                used += 1
+            now, after, time, edge = after, now, then, changed
             swapped = not swapped
-            write(out, used, time, now)
-            used += 1
+            written = at == parts
+        complete(model, laws, W, H / parts, now)
+        write(out, used, time, now)
+        restart(cone, time, now, edge)
+        used += 1
         if (step + 1) % every == 0:
             out.at[kept] = used - 1
             put(out.u[kept], 0, now.x.reshape(now.x.size)[model.u0 : model.u1])

@@ -18,7 +18,9 @@ from creak.dynamics.flow_coupled import can_couple, coupled_modes
 from creak.dynamics.flow_kernel import FULL, flow_chunk
 from creak.dynamics.flow_kicks import RATE, THETA
 from creak.dynamics.flow_model import FlowForm, FlowState, filtered, resting, single_modes
+from creak.dynamics.flow_propagator import Q0
 from creak.dynamics.flow_resolution import SETTLED, FlowSteps, Resolution, flow_steps, steepest
+from creak.dynamics.flow_rows import new_cone
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, at_rest
 from creak.dynamics.modal_coefficients import is_modal, modal_matrices
@@ -124,7 +126,24 @@ class _Run:
         self._check_light()
         self.A = np.ascontiguousarray(static + THETA * h * h / RATE * self.W)
         self.P = np.stack([self.form.flow(self.H / 2**level) for level in range(self.steps.levels + 1)])
+        self.lasting, self.B = self._lasting(resolution)
+        self.cone = new_cone(2 * gaps.m + 2 * (self.model.rows.shape[0] - gaps.m))
         self.log = Log(system, on, gaps, loads, SAMPLES, observed, output_every, whole_at, self.form.basis)
+
+    def _lasting(self, resolution: Resolution) -> tuple[int, FloatArray]:
+        """Level of the steps of lasting contact and what a constant force moves in one; where all laws are lines."""
+        levels, model = self.steps.levels, self.model
+        level = next((n for n in range(levels) if self.H / 2**n <= resolution.longest), levels)
+        curved = bool((self.steps.laws.curve >= 0).any())
+        if level + 3 > levels or model.damped or self.gaps.rubbing or self.light or curved:
+            return levels, np.zeros_like(self.W)
+        n, Q = model.m.size, self.P[level]
+        if self.form.basis is None:
+            moved = model.push * Q[Q0 + 1]
+        else:
+            a, b = model.push[:, :n], model.push[:, n:]
+            moved = np.hstack([a * Q[4] + b * Q[5], a * Q[6] + b * Q[7]])
+        return level, np.ascontiguousarray(model.rows @ moved.T)
 
     def _check_light(self) -> None:
         if self.light and (self.gaps.rubbing or self.model.damped):
@@ -160,10 +179,13 @@ class _Run:
                     self.P,
                     self.A,
                     self.W,
+                    self.B,
+                    self.lasting,
                     self.gain,
                     self.light,
                     steps.band,
                     steps.reach,
+                    self.cone,
                     now,
                     after,
                     out,
