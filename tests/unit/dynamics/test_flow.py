@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import scipy.linalg as sla
+from benchmarks.random_contact import LIMIT, random_run
 
 from creak.assembly.part import Rayleigh
-from creak.contact.laws.parameters import Friction
 from creak.contact.step_problem import law_arrays
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.flow_march import SAMPLES, form_of, simulate_flow
@@ -270,20 +268,9 @@ def test_output_and_whole_coordinates_are_those_of_the_instants():
     assert history.force.max() > 0.0
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", [*range(24), 156, 192])
 def test_random_systems_create_no_energy_in_contact(seed):
-    """Any law with or without friction: what comes out of contact is what went in, to a thousandth."""
-    rng = np.random.default_rng(seed)
-    n, m = rng.integers(2, 12), rng.integers(1, 5)
-    omega = 2 * np.pi * 10 ** rng.uniform(0.5, 3.5, n)
-    system = system_of(np.eye(n), np.diag(omega**2), alpha=rng.uniform(0.0, 5.0), velocity=rng.standard_normal(n))
-    gaps = channels(rng.standard_normal((m, n)), 10 ** rng.uniform(-4, -2, m), 10 ** rng.uniform(3, 8, m))
-    if seed % 2:
-        along, across = (channels(rng.standard_normal((m, n)), 0.0, 0.0).G for _ in range(2))
-        static = rng.uniform(0.1, 0.8, m)
-        friction = Friction(static, static * rng.uniform(0.5, 1.0, m), np.zeros(m))
-        gaps = replace(gaps, tangents=(along, across), friction=friction)
-    f = rng.uniform(5.0, 100.0)
-    history = fly(system, gaps, 0.2, 1e-3, [lambda t: 50.0 * np.sin(2 * np.pi * f * t)], [0])
+    """Any law, with or without friction, dampers and damping that couples modes: what comes out is what went in."""
+    history = random_run(seed)
     assert (history.force >= 0.0).all()
-    assert created_of_contact(history) < 1e-3
+    assert created_of_contact(history) < LIMIT

@@ -14,6 +14,7 @@ from creak.dynamics.loads import Loads
 from creak.dynamics.modal_coefficients import is_modal
 from creak.dynamics.scheme import HHT
 from creak.reduction.diagonal import in_own_modes
+from creak.studies.run.integrate import flowing
 from creak.verify.events import find_events
 from creak.verify.reliability import created_of_contact
 from helpers_core import NO_CHANNELS, chain, channels, system_of
@@ -127,3 +128,17 @@ def test_contact_agrees_with_radau():
     near = np.searchsorted(flown.time, stepped.time[at])
     loss = flown.energy[near, 3]
     assert loss == pytest.approx(stepped.energy[at, 3], rel=5e-3)
+
+
+def test_a_reduced_model_with_a_dashpot_is_flown():
+    """Reduced coordinates or dense matrices take exact flow; an unreduced model keeps the scheme that verifies it."""
+    M, K = chain(3)
+    C = np.diag([0.0, 2.0, 0.0])
+    flows, why_not = flowing(system_of(M, K, extra=C, sparse=False))
+    assert flows is not None
+    assert can_couple(flows)
+    assert why_not == ""
+    assert flowing(system_of(M, K, extra=C))[0] is None
+    light, why_not = flowing(system_of(np.diag([1.0, 1.0, 0.0]), K, extra=C, sparse=False))
+    assert light is None
+    assert "no mass" in why_not
