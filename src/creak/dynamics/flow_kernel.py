@@ -13,7 +13,7 @@ import numpy as np
 from creak.dynamics.closing import dips
 from creak.dynamics.flow_books import book_flow, complete
 from creak.dynamics.flow_kicks import book_half, book_slack, lessen, press
-from creak.dynamics.flow_lasting import held_together, hold, same_set
+from creak.dynamics.flow_lasting import PATIENCE, held_together, hold, same_set
 from creak.dynamics.flow_model import GIVEN
 from creak.dynamics.flow_motion import (
     band_energies,
@@ -98,6 +98,7 @@ def flow_chunk(  # type: ignore[no-untyped-def]
     course, drive, D = np.empty((3, now.support.shape[1], 4)), np.empty((n_x, 4)), np.empty((4, model.p1 - model.p0))
     energy, share = np.empty(reach.shape[1]), np.ones(now.gap.size)
     parts = 1 << levels
+    patience = PATIENCE * (parts >> lasting)
     kept, whole_row, swapped, level = 0, 0, False, 0
     time, written, edge = begin * H, True, False
     restart(cone, time, now, True)
@@ -110,9 +111,9 @@ def flow_chunk(  # type: ignore[no-untyped-def]
         while at < parts:
             kicked, held = acts(now.force, 0, now.force.size), False
             put(after.energy, 0, now.energy)
-            if kicked and lasting < levels and at % (parts >> lasting) == 0 and calm >= (parts >> lasting):
+            if kicked and lasting < levels and at % (parts >> lasting) == 0 and calm >= patience:
                 level, h = lasting, H / (1 << lasting)
-                if calm == (parts >> lasting):
+                if calm == patience:
                     pressing = np.flatnonzero(now.force[: now.gap.size])
                     inverse = held_together(laws, B, pressing)
                 held = hold(model, laws, slope, P[level], B, inverse, pressing, gain, D, course, h, now, after)
@@ -149,7 +150,7 @@ def flow_chunk(  # type: ignore[no-untyped-def]
                     return code, step, used, kept, swapped, step * H + (at + 1) * h
                 if not same_set(now, after):
                     calm = 0
-                elif calm < parts >> lasting:
+                elif calm < patience:
                     calm += 1
             else:
                 quiet(after)

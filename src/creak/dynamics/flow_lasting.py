@@ -20,6 +20,8 @@ from creak.dynamics.flow_model import GIVEN
 from creak.dynamics.flow_motion import fly, look, settle_supports
 from creak.dynamics.modal_model import EXTERNAL, FAST, fill
 
+PATIENCE = 25
+"""Long steps that the same channels press before one is taken: touches are over by then, their force is followed."""
 LOSS = 0.02
 """Of what a spring's force changes by in a step this share acts too late."""
 
