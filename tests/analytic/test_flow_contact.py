@@ -47,7 +47,7 @@ def test_mass_on_a_penalty_stop(measured):
     gaps = channels([[1.0]], 0.0, 1e6)
     history = fly(one_mass(100.0, 1e4, -1.0), gaps, 0.045)
     event = touches(history, gaps)[0]
-    # (omega h)^2 / 24 with h <= 1e-5.
+    # (omega h)^2 / 24 with h <= 1e-5, and the instants that are kept: lines within 1e-5 of all.
     for name, found, exact, unit in (
         ("peak force", event.force_peak, 9950.3719, "N"),
         ("duration", event.t_end - event.t_start, 0.0312600153, "s"),
@@ -58,7 +58,7 @@ def test_mass_on_a_penalty_stop(measured):
             f"mass on a penalty stop: {name}",
             found,
             exact,
-            rel=2e-6,
+            rel=1e-5,
             unit=unit,
             source="closed form",
         )

@@ -1,9 +1,9 @@
 """The energies of a march by exact flow.
 
 Between two kicks the motion is exact: its energy changes by the work of the loads, less what the dampers took. What
-the scheme leaves over comes from the kicks alone: a channel of force p at the rate r of the middle of its kick takes
-h p r out of the motion, and that is to be what springs store, dampers and friction take. For a linear spring the scheme
-keeps T + V - h^2/8 p' W p exactly, W the inverse mass at the channels (Hairer, Lubich, Wanner, Geometric Numerical
+the scheme leaves over comes from the kicks alone: a channel of force p at the mean rate r of its kick takes h p r out
+of the motion, and that is to be what springs store, dampers and friction take. For a linear spring the scheme keeps
+T + V - h^2/8 p' W p exactly, W the inverse mass at the channels (Hairer, Lubich, Wanner, Geometric Numerical
 Integration, 2006, I.1.4 and XIII.5.3): the last term is booked with the contact.
 """
 
@@ -13,8 +13,8 @@ import math
 
 import numba
 
-from creak.contact.step_problem import spring_force
-from creak.dynamics.modal_books import boundary, carried, forces_on_supports, in_channels, massless_work
+from creak.dynamics.flow_model import BEGUN, GIVEN
+from creak.dynamics.modal_books import at_supports, carried, in_channels
 from creak.dynamics.modal_model import (
     CONTACT,
     CONTACT_DAMPING,
@@ -22,12 +22,12 @@ from creak.dynamics.modal_model import (
     EXTERNAL,
     FAST,
     FRICTION,
-    INITIAL,
     KINETIC,
     SCHEME,
     STRAIN,
     VELOCITY,
-    put,
+    dot,
+    fill,
 )
 
 GAUSS = math.sqrt(0.6)
@@ -35,26 +35,31 @@ GAUSS = math.sqrt(0.6)
 
 
 @numba.njit(cache=True, fastmath=FAST)
-def in_motion(model, now, after, gain, kicked):  # type: ignore[no-untyped-def]
-    """Energy that the modes with mass gained in a step between its two kicks, and that they have after it."""
-    u0, v0, u1, v1, F = now.x[0], now.x[1], after.x[0], after.x[1], now.F
-    gained = 0.0
-    for i in range(u0.size):
-        if model.m[i] > 0.0:
-            v = v0[i] + gain[i] * F[i] if kicked else v0[i]
-            gained += model.m[i] * (v1[i] * v1[i] - v * v) + model.k[i] * (u1[i] * u1[i] - u0[i] * u0[i])
-    return 0.5 * gained
-
-
-@numba.njit(cache=True, fastmath=FAST)
 def stored(model, x):  # type: ignore[no-untyped-def]
-    """Kinetic and strain energy of the modes."""
-    kinetic = strain = 0.0
-    u, v = x.x[0], x.x[1]
-    for i in range(u.size):
-        kinetic += model.m[i] * v[i] * v[i]
-        strain += model.k[i] * u[i] * u[i]
-    return 0.5 * kinetic, 0.5 * strain
+    """Kinetic and strain energy, and how much of it is strain of coordinates without mass."""
+    kinetic = strain = light = 0.0
+    if model.kinetic.shape[0] == 0:
+        u, v = x.x[0], x.x[1]
+        for i in range(u.size):
+            kinetic += model.m[i] * v[i] * v[i]
+            strain += model.k[i] * u[i] * u[i]
+            if model.m[i] <= 0.0:
+                light += model.k[i] * u[i] * u[i]
+    else:
+        z = x.x.reshape(x.x.size)
+        for i in range(model.kinetic.shape[0]):
+            kinetic += dot(model.kinetic[i], z) ** 2
+            strain += dot(model.strain[i], z) ** 2
+    return 0.5 * kinetic, 0.5 * strain, 0.5 * light
+
+
+@numba.njit(cache=True)
+def columns(model, x):  # type: ignore[no-untyped-def]
+    """Products of the load columns with the motion."""
+    z = x.x.reshape(x.x.size)
+    for j in range(model.order.size):
+        x.dots[0, j] = dot(model.load_u[j], z[model.u0 : model.u1])
+        x.dots[1, j] = dot(model.load_v[j], z[model.v0 : model.v1])
 
 
 @numba.njit(cache=True)
@@ -73,17 +78,16 @@ def work_of_loads(drive, h, now, after):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def at_kick(model, laws, h, after):  # type: ignore[no-untyped-def]
-    """What the dampers of the channels and their friction take in a kick."""
-    damper = friction = 0.0
-    m = after.gap.size
-    if model.damped:
-        for i in range(m):
-            if after.force[i] != 0.0 or after.gap[i] < 0.0:
-                damper -= h * (after.force[i] - spring_force(laws, i, after.gap[i])) * after.rate[i]
-    for i in range(after.sliding.size):
-        friction -= h * after.force[m + i] * after.sliding[i]
-    return damper, friction
+def work_on_light(model, now, after):  # type: ignore[no-untyped-def]
+    """Trapezoidal work of the loads on coordinates without mass."""
+    work = 0.0
+    for i in range(model.m.size):
+        if model.m[i] <= 0.0:
+            load = 0.0
+            for j in range(model.order.size):
+                load += model.load[j, i] * (now.amplitude[j] + after.amplitude[j])
+            work += 0.5 * load * (after.x[0, i] - now.x[0, i])
+    return work
 
 
 @numba.njit(cache=True)
@@ -98,38 +102,60 @@ def held_by_kick(W, h, force, m):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def book_flow(model, laws, W, drive, h, now, after, gained, light):  # type: ignore[no-untyped-def]
-    """The energy columns at the end of a step; `drive`: amplitudes of the load columns as cubics from its start."""
-    e, e0 = after.energy, now.energy
-    put(e, 0, e0)
-    boundary(model, after)
-    kinetic, strain = stored(model, after)
+def book_flow(model, drive, h, now, after, light):  # type: ignore[no-untyped-def]
+    """Works of a step on the way from now to after; `drive`: amplitudes of the load columns as cubics from its start.
+
+    Those of its kicks were booked with them (`flow_kicks.book_half`).
+    """
+    e = after.energy
+    columns(model, after)
+    at_supports(model, after)
+    loads = work_of_loads(drive, h, now, after)
     k0, s0 = carried(model, now)
     k1, s1 = carried(model, after)
-    loads = work_of_loads(drive, h, now, after)
-    external = k1 + s1 - k0 - s0 + forces_on_supports(model, now, after)
+    external = k1 + s1 - k0 - s0 + loads
     for i in range(now.gap.size):
         external += model.preload[i] * (after.gap[i] - now.gap[i])
-    damping = loads - gained
+    given = loads
     for a in range(now.support.shape[1]):
         ds = after.support[0, a] - now.support[0, a]
         for b in range(now.support.shape[1]):
             moved = 0.5 * (now.support[1, b] + after.support[1, b]) * model.C_ss[a, b] * ds
-            damping += moved
+            given += moved
             external += moved
         for j in range(model.order.size):
             if model.order[j] == VELOCITY and model.column[j] == a:
                 moved = (now.dots[1, j] + after.dots[1, j]) * ds
-                damping -= moved
+                given -= moved
                 external -= moved
     if light:
-        external += massless_work(model, now, after)
-    damper, friction = at_kick(model, laws, h, after)
-    e[KINETIC], e[STRAIN], e[CONTACT] = kinetic + k1, strain + s1, in_channels(model, laws, after.gap)
-    e[CONTACT] -= held_by_kick(W, h, after.force, after.gap.size)
-    e[DAMPING] += damping
-    e[EXTERNAL] += external + loads
-    e[CONTACT_DAMPING] += damper
-    e[FRICTION] += friction
+        given -= work_on_light(model, now, after)
+    e[GIVEN] += given
+    e[EXTERNAL] += external
+
+
+@numba.njit(cache=True)
+def complete(model, laws, W, h, x):  # type: ignore[no-untyped-def]
+    """The energy columns of an instant from the works so far; h: the step near contact."""
+    e = x.energy
+    kinetic, strain, light = stored(model, x)
+    more_kinetic, more_strain = carried(model, x)
+    e[KINETIC], e[STRAIN] = kinetic + more_kinetic, strain + more_strain
+    e[CONTACT] = in_channels(model, laws, x.gap) - held_by_kick(W, h, x.force, x.gap.size)
+    e[DAMPING] = e[GIVEN] - (kinetic + strain - light)
     spent = e[DAMPING] + e[CONTACT_DAMPING] + e[FRICTION]
-    e[SCHEME] = e[EXTERNAL] + e[INITIAL] - (e[KINETIC] + e[STRAIN] + e[CONTACT]) - spent
+    e[SCHEME] = e[EXTERNAL] + e[BEGUN] - (e[KINETIC] + e[STRAIN] + e[CONTACT]) - spent
+
+
+@numba.njit(cache=True)
+def begin_books(model, laws, x):  # type: ignore[no-untyped-def]
+    """Take the energy of the first instant as given."""
+    columns(model, x)
+    at_supports(model, x)
+    kinetic, strain, light = stored(model, x)
+    more_kinetic, more_strain = carried(model, x)
+    e = x.energy
+    fill(e, 0.0)
+    e[KINETIC], e[STRAIN], e[CONTACT] = kinetic + more_kinetic, strain + more_strain, in_channels(model, laws, x.gap)
+    e[GIVEN] = kinetic + strain - light
+    e[BEGUN] = e[KINETIC] + e[STRAIN] + e[CONTACT]

@@ -12,17 +12,20 @@ from creak.assembly.damping import Damping
 from creak.assembly.system import System, no_supports
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.step_problem import failure, law_arrays, solve_channels
-from creak.dynamics.channels import channel_matrices
-from creak.dynamics.flow_kernel import FULL, RATE, THETA, flow_chunk
-from creak.dynamics.flow_propagator import propagator
-from creak.dynamics.flow_resolution import SETTLED, FlowSteps, Resolution, flow_steps, mollified, steepest
+from creak.dynamics.channels import ChannelMatrices, channel_matrices
+from creak.dynamics.flow_books import begin_books
+from creak.dynamics.flow_coupled import can_couple, coupled_modes
+from creak.dynamics.flow_kernel import FULL, flow_chunk
+from creak.dynamics.flow_kicks import RATE, THETA
+from creak.dynamics.flow_model import FlowForm, FlowState, filtered, resting, single_modes
+from creak.dynamics.flow_propagator import Q0
+from creak.dynamics.flow_resolution import SETTLED, FlowSteps, Resolution, flow_steps, steepest
+from creak.dynamics.flow_rows import new_cone
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, at_rest
-from creak.dynamics.modal_books import start_books
-from creak.dynamics.modal_coefficients import modal_matrices
+from creak.dynamics.modal_coefficients import is_modal, modal_matrices
 from creak.dynamics.modal_log import Log
-from creak.dynamics.modal_model import CONSTANT, DONE, FORCE, NOT_FINITE, MarchState
-from creak.dynamics.modal_setup import empty_state, modal_model
+from creak.dynamics.modal_model import CONSTANT, DONE, FORCE, NOT_FINITE
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.dynamics.watch import Watched
@@ -108,23 +111,45 @@ class _Run:
             )
         self.system, self.gaps, self.loads = system, gaps, loads
         self.n_step, self.H = loads.n_step // SAMPLES, SAMPLES * loads.step
-        m, c, k = modal_matrices(system)
         on, self.terms = channel_matrices(system, gaps), LinearTerms(system, loads)
-        model = modal_model(m, c, k, on, self.terms, gaps)
-        self.steps: FlowSteps = flow_steps(model, law_arrays(gaps), self.H, resolution)
-        self.model = mollified(model, self.steps.mollifier)
-        h, heavy = self.steps.h, m > 0.0
+        self.form = form_of(system, on, self.terms, gaps)
+        self.steps: FlowSteps = flow_steps(self.form, law_arrays(gaps), self.H, resolution)
+        self.model = filtered(self.form, self.steps.mollifier)
+        h, m, k = self.steps.h, self.model.m, self.model.k
+        heavy = m > 0.0
         self.gain = np.where(heavy, 0.5 * h / np.where(heavy, m, 1.0), 0.0)
-        self.W = symmetric((self.model.rows * (2.0 / h * self.gain)) @ self.model.rows.T)
-        give = np.where(heavy, 0.0, 1.0 / np.where(heavy, 1.0, k))
-        static = symmetric((self.model.rows * give) @ self.model.rows.T)
-        self.light = bool(np.any(static.diagonal() > 1e-12 * (h * h * self.W.diagonal())))
-        self._check_light(static)
+        if self.form.basis is not None:
+            self.gain = np.full(2 * m.size, 0.5 * h)
+        self.W = symmetric((self.model.push * (2.0 / h * self.gain)) @ self.model.rates.T)
+        self.light = not heavy.all()
+        static = np.zeros_like(self.W)
+        if self.light:
+            give = np.where(heavy, 0.0, 1.0 / np.where(heavy, 1.0, k))
+            static = symmetric((self.model.rows * give) @ self.model.rows.T)
+            self.light = bool(np.any(static.diagonal() > 1e-12 * (h * h * self.W.diagonal())))
+        self._check_light()
         self.A = np.ascontiguousarray(static + THETA * h * h / RATE * self.W)
-        self.P = np.stack([propagator(m, c, k, self.H / 2**level) for level in range(self.steps.levels + 1)])
-        self.log = Log(system, on, gaps, loads, SAMPLES, observed, output_every, whole_at, watched)
+        self.P = np.stack([self.form.flow(self.H / 2**level) for level in range(self.steps.levels + 1)])
+        self.lasting, self.B = self._lasting(resolution)
+        self.cone = new_cone(2 * gaps.m + 2 * (self.model.rows.shape[0] - gaps.m))
+        self.log = Log(system, on, gaps, loads, SAMPLES, observed, output_every, whole_at, watched, self.form.basis)
 
-    def _check_light(self, static: FloatArray) -> None:
+    def _lasting(self, resolution: Resolution) -> tuple[int, FloatArray]:
+        """Level of the steps of lasting contact and what a constant force moves in one; where all laws are lines."""
+        levels, model = self.steps.levels, self.model
+        level = next((n for n in range(levels) if self.H / 2**n <= resolution.longest), levels)
+        curved = bool((self.steps.laws.curve >= 0).any())
+        if level + 3 > levels or model.damped or self.gaps.rubbing or self.light or curved:
+            return levels, np.zeros_like(self.W)
+        n, Q = model.m.size, self.P[level]
+        if self.form.basis is None:
+            moved = model.push * Q[Q0 + 1]
+        else:
+            a, b = model.push[:, :n], model.push[:, n:]
+            moved = np.hstack([a * Q[4] + b * Q[5], a * Q[6] + b * Q[7]])
+        return level, np.ascontiguousarray(model.rows @ moved.T)
+
+    def _check_light(self) -> None:
         if self.light and (self.gaps.rubbing or self.model.damped):
             raise InputError(
                 "friction or a damper acts on coordinates without mass",
@@ -135,9 +160,9 @@ class _Run:
 
     def march(self, progress: Progress | None) -> History:
         """The whole run, chunk by chunk."""
-        now, after = self._start(), empty_state(self.model, self.loads)
-        start_books(self.model, self.steps.laws, now)
-        self.log.first(self.loads.time[0], now)
+        now, after = self._start(), resting(self.model, self.loads)
+        begin_books(self.model, self.steps.laws, now)
+        self.log.first(self.loads.time[0], now, self._kept(now))
         self.log.setup_s = clock.perf_counter() - self._started
         try:
             self._march_on(now, after, progress)
@@ -145,7 +170,7 @@ class _Run:
             raise Interrupted(self.log.history()) from error
         return self.log.history()
 
-    def _march_on(self, now: MarchState, after: MarchState, progress: Progress | None) -> None:
+    def _march_on(self, now: FlowState, after: FlowState, progress: Progress | None) -> None:
         steps, done, slope = self.steps, 0, steepest(self.steps.laws)
         while done < self.n_step:
             end = min(done + self.log.chunk, self.n_step)
@@ -158,10 +183,13 @@ class _Run:
                     self.P,
                     self.A,
                     self.W,
+                    self.B,
+                    self.lasting,
                     self.gain,
                     self.light,
                     steps.band,
                     steps.reach,
+                    self.cone,
                     now,
                     after,
                     out,
@@ -183,38 +211,45 @@ class _Run:
         if code not in (DONE, FULL):
             raise Stopped(f"at t = {time:.6g} s: {failure(code)}", self.log.history())
 
-    def _start(self) -> MarchState:
+    def _start(self) -> FlowState:
         """u = 0, the System's initial velocity, and the channel forces that go with them."""
         model, terms = self.model, self.terms
-        x = empty_state(model, self.loads)
+        x = resting(model, self.loads)
         x.support[:] = self.loads.support[:, 0]
         for j, (order, column) in enumerate(zip(model.order, model.column, strict=True)):
             loads = {FORCE: self.loads.force[0], CONSTANT: np.ones(1)}
             x.amplitude[j] = loads[order][column] if order >= FORCE else x.support[order, column]
-        x.x[0], x.x[1] = terms.inside_at_rest(0), self.system.velocity + terms.inside_at_rest(1)
+        x.x[:] = self.form.start(terms.inside_at_rest(0), self.system.velocity + terms.inside_at_rest(1))
         massless = model.m <= 0.0
-        x.x[1, massless] = 0.0
-        x.x[0, massless] = (model.X.T @ x.amplitude)[massless] / model.k[massless]
-        m, rows, rows_s = self.gaps.m, model.rows, model.rows_s
-        x.gap[:] = model.gap0 + rows[:m] @ x.x[0] + rows_s[:m] @ x.support[0]
-        x.rate[:] = rows[:m] @ x.x[1] + rows_s[:m] @ x.support[1]
-        if model.presses and x.gap.min() < 0.0:
-            slip = self.steps.h * (rows[m:] @ x.x[1] + rows_s[m:] @ x.support[1])
+        if massless.any():
+            x.x[1, massless] = 0.0
+            x.x[0, massless] = (model.load.T @ x.amplitude)[massless] / model.k[massless]
+        m, z, h = self.gaps.m, x.x.ravel(), self.steps.h
+        x.gap[:] = model.gap0 + model.rows[:m] @ z[model.u0 : model.u1] + model.rows_s[:m] @ x.support[0]
+        x.rate[:] = model.rates @ z[model.v0 : model.v1] + model.rows_s @ x.support[1]
+        if model.presses and x.gap.min(initial=0.0) < 0.0:
+            slip, rate = h * x.rate[m:], x.rate[:m].copy()
             with one_blas_thread():
-                solve_channels(
-                    self.A,
-                    x.gap.copy(),
-                    x.rate.copy(),
-                    RATE / self.steps.h,
-                    slip,
-                    RATE,
-                    self.steps.h,
-                    self.steps.laws,
-                    x.stuck,
-                    x.force,
-                )
-            x.F[:] = x.force @ rows
-            x.x[0, massless] += x.F[massless] / model.k[massless]
+                solve_channels(self.A, x.gap.copy(), rate, RATE / h, slip, RATE, h, self.steps.laws, x.stuck, x.force)
+            x.F[:] = x.force @ model.push
+            if massless.any():
+                x.x[0, massless] += x.F[massless] / model.k[massless]
             if self.light:
                 x.gap[:] += self.A[:m] @ x.force
         return x
+
+    def _kept(self, x: FlowState) -> FloatArray:
+        """What the log keeps of a motion."""
+        return np.asarray(x.x.ravel()[self.model.u0 : self.model.u1])
+
+
+def form_of(system: System, on: ChannelMatrices, terms: LinearTerms, gaps: GapOperator) -> FlowForm:
+    """Single modes where damping leaves them so, pairs of complex modes where it couples them.
+
+    Raises
+    ------
+    InputError : M or K is not diagonal, damping acts on coordinates without mass, or it couples too many modes.
+    """
+    if is_modal(system) or not can_couple(system):
+        return single_modes(*modal_matrices(system), on, terms, gaps)
+    return coupled_modes(system, on, terms, gaps)

@@ -18,7 +18,7 @@ import scipy.linalg as sla
 
 from creak.arrays import FloatArray, IntArray
 from creak.contact.step_problem import LawArrays
-from creak.dynamics.modal_model import ModalModel
+from creak.dynamics.flow_model import FlowForm
 from creak.errors import InputError
 
 HARD_CONTACT = 2e-5
@@ -67,32 +67,30 @@ class FlowSteps:
         return float(math.ldexp(self.H, -self.levels))
 
 
-def flow_steps(model: ModalModel, laws: LawArrays, H: float, resolution: Resolution) -> FlowSteps:
+def flow_steps(form: FlowForm, laws: LawArrays, H: float, resolution: Resolution) -> FlowSteps:
     """Steps of a run whose flight steps are H (s) long.
 
     Raises
     ------
     InputError : the contact springs are so stiff that a flight step would have to be halved more than `DEEPEST` times.
     """
-    m = model.gap0.size
-    laws = _with_hard(model, laws)
-    omega = np.sqrt(np.where(model.m > 0.0, model.k / np.where(model.m > 0.0, model.m, 1.0), 0.0))
-    slopes, rows = steepest(laws), model.rows[:m]
-    levels, mollifier = 0, np.ones(omega.size)
+    laws = _with_hard(form, laws)
+    slopes = steepest(laws)
+    levels, mollifier = 0, np.ones(form.omega.size)
     for levels in range(DEEPEST + 1):
         h = math.ldexp(H, -levels)
-        mollifier = mollify(omega * h)
-        if h <= resolution.longest and contact_frequency(model, rows * mollifier, slopes) * h <= resolution.contact:
+        mollifier = mollify(form.omega * h)
+        if h <= resolution.longest and contact_frequency(form, mollifier, slopes) * h <= resolution.contact:
             break
     else:
+        whole = contact_frequency(form, np.ones(form.omega.size), slopes)
         raise InputError(
-            f"a contact stiffness of {slopes.max():.3g} on the mass at its channel oscillates at "
-            f"{contact_frequency(model, rows, slopes):.3g} rad/s",
+            f"a contact stiffness of {slopes.max():.3g} on the mass at its channel oscillates at {whole:.3g} rad/s",
             expected="contact that can be resolved in time",
             fix='Give a stiffness that the material can have, or stiffness = "hard".',
         )
-    band, top = _bands(omega)
-    reach = np.stack([_reach(model, omega, band, top, math.ldexp(H, -n)) for n in range(levels + 1)])
+    band, top = _bands(form.omega)
+    reach = np.stack([_reach(form, band, top, math.ldexp(H, -n)) for n in range(levels + 1)])
     return FlowSteps(H, levels, laws, mollifier, band, np.ascontiguousarray(reach))
 
 
@@ -111,28 +109,32 @@ def steepest(laws: LawArrays) -> FloatArray:
     return slopes
 
 
-def contact_frequency(model: ModalModel, rows: FloatArray, slopes: FloatArray) -> float:
-    """omega_c (rad/s) of the contact springs against the mass at their channels.
+def contact_frequency(form: FlowForm, mollifier: FloatArray, slopes: FloatArray) -> float:
+    """omega_c (rad/s) of the contact springs against the mass at their channels, seen through the filter (n,).
 
-    omega_c^2 = largest eigenvalue of k^(1/2) G M^-1 G' k^(1/2) over the coordinates with mass.
+    omega_c^2 = largest eigenvalue of k^(1/2) W k^(1/2).
     """
     acts = slopes > 0.0
-    heavy = model.m > 0.0
-    if not acts.any() or not heavy.any():
+    if not acts.any():
         return 0.0
-    B = np.sqrt(slopes[acts])[:, None] * rows[acts][:, heavy] / np.sqrt(model.m[heavy])
+    B = np.sqrt(slopes[acts])[:, None] * seen_through(form, mollifier)[: slopes.size][acts]
     size = int(acts.sum())
     value = sla.eigh(B @ B.T, eigvals_only=True, subset_by_index=[size - 1, size - 1])[0]
     return math.sqrt(max(float(value), 0.0))
 
 
-def _with_hard(model: ModalModel, laws: LawArrays) -> LawArrays:
+def seen_through(form: FlowForm, mollifier: FloatArray) -> FloatArray:
+    """(m + 2 f, ...) root of the mobility of the channels: W = seen seen'."""
+    model, both = form.model, np.concatenate([mollifier, mollifier])
+    return form.spread(model.rates * both[model.v0 : model.v1])
+
+
+def _with_hard(form: FlowForm, laws: LawArrays) -> LawArrays:
     """Hard channels as springs that reverse the motion of their own mass within `HARD_CONTACT`."""
     hard = (laws.stiffness == np.inf) & (laws.curve < 0)
     if not hard.any():
         return laws
-    heavy = model.m > 0.0
-    give = (model.rows[: hard.size][:, heavy] ** 2) @ (1.0 / model.m[heavy])
+    give = (seen_through(form, np.ones(form.omega.size))[: hard.size] ** 2).sum(axis=1)
     spring = (np.pi / HARD_CONTACT) ** 2 / np.where(give > 0.0, give, np.inf)
     return laws._replace(stiffness=np.where(hard, spring, laws.stiffness), damping=np.where(hard, 0.0, laws.damping))
 
@@ -147,28 +149,17 @@ def _bands(omega: FloatArray) -> tuple[IntArray, int]:
     return band, int(band.max(initial=0)) + 1
 
 
-def _reach(model: ModalModel, omega: FloatArray, band: IntArray, count: int, h: float) -> FloatArray:
+def _reach(form: FlowForm, band: IntArray, count: int, h: float) -> FloatArray:
     """(n_band, m) bound of |gap - cubic| / sqrt(2 E) of each band in a step h.
 
-    A mode y of energy E = m v^2/2 + k y^2/2 stays within A = sqrt(2 E / k). The cubic through values and slopes at both
-    ends is off by at most h^4 max |y''''| / 384 = A (omega h)^4 / 384, and never by more than A (2 + omega h / 4).
-    Over a band: Cauchy-Schwarz.
+    A pair of energy E moves a gap g within A = sqrt(2 E squares). The cubic through values and slopes at both ends is
+    off by at most h^4 max |d^4 g / dt^4| / 384 = A (omega h)^4 / 384, and never by more than A (2 + omega h / 4). Over
+    a band: Cauchy-Schwarz.
     """
-    m = model.gap0.size
-    x = omega * h
+    x = form.omega * h
     off = np.minimum(x**4 / 384.0, 2.0 + 0.25 * x)
-    moves = (omega > 0.0) & (model.k > 0.0)
-    share = np.where(moves, off**2 / np.where(moves, model.k, 1.0), 0.0)
-    out = np.zeros((count, m))
-    squares = model.rows[:m] ** 2 * share
-    for b in range(count):
-        out[b] = np.sqrt(squares[:, band == b].sum(axis=1))
-    return out
-
-
-def mollified(model: ModalModel, mollifier: FloatArray) -> ModalModel:
-    """The model whose channels see and push the modes through the filter."""
-    return model._replace(rows=np.ascontiguousarray(model.rows * mollifier))
+    squares = form.squares * off**2
+    return np.stack([np.sqrt(squares[:, band == b].sum(axis=1)) for b in range(count)])
 
 
 def finer(resolution: Resolution, by: float) -> Resolution:

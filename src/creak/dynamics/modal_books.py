@@ -71,6 +71,12 @@ def boundary(model, x):  # type: ignore[no-untyped-def]
     """Products of the load columns with the motion; damper forces, reactions and momenta at the supports."""
     for j in range(model.order.size):
         x.dots[0, j], x.dots[1, j] = two_dots(model.X[j], x.x[0], x.x[1])
+    at_supports(model, x)
+
+
+@numba.njit(cache=True)
+def at_supports(model, x):  # type: ignore[no-untyped-def]
+    """Damper forces, reactions and momenta at the supports from the products of the load columns with the motion."""
     s, m = x.support, model.gap0.size
     for a in range(s.shape[1]):
         damper = reaction = momentum = 0.0

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from creak.arrays import BoolArray, IntArray
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
+from creak.dynamics.flow_model import FlowState
 from creak.dynamics.history import ENERGIES, History, split_columns
 from creak.dynamics.loads import Loads
 from creak.dynamics.modal_model import MarchState, Output
@@ -20,7 +21,10 @@ BUFFER_MEMORY = 64_000_000
 
 
 class Log:
-    """The table of all instants, the motion at output steps, and what they become."""
+    """The table of all instants, the motion at output steps, and what they become.
+
+    What a march keeps of its motion are coordinates of the System, or those that `basis` (n, width) turns into them.
+    """
 
     def __init__(
         self,
@@ -33,35 +37,43 @@ class Log:
         every: int,
         whole_at: IntArray | None,
         watched: Watched | None = None,
+        basis: FloatArray | None = None,
     ) -> None:
         n_step = loads.n_step // substeps
         self._m, self._f2, self._every = gaps.m, on.T.shape[0], every
         self._width = 1 + 2 * gaps.m + 2 * self._f2 + len(ENERGIES)
         self._table, self.used = np.empty((n_step + 1, self._width)), 0
-        self._rows = system.rows(observed)
-        self._tangents = on.tangents if any(abs(A).max() > 0.0 for A, _ in on.tangents if A.size) else ()
+        self._basis, width = basis, system.n if basis is None else basis.shape[1]
+        self._rows = self._on_kept(system.rows(observed))
+        moves = any(abs(A).max() > 0.0 for A, _ in on.tangents if A.size)
+        self._tangents = tuple(self._on_kept(rows) for rows in on.tangents) if moves else ()
         self._watch = None if watched is None else Watch(system, gaps, on, watched)
+        self._seen = () if self._watch is None else tuple(self._on_kept(rows) for rows in self._watch.rows)
         n_out, self._steps = n_step // every + 1, 0
         self._at, self._out = np.zeros(n_out, dtype=np.int64), 0
         self._displacement, self._slip = np.zeros((n_out, observed.size)), np.zeros((n_out, gaps.m))
-        room = int(np.clip(BUFFER_MEMORY // (8 * max(system.n, 1)), 1, n_step + 1))
+        room = int(np.clip(BUFFER_MEMORY // (8 * max(width, 1)), 1, n_step + 1))
         self.chunk = min(CHUNK, room)
         kept = self.chunk + 1
-        self._u, self._s = np.zeros((kept, system.n)), np.zeros((kept, system.supports.count))
+        self._u, self._s = np.zeros((kept, width)), np.zeros((kept, system.supports.count))
         self._whole_at = np.zeros(0, dtype=np.int64) if whole_at is None else np.asarray(whole_at, dtype=np.int64)
         self._whole_time = loads.time[self._whole_at * substeps]
-        self._whole = np.zeros((self._whole_at.size, system.n))
+        self._whole = np.zeros((self._whole_at.size, width))
         self.setup_s = 0.0
 
-    def first(self, time: float, x: MarchState) -> None:
+    def _on_kept(self, rows: tuple[Matrix, Matrix]) -> tuple[Matrix, Matrix]:
+        """Rows on the coordinates of the System as rows on what is kept."""
+        return rows if self._basis is None else (np.asarray(rows[0] @ self._basis), rows[1])
+
+    def first(self, time: float, x: MarchState | FlowState, kept: FloatArray) -> None:
         """The instant that the run starts from."""
         self._table[0] = np.concatenate([[time], x.gap, x.force, x.sliding, x.energy[: len(ENERGIES)]])
         self.used = 1
-        self._u[0], self._s[0] = x.x[0], x.support[0]
+        self._u[0], self._s[0] = kept, x.support[0]
         self._look(self._at[:1])
         self._flush(slice(1))
         if self._whole_at.size and self._whole_at[0] == 0:
-            self._whole[0] = x.x[0]
+            self._whole[0] = kept
 
     def room(self, rows: int) -> Output:
         """Where the next instants go, at most `rows`."""
@@ -86,7 +98,7 @@ class Log:
         if self._watch is None or not at.size:
             return
         Q, S = self._u[: at.size].T, self._s[: at.size].T
-        motions = [np.asarray(A @ Q + A_s @ S) for A, A_s in self._watch.rows]
+        motions = [np.asarray(A @ Q + A_s @ S) for A, A_s in self._seen]
         self._watch.see(self._table[at, 0], self._pressed(at, before), motions)
 
     def _pressed(self, at: IntArray, before: int) -> BoolArray:
@@ -120,7 +132,7 @@ class Log:
             steps,
             self.setup_s,
             self._whole_at[:reached],
-            self._whole[:reached].T,
+            self._whole[:reached].T if self._basis is None else self._basis @ self._whole[:reached].T,
             tangential,
             sliding,
             extremes=None if self._watch is None else self._watch.extremes,

@@ -124,7 +124,7 @@ class _Run:
         """The whole run, chunk by chunk."""
         now, after = self._start(), empty_state(self.model, self.loads)
         start_books(self.model, self.laws, now)
-        self.log.first(self.loads.time[0], now)
+        self.log.first(self.loads.time[0], now, now.x[0])
         self.log.setup_s = clock.perf_counter() - self._started
         try:
             self._march_on(now, after, progress)

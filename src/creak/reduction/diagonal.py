@@ -29,8 +29,16 @@ def diagonalise(system: System) -> System:
     ------
     NumericalError : a direction has neither mass nor stiffness.
     """
-    if system.damping.extra is not None:
-        return system
+    return system if system.damping.extra is not None else in_own_modes(system)
+
+
+def in_own_modes(system: System) -> System:
+    """`diagonalise` whatever the damping: C may couple the modes.
+
+    Raises
+    ------
+    NumericalError : a direction has neither mass nor stiffness.
+    """
     K, M = to_dense(system.K), to_dense(system.M)
     omega2, Phi, N = _split_modes(K, M) if _singular(M) else (*sla.eigh(K, M, driver="gvd"), np.zeros((system.n, 0)))
     modal = project(replace(system, velocity=np.zeros(system.n)), np.hstack([Phi, N]))

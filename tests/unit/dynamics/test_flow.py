@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import scipy.linalg as sla
+from benchmarks.random_contact import LIMIT, random_run
 
 from creak.assembly.part import Rayleigh
-from creak.contact.laws.parameters import Friction
 from creak.contact.step_problem import law_arrays
 from creak.dynamics.channels import channel_matrices
-from creak.dynamics.flow_march import SAMPLES, simulate_flow
+from creak.dynamics.flow_march import SAMPLES, form_of, simulate_flow
 from creak.dynamics.flow_propagator import propagator
 from creak.dynamics.flow_resolution import FINE, QUICK, SETTLED, Resolution, flow_steps
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal_coefficients import modal_matrices
 from creak.dynamics.modal_march import simulate_modal
-from creak.dynamics.modal_setup import modal_model
 from creak.dynamics.scheme import HHT
 from creak.dynamics.state import LinearTerms
 from creak.errors import InputError
@@ -169,8 +165,8 @@ def test_bound_holds_between_samples():
     diagonal = diagonalise(system_of(np.eye(n), np.diag(omega**2)))
     gaps = channels(rows, 0.0, 1.0)
     loads = Loads(H / 3 * np.arange(7), np.zeros((3, 7, 0)), np.zeros((7, 0)))
-    model = modal_model(*modal_matrices(diagonal), channel_matrices(diagonal, gaps), LinearTerms(diagonal, loads), gaps)
-    steps = flow_steps(model, law_arrays(gaps), H, Resolution(0.5, 1e-4, 1e-5))
+    form = form_of(diagonal, channel_matrices(diagonal, gaps), LinearTerms(diagonal, loads), gaps)
+    model, steps = form.model, flow_steps(form, law_arrays(gaps), H, Resolution(0.5, 1e-4, 1e-5))
     w = np.sqrt(model.k)
     a, b = rng.standard_normal(n) / w, rng.standard_normal(n)
     energy = np.zeros(steps.reach.shape[1])
@@ -199,8 +195,8 @@ def test_steps_near_contact_follow_its_own_time_scale():
 
     def step(stiffness, resolution=SETTLED):
         gaps = channels([[0.0, 0.0, 1.0]], 0.0, stiffness)
-        model = modal_model(*modal_matrices(system), channel_matrices(system, gaps), LinearTerms(system, loads), gaps)
-        return flow_steps(model, law_arrays(gaps), 1e-3, resolution).h
+        form = form_of(system, channel_matrices(system, gaps), LinearTerms(system, loads), gaps)
+        return flow_steps(form, law_arrays(gaps), 1e-3, resolution).h
 
     assert step(1e10) * 1e5 <= 0.25 < 2.0 * step(1e10) * 1e5
     assert step(4e10) == pytest.approx(0.5 * step(1e10))
@@ -271,20 +267,9 @@ def test_output_and_whole_coordinates_are_those_of_the_instants():
     assert history.force.max() > 0.0
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", [*range(24), 156, 192])
 def test_random_systems_create_no_energy_in_contact(seed):
-    """Any law with or without friction: what comes out of contact is what went in, to a thousandth."""
-    rng = np.random.default_rng(seed)
-    n, m = rng.integers(2, 12), rng.integers(1, 5)
-    omega = 2 * np.pi * 10 ** rng.uniform(0.5, 3.5, n)
-    system = system_of(np.eye(n), np.diag(omega**2), alpha=rng.uniform(0.0, 5.0), velocity=rng.standard_normal(n))
-    gaps = channels(rng.standard_normal((m, n)), 10 ** rng.uniform(-4, -2, m), 10 ** rng.uniform(3, 8, m))
-    if seed % 2:
-        along, across = (channels(rng.standard_normal((m, n)), 0.0, 0.0).G for _ in range(2))
-        static = rng.uniform(0.1, 0.8, m)
-        friction = Friction(static, static * rng.uniform(0.5, 1.0, m), np.zeros(m))
-        gaps = replace(gaps, tangents=(along, across), friction=friction)
-    f = rng.uniform(5.0, 100.0)
-    history = fly(system, gaps, 0.2, 1e-3, [lambda t: 50.0 * np.sin(2 * np.pi * f * t)], [0])
+    """Any law, with or without friction, dampers and damping that couples modes: what comes out is what went in."""
+    history = random_run(seed)
     assert (history.force >= 0.0).all()
-    assert created_of_contact(history) < 1e-3
+    assert created_of_contact(history) < LIMIT

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
@@ -14,6 +15,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.condensed import step_limited_stiffness
 from creak.dynamics.flight import simulate_high_order
+from creak.dynamics.flow_coupled import MOST, can_couple
 from creak.dynamics.flow_march import SAMPLES, simulate_flow
 from creak.dynamics.flow_resolution import SETTLED, Resolution, finer
 from creak.dynamics.history import History
@@ -25,6 +27,7 @@ from creak.dynamics.modal_taper import tapered
 from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
 from creak.dynamics.simulate import simulate
 from creak.dynamics.watch import Watched
+from creak.reduction.diagonal import in_own_modes
 from creak.studies.file.config import TimeTable
 from creak.studies.prepare.excitation import sample_loads, time_axis
 from creak.studies.prepare.flight_steps import RESOLUTIONS
@@ -62,9 +65,9 @@ def integrate(
 ) -> tuple[History, System, str]:
     """March a System through the study's loads; the history, the System as it was marched, and how in a few words.
 
-    Without a forced scheme diagonal Systems are marched by exact flow, all others by `_stepped`. With a forced one
-    diagonal Systems run in compiled code; with integrator = "massless-boundary" those that have massless coordinates
-    are marched by it, with as many substeps near contact as its springs need, all others by HHT-alpha.
+    Without a forced scheme reduced Systems are marched by exact flow (`flowing`), all others by `_stepped`. With a
+    forced one diagonal Systems run in compiled code; with integrator = "massless-boundary" those that have massless
+    coordinates are marched by it, with as many substeps near contact as its springs need, all others by HHT-alpha.
 
     Parameters
     ----------
@@ -72,8 +75,11 @@ def integrate(
     """
     table = setup.study.config.time
     if table.exact:
-        march = _flown if is_modal(system) else _stepped
-        return march(setup, system, gaps, observed, output_every, whole_at, progress, watched)
+        flows, why_not = flowing(system)
+        if flows is not None:
+            return _flown(setup, flows, gaps, observed, output_every, whole_at, progress, watched)
+        history, system, how = _stepped(setup, system, gaps, observed, output_every, whole_at, progress, watched)
+        return history, system, f"{how}{why_not}"
     if table.integrator == "massless-boundary" and is_modal(system) and _has_massless(system):
         return _massless(setup, system, gaps, observed, output_every, whole_at, progress, watched)
     history = simulator(system)(
@@ -90,6 +96,25 @@ def integrate(
     )
     name = "generalised-alpha" if table.integrator == "generalised-alpha" else "HHT-alpha"
     return history, system, name if table.substeps == 1 else f"{name}, {table.substeps} substeps near contact"
+
+
+def flowing(system: System) -> tuple[System | None, str]:
+    """A System in the modes that exact flow needs, or None and, of a reduced one, why not, in a few words.
+
+    Damping that couples the modes (materials with their own, dashpots, point masses) is carried by complex modes. An
+    unreduced System is left to a scheme of another kind, as what verifies should be.
+    """
+    if is_modal(system):
+        return system, ""
+    reduced = not sp.issparse(system.M) or bool(np.any(system.coordinates < 0))
+    if not reduced:
+        return None, ""
+    if system.n > MOST:
+        return None, f"; no exact flow: damping couples {system.n} modes (at most {MOST})"
+    modal = in_own_modes(system)
+    if not can_couple(modal):
+        return None, "; no exact flow: damping couples modes, and some coordinates have no mass"
+    return modal, ""
 
 
 def _flown(
@@ -192,9 +217,10 @@ def simulate_settled(
     progress: Report | None = None,
 ) -> History:
     """A System through sampled loads at the default accuracy; a step of the loads is a flight step."""
-    if is_modal(system):
+    flows, _ = flowing(system)
+    if flows is not None:
         return simulate_flow(
-            system, gaps, refined(loads, SAMPLES), observed=observed, output_every=output_every, progress=progress
+            flows, gaps, refined(loads, SAMPLES), observed=observed, output_every=output_every, progress=progress
         )
     parts = GRADED * math.ceil(loads.step / SETTLED.stepped / GRADED)
     return simulate_high_order(

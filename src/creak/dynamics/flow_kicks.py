@@ -1,0 +1,190 @@
+"""Kicks of the channels in compiled code: forces at an instant, half of their impulse before it and half after.
+
+Laws with a damper or friction act on the velocity that the kick itself leaves behind (`THETA` of it), in one problem
+for all channels that press. Where a channel has closed in the step before an instant, or opens in the step after it,
+the half of its kick on that side is lessened to its share of the step in contact, such that it takes from the motion,
+or gives back, just what its spring then holds (with the h^2/8 p W p of the kick itself, `flow_books`): else the kink of
+the law at zero would create or destroy up to (omega_c h)^2 / 4 of the energy of a touch, at random.
+"""
+
+from __future__ import annotations
+
+import numba
+
+from creak.contact.step_problem import solve_step, spring_energy, spring_force
+from creak.dynamics.flow_model import GIVEN
+from creak.dynamics.flow_motion import look_along, quiet
+from creak.dynamics.modal_model import CONTACT_DAMPING, DONE, EXTERNAL, FAST, FRICTION, acts, fill, put
+
+THETA = 0.6
+"""Share of a kick that the laws see: 1/2 conserves the energy of a sticking channel but lets it jitter, 1 stops it."""
+RATE = 1e5
+"""Rates of a kick over the displacements that stand for them in the problem of the channels, times h: so large that
+these displacements do not stretch the springs."""
+SWEEPS = 3
+"""Of the shares of channels that close or open together."""
+
+
+@numba.njit(cache=True)
+def press(model, laws, A, W, light, gain, h, now, after, share):  # type: ignore[no-untyped-def]
+    """Channel forces at an instant, and the first half of their kick; 0 or the code of the contact solver."""
+    m = model.gap0.size
+    quiet(after)
+    if not model.presses or after.gap.min() >= 0.0:
+        return DONE
+    look_along(model, after)
+    if model.damped or after.sliding.size or light:
+        put(after.force, 0, now.force)
+        put(after.stuck, 0, now.stuck)
+        slip, rate = h * after.rate[m:], after.rate[:m].copy()
+        code = solve_step(A, after.gap.copy(), rate, RATE / h, slip, RATE, h, laws, after.stuck, after.force)
+        if code != DONE:
+            return code
+    else:
+        for i in range(m):
+            if after.gap[i] < 0.0:
+                after.force[i] = spring_force(laws, i, after.gap[i])
+    if model.damped:
+        book_slack(laws, h, after, after.energy)
+    if not acts(after.force, 0, after.force.size):
+        return DONE
+    closing = False
+    for i in range(m):
+        share[i] = 1.0
+        closing = closing or (after.force[i] > 0.0 and now.gap[i] > 0.0)
+    if closing:
+        share_out(laws, W, h, after, now.gap, -1.0, share)
+        force_on(model, laws, after.force, share, after.F)
+    else:
+        force_on(model, laws, after.force, share, after.F)
+    strike(model, gain, light, after)
+    turn_rates(laws, W, 0.5 * h, after.force, share, after.rate)
+    if light:
+        for j in range(after.force.size):
+            for i in range(m):
+                after.gap[i] += A[i, j] * after.force[j]
+    book_half(model, laws, W, -h, after, share, after.energy)
+    if closing:
+        fill(share, 1.0)
+        force_on(model, laws, after.force, share, after.F)
+    for i in range(after.sliding.size):
+        if after.force[laws.rubs[i // 2]] > 0.0 and not after.stuck[i // 2]:
+            after.sliding[i] = after.rate[m + i]
+    return DONE
+
+
+@numba.njit(cache=True)
+def lessen(model, laws, W, gain, h, now, after, share):  # type: ignore[no-untyped-def]
+    """Shares of the second half of a kick where channels open in the step that it begins; True if there are any.
+
+    `after`: the end of that step with the whole kick. The forces on the coordinates become those of the shares.
+    """
+    fill(share, 1.0)
+    opening = False
+    for i in range(now.gap.size):
+        opening = opening or (now.force[i] > 0.0 and after.gap[i] > 0.0)
+    if opening:
+        share_out(laws, W, h, now, after.gap, 1.0, share)
+        force_on(model, laws, now.force, share, now.F)
+    return opening
+
+
+@numba.njit(cache=True)
+def share_out(laws, W, h, x, other, sign, share):  # type: ignore[no-untyped-def]
+    """Shares of half a kick of the channels that are open at the `other` end of the step, gaps (m,).
+
+    sign: -1 for the first half, x.rate then being those before it; 1 for the second, those in its middle.
+    """
+    for _ in range(SWEEPS):
+        for i in range(share.size):
+            if x.force[i] <= 0.0 or other[i] <= 0.0:
+                continue
+            spring = spring_force(laws, i, x.gap[i])
+            rate = x.rate[i] + 0.25 * h * felt(laws, W, i, x.force, share)
+            holds = spring_energy(laws, i, x.gap[i]) - 0.125 * h * h * spring * W[i, i] * spring
+            if sign * rate > 0.0 and 0.5 * h * spring * abs(rate) > holds:
+                share[i] = max(holds / (0.5 * h * spring * abs(rate)), 0.0)
+            else:
+                share[i] = 1.0
+
+
+@numba.njit(cache=True)
+def weight(laws, m, share, j):  # type: ignore[no-untyped-def]
+    """Share of channel force j: friction has that of its pressure."""
+    return share[j] if j < m else share[laws.rubs[(j - m) // 2]]
+
+
+@numba.njit(cache=True)
+def felt(laws, W, i, force, share):  # type: ignore[no-untyped-def]
+    """(W (share force))_i"""
+    total = 0.0
+    for j in range(force.size):
+        if force[j] != 0.0:
+            total += W[i, j] * weight(laws, share.size, share, j) * force[j]
+    return total
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def force_on(model, laws, force, share, F):  # type: ignore[no-untyped-def]
+    """F = push' (share force)"""
+    fill(F, 0.0)
+    for j in range(force.size):
+        if force[j] != 0.0:
+            p, push = weight(laws, share.size, share, j) * force[j], model.push[j]
+            for i in range(F.size):
+                F[i] += p * push[i]
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def strike(model, gain, light, after):  # type: ignore[no-untyped-def]
+    """Half a kick on the coordinates; those without mass move at once."""
+    F, z = after.F, after.x.reshape(after.x.size)[model.p0 : model.p1]
+    for i in range(F.size):
+        z[i] += gain[i] * F[i]
+    if light:
+        u = after.x[0]
+        for i in range(F.size):
+            if model.m[i] <= 0.0:
+                u[i] += F[i] / model.k[i]
+
+
+@numba.njit(cache=True)
+def turn_rates(laws, W, by, force, share, rate):  # type: ignore[no-untyped-def]
+    """rate += by W (share force)"""
+    for j in range(force.size):
+        if force[j] != 0.0:
+            p = by * weight(laws, share.size, share, j) * force[j]
+            for i in range(rate.size):
+                rate[i] += W[i, j] * p
+
+
+@numba.njit(cache=True)
+def book_half(model, laws, W, h, x, share, energy):  # type: ignore[no-untyped-def]
+    """What half a kick gives to modes, supports, dampers and friction; x.rate: in the middle of the whole kick.
+
+    h: the step, negative for the half before the instant.
+    """
+    m = x.gap.size
+    for j in range(x.force.size):
+        if x.force[j] == 0.0:
+            continue
+        impulse = 0.5 * abs(h) * weight(laws, m, share, j)
+        rate = x.rate[j] + 0.25 * h * felt(laws, W, j, x.force, share)
+        carried = 0.0
+        for a in range(x.support.shape[1]):
+            carried += model.rows_s[j, a] * x.support[1, a]
+        energy[GIVEN] += impulse * x.force[j] * (rate - carried)
+        energy[EXTERNAL] -= impulse * x.force[j] * carried
+        if j >= m:
+            if not x.stuck[(j - m) // 2]:
+                energy[FRICTION] -= impulse * x.force[j] * rate
+        elif model.damped:
+            energy[CONTACT_DAMPING] -= impulse * (x.force[j] - spring_force(laws, j, x.gap[j])) * rate
+
+
+@numba.njit(cache=True)
+def book_slack(laws, h, x, energy):  # type: ignore[no-untyped-def]
+    """What a spring gives in half a step to its own damper where it unloads faster than that lets it go: no force."""
+    for i in range(x.gap.size):
+        if x.force[i] == 0.0 and x.gap[i] < 0.0:
+            energy[CONTACT_DAMPING] += 0.5 * h * spring_force(laws, i, x.gap[i]) * x.rate[i]

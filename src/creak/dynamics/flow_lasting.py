@@ -1,0 +1,107 @@
+"""Contact that lasts, in compiled code: longer steps while the set of channels that press stays the same.
+
+Over such a step the structure moves exactly under channel forces that are constant in it, their mean
+
+    p = (1 - w) p0 + w p1,    p1 = -k g1,    g1 = g_free + B p,    w = 1/2 + LOSS
+
+with B what a constant force moves in the step. With w = 1/2 the work of the forces is what linear springs store,
+whatever the step: stable without a limit (Newmark's average acceleration, with the structure exact); LOSS damps the
+springs' own vibration where a step does not resolve it. A step in which a channel opens, or another may close, is not
+taken: those belong to the kicks.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from creak.dynamics.closing import dips
+from creak.dynamics.flow_model import GIVEN
+from creak.dynamics.flow_motion import fly, look, settle_supports
+from creak.dynamics.modal_model import EXTERNAL, FAST, fill
+
+PATIENCE = 25
+"""Long steps that the same channels press before one is taken: touches are over by then, their force is followed."""
+LOSS = 0.02
+"""Of what a spring's force changes by in a step this share acts too late."""
+
+
+@numba.njit(cache=True)
+def same_set(now, after):  # type: ignore[no-untyped-def]
+    """Do the same channels press at both instants, and at least one?"""
+    any_presses = False
+    for i in range(now.gap.size):
+        if (now.force[i] > 0.0) != (after.force[i] > 0.0):
+            return False
+        any_presses = any_presses or now.force[i] > 0.0
+    return any_presses
+
+
+@numba.njit(cache=True)
+def held_together(laws, B, pressing):  # type: ignore[no-untyped-def]
+    """(1 / k + w B)^-1 over the channels that press."""
+    C = np.empty((pressing.size, pressing.size))
+    for a in range(pressing.size):
+        for b in range(pressing.size):
+            C[a, b] = (0.5 + LOSS) * B[pressing[a], pressing[b]]
+        C[a, a] += 1.0 / laws.stiffness[pressing[a]]
+    return np.ascontiguousarray(np.linalg.inv(C))
+
+
+@numba.njit(cache=True)
+def hold(model, laws, slope, P, B, inverse, pressing, gain, D, course, h, now, after):  # type: ignore[no-untyped-def]
+    """A step of lasting contact; False, and nothing is done, where the set of channels would change in it."""
+    fly(model, P, gain, D, now, after, False)
+    settle_supports(course, h, after)
+    look(model, after)
+    n, m = pressing.size, now.gap.size
+    right, mean = np.empty(n), np.empty(n)
+    for a in range(n):
+        right[a] = -after.gap[pressing[a]]
+        for b in range(n):
+            right[a] -= (0.5 - LOSS) * B[pressing[a], pressing[b]] * now.force[pressing[b]]
+    p1 = np.dot(inverse, right)
+    for a in range(n):
+        if p1[a] <= 0.0:
+            return False
+        mean[a] = (0.5 - LOSS) * now.force[pressing[a]] + (0.5 + LOSS) * p1[a]
+    fill(after.F, 0.0)
+    push_by(model, pressing, mean, after.F)
+    add(D[0], after.F, 1.0)
+    fly(model, P, gain, D, now, after, False)
+    add(D[0], after.F, -1.0)
+    look(model, after)
+    for i in range(m):
+        watched = slope[i] > 0.0 and now.force[i] <= 0.0
+        if watched and dips(now.gap[i], h * now.rate[i], after.gap[i], h * after.rate[i]):
+            return False
+    fill(after.force, 0.0)
+    for a in range(n):
+        i = pressing[a]
+        after.force[i] = p1[a]
+        carried = 0.0
+        for s in range(now.support.shape[1]):
+            carried += model.rows_s[i, s] * (after.support[0, s] - now.support[0, s])
+        after.energy[GIVEN] += mean[a] * (after.gap[i] - now.gap[i] - carried)
+        after.energy[EXTERNAL] -= mean[a] * carried
+    fill(after.F, 0.0)
+    push_by(model, pressing, p1, after.F)
+    fill(after.sliding, 0.0)
+    fill(after.stuck, True)
+    return True
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def push_by(model, pressing, p, F):  # type: ignore[no-untyped-def]
+    """F += push' p"""
+    for a in range(pressing.size):
+        force, row = p[a], model.push[pressing[a]]
+        for i in range(F.size):
+            F[i] += force * row[i]
+
+
+@numba.njit(cache=True, fastmath=FAST)
+def add(to, what, times):  # type: ignore[no-untyped-def]
+    """to += times what"""
+    for i in range(to.size):
+        to[i] += times * what[i]

@@ -1,0 +1,70 @@
+"""Lasting contact: longer steps while the same channels press, and a history as long as its course asks for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from creak.dynamics.flow_march import SAMPLES, simulate_flow
+from creak.dynamics.flow_resolution import SETTLED, finer
+from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.loads import Loads
+from creak.reduction.diagonal import diagonalise
+from creak.verify.events import find_events
+from creak.verify.reliability import created_of_contact
+from helpers_core import chain, channels, system_of
+
+N, PENALTY = 12, 1e10
+"""Masses of .01 kg in a row; springs of the contact turn them round in 3 us, so that steps of the kicks are .2 us."""
+GAPS = channels(np.eye(N)[[3, 7, 11]], [1e-4, 2e-4, 3e-4], PENALTY)
+
+
+def pressed(resolution=SETTLED) -> History:
+    """A row of masses in thick oil, pushed onto three stops within 10 ms and held there for 80 ms, 20 Hz on top."""
+    M, K = chain(N, 0.01, 1e5)
+    system = diagonalise(system_of(M, K, alpha=4000.0))
+    time = 1e-3 / SAMPLES * np.arange(SAMPLES * 100 + 1)
+    push = -np.clip(time / 0.01, 0.0, 1.0) * (200.0 + 20.0 * np.sin(2.0 * np.pi * 20.0 * time))
+    loads = Loads(
+        time, np.zeros((3, time.size, 0)), np.outer(push, np.ones(3)), tuple(np.array([x]) for x in (2, 6, 10))
+    )
+    return simulate_flow(system, GAPS, loads, observed=np.arange(N), resolution=resolution)
+
+
+@pytest.fixture(scope="module")
+def history() -> History:
+    return pressed()
+
+
+def test_steps_grow_while_contact_lasts_and_few_are_kept(history):
+    """Kicks alone take half a million steps of .2 us here, and kept each of them."""
+    step = np.diff(history.time)
+    assert step.min() < 5e-7
+    assert history.contact_steps < 20_000
+    assert history.time.size < 30_000
+
+
+def test_force_of_lasting_contact_is_that_of_statics(history):
+    """Quasi-static: what the stops carry is the push, less what the springs between them and the ground take."""
+    at = np.searchsorted(history.time, 0.0905)
+    K = chain(N, 0.01, 1e5)[1]
+    G, t = GAPS.G.toarray()[:, :N], history.time[at]
+    push = np.zeros(N)
+    push[[2, 6, 10]] = -(200.0 + 20.0 * np.sin(2.0 * np.pi * 20.0 * t))
+    u = np.linalg.solve(K + PENALTY * G.T @ G, push - PENALTY * G.T @ GAPS.gap0)
+    exact = -PENALTY * (GAPS.gap0 + G @ u)
+    np.testing.assert_allclose(history.force[at], exact, rtol=0.02)
+
+
+def test_no_energy_comes_of_it(history):
+    assert created_of_contact(history) < 1e-3
+    assert abs(history.energy[-1, ENERGIES.index("scheme")]) < 2e-3 * history.energy_scale
+
+
+def test_finer_steps_change_neither_times_nor_impulses(history):
+    fine = pressed(finer(SETTLED, 2.0))
+    found, exact = (find_events(h, GAPS, merge=5e-3, f_max=500.0) for h in (history, fine))
+    assert len(found) == len(exact) > 0
+    for a, b in zip(found, exact, strict=True):
+        assert a.t_start == pytest.approx(b.t_start, abs=1e-4)
+        assert a.impulse == pytest.approx(b.impulse, rel=1e-3)
