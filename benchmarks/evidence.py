@@ -1,6 +1,6 @@
 """What the advice and its pages rest on, measured on today's door: `python -m benchmarks.evidence [--mesh-size H]`.
 
-Writes `studies/advise/evidence.json`; `python -m tools.evidence_pages` makes the pages of it (`make evidence` both). Every run is one of the
+Writes `studies/advise/evidence.json`; `python -m tools.evidence_pages` makes the pages of it. Every run is one of the
 default accuracy unless a forced step is what is looked at. Reductions are held to modes of the assembly up to
 `REFERENCE` times the excitation, and those to a stretch of the unreduced run.
 """
