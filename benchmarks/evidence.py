@@ -30,26 +30,26 @@ FILE = Path(__file__).parents[1] / "src" / "creak" / "studies" / "advise" / "evi
 RATTLING = ("A2", "A3", "A4")
 LOAD = "A3"
 """Of what is looked at under one load only."""
-REFERENCE, CHOSEN = 30, 15
+REFERENCE, CHOSEN = 20, 15
 """Multiples of the excitation: assembly modes of the reference, fixed-interface modes of all that is not about them."""
 F = 100.0
 """Hz, highest frequency of the door's excitation."""
 CASES: dict[str, dict[str, Any]] = {
     "Guyan": {"method": "guyan"},
-    **{f"Craig-Bampton {m} x": {"f_max": F * m} for m in (3, 5, 7, 9, 11, 13, 15, 20)},
+    **{f"Craig-Bampton {m} x": {"f_max": F * m} for m in (3, 5, 7, 11, 15, 20)},
     **{f"keep_out {d}": {"keep_out": d} for d in (8, 40, 90)},
     **{f"spacing {n}": {"keep_out": 8, "interface": {"type": "spacing", "n": n}} for n in (2, 4)},
     **{
         f"participation {eta:.2f}": {"keep_out": 8, "interface": {"type": "participation", "eta": eta}}
-        for eta in (0.05, 0.10, 0.15, 0.20, 0.35)
+        for eta in (0.10, 0.15, 0.35)
     },
     **{f"interpolation {n}": {"keep_out": 8, "interface": {"type": "interpolation", "n": n}} for n in (2, 3)},
     **{f"characteristic {n}": {"keep_out": 8, "interface": {"type": "characteristic", "n": n}} for n in (50, 100, 200)},
-    **{f"gap modes {m} x": {"method": "gap-modes", "f_max": F * m} for m in (3, 5, 7, 11)},
-    **{f"massless {m} x": {"method": "massless-boundary", "f_max": F * m} for m in (3, 7, 11)},
+    **{f"gap modes {m} x": {"method": "gap-modes", "f_max": F * m} for m in (3, 7, 11)},
+    **{f"massless {m} x": {"method": "massless-boundary", "f_max": F * m} for m in (7, 11)},
 }
 """Name -> [reduction]; fixed-interface modes to `CHOSEN` times the excitation unless said."""
-FINE = (*(f"Craig-Bampton {m} x" for m in (3, 5, 7, 9, 11, 13, 15, 20)), "keep_out 8", "gap modes 3 x", "gap modes 7 x")
+FINE = (*(f"Craig-Bampton {m} x" for m in (3, 5, 7, 11, 15, 20)), "keep_out 8", "gap modes 3 x", "gap modes 7 x")
 """What is looked at on the finer door too."""
 AMPLITUDES = (0.9, 0.95, 1.05, 1.1)
 SEEDS = (2, 3, 4)
@@ -58,30 +58,48 @@ UNREDUCED_S = 1.0
 """s of the unreduced run."""
 
 
+PARTS = ("door", "fine", "contact")
+"""Of the record; each has its own stamp."""
+
+
 def main() -> None:
-    """Measure all and write the record."""
+    """Measure all parts, or those asked for, and write each into the record when it is there."""
     options = argparse.ArgumentParser(prog="python -m benchmarks.evidence")
     options.add_argument("--mesh-size", type=float, default=40.0, help="mm, of the door")
     options.add_argument("--fine", type=float, default=20.0, help="mm, of the door on which modes are counted again")
+    options.add_argument("--part", choices=PARTS, action="append", help="only this one; the others stay as they are")
     options.add_argument("--out", type=Path, default=FILE)
     given = options.parse_args()
-    console, made = Console(width=160), stamp()
+    console = Console(width=160)
     compile_kernels()
     compile_flow()
-    bench = Bench(given.mesh_size)
-    record: dict[str, Any] = {"made": made, "door": door_record(bench, tuple(CASES), console)}
-    console.print("physics")
-    record["physics"] = list(physics(bench))
+    for part in given.part or PARTS:
+        made = stamp()
+        console.print(f"{part}:")
+        if part == "contact":
+            found = contact_record(given.mesh_size, console)
+        else:
+            names = tuple(CASES) if part == "door" else FINE
+            found = door_record(Bench(given.mesh_size if part == "door" else given.fine), names, console)
+        before = json.loads(given.out.read_text(encoding="utf-8")) if given.out.exists() else {}
+        record = before | {part: {"made": made, **found}}
+        given.out.write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        console.print(f"wrote {given.out}")
+
+
+def contact_record(mesh_size: float, console: Console) -> dict[str, Any]:
+    """What load, damping, stiffness, forced steps and the method of contact do to the answer."""
+    bench, found = Bench(mesh_size), {}
     model = bench.model({"f_max": F * CHOSEN})
-    console.print("penalties")
-    record["penalties"] = penalties(bench, model, LOAD)
-    console.print("forced steps")
-    record["steps"] = forced_steps(bench, model, RATTLING)
-    console.print("contact by nodes")
-    record["node"] = node_contact(given.mesh_size, F * CHOSEN, LOAD)
-    record["fine"] = door_record(Bench(given.fine), FINE, console)
-    given.out.write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    console.print(f"wrote {given.out}")
+    for name, measure in (
+        ("physics", lambda: list(physics(bench))),
+        ("penalties", lambda: penalties(bench, model, LOAD)),
+        ("steps", lambda: forced_steps(bench, model, RATTLING)),
+        ("node", lambda: node_contact(mesh_size, F * CHOSEN, LOAD)),
+    ):
+        console.print(name)
+        found[name] = measure()
+    return found
 
 
 def door_record(bench: Bench, names: Sequence[str], console: Console) -> dict[str, Any]:
