@@ -10,7 +10,7 @@ LOWEST := build/lowest
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 PARALLEL   := -n 2 --dist loadfile
 
-.PHONY: demo test test-newest test-lowest licences lint docs verification bench dist clean
+.PHONY: demo test test-newest test-lowest licences lint docs evidence verification bench dist clean
 .DELETE_ON_ERROR:
 
 $(VENV)/run.stamp: pyproject.toml
@@ -75,6 +75,7 @@ lint: $(VENV)/dev.stamp
 docs: $(VENV)/docs.stamp
 	$(BIN)/python -m tools.commands_page
 	$(BIN)/python -m tools.study_page
+	$(BIN)/python -m tools.evidence_pages
 	$(BIN)/python -m tools.gallery
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 	@echo "open build/site/index.html"
@@ -82,6 +83,11 @@ docs: $(VENV)/docs.stamp
 verification: $(VENV)/dev.stamp
 	$(BIN)/python -m pytest --measured=docs/verification.json
 	$(BIN)/python -m tools.verification_page
+
+# What advice, guidelines and two more pages rest on: half an hour.
+evidence: $(VENV)/dev.stamp
+	$(BIN)/python -m benchmarks.evidence
+	$(BIN)/python -m tools.evidence_pages
 
 bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks
