@@ -10,7 +10,7 @@ LOWEST := build/lowest
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 PARALLEL   := -n 2 --dist loadfile
 
-.PHONY: demo test check licences lint docs verification bench dist clean \
+.PHONY: demo test check licences lint docs evidence verification bench dist clean \
   $(foreach step,test install demo unit,$(step)-newest $(step)-lowest)
 .DELETE_ON_ERROR:
 
@@ -86,6 +86,7 @@ lint: $(VENV)/dev.stamp
 docs: $(VENV)/docs.stamp
 	$(BIN)/python -m tools.commands_page
 	$(BIN)/python -m tools.study_page
+	$(BIN)/python -m tools.evidence_pages
 	$(BIN)/python -m tools.gallery
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 	@echo "open build/site/index.html"
@@ -93,6 +94,11 @@ docs: $(VENV)/docs.stamp
 verification: $(VENV)/dev.stamp
 	$(BIN)/python -m pytest --measured=docs/verification.json
 	$(BIN)/python -m tools.verification_page
+
+# What advice, guidelines and two more pages rest on: half an hour.
+evidence: $(VENV)/dev.stamp
+	$(BIN)/python -m benchmarks.evidence
+	$(BIN)/python -m tools.evidence_pages
 
 bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks

@@ -100,12 +100,15 @@ def test_million_dofs_are_compared_where_they_were_measured():
         "retained": 0,
         "modes": 0,
         "contact_steps": 40,
+        "integrator": "exact flow",
         "events": [["flange", 4.2, 4.21, 10.0, 0.1]],
     }
+    made = {"creak": "9.9", "commit": "abc1234", "date": "2030-01-02", "machine": "two cores", "command": "python -m x"}
     reduced = run | {"name": "D8", "cpu_s": 4.0, "offline_cpu_s": 6.0, "events": [["flange", 4.2, 4.21, 11.0, 0.1]]}
-    data = {"model": "door of 4.22 mm", "machine": "two cores", "runs": [run | {"name": "unreduced"}, reduced]}
+    data = {"made": made, "model": "door of 4.22 mm", "runs": [run | {"name": "unreduced"}, reduced]}
     text = thesis_page(Inputs(20.0, {}, None, None, {}, data))
     assert "D8 runs 25 times faster in CPU time than unreduced, 10 times with its reduction counted" in text
     assert "11.0 N (+10.0" in text
     assert "<td>4.2000</td>" in text
-    assert "two cores." in text
+    assert "python -m x, creak 9.9, commit abc1234, 2030-01-02, two cores." in text
+    assert "unreduced, exact flow" in text

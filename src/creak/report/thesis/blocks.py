@@ -72,6 +72,8 @@ class Finding:
     thesis: str
     creak: str
     mark: Mark
+    rule: str
+    """What the mark is computed from, in words."""
 
 
 @dataclass(frozen=True)

@@ -8,18 +8,18 @@ from typing import Any
 
 from creak.studies.advise import words
 from creak.studies.advise.contact import StepAdvice, substeps_for
-from creak.studies.advise.evidence import DOOR
+from creak.studies.advise.evidence import DOOR, case, record, share
 from creak.studies.advise.facts import Facts, Option
 from creak.studies.models.reduced import WHOLE
 from creak.studies.prepare.setup import Setup
 
 ENOUGH, ALL = 11.0, 15.0
-"""f_max of fixed-interface modes over the excitation that is good enough (2.6 % in the impulse of an event) and that is
-advised (1.0 %; docs/guidelines.md). Thesis 4.1: no gain beyond 11, for the hardest load 13."""
+"""f_max of fixed-interface modes over the excitation that is good enough, and that is advised (docs/guidelines.md).
+Thesis 4.1: no gain beyond 11, for the hardest load 13."""
 ASSEMBLY, FADING = 7.0, 11.0
-"""The same for modes of the assembly (.09 %), and for a massless boundary (.09 %), whose modes fade."""
+"""The same for modes of the assembly, and for a massless boundary, whose modes fade."""
 PER_PERIOD = 40.0
-"""Steps in a period of the excitation's highest frequency at which start, duration and total impulse settle."""
+"""Forced steps in a period of the excitation's highest frequency at which events are found."""
 LONG_S = 3600.0
 """An unreduced run beyond this is not worth being part of every run."""
 MOST_SUBSTEPS = 100
@@ -67,7 +67,7 @@ def choose(setup: Setup, facts: Facts) -> Choice:
     because = [
         why,
         *words.why_f_max(facts, option),
-        *([words.why_exact(setup)] if exact else forced),
+        *(words.why_exact(setup, facts) if exact else forced),
         *words.why_retained(setup, facts),
         *words.why_unreduced(facts, step),
     ]
@@ -94,11 +94,11 @@ def _option(setup: Setup, facts: Facts, step: StepAdvice) -> tuple[Option | None
         )
     if any(t.stiffness == "hard" for t in c.contact.values()) and not c.time.exact:
         return _whole(facts, "massless-boundary", FADING, table.f_max), (
-            "method: massless-boundary with its own integrator, because with hard contact HHT throws a node back at "
-            "up to 1.18 times the speed it came, and the massless boundary closes once (docs/numerics.md, "
+            "method: massless-boundary with its own integrator, because with hard contact and a forced step HHT throws "
+            "a node back faster than it came, and the massless boundary closes once (docs/numerics.md, "
             "docs/reduction.md)"
         )
-    if table.method == "massless-boundary":
+    if table.method == "massless-boundary" and not c.time.exact:
         return _whole(facts, "massless-boundary", FADING, table.f_max), (
             "method: massless-boundary as in the study, with its own integrator, because its contact does not chatter"
         )
@@ -108,9 +108,17 @@ def _option(setup: Setup, facts: Facts, step: StepAdvice) -> tuple[Option | None
             f"method: gap-modes, because no channel closes and modes of the assembly are exact below f_max; {keep}"
         )
     return _whole(facts, "gap-modes", ASSEMBLY, table.f_max if table.method == "gap-modes" else 0.0), (
-        "method: gap-modes, because for one assembly it is the smallest and most accurate (333 unknowns and .09 % in "
-        f"the impulse of an event against 1,320 and 1.0 % of Craig-Bampton with 15 times the excitation; {DOOR}); "
-        f"{keep}"
+        f"method: gap-modes, because for one assembly it is the smallest: {_against_craig_bampton()} ({DOOR}); {keep}"
+    )
+
+
+def _against_craig_bampton() -> str:
+    """Size and error of both, each with the multiple that is advised."""
+    modes, parts = (case(record(), f"{name} {m:g} x") for name, m in (("gap modes", ASSEMBLY), ("Craig-Bampton", ALL)))
+    return (
+        f"{modes['unknowns']:,} unknowns and {share(modes['impulse_error'])} in the impulse of an event with "
+        f"{ASSEMBLY:g} times the excitation, against {parts['unknowns']:,} and {share(parts['impulse_error'])} of "
+        f"Craig-Bampton with {ALL:g} times"
     )
 
 

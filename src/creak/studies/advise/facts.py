@@ -26,7 +26,7 @@ from creak.studies.advise.cost import (
     superelements_s,
     unreduced_cost,
 )
-from creak.studies.advise.evidence import STEPS, Measured, measured, rule_of_thumb, step_evidence
+from creak.studies.advise.evidence import Measured, measured, rule_of_thumb, step_evidence, steps
 from creak.studies.advise.size import Counted, Sizes, sizes, sturm_counts
 from creak.studies.file.config import MultisineTable, PeriodicTable, RecordTable, SineTable
 from creak.studies.models.reduced import WHOLE
@@ -260,7 +260,7 @@ def _steps(
     progress: Progress,
 ) -> tuple[StepAdvice, ...]:
     own = setup.study.config.time.step
-    wanted = {float(f"{h:.9g}") for h in (own, *(step_for(setup, s.per_period * f) for s in STEPS))}
+    wanted = {float(f"{h:.9g}") for h in (own, *(step_for(setup, s.per_period * f) for s in steps()))}
     largest, end = max(options, key=lambda o: o.step_s), float(setup.loads.time[-1])
     positions, out = setup.model.nodes.coords[gaps.nodes_idx], []
     for k, h in enumerate(sorted(wanted, reverse=True)):

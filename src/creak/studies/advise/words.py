@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 from creak.studies.advise.contact import STEPS_PER_BOUNCE, StepAdvice, substeps_for
-from creak.studies.advise.evidence import DOOR
-from creak.studies.advise.facts import Facts, Option
+from creak.studies.advise.evidence import (
+    CONTACT,
+    DOOR,
+    RULE_OF_THUMB,
+    case,
+    listed,
+    penalty,
+    points,
+    record,
+    share,
+    varied,
+)
+from creak.studies.advise.facts import POWER, Facts, Option
 from creak.studies.models.reduced import DIAGONAL_LIMIT
 from creak.studies.prepare.setup import Setup
 
 EVERYWHERE, MANY = 0.9, 20
 """Share of channels that stay, of at least so many, from which on the pre-check did not sort."""
+BESIDE = "Craig-Bampton 15 x"
+"""The case that others of the record differ from."""
 AFFORDABLE_S = 600.0
 """An unreduced run up to this time needs no reduction for its own sake."""
 
@@ -19,36 +33,40 @@ AFFORDABLE_S = 600.0
 def why_f_max(facts: Facts, option: Option | None) -> Iterator[str]:
     if option is None:
         return
-    f = facts.excitation.frequency
+    f, known = facts.excitation.frequency, points()[option.method]
     said = f"f_max: {option.f_max:g} Hz = {option.multiple:.3g} x the excitation ({f:.4g} Hz), because "
+    left = (
+        f"{listed([f'{p.multiple:g}' for p in known])} times left {listed([share(p.impulse_error) for p in known])} in "
+        f"the impulse of an event ({DOOR})"
+    )
     if option.method == "craig-bampton":
+        thumb = (
+            f"{listed([f'{m:g}' for m, _ in RULE_OF_THUMB])} times leave {listed([share(e) for _, e in RULE_OF_THUMB])}"
+        )
         yield said + (
-            f"7, 11, 15 and 20 times left 7.6, 2.6, 1.0 and .4 % in the impulse of an event ({DOOR}), and the thesis "
-            "saw no gain beyond 11 to 13 times (4.1). Frequencies alone need less: 2, 3 and 5 times leave 1, .1 and "
-            f".03 % in the rule of thumb, and no mode at {f:.4g} Hz can be off by more than {100 * option.bound:.2g} %"
+            f"{left}, and the thesis saw no gain beyond 11 to 13 times (4.1). Frequencies alone need less: {thumb} in "
+            f"the rule of thumb, and no mode at {f:.4g} Hz can be off by more than {share(option.bound)}"
         )
     elif option.method == "massless-boundary":
         yield said + (
-            "its modes fade towards the cut (.5 % of a mode's share is missing at a tenth of it), and at 7 times the "
-            "next modes change impulses by 1.5 % (docs/massless_boundary.md, docs/contact_convergence.md)"
+            f"its modes fade towards the cut: marched exactly {left}; its own integrator, which divides its steps, is "
+            "what it is for (docs/massless_boundary.md)"
         )
     else:
-        yield said + (
-            "modes of the assembly below it are exact and the static shapes carry the contact: 3 times left .4 % in "
-            f"the force and impulse of an event, 7 times .09 % ({DOOR})"
-        )
+        yield said + f"modes of the assembly below it are exact and the static shapes carry the contact: {left}"
 
 
 def why_step(setup: Setup, step: StepAdvice, massless: bool) -> Iterator[str]:
     yield (
-        f"step: {step.step:g} s, {step.per_period:.3g} in a period of the highest frequency, because such a step left "
-        f"on the door: {step.massless if massless else step.hht} (docs/contact_convergence.md)"
-        + ("" if massless else f"; periods at that frequency are {100 * step.period_error:.2g} % too long with it")
+        f"step: {step.step:g} s, {step.per_period:.3g} in a period of the highest frequency, because such a forced "
+        f"step left on the door: {step.massless if massless else step.hht} (docs/contact_convergence.md)"
+        + ("" if massless else f"; periods at that frequency are {share(step.period_error)} too long with it")
+        + ". Without `step` and `integrator` in [time] creak chooses, and says how far the answer has settled"
     )
     if abs(step.step / setup.study.config.time.step - 1.0) > 1e-6 and setup.contacts.m:
         yield (
             "channels: counted with the study's own step; with another one the linear run moves differently and may "
-            "keep others (docs/contact_convergence.md): ask again with the new step"
+            "keep others: ask again with the new step"
         )
 
 
@@ -66,7 +84,7 @@ def why_substeps(step: StepAdvice, substeps: int, massless: bool) -> Iterator[st
         yield (
             "substeps: as in the study, because automatic stiffness follows the step: the lightest channel bounces "
             f"for {b.shortest_s:.3g} s = {b.shortest_s / step.step:.2g} steps, and about as long in steps with any "
-            "other. That resolves when a blow comes and its impulse, not the force of one channel "
+            "other. That resolves when a blow comes, not the force of one channel "
             f"(docs/contact_convergence.md). For forces give a stiffness in numbers with {STEPS_PER_BOUNCE} steps a "
             f"bounce; as stiff as here that is substeps = {substeps_for(step.step, b)}"
         )
@@ -81,15 +99,11 @@ def why_stiffness(setup: Setup, step: StepAdvice, substeps: int, massless: bool)
         harder = ", harder with substeps" if substeps > 1 else ""
         yield (
             f"stiffness: auto (median {step.automatic.stiffness:.3g} force/length a channel with this step{harder}), "
-            "because the step resolves no more, and with that limit no run of 36 created more than .5 % of energy, "
-            "without it all did (docs/numerics.md). A number only to compare models or steps, hard only with the "
-            "massless boundary"
+            "because a forced step resolves no more: beyond that limit it creates energy (docs/numerics.md). A number "
+            "only to compare models or steps, hard only with the massless boundary"
         )
     if "number" in kinds and step.fixed is not None:
-        yield (
-            f"stiffness: the number stays (median {step.fixed.stiffness:.3g} force/length a channel); raw forces grow "
-            "with about its square root, impulses change by some per cent (docs/contact_convergence.md)"
-        )
+        yield (f"stiffness: the number stays (median {step.fixed.stiffness:.3g} force/length a channel); {_stiffer()}")
     if "hard" in kinds and massless:
         yield (
             "stiffness: hard stays, because the massless boundary needs no penalty; forces at an instant ring with "
@@ -103,25 +117,71 @@ def why_retained(setup: Setup, facts: Facts) -> Iterator[str]:
     for part in parts:
         for reason, count in part.retained.items():
             by_reason[reason] = by_reason.get(reason, 0) + count
-    listed = ", ".join(f"{n:,} {reason}" for reason, n in by_reason.items())
-    yield f"retained dofs with Craig-Bampton: {sum(by_reason.values()):,} in {len(parts)} parts ({listed})"
+    reasons = ", ".join(f"{n:,} {reason}" for reason, n in by_reason.items())
+    yield f"retained dofs with Craig-Bampton: {sum(by_reason.values()):,} in {len(parts)} parts ({reasons})"
     if table.keep_out:
+        names = (BESIDE, *(f"keep_out {d}" for d in (8, 40, 90)))
+        rows = [case(record(), name) for name in names]
+        sizes, errors = ([f(row) for row in rows] for f in (_unknowns, _impulse))
         yield (
             "keep_out: 0, because contact dofs are retained directly: 0, 8, 40 and 90 mm of mesh left unreduced gave "
-            f"1,320, 1,740, 2,945 and 4,436 unknowns and 1.0, 1.0, 1.2 and 1.1 % in the impulse of an event ({DOOR})"
+            f"{listed(sizes)} unknowns and {listed(errors)} in the impulse of an event ({DOOR}). Set it where that "
+            "much matters"
         )
     if table.interface.type in ("spacing", "participation"):
+        dropped, every_second = (case(record(), name) for name in ("participation 0.35", "spacing 2"))
         yield (
             f"interface: full, because {table.interface.type} leaves dofs uncoupled and loses modes and events "
-            f"suddenly: participation kept 0 to 2 of 29 events, every second node a MAC of .67 ({DOOR})"
+            f"suddenly: participation .35 found {dropped['matched']} of {dropped['reference']} events (MAC "
+            f"{dropped['lowest_mac']:.2g}), every second node {every_second['matched']} (MAC "
+            f"{every_second['lowest_mac']:.2g}; {DOOR})"
         )
 
 
-def why_exact(setup: Setup) -> str:
-    """Why nothing is said of steps."""
-    return (
+def _unknowns(row: Mapping[str, Any]) -> str:
+    return f"{row['unknowns']:,}"
+
+
+def _impulse(row: Mapping[str, Any]) -> str:
+    return share(row["impulse_error"])
+
+
+def why_exact(setup: Setup, facts: Facts) -> Iterator[str]:
+    """Why nothing is said of steps, and what the answer hangs on instead."""
+    yield (
         f"steps: accuracy = {setup.study.config.time.accuracy!r} chooses them: motion between contacts is exact, "
         "contact is resolved in its own time scale, its stiffness is used as it is (docs/numerics.md)"
+    )
+    if facts.gaps.m == 0:
+        return
+    kinds = {t.stiffness for t in setup.study.config.contact.values() if t.overclosure is None}
+    if kinds:
+        own = "auto, 10 times that of the softer parent element," if kinds == {"auto"} else "as in the study,"
+        yield f"stiffness: {own} because it hardly matters where the structure is softer: {_stiffer()}"
+    base, less, more = varied("base", 1.0), varied("damping", 0.5), varied("damping", 2.0)
+    yield (
+        "damping: know it, because it decides how often it rattles: half and twice the door's gave "
+        f"{less['events']} and {more['events']} events for {base['events']}, total impulse "
+        f"{_change(less, base)} and {_change(more, base)} ({DOOR})"
+    )
+    low, high = varied("load", 0.9), varied("load", 1.1)
+    yield (
+        f"load level: the same holds for it: a load a tenth lower and higher gave {low['events']} and {high['events']} "
+        f"events for {base['events']}, total impulse {_change(low, base)} and {_change(high, base)} ({DOOR})"
+    )
+
+
+def _change(row: Mapping[str, Any], base: Mapping[str, Any]) -> str:
+    return f"{100.0 * (row['impulse'] / base['impulse'] - 1.0):+.0f} %"
+
+
+def _stiffer() -> str:
+    """What the contact stiffness changes."""
+    base, half, twice, ten = (penalty(x) for x in (1.0, 0.5, 2.0, 10.0))
+    return (
+        f"half and twice of it changed the impulse of an event by {share(half['impulse_error'])} and "
+        f"{share(twice['impulse_error'])}, ten times by {share(ten['impulse_error'])}, and the raw peak of one "
+        f"channel, which is no result, {ten['raw_peak'] / base['raw_peak']:.2g} times ({CONTACT})"
     )
 
 
@@ -158,8 +218,8 @@ def _load(facts: Facts) -> Iterator[str]:
     e = facts.excitation
     if e.source == "sampled":
         yield (
-            "the excitation's highest frequency is not stated; 99 % of the power of its samples lies below "
-            f"{e.frequency:.4g} Hz, and all multiples refer to that: check it"
+            f"the excitation's highest frequency is not stated; {100.0 * POWER:.0f} % of the power of its samples lies "
+            f"below {e.frequency:.4g} Hz, and all multiples refer to that: check it"
         )
     elif e.source == "assumed":
         yield (

@@ -21,9 +21,8 @@ def million_section(data: dict[str, Any] | None) -> Section:
     if data is None or not runs:
         section.blocks.append(absent("This version of creak carries no measurement of the door of 1.17 million dofs."))
         return section
-    where = "".join(f" {str(data[k]).rstrip('.')}." for k in ("where", "machine", "measured", "note") if data.get(k))
     section.blocks += [
-        Text(f"{data.get('model', 'The door')}: measured beforehand, not by this run of the command.{where}"),
+        Text(f"{data['model']}: measured beforehand, not by this run of the command. {_made(data['made'])}"),
         TableBlock("Runs", _table(runs)),
     ]
     if all("events" in r for r in runs) and len(runs) > 1:
@@ -34,13 +33,19 @@ def million_section(data: dict[str, Any] | None) -> Section:
     return section
 
 
+def _made(made: dict[str, str]) -> str:
+    """Version, commit, date, machine and command; what else there is to say."""
+    said = f"{made['command']}, creak {made['creak']}, commit {made['commit']}, {made['date']}, {made['machine']}."
+    return f"{said} {made['note']}" if "note" in made else said
+
+
 def _table(runs: list[dict[str, Any]]) -> Table:
     first = runs[0]
     rows = []
     for r in runs:
         rows.append(
             [
-                str(r["name"]),
+                f"{r['name']}, {r['integrator']}",
                 _count(r.get("retained")),
                 _count(r.get("modes")),
                 _digits(r.get("offline_wall_s")),
