@@ -8,11 +8,11 @@ import sys
 from typing import NoReturn
 
 import typer
-from rich.console import Console
 
 import creak
 from creak.api.extras import REPORT, no_report_text
 from creak.cli import advise, convert, example, info, modes, new, reduce, report, run, schema, sweep, thesis
+from creak.cli.console import Terminal
 from creak.cli.output import Interrupted
 from creak.errors import CreakError, InputError, Unreliable, WriteError
 from creak.studies.unraised import none_ignored
@@ -58,26 +58,26 @@ def _root(
 
 def main() -> NoReturn:
     """Run the command line; wrong input ends with status 2, a failed analysis with 1, one message each."""
-    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    console = Terminal(stderr=True, soft_wrap=True)
     try:
         with none_ignored():
             if app(prog_name="creak", standalone_mode=False) == CTRL_C:
                 raise Interrupted("nothing was written")
         sys.stdout.flush()
     except InputError as error:
-        console.print(f"creak: {error}", style="red", markup=False)
+        console.print(f"creak: {error}", style="red")
         sys.exit(WRONG_INPUT)
     except Interrupted as stop:
-        console.print(f"creak: stopped; {stop}", style="red", markup=False)
+        console.print(f"creak: stopped; {stop}", style="red")
         sys.exit(FAILED)
     except Unreliable as error:
-        console.print(f"creak: error: unreliable: {error}", style="red", markup=False)
+        console.print(f"creak: error: unreliable: {error}", style="red")
         sys.exit(FAILED)
     except WriteError as error:
-        console.print(f"creak: {error}", style="red", markup=False)
+        console.print(f"creak: {error}", style="red")
         sys.exit(FAILED)
     except CreakError as error:
-        console.print(f"creak: the analysis failed: {error}", style="red", markup=False)
+        console.print(f"creak: the analysis failed: {error}", style="red")
         sys.exit(FAILED)
     except KeyboardInterrupt:
         console.print("creak: stopped; nothing was written", style="red")
@@ -88,7 +88,7 @@ def main() -> NoReturn:
     except ModuleNotFoundError as error:
         if error.name not in REPORT:
             raise
-        console.print(f"creak: {no_report_text()}", style="red", markup=False)
+        console.print(f"creak: {no_report_text()}", style="red")
         sys.exit(WRONG_INPUT)
     except BrokenPipeError:
         _drop_stdout()
@@ -98,7 +98,7 @@ def main() -> NoReturn:
             raise
         _drop_stdout()
         what = error.filename or "the output"
-        console.print(f"creak: cannot write {what}: {str(error.strerror).lower()}", style="red", markup=False)
+        console.print(f"creak: cannot write {what}: {str(error.strerror).lower()}", style="red")
         sys.exit(FAILED)
     except Exception as error:
         if type(error).__name__ == "NoArgsIsHelpError":
@@ -108,7 +108,7 @@ def main() -> NoReturn:
             console.print("creak: stopped; nothing was written", style="red")
             sys.exit(FAILED)
         if hasattr(error, "format_message"):  # a usage error of the command line itself
-            console.print(f"creak: {error.format_message()} Try: creak --help", style="red", markup=False)
+            console.print(f"creak: {error.format_message()} Try: creak --help", style="red")
             sys.exit(WRONG_INPUT)
         raise
     sys.exit(DONE)

@@ -24,6 +24,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.results.save import save, save_convergence
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_disk import small_disk
+from helpers_stored import changed_hdf5, write_changed_json
 
 SHORT = STUDY.replace("periods = 2", "end = 0.06\n[output]\nfield_interval = 0.01").replace(
     "0.05, period", "0.3, period"
@@ -120,7 +121,7 @@ def test_a_changed_digest_is_another_run(folder):
     text = folder / "summary.json"
     data = json.loads(text.read_text())
     data["run"]["deck_sha256"] = "0" * 64
-    text.write_text(json.dumps(data))
+    write_changed_json(text, data)
     assert "not of the same run" in refusal(creak.open_result, folder)
 
 
@@ -128,8 +129,8 @@ def test_results_without_identity_are_refused(folder):
     text = folder / "summary.json"
     data = json.loads(text.read_text())
     del data["run"]
-    text.write_text(json.dumps(data))
-    with h5py.File(folder / "results.h5", "r+") as file:
+    write_changed_json(text, data)
+    with changed_hdf5(folder / "results.h5") as file:
         del file.attrs["run_id"]
     assert "do not say of which run they are" in refusal(creak.open_result, folder)
     assert read_histories(folder / "results.h5").run == "reduced"  # one file is of one run

@@ -29,6 +29,7 @@ from creak.studies.sweep.queue import Queue
 from creak.studies.sweep.table import Row, columns, waiting, write_table
 from creak.studies.sweep.tasks import finished, tasks_of
 from helpers_decks import STUDY, write_strips
+from helpers_stored import write_changed_json
 
 SWEEP = """base = "study.toml"
 [grid]
@@ -183,7 +184,7 @@ def test_a_folder_is_complete_or_absent(tmp_path):
 
 
 def record(number: str):
-    return lambda folder: (folder / "case.json").write_text(json.dumps({"id": number}))
+    return lambda folder: write_changed_json(folder / "case.json", {"id": number})
 
 
 def test_newer_results_replace_those_of_another_study_only(tmp_path):

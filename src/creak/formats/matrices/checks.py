@@ -70,13 +70,7 @@ def _check_rows(nodes: IntArray, dofs: IntArray, source: Path) -> None:
 
 def symmetric(matrix: Matrix, name: str, n: int, source: Path) -> Matrix:
     """The matrix with rounding of symmetry averaged out; an error if it is not n x n, finite and symmetric."""
-    if tuple(matrix.shape) != (n, n):
-        shape = " x ".join(map(str, matrix.shape))
-        raise InputError(
-            f"matrix {name} is {shape} but the map of nodes and dofs has {n} rows",
-            where=source,
-            fix="Give the map that was written together with the matrices",
-        )
+    check_size(tuple(matrix.shape), name, n, source)
     values = matrix.data if sparse.issparse(matrix) else matrix
     if not np.all(np.isfinite(values)):
         raise InputError(f"matrix {name} has entries that are not finite", where=source, fix="Export it again")
@@ -93,6 +87,16 @@ def symmetric(matrix: Matrix, name: str, n: int, source: Path) -> Matrix:
             fix="Export the symmetric part, without follower loads, friction or gyroscopic terms",
         )
     return 0.5 * (matrix + matrix.T)
+
+
+def check_size(shape: tuple[int, ...], name: str, n: int, source: Path) -> None:
+    """Raise InputError where a matrix is not n x n."""
+    if shape != (n, n):
+        raise InputError(
+            f"matrix {name} is {' x '.join(map(str, shape))} but the map of nodes and dofs has {n} rows",
+            where=source,
+            fix="Give the map that was written together with the matrices",
+        )
 
 
 def dense(matrix: Matrix) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator, model_validator
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -18,6 +18,15 @@ class Table(BaseModel):
     """A table of the study; unknown keys are errors. The texts below the keys are the descriptions of its schema."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, str_strip_whitespace=True, use_attribute_docstrings=True)
+
+    @field_validator("*")
+    @classmethod
+    def _no_zero_bytes(cls, value: Any) -> Any:
+        """No file that creak writes can keep them."""
+        texts = [value] if isinstance(value, str) else value if isinstance(value, dict | list) else []
+        if any(isinstance(text, str) and "\0" in text for text in texts):
+            raise ValueError("holds a zero byte (\\u0000)")
+        return value
 
 
 class ModelTable(Table):

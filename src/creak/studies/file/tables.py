@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.formats.csv_rows import csv_rows
 
 
 def read_table(path: Path, where: str) -> tuple[FloatArray, FloatArray]:
@@ -46,7 +46,7 @@ def read_rows(path: Path, where: str, kind: str, header: list[str]) -> list[tupl
         raise InputError(f"no such {kind}: {path}", where=where, fix="Check the path.") from error
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot read the {kind} {path}: {error}", where=where) from error
-    rows = [(i, row) for i, row in enumerate(csv.reader(lines), start=1) if any(cell.strip() for cell in row)]
+    rows = [(i, row) for i, row in csv_rows(lines, path) if any(cell.strip() for cell in row)]
     found = [cell.strip().lower() for cell in rows[0][1]] if rows else []
     if found[: len(header)] != header:
         raise InputError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import itertools
+import math
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -25,6 +26,7 @@ NAMED = ("contact", "excitation", "superelement")
 """Tables of named tables: a change may not invent a name."""
 LONGEST = 120
 """Characters of a folder's name."""
+MOST_CASES = 100_000
 TAKEN = ("sweep", "superelements", "references")
 """Names that the sweep uses itself."""
 
@@ -65,6 +67,7 @@ class Case:
 def variants(sweep: SweepFile) -> list[Variant]:
     """Every case with every point of the grid and every seed, with unique names."""
     config = sweep.config
+    _check_count(sweep)
     short = short_keys([*sweep.keys])
     grid = [dict(zip(config.grid, point, strict=True)) for point in itertools.product(*config.grid.values())]
     own_cases: list[CaseTable | None] = [*config.case] or [None]
@@ -78,6 +81,20 @@ def variants(sweep: SweepFile) -> list[Variant]:
         out.append(Variant(",".join(words), {**own, **point}, seed))
     names = unique([v.name for v in out])
     return [Variant(name, v.changes, v.seed) for name, v in zip(names, out, strict=True)]
+
+
+def _check_count(sweep: SweepFile) -> None:
+    """Raise InputError before more cases are made than can be run."""
+    config = sweep.config
+    lengths = [len(values) for values in (*config.grid.values(), config.case, config.seeds) if values]
+    if (count := math.prod(lengths)) > MOST_CASES:
+        what = f"{count:,}" if count < 10**15 else f"{float(min(count, 10**300)):.0e}"
+        raise InputError(
+            f"the sweep has {what} cases ({' x '.join(map(str, lengths))})",
+            where=sweep.path,
+            expected=f"at most {MOST_CASES:,}",
+            fix="Give fewer values in [grid], or list the combinations that matter as [[case]].",
+        )
 
 
 def short_keys(keys: Sequence[str]) -> dict[str, str]:
@@ -165,9 +182,14 @@ def _inside(table: Any, words: Sequence[str], depth: int, word: str) -> Any:
     return inner
 
 
+def is_row(word: str) -> bool:
+    """Whether a word of a key is the number of a row."""
+    return word.isascii() and word.isdigit() and len(word) < 10
+
+
 def _row(table: Sequence[Any], words: Sequence[str], depth: int) -> int:
     word, name = words[depth], ".".join(words[:depth])
-    if not word.isdigit() or int(word) >= len(table):
+    if not is_row(word) or int(word) >= len(table):
         raise InputError(f"the base study has {len(table)} [[{name}]]", expected=f"{name}.0 to {len(table) - 1}")
     return int(word)
 
@@ -259,7 +281,7 @@ def _relative(path: Path, folder: Path) -> str:
 def value_at(data: Any, key: str) -> Any:
     """Value of a dotted key, None where there is none."""
     for word in key.split("."):
-        if isinstance(data, list) and word.isdigit() and int(word) < len(data):
+        if isinstance(data, list) and is_row(word) and int(word) < len(data):
             data = data[int(word)]
         elif isinstance(data, Mapping) and word in data:
             data = data[word]

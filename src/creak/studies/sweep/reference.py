@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
@@ -13,6 +12,8 @@ import numpy as np
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.formats.complete_file import complete_file
+from creak.formats.npz_arrays import read_arrays
+from creak.formats.sealed_hdf5 import Damaged
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.costs import Cost
@@ -64,11 +65,10 @@ def _write(path: Path, run: Run, gaps: GapOperator) -> None:
 def _read(path: Path, setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> Run | None:
     """The saved run; None where there is none, it is damaged, or it has other channels or coordinates."""
     try:
-        with np.load(path, allow_pickle=False) as file:
-            saved: dict[str, Any] = {k: file[k] if file[k].ndim else file[k].item() for k in file.files}
+        saved: dict[str, Any] = {k: a if a.ndim else a.item() for k, a in read_arrays(path).items()}
         history = History(**{f.name: saved[f"history_{f.name}"] for f in fields(History)})
         cost = Cost(**{f.name: saved[f"cost_{f.name}"] for f in fields(Cost)})
-    except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+    except (Damaged, KeyError):
         return None
     if saved["n"] != reference.system.n or saved["channels"].tolist() != list(gaps.names):
         return None
