@@ -111,16 +111,17 @@ class _Run:
         self.model = mollified(model, self.steps.mollifier)
         h, heavy = self.steps.h, m > 0.0
         self.gain = np.where(heavy, 0.5 * h / np.where(heavy, m, 1.0), 0.0)
-        self.W = symmetric((self.model.rows * (2.0 / h * self.gain)) @ self.model.rows.T)
         give = np.where(heavy, 0.0, 1.0 / np.where(heavy, 1.0, k))
-        static = symmetric((self.model.rows * give) @ self.model.rows.T)
-        self.light = bool(np.any(static.diagonal() > 1e-12 * (h * h * self.W.diagonal())))
-        self._check_light(static)
-        self.A = np.ascontiguousarray(static + THETA * h * h / RATE * self.W)
+        squares = self.model.rows**2
+        self.light = bool(np.any(squares @ give > 1e-12 * (squares @ (2.0 * h * self.gain))))
+        self._check_light()
+        rows = self.model.rows if self.model.presses else self.model.rows[:0]  # nothing presses: no compliance
+        self.W = symmetric((rows * (2.0 / h * self.gain)) @ rows.T)
+        self.A = np.ascontiguousarray(symmetric((rows * give) @ rows.T) + THETA * h * h / RATE * self.W)
         self.P = np.stack([propagator(m, c, k, self.H / 2**level) for level in range(self.steps.levels + 1)])
         self.log = Log(system, on, gaps, loads, SAMPLES, observed, output_every, whole_at)
 
-    def _check_light(self, static: FloatArray) -> None:
+    def _check_light(self) -> None:
         if self.light and (self.gaps.rubbing or self.model.damped):
             raise InputError(
                 "friction or a damper acts on coordinates without mass",
