@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 import os
 import sys
+import traceback
+from pathlib import Path
 from typing import NoReturn
 
 import typer
@@ -82,8 +84,8 @@ def main() -> NoReturn:
     except KeyboardInterrupt:
         console.print("creak: stopped; nothing was written", style="red")
         sys.exit(FAILED)
-    except MemoryError:
-        console.print("creak: the analysis failed: out of memory; use a coarser mesh or fewer outputs", style="red")
+    except MemoryError as error:
+        console.print(f"creak: the analysis failed: {_out_of_memory(error)}", style="red")
         sys.exit(FAILED)
     except ModuleNotFoundError as error:
         if error.name not in REPORT:
@@ -112,6 +114,14 @@ def main() -> NoReturn:
             sys.exit(WRONG_INPUT)
         raise
     sys.exit(DONE)
+
+
+def _out_of_memory(error: MemoryError) -> str:
+    """What was to be held, and where."""
+    own = [f for f in traceback.extract_tb(error.__traceback__) if "creak" in Path(f.filename).parts]
+    at = f" in {Path(own[-1].filename).stem}, {own[-1].name}" if own else ""
+    what = f" ({str(error)[:1].lower()}{str(error)[1:]}{at})" if str(error) else at
+    return f"out of memory{what}; fewer contact channels, output instants, modes or nodes take less"
 
 
 def _drop_stdout() -> None:

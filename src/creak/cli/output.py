@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 import tempfile
@@ -150,9 +151,18 @@ class Output:
             self.say(f"wrote {path}")
 
     def result(self, data: Mapping[str, Any]) -> None:
-        """The result for machines: printed with --json only. Figures must be finite or None."""
+        """The result for machines: printed with --json only; figures that are not finite are null."""
         if self.as_json:
-            sys.stdout.write(json.dumps(data, indent=2, allow_nan=False) + "\n")
+            sys.stdout.write(json.dumps(_finite(data), indent=2, allow_nan=False) + "\n")
+
+
+def _finite(data: Any) -> Any:
+    """Plain data with None for numbers that JSON does not know."""
+    if isinstance(data, Mapping):
+        return {key: _finite(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [_finite(value) for value in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
 @dataclass

@@ -12,8 +12,6 @@ import pytest
 import scipy.sparse as sp
 
 from creak.errors import InputError
-from creak.formats.complete_file import complete_file
-from creak.formats.hdf5_file import hdf5_file
 from creak.formats.histories import read_histories
 from creak.formats.matrices.superelements import read_superelement, write_superelement
 from creak.formats.npz_arrays import read_arrays
@@ -21,7 +19,7 @@ from creak.formats.sealed_hdf5 import BLOCK, MARK, Damaged, opened_hdf5
 from creak.formats.sealed_json import read_sealed, sealed_text
 from creak.formats.superelement_file import SavedSuperelement, read_superelement_file, write_superelement_file
 from helpers_matrices import random_superelement
-from helpers_stored import changed_hdf5, resealed
+from helpers_stored import changed_hdf5, resealed, write_small_results
 
 FLIPS = 150
 
@@ -51,29 +49,9 @@ def superelement_file(saved, tmp_path):
 
 @pytest.fixture
 def results(tmp_path):
-    """As much of a results.h5 as its histories need."""
     path = tmp_path / "results.h5"
-    with complete_file(path) as partial, hdf5_file(partial) as unfinished:
-        file = unfinished.file
-        file.attrs["units"] = "mm-t-s"
-        group = file.create_group("runs/reduced")
-        for name, data in histories().items():
-            group[name] = data
+    write_small_results(path)
     return path
-
-
-def histories():
-    n = 4
-    return {
-        "time": np.arange(n) * 1e-3,
-        "node_ids": np.array([3]),
-        "node_names": ["A.3"],
-        "displacement": np.ones((n, 1, 6)),
-        "channels": ["edge 3"],
-        "channel_nodes": np.array([3]),
-        "gap": np.ones((n, 1)),
-        "normal_force": np.zeros((n, 1)),
-    }
 
 
 def test_a_superelement_comes_back_as_it_was(saved, superelement_file):

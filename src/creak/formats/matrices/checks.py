@@ -12,6 +12,7 @@ from scipy import sparse
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
+from creak.model.magnitude import LARGEST
 from creak.model.superelement import Superelement
 
 SYMMETRY = 1e-8
@@ -72,8 +73,10 @@ def symmetric(matrix: Matrix, name: str, n: int, source: Path) -> Matrix:
     """The matrix with rounding of symmetry averaged out; an error if it is not n x n, finite and symmetric."""
     check_size(tuple(matrix.shape), name, n, source)
     values = matrix.data if sparse.issparse(matrix) else matrix
-    if not np.all(np.isfinite(values)):
-        raise InputError(f"matrix {name} has entries that are not finite", where=source, fix="Export it again")
+    if not np.all(np.abs(values) <= LARGEST):
+        raise InputError(
+            f"matrix {name} has entries that are not finite, or beyond {LARGEST:g}", where=source, fix="Export it again"
+        )
     largest = float(np.max(np.abs(values), initial=0.0))
     difference = matrix - matrix.T
     skew = float(abs(difference).max()) if n else 0.0

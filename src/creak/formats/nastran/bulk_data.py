@@ -12,6 +12,7 @@ from typing import Any
 
 from creak.errors import InputError
 from creak.formats.matrices.checks import number, read_text
+from creak.model.magnitude import computable
 
 _INTEGER = re.compile(r"[+-]?[0-9]+")
 MAX_DIGITS = 15
@@ -75,7 +76,7 @@ class Card:
         if not text and default is not None:
             return default
         try:
-            value = math.nan if "_" in text else number(text)
+            value = math.nan if "_" in text else computable(number(text))
         except ValueError:
             value = math.nan
         if not math.isfinite(value):

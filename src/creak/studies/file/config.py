@@ -5,11 +5,21 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator, model_validator
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+from creak.model.magnitude import LARGEST, SMALLEST
+
+
+def _of_size(value: float) -> float:
+    if abs(value) > LARGEST or 0.0 < abs(value) < SMALLEST:
+        raise ValueError(f"is not between {SMALLEST:g} and {LARGEST:g} in size")
+    return value
+
+
+Size = AfterValidator(_of_size)
+Finite = Annotated[float, Field(allow_inf_nan=False), Size]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False), Size]
+NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False), Size]
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 DOFS: tuple[Dof, ...] = ("x", "y", "z", "rx", "ry", "rz")
 

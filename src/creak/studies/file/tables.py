@@ -9,6 +9,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.csv_rows import csv_rows
+from creak.model.magnitude import computable
 
 
 def read_table(path: Path, where: str) -> tuple[FloatArray, FloatArray]:
@@ -60,7 +61,7 @@ def read_rows(path: Path, where: str, kind: str, header: list[str]) -> list[tupl
 
 def _numbers(path: Path, line: int, row: list[str]) -> list[float]:
     try:
-        numbers = [float(cell) for cell in row[:2]]
+        numbers = [computable(float(cell)) for cell in row[:2]]
     except ValueError:
         numbers = []
     if len(row) > 2 and any(cell.strip() for cell in row[2:]):
