@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import resource
 import sys
 import time
 from pathlib import Path
@@ -10,12 +11,13 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 from fuzz_decks import Tally, fuzz
+from fuzz_files import fuzz_files
 
-KINDS = ("abaqus", "nastran", "study")
+KINDS = ("abaqus", "nastran", "study", "files")
 
 
 def main() -> None:
-    """Damage `count` files, two fifths of them Abaqus, two fifths Nastran, one fifth studies; exit 1 on any fault."""
+    """Damage `count` files, 3 in 10 Abaqus, Nastran and stored files each, 1 in 10 studies; exit 1 on a fault."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.fuzz")
     parser.add_argument("--count", type=int, default=10000, help="files in all")
     parser.add_argument("--first", type=int, default=0, help="first seed")
@@ -25,21 +27,22 @@ def main() -> None:
     faults = 0
     for kind, count in shares.items():
         start = time.perf_counter()
-        tally = fuzz(kind, given.first, count)
+        tally = fuzz_files(given.first, count) if kind == "files" else fuzz(kind, given.first, count)
         _show(kind, count, tally, time.perf_counter() - start)
         faults += len(tally.faults)
     sys.exit(1 if faults else 0)
 
 
 def _shares(count: int) -> dict[str, int]:
-    deck = 2 * count // 5
-    return {"abaqus": deck, "nastran": deck, "study": count - 2 * deck}
+    deck = 3 * count // 10
+    return {"abaqus": deck, "nastran": deck, "files": deck, "study": count - 3 * deck}
 
 
 def _show(kind: str, count: int, tally: Tally, seconds: float) -> None:
     ended = ", ".join(f"{end} {n}" for end, n in sorted(tally.ended.items()))
     took = f"{count} files in {seconds:.1f} s, the longest {tally.longest:.2f} s"
-    print(f"{kind}: {took}: {ended}; {len(tally.faults)} faults", flush=True)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    print(f"{kind}: {took}: {ended}; {len(tally.faults)} faults; peak memory {peak:.2f} GB", flush=True)
     for fault in tally.faults[:40]:
         print(f"  {fault}")
 

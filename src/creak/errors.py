@@ -5,6 +5,17 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+LONGEST = 600
+"""Characters of each piece of a message: what it quotes may be a whole file."""
+
+
+def shortened(text: str, most: int = LONGEST) -> str:
+    """A text of at most so many characters: its start, and its end where it is cut."""
+    if len(text) <= most:
+        return text
+    end = most // 3
+    return f"{text[: most - end - 5]} ... {text[-end:]}"
+
 
 class CreakError(Exception):
     """Base of all errors that creak raises on purpose."""
@@ -22,7 +33,8 @@ class InputError(CreakError):
     """
 
     def __init__(self, what: str, *, expected: str = "", where: object = "", fix: str = "") -> None:
-        self.what, self.expected, self.where, self.fix = what, expected, str(where), fix
+        what, expected, fix = (shortened(text) for text in (what, expected, fix))
+        self.what, self.expected, self.where, self.fix = what, expected, shortened(str(where)), fix
         text = f"{self.where}: {what}" if self.where else what
         if expected:
             text += f"; expected {expected}"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from creak.cli.console import printable
 from creak.cli.details import setup_detail, tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, VERBOSE, Output
 from creak.errors import InputError
@@ -57,7 +58,7 @@ def advise(
         for text in advice.choice.warnings:
             output.warn(text)
         if not as_json:
-            typer.echo(_lines(advice))
+            typer.echo(printable(_lines(advice)))
         output.result({**as_dict(advice), "warnings": [*warnings_of(setup.notes), *advice.choice.warnings]})
 
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 import errno
 import os
 import sys
+import traceback
+from pathlib import Path
 from typing import NoReturn
 
 import typer
-from rich.console import Console
 
 import creak
 from creak.api.extras import REPORT, no_report_text
 from creak.cli import advise, compare, convert, example, info, modes, new, reduce, report, run, schema, sweep, thesis
+from creak.cli.console import Terminal
 from creak.cli.output import Interrupted
 from creak.errors import CreakError, InputError, Unreliable, WriteError
 from creak.studies.unraised import none_ignored
@@ -59,37 +61,37 @@ def _root(
 
 def main() -> NoReturn:
     """Run the command line; wrong input ends with status 2, a failed analysis with 1, one message each."""
-    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    console = Terminal(stderr=True, soft_wrap=True)
     try:
         with none_ignored():
             if app(prog_name="creak", standalone_mode=False) == CTRL_C:
                 raise Interrupted("nothing was written")
         sys.stdout.flush()
     except InputError as error:
-        console.print(f"creak: {error}", style="red", markup=False)
+        console.print(f"creak: {error}", style="red")
         sys.exit(WRONG_INPUT)
     except Interrupted as stop:
-        console.print(f"creak: stopped; {stop}", style="red", markup=False)
+        console.print(f"creak: stopped; {stop}", style="red")
         sys.exit(FAILED)
     except Unreliable as error:
-        console.print(f"creak: error: unreliable: {error}", style="red", markup=False)
+        console.print(f"creak: error: unreliable: {error}", style="red")
         sys.exit(FAILED)
     except WriteError as error:
-        console.print(f"creak: {error}", style="red", markup=False)
+        console.print(f"creak: {error}", style="red")
         sys.exit(FAILED)
     except CreakError as error:
-        console.print(f"creak: the analysis failed: {error}", style="red", markup=False)
+        console.print(f"creak: the analysis failed: {error}", style="red")
         sys.exit(FAILED)
     except KeyboardInterrupt:
         console.print("creak: stopped; nothing was written", style="red")
         sys.exit(FAILED)
-    except MemoryError:
-        console.print("creak: the analysis failed: out of memory; use a coarser mesh or fewer outputs", style="red")
+    except MemoryError as error:
+        console.print(f"creak: the analysis failed: {_out_of_memory(error)}", style="red")
         sys.exit(FAILED)
     except ModuleNotFoundError as error:
         if error.name not in REPORT:
             raise
-        console.print(f"creak: {no_report_text()}", style="red", markup=False)
+        console.print(f"creak: {no_report_text()}", style="red")
         sys.exit(WRONG_INPUT)
     except BrokenPipeError:
         _drop_stdout()
@@ -99,7 +101,7 @@ def main() -> NoReturn:
             raise
         _drop_stdout()
         what = error.filename or "the output"
-        console.print(f"creak: cannot write {what}: {str(error.strerror).lower()}", style="red", markup=False)
+        console.print(f"creak: cannot write {what}: {str(error.strerror).lower()}", style="red")
         sys.exit(FAILED)
     except Exception as error:
         if type(error).__name__ == "NoArgsIsHelpError":
@@ -109,10 +111,18 @@ def main() -> NoReturn:
             console.print("creak: stopped; nothing was written", style="red")
             sys.exit(FAILED)
         if hasattr(error, "format_message"):  # a usage error of the command line itself
-            console.print(f"creak: {error.format_message()} Try: creak --help", style="red", markup=False)
+            console.print(f"creak: {error.format_message()} Try: creak --help", style="red")
             sys.exit(WRONG_INPUT)
         raise
     sys.exit(DONE)
+
+
+def _out_of_memory(error: MemoryError) -> str:
+    """What was to be held, and where."""
+    own = [f for f in traceback.extract_tb(error.__traceback__) if "creak" in Path(f.filename).parts]
+    at = f" in {Path(own[-1].filename).stem}, {own[-1].name}" if own else ""
+    what = f" ({str(error)[:1].lower()}{str(error)[1:]}{at})" if str(error) else at
+    return f"out of memory{what}; fewer contact channels, output instants, modes or nodes take less"
 
 
 def _drop_stdout() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import sys
 import tempfile
@@ -16,12 +17,12 @@ from types import TracebackType
 from typing import Any
 
 import typer
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
 
-from creak.errors import CreakError, InputError
+from creak.cli.console import Terminal, printable
+from creak.errors import CreakError, InputError, shortened
 from creak.formats.destination import Destination, destination
 
 QUIET = typer.Option(False, "--quiet", "-q", help="No progress and no tables; warnings and errors stay.")
@@ -35,6 +36,8 @@ STDOUT = 1
 """Its number: --json /dev/stdout is --json -."""
 SHOWN_AFTER = 2.0
 """s after which a phase gets a plain line where there is no terminal."""
+NAME = 48
+"""Characters of a name in a table."""
 EVERY = 10.0
 """s between further lines of the same phase."""
 
@@ -104,8 +107,8 @@ class Output:
         if quiet and verbose:
             raise InputError("both --quiet and --verbose", expected="one of them")
         self.quiet, self.verbose, self.as_json = quiet, verbose, as_json
-        self.console = Console(quiet=quiet or as_json, highlight=False)
-        self._error = Console(stderr=True, highlight=False, soft_wrap=True)
+        self.console = Terminal(quiet=quiet or as_json)
+        self._error = Terminal(stderr=True, soft_wrap=True)
         self.progress = ProgressBars(self._error, quiet, verbose)
         self.written: list[Path] = []
 
@@ -118,25 +121,25 @@ class Output:
 
     def say(self, text: str) -> None:
         """A line of the result; none with --quiet or --json."""
-        self.console.print(text, markup=False, soft_wrap=True)
+        self.console.print(text, soft_wrap=True)
 
     def table(self, title: str, rows: Sequence[Sequence[str]], left: Sequence[int] = (0,)) -> None:
         """A table: the first of `rows` is its header, columns `left` stand to the left."""
-        table = Table(title=title, title_justify="left")
+        table = Table(title=Text(printable(title)), title_justify="left")
         for i, text in enumerate(rows[0]):
-            table.add_column(text, justify="left" if i in left else "right", no_wrap=i == 0)
+            table.add_column(Text(printable(text)), justify="left" if i in left else "right", no_wrap=i == 0)
         for row in rows[1:]:
-            table.add_row(*map(Text, row))
+            table.add_row(*(Text(printable(shortened(cell, NAME) if i == 0 else cell)) for i, cell in enumerate(row)))
         self.console.print(table)
 
     def warn(self, text: str) -> None:
         """What the user should look at, on stderr."""
-        self._error.print(f"warning: {text}", markup=False, style="yellow")
+        self._error.print(f"warning: {text}", style="yellow")
 
     def detail(self, text: str) -> None:
         """A line for --verbose, on stderr."""
         if self.verbose:
-            self._error.print(text, markup=False)
+            self._error.print(text)
 
     def wrote(self, *paths: Path) -> None:
         """Files that lie there now; `tell_written` names them, and so does an interruption."""
@@ -148,9 +151,18 @@ class Output:
             self.say(f"wrote {path}")
 
     def result(self, data: Mapping[str, Any]) -> None:
-        """The result for machines: printed with --json only. Figures must be finite or None."""
+        """The result for machines: printed with --json only; figures that are not finite are null."""
         if self.as_json:
-            sys.stdout.write(json.dumps(data, indent=2, allow_nan=False) + "\n")
+            sys.stdout.write(json.dumps(_finite(data), indent=2, allow_nan=False) + "\n")
+
+
+def _finite(data: Any) -> Any:
+    """Plain data with None for numbers that JSON does not know."""
+    if isinstance(data, Mapping):
+        return {key: _finite(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [_finite(value) for value in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
 @dataclass
@@ -172,13 +184,13 @@ class ProgressBars:
     with --verbose every phase when it ends.
     """
 
-    def __init__(self, console: Console, quiet: bool = False, verbose: bool = False) -> None:
+    def __init__(self, console: Terminal, quiet: bool = False, verbose: bool = False) -> None:
         self._console, self._quiet, self._verbose = console, quiet, verbose
         self._plain = not console.is_terminal
         self._bars = Progress(
-            TextColumn("{task.description:<42}"),
+            TextColumn("{task.description:<42}", markup=False),
             BarColumn(bar_width=28),
-            TextColumn("{task.percentage:>3.0f} %"),
+            TextColumn("{task.percentage:>3.0f} %", markup=False),
             TimeElapsedColumn(),
             TimeRemainingColumn(),
             console=console,
@@ -209,7 +221,7 @@ class ProgressBars:
     def phase(self, name: str) -> Iterator[None]:
         """A phase of which nothing is known but that it goes on."""
         self(name, 0, 1)
-        timer = threading.Timer(SHOWN_AFTER, self._console.print, (f"{name} ...",), {"markup": False})
+        timer = threading.Timer(SHOWN_AFTER, self._console.print, (f"{name} ...",))
         timer.daemon = True
         if self._plain and not self._quiet:
             timer.start()
@@ -224,7 +236,7 @@ class ProgressBars:
         if self._plain:
             return _Stage(now, now + SHOWN_AFTER - EVERY)
         if before is None or before.bar is None:
-            return _Stage(now, now, bar=self._bars.add_task(stage, total=None))
+            return _Stage(now, now, bar=self._bars.add_task(printable(stage), total=None))
         self._bars.reset(before.bar, total=None)
         return _Stage(now, now, bar=before.bar)
 
@@ -236,9 +248,9 @@ class ProgressBars:
             return
         if known.finished:
             if took >= SHOWN_AFTER or self._verbose:
-                self._console.print(f"{stage}: {took:.1f} s", markup=False)
+                self._console.print(f"{stage}: {took:.1f} s")
         elif now - known.told >= EVERY:
             known.told = now
             left = f", about {duration(took / done * (total - done))} left" if done else ""
             share = f"{100 * done // max(total, 1)} % after " if total > 1 else ""
-            self._console.print(f"{stage}: {share}{duration(took)}{left}", markup=False)
+            self._console.print(f"{stage}: {share}{duration(took)}{left}")

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -18,6 +17,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from creak.cli.console import Terminal
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Interrupted, Output, writable_file, writable_folder
 from creak.errors import InputError, NumericalError, Unreliable
 
@@ -201,9 +201,9 @@ class _Drawn:
     """A bar on a terminal, a line with the time left for each case that ends; silent when asked."""
 
     def __init__(self, quiet: bool, total: int, done: int) -> None:
-        self._console = Console(stderr=True, highlight=False, soft_wrap=True, quiet=quiet)
+        self._console = Terminal(stderr=True, soft_wrap=True, quiet=quiet)
         self._bar = Progress(
-            TextColumn("{task.description}"),
+            TextColumn("{task.description}", markup=False),
             BarColumn(bar_width=28),
             MofNCompleteColumn(),
             TimeElapsedColumn(),
@@ -228,7 +228,7 @@ class _Drawn:
         seconds, error = row.outcome.record.get("case_wall_s", 0.0), row.outcome.error
         self.done += row.outcome.status != FAILED
         text = f"{done}/{total} {row.case.name}: {row.outcome.status}, {seconds:.1f} s{self._left(done, total)}"
-        self._console.print(f"{text}: {error}" if error else text, markup=False)
+        self._console.print(f"{text}: {error}" if error else text)
         self._bar.update(self._task, completed=done)
 
     def _left(self, done: int, total: int) -> str:

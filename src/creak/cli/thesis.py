@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
+from creak.cli.console import Terminal
 from creak.cli.output import QUIET, Output, writable_file, writable_folder
 from creak.errors import CreakError, NumericalError
 
@@ -90,14 +90,14 @@ class ThesisProgress:
     """Bars for the cases and for the step under way on a terminal, else a line for each case; silent when asked."""
 
     def __init__(self, quiet: bool) -> None:
-        self._console = Console(stderr=True, highlight=False, soft_wrap=True, quiet=quiet)
+        self._console = Terminal(stderr=True, soft_wrap=True, quiet=quiet)
         self._plain = not quiet and not self._console.is_terminal
         self._bar = Progress(
-            TextColumn("{task.description:<38}"),
+            TextColumn("{task.description:<38}", markup=False),
             BarColumn(bar_width=28),
             MofNCompleteColumn(),
             TimeElapsedColumn(),
-            TextColumn("{task.fields[left]}"),
+            TextColumn("{task.fields[left]}", markup=False),
             console=self._console,
             disable=quiet or self._plain,
         )
@@ -126,7 +126,7 @@ class ThesisProgress:
         self._bar.update(self._cases, description=stage, completed=done, total=total, left=self._left(done, total))
         if self._plain:
             text = f"{done}/{total} {stage}, {time.monotonic() - self._started:.0f} s {self._left(done, total)}"
-            self._console.print(text.rstrip(), markup=False)
+            self._console.print(text.rstrip())
 
     def _left(self, done: int, total: int) -> str:
         """Time left, from the mean of the cases so far; the first ones of a kind cost more."""

@@ -120,13 +120,16 @@ class _Run:
         self.gain = np.where(heavy, 0.5 * h / np.where(heavy, m, 1.0), 0.0)
         if self.form.basis is not None:
             self.gain = np.full(2 * m.size, 0.5 * h)
-        self.W = symmetric((self.model.push * (2.0 / h * self.gain)) @ self.model.rates.T)
+        n = self.model.rows.shape[0] if self.model.presses else 0  # nothing presses: no compliance
+        rows, rates, push = self.model.rows[:n], self.model.rates[:n], self.model.push[:n]
+        self.W = symmetric((push * (2.0 / h * self.gain)) @ rates.T)
         self.light = not heavy.all()
         static = np.zeros_like(self.W)
         if self.light:
             give = np.where(heavy, 0.0, 1.0 / np.where(heavy, 1.0, k))
-            static = symmetric((self.model.rows * give) @ self.model.rows.T)
-            self.light = bool(np.any(static.diagonal() > 1e-12 * (h * h * self.W.diagonal())))
+            squares = self.model.rows**2
+            self.light = bool(np.any(squares @ give > 1e-12 * (squares @ (2.0 * h * self.gain))))
+            static = symmetric((rows * give) @ rows.T)
         self._check_light()
         self.A = np.ascontiguousarray(static + THETA * h * h / RATE * self.W)
         self.P = np.stack([self.form.flow(self.H / 2**level) for level in range(self.steps.levels + 1)])
@@ -139,7 +142,7 @@ class _Run:
         levels, model = self.steps.levels, self.model
         level = next((n for n in range(levels) if self.H / 2**n <= resolution.longest), levels)
         curved = bool((self.steps.laws.curve >= 0).any())
-        if level + 3 > levels or model.damped or self.gaps.rubbing or self.light or curved:
+        if level + 3 > levels or model.damped or self.gaps.rubbing or self.light or curved or not model.presses:
             return levels, np.zeros_like(self.W)
         n, Q = model.m.size, self.P[level]
         if self.form.basis is None:

@@ -220,6 +220,7 @@ def _step(m: FloatArray, c: FloatArray, k: FloatArray, scheme: Scheme | Massless
 
 
 def _compliance(model: ModalModel, step: ModalStep) -> FloatArray:
-    """A (m + 2 f, m + 2 f): displacement of the channels at the end of a step per force there."""
-    A = (model.rows * step.gain[0]) @ model.rows.T
+    """A (m + 2 f, m + 2 f): displacement of the channels at the end of a step per force there; empty: none presses."""
+    rows = model.rows if model.presses else model.rows[:0]
+    A = (rows * step.gain[0]) @ rows.T
     return np.ascontiguousarray(symmetric(A))

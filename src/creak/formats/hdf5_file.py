@@ -21,6 +21,7 @@ import h5py
 
 from creak.formats.complete_file import Unfinished
 from creak.formats.interrupts import Interrupts, interrupts_later
+from creak.formats.sealed_hdf5 import BLOCK, seal
 
 PAGE = 1 << 16
 """Bytes kept at a time after an error."""
@@ -39,7 +40,7 @@ class Hdf5:
 
 @contextmanager
 def hdf5_file(partial: Path) -> Iterator[Hdf5]:
-    """Write a new HDF5 file; to be used inside `complete_file`.
+    """Write a new HDF5 file with a checksum (`sealed_hdf5`); to be used inside `complete_file`.
 
     Raises
     ------
@@ -48,7 +49,7 @@ def hdf5_file(partial: Path) -> Iterator[Hdf5]:
     with interrupts_later() as interrupts:  # inside a call of the library one would be one more failure to write
         sink = _Sink(partial, interrupts)
         try:
-            with h5py.File(sink, "w") as file:
+            with h5py.File(sink, "w", userblock_size=BLOCK) as file:
                 yield Hdf5(file, sink.check)
             sink.finish()
         finally:
@@ -72,8 +73,12 @@ class _Sink:
         self._interrupts.check()
 
     def finish(self) -> None:
-        """Raises what has gone wrong."""
+        """Write the checksum; raises what has gone wrong."""
         self._interrupts.check()
+        if self._error is None:
+            block = seal(self._on_disk, self._end)
+            self._at = 0
+            self.write(memoryview(block))
         if self._error is not None:
             raise Unfinished(self._error, self._end) from self._error
 

@@ -7,12 +7,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.formats.complete_file import complete_file
+from creak.formats.csv_rows import plain_row
 from creak.formats.results import UNITS, check_beside, reading, require_run
+from creak.formats.sealed_hdf5 import Damaged, opened_hdf5
 from creak.formats.uff import DISPLACEMENT, REACTION_FORCE, Function, Units, write_functions
 
 AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
@@ -50,7 +51,7 @@ def read_histories(path: Path, run: str | None = None) -> Histories:
     ------
     InputError : the file is missing or not whole, or has no such run.
     """
-    with reading(path), h5py.File(path, "r") as file:
+    with reading(path), opened_hdf5(path) as file:
         check_beside(path, file)
         names = [str(name) for name in file["runs"]]
         if run is None:
@@ -58,7 +59,7 @@ def read_histories(path: Path, run: str | None = None) -> Histories:
         require_run(path, run, names)
         group = file["runs"][run]
         names_of_nodes, channels = (tuple(map(str, group[key].asstr()[()])) for key in ("node_names", "channels"))
-        return Histories(
+        found = Histories(
             run,
             file.attrs["units"],
             group["time"][()],
@@ -70,6 +71,26 @@ def read_histories(path: Path, run: str | None = None) -> Histories:
             group["gap"][()],
             group["normal_force"][()],
         )
+        _check(found)
+        return found
+
+
+def _check(h: Histories) -> None:
+    """Raise Damaged where the arrays do not fit each other."""
+    n, nodes, channels = h.time.size, len(h.node_names), len(h.channels)
+    shapes = {
+        "time": (h.time, (n,)),
+        "node_ids": (h.node_ids, (nodes,)),
+        "displacement": (h.displacement, (n, nodes, 6)),
+        "channel_nodes": (h.channel_nodes, (channels,)),
+        "gap": (h.gap, (n, channels)),
+        "normal_force": (h.normal_force, (n, channels)),
+    }
+    wrong = [key for key, (array, shape) in shapes.items() if array.shape != shape or array.dtype.kind not in "iuf"]
+    if wrong:
+        raise Damaged(f"{wrong[0]} does not fit the other arrays")
+    if not np.isfinite(h.time).all() or (np.diff(h.time) <= 0.0).any() or h.units not in UNITS:
+        raise Damaged("its time does not increase, or its units are not known")
 
 
 def write_csv(histories: Histories, out: Path) -> None:
@@ -88,7 +109,7 @@ def write_csv(histories: Histories, out: Path) -> None:
     table = np.concatenate([h.time[:, None], h.displacement.reshape(n, -1), h.gap, h.normal_force], axis=1)
     with complete_file(out) as partial, partial.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(head)
+        writer.writerow(plain_row(head))
         writer.writerows(table.tolist())
 
 

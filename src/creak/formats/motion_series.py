@@ -17,6 +17,7 @@ from creak.formats.complete_file import partial_folder, write_text
 from creak.formats.destination import destination
 from creak.formats.results import check_beside, reading, require_run
 from creak.formats.run_identity import RunIdentity, identity_in
+from creak.formats.sealed_hdf5 import opened_hdf5
 from creak.formats.tree import read_tree
 from creak.formats.vtu import MeshText, mesh_text, write_instant
 from creak.model.plain_mesh import PlainMesh
@@ -60,7 +61,7 @@ def motion_field(path: Path, run: str | None = None) -> MotionField:
     ------
     InputError : the file is missing or not whole, has no such run, no motion of it, or no mesh.
     """
-    with reading(path), h5py.File(path, "r") as file:
+    with reading(path), opened_hdf5(path) as file:
         check_beside(path, file)
         runs = {str(name): "field" in file["runs"][name] for name in file["runs"]}
         if run is None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,6 +15,8 @@ from creak.errors import InputError, suggest
 from creak.formats.complete_file import complete_file
 from creak.formats.hdf5_file import Hdf5, hdf5_file
 from creak.formats.run_identity import RESULTS, SUMMARY, identity_in, identity_of, of_two_runs
+from creak.formats.sealed_hdf5 import Damaged
+from creak.formats.sealed_json import read_sealed
 from creak.formats.tree import BIG, COMPRESSED
 
 UNITS = {
@@ -120,9 +121,10 @@ def reading(path: Path) -> Iterator[None]:
         )
     try:
         yield
-    except (OSError, KeyError, TypeError, ValueError, RuntimeError, AttributeError) as error:
+    except (OSError, LookupError, TypeError, ValueError, ArithmeticError, RuntimeError, AttributeError) as error:
+        why = f" ({error})" if isinstance(error, Damaged) else ""
         raise InputError(
-            f"{path} is cut short or damaged", expected="a file as creak run writes it", fix="Run the study again."
+            f"{path} is cut short or damaged{why}", expected="a file as creak run writes it", fix="Run the study again."
         ) from error
 
 
@@ -137,7 +139,7 @@ def check_beside(path: Path, file: h5py.File) -> None:
     if path.name != RESULTS or not text.is_file():
         return
     with reading(text):
-        beside = identity_of(json.loads(text.read_text(encoding="utf-8")))
+        beside = identity_of(read_sealed(text))
     if beside != identity_in(file):
         raise of_two_runs(path.parent)
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,8 +17,10 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
 from creak.formats.hdf5_file import hdf5_file
+from creak.formats.sealed_hdf5 import Damaged, opened_hdf5
 
-VERSION = 2
+VERSION = 3
+"""Since 3 with a checksum."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +76,7 @@ def read_made_from(path: Path) -> dict[str, str]:
     InputError : not a superelement file, or cut short.
     """
     with _opened(path) as file:
-        return dict(json.loads(file.attrs["made_from"]))
+        return _text(file, "made_from")
 
 
 def read_superelement_file(path: Path) -> SavedSuperelement:
@@ -81,52 +84,82 @@ def read_superelement_file(path: Path) -> SavedSuperelement:
 
     Raises
     ------
-    InputError : not a superelement file, or cut short.
+    InputError : not a superelement file, cut short, damaged, or of parts that do not fit together.
     """
     with _opened(path) as file:
-        try:
-            names = [k for k in ("K", "M", "M_alone", "C") if k in file]
-            return SavedSuperelement(
-                str(file.attrs["name"]),
-                dict(json.loads(file.attrs["made_from"])),
-                {k: _get(file, k) for k in names},
-                _get(file, "P"),
-                file["omega2"][:],
-                file["modes"][:],
-                float(file.attrs["first_left_out"]),
-                file["node_ids"][:],
-                file["dofs"][:],
-                dict(json.loads(file.attrs["about"])),
-                file["static_at"][:],
-                file["static_rows"][:],
-            )
-        except (OSError, KeyError, ValueError) as error:
-            raise _damaged(path, error) from error
-
-
-def _opened(path: Path) -> h5py.File:
-    try:
-        file = h5py.File(path, "r")
-    except OSError as error:
-        raise _damaged(path, error) from error
-    if "creak_superelement" not in file.attrs or "made_from" not in file.attrs:
-        file.close()
-        raise InputError("not a superelement that creak has saved", where=path, fix="Name another file, or delete it.")
-    if int(file.attrs["creak_superelement"]) != VERSION:
-        version = int(file.attrs["creak_superelement"])
-        file.close()
-        raise InputError(
-            f"superelement file of version {version}",
-            where=path,
-            expected=f"version {VERSION}",
-            fix="Delete it and run `creak reduce` again.",
+        names = [k for k in ("K", "M", "M_alone", "C") if k in file]
+        saved = SavedSuperelement(
+            str(file.attrs["name"]),
+            _text(file, "made_from"),
+            {k: _get(file, k) for k in names},
+            _get(file, "P"),
+            _array(file, "omega2", 1, "f"),
+            _array(file, "modes", 2, "f"),
+            float(file.attrs["first_left_out"]),
+            _array(file, "node_ids", 1, "iu"),
+            _array(file, "dofs", 1, "iu"),
+            _text(file, "about"),
+            _array(file, "static_at", 1, "iu"),
+            _array(file, "static_rows", 2, "f"),
         )
-    return file
+        _check(saved)
+        return saved
+
+
+def _check(saved: SavedSuperelement) -> None:
+    """Raise Damaged where sizes do not fit, an index is out of range or a number is not finite."""
+    n, n_mode, n_xi = saved.node_ids.size, saved.omega2.size, saved.shape.shape[1]
+    sizes = {key: (A.shape, (n, n)) for key, A in saved.matrices.items()} | {
+        "dofs": (saved.dofs.shape, (n,)),
+        "P": ((n_xi + n_mode,), (n,)),
+        "modes": (saved.modes.shape[1:], (n_mode,)),
+        "static_rows": (saved.static_rows.shape, (saved.static_at.size, n_xi)),
+    }
+    wrong = [key for key, (found, right) in sizes.items() if tuple(found) != right]
+    if wrong or not {"K", "M", "M_alone"} <= saved.matrices.keys():
+        raise Damaged(f"{wrong[0] if wrong else 'K, M or M_alone'} does not fit the other parts")
+    if saved.static_at.size and not 0 <= saved.static_at.min() <= saved.static_at.max() < saved.modes.shape[0]:
+        raise Damaged("static_at names coordinates that there are not")
+    arrays = {**saved.matrices, "P": saved.shape, "omega2": saved.omega2, "modes": saved.modes}
+    for key, A in {**arrays, "static_rows": saved.static_rows}.items():
+        if not np.isfinite(A.data if sp.issparse(A) else A).all():
+            raise Damaged(f"{key} has entries that are not finite")
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[h5py.File]:
+    """The file, for as long as it is read: what is wrong with it becomes one message."""
+    try:
+        with opened_hdf5(path) as file:
+            if int(file.attrs["creak_superelement"]) != VERSION:
+                raise _other(path, f"superelement file of version {int(file.attrs['creak_superelement'])}")
+            yield file
+    except Damaged as error:
+        raise _foreign(path) or _damaged(path, error) from error
+    except (OSError, LookupError, TypeError, ValueError, ArithmeticError, RuntimeError, AttributeError) as error:
+        raise _damaged(path, error) from error
+
+
+def _foreign(path: Path) -> InputError | None:
+    """The message for a whole file that has no checksum because creak, or this version, did not write it."""
+    try:
+        with h5py.File(path, "r") as file:
+            if file.userblock_size:
+                return None
+            if "creak_superelement" in file.attrs:
+                return _other(path, f"superelement file of version {int(file.attrs['creak_superelement'])}")
+    except (OSError, TypeError, ValueError):
+        return None
+    return InputError("not a superelement that creak has saved", where=path, fix="Name another file, or delete it.")
+
+
+def _other(path: Path, what: str) -> InputError:
+    return InputError(what, where=path, expected=f"version {VERSION}", fix="Delete it and run `creak reduce` again.")
 
 
 def _damaged(path: Path, error: Exception) -> InputError:
     return InputError(
-        f"the superelement file is damaged or cut short ({str(error).splitlines()[0]})",
+        f"the superelement file is damaged or cut short ({next(iter(str(error).splitlines()), 'unreadable')})",
         where=path,
         fix="Delete it and run `creak reduce` again.",
     )
@@ -145,6 +178,23 @@ def _put(file: h5py.File, key: str, A: Matrix) -> None:
 def _get(file: h5py.File, key: str) -> Matrix:
     item = file[key]
     if isinstance(item, h5py.Dataset):
-        return item[:]
-    parts = (item["data"][:], item["indices"][:], item["indptr"][:])
-    return sp.csr_matrix(parts, shape=tuple(np.asarray(item.attrs["shape"]).tolist()))
+        return np.asarray(_array(file, key, 2, "f"))
+    kinds = {"data": "f", "indices": "iu", "indptr": "iu"}
+    data, indices, indptr = (_array(item, part, 1, kind) for part, kind in kinds.items())
+    n, m = (int(k) for k in item.attrs["shape"])
+    lengths = np.diff(indptr)
+    fits = indptr.size == n + 1 and indptr[0] == 0 and indptr[-1] == data.size == indices.size and m >= 0
+    if not fits or (lengths < 0).any() or (indices.size and not 0 <= indices.min() <= indices.max() < m):
+        raise Damaged(f"{key} is no sparse matrix of {n} x {m}")
+    return sp.csr_matrix((data, indices, indptr), shape=(n, m))
+
+
+def _array(group: h5py.Group, key: str, axes: int, kinds: str) -> Any:
+    item = group[key]
+    if not isinstance(item, h5py.Dataset) or item.ndim != axes or item.dtype.kind not in kinds:
+        raise Damaged(f"{key} is not what it should be")
+    return item[()]
+
+
+def _text(file: h5py.File, key: str) -> dict[str, Any]:
+    return dict(json.loads(file.attrs[key]))

@@ -215,6 +215,11 @@ class _PardisoFactor:
         if error.value == -4:
             row = int(self._iparm[29]) - 1
             raise SingularMatrixError(row, f"matrix is singular or not positive definite at row {row}")
+        if error.value in (-2, -9):
+            raise NumericalError(
+                f"memory does not hold the factor of {self._n:,} equations with {self._values.size:,} entries (PARDISO "
+                f"code {error.value}). Use fewer nodes, or reduce with substructures."
+            )
         if error.value != 0:
             raise NumericalError(f"PARDISO failed with code {error.value} on a matrix of size {self._n}")
 

@@ -6,6 +6,7 @@ import csv
 import io
 from typing import Any
 
+from creak.formats.csv_rows import plain_row
 from creak.report.found import Found
 from creak.report.text import Units
 from creak.studies.results.places import place_of
@@ -38,7 +39,7 @@ def event_csv(result: Found, units: Units) -> str:
     numbers = _matches(result)
     for name, run in result.runs.items():
         for e in events_in(run.events, result.window):
-            writer.writerow(_row(name, e, numbers.get((name, id(e)), ""), result))
+            writer.writerow(plain_row(_row(name, e, numbers.get((name, id(e)), ""), result)))
     return out.getvalue()
 
 

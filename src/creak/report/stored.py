@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,8 @@ from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.results import reading
 from creak.formats.run_identity import AGAIN, RESULTS, SUMMARY, identity_in, identity_of, of_two_runs
+from creak.formats.sealed_hdf5 import Damaged, opened_hdf5
+from creak.formats.sealed_json import read_sealed
 from creak.formats.tree import read_tree, write_tree
 from creak.report.found import Found, FoundRun
 from creak.studies.run.compared import compare_events
@@ -52,9 +53,9 @@ def read_found(folder: Path) -> tuple[Found, dict[str, Any]]:
             fix=AGAIN,
         )
     with reading(text):
-        summary = json.loads(text.read_text(encoding="utf-8"))
+        summary = read_sealed(text)
         names, run = list(summary["runs"]), identity_of(summary)
-    with reading(path), h5py.File(path, "r") as file:
+    with reading(path), opened_hdf5(path) as file:
         if identity_in(file) != run:
             raise of_two_runs(folder)
         _check(file, path)
@@ -109,5 +110,9 @@ def _forces(run: h5py.Group, n_time: int) -> FloatArray:
     """(n_time, m) at every instant, out of those near contact."""
     contact = run["contact"]
     force = np.zeros((n_time, run["channel_nodes"].shape[0]))
-    force[np.ix_(contact["instant"][()], contact["channel"][()])] = contact["force"][()]
+    at = [contact[key][()] for key in ("instant", "channel")]
+    for rows, most in zip(at, force.shape, strict=True):
+        if rows.size and not 0 <= rows.min() <= rows.max() < most:
+            raise Damaged("contact at an instant or a channel that there is not")
+    force[np.ix_(*at)] = contact["force"][()]
     return force

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
-import h5py
 import numpy as np
 import pytest
 
 from creak.errors import InputError
 from creak.formats import motion_series
+from creak.formats.complete_file import complete_file
+from creak.formats.hdf5_file import hdf5_file
 from creak.formats.motion_series import motion_field, write_series
 from creak.formats.tree import write_tree
 from creak.model.mesh import Nodes, Part
 from creak.model.plain_mesh import PlainBlock, PlainMesh
+from helpers_stored import changed_hdf5
 from helpers_vtu import arrays
 
 TIME = np.array([0.0, 0.125, 0.3])
@@ -37,7 +39,8 @@ def motion():
 @pytest.fixture
 def results(mesh, motion, tmp_path):
     path = tmp_path / "results.h5"
-    with h5py.File(path, "w") as file:
+    with complete_file(path) as partial, hdf5_file(partial) as unfinished:
+        file = unfinished.file
         file.create_group("runs/reduced")
         file["runs/reference/field/time"] = TIME
         file["runs/reference/field/displacement"] = motion
@@ -71,7 +74,7 @@ def test_a_shorter_series_leaves_nothing_of_a_longer_one(results, tmp_path):
     out = tmp_path / "motion.pvd"
     folder = write_series(motion_field(results), out)
     (folder / "mine.txt").write_text("kept")
-    with h5py.File(results, "r+") as file:
+    with changed_hdf5(results) as file:
         del file["runs/reference/field/time"]
         file["runs/reference/field/time"] = TIME[:1]
     write_series(motion_field(results), out)
@@ -79,7 +82,7 @@ def test_a_shorter_series_leaves_nothing_of_a_longer_one(results, tmp_path):
 
 
 def test_a_failure_on_the_way_leaves_nothing(results, tmp_path):
-    with h5py.File(results, "r+") as file:
+    with changed_hdf5(results) as file:
         del file["runs/reference/field/displacement"]
     field = motion_field(results)
     with pytest.raises(InputError, match="damaged"):
@@ -94,7 +97,7 @@ def test_what_is_not_there_is_said(results, tmp_path):
         motion_field(results, "other")
     with pytest.raises(InputError, match="no such results"):
         motion_field(tmp_path / "none.h5")
-    with h5py.File(results, "r+") as file:
+    with changed_hdf5(results) as file:
         del file["model"]
     with pytest.raises(InputError, match="does not keep the mesh"):
         motion_field(results)

@@ -23,6 +23,7 @@ from creak.studies.prepare.setup import set_up
 from creak.studies.results.summary import summarise
 from creak.studies.run.job import run_study
 from helpers_refusal import refusal
+from helpers_stored import changed_hdf5, read_json, write_changed_json
 
 CASES = (
     "both runs",
@@ -117,16 +118,16 @@ def test_a_file_cut_short_is_told(saved, share, name):
 
 
 def test_other_versions_are_told(saved):
-    with h5py.File(saved / "results.h5", "r+") as file:
+    with changed_hdf5(saved / "results.h5") as file:
         file["report"].attrs["version"] = VERSION + 1
     assert f"version {VERSION + 1}" in reason(saved)
-    with h5py.File(saved / "results.h5", "r+") as file:
+    with changed_hdf5(saved / "results.h5") as file:
         del file["report"]
     assert "does not keep what a report needs" in reason(saved)
 
 
 def test_a_damaged_view_is_told(saved):
-    with h5py.File(saved / "results.h5", "r+") as file:
+    with changed_hdf5(saved / "results.h5") as file:
         del file["report/window"]
         file["report/window"] = np.zeros(3)
     assert "damaged" in reason(saved)
@@ -135,6 +136,8 @@ def test_a_damaged_view_is_told(saved):
 def test_files_of_two_runs_are_told(saved):
     path = saved / "summary.json"
     path.write_text(path.read_text().replace('"reduced": {', '"reference": {', 1))
+    assert "checksum does not fit" in reason(saved)
+    write_changed_json(path, read_json(path))
     assert "not of the same run" in reason(saved)
 
 

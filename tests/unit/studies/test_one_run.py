@@ -25,6 +25,7 @@ from creak.studies.results.save import save, save_convergence
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_disk import small_disk
 from helpers_refusal import refusal
+from helpers_stored import changed_hdf5, write_changed_json
 
 pytestmark = [pytest.mark.slow, pytest.mark.once]
 
@@ -117,7 +118,7 @@ def test_a_changed_digest_is_another_run(folder):
     text = folder / "summary.json"
     data = json.loads(text.read_text())
     data["run"]["deck_sha256"] = "0" * 64
-    text.write_text(json.dumps(data))
+    write_changed_json(text, data)
     assert "not of the same run" in str(refusal(creak.open_result, folder))
 
 
@@ -125,8 +126,8 @@ def test_results_without_identity_are_refused(folder):
     text = folder / "summary.json"
     data = json.loads(text.read_text())
     del data["run"]
-    text.write_text(json.dumps(data))
-    with h5py.File(folder / "results.h5", "r+") as file:
+    write_changed_json(text, data)
+    with changed_hdf5(folder / "results.h5") as file:
         del file.attrs["run_id"]
     assert "do not say of which run they are" in str(refusal(creak.open_result, folder))
     assert read_histories(folder / "results.h5").run == "reduced"  # one file is of one run

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from creak.errors import InputError
+from creak.formats.include_budget import IncludeBudget
 
 _FILE_SHIFT = 32
 _LINE_MASK = (1 << _FILE_SHIFT) - 1
@@ -111,7 +112,7 @@ def lex(path: str | Path) -> list[Block]:
     return lexer.finished()
 
 
-def read_text(path: Path, included_at: str) -> list[str]:
+def read_text(path: Path, included_at: str, budget: IncludeBudget) -> list[str]:
     """Lines of a text file (UTF-8, else Latin-1).
 
     Raises
@@ -120,7 +121,7 @@ def read_text(path: Path, included_at: str) -> list[str]:
     """
     what = "included file" if included_at else "deck"
     try:
-        data = path.read_bytes()
+        data = budget.read(path, included_at)
     except FileNotFoundError:
         fix = "Give the path relative to the including file." if included_at else "Check the path."
         raise InputError(f"there is no {what} {path}", where=included_at, fix=fix) from None
@@ -147,6 +148,7 @@ class _Lexer:
         self.blocks: list[Block] = []
         self.files: list[str] = []
         self.open_files: list[Path] = []
+        self.budget = IncludeBudget()
 
     def finished(self) -> list[Block]:
         for block in self.blocks:
@@ -159,7 +161,7 @@ class _Lexer:
         resolved = path.absolute()
         if resolved in self.open_files or len(self.open_files) > 50:
             raise InputError(f"{path} includes itself", where=included_at, fix="Remove this *INCLUDE line.")
-        lines = read_text(path, included_at)
+        lines = read_text(path, included_at, self.budget)
         self.open_files.append(resolved)
         base = len(self.files) << _FILE_SHIFT
         self.files.append(str(path))

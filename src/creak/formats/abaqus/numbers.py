@@ -11,6 +11,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 from creak.formats.abaqus.lexer import Block
+from creak.model.magnitude import LARGEST, computable
 
 _INTEGER = re.compile(r"[+-]?[0-9]{1,18}")
 _REAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([EeDd][+-]?[0-9]+)?")
@@ -53,7 +54,7 @@ def to_float(field: str, where: str, what: str) -> float:
     if not field:
         return 0.0
     if _REAL.fullmatch(field):
-        value = float(field.upper().replace("D", "E"))
+        value = computable(float(field.upper().replace("D", "E")))
         if math.isfinite(value):
             return value
     finite = "a finite number" if _NOT_FINITE.fullmatch(field) else "a number"
@@ -150,7 +151,7 @@ def label_and_reals(block: Block, n_reals: int) -> tuple[IntArray, FloatArray] |
         reals = np.array(fields, dtype=np.float64).reshape(-1, n_reals)
     except (ValueError, OverflowError):
         return None
-    good = labels.min() > 0 and labels.max() < MAX_LABEL and bool(np.isfinite(reals).all())
+    good = labels.min() > 0 and labels.max() < MAX_LABEL and bool((np.abs(reals) <= LARGEST).all())
     return (labels, reals) if good else None
 
 

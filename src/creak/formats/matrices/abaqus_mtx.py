@@ -57,6 +57,9 @@ class _Element:
     values: dict[str, list[float]] = field(default_factory=dict)
 
 
+LARGEST_INTEGER = 10**15
+
+
 def read_user_element(path: Path, map_file: Path | None = None) -> Superelement:
     """Read *USER ELEMENT, LINEAR with *MATRIX, TYPE=STIFFNESS, MASS (and VISCOUS DAMPING).
 
@@ -107,7 +110,7 @@ def _parse(path: Path) -> _Element:
     for i, raw in enumerate(read_text(path).splitlines(), start=1):
         line, where = raw.strip(), f"{path}:{i}"
         if line.startswith("**"):
-            state = _comment(line, state, element)
+            state = _comment(line, state, element, where)
         elif line.startswith("*"):
             state = _keyword(line, element, where)
         elif line and state == "dofs":
@@ -117,13 +120,13 @@ def _parse(path: Path) -> _Element:
     return element
 
 
-def _comment(line: str, state: str, element: _Element) -> str:
+def _comment(line: str, state: str, element: _Element, where: str) -> str:
     """Comments carry the node labels; within the data they mean nothing."""
     words = line.strip("* ").upper()
     if words == "ELEMENT NODES":
         return "nodes"
     if state == "nodes" and re.fullmatch(r"[-\d,\s]+", words):
-        element.nodes += [int(w) for w in words.replace(",", " ").split()]
+        element.nodes += _integers(words, where)
         if len(element.nodes) >= element.count:
             return "dofs"
     return state
@@ -154,7 +157,10 @@ def _keyword(line: str, element: _Element, where: str) -> str:
 
 def _integers(line: str, where: str) -> list[int]:
     try:
-        return [int(c) for c in line.replace(",", " ").split()]
+        found = [int(c) for c in line.replace(",", " ").split()]
+        if any(abs(i) > LARGEST_INTEGER for i in found):
+            raise ValueError("more digits than any program writes")
+        return found
     except ValueError as error:
         raise InputError(f"{line!r} is no list of integers", where=where) from error
 

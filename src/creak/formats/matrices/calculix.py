@@ -13,6 +13,9 @@ from creak.formats.matrices.dof_map import beside, read_dof_map
 from creak.formats.matrices.triplets import from_entries, read_table
 from creak.model.superelement import Superelement
 
+MOST_DIGITS = 20
+"""Of a line of the .dof file."""
+
 
 def read_calculix(path: Path, map_file: Path | None = None) -> Superelement:
     """Read NAME.sti and NAME.mas (row, column, value of one triangle) and NAME.dof (node.dof of each row).
@@ -38,8 +41,8 @@ def _rows(path: Path) -> tuple[np.ndarray, np.ndarray]:
         if not line.strip():
             continue
         node, _, dof = line.strip().partition(".")
-        if not (node.isdigit() and dof.isdigit()):
-            raise InputError(f"{line.strip()!r}", where=f"{path}:{i}", expected="node.dof, such as 12.3")
+        if not (line.isascii() and node.isdigit() and dof.isdigit() and len(line) < MOST_DIGITS):
+            raise InputError(f"{line.strip()!r} names no dof", where=f"{path}:{i}", expected="node.dof, such as 12.3")
         pairs.append((int(node), int(dof)))
     if not pairs:
         raise InputError("there are no rows", where=path, fix="Copy or write the file again")

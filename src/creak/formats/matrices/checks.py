@@ -12,6 +12,7 @@ from scipy import sparse
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
+from creak.model.magnitude import LARGEST
 from creak.model.superelement import Superelement
 
 SYMMETRY = 1e-8
@@ -70,16 +71,12 @@ def _check_rows(nodes: IntArray, dofs: IntArray, source: Path) -> None:
 
 def symmetric(matrix: Matrix, name: str, n: int, source: Path) -> Matrix:
     """The matrix with rounding of symmetry averaged out; an error if it is not n x n, finite and symmetric."""
-    if tuple(matrix.shape) != (n, n):
-        shape = " x ".join(map(str, matrix.shape))
-        raise InputError(
-            f"matrix {name} is {shape} but the map of nodes and dofs has {n} rows",
-            where=source,
-            fix="Give the map that was written together with the matrices",
-        )
+    check_size(tuple(matrix.shape), name, n, source)
     values = matrix.data if sparse.issparse(matrix) else matrix
-    if not np.all(np.isfinite(values)):
-        raise InputError(f"matrix {name} has entries that are not finite", where=source, fix="Export it again")
+    if not np.all(np.abs(values) <= LARGEST):
+        raise InputError(
+            f"matrix {name} has entries that are not finite, or beyond {LARGEST:g}", where=source, fix="Export it again"
+        )
     largest = float(np.max(np.abs(values), initial=0.0))
     difference = matrix - matrix.T
     skew = float(abs(difference).max()) if n else 0.0
@@ -93,6 +90,16 @@ def symmetric(matrix: Matrix, name: str, n: int, source: Path) -> Matrix:
             fix="Export the symmetric part, without follower loads, friction or gyroscopic terms",
         )
     return 0.5 * (matrix + matrix.T)
+
+
+def check_size(shape: tuple[int, ...], name: str, n: int, source: Path) -> None:
+    """Raise InputError where a matrix is not n x n."""
+    if shape != (n, n):
+        raise InputError(
+            f"matrix {name} is {' x '.join(map(str, shape))} but the map of nodes and dofs has {n} rows",
+            where=source,
+            fix="Give the map that was written together with the matrices",
+        )
 
 
 def dense(matrix: Matrix) -> FloatArray:

@@ -11,10 +11,13 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
+from creak.formats.csv_rows import csv_rows
 from creak.formats.matrices.checks import read_text
 from creak.model.superelement import Superelement
 
 HEADER = ("node", "dof", "x", "y", "z")
+LARGEST = 10**15
+"""Of a label."""
 
 
 @dataclass(frozen=True)
@@ -33,16 +36,18 @@ def read_dof_map(path: Path) -> DofMap:
     ------
     InputError : the file is missing, has another header, or a row that is not numbers.
     """
-    lines = list(csv.reader(read_text(path).splitlines()))
-    if not lines or [c.strip().lower() for c in lines[0][:2]] != list(HEADER[:2]):
+    lines = list(csv_rows(read_text(path).splitlines(), path))
+    if not lines or [c.strip().lower() for c in lines[0][1][:2]] != list(HEADER[:2]):
         raise InputError("the header of the map is missing", where=f"{path}:1", expected=",".join(HEADER))
     nodes, dofs, positions = [], [], {}
-    for number, cells in enumerate(lines[1:], start=2):
+    for number, cells in lines[1:]:
         if not cells:
             continue
         try:
             node, dof = int(cells[0]), int(cells[1])
             place = [float(c) for c in cells[2:5] if c.strip()]
+            if max(abs(node), abs(dof)) > LARGEST:
+                raise ValueError("a label of more digits than any program writes")
         except (ValueError, IndexError) as error:
             raise InputError(
                 f"{','.join(cells)!r} is no row of a map", where=f"{path}:{number}", expected=",".join(HEADER)

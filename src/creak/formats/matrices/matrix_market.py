@@ -10,7 +10,7 @@ from scipy import io, sparse
 from creak.arrays import Matrix
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
-from creak.formats.matrices.checks import checked, dense, read_text
+from creak.formats.matrices.checks import check_size, checked, dense, read_text
 from creak.formats.matrices.dof_map import read_dof_map, write_dof_map
 from creak.model.superelement import Superelement
 
@@ -29,10 +29,16 @@ def read_matrix_market(path: Path, map_file: Path | None = None) -> Superelement
     InputError : K, M or the map is missing or damaged, or they do not fit together.
     """
     prefix = _prefix(path)
-    K, M = (_read(prefix.with_name(prefix.name + ending)) for ending in ENDINGS[:2])
-    damping = prefix.with_name(prefix.name + ENDINGS[2])
-    C = _read(damping) if damping.is_file() else None
-    rows = read_dof_map(map_file or prefix.with_name(prefix.name + ENDINGS[3]))
+    files = [prefix.with_name(prefix.name + ending) for ending in ENDINGS]
+    for file in files[:2]:
+        if not file.is_file():
+            raise InputError(
+                "there is no such file", where=file, expected="NAME_K.mtx, NAME_M.mtx and NAME_dofs.csv side by side"
+            )
+    rows = read_dof_map(map_file or files[3])
+    n = rows.node_ids.size
+    K, M = (_read(file, key, n) for file, key in zip(files, "KM", strict=False))
+    C = _read(files[2], "C", n) if files[2].is_file() else None
     return checked(prefix.name, rows.node_ids, rows.dofs, K, M, C, rows.positions, path)
 
 
@@ -43,13 +49,9 @@ def _prefix(path: Path) -> Path:
     return path
 
 
-def _read(path: Path) -> Matrix:
-    if not path.is_file():
-        raise InputError(
-            "there is no such file", where=path, expected="NAME_K.mtx, NAME_M.mtx and NAME_dofs.csv side by side"
-        )
+def _read(path: Path, key: str, n: int) -> Matrix:
     try:
-        _check_entries(path)
+        check_size(_checked_shape(path), key, n, path)
         matrix = io.mmread(path, **SPARSE_ARRAY)
     except (ValueError, OverflowError, OSError, EOFError, StopIteration) as error:
         raise InputError(
@@ -58,19 +60,23 @@ def _read(path: Path) -> Matrix:
     return sparse.csr_array(matrix) if sparse.issparse(matrix) else matrix
 
 
-def _check_entries(path: Path) -> None:
-    """ValueError if the file is not real or has another number of entries than it announces.
+def _checked_shape(path: Path) -> tuple[int, int]:
+    """Rows and columns; ValueError if the file is not real or has another number of entries than it announces.
 
-    SciPy fills the rest of an array that was cut off with zeros.
+    SciPy fills the rest of an array that was cut off with zeros, and crashes at a zero byte.
     """
+    text = read_text(path)
+    if "\0" in text:
+        raise ValueError("it holds zero bytes")
     rows, columns, entries, layout, field, symmetry = io.mminfo(path)
     if field not in ("real", "integer"):
         raise ValueError(f"its entries are {field}, not real")
     if layout == "array":
         entries = rows * columns if symmetry == "general" else rows * (rows + 1) // 2
-    lines = sum(1 for line in read_text(path).splitlines() if line.strip() and not line.startswith("%")) - 1
+    lines = sum(1 for line in text.splitlines() if line.strip() and not line.startswith("%")) - 1
     if lines != entries:
         raise ValueError(f"it announces {entries} entries and has {lines}")
+    return rows, columns
 
 
 def write_matrix_market(superelement: Superelement, path: Path) -> list[Path]:

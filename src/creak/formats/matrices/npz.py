@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
-import zlib
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from creak.arrays import Matrix
+from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
-from creak.formats.matrices.checks import checked, dense, read_bytes
+from creak.formats.matrices.checks import checked, dense
+from creak.formats.npz_arrays import read_arrays
+from creak.formats.sealed_hdf5 import Damaged
 from creak.model.superelement import Superelement
 
 Arrays = dict[str, NDArray]
+LARGEST = 2.0**53
+"""Of an integer that a float holds exactly."""
 
 
 def read_npz(path: Path) -> Superelement:
@@ -41,23 +42,42 @@ def read_npz(path: Path) -> Superelement:
     K, M, C = (_matrix(arrays, key, n, path) for key in "KMC")
     if K is None or M is None:
         raise InputError(f"there is no array {'K' if K is None else 'M'}", where=path, fix="Write both K and M")
-    positions = dict(
-        zip(
-            arrays.get("position_nodes", np.empty(0, int)).tolist(),
-            arrays.get("positions", np.empty((0, 3))),
-            strict=False,
+    nodes = _whole(arrays.get("position_nodes", np.empty(0, int)), "position_nodes", path)
+    places = _numbers(arrays.get("positions", np.empty((0, 3))), "positions", path)
+    if places.shape != (nodes.size, 3):
+        raise InputError(
+            f"positions is {_shape(places)} for {nodes.size} position_nodes",
+            where=path,
+            expected="three coordinates for each",
         )
-    )
-    name = str(arrays["name"]) if "name" in arrays else path.stem
-    return checked(name, arrays["node_ids"], arrays["dofs"], K, M, C, positions, path)
+    name = str(arrays["name"]) if "name" in arrays and not arrays["name"].ndim else path.stem
+    positions = dict(zip(nodes.tolist(), places, strict=True))
+    rows = [_whole(arrays[key], key, path) for key in ("node_ids", "dofs")]
+    return checked(name, rows[0], rows[1], K, M, C, positions, path)
+
+
+def _whole(array: NDArray, key: str, path: Path) -> IntArray:
+    """A vector of integers; floats that are integers too."""
+    values = _numbers(array, key, path)
+    if array.ndim != 1 or not (np.abs(values) < LARGEST).all() or not (values == np.rint(values)).all():
+        raise InputError(f"{key} is {_shape(array)} of {array.dtype}", where=path, expected="a vector of integers")
+    return values.astype(np.int64)
+
+
+def _numbers(array: NDArray, key: str, path: Path) -> FloatArray:
+    if array.dtype.kind not in "iuf":
+        raise InputError(f"{key} is {_shape(array)} of {array.dtype}", where=path, expected="numbers")
+    return array.astype(float)
+
+
+def _shape(array: NDArray) -> str:
+    return " x ".join(map(str, array.shape)) or "a single value"
 
 
 def _load(path: Path) -> Arrays:
-    data = read_bytes(path)
     try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as file:
-            return {key: file[key] for key in file.files}
-    except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, OSError, AttributeError, KeyError) as error:
+        return read_arrays(path)
+    except Damaged as error:
         raise InputError(
             f"this is no complete NumPy file ({error})",
             where=path,
@@ -67,19 +87,20 @@ def _load(path: Path) -> Arrays:
 
 def _matrix(arrays: Arrays, key: str, n: int, path: Path) -> Matrix | None:
     if key in arrays:
-        return arrays[key].astype(float)
+        return _numbers(arrays[key], key, path)
     names = [f"{key}_{part}" for part in ("row", "column", "value")]
     if not all(name in arrays for name in names):
         return None
-    rows, columns, values = (arrays[name] for name in names)
-    try:
-        return sparse.coo_array((values.astype(float), (rows, columns)), shape=(n, n)).tocsr()
-    except ValueError as error:
+    rows, columns = (_whole(arrays[name], name, path) for name in names[:2])
+    values = _numbers(arrays[names[2]], names[2], path)
+    outside = (rows < 0) | (rows >= n) | (columns < 0) | (columns >= n) if rows.shape == columns.shape else True
+    if rows.shape != columns.shape or rows.shape != values.shape or np.any(outside):
         raise InputError(
-            f"the triplets of {key} do not make a {n} x {n} matrix ({error})",
+            f"the triplets of {key} do not make a {n} x {n} matrix",
             where=path,
-            fix="Number rows and columns from 0",
-        ) from error
+            expected="three vectors of one length, rows and columns numbered from 0",
+        )
+    return sparse.coo_array((values, (rows, columns)), shape=(n, n)).tocsr()
 
 
 def write_npz(superelement: Superelement, path: Path) -> list[Path]:

@@ -25,6 +25,8 @@ from creak.formats.matrices.checks import number, read_bytes
 SYMMETRIC_FORM, REAL_DOUBLE = 6, 2
 _WORDS = {1: 1, 2: 2, 3: 2, 4: 4}
 """Words of four bytes per value by type: real single, real double, complex single, complex double."""
+LARGEST = 10**9
+"""Entries of a matrix: 8 GB."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +39,9 @@ class Header:
     name: str
 
     def empty(self) -> FloatArray:
-        try:
-            return np.zeros((self.rows, self.columns))
-        except MemoryError as error:
-            size = f"{self.rows} x {self.columns}"
-            raise _Incomplete(f"its header says that {self.name} is {size}, which memory cannot hold") from error
+        if self.rows * self.columns > LARGEST:
+            raise _Incomplete(f"its header says that {self.name} is {self.rows} x {self.columns}, beyond {LARGEST:,}")
+        return np.zeros((self.rows, self.columns))
 
 
 class _Incomplete(ValueError):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from creak.formats.matrices.matrix_market import read_matrix_market, write_matri
 from creak.formats.matrices.nastran_dmig import read_dmig, write_dmig
 from creak.formats.matrices.nastran_op4 import read_op4, write_op4
 from creak.formats.matrices.npz import read_npz, write_npz
+from creak.formats.safe_names import file_stem
 from creak.model.superelement import Superelement
 
 
@@ -84,5 +84,4 @@ def write_superelement(superelement: Superelement, folder: Path, format: str) ->
         raise InputError(f"there is no format {format!r}", expected=", ".join(FORMATS), fix=suggest(format, FORMATS))
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    name = re.sub(r"[^\w-]+", "_", superelement.name).strip("_") or "superelement"
-    return FORMATS[format].write(superelement, folder / f"{name}{FORMATS[format].ending}")
+    return FORMATS[format].write(superelement, folder / f"{file_stem(superelement.name)}{FORMATS[format].ending}")

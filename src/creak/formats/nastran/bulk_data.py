@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from creak.errors import InputError
 from creak.formats.matrices.checks import number, read_text
+from creak.model.magnitude import computable
 
 _INTEGER = re.compile(r"[+-]?[0-9]+")
 MAX_DIGITS = 15
 """Of an integer."""
-MAX_LIST = 10_000_000
-"""Ids in one THRU range."""
+MAX_LIST = 1_000_000
+"""Ids of one card, where each of them is taken for itself."""
 _BEGIN_BULK = re.compile(r"\s*BEGIN\s+BULK\b", re.I)
 
 
@@ -73,7 +76,7 @@ class Card:
         if not text and default is not None:
             return default
         try:
-            value = math.nan if "_" in text else number(text)
+            value = math.nan if "_" in text else computable(number(text))
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
@@ -248,25 +251,26 @@ def _split(line: str, where: str) -> tuple[str, list[str], str]:
     return head, (items[:count] + [""] * count)[:count], tail
 
 
-def id_range(first: int, last: int, step: int, where: str) -> range:
-    """first, first + step, ... up to last.
+def id_list(card: Card, start: int = 0) -> Iterator[int]:
+    """Ids of a list with THRU (and BY), from field `start` on.
 
     Raises
     ------
     InputError : more than `MAX_LIST` ids.
     """
-    if (last - first) // step >= MAX_LIST:
+    ranges = list(id_ranges(card, start))
+    if (count := sum(map(len, ranges))) > MAX_LIST:
         raise InputError(
-            f"{first} THRU {last} holds {(last - first) // step + 1} ids",
-            where=where,
-            expected=f"at most {MAX_LIST}",
+            f"{card.name} lists {count:,} ids",
+            where=card.where,
+            expected=f"at most {MAX_LIST:,}",
             fix="Give the last id that there is.",
         )
-    return range(first, last + 1, step)
+    return itertools.chain.from_iterable(ranges)
 
 
-def id_list(card: Card, start: int = 0) -> Iterator[int]:
-    """Ids of a list with THRU (and BY), from field `start` on."""
+def id_ranges(card: Card, start: int = 0) -> Iterator[range]:
+    """The same as ranges, of any length."""
     fields = [text.upper() for text in card.fields[start:]]
     i = 0
     while i < len(fields):
@@ -275,11 +279,21 @@ def id_list(card: Card, start: int = 0) -> Iterator[int]:
         elif i + 2 < len(fields) and fields[i + 1] == "THRU":
             by = i + 4 < len(fields) and fields[i + 3] == "BY"
             step = card.integer(start + i + 4) if by else 1
-            yield from id_range(card.integer(start + i), card.integer(start + i + 2), max(step, 1), card.where)
+            yield range(card.integer(start + i), card.integer(start + i + 2) + 1, max(step, 1))
             i += 5 if by else 3
         else:
-            yield card.integer(start + i)
+            first = card.integer(start + i)
+            yield range(first, first + 1)
             i += 1
+
+
+def ids_among(ranges: Iterable[range], known: Mapping[int, Any]) -> list[int]:
+    """The ids of ranges that there are, each once: what a wide THRU spans besides costs nothing."""
+    found: dict[int, None] = {}
+    for ids in ranges:
+        few = len(ids) <= len(known)
+        found.update(dict.fromkeys((i for i in ids if i in known) if few else sorted(i for i in known if i in ids)))
+    return list(found)
 
 
 def free_card(name: str, fields: Iterable[object], per_line: int = 8) -> str:

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field
 
 from creak.errors import InputError
-from creak.formats.nastran.bulk_data import Line, id_range
+from creak.formats.nastran.bulk_data import MAX_DIGITS, Line
 from creak.model.mesh import Unread
 
 _COMMAND = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)\s*(\([^)]*\))?\s*(?:=\s*|\s+|$)(.*)")
@@ -45,7 +45,7 @@ class CaseControl:
     loadset: int = 0
     """LOADSET: the set of LSEQ cards."""
     nsm: int = 0
-    sets: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    sets: dict[int, tuple[range, ...]] = field(default_factory=dict)
     """SET commands with ids."""
     matrices: dict[str, str] = field(default_factory=dict)
     """K2GG, M2GG, B2GG -> what they select."""
@@ -72,13 +72,11 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
 
     Raises
     ------
-    InputError : SPC, MPC or IC is not a number; a SET with a range of too many ids.
+    InputError : SPC, MPC or IC is not a number.
     """
     commands, unread = _first_subcase(case)
     ids = {key: _identifier(commands, key) for key in ("SPC", "MPC", "IC", "DLOAD", "TSTEP", "LOADSET", "NSM")}
-    sets = {
-        number: _ids(text, f"{case[0].where.rpartition(':')[0]}, SET {number}") for number, text in _sets(case).items()
-    }
+    sets = {number: _ids(text) for number, text in _sets(case).items()}
     unread += [
         Unread(key, line.where, True, "creak does not follow this case control command")
         for key, (_, line) in commands.items()
@@ -187,14 +185,18 @@ def _sets(case: list[Line]) -> dict[int, str]:
     return found
 
 
-def _ids(text: str, where: str) -> tuple[int, ...]:
+def _ids(text: str) -> tuple[range, ...]:
     """Ids of `1, 5, 10 THRU 20 EXCEPT 15`; empty for ALL, NONE and lists of something else."""
-    ids: list[int] = []
+    ids: list[range] = []
     for piece in text.upper().split(","):
         many = re.fullmatch(r"\s*([0-9]{1,15})\s+THRU\s+([0-9]{1,15})((?:\s+EXCEPT)?[\s0-9]*)", piece)
         if many:
-            left_out = {int(i) for i in many.group(3).replace("EXCEPT", " ").split()}
-            ids += [i for i in id_range(int(many.group(1)), int(many.group(2)), 1, where) if i not in left_out]
+            first, last = int(many.group(1)), int(many.group(2))
+            left_out = {int(i) for i in many.group(3).replace("EXCEPT", " ").split() if len(i) <= MAX_DIGITS}
+            for other in sorted(i for i in left_out if first <= i <= last):
+                ids.append(range(first, other))
+                first = other + 1
+            ids.append(range(first, last + 1))
         elif re.fullmatch(r"\s*[0-9]{1,15}\s*", piece):
-            ids.append(int(piece))
-    return tuple(dict.fromkeys(ids))
+            ids.append(range(int(piece), int(piece) + 1))
+    return tuple(ids)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from creak.errors import InputError
+from creak.formats.include_budget import IncludeBudget
 from creak.formats.nastran.bulk_data import Card, Line, cards_of
 
 _BULK = re.compile(r"\s*BEGIN(\s+BULK)?\b", re.I)
@@ -16,9 +17,9 @@ _INCLUDE = re.compile(r"\s*INCLUDE\b[\s=]*(.*)", re.I)
 _PARAM = re.compile(r"\s*PARAM\b", re.I)
 """PARAM cards may stand in the case control as well."""
 _NAMES = (
-    re.compile(r"\$\s*Femap Property (\d+)\s*:\s*(.+?)\s*$", re.I),
-    re.compile(r'\$HMNAME PROP\s+(\d+)\s*"([^"]+)"', re.I),
-    re.compile(r"\$ANSA_NAME_COMMENT;(\d+);P[A-Z]+;([^;]+);", re.I),
+    re.compile(r"\$\s*Femap Property (\d{1,15})\s*:(.+)", re.I),
+    re.compile(r'\$HMNAME PROP\s+(\d{1,15})\s*"([^"]+)"', re.I),
+    re.compile(r"\$ANSA_NAME_COMMENT;(\d{1,15});P[A-Z]+;([^;]+);", re.I),
 )
 """Comments in which pre-processors keep the names of properties."""
 _SET_NAME = re.compile(r'\$HMSET\s+(\d{1,15})\s+\d+\s*"([^"]+)"', re.I)
@@ -48,9 +49,10 @@ def read_deck_file(path: Path) -> DeckFile:
     ------
     InputError : a file is missing or not text, a deck includes itself, BEGIN BULK without ENDDATA.
     """
-    lines = _text(path, "")
+    budget = IncludeBudget()
+    lines = _text(path, "", budget)
     whole = any(_BULK.match(t) or t.strip().upper().startswith("CEND") for t in lines)
-    reader = _Reader(path, "executive" if whole else "bulk")
+    reader = _Reader(path, "executive" if whole else "bulk", budget)
     reader.read(path, lines, ())
     if whole and not reader.begun:
         raise InputError(
@@ -78,6 +80,7 @@ def read_deck_file(path: Path) -> DeckFile:
 class _Reader:
     main: Path
     section: str
+    budget: IncludeBudget
     begun: bool = False
     """Whether BEGIN BULK was met."""
     lines: dict[str, list[Line]] = field(
@@ -126,7 +129,7 @@ class _Reader:
     def _comment(self, text: str) -> None:
         for pattern in _NAMES:
             found = pattern.match(text)
-            if found:
+            if found and found.group(2).strip():
                 self.names[int(found.group(1))] = found.group(2).strip()
         named = _SET_NAME.match(text)
         if named:
@@ -134,7 +137,7 @@ class _Reader:
 
     def _include(self, name: str, path: Path, line: Line, above: tuple[Path, ...]) -> None:
         choices = [path.parent / name, self.main.parent / name]
-        target = next((c for c in choices if c.is_file()), None)
+        target = next((c for c in choices if c.exists() and not c.is_dir()), None)
         if self.section == "skipped":
             return
         if target is None:
@@ -148,7 +151,7 @@ class _Reader:
             )
         if target.absolute() in above or len(above) > DEPTH:
             raise InputError(f"{target} includes itself", where=line.where, fix="Remove this INCLUDE line.")
-        self.read(target, _text(target, line.where), above)
+        self.read(target, _text(target, line.where, self.budget), above)
 
 
 def _file_name(rest: str, lines: list[str], k: int) -> tuple[str, int]:
@@ -163,10 +166,10 @@ def _file_name(rest: str, lines: list[str], k: int) -> tuple[str, int]:
     return rest.split("$")[0].strip().replace("\\", "/"), k
 
 
-def _text(path: Path, included_at: str) -> list[str]:
+def _text(path: Path, included_at: str, budget: IncludeBudget) -> list[str]:
     what = "included file" if included_at else "deck"
     try:
-        data = path.read_bytes()
+        data = budget.read(path, included_at)
     except OSError as error:
         reason = "it does not exist" if isinstance(error, FileNotFoundError) else error.strerror
         raise InputError(f"cannot read the {what} {path}: {reason}", where=included_at, fix="Check the path.") from None

@@ -22,7 +22,7 @@ SELECTORS = {"K2GG": "CK2", "M2GG": "CM2", "B2GG": "CB2"}
 """Case control command -> parameter that scales its matrices."""
 MOST_GRIDS = 400
 """Connected by one matrix; more make dense matrices of several hundred MB."""
-_TERM = re.compile(r"(?:([-+.0-9DE]+)\s*\*\s*)?([A-Z][A-Z0-9]{0,7})")
+_TERM = re.compile(r"(?:([-+.0-9DE]{1,40})\s*\*\s*)?([A-Z][A-Z0-9]{0,7})")
 
 
 @dataclass(frozen=True)

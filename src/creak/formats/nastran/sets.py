@@ -7,7 +7,7 @@ import re
 import numpy as np
 
 from creak.arrays import IntArray
-from creak.formats.nastran.bulk_data import Card, id_list
+from creak.formats.nastran.bulk_data import Card, id_ranges, ids_among
 from creak.formats.nastran.deck import Deck
 from creak.model.mesh import ElementBlock, Surface
 from creak.model.solid_faces import FACES, faces_of, free_faces
@@ -30,30 +30,31 @@ def node_sets(deck: Deck, names: dict[int, str]) -> dict[str, IntArray]:
     hold grids."""
     found: dict[str, list[int]] = {}
     for card in deck.cards(*_DOF_SETS):
-        rows = [deck.grids.row_of[i] for i in _grids_of(card) if i in deck.grids.row_of]
+        rows = [deck.grids.row_of[i] for i in ids_among(_grids_of(card), deck.grids.row_of)]
         found.setdefault(_DOF_SETS[card.name], []).extend(rows)
     for identifier, ids in _id_sets(deck, ("GRID",)).items():
-        found[f"SET_{identifier}"] = [deck.grids.row_of[i] for i in ids if i in deck.grids.row_of]
+        found[f"SET_{identifier}"] = [deck.grids.row_of[i] for i in ids_among(ids, deck.grids.row_of)]
         if identifier in names:
             found[_plain(names[identifier])] = found[f"SET_{identifier}"]
     return {name: np.array(list(dict.fromkeys(rows)), dtype=np.int64) for name, rows in found.items() if rows}
 
 
-def _grids_of(card: Card) -> list[int]:
+def _grids_of(card: Card) -> list[range]:
     """Ids of a dof set: pairs of grid and dofs, or (ASET1) dofs and a list; SUPORT1 after its set number."""
     if card.name in ("ASET1", "BSET1", "CSET1"):
-        return list(id_list(card, 1))
+        return list(id_ranges(card, 1))
     first = 1 if card.name == "SUPORT1" else 0
-    return [card.integer(i) for i in range(first, len(card.fields), 2) if card.text(i)]
+    ids = [card.integer(i) for i in range(first, len(card.fields), 2) if card.text(i)]
+    return [range(i, i + 1) for i in ids]
 
 
-def _id_sets(deck: Deck, kinds: tuple[str, ...]) -> dict[int, list[int]]:
+def _id_sets(deck: Deck, kinds: tuple[str, ...]) -> dict[int, list[range]]:
     found = {identifier: list(ids) for identifier, ids in deck.case.sets.items()}
     for card in deck.cards("SET1"):
-        found[card.integer(0)] = [*id_list(card, 2 if card.text(1).upper() == "SKIN" else 1)]
+        found[card.integer(0)] = [*id_ranges(card, 2 if card.text(1).upper() == "SKIN" else 1)]
     for card in deck.cards("SET3"):
         if card.text(1).upper()[:4] in kinds:
-            found[card.integer(0)] = [*id_list(card, 2)]
+            found[card.integer(0)] = [*id_ranges(card, 2)]
     return found
 
 
@@ -76,7 +77,7 @@ def element_sets(
         if f"PID_{pid}" in found:
             found.setdefault(_plain(name), found[f"PID_{pid}"])
     for identifier, ids in _id_sets(deck, ("ELEM",)).items():
-        found[f"SET_{identifier}"] = [place[i] for i in ids if i in place]
+        found[f"SET_{identifier}"] = [place[i] for i in ids_among(ids, place)]
         if identifier in set_names and found[f"SET_{identifier}"]:
             found[_plain(set_names[identifier])] = found[f"SET_{identifier}"]
     return {name: np.array(rows, dtype=np.int64).reshape(-1, 2) for name, rows in found.items() if rows}

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.formats.nastran.bulk_data import Card, id_list
+from creak.formats.nastran.bulk_data import Card, id_list, id_ranges, ids_among
 from creak.formats.nastran.deck import Deck
 from creak.formats.nastran.grids import Permanent
 from creak.formats.nastran.linear import global_equations
@@ -55,9 +55,7 @@ def _one(deck: Deck, card: Card, i: int) -> tuple[int, tuple[int, ...]]:
 def _hold_all(deck: Deck, held: Held, card: Card) -> None:
     """SPC1: ids that THRU spans need not all exist."""
     many = any(text.upper() == "THRU" for text in card.fields)
-    for identifier in id_list(card, 2):
-        if many and identifier not in deck.grids.row_of:
-            continue
+    for identifier in ids_among(id_ranges(card, 2), deck.grids.row_of) if many else id_list(card, 2):
         row = deck.grids.row(identifier, card)
         _hold(held, row, (1,) if row in deck.grids.scalar else card.components(1), card.where)
 

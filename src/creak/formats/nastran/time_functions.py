@@ -10,6 +10,7 @@ from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.deck import Deck, referred, unique_cards
+from creak.model.magnitude import LARGEST
 from creak.model.steps import Amplitude
 
 TABLES = ("TABLED1", "TABLED2", "TABLED3")
@@ -133,6 +134,6 @@ def _analytic(card: Card, delay: float, dt: float, count: int, kind: str) -> Amp
     on = (t >= start - 1e-9 * dt) & (t <= stop + 1e-9 * dt)
     with np.errstate(over="ignore", invalid="ignore"):
         values = np.where(on, s**power * np.exp(growth * s) * np.cos(2.0 * math.pi * frequency * s + phase), 0.0)
-    if not np.isfinite(values).all():
+    if not (np.abs(values) <= LARGEST).all():
         raise InputError(f"TLOAD2 {card.text(0)} grows beyond all numbers", where=card.where, fix="Check B and C.")
     return _tabular(card, np.column_stack([t, values]))

@@ -118,9 +118,14 @@ def _inside(table: Any, words: Sequence[str], depth: int, word: str) -> Any:
     return inner
 
 
+def is_row(word: str) -> bool:
+    """Whether a word of a key is the number of a row."""
+    return word.isascii() and word.isdigit() and len(word) < 10
+
+
 def _row(table: Sequence[Any], words: Sequence[str], depth: int) -> int:
     word, name = words[depth], ".".join(words[:depth])
-    if not word.isdigit() or int(word) >= len(table):
+    if not is_row(word) or int(word) >= len(table):
         raise InputError(f"the study has {len(table)} [[{name}]]", expected=f"{name}.0 to {len(table) - 1}")
     return int(word)
 
@@ -128,7 +133,7 @@ def _row(table: Sequence[Any], words: Sequence[str], depth: int) -> int:
 def value_at(data: Any, key: str) -> Any:
     """Value of a dotted key, None where there is none."""
     for word in key.split("."):
-        if isinstance(data, list) and word.isdigit() and int(word) < len(data):
+        if isinstance(data, list) and is_row(word) and int(word) < len(data):
             data = data[int(word)]
         elif isinstance(data, Mapping) and word in data:
             data = data[word]

@@ -85,11 +85,12 @@ def deck_files(path: Path) -> list[Path]:
             return [path]
         blocks = lex(path)
         return [Path(name) for name in blocks[0].files] if blocks else [path]
-    files = [path]
+    files, known = [path], {path}
     for file in files:  # grows on the way
-        for name in re.findall(rb"(?im)^\s*INCLUDE\s+['\"]?([^'\"\r\n$]+)", _content(file)):
+        for name in re.findall(rb"(?im)^[ \t]*INCLUDE\s+['\"]?([^'\"\r\n$]+)", _content(file)):
             included = file.parent / name.decode("latin-1").strip()
-            if included.is_file() and included not in files:
+            if included.is_file() and included not in known:
+                known.add(included)
                 files.append(included)
     return files
 

@@ -116,6 +116,9 @@ def read_toml(path: Path, kind: str) -> tuple[dict[str, Any], str]:
     except tomllib.TOMLDecodeError as error:
         fix = "Write paths with / instead of \\." if "\\" in str(error) else "Repair that line."
         raise InputError(f"not valid TOML: {error}", where=path, fix=fix) from error
+    except (ValueError, RecursionError) as error:
+        what = "tables or lists nested too deep" if isinstance(error, RecursionError) else "a number of too many digits"
+        raise InputError(f"cannot read the {kind} file: it has {what}", where=path, fix="Remove them.") from error
 
 
 SIGNALS = ("multisine", "sine", "step", "table", "record", "smooth-step", "periodic")

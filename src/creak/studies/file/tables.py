@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.formats.csv_rows import csv_rows
+from creak.model.magnitude import computable
 
 
 def read_table(path: Path, where: str) -> tuple[FloatArray, FloatArray]:
@@ -46,7 +47,7 @@ def read_rows(path: Path, where: str, kind: str, header: list[str]) -> list[tupl
         raise InputError(f"no such {kind}: {path}", where=where, fix="Check the path.") from error
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot read the {kind} {path}: {error}", where=where) from error
-    rows = [(i, row) for i, row in enumerate(csv.reader(lines), start=1) if any(cell.strip() for cell in row)]
+    rows = [(i, row) for i, row in csv_rows(lines, path) if any(cell.strip() for cell in row)]
     found = [cell.strip().lower() for cell in rows[0][1]] if rows else []
     if found[: len(header)] != header:
         raise InputError(
@@ -60,7 +61,7 @@ def read_rows(path: Path, where: str, kind: str, header: list[str]) -> list[tupl
 
 def _numbers(path: Path, line: int, row: list[str]) -> list[float]:
     try:
-        numbers = [float(cell) for cell in row[:2]]
+        numbers = [computable(float(cell)) for cell in row[:2]]
     except ValueError:
         numbers = []
     if len(row) > 2 and any(cell.strip() for cell in row[2:]):

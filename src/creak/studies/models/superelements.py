@@ -16,6 +16,7 @@ import creak
 from creak.arrays import IntArray, Matrix
 from creak.assembly.system import System
 from creak.errors import InputError, NumericalError
+from creak.formats.safe_names import file_stem
 from creak.formats.superelement_file import (
     SavedSuperelement,
     read_made_from,
@@ -147,8 +148,7 @@ def _hash(A: Matrix | IntArray) -> str:
 
 
 def _path(folder: Path, name: str) -> Path:
-    safe = "".join(ch if ch.isalnum() or ch in "-_." else "_" for ch in name)
-    return folder / f"{safe}.h5"
+    return folder / f"{file_stem(name)}.h5"
 
 
 def shared_path(folder: Path, name: str, made_from: Mapping[str, str]) -> Path:
@@ -183,6 +183,11 @@ def _from_store(
 
 
 def _restored(inside: Inside, saved: SavedSuperelement) -> tuple[Basis, Matrices]:
+    if (saved.shape.shape[0], saved.modes.shape[0]) != (inside.b.size, inside.i.size):
+        raise InputError(
+            f"the saved superelement {saved.name} is of a part of another size",
+            fix="Delete it and reduce the part again.",
+        )
     fixed = Modes(saved.omega2, saved.modes, 0.0, True, next_omega2=saved.first_left_out)
     m, static = saved.matrices, StaticRows(saved.static_at, saved.static_rows)
     return Basis(inside, sp.csr_matrix(saved.shape), fixed), Matrices(m["K"], m["M"], m["M_alone"], m.get("C"), static)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -17,10 +16,12 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.recovery import by_node, recovered
 from creak.dynamics.history import ENERGIES, History
 from creak.formats.complete_file import files_together, write_bytes, write_text
+from creak.formats.csv_rows import plain_row
 from creak.formats.destination import destination
 from creak.formats.partials import remove_dead
 from creak.formats.results import ContactRecord, Field, RunRecord, put_results
 from creak.formats.run_identity import CONVERGENCE, REPORT, RESULTS, SUMMARY, stale_files, write_identity
+from creak.formats.sealed_json import sealed_text
 from creak.formats.tree import write_tree
 from creak.model.plain_mesh import PlainMesh, plain_mesh
 from creak.signals.resampling import cell_means
@@ -82,7 +83,7 @@ def save(
         if more is not None:
             more(file)
 
-    text = json.dumps(summary, indent=2, allow_nan=False) + "\n"
+    text = sealed_text(summary)
     texts = {CONVERGENCE: None if convergence is None else _table(convergence, run.id), REPORT: page, SUMMARY: text}
     given = {name: words.encode("utf-8") for name, words in texts.items() if words is not None}
     more_bytes = sum(map(len, given.values()))
@@ -107,7 +108,7 @@ def save_convergence(convergence: Convergence, folder: Path, run: str) -> Path:
 def _table(convergence: Convergence, run: str) -> str:
     head, *rows = csv_rows(convergence)
     text = io.StringIO(newline="")
-    csv.writer(text, lineterminator="\n").writerows([[*head, "run"], *([*row, run] for row in rows)])
+    csv.writer(text, lineterminator="\n").writerows([[*head, "run"], *(plain_row([*row, run]) for row in rows)])
     return text.getvalue()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 import shutil
@@ -15,7 +14,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 import scipy
 from threadpoolctl import threadpool_info
@@ -25,6 +23,8 @@ from creak.errors import CreakError, InputError, NumericalError
 from creak.formats.complete_file import write_text
 from creak.formats.partials import partial_name
 from creak.formats.run_identity import RESULTS, SUMMARY, identity_in, identity_of
+from creak.formats.sealed_hdf5 import opened_hdf5
+from creak.formats.sealed_json import read_sealed, sealed_text
 from creak.studies.file.reader import read_study
 from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.setup import set_up
@@ -138,7 +138,7 @@ def _made(task: Task, start: float) -> dict[str, Any]:
         if task.report is not None:
             task.report(result, summary, folder)
         record.update(provenance(task, start))
-        write_text(folder / RECORD, json.dumps(record, indent=2) + "\n")
+        write_text(folder / RECORD, sealed_text(record, allow_nan=True))
 
     publish(task.folder, task.id, write)
     return record
@@ -178,10 +178,10 @@ def publish(folder: Path, id: str, write: Callable[[Path], None]) -> None:
 def finished_record(folder: Path, id: str | None = None) -> dict[str, Any] | None:
     """The record of a finished case; None where there is none, one with another id, or files of several runs."""
     try:
-        record = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+        record = read_sealed(folder / RECORD)
     except (OSError, ValueError):
         return None
-    fits = isinstance(record, dict) and "id" in record and id in (None, record["id"])
+    fits = "id" in record and id in (None, record["id"])
     return record if fits and _of_one_run(folder, record.get("run_id")) else None
 
 
@@ -190,11 +190,11 @@ def _of_one_run(folder: Path, run_id: str | None) -> bool:
     summary, results = folder / SUMMARY, folder / RESULTS
     try:
         if summary.exists():
-            of_summary = identity_of(json.loads(summary.read_text(encoding="utf-8")))
+            of_summary = identity_of(read_sealed(summary))
             if run_id != (None if of_summary is None else of_summary.id):
                 return False
         if results.exists():
-            with h5py.File(results, "r") as file:
+            with opened_hdf5(results) as file:
                 of_results = identity_in(file)
             return run_id == (None if of_results is None else of_results.id)
     except (OSError, ValueError, KeyError, TypeError):

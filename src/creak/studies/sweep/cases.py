@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -23,6 +24,7 @@ from creak.studies.sweep.file import CaseTable, SweepFile
 
 LONGEST = 120
 """Characters of a folder's name."""
+MOST_CASES = 100_000
 TAKEN = ("sweep", "superelements", "references")
 """Names that the sweep uses itself."""
 
@@ -63,6 +65,7 @@ class Case:
 def variants(sweep: SweepFile) -> list[Variant]:
     """Every case with every point of the grid and every seed, with unique names."""
     config = sweep.config
+    _check_count(sweep)
     short = short_keys([*sweep.keys])
     grid = [dict(zip(config.grid, point, strict=True)) for point in itertools.product(*config.grid.values())]
     own_cases: list[CaseTable | None] = [*config.case] or [None]
@@ -76,6 +79,20 @@ def variants(sweep: SweepFile) -> list[Variant]:
         out.append(Variant(",".join(words), {**own, **point}, seed))
     names = unique([v.name for v in out])
     return [Variant(name, v.changes, v.seed) for name, v in zip(names, out, strict=True)]
+
+
+def _check_count(sweep: SweepFile) -> None:
+    """Raise InputError before more cases are made than can be run."""
+    config = sweep.config
+    lengths = [len(values) for values in (*config.grid.values(), config.case, config.seeds) if values]
+    if (count := math.prod(lengths)) > MOST_CASES:
+        what = f"{count:,}" if count < 10**15 else f"{float(min(count, 10**300)):.0e}"
+        raise InputError(
+            f"the sweep has {what} cases ({' x '.join(map(str, lengths))})",
+            where=sweep.path,
+            expected=f"at most {MOST_CASES:,}",
+            fix="Give fewer values in [grid], or list the combinations that matter as [[case]].",
+        )
 
 
 def unique(names: Iterable[str]) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
@@ -14,6 +13,8 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.dynamics.watch import Extremes
 from creak.formats.complete_file import complete_file
+from creak.formats.npz_arrays import read_arrays
+from creak.formats.sealed_hdf5 import Damaged
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.costs import Cost
@@ -75,13 +76,12 @@ def _named(x: Any) -> Any:
 def _read(path: Path, setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> Run | None:
     """The saved run; None where there is none, it is damaged, or it has other channels or coordinates."""
     try:
-        with np.load(path, allow_pickle=False) as file:
-            saved: dict[str, Any] = {k: file[k] if file[k].ndim else file[k].item() for k in file.files}
+        saved: dict[str, Any] = {k: a if a.ndim else a.item() for k, a in read_arrays(path).items()}
         seen = Extremes(**{f.name: _named(saved[f"seen_{f.name}"]) for f in fields(Extremes)})
         own = {f.name: saved[f"history_{f.name}"] for f in fields(History) if f.name != "extremes"}
         history = History(**own, extremes=seen)
         cost = Cost(**{f.name: saved[f"cost_{f.name}"] for f in fields(Cost)})
-    except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile):
+    except (Damaged, KeyError):
         return None
     if saved["n"] != reference.system.n or saved["channels"].tolist() != list(gaps.names):
         return None

@@ -14,6 +14,7 @@ import numpy as np
 
 import creak
 from creak.formats.complete_file import complete_file
+from creak.formats.csv_rows import plain_cell, plain_row
 from creak.formats.hdf5_file import hdf5_file
 from creak.studies.sweep.case import NOT_RUN, Outcome
 from creak.studies.sweep.cases import Case, shown
@@ -73,7 +74,7 @@ def write_table(sweep: SweepFile, rows: Sequence[Row], folder: Path) -> list[Pat
     text, binary = folder / "sweep.csv", folder / "sweep.h5"
     with complete_file(text) as partial, partial.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(table)
+        writer.writerow(plain_row(list(table)))
         writer.writerows(zip(*(map(_cell, cells) for cells in table.values()), strict=True))
     units = next((r.outcome.record["units"] for r in rows if "units" in r.outcome.record), None)
     with complete_file(binary, stream=False) as partial, hdf5_file(partial) as out:
@@ -102,7 +103,7 @@ def _cell(value: Any) -> Any:
     if value is None:
         return ""
     if isinstance(value, str):
-        return " ".join(value.split())
+        return plain_cell(" ".join(value.split()))
     return repr(value).lower() if isinstance(value, bool) else repr(value)
 
 

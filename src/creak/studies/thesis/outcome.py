@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from creak.formats.complete_file import write_text
+from creak.formats.sealed_json import read_sealed, sealed_text
 
 
 @dataclass(frozen=True)
@@ -83,13 +84,13 @@ class Outcome:
 def save_outcome(outcome: Outcome, key: dict[str, Any], path: Path) -> None:
     """Write an outcome with what it depends on."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_text(path, json.dumps({"key": key, "outcome": dataclasses.asdict(outcome)}))
+    write_text(path, sealed_text({"key": key, "outcome": dataclasses.asdict(outcome)}, allow_nan=True))
 
 
 def load_outcome(path: Path, key: dict[str, Any]) -> Outcome | None:
     """The saved outcome; None where there is none, or it was made of something else."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = read_sealed(path)
     except (OSError, ValueError):
         return None
     if data.get("key") != json.loads(json.dumps(key)):
