@@ -110,7 +110,11 @@ def test_every_event_says_how_far_it_has_settled(found):
     reduced = found.summary["runs"]["reduced"]
     assert reduced["events"]
     assert reduced["verdict"] in ("settled", "statistics", "unsettled")
-    assert (reduced["verdict"] == "settled") == (not reduced["reasons"])
+    if reduced["verdict"] == "settled":  # one event, or 5 % of them, may be open, and is named
+        assert all(text.startswith("event at") for text in reduced["reasons"])
+        assert len(reduced["reasons"]) <= max(1, len(reduced["events"]) // 20)
+    else:
+        assert reduced["reasons"]
     for event, of in zip(reduced["events"], found.convergence.events, strict=True):
         settled = event["settled_to"]
         assert set(settled) == {"t_start", "duration", "impulse", "force", "closing_speed"}
