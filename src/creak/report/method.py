@@ -10,14 +10,18 @@ from creak.studies.file.config import (
     ContactTable,
     ExcitationTable,
     FrictionTable,
+    HalfSineTable,
     MultisineTable,
     PeriodicTable,
+    PsdTable,
     RecordTable,
     ReductionTable,
     SineTable,
     SmoothStepTable,
     StepTable,
+    SweepTable,
     TimeTable,
+    TrapezoidTable,
     VerificationTable,
 )
 
@@ -159,6 +163,16 @@ def _signal(table: ExcitationTable, unit: str) -> str:
             f"multisine {tidy(s.f_min)} to {tidy(s.f_max)} Hz, {tidy(s.amplitude)} {unit} a line, period "
             f"{tidy(s.period)} s, seed {s.seed}"
         )
+    if isinstance(s, PsdTable):
+        points = f"table {s.file}" if s.values is None else f"{len(s.values)} points"
+        return f"random vibration, density of {points} in {s.unit}, repeated after {tidy(s.duration)} s, seed {s.seed}"
+    if isinstance(s, SweepTable):
+        ends = f"{tidy(s.f_start)} to {tidy(s.f_end)} Hz in {tidy(s.duration)} s"
+        return f"{s.law} sine sweep, {ends}, {tidy(s.amplitude)} {unit}"
+    if isinstance(s, HalfSineTable):
+        return f"half-sine shock of {tidy(s.duration)} s, {tidy(s.amplitude)} {unit}"
+    if isinstance(s, TrapezoidTable):
+        return f"trapezoidal shock of {tidy(s.rise)}, {tidy(s.hold)} and {tidy(s.fall)} s, {tidy(s.amplitude)} {unit}"
     if isinstance(s, SineTable):
         return f"sine, {tidy(s.frequency)} Hz, {tidy(s.amplitude)} {unit}"
     if isinstance(s, StepTable):

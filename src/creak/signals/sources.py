@@ -11,6 +11,7 @@ from scipy.interpolate import Akima1DInterpolator, CubicSpline
 from creak.arrays import FloatArray
 from creak.signals.curves import Curve, Periodic, Rounded, SmoothStep
 from creak.signals.omega_arithmetic import integrate_twice
+from creak.signals.vibration import HalfSine, RandomVibration, SineSweep
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ class Record:
     high_pass: float
 
 
-Signal = Multisine | Sine | Step | Table | Record | SmoothStep | Periodic
+Signal = Multisine | Sine | Step | Table | Record | SmoothStep | Periodic | RandomVibration | SineSweep | HalfSine
 
 
 @dataclass(frozen=True)
@@ -91,13 +92,13 @@ class Motion:
 
 def force(signal: Signal, t: FloatArray) -> FloatArray:
     """The signal's own value at times t (n_time,)."""
-    if isinstance(signal, Multisine):
+    if isinstance(signal, Multisine | RandomVibration):
         return signal.derivative(t, 0)
     if isinstance(signal, Sine):
         return signal.amplitude * np.sin(2.0 * np.pi * signal.frequency * t)
     if isinstance(signal, Step):
         return np.full_like(t, signal.amplitude)
-    if isinstance(signal, SmoothStep | Periodic):
+    if isinstance(signal, SmoothStep | Periodic | SineSweep | HalfSine):
         return signal.derivative(t, 0)
     return np.interp(t, signal.time, signal.value)
 
@@ -126,7 +127,7 @@ def displacement_motion(signal: Signal, t: FloatArray) -> Motion:
     A table is interpolated by modified Akima splines, which neither overshoot on plateaus nor kink between
     close samples; a record is integrated twice first.
     """
-    if isinstance(signal, Multisine):
+    if isinstance(signal, Multisine | RandomVibration):
         motion = Motion(*(signal.derivative(t, order) for order in (0, 1, 2)))
         return faded_in(motion, t, RAMP * signal.period)
     if isinstance(signal, Sine):
@@ -136,7 +137,7 @@ def displacement_motion(signal: Signal, t: FloatArray) -> Motion:
         return Motion(np.full_like(t, signal.amplitude), np.zeros_like(t), np.zeros_like(t))
     if isinstance(signal, Record):
         return _record_motion(signal, t)
-    if isinstance(signal, SmoothStep | Periodic):
+    if isinstance(signal, SmoothStep | Periodic | SineSweep | HalfSine):
         return _curve_motion(signal, t, 0)
     if signal.rounding is not None:
         return _curve_motion(Rounded(signal.time, signal.value, signal.rounding), t, 0)
@@ -154,7 +155,7 @@ def velocity_motion(signal: Signal, t: FloatArray) -> Motion:
     Multisine and record as in `acceleration_motion`. A table is linear between its points, with corners rounded by
     its `rounding`.
     """
-    if isinstance(signal, Multisine):
+    if isinstance(signal, Multisine | RandomVibration):
         motion = Motion(*(signal.derivative(t, order) for order in (-1, 0, 1)))
         return faded_in(motion, t, RAMP * signal.period)
     if isinstance(signal, Sine):
@@ -168,7 +169,7 @@ def velocity_motion(signal: Signal, t: FloatArray) -> Motion:
     return _curve_motion(curve, t, -1)
 
 
-def _curve_motion(curve: Curve, t: FloatArray, first: int) -> Motion:
+def _curve_motion(curve: Curve | SineSweep | HalfSine, t: FloatArray, first: int) -> Motion:
     """Motion whose displacement is the derivative of order `first` of the curve."""
     return Motion(*(curve.derivative(t, first + k) for k in range(3)))
 
@@ -179,7 +180,7 @@ def acceleration_motion(signal: Signal, t: FloatArray) -> Motion:
     Sine, step and table start from rest: v(0) = u(0) = 0. Multisine and record are periodic: their motion is
     the zero-mean one of omega arithmetic, faded in.
     """
-    if isinstance(signal, Multisine):
+    if isinstance(signal, Multisine | RandomVibration):
         motion = Motion(*(signal.derivative(t, order) for order in (-2, -1, 0)))
         return faded_in(motion, t, RAMP * signal.period)
     if isinstance(signal, Sine):
@@ -190,7 +191,7 @@ def acceleration_motion(signal: Signal, t: FloatArray) -> Motion:
         return Motion(0.5 * A * t**2, A * t, np.full_like(t, A))
     if isinstance(signal, Record):
         return _record_motion(signal, t)
-    if isinstance(signal, SmoothStep | Periodic):
+    if isinstance(signal, SmoothStep | Periodic | SineSweep | HalfSine):
         return _curve_motion(signal, t, -2)
     return _integrated_table(signal, t)
 

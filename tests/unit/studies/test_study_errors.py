@@ -382,3 +382,21 @@ def test_outputs_too_rare_for_the_spectra_are_told(tmp_path):
     rare = written(tmp_path, f"{STUDY}\n[output]\ninterval = 5e-3\n{pairs.replace('100', '120')}")
     (text,) = warnings_of(set_up(read_study(rare)).notes)
     assert "interval = 0.005 s holds frequencies up to 100 Hz: the spectra and their fit end there" in text
+
+
+@pytest.mark.parametrize(
+    ("signal", "kind", "told"),
+    [
+        ('type = "psd", unit = "g2/Hz", values = [[5, -1], [50, 1]]', "acceleration", "a density of -1 at 5 Hz"),
+        ('type = "psd", unit = "g2/Hz", values = [[50, 1], [5, 1]]', "acceleration", "5 Hz does not come after 50 Hz"),
+        ('type = "psd", unit = "g2/Hz", values = [[5, 1], [50, 1]]', "displacement", 'give kind = "acceleration"'),
+        ('type = "psd", values = [[5, 1], [50, 1]]', "acceleration", "signal.unit"),
+        ('type = "psd", unit = "g2/Hz"', "acceleration", "give either file or values"),
+        ('type = "half-sine", amplitude = 1, duration = 0.01', "displacement", "has kinks"),
+        ('type = "sweep", f_start = 0, f_end = 5, amplitude = 1, duration = 1', "displacement", "f_start = 0"),
+    ],
+)
+def test_test_signals_that_cannot_be_are_told(tmp_path, signal, kind, told):
+    table = f'[excitation.x]\nnode_set = "ROOT_UPPER"\ndof = "z"\nkind = "{kind}"\nsignal = {{ {signal} }}\n'
+    with pytest.raises(InputError, match=re.escape(told)):
+        read_study(written(tmp_path, f'[model]\ndeck = "x.inp"\n{table}'))

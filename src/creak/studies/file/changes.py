@@ -13,6 +13,8 @@ from creak.studies.file.toml_text import toml_text
 
 NAMED = ("contact", "excitation", "superelement")
 """Tables of named tables: a change may not invent a name."""
+SEEDED = ("multisine", "psd")
+"""Signals with random phases."""
 
 
 def with_changes(study: Study, changes: Mapping[str, Any]) -> Study:
@@ -81,7 +83,7 @@ def _value(text: str) -> Any:
 
 
 def changed(data: Mapping[str, Any], changes: Mapping[str, Any], seed: int | None) -> dict[str, Any]:
-    """Tables of a study with changes applied; `seed` goes to every multisine.
+    """Tables of a study with changes applied; `seed` goes to every random signal.
 
     Raises
     ------
@@ -91,7 +93,7 @@ def changed(data: Mapping[str, Any], changes: Mapping[str, Any], seed: int | Non
     for key, value in changes.items():
         _put(out, key, copy.deepcopy(value))
     for table in out.get("excitation", {}).values() if seed is not None else ():
-        if isinstance(table.get("signal"), dict) and table["signal"].get("type") == "multisine":
+        if isinstance(table.get("signal"), dict) and table["signal"].get("type") in SEEDED:
             table["signal"]["seed"] = seed
     return out
 

@@ -276,8 +276,99 @@ class RecordTable(Table):
     """Hz; below it the record counts as drift."""
 
 
+class PsdTable(Table):
+    """Random vibration with a power spectral density, one-sided; a power of the frequency between its points."""
+
+    type: Literal["psd"]
+    unit: Literal["g2/Hz", "(m/s2)2/Hz", "unit2/Hz"]
+    """Of the density; the first two for accelerations, the last: the unit of the excitation's kind, squared, per Hz."""
+    values: Annotated[Points, Field(min_length=2)] | None = None
+    """[[frequency, density], ...], Hz and `unit`."""
+    file: str | None = None
+    """CSV file with the header frequency,density; path relative to the study file."""
+    duration: Positive = 10.0
+    """s after which the signal repeats; its lines are 1 / duration Hz apart."""
+    seed: Annotated[int, Field(ge=0)] = 1
+    """Of the random phases."""
+
+    @model_validator(mode="after")
+    def _one_of(self) -> PsdTable:
+        if (self.file is None) == (self.values is None):
+            raise ValueError("give either file or values")
+        check_density(self.values or [], self.duration)
+        return self
+
+
+def check_density(points: list[tuple[float, float]], duration: float) -> None:
+    """Raise ValueError for points of a density that cannot be used; no points are none to check."""
+    for before, after in pairwise(points):
+        if after[0] <= before[0]:
+            raise ValueError(f"the frequency {after[0]:g} Hz does not come after {before[0]:g} Hz")
+    for frequency, density in points:
+        if frequency <= 0.0 or density < 0.0:
+            raise ValueError(f"a density of {density:g} at {frequency:g} Hz: frequencies above 0, densities 0 or more")
+    if points and points[-1][0] * duration < max(1.0, points[0][0] * duration):
+        raise ValueError(f"a duration of {duration:g} s has no line between {points[0][0]:g} and {points[-1][0]:g} Hz")
+    if points and not any(density for _, density in points):
+        raise ValueError("the density is zero everywhere")
+
+
+class SweepTable(Table):
+    """A sin of a frequency that goes from f_start to f_end, and stays there."""
+
+    type: Literal["sweep"]
+    f_start: Positive
+    """Hz"""
+    f_end: Positive
+    """Hz"""
+    amplitude: Finite
+    """A, in the unit of the excitation's kind."""
+    duration: Positive
+    """s from f_start to f_end."""
+    law: Literal["linear", "log"] = "linear"
+    """Hz per second, or octaves per second, are constant."""
+
+
+class HalfSineTable(Table):
+    """A shock: half a sine, zero before and after; for accelerations, velocities and forces."""
+
+    type: Literal["half-sine"]
+    amplitude: Finite
+    """In the unit of the excitation's kind."""
+    duration: Positive
+    """s"""
+    start: NonNegative = 0.0
+    """s"""
+
+
+class TrapezoidTable(Table):
+    """A shock with straight flanks, zero before and after; for accelerations, velocities and forces."""
+
+    type: Literal["trapezoid"]
+    amplitude: Finite
+    """In the unit of the excitation's kind."""
+    rise: Positive
+    """s"""
+    hold: Positive
+    """s"""
+    fall: Positive
+    """s"""
+    start: NonNegative = 0.0
+    """s"""
+
+
 SignalTable = Annotated[
-    MultisineTable | SineTable | StepTable | TableTable | RecordTable | SmoothStepTable | PeriodicTable,
+    MultisineTable
+    | SineTable
+    | StepTable
+    | TableTable
+    | RecordTable
+    | SmoothStepTable
+    | PeriodicTable
+    | PsdTable
+    | SweepTable
+    | HalfSineTable
+    | TrapezoidTable,
     Field(discriminator="type"),
 ]
 
@@ -293,6 +384,17 @@ class ExcitationTable(Table):
     """length, length/time, length/time^2, or force on each node."""
     signal: SignalTable
     """The course in time."""
+
+    @model_validator(mode="after")
+    def _fits(self) -> ExcitationTable:
+        s = self.signal
+        if isinstance(s, HalfSineTable | TrapezoidTable) and self.kind == "displacement":
+            raise ValueError(f'a {s.type} displacement has kinks: give kind = "acceleration", or a smooth-step')
+        if isinstance(s, PsdTable) and s.unit != "unit2/Hz" and self.kind != "acceleration":
+            raise ValueError(f'a density in {s.unit} is one of an acceleration: give kind = "acceleration"')
+        if isinstance(s, PsdTable) and s.unit != "unit2/Hz" and self.dof.startswith("r"):
+            raise ValueError(f'a density in {s.unit} is one of a translation: give unit = "unit2/Hz"')
+        return self
 
 
 class InterfaceTable(Table):

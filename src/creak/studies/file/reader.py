@@ -121,7 +121,19 @@ def read_toml(path: Path, kind: str) -> tuple[dict[str, Any], str]:
         raise InputError(f"cannot read the {kind} file: it has {what}", where=path, fix="Remove them.") from error
 
 
-SIGNALS = ("multisine", "sine", "step", "table", "record", "smooth-step", "periodic")
+SIGNALS = (
+    "multisine",
+    "sine",
+    "step",
+    "table",
+    "record",
+    "smooth-step",
+    "periodic",
+    "psd",
+    "sweep",
+    "half-sine",
+    "trapezoid",
+)
 OTHER_MEMBER = ("literal_error", "float_type", "string_type", "model_type", "dict_type", "none_required")
 """Errors of union members that the value was not meant for."""
 

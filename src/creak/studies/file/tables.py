@@ -12,21 +12,21 @@ from creak.formats.csv_rows import csv_rows
 from creak.model.magnitude import computable
 
 
-def read_table(path: Path, where: str) -> tuple[FloatArray, FloatArray]:
-    """Columns time and value, each (n,), of a CSV file with that header.
+def read_table(path: Path, where: str, header: tuple[str, str] = ("time", "value")) -> tuple[FloatArray, FloatArray]:
+    """Both columns, each (n,), of a CSV file with that header; the first increases.
 
     Raises
     ------
-    InputError : no such file, wrong header, a value that is no finite number, time that does not increase.
+    InputError : no such file, wrong header, a value that is no finite number, a first column that does not increase.
     """
-    rows = read_rows(path, where, "table", ["time", "value"])
-    values = np.array([_numbers(path, i, row) for i, row in rows]).reshape(-1, 2)
+    rows = read_rows(path, where, "table", [*header])
+    values = np.array([_numbers(path, i, row, ",".join(header)) for i, row in rows]).reshape(-1, 2)
     if values.shape[0] < 2:
         raise InputError(f"the table has {values.shape[0]} row(s)", where=path, expected="two or more")
     back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
     if back.size:
         line = rows[int(back[0]) + 1][0]
-        raise InputError("time does not increase", where=f"{path}:{line}", fix="Sort the rows, drop doubles.")
+        raise InputError(f"{header[0]} does not increase", where=f"{path}:{line}", fix="Sort the rows, drop doubles.")
     return values[:, 0], values[:, 1]
 
 
@@ -59,7 +59,7 @@ def read_rows(path: Path, where: str, kind: str, header: list[str]) -> list[tupl
     return rows[1:]
 
 
-def _numbers(path: Path, line: int, row: list[str]) -> list[float]:
+def _numbers(path: Path, line: int, row: list[str], header: str) -> list[float]:
     try:
         numbers = [computable(float(cell)) for cell in row[:2]]
     except ValueError:
@@ -68,14 +68,14 @@ def _numbers(path: Path, line: int, row: list[str]) -> list[float]:
         raise InputError(
             f"the row {','.join(row)!r} has {len(row)} values",
             where=f"{path}:{line}",
-            expected="two: time,value",
+            expected=f"two: {header}",
             fix="Write decimals with a point, and leave out further columns.",
         )
     if len(numbers) != 2 or not np.isfinite(numbers).all():
         raise InputError(
             f"got {','.join(row)!r}",
             where=f"{path}:{line}",
-            expected="two finite numbers: time,value",
+            expected=f"two finite numbers: {header}",
             fix="Repair the row.",
         )
     return numbers

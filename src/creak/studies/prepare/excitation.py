@@ -13,15 +13,21 @@ from creak.errors import InputError
 from creak.model.mesh import Model
 from creak.signals import sources
 from creak.signals.curves import Periodic, SmoothStep
+from creak.signals.vibration import HalfSine, RandomVibration, SineSweep, trapezoid
 from creak.studies.file.config import (
     DOFS,
     ExcitationTable,
+    HalfSineTable,
     MultisineTable,
     PeriodicTable,
+    PsdTable,
     RecordTable,
     SineTable,
     SmoothStepTable,
     StepTable,
+    SweepTable,
+    TrapezoidTable,
+    check_density,
 )
 from creak.studies.file.reader import Study
 from creak.studies.file.tables import read_table
@@ -104,9 +110,11 @@ def end_of(study: Study) -> float:
 
 
 def period_of(study: Study) -> float | None:
-    """Longest period of the multisine and sine excitations, s; None when nothing is periodic."""
+    """Longest period of the excitations that have one, s; None when nothing is periodic."""
     periods = []
     for table in study.config.excitation.values():
+        if isinstance(table.signal, PsdTable):
+            periods.append(table.signal.duration)
         if isinstance(table.signal, MultisineTable):
             periods.append(table.signal.period)
         elif isinstance(table.signal, SineTable | PeriodicTable):
@@ -114,10 +122,14 @@ def period_of(study: Study) -> float | None:
     return max(periods, default=None)
 
 
+LOBE = 1.5
+"""Times one over the duration of a shock: where the first lobe of its spectrum ends."""
+
+
 def highest_frequency(study: Study) -> float:
     """Highest frequency that the excitations are known to hold, Hz (0 for steps and tables)."""
     highest = 0.0
-    for table in study.config.excitation.values():
+    for name, table in study.config.excitation.items():
         if isinstance(table.signal, MultisineTable):
             highest = max(highest, table.signal.f_max)
         elif isinstance(table.signal, SineTable):
@@ -125,6 +137,15 @@ def highest_frequency(study: Study) -> float:
         elif isinstance(table.signal, PeriodicTable):
             terms = max(len(table.signal.cosine), len(table.signal.sine))
             highest = max(highest, terms * table.signal.frequency)
+        elif isinstance(table.signal, SweepTable):
+            highest = max(highest, table.signal.f_start, table.signal.f_end)
+        elif isinstance(table.signal, PsdTable):
+            points = table.signal.values or _density_points(study, table.signal, name)
+            highest = max(highest, points[-1][0])
+        elif isinstance(table.signal, HalfSineTable):
+            highest = max(highest, LOBE / table.signal.duration)
+        elif isinstance(table.signal, TrapezoidTable):
+            highest = max(highest, LOBE / (table.signal.rise + table.signal.hold + table.signal.fall))
     return highest
 
 
@@ -169,6 +190,15 @@ def _signal(study: Study, name: str, table: ExcitationTable) -> sources.Signal:
         return _periodic(s)
     if isinstance(s, SmoothStepTable):
         return SmoothStep(*_columns(s.values))
+    if isinstance(s, SweepTable):
+        return SineSweep(s.f_start, s.f_end, s.amplitude, s.duration, s.law == "log")
+    if isinstance(s, HalfSineTable):
+        return HalfSine(s.amplitude, s.duration, s.start)
+    if isinstance(s, TrapezoidTable):
+        return sources.Table(*trapezoid(s.amplitude, s.rise, s.hold, s.fall, s.start))
+    if isinstance(s, PsdTable):
+        frequency, density = _columns(s.values or _density_points(study, s, name))
+        return RandomVibration(frequency, density * _squared(s.unit, study.config.model.units), s.duration, s.seed)
     if not isinstance(s, RecordTable) and s.values is not None:
         return sources.Table(*_columns(s.values), s.rounding)
     assert s.file is not None
@@ -188,6 +218,34 @@ def _signal(study: Study, name: str, table: ExcitationTable) -> sources.Signal:
     if s.high_pass >= nyquist or math.isclose(s.high_pass, 0.0):
         raise InputError(f"high_pass = {s.high_pass} Hz", where=where, expected=f"below {nyquist:.6g} Hz")
     return sources.Record(time, value, s.high_pass)
+
+
+GRAVITY = 9.80665
+"""m/s^2, standard acceleration of free fall."""
+
+
+def _squared(unit: str, units: str) -> float:
+    """What a density in `unit` is multiplied by to be one in the units of the model."""
+    length = 1000.0 if units == "mm-t-s" else 1.0
+    return float({"g2/Hz": (GRAVITY * length) ** 2, "(m/s2)2/Hz": length**2, "unit2/Hz": 1.0}[unit])
+
+
+def _density_points(study: Study, s: PsdTable, name: str) -> list[tuple[float, float]]:
+    """Points of a density's file.
+
+    Raises
+    ------
+    InputError : no such file, wrong header, numbers that are none or that make no density.
+    """
+    assert s.file is not None
+    where = study.where("excitation", name, "signal")
+    x, y = read_table(study.sibling(s.file), where, ("frequency", "density"))
+    points = list(zip(x.tolist(), y.tolist(), strict=True))
+    try:
+        check_density(points, s.duration)
+    except ValueError as error:
+        raise InputError(str(error), where=study.sibling(s.file), fix="Correct the table.") from error
+    return points
 
 
 def _columns(points: list[tuple[float, float]]) -> tuple[FloatArray, FloatArray]:

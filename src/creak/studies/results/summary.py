@@ -13,6 +13,7 @@ from creak.model.mesh import Model
 from creak.studies.converge.settled import KEYS, settled_to, verdict_of
 from creak.studies.converge.variants import Convergence
 from creak.studies.converge.words import as_dict
+from creak.studies.file.config import MultisineTable, PsdTable
 from creak.studies.results.places import Place, find_places
 from creak.studies.run.compared import event_statistics
 from creak.studies.run.job import Run, StudyResult
@@ -47,7 +48,9 @@ def summarise(result: StudyResult, convergence: Convergence | None = None) -> di
             "kept": result.gaps.m - setup.connectors.m,
             "closed_later": result.closed_later,
         },
-        "seeds": {name: t.signal.seed for name, t in c.excitation.items() if t.signal.type == "multisine"},
+        "seeds": {
+            name: t.signal.seed for name, t in c.excitation.items() if isinstance(t.signal, MultisineTable | PsdTable)
+        },
         "runs": {name: _run(run, result, model, convergence) for name, run in result.runs.items()},
         "superelements": {name: health.as_dict() for name, health in result.health.items()},
         "verification": _verification(result),

@@ -15,8 +15,8 @@ from pydantic import ValidationError
 
 import creak
 from creak.errors import InputError
-from creak.studies.file.changes import change_words, changed, short_keys, value_at
-from creak.studies.file.config import StudyConfig
+from creak.studies.file.changes import SEEDED, change_words, changed, short_keys, value_at
+from creak.studies.file.config import MultisineTable, PsdTable, StudyConfig
 from creak.studies.file.paths import DECKS, Contents, digest, map_paths
 from creak.studies.file.reader import explain, overlap
 from creak.studies.file.toml_text import toml_text, toml_value
@@ -47,7 +47,7 @@ class Case:
     changes: Mapping[str, Any]
     """Every key that some case of the sweep changes -> its value in this one; None: the study does not have it."""
     seed: int | None
-    """Of the multisines, where they share one."""
+    """Of the random signals, where they share one."""
     text: str
     """The study as TOML, for a file in the sweep's folder."""
     study_hash: str
@@ -126,9 +126,9 @@ def resolve(sweep: SweepFile, out: Path) -> list[Case]:
     InputError : a case is not a correct study, a file that it names is missing.
     """
     signals = [t.signal.type for t in sweep.study.excitation.values()]
-    if sweep.config.seeds and "multisine" not in signals and not any("signal" in k for k in sweep.keys):
+    if sweep.config.seeds and not {*SEEDED} & {*signals} and not any("signal" in k for k in sweep.keys):
         raise InputError(
-            "seeds, but no excitation of the base study is a multisine",
+            "seeds, but no excitation of the base study is a multisine or psd",
             where=sweep.where("seeds"),
             fix="Leave out seeds.",
         )
@@ -199,7 +199,7 @@ def _relative(path: Path, folder: Path) -> str:
 
 
 def _seed(config: StudyConfig) -> int | None:
-    seeds = {t.signal.seed for t in config.excitation.values() if t.signal.type == "multisine"}
+    seeds = {t.signal.seed for t in config.excitation.values() if isinstance(t.signal, MultisineTable | PsdTable)}
     return seeds.pop() if len(seeds) == 1 else None
 
 

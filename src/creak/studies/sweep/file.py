@@ -61,7 +61,7 @@ class SweepConfig(Table):
     """Dotted key of the study file -> values; every combination is a case."""
     case: list[CaseTable] = Field(default_factory=list)
     seeds: list[Annotated[int, Field(ge=0)]] = Field(default_factory=list)
-    """Of every multisine."""
+    """Of every multisine and psd."""
 
     @model_validator(mode="before")
     @classmethod
