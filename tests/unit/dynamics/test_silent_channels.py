@@ -50,7 +50,7 @@ def test_watching_many_channels_makes_no_matrix_of_them(run, system):
     kind, *how = run
     for m in (3, MANY):  # the first compiles
         gaps = watched(m, 0.0)
-        arguments = [system, gaps, loads(), *how, np.arange(2), 1, None]
+        arguments = [system, gaps, loads(), *how, np.arange(2), 1, None, None]
         tracemalloc.start()
         made = kind(*arguments)
         peak = tracemalloc.get_traced_memory()[1]
