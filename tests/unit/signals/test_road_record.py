@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from creak.signals.omega_arithmetic import integrate_twice
-from creak.signals.road_record import (
+from creak_thesis.road_record import (
     DEFAULT,
     NO_ERRORS,
     ROAD,
@@ -15,7 +15,7 @@ from creak.signals.road_record import (
     road_record,
 )
 from creak.signals.sources import Record, displacement_motion
-from creak.studies.thesis.record import HIGH_PASS, STEP, content, envelopes, excitation_of, study_record
+from creak_thesis.record import HIGH_PASS, STEP, content, envelopes, excitation_of, study_record
 
 SHORT = {"duration": 8.0, "rate": 4800.0}
 
