@@ -8,10 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
-from creak.model.mesh import Model
-from creak.studies.file.reader import read_study
-from creak.studies.prepare.setup import Setup, set_up
+from creak import Model, Setup, read_study, set_up
+from creak_thesis.arrays import FloatArray, IntArray
 from creak_thesis.door import build_door, write_door
 from creak_thesis.door.deck import SHEETS, mass
 

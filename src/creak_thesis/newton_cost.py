@@ -10,12 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from creak.assembly.system import System
-from creak.contact.gap_operator import GapOperator
-from creak.dynamics.loads import Loads
-from creak.dynamics.scheme import Scheme
-from creak.dynamics.simulate import CondensedStepper, Stepper
-from creak.linalg.threads import one_blas_thread
+from creak import GapOperator, Loads, Scheme, System
+from creak.stepping import CondensedStepper, Stepper, one_blas_thread
 from creak_thesis.plain_newton import PlainNewton
 
 

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from creak.formats.complete_file import write_text
-from creak.formats.sealed_json import read_sealed, sealed_text
+from creak import InputError, read_json, write_json
 
 
 @dataclass(frozen=True)
@@ -83,15 +82,14 @@ class Outcome:
 
 def save_outcome(outcome: Outcome, key: dict[str, Any], path: Path) -> None:
     """Write an outcome with what it depends on."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_text(path, sealed_text({"key": key, "outcome": dataclasses.asdict(outcome)}, allow_nan=True))
+    write_json(path, {"key": key, "outcome": dataclasses.asdict(outcome)})
 
 
 def load_outcome(path: Path, key: dict[str, Any]) -> Outcome | None:
     """The saved outcome; None where there is none, or it was made of something else."""
     try:
-        data = read_sealed(path)
-    except (OSError, ValueError):
+        data = read_json(path)
+    except InputError:
         return None
     if data.get("key") != json.loads(json.dumps(key)):
         return None

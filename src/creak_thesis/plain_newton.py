@@ -8,24 +8,26 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
-from creak.assembly.system import System, to_dense
-from creak.contact.gap_operator import GapOperator
-from creak.dynamics.channels import channel_matrices
-from creak.dynamics.history import History
-from creak.dynamics.instant import Instant
-from creak.dynamics.loads import Loads
-from creak.dynamics.scheme import Scheme
-from creak.dynamics.simulate import begin, first_instant, march
-from creak.dynamics.state import LinearTerms
-from creak.dynamics.step_matrix import StepFactor, step_matrix
-from creak.errors import NumericalError
-from creak.linalg.diagonal import Diagonal
-from creak.linalg.factor import Factor, factor
+from creak import GapOperator, History, Loads, NumericalError, Scheme, System
+from creak.stepping import (
+    Factor,
+    Instant,
+    LinearTerms,
+    StepFactor,
+    begin,
+    channel_matrices,
+    factor,
+    first_instant,
+    march,
+    step_matrix,
+    to_dense,
+)
+from creak_thesis.arrays import FloatArray, IntArray
 
 MAX_ITERATIONS = 50
 
@@ -42,7 +44,7 @@ class PlainNewton:
         started = clock.perf_counter()
         self.scheme, self.gaps, self.loads, self.h, self.substeps = scheme, gaps, loads, loads.step, 1
         S = step_matrix(system, scheme, self.h)
-        self.S: Matrix = np.diag(S.diagonal()) if isinstance(S, Diagonal) else S
+        self.S: Any = S if sp.issparse(S) else to_dense(S)
         self.on = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
         self.factorisations, self.steps, self.residual = 0, 0, 0.0

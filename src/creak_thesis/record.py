@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import welch
 
-from creak.arrays import FloatArray
-from creak.signals.omega_arithmetic import integrate_twice
+from creak import Multisine, Record, displacement_motion, integrate_twice
+from creak_thesis.arrays import FloatArray
 from creak_thesis.road_record import RoadRecord, integrate_in_time, noise_after_integration, road_record
-from creak.signals.sources import Multisine, Record, displacement_motion
 
 HIGH_PASS = 7.0
 """Hz; all content below is dropped (thesis 3.1.1)."""

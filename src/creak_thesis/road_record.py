@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak_thesis.arrays import FloatArray
 
 ROAD = (7.5, 95.0)
 """Band of the motion, Hz."""

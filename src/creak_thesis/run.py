@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import creak
-from creak.contact.step_problem import compile_kernels
-from creak.errors import CreakError
-from creak_thesis.bench import Bench
+from creak import CreakError
+from creak_thesis.bench import Benches
 from creak_thesis.measure import Bay, measure
 from creak_thesis.outcome import Outcome, load_outcome, save_outcome
 from creak_thesis.plan import Case, plan
@@ -37,10 +36,11 @@ def run_thesis(mesh_size: float, out: Path, progress: Progress, cases: list[Case
     mesh_size : mm.
     out : folder; `out/cases` keeps one file per case, so a stopped run goes on where it was.
     """
-    compile_kernels()
     planned = plan() if cases is None else cases
     variants = {c.variant.name: c.variant for c in plan()}
-    bay = Bay(Bench(mesh_size, out / "doors", progress), variants, {c.name: c for c in plan()}, out / "runs", progress)
+    bay = Bay(
+        Benches(mesh_size, out / "doors", progress), variants, {c.name: c for c in plan()}, out / "runs", progress
+    )
     outcomes = {}
     for k, case in enumerate(planned):
         progress(f"case {case.name}", k, len(planned))

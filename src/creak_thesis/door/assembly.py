@@ -9,8 +9,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from creak.arrays import FloatArray, IntArray
-from creak.errors import InputError
+from creak import InputError
+from creak_thesis.arrays import FloatArray, IntArray
 from creak_thesis.door import geometry as geo
 from creak_thesis.door.fasteners import Patch, link_patches, support_patches
 from creak_thesis.door.frame import frame_mesh

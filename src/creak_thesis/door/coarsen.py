@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from creak.arrays import BoolArray, FloatArray, IntArray
+from creak_thesis.arrays import BoolArray, FloatArray, IntArray
 from creak_thesis.door.mesh import PartMesh, structured_quads
 
 CLEARLY_BETTER = 0.5

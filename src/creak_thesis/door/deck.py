@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak_thesis.arrays import FloatArray, IntArray
 from creak_thesis.door import geometry as geo
 from creak_thesis.door.assembly import Door
 from creak_thesis.door.fasteners import SUPPORTS, Patch

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import BoolArray, FloatArray, IntArray
+from creak_thesis.arrays import BoolArray, FloatArray, IntArray
 from creak_thesis.door import geometry as geo
 from creak_thesis.door.mesh import PartMesh
 

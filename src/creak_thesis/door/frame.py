@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak_thesis.arrays import FloatArray
 from creak_thesis.door import geometry as geo
 from creak_thesis.door.coarsen import coarsen_band, kept_columns
 from creak_thesis.door.mesh import Grid, PartMesh, divisions, glue, spread, structured_quads

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak_thesis.arrays import FloatArray
 from creak_thesis.door.outline import Outline
 
 GAP = 3.7

@@ -10,7 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from creak.arrays import BoolArray, FloatArray, IntArray
+from creak_thesis.arrays import BoolArray, FloatArray, IntArray
 
 MERGE_DISTANCE = 1e-4
 """Nodes of neighbouring grids closer than this (mm) are the same node."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak_thesis.arrays import FloatArray
 from creak_thesis.door import geometry as geo
 from creak_thesis.door.mesh import Grid, PartMesh, divisions, glue, spread, structured_quads
 from creak_thesis.door.outline import Outline, loop

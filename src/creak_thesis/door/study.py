@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-from creak.errors import InputError
+from creak import InputError
 
 LOADS: Mapping[str, float] = MappingProxyType({"A1": 4e-6, "A2": 0.005, "A3": 0.0057, "A4": 0.0067})
 """Name of a load -> amplitude of every sine of the multisine that drives the upper hinge, mm.

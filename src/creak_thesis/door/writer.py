@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from creak.errors import InputError
-from creak.formats.complete_file import write_text
+from creak import InputError, write_text
 from creak_thesis.door.assembly import build_door
 from creak_thesis.door.deck import deck_text, hook_ends
 from creak_thesis.door.study import LOAD, play_text, study_text

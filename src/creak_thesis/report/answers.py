@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from creak.report.text import number, percent
+from creak.report_tools import number, percent
 from creak_thesis.report.blocks import Answer
 from creak_thesis.report.facts import Facts
 from creak_thesis.report.sections.beyond import interface_words, play_words, smallest_good, step_words

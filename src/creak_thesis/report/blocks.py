@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from creak.report.tables import Table
+from creak.report_tools import Table
 
 Mark = Literal["same", "differs", "explained", "not run"]
 

@@ -8,10 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from creak.arrays import FloatArray
-from creak.report import palette
-from creak.report.axes import Trace, axis, base_layout, line, plain, stacked
-from creak.report.text import fixed
+from creak.report_tools import Trace, axis, base_layout, fixed, line, palette, plain, stacked
+from creak_thesis.arrays import FloatArray
 from creak_thesis.outcome import EventRow
 from creak_thesis.plan import LOADS, RATTLING
 from creak_thesis.record import RecordStudy

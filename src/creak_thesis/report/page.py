@@ -12,8 +12,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 import creak
-from creak.formats.complete_file import write_text
-from creak.report.text import THIN
+from creak import write_text
+from creak.report_tools import THIN
 from creak_thesis.doors import Doors
 from creak_thesis.outcome import Outcome
 from creak_thesis.record import RecordStudy

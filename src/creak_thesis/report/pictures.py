@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
-from creak.model.constraints import RigidLink
-from creak.model.mesh import Model
-from creak.report.palette import CONTACT, DRIVEN, INK, PARTS
-from creak.report.picture import Marks, Panel, data_uri, model_picture, panels_picture
-from creak.report.view import Facets, View, facets_of, front, outward
-from creak.studies.models.substructures import near_elements
+from creak import Model, RigidLink, near_elements
+from creak.report_tools import (
+    Facets,
+    Marks,
+    Panel,
+    View,
+    data_uri,
+    facets_of,
+    front,
+    model_picture,
+    outward,
+    palette,
+    panels_picture,
+)
+from creak_thesis.arrays import FloatArray, IntArray
 from creak_thesis.doors import POINTS, Doors, middle_of
 from creak_thesis.report.blocks import PictureBlock
 
+CONTACT, DRIVEN, INK, PARTS = palette.CONTACT, palette.DRIVEN, palette.INK, palette.PARTS
 PALE = "#d9dee3"
 PANEL_EDGE, FLANGE, LINE = "#d55e00", "#0072b2", "#003e78"
 UNREDUCED = {"PANEL": "#d55e00", "FRAME": "#0072b2"}

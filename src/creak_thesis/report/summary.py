@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from creak.report.text import number, percent
+from creak.report_tools import number, percent
 from creak_thesis.record import RecordStudy
 from creak_thesis.report.blocks import Finding, Mark
 from creak_thesis.report.facts import Facts

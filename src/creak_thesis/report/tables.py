@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from creak.report.tables import Table
-from creak.report.text import NONE, fixed, number, percent, tidy
+from creak.report_tools import NONE, Table, fixed, number, percent, tidy
 from creak_thesis.doors import DoorFacts
 from creak_thesis.plan import FINE_ETAS, RATTLING
 from creak_thesis.report.facts import PARTS, Facts, against, flange_events

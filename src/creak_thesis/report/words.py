@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from creak.report.text import NONE, fixed, number, percent
+from creak.report_tools import NONE, fixed, number, percent
 from creak_thesis.plan import LOADS, RATTLING
 from creak_thesis.report.blocks import Block, absent
 from creak_thesis.report.facts import Agreement, Facts, flange_events

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from creak.report.tables import Table
-from creak.report.text import NONE, number, percent
+from creak.report_tools import NONE, Table, number, percent
 from creak_thesis.plan import RATTLING
 from creak_thesis.report.blocks import Section, TableBlock, Text, absent
 from creak_thesis.report.facts import Facts

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from creak.report.text import number
+from creak.report_tools import number
 from creak_thesis.report.blocks import Block, PictureBlock, Section, TableBlock, Text, absent, agree, differ
 from creak_thesis.report.facts import Facts
 from creak_thesis.report.figures import events_of, fits_figure, loads_of

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from creak.report.text import number, times
+from creak.report_tools import number, times
 from creak_thesis.plan import plan
 from creak_thesis.report.blocks import Block, Section, TableBlock, absent, agree, differ
 from creak_thesis.report.facts import Facts, against

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from creak.report.text import percent
+from creak.report_tools import percent
 from creak_thesis.plan import LOADS
 from creak_thesis.report.blocks import Block, PictureBlock, Section, TableBlock, absent, agree, differ
 from creak_thesis.report.facts import Facts

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from creak.report.tables import Table
-from creak.report.text import NONE, fixed, number, percent, plural, times
+from creak.report_tools import NONE, Table, fixed, number, percent, plural, times
 from creak_thesis.outcome import EventRow
 from creak_thesis.report.blocks import Section, TableBlock, Text, absent
 from creak_thesis.report.facts import matched

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from creak.report.text import fixed, number
+from creak.report_tools import fixed, number
 from creak_thesis.doors import DoorFacts
 from creak_thesis.report.blocks import PictureBlock, Section, TableBlock, Text, agree, differ
 from creak_thesis.report.facts import Facts

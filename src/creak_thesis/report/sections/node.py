@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from creak.report.tables import Table
-from creak.report.text import NONE, percent
+from creak.report_tools import NONE, Table, percent
 from creak_thesis.plan import RATTLING
 from creak_thesis.report.blocks import Block, Section, TableBlock, Text, absent, agree, differ
 from creak_thesis.report.facts import Facts, flange_events

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from creak.report.tables import Table
-from creak.report.text import NONE, fixed, number, tidy
+from creak.report_tools import NONE, Table, fixed, number, tidy
 from creak_thesis.record import HIGH_PASS, RecordStudy
 from creak_thesis.report.blocks import Section, TableBlock, Text, absent, agree, differ
 from creak_thesis.report.figures import density_figure, record_line
