@@ -1,7 +1,7 @@
 """What creak's pages are made of, for pages of your own: numbers as words, tables, axes of figures, pictures of meshes.
 
 Needs the extra `report` (`pip install 'creak[report]'`). `NONE` stands for a number that is not known, `THIN` is the
-space between a number and its unit, `palette` holds the colours.
+space between a number and its unit, `palette` holds the colours; a `Trace` is a curve as Plotly takes it.
 """
 
 from __future__ import annotations

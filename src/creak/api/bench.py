@@ -24,9 +24,10 @@ from creak.studies.file.reader import Study, checked_study
 from creak.studies.models.reduced import ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.prepare.excitation import sample_loads, time_axis
+from creak.studies.prepare.flight_steps import with_flight_steps
 from creak.studies.prepare.output_steps import excitation_window
 from creak.studies.prepare.reduction_sets import check_reduction
-from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.setup import Setup, check_frequencies
 from creak.studies.run.forced_step import limited
 from creak.studies.run.integrate import output_times, scheme_of
 from creak.studies.run.job import (
@@ -96,7 +97,8 @@ class Bench:
 
         Raises
         ------
-        InputError : a key that does not belong to a signal, or a wrong value.
+        InputError : a key that does not belong to a signal, a wrong value, or a frequency that modes or steps do not
+            reach.
         """
         for key in changes:
             if key.split(".")[::2][:2] != ["excitation", "signal"]:
@@ -105,7 +107,10 @@ class Bench:
                     expected="excitation.NAME.signal.KEY",
                     fix="Change the study before the bench is made.",
                 )
-        study = change_study(self.setup.study, changes)
+        other = with_flight_steps(change_study(self.setup.study, changes))
+        changed = {key: getattr(other.config, key) for key in ("excitation", "time", "output")}
+        study = replace(other, config=self.setup.study.config.model_copy(update=changed))
+        check_frequencies(study)
         loads = sample_loads(self.setup.model, study, time_axis(study))
         return replace(self, setup=replace(self.setup, study=study, loads=loads))
 
@@ -124,6 +129,7 @@ class Bench:
         study = self.setup.study
         data = {**tomllib.loads(study.text), "reduction": plain(table)}
         setup = self.setup.with_tables(reduction=checked_study(study.path, data, study.text).config.reduction)
+        check_frequencies(setup.study)
         check_reduction(setup.model, setup.study)
         return replace(self, setup=setup, model=reduce_model(setup, self.reference, self.gaps, self.progress))
 

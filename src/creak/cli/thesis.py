@@ -38,13 +38,14 @@ def thesis(
     Each case is kept as soon as it is done: after a stop the same command goes on from there.
     """
     from creak.api.extras import need_report
+
+    need_report()
     from creak_thesis.door import LOADS
     from creak_thesis.door.assembly import checked_mesh_size
     from creak_thesis.record import study_record
     from creak_thesis.report.page import Inputs, write_thesis_page
     from creak_thesis.run import run_thesis
 
-    need_report()
     size = checked_mesh_size(mesh_size)
     writable_folder(out)
     writable_file(out / "thesis.html", stream=False)
