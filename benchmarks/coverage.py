@@ -21,8 +21,6 @@ import numpy as np
 from rich.console import Console
 
 from benchmarks.door import silent
-from creak.door import write_door
-from creak.door.study import LOADS
 from creak.dynamics.modal_march import simulate_modal
 from creak.dynamics.scheme import generalised_alpha
 from creak.studies.converge.settled import settled_to, verdict_of
@@ -33,6 +31,8 @@ from creak.studies.run.integrate import divided_loads
 from creak.studies.run.job import march_run, run_study
 from creak.verify.events import Event, find_events
 from creak.verify.matching import match_events
+from creak_thesis.door import write_door
+from creak_thesis.door.study import LOADS
 
 OTHER_STEP = 5e-6
 """s, of generalised-alpha."""

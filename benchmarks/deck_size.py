@@ -20,11 +20,11 @@ from rich.console import Console
 from rich.table import Table
 
 from creak.assembly.part import loose_system, part_system
-from creak.door import FINEST_MESH_SIZE, write_door
 from creak.studies.file.reader import read_study
 from creak.studies.models.reference import join_parts
 from creak.studies.prepare.setup import read_model, set_up_model
 from creak.studies.run.costs import Cost, Meter
+from creak_thesis.door import FINEST_MESH_SIZE, write_door
 
 READ_S, ASSEMBLE_S, PEAK_GB = 30.0, 60.0, 8.0
 """Goals at 1.17 million dofs: wall seconds, and the largest resident memory of any stage."""

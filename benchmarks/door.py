@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from creak.contact.gap_operator import GapOperator
-from creak.door import write_door
 from creak.dynamics.scheme import HHT
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import ReducedModel, reduce_model
@@ -15,6 +14,7 @@ from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.forced_step import limited
 from creak.studies.run.precheck import precheck
+from creak_thesis.door import write_door
 
 SCHEME = HHT(-0.05)
 

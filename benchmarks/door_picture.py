@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from creak.arrays import FloatArray
-from creak.door import Door, build_door
-from creak.door import geometry as geo
-from creak.door.mesh import PartMesh
+from creak_thesis.door import Door, build_door
+from creak_thesis.door import geometry as geo
+from creak_thesis.door.mesh import PartMesh
 
 COLORS = {"FRAME": "#a9b4be", "PANEL": "#c9a77c", "CARRIER": "#7d9471"}
 FLANGE, EDGE, TOUCH = "#2f6fb5", "#f0821e", "#d1152b"

@@ -21,10 +21,10 @@ from benchmarks.evidence_contact import forced_steps, node_contact, penalties
 from benchmarks.evidence_door import Bench, figures, rattle, worst
 from benchmarks.stamp import stamp
 from creak.contact.step_problem import compile_kernels
-from creak.door import LOADS
 from creak.dynamics.flow_march import compile_flow
 from creak.errors import CreakError
 from creak.studies.run.job import Run
+from creak_thesis.door import LOADS
 
 FILE = Path(__file__).parents[1] / "src" / "creak" / "studies" / "advise" / "evidence.json"
 RATTLING = ("A2", "A3", "A4")

@@ -12,7 +12,6 @@ import numpy as np
 
 from benchmarks.door import silent
 from creak.contact.gap_operator import GapOperator
-from creak.door import LOADS, write_door
 from creak.studies.file.config import ReductionTable, StudyConfig
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import ReducedModel, reduce_model
@@ -24,6 +23,7 @@ from creak.studies.run.job import Run, compare_modes, march_run
 from creak.studies.run.precheck import linear_gaps
 from creak.studies.sweep.cases import changed
 from creak.verify.matching import match_events
+from creak_thesis.door import LOADS, write_door
 
 SIGNAL, WHOLE = "excitation.hinge.signal", (0.0, np.inf)
 ALPHA, BETA = 1.82784, 7.23432e-05

@@ -20,7 +20,6 @@ from benchmarks.reduction import Row, reduction_cost
 from creak.assembly.dofs import node_dofs
 from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import compile_kernels
-from creak.door import FINEST_MESH_SIZE, write_door
 from creak.dynamics.modal_march import simulate_modal
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
@@ -30,6 +29,7 @@ from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.costs import Meter
 from creak.studies.run.forced_step import limited
 from creak.studies.run.precheck import linear_gaps
+from creak_thesis.door import FINEST_MESH_SIZE, write_door
 
 
 def main() -> None:

@@ -38,10 +38,10 @@ from creak.assembly.damping import Damping
 from creak.assembly.dofs import node_dofs
 from creak.assembly.part import common_rayleigh, part_system
 from creak.assembly.system import System, no_supports, to_dense
-from creak.door import write_door
 from creak.formats.abaqus.reader import read_deck
 from creak.model.mesh import Model
 from creak.reduction.craig_bampton import craig_bampton
+from creak_thesis.door import write_door
 
 Row = tuple[str, str, str]
 

@@ -19,11 +19,11 @@ from creak.arrays import FloatArray
 from creak.contact.step_problem import compile_kernels
 from creak.dynamics.instant import Instant
 from creak.dynamics.modal_march import simulate_modal
-from creak.dynamics.plain_newton import PlainNewton
 from creak.dynamics.simulate import CondensedStepper, Stepper
 from creak.linalg.threads import one_blas_thread
 from creak.studies.run.integrate import divided_loads
-from creak.studies.thesis.newton_cost import touching
+from creak_thesis.newton_cost import touching
+from creak_thesis.plain_newton import PlainNewton
 
 Row = tuple[str, str, str]
 LARGE = 400_000

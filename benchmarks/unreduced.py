@@ -2,7 +2,7 @@
 
 At 1.17 million dofs the unreduced run takes most of an hour; the thesis's took 463,450 s of CPU time.
 Both runs have the same channels, as many as retain about `--retained` dofs. The page of `creak thesis` shows what
-`--out src/creak/report/thesis/million.json` wrote; nobody else writes to that file.
+`--out src/creak_thesis/report/million.json` wrote; nobody else writes to that file.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ from benchmarks.million import closest
 from benchmarks.stamp import stamp
 from benchmarks.stepping import full_order
 from creak.contact.step_problem import compile_kernels
-from creak.door import FINEST_MESH_SIZE, LOADS, write_door
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
@@ -33,6 +32,7 @@ from creak.studies.run.forced_step import limited
 from creak.studies.run.integrate import output_times
 from creak.studies.run.job import Run, events_in, march_run
 from creak.verify.matching import match_events
+from creak_thesis.door import FINEST_MESH_SIZE, LOADS, write_door
 
 THESIS_CPU_S = 463_450.0
 """CPU time of the thesis's unreduced run (table 4.7)."""

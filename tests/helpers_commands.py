@@ -19,14 +19,14 @@ from typing import Any
 
 import typer
 
-import creak.studies.thesis.bench
-import creak.studies.thesis.doors
-import creak.studies.thesis.record
-import creak.studies.thesis.run
+import creak_thesis.bench
+import creak_thesis.doors
+import creak_thesis.record
+import creak_thesis.run
 from creak.cli.main import app
-from creak.door import LOAD, write_door
 from creak.studies.file.changes import changed
 from creak.studies.file.toml_text import toml_text
+from creak_thesis.door import LOAD, write_door
 from helpers_cli import Said
 from helpers_decks import STUDY, two_strips
 from helpers_docs import PAGES, commands
@@ -181,11 +181,11 @@ def quick_door(
 
 def shorten_thesis(monkeypatch: Any) -> None:
     """Leaves one case of the plan, under one load, on the quick door, and a record of four seconds."""
-    whole, record = creak.studies.thesis.run.plan(), creak.studies.thesis.record.study_record
+    whole, record = creak_thesis.run.plan(), creak_thesis.record.study_record
     one = [replace(c, loads=(), newton=False) for c in whole if c.name == "D8"]
-    monkeypatch.setattr(creak.studies.thesis.run, "plan", lambda: one)
-    monkeypatch.setattr(creak.studies.thesis.record, "study_record", lambda: record(1, duration=4.0, rate=4800.0))
-    for module in (creak.studies.thesis.bench, creak.studies.thesis.doors):
+    monkeypatch.setattr(creak_thesis.run, "plan", lambda: one)
+    monkeypatch.setattr(creak_thesis.record, "study_record", lambda: record(1, duration=4.0, rate=4800.0))
+    for module in (creak_thesis.bench, creak_thesis.doors):
         monkeypatch.setattr(module, "write_door", quick_door)
 
 

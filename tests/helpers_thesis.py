@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from creak.studies.thesis.outcome import EventRow, LoadOutcome, Outcome
-from creak.studies.thesis.plan import Case, plan
+from creak_thesis.outcome import EventRow, LoadOutcome, Outcome
+from creak_thesis.plan import Case, plan
 
 STEPS = 5000
 RATES = {"A1": 0, "A2": 5, "A3": 10, "A4": 15}

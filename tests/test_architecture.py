@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import ast
+import importlib
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 import creak
+import creak_thesis
 
 ROOT = Path(creak.__file__).parent
 LAYERS = (
@@ -26,7 +28,7 @@ LAYERS = (
 )
 EVERYWHERE = {"errors", "arrays", ""}
 """`creak.errors`, `creak.arrays` and the bare package (its version) may be imported by anyone."""
-BESIDE = {"linalg": set(), "signals": set(), "sound": set(), "formats": {"model"}, "door": {"formats"}}
+BESIDE = {"linalg": set(), "signals": set(), "sound": set(), "formats": {"model"}}
 """What the folders beside the tower may import."""
 NUMERICS = ("model", "elements", "assembly", "linalg", "reduction", "contact", "dynamics", "signals", "sound", "verify")
 DRAWING = {"matplotlib", "plotly", "rich", "typer", "pyvista", "jinja2", "logging"}
@@ -128,7 +130,7 @@ def test_only_the_command_line_knows_the_command_line():
     report import report."""
     bad = [i for i in IMPORTS if i.target == "cli" and i.owner not in ("cli", "__main__")]
     bad += [i for i in IMPORTS if i.target == "api" and i.owner not in ("cli", "api", "__init__")]
-    bad += [i for i in IMPORTS if i.target == "report" and i.owner not in ("cli", "api", "report")]
+    bad += [i for i in IMPORTS if i.target == "report" and i.owner not in ("cli", "api", "report", "report_tools")]
     assert not bad, told(bad, "numerics and studies must not know report, api or cli")
 
 
@@ -193,7 +195,7 @@ def test_no_star_imports():
     assert not bad, "\n".join(bad)
 
 
-ROOMS = ("thesis", "sweep", "propose", "advise", "results", "converge", "run", "models", "prepare", "file")
+ROOMS = ("sweep", "propose", "advise", "results", "converge", "run", "models", "prepare", "file")
 """Rooms of studies/, the highest first."""
 
 
@@ -216,3 +218,58 @@ def test_no_room_is_a_drawer():
     """About a dozen files to a folder under studies/."""
     full = {str(d): n for d in (ROOT / "studies").iterdir() if d.is_dir() and (n := len(list(d.glob("*.py")))) > 14}
     assert not full, f"folders with too many files: {full}"
+
+
+# --- the companion --------------------------------------------------------------------------------------------------
+
+COMPANION = Path(creak_thesis.__file__).parent
+KNOWS_IT = {"cli/example.py", "cli/thesis.py", "api/decks.py"}
+"""Files of creak that may import creak_thesis, where they are called."""
+
+
+def module_level(path: Path) -> set[int]:
+    """Lines of the imports that run when a file is imported."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    inside = {n for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) for n in ast.walk(f)}
+    types = {n for b in tree.body if isinstance(b, ast.If) and "TYPE_CHECKING" in ast.dump(b.test) for n in ast.walk(b)}
+    return {
+        n.lineno
+        for n in ast.walk(tree)
+        if isinstance(n, ast.Import | ast.ImportFrom) and n not in inside and n not in types
+    }
+
+
+def test_creak_knows_its_companion_only_where_it_is_called():
+    found = [i for i in IMPORTS if i.module.split(".")[0] == "creak_thesis"]
+    assert {i.path.relative_to(ROOT).as_posix() for i in found} == KNOWS_IT
+    early = [i for i in found if i.line in module_level(i.path)]
+    assert not early, told(early, "creak works without creak_thesis until its door or page is asked for")
+
+
+PUBLIC = {"creak.report_tools", "creak.stepping"}
+"""Public modules besides `creak`: each lists its names."""
+
+
+def private_names(path: Path) -> set[str]:
+    """What a file takes of creak that is neither a name of `import creak` nor one of its public modules."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {a.name for a in node.names if a.name.startswith("creak.")}
+        elif isinstance(node, ast.ImportFrom) and node.module == "creak":
+            found |= {a.name for a in node.names if a.name not in creak.__all__}
+        elif isinstance(node, ast.ImportFrom) and (node.module or "").startswith("creak."):
+            offered = getattr(importlib.import_module(str(node.module)), "__all__", ()) if node.module in PUBLIC else ()
+            found |= {f"{node.module}.{a.name}" for a in node.names if a.name not in offered}
+        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "creak":
+            found |= {node.attr} - {*creak.__all__, "__version__"}
+    return found
+
+
+STILL_PRIVATE: set[str] = set()
+"""Modules that creak_thesis takes besides: none may come to them."""
+
+
+def test_the_companion_lives_on_the_public_names():
+    taken = {name for path in COMPANION.rglob("*.py") for name in private_names(path)}
+    assert taken == STILL_PRIVATE

@@ -14,11 +14,13 @@ import pytest
 import typer
 
 import creak
+import creak_thesis
 from creak.cli.main import app
 from helpers_cli import caller
 from helpers_decks import STUDY, write_strips
 
 SRC = Path(creak.__file__).parent
+HOMES = (SRC, Path(creak_thesis.__file__).parent)
 PAGE = (Path(__file__).parents[1] / "ARCHITECTURE.md").read_text(encoding="utf-8")
 ROWS = re.findall(r"^\| `creak (\w+)` \| (.*) \|$", PAGE, re.MULTILINE)
 WAYS = {command: re.findall(r"`([\w/]+\.py)`", files) for command, files in ROWS}
@@ -42,6 +44,7 @@ def folders(folder: Path) -> set[str]:
 def test_every_room_is_on_the_map_and_there():
     assert sorted(rooms_of("## The rooms")) == sorted(folders(SRC))
     assert sorted(rooms_of("`studies/` has rooms of its own")) == sorted(folders(SRC / "studies"))
+    assert sorted(rooms_of("`src/creak_thesis` is a package")) == sorted(folders(HOMES[1]))
 
 
 def test_every_command_has_its_way():
@@ -60,6 +63,14 @@ def test_every_file_on_the_map_is_there():
 # --- the ways -------------------------------------------------------------------------------------------------------
 
 
+HERE = tuple(f"{home}/" for home in HOMES)
+
+
+def named(file: Path) -> str:
+    """As the map writes it: below creak, or below src."""
+    return file.relative_to(SRC if SRC in file.parents else SRC.parent).as_posix()
+
+
 @contextmanager
 def called() -> Iterator[list[str]]:
     """Files of creak in the order in which a function of each was first called."""
@@ -67,7 +78,7 @@ def called() -> Iterator[list[str]]:
 
     def look(frame, event, _):
         code = frame.f_code
-        if event == "call" and code.co_flags & 1 and code.co_filename.startswith(str(SRC)):  # no class, no module
+        if event == "call" and code.co_flags & 1 and code.co_filename.startswith(HERE):  # no class, no module
             files.setdefault(code.co_filename)
 
     found: list[str] = []
@@ -76,14 +87,15 @@ def called() -> Iterator[list[str]]:
         yield found
     finally:
         sys.setprofile(None)
-        found += [Path(f).relative_to(SRC).as_posix() for f in files]
+        found += [named(Path(f)) for f in files]
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """Two strips; every module is imported before, so that no call of an import counts."""
-    for module in pkgutil.walk_packages(creak.__path__, "creak."):
-        importlib.import_module(module.name)
+    for package in (creak, creak_thesis):
+        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            importlib.import_module(module.name)
     folder = tmp_path_factory.mktemp("ways")
     write_strips(folder, study=SHORT)
     (folder / "sweep.toml").write_text('base = "study.toml"\nseeds = [1]\n')

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
+from importlib import import_module
+
 import creak
 
 GROUPS = {
@@ -10,17 +13,34 @@ GROUPS = {
         "make_study",
         "change_study",
         "run",
+        "set_up",
+        "run_setup",
         "open_result",
         "compare",
         "Study",
+        "Setup",
+        "Run",
         "Result",
         "SavedResult",
     ),
-    "Decks": ("read_deck", "deck_modes", "write_door", "Model", "DeckModes"),
+    "Many reductions of one study": ("make_bench", "Bench", "ReducedModel"),
+    "Decks": ("read_deck", "deck_modes", "near_elements", "write_door", "Model", "RigidLink", "DeckModes"),
     "Systems from matrices": ("system_from_matrices", "couple", "modes", "System", "Modes"),
     "Reduction": ("craig_bampton", "guyan", "gap_modes", "massless_boundary", "diagonalise"),
     "Contact": ("gap_channels", "join_gaps", "GapOperator"),
-    "Loads": ("make_loads", "acceleration_motion", "Multisine", "Sine", "Step", "Table", "Record", "Motion", "Loads"),
+    "Loads": (
+        "make_loads",
+        "displacement_motion",
+        "acceleration_motion",
+        "integrate_twice",
+        "Multisine",
+        "Sine",
+        "Step",
+        "Table",
+        "Record",
+        "Motion",
+        "Loads",
+    ),
     "Time integration": ("simulate", "HHT", "generalised_alpha", "Scheme", "History"),
     "Events and verification": (
         "find_events",
@@ -28,17 +48,25 @@ GROUPS = {
         "match_events",
         "mac_matrix",
         "nrmse_fit",
+        "nrmse_by_axis",
         "Event",
         "SlipEvent",
         "EventMatch",
     ),
     "Sound": ("loudness", "steady_loudness", "Loudness", "SteadyLoudness"),
+    "Files": ("write_text", "write_json", "read_json"),
     "Errors": ("CreakError", "InputError", "NumericalError", "WriteError"),
 }
+MODULES = {
+    "Time integrations of your own": "stepping",
+    "Pages of your own": "report_tools",
+}
+"""Public modules: title -> name."""
 HEAD = """\
 # Python
 
-Everything here is a name of `import creak`. Nothing heavy is imported before it is used. How the names work together:
+Everything here is a name of `import creak`, or of one of the two modules at the end. Nothing heavy is imported
+before it is used. How the names work together:
 [matrices of your own](howto_matrices.md), [the results](howto_results.md), [the examples](gallery/index.md).
 """
 
@@ -49,7 +77,18 @@ def page() -> str:
     for title, names in GROUPS.items():
         text.append(f"## {title}\n")
         text += [f"::: {home(name)}.{name}\n" for name in names]
+    for title, name in MODULES.items():
+        text.append(f"## {title}: creak.{name}\n")
+        text.append(f"{import_module(f'creak.{name}').__doc__}")
+        text += [f"::: {where}\n" for where in documented(name)]
     return "\n".join(text)
+
+
+def documented(name: str) -> list[str]:
+    """Where the classes and functions of a public module are defined."""
+    module = import_module(f"creak.{name}")
+    values = (getattr(module, n) for n in module.__all__)
+    return [f"{v.__module__}.{v.__name__}" for v in values if inspect.isclass(v) or inspect.isfunction(v)]
 
 
 def home(name: str) -> str:

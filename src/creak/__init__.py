@@ -30,15 +30,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from creak.api.bench import Bench, make_bench
     from creak.api.channels import gap_channels, join_gaps
     from creak.api.compare import compare
     from creak.api.decks import deck_modes, read_deck, write_door
+    from creak.api.files import read_json, write_json, write_text
     from creak.api.matrices import couple, modes, system_from_matrices
     from creak.api.motion import make_loads, simulate
     from creak.api.reductions import craig_bampton, gap_modes, guyan, massless_boundary
     from creak.api.result import Result
     from creak.api.saved import SavedResult, open_result
-    from creak.api.study import change_study, make_study, read_study, run
+    from creak.api.study import change_study, make_study, read_study, run, run_setup, set_up
     from creak.assembly.system import System
     from creak.contact.gap_operator import GapOperator
     from creak.dynamics.history import History
@@ -46,30 +48,47 @@ if TYPE_CHECKING:
     from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
     from creak.errors import CreakError, InputError, NumericalError, WriteError
     from creak.linalg.modes import Modes
+    from creak.model.constraints import RigidLink
     from creak.model.mesh import Model
     from creak.reduction.diagonal import diagonalise
-    from creak.signals.sources import Motion, Multisine, Record, Sine, Step, Table, acceleration_motion
+    from creak.signals.omega_arithmetic import integrate_twice
+    from creak.signals.sources import (
+        Motion,
+        Multisine,
+        Record,
+        Sine,
+        Step,
+        Table,
+        acceleration_motion,
+        displacement_motion,
+    )
     from creak.sound.loudness import Loudness, SteadyLoudness, loudness, steady_loudness
     from creak.studies.file.reader import Study
     from creak.studies.models.deck_modes import DeckModes
+    from creak.studies.models.reduced import ReducedModel
+    from creak.studies.models.substructures import near_elements
+    from creak.studies.prepare.setup import Setup
+    from creak.studies.run.job import Run
     from creak.verify.events import Event, find_events
     from creak.verify.mac import mac_matrix
     from creak.verify.matching import EventMatch, match_events
-    from creak.verify.nrmse import nrmse_fit
+    from creak.verify.nrmse import nrmse_by_axis, nrmse_fit
     from creak.verify.slips import SlipEvent, find_slips
 
     __version__: str
 
 _HOMES = {
+    "api.bench": ("Bench", "make_bench"),
     "api.compare": ("compare",),
     "api.channels": ("gap_channels", "join_gaps"),
     "api.decks": ("deck_modes", "read_deck", "write_door"),
+    "api.files": ("read_json", "write_json", "write_text"),
     "api.matrices": ("couple", "modes", "system_from_matrices"),
     "api.motion": ("make_loads", "simulate"),
     "api.reductions": ("craig_bampton", "gap_modes", "guyan", "massless_boundary"),
     "api.result": ("Result",),
     "api.saved": ("SavedResult", "open_result"),
-    "api.study": ("change_study", "make_study", "read_study", "run"),
+    "api.study": ("change_study", "make_study", "read_study", "run", "run_setup", "set_up"),
     "assembly.system": ("System",),
     "contact.gap_operator": ("GapOperator",),
     "dynamics.history": ("History",),
@@ -77,16 +96,31 @@ _HOMES = {
     "dynamics.scheme": ("HHT", "Scheme", "generalised_alpha"),
     "errors": ("CreakError", "InputError", "NumericalError", "WriteError"),
     "linalg.modes": ("Modes",),
+    "model.constraints": ("RigidLink",),
     "model.mesh": ("Model",),
     "reduction.diagonal": ("diagonalise",),
-    "signals.sources": ("Motion", "Multisine", "Record", "Sine", "Step", "Table", "acceleration_motion"),
+    "signals.omega_arithmetic": ("integrate_twice",),
+    "signals.sources": (
+        "Motion",
+        "Multisine",
+        "Record",
+        "Sine",
+        "Step",
+        "Table",
+        "acceleration_motion",
+        "displacement_motion",
+    ),
     "sound.loudness": ("Loudness", "SteadyLoudness", "loudness", "steady_loudness"),
     "studies.models.deck_modes": ("DeckModes",),
+    "studies.models.reduced": ("ReducedModel",),
+    "studies.models.substructures": ("near_elements",),
+    "studies.prepare.setup": ("Setup",),
+    "studies.run.job": ("Run",),
     "studies.file.reader": ("Study",),
     "verify.events": ("Event", "find_events"),
     "verify.mac": ("mac_matrix",),
     "verify.matching": ("EventMatch", "match_events"),
-    "verify.nrmse": ("nrmse_fit",),
+    "verify.nrmse": ("nrmse_by_axis", "nrmse_fit"),
     "verify.slips": ("SlipEvent", "find_slips"),
 }
 """Module -> public names that live in it."""
@@ -94,6 +128,7 @@ _HOME = {name: f"creak.{module}" for module, names in _HOMES.items() for name in
 
 __all__ = [
     "HHT",
+    "Bench",
     "CreakError",
     "DeckModes",
     "Event",
@@ -109,9 +144,13 @@ __all__ = [
     "Multisine",
     "NumericalError",
     "Record",
+    "ReducedModel",
     "Result",
+    "RigidLink",
+    "Run",
     "SavedResult",
     "Scheme",
+    "Setup",
     "Sine",
     "SlipEvent",
     "SteadyLoudness",
@@ -127,29 +166,39 @@ __all__ = [
     "craig_bampton",
     "deck_modes",
     "diagonalise",
+    "displacement_motion",
     "find_events",
     "find_slips",
     "gap_channels",
     "gap_modes",
     "generalised_alpha",
     "guyan",
+    "integrate_twice",
     "join_gaps",
     "loudness",
     "mac_matrix",
+    "make_bench",
     "make_loads",
     "make_study",
     "massless_boundary",
     "match_events",
     "modes",
+    "near_elements",
+    "nrmse_by_axis",
     "nrmse_fit",
     "open_result",
     "read_deck",
+    "read_json",
     "read_study",
     "run",
+    "run_setup",
+    "set_up",
     "simulate",
     "steady_loudness",
     "system_from_matrices",
     "write_door",
+    "write_json",
+    "write_text",
 ]
 
 

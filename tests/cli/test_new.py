@@ -8,10 +8,10 @@ import tomllib
 
 import pytest
 
-from creak.door import write_door
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import read_model, set_up
 from creak.studies.propose.proposal import propose
+from creak_thesis.door import write_door
 from helpers_decks import two_strips
 from helpers_nastran_strips import strips
 

@@ -7,7 +7,7 @@ import tomllib
 
 import pytest
 
-from creak.door.study import study_text
+from creak_thesis.door.study import study_text
 from helpers_decks import STUDY
 
 jsonschema = pytest.importorskip("jsonschema", reason="pip install jsonschema")

@@ -3,13 +3,13 @@
 import pytest
 from typer.testing import CliRunner
 
-import creak.studies.thesis.doors
-import creak.studies.thesis.record
-import creak.studies.thesis.run
+import creak_thesis.doors
+import creak_thesis.record
+import creak_thesis.run
 from creak.cli.main import app
 from creak.cli.thesis import ThesisProgress
 from creak.errors import InputError, NumericalError
-from creak.studies.thesis.run import ThesisResult
+from creak_thesis.run import ThesisResult
 from helpers_thesis import failed, fake_outcomes
 
 
@@ -28,10 +28,10 @@ def measured(monkeypatch):
     def no_door(mesh_size, folder, channels):
         raise InputError("no door today")
 
-    short = creak.studies.thesis.record.study_record
-    monkeypatch.setattr(creak.studies.thesis.run, "run_thesis", run_thesis)
-    monkeypatch.setattr(creak.studies.thesis.doors, "open_doors", no_door)
-    monkeypatch.setattr(creak.studies.thesis.record, "study_record", lambda: short(1, duration=4.0, rate=4800.0))
+    short = creak_thesis.record.study_record
+    monkeypatch.setattr(creak_thesis.run, "run_thesis", run_thesis)
+    monkeypatch.setattr(creak_thesis.doors, "open_doors", no_door)
+    monkeypatch.setattr(creak_thesis.record, "study_record", lambda: short(1, duration=4.0, rate=4800.0))
     return outcomes
 
 
@@ -70,7 +70,7 @@ def test_stop_tells_how_to_go_on(measured, monkeypatch, tmp_path):
         progress("case D8", 3, 40)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(creak.studies.thesis.run, "run_thesis", stopped)
+    monkeypatch.setattr(creak_thesis.run, "run_thesis", stopped)
     result = run("--out", tmp_path, "--quiet")
     assert "3 of 40 cases finished; the same command goes on" in str(result.exception)
 

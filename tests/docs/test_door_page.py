@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from creak.door import LOADS
-from creak.report.thesis.numbers import thesis
 from creak.signals.sources import Multisine
+from creak_thesis.door import LOADS
+from creak_thesis.report.numbers import thesis
 from helpers_docs import ROOT
 
 SAMPLES = 1000

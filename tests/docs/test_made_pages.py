@@ -113,6 +113,16 @@ def test_every_public_name_is_on_the_python_page():
         assert getattr(module, name).__doc__
 
 
+@pytest.mark.parametrize("name", ["report_tools", "stepping"])
+def test_every_name_of_a_public_module_is_on_the_python_page(name):
+    module, text = importlib.import_module(f"creak.{name}"), tool("python_page").page()
+    assert module.__doc__ in text
+    for public in module.__all__:
+        value = getattr(module, public)
+        where = f"::: {getattr(value, '__module__', '')}.{public}\n"
+        assert where in text or f"`{public}`" in module.__doc__, f"{public} is neither documented nor in the words"
+
+
 def test_docstrings_become_lists():
     pytest.importorskip("griffe", reason="mkdocstrings is not installed: pip install 'creak[docs]'")
     text = tool("docstring_sections").markdown(

@@ -57,7 +57,7 @@ def built(tmp_path_factory) -> Path:
 
 def sources() -> set[str]:
     """Files below src, caches left out."""
-    found = (p for p in (ROOT / "src" / "creak").rglob("*") if p.is_file())
+    found = (p for package in ("creak", "creak_thesis") for p in (ROOT / "src" / package).rglob("*") if p.is_file())
     return {
         p.relative_to(ROOT / "src").as_posix()
         for p in found

@@ -72,6 +72,6 @@ def write_door(
     ------
     InputError : a size, number or load that there is not, or `folder` is a file.
     """
-    from creak.door import writer
+    from creak_thesis.door import writer
 
     return writer.write_door(mesh_size, Path(folder), coarsen, load, hook_play)

@@ -42,7 +42,7 @@ def make_study(tables: Mapping[str, Any], folder: str | Path = ".") -> Study:
     ------
     InputError : unknown or missing key, wrong value.
     """
-    data = _plain(tables)
+    data = plain(tables)
     try:
         text = toml_text(data)
     except TypeError as error:
@@ -63,7 +63,7 @@ def change_study(study: Study, changes: Mapping[str, Any]) -> Study:
     """
     from creak.studies.file.changes import with_changes
 
-    return with_changes(study, _plain(changes))
+    return with_changes(study, plain(changes))
 
 
 def run(
@@ -136,7 +136,12 @@ def run_setup(
     converge: bool | None = None,
     record: bool = True,
 ) -> Result:
-    """Run what was set up, parameters as `run`, and sum it up."""
+    """Run what `set_up` made, parameters as `run`, and sum it up; nothing is warned of: look at the Result.
+
+    Raises
+    ------
+    InputError : what is asked for does not fit the model. NumericalError : a reduction or a factorisation failed.
+    """
     from creak.studies.converge.variants import converge as repeat
     from creak.studies.models.superelements import store_of
     from creak.studies.results.summary import summarise
@@ -157,12 +162,12 @@ def _silent(stage: str, done: int, total: int) -> None:
     """No progress."""
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Numbers and arrays of NumPy as Python's own."""
     if isinstance(value, Mapping):
-        return {str(k): _plain(v) for k, v in value.items()}
+        return {str(k): plain(v) for k, v in value.items()}
     if hasattr(value, "tolist"):
-        return _plain(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
+        return [plain(v) for v in value]
     return str(value) if isinstance(value, Path) else value

@@ -31,7 +31,7 @@ def door(
     Example: creak example door --mesh-size 20 --out door
     """
     from creak.cli.output import writable_file, writable_folder
-    from creak.door import write_door
+    from creak_thesis.door import write_door
 
     writable_folder(out)
     for name in ("door.inp", "door.toml"):

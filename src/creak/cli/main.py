@@ -119,7 +119,9 @@ def main() -> NoReturn:
 
 def _out_of_memory(error: MemoryError) -> str:
     """What was to be held, and where."""
-    own = [f for f in traceback.extract_tb(error.__traceback__) if "creak" in Path(f.filename).parts]
+    own = [
+        f for f in traceback.extract_tb(error.__traceback__) if {"creak", "creak_thesis"} & {*Path(f.filename).parts}
+    ]
     at = f" in {Path(own[-1].filename).stem}, {own[-1].name}" if own else ""
     what = f" ({str(error)[:1].lower()}{str(error)[1:]}{at})" if str(error) else at
     return f"out of memory{what}; fewer contact channels, output instants, modes or nodes take less"

@@ -16,8 +16,8 @@ from creak.errors import CreakError, NumericalError
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from creak.studies.thesis.doors import Doors
-    from creak.studies.thesis.outcome import Outcome
+    from creak_thesis.doors import Doors
+    from creak_thesis.outcome import Outcome
 
 CASE = "case "
 """Begins the stage that counts the cases; other stages are steps of the case under way."""
@@ -38,13 +38,14 @@ def thesis(
     Each case is kept as soon as it is done: after a stop the same command goes on from there.
     """
     from creak.api.extras import need_report
-    from creak.door import LOADS
-    from creak.door.assembly import checked_mesh_size
-    from creak.report.thesis.page import Inputs, write_thesis_page
-    from creak.studies.thesis.record import study_record
-    from creak.studies.thesis.run import run_thesis
 
     need_report()
+    from creak_thesis.door import LOADS
+    from creak_thesis.door.assembly import checked_mesh_size
+    from creak_thesis.record import study_record
+    from creak_thesis.report.page import Inputs, write_thesis_page
+    from creak_thesis.run import run_thesis
+
     size = checked_mesh_size(mesh_size)
     writable_folder(out)
     writable_file(out / "thesis.html", stream=False)
@@ -70,7 +71,7 @@ def thesis(
 
 def _doors(size: float, out: Path, channels: Sequence[str], output: Output) -> Doors | None:
     """The doors for pictures and tables; None, with a line, where they cannot be built."""
-    from creak.studies.thesis.doors import open_doors
+    from creak_thesis.doors import open_doors
 
     try:
         return open_doors(size, out, channels)

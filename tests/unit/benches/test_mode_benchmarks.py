@@ -11,12 +11,12 @@ import scipy.sparse as sp
 from benchmarks import deck_size, modes_cost, modes_peers
 from benchmarks.modes_peers_decks import calculix_deck, moving_bodies, mystran_deck
 
-from creak.door import write_door
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.nastran.reader import read_nastran
 from creak.linalg import lanczos
 from creak.studies.models.deck_modes import deck_modes
+from creak_thesis.door import write_door
 
 pytestmark = pytest.mark.once
 

@@ -5,7 +5,7 @@ import re
 from benchmarks import unreduced
 from benchmarks.stamp import command, stamp
 
-from creak.report.thesis.numbers import million
+from creak_thesis.report.numbers import million
 
 FIELDS = {"creak", "commit", "date", "machine", "command"}
 
@@ -29,6 +29,6 @@ def test_the_record_of_million_dofs_has_what_the_benchmark_writes():
     assert found.keys() == unreduced.record(stamp(), "a door", []).keys()
     assert found["made"].keys() - {"note"} == FIELDS
     assert all(found["made"].values())
-    assert "--out src/creak/report/thesis/million.json" in found["made"]["command"]
+    assert re.search(r"--out src/\S+/million\.json", found["made"]["command"])
     for run in found["runs"]:
         assert run["integrator"]

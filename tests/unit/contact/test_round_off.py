@@ -10,9 +10,9 @@ import pytest
 from creak.contact.node_to_surface import node_to_surface
 from creak.contact.pair import ContactPair
 from creak.contact.surface_to_surface import surface_to_surface
-from creak.door import write_door
 from creak.formats.abaqus.reader import read_deck
 from creak.model.mesh import Model
+from creak_thesis.door import write_door
 from helpers_contact import stacked
 
 

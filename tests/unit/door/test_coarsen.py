@@ -11,13 +11,13 @@ from typer.testing import CliRunner
 
 from creak.arrays import FloatArray, IntArray
 from creak.cli.main import app
-from creak.door import build_door, write_door
-from creak.door.coarsen import coarsen_band, kept_columns
-from creak.door.deck import mass
-from creak.door.frame import flange_segments, spacing
-from creak.door.mesh import PartMesh, structured_quads
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
+from creak_thesis.door import build_door, write_door
+from creak_thesis.door.coarsen import coarsen_band, kept_columns
+from creak_thesis.door.deck import mass
+from creak_thesis.door.frame import flange_segments, spacing
+from creak_thesis.door.mesh import PartMesh, structured_quads
 
 pytestmark = pytest.mark.once
 

@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from creak.door import FINEST_MESH_SIZE, build_door
-from creak.door import geometry as geo
-from creak.door.fasteners import SUPPORTS, fasteners
+from creak_thesis.door import FINEST_MESH_SIZE, build_door
+from creak_thesis.door import geometry as geo
+from creak_thesis.door.fasteners import SUPPORTS, fasteners
 
 pytestmark = pytest.mark.once
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from creak.arrays import FloatArray, IntArray
-from creak.door import FINEST_MESH_SIZE, Door, build_door
-from creak.door import geometry as geo
-from creak.door.deck import mass
-from creak.door.mesh import PartMesh
+from creak_thesis.door import FINEST_MESH_SIZE, Door, build_door
+from creak_thesis.door import geometry as geo
+from creak_thesis.door.deck import mass
+from creak_thesis.door.mesh import PartMesh
 
 pytestmark = pytest.mark.once
 

@@ -11,9 +11,9 @@ import pytest
 from typer.testing import CliRunner
 
 from creak.cli.main import app
-from creak.door import LOAD, LOADS, build_door, write_door
-from creak.door.deck import ALPHA, BETA, deck_text
 from creak.errors import InputError
+from creak_thesis.door import LOAD, LOADS, build_door, write_door
+from creak_thesis.door.deck import ALPHA, BETA, deck_text
 
 
 def test_writes_a_deck_and_a_study_and_nothing_else(tmp_path: Path) -> None:

@@ -14,11 +14,11 @@ from creak.contact.gap_operator import GapOperator
 from creak.contact.laws.parameters import Curves
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, at_rest
-from creak.dynamics.plain_newton import simulate_plain_newton
 from creak.dynamics.scheme import HHT, generalised_alpha
 from creak.dynamics.simulate import simulate
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.diagonal import diagonalise
+from creak_thesis.plain_newton import simulate_plain_newton
 from helpers_core import (
     NO_CHANNELS,
     assembled,

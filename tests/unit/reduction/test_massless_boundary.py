@@ -12,7 +12,6 @@ from creak.assembly.part import Rayleigh
 from creak.assembly.system import System, to_dense
 from creak.dynamics.history import History
 from creak.dynamics.loads import at_rest
-from creak.dynamics.plain_newton import simulate_plain_newton
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.linalg.diagonal import Diagonal
@@ -20,6 +19,7 @@ from creak.linalg.modes import modes
 from creak.reduction.diagonal import diagonalise
 from creak.reduction.gap_modes import gap_modes
 from creak.reduction.massless_boundary import massless_boundary
+from creak_thesis.plain_newton import simulate_plain_newton
 from helpers_core import NO_DAMPING, bar, chain, channels, free_run, system_of, time_axis
 from helpers_gap import cantilevers, gap_rows, gaps_between, multisine_base
 

@@ -4,18 +4,18 @@ from dataclasses import replace
 
 import pytest
 
-from creak.report.thesis import answers, summary
-from creak.report.thesis.facts import Agreement, Facts, matched
-from creak.report.thesis.numbers import thesis, thesis_cpu
-from creak.report.thesis.sections.beyond import interface_words, step_words
-from creak.report.thesis.sections.cost import saved, slower, timed
-from creak.report.thesis.sections.participation import right_and_wrong
-from creak.report.thesis.sections.ranges import enough
-from creak.report.thesis.sections.spacing import captured_modes, slower_than_reference
-from creak.report.thesis.tables import cost_table, grade_table, participation_table, spacing_table
-from creak.report.thesis.words import CLOSE, listed, predicts
-from creak.studies.thesis.outcome import EventRow
-from creak.studies.thesis.plan import ETAS, FINE_ETAS
+from creak_thesis.outcome import EventRow
+from creak_thesis.plan import ETAS, FINE_ETAS
+from creak_thesis.report import answers, summary
+from creak_thesis.report.facts import Agreement, Facts, matched
+from creak_thesis.report.numbers import thesis, thesis_cpu
+from creak_thesis.report.sections.beyond import interface_words, step_words
+from creak_thesis.report.sections.cost import saved, slower, timed
+from creak_thesis.report.sections.participation import right_and_wrong
+from creak_thesis.report.sections.ranges import enough
+from creak_thesis.report.sections.spacing import captured_modes, slower_than_reference
+from creak_thesis.report.tables import cost_table, grade_table, participation_table, spacing_table
+from creak_thesis.report.words import CLOSE, listed, predicts
 from helpers_thesis import STEPS, failed, fake_outcomes
 
 

@@ -6,8 +6,8 @@ from html.parser import HTMLParser
 
 import pytest
 
-from creak.report.thesis.page import Inputs, thesis_page, write_thesis_page
-from creak.studies.thesis.record import study_record
+from creak_thesis.record import study_record
+from creak_thesis.report.page import Inputs, thesis_page, write_thesis_page
 from helpers_thesis import failed, fake_outcomes
 
 FIGURES = [*(f"Figure 3.{k}" for k in (1, 2, 3, 4, 5, 7, 8, 9, 10, 11, 12)), *(f"Figure 4.{k}" for k in range(1, 17))]

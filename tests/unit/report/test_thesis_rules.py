@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from creak.report.thesis.facts import Facts
-from creak.report.thesis.summary import findings
-from creak.studies.thesis.outcome import EventRow, Outcome
-from creak.studies.thesis.record import RecordStudy, study_record
+from creak_thesis.outcome import EventRow, Outcome
+from creak_thesis.record import RecordStudy, study_record
+from creak_thesis.report.facts import Facts
+from creak_thesis.report.summary import findings
 from helpers_thesis import fake_outcomes
 
 Outcomes = dict[str, Outcome]

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from creak.signals.omega_arithmetic import integrate_twice
-from creak.signals.road_record import (
+from creak.signals.sources import Record, displacement_motion
+from creak_thesis.record import HIGH_PASS, STEP, content, envelopes, excitation_of, study_record
+from creak_thesis.road_record import (
     DEFAULT,
     NO_ERRORS,
     ROAD,
@@ -14,8 +16,6 @@ from creak.signals.road_record import (
     noise_after_integration,
     road_record,
 )
-from creak.signals.sources import Record, displacement_motion
-from creak.studies.thesis.record import HIGH_PASS, STEP, content, envelopes, excitation_of, study_record
 
 SHORT = {"duration": 8.0, "rate": 4800.0}
 

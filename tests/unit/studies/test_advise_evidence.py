@@ -11,13 +11,13 @@ from typing import Any
 import pytest
 
 import creak.studies.advise
-from creak.door import LOADS, build_door
 from creak.studies.advise import choice, evidence, words
 from creak.studies.advise.choice import ALL, ASSEMBLY, ENOUGH
 from creak.studies.advise.evidence import case, doors, measured, points, record, step_evidence, steps
 from creak.studies.advise.facts import Facts, gather
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import Setup, set_up
+from creak_thesis.door import LOADS, build_door
 from helpers_decks import STUDY, write_strips
 
 SETTLED = 0.05

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from creak.studies.thesis.newton_cost import NewtonCost
-from creak.studies.thesis.plan import plan
-from creak.studies.thesis.run import run_thesis
+from creak_thesis.newton_cost import NewtonCost
+from creak_thesis.plan import plan
+from creak_thesis.run import run_thesis
 
 pytestmark = [pytest.mark.slow, pytest.mark.once]
 
@@ -62,7 +62,7 @@ def test_dropping_interface_dofs_by_participation_loses_modes_and_events(result)
 
 
 def test_a_second_run_takes_what_is_finished(result, monkeypatch):
-    monkeypatch.setattr("creak.studies.thesis.run.measure", lambda *_: pytest.fail("measured again"))
+    monkeypatch.setattr("creak_thesis.run.measure", lambda *_: pytest.fail("measured again"))
     again = run_thesis(40.0, result.folder, lambda *_: None, chosen())
     assert json.dumps(again.outcomes["D8"].mac) == json.dumps(result.outcomes["D8"].mac)
     assert again.outcomes["D8"].loads[LOAD].events == result.outcomes["D8"].loads[LOAD].events

@@ -24,7 +24,7 @@ from creak.reduction.interface.second_level import second_level
 from creak.reduction.massless_boundary import massless_boundary
 from creak.reduction.modal import support_motion
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
-from creak.studies.models.substructures import Partition, partition
+from creak.studies.models.substructures import UNREDUCED, Partition, partition
 from creak.studies.models.superelements import Reduced, reduce_substructure, with_all_modes
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
@@ -54,6 +54,12 @@ class ReducedModel:
     notes: list[str]
     coupled: System | None = None
     """The coupled superelements before they were diagonalised; None where the assembly was reduced as a whole."""
+
+    @property
+    def unreduced_dof(self) -> int:
+        """Dofs of the nodes of elements that [reduction] keep_out leaves as they are."""
+        ending = UNREDUCED.format(part="")
+        return sum(6 * p.nodes_idx.size for p in self.model.parts if p.name.endswith(ending))
 
 
 def reduce_model(

@@ -118,7 +118,7 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
     """
     stop_on_unread(model, ignore)
     study = with_flight_steps(study)
-    _check_frequencies(study)
+    check_frequencies(study)
     _check_integrator(study)
     time = time_axis(study)
     driven = driven_dofs(model, study)
@@ -174,7 +174,8 @@ def stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
         )
 
 
-def _check_frequencies(study: Study) -> None:
+def check_frequencies(study: Study) -> None:
+    """Raise InputError where modes or steps do not reach the excitation's highest frequency."""
     c, highest = study.config, highest_frequency(study)
     if c.reduction.method != "none" and c.reduction.f_max <= highest:
         raise InputError(

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from creak.door.writer import write_door
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.abaqus.write_sections import inverted
 from creak.formats.abaqus.writer import write_deck
 from creak.model.comparison import difference
 from creak.model.materials import Material, ShellSection
+from creak_thesis.door.writer import write_door
 from fuzz_samples import INSTANCES, SOLIDS, STRIPS
 from helpers_dynamic_decks import STEP, bar_deck, cantilever_deck, stop_deck
 from helpers_same_model import abaqus_deck, mesh

@@ -10,7 +10,6 @@ import pytest
 
 from creak.assembly.part import common_rayleigh
 from creak.assembly.system import to_dense
-from creak.door.writer import write_door
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.nastran.bulk_data import Line, cards_of
@@ -19,6 +18,7 @@ from creak.formats.nastran.write_fields import WIDTH, card, fitted
 from creak.formats.nastran.writer import write_nastran
 from creak.model.comparison import difference
 from creak.model.mesh import Model
+from creak_thesis.door.writer import write_door
 from fuzz_samples import SOLIDS, STRIPS
 from helpers_dynamic_decks import STEP, cantilever_deck, stop_deck
 from helpers_nastran import assembled, read

@@ -1,0 +1,234 @@
+"""One study set up once and then reduced and loaded in many ways."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
+
+from creak.api.study import change_study, plain, set_up
+from creak.arrays import ComplexArray, FloatArray, IntArray
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator, join
+from creak.contact.step_problem import compile_kernels
+from creak.dynamics.flow_march import compile_flow
+from creak.dynamics.scheme import Scheme
+from creak.errors import InputError
+from creak.studies.file.reader import Study, checked_study
+from creak.studies.models.reduced import ReducedModel, reduce_model
+from creak.studies.models.reference import ReferenceModel, build_reference
+from creak.studies.prepare.excitation import sample_loads, time_axis
+from creak.studies.prepare.flight_steps import with_flight_steps
+from creak.studies.prepare.output_steps import excitation_window
+from creak.studies.prepare.reduction_sets import check_reduction
+from creak.studies.prepare.setup import Setup, check_frequencies
+from creak.studies.run.forced_step import limited
+from creak.studies.run.integrate import output_times, scheme_of
+from creak.studies.run.job import (
+    ModeComparison,
+    Run,
+    compare_modes,
+    compare_spectra,
+    events_in,
+    march_run,
+    unreduced_run,
+)
+from creak.studies.run.precheck import precheck
+from creak.studies.sweep.reference import SharedReference
+
+if TYPE_CHECKING:
+    from creak.verify.events import Event
+
+Progress = Callable[[str, int, int], None]
+SAME_PLACE = 1e-6
+"""Share of the model's size within which two nodes lie at one place."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A study with its unreduced model and its channels, made once, for many reductions and loads (`make_bench`).
+
+    Where the study forces a time step, all runs share the contact stiffness that a step of the unreduced model
+    resolves.
+    """
+
+    setup: Setup
+    reference: ReferenceModel
+    """The unreduced parts, their assembly and its modes."""
+    gaps: GapOperator
+    """Channels that are kept: contacts first, connectors after."""
+    progress: Progress = field(repr=False)
+    model: ReducedModel | None = None
+    """What `reduced` made; None: the unreduced model is run."""
+
+    @property
+    def system(self) -> System:
+        """What is run."""
+        return self.reference.system if self.model is None else self.model.system
+
+    @property
+    def frequencies(self) -> FloatArray:
+        """(n,) Hz of the unreduced model, without contact."""
+        return self.reference.modes.frequencies
+
+    @property
+    def scheme(self) -> Scheme:
+        """The step that the study's [time] names, for those who march a System themselves."""
+        return scheme_of(self.setup.study.config.time)
+
+    @property
+    def window(self) -> tuple[float, float]:
+        """s, first and last instant of the stretch that is compared: the last period, or the whole run."""
+        return excitation_window(self.setup.study, output_times(self.setup))
+
+    @property
+    def positions(self) -> FloatArray:
+        """(m, 3) where the channels' secondary nodes lie."""
+        return self.setup.model.nodes.coords[self.gaps.nodes_idx]
+
+    def under(self, changes: Mapping[str, Any]) -> Bench:
+        """The same under other signals, `{"excitation.hinge.signal.amplitude": 2.0}`.
+
+        Raises
+        ------
+        InputError : a key that does not belong to a signal, a wrong value, or a frequency that modes or steps do not
+            reach.
+        """
+        for key in changes:
+            if key.split(".")[::2][:2] != ["excitation", "signal"]:
+                raise InputError(
+                    f"{key} is no key of a signal",
+                    expected="excitation.NAME.signal.KEY",
+                    fix="Change the study before the bench is made.",
+                )
+        other = with_flight_steps(change_study(self.setup.study, changes))
+        changed = {key: getattr(other.config, key) for key in ("excitation", "time", "output")}
+        study = replace(other, config=self.setup.study.config.model_copy(update=changed))
+        check_frequencies(study)
+        loads = sample_loads(self.setup.model, study, time_axis(study))
+        return replace(self, setup=replace(self.setup, study=study, loads=loads))
+
+    def reduced(self, table: Mapping[str, Any]) -> Bench:
+        """The same with a reduced model.
+
+        Parameters
+        ----------
+        table : keys and values of [reduction], in place of those of the study.
+
+        Raises
+        ------
+        InputError : an unknown key, a wrong value, or one that does not fit the model.
+        NumericalError : the reduction failed.
+        """
+        study = self.setup.study
+        data = {**tomllib.loads(study.text), "reduction": plain(table)}
+        setup = self.setup.with_tables(reduction=checked_study(study.path, data, study.text).config.reduction)
+        check_frequencies(setup.study)
+        check_reduction(setup.model, setup.study)
+        return replace(self, setup=setup, model=reduce_model(setup, self.reference, self.gaps, self.progress))
+
+    def run(self, name: str = "reduced", *, keep: str | Path | None = None) -> Run:
+        """March the model through its loads; a run that stops early has `Run.stopped`.
+
+        Parameters
+        ----------
+        name : of a reduced run, for the progress.
+        keep : file of the run of an unreduced model: taken from there, else written there. Name it after all that the
+            run depends on.
+
+        Raises
+        ------
+        InputError : `keep` of a reduced run. NumericalError : a step matrix is singular.
+        """
+        if self.model is not None:
+            if keep is not None:
+                raise InputError(f"{keep} would keep a reduced run", expected="the run of an unreduced model")
+            return march_run(name, self.setup, self.system, self.gaps, self.progress, self.model)
+        make = unreduced_run if keep is None else SharedReference(Path(keep))
+        return make(self.setup, self.reference, self.gaps, self.progress)
+
+    def events(self, run: Run) -> list[Event]:
+        """Contact events of a run that start in the `window`."""
+        return events_in(run.events, self.window)
+
+    def modes(self) -> ModeComparison | None:
+        """Modes of the reduced model against those of the unreduced one, up to [verification] mac_f_max."""
+        return compare_modes(self.setup, self.reference, self.model, self.gaps)
+
+    def spectra(self, run: Run) -> tuple[FloatArray, ComplexArray]:
+        """Hz (n_freq,) and relative motion (n_freq, n_pair, 3) of the verification pairs in the `window`.
+
+        Raises
+        ------
+        InputError : the study names no pairs.
+        """
+        found = compare_spectra(self.setup, {run.name: run}, self.window)
+        if found is None:
+            where = self.setup.study.where("verification", "pairs")
+            raise InputError("the study names no pairs of nodes", where=where, expected="one or two node sets")
+        return found.freq, found.spectra[run.name]
+
+
+def make_bench(
+    study: Study | str | Path,
+    progress: Progress | None = None,
+    *,
+    at: ArrayLike | None = None,
+    ignore: Sequence[str] = (),
+) -> Bench:
+    """Set a study up: unreduced model with its modes, and the channels that its pre-check keeps.
+
+    Parameters
+    ----------
+    progress : called with (stage, done, total).
+    at : (k, 3) positions: contact channels whose secondary node lies at one of them are kept, in place of those of the
+        pre-check (`Bench.positions` of another bench).
+    ignore : keywords of the deck that may go unread although they change the answer.
+
+    Raises
+    ------
+    InputError : anything wrong in the study or the deck, or no channel at `at`. NumericalError : the modes could not
+        be found.
+    """
+    report = progress if progress is not None else _silent
+    setup = set_up(study, ignore)
+    positions = None if at is None else _positions(at)
+    compile_kernels()
+    if setup.study.config.time.exact:
+        compile_flow()
+    reference = build_reference(setup, report)
+    if positions is None:
+        kept, _ = precheck(setup, reference, scheme_of(setup.study.config.time), report)
+    else:
+        kept = setup.contacts.select(_at(setup, positions))
+    gaps, _ = limited(setup, reference, join([kept, setup.connectors]))
+    return Bench(setup, reference, gaps, report)
+
+
+def _positions(at: ArrayLike) -> FloatArray:
+    found = np.asarray(at, dtype=np.float64)
+    if found.ndim != 2 or found.shape[1] != 3 or not np.isfinite(found).all():
+        raise InputError(f"at has shape {found.shape}", expected="(k, 3) finite coordinates")
+    return found
+
+
+def _at(setup: Setup, positions: FloatArray) -> IntArray:
+    """Contact channels whose secondary node lies at one of the positions."""
+    coords = setup.model.nodes.coords[setup.contacts.nodes_idx]
+    if not positions.size or not coords.size:
+        return np.zeros(0, dtype=np.int64)
+    away, _ = cKDTree(positions).query(coords)
+    found = np.flatnonzero(away < SAME_PLACE * np.ptp(coords)).astype(np.int64)
+    if not found.size:
+        raise InputError("no contact channel has its secondary node at a position of `at`")
+    return found
+
+
+def _silent(stage: str, done: int, total: int) -> None:
+    """No progress."""
