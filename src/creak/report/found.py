@@ -23,6 +23,7 @@ from creak.studies.file.config import StudyConfig
 from creak.studies.prepare.setup import Setup
 from creak.studies.results.places import Place, find_places
 from creak.studies.run.compared import main_run
+from creak.studies.run.elines import LineFindings
 from creak.studies.run.job import ModeComparison, Run, SpectraComparison, StudyResult
 from creak.studies.warned import plain_notes, warnings_of
 from creak.verify.events import Event
@@ -150,6 +151,8 @@ class Found:
     convergence: Convergence | None
     provenance: tuple[tuple[str, str], ...]
     stopped: str | None = None
+    elines: LineFindings | None = None
+    """E-lines in the main run and without contact; None: there are none."""
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -189,6 +192,7 @@ def found_of(
         convergence,
         tuple(provenance(result)),
         result.stopped,
+        result.elines,
     )
 
 

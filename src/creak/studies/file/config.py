@@ -5,19 +5,13 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+from creak.studies.file.eline_tables import ElineTable, LimitTable, MaterialPairTable
+from creak.studies.file.table import Finite, NonNegative, Positive, Table
+
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 DOFS: tuple[Dof, ...] = ("x", "y", "z", "rx", "ry", "rz")
-
-
-class Table(BaseModel):
-    """A table of the study; unknown keys are errors. The texts below the keys are the descriptions of its schema."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, str_strip_whitespace=True, use_attribute_docstrings=True)
 
 
 class ModelTable(Table):
@@ -453,8 +447,12 @@ class VerificationTable(Table):
 class StudyConfig(Table):
     """The whole study file."""
 
+    model_config = ConfigDict(populate_by_name=True)
+
     title: str = ""
     """For the report."""
+    material_pairs: str | None = None
+    """TOML file, relative to the study file, with [material-pair.NAME] tables beside those of the study."""
     model: ModelTable
     """The deck and its units."""
     damping: DampingTable = DampingTable()
@@ -463,6 +461,12 @@ class StudyConfig(Table):
     """[contact.NAME]: two surfaces that may touch."""
     connector: list[ConnectorTable] = []
     """[[connector]]: a clip or hook with play."""
+    eline: dict[str, ElineTable] = {}
+    """[eline.NAME]: points between two parts whose relative motion is looked at."""
+    material_pair: Annotated[dict[str, MaterialPairTable], Field(alias="material-pair")] = {}
+    """[material-pair.NAME]: what was measured of two materials that rub."""
+    limit: LimitTable = LimitTable()
+    """What the user allows; no limit is built in."""
     excitation: dict[str, ExcitationTable] = {}
     """[excitation.NAME]: prescribed motion or forces."""
     reduction: ReductionTable = ReductionTable()

@@ -109,8 +109,9 @@ def with_all_modes(reduced: Reduced) -> Reduced:
 
 
 def _watched(setup: Setup, sub: Substructure) -> IntArray:
-    """Dofs of a part that a run writes down."""
-    return np.intersect1d(observed_labels(setup.watched), sub.part.labels)
+    """Dofs of a part that a run writes down or looks at."""
+    every = np.union1d(observed_labels(setup.watched), setup.elines.points.labels)
+    return np.intersect1d(every, sub.part.labels)
 
 
 def store_of(study: Study) -> Path:

@@ -13,6 +13,7 @@ from creak.model.mesh import Model
 from creak.studies.converge.settled import KEYS, settled_to, verdict_of
 from creak.studies.converge.variants import Convergence
 from creak.studies.converge.words import as_dict
+from creak.studies.results.elines import as_dict as eline_summary
 from creak.studies.results.places import Place, find_places
 from creak.studies.run.compared import event_statistics
 from creak.studies.run.job import Run, StudyResult
@@ -45,6 +46,7 @@ def summarise(result: StudyResult, convergence: Convergence | None = None) -> di
         "precheck": {"candidates": setup.contacts.m, "kept": result.gaps.m - setup.connectors.m},
         "seeds": {name: t.signal.seed for name, t in c.excitation.items() if t.signal.type == "multisine"},
         "runs": {name: _run(run, result, model, convergence) for name, run in result.runs.items()},
+        "elines": None if result.elines is None else eline_summary(result.elines, c.limit, c.model.units, model),
         "superelements": {name: health.as_dict() for name, health in result.health.items()},
         "verification": _verification(result),
         "unread": [

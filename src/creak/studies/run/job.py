@@ -28,13 +28,15 @@ from creak.studies.prepare.excitation import time_axis
 from creak.studies.prepare.output_steps import compared_end, field_steps, output_every, shown_window
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import figure_warnings, never_closed
-from creak.studies.run.compared import compare_events
+from creak.studies.run.compared import compare_events, main_run
 from creak.studies.run.costs import Cost, Meter
+from creak.studies.run.elines import LineFindings, compare_lines, line_steps, measured
 from creak.studies.run.integrate import integrate, output_times, scheme_of
 from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
 from creak.studies.run.precheck import prechecked, with_linear_gaps
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
+from creak.verify.elines import PointMeasures
 from creak.verify.events import Event, find_events
 from creak.verify.mac import ModePairs, pair_modes
 from creak.verify.matching import EventMatch
@@ -72,6 +74,8 @@ class Run:
     """Why the run ended early; None: it did not."""
     recording: Recording | None = None
     """Motion around the hardest events; None where nobody asked for it."""
+    lines: PointMeasures | None = None
+    """At the points of the E-lines; None where nobody asked for them."""
 
 
 @dataclass(frozen=True)
@@ -114,6 +118,8 @@ class StudyResult:
     identity: RunIdentity
     stopped: str | None = None
     """Why the study ended early; None: it did not."""
+    elines: LineFindings | None = None
+    """Of the main run beside that without contact; None: there are no lines."""
 
 
 @none_ignored()
@@ -151,7 +157,9 @@ def run_study(
     if c.reduction.method != "none":
         reduced = reduce_model(setup, reference, gaps, progress, store)
         notes += reduced.notes
-        runs["reduced"] = march_run("reduced", setup, reduced.system, gaps, progress, reduced, record=record)
+        runs["reduced"] = march_run(
+            "reduced", setup, reduced.system, gaps, progress, reduced, record=record, lines=True
+        )
         try:
             health = checked(setup, reduced, progress)
         except KeyboardInterrupt:
@@ -160,8 +168,8 @@ def run_study(
     stopped = next((r.stopped for r in runs.values() if r.stopped), stopped)
     if stopped is None and (c.reference.run or reduced is None):
         runs["reference"] = (
-            march_run("reference", setup, reference.system, gaps, progress, None, record=True)
-            if record and reduced is None
+            march_run("reference", setup, reference.system, gaps, progress, None, record=record, lines=True)
+            if reduced is None and (record or reference_run is None)
             else (reference_run or unreduced_run)(compared_setup(setup), reference, gaps, progress)
         )
         stopped = runs["reference"].stopped
@@ -170,6 +178,15 @@ def run_study(
         notes.append(never_closed(gaps, next(iter(runs.values())).history))
     window = shown_window(setup.study, output_times(setup))
     whole = {} if stopped else runs
+    main = main_run(whole)
+    lines = compare_lines(
+        setup,
+        reference,
+        None if reduced is None else reduced.system,
+        gaps,
+        None if main is None else (main.lines, main.history),
+        progress,
+    )
     return StudyResult(
         setup,
         gaps,
@@ -184,6 +201,7 @@ def run_study(
         health,
         new_identity(setup.study, setup.deck_sha256),
         stopped,
+        lines,
     )
 
 
@@ -279,16 +297,18 @@ def march_run(
     reduced: ReducedModel | None,
     *,
     record: bool = False,
+    lines: bool = False,
 ) -> Run:
     """One run with its events and cost; one that stops early has them up to there.
 
     Parameters
     ----------
-    record : keep the motion around the hardest events.
+    record : keep the motion around the hardest events. lines : measure at the E-lines.
     """
     meter, stopped, how = Meter(), None, ""
     field = field_steps(setup.study, output_times(setup))
     on_trial = recorded_steps(setup, system.n) if record else NO_STEPS
+    of_lines = line_steps(setup, system.n) if lines else NO_STEPS
     try:
         history, system, how = integrate(
             setup,
@@ -296,7 +316,7 @@ def march_run(
             gaps,
             observed=observed_labels(setup.watched),
             output_every=output_every(setup.study),
-            whole_at=np.union1d(field, on_trial),
+            whole_at=np.union1d(np.union1d(field, on_trial), of_lines),
             progress=lambda done, total: progress(f"{name} run", done, total),
         )
     except Stopped as error:
@@ -305,8 +325,10 @@ def march_run(
     v = setup.study.config.verification
     events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge))
     size = (0, 0, 0.0, 0.0) if reduced is None else (reduced.retained, reduced.modes, reduced.cpu_s, reduced.wall_s)
-    recording = recorded(setup, system, history, events) if record else None
-    return Run(name, system, at_steps(history, field), events, cost, *size, slips, how, stopped, recording)
+    kept = at_steps(history, np.union1d(field, on_trial))
+    recording = recorded(setup, system, kept, events) if record else None
+    at_lines = measured(setup, system, history, of_lines) if stopped is None else None
+    return Run(name, system, at_steps(history, field), events, cost, *size, slips, how, stopped, recording, at_lines)
 
 
 def unreduced_run(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> Run:
