@@ -28,7 +28,7 @@ from creak.studies.run.job import ModeComparison, Run, SpectraComparison, StudyR
 from creak.studies.warned import plain_notes, warnings_of
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch
-from creak.verify.slips import SlipEvent
+from creak.verify.slips import SlipEvent, Squeak
 
 ANIMATION_BYTES = 12_000_000
 """What the motion around events may take of a report."""
@@ -106,6 +106,7 @@ class FoundRun:
     residual: float
     events: list[Event]
     slips: tuple[SlipEvent, ...]
+    squeaks: tuple[Squeak, ...]
 
     @cached_property
     def history(self) -> History:
@@ -241,6 +242,7 @@ def _run(run: Run, gaps: GapOperator) -> FoundRun:
         h.residual,
         run.events,
         run.slips,
+        run.squeaks,
     )
 
 

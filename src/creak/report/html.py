@@ -187,6 +187,7 @@ def _table_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[s
         "counted": event_tables.counted_events(result),
         "agreement": event_tables.agreement_table(result),
         "slips": event_tables.slip_table(result, units),
+        "squeaks": event_tables.squeak_table(result, units),
         "squeak": event_tables.squeak_sentence(result),
         "balance": tables.balance_table(result, units),
         "frequencies": tables.frequency_table(result),

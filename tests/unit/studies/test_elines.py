@@ -278,3 +278,62 @@ def test_material_pairs_of_a_file(tmp_path):
     (tmp_path / "pairs.toml").write_text(pair.replace("source", "sauce"))
     with pytest.raises(InputError, match=r"pairs.toml:.*'material-pair.pvc.sauce'"):
         made(tmp_path, more="", study=study)
+
+
+def rubbing(folder, friction):
+    """The lower strip rests on the upper one and its root is drawn along it."""
+    deck = two_strips(0.0).replace("ROOT_UPPER, 1, 2", "ROOT_UPPER, 2, 2")
+    study = f"""title = "Rub"
+[model]
+deck = "strips.inp"
+[contact.tip]
+secondary = "UNDER"
+main = "OVER"
+clearance = 0.0
+friction = {friction}
+[excitation.along]
+node_set = "ROOT_UPPER"
+dof = "x"
+signal = {{ type = "sine", frequency = 50, amplitude = 0.2 }}
+[excitation.press]
+node_set = "TIP_UPPER"
+dof = "z"
+kind = "force"
+signal = {{ type = "step", amplitude = -3.0 }}
+[damping]
+modal = 0.02
+[reference]
+run = false
+[time]
+accuracy = "quick"
+periods = 2
+[eline.tip]
+material = "pvc"
+[material-pair.pvc]
+source = "rig <1>, 2026"
+impulse_rate_min = 2.0
+impulse_rate_max = 4.0
+"""
+    deck = deck.replace("*BOUNDARY\n", "*BOUNDARY\nROOT_UPPER, 3, 3\n")
+    return run_study(set_up(read_study(write_strips(folder, deck, study))), quiet)
+
+
+def test_linear_squeak_is_in_plane_motion_against_the_travel_of_an_impulse(tmp_path):
+    """.4 mm of travel at 2 to 4 impulses per mm: longer than 1/4 mm, not longer than 1/2 mm."""
+    result = rubbing(tmp_path, "{ static = 0.5, kinetic = 0.3 }")
+    (row,) = line_rows(result.elines, result.setup.study.config.limit, "mm-t-s")
+    assert row.squeak_travel == pytest.approx((0.25, 0.5))
+    assert row.linear.in_plane == pytest.approx(0.4, rel=0.01)
+    assert row.linear.squeak == "possible"
+    summary = summarise(result)
+    (line,) = summary["elines"]["lines"]
+    assert (line["material"], line["linear"]["squeak"]) == ("pvc", "possible")
+    (squeak,) = summary["runs"]["reduced"]["squeak"]
+    assert squeak["slips"] >= 1
+    assert squeak["per_length"] == pytest.approx(squeak["slips"] / squeak["travel"])
+    assert squeak["measured_per_length"] == pytest.approx([2.0, 4.0])
+    expected = "below" if squeak["per_length"] < 2.0 else "within" if squeak["per_length"] <= 4.0 else "above"
+    assert squeak["against_measured"] == expected
+    page = report_text(found_of(result), summary)
+    assert "Squeak of each contact" in page
+    assert "pvc: rig &lt;1&gt;, 2026" in page

@@ -138,6 +138,21 @@ def squeak_travel(line: Eline, limit: LimitTable, units: str) -> tuple[float, fl
     return allowed, allowed
 
 
+def measured_rates(line: Eline | None, units: str) -> tuple[float, float] | None:
+    """Fewest and most impulses per length of travel that were measured of a line's materials; None: nobody did."""
+    if line is None or line.pair is None:
+        return None
+    mm = LENGTHS["mm"] / OF_STUDY[units]
+    return line.pair.impulse_rate_min / mm, line.pair.impulse_rate_max / mm
+
+
+def against_measured(per_length: float | None, measured: tuple[float, float] | None) -> str | None:
+    """Impulses per length of travel in a run: `below`, `within` or `above` those measured; None: nothing to compare."""
+    if per_length is None or measured is None:
+        return None
+    return "below" if per_length < measured[0] else "above" if per_length > measured[1] else "within"
+
+
 def counted(rows: list[LineRow]) -> dict[str, int]:
     """Lines by outcome."""
     return {word: sum(r.outcome == word for r in rows) for word in (BOTH, FALSE_ALARM, MISS, NEITHER)}

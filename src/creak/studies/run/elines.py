@@ -196,10 +196,7 @@ def compare_lines(
     except Stopped as error:
         why = f"the run without contact ended early: {error}"
     if contact is None:
-        why = (
-            "the run with contact keeps no motion for its E-lines: over the verification window it would take more "
-            f"than {MEMORY // 1_000_000} MB"
-        )
+        why = f"the run with contact kept no motion for its E-lines (at most {MEMORY // 1_000_000} MB of it are kept)"
     elif linear is None and not why:
         why = "only contact holds the structure: there is no linear run without it"
     return findings(setup, linear, contact, touched_points(setup, gaps, history), name, why)

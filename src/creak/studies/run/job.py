@@ -42,7 +42,7 @@ from creak.verify.mac import ModePairs, pair_modes
 from creak.verify.matching import EventMatch
 from creak.verify.nrmse import nrmse_by_axis
 from creak.verify.reliability import UNRELIABLE, reasons_against
-from creak.verify.slips import SlipEvent, find_slips
+from creak.verify.slips import SlipEvent, Squeak, find_slips, find_squeaks
 
 COMPILE = "compile kernels (first run: a minute)"
 """A phase of its own: slow once, then kept on disk."""
@@ -76,6 +76,8 @@ class Run:
     """Motion around the hardest events; None where nobody asked for it."""
     lines: PointMeasures | None = None
     """At the points of the E-lines; None where nobody asked for them."""
+    squeaks: tuple[Squeak, ...] = ()
+    """Stick-slip of each pair that rubs, in the verification window."""
 
 
 @dataclass(frozen=True)
@@ -328,7 +330,9 @@ def march_run(
     kept = at_steps(history, np.union1d(field, on_trial))
     recording = recorded(setup, system, kept, events) if record else None
     at_lines = measured(setup, system, history, of_lines) if stopped is None else None
-    return Run(name, system, at_steps(history, field), events, cost, *size, slips, how, stopped, recording, at_lines)
+    squeaks = tuple(find_squeaks(history, gaps, shown_window(setup.study, output_times(setup))))
+    left = at_steps(history, field)
+    return Run(name, system, left, events, cost, *size, slips, how, stopped, recording, at_lines, squeaks)
 
 
 def unreduced_run(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> Run:
