@@ -51,7 +51,7 @@ def eline_words(told: dict[str, Any]) -> str:
     count = len(told["lines"])
     if told["false_alarms"] is None:
         return f"{plural(count, 'line')}; nothing to compare: {told['why'] or 'one run is missing'}."
-    of_points = f"{plural(told['points_false_alarms'], 'point')} and {plural(told['points_misses'], 'point')}"
+    of_points = f"points: {number(told['points_false_alarms'])} and {number(told['points_misses'])}"
     alarms = f"raises {plural(told['false_alarms'], 'false alarm')} and misses {plural(told['misses'], 'line')}"
     return f"{plural(count, 'line')}. The linear run ({told['linear_run']}) {alarms} ({of_points})."
 

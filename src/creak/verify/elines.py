@@ -47,7 +47,7 @@ def measure(motion: FloatArray, percentile: float) -> PointMeasures:
     motion : (n, p, 3) displacement of the secondary side relative to the main one along x, y, z of each point.
     percentile : of the peaks, %.
     """
-    closing = -motion[:, :, 2]
+    closing = 0.0 - motion[:, :, 2]
     span = np.ptp(motion, axis=0)
     planes = [largest_swing(np.ascontiguousarray(motion[:, j, :2])) for j in range(motion.shape[1])]
     swings = [_percentile(_swings(s), percentile) for _, s in planes]

@@ -219,6 +219,10 @@ WRONG = {
     "rates": ('[material-pair.a]\nsource = "rig"\nimpulse_rate_min = 3\nimpulse_rate_max = 2\n', ["impulse_rate_min"]),
     "misspelt": ('[material-pair.a]\nsource = "rig"\nimpulse_rate = 3\n', ["impulse_rate_min"]),
     "misspelt table": ('[materialpair.a]\nsource = "rig"\n', ["material-pair"]),
+    "turned normal": (
+        '[eline.a]\nmain = "TIP_LOWER"\nsecondary = "TIP_UPPER"\nnormal = [0, 0, -1]\n',
+        ["behind", "[eline.a.normal]", "exchange"],
+    ),
     "same place": ('[eline.a]\nmain = "TIP_UPPER"\nsecondary = "TIP_UPPER"\n', ["one place", "normal"]),
 }
 

@@ -197,6 +197,16 @@ def _node_pairs(model: Model, study: Study, name: str, main: IntArray, secondary
         if not np.linalg.norm(given) > 0.0:
             raise InputError(f"normal = {list(t.normal)} has no direction", where=study.where("eline", name, "normal"))
         z = np.tile(given / np.linalg.norm(given), (main.size, 1))
+        across = np.einsum("nx,nx->n", apart, z)
+        worst = int(np.argmin(across))
+        if across[worst] < -1e-9 * length[worst]:
+            raise InputError(
+                f"node {model.nodes.label(int(secondary[worst]))} lies {-across[worst]:.4g} behind its main node along "
+                f"the normal {list(t.normal)}",
+                where=study.where("eline", name, "normal"),
+                expected="a direction from the main to the secondary side",
+                fix="Turn it round, or exchange main and secondary.",
+            )
     gap = np.einsum("nx,nx->n", apart, z) if t.clearance is None else np.full(main.size, t.clearance)
     label = (6 * np.column_stack([secondary, main])[:, :, None] + np.arange(3)).reshape(main.size, 6)
     vectors = [np.concatenate([v, -v], axis=1).ravel() for v in (z, *tangents_of(z))]
