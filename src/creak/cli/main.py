@@ -13,7 +13,22 @@ import typer
 
 import creak
 from creak.api.extras import REPORT, no_report_text
-from creak.cli import advise, compare, convert, example, info, modes, new, reduce, report, run, schema, sweep, thesis
+from creak.cli import (
+    advise,
+    compare,
+    convert,
+    example,
+    info,
+    modes,
+    new,
+    reduce,
+    report,
+    run,
+    schema,
+    screen,
+    sweep,
+    thesis,
+)
 from creak.cli.console import Terminal
 from creak.cli.output import Interrupted
 from creak.errors import CreakError, InputError, Unreliable, WriteError
@@ -36,6 +51,7 @@ app.command("run", short_help="Run a study, or a deck by its own step.")(run.run
 app.command("report", short_help="Write report.html from the results of an earlier run.")(report.report)
 app.command("compare", short_help="Put two results side by side.")(compare.compare)
 app.command("advise", short_help="Propose settings for a study, with errors and costs.")(advise.advise)
+app.command("screen", short_help="Rank gaps by margin and in-plane motion, from modes alone.")(screen.screen)
 app.command("reduce", short_help="Make and save the superelements of a study.")(reduce.reduce)
 app.command("sweep", short_help="Run many cases of a study.")(sweep.sweep)
 app.command("info", short_help="Tell what a deck holds.")(info.info)

@@ -139,13 +139,16 @@ def results_name(study: Study | Path) -> str:
     return folder_names([f"results_{change_words(study.changes, short_keys([*study.changes]))}"])[0]
 
 
-def _print_tables(output: Output, summary: dict[str, object]) -> None:
+def _print_tables(output: Output, summary: dict[str, Any]) -> None:
+    from creak.report.eline_rows import eline_words
     from creak.report.terminal import run_rows, verification_rows
 
     output.table("Runs", run_rows(summary))
     checks = verification_rows(summary)
     if checks:
         output.table("Reduced against reference", [["", "value"], *checks])
+    if summary["elines"] is not None:
+        output.say(f"E-lines: {eline_words(summary['elines'])}")
 
 
 def _tell_verdict(output: Output, summary: dict[str, Any]) -> None:

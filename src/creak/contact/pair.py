@@ -50,10 +50,12 @@ class ContactPair:
     """Static and kinetic coefficient, decay speed (length / time)."""
     per_area: bool = False
     """node-to-surface: stiffness, overclosure and damping are per area of the secondary surface."""
+    table: str = "contact"
+    """Table of the study that it comes from."""
 
     @property
     def where(self) -> str:
-        return f"[contact.{self.name}]"
+        return f"[{self.table}.{self.name}]"
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from creak.report.found import Found
 from creak.report.tables import Table
 from creak.report.text import NONE, Units, fixed, number, percent, plural, ratio, share
 from creak.report.verdict import RUN_WORDS
+from creak.studies.results.elines import against_measured, measured_rates
 from creak.studies.run.compared import event_statistics, main_run
 from creak.studies.run.job import events_in
 from creak.verify.events import Event
@@ -192,6 +193,8 @@ def slip_table(result: Found, units: Units) -> Table | None:
         f"slip, {units.length}",
         f"peak speed, {units.speed}",
         f"friction work, {units.energy}",
+        f"force drop, {units.force}",
+        f"slips per {units.length}",
     ]
     rows = [
         [
@@ -204,6 +207,8 @@ def slip_table(result: Found, units: Units) -> Table | None:
             number(e.slip_length, 3),
             number(e.speed_peak, 3),
             number(e.friction_work, 3),
+            number(e.force_drop, 3),
+            number(e.per_length, 3),
         ]
         for name, e in found[:MOST_EVENTS]
     ]
@@ -213,6 +218,42 @@ def slip_table(result: Found, units: Units) -> Table | None:
 def slips_in(slips: tuple[SlipEvent, ...], window: tuple[float, float]) -> list[SlipEvent]:
     """Stick-slip events that start inside a time window."""
     return [e for e in slips if window[0] <= e.t_start <= window[1]]
+
+
+def squeak_table(result: Found, units: Units) -> Table | None:
+    """Stick-slip of each pair in the window, beside what was measured of its materials; None where nothing slips."""
+    lines = {} if result.elines is None else {x.name: x for x in result.elines.lines if x.contact}
+    found = [(name, s) for name, run in result.runs.items() for s in run.squeaks]
+    if not found:
+        return None
+    head = [
+        "where",
+        "run",
+        "slips per second",
+        f"mean slip, {units.length}",
+        f"force drop, {units.force}",
+        f"energy, {units.energy}",
+        f"travel, {units.length}",
+        f"slips per {units.length}",
+        f"measured, 1/{units.length}",
+        "materials",
+    ]
+    rows = []
+    for name, s in found:
+        line = lines.get(s.group)
+        rates = measured_rates(line, result.setup.study.config.model.units)
+        told = NONE if rates is None else f"{number(rates[0], 3)} to {number(rates[1], 3)}"
+        word = against_measured(s.per_length, rates)
+        rows.append(
+            [
+                where(s.group, s.node_idx, result),
+                RUN_WORDS[name],
+                *(number(x, 3) for x in (s.rate, s.slip_length, s.force_drop, s.energy, s.travel, s.per_length)),
+                told if word is None else f"{told} ({word})",
+                NONE if line is None or line.pair is None else f"{line.material}: {line.pair.source}",
+            ]
+        )
+    return Table(head, rows, 2, "Of the channel whose slips take the most work; over the verification window.")
 
 
 def squeak_sentence(result: Found) -> str:

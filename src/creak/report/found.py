@@ -23,11 +23,12 @@ from creak.studies.file.config import StudyConfig
 from creak.studies.prepare.setup import Setup
 from creak.studies.results.places import Place, find_places
 from creak.studies.run.compared import main_run
+from creak.studies.run.elines import LineFindings
 from creak.studies.run.job import ModeComparison, Run, SpectraComparison, StudyResult
 from creak.studies.warned import plain_notes, warnings_of
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch
-from creak.verify.slips import SlipEvent
+from creak.verify.slips import SlipEvent, Squeak
 
 ANIMATION_BYTES = 12_000_000
 """What the motion around events may take of a report."""
@@ -105,6 +106,7 @@ class FoundRun:
     residual: float
     events: list[Event]
     slips: tuple[SlipEvent, ...]
+    squeaks: tuple[Squeak, ...]
 
     @cached_property
     def history(self) -> History:
@@ -150,6 +152,8 @@ class Found:
     convergence: Convergence | None
     provenance: tuple[tuple[str, str], ...]
     stopped: str | None = None
+    elines: LineFindings | None = None
+    """E-lines in the main run and without contact; None: there are none."""
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -189,6 +193,7 @@ def found_of(
         convergence,
         tuple(provenance(result)),
         result.stopped,
+        result.elines,
     )
 
 
@@ -237,6 +242,7 @@ def _run(run: Run, gaps: GapOperator) -> FoundRun:
         h.residual,
         run.events,
         run.slips,
+        run.squeaks,
     )
 
 

@@ -92,10 +92,10 @@ def precheck_figure(result: Found, units: Units) -> Figure:
     layout = base_layout(520)
     every = at if surface is None else view.flat(xyz[surface.nodes_idx])
     bare = {"showgrid": False, "showticklabels": False, "ticks": "", "showline": False, "constrain": "domain"}
-    layout["xaxis"] = axis("", scaleanchor="y", range=_span(every[:, 0]), **bare)
-    layout["yaxis"] = axis("", range=_span(every[:, 1]), **bare)
+    layout["xaxis"] = axis("", scaleanchor="y", range=span_of(every[:, 0]), **bare)
+    layout["yaxis"] = axis("", range=span_of(every[:, 1]), **bare)
     layout["margin"] = {"l": 8, "r": 8, "t": 20, "b": 8}
-    data = [] if surface is None else [_outline(every, surface)]
+    data = [] if surface is None else [outline(every, surface)]
     data.append(_dots(result, at, smallest, kept, units))
     caption = (
         "How close every channel comes in a run without contact. Ringed: kept for the runs with contact, because the "
@@ -105,7 +105,7 @@ def precheck_figure(result: Found, units: Units) -> Figure:
     return Figure({"data": data, "layout": layout}, caption, 520)
 
 
-def _span(values: FloatArray) -> list[float]:
+def span_of(values: FloatArray) -> list[float]:
     """A little more than the values, thin ones with some air."""
     low, high = float(values.min()), float(values.max())
     pad = 0.04 * (high - low) or 1.0
@@ -120,7 +120,7 @@ def _no_map(result: Found) -> str:
     return "No map: only contact holds the structure, so there is no linear run without it."
 
 
-def _outline(flat: FloatArray, surface: Surface) -> Trace:
+def outline(flat: FloatArray, surface: Surface) -> Trace:
     edges = surface.outline
     edges = edges[:: -(-len(edges) // MOST_OUTLINE)] if len(edges) else edges
     gaps = np.full((len(edges), 1), np.nan)

@@ -17,12 +17,15 @@ from creak.formats.complete_file import write_text
 from creak.formats.run_identity import META
 from creak.report import event_tables, figures, gap_figures, method, palette, scene, tables, verdict
 from creak.report.convergence import convergence_parts
+from creak.report.eline_figure import eline_figure
+from creak.report.eline_rows import eline_table, eline_words
 from creak.report.event_csv import event_csv
 from creak.report.found import Found, FoundRun, found_of
 from creak.report.picture import Loaded, contact_picture, data_uri, model_picture, standard_marks
 from creak.report.place_rows import place_parts
 from creak.report.text import UNITS, Units
 from creak.report.view import outward
+from creak.studies.results.elines import line_rows, point_csv
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 
@@ -38,6 +41,7 @@ SECTIONS = {
     "modes": "Modes",
     "spectra": "Spectra",
     "energy": "Energy",
+    "elines": "E-lines",
     "precheck": "Pre-check",
     "superelements": "Reduction",
     "size": "Costs",
@@ -92,6 +96,7 @@ def report_text(result: Found, summary: dict[str, Any]) -> str:
         | _drawn_parts(result, units)
         | _motion_parts(result, motions, scene.scene(result))
         | _table_parts(result, summary, units)
+        | _eline_parts(result, summary, units)
         | _file_parts(result)
     )
     settling = (
@@ -104,7 +109,8 @@ def report_text(result: Found, summary: dict[str, Any]) -> str:
 
 def _sections(parts: dict[str, Any], settling: Any) -> list[tuple[str, str]]:
     """What the bar at the top leads to."""
-    skipped = {name for name, there in (("convergence", settling), ("superelements", parts["health"])) if not there}
+    needed = {"convergence": settling, "superelements": parts["health"], "elines": parts["elines"]}
+    skipped = {name for name, there in needed.items() if not there}
     return [(name, text) for name, text in SECTIONS.items() if name not in skipped]
 
 
@@ -137,6 +143,7 @@ def _drawn_parts(result: Found, units: Units) -> dict[str, Any]:
         "mac": figures.mac_figure(result),
         "spectra": figures.spectra_figure(result, units),
         "energy": figures.energy_figure(result, units),
+        "elines": eline_figure(result, units),
     }
     specs = {name: figure.spec for name, figure in drawn.items() if figure.spec is not None}
     pictures = {"model_picture": _model_picture(result), "contact_picture": _contact_picture(result, units)}
@@ -180,6 +187,7 @@ def _table_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[s
         "counted": event_tables.counted_events(result),
         "agreement": event_tables.agreement_table(result),
         "slips": event_tables.slip_table(result, units),
+        "squeaks": event_tables.squeak_table(result, units),
         "squeak": event_tables.squeak_sentence(result),
         "balance": tables.balance_table(result, units),
         "frequencies": tables.frequency_table(result),
@@ -188,6 +196,20 @@ def _table_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[s
         "costs": tables.cost_table(result, summary),
         "health": tables.health_tables(result, units),
         "energy_words": tables.energy_sentence(result),
+    }
+
+
+def _eline_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[str, Any]:
+    found, told = result.elines, summary.get("elines")
+    if found is None or told is None:
+        return {"elines": None, "eline_words": "", "eline_notes": "", "csv_elines": ""}
+    config, model = result.setup.study.config, result.setup.model
+    rows = line_rows(found, config.limit, config.model.units)
+    return {
+        "elines": eline_table(rows, model, units),
+        "eline_words": eline_words(told),
+        "eline_notes": f"{told['risk']}. {told['definition']}",
+        "csv_elines": _script_json(point_csv(found, model, units.length)),
     }
 
 

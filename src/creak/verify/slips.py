@@ -36,12 +36,45 @@ class SlipEvent:
     """Energy that the slips of the pair turned into heat."""
     slips: tuple[tuple[float, float], ...]
     """Start and end of each slip, s."""
+    force_drop: float = 0.0
+    """Largest fall of the friction force in a slip: of the last instant that sticks less the least while it slides."""
+
+    @property
+    def per_length(self) -> float | None:
+        """Impulses per length of travel: its slips over the length of all of them, 1/length."""
+        return len(self.slips) / self.slip_length if self.slip_length > 0.0 else None
 
     @property
     def rate(self) -> float | None:
         """Slips per second within the event: the frequency of the squeak; None for a single slip."""
         span = self.slips[-1][0] - self.slips[0][0]
         return (len(self.slips) - 1) / span if span > 0.0 else None
+
+
+@dataclass(frozen=True)
+class Squeak:
+    """Stick-slip of one rubbing pair in a window: that of the channel whose slips take the most work."""
+
+    group: str
+    channel: str
+    node_idx: int
+    slips: int
+    """Slips between two sticks that start in the window."""
+    travel: float
+    """Length of all its sliding in the window, that without stick-slip too."""
+    slip_length: float
+    """Mean length of a slip."""
+    force_drop: float
+    """Largest fall of the friction force in a slip."""
+    energy: float
+    """What its slips turned into heat."""
+    rate: float
+    """Slips per second of the window."""
+
+    @property
+    def per_length(self) -> float | None:
+        """Impulses per length of travel, 1/length."""
+        return self.slips / self.travel if self.travel > 0.0 else None
 
 
 @dataclass(frozen=True)
@@ -54,6 +87,7 @@ class _Slip:
     length: float
     peak: float
     work: float
+    drop: float
 
 
 def find_slips(history: History, gaps: GapOperator, merge: float | None = None) -> list[SlipEvent]:
@@ -87,10 +121,38 @@ def squeak_rates(events: Sequence[SlipEvent], window: tuple[float, float]) -> di
     return {group: n / length for group, n in counts.items()} if length > 0.0 else {}
 
 
+def find_squeaks(history: History, gaps: GapOperator, window: tuple[float, float]) -> list[Squeak]:
+    """What stick-slip each rubbing pair has in a window; pairs without a slip are left out."""
+    if gaps.friction is None or not history.sliding.size:
+        return []
+    weights = history.weights
+    inside = (history.time >= window[0]) & (history.time <= window[1])
+    found: dict[str, Squeak] = {}
+    for i, j in enumerate(gaps.friction.channels.tolist()):
+        slips = [s for s in _slips(history, weights, i, j) if window[0] <= s.start <= window[1]]
+        energy = sum(s.work for s in slips)
+        before = found.get(gaps.group[j])
+        if not slips or (before is not None and before.energy >= energy):
+            continue
+        speed = np.hypot(history.sliding[:, 2 * i], history.sliding[:, 2 * i + 1])
+        found[gaps.group[j]] = Squeak(
+            gaps.group[j],
+            gaps.names[j],
+            int(gaps.nodes_idx[j]),
+            len(slips),
+            float((weights * speed)[inside & (history.force[:, j] > 0.0)].sum()),
+            sum(s.length for s in slips) / len(slips),
+            max(s.drop for s in slips),
+            energy,
+            len(slips) / (window[1] - window[0]),
+        )
+    return list(found.values())
+
+
 def _slips(history: History, weights: FloatArray, i: int, channel: int) -> list[_Slip]:
     """Slips of the i-th rubbing channel."""
     sliding, tau = (a[:, 2 * i : 2 * i + 2] for a in (history.sliding, history.tangential))
-    speed = np.hypot(sliding[:, 0], sliding[:, 1])
+    speed, pull = np.hypot(sliding[:, 0], sliding[:, 1]), np.hypot(tau[:, 0], tau[:, 1])
     closed = np.asarray(history.force[:, channel] > 0.0)
     slides = _without_reversals(closed & (speed > 0.0), closed)
     found = []
@@ -102,7 +164,8 @@ def _slips(history: History, weights: FloatArray, i: int, channel: int) -> list[
         start = _at_rest(history.time, speed, first, first + 1, first - 1)
         end = _at_rest(history.time, speed, last, last - 1, last + 1)
         work = -float(w @ (tau[rows] * sliding[rows]).sum(axis=1))
-        found.append(_Slip(channel, start, end, float(w @ speed[rows]), float(speed[rows].max()), work))
+        drop = max(0.0, float(pull[first - 1] - pull[rows].min()))
+        found.append(_Slip(channel, start, end, float(w @ speed[rows]), float(speed[rows].max()), work, drop))
     return found
 
 
@@ -139,4 +202,5 @@ def _event(gaps: GapOperator, chain: list[_Slip]) -> SlipEvent:
         speed_peak=max(s.peak for s in own),
         friction_work=sum(work.values()),
         slips=tuple((s.start, s.end) for s in own),
+        force_drop=max(s.drop for s in own),
     )

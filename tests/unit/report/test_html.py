@@ -83,7 +83,7 @@ def test_file_loads_nothing_from_elsewhere_and_leaves_no_part_behind(result_of, 
     assert path.stat().st_size < 8e6
     html = path.read_text(encoding="utf-8")
     assert 'id="plotly-source"' in html
-    assert html.count("<script") == 7
+    assert html.count("<script") == 8
     sources = re.findall(r"""(?:src|href)\s*=\s*["']([^"']*)""", own_text(html))
     assert sources
     assert all(s.startswith(("data:image/png;base64,", "#")) for s in sources)

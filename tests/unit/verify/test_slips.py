@@ -12,7 +12,7 @@ from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
-from creak.verify.slips import find_slips, squeak_rates
+from creak.verify.slips import find_slips, find_squeaks, squeak_rates
 from helpers_core import channels, system_of
 
 H = 1e-4
@@ -119,6 +119,43 @@ def test_squeak_of_a_mass_on_a_belt(uneven, measured):
     assert squeak_rates(chain, (0.0, 4 * (STICK + duration())))["stop"] == pytest.approx(12.3932817, rel=1e-7)
 
 
+def test_impulses_per_length_of_travel_of_the_belt(measured):
+    """One slip each .80688788 mm of belt: 1.2393 per mm. In whole cycles travel is that of the belt."""
+    time, cycle = H * np.arange(8001), STICK + duration()
+    history, gaps = history_of(time, belt_speed(time)), rubbing()
+    assert [e.per_length for e in find_slips(history, gaps, 0.005)] == pytest.approx([1e3 * 1.2393295] * 9, rel=1e-4)
+    (one,) = find_squeaks(history, gaps, (0.0, 8.0 * cycle))
+    assert (one.group, one.channel, one.slips) == ("stop", "stop:0", 8)
+    assert one.travel == pytest.approx(8 * BELT * cycle, rel=1e-4)
+    assert one.slip_length == pytest.approx(0.80688788e-3, rel=1e-4)
+    assert one.energy == pytest.approx(8 * KINETIC * NORMAL * 0.80688788e-3, rel=1e-4)
+    assert one.rate == pytest.approx(12.3932817, rel=1e-7)
+    measured(
+        "friction",
+        "squeak of a block on a belt: impulses per length of travel",
+        one.per_length,
+        1239.33,
+        rel=1e-4,
+        unit="1/m",
+        source="closed form",
+    )
+
+
+def test_the_squeak_of_a_pair_is_that_of_its_hardest_worked_channel_in_the_window():
+    time = H * np.arange(300)
+    speed = np.zeros((300, 2))
+    speed[20:30, 0], speed[25:60, 1], speed[80:90, 1], speed[200:210, 0] = 1.0, 2.0, 2.0, 1.0
+    speed[220:, 1] = 1.0  # slides on to the end: travel, and no slip between two sticks
+    history = history_of(time, speed)
+    (one,) = find_squeaks(history, rubbing(2), (0.0, 300 * H))
+    assert (one.channel, one.slips) == ("stop:1", 2)
+    assert one.travel == pytest.approx(H * (45 * 2.0 + 79.5))
+    assert one.per_length == pytest.approx(2 / one.travel)
+    (late,) = find_squeaks(history, rubbing(2), (150 * H, 215 * H))
+    assert (late.channel, late.slips, late.slip_length) == ("stop:0", 1, pytest.approx(10 * H))
+    assert find_squeaks(history, rubbing(2), (100 * H, 150 * H)) == []
+
+
 def test_sliding_from_the_touch_or_into_the_release_is_no_stick_slip():
     time = H * np.arange(100)
     speed = np.zeros(100)
@@ -198,6 +235,9 @@ def test_squeak_is_found_in_a_computed_run():
     history = simulate(system_of(np.eye(2), OMEGA**2 * np.eye(2)), gaps, loads, HHT(), observed=np.arange(2))
     events = find_slips(history, gaps, 0.005)
     assert len(events) == 4
+    for e in events:
+        # It breaks loose within a step of belt travel, k v h below the static limit.
+        assert e.force_drop == pytest.approx((STATIC - KINETIC) * NORMAL, abs=1.5 * OMEGA**2 * BELT * h)
     # Slip begins and ends in a step that is known to one h.
     np.testing.assert_allclose(np.diff([e.t_start for e in events]), STICK + duration(), atol=2 * h)
     np.testing.assert_allclose([e.t_end - e.t_start for e in events], duration(), atol=2 * h)

@@ -5,38 +5,13 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import ConfigDict, Discriminator, Field, Tag, model_validator
 
-from creak.model.magnitude import LARGEST, SMALLEST
+from creak.studies.file.eline_tables import ElineTable, LimitTable, MaterialPairTable
+from creak.studies.file.table import Finite, NonNegative, Positive, Table
 
-
-def _of_size(value: float) -> float:
-    if abs(value) > LARGEST or 0.0 < abs(value) < SMALLEST:
-        raise ValueError(f"is not between {SMALLEST:g} and {LARGEST:g} in size")
-    return value
-
-
-Size = AfterValidator(_of_size)
-Finite = Annotated[float, Field(allow_inf_nan=False), Size]
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False), Size]
-NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False), Size]
 Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 DOFS: tuple[Dof, ...] = ("x", "y", "z", "rx", "ry", "rz")
-
-
-class Table(BaseModel):
-    """A table of the study; unknown keys are errors. The texts below the keys are the descriptions of its schema."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, str_strip_whitespace=True, use_attribute_docstrings=True)
-
-    @field_validator("*")
-    @classmethod
-    def _no_zero_bytes(cls, value: Any) -> Any:
-        """No file that creak writes can keep them."""
-        texts = [value] if isinstance(value, str) else value if isinstance(value, dict | list) else []
-        if any(isinstance(text, str) and "\0" in text for text in texts):
-            raise ValueError("holds a zero byte (\\u0000)")
-        return value
 
 
 class ModelTable(Table):
@@ -574,8 +549,12 @@ class VerificationTable(Table):
 class StudyConfig(Table):
     """The whole study file."""
 
+    model_config = ConfigDict(populate_by_name=True)
+
     title: str = ""
     """For the report."""
+    material_pairs: str | None = None
+    """TOML file, relative to the study file, with [material-pair.NAME] tables beside those of the study."""
     model: ModelTable
     """The deck and its units."""
     damping: DampingTable = DampingTable()
@@ -584,6 +563,12 @@ class StudyConfig(Table):
     """[contact.NAME]: two surfaces that may touch."""
     connector: list[ConnectorTable] = []
     """[[connector]]: a clip or hook with play."""
+    eline: dict[str, ElineTable] = {}
+    """[eline.NAME]: points between two parts whose relative motion is looked at."""
+    material_pair: Annotated[dict[str, MaterialPairTable], Field(alias="material-pair")] = {}
+    """[material-pair.NAME]: what was measured of two materials that rub."""
+    limit: LimitTable = LimitTable()
+    """What the user allows; no limit is built in."""
     excitation: dict[str, ExcitationTable] = {}
     """[excitation.NAME]: prescribed motion or forces."""
     reduction: ReductionTable = ReductionTable()

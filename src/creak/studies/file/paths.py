@@ -19,6 +19,8 @@ PLACES = (
     ("excitation", "*", "signal", "file"),
     ("superelement", "*", "file"),
     ("superelement", "*", "map"),
+    ("eline", "*", "points"),
+    ("material_pairs",),
     ("reduction", "interface", "deck"),
 )
 """Keys of a study whose strings are paths."""

@@ -201,7 +201,8 @@ def _known_keys(loc: Sequence[str | int], root: type[BaseModel]) -> list[str]:
     table: Any = root
     for key in loc:
         if isinstance(table, type) and issubclass(table, BaseModel):
-            field = table.model_fields.get(str(key))
+            fields = {f.alias or name: f for name, f in table.model_fields.items()}
+            field = fields.get(str(key))
             if field is None:
                 break
             table = field.annotation
@@ -210,7 +211,9 @@ def _known_keys(loc: Sequence[str | int], root: type[BaseModel]) -> list[str]:
         elif isinstance(table, list):
             named = [t for t in table if str(key) in get_args(t.model_fields["type"].annotation)]
             table = named[0] if named else table
-    return list(table.model_fields) if isinstance(table, type) and issubclass(table, BaseModel) else []
+    if not (isinstance(table, type) and issubclass(table, BaseModel)):
+        return []
+    return [field.alias or name for name, field in table.model_fields.items()]
 
 
 def _flatten(annotation: Any) -> list[Any]:

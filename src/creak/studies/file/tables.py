@@ -30,7 +30,11 @@ def read_table(path: Path, where: str, header: tuple[str, str] = ("time", "value
     return values[:, 0], values[:, 1]
 
 
-def read_rows(path: Path, where: str, kind: str, header: list[str]) -> list[tuple[int, list[str]]]:
+Rows = list[tuple[int, list[str]]]
+"""Line numbers and cells."""
+
+
+def read_rows(path: Path, where: str, kind: str, header: list[str]) -> Rows:
     """Rows with something in them, and their line numbers, of a CSV file whose first columns have these names.
 
     Parameters
@@ -41,6 +45,11 @@ def read_rows(path: Path, where: str, kind: str, header: list[str]) -> list[tupl
     ------
     InputError : no such file, unreadable, wrong header.
     """
+    return read_one_of(path, where, kind, [header])[1]
+
+
+def read_one_of(path: Path, where: str, kind: str, headers: list[list[str]]) -> tuple[list[str], Rows]:
+    """The same with the header, of several, that the file has."""
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except FileNotFoundError as error:
@@ -49,14 +58,15 @@ def read_rows(path: Path, where: str, kind: str, header: list[str]) -> list[tupl
         raise InputError(f"cannot read the {kind} {path}: {error}", where=where) from error
     rows = [(i, row) for i, row in csv_rows(lines, path) if any(cell.strip() for cell in row)]
     found = [cell.strip().lower() for cell in rows[0][1]] if rows else []
-    if found[: len(header)] != header:
+    known = next((h for h in headers if found[: len(h)] == h), None)
+    if known is None:
         raise InputError(
             f"the table starts with {','.join(found) or 'nothing'}",
             where=f"{path}:1",
-            expected=f"the header {','.join(header)}",
+            expected=f"the header {' or '.join(','.join(h) for h in headers)}",
             fix="Put it into the first line.",
         )
-    return rows[1:]
+    return known, rows[1:]
 
 
 def _numbers(path: Path, line: int, row: list[str], header: str) -> list[float]:

@@ -112,7 +112,8 @@ def with_all_modes(reduced: Reduced) -> Reduced:
 
 def _watched(setup: Setup, sub: Substructure) -> IntArray:
     """Dofs of a part that a run writes down or looks at."""
-    return np.intersect1d(np.union1d(observed_labels(setup.watched), watched_labels(setup)), sub.part.labels)
+    every = [observed_labels(setup.watched), watched_labels(setup), setup.elines.points.labels]
+    return np.intersect1d(np.concatenate(every), sub.part.labels)
 
 
 def store_of(study: Study) -> Path:

@@ -80,7 +80,7 @@ def read_clearances(path: Path, model: Model, nodes: IntArray, surface: str, whe
         on the surface or was there before, or with a clearance that is no finite number.
     """
     rows = read_rows(path, where, "table of clearances", ["node", "clearance"])
-    known = _labels(model, nodes)
+    known = node_labels(model, nodes)
     result: dict[int, float] = {}
     for line, row in rows:
         node, value = _node(row, f"{path}:{line}", known, model, surface), _number(row, f"{path}:{line}")
@@ -97,8 +97,8 @@ def read_clearances(path: Path, model: Model, nodes: IntArray, surface: str, whe
     return result
 
 
-def _labels(model: Model, nodes: IntArray) -> dict[str, int]:
-    """Label -> row, upper case."""
+def node_labels(model: Model, nodes: IntArray) -> dict[str, int]:
+    """Label -> row of `nodes`, upper case; with the instance, and without where that is unique."""
     ids, first, count = np.unique(model.nodes.ids[nodes], return_index=True, return_counts=True)
     short = {str(i): int(nodes[k]) for i, k, n in zip(ids.tolist(), first, count, strict=True) if n == 1}
     return {**short, **{model.nodes.label(int(row)).upper(): int(row) for row in nodes}}

@@ -25,9 +25,11 @@ from creak.formats.endings import is_nastran
 from creak.formats.nastran.reader import read_nastran
 from creak.formats.unread import first_unread
 from creak.model.mesh import Model
-from creak.studies.file.config import DOFS, Table
+from creak.studies.file.config import DOFS
 from creak.studies.file.identity import decks_sha256
 from creak.studies.file.reader import Study
+from creak.studies.file.table import Table
+from creak.studies.prepare.elines import NO_ELINES, Elines, make_elines
 from creak.studies.prepare.excitation import driven_dofs, highest_frequency, sample_loads, time_axis
 from creak.studies.prepare.flight_steps import with_flight_steps
 from creak.studies.prepare.free_motion import loose_motions, loose_words
@@ -64,6 +66,8 @@ class Setup:
     """Parts that came as matrices."""
     refined: float = 1.0
     """How much finer than the study's accuracy says contact is resolved."""
+    elines: Elines = NO_ELINES
+    """Points between parts whose relative motion is looked at."""
     deck_sha256: str = ""
     """Of the decks, as `studies.identity.decks_sha256` has it; empty: the model came from no file."""
 
@@ -148,6 +152,7 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
         _watched(model, study, pairs),
         notes,
         superelements,
+        elines=make_elines(model, study, contacts),
     )
 
 

@@ -14,6 +14,8 @@ from creak.studies.converge.settled import KEYS, settled_to, verdict_of
 from creak.studies.converge.variants import Convergence
 from creak.studies.converge.words import as_dict
 from creak.studies.file.config import MultisineTable, PsdTable
+from creak.studies.results.elines import against_measured, measured_rates
+from creak.studies.results.elines import as_dict as eline_summary
 from creak.studies.results.places import Place, find_places
 from creak.studies.run.compared import event_statistics
 from creak.studies.run.job import Run, StudyResult
@@ -21,7 +23,7 @@ from creak.studies.warned import warnings_of
 from creak.verify.events import Event, resting
 from creak.verify.matching import Errors, EventMatch
 from creak.verify.reliability import UNRELIABLE, created_of_contact
-from creak.verify.slips import SlipEvent, squeak_rates
+from creak.verify.slips import SlipEvent, Squeak, squeak_rates
 
 ROUND_OFF = 1e-9
 """Share of the external work below which no energy counts as created."""
@@ -52,6 +54,7 @@ def summarise(result: StudyResult, convergence: Convergence | None = None) -> di
             name: t.signal.seed for name, t in c.excitation.items() if isinstance(t.signal, MultisineTable | PsdTable)
         },
         "runs": {name: _run(run, result, model, convergence) for name, run in result.runs.items()},
+        "elines": None if result.elines is None else eline_summary(result.elines, c.limit, c.model.units, model),
         "superelements": {name: health.as_dict() for name, health in result.health.items()},
         "verification": _verification(result),
         "unread": [
@@ -129,6 +132,7 @@ def _run(run: Run, result: StudyResult, model: Model, convergence: Convergence |
         "places": [_place(p, run, model) for p in find_places(result, run)],
         "slip_events": [_slip_event(e, model) for e in run.slips],
         "squeak_rate": squeak_rates(run.slips, result.window),
+        "squeak": [_squeak(s, result, model) for s in run.squeaks],
         "max_force": float(h.force.max(initial=0.0)),
         "penetration_max": penetration,
         "max_penetration": penetration,  # earlier name of the same figure, for those who read it
@@ -185,6 +189,29 @@ def _slip_event(e: SlipEvent, model: Model) -> dict[str, Any]:
         "friction_work": e.friction_work,
         "rate": e.rate,
         "slips": e.slips,
+        "force_drop": e.force_drop,
+        "per_length": e.per_length,
+    }
+
+
+def _squeak(s: Squeak, result: StudyResult, model: Model) -> dict[str, Any]:
+    lines = result.setup.elines.lines
+    line = next((x for x in lines if x.contact and x.name == s.group), None)
+    measured = measured_rates(line, result.setup.study.config.model.units)
+    return {
+        "contact": s.group,
+        "channel": s.channel,
+        "node": int(model.nodes.ids[s.node_idx]),
+        "slips": s.slips,
+        "rate": s.rate,
+        "slip_length": s.slip_length,
+        "force_drop": s.force_drop,
+        "energy": s.energy,
+        "travel": s.travel,
+        "per_length": s.per_length,
+        "material": None if line is None else line.material,
+        "measured_per_length": measured,
+        "against_measured": against_measured(s.per_length, measured),
     }
 
 

@@ -28,21 +28,23 @@ from creak.studies.prepare.output_steps import compared_end, field_steps, output
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import figure_warnings, never_closed
 from creak.studies.prepare.watched import watched
-from creak.studies.run.compared import compare_events
+from creak.studies.run.compared import compare_events, main_run
 from creak.studies.run.costs import Cost, Meter
 from creak.studies.run.dropped import MOST_RUNS, with_closed
+from creak.studies.run.elines import LineFindings, compare_lines, line_steps, measured
 from creak.studies.run.forced_step import limited
 from creak.studies.run.integrate import integrate, output_times, scheme_of
 from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
 from creak.studies.run.precheck import prechecked, with_linear_gaps
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
+from creak.verify.elines import PointMeasures
 from creak.verify.events import Event, find_events
 from creak.verify.mac import ModePairs, pair_modes
 from creak.verify.matching import EventMatch
 from creak.verify.nrmse import nrmse_by_axis
 from creak.verify.reliability import UNRELIABLE, reasons_against
-from creak.verify.slips import SlipEvent, find_slips
+from creak.verify.slips import SlipEvent, Squeak, find_slips, find_squeaks
 
 COMPILE = "compile kernels (first run: a minute)"
 """A phase of its own: slow once, then kept on disk."""
@@ -76,6 +78,10 @@ class Run:
     """Why the run ended early; None: it did not."""
     recording: Recording | None = None
     """Motion around the hardest events; None where nobody asked for it."""
+    lines: PointMeasures | None = None
+    """At the points of the E-lines; None where nobody asked for them."""
+    squeaks: tuple[Squeak, ...] = ()
+    """Stick-slip of each pair that rubs, in the verification window."""
 
 
 @dataclass(frozen=True)
@@ -120,6 +126,8 @@ class StudyResult:
     """Why the study ended early; None: it did not."""
     closed_later: int = 0
     """Contact channels that the pre-check dropped and that were kept after all, as one closed in the run."""
+    elines: LineFindings | None = None
+    """Of the main run beside that without contact; None: there are no lines."""
 
 
 @none_ignored()
@@ -174,6 +182,15 @@ def run_study(
         notes.append(never_closed(gaps, next(iter(runs.values())).history))
     window = shown_window(setup.study, output_times(setup))
     whole = {} if stopped else runs
+    main = main_run(whole)
+    lines = compare_lines(
+        setup,
+        reference,
+        None if reduced is None else reduced.system,
+        gaps,
+        None if main is None else (main.lines, main.history),
+        progress,
+    )
     return StudyResult(
         setup,
         gaps,
@@ -189,6 +206,7 @@ def run_study(
         new_identity(setup.study, setup.deck_sha256),
         stopped,
         gaps.m - kept,
+        lines,
     )
 
 
@@ -200,7 +218,9 @@ def _reduced_run(
     for left in reversed(range(MOST_RUNS)):
         gaps, more = limited(setup, reference, gaps)
         reduced = reduce_model(setup, reference, gaps, progress, store)
-        run = march_run("reduced", setup, reduced.system, gaps, progress, reduced, record=record, watch=True)
+        run = march_run(
+            "reduced", setup, reduced.system, gaps, progress, reduced, record=record, watch=True, lines=True
+        )
         closed = with_closed(setup, gaps, run.history) if left and run.stopped is None else None
         if closed is None:
             break
@@ -222,7 +242,9 @@ def _only_run(
     for left in reversed(range(MOST_RUNS)):
         gaps, more = limited(setup, reference, gaps)
         if record or reference_run is None:
-            run = march_run("reference", setup, reference.system, gaps, progress, None, record=record, watch=True)
+            run = march_run(
+                "reference", setup, reference.system, gaps, progress, None, record=record, watch=True, lines=True
+            )
         else:
             run = reference_run(compared_setup(setup), reference, gaps, progress)
         closed = with_closed(setup, gaps, run.history) if left and run.stopped is None else None
@@ -308,16 +330,19 @@ def march_run(
     *,
     record: bool = False,
     watch: bool = False,
+    lines: bool = False,
 ) -> Run:
     """One run with its events and cost; one that stops early has them up to there.
 
     Parameters
     ----------
     record : keep the motion around the hardest events. watch : look at what `prepare.watched` says at every step.
+    lines : measure at the E-lines.
     """
     meter, stopped, how = Meter(), None, ""
     field = field_steps(setup.study, output_times(setup))
     on_trial = recorded_steps(setup, system.n) if record else NO_STEPS
+    of_lines = line_steps(setup, system.n) if lines else NO_STEPS
     try:
         history, system, how = integrate(
             setup,
@@ -325,7 +350,7 @@ def march_run(
             gaps,
             observed=observed_labels(setup.watched),
             output_every=output_every(setup.study),
-            whole_at=np.union1d(field, on_trial),
+            whole_at=np.union1d(np.union1d(field, on_trial), of_lines),
             progress=lambda done, total: progress(f"{name} run", done, total),
             watched=watched(setup, gaps) if watch else None,
         )
@@ -335,8 +360,12 @@ def march_run(
     v = setup.study.config.verification
     events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge))
     size = (0, 0, 0.0, 0.0) if reduced is None else (reduced.retained, reduced.modes, reduced.cpu_s, reduced.wall_s)
-    recording = recorded(setup, system, history, events) if record else None
-    return Run(name, system, at_steps(history, field), events, cost, *size, slips, how, stopped, recording)
+    kept = at_steps(history, np.union1d(field, on_trial))
+    recording = recorded(setup, system, kept, events) if record else None
+    at_lines = measured(setup, system, history, of_lines) if stopped is None else None
+    squeaks = tuple(find_squeaks(history, gaps, shown_window(setup.study, output_times(setup))))
+    left = at_steps(history, field)
+    return Run(name, system, left, events, cost, *size, slips, how, stopped, recording, at_lines, squeaks)
 
 
 def unreduced_run(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> Run:

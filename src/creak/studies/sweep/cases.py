@@ -141,7 +141,7 @@ def _case(sweep: SweepFile, variant: Variant, folder: str, out: Path, contents: 
     data, config = checked(sweep, variant)
     base = sweep.base.parent.resolve()
     text = toml_text(map_paths(data, lambda _, name: name if Path(name).is_absolute() else _relative(base / name, out)))
-    plain = config.model_dump(mode="json")
+    plain = config.model_dump(mode="json", by_alias=True)
     deck_hash = contents.deck(base / config.model.deck)
 
     def content(place: tuple[str, ...], name: str) -> str:

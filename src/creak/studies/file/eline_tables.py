@@ -1,0 +1,91 @@
+"""Tables of the study for E-lines, the materials that rub there, and what the user allows."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from creak.studies.file.quantities import Length
+from creak.studies.file.table import Finite, NonNegative, Positive, Table
+
+
+class ElineTable(Table):
+    """[eline.NAME]: a line of points between two parts. With the NAME of a contact: what holds for its points, which
+    are E-lines by themselves."""
+
+    main: str | None = None
+    """Surface, element set or node set of one side."""
+    secondary: str | None = None
+    """The same of the other side; each of its nodes that faces the main side is a point."""
+    points: str | Annotated[list[tuple[Finite, Finite, Finite]], Field(min_length=1)] | None = None
+    """Coordinates [[x, y, z], ...] along the line: the nearest nodes of both sides are taken. A string names a CSV
+    file with the header x,y,z, or with main,secondary: labels of nodes, without the keys main and secondary."""
+    clearance: Finite | None = None
+    """length; replaces the geometric gap."""
+    normal: tuple[Finite, Finite, Finite] | None = None
+    """Direction z across the gap, from the main to the secondary side, instead of the main surface's own or the line
+    between two nodes."""
+    tolerance: Length | None = None
+    """What scatter may take of the gap, instead of that of [limit]."""
+    material: str | None = None
+    """NAME of a [material-pair.NAME]."""
+
+    @property
+    def drawn(self) -> bool:
+        """It says where its points are."""
+        return self.main is not None or self.secondary is not None or self.points is not None
+
+    @model_validator(mode="after")
+    def _sides(self) -> ElineTable:
+        if (self.main is None) != (self.secondary is None):
+            raise ValueError("give both main and secondary, or neither")
+        if isinstance(self.points, list) and self.main is None:
+            raise ValueError("points need main and secondary, the sides that they lie between")
+        if not self.drawn and (self.clearance is not None or self.normal is not None):
+            raise ValueError("clearance and normal are for lines with main and secondary; a contact has its own")
+        return self
+
+
+class LimitTable(Table):
+    """[limit]: what the user allows, each length with its unit; no limit is built in."""
+
+    tolerance: Length | None = None
+    """What scatter may take of every gap: margin = gap - tolerance - displacement. Default: none."""
+    in_plane: Length | None = None
+    """In-plane peak-to-peak from which a line counts as one that may squeak, where it has no material pair."""
+    percentile: Annotated[float, Field(gt=0.0, le=100.0, allow_inf_nan=False)] = 95.0
+    """Percentile of the peaks that is given beside the largest, %."""
+
+
+class MaterialPairTable(Table):
+    """[material-pair.NAME]: the user's own measurement of two materials. Its units are the same in every study."""
+
+    source: Annotated[str, Field(min_length=1)]
+    """Where the figures come from: rig, specimens, report, date."""
+    impulse_rate_min: Positive
+    """1/mm; fewest stick-slip impulses per mm of travel that were measured."""
+    impulse_rate_max: Positive
+    """1/mm; most of them."""
+    friction_static: NonNegative | None = None
+    """Coefficient while it sticks."""
+    friction_kinetic: NonNegative | None = None
+    """Coefficient while it slides fast."""
+    friction_decay: NonNegative | None = None
+    """mm/s; speed over which the coefficient falls."""
+    normal_force: Positive | None = None
+    """N; of the measurement."""
+    speed: Positive | None = None
+    """mm/s; of the measurement."""
+    temperature: Annotated[float, Field(ge=-273.15, allow_inf_nan=False)] | None = None
+    """degrees Celsius; of the measurement."""
+    humidity: Annotated[float, Field(ge=0.0, le=100.0, allow_inf_nan=False)] | None = None
+    """% relative; of the measurement."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> MaterialPairTable:
+        if self.impulse_rate_min > self.impulse_rate_max:
+            raise ValueError(f"impulse_rate_min = {self.impulse_rate_min:g} is above impulse_rate_max")
+        if None not in (a := (self.friction_kinetic, self.friction_static)) and a[0] > a[1]:  # type: ignore[operator]
+            raise ValueError(f"friction_kinetic = {a[0]:g} is above friction_static")
+        return self

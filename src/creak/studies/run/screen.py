@@ -1,0 +1,47 @@
+"""E-lines of a study from modes alone: no reduction, no contact, no run of the model itself."""
+
+from __future__ import annotations
+
+from creak.errors import InputError
+from creak.studies.models.reference import build_reference
+from creak.studies.prepare.setup import Setup
+from creak.studies.run.elines import LineFindings, Progress, findings, modal_measures
+
+
+def screen(setup: Setup, progress: Progress) -> LineFindings:
+    """Measures of all E-lines over the verification window, in a run of the assembly's modes without contact.
+
+    Modes up to three times the highest frequency of the excitation ride on the quasi-static motion of supports and
+    loads, as in the pre-check.
+
+    Raises
+    ------
+    InputError : there are no lines; only contact holds the structure.
+    """
+    study = setup.study
+    if not setup.elines.points.m:
+        raise InputError(
+            "there is nothing to screen: the study has neither a contact nor an [eline.NAME]",
+            where=study.path,
+            expected="points between two parts",
+            fix="Add a [contact.NAME], or an [eline.NAME] with main and secondary.",
+        )
+    checked = study.config.precheck.model_copy(update={"enabled": True})
+    setup = setup.with_tables(precheck=checked)
+    reference = build_reference(setup, progress)
+    if reference.stiffness is None:
+        raise InputError(
+            "only contact holds the structure: without it nothing can be told from modes",
+            where=study.path,
+            expected="supports that hold it without contact",
+            fix="Run it with contact: creak run.",
+        )
+    linear = modal_measures(setup, reference, progress)
+    highest = reference.modes.frequencies.max(initial=0.0)
+    if linear is None:
+        raise InputError(
+            "the verification window is too long for the modes to be kept",
+            where=study.where("time"),
+            fix="Shorten the run.",
+        )
+    return findings(setup, linear, None, None, f"modes up to {highest:.4g} Hz", "")
