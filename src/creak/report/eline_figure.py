@@ -45,6 +45,7 @@ def eline_figure(result: Found, units: Units) -> Figure:
     bare = {"showgrid": False, "showticklabels": False, "ticks": "", "showline": False, "constrain": "domain"}
     layout["xaxis"] = axis("", scaleanchor="y", range=span_of(every[:, 0]), **bare)
     layout["yaxis"] = axis("", range=span_of(every[:, 1]), **bare)
+    layout["showlegend"] = True
     layout["margin"] = {"l": 8, "r": 8, "t": 40, "b": 8}
     data = [] if result.surface is None else [outline(every, result.surface)]
     groups = {
@@ -78,6 +79,7 @@ def _dots(result: Found, found: LineFindings, at: FloatArray, mine: IntArray, wo
         "type": "scatter",
         "mode": "markers",
         "name": NAMES[word],
+        "showlegend": True,
         "x": plain(at[mine, 0]),
         "y": plain(at[mine, 1]),
         "text": words,

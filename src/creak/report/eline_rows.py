@@ -56,7 +56,7 @@ def eline_words(told: dict[str, Any]) -> str:
     return f"{plural(count, 'line')}. The linear run ({told['linear_run']}) {alarms} ({of_points})."
 
 
-def eline_table(rows: list[LineRow], model: Mesh, units: Units) -> Table:
+def eline_table(rows: list[LineRow], model: Mesh, units: Units, percentile: float) -> Table:
     """A row for each line, linear beside contact."""
     head = [
         "line",
@@ -67,6 +67,8 @@ def eline_table(rows: list[LineRow], model: Mesh, units: Units) -> Table:
         "closing, linear",
         "with contact",
         "margin, linear",
+        "with contact",
+        f"at {percentile:g} %, linear",
         "with contact",
         "node",
         "in plane, linear",
@@ -92,6 +94,7 @@ def _both(row: LineRow, model: Mesh) -> list[str]:
         number(row.line.tolerance, 3),
         *_pair(row, lambda f: number(f.closing, 3)),
         *_pair(row, lambda f: number(f.margin, 3)),
+        *_pair(row, lambda f: number(f.margin_percentile, 3)),
         model.nodes.label(first.node_idx),
         *_pair(row, lambda f: number(f.in_plane, 3)),
         *_pair(row, lambda f: f.squeak or NONE),

@@ -206,7 +206,7 @@ def _eline_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[s
     config, model = result.setup.study.config, result.setup.model
     rows = line_rows(found, config.limit, config.model.units)
     return {
-        "elines": eline_table(rows, model, units),
+        "elines": eline_table(rows, model, units, found.percentile),
         "eline_words": eline_words(told),
         "eline_notes": f"{told['risk']}. {told['definition']}",
         "csv_elines": _script_json(point_csv(found, model, units.length)),
