@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from creak.errors import InputError
+from creak.formats.deck.text import read_lines, refuse_loop
 
 _FILE_SHIFT = 32
 _LINE_MASK = (1 << _FILE_SHIFT) - 1
@@ -111,37 +112,6 @@ def lex(path: str | Path) -> list[Block]:
     return lexer.finished()
 
 
-def read_text(path: Path, included_at: str) -> list[str]:
-    """Lines of a text file (UTF-8, else Latin-1).
-
-    Raises
-    ------
-    InputError : no such file, unreadable, or not text.
-    """
-    what = "included file" if included_at else "deck"
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        fix = "Give the path relative to the including file." if included_at else "Check the path."
-        raise InputError(f"there is no {what} {path}", where=included_at, fix=fix) from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot read the {what} {path}: {reason}", where=included_at, fix="Check the path.") from None
-    if b"\0" in data:
-        raise InputError(
-            f"{path} is not a text file (it holds zero bytes)",
-            expected="an Abaqus deck in plain text (UTF-8 or Latin-1)",
-            where=included_at,
-            fix="Give the .inp file, not a result or a zipped file.",
-        )
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = data.decode("latin-1")
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    return lines if lines[-1] else lines[:-1]
-
-
 class _Lexer:
     def __init__(self) -> None:
         self.blocks: list[Block] = []
@@ -156,11 +126,9 @@ class _Lexer:
         return self.blocks
 
     def read_file(self, path: Path, included_at: str) -> None:
-        resolved = path.absolute()
-        if resolved in self.open_files or len(self.open_files) > 50:
-            raise InputError(f"{path} includes itself", where=included_at, fix="Remove this *INCLUDE line.")
-        lines = read_text(path, included_at)
-        self.open_files.append(resolved)
+        refuse_loop(path, self.open_files, included_at, "*INCLUDE")
+        lines = read_lines(path, included_at, "an Abaqus", ".inp")
+        self.open_files.append(path.absolute())
         base = len(self.files) << _FILE_SHIFT
         self.files.append(str(path))
         self._read_lines(lines, base, path)

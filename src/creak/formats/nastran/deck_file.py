@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from creak.errors import InputError
+from creak.formats.deck.text import read_lines, refuse_loop
 from creak.formats.nastran.bulk_data import Card, Line, cards_of
 
 _BULK = re.compile(r"\s*BEGIN(\s+BULK)?\b", re.I)
@@ -23,7 +24,6 @@ _NAMES = (
 """Comments in which pre-processors keep the names of properties."""
 _SET_NAME = re.compile(r'\$HMSET\s+(\d{1,15})\s+\d+\s*"([^"]+)"', re.I)
 """The same of sets."""
-DEPTH = 50
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def read_deck_file(path: Path) -> DeckFile:
     ------
     InputError : a file is missing or not text, a deck includes itself, BEGIN BULK without ENDDATA.
     """
-    lines = _text(path, "")
+    lines = _lines(path, "")
     whole = any(_BULK.match(t) or t.strip().upper().startswith("CEND") for t in lines)
     reader = _Reader(path, "executive" if whole else "bulk")
     reader.read(path, lines, ())
@@ -146,9 +146,8 @@ class _Reader:
                 where=line.where,
                 fix="Give the path relative to the including file.",
             )
-        if target.absolute() in above or len(above) > DEPTH:
-            raise InputError(f"{target} includes itself", where=line.where, fix="Remove this INCLUDE line.")
-        self.read(target, _text(target, line.where), above)
+        refuse_loop(target, above, line.where, "INCLUDE")
+        self.read(target, _lines(target, line.where), above)
 
 
 def _file_name(rest: str, lines: list[str], k: int) -> tuple[str, int]:
@@ -163,21 +162,5 @@ def _file_name(rest: str, lines: list[str], k: int) -> tuple[str, int]:
     return rest.split("$")[0].strip().replace("\\", "/"), k
 
 
-def _text(path: Path, included_at: str) -> list[str]:
-    what = "included file" if included_at else "deck"
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        reason = "it does not exist" if isinstance(error, FileNotFoundError) else error.strerror
-        raise InputError(f"cannot read the {what} {path}: {reason}", where=included_at, fix="Check the path.") from None
-    if b"\0" in data:
-        raise InputError(
-            f"{path} is not a text file (it holds zero bytes)",
-            where=included_at,
-            expected="a Nastran deck in plain text",
-            fix="Give the .bdf, .dat or .nas file, not a result file.",
-        )
-    try:
-        return data.decode("utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        return data.decode("latin-1").splitlines()
+def _lines(path: Path, included_at: str) -> list[str]:
+    return read_lines(path, included_at, "a Nastran", ".bdf, .dat or .nas")

@@ -8,8 +8,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import Matrix
+from creak.formats.deck.refusals import unwritable
 from creak.formats.nastran.write_elements import is_conm1
-from creak.formats.nastran.write_equivalent import unwritable
 from creak.formats.nastran.write_fields import Field, card
 from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling, RigidLink
 from creak.model.materials import NodalMatrices

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
+from creak.formats.deck.refusals import unwritable
 from creak.formats.nastran.linear import ZERO
 from creak.formats.nastran.shell_sections import is_directed
 from creak.model.constraints import Constraint, DistributingCoupling, Equation, KinematicCoupling, RigidLink, Tie
@@ -28,13 +28,6 @@ from creak.model.mesh import ElementBlock, Model, Own
 
 ALONG_X = 1.7e-3
 """Sine of the angle to x below which a normal leaves no direction of x in the surface (0.1 degree)."""
-
-
-def unwritable(what: str, why: str) -> InputError:
-    """What bulk data as creak reads it cannot say."""
-    return InputError(
-        f"{what} cannot be written as a Nastran deck: {why}", fix="Take it out of the model, or keep the deck as it is."
-    )
 
 
 def equivalent(model: Model) -> Model:

@@ -21,9 +21,9 @@ from creak.contact.surface_to_surface import surface_to_surface
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
+from creak.formats.deck.unread import stop_on_unread
 from creak.formats.endings import is_nastran
 from creak.formats.nastran.reader import read_nastran
-from creak.formats.unread import first_unread
 from creak.model.mesh import Model
 from creak.studies.file.config import DOFS, Table
 from creak.studies.file.identity import decks_sha256
@@ -159,18 +159,6 @@ def _check_integrator(study: Study) -> None:
             where=study.where("time", "integrator"),
             expected='method = "massless-boundary"',
             fix='Change the method, or use integrator = "hht".',
-        )
-
-
-def stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
-    """Raise InputError at the first keyword that went unread although it changes the answer, unless it is ignored."""
-    unread = first_unread(model, ignore)
-    if unread is not None:
-        keyword = unread.keyword.lstrip("*")
-        raise InputError(
-            f"{unread.keyword} is not read by creak and would change the answer: {unread.why}",
-            where=unread.where,
-            fix=f"Remove it, or run with --ignore {keyword!r} to go on without it.",
         )
 
 

@@ -138,7 +138,7 @@ def test_missing_and_circular_include(tmp_path):
 
 def test_files_that_are_no_decks(tmp_path):
     path = tmp_path / "a.bdf"
-    with pytest.raises(InputError, match=r"cannot read the deck .* it does not exist"):
+    with pytest.raises(InputError, match="there is no deck"):
         read_nastran(path)
     path.write_bytes(b"\x00\x01\x02")
     with pytest.raises(InputError, match="not a text file"):
