@@ -27,13 +27,13 @@ from creak.assembly.coupling import Driven, couple
 from creak.assembly.part import loose_system, part_system
 from creak.assembly.system import System
 from creak.door import write_door
+from creak.formats.decks import read_model
 from creak.linalg import lanczos as lanczos_module
 from creak.linalg import modes as modes_module
 from creak.linalg.factor import Factor
 from creak.linalg.modes import Modes, modes
 from creak.reduction.craig_bampton import COLUMNS
 from creak.studies.models.deck_modes import UNDAMPED
-from creak.studies.prepare.setup import read_model
 from creak.studies.run.costs import Meter
 
 GOAL = 4.0

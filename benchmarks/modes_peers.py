@@ -33,7 +33,7 @@ from benchmarks.modes_peers_decks import calculix_deck, mystran_deck
 from creak.arrays import FloatArray
 from creak.door import write_door
 from creak.errors import InputError
-from creak.studies.prepare.setup import read_model
+from creak.formats.decks import read_model
 
 EXHAUST = Path(__file__).resolve().parents[2] / "shared" / "decks" / "femap_exhaust.bdf"
 NASTRAN_SAYS = "refs.json"

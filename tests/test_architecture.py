@@ -193,6 +193,20 @@ def test_no_star_imports():
     assert not bad, "\n".join(bad)
 
 
+def test_no_deck_format_imports_another():
+    """What formats share stands in formats/deck, which knows none of them."""
+    rooms = {p.parent.name for p in (ROOT / "formats").glob("*/reader.py")}
+    assert rooms == {"abaqus", "nastran"}, f"formats of decks: {sorted(rooms)}"
+    bad = []
+    for i in IMPORTS:
+        names = i.module.split(".")
+        if i.owner == "formats" and names[:2] == ["creak", "formats"] and len(names) > 2:
+            room = i.path.relative_to(ROOT / "formats").parts[0]
+            if (room in rooms and names[2] in rooms - {room}) or (room == "deck" and names[2] != "deck"):
+                bad.append(i)
+    assert not bad, told(bad, "a format of decks imports no other; what they share stands in formats/deck")
+
+
 ROOMS = ("thesis", "sweep", "propose", "advise", "results", "converge", "run", "models", "prepare", "file")
 """Rooms of studies/, the highest first."""
 

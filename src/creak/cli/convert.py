@@ -62,7 +62,7 @@ def convert(
     """
     from creak.cli.output import writable_file
     from creak.formats.deck.unread import stop_on_unread
-    from creak.studies.prepare.setup import read_model
+    from creak.formats.decks import read_model
 
     of_run = deck.suffix.lower() in RESULTS
     _check_results(of_run, out, run, [matrices, mass, *ignore])

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from creak.errors import InputError
-from creak.formats.deck.text import read_lines, refuse_loop
+from creak.formats.deck.text import read_bytes, read_lines, refuse_loop
 
 _FILE_SHIFT = 32
 _LINE_MASK = (1 << _FILE_SHIFT) - 1
@@ -110,6 +111,14 @@ def lex(path: str | Path) -> list[Block]:
     lexer = _Lexer()
     lexer.read_file(Path(path), included_at="")
     return lexer.finished()
+
+
+def abaqus_files(path: Path) -> list[Path]:
+    """A deck and what it includes, in reading order."""
+    if not re.search(rb"(?i)input", read_bytes(path)):  # the word that names a file, wherever its line is broken
+        return [path]
+    blocks = lex(path)
+    return [Path(name) for name in blocks[0].files] if blocks else [path]
 
 
 class _Lexer:

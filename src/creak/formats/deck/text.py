@@ -11,6 +11,24 @@ DEPTH = 50
 """Files that may stand open inside one another."""
 
 
+def read_bytes(path: Path, included_at: str = "") -> bytes:
+    """The bytes of a deck, or of a file that it includes at a place.
+
+    Raises
+    ------
+    InputError : no such file, or unreadable.
+    """
+    what = "included file" if included_at else "deck"
+    try:
+        return path.read_bytes()
+    except FileNotFoundError:
+        fix = "Give the path relative to the including file." if included_at else "Check the path."
+        raise InputError(f"there is no {what} {path}", where=included_at, fix=fix) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot read the {what} {path}: {reason}", where=included_at, fix="Check the path.") from None
+
+
 def read_lines(path: Path, included_at: str, program: str, endings: str) -> list[str]:
     """Lines of a text file (UTF-8, else Latin-1), ended as on any system.
 
@@ -23,15 +41,7 @@ def read_lines(path: Path, included_at: str, program: str, endings: str) -> list
     ------
     InputError : no such file, unreadable, or not text.
     """
-    what = "included file" if included_at else "deck"
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        fix = "Give the path relative to the including file." if included_at else "Check the path."
-        raise InputError(f"there is no {what} {path}", where=included_at, fix=fix) from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot read the {what} {path}: {reason}", where=included_at, fix="Check the path.") from None
+    data = read_bytes(path, included_at)
     if b"\0" in data:
         raise InputError(
             f"{path} is not a text file (it holds zero bytes)",

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from creak.errors import InputError
-from creak.formats.deck.text import read_lines, refuse_loop
+from creak.formats.deck.text import read_bytes, read_lines, refuse_loop
 from creak.formats.nastran.bulk_data import Card, Line, cards_of
 
 _BULK = re.compile(r"\s*BEGIN(\s+BULK)?\b", re.I)
@@ -72,6 +72,17 @@ def read_deck_file(path: Path) -> DeckFile:
     commands = [line for line in case if not _PARAM.match(line.text)]
     names = (reader.names, reader.set_names)
     return DeckFile(reader.lines["executive"], commands, cards, *names, reader.others, reader.not_found)
+
+
+def nastran_files(path: Path) -> list[Path]:
+    """A deck and what it includes, in reading order."""
+    files = [path]
+    for file in files:  # grows on the way
+        for name in re.findall(rb"(?im)^\s*INCLUDE\s+['\"]?([^'\"\r\n$]+)", read_bytes(file)):
+            included = file.parent / name.decode("latin-1").strip()
+            if included.is_file() and included not in files:
+                files.append(included)
+    return files
 
 
 @dataclass

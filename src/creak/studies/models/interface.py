@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.dofs import node_dofs
 from creak.assembly.system import System
+from creak.formats.decks import read_model
 from creak.model.mesh import Model
 from creak.reduction.interface.coarse_mesh import coarse_basis
 from creak.reduction.interface.graph import interface_graph
@@ -19,7 +20,7 @@ from creak.reduction.interface.spacing import every_nth
 from creak.studies.models.deck_modes import model_modes
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.excitation import driven_dofs, highest_frequency
-from creak.studies.prepare.setup import Setup, read_model
+from creak.studies.prepare.setup import Setup
 
 COARSE_BAND = 5.0
 """Modes of the coarse model up to this multiple of the excitation span its interface."""

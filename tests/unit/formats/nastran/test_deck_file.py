@@ -232,3 +232,11 @@ def test_equal_cards_count_once(tmp_path):
 def test_bad_set_number(tmp_path):
     with pytest.raises(InputError, match="SPC = 'ABC'; expected the number of a set"):
         read(tmp_path, BULK, "SPC = ABC\n")
+
+
+def test_latin_1_comments_end_where_the_line_ends(tmp_path):
+    """Byte 0x85, an ellipsis on Windows, ends no line."""
+    path = tmp_path / "a.bdf"
+    text = f"SOL 103\nCEND\nBEGIN BULK\n$ Blech \x85 T\xfcr\n{BULK}\nENDDATA\n"
+    path.write_bytes(text.encode("latin-1"))
+    assert unread(read_nastran(path)) == {}
