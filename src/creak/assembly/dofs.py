@@ -15,6 +15,11 @@ def dof_label(node_idx: int, dof: int) -> int:
     return 6 * node_idx + dof - 1
 
 
+def dof_labels(nodes_idx: IntArray, dofs: IntArray) -> IntArray:
+    """Labels of dofs 1..6, each at its node row; arrays of any shape that fit each other."""
+    return 6 * np.asarray(nodes_idx, dtype=np.int64) + dofs - 1
+
+
 def node_dofs(nodes_idx: IntArray, dofs: tuple[int, ...] = (1, 2, 3, 4, 5, 6)) -> IntArray:
     """(n_node * n_dof,) labels, node by node."""
     return (6 * np.asarray(nodes_idx, dtype=np.int64)[:, None] + np.array(dofs, dtype=np.int64) - 1).ravel()

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
-from creak.assembly.constraints import constraint_nodes, linear_equations
+from creak.assembly.constraints import linear_equations
 from creak.assembly.damping import Damping
 from creak.assembly.dofs import dof_label, node_dofs
 from creak.assembly.elimination import congruent, eliminate, principal, transformation
@@ -174,7 +174,7 @@ def split_constraints(model: Model) -> tuple[list[list[Constraint]], list[Constr
     inside: list[list[Constraint]] = [[] for _ in model.parts]
     across: list[Constraint] = []
     for constraint in model.constraints:
-        owners = set(owner[constraint_nodes(constraint)].tolist())
+        owners = set(owner[constraint.nodes].tolist())
         if len(owners) == 1 and -1 not in owners and not _supports(constraint):
             inside[owners.pop()].append(constraint)
         else:
@@ -184,7 +184,7 @@ def split_constraints(model: Model) -> tuple[list[list[Constraint]], list[Constr
 
 def _supports(constraint: Constraint) -> bool:
     """Whether an equation names one node only: a support along no global axis, which acts like `Model.fixed`."""
-    return isinstance(constraint, Equation) and np.unique(constraint.nodes_idx).size == 1
+    return isinstance(constraint, Equation) and np.unique(constraint.nodes).size == 1
 
 
 def part_system(model: Model, part: int, common: Rayleigh, *, override: bool = False) -> System:

@@ -8,7 +8,7 @@ from creak.arrays import IntArray
 from creak.formats.deck.parts import NO_LINKS, Rows, join_neighbours, number_points
 from creak.formats.nastran.deck import Deck, Group
 from creak.formats.nastran.points import heavy_rows
-from creak.model.constraints import Constraint, Equation, RigidLink, Tie
+from creak.model.constraints import Constraint
 from creak.model.materials import Structural
 from creak.model.mesh import Part
 
@@ -30,22 +30,12 @@ def read_parts(deck: Deck, constraints: list[Constraint], ground: set[int]) -> t
     rows = Rows.of_lists([nodes for g in structural for nodes in g.nodes])
     count = number_points(rows, NO_LINKS, rows.node, of_node, 0)
     n_structural = count
-    links = [_nodes_of(c) for c in constraints]
+    links = [c.nodes.tolist() for c in constraints]
     join_neighbours(Rows.of_lists([[i for i in link if i not in ground] for link in links]), of_node)
     count = _points(deck, of_node, links, count)
     titles = _titles(deck, structural, of_node, n_structural, count)
     parts = tuple(Part(titles[i], np.flatnonzero(of_node == i)) for i in range(count))
     return parts, of_node
-
-
-def _nodes_of(constraint: Constraint) -> list[int]:
-    if isinstance(constraint, RigidLink):
-        return [constraint.dependent_idx, constraint.independent_idx]
-    if isinstance(constraint, Equation):
-        return sorted(set(constraint.nodes_idx.tolist()))
-    if isinstance(constraint, Tie):
-        return [constraint.node_idx, *constraint.nodes_idx.tolist()]
-    return [constraint.ref_idx, *constraint.nodes_idx.tolist()]
 
 
 def _points(deck: Deck, of_node: IntArray, links: list[list[int]], count: int) -> int:
