@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -191,6 +192,23 @@ def test_no_star_imports():
         if isinstance(node, ast.ImportFrom) and any(a.name == "*" for a in node.names)
     ]
     assert not bad, "\n".join(bad)
+
+
+SIXES = re.compile(r"\b6 \* \w*(node|row|idx)|// 6\b|% 6\b|divmod\([^)]*\b6\)")
+"""A label 6 node + dof - 1, made or taken apart."""
+OF_OTHERS = ("contact", "dynamics", "formats/matrices", "studies/thesis", "report/thesis", "elements")
+"""Words of OP4 files and matrices of elements hold six as well; the rest is to follow."""
+
+
+def test_labels_of_dofs_are_made_in_one_place():
+    bad = []
+    for path in files():
+        name = path.relative_to(ROOT).as_posix()
+        if name == "model/dofs.py" or name.startswith(OF_OTHERS):
+            continue
+        lines = path.read_text(encoding="utf-8").splitlines()
+        bad += [f"{name}:{k}: {line.strip()}" for k, line in enumerate(lines, start=1) if SIXES.search(line)]
+    assert not bad, "\n".join(["labels of dofs are made and taken apart in model/dofs", *bad])
 
 
 def test_no_deck_format_imports_another():

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from creak.arrays import FloatArray
-from creak.assembly.dofs import dof_label, dof_labels
 from creak.assembly.elimination import LinearEquation
 from creak.model.constraints import Constraint, Fixed
+from creak.model.dofs import dof_label, dof_labels
 
 
 def linear_equations(constraint: Constraint, coords: FloatArray) -> Iterator[LinearEquation]:
