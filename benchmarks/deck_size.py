@@ -20,9 +20,10 @@ from rich.console import Console
 from rich.table import Table
 
 from creak.assembly.part import loose_system, part_system
+from creak.formats.decks import read_model
 from creak.studies.file.reader import read_study
 from creak.studies.models.reference import join_parts
-from creak.studies.prepare.setup import read_model, set_up_model
+from creak.studies.prepare.setup import set_up_model
 from creak.studies.run.costs import Cost, Meter
 from creak_thesis.door import FINEST_MESH_SIZE, write_door
 

@@ -26,13 +26,13 @@ from creak.arrays import Matrix
 from creak.assembly.coupling import Driven, couple
 from creak.assembly.part import loose_system, part_system
 from creak.assembly.system import System
+from creak.formats.decks import read_model
 from creak.linalg import lanczos as lanczos_module
 from creak.linalg import modes as modes_module
 from creak.linalg.factor import Factor
 from creak.linalg.modes import Modes, modes
 from creak.reduction.craig_bampton import COLUMNS
 from creak.studies.models.deck_modes import UNDAMPED
-from creak.studies.prepare.setup import read_model
 from creak.studies.run.costs import Meter
 from creak_thesis.door import write_door
 

@@ -32,7 +32,7 @@ from benchmarks.contact_peers import PATIENCE, Ended, bounded, last_line
 from benchmarks.modes_peers_decks import calculix_deck, mystran_deck
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.studies.prepare.setup import read_model
+from creak.formats.decks import read_model
 from creak_thesis.door import write_door
 
 EXHAUST = Path(__file__).resolve().parents[2] / "shared" / "decks" / "femap_exhaust.bdf"

@@ -35,10 +35,10 @@ import scipy.sparse.linalg as spla
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.damping import Damping
-from creak.assembly.dofs import node_dofs
 from creak.assembly.part import common_rayleigh, part_system
 from creak.assembly.system import System, no_supports, to_dense
 from creak.formats.abaqus.reader import read_deck
+from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
 from creak.reduction.craig_bampton import craig_bampton
 from creak_thesis.door import write_door

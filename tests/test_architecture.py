@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -193,6 +194,37 @@ def test_no_star_imports():
         if isinstance(node, ast.ImportFrom) and any(a.name == "*" for a in node.names)
     ]
     assert not bad, "\n".join(bad)
+
+
+SIXES = re.compile(r"\b6 \* \w*(node|row|idx)|// 6\b|% 6\b|divmod\([^)]*\b6\)")
+"""A label 6 node + dof - 1, made or taken apart."""
+OF_OTHERS = ("contact", "dynamics", "formats/matrices", "elements")
+"""Words of OP4 files and matrices of elements hold six as well; the rest is to follow."""
+
+
+def test_labels_of_dofs_are_made_in_one_place():
+    bad = []
+    for path in files():
+        name = path.relative_to(ROOT).as_posix()
+        if name == "model/dofs.py" or name.startswith(OF_OTHERS):
+            continue
+        lines = path.read_text(encoding="utf-8").splitlines()
+        bad += [f"{name}:{k}: {line.strip()}" for k, line in enumerate(lines, start=1) if SIXES.search(line)]
+    assert not bad, "\n".join(["labels of dofs are made and taken apart in model/dofs", *bad])
+
+
+def test_no_deck_format_imports_another():
+    """What formats share stands in formats/deck, which knows none of them."""
+    rooms = {p.parent.name for p in (ROOT / "formats").glob("*/reader.py")}
+    assert rooms == {"abaqus", "nastran"}, f"formats of decks: {sorted(rooms)}"
+    bad = []
+    for i in IMPORTS:
+        names = i.module.split(".")
+        if i.owner == "formats" and names[:2] == ["creak", "formats"] and len(names) > 2:
+            room = i.path.relative_to(ROOT / "formats").parts[0]
+            if (room in rooms and names[2] in rooms - {room}) or (room == "deck" and names[2] != "deck"):
+                bad.append(i)
+    assert not bad, told(bad, "a format of decks imports no other; what they share stands in formats/deck")
 
 
 ROOMS = ("sweep", "propose", "advise", "results", "converge", "run", "models", "prepare", "file")

@@ -8,8 +8,9 @@ import tomllib
 
 import pytest
 
+from creak.formats.decks import read_model
 from creak.studies.file.reader import read_study
-from creak.studies.prepare.setup import read_model, set_up
+from creak.studies.prepare.setup import set_up
 from creak.studies.propose.proposal import propose
 from creak_thesis.door import write_door
 from helpers_decks import two_strips

@@ -12,7 +12,6 @@ from scipy.linalg import eigh
 
 from creak.assembly.constraints import linear_equations
 from creak.assembly.coupling import Driven
-from creak.assembly.dofs import node_dofs
 from creak.assembly.part import Rayleigh, part_system
 from creak.assembly.system import to_dense
 from creak.formats.matrices.superelements import read_superelement
@@ -21,6 +20,7 @@ from creak.formats.nastran.coordinate_systems import read_systems
 from creak.formats.nastran.deck_file import read_deck_file
 from creak.formats.nastran.grids import Grids, read_grids
 from creak.formats.nastran.reader import read_nastran
+from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.guyan import guyan

@@ -15,6 +15,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator, join
 from creak.contact.laws.parameters import Friction
 from creak.errors import InputError
+from creak.model.dofs import nodes_of
 
 
 def gap_channels(
@@ -131,9 +132,9 @@ def _names(names: Sequence[str] | None, group: str, m: int) -> tuple[str, ...]:
 
 
 def _nodes(A: Any, labels: IntArray) -> IntArray:
-    """label // 6 of the largest entry of each row."""
+    """Node of the largest entry of each row."""
     largest = [int(np.argmax(np.abs(A[[i]].toarray()[0]))) for i in range(A.shape[0])]
-    return np.asarray(labels[largest] // 6, dtype=np.int64)
+    return nodes_of(labels[largest])
 
 
 def _friction(

@@ -25,7 +25,7 @@ def read_deck(path: str | Path) -> Model:
     ------
     InputError : no such file, or a line that is wrong.
     """
-    from creak.studies.prepare.setup import read_model
+    from creak.formats.decks import read_model
 
     return read_model(Path(path))
 

@@ -20,6 +20,7 @@ from creak.linalg import modes as linalg_modes
 from creak.linalg.factor import regular_factor
 from creak.linalg.modes import Modes
 from creak.model.constraints import Equation, Fixed
+from creak.model.dofs import dofs_of, node_and_dof, nodes_of
 from creak.model.mesh import Model, Nodes
 
 SYMMETRIC = 1e-8
@@ -149,7 +150,7 @@ def couple(
         element_sets={},
         surfaces={},
         constraints=tuple(rows),
-        fixed=tuple(Fixed(np.array([x // 6]), (int(x % 6) + 1,)) for x in held),
+        fixed=tuple(Fixed(np.array([node]), (dof,)) for node, dof in map(node_and_dof, held)),
     )
     common = Rayleigh(systems[0].damping.alpha, systems[0].damping.beta)
     return coupling.couple([_with_common(s, common) for s in systems], model, coupling.Driven(ends), common)
@@ -238,7 +239,7 @@ def _rows_of(own: IntArray) -> Rows:
 
 
 def _nodes(known: IntArray) -> Nodes:
-    count = int(known[-1]) // 6 + 1
+    count = node_and_dof(known[-1])[0] + 1
     return Nodes(np.arange(count, dtype=np.int64), np.zeros((count, 3)))
 
 
@@ -249,7 +250,7 @@ def _equation(labels: ArrayLike, coefficients: ArrayLike, known: IntArray) -> Eq
             f"an equation with {found.size} labels and coefficients {values.tolist()}",
             expected="as many of each, the first coefficient not zero",
         )
-    return Equation(found // 6, found % 6 + 1, values)
+    return Equation(nodes_of(found), dofs_of(found), values)
 
 
 def _with_common(system: System, common: Rayleigh) -> System:

@@ -12,11 +12,11 @@ import scipy.sparse as sp
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.damping import Damping
-from creak.assembly.dofs import dof_label, node_dofs
 from creak.assembly.elimination import LinearEquation, congruent, eliminate, principal, transformation
 from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
 from creak.assembly.system import Supports, System, dense_if_full, to_dense
 from creak.linalg.dense_product import symmetric
+from creak.model.dofs import dof_label, node_dofs
 from creak.model.mesh import Model
 
 

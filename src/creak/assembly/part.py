@@ -9,9 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
-from creak.assembly.constraints import constraint_nodes, linear_equations
+from creak.assembly.constraints import linear_equations
 from creak.assembly.damping import Damping
-from creak.assembly.dofs import dof_label, node_dofs
 from creak.assembly.elimination import congruent, eliminate, principal, transformation
 from creak.assembly.partition import shared_nodes
 from creak.assembly.system import Rows, System, no_supports
@@ -19,6 +18,7 @@ from creak.elements.block_matrices import block_matrices
 from creak.elements.geometry import DegenerateElement
 from creak.errors import InputError
 from creak.model.constraints import Constraint, Equation
+from creak.model.dofs import PER_NODE, dof_label, dofs_of, node_dofs, nodes_of
 from creak.model.materials import (
     Discrete,
     NodalMatrices,
@@ -97,8 +97,8 @@ def assemble_blocks(
     has_C = False
     for block in blocks:
         da, db, dashpot = _excess_damping(block, common, override)
-        for nodes, Ke, Me, Ce in _element_matrices(model, block, labels[::6] // 6):
-            scatter = _Scatter(nodes, n // 6)
+        for nodes, Ke, Me, Ce in _element_matrices(model, block, nodes_of(labels[::PER_NODE])):
+            scatter = _Scatter(nodes, n // PER_NODE)
             Ks, Ms = scatter(Ke), scatter(Me)
             K, M = (K + Ks, M + Ms) if K.nnz or M.nnz else (Ks, Ms)
             if da or db or dashpot:
@@ -149,7 +149,7 @@ class _Scatter:
 
     def __init__(self, nodes: IntArray, n_node: int) -> None:
         """`nodes` (n, k) of each element, in a model of `n_node`."""
-        self.k, self.n = nodes.shape[1], 6 * n_node
+        self.k, self.n = nodes.shape[1], PER_NODE * n_node
         pair = (nodes[:, :, None] * n_node + nodes[:, None, :]).ravel()
         pairs, at = np.unique(pair, return_inverse=True)
         self._sum = sp.csr_matrix((np.ones(pair.size), (at, np.arange(pair.size))), shape=(pairs.size, pair.size))
@@ -174,7 +174,7 @@ def split_constraints(model: Model) -> tuple[list[list[Constraint]], list[Constr
     inside: list[list[Constraint]] = [[] for _ in model.parts]
     across: list[Constraint] = []
     for constraint in model.constraints:
-        owners = set(owner[constraint_nodes(constraint)].tolist())
+        owners = set(owner[constraint.nodes].tolist())
         if len(owners) == 1 and -1 not in owners and not _supports(constraint):
             inside[owners.pop()].append(constraint)
         else:
@@ -184,7 +184,7 @@ def split_constraints(model: Model) -> tuple[list[list[Constraint]], list[Constr
 
 def _supports(constraint: Constraint) -> bool:
     """Whether an equation names one node only: a support along no global axis, which acts like `Model.fixed`."""
-    return isinstance(constraint, Equation) and np.unique(constraint.nodes_idx).size == 1
+    return isinstance(constraint, Equation) and np.unique(constraint.nodes).size == 1
 
 
 def part_system(model: Model, part: int, common: Rayleigh, *, override: bool = False) -> System:
@@ -205,7 +205,7 @@ def part_system(model: Model, part: int, common: Rayleigh, *, override: bool = F
     keep = np.flatnonzero((K.diagonal() != 0.0) | (M.diagonal() != 0.0) | needed)
     K, M, T = principal(K, keep), principal(M, keep), T[:, keep]
     C = None if C is None else principal(C, keep)
-    translation = (labels % 6 == 0).astype(np.float64)
+    translation = (dofs_of(labels) == 1).astype(np.float64)
     return System(
         name=model.parts[part].name,
         M=M,
@@ -251,7 +251,7 @@ def loose_system(model: Model, common: Rayleigh) -> System | None:
 
 
 def _initial_velocity(model: Model, coordinates: IntArray) -> FloatArray:
-    velocity = np.zeros(6 * model.nodes.count)
+    velocity = np.zeros(PER_NODE * model.nodes.count)
     for node, dof, value in model.initial_velocity:
         velocity[dof_label(node, dof)] = value
     return velocity[coordinates]
@@ -265,7 +265,7 @@ def _outside_labels(model: Model, across: Sequence[Constraint]) -> IntArray:
 
 
 def _rows_of(labels: IntArray, T: Matrix, n_node: int) -> Rows:
-    place = np.full(6 * n_node, -1, dtype=np.int64)
+    place = np.full(PER_NODE * n_node, -1, dtype=np.int64)
     place[labels] = np.arange(labels.size)
     T = sp.csr_matrix(T)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
+from creak.model.dofs import dofs_of, nodes_of
 
 MEMORY = 500_000_000
 """Bytes of motion recovered at a time."""
@@ -34,6 +35,6 @@ def recovered(
 def by_node(u: FloatArray, labels: IntArray, n_node: int) -> FloatArray:
     """(k, n_node, 3) translations of all nodes from (n_label, k) motion; zero where a node has no such dof."""
     out = np.zeros((u.shape[1], n_node, 3))
-    moves = labels % 6 < 3
-    out[:, labels[moves] // 6, labels[moves] % 6] = u[moves].T
+    moves = dofs_of(labels) <= 3
+    out[:, nodes_of(labels[moves]), dofs_of(labels[moves]) - 1] = u[moves].T
     return out

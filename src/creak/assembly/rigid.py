@@ -9,10 +9,10 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.coupling import Driven
-from creak.assembly.dofs import node_dofs
 from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import split_constraints
 from creak.elements.block_matrices import block_matrices
+from creak.model.dofs import dof_label, node_and_dof, node_dofs
 from creak.model.materials import Discrete, Spring, has_stiffness
 from creak.model.mesh import ElementBlock, Model
 from creak.model.solid_faces import FACES
@@ -52,8 +52,9 @@ def _bodies(model: Model) -> tuple[dict[int, int], int]:
     for constraint in across:
         for equation in linear_equations(constraint, model.nodes.coords):
             for label in equation.labels:
-                if label // 6 not in bodies:
-                    bodies[label // 6] = n
+                node = node_and_dof(label)[0]
+                if node not in bodies:
+                    bodies[node] = n
                     n += 1
     return bodies, n
 
@@ -76,9 +77,9 @@ def _equations(model: Model, driven: Driven, stops: Iterable[LinearEquation]) ->
 
 def _spring_equations(nodes: list[list[int]], spring: Spring) -> Iterable[LinearEquation]:
     for row in nodes:
-        labels = [6 * row[0] + spring.dof1 - 1]
+        labels = [dof_label(row[0], spring.dof1)]
         if len(row) > 1:
-            labels.append(6 * row[1] + (spring.dof2 or spring.dof1) - 1)
+            labels.append(dof_label(row[1], spring.dof2 or spring.dof1))
         yield LinearEquation(labels, [1.0, -1.0][: len(labels)])
 
 
@@ -95,7 +96,8 @@ def _row(e: LinearEquation, bodies: dict[int, int], n_body: int, model: Model, l
     """Coefficients of one equation on the rigid motions; lengths scaled so that all entries compare."""
     row = np.zeros((n_body, 6))
     for label, c in zip(e.labels, e.coefficients, strict=True):
-        node, axis = divmod(int(label), 6)
+        node, dof = node_and_dof(label)
+        axis = dof - 1
         if node not in bodies:
             continue
         body, r = bodies[node], model.nodes.coords[node] / length

@@ -61,8 +61,8 @@ def convert(
     Example: creak convert results/results.h5 histories.unv
     """
     from creak.cli.output import writable_file
-    from creak.formats.abaqus.writer import stop_on_unread
-    from creak.studies.prepare.setup import read_model
+    from creak.formats.deck.unread import stop_on_unread
+    from creak.formats.decks import read_model
 
     of_run = deck.suffix.lower() in RESULTS
     _check_results(of_run, out, run, [matrices, mass, *ignore])
@@ -175,7 +175,8 @@ def _check(deck: Path, out: Path, matrices: str | None, mass: str | None) -> Non
 
 def _write(model: Model, out: Path, ignore: list[str]) -> tuple[str, ...]:
     """A deck by its ending; returns what is called otherwise in it."""
-    from creak.formats.abaqus.writer import stop_on_unread, write_deck
+    from creak.formats.abaqus.writer import write_deck
+    from creak.formats.deck.unread import stop_on_unread
     from creak.formats.nastran.writer import write_nastran
 
     if is_nastran(out):

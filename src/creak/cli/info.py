@@ -27,7 +27,7 @@ def info(
 
     Example: creak info door/door.inp
     """
-    from creak.studies.prepare.setup import read_model
+    from creak.formats.decks import read_model
 
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:

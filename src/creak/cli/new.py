@@ -38,8 +38,8 @@ def new(
 
     Example: creak new car.inp --out car.toml --distance 5
     """
+    from creak.formats.decks import read_model
     from creak.studies.file.schema import SCHEMA_FILE
-    from creak.studies.prepare.setup import read_model
     from creak.studies.propose.proposal import propose
     from creak.studies.propose.text import proposal_text
 

@@ -28,20 +28,6 @@ def stiffness(coords: FloatArray, section: BeamSection, own: Own = COMMON) -> Fl
     so end loads on one element give the exact deflection. Axial force acts at the centroid, shear force and torque
     at the shear centre. No warping of open sections. Source: Przemieniecki, Theory of Matrix Structural Analysis
     (1968), section 5.6.
-
-    Parameters
-    ----------
-    coords : (n, 2, 3) global coordinates, length.
-    section : area, second moments, torsion constant, axis 1 and material.
-    own : axis 1 of each element.
-
-    Returns
-    -------
-    (n, 12, 12), node by node (ux, uy, uz, rx, ry, rz) in global axes.
-
-    Raises
-    ------
-    DegenerateElement : coincident nodes, or axis 1 parallel to the beam.
     """
     _require_sound(coords, section, own)
     young, shear = section.material.youngs_modulus, section.material.shear_modulus
@@ -67,20 +53,6 @@ def mass(coords: FloatArray, section: BeamSection, own: Own = COMMON) -> FloatAr
     The rotary inertia of bending belongs to the Timoshenko beam (shear areas given); Euler-Bernoulli leaves it out.
     All mass lies about the centroid. Source: Przemieniecki (1968), section 11.4; Friedman and Kosmatka, Comput.
     Struct. 47 (1993) 473, for the shape functions with shear.
-
-    Parameters
-    ----------
-    coords : (n, 2, 3) global coordinates, length.
-    section : area, second moments, axis 1, material, further mass per length.
-    own : axis 1 of each element.
-
-    Returns
-    -------
-    (n, 12, 12), node by node (ux, uy, uz, rx, ry, rz) in global axes.
-
-    Raises
-    ------
-    DegenerateElement : coincident nodes, or axis 1 parallel to the beam.
     """
     _require_sound(coords, section, own)
     density = section.material.density

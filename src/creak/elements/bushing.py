@@ -16,16 +16,6 @@ def stiffness(coords: FloatArray, section: Bushing, own: Own = COMMON) -> FloatA
     d = R (u_b + theta_b x (p - x_b) - u_a - theta_a x (p - x_a)),   r = R (theta_b - theta_a), rows of R the
     axes of the element. Rigid arms bridge what lies between the nodes and p, so rigid motion costs no energy
     wherever the nodes are. One node: a is ground, at the node.
-
-    Parameters
-    ----------
-    coords : (n, 2, 3) or (n, 1, 3) global coordinates, length.
-    section : (6, 6) on displacements and rotations 1, 2, 3.
-    own : axes 1 and 2 of each element, global axes where it has none.
-
-    Returns
-    -------
-    (n, d, d), d = 12 or 6, node by node (ux, uy, uz, rx, ry, rz) in global axes.
     """
     return _congruent(coords, section.stiffness, section.location, own)
 

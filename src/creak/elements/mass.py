@@ -19,15 +19,6 @@ def mass(coords: FloatArray, section: PointMass, own: Own = COMMON) -> FloatArra
     """M = T' diag(m I, J) T with J = [Ixx Ixy Ixz; Ixy Iyy Iyz; Ixz Iyz Izz] and T the rigid arm to the mass.
 
     The six values are the entries of the inertia tensor itself, so Ixy = -(integral of x y dm).
-
-    Parameters
-    ----------
-    coords : (n, 1, 3) global coordinates; only n is used.
-    section : mass and inertia, each zero where the element has none.
-
-    Returns
-    -------
-    (n, 6, 6) on (ux, uy, uz, rx, ry, rz) in global axes.
     """
     ixx, iyy, izz, ixy, ixz, iyz = section.inertia
     one = np.zeros((6, 6))

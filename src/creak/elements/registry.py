@@ -1,4 +1,26 @@
-"""Which file computes which kind of element."""
+"""Which file computes which kind of element, and what every element keeps to.
+
+An element is functions `stiffness`, `mass` and, where it has dashpots, `damping` of a whole block at once:
+
+Parameters
+----------
+coords : (n, n_node, 3) corners of n elements, global coordinates, length unit of the deck; nodes in Abaqus's order.
+section : of all n elements, a record of `model.materials`.
+own : what each element has of its own, n rows each (`model.mesh.Own`): axes, thickness; `COMMON`: nothing.
+
+Returns
+-------
+(n, d, d) with d = 6 n_node, symmetric, node by node (ux, uy, uz, rx, ry, rz) in global axes, also where an element has
+nothing on some of them. Rigid motion strains no element. Arms, lumping and linear mass are not theirs: see
+`block_matrices`.
+
+Raises
+------
+DegenerateElement : some elements, by row: nodes that coincide, no length, area or volume, corners that are not convex
+    or run the wrong way round, an axis of the section along the beam, a material direction along the normal.
+
+A file gives the equations, their source, and where the method stops being valid.
+"""
 
 from __future__ import annotations
 
@@ -31,8 +53,7 @@ Matrices = Callable[[FloatArray, Any, Own], FloatArray]
 
 @dataclass(frozen=True)
 class Formulation:
-    """Element matrices of a whole block: `coords` (n, n_node, 3), the section and what elements have of their own in,
-    (n, d, d) out, d = 6 n_node, node by node (ux, uy, uz, rx, ry, rz) in global axes."""
+    """The functions of one kind of element."""
 
     stiffness: Matrices
     mass: Matrices

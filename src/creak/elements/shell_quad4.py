@@ -62,19 +62,7 @@ def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own
     four-node membrane that passes the patch test without drilling shape functions is (MacNeal, Int. J.
     Numer. Meth. Eng. 24 (1987) 1793).
 
-    Parameters
-    ----------
-    coords : (n, 4, 3) global coordinates, length; counter-clockwise about the positive normal.
-    section : homogeneous, or by its resultants about the surface of the nodes.
-    own : material direction and thickness of each element.
-
-    Returns
-    -------
-    (n, 24, 24), node by node (ux, uy, uz, rx, ry, rz) in global axes.
-
-    Raises
-    ------
-    DegenerateElement : no area, a corner angle not between 0 and 180 degrees, a material direction along the normal.
+    Nodes: counter-clockwise about the positive normal.
     """
     return _stiffness(coords, section, own, softened=False)
 
@@ -118,22 +106,7 @@ def _stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Ow
 
 
 def mass(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
-    """Consistent mass of four-node shells with rotary inertia, see `shell_mass`.
-
-    Parameters
-    ----------
-    coords : (n, 4, 3) global coordinates, length.
-    section : homogeneous, or by its resultants about the surface of the nodes.
-    own : material direction and thickness of each element.
-
-    Returns
-    -------
-    (n, 24, 24), node by node (ux, uy, uz, rx, ry, rz) in global axes.
-
-    Raises
-    ------
-    DegenerateElement : no area, or a corner angle not between 0 and 180 degrees.
-    """
+    """Consistent mass of four-node shells with rotary inertia, see `shell_mass`."""
     require_convex(coords)
     points, weights = gauss_square(3)
     shapes = shape(points)

@@ -38,20 +38,6 @@ def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own
     along its diagonal; bending and shear are MITC3+, good from thin to moderately thick plates. Drilling
     rotations of neighbours in different planes work against bending: doubly curved shells that bend without
     stretching are too stiff until L^2 < 2 R t (element side L, radius R). Use quadrilaterals there.
-
-    Parameters
-    ----------
-    coords : (n, 3, 3) global coordinates, length.
-    section : homogeneous, or by its resultants about the surface of the nodes.
-    own : material direction and thickness of each element.
-
-    Returns
-    -------
-    (n, 18, 18), node by node (ux, uy, uz, rx, ry, rz) in global axes.
-
-    Raises
-    ------
-    DegenerateElement : nodes coincide or lie on one line.
     """
     _require_area(coords)
 
@@ -81,22 +67,7 @@ def _squeezed(matrix: FloatArray) -> FloatArray:
 
 
 def mass(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
-    """Consistent mass of flat triangular shells with rotary inertia, see `shell_mass`.
-
-    Parameters
-    ----------
-    coords : (n, 3, 3) global coordinates, length.
-    section : homogeneous, or by its resultants about the surface of the nodes.
-    own : material direction and thickness of each element.
-
-    Returns
-    -------
-    (n, 18, 18), node by node (ux, uy, uz, rx, ry, rz) in global axes.
-
-    Raises
-    ------
-    DegenerateElement : nodes coincide or lie on one line.
-    """
+    """Consistent mass of flat triangular shells with rotary inertia, see `shell_mass`."""
     _require_area(coords)
     points, weights = gauss_triangle()
     r, s = points[:, 0], points[:, 1]

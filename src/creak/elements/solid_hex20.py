@@ -63,20 +63,8 @@ def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> F
     No hourglass modes; stiff near incompressibility and, where it is thin or its angles are far from 90 degrees, in
     bending. Source: Zienkiewicz and Taylor, The Finite Element Method, vol. 1 (2000), chapter 8.
 
-    Parameters
-    ----------
-    coords : (n, 20, 3) global coordinates, length: four corners round one face, those opposite them, then the middles
-        of the edges of the first face (from edge 1-2 on), of the second, and of those between (1-5, 2-6, 3-7, 4-8).
-    section : material.
-    own : material axes of each element.
-
-    Returns
-    -------
-    (n, 120, 120), node by node (ux, uy, uz, rx, ry, rz) in global axes; the rotations have no stiffness.
-
-    Raises
-    ------
-    DegenerateElement : no volume, or nodes in the wrong order.
+    Nodes: four corners round one face, those opposite them, then the middles of the edges of the first face (from edge
+    1-2 on), of the second, and of those between (1-5, 2-6, 3-7, 4-8). The rotations have no stiffness.
     """
     return isoparametric_stiffness(coords, section, TWENTY_SEVEN, own)
 
@@ -121,21 +109,7 @@ def reduced_shear_stiffness(coords: FloatArray, section: SolidSection, own: Own 
 
 
 def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
-    """Consistent mass with 3 x 3 x 3 points, exact for parallelepipeds, see `consistent_mass`.
-
-    Parameters
-    ----------
-    coords : (n, 20, 3) global coordinates, length.
-    section : material.
-
-    Returns
-    -------
-    (n, 120, 120), node by node (ux, uy, uz, rx, ry, rz) in global axes.
-
-    Raises
-    ------
-    DegenerateElement : no volume, or nodes in the wrong order.
-    """
+    """Consistent mass with 3 x 3 x 3 points, exact for parallelepipeds, see `consistent_mass`."""
     return consistent_mass(coords, section, TWENTY_SEVEN, own)
 
 

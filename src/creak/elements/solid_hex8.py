@@ -56,19 +56,7 @@ def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> F
     (MacNeal, Int. J. Numer. Meth. Eng. 24 (1987) 1793): keep the angles near 90 degrees where one element goes
     through the thickness. Integrated with 2 x 2 x 2 points, no hourglass modes.
 
-    Parameters
-    ----------
-    coords : (n, 8, 3) global coordinates, length: four nodes round one face, then those opposite them.
-    section : material.
-    own : material axes of each element.
-
-    Returns
-    -------
-    (n, 48, 48), node by node (ux, uy, uz, rx, ry, rz) in global axes; the rotations have no stiffness.
-
-    Raises
-    ------
-    DegenerateElement : no volume, or nodes in the wrong order.
+    Nodes: four nodes round one face, then those opposite them. The rotations have no stiffness.
     """
     coords = np.asarray(coords, dtype=np.float64)
     require_volume(coords, GAUSS.slopes)
@@ -85,21 +73,7 @@ def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> F
 
 
 def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
-    """Consistent mass of the trilinear displacements, see `consistent_mass`.
-
-    Parameters
-    ----------
-    coords : (n, 8, 3) global coordinates, length.
-    section : material.
-
-    Returns
-    -------
-    (n, 48, 48), node by node (ux, uy, uz, rx, ry, rz) in global axes.
-
-    Raises
-    ------
-    DegenerateElement : no volume, or nodes in the wrong order.
-    """
+    """Consistent mass of the trilinear displacements, see `consistent_mass`."""
     return consistent_mass(coords, section, GAUSS, own)
 
 

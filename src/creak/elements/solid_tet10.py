@@ -56,38 +56,12 @@ def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> F
     Good in bending with one element through the thickness; stiff near incompressibility. Source: Zienkiewicz and
     Taylor, The Finite Element Method, vol. 1 (2000), chapter 8.
 
-    Parameters
-    ----------
-    coords : (n, 10, 3) global coordinates, length: corners 1 to 4 (the fourth on the side to which 1-2-3 turn
-        right-handed), then the middles of 1-2, 2-3, 3-1, 1-4, 2-4, 3-4.
-    section : material.
-    own : material axes of each element.
-
-    Returns
-    -------
-    (n, 60, 60), node by node (ux, uy, uz, rx, ry, rz) in global axes; the rotations have no stiffness.
-
-    Raises
-    ------
-    DegenerateElement : no volume, or nodes in the wrong order.
+    Nodes: corners 1 to 4 (the fourth on the side to which 1-2-3 turn right-handed), then the middles of 1-2, 2-3, 3-1,
+    1-4, 2-4, 3-4. The rotations have no stiffness.
     """
     return isoparametric_stiffness(coords, section, FOUR, own)
 
 
 def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
-    """Consistent mass with fourteen points, exact where the edges are straight, see `consistent_mass`.
-
-    Parameters
-    ----------
-    coords : (n, 10, 3) global coordinates, length.
-    section : material.
-
-    Returns
-    -------
-    (n, 60, 60), node by node (ux, uy, uz, rx, ry, rz) in global axes.
-
-    Raises
-    ------
-    DegenerateElement : no volume, or nodes in the wrong order.
-    """
+    """Consistent mass with fourteen points, exact where the edges are straight, see `consistent_mass`."""
     return consistent_mass(coords, section, FOURTEEN, own)

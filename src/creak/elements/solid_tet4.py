@@ -30,37 +30,11 @@ def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> F
     incompressible material; use hexahedra where the answer depends on it. Source: Zienkiewicz and Taylor, The
     Finite Element Method, vol. 1 (2000), chapter 6.
 
-    Parameters
-    ----------
-    coords : (n, 4, 3) global coordinates, length; the fourth node lies on the side to which 1-2-3 turn right-handed.
-    section : material.
-    own : material axes of each element.
-
-    Returns
-    -------
-    (n, 24, 24), node by node (ux, uy, uz, rx, ry, rz) in global axes; the rotations have no stiffness.
-
-    Raises
-    ------
-    DegenerateElement : no volume, or nodes in the wrong order.
+    Nodes: the fourth node lies on the side to which 1-2-3 turn right-handed. The rotations have no stiffness.
     """
     return isoparametric_stiffness(coords, section, CENTRE, own)
 
 
 def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
-    """Consistent mass rho V/20 (1 + delta_ij) on each translation.
-
-    Parameters
-    ----------
-    coords : (n, 4, 3) global coordinates, length.
-    section : material.
-
-    Returns
-    -------
-    (n, 24, 24), node by node (ux, uy, uz, rx, ry, rz) in global axes.
-
-    Raises
-    ------
-    DegenerateElement : no volume, or nodes in the wrong order.
-    """
+    """Consistent mass rho V/20 (1 + delta_ij) on each translation."""
     return consistent_mass(coords, section, FOUR, own)

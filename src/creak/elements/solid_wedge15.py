@@ -55,38 +55,12 @@ def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> F
     No hourglass modes; good in bending, stiff near incompressibility. Source: Zienkiewicz and Taylor, The Finite
     Element Method, vol. 1 (2000), chapter 8.
 
-    Parameters
-    ----------
-    coords : (n, 15, 3) global coordinates, length: the triangle 1-2-3, the nodes 4-5-6 opposite them, then the middles
-        of 1-2, 2-3, 3-1, of 4-5, 5-6, 6-4, and of 1-4, 2-5, 3-6.
-    section : material.
-    own : material axes of each element.
-
-    Returns
-    -------
-    (n, 90, 90), node by node (ux, uy, uz, rx, ry, rz) in global axes; the rotations have no stiffness.
-
-    Raises
-    ------
-    DegenerateElement : no volume, or nodes in the wrong order.
+    Nodes: the triangle 1-2-3, the nodes 4-5-6 opposite them, then the middles of 1-2, 2-3, 3-1, of 4-5, 5-6, 6-4, and
+    of 1-4, 2-5, 3-6. The rotations have no stiffness.
     """
     return isoparametric_stiffness(coords, section, NINE, own)
 
 
 def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
-    """Consistent mass with 6 x 3 points, exact for straight prisms, see `consistent_mass`.
-
-    Parameters
-    ----------
-    coords : (n, 15, 3) global coordinates, length.
-    section : material.
-
-    Returns
-    -------
-    (n, 90, 90), node by node (ux, uy, uz, rx, ry, rz) in global axes.
-
-    Raises
-    ------
-    DegenerateElement : no volume, or nodes in the wrong order.
-    """
+    """Consistent mass with 6 x 3 points, exact for straight prisms, see `consistent_mass`."""
     return consistent_mass(coords, section, EIGHTEEN, own)

@@ -38,37 +38,11 @@ def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> F
     A fill-in element: like the tetrahedron it is too stiff in bending and in nearly incompressible material.
     Source: Zienkiewicz and Taylor, The Finite Element Method, vol. 1 (2000), chapter 8.
 
-    Parameters
-    ----------
-    coords : (n, 6, 3) global coordinates, length: the triangle 1-2-3, then the nodes opposite them.
-    section : material.
-    own : material axes of each element.
-
-    Returns
-    -------
-    (n, 36, 36), node by node (ux, uy, uz, rx, ry, rz) in global axes; the rotations have no stiffness.
-
-    Raises
-    ------
-    DegenerateElement : no volume, or nodes in the wrong order.
+    Nodes: the triangle 1-2-3, then the nodes opposite them. The rotations have no stiffness.
     """
     return isoparametric_stiffness(coords, section, GAUSS, own)
 
 
 def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
-    """Consistent mass, see `consistent_mass`.
-
-    Parameters
-    ----------
-    coords : (n, 6, 3) global coordinates, length.
-    section : material.
-
-    Returns
-    -------
-    (n, 36, 36), node by node (ux, uy, uz, rx, ry, rz) in global axes.
-
-    Raises
-    ------
-    DegenerateElement : no volume, or nodes in the wrong order.
-    """
+    """Consistent mass, see `consistent_mass`."""
     return consistent_mass(coords, section, GAUSS, own)

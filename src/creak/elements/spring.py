@@ -14,15 +14,6 @@ def stiffness(coords: FloatArray, section: Spring, own: Own = COMMON) -> FloatAr
 
     The dofs are global axes and the nodes need not coincide: a two-node spring between nodes that are apart
     (or between different dofs) puts a moment on the model under rigid rotation.
-
-    Parameters
-    ----------
-    coords : (n, 1, 3) spring to ground or (n, 2, 3); only the shape is used.
-    section : dofs 1..6, stiffness in force / length, or moment / radian for dofs 4..6.
-
-    Returns
-    -------
-    (n, d, d) with d = 6 or 12, node by node (ux, uy, uz, rx, ry, rz) in global axes.
     """
     return section.stiffness * _pattern(coords, section)
 

@@ -13,51 +13,29 @@ TRANSLATIONS = np.array([0, 1, 2, 6, 7, 8])
 
 
 def stiffness(coords: FloatArray, section: TrussSection, own: Own = COMMON) -> FloatArray:
-    """K = EA/L [t t', -t t'; -t t', t t'] on the translations, zero on the rotations.
+    """K = EA/L [t t', -t t'; -t t', t t'] on the translations, zero on the rotations."""
+    K = along_line(coords)
+    length = np.linalg.norm(coords[:, 1] - coords[:, 0], axis=1)
+    K *= (section.material.youngs_modulus * section.area / length)[:, None, None]
+    return K
 
-    Parameters
-    ----------
-    coords : (n, 2, 3) global coordinates, length.
-    section : area and material.
 
-    Returns
-    -------
-    (n, 12, 12), node by node (ux, uy, uz, rx, ry, rz) in global axes.
-
-    Raises
-    ------
-    DegenerateElement : coincident nodes.
-    """
+def along_line(coords: FloatArray) -> FloatArray:
+    """(n, 12, 12) [t t', -t t'; -t t', t t'] on the translations, t the unit vector from node 1 to node 2."""
     _require_length(coords)
 
     def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         line = piece[:, 1] - piece[:, 0]
-        length = np.linalg.norm(line, axis=1)
-        both = np.concatenate([-line, line], axis=1) / length[:, None]
-        local = np.zeros((piece.shape[0], 12, 12))
-        rigidity = section.material.youngs_modulus * section.area / length
-        local[:, TRANSLATIONS[:, None], TRANSLATIONS] = rigidity[:, None, None] * both[:, :, None] * both[:, None, :]
-        return local
+        both = np.concatenate([-line, line], axis=1) / np.linalg.norm(line, axis=1)[:, None]
+        out = np.zeros((piece.shape[0], 12, 12))
+        out[:, TRANSLATIONS[:, None], TRANSLATIONS] = both[:, :, None] * both[:, None, :]
+        return out
 
     return in_chunks(kernel, coords, 12)
 
 
 def mass(coords: FloatArray, section: TrussSection, own: Own = COMMON) -> FloatArray:
-    """Consistent mass rho A L/6 [2, 1; 1, 2] on each of the three translations.
-
-    Parameters
-    ----------
-    coords : (n, 2, 3) global coordinates, length.
-    section : area and material.
-
-    Returns
-    -------
-    (n, 12, 12), node by node (ux, uy, uz, rx, ry, rz) in global axes.
-
-    Raises
-    ------
-    DegenerateElement : coincident nodes.
-    """
+    """Consistent mass rho A L/6 [2, 1; 1, 2] on each of the three translations."""
     _require_length(coords)
     pattern = np.kron(np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0, np.eye(3))
 

@@ -1,10 +1,42 @@
-"""Linear constraints between degrees of freedom; dof numbers are 1..6 as in the deck."""
+"""Linear constraints between degrees of freedom; dof numbers are 1..6 as in the deck.
+
+Each knows `nodes`, the rows of all nodes that it touches; `dependents`, the rows of those whose motion follows from the
+others; and `equations(coords)`, what it says as `Equation`s, with coords (n_node, 3), the first term the dependent one.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from creak.arrays import FloatArray, IntArray
+from creak.errors import InputError
+
+ALL = (1, 2, 3, 4, 5, 6)
+TRANSLATIONS = (1, 2, 3)
+
+
+@dataclass(frozen=True)
+class Equation:
+    """sum_k coefficient_k u(node_k, dof_k) = 0; the first term is eliminated."""
+
+    nodes_idx: IntArray
+    dofs: IntArray
+    coefficients: FloatArray
+    where: str = ""
+
+    @property
+    def nodes(self) -> IntArray:
+        return self.nodes_idx
+
+    @property
+    def dependents(self) -> IntArray:
+        return self.nodes_idx[:1]
+
+    def equations(self, coords: FloatArray) -> Iterator[Equation]:
+        yield self
 
 
 @dataclass(frozen=True)
@@ -17,6 +49,18 @@ class KinematicCoupling:
     dofs: tuple[int, ...]
     where: str = ""
 
+    @property
+    def nodes(self) -> IntArray:
+        return _with(self.ref_idx, self.nodes_idx)
+
+    @property
+    def dependents(self) -> IntArray:
+        return self.nodes_idx
+
+    def equations(self, coords: FloatArray) -> Iterator[Equation]:
+        for node in self.nodes_idx.tolist():
+            yield from _follow(node, [self.ref_idx], [1.0], coords[node] - coords[self.ref_idx], self.dofs, self.where)
+
 
 @dataclass(frozen=True)
 class DistributingCoupling:
@@ -26,8 +70,48 @@ class DistributingCoupling:
     ref_idx: int
     nodes_idx: IntArray
     weights: FloatArray
-    dofs: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
+    dofs: tuple[int, ...] = ALL
     where: str = ""
+
+    @property
+    def nodes(self) -> IntArray:
+        return _with(self.ref_idx, self.nodes_idx)
+
+    @property
+    def dependents(self) -> IntArray:
+        return np.array([self.ref_idx])
+
+    def equations(self, coords: FloatArray) -> Iterator[Equation]:
+        """Weighted least-squares rigid motion of the cloud, moved to the reference node.
+
+        With S_k = [I, -(r_k x)] and A = sum w_k S_k' S_k: (u, theta)_ref = A^-1 sum w_k S_k' u_k.
+
+        Raises
+        ------
+        InputError : the nodes lie on a line.
+        """
+        r = coords[self.nodes_idx] - coords[self.ref_idx]
+        S = np.zeros((self.nodes_idx.size, 3, 6))
+        S[:, :, :3] = np.eye(3)
+        S[:, 0, 4], S[:, 0, 5] = r[:, 2], -r[:, 1]
+        S[:, 1, 3], S[:, 1, 5] = -r[:, 2], r[:, 0]
+        S[:, 2, 3], S[:, 2, 4] = r[:, 1], -r[:, 0]
+        weighted = S * self.weights[:, None, None]
+        A = np.einsum("kia,kib->ab", weighted, S)
+        length = max(float(np.sqrt((r**2).sum(axis=1).mean())), 1e-300)
+        scale = np.array([1.0, 1.0, 1.0, length, length, length])
+        if np.linalg.cond(A / np.outer(scale, scale)) > 1e12:
+            raise InputError(
+                f"distributing coupling {self.name!r} has its {self.nodes_idx.size} node(s) on a line or in a point",
+                where=self.where,
+                expected="at least three nodes that span an area",
+                fix="Couple more nodes, or use a kinematic coupling.",
+            )
+        weights = np.linalg.solve(A, weighted.transpose(2, 0, 1).reshape(6, -1))
+        nodes = _with(self.ref_idx, np.repeat(self.nodes_idx, 3))
+        for dof in self.dofs:
+            dofs = np.array([dof, *np.tile(TRANSLATIONS, self.nodes_idx.size).tolist()])
+            yield Equation(nodes, dofs, np.array([1.0, *(-weights[dof - 1]).tolist()]), self.where)
 
 
 @dataclass(frozen=True)
@@ -40,15 +124,21 @@ class RigidLink:
     independent_idx: int
     where: str = ""
 
+    @property
+    def nodes(self) -> IntArray:
+        return np.array([self.dependent_idx, self.independent_idx])
 
-@dataclass(frozen=True)
-class Equation:
-    """sum_k coefficient_k u(node_k, dof_k) = 0; the first term is eliminated."""
+    @property
+    def dependents(self) -> IntArray:
+        return np.array([self.dependent_idx])
 
-    nodes_idx: IntArray
-    dofs: IntArray
-    coefficients: FloatArray
-    where: str = ""
+    def equations(self, coords: FloatArray) -> Iterator[Equation]:
+        if self.kind == "beam":
+            arm = coords[self.dependent_idx] - coords[self.independent_idx]
+            yield from _follow(self.dependent_idx, [self.independent_idx], [1.0], arm, ALL, self.where)
+            return
+        for dof in TRANSLATIONS if self.kind == "pin" else ALL:
+            yield Equation(self.nodes, np.array([dof, dof]), np.array([1.0, -1.0]), self.where)
 
 
 @dataclass(frozen=True)
@@ -68,6 +158,18 @@ class Tie:
     """Whether theta = sum_k w_k theta_k as well."""
     where: str = ""
 
+    @property
+    def nodes(self) -> IntArray:
+        return _with(self.node_idx, self.nodes_idx)
+
+    @property
+    def dependents(self) -> IntArray:
+        return np.array([self.node_idx])
+
+    def equations(self, coords: FloatArray) -> Iterator[Equation]:
+        dofs = ALL if self.rotations else TRANSLATIONS
+        yield from _follow(self.node_idx, self.nodes_idx.tolist(), self.weights.tolist(), self.arm, dofs, self.where)
+
 
 Constraint = KinematicCoupling | DistributingCoupling | RigidLink | Equation | Tie
 
@@ -79,3 +181,22 @@ class Fixed:
     nodes_idx: IntArray
     dofs: tuple[int, ...]
     where: str = ""
+
+
+def _with(node: int, nodes_idx: IntArray) -> IntArray:
+    return np.concatenate([[node], nodes_idx]).astype(np.int64)
+
+
+def _follow(
+    node: int, main: Sequence[int], weights: Sequence[float], arm: FloatArray, dofs: Sequence[int], where: str
+) -> Iterator[Equation]:
+    """u_node = sum_k w_k (u_k + theta_k x arm), theta_node = sum_k w_k theta_k."""
+    for dof in dofs:
+        nodes, numbers, c = [node], [dof], [1.0]
+        j, k = dof % 3, (dof + 1) % 3
+        levers = [(axis, v) for axis, v in ((j, -arm[k]), (k, arm[j])) if v != 0.0] if dof <= 3 else []
+        for other, w in zip(main, weights, strict=True):
+            nodes += [other] * (1 + len(levers))
+            numbers += [dof, *(4 + axis for axis, _ in levers)]
+            c += [-w, *(float(w * lever) for _, lever in levers)]
+        yield Equation(np.array(nodes), np.array(numbers), np.array(c), where)

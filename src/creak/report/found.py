@@ -13,6 +13,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.part import Rayleigh
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
+from creak.model.dofs import nodes_of
 from creak.model.plain_mesh import PlainMesh, plain_mesh
 from creak.reduction.health import health_rows
 from creak.report.motions import Motions, recorded_motions
@@ -208,7 +209,7 @@ def _setup(setup: Setup) -> FoundSetup:
         _channels(setup.connectors),
         setup.pairs,
         _nodes([f.nodes_idx for f in setup.model.fixed]),
-        _nodes([a // 6 for a in moved]),
+        _nodes([nodes_of(a) for a in moved]),
     )
 
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.recovery import by_node, recovered
+from creak.model.dofs import nodes_of
 from creak.report.surface import Surface
 from creak.studies.run.job import Run
 from creak.studies.run.motion import Motion
@@ -68,7 +69,7 @@ def recorded_motions(run: Run | None, n_node: int, surface: Surface | None, budg
         return _none("the model has no surface or lines to draw")
     if not recording.motions:
         return _none(recording.why)
-    still = int((~np.isin(surface.nodes_idx, np.unique(run.system.labels // 6))).sum())
+    still = int((~np.isin(surface.nodes_idx, np.unique(nodes_of(run.system.labels)))).sum())
     if still == surface.nodes_idx.size:
         return _none("the motion of the parts drawn cannot be recovered from this model")
     shown: list[ShownMotion] = []

@@ -6,6 +6,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
+from creak.model.dofs import dofs_of, nodes_of
 
 AGAINST = -0.5
 """Cosine below which two channels push against each other: normals more than 120 degrees apart."""
@@ -30,7 +31,7 @@ def pushes(gaps: GapOperator) -> FloatArray:
     of its row over all nodes.
     """
     G = gaps.G.tocoo()
-    at, dof = gaps.labels[G.col] // 6, gaps.labels[G.col] % 6
+    at, dof = nodes_of(gaps.labels[G.col]), dofs_of(gaps.labels[G.col]) - 1
     own, whole = np.zeros((gaps.m, 6)), np.zeros((gaps.m, 6))
     np.add.at(whole, (G.row, dof), G.data)
     mine = at == gaps.nodes_idx[G.row]

@@ -159,7 +159,9 @@ def test_mistakes_with_instances(read: Reader, parts: str, old: str, new: str, m
 
 
 def test_a_misspelled_keyword_is_pointed_out_with_the_error_it_causes(read: Reader, flat: str) -> None:
-    with pytest.raises(InputError, match=r"uses node 10.*\*NODES at .*:4 is not a keyword. Did you mean 'NODE'"):
+    with pytest.raises(
+        InputError, match=r"uses node 10.*\*NODES at .*:4 is not a keyword that creak knows. Did you mean 'NODE'"
+    ):
         read(flat.replace("*NODE, NSET=FRAME_NODES", "*NODES, NSET=FRAME_NODES"))
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 from numpy.testing import assert_allclose
 
-from creak.formats.abaqus.beams import rectangle_torsion
+from creak.formats.deck.cross_section import rectangle_torsion
 from creak.model.constraints import Equation, KinematicCoupling, RigidLink
 from creak.model.materials import BeamSection, PointMass, Spring, TrussSection
 from creak.model.mesh import Model

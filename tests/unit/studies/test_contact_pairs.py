@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from creak.errors import InputError
+from creak.formats.decks import read_model
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.reader import Study
 from creak.studies.prepare.pairs import contact_pair
-from creak.studies.prepare.setup import _contacts, _plays, read_model
+from creak.studies.prepare.setup import _contacts, _plays
 from helpers_decks import STUDY, write_strips
 
 

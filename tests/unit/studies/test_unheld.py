@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from creak.errors import InputError
+from creak.formats.decks import read_model
 from creak.studies.file.reader import read_study
-from creak.studies.prepare.setup import read_model, set_up_model
+from creak.studies.prepare.setup import set_up_model
 from creak.studies.run.job import StudyResult, run_study
 from helpers_decks import two_strips, write_strips
 

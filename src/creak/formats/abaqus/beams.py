@@ -8,14 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from creak.errors import InputError, suggest
-from creak.formats.abaqus.beam_shapes import SHAPES, Shape, rectangle_torsion
+from creak.formats.abaqus.beam_shapes import SHAPES
 from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.materials import RawMaterial, check_poisson, find_material
 from creak.formats.abaqus.numbers import floats, positive, to_float
 from creak.formats.abaqus.outline import Scope
+from creak.formats.deck.cross_section import CrossSection, principal
 from creak.model.materials import BeamSection, Material
-
-__all__ = ["read_beam_general_section", "read_beam_section", "rectangle_torsion"]
 
 Rows = list[tuple[list[str], str]]
 
@@ -71,11 +70,15 @@ def read_beam_general_section(scope: Scope, block: Block, materials: dict[str, R
 
 
 def _section(
-    scope: Scope, block: Block, material: Material, shape: Shape, rows: Rows, given: tuple[str, tuple[float, ...]]
+    scope: Scope,
+    block: Block,
+    material: Material,
+    shape: CrossSection,
+    rows: Rows,
+    given: tuple[str, tuple[float, ...]],
 ) -> BeamSection:
     """The section with shear areas k A; the second moments turned to principal axes."""
-    values = (shape.area, shape.i11, shape.i22, shape.torsion)
-    if not all(0.0 < v < math.inf for v in values) or shape.i12**2 >= shape.i11 * shape.i22:
+    if not shape.sound or shape.i12**2 >= shape.i11 * shape.i22:
         raise InputError(
             "the beam section has an area or second moment that is zero, negative or too large",
             where=block.where,
@@ -104,23 +107,7 @@ def _section(
     )
 
 
-def principal(i11: float, i22: float, i12: float) -> tuple[float, float, float]:
-    """Second moments about principal axes 1 and 2, and the angle from axis 1 to principal axis 1.
-
-    I1 = I11 c^2 + I22 s^2 - 2 I12 s c with tan 2 angle = 2 I12/(I22 - I11), I12 = integral of x1 x2 dA.
-    """
-    if i12 == 0.0:
-        return i11, i22, 0.0
-    angle = 0.5 * math.atan2(2.0 * i12, i22 - i11)
-    c, s = math.cos(angle), math.sin(angle)
-    return (
-        i11 * c * c + i22 * s * s - 2.0 * i12 * s * c,
-        i11 * s * s + i22 * c * c + 2.0 * i12 * s * c,
-        angle,
-    )
-
-
-def _shear_areas(block: Block, shape: Shape, material: Material) -> tuple[float, float]:
+def _shear_areas(block: Block, shape: CrossSection, material: Material) -> tuple[float, float]:
     """k A along axes 1 and 2, or K13/G and K23/G of *TRANSVERSE SHEAR STIFFNESS (K23, K13)."""
     for option in block.options:
         if option.name == "TRANSVERSE SHEAR STIFFNESS":
@@ -159,7 +146,7 @@ def _axis1(scope: Scope, rows: Rows) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _shape(block: Block, name: str, rows: Rows) -> tuple[Shape, tuple[float, ...]]:
+def _shape(block: Block, name: str, rows: Rows) -> tuple[CrossSection, tuple[float, ...]]:
     """Properties and dimensions of a standard shape; its first dimension lies along axis 1."""
     if name not in SHAPES:
         raise InputError(
@@ -183,7 +170,7 @@ def _shape(block: Block, name: str, rows: Rows) -> tuple[Shape, tuple[float, ...
         ) from None
 
 
-def _general(block: Block, rows: Rows) -> tuple[Shape, tuple[float, ...]]:
+def _general(block: Block, rows: Rows) -> tuple[CrossSection, tuple[float, ...]]:
     fields, where = rows[0] if rows else ([], block.where)
     names = ("area", "I11", "I12", "I22", "J")
     area, i11, i12, i22, torsion = floats(fields, where, "property of the beam section", 5)
@@ -195,4 +182,4 @@ def _general(block: Block, rows: Rows) -> tuple[Shape, tuple[float, ...]]:
                 where=where,
                 fix=f"Give {names}.",
             )
-    return Shape(area, i11, i22, i12, torsion), (area, i11, i12, i22, torsion)
+    return CrossSection(area, i11, i22, i12, torsion, shear_factor=1.0), (area, i11, i12, i22, torsion)

@@ -2,35 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
 
-from creak.errors import suggest
-from creak.formats.abaqus.lexer import squeeze
-
-
-@dataclass(frozen=True)
-class Keyword:
-    """The meaning of one keyword."""
-
-    role: str
-    """read, harmless, or changes (leaving it out changes the answer)."""
-    why: str = ""
-    params: frozenset[str] = frozenset()
-    """Parameters (without blanks) that creak reads or that cannot change the answer."""
-    under: str = ""
-    """Keywords that this one is an option of, separated by commas."""
-
-    @property
-    def owners(self) -> tuple[str, ...]:
-        """Keywords that this one is an option of."""
-        return tuple(name.strip() for name in self.under.split(","))
+from creak.formats.abaqus.lexer import Block, squeeze
+from creak.formats.deck.catalogue import Catalogue, Meaning, listed
 
 
-def _read(params: str = "", under: str = "") -> Keyword:
-    return Keyword("read", params=frozenset(squeeze(p) for p in params.split(",") if p), under=under)
+def _read(params: str = "", under: str = "") -> Meaning:
+    """Parameters that creak reads or that cannot change the answer, and what the keyword is an option of."""
+    owners = tuple(name.strip() for name in under.split(",") if name)
+    return Meaning("read", params=frozenset(squeeze(p) for p in params.split(",") if p), owners=owners)
 
 
-_READ: dict[str, Keyword] = {
+_READ: dict[str, Meaning] = {
     "HEADING": _read("SPARSE, UNSYMM"),
     "NODE": _read("NSET, SYSTEM"),
     "ELEMENT": _read("TYPE, ELSET"),
@@ -164,19 +148,18 @@ _OF_STEPS = (
 """Keywords that stand in steps."""
 
 
-def _listed(groups: dict[str, str], role: str) -> dict[str, Keyword]:
-    return {n.strip(): Keyword(role, why) for why, names in groups.items() for n in names.split(",")}
+KEYWORDS = Catalogue(
+    "keyword",
+    {
+        **listed("harmless", _HARMLESS),
+        **listed("changes", {"it belongs into a *STEP": _OF_STEPS}),
+        **listed("changes", _CHANGES),
+        **_READ,
+    },
+)
+"""By the keyword without star, single blanks."""
 
-
-KEYWORDS: dict[str, Keyword] = {
-    **_listed(_HARMLESS, "harmless"),
-    **_listed({"it belongs into a *STEP": _OF_STEPS}, "changes"),
-    **_listed(_CHANGES, "changes"),
-    **_READ,
-}
-"""Keyword without star, single blanks -> what it means."""
-
-_SPELLED = {squeeze(name): name for name in KEYWORDS}
+_SPELLED = {squeeze(name): name for name in KEYWORDS.known}
 
 
 def canonical(name: str) -> str:
@@ -184,13 +167,19 @@ def canonical(name: str) -> str:
     return _SPELLED.get(squeeze(name), name)
 
 
-def meaning(name: str) -> Keyword:
+def meaning(name: str) -> Meaning:
     """What a keyword means to creak; an unknown one may change the answer."""
-    known = KEYWORDS.get(canonical(name))
-    if known is not None:
-        return known
-    if name.startswith("CONNECTOR"):
-        return Keyword("changes", "creak reads *CONNECTOR SECTION, BEHAVIOR, ELASTICITY and DAMPING")
-    hint = suggest(name, KEYWORDS)
-    why = "creak does not know this keyword"
-    return Keyword("changes", f"{why}. {hint}" if hint.startswith("Did you mean") else why)
+    name = canonical(name)
+    if _of_connectors(name):
+        return Meaning("changes", "creak reads *CONNECTOR SECTION, BEHAVIOR, ELASTICITY and DAMPING")
+    return KEYWORDS.meaning(name)
+
+
+def _of_connectors(name: str) -> bool:
+    return name.startswith("CONNECTOR") and name not in KEYWORDS.known
+
+
+def misspelled(blocks: Iterable[Block]) -> str:
+    """Hint at the first keyword that looks like a misspelling; empty without one."""
+    named = ((canonical(b.name), f"*{b.name}", b.where) for b in blocks)
+    return KEYWORDS.misspelled(n for n in named if not _of_connectors(n[0]))

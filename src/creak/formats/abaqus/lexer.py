@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from creak.errors import InputError
-from creak.formats.include_budget import IncludeBudget
+from creak.formats.deck.include_budget import IncludeBudget
+from creak.formats.deck.text import read_bytes, read_lines, refuse_loop
 
 _FILE_SHIFT = 32
 _LINE_MASK = (1 << _FILE_SHIFT) - 1
@@ -112,35 +114,12 @@ def lex(path: str | Path) -> list[Block]:
     return lexer.finished()
 
 
-def read_text(path: Path, included_at: str, budget: IncludeBudget) -> list[str]:
-    """Lines of a text file (UTF-8, else Latin-1).
-
-    Raises
-    ------
-    InputError : no such file, unreadable, or not text.
-    """
-    what = "included file" if included_at else "deck"
-    try:
-        data = budget.read(path, included_at)
-    except FileNotFoundError:
-        fix = "Give the path relative to the including file." if included_at else "Check the path."
-        raise InputError(f"there is no {what} {path}", where=included_at, fix=fix) from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError(f"cannot read the {what} {path}: {reason}", where=included_at, fix="Check the path.") from None
-    if b"\0" in data:
-        raise InputError(
-            f"{path} is not a text file (it holds zero bytes)",
-            expected="an Abaqus deck in plain text (UTF-8 or Latin-1)",
-            where=included_at,
-            fix="Give the .inp file, not a result or a zipped file.",
-        )
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        text = data.decode("latin-1")
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    return lines if lines[-1] else lines[:-1]
+def abaqus_files(path: Path) -> list[Path]:
+    """A deck and what it includes, in reading order."""
+    if not re.search(rb"(?i)input", read_bytes(path)):  # the word that names a file, wherever its line is broken
+        return [path]
+    blocks = lex(path)
+    return [Path(name) for name in blocks[0].files] if blocks else [path]
 
 
 class _Lexer:
@@ -158,11 +137,9 @@ class _Lexer:
         return self.blocks
 
     def read_file(self, path: Path, included_at: str) -> None:
-        resolved = path.absolute()
-        if resolved in self.open_files or len(self.open_files) > 50:
-            raise InputError(f"{path} includes itself", where=included_at, fix="Remove this *INCLUDE line.")
-        lines = read_text(path, included_at, self.budget)
-        self.open_files.append(resolved)
+        refuse_loop(path, self.open_files, included_at, "*INCLUDE")
+        lines = read_lines(path, included_at, "an Abaqus", ".inp", self.budget)
+        self.open_files.append(path.absolute())
         base = len(self.files) << _FILE_SHIFT
         self.files.append(str(path))
         self._read_lines(lines, base, path)

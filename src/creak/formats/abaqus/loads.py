@@ -18,6 +18,7 @@ from creak.formats.abaqus.outline import Outline
 from creak.formats.abaqus.transforms import Transforms
 from creak.formats.abaqus.used import list_params
 from creak.model.constraints import Fixed
+from creak.model.dofs import dof_label, node_and_dof, nodes_of
 from creak.model.steps import Amplitude, PointLoad, Prescribed
 
 KINDS = ("DISPLACEMENT", "VELOCITY", "ACCELERATION")
@@ -29,7 +30,7 @@ class Motion:
 
     entries: list[Fixed | Prescribed] = field(default_factory=list)
     by_label: dict[int, int] = field(default_factory=dict)
-    """6 node row + dof - 1 -> row of `entries`."""
+    """Label of a dof -> row of `entries`."""
 
     def hold(self, fixed: Fixed) -> None:
         self._set(fixed.nodes_idx, fixed.dofs, fixed)
@@ -40,7 +41,7 @@ class Motion:
     def _set(self, nodes: IntArray, dofs: Iterable[int], entry: Fixed | Prescribed) -> None:
         self.entries.append(entry)
         row = len(self.entries) - 1
-        self.by_label.update({6 * n + dof - 1: row for n in nodes.tolist() for dof in dofs})
+        self.by_label.update({dof_label(n, dof): row for n in nodes.tolist() for dof in dofs})
 
     def release(self) -> None:
         """OP=NEW: nothing of what was said before holds."""
@@ -58,7 +59,7 @@ class Motion:
             if isinstance(entry, Fixed):
                 fixed += _by_dofs(found, entry.where)
             else:
-                moved.append(replace(entry, nodes_idx=np.array(found, dtype=np.int64) // 6))
+                moved.append(replace(entry, nodes_idx=nodes_of(np.array(found))))
         return tuple(fixed), tuple(moved)
 
 
@@ -66,7 +67,8 @@ def _by_dofs(labels: Iterable[int], where: str) -> list[Fixed]:
     """Held dofs, those of a node together: nodes that are held in the same dofs make one entry."""
     dofs: dict[int, list[int]] = {}
     for label in labels:
-        dofs.setdefault(label // 6, []).append(label % 6 + 1)
+        node, dof = node_and_dof(label)
+        dofs.setdefault(node, []).append(dof)
     nodes: dict[tuple[int, ...], list[int]] = {}
     for node, held in dofs.items():
         nodes.setdefault(tuple(sorted(held)), []).append(node)

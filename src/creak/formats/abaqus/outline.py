@@ -127,11 +127,11 @@ class _Sorter:
     def _ordinary(self, block: Block) -> None:
         known = meaning(block.name)
         if known.role != "read":
-            self.result.note(block, known.why, changes=known.role == "changes")
+            self.result.note(block, known.why, changes=known.changes_answer)
             self.result.set_aside.append(block)
             return
         self._list_params(block, known.params)
-        if known.under:
+        if known.owners:
             owners = " or *".join(known.owners)
             if self.parent is None or self.parent.name not in known.owners:
                 raise InputError(

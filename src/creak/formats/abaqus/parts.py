@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from creak.arrays import BoolArray, IntArray
 from creak.formats.abaqus.elements import TYPES, Elements
 from creak.formats.abaqus.names import Registry
 from creak.formats.abaqus.outline import Outline
+from creak.formats.deck.parts import Rows, number_pieces, number_points, stars
 from creak.model.constraints import Constraint, DistributingCoupling, KinematicCoupling, RigidLink
 from creak.model.mesh import Nodes, Part
 
@@ -83,35 +82,9 @@ def _structural_parts(elements: Elements, node_part: IntArray, n_parts: int) -> 
     table = elements.nodes_idx
     outside = elements.structural & (node_part[table[:, 0]] < 0)
     table = table[outside]
-    start, end = _edges(table)
+    start, end = stars(table)
     inside = (node_part[start] < 0) & (node_part[end] < 0)
-    return _number_groups(np.unique(table[table >= 0]), start[inside], end[inside], table[:, 0], node_part, n_parts)
-
-
-def _edges(table: IntArray) -> tuple[IntArray, IntArray]:
-    """Node pairs (first, other) of elements."""
-    start = np.repeat(table[:, :1], table.shape[1] - 1, axis=1)
-    valid = table[:, 1:] >= 0
-    return start[valid], table[:, 1:][valid]
-
-
-def _number_groups(
-    members: IntArray, start: IntArray, end: IntArray, order: IntArray, node_part: IntArray, n_parts: int
-) -> int:
-    """Give each connected group of unassigned `members` the next part number, in the order of `order`."""
-    members = members[node_part[members] < 0]
-    if members.size == 0:
-        return n_parts
-    size = node_part.size
-    graph = coo_array((np.ones(start.size, np.int8), (start, end)), shape=(size, size))
-    _, label = connected_components(graph, directed=False)
-    order = order[node_part[order] < 0]
-    firsts = label[np.concatenate([order, members])]
-    groups, at = np.unique(firsts, return_index=True)
-    rank = np.empty(groups.size, dtype=np.int64)
-    rank[np.argsort(at)] = np.arange(groups.size)
-    node_part[members] = n_parts + rank[np.searchsorted(groups, label[members])]
-    return n_parts + groups.size
+    return number_pieces(np.unique(table[table >= 0]), start[inside], end[inside], table[:, 0], node_part, n_parts)
 
 
 def attach(node_part: IntArray, constraints: list[Constraint]) -> None:
@@ -158,43 +131,13 @@ def _single(parts: IntArray) -> int:
 
 
 def _point_parts(elements: Elements, constraints: list[Constraint], node_part: IntArray, n_parts: int) -> int:
-    """Number the connected groups of leftover nodes that carry masses or springs.
-
-    A group without mass that hangs on springs of one part joins that part; between several it joins none.
-    """
+    """Number the connected groups of leftover nodes that carry masses or springs (`deck.parts.number_points`)."""
     points = ~elements.structural
     table = elements.nodes_idx[points]
-    members = np.unique(table[table >= 0])
-    start, end = _edges(table)
     pairs = [(c.dependent_idx, c.independent_idx) for c in constraints if isinstance(c, RigidLink)]
-    linked = np.array(pairs, dtype=np.int64).reshape(-1, 2)
-    all_start, all_end = np.concatenate([start, linked[:, 0]]), np.concatenate([end, linked[:, 1]])
-    free = (node_part[all_start] < 0) & (node_part[all_end] < 0)
-    trial = node_part.copy()
-    total = _number_groups(members, all_start[free], all_end[free], table[:, 0], trial, n_parts)
-    heavy_nodes = elements.nodes_idx[points & _HAS_MASS[elements.type_idx], 0]
-    heavy = np.zeros(total + 1, dtype=bool)
-    heavy[trial[heavy_nodes]] = True
-    neighbours = _spring_neighbours(start, end, node_part, trial)
-    count = n_parts
-    for group in range(n_parts, total):
-        rows, near = np.flatnonzero(trial == group), neighbours.get(group, set())
-        if heavy[group] or not near:
-            node_part[rows] = count
-            count += 1
-        elif len(near) == 1:
-            node_part[rows] = next(iter(near))
-    return count
-
-
-def _spring_neighbours(start: IntArray, end: IntArray, node_part: IntArray, trial: IntArray) -> dict[int, set[int]]:
-    """Group of leftover nodes -> parts that its springs reach."""
-    result: dict[int, set[int]] = {}
-    for a, b in ((start, end), (end, start)):
-        crossing = (node_part[a] < 0) & (node_part[b] >= 0)
-        for group, part in zip(trial[a[crossing]], node_part[b[crossing]], strict=True):
-            result.setdefault(int(group), set()).add(int(part))
-    return result
+    links = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    heavy = elements.nodes_idx[points & _HAS_MASS[elements.type_idx], 0]
+    return number_points(Rows.of_table(table), links, heavy, node_part, n_parts, order=table[:, 0])
 
 
 def _element_part(elements: Elements, node_part: IntArray) -> IntArray:

@@ -6,8 +6,6 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
-
 from creak.arrays import IntArray
 from creak.errors import InputError
 from creak.formats.abaqus.added_mass import with_added_mass
@@ -16,8 +14,8 @@ from creak.formats.abaqus.boundary import read_boundaries, read_initial_velocity
 from creak.formats.abaqus.couplings import Placement, read_couplings
 from creak.formats.abaqus.elements import read_elements
 from creak.formats.abaqus.joints import joint_constraints
-from creak.formats.abaqus.keywords import meaning
-from creak.formats.abaqus.lexer import Block, lex
+from creak.formats.abaqus.keywords import misspelled
+from creak.formats.abaqus.lexer import lex
 from creak.formats.abaqus.links import read_links
 from creak.formats.abaqus.materials import read_materials
 from creak.formats.abaqus.names import with_short_names
@@ -34,6 +32,7 @@ from creak.formats.abaqus.steps import read_run
 from creak.formats.abaqus.surfaces import RawSurface, read_surfaces
 from creak.formats.abaqus.ties import read_ties
 from creak.formats.abaqus.transforms import held_along_axes, note_transformed, read_transforms
+from creak.formats.deck.refusals import reading
 from creak.model.mesh import Model, Surface
 from creak.model.steps import DeckRun
 
@@ -86,27 +85,8 @@ def _read(path: str | Path, made: Callable[[Outline], T]) -> T:
             where=path,
             fix="Is this the right file?",
         )
-    try:
-        with np.errstate(all="ignore"):
-            return made(outline(blocks))
-    except (OverflowError, np.linalg.LinAlgError):
-        raise InputError(
-            "a number of the deck is too large or too small to compute with",
-            where=path,
-            fix="Check the sections, materials and coordinates.",
-        ) from None
-    except InputError as error:
-        fix = f"{error.fix} {_misspelled(blocks)}".strip()
-        raise InputError(error.what, expected=error.expected, where=error.where or path, fix=fix) from None
-
-
-def _misspelled(blocks: list[Block]) -> str:
-    """Hint at the first keyword that looks like a misspelling: it may have caused the error."""
-    for block in blocks:
-        why = meaning(block.name).why
-        if "Did you mean" in why:
-            return f"Note that *{block.name} at {block.where} is not a keyword. {why.partition('. ')[2]}"
-    return ""
+    with reading(path, lambda: misspelled(blocks)):
+        return made(outline(blocks))
 
 
 def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRun | None]:

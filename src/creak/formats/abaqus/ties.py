@@ -17,7 +17,7 @@ from creak.formats.abaqus.outline import Outline, Scope
 from creak.formats.abaqus.sections import Assigned
 from creak.formats.abaqus.surfaces import RawSurface
 from creak.formats.abaqus.tied_contact import tied_pairs
-from creak.formats.tying import DEFAULT_TOLERANCE, MainSurface, Meeting, meet, reach_of, ties_of
+from creak.formats.deck.tying import DEFAULT_TOLERANCE, MainSurface, Meeting, meet, reach_of, ties_of
 from creak.model.constraints import Constraint
 from creak.model.mesh import Nodes
 from creak.model.solid_faces import FACES

@@ -10,7 +10,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.formats.abaqus.surfaces import tributary_areas
 from creak.formats.abaqus.write_elements import Written
 from creak.formats.abaqus.write_names import Scopes, listed, number
-from creak.formats.abaqus.write_sections import unwritable
+from creak.formats.deck.refusals import unwritable
 from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling, RigidLink
 from creak.model.mesh import ElementBlock, Model, Surface
 from creak.model.solid_faces import FACES, face_numbers, faces_of

@@ -9,7 +9,9 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.formats.abaqus.write_names import Scopes, listed, number, vector
-from creak.formats.abaqus.write_sections import Materials, inverted, section_lines, unwritable
+from creak.formats.abaqus.write_sections import Materials, section_lines
+from creak.formats.deck.digits import inverted
+from creak.formats.deck.refusals import unwritable
 from creak.model.materials import AxialSpring, BeamSection, NodalMatrices, Section, ShellSection, Spring
 from creak.model.mesh import ElementBlock, Model
 

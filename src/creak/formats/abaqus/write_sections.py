@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
 from creak.formats.abaqus.beam_shapes import SHAPES
 from creak.formats.abaqus.write_names import listed, number, numbers, vector
+from creak.formats.deck.digits import inverted
+from creak.formats.deck.refusals import unwritable
 from creak.model.laminates import laminate
 from creak.model.materials import (
     AnisotropicMaterial,
@@ -31,8 +31,6 @@ from creak.model.materials import (
 )
 
 _ABAQUS_ORDER = np.array([0, 1, 2, 3, 5, 4])
-_STEPS = 8
-"""Neighbouring floating-point numbers that `inverted` tries to either side."""
 
 
 class Materials:
@@ -86,23 +84,6 @@ def material_lines(material: AnyMaterial) -> list[str]:
 def triangle(matrix: FloatArray) -> list[float]:
     """Columns of the upper triangle, as `elasticity.symmetric` reads them."""
     return [float(v) for v in matrix[np.tril_indices(len(matrix))]]
-
-
-def unwritable(what: str, why: str) -> InputError:
-    """What an Abaqus deck as creak reads it cannot say."""
-    return InputError(
-        f"{what} cannot be written as an Abaqus deck: {why}", fix="Take it out of the model, or keep the deck as it is."
-    )
-
-
-def inverted(function: Callable[[float], float], wanted: float, guess: float) -> float:
-    """x near `guess` with function(x) == wanted to the last bit, the one with fewest digits first; else the guess."""
-    tries = [float(f"{guess:.{digits}g}") for digits in range(1, 17)]
-    low = high = guess
-    for _ in range(_STEPS):
-        low, high = math.nextafter(low, -math.inf), math.nextafter(high, math.inf)
-        tries += [low, high]
-    return next((x for x in [*tries[:16], guess, *tries[16:]] if function(x) == wanted), guess)
 
 
 def section_lines(section: Section, elset: str, materials: Materials, orientation: str, at_nodes: bool) -> list[str]:

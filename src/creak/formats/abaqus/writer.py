@@ -11,7 +11,7 @@ from creak.formats.abaqus.reader import read_deck
 from creak.formats.abaqus.write_conditions import condition_lines, constraint_lines, set_lines, surface_lines
 from creak.formats.abaqus.write_elements import Written, element_lines
 from creak.formats.abaqus.write_names import ROOT, Scopes, vector
-from creak.formats.unread import first_unread
+from creak.formats.deck.unread import stop_on_unread
 from creak.formats.written_deck import write_checked
 from creak.model.comparison import difference
 from creak.model.mesh import Model
@@ -83,17 +83,6 @@ def _instance(model: Model, name: str) -> list[str]:
 def _part_name(model: Model, instance: str) -> str:
     """The *PART of an instance: its alias where it has one."""
     return next((p.aliases[0] for p in model.parts if p.name == instance and p.aliases), instance)
-
-
-def stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
-    """Raise InputError where the model was read without something that changes the answer."""
-    u = first_unread(model, ignore)
-    if u is not None:
-        raise InputError(
-            f"{u.keyword} was not read and would be lost: {u.why}",
-            where=u.where,
-            fix=f"Remove it, or go on without it: --ignore {u.keyword.lstrip('*')!r}.",
-        )
 
 
 def _same_part_names(copy: Model, model: Model) -> Model:

@@ -8,6 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.formats.deck.cross_section import principal
 from creak.formats.nastran.bar_shapes import OFF_CENTRE, SHAPES, read_shape
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.deck import Deck, referred, unique_cards
@@ -69,10 +70,9 @@ def _beam(
             where=card.where,
             expected="no negative value, I1 I2 > I12^2",
         )
-    middle, half = 0.5 * (i[0] + i[1]), math.hypot(0.5 * (i[0] - i[1]), i[2])
-    i22, i11, angle = i[0], i[1], 0.0
-    if i[2]:
-        i22, i11, angle, k = middle + half, middle - half, 0.5 * math.atan2(2.0 * i[2], i[0] - i[1]), (0.0, 0.0)
+    i11, i22, angle = principal(i[1], i[0], i[2])
+    if angle:
+        k = (0.0, 0.0)
     return BeamSection(
         f"{card.name} {card.integer(0)}",
         material,
@@ -103,8 +103,8 @@ def _shaped(deck: Deck, card: Card, materials: Materials) -> BeamSection:
         deck.note(card, f"the shear centre of {kind} is taken at the centroid", changes=True, what=f"PBEAML, {kind}")
     if card.name == "PBEAML" and "YES" in card.text(8 + 1 + SHAPES[kind][0]).upper():
         deck.note(card, "creak takes the section of end A all along", changes=True, what="PBEAML, stations")
-    i = (shape.i1, shape.i2, shape.i12)
-    return _beam(deck, card, materials, shape.area, i, shape.torsion, nsm, (shape.k1, shape.k2), shape.radius)
+    i, k = (shape.i22, shape.i11, shape.i12), (shape.shear_factor, shape.shear_factor)
+    return _beam(deck, card, materials, shape.area, i, shape.torsion, nsm, k, shape.radius)
 
 
 def _pbeam(deck: Deck, card: Card, materials: Materials) -> BeamSection:

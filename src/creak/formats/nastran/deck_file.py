@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from creak.errors import InputError
-from creak.formats.include_budget import IncludeBudget
+from creak.formats.deck.include_budget import IncludeBudget
+from creak.formats.deck.text import read_bytes, read_lines, refuse_loop
 from creak.formats.nastran.bulk_data import Card, Line, cards_of
 
 _BULK = re.compile(r"\s*BEGIN(\s+BULK)?\b", re.I)
@@ -24,7 +25,6 @@ _NAMES = (
 """Comments in which pre-processors keep the names of properties."""
 _SET_NAME = re.compile(r'\$HMSET\s+(\d{1,15})\s+\d+\s*"([^"]+)"', re.I)
 """The same of sets."""
-DEPTH = 50
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def read_deck_file(path: Path) -> DeckFile:
     InputError : a file is missing or not text, a deck includes itself, BEGIN BULK without ENDDATA.
     """
     budget = IncludeBudget()
-    lines = _text(path, "", budget)
+    lines = _lines(path, "", budget)
     whole = any(_BULK.match(t) or t.strip().upper().startswith("CEND") for t in lines)
     reader = _Reader(path, "executive" if whole else "bulk", budget)
     reader.read(path, lines, ())
@@ -74,6 +74,18 @@ def read_deck_file(path: Path) -> DeckFile:
     commands = [line for line in case if not _PARAM.match(line.text)]
     names = (reader.names, reader.set_names)
     return DeckFile(reader.lines["executive"], commands, cards, *names, reader.others, reader.not_found)
+
+
+def nastran_files(path: Path) -> list[Path]:
+    """A deck and what it includes, in reading order."""
+    files, known = [path], {path}
+    for file in files:  # grows on the way
+        for name in re.findall(rb"(?im)^[ \t]*INCLUDE\s+['\"]?([^'\"\r\n$]+)", read_bytes(file)):
+            included = file.parent / name.decode("latin-1").strip()
+            if included.is_file() and included not in known:
+                known.add(included)
+                files.append(included)
+    return files
 
 
 @dataclass
@@ -149,9 +161,8 @@ class _Reader:
                 where=line.where,
                 fix="Give the path relative to the including file.",
             )
-        if target.absolute() in above or len(above) > DEPTH:
-            raise InputError(f"{target} includes itself", where=line.where, fix="Remove this INCLUDE line.")
-        self.read(target, _text(target, line.where, self.budget), above)
+        refuse_loop(target, above, line.where, "INCLUDE")
+        self.read(target, _lines(target, line.where, self.budget), above)
 
 
 def _file_name(rest: str, lines: list[str], k: int) -> tuple[str, int]:
@@ -166,21 +177,5 @@ def _file_name(rest: str, lines: list[str], k: int) -> tuple[str, int]:
     return rest.split("$")[0].strip().replace("\\", "/"), k
 
 
-def _text(path: Path, included_at: str, budget: IncludeBudget) -> list[str]:
-    what = "included file" if included_at else "deck"
-    try:
-        data = budget.read(path, included_at)
-    except OSError as error:
-        reason = "it does not exist" if isinstance(error, FileNotFoundError) else error.strerror
-        raise InputError(f"cannot read the {what} {path}: {reason}", where=included_at, fix="Check the path.") from None
-    if b"\0" in data:
-        raise InputError(
-            f"{path} is not a text file (it holds zero bytes)",
-            where=included_at,
-            expected="a Nastran deck in plain text",
-            fix="Give the .bdf, .dat or .nas file, not a result file.",
-        )
-    try:
-        return data.decode("utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        return data.decode("latin-1").splitlines()
+def _lines(path: Path, included_at: str, budget: IncludeBudget) -> list[str]:
+    return read_lines(path, included_at, "a Nastran", ".bdf, .dat or .nas", budget)

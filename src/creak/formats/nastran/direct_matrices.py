@@ -16,6 +16,7 @@ from creak.formats.matrices.checks import SYMMETRY
 from creak.formats.matrices.nastran_dmig import SQUARE, SYMMETRIC, Dmig, dmig_matrices
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.deck import Deck
+from creak.model.dofs import PER_NODE, dof_label, node_dofs, nodes_of
 from creak.model.materials import NodalMatrices
 
 SELECTORS = {"K2GG": "CK2", "M2GG": "CM2", "B2GG": "CB2"}
@@ -51,7 +52,7 @@ def read_direct_matrices(deck: Deck) -> None:
     _note_others(deck, found)
     if not deck.case.matrices:
         return
-    n = 6 * len(deck.grids.ids)
+    n = PER_NODE * len(deck.grids.ids)
     turn = _turn(deck)
     sums = {}
     for command, scale in SELECTORS.items():
@@ -79,13 +80,13 @@ def read_direct_matrices(deck: Deck) -> None:
 def pieces(K: Matrix, M: Matrix, C: Matrix) -> Iterator[Piece]:
     """The connected pieces of three matrices (6 n, 6 n) on all nodes, in the order of their first nodes."""
     pattern = sum(abs(A) for A in (K, M, C)).tocoo()
-    nodes = K.shape[0] // 6
-    links = sp.csr_array((np.ones(pattern.nnz), (pattern.row // 6, pattern.col // 6)), shape=(nodes, nodes))
+    nodes = K.shape[0] // PER_NODE
+    links = sp.csr_array((np.ones(pattern.nnz), (nodes_of(pattern.row), nodes_of(pattern.col))), shape=(nodes, nodes))
     _, of_node = connected_components(links, directed=False)
-    used = np.unique(pattern.row // 6)
+    used = np.unique(nodes_of(pattern.row))
     for label in dict.fromkeys(of_node[used].tolist()):
         rows = used[of_node[used] == label].astype(np.int64)
-        dofs = (6 * rows[:, None] + np.arange(6)).ravel()
+        dofs = node_dofs(rows)
         yield Piece(rows, *(sp.csr_array(A)[dofs][:, dofs] for A in (K, M, C)))
 
 
@@ -130,7 +131,7 @@ def _assembled(deck: Deck, command: str, name: str, matrix: Dmig) -> Matrix:
             where=matrix.where,
             expected="form 6 or 1 (symmetric, square) and type 1 or 2 (real)",
         )
-    n = 6 * len(deck.grids.ids)
+    n = PER_NODE * len(deck.grids.ids)
     owner = Card("DMIG", (name,), matrix.where)
     pairs = [[_place(deck, owner, *dof) for dof in pair] for pair in matrix.entries]
     at = np.array(pairs, dtype=np.int64).reshape(-1, 2)
@@ -157,7 +158,7 @@ def _place(deck: Deck, owner: Card, identifier: int, dof: int) -> int:
             where=owner.where,
             expected="1 to 6",
         )
-    return 6 * row + dof - 1
+    return dof_label(row, dof)
 
 
 def _turn(deck: Deck) -> Matrix:

@@ -10,11 +10,11 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
+from creak.formats.deck.tying import reach_of
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.coordinate_systems import axes_at
 from creak.formats.nastran.deck import Deck, referred, unique_cards
 from creak.formats.nastran.materials import Materials
-from creak.formats.tying import reach_of
 from creak.model.constraints import Constraint, Equation
 from creak.model.materials import Bushing, PointMass
 from creak.model.projection import nearest_points

@@ -9,9 +9,9 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
+from creak.formats.deck.tying import DEFAULT_TOLERANCE, MainSurface, Meeting, meet, reach_of, ties_of
 from creak.formats.nastran.bulk_data import Card, id_list
 from creak.formats.nastran.deck import Deck, referred, unique_cards
-from creak.formats.tying import DEFAULT_TOLERANCE, MainSurface, Meeting, meet, reach_of, ties_of
 from creak.model.constraints import Constraint
 from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces
 

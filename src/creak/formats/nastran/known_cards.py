@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection
 
-from creak.errors import suggest
-from creak.formats.nastran.bulk_data import Card
+from creak.formats.deck.catalogue import Catalogue, Meaning, listed
 from creak.formats.nastran.deck import LINEAR, MODAL, Deck
 
 _READ = {
@@ -88,11 +87,14 @@ _CHANGES = {
 }
 
 
-def _listed(groups: dict[str, str]) -> dict[str, str]:
-    return {name.strip(): why for why, names in groups.items() for name in names.split(",")}
-
-
-READ, HARMLESS, CHANGES = _listed(_READ).keys(), _listed(_HARMLESS), _listed(_CHANGES)
+_TABLES_OF = {"PBUSHT": "PBUSH", "PELAST": "PELAS", "PDAMPT": "PDAMP"}
+_DEPENDS = {
+    "its meaning hangs on the analysis": (
+        "OMIT, OMIT1, MATT1, MATT2, MATT3, MATT8, MATT9, MATT11, PBUSHT, PELAST, PDAMPT, CGAP, PGAP"
+    )
+}
+READ, HARMLESS, CHANGES = listed("read", _READ), listed("harmless", _HARMLESS), listed("changes", _CHANGES)
+CARDS = Catalogue("card", {**READ, **HARMLESS, **CHANGES, **listed("depends", _DEPENDS)})
 _PARAMS_READ = {"WTMASS", "COUPMASS", "W3", "W4", "G", "ALPHA1", "ALPHA2", "CK2", "CM2", "CB2"}
 _PARAMS_HARMLESS = {
     "K6ROT": "creak's shells have a drilling stiffness of their own",
@@ -131,9 +133,9 @@ def list_unread(deck: Deck, also_read: Collection[str] = (), *, own_run: bool = 
     for name, cards in deck.by_name.items():
         if name in also_read:
             continue
-        why, changes = _meaning(deck, name, own_run)
-        if why:
-            deck.note(cards[0], _count(why, len(cards)), changes=changes, what=name)
+        known = _where_it_acts(deck, name, own_run) or CARDS.meaning(name)
+        if known.role != "read":
+            deck.note(cards[0], _count(known.why, len(cards)), changes=known.changes_answer, what=name)
     for name, card in deck.params.items():
         if name in _PARAMS_HARMLESS:
             deck.note(card, _PARAMS_HARMLESS[name], changes=False, what=f"PARAM,{name}")
@@ -145,74 +147,36 @@ def list_unread(deck: Deck, also_read: Collection[str] = (), *, own_run: bool = 
         deck.note(deck.params[others[0]], why, changes=False)
 
 
-def _meaning(deck: Deck, name: str, own_run: bool) -> tuple[str, bool]:
-    """Why a card is left out, and whether that changes the answer; empty where it is read."""
-    on = _where_it_acts(deck, name, own_run)
-    if on:
-        return on
-    if name in READ:
-        return "", False
-    if name in HARMLESS:
-        return HARMLESS[name], False
-    if name in CHANGES:
-        return CHANGES[name], True
-    return f"creak does not know this card. {_meant(name)}".removesuffix(". "), True
-
-
-def _where_it_acts(deck: Deck, name: str, own_run: bool) -> tuple[str, bool] | None:
-    """Cards whose meaning hangs on the analysis that the deck asks for."""
+def _where_it_acts(deck: Deck, name: str, own_run: bool) -> Meaning | None:
+    """What a card means whose meaning hangs on the analysis that the deck asks for."""
     case = deck.case
     if name in _CONDENSED:
         if case.solution in MODAL and not {"QSET", "QSET1"} & deck.by_name.keys():
             why = "Nastran condenses the mass to the dofs of ASET (Guyan); creak keeps all dofs: lower frequencies"
-            return why, True
-        return None if name in READ else ("the study file defines reductions", False)
+            return Meaning("changes", why)
+        return None if name in READ else Meaning("harmless", "the study file defines reductions")
     if name in _AT_TEMPERATURE:
         if "TEMPERATURE" in case.commands:
-            return (
-                "the material differs at the TEMPERATURE of the case control; creak takes MAT1, MAT8 as they are",
-                True,
-            )
-        return "the case control takes no TEMPERATURE, so the material is that of its card", False
+            why = "the material differs at the TEMPERATURE of the case control; creak takes MAT1, MAT8 as they are"
+            return Meaning("changes", why)
+        return Meaning("harmless", "the case control takes no TEMPERATURE, so the material is that of its card")
     if name in _TABLES_OF:
+        values = f"the nominal values of {_TABLES_OF[name]}"
         if case.solution in LINEAR:
-            return f"the solution is linear: the nominal values of {_TABLES_OF[name]} hold, as in Nastran", False
-        return f"creak takes the nominal values of {_TABLES_OF[name]} at every displacement and frequency", True
+            return Meaning("harmless", f"the solution is linear: {values} hold, as in Nastran")
+        return Meaning("changes", f"creak takes {values} at every displacement and frequency")
     if name in ("SUPORT", "SUPORT1"):
-        return (
-            "it holds nothing in a dynamic analysis: creak finds rigid motion by itself (its grids are the set SUPORT)",
-            False,
+        why = (
+            "it holds nothing in a dynamic analysis: creak finds rigid motion by itself (its grids are the set SUPORT)"
         )
+        return Meaning("harmless", why)
     if name == "TABDMP1" and own_run and "SDAMPING" in case.commands:
-        return "creak's own run has no modal damping: write a study with [damping]", True
+        return Meaning("changes", "creak's own run has no modal damping: write a study with [damping]")
     return None
 
 
 _CONDENSED = ("ASET", "ASET1", "OMIT", "OMIT1")
 _AT_TEMPERATURE = ("MATT1", "MATT2", "MATT3", "MATT8", "MATT9", "MATT11")
-_TABLES_OF = {"PBUSHT": "PBUSH", "PELAST": "PELAS", "PDAMPT": "PDAMP"}
-
-
-def misspelled(cards: Iterable[Card]) -> str:
-    """Hint at the first card that looks like a misspelling: it may have caused an error; empty without one."""
-    first: dict[str, str] = {}
-    for card in cards:
-        first.setdefault(card.name, card.where)
-    for name, where in first.items():
-        if name not in _known() and (hint := _meant(name)):
-            return f"Note that {name} at {where} is not a card that creak knows. {hint}"
-    return ""
-
-
-def _known() -> set[str]:
-    elsewhere = {"CGAP", "PGAP", *_CONDENSED, *_AT_TEMPERATURE, *_TABLES_OF}
-    return READ | HARMLESS.keys() | CHANGES.keys() | elsewhere
-
-
-def _meant(name: str) -> str:
-    """`Did you mean ...?` for an unknown card; empty where no known one is like it."""
-    hint = suggest(name, _known())
-    return hint if hint.startswith("Did you mean") else ""
 
 
 def _count(why: str, n: int) -> str:

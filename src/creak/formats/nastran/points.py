@@ -91,8 +91,7 @@ def _add_scalar(deck: Deck, card: Card, values: dict[str, dict[int, tuple[Card, 
     nodes = list(dict.fromkeys(row for row, _ in ends))
     g = np.zeros(6 * len(nodes))
     for sign, (row, dof) in zip((1.0, -1.0), ends, strict=False):
-        first = 6 * nodes.index(row)
-        g[first : first + 6] += sign * deck.grids.six(row, dof)
+        g.reshape(-1, 6)[nodes.index(row)] += sign * deck.grids.six(row, dof)
     _put_scalar(deck, card, identifier, nodes, g, value)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from creak.arrays import IntArray
 from creak.errors import InputError
+from creak.formats.deck.refusals import reading
 from creak.formats.nastran.added_mass import add_mass
 from creak.formats.nastran.bars import read_bars
 from creak.formats.nastran.bulk_data import Card
@@ -21,7 +22,7 @@ from creak.formats.nastran.gaps import list_gaps
 from creak.formats.nastran.glue import CARDS as OF_GLUE
 from creak.formats.nastran.glue import read_glue
 from creak.formats.nastran.grids import Permanent, read_grids
-from creak.formats.nastran.known_cards import list_unread, misspelled
+from creak.formats.nastran.known_cards import CARDS, list_unread
 from creak.formats.nastran.materials import read_materials
 from creak.formats.nastran.parts import read_parts
 from creak.formats.nastran.points import read_points
@@ -30,7 +31,8 @@ from creak.formats.nastran.sets import element_sets, node_sets, surfaces
 from creak.formats.nastran.shells import read_shells
 from creak.formats.nastran.solids import read_solids
 from creak.formats.nastran.supports import read_initial_velocity, read_supports
-from creak.formats.nastran.transient import CARDS, read_transient
+from creak.formats.nastran.transient import CARDS as OF_RUN
+from creak.formats.nastran.transient import read_transient
 from creak.model.mesh import ElementBlock, Model, Own, Unread
 from creak.model.steps import DeckRun
 
@@ -66,18 +68,8 @@ def read_nastran_run(path: str | Path) -> tuple[Model, DeckRun]:
 
 def _read(path: str | Path, *, own_run: bool) -> tuple[Model, DeckRun | None]:
     source = read_deck_file(Path(path))
-    try:
-        with np.errstate(all="ignore"):
-            return _model(source, str(path), own_run)
-    except (OverflowError, np.linalg.LinAlgError):
-        raise InputError(
-            "a number of the deck is too large or too small to compute with",
-            where=path,
-            fix="Check the properties, materials and coordinates.",
-        ) from None
-    except InputError as error:
-        fix = f"{error.fix} {misspelled(source.cards)}".strip()
-        raise InputError(error.what, expected=error.expected, where=error.where, fix=fix) from None
+    with reading(path, lambda: CARDS.misspelled((c.name, c.name, c.where) for c in source.cards)):
+        return _model(source, str(path), own_run)
 
 
 def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun | None]:
@@ -98,7 +90,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     fixed, skew = read_supports(deck, permanent)
     run = read_transient(deck, fixed) if own_run else None
     gaps = list_gaps(deck) if run is None else {}
-    used = {"CGAP", "PGAP"} if run is None else CARDS
+    used = {"CGAP", "PGAP"} if run is None else OF_RUN
     list_unread(deck, used | OF_GLUE if glue else used, own_run=own_run)
     parts, of_node = read_parts(deck, [*constraints, *skew], set(range(n_own, len(deck.grids.ids))))
     blocks = _blocks(deck, of_node)

@@ -8,10 +8,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import Matrix
+from creak.formats.deck.refusals import unwritable
 from creak.formats.nastran.write_elements import is_conm1
-from creak.formats.nastran.write_equivalent import unwritable
 from creak.formats.nastran.write_fields import Field, card
 from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling, RigidLink
+from creak.model.dofs import PER_NODE, node_and_dof, node_dofs
 from creak.model.materials import NodalMatrices
 from creak.model.mesh import Model
 
@@ -90,12 +91,12 @@ def support_lines(model: Model) -> Iterator[str]:
 
 def added_matrices(model: Model) -> dict[str, Matrix]:
     """K2GG, M2GG, B2GG (6 n, 6 n) of the elements that are given by matrices, those that are not zero."""
-    n = 6 * model.nodes.count
+    n = PER_NODE * model.nodes.count
     total: dict[str, Matrix] = {name: sp.csr_array((n, n)) for name in MATRICES}
     for block in model.blocks:
         if isinstance(block.section, NodalMatrices) and not is_conm1(block):
             for rows in block.nodes_idx:
-                dofs = (6 * rows[:, None] + np.arange(6)).ravel()
+                dofs = node_dofs(rows)
                 i, j = np.repeat(dofs, dofs.size), np.tile(dofs, dofs.size)
                 of_block = (block.section.stiffness, block.section.mass, block.section.damping)
                 for name, matrix in zip(MATRICES, of_block, strict=True):
@@ -113,8 +114,10 @@ def matrix_lines(model: Model, matrices: dict[str, Matrix]) -> Iterator[str]:
         lower = sp.csc_array(sp.tril(matrix))
         lower.sort_indices()
         for j in np.flatnonzero(np.diff(lower.indptr)).tolist():
-            fields: list[Field] = [name, int(model.nodes.ids[j // 6]), j % 6 + 1, None]
+            node, dof = node_and_dof(j)
+            fields: list[Field] = [name, int(model.nodes.ids[node]), dof, None]
             span = slice(lower.indptr[j], lower.indptr[j + 1])
             for i, value in zip(lower.indices[span].tolist(), lower.data[span].tolist(), strict=True):
-                fields += [int(model.nodes.ids[i // 6]), i % 6 + 1, float(value), None]
+                node, dof = node_and_dof(i)
+                fields += [int(model.nodes.ids[node]), dof, float(value), None]
             yield from card("DMIG", fields)

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.formats.deck.refusals import unwritable
 from creak.formats.nastran.solids import NETWORKS, ORDER
-from creak.formats.nastran.write_equivalent import is_rod, unwritable
+from creak.formats.nastran.write_equivalent import is_rod
 from creak.formats.nastran.write_fields import Field, card
 from creak.formats.nastran.write_properties import Properties
 from creak.model.materials import (

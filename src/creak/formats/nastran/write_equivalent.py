@@ -9,10 +9,10 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
+from creak.formats.deck.refusals import unwritable
 from creak.formats.nastran.linear import ZERO
 from creak.formats.nastran.shell_sections import is_directed
-from creak.model.constraints import Constraint, DistributingCoupling, Equation, KinematicCoupling, RigidLink, Tie
+from creak.model.constraints import Constraint, DistributingCoupling, Equation, KinematicCoupling, RigidLink
 from creak.model.materials import (
     AnisotropicMaterial,
     AxialSpring,
@@ -28,13 +28,6 @@ from creak.model.mesh import ElementBlock, Model, Own
 
 ALONG_X = 1.7e-3
 """Sine of the angle to x below which a normal leaves no direction of x in the surface (0.1 degree)."""
-
-
-def unwritable(what: str, why: str) -> InputError:
-    """What bulk data as creak reads it cannot say."""
-    return InputError(
-        f"{what} cannot be written as a Nastran deck: {why}", fix="Take it out of the model, or keep the deck as it is."
-    )
 
 
 def equivalent(model: Model) -> Model:
@@ -55,7 +48,7 @@ def equivalent(model: Model) -> Model:
         for name, rows in model.node_sets.items()
     }
     taken = {int(i) for b in blocks for i in b.ids}
-    constraints = _named([c for old in model.constraints for c in _constraints(old)], taken)
+    constraints = _named([c for old in model.constraints for c in _constraints(old, model.nodes.coords)], taken)
     return replace(
         model,
         blocks=blocks,
@@ -167,39 +160,24 @@ def _as_bushing(block: ElementBlock, section: AxialSpring, x: FloatArray) -> Ele
     return replace(block, kind="bush2", section=bushing, own=Own(axis1=line, axis2=across))
 
 
-def _constraints(c: Constraint) -> Iterator[Constraint]:
-    if isinstance(c, Tie):
-        yield from _tie(c)
-    elif isinstance(c, RigidLink) and c.kind != "beam":
-        for dof in (1, 2, 3) if c.kind == "pin" else (1, 2, 3, 4, 5, 6):
-            yield _equation([(c.dependent_idx, dof, 1.0), (c.independent_idx, dof, -1.0)], c.where)
-    elif isinstance(c, Equation):
-        yield _equation(zip(c.nodes_idx.tolist(), c.dofs.tolist(), c.coefficients.tolist(), strict=True), c.where)
-    else:
+def _constraints(c: Constraint, coords: FloatArray) -> Iterator[Constraint]:
+    """Rigid bodies and weighted means as they are, all else as equations."""
+    if isinstance(c, KinematicCoupling | DistributingCoupling) or (isinstance(c, RigidLink) and c.kind == "beam"):
         yield c
+    else:
+        yield from (_equation(e) for e in c.equations(coords))
 
 
-def _tie(c: Tie) -> Iterator[Equation]:
-    """u = sum_k w_k (u_k + theta_k x arm), theta = sum_k w_k theta_k."""
-    for dof in (1, 2, 3, 4, 5, 6) if c.rotations else (1, 2, 3):
-        terms, (j, k) = [(c.node_idx, dof, 1.0)], (dof % 3, (dof + 1) % 3)
-        for node, w in zip(c.nodes_idx.tolist(), c.weights.tolist(), strict=True):
-            terms.append((node, dof, -w))
-            if dof <= 3:
-                terms += [(node, 4 + j, -w * float(c.arm[k])), (node, 4 + k, w * float(c.arm[j]))]
-        yield _equation(terms, c.where)
-
-
-def _equation(terms: Sequence[tuple[int, int, float]] | Iterator[tuple[int, int, float]], where: str) -> Equation:
+def _equation(e: Equation) -> Equation:
     """Terms of one dof added up, the first coefficient 1, coefficients that are rounding left out."""
     sums: dict[tuple[int, int], float] = {}
-    for node, dof, c in terms:
+    for node, dof, c in zip(e.nodes_idx.tolist(), e.dofs.tolist(), e.coefficients.tolist(), strict=True):
         sums[node, dof] = sums.get((node, dof), 0.0) + c
     names, values = list(sums), np.array(list(sums.values()))
     values = values / values[0] if values[0] else values
     keep = np.flatnonzero(np.abs(values) > ZERO * np.abs(values).max()).tolist()
     nodes, dofs = (np.array([names[k][i] for k in keep], dtype=np.int64) for i in (0, 1))
-    return Equation(nodes, dofs, values[keep], where)
+    return Equation(nodes, dofs, values[keep], e.where)
 
 
 def _named(constraints: list[Constraint], taken: set[int]) -> tuple[Constraint, ...]:

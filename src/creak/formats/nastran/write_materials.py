@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.formats.nastran.write_equivalent import unwritable
+from creak.formats.deck.refusals import unwritable
 from creak.formats.nastran.write_fields import Field, card
 from creak.model.elasticity import lamina, plane_stress, sheet_matrices
 from creak.model.materials import (

@@ -10,9 +10,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.formats.abaqus.write_sections import inverted
+from creak.formats.deck.digits import inverted
+from creak.formats.deck.refusals import unwritable
 from creak.formats.nastran.solids import NETWORKS
-from creak.formats.nastran.write_equivalent import is_rod, unwritable
+from creak.formats.nastran.write_equivalent import is_rod
 from creak.formats.nastran.write_fields import Field, card
 from creak.formats.nastran.write_materials import SAME, Materials
 from creak.model.laminates import laminate

@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.errors import InputError
+from creak.model.dofs import dofs_of, nodes_of
 from creak.reduction.inside import Inside
 
 GROUNDING = 1e-10
@@ -67,8 +68,8 @@ class RigidMotion:
 
 
 def rigid_vectors(labels: IntArray, coords: FloatArray, about: FloatArray) -> FloatArray:
-    """(k, 6) u = e_j and u = e_j x (x - about), theta = e_j at physical dof labels 6 node + dof - 1."""
-    node, axis = np.divmod(labels, 6)
+    """(k, 6) u = e_j and u = e_j x (x - about), theta = e_j at labels of dofs."""
+    node, axis = nodes_of(labels), dofs_of(labels) - 1
     arm = coords[node] - about
     R = np.zeros((labels.size, 6))
     R[np.arange(labels.size), axis] = 1.0
@@ -102,7 +103,7 @@ def centre_of_gravity(mass: FloatArray, about: FloatArray) -> FloatArray:
 
 def rigid_motion(full: System, reduced: System, coords: FloatArray) -> RigidMotion:
     """The six rigid motions of the full part and of its superelement."""
-    nodes = np.unique(full.coordinates // 6)
+    nodes = np.unique(nodes_of(full.coordinates))
     about = coords[nodes].mean(axis=0)
     R = rigid_vectors(full.coordinates, coords, about)
     cog = centre_of_gravity(R.T @ np.asarray(full.M @ R), about)
@@ -125,8 +126,8 @@ def _reduced_rigid(reduced: System, coords: FloatArray, about: FloatArray) -> tu
     labels = reduced.joins
     A = sp.csr_matrix(reduced.rows(labels)[0])
     target = rigid_vectors(labels, coords, about)
-    size = max(float(np.linalg.norm(coords[labels // 6] - about, axis=1).max(initial=0.0)), 1e-300)
-    scale = np.where(labels % 6 < 3, 1.0, size)[:, None]
+    size = max(float(np.linalg.norm(coords[nodes_of(labels)] - about, axis=1).max(initial=0.0)), 1e-300)
+    scale = np.where(dofs_of(labels) <= 3, 1.0, size)[:, None]
     rest = target - np.asarray(A[:, named] @ q[named])
     q[shapes] = np.linalg.lstsq(scale * A[:, shapes].toarray(), scale * rest, rcond=None)[0]
     miss = np.linalg.norm(scale * (target - np.asarray(A @ q)), axis=0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from creak.assembly.dofs import AXES
+from creak.model.dofs import AXES
 from creak.reduction.health.free import GOOD
 from creak.reduction.health.report import Health
 from creak.reduction.health.rigid import GROUNDING

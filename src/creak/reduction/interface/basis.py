@@ -6,6 +6,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
+from creak.model.dofs import PER_NODE, dofs_of
 
 
 def scale_of(n_dof: int, length: float, dofs: IntArray | None = None) -> FloatArray:
@@ -17,9 +18,9 @@ def scale_of(n_dof: int, length: float, dofs: IntArray | None = None) -> FloatAr
     """
     if not length > 0.0:
         raise InputError(f"length {length:g} that makes rotations comparable", expected="more than 0")
-    if dofs is None and n_dof % 6:
+    if dofs is None and n_dof % PER_NODE:
         raise InputError(f"{n_dof} interface dofs are no whole nodes", fix="Give the dof 1..6 of every row.")
-    which = np.arange(n_dof) % 6 + 1 if dofs is None else dofs
+    which = dofs_of(np.arange(n_dof)) if dofs is None else dofs
     return np.where(which > 3, length, 1.0)
 
 

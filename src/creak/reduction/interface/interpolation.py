@@ -9,6 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.linalg.factor import factor
+from creak.model.dofs import PER_NODE, node_dofs, nodes_of
 
 SMALLEST = 1e-12
 """Entries of P below this are dropped (lengths measured in mean edge lengths)."""
@@ -61,14 +62,10 @@ def interpolation(graph: Matrix, coords: FloatArray, kept: IntArray) -> Matrix:
     x = coords / unit
     of_free = _followers(_frame(graph / unit, x), n, kept)
     k = np.arange(6 * kept.size)
-    own = sp.csr_matrix((np.ones(k.size), (_dofs(kept), k)), shape=(6 * n, k.size))
+    own = sp.csr_matrix((np.ones(k.size), (node_dofs(kept), k)), shape=(6 * n, k.size))
     P = _with_exact_rigid_motion(sp.csr_matrix(of_free + own), x, kept)
     size = np.tile(np.repeat([unit, 1.0], 3), n)
     return sp.csr_matrix(sp.diags(size) @ P @ sp.diags(1.0 / size[k]))
-
-
-def _dofs(nodes: IntArray) -> IntArray:
-    return (6 * nodes[:, None] + np.arange(6)).ravel()
 
 
 def _check_reached(graph: Matrix, kept: IntArray) -> None:
@@ -84,7 +81,7 @@ def _check_reached(graph: Matrix, kept: IntArray) -> None:
 
 def _followers(K: Matrix, n: int, kept: IntArray) -> Matrix:
     """(6 n, 6 k) -K_ff^-1 K_fk, zero in the rows of kept nodes."""
-    k = _dofs(kept)
+    k = node_dofs(kept)
     f = np.setdiff1d(np.arange(6 * n), k)
     pieces = [sp.csr_matrix((f.size, 0))]
     inner = factor(K[f][:, f]) if f.size else None
@@ -115,7 +112,7 @@ def _frame(graph: Matrix, coords: FloatArray) -> Matrix:
     shear = across @ apart / length[:, None, None] - levers(e) @ mean
     K = _squares(stretch) / SLENDERNESS**2 + turn.T @ turn + 12.0 * _squares(shear)
     K /= length[:, None, None]
-    dofs = _dofs(ends.ravel()).reshape(-1, 12)
+    dofs = node_dofs(ends.ravel()).reshape(-1, 12)
     at = np.repeat(dofs, 12, axis=1).ravel(), np.tile(dofs, (1, 12)).ravel()
     return sp.csr_matrix((K.ravel(), at), shape=(6 * coords.shape[0],) * 2)
 
@@ -144,11 +141,11 @@ def _with_exact_rigid_motion(P: Matrix, coords: FloatArray, kept: IntArray) -> M
     With E_j = R_j - sum_k P_jk R_k the block of one k gains E_j R_k^-1; R_k is the rigid motion of node k.
     """
     n, R = coords.shape[0], rigid_motions(coords)
-    missing = (R - P @ R[_dofs(kept)]).reshape(n, 6, 6)
-    partner = np.asarray(abs(P).argmax(axis=1)).reshape(n, 6)[:, 0] // 6
+    missing = (R - P @ R[node_dofs(kept)]).reshape(n, 6, 6)
+    partner = nodes_of(np.asarray(abs(P).argmax(axis=1)).ravel()[::PER_NODE])
     back = np.tile(np.eye(6), (n, 1, 1))
     back[:, :3, 3:] = -levers(coords[kept][partner])
     blocks = missing @ back
-    rows = np.broadcast_to(_dofs(np.arange(n)).reshape(n, 6, 1), blocks.shape)
-    columns = np.broadcast_to(_dofs(partner).reshape(n, 1, 6), blocks.shape)
+    rows = np.broadcast_to(node_dofs(np.arange(n)).reshape(n, 6, 1), blocks.shape)
+    columns = np.broadcast_to(node_dofs(partner).reshape(n, 1, 6), blocks.shape)
     return P + sp.csr_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=P.shape)

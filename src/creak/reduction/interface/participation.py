@@ -6,6 +6,7 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError
+from creak.model.dofs import PER_NODE, dofs_of
 
 PERCENTILE = 95.0
 
@@ -64,6 +65,6 @@ def _above(values: FloatArray, eta: float) -> BoolArray:
 def _dofs(n_dof: int, dofs: IntArray | None) -> IntArray:
     if dofs is not None:
         return dofs
-    if n_dof % 6:
+    if n_dof % PER_NODE:
         raise InputError(f"{n_dof} interface dofs are no whole nodes", fix="Give the dof 1..6 of every row.")
-    return np.arange(n_dof) % 6 + 1
+    return dofs_of(np.arange(n_dof))

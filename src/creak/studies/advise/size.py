@@ -11,13 +11,13 @@ import scipy.sparse as sp
 
 from creak.arrays import IntArray, Matrix
 from creak.assembly.constraints import fixed_equations, linear_equations
-from creak.assembly.dofs import node_dofs
 from creak.assembly.part import split_constraints
 from creak.assembly.partition import shared_nodes
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.linalg.factor import Factor, SingularMatrixError, factor, regular_factor
 from creak.linalg.modes import small_shift
+from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
 from creak.reduction.inside import Inside
 from creak.studies.file.config import InterfaceTable

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from creak.errors import InputError
-from creak.formats.abaqus.lexer import lex
-from creak.formats.endings import is_nastran
+from creak.formats.decks import format_of
 
 PLACES = (
     ("model", "deck"),
@@ -82,19 +80,7 @@ def digest(value: Any) -> str:
 
 def deck_files(path: Path) -> list[Path]:
     """A deck and what it includes, in reading order."""
-    if not is_nastran(path):
-        if not re.search(rb"(?i)input", _content(path)):  # the word that names a file, wherever its line is broken
-            return [path]
-        blocks = lex(path)
-        return [Path(name) for name in blocks[0].files] if blocks else [path]
-    files, known = [path], {path}
-    for file in files:  # grows on the way
-        for name in re.findall(rb"(?im)^[ \t]*INCLUDE\s+['\"]?([^'\"\r\n$]+)", _content(file)):
-            included = file.parent / name.decode("latin-1").strip()
-            if included.is_file() and included not in known:
-                known.add(included)
-                files.append(included)
-    return files
+    return format_of(path).files(path)
 
 
 def family(path: Path) -> list[Path]:

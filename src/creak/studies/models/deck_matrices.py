@@ -9,6 +9,7 @@ import numpy as np
 from creak.assembly.coupling import Driven, couple
 from creak.assembly.part import common_rayleigh, loose_system, part_system
 from creak.errors import InputError
+from creak.model.dofs import nodes_of
 from creak.model.mesh import Model
 from creak.model.superelement import Superelement
 from creak.studies.models.superelements import row_names
@@ -38,6 +39,6 @@ def deck_matrices(model: Model) -> Superelement:
     if damping.alpha or damping.beta:
         rayleigh = damping.alpha * system.M + damping.beta * system.K
         C = rayleigh if C is None else C + rayleigh
-    nodes = np.unique(system.coordinates // 6)
+    nodes = np.unique(nodes_of(system.coordinates))
     places = {int(model.nodes.ids[k]): model.nodes.coords[k] for k in nodes}
     return Superelement(Path(model.source).stem, ids, dofs, system.K, system.M, C, places, model.source)

@@ -10,16 +10,17 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.coupling import Driven, couple
-from creak.assembly.dofs import node_dofs
 from creak.assembly.part import Rayleigh, assemble_blocks, loose_system, part_system
 from creak.assembly.recovery import by_node, recovered
 from creak.assembly.system import System
 from creak.errors import InputError
+from creak.formats.deck.unread import stop_on_unread
+from creak.formats.decks import read_model
 from creak.linalg.factor import regular_factor
 from creak.linalg.modes import Modes, modes
+from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
 from creak.reduction.effective_mass import EffectiveMass, effective_mass
-from creak.studies.prepare.setup import read_model, stop_on_unread
 
 DEFAULT_COUNT = 20
 UNDAMPED = Rayleigh(0.0, 0.0)

@@ -8,8 +8,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
-from creak.assembly.dofs import node_dofs
 from creak.assembly.system import System
+from creak.formats.decks import read_model
+from creak.model.dofs import node_dofs, nodes_of
 from creak.model.mesh import Model
 from creak.reduction.interface.coarse_mesh import coarse_basis
 from creak.reduction.interface.graph import interface_graph
@@ -19,7 +20,7 @@ from creak.reduction.interface.spacing import every_nth
 from creak.studies.models.deck_modes import model_modes
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.excitation import driven_dofs, highest_frequency
-from creak.studies.prepare.setup import Setup, read_model
+from creak.studies.prepare.setup import Setup
 
 COARSE_BAND = 5.0
 """Modes of the coarse model up to this multiple of the excitation span its interface."""
@@ -36,7 +37,7 @@ class Line:
 
     @property
     def nodes(self) -> IntArray:
-        return np.unique(self.labels // 6)
+        return np.unique(nodes_of(self.labels))
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ def thinned(setup: Setup, reference: ReferenceModel, line: Line, part: System) -
         return Chosen(line.labels, None)
     if table.type == "spacing":
         kept = line.nodes[every_nth(interface_graph(line.model, line.nodes), int(table.n or 1))]
-        return Chosen(line.labels[np.isin(line.labels // 6, kept)], None)
+        return Chosen(line.labels[np.isin(nodes_of(line.labels), kept)], None)
     if table.type == "participation":
         return Chosen(line.labels[_participating(setup, reference, line, float(table.eta or 0.0))], None)
     full = np.intersect1d(node_dofs(line.nodes), part.coordinates)

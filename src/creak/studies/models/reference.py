@@ -14,6 +14,7 @@ from creak.assembly.system import System
 from creak.errors import InputError
 from creak.linalg.factor import Factor, factor, regular_factor
 from creak.linalg.modes import Modes, modes, small_shift
+from creak.model.dofs import node_dofs
 from creak.reduction.modal import support_motion, with_modal_damping
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
@@ -135,4 +136,4 @@ def static_shapes(setup: Setup, reference: ReferenceModel) -> FloatArray:
 
 def observed_labels(nodes_idx: IntArray) -> IntArray:
     """All six dofs of each node, (6 n_node,)."""
-    return (6 * nodes_idx[:, None] + np.arange(6)).ravel()
+    return node_dofs(nodes_idx)

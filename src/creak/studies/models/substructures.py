@@ -10,12 +10,12 @@ from scipy.spatial import cKDTree
 
 from creak.arrays import IntArray, Matrix
 from creak.assembly.constraints import fixed_equations, linear_equations
-from creak.assembly.dofs import dof_name, node_dofs
 from creak.assembly.part import part_system, split_constraints
 from creak.assembly.partition import Pieces, cut, shared_nodes
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.errors import InputError
+from creak.model.dofs import dof_name, node_dofs, nodes_of
 from creak.model.mesh import Model
 from creak.studies.models.interface import Line, thinned
 from creak.studies.models.reference import ReferenceModel
@@ -196,14 +196,14 @@ def _substructure(
     contact = np.intersect1d(contact, part.labels)
     line_nodes = np.intersect1d(shared, model.parts[k].nodes_idx)
     if line_nodes.size:
-        must = np.union1d(must, contact[~np.isin(contact // 6, line_nodes)])
+        must = np.union1d(must, contact[~np.isin(nodes_of(contact), line_nodes)])
         line = node_dofs(line_nodes)
     elif setup.study.config.reduction.interface.type == "characteristic":
         must = np.union1d(must, contact)
         return _linked(setup, part, model, must)
     else:
         line = contact
-    line = line[np.isin(line, part.coordinates) & ~np.isin(line // 6, must // 6)]
+    line = line[np.isin(line, part.coordinates) & ~np.isin(nodes_of(line), nodes_of(must))]
     must = np.union1d(must, contact[~np.isin(contact, line)])
     fixed = _touched(part, must)
     chosen = thinned(setup, reference, Line(part.name, model, line), part)

@@ -24,6 +24,7 @@ from creak.formats.superelement_file import (
     write_superelement_file,
 )
 from creak.linalg.modes import Modes
+from creak.model.dofs import dofs_of, nodes_of
 from creak.model.mesh import Model
 from creak.model.superelement import Superelement
 from creak.reduction.craig_bampton import (
@@ -234,8 +235,8 @@ def save_superelement(
 def row_names(system: System, model: Model) -> tuple[IntArray, IntArray]:
     """Node label and dof of each coordinate, 0 for generalised ones."""
     c = system.coordinates
-    ids = np.where(c >= 0, model.nodes.ids[np.maximum(c, 0) // 6], 0)
-    return ids.astype(np.int64), np.where(c >= 0, np.maximum(c, 0) % 6 + 1, 0).astype(np.int64)
+    ids = np.where(c >= 0, model.nodes.ids[nodes_of(np.maximum(c, 0))], 0)
+    return ids.astype(np.int64), np.where(c >= 0, dofs_of(np.maximum(c, 0)), 0).astype(np.int64)
 
 
 def as_superelement(reduced: Reduced, model: Model) -> Superelement:
@@ -246,6 +247,6 @@ def as_superelement(reduced: Reduced, model: Model) -> Superelement:
     if d.alpha or d.beta:
         rayleigh = d.alpha * system.M + d.beta * system.K
         C = rayleigh if C is None else C + rayleigh
-    nodes = np.unique(system.coordinates[system.coordinates >= 0] // 6)
+    nodes = np.unique(nodes_of(system.coordinates[system.coordinates >= 0]))
     places = {int(model.nodes.ids[k]): model.nodes.coords[k] for k in nodes}
     return Superelement(system.name, ids, dofs, system.K, system.M, C, places, model.source)

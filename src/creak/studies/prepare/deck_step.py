@@ -12,9 +12,7 @@ from pydantic import ValidationError
 
 from creak.arrays import IntArray
 from creak.errors import InputError
-from creak.formats.abaqus.reader import read_deck_run
-from creak.formats.endings import is_nastran
-from creak.formats.nastran.reader import read_nastran_run
+from creak.formats.decks import format_of
 from creak.model.mesh import Model
 from creak.model.steps import Amplitude, DeckRun, DynamicStep, Interaction, PointLoad, Prescribed, SurfacePair
 from creak.studies.file.config import DOFS, StudyConfig
@@ -63,7 +61,7 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: Units = "mm-t-s")
     ------
     InputError : anything wrong with the deck, or no step in it that creak can run.
     """
-    model, run = (read_nastran_run if is_nastran(path) else read_deck_run)(path)
+    model, run = format_of(path).read_run(path)
     _check_start(model, run.step.moved)
     sets: dict[str, IntArray] = {}
     places: dict[tuple[str | int, ...], str] = {

@@ -10,6 +10,7 @@ from creak.arrays import FloatArray
 from creak.assembly.coupling import Driven, labels_of
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
+from creak.model.dofs import node_and_dof
 from creak.model.mesh import Model
 from creak.signals import sources
 from creak.signals.curves import Periodic, SmoothStep
@@ -55,8 +56,9 @@ def driven_dofs(model: Model, study: Study) -> Driven:
         labels[name] = labels_of(nodes, DOFS.index(table.dof) + 1)
         for label in labels[name].tolist():
             if label in seen and seen[label] != name:
+                node = model.nodes.label(node_and_dof(label)[0])
                 raise InputError(
-                    f"node {model.nodes.label(label // 6)} {table.dof} is driven by {seen[label]!r} and {name!r}",
+                    f"node {node} {table.dof} is driven by {seen[label]!r} and {name!r}",
                     where=study.where("excitation", name),
                     fix="Drive each dof once.",
                 )

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from creak.assembly.coupling import Driven
 from creak.assembly.elimination import LinearEquation
 from creak.assembly.rigid import unheld_parts
+from creak.model.dofs import ALL, dof_label
 from creak.model.mesh import Model
 
 AXES = ("x", "y", "z")
@@ -26,7 +27,7 @@ def free_motions(model: Model, driven: Driven, name: str, stops: Sequence[Linear
     stops : what holds parts besides supports, links and springs, see `unheld_parts`.
     """
     node = int(next(p for p in model.parts if p.name == name).nodes_idx[0])
-    held = [LinearEquation([6 * node + dof], [1.0]) for dof in range(6)]
+    held = [LinearEquation([dof_label(node, dof)], [1.0]) for dof in ALL]
 
     def moves(blocked: set[int]) -> bool:
         return name in unheld_parts(model, driven, [*stops, *(held[dof] for dof in sorted(blocked))])

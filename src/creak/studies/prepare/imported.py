@@ -14,6 +14,7 @@ from creak.assembly.part import Rayleigh
 from creak.assembly.system import System, no_supports, to_dense
 from creak.errors import InputError
 from creak.formats.matrices.superelements import read_superelement
+from creak.model.dofs import dof_label
 from creak.model.mesh import Model
 from creak.model.superelement import Superelement
 from creak.studies.file.reader import Study
@@ -105,7 +106,7 @@ def _labels(superelement: Superelement, model: Model, where: str) -> IntArray:
             )
     return np.array(
         [
-            6 * row[int(i)] + int(d) - 1 if i else -1
+            dof_label(row[int(i)], int(d)) if i else -1
             for i, d in zip(superelement.node_ids, superelement.dofs, strict=True)
         ],
         dtype=np.int64,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -20,10 +19,8 @@ from creak.contact.play import Play, play_channels
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
-from creak.formats.abaqus.reader import read_deck
-from creak.formats.endings import is_nastran
-from creak.formats.nastran.reader import read_nastran
-from creak.formats.unread import first_unread
+from creak.formats.deck.unread import stop_on_unread
+from creak.formats.decks import read_model
 from creak.model.mesh import Model
 from creak.studies.file.config import DOFS
 from creak.studies.file.identity import decks_sha256
@@ -75,18 +72,6 @@ class Setup:
         """The same setup with other tables of its study, of those that setting up does not look at."""
         config = self.study.config.model_copy(update=tables)
         return replace(self, study=replace(self.study, config=config))
-
-
-def read_model(path: Path) -> Model:
-    """Read a deck by its ending.
-
-    Raises
-    ------
-    InputError : an ending that creak does not read, or a deck that is wrong.
-    """
-    if is_nastran(path):
-        return read_nastran(path)
-    return read_deck(path)
 
 
 @none_ignored()
@@ -164,18 +149,6 @@ def _check_integrator(study: Study) -> None:
             where=study.where("time", "integrator"),
             expected='method = "massless-boundary"',
             fix='Change the method, or use integrator = "hht".',
-        )
-
-
-def stop_on_unread(model: Model, ignore: Sequence[str]) -> None:
-    """Raise InputError at the first keyword that went unread although it changes the answer, unless it is ignored."""
-    unread = first_unread(model, ignore)
-    if unread is not None:
-        keyword = unread.keyword.lstrip("*")
-        raise InputError(
-            f"{unread.keyword} is not read by creak and would change the answer: {unread.why}",
-            where=unread.where,
-            fix=f"Remove it, or run with --ignore {keyword!r} to go on without it.",
         )
 
 

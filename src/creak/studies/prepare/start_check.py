@@ -8,12 +8,12 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.assembly.coupling import Driven
-from creak.assembly.dofs import node_dofs
 from creak.assembly.part import Rayleigh, is_damped
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
+from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
 from creak.studies.file.config import StudyConfig, TableTable
 from creak.studies.prepare.unit_check import SYSTEMS, across, materials, unit_warnings

@@ -8,6 +8,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.watch import Watched
+from creak.model.dofs import ROTATIONS, TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
 from creak.studies.prepare.setup import Setup
 
@@ -37,7 +38,7 @@ def _turns(model: Model, nodes: IntArray) -> tuple[Matrix, IntArray, tuple[str, 
     theta = I^-1 sum r x u over a few nodes of a part, r from their middle, I = sum (r.r 1 - r r').
     """
     blocks = [_rigid(model.nodes.coords, part.nodes_idx) for part in model.parts]
-    blocks += [(np.eye(3), 6 * node + np.arange(3, 6)) for node in nodes.tolist()]
+    blocks += [(np.eye(3), node_dofs(np.array([node]), ROTATIONS)) for node in nodes.tolist()]
     labels = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(own for _, own in blocks)]))
     turns = sp.lil_matrix((3 * len(blocks), labels.size))
     for k, (A, own) in enumerate(blocks):
@@ -54,4 +55,4 @@ def _rigid(coords: FloatArray, nodes: IntArray) -> tuple[FloatArray, IntArray]:
     moment = np.einsum("kx,kx->", r, r) * np.eye(3) - r.T @ r
     cross = np.cross(r[:, None, :], np.eye(3)[None]).transpose(2, 0, 1).reshape(3, -1)
     inverse = np.linalg.pinv(moment, rcond=FLAT, hermitian=True)
-    return inverse @ cross, (6 * ends[:, None] + np.arange(3)).ravel()
+    return inverse @ cross, node_dofs(ends, TRANSLATIONS)

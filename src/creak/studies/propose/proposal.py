@@ -13,7 +13,6 @@ from creak.arrays import BoolArray, IntArray
 from creak.contact.pair import ContactPair
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.errors import InputError
-from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling, RigidLink, Tie
 from creak.model.mesh import Model
 from creak.studies.file.config import DOFS
 from creak.studies.prepare.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
@@ -245,16 +244,7 @@ def _following(model: Model) -> BoolArray:
     """(n_node,) nodes whose motion follows from that of others: they cannot be driven."""
     found = np.zeros(model.nodes.count, dtype=bool)
     for c in model.constraints:
-        if isinstance(c, KinematicCoupling):
-            found[c.nodes_idx] = True
-        elif isinstance(c, DistributingCoupling):
-            found[c.ref_idx] = True
-        elif isinstance(c, RigidLink):
-            found[c.dependent_idx] = True
-        elif isinstance(c, Tie):
-            found[c.node_idx] = True
-        elif isinstance(c, Equation):
-            found[c.nodes_idx[0]] = True
+        found[c.dependents] = True
     return found
 
 

@@ -11,7 +11,6 @@ from scipy.spatial import cKDTree
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import SHELLS
-from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling, RigidLink, Tie
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import ElementBlock, Model
 from creak.model.projection import nearest_points
@@ -111,14 +110,7 @@ def tied_nodes(model: Model) -> BoolArray:
     """(n_node,) nodes that any link, coupling, tie or equation names."""
     tied = np.zeros(model.nodes.count, dtype=bool)
     for c in model.constraints:
-        if isinstance(c, KinematicCoupling | DistributingCoupling):
-            tied[[c.ref_idx, *c.nodes_idx]] = True
-        elif isinstance(c, RigidLink):
-            tied[[c.dependent_idx, c.independent_idx]] = True
-        elif isinstance(c, Tie):
-            tied[[c.node_idx, *c.nodes_idx]] = True
-        elif isinstance(c, Equation):
-            tied[c.nodes_idx] = True
+        tied[c.nodes] = True
     return tied
 
 

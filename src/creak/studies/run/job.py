@@ -17,6 +17,7 @@ from creak.dynamics.flow_march import compile_flow
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.formats.run_identity import RunIdentity
+from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.reduction.health import Health
 from creak.signals.spectra import spectrum
 from creak.studies.file.identity import new_identity
@@ -386,7 +387,7 @@ def compare_modes(
     nodes = np.unique(setup.pairs) if setup.pairs.size else np.union1d(setup.watched, gaps.retained_nodes)
     if nodes.size == 0:
         return None
-    labels = (6 * nodes[:, None] + np.arange(3)).ravel().astype(np.int64)
+    labels = node_dofs(nodes, TRANSLATIONS)
     freq = reference.modes.frequencies
     below = freq <= f_max
     other = reduced_modes(reduced.system, 1.2 * f_max)

@@ -139,5 +139,5 @@ def test_a_keyword_of_steps_is_no_misspelling(tmp_path):
     with pytest.raises(InputError, match=r"0\.7|CLOAD|load") as error:
         model_of(tmp_path, "*ELASTIC\n2000., .7\n", tail="*STEP\n*STATIC\n*CLOAD\n1, 1, 1.\n*END STEP\n")
     assert "is not a keyword" not in str(error.value)
-    with pytest.raises(InputError, match=r"ELASTICC at .* is not a keyword. Did you mean 'ELASTIC'"):
+    with pytest.raises(InputError, match=r"ELASTICC at .* is not a keyword that creak knows. Did you mean 'ELASTIC'"):
         model_of(tmp_path, "*ELASTICC\n2000., .3\n")

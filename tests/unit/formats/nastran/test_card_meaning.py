@@ -49,7 +49,7 @@ def test_meaning(tmp_path, cards, case, changes):
 def test_each_card_has_one_meaning():
     names = [*READ, *HARMLESS, *CHANGES]
     assert len(set(names)) == len(names)
-    assert all(len(why) > 10 for why in (*HARMLESS.values(), *CHANGES.values()))
+    assert all(len(known.why) > 10 for known in (*HARMLESS.values(), *CHANGES.values()))
 
 
 def test_a_known_card_is_no_misspelling(tmp_path):

@@ -138,7 +138,7 @@ def test_missing_and_circular_include(tmp_path):
 
 def test_files_that_are_no_decks(tmp_path):
     path = tmp_path / "a.bdf"
-    with pytest.raises(InputError, match=r"cannot read the deck .* it does not exist"):
+    with pytest.raises(InputError, match="there is no deck"):
         read_nastran(path)
     path.write_bytes(b"\x00\x01\x02")
     with pytest.raises(InputError, match="not a text file"):
@@ -232,3 +232,11 @@ def test_equal_cards_count_once(tmp_path):
 def test_bad_set_number(tmp_path):
     with pytest.raises(InputError, match="SPC = 'ABC'; expected the number of a set"):
         read(tmp_path, BULK, "SPC = ABC\n")
+
+
+def test_latin_1_comments_end_where_the_line_ends(tmp_path):
+    """Byte 0x85, an ellipsis on Windows, ends no line."""
+    path = tmp_path / "a.bdf"
+    text = f"SOL 103\nCEND\nBEGIN BULK\n$ Blech \x85 T\xfcr\n{BULK}\nENDDATA\n"
+    path.write_bytes(text.encode("latin-1"))
+    assert unread(read_nastran(path)) == {}

@@ -1,0 +1,66 @@
+"""What the keywords of a deck mean to creak: read, harmless to leave out, or a change of the answer."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from creak.errors import suggest
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """The meaning of one keyword or card."""
+
+    role: str
+    """read, harmless, changes (leaving it out changes the answer), or depends (on the analysis that is asked for)."""
+    why: str = ""
+    params: frozenset[str] = frozenset()
+    """Parameters that creak reads or that cannot change the answer."""
+    owners: tuple[str, ...] = ()
+    """Keywords that this one is an option of."""
+
+    @property
+    def changes_answer(self) -> bool:
+        return self.role == "changes"
+
+
+READ = Meaning("read")
+
+
+def listed(role: str, groups: Mapping[str, str]) -> dict[str, Meaning]:
+    """Name -> meaning, from reason -> names with commas between them."""
+    return {name.strip(): Meaning(role, why) for why, names in groups.items() for name in names.split(",")}
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """Every name that creak knows."""
+
+    what: str
+    """keyword, or card"""
+    known: Mapping[str, Meaning]
+
+    def meaning(self, name: str) -> Meaning:
+        """What a name means; an unknown one may change the answer."""
+        if name in self.known:
+            return self.known[name]
+        why = f"creak does not know this {self.what}"
+        hint = self.meant(name)
+        return Meaning("changes", f"{why}. {hint}" if hint else why)
+
+    def meant(self, name: str) -> str:
+        """`Did you mean ...?` for a name; empty where no known one is like it."""
+        hint = suggest(name, self.known)
+        return hint if hint.startswith("Did you mean") else ""
+
+    def misspelled(self, named: Iterable[tuple[str, str, str]]) -> str:
+        """Hint at the first of (name, as written, file and line) that looks like a misspelling: it may have caused an
+        error; empty without one."""
+        seen = set(self.known)
+        for name, written, where in named:
+            hint = "" if name in seen else self.meant(name)
+            seen.add(name)
+            if hint:
+                return f"Note that {written} at {where} is not a {self.what} that creak knows. {hint}"
+        return ""

@@ -1,0 +1,121 @@
+"""Cross-sections of beams from their dimensions: area, second moments, torsion constant, radius.
+
+Axes 1 and 2 are those of the section before it is turned; x runs along axis 1, y along axis 2. What a program takes for
+shear, and how it numbers dimensions, stays with its format.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+Rectangle = tuple[float, float, float, float]
+"""x and y of the centre, width along axis 1, height along axis 2."""
+
+
+@dataclass(frozen=True)
+class CrossSection:
+    """Properties about the centroid."""
+
+    area: float
+    i11: float
+    """integral of y^2: bending about axis 1."""
+    i22: float
+    i12: float
+    """integral of x y."""
+    torsion: float
+    centroid: tuple[float, float] = (0.0, 0.0)
+    """From the node, along axes 1 and 2."""
+    shear_centre: tuple[float, float] = (0.0, 0.0)
+    shear_factor: float = 0.0
+    """Shear area over area, along both axes; 0: rigid in shear."""
+    radius: float = 0.0
+    """From the axis to the surface, for contact; 0: not known."""
+
+    @property
+    def sound(self) -> bool:
+        """Whether there is such a section: area and moments positive and finite."""
+        return all(0.0 < v < math.inf for v in (self.area, self.i11, self.i22, self.torsion))
+
+
+def rectangle_torsion(a: float, b: float) -> float:
+    """St Venant torsion constant of an a x b rectangle.
+
+    J = l s^3 (1/3 - (64/pi^5) (s/l) sum_{n odd} tanh(n pi l / 2 s) / n^5), l the long and s the short side
+    (Timoshenko and Goodier, Theory of Elasticity, art. 109).
+    """
+    long, short = max(a, b), min(a, b)
+    ratio = long / short
+    series = sum(math.tanh(n * math.pi * ratio / 2.0) / n**5 for n in range(1, 60, 2))
+    return long * short * short * short * (1.0 / 3.0 - 64.0 / math.pi**5 / ratio * series)
+
+
+def rectangle(a: float, b: float, torsion: float, shear_factor: float) -> CrossSection:
+    """a along axis 1, b along axis 2."""
+    radius = 0.5 * min(a, b)
+    i11, i22 = a * b * b * b / 12.0, b * a * a * a / 12.0
+    return CrossSection(a * b, i11, i22, 0.0, torsion, shear_factor=shear_factor, radius=radius)
+
+
+def tube(outer: float, inner: float, shear_factor: float) -> CrossSection:
+    """Between two radii; `inner` 0: a rod."""
+    area = math.pi * (outer * outer - inner * inner)
+    second = math.pi * (outer * outer * outer * outer - inner * inner * inner * inner) / 4.0
+    return CrossSection(area, second, second, 0.0, 2.0 * second, shear_factor=shear_factor, radius=outer)
+
+
+def composed(
+    parts: Sequence[Rectangle],
+    torsion: float | None = None,
+    shear_factor: float = 0.0,
+    shear_centre: tuple[float, float] | None = None,
+    radius: float = 0.0,
+) -> CrossSection:
+    """From rectangles; torsion of the thin open section, sum l t^3 / 3, and the shear centre at the centroid, when not
+    given."""
+    area = sum(w * h for _, _, w, h in parts)
+    x = sum(w * h * cx for cx, _, w, h in parts) / area
+    y = sum(w * h * cy for _, cy, w, h in parts) / area
+    i11 = sum(w * h**3 / 12.0 + w * h * (cy - y) ** 2 for _, cy, w, h in parts)
+    i22 = sum(h * w**3 / 12.0 + w * h * (cx - x) ** 2 for cx, _, w, h in parts)
+    i12 = sum(w * h * (cx - x) * (cy - y) for cx, cy, w, h in parts)
+    if torsion is None:
+        torsion = sum(max(w, h) * min(w, h) ** 3 for _, _, w, h in parts) / 3.0
+    at = (x, y) if shear_centre is None else shear_centre
+    return CrossSection(area, i11, i22, i12, torsion, (x, y), at, shear_factor, radius)
+
+
+def box(
+    a: float, b: float, walls: tuple[float, float, float, float], shear_factor: float = 0.0, radius: float = 0.0
+) -> CrossSection:
+    """a along axis 1, b along axis 2; walls right, top, left, bottom. Torsion of the thin closed cell (Bredt):
+
+    J = 4 A^2 / sum (l / t), A and l between the middles of the walls.
+    """
+    right, top, left, bottom = walls
+    parts = [
+        (0.5 * (a - right), 0.0, right, b),
+        (-0.5 * (a - left), 0.0, left, b),
+        (0.5 * (left - right), 0.5 * (b - top), a - left - right, top),
+        (0.5 * (left - right), -0.5 * (b - bottom), a - left - right, bottom),
+    ]
+    w, h = a - 0.5 * (left + right), b - 0.5 * (top + bottom)
+    torsion = 4.0 * (w * h) ** 2 / (h / right + h / left + w / top + w / bottom)
+    return composed(parts, torsion, shear_factor, radius=radius)
+
+
+def principal(i11: float, i22: float, i12: float) -> tuple[float, float, float]:
+    """Second moments about principal axes 1 and 2, and the angle from axis 1 to principal axis 1.
+
+    I1 = I11 c^2 + I22 s^2 - 2 I12 s c with tan 2 angle = 2 I12/(I22 - I11), I12 = integral of x y.
+    """
+    if i12 == 0.0:
+        return i11, i22, 0.0
+    angle = 0.5 * math.atan2(2.0 * i12, i22 - i11)
+    c, s = math.cos(angle), math.sin(angle)
+    return (
+        i11 * c * c + i22 * s * s - 2.0 * i12 * s * c,
+        i11 * s * s + i22 * c * c + 2.0 * i12 * s * c,
+        angle,
+    )

@@ -1,0 +1,41 @@
+"""What every reader and writer of decks says of what it cannot take."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+from creak.errors import InputError
+
+
+@contextmanager
+def reading(path: str | Path, looks_wrong: Callable[[], str]) -> Iterator[None]:
+    """Turn what goes wrong with the numbers of a deck into an `InputError`, and add a hint to its errors.
+
+    Parameters
+    ----------
+    looks_wrong : a sentence about a keyword that may have caused an error, or nothing.
+    """
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    except (OverflowError, np.linalg.LinAlgError):
+        raise InputError(
+            "a number of the deck is too large or too small to compute with",
+            where=path,
+            fix="Check the sections, properties, materials and coordinates.",
+        ) from None
+    except InputError as error:
+        fix = f"{error.fix} {looks_wrong()}".strip()
+        raise InputError(error.what, expected=error.expected, where=error.where or path, fix=fix) from None
+
+
+def unwritable(what: str, why: str) -> InputError:
+    """What a deck of this format, as creak reads it, cannot say."""
+    return InputError(
+        f"{what} cannot be written to a deck of this format: {why}",
+        fix="Take it out of the model, or keep the deck as it is.",
+    )

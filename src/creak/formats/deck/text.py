@@ -1,0 +1,71 @@
+"""The files of a deck as lines of text."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from creak.errors import InputError
+from creak.formats.deck.include_budget import IncludeBudget
+
+DEPTH = 50
+"""Files that may stand open inside one another."""
+
+
+def read_bytes(path: Path, included_at: str = "", budget: IncludeBudget | None = None) -> bytes:
+    """The bytes of a deck, or of a file that it includes at a place, within the budget of the deck.
+
+    Raises
+    ------
+    InputError : no such file, unreadable, no plain file, or the deck includes too much.
+    """
+    what = "included file" if included_at else "deck"
+    try:
+        return path.read_bytes() if budget is None else budget.read(path, included_at)
+    except FileNotFoundError:
+        fix = "Give the path relative to the including file." if included_at else "Check the path."
+        raise InputError(f"there is no {what} {path}", where=included_at, fix=fix) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"cannot read the {what} {path}: {reason}", where=included_at, fix="Check the path.") from None
+
+
+def read_lines(
+    path: Path, included_at: str, program: str, endings: str, budget: IncludeBudget | None = None
+) -> list[str]:
+    """Lines of a text file (UTF-8, else Latin-1), ended as on any system.
+
+    Parameters
+    ----------
+    included_at : file and line that includes it; empty for the deck itself.
+    program, endings : "an Abaqus", ".inp": whose deck is expected, for messages.
+
+    Raises
+    ------
+    InputError : no such file, unreadable, or not text.
+    """
+    data = read_bytes(path, included_at, budget)
+    if b"\0" in data:
+        raise InputError(
+            f"{path} is not a text file (it holds zero bytes)",
+            expected=f"{program} deck in plain text (UTF-8 or Latin-1)",
+            where=included_at,
+            fix=f"Give the {endings} file, not a result or a zipped file.",
+        )
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    return lines if lines[-1] else lines[:-1]
+
+
+def refuse_loop(path: Path, above: Sequence[Path], included_at: str, line: str) -> None:
+    """Refuse a file that stands open above itself; `line` is what includes it (*INCLUDE), `above` are absolute paths.
+
+    Raises
+    ------
+    InputError : it does, or files are nested too deeply.
+    """
+    if path.absolute() in above or len(above) > DEPTH:
+        raise InputError(f"{path} includes itself", where=included_at, fix=f"Remove this {line} line.")

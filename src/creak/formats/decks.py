@@ -1,0 +1,48 @@
+"""The formats of decks that creak reads: the one place that knows them all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from creak.formats import endings
+from creak.formats.abaqus.lexer import abaqus_files
+from creak.formats.abaqus.reader import read_deck, read_deck_run
+from creak.formats.nastran.deck_file import nastran_files
+from creak.formats.nastran.reader import read_nastran, read_nastran_run
+from creak.model.mesh import Model
+from creak.model.steps import DeckRun
+
+
+@dataclass(frozen=True)
+class DeckFormat:
+    """What creak can do with decks of one format."""
+
+    endings: tuple[str, ...]
+    read: Callable[[Path], Model]
+    """The model data."""
+    read_run: Callable[[Path], tuple[Model, DeckRun]]
+    """Model and the analysis that the deck itself asks for."""
+    files: Callable[[Path], list[Path]]
+    """The deck and what it includes, in reading order."""
+
+
+ABAQUS = DeckFormat((endings.ABAQUS,), read_deck, read_deck_run, abaqus_files)
+NASTRAN = DeckFormat(endings.NASTRAN, read_nastran, read_nastran_run, nastran_files)
+FORMATS = (ABAQUS, NASTRAN)
+
+
+def format_of(path: Path) -> DeckFormat:
+    """By the ending; decks with any other ending are read as Abaqus decks."""
+    return next((f for f in FORMATS if path.suffix.lower() in f.endings), ABAQUS)
+
+
+def read_model(path: Path) -> Model:
+    """Read a deck by its ending.
+
+    Raises
+    ------
+    InputError : a deck that is wrong, with file and line.
+    """
+    return format_of(path).read(path)
