@@ -17,9 +17,10 @@ from creak.formats.endings import is_nastran
 from creak.formats.nastran.reader import read_nastran_run
 from creak.model.mesh import Model
 from creak.model.steps import Amplitude, DeckRun, DynamicStep, Interaction, PointLoad, Prescribed, SurfacePair
-from creak.studies.file.config import DOFS, StudyConfig
+from creak.studies.file.config import StudyConfig
 from creak.studies.file.identity import decks_sha256
 from creak.studies.file.reader import Study
+from creak.studies.file.table import DOFS
 from creak.studies.prepare.setup import Setup, set_up_model
 from creak.studies.unraised import none_ignored
 

@@ -13,8 +13,7 @@ from creak.errors import InputError
 from creak.model.mesh import Model
 from creak.signals import sources
 from creak.signals.curves import Periodic, SmoothStep
-from creak.studies.file.config import (
-    DOFS,
+from creak.studies.file.excitation_tables import (
     ExcitationTable,
     MultisineTable,
     PeriodicTable,
@@ -24,6 +23,7 @@ from creak.studies.file.config import (
     StepTable,
 )
 from creak.studies.file.reader import Study
+from creak.studies.file.table import DOFS
 from creak.studies.file.tables import read_table
 
 MOTIONS = {

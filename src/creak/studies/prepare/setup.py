@@ -25,9 +25,9 @@ from creak.formats.endings import is_nastran
 from creak.formats.nastran.reader import read_nastran
 from creak.formats.unread import first_unread
 from creak.model.mesh import Model
-from creak.studies.file.config import DOFS, Table
 from creak.studies.file.identity import decks_sha256
 from creak.studies.file.reader import Study
+from creak.studies.file.table import DOFS, Table
 from creak.studies.prepare.excitation import driven_dofs, highest_frequency, sample_loads, time_axis
 from creak.studies.prepare.flight_steps import with_flight_steps
 from creak.studies.prepare.free_motion import loose_motions, loose_words

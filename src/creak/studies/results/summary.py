@@ -11,7 +11,7 @@ import creak
 from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Model
 from creak.studies.converge.settled import KEYS, settled_to, verdict_of
-from creak.studies.converge.variants import Convergence
+from creak.studies.converge.settling import Convergence
 from creak.studies.converge.words import as_dict
 from creak.studies.results.places import Place, find_places
 from creak.studies.run.compared import event_statistics

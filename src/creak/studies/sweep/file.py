@@ -11,8 +11,9 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationError, model_validator
 
 from creak.errors import InputError
-from creak.studies.file.config import StudyConfig, Table
+from creak.studies.file.config import StudyConfig
 from creak.studies.file.reader import explain, overlap, read_study, read_toml
+from creak.studies.file.table import Table
 
 OF_THE_SWEEP = ("title", "base", "seeds")
 """Keys that stand above the first table."""
