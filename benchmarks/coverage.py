@@ -24,7 +24,8 @@ from benchmarks.door import silent
 from creak.dynamics.modal_march import simulate_modal
 from creak.dynamics.scheme import generalised_alpha
 from creak.studies.converge.settled import settled_to, verdict_of
-from creak.studies.converge.variants import FIGURES, SETTLED, TIME_LIMIT, TIMES, change, converge
+from creak.studies.converge.settling import FIGURES, SETTLED, TIME_LIMIT, TIMES, change
+from creak.studies.converge.variants import converge
 from creak.studies.file.reader import Study, read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.integrate import divided_loads

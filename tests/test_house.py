@@ -74,6 +74,19 @@ def test_check_runs_the_unit_tests():
     ]
 
 
+# --- files ----------------------------------------------------------------------------------------------------------
+
+LONGEST = 400
+"""Lines of a file: beyond, it holds more than one idea."""
+
+
+def test_no_file_of_the_program_is_long():
+    files = [*(ROOT / "src").rglob("*.py"), *(ROOT / "tools").rglob("*.py")]
+    lines = {str(p.relative_to(ROOT)): len(p.read_text(encoding="utf-8").splitlines()) for p in files}
+    assert len(lines) > 400
+    assert {name: n for name, n in lines.items() if n > LONGEST} == {}
+
+
 # --- measured -------------------------------------------------------------------------------------------------------
 
 

@@ -11,7 +11,7 @@ from creak.api.extras import need_report
 if TYPE_CHECKING:
     from creak.dynamics.history import History
     from creak.report.found import Found
-    from creak.studies.converge.variants import Convergence
+    from creak.studies.converge.settling import Convergence
     from creak.studies.run.job import Run, StudyResult
     from creak.verify.events import Event
     from creak.verify.matching import EventMatch

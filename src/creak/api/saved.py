@@ -10,7 +10,7 @@ from creak.api.extras import need_report
 
 if TYPE_CHECKING:
     from creak.report.found import Found, FoundRun
-    from creak.studies.converge.variants import Convergence
+    from creak.studies.converge.settling import Convergence
     from creak.verify.events import Event
     from creak.verify.matching import EventMatch
 

@@ -12,7 +12,7 @@ from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_f
 from creak.errors import InputError, NumericalError, Unreliable
 
 if TYPE_CHECKING:
-    from creak.studies.converge.variants import Convergence
+    from creak.studies.converge.settling import Convergence
     from creak.studies.file.reader import Study
 
 

@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
-from creak.contact.laws.parameters import (
-    Curves,
-    Friction,
-    join_curves,
-    join_friction,
-    select_curves,
-    select_friction,
-)
+from creak.contact.channel_data import joined, per_channel, taken
+from creak.contact.laws.parameters import Curves, Friction
 
 
 @dataclass(frozen=True)
@@ -33,31 +27,29 @@ class GapOperator:
     """(m, n_label) sparse."""
     tangents: tuple[Matrix, Matrix]
     """(m, n_label) each: relative motion along two tangents (zero for connectors)."""
-    gap0: FloatArray
+    gap0: FloatArray = field(metadata=per_channel(0.0))
     """(m,) initial clearance, length."""
-    stiffness: FloatArray
+    stiffness: FloatArray = field(metadata=per_channel(0.0))
     """(m,) penalty, force / length; inf: no penetration at all (exact unilateral contact)."""
-    damping: FloatArray
+    damping: FloatArray = field(metadata=per_channel(0.0))
     """(m,) force time / length, acts while closed."""
-    step_limited: BoolArray
+    step_limited: BoolArray = field(metadata=per_channel(False))
     """(m,) the penalty is creak's own choice and may be lowered to what the time step resolves."""
-    area: FloatArray
+    area: FloatArray = field(metadata=per_channel(0.0))
     """(m,) tributary area, length^2; 0 for connectors and nodes without facets."""
-    names: tuple[str, ...]
+    names: tuple[str, ...] = field(metadata=per_channel(""))
     """Channel names: `flange:1017`, `HOOK1:upper`."""
-    nodes_idx: IntArray
+    nodes_idx: IntArray = field(metadata=per_channel(0))
     """(m,) node row of the secondary node."""
-    group: tuple[str, ...]
+    group: tuple[str, ...] = field(metadata=per_channel(""))
     """(m,) the contact or connector that each channel belongs to."""
-    retained_nodes: IntArray
-    """Node rows whose motion the channels need."""
-    curves: Curves | None = None
+    curves: Curves | None = field(default=None, metadata=per_channel(Curves))
     """Tabular laws; None: stiffness only."""
-    friction: Friction | None = None
+    friction: Friction | None = field(default=None, metadata=per_channel(Friction))
     """None: no channel rubs."""
-    preload: FloatArray | None = None
+    preload: FloatArray | None = field(default=None, metadata=per_channel(0.0))
     """(m,) force with which a channel presses at rest, balanced by the rest of the structure; None: 0."""
-    size: FloatArray | None = None
+    size: FloatArray | None = field(default=None, metadata=per_channel(np.inf))
     """(m,) width of the facets at the channel, the smaller of both sides', length; inf or None: not known."""
 
     @property
@@ -90,30 +82,17 @@ class GapOperator:
         zero = np.zeros(self.m)
         return replace(self, stiffness=zero, damping=zero, curves=None, friction=None, preload=None)
 
+    @cached_property
+    def retained_nodes(self) -> IntArray:
+        """Node rows whose motion the channels need."""
+        return np.unique(self.labels // 6).astype(np.int64)
+
     def select(self, keep: IntArray) -> GapOperator:
         """The operator with only the channels in `keep`."""
         G, t1, t2 = (A[keep] for A in (self.G, *self.tangents))
         used = np.unique(np.concatenate([G.indices, t1.indices, t2.indices])).astype(np.int64)
-        labels = self.labels[used]
-        return replace(
-            self,
-            labels=labels,
-            G=G[:, used],
-            tangents=(t1[:, used], t2[:, used]),
-            gap0=self.gap0[keep],
-            stiffness=self.stiffness[keep],
-            damping=self.damping[keep],
-            step_limited=self.step_limited[keep],
-            area=self.area[keep],
-            names=tuple(self.names[i] for i in keep),
-            nodes_idx=self.nodes_idx[keep],
-            group=tuple(self.group[i] for i in keep),
-            retained_nodes=np.unique(labels // 6),
-            curves=select_curves(self.curves, keep),
-            friction=select_friction(self.friction, keep),
-            preload=None if self.preload is None else self.preload[keep],
-            size=None if self.size is None else self.size[keep],
-        )
+        matrices = {"labels": self.labels[used], "G": G[:, used], "tangents": (t1[:, used], t2[:, used])}
+        return replace(taken(self, keep), **matrices)
 
 
 @dataclass(frozen=True)
@@ -158,7 +137,6 @@ def gap_operator(
         names=tuple(names),
         nodes_idx=nodes_idx,
         group=(group,) * gap0.size,
-        retained_nodes=np.unique(labels // 6).astype(np.int64),
     )
 
 
@@ -174,30 +152,5 @@ def join(operators: Sequence[GapOperator]) -> GapOperator:
             pieces.append(sp.coo_matrix((A.data, (A.row, columns)), shape=(o.m, labels.size)))
         return sp.vstack(pieces, format="csr") if pieces else sp.csr_matrix((0, 0))
 
-    def joined(arrays: list[FloatArray]) -> FloatArray:
-        return np.concatenate(arrays) if arrays else np.zeros(0)
-
-    preload = None
-    if any(o.preload is not None for o in operators):
-        preload = joined([np.zeros(o.m) if o.preload is None else o.preload for o in operators])
-    size = None
-    if any(o.size is not None for o in operators):
-        size = joined([np.full(o.m, np.inf) if o.size is None else o.size for o in operators])
-    return GapOperator(
-        labels=labels.astype(np.int64),
-        G=stacked(0),
-        tangents=(stacked(1), stacked(2)),
-        gap0=joined([o.gap0 for o in operators]),
-        stiffness=joined([o.stiffness for o in operators]),
-        damping=joined([o.damping for o in operators]),
-        step_limited=np.array([x for o in operators for x in o.step_limited.tolist()], dtype=bool),
-        area=joined([o.area for o in operators]),
-        names=tuple(name for o in operators for name in o.names),
-        nodes_idx=np.concatenate([o.nodes_idx for o in operators]) if operators else np.zeros(0, dtype=np.int64),
-        group=tuple(g for o in operators for g in o.group),
-        retained_nodes=np.unique(labels // 6).astype(np.int64),
-        curves=join_curves([(o.curves, o.m) for o in operators]),
-        friction=join_friction([(o.friction, o.m) for o in operators]),
-        preload=preload,
-        size=size,
-    )
+    matrices = {"labels": labels.astype(np.int64), "G": stacked(0), "tangents": (stacked(1), stacked(2))}
+    return GapOperator(**matrices, **joined(GapOperator, operators, [o.m for o in operators]))

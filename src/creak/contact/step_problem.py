@@ -17,7 +17,8 @@ import numba
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.contact.coulomb import Rubbing, solve_rubbing
+from creak.contact.coulomb import Rubbing
+from creak.contact.coulomb_solve import solve_rubbing
 from creak.contact.gap_operator import GapOperator
 from creak.contact.laws.linear import linear_energy, linear_pieces
 from creak.contact.laws.parameters import Curves, Friction

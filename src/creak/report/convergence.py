@@ -8,7 +8,7 @@ import numpy as np
 
 from creak.report.tables import Table
 from creak.report.text import NONE, Units, fixed, number, percent, share, tidy
-from creak.studies.converge.variants import BASE, FIGURES, SETTLED, TIMES, Convergence, EventSettling, Settling
+from creak.studies.converge.settling import BASE, FIGURES, SETTLED, TIMES, Convergence, EventSettling, Settling
 from creak.studies.converge.words import TOTALS, WORDS
 
 MOST_EVENTS = 400

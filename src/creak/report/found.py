@@ -19,7 +19,7 @@ from creak.reduction.health import health_rows
 from creak.report.motions import Motions, recorded_motions
 from creak.report.provenance import provenance
 from creak.report.surface import Surface, surface_of
-from creak.studies.converge.variants import Convergence
+from creak.studies.converge.settling import Convergence
 from creak.studies.file.config import StudyConfig
 from creak.studies.prepare.setup import Setup
 from creak.studies.results.places import Place, find_places

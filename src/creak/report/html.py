@@ -15,7 +15,7 @@ from markupsafe import Markup, escape
 
 from creak.formats.complete_file import write_text
 from creak.formats.run_identity import META
-from creak.report import event_tables, figures, gap_figures, method, palette, scene, tables, verdict
+from creak.report import checks, event_tables, figures, gap_figures, method, palette, scene, tables, verdict
 from creak.report.convergence import convergence_parts
 from creak.report.eline_figure import eline_figure
 from creak.report.eline_rows import eline_table, eline_words
@@ -115,16 +115,16 @@ def _sections(parts: dict[str, Any], settling: Any) -> list[tuple[str, str]]:
 
 
 def _verdict_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[str, Any]:
-    checks = verdict.checks(result, summary)
+    judged = checks.checks(result, summary)
     config = result.setup.study.config
     return {
         "title": config.title or result.setup.study.path.stem,
         "version": summary["creak"],
         "run_meta": Markup(META.format(escape(summary["run"]["id"]))),
         "sentence": verdict.sentence(result, summary, units),
-        "checks": checks,
+        "checks": judged,
         "trust": verdict.trust(summary),
-        "good": verdict.is_good(checks, summary),
+        "good": verdict.is_good(judged, summary),
         "compared": {"reduced", "reference"} <= result.runs.keys(),
         "alarms": [*result.alarms, *verdict.first_mistakes(result, units)],
         "warnings": verdict.warnings(result),
@@ -159,7 +159,7 @@ def _motion_parts(result: Found, motions: scene.Animations, shape: dict[str, Any
         "motions_json": _script_json(motions.shown),
         "motion_labels": [m["label"] for m in motions.shown],
         "motion_words": motions.words,
-        "motion_run": "unreduced" if run is None else verdict.RUN_WORDS[run.name],
+        "motion_run": "unreduced" if run is None else checks.RUN_WORDS[run.name],
         "size_words": f"Animations take {motions.size / 1e6:.2g} MB of this file." if motions.shown else "",
     }
 

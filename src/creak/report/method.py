@@ -6,23 +6,20 @@ from typing import Any
 
 from creak.report.found import Found
 from creak.report.text import Units, number, share, tidy
-from creak.studies.file.config import (
-    ContactTable,
+from creak.studies.file.config import ReductionTable, TimeTable, VerificationTable
+from creak.studies.file.contact_tables import ContactTable, FrictionTable
+from creak.studies.file.excitation_tables import (
     ExcitationTable,
-    FrictionTable,
     HalfSineTable,
     MultisineTable,
     PeriodicTable,
     PsdTable,
     RecordTable,
-    ReductionTable,
     SineTable,
     SmoothStepTable,
     StepTable,
     SweepTable,
-    TimeTable,
     TrapezoidTable,
-    VerificationTable,
 )
 
 KINDS = {

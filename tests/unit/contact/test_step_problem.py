@@ -208,7 +208,6 @@ def operator(**law) -> GapOperator:
         names=("a", "b"),
         nodes_idx=np.zeros(2, dtype=np.int64),
         group=("g", "g"),
-        retained_nodes=np.array([0]),
         **law,
     )
 

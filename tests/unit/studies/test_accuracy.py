@@ -9,7 +9,7 @@ import pytest
 
 from creak.api.study import run, run_setup, set_up
 from creak.errors import InputError
-from creak.studies.converge.variants import BASE, FINER, LAST_TWO, MORE_MODES, SOFTER, STIFFER
+from creak.studies.converge.settling import BASE, FINER, LAST_TWO, MORE_MODES, SOFTER, STIFFER
 from creak.studies.converge.words import REMEDIES
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.flight_steps import with_flight_steps

@@ -10,8 +10,9 @@ from creak.dynamics.flow_resolution import SETTLED as RESOLUTION
 from creak.dynamics.flow_resolution import finer
 from creak.dynamics.loads import Loads
 from creak.reduction.diagonal import diagonalise
+from creak.studies.converge.compared import assess
 from creak.studies.converge.settled import SETTLED, STATISTICS, _of_convergence
-from creak.studies.converge.variants import BASE, FINER, Outcome, Variant, assess
+from creak.studies.converge.settling import BASE, FINER, Outcome, Variant
 from creak.verify.events import find_events
 from creak.verify.statistics import rate_interval
 from helpers_core import channels, system_of

@@ -14,7 +14,8 @@ from creak.contact.laws.parameters import Curves
 from creak.dynamics.stopped import Diverged
 from creak.errors import InputError
 from creak.studies.converge import variants as module
-from creak.studies.converge.variants import (
+from creak.studies.converge.compared import assess
+from creak.studies.converge.settling import (
     BASE,
     FIGURES,
     HALF,
@@ -26,12 +27,9 @@ from creak.studies.converge.variants import (
     TWICE,
     Outcome,
     Variant,
-    assess,
     change,
-    converge,
-    repeated_setup,
-    scaled_contact,
 )
+from creak.studies.converge.variants import converge, repeated_setup, scaled_contact
 from creak.studies.converge.words import as_dict, csv_rows, findings
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up

@@ -28,7 +28,14 @@ from creak.studies.advise.cost import (
 )
 from creak.studies.advise.evidence import Measured, measured, rule_of_thumb, step_evidence, steps
 from creak.studies.advise.size import Counted, Sizes, sizes, sturm_counts
-from creak.studies.file.config import MultisineTable, PeriodicTable, PsdTable, RecordTable, SineTable, SweepTable
+from creak.studies.file.excitation_tables import (
+    MultisineTable,
+    PeriodicTable,
+    PsdTable,
+    RecordTable,
+    SineTable,
+    SweepTable,
+)
 from creak.studies.models.reduced import WHOLE
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.prepare.excitation import highest_frequency

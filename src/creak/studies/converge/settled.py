@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.studies.converge.variants import FIGURES, TIMES, Convergence, EventSettling, Settling
+from creak.studies.converge.settling import FIGURES, TIMES, Convergence, EventSettling, Settling
 from creak.studies.converge.words import REMEDIES
 from creak.studies.run.job import Run, StudyResult
 from creak.verify.reliability import UNRELIABLE, reasons_against

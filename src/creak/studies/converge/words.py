@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from creak.studies.converge.variants import FIGURES, SETTLED, Convergence, Outcome, Settling
+from creak.studies.converge.settling import FIGURES, SETTLED, Convergence, Outcome, Settling
 from creak.verify.statistics import Distance
 
 WORDS = {

@@ -12,8 +12,8 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from creak.errors import InputError, suggest
-from creak.studies.file import config
 from creak.studies.file.config import FORCED, StudyConfig
+from creak.studies.file.excitation_tables import SignalTable
 
 
 @dataclass(frozen=True)
@@ -184,7 +184,7 @@ def _words_beside(error: ValidationError, loc: tuple[int | str, ...]) -> str:
 
 
 def _signal_tables() -> Sequence[type[BaseModel]]:
-    return get_args(get_args(config.SignalTable)[0])
+    return get_args(get_args(SignalTable)[0])
 
 
 def _is_tag(key: Any, before: Any) -> bool:

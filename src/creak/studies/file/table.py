@@ -1,8 +1,8 @@
-"""What all tables of a study share."""
+"""A table of the study file, and the numbers it may hold."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_validator
 
@@ -19,6 +19,8 @@ Size = AfterValidator(_of_size)
 Finite = Annotated[float, Field(allow_inf_nan=False), Size]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False), Size]
 NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False), Size]
+Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
+DOFS: tuple[Dof, ...] = ("x", "y", "z", "rx", "ry", "rz")
 
 
 class Table(BaseModel):

@@ -15,9 +15,10 @@ from creak.errors import InputError
 from creak.formats.decks import format_of
 from creak.model.mesh import Model
 from creak.model.steps import Amplitude, DeckRun, DynamicStep, Interaction, PointLoad, Prescribed, SurfacePair
-from creak.studies.file.config import DOFS, StudyConfig
+from creak.studies.file.config import StudyConfig
 from creak.studies.file.identity import decks_sha256
 from creak.studies.file.reader import Study
+from creak.studies.file.table import DOFS
 from creak.studies.prepare.setup import Setup, set_up_model
 from creak.studies.unraised import none_ignored
 

@@ -15,8 +15,7 @@ from creak.model.mesh import Model
 from creak.signals import sources
 from creak.signals.curves import Periodic, SmoothStep
 from creak.signals.vibration import HalfSine, RandomVibration, SineSweep, trapezoid
-from creak.studies.file.config import (
-    DOFS,
+from creak.studies.file.excitation_tables import (
     ExcitationTable,
     HalfSineTable,
     MultisineTable,
@@ -31,6 +30,7 @@ from creak.studies.file.config import (
     check_density,
 )
 from creak.studies.file.reader import Study
+from creak.studies.file.table import DOFS
 from creak.studies.file.tables import read_table
 
 MOTIONS = {

@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.dynamics.flow_march import SAMPLES
 from creak.dynamics.flow_resolution import FINE, QUICK, SETTLED, Resolution
-from creak.studies.file.config import HalfSineTable, RecordTable, TableTable, TrapezoidTable
+from creak.studies.file.excitation_tables import HalfSineTable, RecordTable, TableTable, TrapezoidTable
 from creak.studies.file.reader import Study
 from creak.studies.file.tables import read_table
 from creak.studies.prepare.excitation import end_of, highest_frequency, period_of

@@ -12,7 +12,7 @@ from creak.contact.facets import nodes_of
 from creak.contact.pair import ContactPair
 from creak.errors import InputError, suggest
 from creak.model.mesh import Model
-from creak.studies.file.config import ContactTable, FrictionTable
+from creak.studies.file.contact_tables import ContactTable, FrictionTable
 from creak.studies.file.reader import Study
 from creak.studies.file.tables import read_rows
 

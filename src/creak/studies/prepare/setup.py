@@ -22,10 +22,9 @@ from creak.errors import InputError
 from creak.formats.deck.unread import stop_on_unread
 from creak.formats.decks import read_model
 from creak.model.mesh import Model
-from creak.studies.file.config import DOFS
 from creak.studies.file.identity import decks_sha256
 from creak.studies.file.reader import Study
-from creak.studies.file.table import Table
+from creak.studies.file.table import DOFS, Table
 from creak.studies.prepare.elines import NO_ELINES, Elines, make_elines
 from creak.studies.prepare.excitation import driven_dofs, highest_frequency, sample_loads, time_axis
 from creak.studies.prepare.flight_steps import with_flight_steps

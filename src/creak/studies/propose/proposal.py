@@ -14,7 +14,7 @@ from creak.contact.pair import ContactPair
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.errors import InputError
 from creak.model.mesh import Model
-from creak.studies.file.config import DOFS
+from creak.studies.file.table import DOFS
 from creak.studies.prepare.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
 from creak.studies.propose.proximity import Near, closest_parts, covering_sets, near_parts, numbers_of
 

@@ -25,7 +25,7 @@ from creak.formats.sealed_json import sealed_text
 from creak.formats.tree import write_tree
 from creak.model.plain_mesh import PlainMesh, plain_mesh
 from creak.signals.resampling import cell_means
-from creak.studies.converge.variants import Convergence
+from creak.studies.converge.settling import Convergence
 from creak.studies.converge.words import csv_rows
 from creak.studies.run.integrate import output_times
 from creak.studies.run.job import Run, StudyResult

@@ -11,9 +11,9 @@ import creak
 from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Model
 from creak.studies.converge.settled import KEYS, settled_to, verdict_of
-from creak.studies.converge.variants import Convergence
+from creak.studies.converge.settling import Convergence
 from creak.studies.converge.words import as_dict
-from creak.studies.file.config import MultisineTable, PsdTable
+from creak.studies.file.excitation_tables import MultisineTable, PsdTable
 from creak.studies.results.elines import against_measured, measured_rates
 from creak.studies.results.elines import as_dict as eline_summary
 from creak.studies.results.places import Place, find_places

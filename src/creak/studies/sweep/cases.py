@@ -16,7 +16,8 @@ from pydantic import ValidationError
 import creak
 from creak.errors import InputError
 from creak.studies.file.changes import SEEDED, change_words, changed, short_keys, value_at
-from creak.studies.file.config import MultisineTable, PsdTable, StudyConfig
+from creak.studies.file.config import StudyConfig
+from creak.studies.file.excitation_tables import MultisineTable, PsdTable
 from creak.studies.file.paths import DECKS, Contents, digest, map_paths
 from creak.studies.file.reader import explain, overlap
 from creak.studies.file.toml_text import toml_text, toml_value

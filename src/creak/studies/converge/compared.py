@@ -1,0 +1,113 @@
+"""Runs compared event by event with the base run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from creak.studies.converge.settling import (
+    BASE,
+    FIGURES,
+    FINER,
+    LAST_TWO,
+    SETTLED,
+    TIME_SHARE,
+    TIMES,
+    Convergence,
+    EventSettling,
+    Outcome,
+    Settling,
+    change,
+)
+from creak.studies.run.job import events_in
+from creak.verify.events import Event
+from creak.verify.matching import EventMatch, match_events
+from creak.verify.statistics import compare_statistics, is_chaotic
+
+
+def assess(
+    outcomes: dict[str, Outcome], model: str, window: tuple[float, float], tolerance: float, notes: tuple[str, ...] = ()
+) -> Convergence:
+    """Compare runs, the base run first among them.
+
+    Parameters
+    ----------
+    tolerance : events that start this close are the same, s.
+    """
+    families = {name: pair for name, pair in LAST_TWO.items() if set(pair) <= outcomes.keys()}
+    samples = {
+        name: compare_statistics(outcomes[a].events, outcomes[b].events, window) for name, (a, b) in families.items()
+    }
+    matches = {
+        name: match_events(outcomes[BASE].events, o.events, tolerance, window)
+        for name, o in outcomes.items()
+        if name != BASE
+    }
+    events = _events(outcomes, matches, families, window, tolerance)
+    new = {name: len(match.extra) for name, match in matches.items()}
+    return Convergence(
+        model,
+        outcomes,
+        families,
+        window,
+        events,
+        new,
+        _totals(outcomes, families),
+        samples,
+        FINER in outcomes,
+        is_chaotic(len(events), window[1] - window[0]),
+        notes,
+    )
+
+
+def _events(
+    outcomes: dict[str, Outcome],
+    matches: dict[str, EventMatch],
+    families: dict[str, tuple[str, str]],
+    window: tuple[float, float],
+    tolerance: float,
+) -> tuple[EventSettling, ...]:
+    own = events_in(outcomes[BASE].events, window)
+    partners = {name: {id(a): b for a, b in match.pairs} for name, match in matches.items()}
+    limits = {name: TIME_SHARE * tolerance if name in TIMES else SETTLED for name in FIGURES}
+    found = []
+    for event in own:
+        same = {BASE: event} | {name: p[id(event)] for name, p in partners.items() if id(event) in p}
+        problem = _problem(event, same, outcomes, tolerance)
+        figures = {
+            name: _settling(name, {run: of(e) for run, e in same.items()}, families, limits[name], problem)
+            for name, of in FIGURES.items()
+        }
+        found.append(EventSettling(event, problem, figures))
+    return tuple(found)
+
+
+def _problem(event: Event, same: dict[str, Event], outcomes: dict[str, Outcome], tolerance: float) -> str:
+    """Runs without a partner of the event, and those that ended before it was over."""
+    early = [name for name, o in outcomes.items() if o.stopped and o.end < event.t_end + tolerance]
+    absent = [name for name in outcomes if name not in same and name not in early]
+    said = [f"absent with {', '.join(absent)}"] if absent else []
+    said += [f"{', '.join(early)} stopped before"] if early else []
+    return "; ".join(said)
+
+
+def _settling(
+    name: str, values: dict[str, float], families: dict[str, tuple[str, str]], limit: float, problem: str = ""
+) -> Settling:
+    changes = {family: change(name, values.get(a), values.get(b)) for family, (a, b) in families.items()}
+    return Settling(name, values, changes, limit, problem)
+
+
+def _totals(outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]]) -> dict[str, Settling]:
+    """Figures of the whole run, of the runs that reached its end."""
+    whole = {name: o for name, o in outcomes.items() if not o.stopped}
+    columns: dict[str, Callable[[Outcome], float]] = {
+        "events": lambda o: float(len(o.events)),
+        "impulse": lambda o: o.impulse,
+        "force": lambda o: o.force,
+    }
+    short = ", ".join(name for name in outcomes if name not in whole)
+    problem = f"{short} stopped early" if short else ""
+    return {
+        key: _settling(key, {name: of(o) for name, o in whole.items()}, families, SETTLED, problem)
+        for key, of in columns.items()
+    }

@@ -1,0 +1,184 @@
+"""What is followed of every event from run to run, and how far it has settled: records and their rule."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.verify.events import Event
+from creak.verify.statistics import EventStatistics
+
+SETTLED = 0.05
+"""Low-passed force, impulse and closing speed are settled when the last refinement of every family changes them by no
+more than this share: the 5 % within which the thesis calls an amplitude right (3.7.3)."""
+TIME_LIMIT = 1e-4
+"""s by which the resolution of contact in time may move start and duration; stiffness and modes, which the model sets,
+by `TIME_SHARE`: the last of several micro-contacts of an event is theirs."""
+TIME_SHARE = 0.1
+"""Start and duration are settled when the last refinement of every family moves them by no more than this share of the
+verification's `event_tolerance`, so that what is left cannot decide whether two events are the same one."""
+BASE, HALF, QUARTER = "base", "h/2", "h/4"
+TWICE, TENFOLD, MORE_MODES = "2 x stiffness", "10 x stiffness", "1.5 x f_max"
+FINER, SOFTER, STIFFER = "half the tolerance", "half the stiffness", "twice the stiffness"
+LAST_TWO = {
+    "step": (HALF, QUARTER),
+    "stiffness": (TWICE, TENFOLD),
+    "tolerance": (BASE, FINER),
+    "softer": (BASE, SOFTER),
+    "stiffer": (BASE, STIFFER),
+    "modes": (BASE, MORE_MODES),
+}
+"""Family -> the two runs whose difference tells how far it has settled; the first two are those of a forced step."""
+FIGURES: dict[str, Callable[[Event], float]] = {
+    "start": lambda e: e.t_start,
+    "duration": lambda e: e.t_end - e.t_start,
+    "force": lambda e: e.force_place,
+    "impulse": lambda e: e.impulse,
+    "closing_speed": lambda e: e.closing_speed,
+}
+"""What is followed of every event: s, s, low-passed peak force of its place, force s, length/s."""
+TIMES = ("start", "duration")
+"""Figures whose changes are absolute, s; those of the others are shares."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """What one run takes differently."""
+
+    name: str
+    family: str
+    """step, stiffness, modes; empty for the base run."""
+    step: float
+    """s"""
+    refined: float = 1.0
+    """How much finer than the accuracy says contact is resolved."""
+    stiffness: float = 1.0
+    """Factor on the stiffness of the contacts."""
+    f_max: float | None = None
+    """Hz, of the reduction; None: the model is not reduced."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run found: its events and the figures of the whole run."""
+
+    variant: Variant
+    events: tuple[Event, ...]
+    impulse: float
+    """Of all channels over the whole run, force s."""
+    energy_created: float
+    """By the scheme, share of the external work."""
+    dissipated: float
+    """By the scheme, share of the external work."""
+    steps: int
+    end: float
+    """Where the run ended, s."""
+    wall_s: float
+    stopped: str | None = None
+    """Why it ended early; None: it did not."""
+
+    @property
+    def force(self) -> float:
+        """Largest low-passed force of all events."""
+        return max((e.force_place for e in self.events), default=0.0)
+
+
+@dataclass(frozen=True)
+class Settling:
+    """One figure in every run, and how far it has settled."""
+
+    name: str
+    values: dict[str, float]
+    """Run -> value, of those that have it."""
+    changes: dict[str, float]
+    """Family -> change by its last refinement: s for times, share of the last value for all others; nan where one of
+    the two runs does not have the figure."""
+    limit: float
+    problem: str = ""
+    """Why it cannot be settled; empty: the changes decide."""
+
+    @property
+    def settled_to(self) -> float:
+        """Largest change of all families; nan where one of them is not known, or where there is none."""
+        return float(np.max(np.abs(list(self.changes.values())))) if self.changes else np.nan
+
+    @property
+    def worst(self) -> str:
+        """The family that moves the figure most; empty where that is not known."""
+        known = {k: abs(v) for k, v in self.changes.items() if not np.isnan(v)}
+        return max(known, key=known.__getitem__) if known else ""
+
+    @property
+    def settled(self) -> bool:
+        """The last refinements agree, and so do the base run and the finest one."""
+        changes = all(abs(x) <= self.limit_of(family) for family, x in self.changes.items())
+        return not self.problem and bool(self.changes) and changes and not abs(self.base_error) > self.limit
+
+    def limit_of(self, family: str) -> float:
+        """What a family may move the figure by."""
+        return min(self.limit, TIME_LIMIT) if self.name in TIMES and family == "tolerance" else self.limit
+
+    @property
+    def base_error(self) -> float:
+        """Base run less the finest in time, as `changes`; nan where one of them does not have the figure."""
+        return -change(self.name, self.values.get(BASE), self.values.get(FINER, self.values.get(QUARTER)))
+
+
+@dataclass(frozen=True)
+class EventSettling:
+    """One event of the base run."""
+
+    event: Event
+    problem: str
+    """Which runs do not have it; empty: all have."""
+    figures: dict[str, Settling]
+
+    @property
+    def settled(self) -> bool:
+        return all(f.settled for f in self.figures.values())
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """What the repeated runs tell of the base run."""
+
+    model: str
+    """The run that was repeated: reduced, or reference."""
+    outcomes: dict[str, Outcome]
+    """By name, the base run first."""
+    families: dict[str, tuple[str, str]]
+    """Those of `LAST_TWO` that were run."""
+    window: tuple[float, float]
+    """Events that start in it are compared, s."""
+    events: tuple[EventSettling, ...]
+    new: dict[str, int]
+    """Run -> events of it in the window that the base run does not have."""
+    totals: dict[str, Settling]
+    """Number of events, impulse and largest low-passed force of the whole run."""
+    statistics: dict[str, EventStatistics]
+    """Family -> events of its last two runs in the window as samples."""
+    exact: bool
+    """No scheme was forced: the runs differ from the base run, each in one thing."""
+    chaotic: bool
+    """So many events that single ones need not be the same in two exact solutions."""
+    notes: tuple[str, ...]
+
+    @property
+    def finest(self) -> str:
+        """The run that is finest in time."""
+        return FINER if self.exact else QUARTER
+
+    def settled_events(self, name: str) -> int:
+        """How many events have a figure settled."""
+        return sum(e.figures[name].settled for e in self.events)
+
+
+def change(name: str, before: float | None, after: float | None) -> float:
+    """after - before (times, s) or that over |after|; inf where something becomes nothing; nan where one is unknown."""
+    if before is None or after is None:
+        return np.nan
+    if name in TIMES or after == before:
+        return after - before
+    return (after - before) / abs(after) if after else np.inf

@@ -1,0 +1,95 @@
+"""Tables of what may touch: contacts and connectors."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Discriminator, Tag, model_validator
+
+from creak.studies.file.table import Dof, Finite, NonNegative, Positive, Table
+
+
+class FrictionTable(Table):
+    """Coulomb friction that falls with the sliding speed: kinetic + (static - kinetic) exp(-v / decay)."""
+
+    static: NonNegative
+    """Coefficient while it sticks."""
+    kinetic: NonNegative
+    """Coefficient while it slides fast; not above the static one."""
+    decay: NonNegative = 0.0
+    """length/time; 0: kinetic as soon as it slides."""
+
+    @model_validator(mode="after")
+    def _falls(self) -> FrictionTable:
+        if self.kinetic > self.static:
+            raise ValueError(f"kinetic = {self.kinetic} is above static = {self.static}")
+        return self
+
+
+FrictionValue = Annotated[
+    Annotated[NonNegative, Tag("number")] | Annotated[FrictionTable, Tag("table")],
+    Discriminator(lambda value: "table" if isinstance(value, dict | FrictionTable) else "number"),
+]
+
+
+class ContactTable(Table):
+    """[contact.NAME]"""
+
+    secondary: str
+    """Surface or element set of shells and solids whose nodes become the gap channels; node-to-surface also a node
+    set or an element set of beams."""
+    main: str
+    """Surface or element set of shells and solids that it can touch; of a set of solids all free faces."""
+    method: Literal["surface-to-surface", "node-to-surface"] = "surface-to-surface"
+    """Gaps averaged over the facets round each secondary node, or at the nodes themselves."""
+    stiffness: Literal["auto", "hard"] | Positive = "auto"
+    """force/length^3 (surface-to-surface) or force/length (node-to-surface); "auto": 10 times the softer parent
+    element's (with a forced step no stiffer than it resolves); "hard": no penetration to speak of."""
+    overclosure: list[tuple[NonNegative, NonNegative]] | None = None
+    """Tabular law instead of a stiffness: [[overclosure, pressure], ...] from [0, 0] on, both rising
+    (node-to-surface: force); the last slope goes on."""
+    damping: NonNegative = 0.0
+    """Acts while closed: force time/length^3 (surface-to-surface) or force time/length (node-to-surface); not with
+    "hard"."""
+    per_area: bool = False
+    """node-to-surface: stiffness, overclosure and damping as surface-to-surface takes them, times the area of the
+    secondary surface that belongs to each node."""
+    clearance: Finite | str | None = None
+    """length; replaces the geometric gap. A string names a CSV file, header node,clearance."""
+    normal: tuple[Finite, Finite, Finite] | None = None
+    """Direction from the main to the secondary surface, instead of the surfaces' own."""
+    friction: FrictionValue = 0.0
+    """Coefficient of Coulomb friction, or a table with static, kinetic and decay."""
+
+
+class ConnectorTable(Table):
+    """[[connector]]"""
+
+    type: Literal["play"]
+    """Free within limits, then stiff; it never pulls."""
+    nodes: list[str] | str
+    """Two node sets (relative motion, second minus first), or one: against ground."""
+    dof: Dof
+    """Direction of the relative motion."""
+    lower: Finite | None = None
+    """length or rad"""
+    upper: Finite | None = None
+    """length or rad; one of both limits may be left out."""
+    stiffness: Positive
+    """force/length"""
+    damping: NonNegative = 0.0
+    """force time/length, acts while the play is used up."""
+    preload: NonNegative = 0.0
+    """force with which a one-sided stop (one limit) presses at rest; the limit is then where it presses so."""
+    name: str | None = None
+    """For channels and events."""
+
+    @property
+    def node_sets(self) -> tuple[str, ...]:
+        return (self.nodes,) if isinstance(self.nodes, str) else tuple(self.nodes)
+
+    @model_validator(mode="after")
+    def _one_or_two(self) -> ConnectorTable:
+        if len(self.node_sets) not in (1, 2):
+            raise ValueError(f"nodes names {len(self.node_sets)} sets, expected one (to ground) or two")
+        return self
