@@ -18,8 +18,9 @@ from creak.studies.models.reduced import ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.prepare.excitation import sample_loads, time_axis
 from creak.studies.prepare.setup import Setup, set_up
+from creak.studies.run.agreement import compare_modes
 from creak.studies.run.integrate import scheme_of
-from creak.studies.run.job import Run, compare_modes, march_run
+from creak.studies.run.job import Run, march_run
 from creak.studies.run.precheck import linear_gaps
 from creak.studies.sweep.cases import changed
 from creak.verify.matching import match_events

@@ -28,17 +28,10 @@ from creak.studies.prepare.flight_steps import with_flight_steps
 from creak.studies.prepare.output_steps import excitation_window
 from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.setup import Setup, check_frequencies
+from creak.studies.run.agreement import ModeComparison, compare_modes, compare_spectra
 from creak.studies.run.forced_step import limited
 from creak.studies.run.integrate import output_times, scheme_of
-from creak.studies.run.job import (
-    ModeComparison,
-    Run,
-    compare_modes,
-    compare_spectra,
-    events_in,
-    march_run,
-    unreduced_run,
-)
+from creak.studies.run.job import Run, events_in, march_run, unreduced_run
 from creak.studies.run.precheck import precheck
 from creak.studies.sweep.reference import SharedReference
 

@@ -23,9 +23,10 @@ from creak.studies.converge.settling import Convergence
 from creak.studies.file.config import StudyConfig
 from creak.studies.prepare.setup import Setup
 from creak.studies.results.places import Place, find_places
+from creak.studies.run.agreement import ModeComparison, SpectraComparison
 from creak.studies.run.compared import main_run
 from creak.studies.run.elines import LineFindings
-from creak.studies.run.job import ModeComparison, Run, SpectraComparison, StudyResult
+from creak.studies.run.job import Run, StudyResult
 from creak.studies.warned import plain_notes, warnings_of
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch

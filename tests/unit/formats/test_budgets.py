@@ -117,7 +117,7 @@ def test_a_row_number_is_a_plain_number(tmp_path):
         )
         sweep = read_sweep(tmp_path / "sweep.toml")
         one = variants(sweep)[0]
-        with pytest.raises(InputError, match=r"the base study has 1 \[\[connector\]\]"):
+        with pytest.raises(InputError, match=r"the study has 1 \[\[connector\]\]"):
             changed(sweep.data, one.changes, None)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -87,10 +88,10 @@ def test_npz_opens_with_numpy(tmp_path):
 
 def test_file_names_follow_the_name(tmp_path):
     part = replace(random_superelement(), name="door / left 2.1")
-    assert [p.name for p in write_superelement(part, tmp_path / "new", "op4")] == [
-        "door_left_2_1.op4",
-        "door_left_2_1.asm",
-    ]
+    written = write_superelement(part, tmp_path / "new", "op4")
+    assert [p.suffix for p in written] == [".op4", ".asm"]
+    assert len({p.stem for p in written}) == 1
+    assert all(re.fullmatch(r"door\w+-[0-9a-f]{8}", p.stem) for p in written)  # changed names are told apart
 
 
 def test_a_failed_write_leaves_no_file(tmp_path):

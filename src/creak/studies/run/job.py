@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from creak.arrays import ComplexArray, FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.small_sliding import slip_warnings, turn_warnings
@@ -17,18 +16,17 @@ from creak.dynamics.flow_march import compile_flow
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.formats.run_identity import RunIdentity
-from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.reduction.health import Health
-from creak.signals.spectra import spectrum
 from creak.studies.file.identity import new_identity
 from creak.studies.models.health import checked
-from creak.studies.models.reduced import WHOLE, ReducedModel, reduce_model, reduced_modes
+from creak.studies.models.reduced import WHOLE, ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference, observed_labels
 from creak.studies.prepare.excitation import time_axis
 from creak.studies.prepare.output_steps import compared_end, field_steps, output_every, shown_window
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import figure_warnings, never_closed
 from creak.studies.prepare.watched import watched
+from creak.studies.run.agreement import ModeComparison, SpectraComparison, compare_modes, compare_spectra
 from creak.studies.run.compared import compare_events, main_run
 from creak.studies.run.costs import Cost, Meter
 from creak.studies.run.dropped import MOST_RUNS, with_closed
@@ -41,16 +39,12 @@ from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
 from creak.verify.elines import PointMeasures
 from creak.verify.events import Event, find_events
-from creak.verify.mac import ModePairs, pair_modes
 from creak.verify.matching import EventMatch
-from creak.verify.nrmse import nrmse_by_axis
 from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.slips import SlipEvent, Squeak, find_slips, find_squeaks
 
 COMPILE = "compile kernels (first run: a minute)"
 """A phase of its own: slow once, then kept on disk."""
-STILL = 1e-9
-"""Share of the largest motion of the compared nodes below which a mode is not seen there."""
 SHARE = 0.1
 """Longest step as a share of the shortest event."""
 
@@ -83,26 +77,6 @@ class Run:
     """At the points of the E-lines; None where nobody asked for them."""
     squeaks: tuple[Squeak, ...] = ()
     """Stick-slip of each pair that rubs, in the verification window."""
-
-
-@dataclass(frozen=True)
-class ModeComparison:
-    """Modes of the reference and the reduced model up to the verification's mac_f_max."""
-
-    pairs: ModePairs
-    freq_reference: FloatArray
-    freq_reduced: FloatArray
-
-
-@dataclass(frozen=True)
-class SpectraComparison:
-    """Relative motion of the verification pairs over the window, by frequency."""
-
-    freq: FloatArray
-    spectra: dict[str, ComplexArray]
-    """Run -> (n_freq, n_pair, 3)."""
-    nrmse: dict[str, float | None]
-    """Fit by axis x, y, z, and all; None where nothing moves."""
 
 
 @dataclass(frozen=True)
@@ -372,56 +346,6 @@ def march_run(
 def unreduced_run(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> Run:
     """The run of the unreduced model."""
     return march_run("reference", setup, reference.system, gaps, progress, None, watch=True)
-
-
-def compare_modes(
-    setup: Setup, reference: ReferenceModel, reduced: ReducedModel | None, gaps: GapOperator
-) -> ModeComparison | None:
-    """MAC at the verification pairs, or at the watched and channel nodes where the study names no pairs.
-
-    Modes that do not move these nodes are left out.
-    """
-    if reduced is None:
-        return None
-    f_max = setup.study.config.verification.mac_f_max
-    nodes = np.unique(setup.pairs) if setup.pairs.size else np.union1d(setup.watched, gaps.retained_nodes)
-    if nodes.size == 0:
-        return None
-    labels = node_dofs(nodes, TRANSLATIONS)
-    freq = reference.modes.frequencies
-    below = freq <= f_max
-    other = reduced_modes(reduced.system, 1.2 * f_max)
-    shapes = np.asarray(reference.system.rows(labels)[0] @ reference.modes.shapes[:, below])
-    shapes_reduced = np.asarray(reduced.system.rows(labels)[0] @ other.shapes)
-    size = np.linalg.norm(shapes, axis=0)
-    seen = size > STILL * size.max(initial=0.0)
-    pairs = pair_modes(freq[below][seen], shapes[:, seen], other.frequencies, shapes_reduced)
-    return ModeComparison(pairs, freq[below][seen], other.frequencies)
-
-
-def compare_spectra(setup: Setup, runs: dict[str, Run], window: tuple[float, float]) -> SpectraComparison | None:
-    if not setup.pairs.size or not runs:
-        return None
-    spectra: dict[str, ComplexArray] = {}
-    freq = np.zeros(0)
-    for name, run in runs.items():
-        relative, step = _relative_motion(setup, run.history, window)
-        freq, spectra[name] = spectrum(relative, step, setup.study.config.verification.f_max)
-    both = "reference" in spectra and "reduced" in spectra
-    fit = nrmse_by_axis(spectra["reference"], spectra["reduced"]) if both else {}
-    return SpectraComparison(freq, spectra, fit)
-
-
-def _relative_motion(setup: Setup, history: History, window: tuple[float, float]) -> tuple[FloatArray, float]:
-    """(n_out in the window, n_pair, 3) secondary minus main, and the output step."""
-    row = {int(n): i for i, n in enumerate(setup.watched)}
-    u = history.displacement.reshape(history.displacement.shape[0], -1, 6)[:, :, :3]
-    main, secondary = ([row[int(n)] for n in setup.pairs[:, k]] for k in (0, 1))
-    time = history.time[history.output_index]
-    step = float(time[1] - time[0])
-    end = int(np.searchsorted(time, window[1] + 0.5 * step))
-    n = round((window[1] - window[0]) / step)
-    return (u[:, secondary] - u[:, main])[end - n : end], step
 
 
 def events_in(events: Sequence[Event], window: tuple[float, float]) -> list[Event]:
