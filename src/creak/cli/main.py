@@ -10,12 +10,12 @@ from typing import NoReturn
 import typer
 from rich.console import Console
 
-import creak
 from creak.api.extras import REPORT, no_report_text
 from creak.cli import advise, compare, convert, example, info, modes, new, reduce, report, run, schema, sweep, thesis
 from creak.cli.output import Interrupted
 from creak.errors import CreakError, InputError, Unreliable, WriteError
 from creak.studies.unraised import none_ignored
+from creak.version import version
 
 DONE, FAILED, WRONG_INPUT = 0, 1, 2
 OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
@@ -46,7 +46,7 @@ app.add_typer(example.app, name="example")
 
 def _version(shown: bool) -> None:
     if shown:
-        typer.echo(f"creak {creak.__version__}")
+        typer.echo(f"creak {version()}")
         raise typer.Exit
 
 

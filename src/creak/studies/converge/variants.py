@@ -11,6 +11,7 @@ from creak.arrays import IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.errors import CreakError
+from creak.progress import Progress
 from creak.studies.models.reduced import ReducedModel, reduce_model, with_more_modes
 from creak.studies.models.superelements import MODES_FACTOR
 from creak.studies.prepare.excitation import sample_loads, time_axis
@@ -55,8 +56,6 @@ FIGURES: dict[str, Callable[[Event], float]] = {
 """What is followed of every event: s, s, low-passed peak force of its place, force s, length/s."""
 TIMES = ("start", "duration")
 """Figures whose changes are absolute, s; those of the others are shares."""
-
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)

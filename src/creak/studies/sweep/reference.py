@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -14,14 +13,13 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.dynamics.watch import Extremes
 from creak.formats.complete_file import complete_file
+from creak.progress import Progress
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.costs import Cost
 from creak.studies.run.job import Run, unreduced_run
 from creak.verify.events import find_events
 from creak.verify.slips import find_slips
-
-Progress = Callable[[str, int, int], None]
 
 
 class SharedReference:

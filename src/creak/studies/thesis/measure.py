@@ -101,8 +101,8 @@ def _reduced(case: Case, bay: Bay) -> Outcome:
         run = march_run(case.name, under, model.system, base.gaps, bay.progress, model)
         freq, loads[load] = _load_outcome(case, bay, load, run)
     names = [r.system.name for r in model.superelements]
-    retained = {n: int(r.system.stats["retained"]) for n, r in zip(names, model.superelements, strict=True)}
-    kept = {n: int(r.system.stats["modes"]) for n, r in zip(names, model.superelements, strict=True)}
+    retained = {n: r.system.stats.retained for n, r in zip(names, model.superelements, strict=True)}
+    kept = {n: r.system.stats.modes for n, r in zip(names, model.superelements, strict=True)}
     frequencies, errors, mac, matrix = _modes(setup, base, model)
     n = model.system.n if model.coupled is None else model.coupled.n
     return Outcome(
