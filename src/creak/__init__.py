@@ -205,7 +205,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """A public name, from its home at its first use."""
     if name == "__version__":
-        value: Any = _version()
+        value: Any = import_module("creak.version").version()
     elif name in _HOME:
         value = getattr(import_module(_HOME[name]), name)
     else:
@@ -216,12 +216,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted([*__all__, "__version__"])
-
-
-def _version() -> str:
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("creak")
-    except PackageNotFoundError:
-        return "0+unknown"

@@ -91,8 +91,8 @@ def _reduced(case: Case, bay: Bay) -> Outcome:
     for load in case.loads:
         freq, loads[load] = _load_outcome(case, bay, load, under(base, load).run(case.name))
     names = [r.system.name for r in model.superelements]
-    retained = {n: int(r.system.stats["retained"]) for n, r in zip(names, model.superelements, strict=True)}
-    kept = {n: int(r.system.stats["modes"]) for n, r in zip(names, model.superelements, strict=True)}
+    retained = {n: r.system.stats.retained for n, r in zip(names, model.superelements, strict=True)}
+    kept = {n: r.system.stats.modes for n, r in zip(names, model.superelements, strict=True)}
     frequencies, errors, mac, matrix = _modes(base)
     n = model.system.n if model.coupled is None else model.coupled.n
     return Outcome(

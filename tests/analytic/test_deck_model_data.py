@@ -136,7 +136,7 @@ def test_lumped_mass_is_an_option_of_the_model(read) -> None:
     model = read(text)
     consistent, c = model_modes(model, NONE, count=3)
     lumped, found = model_modes(replace(model, mass_form="lumped"), NONE, count=3)
-    assert lumped.stats["mass"] == pytest.approx(consistent.stats["mass"], rel=1e-12)
+    assert lumped.stats.mass == pytest.approx(consistent.stats.mass, rel=1e-12)
     assert np.count_nonzero(lumped.M.diagonal()) < 0.6 * lumped.n
     assert found.frequencies[0] == pytest.approx(c.frequencies[0], rel=0.06)
     assert (found.frequencies < c.frequencies).all()

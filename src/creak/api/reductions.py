@@ -31,7 +31,7 @@ def craig_bampton(
 
     Returns
     -------
-    System in (xi, eta); `recover` gives all dofs back. stats: retained, modes, first_left_out (Hz).
+    System in (xi, eta); `recover` gives all dofs back; `stats` has retained, modes, first_left_out (Hz).
 
     Raises
     ------

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from creak.api.result import Result
 from creak.errors import InputError
+from creak.progress import Progress
 from creak.studies.file import reader as study_file
 from creak.studies.file.reader import Study
 from creak.studies.file.toml_text import toml_text
@@ -16,7 +17,6 @@ from creak.studies.file.toml_text import toml_text
 if TYPE_CHECKING:
     from creak.studies.prepare.setup import Setup
 
-Progress = Callable[[str, int, int], None]
 Units = Literal["mm-t-s", "m-kg-s"]
 
 

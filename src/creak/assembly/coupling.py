@@ -14,7 +14,7 @@ from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.damping import Damping
 from creak.assembly.elimination import LinearEquation, congruent, eliminate, principal, transformation
 from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
-from creak.assembly.system import Supports, System, dense_if_full, to_dense
+from creak.assembly.system import Stats, Supports, System, dense_if_full, to_dense
 from creak.linalg.dense_product import symmetric
 from creak.model.dofs import dof_label, node_dofs
 from creak.model.mesh import Model
@@ -93,7 +93,6 @@ def couple(
     C_t = [] if C is None else [congruent(T, C)]
     M_t, K_t, *C_t = _of_one_kind([_dense_if_full(A) for A in (M_t, K_t, *C_t)])
     damping = Damping(common.alpha, common.beta, C_t[0] if C_t else None)
-    stats = {"mass": sum(s.stats.get("mass", 0.0) for s in systems)}
     return System(
         "assembly",
         M_t,
@@ -103,7 +102,7 @@ def couple(
         supports,
         coordinates,
         velocity,
-        stats=stats,
+        stats=Stats(sum(s.stats.mass for s in systems)),
         labels=rows.labels,
         whole=whole,
         combine=combine,

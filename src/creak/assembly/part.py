@@ -13,7 +13,7 @@ from creak.assembly.constraints import linear_equations
 from creak.assembly.damping import Damping
 from creak.assembly.elimination import congruent, eliminate, principal, transformation
 from creak.assembly.partition import shared_nodes
-from creak.assembly.system import Rows, System, no_supports
+from creak.assembly.system import Rows, Stats, System, no_supports
 from creak.elements.block_matrices import block_matrices
 from creak.elements.geometry import DegenerateElement
 from creak.errors import InputError
@@ -215,7 +215,7 @@ def part_system(model: Model, part: int, common: Rayleigh, *, override: bool = F
         supports=no_supports(keep.size),
         coordinates=independent[keep],
         velocity=_initial_velocity(model, independent[keep]),
-        stats={"mass": float(translation @ (matrices.M @ translation)), "elements": sum(b.ids.size for b in blocks)},
+        stats=Stats(float(translation @ (matrices.M @ translation)), sum(b.ids.size for b in blocks)),
         labels=labels,
     )
 
@@ -245,7 +245,6 @@ def loose_system(model: Model, common: Rayleigh) -> System | None:
         no_supports(n),
         labels,
         velocity,
-        stats={"mass": 0.0},
         labels=labels,
     )
 

@@ -54,6 +54,24 @@ def no_supports(n: int) -> Supports:
 
 
 @dataclass(frozen=True)
+class Stats:
+    """What a System holds, and how it came about."""
+
+    mass: float = 0.0
+    elements: int = 0
+    retained: int = 0
+    """Physical coordinates that a reduction kept, or residual vectors."""
+    modes: int = 0
+    """Modes that it kept."""
+    internal: int = 0
+    """Coordinates that it replaced."""
+    dropped: int = 0
+    """Residual vectors left out as nearly dependent."""
+    first_left_out: float = np.inf
+    """First frequency of a mode that was left out, Hz; infinite where none is known."""
+
+
+@dataclass(frozen=True)
 class System:
     """M q'' + C q' + K q = f in coordinates q; `rows` gives the physical motion back.
 
@@ -72,8 +90,7 @@ class System:
     """(n,) initial velocity."""
     M_alone: Matrix | None = None
     """(n, n) momentum of the coordinates when one boundary coordinate moves without its constraint mode; None: M."""
-    stats: dict[str, float] = field(default_factory=dict)
-    """Costs and health figures of how it came about."""
+    stats: Stats = Stats()
     labels: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     """(n_label,) sorted physical dof labels that the System moves."""
     whole: Recover | None = None

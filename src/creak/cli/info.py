@@ -78,10 +78,10 @@ def _parts(model: Model, progress: Any) -> dict[str, dict[str, Any]]:
         kinds = sorted({b.kind for b in model.blocks if b.part == i})
         found[part.name] = {
             "nodes": int(part.nodes_idx.size),
-            "elements": int(system.stats["elements"]),
+            "elements": system.stats.elements,
             "kinds": kinds,
             "dof": system.n,
-            "mass": float(system.stats["mass"]),
+            "mass": system.stats.mass,
         }
     progress("assemble the parts", len(model.parts), len(model.parts))
     return found

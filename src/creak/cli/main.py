@@ -11,7 +11,6 @@ from typing import NoReturn
 
 import typer
 
-import creak
 from creak.api.extras import REPORT, no_report_text
 from creak.cli import (
     advise,
@@ -33,6 +32,7 @@ from creak.cli.console import Terminal
 from creak.cli.output import Interrupted
 from creak.errors import CreakError, InputError, Unreliable, WriteError
 from creak.studies.unraised import none_ignored
+from creak.version import version
 
 DONE, FAILED, WRONG_INPUT = 0, 1, 2
 OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
@@ -64,7 +64,7 @@ app.add_typer(example.app, name="example")
 
 def _version(shown: bool) -> None:
     if shown:
-        typer.echo(f"creak {creak.__version__}")
+        typer.echo(f"creak {version()}")
         raise typer.Exit
 
 

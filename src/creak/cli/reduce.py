@@ -60,7 +60,7 @@ def reduce(
         tell_notes(output, [*setup.notes, *notes, *model.notes], told)
         for r in model.superelements:
             stats, before = r.system.stats, ", taken from before" if r.reused else ""
-            size = f"{stats['retained']:,.0f} retained dofs + {stats['modes']:,.0f} modes"
+            size = f"{stats.retained:,.0f} retained dofs + {stats.modes:,.0f} modes"
             output.detail(f"{r.system.name}: {size}{before}")
         _tell_health(output, checks)
         output.tell_written()
@@ -137,8 +137,8 @@ def _data(model: ReducedModel, checks: Mapping[str, Health], notes: Sequence[str
 
     parts = {
         r.system.name: {
-            "retained": int(r.system.stats["retained"]),
-            "modes": int(r.system.stats["modes"]),
+            "retained": r.system.stats.retained,
+            "modes": r.system.stats.modes,
             "reused": r.reused,
             "health": checks[r.system.name].as_dict(),
         }

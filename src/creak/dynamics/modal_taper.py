@@ -101,13 +101,13 @@ def _split(system: System, keep: FloatArray, V: FloatArray) -> System:
         supports=replace(sup, M_qs=side(sup.M_qs), K_qs=side(sup.K_qs), C_qs=side(sup.C_qs), M_start=side(sup.M_start)),
         coordinates=np.full(n + r, -1, dtype=np.int64),
         velocity=np.concatenate([keep * system.velocity, np.zeros(r)]),
-        stats={**system.stats, "retained": system.stats.get("retained", 0) + r},
+        stats=replace(system.stats, retained=system.stats.retained + r),
     )
 
 
 def _next_frequency(system: System, omega: FloatArray) -> float:
     """rad/s"""
-    left_out = 2.0 * np.pi * system.stats.get("first_left_out", np.inf)
+    left_out = 2.0 * np.pi * system.stats.first_left_out
     if np.isfinite(left_out) and omega.size and left_out > omega.max():
         return float(left_out)
     elastic = np.count_nonzero(omega > 0.0)

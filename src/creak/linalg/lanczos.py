@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +12,7 @@ from creak.linalg.dense_product import inner, product, right_solve, subtract_pro
 from creak.linalg.factor import Factor
 from creak.linalg.sparse_product import BlockProduct
 from creak.linalg.threads import one_blas_thread
+from creak.progress import Steps
 
 TOLERANCE = 1e-9
 """Lanczos residual relative to the eigenvalue; the eigenvalue's own error is of its square."""
@@ -38,8 +38,6 @@ MAX_PASSES = 8
 """Orthonormalisations of one block; two are enough but where columns are dependent."""
 ROWS = 8192
 """Rows of the basis turned into eigenvectors at a time."""
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -108,7 +106,7 @@ def lanczos(
     *,
     extra: int = 0,
     upper: float = np.inf,
-    progress: Progress | None = None,
+    progress: Steps | None = None,
 ) -> Ritz:
     """The `wanted` lowest eigenpairs of K x = lam M x, and `extra` eigenvalues more.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +14,7 @@ from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, SingularMatrixError, factor
 from creak.linalg.lanczos import Ritz, lanczos
 from creak.linalg.sparse_product import BlockProduct
+from creak.progress import Steps
 
 DENSE_LIMIT = 600
 """Up to this size the dense eigensolver is faster and simpler."""
@@ -28,8 +28,6 @@ LOW = 0.02
 """Modes below this share of the shift amid them are refined."""
 COLUMNS = 64
 """Modes whose residuals are measured at a time."""
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -78,7 +76,7 @@ def modes(
     count: int | None = None,
     free: bool = False,
     stiffness_factor: Factor | None = None,
-    progress: Progress | None = None,
+    progress: Steps | None = None,
 ) -> Modes:
     """All modes up to `f_max` (Hz), or the `count` lowest.
 
@@ -114,7 +112,7 @@ def modes(
     return _below(pencil, shift, (2.0 * np.pi * f_max) ** 2, inverse, free, progress)
 
 
-def _lowest(pencil: _Pencil, shift: float, count: int, inverse: Factor, free: bool, progress: Progress | None) -> Modes:
+def _lowest(pencil: _Pencil, shift: float, count: int, inverse: Factor, free: bool, progress: Steps | None) -> Modes:
     """The `count` lowest modes; the inertia above the last one tells whether one was missed."""
     if count == 0:
         return Modes(np.zeros(0), np.zeros((pencil.mass.n, 0)), 0.0, True)
@@ -122,9 +120,7 @@ def _lowest(pencil: _Pencil, shift: float, count: int, inverse: Factor, free: bo
     return _checked(pencil, found.lam, found.shapes, free, count=True, columns=found.columns)
 
 
-def _below(
-    pencil: _Pencil, shift: float, upper: float, inverse: Factor, free: bool, progress: Progress | None
-) -> Modes:
+def _below(pencil: _Pencil, shift: float, upper: float, inverse: Factor, free: bool, progress: Steps | None) -> Modes:
     """All modes below omega^2 = `upper` and the eigenvalue after them; their number is the inertia of K - upper M."""
     wanted = factor(pencil.shifted(upper), definite=False).n_negative
     amid = shift if wanted < MANY else AMID * upper

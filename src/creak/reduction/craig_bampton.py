@@ -14,6 +14,7 @@ from creak.assembly.system import Rows, System, momentum_fit, no_supports, to_de
 from creak.linalg.dense_product import symmetric
 from creak.linalg.modes import Modes, modes
 from creak.linalg.sparse_product import BlockProduct
+from creak.progress import Progress
 from creak.reduction.inside import Inside
 
 COLUMNS = 128
@@ -21,7 +22,6 @@ COLUMNS = 128
 MOSTLY_FULL = 0.3
 """Reduced matrices with a larger share of entries are stored dense."""
 
-Progress = Callable[[str, int, int], None]
 Report = Callable[[int, int], None]
 
 
@@ -275,7 +275,7 @@ def reduced_system(system: System, basis: Basis, matrices: Matrices) -> System:
         coordinates=np.concatenate([labels, np.full(n_m, -1, dtype=np.int64)]),
         velocity=velocity,
         M_alone=matrices.M_alone,
-        stats={**system.stats, "retained": n_xi, "modes": n_m, "internal": inside.i.size, "first_left_out": beyond},
+        stats=replace(system.stats, retained=n_xi, modes=n_m, internal=inside.i.size, first_left_out=beyond),
         labels=system.labels,
         whole=lambda q, s: system.recover(basis.expand(q)),
         interface=_joinable(system, inside),

@@ -48,7 +48,7 @@ def in_own_modes(system: System) -> System:
         M=Diagonal(np.concatenate([np.ones(omega2.size), np.zeros(N.shape[1])])),
         K=Diagonal(np.concatenate([np.maximum(omega2, 0.0), np.ones(N.shape[1])])),
         velocity=np.concatenate([Phi.T @ (M @ v), N.T @ (K @ v)]),
-        stats=dict(system.stats),
+        stats=system.stats,
     )
 
 

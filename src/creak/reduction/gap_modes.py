@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,14 +13,13 @@ from creak.linalg.diagonal import Diagonal
 from creak.linalg.factor import Factor, factor, regular_factor
 from creak.linalg.modes import RIGID, Modes, small_shift
 from creak.linalg.modes import modes as lowest_modes
+from creak.progress import Progress
 from creak.reduction.modal import Residual, residual_shapes, riding_system, support_motion
 
 COLUMNS = 128
 """Right-hand sides solved at a time."""
 REFINEMENTS = 3
 """Solves with K + s M for one with K; each leaves s / (s + omega^2) of the error, omega beyond the modes."""
-
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from creak.arrays import IntArray, Matrix
 from creak.assembly.system import System
-from creak.reduction.craig_bampton import Progress, craig_bampton
+from creak.progress import Progress
+from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.inside import Inside
 
 

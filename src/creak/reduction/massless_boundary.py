@@ -10,7 +10,8 @@ from creak.arrays import FloatArray, Matrix
 from creak.assembly.system import System, to_dense
 from creak.linalg.factor import Factor
 from creak.linalg.modes import Modes
-from creak.reduction.gap_modes import Progress, free_interface
+from creak.progress import Progress
+from creak.reduction.gap_modes import free_interface
 from creak.reduction.modal import riding_system
 
 

@@ -88,13 +88,13 @@ def riding_system(system: System, modes: Modes, R: FloatArray, residual: Residua
         M=M.toarray() if dense else M,
         K=K.toarray() if dense else K,
         velocity=velocity,
-        stats={
-            **system.stats,
-            "modes": n_modes,
-            "retained": residual.mu.size,
-            "dropped": residual.dropped,
-            "first_left_out": np.sqrt(np.nan_to_num(modes.next_omega2, nan=np.inf, posinf=np.inf)) / (2.0 * np.pi),
-        },
+        stats=replace(
+            system.stats,
+            modes=n_modes,
+            retained=residual.mu.size,
+            dropped=residual.dropped,
+            first_left_out=float(np.sqrt(np.nan_to_num(modes.next_omega2, nan=np.inf, posinf=np.inf)) / (2.0 * np.pi)),
+        ),
     )
 
 

@@ -9,12 +9,12 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-import creak
 from creak.formats.complete_file import write_text
 from creak.report import palette
 from creak.report.comparison import Comparison, Figure, Side
 from creak.report.tables import Table
 from creak.report.text import NONE, number, percent, plural
+from creak.version import version
 
 FILES = Path(__file__).parent
 WORDS = {"closing_speed": "closing speed", "n5": "N5"}
@@ -30,7 +30,7 @@ def write_comparison(found: Comparison, path: Path) -> None:
         lstrip_blocks=True,
     )
     text = environment.get_template("comparison.html.j2").render(
-        version=creak.__version__,
+        version=version(),
         a=found.a,
         b=found.b,
         sentence=sentence(found),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import platform
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as installed
 from pathlib import Path
 
-import creak
 from creak.report.text import number
 from creak.studies.file.identity import sha256
 from creak.studies.run.job import StudyResult
+from creak.version import version
 
 PACKAGES = ("numpy", "scipy", "numba", "pypardiso", "h5py", "plotly")
 
@@ -24,7 +25,7 @@ def provenance(result: StudyResult) -> list[tuple[str, str]]:
         if path.is_file():
             rows.append(("Deck", f"{path.name}, {number(path.stat().st_size)} bytes, SHA-256 {sha256(path)}"))
             break
-    rows.append(("creak", creak.__version__))
+    rows.append(("creak", version()))
     rows.append(("Python and packages", f"Python {platform.python_version()}; {_versions()}"))
     return [*rows, ("Machine", f"{platform.system()}, {platform.machine()}")]
 
@@ -33,7 +34,7 @@ def _versions() -> str:
     words = []
     for name in PACKAGES:
         try:
-            words.append(f"{name} {version(name)}")
+            words.append(f"{name} {installed(name)}")
         except PackageNotFoundError:
             continue
     return ", ".join(words)

@@ -62,7 +62,7 @@ def test_kinematic_coupling_moves_its_nodes_as_a_rigid_body():
     # The mass matrix of the reference node is that of the rigid cloud.
     m = np.arange(1.0, 7.0)
     np.testing.assert_allclose(system.M.toarray(), rigid.T @ np.diag(np.repeat(m, 6) * (np.arange(36) % 6 < 3)) @ rigid)
-    assert system.stats["mass"] == pytest.approx(21.0)
+    assert system.stats.mass == pytest.approx(21.0)
 
 
 def test_distributing_coupling_spreads_a_force_by_weight_and_lever():
@@ -207,7 +207,7 @@ def test_reference_node_of_two_parts_belongs_to_neither():
     assert system.n == 6
     np.testing.assert_array_equal(system.coordinates // 6, 4)
     np.testing.assert_allclose(np.diag(to_dense(system.M))[:3], 10.0)
-    assert system.stats["mass"] == pytest.approx(10.0)
+    assert system.stats.mass == pytest.approx(10.0)
 
 
 def test_links_inside_and_between_parts_give_the_same_assembly():

@@ -139,7 +139,7 @@ def test_nodal_thickness(read: Reader) -> None:
     text = f"*SHELL SECTION, ELSET=P, MATERIAL=STEEL, NODAL THICKNESS\n 2.\n{STEEL}*NSET, NSET=ALL\n 5, 2, 9, 11\n*NODAL THICKNESS\n ALL, 1.\n 9, 3.\n"
     model = read(PLATE + text)
     assert_allclose(model.blocks[0].own.thickness, [[0.5, 0.5, 1.5, 0.5]])
-    mass = part_system(model, 0, Rayleigh(0.0, 0.0)).stats["mass"]
+    mass = part_system(model, 0, Rayleigh(0.0, 0.0)).stats.mass
     assert mass == pytest.approx(7.85e-9 * 80.0 * 1.5)  # the mean of 1, 1, 3, 1
     with pytest.raises(InputError, match="have no thickness"):
         read(PLATE + text.replace("ALL, 1.", "2, 1."))
@@ -153,7 +153,7 @@ def test_nonstructural_mass(read: Reader, units: str, value: float, mass: float)
     section = f"*SHELL SECTION, ELSET=P, MATERIAL=STEEL\n 1.2\n{STEEL}"
     model = read(f"{PLATE}{section}*NONSTRUCTURAL MASS, ELSET=P, UNITS={units}\n {value}\n")
     plain = 7.85e-9 * 80.0 * 1.2
-    assert part_system(model, 0, Rayleigh(0.0, 0.0)).stats["mass"] == pytest.approx(plain + mass)
+    assert part_system(model, 0, Rayleigh(0.0, 0.0)).stats.mass == pytest.approx(plain + mass)
 
 
 def test_nonstructural_mass_on_some_elements_keeps_their_directions(read: Reader) -> None:
@@ -347,7 +347,7 @@ def test_distributing_coupling_element(read: Reader) -> None:
     assert isinstance(coupling, DistributingCoupling)
     assert coupling.ref_idx == 4
     assert coupling.weights.tolist() == [2.0, 1.0, 1.0, 1.0]
-    assert part_system(model, 0, Rayleigh(0.0, 0.0)).stats["mass"] == pytest.approx(7.85e-9 * 80)
+    assert part_system(model, 0, Rayleigh(0.0, 0.0)).stats.mass == pytest.approx(7.85e-9 * 80)
 
 
 PLAIN = f"{PLATE}*SHELL SECTION, ELSET=P, MATERIAL=STEEL\n 1.\n{STEEL}"
@@ -427,4 +427,4 @@ def test_ten_node_tetrahedron_with_a_face(read: Reader) -> None:
     assert model.surfaces["F"].side.tolist() == [9, 10, 11, 12]
     assert sorted(model.surfaces["F"].nodes_idx.tolist()) == [1, 2, 3, 5, 8, 9]
     assert model.surfaces["ALL"].facets.shape[0] == 16
-    assert part_system(model, 0, Rayleigh(0.0, 0.0)).stats["mass"] == pytest.approx(7.85e-9 / 6)
+    assert part_system(model, 0, Rayleigh(0.0, 0.0)).stats.mass == pytest.approx(7.85e-9 / 6)

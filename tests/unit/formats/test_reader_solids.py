@@ -86,7 +86,7 @@ def test_solids_are_read_with_their_section_and_mass(read: Reader) -> None:
     assert model.nodes.ids[model.blocks[0].nodes_idx[0]].tolist() == list(range(1, 9))
     system = part_system(model, 0, Rayleigh(0.0, 0.0))
     rod = 0.5 * np.sqrt(1 + 1 + 4)
-    assert system.stats["mass"] == pytest.approx(1e-3 * (12 + 6 + 2 * 2 * 2 / 6 + rod + 0.6), rel=1e-12)
+    assert system.stats.mass == pytest.approx(1e-3 * (12 + 6 + 2 * 2 * 2 / 6 + rod + 0.6), rel=1e-12)
 
 
 def test_what_is_computed_otherwise_than_in_abaqus_is_noted(read: Reader) -> None:

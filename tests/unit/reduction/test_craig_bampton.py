@@ -187,9 +187,9 @@ def test_reduced_matrices_have_the_craig_bampton_pattern():
     np.testing.assert_array_equal(small.K[:b, b:], 0.0)
     np.testing.assert_allclose(np.diag(small.K)[b:], fixed.omega2, rtol=1e-9)
     np.testing.assert_allclose(small.M[b:, b:], np.eye(6), atol=1e-12)
-    assert small.stats["retained"] == b
-    assert small.stats["modes"] == 6
-    assert small.stats["internal"] == i.size
+    assert small.stats.retained == b
+    assert small.stats.modes == 6
+    assert small.stats.internal == i.size
     np.testing.assert_array_equal(small.coordinates[:b], system.coordinates[boundary])
     np.testing.assert_array_equal(small.coordinates[b:], -1)
 
@@ -200,7 +200,7 @@ def test_frequency_limit_and_count_choose_the_same_modes():
     by_count = craig_bampton(system, boundary, count=7)
     f = np.sqrt(np.diag(by_count.K)[boundary.size :]) / (2 * np.pi)
     by_limit = craig_bampton(system, boundary, f_max=0.5 * (f[5] + f[6]))
-    assert by_limit.stats["modes"] == 6
+    assert by_limit.stats.modes == 6
 
 
 def test_boundary_that_does_not_hold_the_part_is_named():

@@ -61,8 +61,8 @@ def test_answer_to_channel_forces_and_support_motion_is_exact_everywhere(reduce,
         at_most=1e-9,
         source="full model",
     )
-    assert small.stats["modes"] == count
-    assert small.stats["retained"] == 2
+    assert small.stats.modes == count
+    assert small.stats.retained == 2
     assert small.n == count + 2
 
 
@@ -106,7 +106,7 @@ def test_answers_to_applied_forces_can_be_appended(reduce):
     load = full.rows(label)[0].T.toarray()
     exact = np.linalg.solve(to_dense(full.K), load)
     with_it, without = (reduce(full, G, count=4, static=x) for x in (exact, None))
-    assert with_it.stats["retained"] == 3
+    assert with_it.stats.retained == 3
     errors = [
         np.abs(s.recover(static_answer(s, s.rows(label)[0][0], np.zeros(1))) - full.recover(exact)[:, 0]).max()
         for s in (with_it, without)
@@ -122,7 +122,7 @@ def test_dependent_channels_are_dropped_and_change_nothing(reduce):
     G = gap_rows(full, gaps_between())
     more = np.vstack([G, G[0], G[0] + G[1], 0.0 * G[0]])
     plain, small = reduce(full, G, count=5), reduce(full, more, count=5)
-    assert (small.stats["retained"], small.stats["dropped"]) == (2, 3)
+    assert (small.stats.retained, small.stats.dropped) == (2, 3)
     for channel_rows in (G, more):
         exact = channel_rows @ np.linalg.solve(to_dense(full.K), channel_rows.T)
         rows = channel_rows @ small.rows(full.coordinates)[0]
@@ -162,8 +162,8 @@ def test_limit_count_and_given_modes_are_one_choice(reduce):
     found = modes(full.K, full.M, count=8)
     f = found.frequencies
     by_limit = reduce(full, G, f_max=0.5 * (f[4] + f[5]))
-    assert by_limit.stats["modes"] == 5
-    assert by_limit.stats["first_left_out"] == pytest.approx(f[5], rel=1e-8)
+    assert by_limit.stats.modes == 5
+    assert by_limit.stats.first_left_out == pytest.approx(f[5], rel=1e-8)
     by_count = reduce(full, G, count=5)
     given = modes(full.K, full.M, count=5)
     by_modes = reduce(full, G, modes=given, stiffness=factor(full.K))
@@ -194,8 +194,8 @@ def test_reduced_systems_can_be_reduced_again(reduce):
     twice = reduce(diagonal, G @ diagonal.rows(np.arange(40))[0], count=6)
     np.testing.assert_allclose(twice.K.d, direct.K.d, rtol=1e-8)
     by_limit = reduce(diagonal, G @ diagonal.rows(np.arange(40))[0], f_max=1.001 * np.sqrt(direct.K.d[5]) / 2 / np.pi)
-    assert by_limit.stats["modes"] == 6
-    assert by_limit.stats["first_left_out"] == pytest.approx(np.sqrt(diagonal.K.d[6]) / 2 / np.pi)
+    assert by_limit.stats.modes == 6
+    assert by_limit.stats.first_left_out == pytest.approx(np.sqrt(diagonal.K.d[6]) / 2 / np.pi)
     p = np.array([2.0])
     exact = np.linalg.solve(K, G.T @ p)
     for small in (direct, twice):
@@ -232,7 +232,7 @@ def test_all_modes_kept_is_the_full_model(reduce, dashpot, stiffness):
     full, gaps = cantilevers(Rayleigh(2.0, 1e-6), dashpot=dashpot), gaps_between(1e-3, stiffness)
     small = reduce(full, gap_rows(full, gaps), count=full.n)
     assert small.n == full.n
-    assert small.stats["dropped"] == 2
+    assert small.stats.dropped == 2
     assert isinstance(small.K, Diagonal) == (dashpot == 0.0)
     loads = multisine_base(time_axis(0.06, 2e-4), 20.0, 300.0, 2e-4)
     a, b = (simulate(s, gaps, loads, HHT(), observed=EVERYWHERE) for s in (full, small))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 
-from creak.assembly.system import System, to_dense
+from creak.assembly.system import Stats, System, to_dense
 from creak.errors import InputError, NumericalError
 from creak.linalg.modes import modes
 from creak.model.mesh import Model
@@ -205,7 +205,7 @@ def test_replaced_coordinates_keep_labels_rows_and_momentum():
         A @ A.T + 6 * np.eye(6), A.T @ A + np.eye(6), alpha=2.0, extra=np.diag(np.arange(6.0)), velocity=np.arange(6.0)
     )
     alone = rng.standard_normal((6, 6))
-    system = replace(system, M_alone=alone, interface=np.array([1, 4]), stats={"mass": 3.0})
+    system = replace(system, M_alone=alone, interface=np.array([1, 4]), stats=Stats(mass=3.0))
     columns, P = np.array([4, 1]), rng.standard_normal((2, 1))
     small = replace_coordinates(system, columns, P)
     np.testing.assert_array_equal(small.coordinates, [0, 2, 3, 5, -1])
@@ -219,7 +219,7 @@ def test_replaced_coordinates_keep_labels_rows_and_momentum():
     np.testing.assert_allclose(small.damping.extra, V.T @ np.diag(np.arange(6.0)) @ V)
     np.testing.assert_allclose(V.T @ system.M @ (V @ small.velocity - np.arange(6.0)), 0.0, atol=1e-12)
     np.testing.assert_array_equal(small.joins, [1, 4])
-    assert small.stats == {"mass": 3.0}
+    assert small.stats == Stats(mass=3.0)
     with pytest.raises(InputError, match="a basis of 2 rows for 1 different"):
         replace_coordinates(system, np.array([4, 4]), P)
 

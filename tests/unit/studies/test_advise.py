@@ -61,7 +61,7 @@ def test_counted_size_is_that_of_the_reduced_model(setup, facts, f_max):
     assert found.unknowns(f_max) == made.coupled.n
     assert sum(p.boundary for p in found.parts) == made.retained
     assert {p.name: p.modes.below[f_max] for p in found.parts} == {
-        r.system.name: r.system.stats["modes"] for r in made.superelements
+        r.system.name: r.system.stats.modes for r in made.superelements
     }
     assert made.modes > 0
 

@@ -107,15 +107,15 @@ def first_left_out(reduced: System, inside: Inside) -> float:
     As stated by the reduction. Where it states none: the last kept one, a lower bound; for Guyan, which keeps none,
     inverse iteration (a Ritz value, high by less than a per cent or so).
     """
-    stated = reduced.stats.get("first_left_out", np.inf)
+    stated = reduced.stats.first_left_out
     if np.isfinite(stated):
         return float((2.0 * np.pi * stated) ** 2)
-    count = int(reduced.stats["modes"])
+    count = reduced.stats.modes
     if count >= inside.i.size:
         return float(np.inf)
     if count == 0:
         return _lowest(inside)
-    kept = slice(int(reduced.stats["retained"]), None)
+    kept = slice(reduced.stats.retained, None)
     return float((reduced.K.diagonal()[kept] / reduced.M.diagonal()[kept]).max())
 
 

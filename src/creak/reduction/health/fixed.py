@@ -56,8 +56,8 @@ def fixed_modes(
 
 def _first_kept(full: System, reduced: System, inside: Inside, count: int) -> tuple[tuple[float, ...], float]:
     """Frequencies of the first kept modes as the reduced matrices say, and their residual in the full part."""
-    first = int(reduced.stats["retained"])
-    some = np.arange(first, first + min(count, int(reduced.stats["modes"])))
+    first = reduced.stats.retained
+    some = np.arange(first, first + min(count, reduced.stats.modes))
     if some.size == 0:
         return (), 0.0
     omega2 = reduced.K.diagonal()[some] / reduced.M.diagonal()[some]
@@ -82,7 +82,7 @@ def effective_mass(full: System, reduced: System, inside: Inside, rigid: RigidMo
 
     Source: Craig and Kurdila, Fundamentals of Structural Dynamics, 2nd ed., ch. 17; Wijker, Spacecraft Structures.
     """
-    first = int(reduced.stats["retained"])
+    first = reduced.stats.retained
     modal = to_dense(reduced.M[first:])
     L = modal @ rigid.q
     L2 = L**2 / np.diag(modal[:, first:])[:, None]

@@ -11,6 +11,7 @@ from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.errors import NumericalError
 from creak.linalg.modes import modes
+from creak.progress import Progress
 from creak.reduction.health.estimate import blocks, error_bound, error_of, first_left_out, residual_energy
 from creak.reduction.health.rigid import floats
 from creak.reduction.inside import Inside
@@ -22,8 +23,6 @@ RIGID_FREQUENCY = 1e-3
 """Modes of a free part below this share of its 7th frequency are its rigid motions."""
 MOST_CHECKED = 200
 """Free modes whose error is estimated at most."""
-
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)

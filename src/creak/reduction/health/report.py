@@ -10,8 +10,9 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.errors import InputError
+from creak.progress import Progress
 from creak.reduction.health.fixed import FixedModes, fixed_modes
-from creak.reduction.health.free import FreeModes, Progress, free_modes
+from creak.reduction.health.free import FreeModes, free_modes
 from creak.reduction.health.rigid import RigidCheck, needs_physical, rigid_check, rigid_motion
 from creak.reduction.health.verdict import Findings, findings
 from creak.reduction.inside import Inside
@@ -109,9 +110,9 @@ def health(
     n = reduced.stats
     return Health(
         full.name,
-        int(n["retained"]),
-        int(n["modes"]),
-        int(n["internal"]),
+        n.retained,
+        n.modes,
+        n.internal,
         rigid,
         fixed,
         free,

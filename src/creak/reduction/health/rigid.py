@@ -116,7 +116,7 @@ def rigid_motion(full: System, reduced: System, coords: FloatArray) -> RigidMoti
 
 def _reduced_rigid(reduced: System, coords: FloatArray, about: FloatArray) -> tuple[FloatArray, float]:
     """Boundary coordinates by their labels; generalised boundary coordinates by least squares at the joins."""
-    boundary = np.arange(int(reduced.stats["retained"]))
+    boundary = np.arange(reduced.stats.retained)
     named = boundary[reduced.coordinates[boundary] >= 0]
     shapes = np.setdiff1d(boundary, named)
     q = np.zeros((reduced.n, 6))

@@ -113,7 +113,7 @@ def replace_coordinates(system: System, columns: IntArray, P: FloatArray) -> Sys
     V[columns, others.size :] = to_dense(P)
     alone = None if system.M_alone is None else V.T @ np.asarray(system.M_alone @ V)
     labels = np.concatenate([system.coordinates[others], np.full(P.shape[1], -1, dtype=np.int64)])
-    return replace(project(system, V), coordinates=labels, M_alone=alone, stats=dict(system.stats))
+    return replace(project(system, V), coordinates=labels, M_alone=alone, stats=system.stats)
 
 
 def union_basis(

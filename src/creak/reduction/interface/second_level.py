@@ -41,8 +41,10 @@ def second_level(system: System, columns: IntArray, *, count: int) -> System:
     V[columns, rest.size :] = Phi
     alone = None if system.M_alone is None else V.T @ np.asarray(to_dense(system.M_alone) @ V)
     labels = np.concatenate([system.coordinates[rest], np.full(Phi.shape[1], -1, dtype=np.int64)])
-    stats = {**system.stats, "retained": system.stats.get("retained", system.n) - columns.size + Phi.shape[1]}
-    return replace(project(system, V), coordinates=labels, M_alone=alone, stats=stats)
+    retained = (system.stats.retained or system.n) - columns.size + Phi.shape[1]
+    return replace(
+        project(system, V), coordinates=labels, M_alone=alone, stats=replace(system.stats, retained=retained)
+    )
 
 
 def _solved(K: FloatArray, F: FloatArray) -> FloatArray:

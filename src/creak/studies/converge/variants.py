@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +10,7 @@ from creak.arrays import IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.errors import CreakError
+from creak.progress import Progress
 from creak.studies.converge.compared import assess
 from creak.studies.converge.settling import (
     BASE,
@@ -34,7 +34,6 @@ from creak.studies.run.job import Run, StudyResult, march_run
 
 HALVED = 2.0
 """How much finer the contact is resolved with half the tolerance."""
-Progress = Callable[[str, int, int], None]
 
 
 def converge(result: StudyResult, progress: Progress) -> Convergence:

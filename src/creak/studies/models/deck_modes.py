@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -20,12 +20,11 @@ from creak.linalg.factor import regular_factor
 from creak.linalg.modes import Modes, modes
 from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
+from creak.progress import Progress
 from creak.reduction.effective_mass import EffectiveMass, effective_mass
 
 DEFAULT_COUNT = 20
 UNDAMPED = Rayleigh(0.0, 0.0)
-
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)

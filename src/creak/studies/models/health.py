@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
+from creak.progress import Progress
 from creak.reduction.health import Health, health
 from creak.studies.models.reduced import ReducedModel
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
 
-Progress = Callable[[str, int, int], None]
 OWN_MODES_LIMIT = 40_000
 """Parts with more dofs are not solved again for their own free modes unless asked: two factorisations of the part,
 and as long a search as a small reduction."""

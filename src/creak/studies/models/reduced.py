@@ -17,6 +17,7 @@ from creak.errors import InputError
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.modes import Modes, modes
 from creak.model.mesh import Model
+from creak.progress import Progress
 from creak.reduction.diagonal import diagonalise
 from creak.reduction.gap_modes import gap_modes
 from creak.reduction.health.verdict import RULE
@@ -34,8 +35,6 @@ DIAGONAL_LIMIT = 6000
 
 WHOLE = ("gap-modes", "massless-boundary")
 """Methods that reduce the assembly as a whole."""
-
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,7 @@ def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress:
     rows = channel_matrices(system, gaps).rows
     reduce = gap_modes if table.method == "gap-modes" else massless_boundary
     reduced = reduce(system, rows, modes=found, stiffness=reference.stiffness, static=static_shapes(setup, reference))
-    return (), setup.model, reduced, int(reduced.stats["retained"]), found.omega2.size, [], None
+    return (), setup.model, reduced, reduced.stats.retained, found.omega2.size, [], None
 
 
 def _by_parts(
@@ -151,8 +150,8 @@ def _together(
     coupled = _shared_interface(setup, cut, coupled)
     system = _with_damping(setup, diagonalise(coupled) if coupled.n <= DIAGONAL_LIMIT else coupled)
     progress("couple and diagonalise", 1, 1)
-    retained = sum(int(r.system.stats["retained"]) for r in superelements)
-    kept = sum(int(r.system.stats["modes"]) for r in superelements)
+    retained = sum(r.system.stats.retained for r in superelements)
+    kept = sum(r.system.stats.modes for r in superelements)
     return tuple(superelements), cut.model, system, retained, kept, notes, coupled
 
 
@@ -171,9 +170,9 @@ def with_more_modes(
 def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:
     """No fixed-interface mode below f_max though the first ones lie near the excitation: a mistake."""
     c = setup.study.config.reduction
-    if c.method == "guyan" or any(r.system.stats["modes"] for r in superelements):
+    if c.method == "guyan" or any(r.system.stats.modes for r in superelements):
         return
-    first = min((r.system.stats["first_left_out"] for r in superelements), default=np.inf)
+    first = min((r.system.stats.first_left_out for r in superelements), default=np.inf)
     if first > RULE * highest_frequency(setup.study):
         return
     raise InputError(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +14,7 @@ from creak.errors import InputError
 from creak.linalg.factor import Factor, factor, regular_factor
 from creak.linalg.modes import Modes, modes, small_shift
 from creak.model.dofs import node_dofs
+from creak.progress import Progress
 from creak.reduction.modal import support_motion, with_modal_damping
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
@@ -23,8 +23,6 @@ PRECHECK_BAND = 3.0
 """The linear pre-check uses the modes up to this multiple of the excitation's highest frequency."""
 SMALL = 40_000
 """Dofs up to which modes up to [reduction] f_max are computed for the sake of modal damping alone."""
-
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)

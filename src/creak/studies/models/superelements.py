@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-import creak
 from creak.arrays import IntArray, Matrix
 from creak.assembly.system import System
 from creak.errors import InputError, NumericalError
@@ -27,6 +26,7 @@ from creak.linalg.modes import Modes
 from creak.model.dofs import dofs_of, nodes_of
 from creak.model.mesh import Model
 from creak.model.superelement import Superelement
+from creak.progress import Progress
 from creak.reduction.craig_bampton import (
     Basis,
     Matrices,
@@ -42,8 +42,8 @@ from creak.studies.models.reference import observed_labels
 from creak.studies.models.substructures import Substructure
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.watched import watched_labels
+from creak.version import version
 
-Progress = Callable[[str, int, int], None]
 MODES_FACTOR = 1.5
 """Highest mode computed over f_max, where the influence of f_max on the answer is looked at."""
 WORDS = {
@@ -133,7 +133,7 @@ def fingerprints(sub: Substructure, modes: str) -> dict[str, str]:
         "retained": _hash(sub.boundary),
         "interface": "" if sub.shape is None else _hash(sub.shape),
         "modes": modes,
-        "creak": creak.__version__,
+        "creak": version(),
     }
 
 

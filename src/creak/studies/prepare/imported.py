@@ -11,7 +11,7 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.damping import Damping
 from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import Rayleigh
-from creak.assembly.system import System, no_supports, to_dense
+from creak.assembly.system import Stats, System, no_supports, to_dense
 from creak.errors import InputError
 from creak.formats.matrices.superelements import read_superelement
 from creak.model.dofs import dof_label
@@ -77,7 +77,7 @@ def superelement_system(superelement: Superelement, model: Model, name: str, dam
         no_supports(n),
         coordinates,
         np.zeros(n),
-        stats={"mass": _mass(superelement), "retained": labels.size, "modes": n - labels.size, "elements": 0},
+        stats=Stats(_mass(superelement), retained=labels.size, modes=n - labels.size),
         labels=labels,
         interface=labels,
     )

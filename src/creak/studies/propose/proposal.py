@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -14,6 +14,7 @@ from creak.contact.pair import ContactPair
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.errors import InputError
 from creak.model.mesh import Model
+from creak.progress import Progress
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
 from creak.studies.propose.proximity import Near, closest_parts, covering_sets, near_parts, numbers_of
@@ -26,8 +27,6 @@ OTHER_SETS = 8
 """Most sets named beside the one proposed for excitation."""
 OUTPUTS = 3
 """Most node sets proposed for output."""
-
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)

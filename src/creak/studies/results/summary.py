@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-import creak
 from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Model
 from creak.studies.converge.settled import KEYS, settled_to, verdict_of
@@ -24,6 +23,7 @@ from creak.verify.events import Event, resting
 from creak.verify.matching import Errors, EventMatch
 from creak.verify.reliability import UNRELIABLE, created_of_contact
 from creak.verify.slips import SlipEvent, Squeak, squeak_rates
+from creak.version import version
 
 ROUND_OFF = 1e-9
 """Share of the external work below which no energy counts as created."""
@@ -39,7 +39,7 @@ def summarise(result: StudyResult, convergence: Convergence | None = None) -> di
     setup, model = result.setup, result.setup.model
     c = setup.study.config
     summary = {
-        "creak": creak.__version__,
+        "creak": version(),
         "run": result.identity.as_dict(),
         "title": c.title,
         "changes": dict(setup.study.changes),
@@ -85,12 +85,12 @@ def _model(result: StudyResult) -> dict[str, Any]:
         "elements": model.n_elements,
         "dof": 6 * int(used.size),
         "free_dof": result.reference.system.n,
-        "mass": result.reference.system.stats["mass"],
+        "mass": result.reference.system.stats.mass,
         "parts": {
             p.name: {
                 "nodes": int(model.parts[i].nodes_idx.size),
-                "elements": int(p.stats["elements"]),
-                "mass": p.stats["mass"],
+                "elements": p.stats.elements,
+                "mass": p.stats.mass,
             }
             for i, p in enumerate(parts)
         },

@@ -16,6 +16,7 @@ from creak.dynamics.flow_march import compile_flow
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.formats.run_identity import RunIdentity
+from creak.progress import Progress
 from creak.reduction.health import Health
 from creak.studies.file.identity import new_identity
 from creak.studies.models.health import checked
@@ -48,7 +49,6 @@ COMPILE = "compile kernels (first run: a minute)"
 SHARE = 0.1
 """Longest step as a share of the shortest event."""
 
-Progress = Callable[[str, int, int], None]
 ReferenceRun = Callable[[Setup, ReferenceModel, GapOperator, Progress], "Run"]
 
 
@@ -286,7 +286,7 @@ def step_warnings(setup: Setup, run: Run) -> list[str]:
 def prepare(setup: Setup, progress: Progress) -> tuple[ReferenceModel, GapOperator, list[str]]:
     """The unreduced model, the channels that the pre-check keeps (connectors after contacts), and notes."""
     reference = build_reference(setup, progress)
-    mass, units = float(reference.system.stats["mass"]), setup.study.config.model.units
+    mass, units = reference.system.stats.mass, setup.study.config.model.units
     figures = figure_warnings(setup.model, units, mass, reference.modes.omega2)
     reference = with_linear_gaps(setup, reference, scheme_of(setup.study.config.time), progress)
     kept, notes = prechecked(setup, reference)

@@ -9,8 +9,9 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.scheme import Scheme
+from creak.progress import Progress
 from creak.reduction.modal import modal_system
-from creak.studies.models.reference import Progress, ReferenceModel, static_shapes
+from creak.studies.models.reference import ReferenceModel, static_shapes
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import nothing_closes
 from creak.studies.run.integrate import linear_run

@@ -18,7 +18,6 @@ import numpy as np
 import scipy
 from threadpoolctl import threadpool_info
 
-import creak
 from creak.errors import CreakError, InputError, NumericalError
 from creak.formats.complete_file import write_text
 from creak.formats.partials import partial_name
@@ -34,6 +33,7 @@ from creak.studies.run.job import StudyResult, run_study
 from creak.studies.sweep.figures import flat_figures
 from creak.studies.sweep.reference import SharedReference
 from creak.verify.reliability import UNRELIABLE
+from creak.version import version
 
 RECORD = "case.json"
 DONE, FAILED, NOT_RUN = "done", "failed", "not run"
@@ -101,10 +101,9 @@ def ended(record: Mapping[str, Any]) -> Outcome:
 
 
 def _made(task: Task, start: float) -> dict[str, Any]:
-    if task.creak != creak.__version__:
+    if task.creak != version():
         raise InputError(
-            f"the worker on {socket.gethostname()} has creak {creak.__version__}, the sweep was started with "
-            f"{task.creak}",
+            f"the worker on {socket.gethostname()} has creak {version()}, the sweep was started with {task.creak}",
             fix="Install the same version everywhere.",
         )
     if not task.study.is_file():
@@ -206,7 +205,7 @@ def provenance(task: Task, start: float) -> dict[str, Any]:
     """Where a row of the table comes from."""
     return {
         "case_wall_s": time.perf_counter() - start,
-        "creak": creak.__version__,
+        "creak": version(),
         **task.hashes,
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "host": socket.gethostname(),

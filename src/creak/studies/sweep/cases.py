@@ -13,7 +13,6 @@ from typing import Any
 
 from pydantic import ValidationError
 
-import creak
 from creak.errors import InputError
 from creak.studies.file.changes import SEEDED, change_words, changed, short_keys, value_at
 from creak.studies.file.config import StudyConfig
@@ -22,6 +21,7 @@ from creak.studies.file.paths import DECKS, Contents, digest, map_paths
 from creak.studies.file.reader import explain, overlap
 from creak.studies.file.toml_text import toml_text, toml_value
 from creak.studies.sweep.file import CaseTable, SweepFile
+from creak.version import version
 
 LONGEST = 120
 """Characters of a folder's name."""
@@ -60,7 +60,7 @@ class Case:
     @property
     def id(self) -> str:
         """Cases with the same id have the same results."""
-        return digest([self.study_hash, self.deck_hash, creak.__version__])
+        return digest([self.study_hash, self.deck_hash, version()])
 
 
 def variants(sweep: SweepFile) -> list[Variant]:
@@ -151,7 +151,7 @@ def _case(sweep: SweepFile, variant: Variant, folder: str, out: Path, contents: 
     content_of = map_paths({k: v for k, v in plain.items() if k != "title"}, content)
     runs_reference = config.reference.run or config.reduction.method == "none"
     unreduced = {k: v for k, v in content_of.items() if k not in ("reduction", "reference")}
-    key = digest([unreduced, deck_hash, creak.__version__]) if runs_reference else None
+    key = digest([unreduced, deck_hash, version()]) if runs_reference else None
     values = {k: value_at(plain, k) for k in sweep.keys}
     return Case(variant.name, folder, values, _seed(config), text, digest(content_of), deck_hash, key)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -15,14 +14,13 @@ from creak.dynamics.watch import Extremes
 from creak.formats.complete_file import complete_file
 from creak.formats.npz_arrays import read_arrays
 from creak.formats.sealed_hdf5 import Damaged
+from creak.progress import Progress
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.costs import Cost
 from creak.studies.run.job import Run, unreduced_run
 from creak.verify.events import find_events
 from creak.verify.slips import find_slips
-
-Progress = Callable[[str, int, int], None]
 
 
 class SharedReference:

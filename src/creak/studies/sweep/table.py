@@ -12,7 +12,6 @@ from typing import Any
 import h5py
 import numpy as np
 
-import creak
 from creak.formats.complete_file import complete_file
 from creak.formats.csv_rows import plain_cell, plain_row
 from creak.formats.hdf5_file import hdf5_file
@@ -20,6 +19,7 @@ from creak.studies.sweep.case import NOT_RUN, Outcome
 from creak.studies.sweep.cases import Case, shown
 from creak.studies.sweep.figures import OF_A_RUN, OF_EVENTS, RUNS, unit_of
 from creak.studies.sweep.file import SweepFile
+from creak.version import version
 
 CHECKS = ("nrmse_x", "nrmse_y", "nrmse_z", "nrmse_all", "worst_mac", *OF_EVENTS)
 SHARED = ("superelements_reused", "superelements_made", "reference_reused")
@@ -92,7 +92,7 @@ def _attributes(sweep: SweepFile, table: Mapping[str, Any]) -> dict[str, Any]:
         "title": sweep.config.title,
         "sweep": sweep.text,
         "base": str(sweep.base),
-        "creak": creak.__version__,
+        "creak": version(),
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "columns": list(table),
     }

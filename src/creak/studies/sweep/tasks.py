@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-import creak
 from creak.errors import InputError
 from creak.formats.complete_file import write_text
 from creak.formats.partials import remove_dead
@@ -16,6 +15,7 @@ from creak.studies.sweep.cases import Case
 from creak.studies.sweep.file import SweepFile
 from creak.studies.sweep.queue import Runner
 from creak.studies.sweep.table import Row, waiting, write_table
+from creak.version import version
 
 EVERY = 10.0
 """s between tables written on the way."""
@@ -72,7 +72,7 @@ def tasks_of(
             out / "superelements",
             reference,
             hashes,
-            creak.__version__,
+            version(),
             tuple(ignore),
             report,
         )
