@@ -307,3 +307,14 @@ STILL_PRIVATE: set[str] = set()
 def test_the_companion_lives_on_the_public_names():
     taken = {name for path in COMPANION.rglob("*.py") for name in private_names(path)}
     assert taken == STILL_PRIVATE
+
+
+def test_a_private_name_is_found_wherever_it_is_taken(tmp_path):
+    path = tmp_path / "page.py"
+    path.write_text(
+        "import creak\nimport creak.api.study\nfrom creak import run, formats\nfrom creak.report_tools import Table, cut_up\n"
+        "def late():\n    from creak.linalg.factor import factor\n    return creak.verify, creak.run, creak.__version__\n",
+        encoding="utf-8",
+    )
+    found = {"creak.api.study", "formats", "creak.report_tools.cut_up", "creak.linalg.factor.factor", "verify"}
+    assert private_names(path) == found
