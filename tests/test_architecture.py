@@ -193,7 +193,7 @@ def test_no_star_imports():
     assert not bad, "\n".join(bad)
 
 
-ROOMS = ("thesis", "sweep", "propose", "advise", "results", "converge", "run", "models", "prepare", "file")
+ROOMS = ("thesis", "sweep", "propose", "advise", "results", "sound", "converge", "run", "models", "prepare", "file")
 """Rooms of studies/, the highest first."""
 
 

@@ -13,7 +13,22 @@ import typer
 
 import creak
 from creak.api.extras import REPORT, no_report_text
-from creak.cli import advise, compare, convert, example, info, modes, new, reduce, report, run, schema, sweep, thesis
+from creak.cli import (
+    advise,
+    compare,
+    convert,
+    example,
+    info,
+    listen,
+    modes,
+    new,
+    reduce,
+    report,
+    run,
+    schema,
+    sweep,
+    thesis,
+)
 from creak.cli.console import Terminal
 from creak.cli.output import Interrupted
 from creak.errors import CreakError, InputError, Unreliable, WriteError
@@ -34,6 +49,7 @@ app = typer.Typer(
 app.command("new", short_help="Write a first study for a deck, with comments.")(new.new)
 app.command("run", short_help="Run a study, or a deck by its own step.")(run.run)
 app.command("report", short_help="Write report.html from the results of an earlier run.")(report.report)
+app.command("listen", short_help="Write the sound of an earlier run as WAV files.")(listen.listen)
 app.command("compare", short_help="Put two results side by side.")(compare.compare)
 app.command("advise", short_help="Propose settings for a study, with errors and costs.")(advise.advise)
 app.command("reduce", short_help="Make and save the superelements of a study.")(reduce.reduce)
