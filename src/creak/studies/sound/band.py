@@ -62,7 +62,9 @@ def band_of(model: Model, reduced: ReducedModel, f_max: float, run: Run, skin: S
       for a tenth of the area;
     * step: ten steps in contact per period.
     """
-    first = min((float(r.system.stats["first_left_out"]) for r in reduced.superelements), default=f_max)
+    first = min((float(r.system.stats.get("first_left_out", math.inf)) for r in reduced.superelements), default=f_max)
+    if not math.isfinite(first):  # not looked for, or every mode kept
+        first = f_max if reduced.modes else 0.0
     step = shortest_step(run.history)
     return Band(first / PER_MODE, _of_mesh(model, skin, metre), 1.0 / (PER_PERIOD * step) if step > 0.0 else math.inf)
 
