@@ -115,7 +115,7 @@ COMMANDS = {
     "schema": ["schema"],
     "example": ["example", "door", "--mesh-size", "40", "--out", "door"],
 }
-"""`sweep` runs in other processes, `thesis` for minutes."""
+"""`sweep` runs in other processes, `thesis` for minutes, `listen` wants a run that is long enough to be heard."""
 
 
 @pytest.mark.slow

@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING, Any
 from creak.api.extras import need_report
 
 if TYPE_CHECKING:
+    import h5py
+
     from creak.dynamics.history import History
     from creak.report.found import Found
     from creak.studies.converge.settling import Convergence
     from creak.studies.run.job import Run, StudyResult
+    from creak.studies.sound.heard import Sound
     from creak.verify.events import Event
     from creak.verify.matching import EventMatch
 
@@ -27,6 +30,8 @@ class Result:
     """The content of summary.json (docs/results.md)."""
     convergence: Convergence | None = field(default=None, repr=False)
     """What `converge` found; None: it was not asked for."""
+    sound: Sound | str | None = field(default=None, repr=False)
+    """What is heard of the contacts, or why nothing is."""
     _views: dict[int, Found] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
@@ -88,13 +93,21 @@ class Result:
         """
         from creak.report.stored import write_found
         from creak.studies.results.save import save
+        from creak.studies.results.sound import put_sound
+        from creak.studies.sound.heard import Sound
 
         view = self._view(animation_mb)
+
+        def more(file: h5py.File) -> None:
+            write_found(file, view)
+            if isinstance(self.sound, Sound):
+                put_sound(file, self.sound, view.places)
+
         return save(
             self.found,
             self.summary,
             Path(folder),
-            lambda file: write_found(file, view),
+            more,
             convergence=self.convergence,
             page=page,
         )

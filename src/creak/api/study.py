@@ -119,13 +119,16 @@ def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: Units =
     from creak.formats.endings import is_deck
     from creak.studies.prepare import setup
     from creak.studies.prepare.deck_step import set_up_deck
+    from creak.studies.sound.listeners import listeners_of
 
-    if isinstance(study, Study):
-        return setup.set_up(study, ignore)
-    path = Path(study)
-    if is_deck(path):
-        return set_up_deck(path, ignore, units)
-    return setup.set_up(read_study(path), ignore)
+    if not isinstance(study, Study):
+        path = Path(study)
+        if is_deck(path):
+            return set_up_deck(path, ignore, units)
+        study = read_study(path)
+    found = setup.set_up(study, ignore)
+    listeners_of(found.model, found.study)
+    return found
 
 
 def run_setup(
@@ -142,10 +145,16 @@ def run_setup(
     ------
     InputError : what is asked for does not fit the model. NumericalError : a reduction or a factorisation failed.
     """
+    from dataclasses import replace
+
     from creak.studies.converge.variants import converge as repeat
     from creak.studies.models.superelements import store_of
+    from creak.studies.results.places import find_places
     from creak.studies.results.summary import summarise
+    from creak.studies.run.compared import main_run
     from creak.studies.run.job import run_study
+    from creak.studies.sound.heard import Sound, hear
+    from creak.studies.warned import Warned
 
     report = progress if progress is not None else _silent
     store = store_of(setup.study) if superelements is None else Path(superelements)
@@ -155,7 +164,15 @@ def run_setup(
         settles = table.exact and table.accuracy != "quick" and "reduced" in found.runs
         converge = settles and found.stopped is None and found.gaps.presses
     convergence = repeat(found, report) if converge else None
-    return Result(found, summarise(found, convergence), convergence)
+    main = main_run(found.runs)
+    report("sound", 0, 1)
+    sound = hear(found, [] if main is None else [p.channels for p in find_places(found, main)])
+    report("sound", 1, 1)
+    if isinstance(sound, Sound):
+        found = replace(found, notes=[*found.notes, *sound.notes])
+    elif setup.study.config.listener:
+        found = replace(found, notes=[*found.notes, Warned(f"no sound: {sound}")])
+    return Result(found, summarise(found, convergence, sound), convergence, sound)
 
 
 def _silent(stage: str, done: int, total: int) -> None:

@@ -18,6 +18,7 @@ from creak.cli import (
     convert,
     example,
     info,
+    listen,
     modes,
     new,
     reduce,
@@ -49,6 +50,7 @@ app = typer.Typer(
 app.command("new", short_help="Write a first study for a deck, with comments.")(new.new)
 app.command("run", short_help="Run a study, or a deck by its own step.")(run.run)
 app.command("report", short_help="Write report.html from the results of an earlier run.")(report.report)
+app.command("listen", short_help="Write the sound of an earlier run as WAV files.")(listen.listen)
 app.command("compare", short_help="Put two results side by side.")(compare.compare)
 app.command("advise", short_help="Propose settings for a study, with errors and costs.")(advise.advise)
 app.command("screen", short_help="Rank gaps by margin and in-plane motion, from modes alone.")(screen.screen)

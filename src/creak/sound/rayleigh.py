@@ -108,21 +108,37 @@ def pressure_rows(
         )
     if not points.size or not all(np.isfinite(given).all() for given in (points, volumes, at)):
         raise InputError("points, volumes or listeners without or with infinite numbers", expected="finite numbers")
-    distances = np.linalg.norm(at[:, None] - points, axis=2)
-    nearest = distances.min(axis=1)
-    if nearest.min() <= 0.0:
-        here = at[int(nearest.argmin())]
+    weights = [pressure_weights(points, here, rate, medium=medium, baffled=baffled) for here in at]
+    count = max(w.shape[0] for w, _ in weights)
+    rows = np.zeros((at.shape[0], count, volumes.shape[1]))
+    for k, (w, _) in enumerate(weights):
+        rows[k, : w.shape[0]] = w @ volumes
+    first = np.array([start for _, start in weights], dtype=np.int64)
+    return PressureRows(rows, first, rate)
+
+
+def pressure_weights(
+    points: FloatArray, listener: FloatArray, rate: float, *, medium: Medium = AIR, baffled: bool = True
+) -> tuple[sp.csr_array, int]:
+    """(n_tap, n) what the volume acceleration of each point sends to a listener, and the delay of the first tap.
+
+    Parameters as `pressure_rows`, which multiplies it with the volumes of modes; a large model does so by itself.
+
+    Raises
+    ------
+    InputError : a listener on the surface.
+    """
+    distances = np.linalg.norm(listener - points, axis=1)
+    if distances.min() <= 0.0:
         raise InputError(
-            f"a listener at {here.tolist()} is on the radiating surface", fix="Move it off, by a node spacing at least."
+            f"a listener at {listener.tolist()} is on the radiating surface",
+            fix="Move it off, by a node spacing at least.",
         )
     delays = distances * (rate / medium.speed)
-    first = np.floor(delays.min(axis=1)).astype(np.int64) - TAPS // 2 + 1
-    count = int((np.floor(delays.max(axis=1)).astype(np.int64) + TAPS // 2 - first).max()) + 1
+    first = int(np.floor(delays.min())) - TAPS // 2 + 1
+    count = int(np.floor(delays.max())) + TAPS // 2 - first + 1
     scale = medium.density / (FULL[baffled] * math.pi)
-    rows = np.empty((at.shape[0], count, volumes.shape[1]))
-    for k, delay in enumerate(delays):
-        rows[k] = scale * (_spread(delay - first[k], count) @ (volumes / distances[k][:, None]))
-    return PressureRows(rows, first, rate)
+    return (_spread(delays - first, count) @ sp.diags_array(scale / distances)).tocsr(), first
 
 
 def _spread(delay: FloatArray, count: int) -> sp.csr_array:

@@ -40,6 +40,13 @@ def third_octave_levels(pressure: FloatArray, rate: float) -> FloatArray:
     return as_level(energy / x.size)
 
 
+def a_weighted_level(levels: FloatArray) -> float:
+    """dB(A) of third-octave levels (28,), with the weights of IEC 61672-1 at the middle of each band."""
+    f2 = BANDS**2
+    gain = 12194.0**2 * f2**2 / ((f2 + 20.6**2) * np.sqrt((f2 + 107.7**2) * (f2 + 737.9**2)) * (f2 + 12194.0**2))
+    return float(10.0 * np.log10(np.sum(10.0 ** (0.1 * levels) * gain**2)) + 2.0)
+
+
 def as_level(power: FloatArray) -> FloatArray:
     """dB re 20 uPa of mean squares in Pa^2; silence is -26 dB."""
     return np.asarray(10.0 * np.log10((power + FLOOR) / REFERENCE_PRESSURE**2))

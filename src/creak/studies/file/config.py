@@ -9,7 +9,7 @@ from pydantic import ConfigDict, Field, model_validator
 from creak.studies.file.contact_tables import ConnectorTable, ContactTable
 from creak.studies.file.eline_tables import ElineTable, LimitTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable
-from creak.studies.file.table import NonNegative, Positive, Table
+from creak.studies.file.table import Finite, NonNegative, Positive, Table
 
 
 class ModelTable(Table):
@@ -221,6 +221,19 @@ class VerificationTable(Table):
     blows, and never more than 5 ms."""
 
 
+class ListenerTable(Table):
+    """[listener.NAME]: where the sound of the contacts is heard. Without one: an ear 0.6 m off the loudest panel."""
+
+    position: tuple[Finite, Finite, Finite]
+    """length, in the deck's axes."""
+    parts: list[str] | str = []
+    """Parts that radiate to it; default: all that have shells or solids."""
+
+    @property
+    def part_names(self) -> tuple[str, ...]:
+        return (self.parts,) if isinstance(self.parts, str) else tuple(self.parts)
+
+
 class StudyConfig(Table):
     """The whole study file."""
 
@@ -260,3 +273,5 @@ class StudyConfig(Table):
     """What is kept of the motion."""
     verification: VerificationTable = VerificationTable()
     """What reduced and unreduced run are compared by."""
+    listener: dict[str, ListenerTable] = {}
+    """[listener.NAME]: where the sound of the contacts is heard."""

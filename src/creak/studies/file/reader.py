@@ -158,7 +158,7 @@ def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel]
             f"{name} has type {got!r}", where=where, expected=f"one of {', '.join(kinds)}", fix=suggest(str(got), kinds)
         )
     if (header := _right_header(problem["type"], keys)) and isinstance(problem["input"], dict | list):
-        return InputError(f"[{name}] is not how such a table starts", where=where, fix=f"Write {header}.")
+        return InputError(f"[{keys[0]}] is not how such a table starts", where=where, fix=f"Write {header}.")
     message = problem["msg"].removeprefix("Value error, ")
     if problem["type"].startswith("float_"):
         message += _words_beside(error, loc)
@@ -170,6 +170,8 @@ def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel]
 
 def _right_header(kind: str, keys: tuple[int | str, ...]) -> str:
     """How the table of a wrong header is written; empty where the header is right."""
+    if len(keys) == 2 and kind == "model_type":  # [NAME] left out: a key stands where a table should
+        return f"[{keys[0]}.NAME]"
     if len(keys) != 1:
         return ""
     return {"list_type": f"[[{keys[0]}]]", "dict_type": f"[{keys[0]}.NAME]"}.get(kind, "")

@@ -16,8 +16,10 @@ from creak.studies.file.excitation_tables import MultisineTable, PsdTable
 from creak.studies.results.elines import against_measured, measured_rates
 from creak.studies.results.elines import as_dict as eline_summary
 from creak.studies.results.places import Place, find_places
+from creak.studies.results.sound import heard_at, place_name, sound_summary
 from creak.studies.run.compared import event_statistics
 from creak.studies.run.job import Run, StudyResult
+from creak.studies.sound.heard import Sound
 from creak.studies.warned import warnings_of
 from creak.verify.events import Event, resting
 from creak.verify.matching import Errors, EventMatch
@@ -29,12 +31,15 @@ ROUND_OFF = 1e-9
 """Share of the external work below which no energy counts as created."""
 
 
-def summarise(result: StudyResult, convergence: Convergence | None = None) -> dict[str, Any]:
+def summarise(
+    result: StudyResult, convergence: Convergence | None = None, sound: Sound | str | None = None
+) -> dict[str, Any]:
     """The summary as plain numbers, strings and lists; infinite or undefined figures are null.
 
     Parameters
     ----------
     convergence : of `creak.studies.converge.variants`, where it was looked at.
+    sound : of `creak.studies.sound.heard`, or why there is none; None: it was not asked for.
     """
     setup, model = result.setup, result.setup.model
     c = setup.study.config
@@ -53,9 +58,10 @@ def summarise(result: StudyResult, convergence: Convergence | None = None) -> di
         "seeds": {
             name: t.signal.seed for name, t in c.excitation.items() if isinstance(t.signal, MultisineTable | PsdTable)
         },
-        "runs": {name: _run(run, result, model, convergence) for name, run in result.runs.items()},
+        "runs": {name: _run(run, result, model, convergence, sound) for name, run in result.runs.items()},
         "elines": None if result.elines is None else eline_summary(result.elines, c.limit, c.model.units, model),
         "superelements": {name: health.as_dict() for name, health in result.health.items()},
+        "sound": sound_summary(sound, _places_heard(result, sound)),
         "verification": _verification(result),
         "unread": [
             {"keyword": u.keyword, "where": u.where, "changes_answer": u.changes_answer, "why": u.why}
@@ -97,7 +103,13 @@ def _model(result: StudyResult) -> dict[str, Any]:
     }
 
 
-def _run(run: Run, result: StudyResult, model: Model, convergence: Convergence | None) -> dict[str, Any]:
+def _places_heard(result: StudyResult, sound: Sound | str | None) -> tuple[Place, ...]:
+    return find_places(result, result.runs[sound.run]) if isinstance(sound, Sound) else ()
+
+
+def _run(
+    run: Run, result: StudyResult, model: Model, convergence: Convergence | None, sound: Sound | str | None
+) -> dict[str, Any]:
     h = run.history
     penetration, verdict = float(max(0.0, -h.gap.min(initial=0.0))), verdict_of(run, result, convergence)
     mine = convergence if convergence is not None and convergence.model == run.name else None
@@ -129,7 +141,7 @@ def _run(run: Run, result: StudyResult, model: Model, convergence: Convergence |
         "energies": dict(zip(ENERGIES, h.energy[-1].tolist(), strict=True)),
         "worst_residual": h.residual,
         "events": [_event(e, model) | {"settled_to": settled.get(id(e), unknown)} for e in run.events],
-        "places": [_place(p, run, model) for p in find_places(result, run)],
+        "places": [_place(p, run, model, sound) for p in find_places(result, run)],
         "slip_events": [_slip_event(e, model) for e in run.slips],
         "squeak_rate": squeak_rates(run.slips, result.window),
         "squeak": [_squeak(s, result, model) for s in run.squeaks],
@@ -160,19 +172,18 @@ def _event(e: Event, model: Model) -> dict[str, Any]:
     }
 
 
-def _place(p: Place, run: Run, model: Model) -> dict[str, Any]:
-    """Figures over the verification window; loudness (n5, n_max) is not computed yet and null."""
+def _place(p: Place, run: Run, model: Model, sound: Sound | str | None) -> dict[str, Any]:
+    """Figures over the verification window."""
     whole = float((run.history.weights @ run.history.force).sum())
     return {
-        "name": f"{p.contact} {p.number}",
+        "name": place_name(p),
         "contact": p.contact,
         "nodes": model.nodes.ids[p.nodes_idx].tolist(),
         "events": len(p.events),
         "impulse": p.impulse,
         "force": p.force,
         "closing_speed": p.speed,
-        "n5": None,
-        "n_max": None,
+        **heard_at(sound, run.name, p.number - 1),
         "share": p.impulse / whole if whole > 0.0 else None,
     }
 

@@ -1,0 +1,153 @@
+"""Sound of forces on a linear structure: its modes between forces and listener, exactly, frequency by frequency.
+
+With forces f_j(t), their rows X and what modal accelerations send to a listener, R(s) = sum_k rows_k e^(-s k / rate),
+
+    P(s) = sum_m R_m(s) s^2 / (m_m s^2 + c_m s + k_m) sum_j X_jm F_j(s),     s = sigma + i omega,
+
+a discrete Fourier transform of what is weighted by e^(-sigma t). The weight makes the motion die out within the
+record, so that nothing comes around at its start, however weakly the modes are damped; rigid ones need no care. Source:
+the exponential window, Kausel and Roesset, J. Eng. Mech. 118, 1992. Only the band that is wanted is computed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
+
+from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.errors import InputError
+from creak.sound.rayleigh import PressureRows
+
+DECAY = 10.0
+"""sigma times the length of the padded record: 5e-5 of what is at its end comes around, where nothing is damped."""
+PAD = 0.25
+"""Of the record, silence behind it."""
+BEFORE, AFTER = 8.0, 24.0
+"""Silence before and at least behind a record, over the width in Hz of the fade at the end of the band: what the fade
+sends ahead of a blow falls to 1e-6 and less."""
+TAIL = 0.1
+"""s behind the record that are computed, so that its own end is not one for the fade at 20 Hz."""
+LOWEST = 20.0
+"""Hz, where hearing begins; faded out over the octave below."""
+FADE = 0.85
+"""Share of the band from which the sound fades out to its end."""
+HIGHEST = 0.4
+"""Of the rate, up to which delays between samples are right."""
+STIFF = 4.0
+"""Frequency of a mode over the end of the band from which its motion follows the force by two terms of a series."""
+BLOCK = 4_000_000
+"""Complex numbers worked on at a time."""
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Diagonal m, c, k (n_mode,) of a structure and the work of unit forces on its modes."""
+
+    m: FloatArray
+    c: FloatArray
+    k: FloatArray
+    push: FloatArray
+    """(n_force, n_mode)"""
+
+
+def sound_of_forces(
+    modes: Modes, force: FloatArray, groups: Sequence[IntArray], rows: PressureRows, band: float
+) -> FloatArray:
+    """Pressure (n_listener, n_group, n) in Pa that each group of forces makes by itself, at rest before.
+
+    Valid for linear structures in air that does not load them. Nothing is left above `band`, nor below 10 Hz.
+
+    Parameters
+    ----------
+    force : (n, n_force) means over the sampling intervals around each instant, at `rows.rate`.
+    groups : columns of `force`. band : Hz.
+
+    Raises
+    ------
+    InputError : shapes that do not fit; a band that is not above 20 Hz and below .4 of the rate.
+    """
+    n, count = force.shape
+    if modes.push.shape != (count, modes.m.size) or rows.rows.shape[2] != modes.m.size:
+        raise InputError(
+            f"forces {force.shape}, their rows {modes.push.shape}, rows of {rows.rows.shape[2]} modes",
+            expected=f"({n}, n_force), (n_force, {modes.m.size}) and {modes.m.size}",
+        )
+    if not LOWEST < band <= HIGHEST * rows.rate:
+        raise InputError(f"a band up to {band:g} Hz", expected=f"{LOWEST:g} to {HIGHEST * rows.rate:g} Hz")
+    width = rows.rate / (band * (1.0 - FADE))
+    front, whole = int(BEFORE * width), n + int(TAIL * rows.rate)
+    size = next_fast_len(front + whole + int(max(PAD * n, AFTER * width)), real=True)
+    sigma = DECAY * rows.rate / size
+    weight = np.exp(-sigma / rows.rate * np.arange(front + whole))
+    freq = np.arange(size // 2 + 1) * (rows.rate / size)
+    used = np.flatnonzero(freq < band)
+    s, gain = sigma + 2j * np.pi * freq[used], _high_end(freq[used], band) / np.sinc(freq[used] / rows.rate)
+    F = np.empty((used.size, count), dtype=complex)
+    for j in range(count):
+        F[:, j] = rfft(np.concatenate([np.zeros(front), force[:, j] * weight[front : front + n]]), size)[used]
+    F *= gain[:, None]
+    slow = modes.k <= modes.m * (2.0 * np.pi * STIFF * band) ** 2
+    push = np.ascontiguousarray(modes.push[:, slow].T)
+    m, c, k = modes.m[slow], modes.c[slow], modes.k[slow]
+    found = np.zeros((rows.rows.shape[0], len(groups), n))
+    for listener, (taps, start) in enumerate(zip(rows.rows, rows.start.tolist(), strict=True)):
+        late = (start + np.arange(taps.shape[0])) / rows.rate
+        P = np.zeros((len(groups), freq.size), dtype=complex)
+        still = _stiff(modes, ~slow, taps)
+        flexible = np.ascontiguousarray(taps[:, slow])
+        for here in _blocks(used.size, m.size + late.size + count):
+            z = s[here, None]
+            delay = np.exp(-z * late)
+            each = _by_real(_by_real(delay, flexible) * (z * z / ((m * z + c) * z + k)), push)
+            for power, table in still:
+                each += z**power * _by_real(delay, table)
+            each *= F[here]
+            for g, columns in enumerate(groups):
+                P[g, used[here]] = each[:, columns].sum(axis=1)
+        for g in range(len(groups)):
+            found[listener, g] = _without_lows((irfft(P[g], size)[: front + whole] / weight)[front:], rows.rate)[:n]
+    return found
+
+
+def _stiff(modes: Modes, which: BoolArray, taps: FloatArray) -> list[tuple[int, FloatArray]]:
+    """Powers of s and (n_tap, n_force) what they stand before, of modes far above the band: 1 / (k + c s + m s^2) is
+    1 / k - c s / k^2 - m s^2 / k^2 within (f / f_m)^4."""
+    m, c, k = modes.m[which], modes.c[which], modes.k[which]
+    push, own = modes.push[:, which], taps[:, which]
+    return [(p, own @ (push * w).T) for p, w in ((2, 1.0 / k), (3, -c / k**2), (4, -m / k**2)) if w.any()]
+
+
+def faded(freq: FloatArray, band: float) -> FloatArray:
+    """Gain of each frequency, Hz: 1 from 20 Hz to .85 of the band, falling to 0 at 10 Hz and at its end."""
+    return _smooth(2.0 * freq / LOWEST - 1.0) * _high_end(freq, band)
+
+
+def _high_end(freq: FloatArray, band: float) -> FloatArray:
+    return _smooth((1.0 - freq / band) / (1.0 - FADE))
+
+
+def _without_lows(x: FloatArray, rate: float) -> FloatArray:
+    """What is left above 20 Hz of a record that is silent before and after."""
+    size = next_fast_len(x.size + int(rate), real=True)
+    gain = _smooth(2.0 * np.arange(size // 2 + 1) * (rate / size) / LOWEST - 1.0)
+    return np.asarray(irfft(rfft(x, size) * gain, size)[: x.size])
+
+
+def _smooth(x: FloatArray) -> FloatArray:
+    """From 0 at 0 to 1 at 1 with all derivatives continuous."""
+    inside = np.clip(x, 1e-3, 1.0 - 1e-3)
+    step = 1.0 / (1.0 + np.exp(np.clip(1.0 / inside - 1.0 / (1.0 - inside), -700.0, 700.0)))
+    return np.where(x <= 0.0, 0.0, np.where(x >= 1.0, 1.0, step))
+
+
+def _by_real(A: np.ndarray, B: FloatArray) -> np.ndarray:
+    """Complex times real without the zeros of a complex B."""
+    return np.asarray(A.real @ B + 1j * (A.imag @ B))
+
+
+def _blocks(count: int, width: int) -> list[slice]:
+    few = max(1, BLOCK // max(width, 1))
+    return [slice(k, min(k + few, count)) for k in range(0, count, few)]

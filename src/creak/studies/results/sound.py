@@ -1,0 +1,97 @@
+"""The sound of a run in summary.json and results.h5."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import h5py
+import numpy as np
+
+from creak.formats.tree import COMPRESSED
+from creak.sound.zwicker_tables import RATE
+from creak.studies.results.places import Place
+from creak.studies.sound.heard import Heard, Sound
+
+TOGETHER = "all"
+"""Name of the sound of all contact together."""
+
+
+def place_name(place: Place) -> str:
+    """As summary.json and files have it."""
+    return f"{place.contact} {place.number}"
+
+
+def sound_summary(sound: Sound | str | None, places: Sequence[Place]) -> dict[str, Any] | None:
+    """Figures over the verification window of each listener, those of the first one also at the top."""
+    if sound is None:
+        return None
+    if isinstance(sound, str):
+        return {"missing": sound}
+    every = []
+    for listener, heard in zip(sound.listeners, sound.heard, strict=True):
+        *single, together = heard
+        own = zip(places, single, strict=True)
+        every.append(
+            {
+                "listener": listener.name,
+                "position": listener.position.tolist(),
+                "given": listener.given,
+                "parts": list(listener.parts),
+                **_figures(together),
+                "places": [{"name": place_name(p), **_figures(h), "share": _share(h, single)} for p, h in own],
+            }
+        )
+    return {
+        **{key: value for key, value in every[0].items() if key != "places"},
+        "run": sound.run,
+        "rate": RATE,
+        "band": {
+            "low": sound.band.low,
+            "high": sound.band.high,
+            "limit": sound.band.limit,
+            "modes": sound.band.modes,
+            "mesh": sound.band.mesh,
+            "step": sound.band.step,
+        },
+        "calibration": {"full_scale_pa": sound.full_scale, "full_scale_sine_db": sound.full_scale_level},
+        "wall_s": sound.wall_s,
+        "cpu_s": sound.cpu_s,
+        "offline_cpu_s": sound.offline_cpu_s,
+        "listeners": every,
+    }
+
+
+def heard_at(sound: Sound | str | None, run: str, place: int) -> dict[str, Any]:
+    """n5, n_max, level and share of the sound of a place of a run at the first listener; null without sound."""
+    if not isinstance(sound, Sound) or sound.run != run:
+        return dict.fromkeys(("n5", "n_max", "level", "sound_share"))
+    single = sound.heard[0][:-1]
+    found = single[place]
+    return {"n5": found.n5, "n_max": found.n_max, "level": found.level, "sound_share": _share(found, single)}
+
+
+def put_sound(file: h5py.File, sound: Sound, places: Sequence[Place]) -> None:
+    """Add the group `sound` to a results.h5."""
+    group, text = file.create_group("sound"), h5py.string_dtype()
+    group.attrs.update({"rate": RATE, "full_scale": sound.full_scale, "band": [sound.band.low, sound.band.high]})
+    group.create_dataset("listeners", data=np.array([x.name for x in sound.listeners], dtype=object), dtype=text)
+    names = [*map(place_name, places), TOGETHER]
+    group.create_dataset("places", data=np.array(names, dtype=object), dtype=text)
+    data = group.create_dataset("pressure", data=sound.pressure, **COMPRESSED)
+    data.attrs["unit"], data.attrs["axes"] = "Pa", "listener, place, time at rate from t = 0"
+
+
+def _figures(heard: Heard) -> dict[str, Any]:
+    return {
+        "level": heard.level,
+        "n5": heard.n5,
+        "n_max": heard.n_max,
+        "third_octaves": heard.third_octaves.tolist(),
+    }
+
+
+def _share(heard: Heard, every: Sequence[Heard]) -> float | None:
+    """Of the A-weighted energy of all places, each by itself."""
+    whole = sum(h.energy for h in every)
+    return heard.energy / whole if whole > 0.0 else None

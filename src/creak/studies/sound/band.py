@@ -1,0 +1,98 @@
+"""The band in which a run's sound can be believed: modes kept, mesh, step in contact."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.elements.shell_rigidity import areal_mass
+from creak.model.materials import GeneralShell, ShellSection
+from creak.model.mesh import Model
+from creak.model.skin import SHELLS, Skin
+from creak.sound.forced import HIGHEST, LOWEST
+from creak.sound.rayleigh import AIR
+from creak.sound.zwicker_tables import RATE
+from creak.studies.models.reduced import ReducedModel
+from creak.studies.run.integrate import shortest_step
+from creak.studies.run.job import Run
+
+PER_MODE = 2.0
+"""First mode left out over the end of the band."""
+PER_WAVE = 6.0
+"""Elements per wavelength, of bending and in air."""
+COARSE = 0.1
+"""Share of the radiating area that may have longer elements."""
+PER_PERIOD = 10.0
+"""Steps in contact per period."""
+
+
+@dataclass(frozen=True)
+class Band:
+    """Hz; inf where nothing of the kind limits it."""
+
+    modes: float
+    mesh: float
+    step: float
+
+    @property
+    def low(self) -> float:
+        """Where hearing begins."""
+        return LOWEST
+
+    @property
+    def high(self) -> float:
+        """Where it ends."""
+        return min(self.modes, self.mesh, self.step, HIGHEST * RATE)
+
+    @property
+    def limit(self) -> str:
+        """What ends it."""
+        limits = {"modes": self.modes, "mesh": self.mesh, "step": self.step, "rate": HIGHEST * RATE}
+        return min(limits, key=lambda name: limits[name])
+
+
+def band_of(model: Model, reduced: ReducedModel, f_max: float, run: Run, skin: Skin, metre: float) -> Band:
+    """The band of a reduced run.
+
+    * modes: the first fixed-interface mode left out (f_max where the assembly was reduced as a whole) over 2: free
+      modes of a part are some 2 % high there at worst;
+    * mesh: six elements per wavelength of bending in shells, 2 pi (D / m)^(1/4) / sqrt(omega), and of sound in air, but
+      for a tenth of the area;
+    * step: ten steps in contact per period.
+    """
+    first = min((r.system.stats.first_left_out for r in reduced.superelements), default=f_max)
+    if not math.isfinite(first):  # not looked for, or every mode kept
+        first = f_max if reduced.modes else 0.0
+    step = shortest_step(run.history)
+    return Band(first / PER_MODE, _of_mesh(model, skin, metre), 1.0 / (PER_PERIOD * step) if step > 0.0 else math.inf)
+
+
+def _of_mesh(model: Model, skin: Skin, metre: float) -> float:
+    if not skin.count:
+        return math.inf
+    size = skin.size
+    limit = AIR.speed / (PER_WAVE * metre * size)
+    stiffness = np.full(model.nodes.count, np.inf)
+    for block in model.blocks:
+        section = block.section
+        if block.kind in SHELLS and isinstance(section, ShellSection | GeneralShell):
+            # The slowest bending wave of the shells around each node.
+            np.minimum.at(stiffness, block.nodes_idx.ravel(), _bending(section))
+    waves = np.where(skin.solid, np.inf, stiffness[skin.nodes_idx].min(axis=1))
+    limit = np.minimum(limit, np.sqrt(waves) * 2.0 * math.pi / (PER_WAVE * size) ** 2)
+    order, area = np.argsort(limit), np.linalg.norm(skin.areas, axis=1)
+    passed = np.searchsorted(np.cumsum(area[order]), COARSE * area.sum())
+    return float(limit[order[min(int(passed), order.size - 1)]])
+
+
+def _bending(section: ShellSection | GeneralShell) -> float:
+    """D / m, the smaller of both directions, length^4 / time^2."""
+    mass = areal_mass(section)[0]
+    if isinstance(section, GeneralShell):
+        stiffness = float(min(section.D[0, 0], section.D[1, 1]))
+    else:
+        E, nu = section.material.youngs_modulus, section.material.poisson_ratio
+        stiffness = E * section.thickness**3 / (12.0 * (1.0 - nu * nu))
+    return stiffness / mass if mass > 0.0 else math.inf

@@ -1,0 +1,175 @@
+"""What a listener hears of a run: the sound of each place's own contact forces, and of all together."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from creak.arrays import FloatArray, IntArray
+from creak.dynamics.modal_coefficients import is_modal
+from creak.errors import InputError
+from creak.formats.wav import full_scale_for, full_scale_level
+from creak.model.skin import skin_of
+from creak.sound.forced import LOWEST, sound_of_forces
+from creak.sound.loudness import Loudness, loudness
+from creak.sound.third_octave import a_weighted_level, third_octave_levels
+from creak.sound.zwicker_tables import RATE
+from creak.studies.run.compared import main_run
+from creak.studies.run.job import Run, StudyResult
+from creak.studies.sound.band import Band, band_of
+from creak.studies.sound.listeners import METRES, Listener, ear_off, listeners_of
+from creak.studies.sound.source import Source, loudest, radiation, source_of
+
+SHORTEST = 0.05
+"""s, a window below which there is no loudness to speak of."""
+SINGLE = np.float32
+
+
+@dataclass(frozen=True)
+class Heard:
+    """One sound over the verification window."""
+
+    n5: float | None
+    """sone; None: it is beyond what ISO 532-1 covers."""
+    n_max: float | None
+    level: float
+    """Equivalent continuous level, dB(A) re 20 uPa."""
+    third_octaves: FloatArray
+    """(28,) dB re 20 uPa, 25 Hz to 12.5 kHz."""
+    energy: float
+    """Mean square of the A-weighted pressure, Pa^2."""
+    loudness: Loudness | None
+    """Over the whole run."""
+
+
+@dataclass(frozen=True)
+class Sound:
+    """The sound of a run's contact at each listener."""
+
+    run: str
+    listeners: tuple[Listener, ...]
+    band: Band
+    pressure: NDArray[np.float32]
+    """(n_listener, n_place + 1, n) Pa at 48 kHz from t = 0: each place by itself, last all contact together."""
+    heard: tuple[tuple[Heard, ...], ...]
+    """Listener by listener, as `pressure`."""
+    full_scale: float
+    """Pa of full scale in every file made of it."""
+    wall_s: float
+    cpu_s: float
+    """Without what is made once for a model and its listeners."""
+    offline_cpu_s: float
+    """That: default listener and pressure rows."""
+    notes: tuple[str, ...]
+
+    @property
+    def full_scale_level(self) -> float:
+        """dB re 20 uPa of a full-scale sine."""
+        return full_scale_level(self.full_scale)
+
+
+def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
+    """The sound of the reduced run, or why there is none.
+
+    Parameters
+    ----------
+    places : channels of each place.
+
+    Raises
+    ------
+    InputError : of listeners that the study gives, as `listeners_of`.
+    """
+    wall, cpu = clock.perf_counter(), clock.process_time()
+    run, setup = main_run(result.runs), result.setup
+    given = listeners_of(setup.model, setup.study)
+    why_not = _why_not(result, run, bool(given), places)
+    if why_not or run is None or result.reduced is None:
+        return why_not
+    c = setup.study.config
+    metre, skin = METRES[c.model.units], skin_of(setup.model)
+    band = band_of(setup.model, result.reduced, c.reduction.f_max, run, skin, metre)
+    if band.high <= 2.0 * LOWEST:
+        return f"none: nothing above {band.high:.0f} Hz can be believed ({band.limit})"
+    source = source_of(run.system, result.gaps, run.history)
+    offline = clock.process_time()
+    listeners = given or _ear(result, run, source, band.high)
+    if not listeners:
+        return "none: no part with shells or solids moves"
+    rows = [radiation(run.system, listener, metre) for listener in listeners]
+    offline = clock.process_time() - offline
+    groups = source.groups(places)
+    pressure = np.concatenate([sound_of_forces(source.modes, source.force, groups, r, band.high) for r in rows])
+    pressure[:, -1] = pressure.sum(axis=1)
+    heard = tuple(tuple(_heard(x, result.window) for x in of_one) for of_one in pressure)
+    return Sound(
+        run.name,
+        tuple(listeners),
+        band,
+        pressure.astype(SINGLE),
+        heard,
+        full_scale_for(pressure),
+        clock.perf_counter() - wall,
+        clock.process_time() - cpu - offline,
+        offline,
+        tuple(_notes(listeners, band, heard)),
+    )
+
+
+def _why_not(result: StudyResult, run: Run | None, given: bool, places: Sequence[IntArray]) -> str:
+    if run is None or result.stopped is not None:
+        return "none: the run ended early"
+    if result.reduced is None or run.name != "reduced":
+        return "none: only a reduced model carries sound"
+    if not is_modal(run.system):
+        return "none: damping couples the modes of the reduced model"
+    if float(run.history.time[-1]) < SHORTEST:
+        return f"none: the run is shorter than {SHORTEST:g} s"
+    return "" if given or places else "none: nothing touches in the window"
+
+
+def _ear(result: StudyResult, run: Run, source: Source, band: float) -> tuple[Listener, ...]:
+    skin = skin_of(result.setup.model)
+    part = loudest(run.system, source, skin, band)
+    if part is None:
+        return ()
+    return (ear_off(result.setup.model, skin, part, result.setup.study.config.model.units),)
+
+
+def _heard(pressure: FloatArray, window: tuple[float, float]) -> Heard:
+    first, last = (round(t * RATE) for t in window)
+    shown = pressure[min(first, pressure.size - 2) : max(last, first + 2)]
+    levels = third_octave_levels(shown, RATE)
+    level = a_weighted_level(levels)
+    energy = 4e-10 * 10.0 ** (0.1 * level) if shown.any() else 0.0
+    try:
+        found = loudness(pressure, RATE)
+    except InputError:
+        return Heard(None, None, level, levels, energy, None)
+    inside = found.total[(found.time >= window[0]) & (found.time <= window[1])]
+    inside = inside if inside.size else found.total
+    return Heard(float(np.percentile(inside, 95.0)), float(inside.max()), level, levels, energy, found)
+
+
+def _notes(listeners: Sequence[Listener], band: Band, heard: Sequence[Sequence[Heard]]) -> list[str]:
+    said = []
+    for listener in listeners:
+        at = ", ".join(f"{x:.4g}" for x in listener.position)
+        if not listener.given:
+            said.append(
+                f"sound: heard at ({at}), an ear 0.6 m off the loudest panel, as the study has no [listener]; "
+                f"{', '.join(listener.parts)} radiate"
+            )
+    said.append(
+        f"sound: believed from {band.low:.0f} to {band.high:.0f} Hz, ended by the {WHAT[band.limit]}; "
+        "nothing outside is in it. Contact forces alone make it; panels count as set in a wall, none shadows another"
+    )
+    if any(h.n5 is None for of_one in heard for h in of_one):
+        said.append("sound: too loud at low frequency for ISO 532-1 (120 dB): no loudness of it")
+    return said
+
+
+WHAT = {"modes": "modes that the reduction kept", "mesh": "mesh", "step": "step in contact", "rate": "sampling rate"}

@@ -1,0 +1,117 @@
+"""Who listens, and to which parts: as the study says, or an occupant's ear off the loudest panel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import BoolArray, FloatArray
+from creak.errors import InputError, suggest
+from creak.model.mesh import Model
+from creak.model.skin import Skin, skin_of
+from creak.studies.file.reader import Study
+
+METRES = {"mm-t-s": 1e-3, "m-kg-s": 1.0}
+"""A deck's length unit in m."""
+EAR = 0.6
+"""m between the loudest panel and the listener where none is given."""
+OFF = 1.0
+"""Longest sides of a facet that a listener must keep from its nodes."""
+
+
+@dataclass(frozen=True)
+class Listener:
+    """A point in the air, and what it hears."""
+
+    name: str
+    position: FloatArray
+    """(3,) in the deck's axes, length."""
+    skin: Skin
+    """What radiates to it."""
+    parts: tuple[str, ...]
+    """Names of those parts."""
+    given: bool
+    """By the study."""
+
+
+def listeners_of(model: Model, study: Study) -> tuple[Listener, ...]:
+    """Those that the study gives; none where it gives none.
+
+    Raises
+    ------
+    InputError : an unknown part, no part that radiates, a listener on the structure or inside it.
+    """
+    tables = study.config.listener
+    if not tables:
+        return ()
+    skin = skin_of(model)
+    return tuple(_listener(model, skin, study, name) for name in tables)
+
+
+def _listener(model: Model, skin: Skin, study: Study, name: str) -> Listener:
+    table = study.config.listener[name]
+    heard = skin.select(_of_parts(model, skin, study, name))
+    if not heard.count:
+        wanted = f"of {', '.join(table.part_names)} " if table.part_names else ""
+        raise InputError(
+            f"listener {name!r} hears nothing: no shell and no solid {wanted}radiates".replace("  ", " "),
+            where=study.where("listener", name),
+            expected="a part with shells or solids",
+            fix="Name such parts, or leave the listener out.",
+        )
+    position, where = np.array(table.position), study.where("listener", name, "position")
+    if skin.holds(position):
+        raise InputError(
+            f"listener {name!r} at {list(table.position)} is inside the structure",
+            where=where,
+            expected="a point in the air",
+            fix="Move it out.",
+        )
+    away = np.linalg.norm(skin.corners - position, axis=2).min(axis=1) / skin.size
+    nearest = int(away.argmin())
+    if away[nearest] < OFF:
+        node = model.nodes.label(int(skin.nodes_idx[nearest, 0]))
+        raise InputError(
+            f"listener {name!r} at {list(table.position)} is on the structure, at node {node}",
+            where=where,
+            expected=f"{OFF * skin.size[nearest]:.4g} or more away, the size of the element there",
+            fix="Move it off.",
+        )
+    return Listener(name, position, heard, _names(model, heard), True)
+
+
+def _of_parts(model: Model, skin: Skin, study: Study, name: str) -> BoolArray:
+    """Facets of the parts that a listener names; of all where it names none."""
+    wanted = study.config.listener[name].part_names
+    rows = {alias.upper(): i for i, p in enumerate(model.parts) for alias in (p.name, *p.aliases)}
+    unknown = next((p for p in wanted if p.upper() not in rows), None)
+    if unknown is not None:
+        raise InputError(
+            f"listener {name!r}: unknown part {unknown!r}",
+            where=study.where("listener", name, "parts"),
+            fix=suggest(unknown, [p.name for p in model.parts]),
+        )
+    if not wanted:
+        return np.ones(skin.count, dtype=bool)
+    return np.isin(skin.part, [rows[p.upper()] for p in wanted])
+
+
+def ear_off(model: Model, skin: Skin, part: int, units: str) -> Listener:
+    """An occupant's ear `EAR` off the middle of a part, along its face, away from the rest of the model."""
+    panel = skin.select(skin.part == part)
+    areas = panel.areas
+    size = np.linalg.norm(areas, axis=1)
+    middle = size @ panel.centres / size.sum()
+    normal = np.linalg.eigh((areas / np.maximum(size, 1e-300)[:, None]).T @ areas)[1][:, -1]
+    every = np.linalg.norm(skin.areas, axis=1)
+    outward = float(normal @ (middle - every @ skin.centres / every.sum()))
+    if outward < 0.0 or (outward == 0.0 and normal[np.abs(normal).argmax()] < 0.0):
+        normal = -normal
+    depth = float((panel.corners @ normal).max() - middle @ normal)
+    position = middle + (depth + EAR / METRES[units]) * normal
+    return Listener("ear", position, skin, _names(model, skin), False)
+
+
+def _names(model: Model, skin: Skin) -> tuple[str, ...]:
+    return tuple(model.parts[i].name for i in np.unique(skin.part).tolist() if i >= 0)
