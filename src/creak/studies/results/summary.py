@@ -14,6 +14,7 @@ from creak.studies.converge.settled import KEYS, settled_to, verdict_of
 from creak.studies.converge.variants import Convergence
 from creak.studies.converge.words import as_dict
 from creak.studies.results.places import Place, find_places
+from creak.studies.results.static_figures import static_figures
 from creak.studies.run.compared import event_statistics
 from creak.studies.run.job import Run, StudyResult
 from creak.studies.warned import warnings_of
@@ -47,6 +48,7 @@ def summarise(result: StudyResult, convergence: Convergence | None = None) -> di
             "kept": result.gaps.m - setup.connectors.m,
             "closed_later": result.closed_later,
         },
+        "static": static_figures(setup),
         "seeds": {name: t.signal.seed for name, t in c.excitation.items() if t.signal.type == "multisine"},
         "runs": {name: _run(run, result, model, convergence) for name, run in result.runs.items()},
         "superelements": {name: health.as_dict() for name, health in result.health.items()},

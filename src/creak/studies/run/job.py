@@ -35,6 +35,7 @@ from creak.studies.run.forced_step import limited
 from creak.studies.run.integrate import integrate, output_times, scheme_of
 from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
 from creak.studies.run.precheck import prechecked, with_linear_gaps
+from creak.studies.run.static_start import begin, with_static
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
 from creak.verify.events import Event, find_events
@@ -147,7 +148,8 @@ def run_study(
     if c.time.exact:
         compile_flow()
     progress(COMPILE, 1, 1)
-    reference, gaps, notes = prepare(setup, progress)
+    setup, built = begin(setup, progress)
+    reference, gaps, notes = prepare(setup, progress, built)
     runs: dict[str, Run] = {}
     kept = gaps.m
     reduced, health, stopped = None, {}, None
@@ -286,9 +288,11 @@ def step_warnings(setup: Setup, run: Run) -> list[str]:
     ]
 
 
-def prepare(setup: Setup, progress: Progress) -> tuple[ReferenceModel, GapOperator, list[str]]:
-    """The unreduced model, the channels that the pre-check keeps (connectors after contacts), and notes."""
-    reference = build_reference(setup, progress)
+def prepare(
+    setup: Setup, progress: Progress, reference: ReferenceModel | None = None
+) -> tuple[ReferenceModel, GapOperator, list[str]]:
+    """The unreduced model, built by `begin` or here; the channels that the pre-check keeps (connectors last), and notes."""
+    reference = reference or build_reference(setup, progress)
     mass, units = float(reference.system.stats["mass"]), setup.study.config.model.units
     figures = figure_warnings(setup.model, units, mass, reference.modes.omega2)
     reference = with_linear_gaps(setup, reference, scheme_of(setup.study.config.time), progress)
@@ -332,6 +336,7 @@ def march_run(
     except Stopped as error:
         history, stopped = error.history, f"{name} run: {error}"
     cost = meter.read()
+    system, history = with_static(setup, system, history)
     v = setup.study.config.verification
     events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge))
     size = (0, 0, 0.0, 0.0) if reduced is None else (reduced.retained, reduced.modes, reduced.cpu_s, reduced.wall_s)
