@@ -50,6 +50,8 @@ class ContactPair:
     """Static and kinetic coefficient, decay speed (length / time)."""
     per_area: bool = False
     """node-to-surface: stiffness, overclosure and damping are per area of the secondary surface."""
+    press_fit: bool = False
+    """Gaps below zero stay: what overlaps presses."""
 
     @property
     def where(self) -> str:
@@ -244,7 +246,7 @@ def _given_gaps(model: Model, pair: ContactPair, channels: Channels) -> tuple[Fl
 def _without_overclosure(
     model: Model, pair: ContactPair, channels: Channels, given: FloatArray
 ) -> tuple[FloatArray, list[str]]:
-    """Gaps (m,) with channels that start closed set to zero, and a note about these.
+    """Gaps (m,) with channels that start closed set to zero, and a note about these; a press fit keeps them.
 
     Raises
     ------
@@ -262,6 +264,8 @@ def _without_overclosure(
             fix="Move the parts apart, or give a clearance."
             + ("" if pair.normal is None else " Does the normal point from the main to the secondary surface?"),
         )
+    if pair.press_fit:
+        return gap0, []
     closed = np.flatnonzero(gap0 < -ROUND_OFF * channels.size)
     if not closed.size:
         return np.maximum(gap0, 0.0), []

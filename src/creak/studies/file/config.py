@@ -307,8 +307,8 @@ class StaticTable(Table):
     """length or rad: the nodes of node_set are moved by so much along dof and held there; nodes that an excitation
     moves move about this place."""
     press_fit: Literal[True] | None = None
-    """What overlaps without load is pressed apart: contact with a negative gap, squeezed stops. Any other static load
-    does so too."""
+    """true: surfaces that overlap (in the deck, or by a negative clearance) press each other apart; without it their
+    gap is set to 0 without strain."""
     node_set: str | None = None
     """Nodes of a force or displacement."""
     dof: Dof | None = None

@@ -56,9 +56,9 @@ def driven_dofs(model: Model, study: Study) -> Driven:
                     fix="Drive each dof once.",
                 )
             seen[label] = name
-    for place, table in moved_before(study):
-        nodes = model.node_set(table.node_set or "", where=study.where("static", place, "node_set"))
-        own = labels_of(nodes, DOFS.index(table.dof or "x") + 1)
+    for place, moved in moved_before(study):
+        nodes = model.node_set(moved.node_set or "", where=study.where("static", place, "node_set"))
+        own = labels_of(nodes, DOFS.index(moved.dof or "x") + 1)
         by = {seen.get(label) for label in own.tolist()}
         whole = next(
             (name for name in by if name is not None and np.array_equal(np.sort(labels[name]), np.sort(own))), ""

@@ -35,8 +35,8 @@ from creak.studies.prepare.imported import imported_superelements, resistance
 from creak.studies.prepare.output_steps import check_outputs
 from creak.studies.prepare.pairs import contact_pair
 from creak.studies.prepare.reduction_sets import check_reduction
-from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings
 from creak.studies.prepare.start_check import drive_warnings, start_warnings, undamped_warnings
+from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
 

@@ -55,7 +55,7 @@ def static_forces(model: Model, study: Study) -> list[tuple[int, IntArray, float
 
 def static_gravity(study: Study) -> FloatArray:
     """(3,) sum of the accelerations of gravity."""
-    return np.sum([np.zeros(3), *(t.gravity for t in study.config.static if t.gravity is not None)], axis=0)
+    return np.array([t.gravity for t in study.config.static if t.gravity is not None]).reshape(-1, 3).sum(axis=0)
 
 
 def static_supports(study: Study, driven: Driven, labels: dict[int, IntArray]) -> FloatArray:
@@ -88,7 +88,8 @@ def check_static(model: Model, study: Study, driven: Driven, loads: Loads) -> No
         taken = [int(x) for x in own if int(x) in held]
         if taken:
             raise InputError(
-                f"a static displacement moves node {model.nodes.label(taken[0] // 6)} {table.dof}, which the deck holds",
+                f"a static displacement moves node {model.nodes.label(taken[0] // 6)} {table.dof}, "
+                "which the deck holds",
                 where=study.where("static", place),
                 expected="nodes that the deck does not hold in this dof",
                 fix="Take the dof out of the deck's boundary condition: the displacement holds it.",

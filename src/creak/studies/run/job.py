@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -23,12 +23,11 @@ from creak.studies.file.identity import new_identity
 from creak.studies.models.health import checked
 from creak.studies.models.reduced import WHOLE, ReducedModel, reduce_model, reduced_modes
 from creak.studies.models.reference import ReferenceModel, build_reference, observed_labels
-from creak.studies.prepare.excitation import time_axis
-from creak.studies.prepare.output_steps import compared_end, field_steps, output_every, shown_window
+from creak.studies.prepare.output_steps import field_steps, output_every, shown_window
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import figure_warnings, never_closed
 from creak.studies.prepare.watched import watched
-from creak.studies.run.compared import compare_events
+from creak.studies.run.compared import compare_events, compared_setup
 from creak.studies.run.costs import Cost, Meter
 from creak.studies.run.dropped import MOST_RUNS, with_closed
 from creak.studies.run.forced_step import limited
@@ -235,21 +234,6 @@ def _only_run(
     return gaps, run, [*notes, *more]
 
 
-def compared_setup(setup: Setup) -> Setup:
-    """The setup up to where the unreduced model is run for comparison."""
-    c, end = setup.study.config, float(setup.loads.time[-1])
-    until = compared_end(setup.study, end)
-    if until == end:
-        return setup
-    time = c.time.model_copy(update={"end": until, "periods": None})
-    study = replace(setup.study, config=c.model_copy(update={"time": time}))
-    n = time_axis(study).size
-    loads = replace(
-        setup.loads, time=setup.loads.time[:n], support=setup.loads.support[:, :n], force=setup.loads.force[:n]
-    )
-    return replace(setup, study=study, loads=loads)
-
-
 def _large_motions(gaps: GapOperator, history: History) -> list[str]:
     """Slip and rotations for which contact and kinematics do not hold, seen at every step."""
     seen = history.extremes
@@ -291,7 +275,7 @@ def step_warnings(setup: Setup, run: Run) -> list[str]:
 def prepare(
     setup: Setup, progress: Progress, reference: ReferenceModel | None = None
 ) -> tuple[ReferenceModel, GapOperator, list[str]]:
-    """The unreduced model, built by `begin` or here; the channels that the pre-check keeps (connectors last), and notes."""
+    """The unreduced model, made here or by `begin`, the channels that the pre-check keeps (connectors last), notes."""
     reference = reference or build_reference(setup, progress)
     mass, units = float(reference.system.stats["mass"]), setup.study.config.model.units
     figures = figure_warnings(setup.model, units, mass, reference.modes.omega2)

@@ -19,7 +19,7 @@ from creak.assembly.part import Rayleigh, assemble_blocks
 from creak.assembly.system import System
 from creak.contact.gap_operator import join
 from creak.dynamics.equilibrium import Equilibrium, equilibrium, rigid_load
-from creak.dynamics.history import History
+from creak.dynamics.history import ENERGIES, History
 from creak.errors import InputError
 from creak.studies.file.config import DOFS
 from creak.studies.models.reference import Progress, ReferenceModel, build_reference, observed_labels
@@ -84,8 +84,8 @@ def _carriers(setup: Setup, reference: ReferenceModel) -> Iterator[tuple[IntArra
     for given in setup.superelements:
         if (given.coordinates < 0).any():
             raise InputError(
-                f"gravity on superelement {given.name!r}: its matrices have generalised coordinates, and do not say how "
-                "they take part in a uniform acceleration",
+                f"gravity on superelement {given.name!r}: its matrices have generalised coordinates, and do not say "
+                "how they take part in a uniform acceleration",
                 where=setup.study.where("superelement", given.name),
                 expected="matrices on physical dofs alone",
                 fix="Export it without modes, or give its weight as [[static]] forces.",
@@ -118,14 +118,20 @@ def _note(setup: Setup, found: Equilibrium) -> str:
 
 
 def with_static(setup: Setup, system: System, history: History) -> tuple[System, History]:
-    """A run whose displacements hold the static share, and the System that recovers it."""
+    """A run whose displacements hold the static share, and the System that recovers it.
+
+    Its strain energy is that of the static state and that of the motion about it; their cross term is work of the
+    static loads.
+    """
     if setup.static is None:
         return system, history
     start = setup.static
     kept = history.displacement + start.at(observed_labels(setup.watched))
+    energy = history.energy.copy()
+    energy[:, ENERGIES.index("strain")] += start.state.strain
     u = start.at(system.labels)
 
     def whole(q: FloatArray, s: FloatArray) -> FloatArray:
         return system.recover(q, s) + u[:, None]
 
-    return replace(system, whole=whole), replace(history, displacement=kept)
+    return replace(system, whole=whole), replace(history, displacement=kept, energy=energy)
