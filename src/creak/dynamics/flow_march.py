@@ -240,8 +240,10 @@ class _Run:
         m, z, h = self.gaps.m, x.x.ravel(), self.steps.h
         x.gap[:] = model.gap0 + model.rows[:m] @ z[model.u0 : model.u1] + model.rows_s[:m] @ x.support[0]
         x.rate[:] = model.rates @ z[model.v0 : model.v1] + model.rows_s @ x.support[1]
-        if self.gaps.preload is not None and model.presses and np.array_equal(x.gap, model.gap0):
-            x.force[:] = self.gaps.resting
+        rest = self.gaps.resting
+        still = np.array_equal(x.gap, model.gap0) and not np.any((x.gap < 0.0) & (rest[:m] <= 0.0))
+        if model.presses and rest.any() and still:
+            x.force[:] = rest
             x.F[:] = x.force @ model.push
         elif model.presses and x.gap.min(initial=0.0) < 0.0:
             slip, rate = h * x.rate[m:], x.rate[:m].copy()
