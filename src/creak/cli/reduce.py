@@ -93,9 +93,11 @@ def _reduced(setup: Setup, folder: Path, output: Output) -> tuple[ReducedModel, 
     from creak.studies.models.reduced import reduce_model
     from creak.studies.models.superelements import save_superelement
     from creak.studies.run.job import prepare
+    from creak.studies.run.static_start import begin
 
     made: list[Reduced] = []
-    reference, gaps, notes = prepare(setup, output.progress)
+    setup, built = begin(setup, output.progress)
+    reference, gaps, notes = prepare(setup, output.progress, built)
     try:
         model = reduce_model(setup, reference, gaps, output.progress, folder, made.append)
         return model, checked(setup, model, output.progress), notes

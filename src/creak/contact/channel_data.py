@@ -26,7 +26,7 @@ def per_channel(empty: Any, into: str = "") -> dict[str, Any]:
 
     Parameters
     ----------
-    empty : what a channel has that says nothing: a number, a text, or the class of a record.
+    empty : what a channel has that says nothing: a number or several, a text, or the class of a record.
     into : the pooled field whose places the values are; -1 is none.
     """
     return {"empty": empty, "into": into}
@@ -75,8 +75,9 @@ def _joined(of: Field[Any], values: Sequence[Any], sizes: Sequence[int]) -> Any:
         return empty(**joined(empty, values, sizes))
     if isinstance(empty, str):
         return tuple(x for v, m in zip(values, sizes, strict=True) for x in (v or (empty,) * m))
-    filled = (np.full(m, empty) if v is None else v for v, m in zip(values, sizes, strict=True))
-    return np.concatenate([np.full(0, empty), *filled])
+    row = np.shape(empty)
+    filled = (np.full((m, *row), empty) if v is None else v for v, m in zip(values, sizes, strict=True))
+    return np.concatenate([np.full((0, *row), empty), *filled])
 
 
 def _own(kind: Any) -> list[Field[Any]]:

@@ -13,6 +13,9 @@ from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.contact.channel_data import joined, per_channel, taken
 from creak.contact.laws.parameters import Curves, Friction
 
+STILL = 1e-9
+"""Share of its gap at rest by which a channel may be off and still press as at rest."""
+
 
 @dataclass(frozen=True)
 class GapOperator:
@@ -49,6 +52,8 @@ class GapOperator:
     """None: no channel rubs."""
     preload: FloatArray | None = field(default=None, metadata=per_channel(0.0))
     """(m,) force with which a channel presses at rest, balanced by the rest of the structure; None: 0."""
+    held: FloatArray | None = field(default=None, metadata=per_channel((0.0, 0.0)))
+    """(m, 2) friction force along both tangents at rest, balanced likewise; None: 0."""
     size: FloatArray | None = field(default=None, metadata=per_channel(np.inf))
     """(m,) width of the facets at the channel, the smaller of both sides', length; inf or None: not known."""
 
@@ -75,12 +80,41 @@ class GapOperator:
     def resting(self) -> FloatArray:
         """(m + 2 f,) channel forces that the preload balances at rest."""
         normal = np.zeros(self.m) if self.preload is None else self.preload
-        return np.concatenate([normal, np.zeros(2 * self.rubbing)])
+        if self.held is None or self.friction is None:
+            return np.concatenate([normal, np.zeros(2 * self.rubbing)])
+        return np.concatenate([normal, self.held[self.friction.channels].ravel()])
+
+    def at_start(self, gap: FloatArray, rate: FloatArray) -> FloatArray:
+        """(m + 2 f,) channel forces at t = 0: springs and dampers of closed channels, and what already holds there.
+
+        Exact contact that starts closed without a preload presses from the first step on.
+        """
+        rest, force = self.resting, np.zeros(self.m + 2 * self.rubbing)
+        k = np.where(np.isfinite(self.stiffness), self.stiffness, 0.0)
+        p = np.where(gap < 0.0, np.maximum(0.0, -k * gap - self.damping * rate), 0.0)
+        still = (rest[: self.m] > 0.0) & (np.abs(gap - self.gap0) <= STILL * np.abs(self.gap0))
+        force[: self.m] = np.where(still, np.maximum(rest[: self.m] - self.damping * rate, 0.0), p)
+        if self.friction is not None:
+            force[self.m :] = np.where(np.repeat(still[self.friction.channels], 2), rest[self.m :], 0.0)
+        return force
+
+    def with_stiffness(self, stiffness: FloatArray) -> GapOperator:
+        """Other springs (m,): a channel that presses at rest does so with the same force, squeezed by more or less."""
+        if self.preload is None:
+            return replace(self, stiffness=stiffness)
+        other = (self.preload > 0.0) & (stiffness != self.stiffness) & (stiffness > 0.0) & np.isfinite(stiffness)
+        gap0 = np.where(other, -self.preload / np.where(other, stiffness, 1.0), self.gap0)
+        return replace(self, stiffness=stiffness, gap0=gap0)
+
+    def can_press(self) -> BoolArray:
+        """(m,) channels that can carry a force at rest; the others are only watched, or damp."""
+        curved = np.zeros(self.m, dtype=bool) if self.curves is None else self.curves.of >= 0
+        return np.asarray(curved | (self.stiffness > 0.0))
 
     def without_force(self) -> GapOperator:
         """The same gaps, watched but never pressing."""
         zero = np.zeros(self.m)
-        return replace(self, stiffness=zero, damping=zero, curves=None, friction=None, preload=None)
+        return replace(self, stiffness=zero, damping=zero, curves=None, friction=None, preload=None, held=None)
 
     @cached_property
     def retained_nodes(self) -> IntArray:

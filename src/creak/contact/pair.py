@@ -52,6 +52,8 @@ class ContactPair:
     """node-to-surface: stiffness, overclosure and damping are per area of the secondary surface."""
     table: str = "contact"
     """Table of the study that it comes from."""
+    press_fit: bool = False
+    """Gaps below zero stay: what overlaps presses."""
 
     @property
     def where(self) -> str:
@@ -246,7 +248,7 @@ def _given_gaps(model: Model, pair: ContactPair, channels: Channels) -> tuple[Fl
 def _without_overclosure(
     model: Model, pair: ContactPair, channels: Channels, given: FloatArray
 ) -> tuple[FloatArray, list[str]]:
-    """Gaps (m,) with channels that start closed set to zero, and a note about these.
+    """Gaps (m,) with channels that start closed set to zero, and a note about these; a press fit keeps them.
 
     Raises
     ------
@@ -264,6 +266,8 @@ def _without_overclosure(
             fix="Move the parts apart, or give a clearance."
             + ("" if pair.normal is None else " Does the normal point from the main to the secondary surface?"),
         )
+    if pair.press_fit:
+        return gap0, []
     closed = np.flatnonzero(gap0 < -ROUND_OFF * channels.size)
     if not closed.size:
         return np.maximum(gap0, 0.0), []

@@ -33,6 +33,7 @@ class EnergyAudit:
         self._preload = np.zeros(on.G_s.shape[1])
         if gaps.preload is not None:
             self._preload = on.G_s.T @ gaps.preload
+        self._held = gaps.resting[gaps.m :]
         self._damping = self._contact_damping = self._friction = self._external = 0.0
         self._initial = 0.0
 
@@ -52,6 +53,8 @@ class EnergyAudit:
         works = now.works or self._trapezoidal(before, now, forces, du, ds)
         self._damping += works.damping
         self._external += works.external
+        if self._held.any():
+            self._external -= float(self._held @ (self._on.T @ du))
         if self._gaps.has_dampers:
             self._contact_damping += float(damper_work(self._laws, before.gap, now.gap, now.force))
         if now.tau.any() or before.tau.any():

@@ -13,7 +13,7 @@ import numpy as np
 from creak.dynamics.closing import dips
 from creak.dynamics.flow_books import book_flow, complete
 from creak.dynamics.flow_kicks import book_half, book_slack, lessen, press
-from creak.dynamics.flow_lasting import PATIENCE, held_together, hold, same_set
+from creak.dynamics.flow_lasting import PATIENCE, held_together, hold, rests, same_set
 from creak.dynamics.flow_model import GIVEN
 from creak.dynamics.flow_motion import (
     band_energies,
@@ -87,7 +87,8 @@ def flow_chunk(  # type: ignore[no-untyped-def]
 ):
     """March from flight step `begin` to `end`; `used` rows of the table are taken (`flow_rows`).
 
-    lasting: level of the steps of lasting contact, B (m, m) what a constant force moves in one; the last level: none.
+    lasting: level of the steps of lasting contact, B (m, m) what a constant force moves in one; beyond the last: none.
+    Channels that press at rest count as lasting from the start.
 
     Returns
     -------
@@ -98,11 +99,16 @@ def flow_chunk(  # type: ignore[no-untyped-def]
     course, drive, D = np.empty((3, now.support.shape[1], 4)), np.empty((n_x, 4)), np.empty((4, model.p1 - model.p0))
     energy, share = np.empty(reach.shape[1]), np.ones(now.gap.size)
     parts = 1 << levels
-    patience = PATIENCE * (parts >> lasting)
+    patience = PATIENCE * (parts >> lasting) if lasting <= levels else 0
     kept, whole_row, swapped, level = 0, 0, False, 0
     time, written, edge = begin * H, True, False
     restart(cone, time, now, True)
-    calm, pressing, inverse, held = 0, np.zeros(0, dtype=np.int64), np.empty((0, 0)), False
+    calm, pressing, inverse, held = (
+        patience if rests(model, now) else 0,
+        np.zeros(0, dtype=np.int64),
+        np.empty((0, 0)),
+        False,
+    )
     for step in range(begin, end):
         if used + parts > out.table.shape[0]:
             return FULL, step, used, kept, swapped, step * H
@@ -111,7 +117,7 @@ def flow_chunk(  # type: ignore[no-untyped-def]
         while at < parts:
             kicked, held = acts(now.force, 0, now.force.size), False
             put(after.energy, 0, now.energy)
-            if kicked and lasting < levels and at % (parts >> lasting) == 0 and calm >= patience:
+            if kicked and lasting <= levels and at % (parts >> lasting) == 0 and calm >= patience:
                 level, h = lasting, H / (1 << lasting)
                 if calm == patience:
                     pressing = np.flatnonzero(now.force[: now.gap.size])

@@ -38,6 +38,15 @@ def same_set(now, after):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
+def rests(model, now):  # type: ignore[no-untyped-def]
+    """Does every channel that presses do so at rest?"""
+    for i in range(now.gap.size):  # noqa: SIM110 (compiled)
+        if now.force[i] > 0.0 and model.preload[i] <= 0.0:
+            return False
+    return True
+
+
+@numba.njit(cache=True)
 def held_together(laws, B, pressing):  # type: ignore[no-untyped-def]
     """(1 / k + w B)^-1 over the channels that press."""
     C = np.empty((pressing.size, pressing.size))

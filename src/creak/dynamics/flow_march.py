@@ -114,7 +114,9 @@ class _Run:
         on, self.terms = channel_matrices(system, gaps), LinearTerms(system, loads)
         self.form = form_of(system, on, self.terms, gaps)
         self.steps: FlowSteps = flow_steps(self.form, law_arrays(gaps), self.H, resolution)
-        self.model = filtered(self.form, self.steps.mollifier)
+        self.model = filtered(self.form, self.steps.mollifier, gaps.resting)
+        if gaps.preload is not None:
+            self.model = self.model._replace(gap0=gaps.with_stiffness(self.steps.laws.stiffness).gap0)
         h, m, k = self.steps.h, self.model.m, self.model.k
         heavy = m > 0.0
         self.gain = np.where(heavy, 0.5 * h / np.where(heavy, m, 1.0), 0.0)
@@ -141,9 +143,17 @@ class _Run:
         """Level of the steps of lasting contact and what a constant force moves in one; where all laws are lines."""
         levels, model = self.steps.levels, self.model
         level = next((n for n in range(levels) if self.H / 2**n <= resolution.longest), levels)
+        at_rest = self.gaps.preload is not None and bool(self.gaps.preload.any())
         curved = bool((self.steps.laws.curve >= 0).any())
-        if level + 3 > levels or model.damped or self.gaps.rubbing or self.light or curved or not model.presses:
-            return levels, np.zeros_like(self.W)
+        if (
+            (level + 3 > levels and not at_rest)
+            or model.damped
+            or self.gaps.rubbing
+            or self.light
+            or curved
+            or not model.presses
+        ):
+            return levels + 1, np.zeros_like(self.W)
         n, Q = model.m.size, self.P[level]
         if self.form.basis is None:
             moved = model.push * Q[Q0 + 1]
@@ -220,7 +230,7 @@ class _Run:
         x = resting(model, self.loads)
         x.support[:] = self.loads.support[:, 0]
         for j, (order, column) in enumerate(zip(model.order, model.column, strict=True)):
-            loads = {FORCE: self.loads.force[0], CONSTANT: np.ones(1)}
+            loads = {FORCE: self.loads.force[0], CONSTANT: np.ones(2)}
             x.amplitude[j] = loads[order][column] if order >= FORCE else x.support[order, column]
         x.x[:] = self.form.start(terms.inside_at_rest(0), self.system.velocity + terms.inside_at_rest(1))
         massless = model.m <= 0.0
@@ -230,7 +240,12 @@ class _Run:
         m, z, h = self.gaps.m, x.x.ravel(), self.steps.h
         x.gap[:] = model.gap0 + model.rows[:m] @ z[model.u0 : model.u1] + model.rows_s[:m] @ x.support[0]
         x.rate[:] = model.rates @ z[model.v0 : model.v1] + model.rows_s @ x.support[1]
-        if model.presses and x.gap.min(initial=0.0) < 0.0:
+        rest = self.gaps.resting
+        still = np.array_equal(x.gap, model.gap0) and not np.any((x.gap < 0.0) & (rest[:m] <= 0.0))
+        if model.presses and rest.any() and still:
+            x.force[:] = rest
+            x.F[:] = x.force @ model.push
+        elif model.presses and x.gap.min(initial=0.0) < 0.0:
             slip, rate = h * x.rate[m:], x.rate[:m].copy()
             with one_blas_thread():
                 solve_channels(self.A, x.gap.copy(), rate, RATE / h, slip, RATE, h, self.steps.laws, x.stuck, x.force)

@@ -18,7 +18,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.flow_propagator import propagator
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal_model import ModalModel
+from creak.dynamics.modal_model import CONSTANT, ModalModel
 from creak.dynamics.modal_setup import modal_model
 from creak.dynamics.state import LinearTerms
 
@@ -185,8 +185,13 @@ def of_modal(
     )
 
 
-def filtered(form: FlowForm, mollifier: FloatArray) -> FlowModel:
-    """The model whose channels see and push the pairs through the filter (n,)."""
+def filtered(form: FlowForm, mollifier: FloatArray, rest: FloatArray) -> FlowModel:
+    """The model whose channels see and push the pairs through the filter (n,), as does what balances them at rest.
+
+    Parameters
+    ----------
+    rest : (m + 2 f,) channel forces at rest.
+    """
     model, both = form.model, np.concatenate([mollifier, mollifier])
 
     def through(A: FloatArray, begin: int, end: int) -> FloatArray:
@@ -197,7 +202,13 @@ def filtered(form: FlowForm, mollifier: FloatArray) -> FlowModel:
         push = rates
     else:
         push = np.ascontiguousarray((rates @ form.root) @ form.root.T)
-    return model._replace(rows=through(model.rows, model.u0, model.u1), rates=rates, push=push)
+    m, constant = model.gap0.size, model.order == CONSTANT
+    load, load_u, load_v = model.load.copy(), model.load_u.copy(), model.load_v.copy()
+    rows = through(model.rows, model.u0, model.u1)
+    for j in np.flatnonzero(constant):
+        own = slice(0, m) if model.column[j] == 0 else slice(m, rest.size)
+        load[j], load_u[j], load_v[j] = -rest[own] @ push[own], -rest[own] @ rows[own], -rest[own] @ rates[own]
+    return model._replace(rows=rows, rates=rates, push=push, load=load, load_u=load_u, load_v=load_v)
 
 
 def resting(model: FlowModel, loads: Loads) -> FlowState:

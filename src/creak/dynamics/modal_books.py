@@ -7,6 +7,7 @@ import numba
 from creak.contact.step_problem import contact_energy, damper_work
 from creak.dynamics.modal_model import (
     ACCELERATION,
+    CONSTANT,
     CONTACT,
     CONTACT_DAMPING,
     DAMPING,
@@ -139,7 +140,7 @@ def books_of_newmark(model, h, now, after):  # type: ignore[no-untyped-def]
         mean = 0.5 * (now.amplitude[j] + after.amplitude[j])
         if model.order[j] == VELOCITY:
             damping -= mean * du
-        elif model.order[j] == FORCE:
+        elif model.order[j] == FORCE or (model.order[j] == CONSTANT and model.column[j] == 1):
             external += mean * du
     return damping, external
 

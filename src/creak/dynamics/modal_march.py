@@ -172,7 +172,7 @@ class _Run:
         x, model, terms = empty_state(self.model, self.loads), self.model, self.terms
         x.support[:] = self.loads.support[:, 0]
         for j, (order, column) in enumerate(zip(model.order, model.column, strict=True)):
-            loads = {FORCE: self.loads.force[0], CONSTANT: np.ones(1)}
+            loads = {FORCE: self.loads.force[0], CONSTANT: np.ones(2)}
             x.amplitude[j] = loads[order][column] if order >= FORCE else x.support[order, column]
         x.x[0], x.x[1] = terms.inside_at_rest(0), self.system.velocity + terms.inside_at_rest(1)
         if isinstance(self.scheme, MasslessBoundary):
@@ -183,10 +183,9 @@ class _Run:
 
     def _press_at_once(self, x: MarchState, scheme: Scheme) -> None:
         """Springs and dampers of closed channels; S a = loads + channels - C v - K u."""
-        model, gaps, m = self.model, self.gaps, self.gaps.m
+        model, gaps = self.model, self.gaps
         self._look(x)
-        k = np.where(np.isfinite(gaps.stiffness), gaps.stiffness, 0.0)
-        x.force[:m] = np.where(x.gap < 0.0, np.maximum(0.0, -k * x.gap - gaps.damping * x.rate), 0.0)
+        x.force[:] = gaps.at_start(x.gap, x.rate)
         x.F[:] = x.force @ model.rows
         pull = model.X.T @ x.amplitude + x.F - model.c * x.x[1] - model.k * x.x[0]
         x.x[2] = (1.0 - scheme.alpha_m) * self.whole.free[3] * pull

@@ -31,7 +31,7 @@ def modal_model(
         (VELOCITY, terms.on_all(-terms.C_qs)),
         (DISPLACEMENT, terms.on_all(-terms.K_qs)),
         (FORCE, terms.on_all(terms.B)),
-        (CONSTANT, -np.asarray(on.G.T @ preload)[:, None]),
+        (CONSTANT, -np.column_stack([np.asarray(on.G.T @ preload), np.asarray(on.T.T @ gaps.resting[gaps.m :])])),
     ]
     columns = [(order, j, A[:, j]) for order, A in blocks for j in range(A.shape[1]) if A[:, j].any()]
     X = np.ascontiguousarray([x for _, _, x in columns]) if columns else np.zeros((0, m.size))

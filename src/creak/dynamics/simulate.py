@@ -249,9 +249,7 @@ def first_instant(
     f = gaps.rubbing
     gap = np.asarray(gaps.gap0 + on.G @ terms.inside_at_rest(0) + on.G_s @ support[0])
     rate = np.asarray(on.G @ (terms.system.velocity + terms.inside_at_rest(1)) + on.G_s @ support[1])
-    k = np.where(np.isfinite(gaps.stiffness), gaps.stiffness, 0.0)
-    p = np.where(gap < 0.0, np.maximum(0.0, -k * gap - gaps.damping * rate), 0.0)
-    force = np.concatenate([p, np.zeros(2 * f)])
+    force = gaps.at_start(gap, rate)
     x = terms.start(solver, scheme, on.push(np.zeros(terms.system.n), force - gaps.resting))
     return Instant(0, x, support, gap, rate, force, np.zeros(2 * f), np.ones(f, dtype=bool))
 

@@ -46,7 +46,13 @@ def three():
     return [
         operator(2, 1, curves=Curves(np.array([1, 0]), np.array([2.0, 3.0]), (curve(5.0), curve(6.0)))),
         operator(2, 2, friction=friction, size=np.array([0.5, 0.7])),
-        operator(3, 3, preload=np.ones(3), curves=Curves(np.array([-1, 0, 0]), np.ones(3), (curve(7.0),))),
+        operator(
+            3,
+            3,
+            preload=np.ones(3),
+            held=np.ones((3, 2)),
+            curves=Curves(np.array([-1, 0, 0]), np.ones(3), (curve(7.0),)),
+        ),
     ]
 
 
@@ -59,7 +65,7 @@ def same(a, b, kind) -> None:
         if is_dataclass(y) and x is not None:
             same(x, y, empty)
         elif not isinstance(empty, type):
-            assert np.array_equal(x if x is not None else np.full(len(y), empty), y), f.name
+            assert np.array_equal(x if x is not None else np.full((len(y), *np.shape(empty)), empty), y), f.name
             assert type(x) is type(y) or x is None
 
 

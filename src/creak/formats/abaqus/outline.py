@@ -168,6 +168,8 @@ class _Sorter:
         inside = ", ".join(dict.fromkeys(self.step_names)) or "nothing"
         zero = "; its zero-valued *BOUNDARY lines are read" if self.result.step_boundaries else ""
         extra = zero if self.n_steps == 1 else ""
+        if any(_is_gravity(block) for block in self.result.steps[-1].blocks):
+            extra += "; its gravity acts in a study only as the study's [[static]] gravity"
         self.result.note(self.step, f"the study file defines the step (it holds {inside}){extra}", changes=False)
         self.step = None
 
@@ -273,3 +275,8 @@ def _not_open(block: Block) -> InputError:
         where=block.where,
         fix=f"Add *{begin} or delete this line.",
     )
+
+
+def _is_gravity(block: Block) -> bool:
+    """A *DLOAD of type GRAV."""
+    return block.name == "DLOAD" and any("GRAV" in (x.strip().upper() for x in fields) for fields, _ in block.rows())

@@ -22,11 +22,12 @@ _READ = {
 _HARMLESS = {
     "creak finds the modes up to a frequency or a count of its own": "EIGR, EIGRL, EIGRA, EIGB, EIGC, EIGP, MODTRAK",
     "loads do not act on modes, and the study file defines the excitation": (
-        "FORCE, FORCE1, FORCE2, MOMENT, MOMENT1, MOMENT2, PLOAD, PLOAD1, PLOAD2, PLOAD4, PLOADB3, GRAV, RFORCE,"
+        "FORCE, FORCE1, FORCE2, MOMENT, MOMENT1, MOMENT2, PLOAD, PLOAD1, PLOAD2, PLOAD4, PLOADB3, RFORCE,"
         "RFORCE1, LOAD, SLOAD, DEFORM, DLOAD, DAREA, DELAY, DPHASE, TLOAD1, TLOAD2, RLOAD1, RLOAD2, ACSRCE, LSEQ,"
         "SPCD, SPCR, ACCEL, ACCEL1, LOADCYN, LOADCYH, TABLED1, TABLED2, TABLED3, TABLED4, TABLED5, TABLEH1, TABRND1,"
         "TABRNDG, RANDPS, RANDT1, RCROSS, NOLIN1, NOLIN2, NOLIN3, NOLIN4"
     ),
+    "gravity does not act on modes; a study takes it from its [[static]] gravity, not from the deck": "GRAV",
     "the study file defines the time axis": (
         "TSTEP, TSTEPNL, TSTEP1, NLPARM, NLPCI, NLSTEP, NLADAPT, NLOUT, NLCNTL, NLCNTLG, NLCNTL2, FREQ, FREQ1,"
         "FREQ2, FREQ3, FREQ4, FREQ5, FREQV"

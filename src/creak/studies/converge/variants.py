@@ -113,7 +113,7 @@ def scaled_contact(gaps: GapOperator, channels: IntArray, factor: float) -> GapO
     by = np.ones(gaps.m)
     by[channels] = factor
     curves = None if gaps.curves is None else replace(gaps.curves, scale=gaps.curves.scale * by)
-    return replace(gaps, stiffness=gaps.stiffness * by, curves=curves)
+    return replace(gaps.with_stiffness(gaps.stiffness * by), curves=curves)
 
 
 def _scaled(result: StudyResult) -> IntArray:

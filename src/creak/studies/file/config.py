@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Field, model_validator
 
 from creak.studies.file.contact_tables import ConnectorTable, ContactTable
 from creak.studies.file.eline_tables import ElineTable, LimitTable, MaterialPairTable
-from creak.studies.file.excitation_tables import ExcitationTable
+from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
 from creak.studies.file.table import Finite, NonNegative, Positive, Table
 
 
@@ -259,6 +259,8 @@ class StudyConfig(Table):
     """What the user allows; no limit is built in."""
     excitation: dict[str, ExcitationTable] = {}
     """[excitation.NAME]: prescribed motion or forces."""
+    static: list[StaticTable] = []
+    """[[static]]: gravity and other loads that the run starts in equilibrium with."""
     reduction: ReductionTable = ReductionTable()
     """How the model is reduced."""
     superelement: dict[str, SuperelementTable] = {}

@@ -245,3 +245,41 @@ class ExcitationTable(Table):
         if isinstance(s, PsdTable) and s.unit != "unit2/Hz" and self.dof.startswith("r"):
             raise ValueError(f'a density in {s.unit} is one of a translation: give unit = "unit2/Hz"')
         return self
+
+
+class StaticTable(Table):
+    """[[static]]: a load that acts before the run and goes on through it; give one of gravity, force, displacement and
+    press_fit. The run starts from the equilibrium under all of them, with contact."""
+
+    gravity: tuple[Finite, Finite, Finite] | None = None
+    """length/time^2: acceleration of gravity on all mass, [0, 0, -9810] in mm and s where z is up."""
+    force: Finite | None = None
+    """force (moment for rx, ry, rz) on each node of node_set along dof."""
+    displacement: Finite | None = None
+    """length or rad: the nodes of node_set are moved by so much along dof and held there; nodes that an excitation
+    moves move about this place."""
+    press_fit: Literal[True] | None = None
+    """true: surfaces that overlap (in the deck, or by a negative clearance) press each other apart; without it their
+    gap is set to 0 without strain."""
+    node_set: str | None = None
+    """Nodes of a force or displacement."""
+    dof: Dof | None = None
+    """Its direction."""
+
+    @model_validator(mode="after")
+    def _one_load(self) -> StaticTable:
+        given = [k for k in ("gravity", "force", "displacement", "press_fit") if getattr(self, k) is not None]
+        if len(given) != 1:
+            raise ValueError(
+                f"gives {' and '.join(given) or 'no load'}: give one of gravity, force, displacement and "
+                "press_fit, the others in [[static]] tables of their own"
+            )
+        at_nodes = given[0] in ("force", "displacement")
+        if at_nodes and (self.node_set is None or self.dof is None):
+            raise ValueError(f"{given[0]} needs node_set and dof")
+        if not at_nodes and (self.node_set is not None or self.dof is not None):
+            raise ValueError(f"{given[0]} acts on the whole model: leave out node_set and dof")
+        zero = self.force == 0.0 or (self.gravity is not None and not any(self.gravity))
+        if zero:
+            raise ValueError(f"{given[0]} is zero: it loads nothing")
+        return self

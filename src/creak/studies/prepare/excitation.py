@@ -24,6 +24,7 @@ from creak.studies.file.excitation_tables import (
     RecordTable,
     SineTable,
     SmoothStepTable,
+    StaticTable,
     StepTable,
     SweepTable,
     TrapezoidTable,
@@ -63,7 +64,35 @@ def driven_dofs(model: Model, study: Study) -> Driven:
                     fix="Drive each dof once.",
                 )
             seen[label] = name
+    for place, moved in moved_before(study):
+        nodes = model.node_set(moved.node_set or "", where=study.where("static", place, "node_set"))
+        own = labels_of(nodes, DOFS.index(moved.dof or "x") + 1)
+        by = {seen.get(label) for label in own.tolist()}
+        whole = next(
+            (name for name in by if name is not None and np.array_equal(np.sort(labels[name]), np.sort(own))), ""
+        )
+        if len(by) == 1 and whole:
+            continue
+        if by != {None}:
+            raise InputError(
+                f"the nodes of this displacement are moved in part by {' and '.join(sorted(filter(None, by)))}",
+                where=study.where("static", place),
+                expected="nodes that nothing else moves, or all those of one excitation",
+                fix="Divide the node set.",
+            )
+        labels[static_name(place)] = own
+        seen |= dict.fromkeys(own.tolist(), static_name(place))
     return Driven(labels)
+
+
+def moved_before(study: Study) -> list[tuple[int, StaticTable]]:
+    """The static displacements with their places among the static loads."""
+    return [(k, t) for k, t in enumerate(study.config.static) if t.displacement is not None]
+
+
+def static_name(place: int) -> str:
+    """Of the coordinate that a static displacement moves."""
+    return f"static.{place + 1}"
 
 
 MOST_STEPS = 100_000_000
@@ -159,7 +188,7 @@ def sample_loads(model: Model, study: Study, time: FloatArray) -> Loads:
     InputError : unknown node set, or a table or record that cannot be used.
     """
     moving, forced = _prescribed(study), _forces(study)
-    support = np.zeros((3, time.size, len(moving)))
+    support = np.zeros((3, time.size, len(driven_dofs(model, study).names)))
     for j, (name, table) in enumerate(moving.items()):
         motion = MOTIONS[table.kind](_signal(study, name, table), time)
         support[:, :, j] = motion.displacement, motion.velocity, motion.acceleration

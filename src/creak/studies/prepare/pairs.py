@@ -48,6 +48,7 @@ def contact_pair(model: Model, study: Study, name: str) -> ContactPair:
         t.damping,
         friction_of(t),
         t.per_area,
+        press_fit=any(s.press_fit for s in study.config.static),
     )
 
 

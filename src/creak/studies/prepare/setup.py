@@ -34,6 +34,7 @@ from creak.studies.prepare.output_steps import check_outputs
 from creak.studies.prepare.pairs import contact_pair
 from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.start_check import drive_warnings, start_warnings, undamped_warnings
+from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
 
@@ -64,6 +65,8 @@ class Setup:
     """How much finer than the study's accuracy says contact is resolved."""
     elines: Elines = NO_ELINES
     """Points between parts whose relative motion is looked at."""
+    static: StaticStart | None = None
+    """What the run starts from, once it was solved: contacts and connectors are then those of that state."""
     deck_sha256: str = ""
     """Of the decks, as `studies.identity.decks_sha256` has it; empty: the model came from no file."""
 
@@ -87,7 +90,7 @@ def set_up(study: Study, ignore: Sequence[str] = ()) -> Setup:
     """
     model = read_model(study.sibling(study.config.model.deck))
     setup = replace(set_up_model(study, model, ignore), deck_sha256=decks_sha256(study))
-    if study.config.excitation or study.config.connector or setup.model.initial_velocity:
+    if any((study.config.excitation, study.config.connector, study.config.static, setup.model.initial_velocity)):
         return setup
     idle = Warned("nothing drives the model: the study has no [excitation]")
     return replace(setup, notes=[*setup.notes, idle])
@@ -118,6 +121,8 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
     rayleigh, override = _damping(model, study)
     notes += drive_warnings(model, study.config, loads, driven, rayleigh, highest_frequency(study))
     superelements = imported_superelements(model, study, rayleigh, override)
+    check_static(model, study, driven, loads)
+    notes += gravity_warnings(study)
     notes += undamped_warnings(model, study.config, superelements)
     notes += _check_held(model, driven, connectors, superelements, free)
     pairs = _pairs(model, study)

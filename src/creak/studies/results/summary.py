@@ -17,6 +17,7 @@ from creak.studies.results.elines import against_measured, measured_rates
 from creak.studies.results.elines import as_dict as eline_summary
 from creak.studies.results.places import Place, find_places
 from creak.studies.results.sound import heard_at, place_name, sound_summary
+from creak.studies.results.static_figures import static_figures
 from creak.studies.run.compared import event_statistics
 from creak.studies.run.job import Run, StudyResult
 from creak.studies.sound.heard import Sound
@@ -55,6 +56,7 @@ def summarise(
             "kept": result.gaps.m - setup.connectors.m,
             "closed_later": result.closed_later,
         },
+        "static": static_figures(setup),
         "seeds": {
             name: t.signal.seed for name, t in c.excitation.items() if isinstance(t.signal, MultisineTable | PsdTable)
         },

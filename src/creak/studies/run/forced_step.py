@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from creak.arrays import FloatArray
@@ -20,7 +18,7 @@ def limited(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> tuple
         return gaps, []
     positions, step = setup.model.nodes.coords[gaps.nodes_idx], setup.loads.step
     stiffness = step_limited_stiffness(reference.system, gaps, positions, scheme_of(setup.study.config.time), step)
-    return replace(gaps, stiffness=stiffness), _note_of_limit(gaps, stiffness, step)
+    return gaps.with_stiffness(stiffness), _note_of_limit(gaps, stiffness, step)
 
 
 def _note_of_limit(gaps: GapOperator, stiffness: FloatArray, step: float) -> list[str]:

@@ -204,7 +204,8 @@ def _with_springs(setup: Setup, system: System, gaps: GapOperator, parts: int) -
         return gaps
     stiff = replace(gaps, stiffness=np.where(hard, HARD, gaps.stiffness), step_limited=hard)
     positions, step = setup.model.nodes.coords[gaps.nodes_idx], setup.study.config.time.step
-    return replace(stiff, stiffness=step_limited_stiffness(system, stiff, positions, IN_CONTACT, step / parts))
+    carried = step_limited_stiffness(system, stiff, positions, IN_CONTACT, step / parts)
+    return replace(gaps.with_stiffness(carried), step_limited=hard)
 
 
 def simulate_settled(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -22,13 +22,12 @@ from creak.studies.file.identity import new_identity
 from creak.studies.models.health import checked
 from creak.studies.models.reduced import WHOLE, ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference, observed_labels
-from creak.studies.prepare.excitation import time_axis
-from creak.studies.prepare.output_steps import compared_end, field_steps, output_every, shown_window
+from creak.studies.prepare.output_steps import field_steps, output_every, shown_window
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import figure_warnings, never_closed
 from creak.studies.prepare.watched import watched
 from creak.studies.run.agreement import ModeComparison, SpectraComparison, compare_modes, compare_spectra
-from creak.studies.run.compared import compare_events, main_run
+from creak.studies.run.compared import compare_events, compared_setup, main_run
 from creak.studies.run.costs import Cost, Meter
 from creak.studies.run.dropped import MOST_RUNS, with_closed
 from creak.studies.run.elines import LineFindings, compare_lines, line_steps, measured
@@ -36,6 +35,7 @@ from creak.studies.run.forced_step import limited
 from creak.studies.run.integrate import integrate, output_times, scheme_of
 from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
 from creak.studies.run.precheck import prechecked, with_linear_gaps
+from creak.studies.run.static_start import begin, with_static
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
 from creak.verify.elines import PointMeasures
@@ -130,7 +130,8 @@ def run_study(
     if c.time.exact:
         compile_flow()
     progress(COMPILE, 1, 1)
-    reference, gaps, notes = prepare(setup, progress)
+    setup, built = begin(setup, progress)
+    reference, gaps, notes = prepare(setup, progress, built)
     runs: dict[str, Run] = {}
     kept = gaps.m
     reduced, health, stopped = None, {}, None
@@ -230,21 +231,6 @@ def _only_run(
     return gaps, run, [*notes, *more]
 
 
-def compared_setup(setup: Setup) -> Setup:
-    """The setup up to where the unreduced model is run for comparison."""
-    c, end = setup.study.config, float(setup.loads.time[-1])
-    until = compared_end(setup.study, end)
-    if until == end:
-        return setup
-    time = c.time.model_copy(update={"end": until, "periods": None})
-    study = replace(setup.study, config=c.model_copy(update={"time": time}))
-    n = time_axis(study).size
-    loads = replace(
-        setup.loads, time=setup.loads.time[:n], support=setup.loads.support[:, :n], force=setup.loads.force[:n]
-    )
-    return replace(setup, study=study, loads=loads)
-
-
 def _large_motions(gaps: GapOperator, history: History) -> list[str]:
     """Slip and rotations for which contact and kinematics do not hold, seen at every step."""
     seen = history.extremes
@@ -283,9 +269,11 @@ def step_warnings(setup: Setup, run: Run) -> list[str]:
     ]
 
 
-def prepare(setup: Setup, progress: Progress) -> tuple[ReferenceModel, GapOperator, list[str]]:
-    """The unreduced model, the channels that the pre-check keeps (connectors after contacts), and notes."""
-    reference = build_reference(setup, progress)
+def prepare(
+    setup: Setup, progress: Progress, reference: ReferenceModel | None = None
+) -> tuple[ReferenceModel, GapOperator, list[str]]:
+    """The unreduced model, made here or by `begin`, the channels that the pre-check keeps (connectors last), notes."""
+    reference = reference or build_reference(setup, progress)
     mass, units = reference.system.stats.mass, setup.study.config.model.units
     figures = figure_warnings(setup.model, units, mass, reference.modes.omega2)
     reference = with_linear_gaps(setup, reference, scheme_of(setup.study.config.time), progress)
@@ -332,6 +320,7 @@ def march_run(
     except Stopped as error:
         history, stopped = error.history, f"{name} run: {error}"
     cost = meter.read()
+    system, history = with_static(setup, system, history)
     v = setup.study.config.verification
     events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge))
     size = (0, 0, 0.0, 0.0) if reduced is None else (reduced.retained, reduced.modes, reduced.cpu_s, reduced.wall_s)

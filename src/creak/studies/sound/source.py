@@ -15,6 +15,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.history import History
 from creak.dynamics.modal_coefficients import modal_matrices
+from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.skin import Skin
 from creak.signals.resampling import cell_means
 from creak.sound.forced import LOWEST, Modes
@@ -70,7 +71,7 @@ def radiation(system: System, listener: Listener, metre: float) -> PressureRows:
     areas = np.zeros((nodes.size, 3))
     each = skin.shares[:, :, None] * skin.toward(listener.position)[:, None]
     np.add.at(areas, row.ravel(), each.reshape(-1, 3))
-    labels = (6 * nodes[:, None] + np.arange(3)).ravel()
+    labels = node_dofs(nodes, TRANSLATIONS)
     # Areas in m^2, motion in m.
     out = sp.csr_array((areas.ravel() * metre**3, (np.repeat(np.arange(nodes.size), 3), np.arange(3 * nodes.size))))
     moves = np.isin(labels, system.labels)

@@ -181,6 +181,13 @@ def test_what_changes_the_answer_is_listed(read):
     }
 
 
+def test_gravity_of_a_step_is_said_to_be_that_of_static_in_a_study(tmp_path):
+    path = tmp_path / "deck.inp"
+    path.write_text(cantilever_deck(step("*DLOAD\nBEAM, GRAV, 9.81, 0., 0., -1.\n")))
+    listed = {u.keyword: u.why for u in read_deck(path).unread}
+    assert "gravity acts in a study only as the study's [[static]] gravity" in listed["*STEP"]
+
+
 def test_contact_that_is_not_read_is_listed(read):
     lines = "*CONTACT CONTROLS, STABILIZE\n" + PAIR.replace("SMALL", "ADJUST=0.1, SMALL") + LINEAR
     model, _ = read(stop_deck(lines + "*CLEARANCE, CPSET=A, TABULAR\n"))

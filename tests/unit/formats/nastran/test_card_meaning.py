@@ -60,3 +60,8 @@ def test_a_known_card_is_no_misspelling(tmp_path):
         assert "not a card" not in str(error.value)
     with pytest.raises(InputError, match=r"CRODD at .* is not a card that creak knows. Did you mean 'CROD'"):
         read(tmp_path, BULK + "CRODD,3,1,1,2\nCROD,2,7,1,2\n")
+
+
+def test_gravity_is_said_to_be_that_of_static_in_a_study(tmp_path):
+    listed = {u.keyword: u.why for u in read(tmp_path, BULK + "GRAV,3,,9.81,0.,0.,-1.\n", "LOAD = 3\n").unread}
+    assert "[[static]]" in listed["GRAV"]

@@ -1,0 +1,113 @@
+"""The static loads of a study: their checks, and the state that a run starts from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.constraints import fixed_equations
+from creak.assembly.coupling import Driven, labels_of
+from creak.dynamics.equilibrium import Equilibrium
+from creak.dynamics.loads import Loads
+from creak.errors import InputError
+from creak.model.dofs import node_and_dof
+from creak.model.mesh import Model
+from creak.studies.file.reader import Study
+from creak.studies.file.table import DOFS
+from creak.studies.prepare.excitation import moved_before, static_name
+from creak.studies.prepare.unit_check import SYSTEMS
+from creak.studies.warned import Warned
+
+EARTH = 9.81
+"""m/s^2"""
+UNUSUAL = 30.0
+"""Times the earth's gravity, or that part of it, at which a unit may be wrong."""
+
+
+@dataclass(frozen=True)
+class StaticStart:
+    """The equilibrium that a run starts from."""
+
+    state: Equilibrium
+    labels: IntArray
+    """(n_label,) sorted physical dof labels."""
+    displacement: FloatArray
+    """(n_label,) their motion from the deck's geometry."""
+    names: tuple[str, ...]
+    """(m,) channels, contacts first, connectors after."""
+
+    def at(self, labels: IntArray) -> FloatArray:
+        """Motion (k,) at some labels; 0 where nothing is known of one."""
+        row = np.minimum(np.searchsorted(self.labels, labels), self.labels.size - 1)
+        return np.where(self.labels[row] == labels, self.displacement[row], 0.0)
+
+
+def static_forces(model: Model, study: Study) -> list[tuple[int, IntArray, float]]:
+    """Place, physical dof labels and value of each static force."""
+    found = []
+    for k, t in enumerate(study.config.static):
+        if t.force is not None:
+            nodes = model.node_set(t.node_set or "", where=study.where("static", k, "node_set"))
+            found.append((k, labels_of(nodes, DOFS.index(t.dof or "x") + 1), t.force))
+    return found
+
+
+def static_gravity(study: Study) -> FloatArray:
+    """(3,) sum of the accelerations of gravity."""
+    return np.array([t.gravity for t in study.config.static if t.gravity is not None]).reshape(-1, 3).sum(axis=0)
+
+
+def static_supports(study: Study, driven: Driven, labels: dict[int, IntArray]) -> FloatArray:
+    """(n_support,) static displacement of the prescribed coordinates; labels: of each static displacement."""
+    s = np.zeros(len(driven.names))
+    for place, table in moved_before(study):
+        name = static_name(place)
+        if name not in driven.labels:
+            own = np.sort(labels[place])
+            name = next(n for n, x in driven.labels.items() if np.array_equal(np.sort(x), own))
+        s[driven.names.index(name)] += table.displacement or 0.0
+    return s
+
+
+def check_static(model: Model, study: Study, driven: Driven, loads: Loads) -> None:
+    """Raise InputError for static loads that do nothing or contradict the supports."""
+    held = {label for f in model.fixed for e in fixed_equations(f) for label in e.labels}
+    moved = {int(x) for labels in driven.labels.values() for x in labels}
+    for place, labels, _ in static_forces(model, study):
+        if all(int(x) in held | moved for x in labels):
+            raise InputError(
+                "this static force acts where the model is held or its motion prescribed: it loads nothing",
+                where=study.where("static", place),
+                expected="nodes that are free to move",
+                fix="Name other nodes, or another dof.",
+            )
+    for place, table in moved_before(study):
+        nodes = model.node_set(table.node_set or "", where=study.where("static", place, "node_set"))
+        own = labels_of(nodes, DOFS.index(table.dof or "x") + 1)
+        taken = [int(x) for x in own if int(x) in held]
+        if taken:
+            raise InputError(
+                f"a static displacement moves node {model.nodes.label(node_and_dof(taken[0])[0])} {table.dof}, "
+                "which the deck holds",
+                where=study.where("static", place),
+                expected="nodes that the deck does not hold in this dof",
+                fix="Take the dof out of the deck's boundary condition: the displacement holds it.",
+            )
+
+
+def gravity_warnings(study: Study) -> list[str]:
+    """Gravity far from the earth's, as in a wrong unit."""
+    size = float(np.linalg.norm(static_gravity(study)))
+    system = SYSTEMS[study.config.model.units]
+    usual = EARTH / system.length
+    if not size or usual / UNUSUAL <= size <= usual * UNUSUAL:
+        return []
+    unit = system.words[0]
+    return [
+        Warned(
+            f"[[static]] gravity of {size:g} {unit}/s2 is {size / usual:.2g} times the earth's, which is {usual:g} "
+            f"{unit}/s2: is its unit as [model] units says?"
+        )
+    ]

@@ -1,0 +1,138 @@
+"""The static start of a study: equilibrium of the unreduced model under its [[static]] loads, with contact.
+
+The run is then that of the motion u - u_static. Channels start from their static gaps, and what they carry is balanced
+by the loads that hold them there, so neither model, reduced or not, has to carry the static shape: the reduction keeps
+its boundary as it is, and at the boundary alone the channels act.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray, Matrix
+from creak.assembly.coupling import labels_of
+from creak.assembly.part import Rayleigh, assemble_blocks
+from creak.assembly.system import System
+from creak.contact.gap_operator import join
+from creak.dynamics.equilibrium import Equilibrium, equilibrium, rigid_load
+from creak.dynamics.history import ENERGIES, History
+from creak.errors import InputError
+from creak.model.dofs import node_dofs
+from creak.progress import Progress
+from creak.studies.file.table import DOFS
+from creak.studies.models.reference import ReferenceModel, build_reference, observed_labels
+from creak.studies.prepare.excitation import moved_before
+from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.static_loads import StaticStart, static_forces, static_gravity, static_supports
+
+STAGE = "static start"
+
+
+def begin(setup: Setup, progress: Progress) -> tuple[Setup, ReferenceModel]:
+    """The unreduced model, and the setup that starts from its static equilibrium where the study asks for one."""
+    reference = build_reference(setup, progress)
+    return started(setup, reference, progress), reference
+
+
+def started(setup: Setup, reference: ReferenceModel, progress: Progress) -> Setup:
+    """The setup whose channels start from the static equilibrium; itself where the study asks for none.
+
+    Raises
+    ------
+    InputError : parts that only contact holds, or gravity on matrices that do not say how they move as a rigid body.
+    NumericalError : no equilibrium was found.
+    """
+    if not setup.study.config.static or setup.static is not None:
+        return setup
+    if reference.stiffness is None:
+        raise InputError(
+            "a static load on a model that can move freely: supports, links and springs do not hold every part; "
+            "contact and stops with play alone do not count",
+            where=setup.study.where("static"),
+            expected="supports, links or springs that hold every part",
+            fix="Hold it, by a weak spring if need be, or leave out [[static]].",
+        )
+    progress(STAGE, 0, 1)
+    gaps = join([setup.contacts, setup.connectors])
+    found = equilibrium(reference.system, reference.stiffness, gaps, _load(setup, reference), _supports(setup))
+    progress(STAGE, 1, 1)
+    system = reference.system
+    start = StaticStart(found, system.labels, system.recover(found.q, found.support), gaps.names)
+    now, m = found.on(gaps), setup.contacts.m
+    contacts, connectors = (now.select(np.arange(a, b)) for a, b in ((0, m), (m, gaps.m)))
+    notes = [*setup.notes, _note(setup, found)]
+    return replace(setup, contacts=contacts, connectors=connectors, static=start, notes=notes)
+
+
+def _load(setup: Setup, reference: ReferenceModel) -> FloatArray:
+    """(n,) forces of the static loads on the coordinates of the unreduced model."""
+    system = reference.system
+    f = np.zeros(system.n)
+    gravity = static_gravity(setup.study)
+    if gravity.any():
+        for labels, M in _carriers(setup, reference):
+            f += np.asarray(system.rows(labels)[0].T @ rigid_load(labels, M, gravity)).ravel()
+    for _, labels, value in static_forces(setup.model, setup.study):
+        f += value * np.asarray(system.rows(labels)[0].sum(axis=0)).ravel()
+    return f
+
+
+def _carriers(setup: Setup, reference: ReferenceModel) -> Iterator[tuple[IntArray, Matrix]]:
+    """Labels and mass of all parts, and of the elements between them."""
+    for given in setup.superelements:
+        if (given.coordinates < 0).any():
+            raise InputError(
+                f"gravity on superelement {given.name!r}: its matrices have generalised coordinates, and do not say "
+                "how they take part in a uniform acceleration",
+                where=setup.study.where("superelement", given.name),
+                expected="matrices on physical dofs alone",
+                fix="Export it without modes, or give its weight as [[static]] forces.",
+            )
+    loose = [] if reference.loose is None else [reference.loose]
+    yield from ((part.coordinates, part.M) for part in (*reference.parts, *loose, *setup.superelements))
+    blocks = [b for b in setup.model.blocks if b.part < 0]
+    if blocks:
+        labels = node_dofs(np.unique(np.concatenate([b.nodes_idx.ravel() for b in blocks])))
+        yield labels, assemble_blocks(setup.model, blocks, labels, Rayleigh(0.0, 0.0), override=True).M
+
+
+def _supports(setup: Setup) -> FloatArray:
+    """(n_support,) displacement of the prescribed coordinates."""
+    labels = {
+        k: labels_of(setup.model.node_set(t.node_set or ""), DOFS.index(t.dof or "x") + 1)
+        for k, t in moved_before(setup.study)
+    }
+    return static_supports(setup.study, setup.driven, labels)
+
+
+def _note(setup: Setup, found: Equilibrium) -> str:
+    pressing = int(np.count_nonzero(found.force))
+    with_friction = f" in {found.increments} increments" if found.increments > 1 else ""
+    return (
+        f"static start: equilibrium of the unreduced model{with_friction}, {pressing} of {found.gap.size} channels "
+        f"press, forces balance to {found.residual:.1g}; the reduction needs no more for it, as the run moves about "
+        "this state"
+    )
+
+
+def with_static(setup: Setup, system: System, history: History) -> tuple[System, History]:
+    """A run whose displacements hold the static share, and the System that recovers it.
+
+    Its strain energy is that of the static state and that of the motion about it; their cross term is work of the
+    static loads.
+    """
+    if setup.static is None:
+        return system, history
+    start = setup.static
+    kept = history.displacement + start.at(observed_labels(setup.watched))
+    energy = history.energy.copy()
+    energy[:, ENERGIES.index("strain")] += start.state.strain
+    u = start.at(system.labels)
+
+    def whole(q: FloatArray, s: FloatArray) -> FloatArray:
+        return system.recover(q, s) + u[:, None]
+
+    return replace(system, whole=whole), replace(history, displacement=kept, energy=energy)
