@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.contact.channel_data import joined, per_channel, taken
-from creak.contact.laws.parameters import Curves, Friction
+from creak.contact.laws.parameters import Curves, Friction, LawArrays, law_arrays
 
 
 @dataclass(frozen=True)
@@ -72,6 +72,11 @@ class GapOperator:
         return 0 if self.friction is None else int(self.friction.channels.size)
 
     @cached_property
+    def laws(self) -> LawArrays:
+        """The laws of all channels for compiled code."""
+        return law_arrays(self.stiffness, self.damping, self.curves, self.friction)
+
+    @cached_property
     def resting(self) -> FloatArray:
         """(m + 2 f,) channel forces that the preload balances at rest."""
         normal = np.zeros(self.m) if self.preload is None else self.preload
@@ -112,11 +117,15 @@ def gap_operator(
     gap0: FloatArray,
     stiffness: FloatArray,
     damping: FloatArray,
-    step_limited: bool = False,
+    step_limited: bool | BoolArray = False,
     area: FloatArray,
     names: Sequence[str],
     nodes_idx: IntArray,
     group: str,
+    curves: Curves | None = None,
+    friction: Friction | None = None,
+    preload: FloatArray | None = None,
+    size: FloatArray | None = None,
 ) -> GapOperator:
     """Build an operator from triplets."""
     labels, column = np.unique(rows.label, return_inverse=True)
@@ -137,6 +146,10 @@ def gap_operator(
         names=tuple(names),
         nodes_idx=nodes_idx,
         group=(group,) * gap0.size,
+        curves=curves,
+        friction=friction,
+        preload=preload,
+        size=size,
     )
 
 

@@ -24,6 +24,7 @@ from creak.formats.abaqus.reader import read_deck
 from creak.formats.endings import is_nastran
 from creak.formats.nastran.reader import read_nastran
 from creak.formats.unread import first_unread
+from creak.model.contact_law import ContactLaw
 from creak.model.mesh import Model
 from creak.studies.file.identity import decks_sha256
 from creak.studies.file.reader import Study
@@ -219,8 +220,9 @@ def _plays(study: Study) -> list[tuple[Play, str]]:
     for i, t in enumerate(study.config.connector):
         name = t.name or "-".join(t.node_sets)
         dof = DOFS.index(t.dof) + 1
-        play = Play(name, t.node_sets, dof, t.lower, t.upper, t.stiffness, t.damping, t.preload)
-        out.append((play, study.where("connector", i)))
+        where = study.where("connector", i)
+        law = ContactLaw(t.stiffness, damping=t.damping, preload=t.preload, where=where)
+        out.append((Play(name, t.node_sets, dof, t.lower, t.upper, law), where))
     return out
 
 
