@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from creak.contact.node_to_surface import node_to_surface
 from creak.contact.pair import ContactPair
 from creak.contact.surface_to_surface import surface_to_surface
+from creak.model.contact_law import ContactLaw, Coulomb
 from creak.model.mesh import Model
 from helpers_core import block, model_of, plate, shell, whole_block
 
@@ -51,5 +54,12 @@ def stacked(
     )
 
 
-def pair(**changes: object) -> ContactPair:
-    return ContactPair(**{"name": "stack", "secondary": "TOP", "main": "LOW", **changes})
+LAW = ("stiffness", "curve", "damping", "friction")
+
+
+def pair(**changes: Any) -> ContactPair:
+    """Plates of `stacked`; what is of the law goes into its law."""
+    if "friction" in changes:
+        changes["friction"] = Coulomb(*changes["friction"])
+    law = ContactLaw(**{key: changes.pop(key) for key in LAW if key in changes}, where="[contact.stack]")
+    return ContactPair(**{"name": "stack", "secondary": "TOP", "main": "LOW", "law": law, **changes})

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from creak.contact.step_problem import LawArrays, solve_channels
+from creak.contact.laws.parameters import LawArrays
+from creak.contact.step_problem import solve_channels
 
 EXACT = 1e-10
 """What the laws may be missed by, relative to the terms that make them up."""

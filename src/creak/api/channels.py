@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -66,7 +65,7 @@ def gap_channels(
     gap = _each(gap0, m, "gap0", any_sign=True)
     _check_preload(gap, P, k)
     sliding = _tangents(tangents, own, m)
-    operator = gap_operator(
+    return gap_operator(
         _triplets([A, *sliding], own),
         gap0=gap - np.divide(P, k, out=np.zeros(m), where=P > 0.0),
         stiffness=k,
@@ -75,9 +74,9 @@ def gap_channels(
         names=_names(names, group, m),
         nodes_idx=_nodes(A, own),
         group=group,
+        friction=_friction(friction, m, bool(tangents)),
+        preload=P if P.any() else None,
     )
-    operator = replace(operator, friction=_friction(friction, m, bool(tangents)))
-    return replace(operator, preload=P) if P.any() else operator
 
 
 def join_gaps(*gaps: GapOperator) -> GapOperator:
@@ -141,11 +140,9 @@ def _friction(
     friction: float | tuple[float, float] | tuple[float, float, float], m: int, tangents: bool
 ) -> Friction | None:
     values = (friction, friction, 0.0) if isinstance(friction, int | float) else (*friction, 0.0)[:3]
-    static, kinetic, decay = (float(x) for x in values)
-    if not 0.0 <= kinetic <= static < np.inf or not 0.0 <= decay < np.inf:
-        raise InputError(f"friction = {friction}", expected="0 <= kinetic <= static, decay speed of zero or more")
-    if static == 0.0:
+    found = Friction(*(np.full(m, float(x)) for x in values))
+    if not found.static.any():
         return None
     if not tangents:
         raise InputError(f"friction = {friction} without tangents", fix="Give tangents=[T]: w = T u is the sliding.")
-    return Friction(*(np.full(m, x) for x in (static, kinetic, decay)))
+    return found

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.contact.channel_data import joined, per_channel, taken
-from creak.contact.laws.parameters import Curves, Friction
+from creak.contact.laws.parameters import Curves, Friction, LawArrays, law_arrays
 
 STILL = 1e-9
 """Share of its gap at rest by which a channel may be off and still press as at rest."""
@@ -75,6 +75,11 @@ class GapOperator:
     def rubbing(self) -> int:
         """f, the number of channels with friction."""
         return 0 if self.friction is None else int(self.friction.channels.size)
+
+    @cached_property
+    def laws(self) -> LawArrays:
+        """The laws of all channels for compiled code."""
+        return law_arrays(self.stiffness, self.damping, self.curves, self.friction)
 
     @cached_property
     def resting(self) -> FloatArray:
@@ -146,11 +151,15 @@ def gap_operator(
     gap0: FloatArray,
     stiffness: FloatArray,
     damping: FloatArray,
-    step_limited: bool = False,
+    step_limited: bool | BoolArray = False,
     area: FloatArray,
     names: Sequence[str],
     nodes_idx: IntArray,
     group: str,
+    curves: Curves | None = None,
+    friction: Friction | None = None,
+    preload: FloatArray | None = None,
+    size: FloatArray | None = None,
 ) -> GapOperator:
     """Build an operator from triplets."""
     labels, column = np.unique(rows.label, return_inverse=True)
@@ -171,6 +180,10 @@ def gap_operator(
         names=tuple(names),
         nodes_idx=nodes_idx,
         group=(group,) * gap0.size,
+        curves=curves,
+        friction=friction,
+        preload=preload,
+        size=size,
     )
 
 

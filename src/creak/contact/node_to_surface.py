@@ -181,7 +181,7 @@ def _areas(model: Model, pair: ContactPair, nodes: IntArray) -> FloatArray:
     ------
     InputError : the surface has no facets; the stiffness of the elements is asked for, which is not per area.
     """
-    if pair.stiffness is None and pair.overclosure is None:
+    if pair.law.automatic:
         raise InputError(
             "per_area with the stiffness of the elements",
             where=f"{pair.where} per_area",

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import Facets, facets_of
 from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator
-from creak.contact.laws.parameters import Curves, Friction
+from creak.contact.laws.parameters import laid_over
 from creak.contact.search import Projection
 from creak.errors import InputError
+from creak.model.contact_law import BY_THE_ELEMENTS, ContactLaw
 from creak.model.mesh import Model
 
 AUTO_FACTOR = 10.0
@@ -35,21 +36,14 @@ class ContactPair:
     secondary: str
     main: str
     method: str = "surface-to-surface"
-    stiffness: float | None = None
-    """force/length^3 (surface-to-surface) or force/length (node-to-surface); inf: hard; None: from the parent
-    elements."""
     clearance: float | Mapping[int, float] | None = None
     """Replaces the geometric gap, length: of all channels, or by node row."""
     normal: tuple[float, float, float] | None = None
     """Direction from the main to the secondary surface, instead of the surfaces' own."""
-    overclosure: FloatArray | None = None
-    """(k, 2) overclosure and pressure (node-to-surface: force), instead of the stiffness."""
-    damping: float = 0.0
-    """force time/length^3 (surface-to-surface) or force time/length (node-to-surface)."""
-    friction: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Static and kinetic coefficient, decay speed (length / time)."""
     per_area: bool = False
-    """node-to-surface: stiffness, overclosure and damping are per area of the secondary surface."""
+    """node-to-surface: the law is per area of the secondary surface."""
+    law: ContactLaw = BY_THE_ELEMENTS
+    """Per area (surface-to-surface, `per_area`) or per node (node-to-surface)."""
     table: str = "contact"
     """Table of the study that it comes from."""
     press_fit: bool = False
@@ -145,79 +139,21 @@ def channels_from_rows(
     model: Model, pair: ContactPair, rows: ChannelRows, channels: Channels
 ) -> tuple[GapOperator, list[str]]:
     """Finish the channels of a pair: clearance, initial overclosure, laws, names."""
-    scale, friction = channels.scale, _friction(pair, channels.gap.size)
     given, notes = _given_gaps(model, pair, channels)
     gap0, more = _without_overclosure(model, pair, channels, given)
     operator = gap_operator(
         rows,
         gap0=gap0,
-        stiffness=_slope(pair, channels) * scale,
-        damping=pair.damping * scale,
-        step_limited=pair.stiffness is None and pair.overclosure is None,
         area=channels.area,
         names=[f"{pair.name}:{model.nodes.label(int(i))}" for i in channels.nodes_idx],
         nodes_idx=channels.nodes_idx,
         group=pair.name,
+        size=channels.size,
+        **laid_over(pair.law, channels.scale, channels.stiffness),
     )
-    curves = None
-    if pair.overclosure is not None:
-        curves = Curves(np.zeros(gap0.size, dtype=np.int64), scale.copy(), (_curve(pair),))
-    if pair.stiffness == np.inf and pair.damping:
+    if pair.law.hard and pair.law.damping:
         notes.append(f"{pair.where} a hard contact takes no damping; the number given is not used")
-    return replace(operator, curves=curves, friction=friction, size=channels.size), [*notes, *more]
-
-
-def _curve(pair: ContactPair) -> FloatArray:
-    """(k, 2) overclosure and pressure.
-
-    Raises
-    ------
-    InputError : fewer than two points, a first point other than [0, 0], or one of both does not rise.
-    """
-    points = np.array(pair.overclosure, dtype=np.float64).reshape(-1, 2)
-    rises = np.diff(points[:, 0]) > 0.0, np.diff(points[:, 1]) >= 0.0
-    problem = ""
-    if len(points) < 2 or not np.isfinite(points).all():
-        problem = f"the overclosure curve has {len(points)} point(s)"
-    elif points[0].any():
-        problem = f"the overclosure curve starts at {points[0].tolist()}"
-    elif not (rises[0].all() and rises[1].all() and points[-1, 1] > 0.0):
-        at = int(np.argmin(rises[0] & rises[1]))
-        problem = f"the overclosure curve does not rise from {points[at].tolist()} to {points[at + 1].tolist()}"
-    if problem:
-        raise InputError(
-            problem,
-            where=f"{pair.where} overclosure",
-            expected="[[0, 0], [overclosure, pressure], ...], both rising",
-            fix="Correct its points.",
-        )
-    return points
-
-
-def _friction(pair: ContactPair, m: int) -> Friction | None:
-    """Friction of m channels, None without.
-
-    Raises
-    ------
-    InputError : a number below zero, or a kinetic coefficient above the static one.
-    """
-    static, kinetic, decay = pair.friction
-    if not (0.0 <= kinetic <= static < np.inf and 0.0 <= decay < np.inf):
-        raise InputError(
-            f"friction with static = {static:g}, kinetic = {kinetic:g}, decay = {decay:g}",
-            where=f"{pair.where} friction",
-            expected="0 <= kinetic <= static and decay >= 0",
-            fix="Friction falls once it slides: give the larger coefficient as static.",
-        )
-    return Friction(np.full(m, static), np.full(m, kinetic), np.full(m, decay)) if static > 0.0 else None
-
-
-def _slope(pair: ContactPair, channels: Channels) -> FloatArray:
-    """Stiffness of each channel (over area); of a curve its steepest, which is what a time step has to resolve."""
-    if pair.overclosure is not None:
-        x, y = _curve(pair).T
-        return np.full_like(channels.gap, np.max(np.diff(y) / np.diff(x)))
-    return channels.stiffness if pair.stiffness is None else np.full_like(channels.gap, pair.stiffness)
+    return operator, [*notes, *more]
 
 
 def _given_gaps(model: Model, pair: ContactPair, channels: Channels) -> tuple[FloatArray, list[str]]:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from creak.arrays import IntArray
 from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator
+from creak.contact.laws.parameters import laid_over
 from creak.errors import InputError
+from creak.model.contact_law import ContactLaw
 from creak.model.mesh import Model
 
 
@@ -30,10 +32,8 @@ class Play:
     dof: int
     lower: float | None
     upper: float | None
-    stiffness: float
-    damping: float = 0.0
-    preload: float = 0.0
-    """force at rest of each channel"""
+    law: ContactLaw
+    """Of each channel."""
 
 
 def play_channels(model: Model, play: Play, where: str) -> GapOperator:
@@ -41,8 +41,8 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
 
     Raises
     ------
-    InputError : unknown sets, sets of different size, no limit at all, lower > upper; a preload below zero, with
-        two limits, or with a limit other than zero.
+    InputError : unknown sets, sets of different size, no limit at all, lower > upper; a preload with two limits, or
+        with a limit other than zero.
     """
     ends = [model.node_set(name, where=where) for name in play.nodes]
     if len(ends) == 2 and ends[0].size != ends[1].size:
@@ -59,7 +59,8 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
     if play.lower is not None and play.upper is not None and play.lower > play.upper:
         raise InputError(f"lower = {play.lower} lies above upper = {play.upper}", where=where, fix="Swap them.")
     _check_preload(play, [value for _, _, value in sides], where)
-    moving = ends[-1]
+    moving, law = ends[-1], play.law
+    squeezed = law.preload / law.stiffness if law.preload and law.stiffness else 0.0
     channel: list[int] = []
     label: list[int] = []
     value: list[float] = []
@@ -74,36 +75,32 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
                 channel.append(row)
                 label.append(6 * int(node) + play.dof - 1)
                 value.append(c)
-            gap0.append(-sign * limit - play.preload / play.stiffness)
+            gap0.append(-sign * limit - squeezed)
             names.append(f"{play.name}:{side}" + (f":{model.nodes.label(int(moving[k]))}" if moving.size > 1 else ""))
             nodes.append(int(moving[k]))
     n = len(gap0)
     zero = np.zeros(len(value))
     rows = ChannelRows(_ints(channel), _ints(label), np.array(value), zero, zero)
-    operator = gap_operator(
+    return gap_operator(
         rows,
         gap0=np.array(gap0),
-        stiffness=np.full(n, play.stiffness),
-        damping=np.full(n, play.damping),
         area=np.zeros(n),
         names=names,
         nodes_idx=_ints(nodes),
         group=play.name,
+        **laid_over(law, np.ones(n)),
     )
-    return replace(operator, preload=np.full(n, play.preload)) if play.preload else operator
 
 
 def _check_preload(play: Play, limits: list[float], where: str) -> None:
-    if play.preload < 0.0:
-        raise InputError(f"preload = {play.preload:g}", where=where, expected="zero or more", fix="Stops only press.")
-    if play.preload and len(limits) != 1:
+    if play.law.preload and len(limits) != 1:
         raise InputError(
             "a play connector with a preload and two limits",
             where=where,
             expected="lower or upper, not both",
             fix="Leave out the limit that does not press, or make two connectors.",
         )
-    if play.preload and limits[0] != 0.0:
+    if play.law.preload and limits[0] != 0.0:
         raise InputError(
             f"a preloaded stop with its limit at {limits[0]:g}",
             where=where,

@@ -11,102 +11,19 @@ close in turn.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numba
 import numpy as np
 
-from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.arrays import BoolArray, FloatArray
 from creak.contact.coulomb import Rubbing
 from creak.contact.coulomb_solve import solve_rubbing
-from creak.contact.gap_operator import GapOperator
 from creak.contact.laws.linear import linear_energy, linear_pieces
-from creak.contact.laws.parameters import Curves, Friction
+from creak.contact.laws.parameters import LawArrays
 from creak.contact.laws.pieces import Pieces
 from creak.contact.laws.tabular import curve_energy, curve_force, tabular_pieces
 from creak.contact.laws.unilateral import hard_pieces
 from creak.contact.pivoting import NO_SOLUTION, SOLVED, UNENDED, solve_frictionless
-from creak.errors import InputError, NumericalError
-
-
-class LawArrays(NamedTuple):
-    """Laws of m channels, f of which rub, as arrays for compiled code."""
-
-    stiffness: FloatArray
-    """(m,) inf: hard; 0 (and no damper): watched only."""
-    damping: FloatArray
-    """(m,)"""
-    curve: IntArray
-    """(m,) curve of the channel, -1: its stiffness."""
-    start: IntArray
-    """(n_curve + 1,) where the points of a curve begin in x, y."""
-    x: FloatArray
-    """Overclosures of all points, length."""
-    y: FloatArray
-    """Pressure or force there."""
-    scale: FloatArray
-    """(m,) force of a channel = scale y."""
-    rubs: IntArray
-    """(f,) channels with friction, rising."""
-    mu_static: FloatArray
-    """(f,)"""
-    mu_kinetic: FloatArray
-    decay: FloatArray
-    """(f,) length / time; 0: kinetic as soon as it slides."""
-
-
-def law_arrays(gaps: GapOperator) -> LawArrays:
-    """Laws of the channels of a gap operator.
-
-    Raises
-    ------
-    InputError : a curve that does not rise from zero; friction coefficients out of order.
-    """
-    m = gaps.m
-    curves = gaps.curves or Curves(np.full(m, -1, dtype=np.int64), np.ones(m), ())
-    for number, points in enumerate(curves.points):
-        _check_curve(points, number)
-    points = np.concatenate([np.zeros((0, 2)), *curves.points])
-    friction = gaps.friction or Friction(np.zeros(m), np.zeros(m), np.zeros(m))
-    _check_friction(friction)
-    rubs = friction.channels.astype(np.int64)
-    return LawArrays(
-        stiffness=np.array(gaps.stiffness, dtype=np.float64),
-        damping=np.array(gaps.damping, dtype=np.float64),
-        curve=np.array(curves.of, dtype=np.int64),
-        start=np.cumsum([0, *[len(c) for c in curves.points]]).astype(np.int64),
-        x=points[:, 0].copy(),
-        y=points[:, 1].copy(),
-        scale=np.array(curves.scale, dtype=np.float64),
-        rubs=rubs,
-        mu_static=np.array(friction.static[rubs], dtype=np.float64),
-        mu_kinetic=np.array(friction.kinetic[rubs], dtype=np.float64),
-        decay=np.array(friction.decay[rubs], dtype=np.float64),
-    )
-
-
-def _check_friction(friction: Friction) -> None:
-    """Raise unless 0 <= kinetic <= static and decay >= 0."""
-    wrong = (friction.kinetic > friction.static) | (friction.kinetic < 0.0) | (friction.decay < 0.0)
-    if wrong.any():
-        raise InputError(
-            "friction coefficients out of order",
-            where="[[contact]] friction",
-            expected="0 <= kinetic <= static and decay >= 0",
-            fix="Exchange static and kinetic?",
-        )
-
-
-def _check_curve(points: FloatArray, number: int) -> None:
-    """Raise unless overclosures rise strictly, pressures rise, and the first point is zero."""
-    good = points.ndim == 2 and len(points) >= 2 and not points[0].any() and (np.diff(points[:, 0]) > 0.0).all()
-    if not good or (np.diff(points[:, 1]) < 0.0).any() or points[-1, 1] <= 0.0:
-        raise InputError(
-            f"overclosure curve {number + 1} does not rise from zero",
-            where="[[contact]] overclosure",
-            expected="two or more points from [0, 0] on, overclosure and pressure rising",
-            fix="Sort the points by overclosure.",
-        )
+from creak.errors import NumericalError
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -13,7 +13,7 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, Matrix
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
-from creak.contact.step_problem import law_arrays, solve_channels
+from creak.contact.step_problem import solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.step_matrix import StepFactor
@@ -91,7 +91,7 @@ class CondensedContact:
     """Channels of a run at one step length: compliance, forces at the end of a step, their effect on the motion."""
 
     def __init__(self, gaps: GapOperator, on: ChannelMatrices, solver: StepFactor, scheme: Scheme, h: float) -> None:
-        self.gaps, self.on, self.laws = gaps, on, law_arrays(gaps)
+        self.gaps, self.on, self.laws = gaps, on, gaps.laws
         self._solver, self._weight, self._h = solver, 1.0 - scheme.alpha_f, h
         self._rate_gain, self._slip_gain = scheme.gamma / (scheme.beta * h), scheme.gamma / scheme.beta
         self._rows = on.rows

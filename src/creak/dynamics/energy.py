@@ -6,7 +6,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator
-from creak.contact.step_problem import contact_energy, damper_work, law_arrays
+from creak.contact.step_problem import contact_energy, damper_work
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.history import ENERGIES
 from creak.dynamics.instant import Instant, Works
@@ -28,7 +28,7 @@ class EnergyAudit:
     """
 
     def __init__(self, terms: LinearTerms, gaps: GapOperator, on: ChannelMatrices) -> None:
-        self._t, self._gaps, self._on, self._laws = terms, gaps, on, law_arrays(gaps)
+        self._t, self._gaps, self._on, self._laws = terms, gaps, on, gaps.laws
         self._rows_s = np.vstack([on.G_s, on.T_s])
         self._preload = np.zeros(on.G_s.shape[1])
         if gaps.preload is not None:

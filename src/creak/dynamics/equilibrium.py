@@ -18,7 +18,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
-from creak.contact.step_problem import contact_energy, law_arrays, solve_channels
+from creak.contact.step_problem import contact_energy, solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.errors import NumericalError
 from creak.linalg.dense_product import symmetric
@@ -137,7 +137,7 @@ def _settled(
 
 def _loaded(gaps: GapOperator, A: FloatArray, moved: FloatArray, count: int) -> FloatArray:
     """Channel forces (m + 2 f,) after `count` equal increments; moved (m + 2 f,): by the loads, without contact."""
-    m, rest, laws = gaps.m, gaps.resting, law_arrays(gaps)
+    m, rest, laws = gaps.m, gaps.resting, gaps.laws
     laws = laws._replace(mu_kinetic=laws.mu_static.copy(), decay=np.zeros_like(laws.decay))
     overlap = np.where(rest[:m] > 0.0, 0.0, np.minimum(gaps.gap0, 0.0))
     stuck, force = np.ones(gaps.rubbing, dtype=np.bool_), rest.copy()
@@ -186,7 +186,7 @@ def _checked(
     work = float(f @ q) + float(extra @ np.asarray(on.rows @ q)) + float(s @ at_supports)
     largest = max(abs(strain), abs(work))
     error = abs(2.0 * strain - work) / largest if largest else 0.0
-    springs = float(contact_energy(law_arrays(gaps), gap))
+    springs = float(contact_energy(gaps.laws, gap))
     return Equilibrium(q, s, gap, force, held, count, residual, error, strain, springs)
 
 

@@ -11,7 +11,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.damping import Damping
 from creak.assembly.system import System, no_supports
 from creak.contact.gap_operator import GapOperator, join
-from creak.contact.step_problem import failure, law_arrays, solve_channels
+from creak.contact.step_problem import failure, solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.flow_books import begin_books
 from creak.dynamics.flow_coupled import can_couple, coupled_modes
@@ -24,8 +24,8 @@ from creak.dynamics.flow_rows import new_cone
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, at_rest
 from creak.dynamics.modal_coefficients import is_modal, modal_matrices
-from creak.dynamics.modal_log import Log
 from creak.dynamics.modal_model import CONSTANT, DONE, FORCE, NOT_FINITE
+from creak.dynamics.recorder import Recorder
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.dynamics.watch import Watched
@@ -113,7 +113,7 @@ class _Run:
         self.n_step, self.H = loads.n_step // SAMPLES, SAMPLES * loads.step
         on, self.terms = channel_matrices(system, gaps), LinearTerms(system, loads)
         self.form = form_of(system, on, self.terms, gaps)
-        self.steps: FlowSteps = flow_steps(self.form, law_arrays(gaps), self.H, resolution)
+        self.steps: FlowSteps = flow_steps(self.form, gaps.laws, self.H, resolution)
         self.model = filtered(self.form, self.steps.mollifier, gaps.resting)
         if gaps.preload is not None:
             self.model = self.model._replace(gap0=gaps.with_stiffness(self.steps.laws.stiffness).gap0)
@@ -137,7 +137,9 @@ class _Run:
         self.P = np.stack([self.form.flow(self.H / 2**level) for level in range(self.steps.levels + 1)])
         self.lasting, self.B = self._lasting(resolution)
         self.cone = new_cone(2 * gaps.m + 2 * (self.model.rows.shape[0] - gaps.m))
-        self.log = Log(system, on, gaps, loads, SAMPLES, observed, output_every, whole_at, watched, self.form.basis)
+        self.log = Recorder(
+            system, on, gaps, loads, SAMPLES, observed, output_every, whole_at, watched, self.form.basis
+        )
 
     def _lasting(self, resolution: Resolution) -> tuple[int, FloatArray]:
         """Level of the steps of lasting contact and what a constant force moves in one; where all laws are lines."""

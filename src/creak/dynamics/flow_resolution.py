@@ -17,7 +17,7 @@ import numpy as np
 import scipy.linalg as sla
 
 from creak.arrays import FloatArray, IntArray
-from creak.contact.step_problem import LawArrays
+from creak.contact.laws.parameters import LawArrays
 from creak.dynamics.flow_model import FlowForm
 from creak.errors import InputError
 

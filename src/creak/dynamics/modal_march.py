@@ -10,7 +10,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.contact.step_problem import failure, law_arrays, solve_channels
+from creak.contact.step_problem import failure, solve_channels
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
@@ -23,7 +23,6 @@ from creak.dynamics.modal_coefficients import (
     newmark_step,
 )
 from creak.dynamics.modal_kernel import march_chunk
-from creak.dynamics.modal_log import Log
 from creak.dynamics.modal_massless import check_step
 from creak.dynamics.modal_model import (
     CONSTANT,
@@ -34,6 +33,7 @@ from creak.dynamics.modal_model import (
     ModalModel,
 )
 from creak.dynamics.modal_setup import empty_state, modal_model
+from creak.dynamics.recorder import Recorder
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
@@ -110,7 +110,7 @@ class _Run:
         m, c, k = modal_matrices(system)
         if isinstance(scheme, MasslessBoundary):
             c = np.where(m > 0.0, c, 0.0)  # coordinates without mass follow their forces at once
-        self.on, self.terms, self.laws = channel_matrices(system, gaps), LinearTerms(system, loads), law_arrays(gaps)
+        self.on, self.terms, self.laws = channel_matrices(system, gaps), LinearTerms(system, loads), gaps.laws
         self.model = modal_model(m, c, k, self.on, self.terms, gaps)
         if isinstance(scheme, MasslessBoundary) and self.model.presses:
             check_step(system, gaps, loads.step)
@@ -118,7 +118,7 @@ class _Run:
         self.part = self.whole if substeps == 1 else _step(m, c, k, scheme, loads.step)
         self.A_whole = _compliance(self.model, self.whole)
         self.A_part = self.A_whole if substeps == 1 else _compliance(self.model, self.part)
-        self.log = Log(system, self.on, gaps, loads, substeps, observed, output_every, whole_at, watched)
+        self.log = Recorder(system, self.on, gaps, loads, substeps, observed, output_every, whole_at, watched)
 
     def march(self, progress: Progress | None) -> History:
         """The whole run, chunk by chunk."""

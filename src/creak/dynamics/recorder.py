@@ -1,116 +1,189 @@
-"""Turns the motion of a System into the output that was asked for, block by block."""
+"""What a march keeps: the table of all instants, and the motion at output steps, block by block.
+
+A compiled march writes blocks of its own (`first`, then `room` and `take` in turn); one that goes instant by instant
+hands them over one by one (`keep`).
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
+from creak.dynamics.flow_model import FlowState
 from creak.dynamics.history import ENERGIES, History, split_columns
 from creak.dynamics.instant import Instant
+from creak.dynamics.loads import Loads
+from creak.dynamics.modal_model import MarchState, Output
 from creak.dynamics.watch import Watch, Watched
 
+CHUNK = 2_000
+"""Output steps between two reports of progress."""
 BUFFER_MEMORY = 64_000_000
 """Bytes of motion kept before it is turned into output."""
 
 
 class Recorder:
-    """Keeps channel quantities and energies of every instant and turns blocks of motion into output."""
+    """The table of all instants, the motion at output steps, and what they become.
+
+    What a march keeps of its motion are coordinates of the System, or those that `basis` (n, width) turns into them.
+    One by one (`lean`), only the coordinates that output needs are kept: few of a sparse System.
+    """
 
     def __init__(
         self,
         system: System,
-        gaps: GapOperator,
         on: ChannelMatrices,
+        gaps: GapOperator,
+        loads: Loads,
+        substeps: int,
         observed: IntArray,
-        n_step: int,
-        output_every: int,
-        whole_at: IntArray,
+        every: int,
+        whole_at: IntArray | None,
         watched: Watched | None = None,
+        basis: FloatArray | None = None,
+        lean: bool = False,
     ) -> None:
-        self._m, f2 = gaps.m, on.T.shape[0]
-        self._every, self._whole_at = output_every, whole_at
-        R, R_s = system.rows(observed)
+        n_step = loads.n_step // substeps
+        self._m, self._f2, self._every = gaps.m, on.T.shape[0], every
+        self._width = 1 + 2 * gaps.m + 2 * self._f2 + len(ENERGIES)
+        self._table, self.used = np.empty((n_step + 1, self._width)), 0
+        self._basis, self._needed = basis, np.arange(system.n, dtype=np.int64)
         self._watch = None if watched is None else Watch(system, gaps, on, watched)
-        wanted = [(R, R_s), *on.tangents]
-        if self._watch is not None:
-            wanted += [(A, A_s) for A, A_s in self._watch.rows[2:] if A.shape[0]]
-        self._needed = _columns([A for A, _ in wanted], system.n)
-        self._rows = [(A[:, self._needed], A_s) for A, A_s in ((R, R_s), *on.tangents)]
-        self._watched_rows = [] if self._watch is None else [(A[:, self._needed], A_s) for A, A_s in self._watch.rows]
-        self._kept = Growing(1 + self._m + self._m + f2 + f2 + len(ENERGIES), n_step + 1)
-        n_out = n_step // output_every + 1
-        self._index = np.zeros(n_out, dtype=np.int64)
-        self._displacement, self._slip = np.zeros((n_out, observed.size)), np.zeros((n_out, self._m))
-        width = int(np.clip(BUFFER_MEMORY // (8 * max(self._needed.size, 1)), 1, n_step + 1))
-        self._buffer, self._support = np.zeros((width, self._needed.size)), np.zeros((width, system.supports.count))
-        self._ends, self._pressed = np.zeros(width), np.zeros((width, self._m), dtype=bool)
-        self._since = np.zeros(self._m, dtype=bool)
-        self._steps = self._filled = self._done = self._contact_steps = 0
-        self._coordinates = np.zeros((system.n, whole_at.size), order="F")
+        wanted = [system.rows(observed), *on.tangents, *(() if self._watch is None else self._watch.rows)]
+        if lean:
+            self._needed = _columns([A for A, _ in wanted if A.shape[0]], system.n)
+        width = self._needed.size if basis is None else basis.shape[1]
+        self._rows = self._on_kept(wanted[0])
+        moves = any(abs(A).max() > 0.0 for A, _ in on.tangents if A.size)
+        self._tangents = tuple(self._on_kept(rows) for rows in on.tangents) if moves else ()
+        self._seen = () if self._watch is None else tuple(self._on_kept(rows) for rows in self._watch.rows)
+        n_out, self._steps = n_step // every + 1, 0
+        self._at, self._out, self._looked = np.zeros(n_out, dtype=np.int64), 0, 0
+        self._displacement, self._slip = np.zeros((n_out, observed.size)), np.zeros((n_out, gaps.m))
+        room = int(np.clip(BUFFER_MEMORY // (8 * max(width, 1)), 1, n_step + 1))
+        self.chunk = min(CHUNK, room)
+        kept, self._filled = self.chunk + 1, 0
+        self._ends = np.zeros(kept, dtype=np.int64)
+        self._u, self._s = np.zeros((kept, width)), np.zeros((kept, system.supports.count))
+        self._whole_at = np.zeros(0, dtype=np.int64) if whole_at is None else np.asarray(whole_at, dtype=np.int64)
+        self._whole_time = loads.time[self._whole_at * substeps]
+        self._whole = np.zeros((self._whole_at.size, system.n if basis is None else width))
+        self.setup_s = 0.0
+
+    def _on_kept(self, rows: tuple[Matrix, Matrix]) -> tuple[Matrix, Matrix]:
+        """Rows on the coordinates of the System as rows on what is kept."""
+        if self._basis is not None:
+            return np.asarray(rows[0] @ self._basis), rows[1]
+        return rows if self._needed.size == rows[0].shape[1] else (rows[0][:, self._needed], rows[1])
+
+    def first(self, time: float, x: MarchState | FlowState, kept: FloatArray) -> None:
+        """The instant that a compiled march starts from."""
+        row = np.concatenate([[time], x.gap, x.force, x.sliding, x.energy[: len(ENERGIES)]])
+        self._begin(row, kept, kept, x.support[0])
+
+    def _begin(self, row: FloatArray, kept: FloatArray, whole: FloatArray, support: FloatArray) -> None:
+        self._table[0], self._u[0], self._s[0] = row, kept, support
+        self.used = self._looked = 1
+        self._look(self._at[:1])
+        self._flush(slice(1))
+        if self._whole_at.size and self._whole_at[0] == 0:
+            self._whole[0] = whole
 
     def keep(self, time: float, now: Instant, energy: FloatArray, step: int | None) -> None:
-        """Keep an instant; `step`: the output step that it ends, None within one."""
-        self._kept.append(np.concatenate([[time], now.gap, now.force, now.sliding, energy]))
-        self._contact_steps += bool(now.p.any())
-        self._since |= now.p > 0.0
+        """The next instant; `step`: the whole step that it ends, 0 at the start, None within one."""
+        row = np.concatenate([[time], now.gap, now.force, now.sliding, energy])
+        if step == 0:
+            self._begin(row, now.x.u[self._needed], now.x.u, now.support[0])
+            return
+        self._grow(1)
+        self._table[self.used] = row
+        self.used += 1
         if step is None:
             return
-        at = np.searchsorted(self._whole_at, step)
-        if at < self._whole_at.size and self._whole_at[at] == step:
-            self._coordinates[:, at] = now.x.u
-        if step % self._every == 0:
-            self._index[step // self._every] = self._kept.used - 1
-        elif self._watch is None:
-            return
         k = self._filled
-        self._buffer[k], self._support[k], self._ends[k] = now.x.u[self._needed], now.support[0], time
-        self._pressed[k] = self._since
-        self._since[:] = False
+        self._ends[k], self._u[k], self._s[k] = self.used - 1, now.x.u[self._needed], now.support[0]
+        self._whole[self._whole_at == step] = now.x.u
         self._filled += 1
-        if self._filled == self._buffer.shape[0]:
-            self._flush()
+        if self._filled == self.chunk:
+            self._pass_on()
 
-    def _flush(self) -> None:
-        k = self._filled
-        if self._watch is not None:
-            Q, S = self._buffer[:k].T, self._support[:k].T
-            motions = [np.asarray(A @ Q + A_s @ S) for A, A_s in self._watched_rows]
-            self._watch.see(self._ends[:k], self._pressed[:k], motions)
-            first = -self._steps % self._every
-            rows = slice(first, k, self._every)
-        else:
-            rows = slice(0, k)
-        self._steps += k
-        Q, S = self._buffer[rows].T, self._support[rows].T
-        here = slice(self._done, self._done + Q.shape[1])
-        motion, slip1, slip2 = (np.asarray(A @ Q + A_s @ S) for A, A_s in self._rows)
-        self._displacement[here] = motion.T
-        self._slip[here] = np.hypot(slip1, slip2).T
-        self._done, self._filled = here.stop, 0
+    def _pass_on(self) -> None:
+        """What `keep` has gathered becomes output."""
+        filled, self._filled = self._filled, 0
+        self._took(filled, self._ends)
 
-    def history(self, setup_s: float, residual: float = 0.0) -> History:
+    def room(self, rows: int) -> Output:
+        """Where the next instants go, at most `rows`."""
+        self._grow(rows)
+        at = np.zeros(self._u.shape[0], dtype=np.int64)
+        return Output(self._table, at, self._u, self._s, self._whole_at, self._whole)
+
+    def _grow(self, rows: int) -> None:
+        if self.used + rows > self._table.shape[0]:
+            self._table.resize((max(self.used + rows, 3 * self.used // 2), self._width), refcheck=False)
+
+    def take(self, used: int, kept: int, out: Output) -> None:
+        """Account for what a chunk left, all of its whole steps."""
+        self.used = used
+        self._took(kept, out.at)
+
+    def _took(self, kept: int, at: IntArray) -> None:
+        """Whole steps that end at the rows `at` of the table."""
+        self._look(at[:kept], self._looked)
+        self._looked = self.used
+        first = (self._every - 1 - self._steps) % self._every
+        self._steps += kept
+        rows = slice(first, kept, self._every)
+        wanted = at[rows]
+        self._at[self._out : self._out + wanted.size] = wanted
+        self._flush(rows)
+
+    def _look(self, at: IntArray, before: int = 0) -> None:
+        """Let the watch see the whole steps that end at the rows `at`; those after row `before` are new."""
+        if self._watch is None or not at.size:
+            return
+        Q, S = self._u[: at.size].T, self._s[: at.size].T
+        motions = [np.asarray(A @ Q + A_s @ S) for A, A_s in self._seen]
+        self._watch.see(self._table[at, 0], self._pressed(at, before), motions)
+
+    def _pressed(self, at: IntArray, before: int) -> BoolArray:
+        """(k, m) did a channel press in the step that ends at each of the rows `at`?"""
+        force = self._table[before : at[-1] + 1, 1 + self._m : 1 + 2 * self._m]
+        begin = np.concatenate([[0], at[:-1] + 1 - before])
+        return np.asarray(np.maximum.reduceat(force, begin, axis=0) > 0.0)
+
+    def _flush(self, rows: slice) -> None:
+        Q, S = self._u[rows].T, self._s[rows].T
+        here = slice(self._out, self._out + Q.shape[1])
+        self._displacement[here] = (self._rows[0] @ Q + self._rows[1] @ S).T
+        if self._tangents:
+            self._slip[here] = np.hypot(*(np.asarray(A @ Q + A_s @ S) for A, A_s in self._tangents)).T
+        self._out = here.stop
+
+    def history(self, residual: float = 0.0) -> History:
         """All that was kept so far."""
         if self._filled:
-            self._flush()
-        m, f2 = self._m, (self._kept.width - 1 - 2 * self._m - len(ENERGIES)) // 2
-        time, gap, force, tangential, sliding, energy = split_columns(self._kept.rows, m, f2)
-        n, reached = self._done, int(np.searchsorted(self._whole_at, self._every * self._done))
+            self._pass_on()
+        time, gap, force, tangential, sliding, energy = split_columns(self._table[: self.used], self._m, self._f2)
+        n = self._out
+        reached = int(np.count_nonzero(self._whole_time <= time[-1]))
+        steps = int(np.count_nonzero(force.any(axis=1)))
         return History(
             time,
             gap,
             force,
             self._slip[:n],
-            self._index[:n],
+            self._at[:n],
             self._displacement[:n],
             energy,
-            self._contact_steps,
-            setup_s,
+            steps,
+            self.setup_s,
             self._whole_at[:reached],
-            self._coordinates[:, :reached],
+            self._whole[:reached].T if self._basis is None else self._basis @ self._whole[:reached].T,
             tangential,
             sliding,
             residual,
@@ -118,28 +191,9 @@ class Recorder:
         )
 
 
-class Growing:
-    """Rows (used, width) appended one by one."""
-
-    def __init__(self, width: int, capacity: int) -> None:
-        self.width, self.used = width, 0
-        self._table = np.empty((capacity, width))
-
-    def append(self, row: FloatArray) -> None:
-        """One more row."""
-        if self.used == self._table.shape[0]:
-            self._table.resize((2 * self.used + 1, self.width), refcheck=False)
-        self._table[self.used] = row
-        self.used += 1
-
-    @property
-    def rows(self) -> FloatArray:
-        """(used, width)"""
-        return self._table[: self.used]
-
-
 def _columns(matrices: list[Matrix], n: int) -> IntArray:
     """Coordinates that any of the rows needs: few for a sparse System, all for a dense one."""
     if any(not sp.issparse(A) for A in matrices):
         return np.arange(n, dtype=np.int64)
-    return np.unique(np.concatenate([sp.csr_matrix(A).indices for A in matrices])).astype(np.int64)
+    none = np.zeros(0, dtype=np.int64)
+    return np.unique(np.concatenate([none, *(sp.csr_matrix(A).indices for A in matrices)])).astype(np.int64)

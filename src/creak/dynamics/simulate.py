@@ -301,30 +301,32 @@ def march(
 ) -> History:
     """Drive a stepper through its loads, keeping output and the energy balance."""
     started = clock.perf_counter()
-    loads, n_step = stepper.loads, stepper.loads.n_step // stepper.substeps
-    at = np.zeros(0, dtype=np.int64) if whole_at is None else whole_at
-    recorder = Recorder(stepper.terms.system, stepper.gaps, stepper.on, observed, n_step, output_every, at, watched)
-    audit = EnergyAudit(stepper.terms, stepper.gaps, stepper.on)
+    gaps, loads, terms, substeps = stepper.gaps, stepper.loads, stepper.terms, stepper.substeps
+    n_step = loads.n_step // substeps
+    recorder = Recorder(
+        terms.system, stepper.on, gaps, loads, substeps, observed, output_every, whole_at, watched, lean=True
+    )
+    audit = EnergyAudit(terms, gaps, stepper.on)
     now = stepper.start()
     recorder.keep(loads.time[0], now, audit.start(now), 0)
-    setup_s = stepper.setup_s + clock.perf_counter() - started
+    recorder.setup_s = stepper.setup_s + clock.perf_counter() - started
     try:
         with one_blas_thread():
             for n in range(1, n_step + 1):
                 for after in stepper.advance(now):
                     energy = audit.step(now, after)
                     now = after
-                    ends = now.row == n * stepper.substeps
+                    ends = now.row == n * substeps
                     recorder.keep(loads.time[now.row], now, energy, n if ends else None)
                 if not np.isfinite(energy).all():
-                    raise Diverged(float(loads.time[now.row]), recorder.history(setup_s, stepper.residual))
+                    raise Diverged(float(loads.time[now.row]), recorder.history(stepper.residual))
                 if progress is not None:
                     progress(n, n_step)
     except KeyboardInterrupt as error:
-        raise Interrupted(recorder.history(setup_s, stepper.residual)) from error
+        raise Interrupted(recorder.history(stepper.residual)) from error
     except Stopped:
         raise
     except NumericalError as error:
         why = f"at t = {loads.time[now.row]:.6g} s: {error}"
-        raise Stopped(why, recorder.history(setup_s, stepper.residual)) from error
-    return recorder.history(setup_s, stepper.residual)
+        raise Stopped(why, recorder.history(stepper.residual)) from error
+    return recorder.history(stepper.residual)

@@ -10,6 +10,7 @@ from creak.assembly.elimination import LinearEquation
 from creak.assembly.rigid import unheld_parts
 from creak.contact.play import Play, play_channels
 from creak.model.constraints import DistributingCoupling, Fixed, KinematicCoupling, RigidLink
+from creak.model.contact_law import ContactLaw
 from creak.model.mesh import Model
 from helpers_core import NONE, beam_section, block, model_of, spring, straight_beam
 
@@ -92,7 +93,7 @@ def test_play_connectors_hold():
     model = two_beams(fixed=[CLAMP])
     stops = []
     for dof in ALL:
-        G = play_channels(model, Play(f"p{dof}", ("A", "B"), dof, -0.1, 0.1, 1e4), "")
+        G = play_channels(model, Play(f"p{dof}", ("A", "B"), dof, -0.1, 0.1, ContactLaw(1e4)), "")
         row = G.G[0]
         stops.append(LinearEquation(G.labels[row.indices].tolist(), row.data.tolist()))
     assert unheld_parts(model, NONE, stops) == []

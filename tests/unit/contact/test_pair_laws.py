@@ -8,6 +8,7 @@ import pytest
 from creak.contact.gap_operator import join
 from creak.contact.small_sliding import slip_warnings
 from creak.errors import InputError
+from creak.model.contact_law import ContactLaw
 from helpers_contact import HEIGHT, METHODS, T_HIGH, T_LOW, both, pair, stacked
 from helpers_fem import random_rotation
 
@@ -33,7 +34,7 @@ def test_hard_contact_has_infinite_stiffness(method):
 
 @both
 def test_curve_acts_as_pressure_or_force(method):
-    operator, _ = built(method, overclosure=CURVE)
+    operator, _ = built(method, curve=CURVE)
     assert operator.curves is not None
     np.testing.assert_array_equal(operator.curves.of, 0)
     np.testing.assert_allclose(operator.curves.scale, scale_of(operator, method), rtol=1e-14)
@@ -55,7 +56,7 @@ def test_curve_acts_as_pressure_or_force(method):
 )
 def test_wrong_curves_are_refused(points, message):
     with pytest.raises(InputError, match=r"\[contact.stack\] overclosure: .*" + message):
-        built("surface-to-surface", overclosure=np.array(points, dtype=float))
+        built("surface-to-surface", curve=np.array(points, dtype=float))
 
 
 @both
@@ -174,7 +175,7 @@ def test_channels_without_a_size_never_warn():
     from creak.contact.play import Play, play_channels
 
     model = stacked()
-    stop = play_channels(model, Play("stop", ("TOP_NODES",), 3, None, 0.1, 1e4), "")
+    stop = play_channels(model, Play("stop", ("TOP_NODES",), 3, None, 0.1, ContactLaw(1e4)), "")
     assert slip_warnings(stop, np.full(stop.m, 1e9)) == []
     a, _ = built("surface-to-surface", model)
     both_ = join([a, stop])

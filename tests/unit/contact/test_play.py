@@ -7,6 +7,7 @@ import pytest
 
 from creak.contact.play import Play, play_channels
 from creak.errors import InputError
+from creak.model.contact_law import ContactLaw
 from helpers_core import block, model_of, point_mass
 
 
@@ -20,7 +21,7 @@ def model():
 
 def test_two_sided_play_between_two_nodes():
     """gap = upper - (u_B - u_A) and (u_B - u_A) - lower."""
-    op = play_channels(model(), Play("hook", ("A", "B"), 2, -0.2, 0.3, 1e4, 5.0), "[[connector]]")
+    op = play_channels(model(), Play("hook", ("A", "B"), 2, -0.2, 0.3, ContactLaw(1e4, damping=5.0)), "[[connector]]")
     assert op.names == ("hook:upper:3", "hook:lower:3", "hook:upper:4", "hook:lower:4")
     np.testing.assert_array_equal(op.gap0, [0.3, 0.2, 0.3, 0.2])
     np.testing.assert_array_equal(op.stiffness, 1e4)
@@ -31,7 +32,7 @@ def test_two_sided_play_between_two_nodes():
 
 
 def test_one_set_is_stopped_against_ground():
-    op = play_channels(model(), Play("stop", ("ONE",), 1, None, 0.1, 1e4), "")
+    op = play_channels(model(), Play("stop", ("ONE",), 1, None, 0.1, ContactLaw(1e4)), "")
     assert op.m == 1
     assert op.names == ("stop:upper",)
     np.testing.assert_array_equal(op.labels, [12])
@@ -39,7 +40,7 @@ def test_one_set_is_stopped_against_ground():
 
 
 def test_rotational_play_uses_its_own_dof():
-    op = play_channels(model(), Play("stop", ("ONE",), 5, -0.01, None, 1e2), "")
+    op = play_channels(model(), Play("stop", ("ONE",), 5, -0.01, None, ContactLaw(1e2)), "")
     np.testing.assert_array_equal(op.labels, [6 * 2 + 4])
     np.testing.assert_array_equal(op.gap0, [0.01])
 
@@ -47,13 +48,12 @@ def test_rotational_play_uses_its_own_dof():
 @pytest.mark.parametrize(
     ("play", "message"),
     [
-        (Play("p", ("A", "ONE"), 1, -1.0, 1.0, 1.0), "have 2 and 1 nodes"),
-        (Play("p", ("A",), 1, None, None, 1.0), "without limits"),
-        (Play("p", ("A",), 1, 1.0, -1.0, 1.0), r"lower = 1.0 lies above upper = -1.0"),
-        (Play("p", ("A",), 1, -1.0, 1.0, 1.0, preload=5.0), "preload and two limits"),
-        (Play("p", ("A",), 1, None, 0.3, 1.0, preload=5.0), "limit at 0.3; expected 0"),
-        (Play("p", ("A",), 1, None, 0.0, 1.0, preload=-5.0), "preload = -5"),
-        (Play("p", ("AA",), 1, -1.0, 1.0, 1.0), r"unknown node set 'AA'.*'A'"),
+        (Play("p", ("A", "ONE"), 1, -1.0, 1.0, ContactLaw(1.0)), "have 2 and 1 nodes"),
+        (Play("p", ("A",), 1, None, None, ContactLaw(1.0)), "without limits"),
+        (Play("p", ("A",), 1, 1.0, -1.0, ContactLaw(1.0)), r"lower = 1.0 lies above upper = -1.0"),
+        (Play("p", ("A",), 1, -1.0, 1.0, ContactLaw(1.0, preload=5.0)), "preload and two limits"),
+        (Play("p", ("A",), 1, None, 0.3, ContactLaw(1.0, preload=5.0)), "limit at 0.3; expected 0"),
+        (Play("p", ("AA",), 1, -1.0, 1.0, ContactLaw(1.0)), r"unknown node set 'AA'.*'A'"),
     ],
 )
 def test_wrong_play_is_refused(play, message):
@@ -64,7 +64,7 @@ def test_wrong_play_is_refused(play, message):
 @pytest.mark.parametrize(("lower", "upper"), [(None, 0.0), (0.0, None)])
 def test_a_preloaded_stop_presses_at_rest_and_lets_go_when_its_spring_is_relieved(lower, upper):
     """p = -k g is the preload at u = 0 and zero once the nodes have parted by preload / k."""
-    op = play_channels(model(), Play("bumper", ("ONE",), 3, lower, upper, 200.0, preload=30.0), "")
+    op = play_channels(model(), Play("bumper", ("ONE",), 3, lower, upper, ContactLaw(200.0, preload=30.0)), "")
     np.testing.assert_array_equal(op.preload, [30.0])
     np.testing.assert_allclose(-op.stiffness * op.gap0, 30.0, rtol=1e-14)
     away = -op.G.toarray()[0] * op.gap0[0]  # opens the gap by what it is squeezed
@@ -72,4 +72,4 @@ def test_a_preloaded_stop_presses_at_rest_and_lets_go_when_its_spring_is_relieve
 
 
 def test_no_preload_is_no_array():
-    assert play_channels(model(), Play("p", ("ONE",), 1, None, 0.1, 1e4), "").preload is None
+    assert play_channels(model(), Play("p", ("ONE",), 1, None, 0.1, ContactLaw(1e4)), "").preload is None

@@ -8,7 +8,6 @@ import scipy.linalg as sla
 from benchmarks.random_contact import LIMIT, random_run
 
 from creak.assembly.part import Rayleigh
-from creak.contact.step_problem import law_arrays
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.flow_march import SAMPLES, form_of, simulate_flow
 from creak.dynamics.flow_propagator import propagator
@@ -166,7 +165,7 @@ def test_bound_holds_between_samples():
     gaps = channels(rows, 0.0, 1.0)
     loads = Loads(H / 3 * np.arange(7), np.zeros((3, 7, 0)), np.zeros((7, 0)))
     form = form_of(diagonal, channel_matrices(diagonal, gaps), LinearTerms(diagonal, loads), gaps)
-    model, steps = form.model, flow_steps(form, law_arrays(gaps), H, Resolution(0.5, 1e-4, 1e-5))
+    model, steps = form.model, flow_steps(form, gaps.laws, H, Resolution(0.5, 1e-4, 1e-5))
     w = np.sqrt(model.k)
     a, b = rng.standard_normal(n) / w, rng.standard_normal(n)
     energy = np.zeros(steps.reach.shape[1])
@@ -196,7 +195,7 @@ def test_steps_near_contact_follow_its_own_time_scale():
     def step(stiffness, resolution=SETTLED):
         gaps = channels([[0.0, 0.0, 1.0]], 0.0, stiffness)
         form = form_of(system, channel_matrices(system, gaps), LinearTerms(system, loads), gaps)
-        return flow_steps(form, law_arrays(gaps), 1e-3, resolution).h
+        return flow_steps(form, gaps.laws, 1e-3, resolution).h
 
     assert step(1e10) * 1e5 <= 0.25 < 2.0 * step(1e10) * 1e5
     assert step(4e10) == pytest.approx(0.5 * step(1e10))

@@ -33,18 +33,23 @@ def pair_of(tmp_path: Path, lines: str, table: str | None = None):
 
 def test_defaults(tmp_path):
     pair = pair_of(tmp_path, "")
-    assert (pair.stiffness, pair.clearance, pair.normal, pair.overclosure) == (None, None, None, None)
-    assert (pair.damping, pair.friction) == (0.0, (0.0, 0.0, 0.0))
+    assert (pair.law.stiffness, pair.clearance, pair.normal, pair.law.curve) == (None, None, None, None)
+    assert (pair.law.damping, pair.law.friction) == (0.0, (0.0, 0.0, 0.0))
 
 
 def test_laws_are_passed_on(tmp_path):
     pair = pair_of(tmp_path, 'stiffness = "hard"\nnormal = [0, 0, 1]\nfriction = 0.2\nclearance = 3\n')
-    assert (pair.stiffness, pair.clearance, pair.normal, pair.friction) == (np.inf, 3.0, (0, 0, 1), (0.2, 0.2, 0.0))
+    assert (pair.law.stiffness, pair.clearance, pair.normal, pair.law.friction) == (
+        np.inf,
+        3.0,
+        (0, 0, 1),
+        (0.2, 0.2, 0.0),
+    )
     pair = pair_of(
         tmp_path, "overclosure = [[0, 0], [0.1, 2]]\nfriction = { static = 0.3, kinetic = 0.2, decay = 4 }\n"
     )
-    assert pair.friction == (0.3, 0.2, 4.0)
-    np.testing.assert_array_equal(pair.overclosure, [[0, 0], [0.1, 2]])
+    assert pair.law.friction == (0.3, 0.2, 4.0)
+    np.testing.assert_array_equal(pair.law.curve, [[0, 0], [0.1, 2]])
     with pytest.raises(InputError, match=r"study.toml:\d+ .*both stiffness = 5.0 and an overclosure curve"):
         pair_of(tmp_path, "overclosure = [[0, 0], [0.1, 2]]\nstiffness = 5\n")
 
@@ -89,4 +94,4 @@ def test_preload_of_a_connector_reaches_the_play(tmp_path):
         s.text + '\n[[connector]]\ntype = "play"\nnodes = "PAIRS"\ndof = "z"\nupper = 0\nstiffness = 10\npreload = 2\n'
     )
     ((play, _),) = _plays(Study(s.path, StudyConfig.model_validate(tomllib.loads(text)), text))
-    assert (play.upper, play.lower, play.preload) == (0.0, None, 2.0)
+    assert (play.upper, play.lower, play.law.preload) == (0.0, None, 2.0)

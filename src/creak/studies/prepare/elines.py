@@ -16,6 +16,7 @@ from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator, j
 from creak.contact.node_to_surface import node_to_surface
 from creak.contact.pair import ContactPair, tangents_of
 from creak.errors import InputError, suggest
+from creak.model.contact_law import ContactLaw
 from creak.model.mesh import Model
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.eline_tables import ElineTable, MaterialPairTable
@@ -161,7 +162,8 @@ def _faced(model: Model, study: Study, name: str, nodes: IntArray) -> GapOperato
     assert t.main is not None
     assert t.secondary is not None
     facets_of(model, t.main, where=f"{where} main")
-    pair = ContactPair(name, t.secondary, t.main, "node-to-surface", 1.0, t.clearance, t.normal, table="eline")
+    law = ContactLaw(1.0, where=where)
+    pair = ContactPair(name, t.secondary, t.main, "node-to-surface", t.clearance, t.normal, law=law, table="eline")
     try:
         every, _ = node_to_surface(model, pair)
     except InputError as error:

@@ -11,6 +11,7 @@ from creak.arrays import IntArray
 from creak.contact.facets import nodes_of
 from creak.contact.pair import ContactPair
 from creak.errors import InputError, suggest
+from creak.model.contact_law import ContactLaw, Coulomb
 from creak.model.mesh import Model
 from creak.studies.file.contact_tables import ContactTable, FrictionTable
 from creak.studies.file.reader import Study
@@ -27,28 +28,33 @@ def contact_pair(model: Model, study: Study, name: str) -> ContactPair:
     InputError : an unknown surface or node; a table that cannot be used; a stiffness beside an overclosure curve.
     """
     t = study.config.contact[name]
-    if t.overclosure is not None and t.stiffness != "auto":
-        raise InputError(
-            f"both stiffness = {t.stiffness!r} and an overclosure curve",
-            where=study.where("contact", name, "overclosure"),
-            expected="one of them",
-            fix="Leave out stiffness: the curve replaces it.",
-        )
-    stiffness = STIFFNESS[t.stiffness] if isinstance(t.stiffness, str) else t.stiffness
-    curve = None if t.overclosure is None else np.array(t.overclosure, dtype=np.float64).reshape(-1, 2)
     return ContactPair(
         name,
         t.secondary,
         t.main,
         t.method,
-        stiffness,
         _clearance(model, study, name),
         t.normal,
-        curve,
-        t.damping,
-        friction_of(t),
         t.per_area,
+        contact_law(t, study.where("contact", name)),
         press_fit=any(s.press_fit for s in study.config.static),
+    )
+
+
+def contact_law(table: ContactTable, where: str) -> ContactLaw:
+    """The law of a contact table.
+
+    Raises
+    ------
+    InputError : numbers that are no law; a stiffness beside an overclosure curve.
+    """
+    mu = table.friction
+    return ContactLaw(
+        STIFFNESS[table.stiffness] if isinstance(table.stiffness, str) else table.stiffness,
+        None if table.overclosure is None else np.array(table.overclosure, dtype=np.float64).reshape(-1, 2),
+        table.damping,
+        Coulomb(mu.static, mu.kinetic, mu.decay) if isinstance(mu, FrictionTable) else Coulomb(mu, mu),
+        where=where,
     )
 
 
@@ -59,12 +65,6 @@ def _clearance(model: Model, study: Study, name: str) -> float | dict[int, float
     rows = nodes_of(model, t.secondary, where=f"[contact.{name}] secondary").rows
     where = study.where("contact", name, "clearance")
     return read_clearances(study.sibling(t.clearance), model, rows, t.secondary, where)
-
-
-def friction_of(table: ContactTable) -> tuple[float, float, float]:
-    """Static and kinetic coefficient and decay speed."""
-    mu = table.friction
-    return (mu.static, mu.kinetic, mu.decay) if isinstance(mu, FrictionTable) else (mu, mu, 0.0)
 
 
 def read_clearances(path: Path, model: Model, nodes: IntArray, surface: str, where: str) -> dict[int, float]:

@@ -21,6 +21,7 @@ from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.formats.deck.unread import stop_on_unread
 from creak.formats.decks import read_model
+from creak.model.contact_law import ContactLaw
 from creak.model.mesh import Model
 from creak.studies.file.identity import decks_sha256
 from creak.studies.file.reader import Study
@@ -202,8 +203,9 @@ def _plays(study: Study) -> list[tuple[Play, str]]:
     for i, t in enumerate(study.config.connector):
         name = t.name or "-".join(t.node_sets)
         dof = DOFS.index(t.dof) + 1
-        play = Play(name, t.node_sets, dof, t.lower, t.upper, t.stiffness, t.damping, t.preload)
-        out.append((play, study.where("connector", i)))
+        where = study.where("connector", i)
+        law = ContactLaw(t.stiffness, damping=t.damping, preload=t.preload, where=where)
+        out.append((Play(name, t.node_sets, dof, t.lower, t.upper, law), where))
     return out
 
 
