@@ -5,6 +5,7 @@ One thread; MoSQITo is left out where it is not installed. Both hear the same fi
 
 from __future__ import annotations
 
+import argparse
 import time
 from collections.abc import Callable
 
@@ -43,6 +44,7 @@ def cpu_seconds(work: Callable[[], object], times: int) -> float:
 
 def main() -> None:
     """Measure and print."""
+    argparse.ArgumentParser(prog="python -m benchmarks.loudness").parse_args()
     x = bursts()
     table = Table(
         "what", "CPU", "of real time", title=f"Loudness over time of {SECONDS:g} s of sound, ISO 532-1, one thread"

@@ -7,7 +7,7 @@ Limit: 1e-3 of what contact took up, for every System.
 
 from __future__ import annotations
 
-import sys
+import argparse
 from dataclasses import replace
 
 import numpy as np
@@ -95,7 +95,9 @@ def random_run(seed: int) -> History:
 
 def main() -> None:
     """Print the distribution of the created share and the worst seeds; exit 1 beyond `LIMIT`."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
+    options = argparse.ArgumentParser(prog="python -m benchmarks.random_contact")
+    options.add_argument("count", type=int, nargs="?", default=1000)
+    count = options.parse_args().count
     created = np.array([created_of_contact(random_run(seed)) for seed in range(count)])
     median, ninety, worst = np.quantile(created, [0.5, 0.9, 1.0])
     print(f"{count} systems: median {median:.2e}, 90 % below {ninety:.2e}, worst {worst:.2e}; limit {LIMIT:g}")

