@@ -1,5 +1,7 @@
 """Lets every test import the helper modules that lie beside this file, and record what it verifies; long files go first."""
 
+from __future__ import annotations
+
 import os
 import sys
 from collections import Counter

@@ -10,6 +10,7 @@ from creak.report import palette
 from creak.report.axes import Trace, axis, base_layout, line, plain, stacked
 from creak.report.picture import Marks, Panel, data_uri, model_picture, panels_picture
 from creak.report.tables import Table
+from creak.report.templates import page_templates
 from creak.report.text import NONE, THIN, fixed, number, percent, plural, tidy, times
 from creak.report.view import Facets, View, facets_of, front, outward
 
@@ -32,6 +33,7 @@ __all__ = [
     "model_picture",
     "number",
     "outward",
+    "page_templates",
     "palette",
     "panels_picture",
     "percent",

@@ -10,8 +10,6 @@ import typer
 from creak.cli.console import printable
 from creak.cli.details import setup_detail, tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, VERBOSE, Output
-from creak.errors import InputError
-from creak.formats.endings import is_deck
 
 if TYPE_CHECKING:
     from creak.studies.advise.advice import Advice
@@ -39,12 +37,6 @@ def advise(
     from creak.studies.prepare.setup import set_up
     from creak.studies.warned import warnings_of
 
-    if is_deck(study_file):
-        raise InputError(
-            f"{study_file.name} is a deck",
-            expected="a study file (.toml)",
-            fix="Write a study that names the deck in [model].",
-        )
     told: set[str] = set()
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:

@@ -8,8 +8,6 @@ import typer
 
 from creak.cli.details import setup_detail, tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_file
-from creak.errors import InputError
-from creak.formats.endings import is_deck
 
 
 def screen(
@@ -37,12 +35,6 @@ def screen(
     from creak.studies.warned import warnings_of
     from creak.verify.elines import DEFINITION
 
-    if is_deck(study_file):
-        raise InputError(
-            f"{study_file.name} is a deck",
-            expected="a study file (.toml)",
-            fix="Write a study that names the deck in [model].",
-        )
     if csv is not None:
         writable_file(csv)
     told: set[str] = set()

@@ -6,13 +6,13 @@ import io
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from creak.formats.complete_file import write_text
 from creak.report import palette
 from creak.report.comparison import Comparison, Figure, Side
 from creak.report.tables import Table
+from creak.report.templates import page_templates
 from creak.report.text import NONE, number, percent, plural
 from creak.version import version
 
@@ -22,13 +22,7 @@ WORDS = {"closing_speed": "closing speed", "n5": "N5"}
 
 def write_comparison(found: Comparison, path: Path) -> None:
     """Write the page as one self-contained HTML file; it appears whole or not at all."""
-    environment = Environment(
-        loader=PackageLoader("creak.report", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = page_templates("creak.report")
     text = environment.get_template("comparison.html.j2").render(
         version=version(),
         a=found.a,

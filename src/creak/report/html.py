@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from creak.formats.complete_file import write_text
@@ -23,6 +22,7 @@ from creak.report.event_csv import event_csv
 from creak.report.found import Found, FoundRun, found_of
 from creak.report.picture import Loaded, contact_picture, data_uri, model_picture, standard_marks
 from creak.report.place_rows import place_parts
+from creak.report.templates import page_templates
 from creak.report.text import UNITS, Units
 from creak.report.view import outward
 from creak.studies.results.elines import line_rows, point_csv
@@ -80,13 +80,7 @@ def write_page(result: Found, summary: dict[str, Any], path: Path) -> None:
 def report_text(result: Found, summary: dict[str, Any]) -> str:
     """The report as HTML."""
     units = UNITS[result.setup.study.config.model.units]
-    environment = Environment(
-        loader=PackageLoader("creak.report", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = page_templates("creak.report")
     environment.filters["coded"] = coded
     template = environment.get_template("report.html.j2")
     motions = scene.animations(result, units)

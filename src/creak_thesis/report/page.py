@@ -8,12 +8,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 import creak
 from creak import write_text
-from creak.report_tools import THIN
+from creak.report_tools import THIN, page_templates
 from creak_thesis.doors import Doors
 from creak_thesis.outcome import Outcome
 from creak_thesis.record import RecordStudy
@@ -72,13 +71,7 @@ def thesis_page(inputs: Inputs) -> str:
     facts = Facts(inputs.mesh_size, inputs.outcomes)
     parts = sections(inputs, facts)
     lines = findings(facts, inputs.record)
-    environment = Environment(
-        loader=PackageLoader("creak_thesis.report", "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = page_templates("creak_thesis.report")
     environment.filters["kind"] = lambda block: type(block).__name__
     environment.filters["tight"] = lambda words: words.replace(" %", f"{THIN}%")
     environment.globals["ids"] = id

@@ -12,6 +12,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from creak.errors import InputError, suggest
+from creak.formats.endings import is_deck
 from creak.studies.file.config import FORCED, StudyConfig
 from creak.studies.file.excitation_tables import SignalTable
 
@@ -45,9 +46,15 @@ def read_study(path: Path) -> Study:
 
     Raises
     ------
-    InputError : no such file, not TOML, unknown or missing key, wrong value, or something this version of
+    InputError : a deck, no such file, not TOML, unknown or missing key, wrong value, or something this version of
         creak does not do.
     """
+    if is_deck(path):
+        raise InputError(
+            f"{path.name} is a deck",
+            expected="a study file (.toml)",
+            fix=f"Write a study that names the deck in [model]; `creak new {path.name}` writes a first one.",
+        )
     data, text = read_toml(path, "study")
     return checked_study(path, data, text)
 

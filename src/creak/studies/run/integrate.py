@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from typing import TypedDict
 
 import numpy as np
 import scipy.sparse as sp
@@ -47,6 +48,16 @@ IN_CONTACT = HHT(1.0 - math.sqrt(2.0))
 """Of their steps in contact: dissipation where contact chatters, beyond 10 kHz, as Abaqus takes it for contact."""
 
 
+class Kept(TypedDict):
+    """What each march is asked to keep, to look at and to tell, as its own arguments."""
+
+    observed: IntArray
+    output_every: int
+    whole_at: IntArray
+    watched: Watched | None
+    progress: Report | None
+
+
 def scheme_of(table: TimeTable) -> Scheme:
     """HHT-alpha or generalised-alpha; HHT-alpha beside a massless boundary, for models that have none."""
     return generalised_alpha(table.rho_inf) if table.integrator == "generalised-alpha" else HHT(table.alpha)
@@ -74,25 +85,28 @@ def integrate(
     watched : what is looked at at every step, whatever is kept (`History.extremes`).
     """
     table = setup.study.config.time
+    kept: Kept = {
+        "observed": observed,
+        "output_every": output_every,
+        "whole_at": whole_at,
+        "watched": watched,
+        "progress": progress,
+    }
     if table.exact:
         flows, why_not = flowing(system)
         if flows is not None:
-            return _flown(setup, flows, gaps, observed, output_every, whole_at, progress, watched)
-        history, system, how = _stepped(setup, system, gaps, observed, output_every, whole_at, progress, watched)
+            return _flown(setup, flows, gaps, kept)
+        history, system, how = _stepped(setup, system, gaps, kept)
         return history, system, f"{how}{why_not}"
     if table.integrator == "massless-boundary" and is_modal(system) and _has_massless(system):
-        return _massless(setup, system, gaps, observed, output_every, whole_at, progress, watched)
+        return _massless(setup, system, gaps, kept)
     history = simulator(system)(
         system,
         gaps,
         setup.loads,
         scheme_of(table),
-        observed=observed,
-        output_every=output_every,
-        whole_at=whole_at,
-        watched=watched,
         substeps=table.substeps,
-        progress=progress,
+        **kept,
     )
     name = "generalised-alpha" if table.integrator == "generalised-alpha" else "HHT-alpha"
     return history, system, name if table.substeps == 1 else f"{name}, {table.substeps} substeps near contact"
@@ -121,22 +135,14 @@ def _flown(
     setup: Setup,
     system: System,
     gaps: GapOperator,
-    observed: IntArray,
-    output_every: int,
-    whole_at: IntArray,
-    progress: Report | None,
-    watched: Watched | None,
+    kept: Kept,
 ) -> tuple[History, System, str]:
     history = simulate_flow(
         system,
         gaps,
         setup.loads,
         resolution=resolution_of(setup),
-        observed=observed,
-        output_every=output_every,
-        whole_at=whole_at,
-        watched=watched,
-        progress=progress,
+        **kept,
     )
     return history, system, f"exact flow, steps near contact from {shortest_step(history):.2g} s"
 
@@ -155,11 +161,7 @@ def _stepped(
     setup: Setup,
     system: System,
     gaps: GapOperator,
-    observed: IntArray,
-    output_every: int,
-    whole_at: IntArray,
-    progress: Report | None,
-    watched: Watched | None,
+    kept: Kept,
 ) -> tuple[History, System, str]:
     parts = _parts(setup, system, gaps)
     springs = _with_springs(setup, system, gaps, parts)
@@ -168,13 +170,9 @@ def _stepped(
         springs,
         divided_loads(setup, parts),
         IN_CONTACT,
-        observed=observed,
-        output_every=output_every,
-        whole_at=whole_at,
-        watched=watched,
         substeps=parts,
         graded=GRADED,
-        progress=progress,
+        **kept,
     )
     step = setup.study.config.time.step
     return history, system, f"flights of order 5 of {step:.2g} s, HHT-alpha of {step / parts:.2g} s in contact"
@@ -269,11 +267,7 @@ def _massless(
     setup: Setup,
     system: System,
     gaps: GapOperator,
-    observed: IntArray,
-    output_every: int,
-    whole_at: IntArray,
-    progress: Report | None,
-    watched: Watched | None,
+    kept: Kept,
 ) -> tuple[History, System, str]:
     table = setup.study.config.time
     if gaps.presses:
@@ -284,12 +278,8 @@ def _massless(
         gaps,
         divided_loads(setup, parts),
         MasslessBoundary(),
-        observed=observed,
-        output_every=output_every,
-        whole_at=whole_at,
-        watched=watched,
         substeps=parts,
-        progress=progress,
+        **kept,
     )
     return history, system, f"massless boundary, {parts} substeps near contact"
 

@@ -1,0 +1,16 @@
+"""How the templates of pages are filled in."""
+
+from __future__ import annotations
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+
+def page_templates(package: str) -> Environment:
+    """The templates of a package, for HTML: everything is escaped, a name that is not given is an error."""
+    return Environment(
+        loader=PackageLoader(package, "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
