@@ -53,7 +53,7 @@ def test_tests_lie_in_the_rooms_of_what_they_test():
     assert len(folders(tests / "studies")) > 8
     assert folders(tests / "studies") <= folders(SRC / "studies")
     flat = {p.name: len(list(p.glob("test_*.py"))) for p in (tests, tests / "studies")}
-    assert max(flat.values()) <= 4, flat
+    assert max(flat.values()) <= 12, flat
 
 
 def test_every_command_has_its_way():
