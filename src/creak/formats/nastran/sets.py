@@ -9,6 +9,7 @@ import numpy as np
 from creak.arrays import IntArray
 from creak.formats.nastran.bulk_data import Card, id_ranges, ids_among
 from creak.formats.nastran.deck import Deck
+from creak.formats.nastran.supports import held_dofs
 from creak.model.mesh import ElementBlock, Surface
 from creak.model.solid_faces import FACES, faces_of, free_faces
 
@@ -27,7 +28,7 @@ _DOF_SETS = {
 
 def node_sets(deck: Deck, names: dict[int, str]) -> dict[str, IntArray]:
     """ASET, BSET, CSET, SUPORT; SET_<id>, and the name in the comments, of SET1, SET3 (GRID) and case control SETs that
-    hold grids."""
+    hold grids; SPC_<id>, and SPC_<id>.<dofs> where a set holds various dofs."""
     found: dict[str, list[int]] = {}
     for card in deck.cards(*_DOF_SETS):
         rows = [deck.grids.row_of[i] for i in ids_among(_grids_of(card), deck.grids.row_of)]
@@ -36,7 +37,23 @@ def node_sets(deck: Deck, names: dict[int, str]) -> dict[str, IntArray]:
         found[f"SET_{identifier}"] = [deck.grids.row_of[i] for i in ids_among(ids, deck.grids.row_of)]
         if identifier in names:
             found[_plain(names[identifier])] = found[f"SET_{identifier}"]
+    found = _held(deck) | found
     return {name: np.array(list(dict.fromkeys(rows)), dtype=np.int64) for name, rows in found.items() if rows}
+
+
+def _held(deck: Deck) -> dict[str, list[int]]:
+    """Grids of each set of SPC and SPC1 cards, and those of each combination of dofs."""
+    dofs: dict[int, dict[int, set[int]]] = {}
+    for card, row, some in held_dofs(deck):
+        if row not in deck.grids.scalar:
+            dofs.setdefault(card.integer(0), {}).setdefault(row, set()).update(some)
+    found: dict[str, list[int]] = {}
+    for identifier, held in dofs.items():
+        found[f"SPC_{identifier}"] = list(held)
+        kinds = {"".join(map(str, sorted(some))) for some in held.values()}
+        for row, mine in held.items() if len(kinds) > 1 else ():
+            found.setdefault(f"SPC_{identifier}.{''.join(map(str, sorted(mine)))}", []).append(row)
+    return found
 
 
 def _grids_of(card: Card) -> list[range]:
