@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def new(
-    deck: Path = typer.Argument(..., metavar="DECK", help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas."),
+    deck: Path = typer.Argument(..., metavar="DECK", help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas, .fem."),
     out: Path | None = typer.Option(None, "--out", help="The study to write; default: beside the deck, ending .toml."),
     distance: float | None = typer.Option(
         None, "--distance", help="Surfaces nearer than this may touch; default: a hundredth of the model's size."
