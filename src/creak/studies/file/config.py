@@ -16,7 +16,7 @@ class ModelTable(Table):
     """[model]"""
 
     deck: str
-    """Abaqus .inp or Nastran .bdf, .dat, .nas, relative to the study file."""
+    """Abaqus .inp or Nastran .bdf, .dat, .nas, .fem, relative to the study file."""
     units: Literal["mm-t-s", "m-kg-s"] = "mm-t-s"
     """Units of the deck and the study: length, mass, time. They label results; nothing is converted."""
 
