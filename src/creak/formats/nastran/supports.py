@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import FloatArray, IntArray
 from creak.formats.nastran.bulk_data import Card, id_list, id_ranges, ids_among
 from creak.formats.nastran.deck import Deck
 from creak.formats.nastran.grids import Permanent
 from creak.formats.nastran.linear import global_equations
-from creak.formats.nastran.set_ids import combined, selected
+from creak.formats.nastran.set_ids import combined, plain_name, selected
 from creak.model.constraints import Constraint, Fixed
 
 Held = dict[int, tuple[set[int], str]]
@@ -62,6 +62,21 @@ def _hold_all(deck: Deck, held: Held, card: Card) -> None:
 
 def _hold(held: Held, row: int, dofs: tuple[int, ...], where: str) -> None:
     held.setdefault(row, (set(), where))[0].update(dofs)
+
+
+def support_sets(deck: Deck, names: dict[int, str]) -> dict[str, IntArray]:
+    """SPC_<id>, and the name in the comments, of every set of SPC and SPC1 cards: the rows of its grids."""
+    found: dict[int, dict[int, None]] = {}
+    for card in deck.cards("SPC", "SPC1"):
+        rows = found.setdefault(card.integer(0), {})
+        if card.name == "SPC1":
+            rows.update(dict.fromkeys(deck.grids.row_of[i] for i in ids_among(id_ranges(card, 2), deck.grids.row_of)))
+        else:
+            ids = [card.integer(i) for i in (1, 4) if card.text(i)]
+            rows.update((deck.grids.row_of[i], None) for i in ids if i in deck.grids.row_of)
+    arrays = {i: np.array(list(rows), dtype=np.int64) for i, rows in found.items() if rows}
+    called = {plain_name(names[i]): rows for i, rows in arrays.items() if i in names}
+    return {**called, **{f"SPC_{i}": rows for i, rows in arrays.items()}}
 
 
 def _as_constraints(deck: Deck, held: Held) -> tuple[list[Fixed], list[Constraint]]:
