@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +34,7 @@ from creak.formats.nastran.solids import read_solids
 from creak.formats.nastran.supports import read_initial_velocity, read_supports
 from creak.formats.nastran.transient import CARDS as OF_RUN
 from creak.formats.nastran.transient import read_transient
-from creak.model.mesh import ElementBlock, Model, Own, Unread
+from creak.model.mesh import COMMON, ElementBlock, Model, Unread
 from creak.model.steps import DeckRun
 
 
@@ -149,6 +150,6 @@ def _blocks(deck: Deck, of_node: IntArray) -> tuple[ElementBlock, ...]:
 
 
 def _block(group: Group, nodes: IntArray, rows: IntArray, part: int) -> ElementBlock:
-    own = Own(**{name: np.array(values)[rows] for name, values in group.own.items()})
+    own = replace(COMMON, **{name: np.array(values)[rows] for name, values in group.own.items()})
     ids = np.array(group.ids, dtype=np.int64)[rows]
     return ElementBlock(group.kind, ids, nodes[rows], group.section, int(part), group.where, own)
