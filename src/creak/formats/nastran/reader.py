@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +34,7 @@ from creak.formats.nastran.solids import read_solids
 from creak.formats.nastran.supports import read_initial_velocity, read_supports
 from creak.formats.nastran.transient import CARDS as OF_RUN
 from creak.formats.nastran.transient import read_transient
-from creak.model.mesh import COMMON, ElementBlock, Model, Unread
+from creak.model.mesh import ElementBlock, Model, Own, Unread
 from creak.model.steps import DeckRun
 
 
@@ -150,6 +150,6 @@ def _blocks(deck: Deck, of_node: IntArray) -> tuple[ElementBlock, ...]:
 
 
 def _block(group: Group, nodes: IntArray, rows: IntArray, part: int) -> ElementBlock:
-    own = replace(COMMON, **{name: np.array(values)[rows] for name, values in group.own.items()})
+    own: dict[str, Any] = {name: np.array(values)[rows] for name, values in group.own.items()}
     ids = np.array(group.ids, dtype=np.int64)[rows]
-    return ElementBlock(group.kind, ids, nodes[rows], group.section, int(part), group.where, own)
+    return ElementBlock(group.kind, ids, nodes[rows], group.section, int(part), group.where, Own(**own))
