@@ -15,6 +15,7 @@ from creak.assembly.elimination import congruent, eliminate, principal, transfor
 from creak.assembly.partition import shared_nodes
 from creak.assembly.system import Rows, Stats, System, no_supports
 from creak.elements.block_matrices import block_matrices
+from creak.elements.free_sides import with_free_sides
 from creak.elements.geometry import DegenerateElement
 from creak.errors import InputError
 from creak.model.constraints import Constraint, Equation
@@ -95,7 +96,7 @@ def assemble_blocks(
     n = labels.size
     K, M, C = (sp.csr_matrix((n, n)) for _ in range(3))
     has_C = False
-    for block in blocks:
+    for block in with_free_sides(list(blocks)):
         da, db, dashpot = _excess_damping(block, common, override)
         for nodes, Ke, Me, Ce in _element_matrices(model, block, nodes_of(labels[::PER_NODE])):
             scatter = _Scatter(nodes, n // PER_NODE)

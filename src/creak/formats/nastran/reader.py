@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -153,6 +154,6 @@ def _blocks(deck: Deck, of_node: IntArray) -> tuple[ElementBlock, ...]:
 
 
 def _block(group: Group, nodes: IntArray, rows: IntArray, part: int) -> ElementBlock:
-    own = Own(**{name: np.array(values)[rows] for name, values in group.own.items()})
+    own: dict[str, Any] = {name: np.array(values)[rows] for name, values in group.own.items()}
     ids = np.array(group.ids, dtype=np.int64)[rows]
-    return ElementBlock(group.kind, ids, nodes[rows], group.section, int(part), group.where, own)
+    return ElementBlock(group.kind, ids, nodes[rows], group.section, int(part), group.where, Own(**own))
