@@ -55,6 +55,7 @@ def own_data(
     """Material directions, beam axes by a third node and nodal thickness of the elements of one section."""
     own = COMMON
     solid = isinstance(section, SolidSection) and isinstance(section.material, AnisotropicMaterial)
+    solid = solid and block.name != "COHESIVE SECTION"
     if block.get("ORIENTATION") and (solid or isinstance(section, GeneralShell)):
         orientation = find_orientation(block.get("ORIENTATION"), at.orientations, scope, deck, block.where)
         centres = at.centres(elements, rows)
