@@ -69,6 +69,11 @@ _READ: dict[str, Meaning] = {
     "KINEMATIC": _read("", "COUPLING"),
     "DISTRIBUTING": _read("WEIGHTING METHOD, COUPLING", "COUPLING"),
     "KINEMATIC COUPLING": _read("REF NODE, ORIENTATION"),
+    "FASTENER": _read(
+        "INTERACTION NAME, PROPERTY, REFERENCE NODE SET, ELSET, COUPLING, WEIGHTING METHOD, SEARCH RADIUS, UNSORTED,"
+        "RADIUS OF INFLUENCE, NUMBER OF LAYERS, ATTACHMENT METHOD, ADJUST ORIENTATION, ORIENTATION"
+    ),
+    "FASTENER PROPERTY": _read("NAME, MASS"),
     "RIGID BODY": _read("REF NODE, TIE NSET, PIN NSET, ELSET, POSITION"),
     "TIE": _read("NAME, POSITION TOLERANCE, TIED NSET, ADJUST, NO ROTATION, NO THICKNESS, TYPE"),
     "MPC": _read("MODE"),
@@ -124,7 +129,7 @@ _HARMLESS = {
 }
 
 _CHANGES = {
-    "creak does not read this joint": "SHELL TO SOLID COUPLING, EMBEDDED ELEMENT, FASTENER",
+    "creak does not read this joint": "SHELL TO SOLID COUPLING, EMBEDDED ELEMENT",
     "creak does not read added mass": "BEAM ADDED INERTIA",
     "loads are read from the study's [excitation], not from model data": "CLOAD, DLOAD, DSLOAD",
     "creak does not generate nodes or elements; write them out": "NGEN, NFILL, NCOPY, NMAP, ELGEN, ELCOPY",

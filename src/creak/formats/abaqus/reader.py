@@ -14,6 +14,7 @@ from creak.formats.abaqus.boundary import read_boundaries, read_initial_velocity
 from creak.formats.abaqus.couplings import Placement, read_couplings
 from creak.formats.abaqus.distributions import read_distributions
 from creak.formats.abaqus.elements import read_elements
+from creak.formats.abaqus.fasteners import read_fasteners
 from creak.formats.abaqus.joints import joint_constraints
 from creak.formats.abaqus.keywords import misspelled
 from creak.formats.abaqus.lexer import lex
@@ -108,6 +109,7 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
     assigned = read_sections(deck, elements, element_names, read_materials(deck), geometry)
     assigned = with_added_mass(deck, elements, element_names, assigned, nodes.coords)
     constraints = read_couplings(deck, surfaces, elements, node_names, element_names, place)
+    constraints += read_fasteners(deck, surfaces, node_names, nodes.coords)
     constraints += joint_constraints(assigned.connectors, nodes.coords)
     constraints += read_links(deck, node_names, nodes.coords, place.transforms)
     constraints += read_ties(deck, nodes, elements, assigned, surfaces, node_names)
