@@ -165,5 +165,5 @@ class Result:
 
         size = round(1e6 * animation_mb)
         if size not in self._views:
-            self._views[size] = found_of(self.found, self.convergence, size)
+            self._views[size] = found_of(self.found, self.convergence, size, self.sound)
         return self._views[size]

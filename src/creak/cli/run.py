@@ -146,14 +146,20 @@ def results_name(study: Study | Path) -> str:
 
 def _print_tables(output: Output, summary: dict[str, Any]) -> None:
     from creak.report.eline_rows import eline_words
-    from creak.report.terminal import run_rows, verification_rows
+    from creak.report.terminal import place_table, run_rows, verification_rows
+    from creak.studies.results.limits import limit_words
 
     output.table("Runs", run_rows(summary))
+    places = place_table(summary)
+    if len(places) > 1:
+        output.table("Places", places)
     checks = verification_rows(summary)
     if checks:
         output.table("Reduced against reference", [["", "value"], *checks])
     if summary["elines"] is not None:
         output.say(f"E-lines: {eline_words(summary['elines'])}")
+    for text in limit_words(summary["limits"]):
+        output.say(text)
 
 
 def _tell_verdict(output: Output, summary: dict[str, Any]) -> None:

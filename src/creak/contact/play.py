@@ -11,6 +11,7 @@ from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator
 from creak.contact.laws.parameters import laid_over
 from creak.errors import InputError
 from creak.model.contact_law import ContactLaw
+from creak.model.dofs import dof_label
 from creak.model.mesh import Model
 
 
@@ -73,7 +74,7 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
             terms = [(int(moving[k]), sign)] + ([(int(ends[0][k]), -sign)] if len(ends) == 2 else [])
             for node, c in terms:
                 channel.append(row)
-                label.append(6 * int(node) + play.dof - 1)
+                label.append(dof_label(node, play.dof))
                 value.append(c)
             gap0.append(-sign * limit - squeezed)
             names.append(f"{play.name}:{side}" + (f":{model.nodes.label(int(moving[k]))}" if moving.size > 1 else ""))

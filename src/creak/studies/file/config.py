@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, model_validator
 
 from creak.studies.file.contact_tables import ConnectorTable, ContactTable
-from creak.studies.file.eline_tables import ElineTable, LimitTable, MaterialPairTable
+from creak.studies.file.eline_tables import BackgroundTable, ElineTable, LimitTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
 from creak.studies.file.table import Finite, NonNegative, Positive, Table
 
@@ -277,3 +277,5 @@ class StudyConfig(Table):
     """What reduced and unreduced run are compared by."""
     listener: dict[str, ListenerTable] = {}
     """[listener.NAME]: where the sound of the contacts is heard."""
+    background: BackgroundTable | None = None
+    """The steady sound that the contacts are heard beside."""
