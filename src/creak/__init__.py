@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from creak.api.result import Result
     from creak.api.robust import robust
     from creak.api.saved import SavedResult, open_result
+    from creak.api.shown import Events
     from creak.api.study import change_study, make_study, read_study, run, run_setup, set_up
     from creak.assembly.system import System
     from creak.contact.gap_operator import GapOperator
@@ -90,6 +91,7 @@ _HOMES = {
     "api.result": ("Result",),
     "api.robust": ("robust",),
     "api.saved": ("SavedResult", "open_result"),
+    "api.shown": ("Events",),
     "api.study": ("change_study", "make_study", "read_study", "run", "run_setup", "set_up"),
     "assembly.system": ("System",),
     "contact.gap_operator": ("GapOperator",),
@@ -135,6 +137,7 @@ __all__ = [
     "DeckModes",
     "Event",
     "EventMatch",
+    "Events",
     "GapOperator",
     "History",
     "InputError",

@@ -30,7 +30,7 @@ from creak.formats.nastran.rigid import read_rigid
 from creak.formats.nastran.sets import element_sets, node_sets, surfaces
 from creak.formats.nastran.shells import read_shells
 from creak.formats.nastran.solids import read_solids
-from creak.formats.nastran.supports import read_initial_velocity, read_supports, support_sets
+from creak.formats.nastran.supports import read_initial_velocity, read_supports
 from creak.formats.nastran.transient import CARDS as OF_RUN
 from creak.formats.nastran.transient import read_transient
 from creak.model.mesh import ElementBlock, Model, Own, Unread
@@ -101,11 +101,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
         blocks=blocks,
         parts=parts,
         element_sets=sets,
-        node_sets={
-            **support_sets(deck, source.support_names),
-            **node_sets(deck, source.set_names),
-            **{n: np.array(rows) for n, rows in gaps.items()},
-        },
+        node_sets={**node_sets(deck, source.set_names), **{n: np.array(rows) for n, rows in gaps.items()}},
         surfaces=surfaces(blocks, sets),
         constraints=(*constraints, *skew),
         fixed=tuple(fixed) if run is None else run.step.fixed,

@@ -10,7 +10,7 @@ from creak.studies.file.contact_tables import ConnectorTable, ContactTable
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.node_tables import NodesTable, SupportTable
 from creak.studies.file.design.scatter_tables import ScatterTable
-from creak.studies.file.eline_tables import ElineTable, LimitTable, MaterialPairTable
+from creak.studies.file.eline_tables import BackgroundTable, ElineTable, LimitTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
 from creak.studies.file.table import Finite, NonNegative, Positive, Table
 
@@ -19,7 +19,7 @@ class ModelTable(Table):
     """[model]"""
 
     deck: str
-    """Abaqus .inp or Nastran .bdf, .dat, .nas, relative to the study file."""
+    """Abaqus .inp or Nastran .bdf, .dat, .nas, .fem, relative to the study file."""
     units: Literal["mm-t-s", "m-kg-s"] = "mm-t-s"
     """Units of the deck and the study: length, mass, time. They label results; nothing is converted."""
 
@@ -290,3 +290,5 @@ class StudyConfig(Table):
     """What reduced and unreduced run are compared by."""
     listener: dict[str, ListenerTable] = {}
     """[listener.NAME]: where the sound of the contacts is heard."""
+    background: BackgroundTable | None = None
+    """The steady sound that the contacts are heard beside."""

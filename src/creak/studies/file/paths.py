@@ -20,6 +20,7 @@ PLACES = (
     ("eline", "*", "points"),
     ("material_pairs",),
     ("clips",),
+    ("background", "file"),
     ("reduction", "interface", "deck"),
 )
 """Keys of a study whose strings are paths."""
