@@ -126,7 +126,7 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
     contacts, notes = _contacts(model, study)
     notes += [*told, *held, *placed]
     notes += start_warnings(model, study.config)
-    plays = [*_plays(study), *clips]
+    plays = [*plays_of(study), *clips]
     connectors = join([play_channels(model, p, where) for p, where in plays])
     rayleigh, override = _damping(model, study)
     notes += drive_warnings(model, study.config, loads, driven, rayleigh, highest_frequency(study))
@@ -208,7 +208,8 @@ def _in_file(study: Study, name: str, error: InputError) -> InputError:
     return InputError(error.what, expected=error.expected, where=where, fix=error.fix)
 
 
-def _plays(study: Study) -> list[tuple[Play, str]]:
+def plays_of(study: Study) -> list[tuple[Play, str]]:
+    """The connectors of a study with their places in it."""
     out = []
     for i, t in enumerate(study.config.connector):
         name = t.name or "-".join(t.node_sets)
