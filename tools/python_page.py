@@ -22,6 +22,7 @@ GROUPS = {
         "Run",
         "Result",
         "SavedResult",
+        "Events",
     ),
     "Many reductions of one study": ("make_bench", "Bench", "ReducedModel"),
     "Decks": ("read_deck", "deck_modes", "near_elements", "write_door", "Model", "RigidLink", "DeckModes"),

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from creak.api.reductions import craig_bampton, gap_modes, guyan, massless_boundary
     from creak.api.result import Result
     from creak.api.saved import SavedResult, open_result
+    from creak.api.shown import Events
     from creak.api.study import change_study, make_study, read_study, run, run_setup, set_up
     from creak.assembly.system import System
     from creak.contact.gap_operator import GapOperator
@@ -88,6 +89,7 @@ _HOMES = {
     "api.reductions": ("craig_bampton", "gap_modes", "guyan", "massless_boundary"),
     "api.result": ("Result",),
     "api.saved": ("SavedResult", "open_result"),
+    "api.shown": ("Events",),
     "api.study": ("change_study", "make_study", "read_study", "run", "run_setup", "set_up"),
     "assembly.system": ("System",),
     "contact.gap_operator": ("GapOperator",),
@@ -133,6 +135,7 @@ __all__ = [
     "DeckModes",
     "Event",
     "EventMatch",
+    "Events",
     "GapOperator",
     "History",
     "InputError",

@@ -118,6 +118,7 @@ def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: UnitsNa
     from creak.formats.endings import is_deck
     from creak.studies.prepare import setup
     from creak.studies.prepare.deck_step import set_up_deck
+    from creak.studies.sound.background import background_of
     from creak.studies.sound.listeners import listeners_of
 
     if not isinstance(study, Study):
@@ -127,6 +128,7 @@ def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: UnitsNa
         study = read_study(path)
     found = setup.set_up(study, ignore)
     listeners_of(found.model, found.study)
+    background_of(found.study)
     return found
 
 

@@ -86,7 +86,7 @@ def report_text(result: Found, summary: dict[str, Any]) -> str:
     motions = scene.animations(result, units)
     parts = (
         _verdict_parts(result, summary, units)
-        | place_parts(result, motions, units)
+        | place_parts(result, summary, motions, units)
         | _drawn_parts(result, units)
         | _motion_parts(result, motions, scene.scene(result))
         | _table_parts(result, summary, units)

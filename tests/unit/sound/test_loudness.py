@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 import creak
 from creak.errors import InputError
-from creak.sound.loudness import loudness, loudness_level, loudness_of_levels, steady_loudness
+from creak.sound.loudness import added_loudness, loudness, loudness_level, loudness_of_levels, steady_loudness
 from creak.sound.third_octave import third_octave_levels
 from creak.sound.zwicker_tables import BARK
 
@@ -273,6 +273,18 @@ def test_sharpness_over_time_is_that_of_the_steady_sound():
     assert np.median(loudness(x[:RATE], RATE).sharpness[100:]) == pytest.approx(
         steady_loudness(x, RATE).sharpness, rel=0.05
     )
+
+
+def test_what_a_tone_adds_to_a_background_is_the_loudness_of_both_less_the_backgrounds():
+    x, background = tone(1000, 60), np.full(28, 50.0)
+    own = third_octave_levels(x, RATE)
+    both = 10.0 * np.log10(10.0 ** (0.1 * background) + 10.0 ** (0.1 * own))
+    expected = loudness_of_levels(both).total - loudness_of_levels(background).total
+    added = added_loudness(x, RATE, background)
+    assert np.median(added[added.size // 2 :]) == pytest.approx(expected, rel=0.01)
+    alone = loudness(x, RATE).total
+    assert added_loudness(x, RATE, np.full(28, -100.0)) == pytest.approx(alone, abs=1e-9)
+    assert added_loudness(np.zeros(RATE // 4), RATE, background).max() < 1e-4
 
 
 @pytest.mark.parametrize("field", ["free", "diffuse"])

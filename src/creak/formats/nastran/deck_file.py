@@ -15,6 +15,7 @@ _BULK = re.compile(r"\s*BEGIN(\s+BULK)?\b", re.I)
 _SUPER = re.compile(r"\s*BEGIN\s+(BULK\s+)?(SUPER|AUXMODEL|MODULE|ARBMODEL|FLXBDY|TRMC|UDS|CMODEXT)\b", re.I)
 _END = re.compile(r"\s*ENDDATA\b", re.I)
 _INCLUDE = re.compile(r"\s*INCLUDE\b[\s=]*(.*)", re.I)
+_EXECUTIVE = re.compile(r"\s*(SOL|ID|APP|TIME|DIAG|NASTRAN|ASSIGN|COMPILE|ALTER|MALTER|INIT)\b", re.I)
 _PARAM = re.compile(r"\s*PARAM\b", re.I)
 """PARAM cards may stand in the case control as well."""
 _NAMES = (
@@ -68,6 +69,8 @@ def read_deck_file(path: Path) -> DeckFile:
             expected="CEND, BEGIN BULK and ENDDATA",
             fix="Is the file cut off? Add ENDDATA if it is complete.",
         )
+    if not reader.controlled:
+        reader.without_cend()
     case = reader.lines["case"]
     params = [line for line in case if _PARAM.match(line.text)]
     cards = cards_of([*params, *reader.lines["bulk"]])
@@ -95,6 +98,8 @@ class _Reader:
     budget: IncludeBudget
     begun: bool = False
     """Whether BEGIN BULK was met."""
+    controlled: bool = False
+    """Whether CEND was met."""
     lines: dict[str, list[Line]] = field(
         default_factory=lambda: {"executive": [], "case": [], "bulk": [], "skipped": []}
     )
@@ -129,8 +134,15 @@ class _Reader:
             self.begun = True
         elif not self.begun and line.text.strip().upper().startswith("CEND"):
             self._turn_to("case", "executive")
+            self.controlled = True
         else:
             self.lines[self.section].append(line)
+
+    def without_cend(self) -> None:
+        """OptiStruct's decks have no CEND: what is not executive control is case control."""
+        lines = self.lines["executive"]
+        self.lines["case"] += [line for line in lines if not _EXECUTIVE.match(line.text)]
+        self.lines["executive"] = [line for line in lines if _EXECUTIVE.match(line.text)]
 
     def _turn_to(self, section: str, before: str) -> None:
         """Go on in another section; what was taken for bulk data until here belongs to the one before."""
@@ -178,4 +190,4 @@ def _file_name(rest: str, lines: list[str], k: int) -> tuple[str, int]:
 
 
 def _lines(path: Path, included_at: str, budget: IncludeBudget) -> list[str]:
-    return read_lines(path, included_at, "a Nastran", ".bdf, .dat or .nas", budget)
+    return read_lines(path, included_at, "a Nastran", ".bdf, .dat, .nas or .fem", budget)

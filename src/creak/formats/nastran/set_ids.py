@@ -21,7 +21,8 @@ def selected(deck: Deck, what: str, chosen: int) -> int:
     there = sorted({card.integer(0) for card in cards})
     if chosen and not there:
         why = f"{what} = {chosen} in the case control, but the deck has no {what} cards: nothing is held by them"
-        deck.unread.append(Unread(f"{what} = {chosen}", deck.case.where, False, why))
+        entry = Unread(f"{what} = {chosen}", deck.case.where, False, why)
+        deck.unread += [] if entry in deck.unread else [entry]
         return 0
     if chosen:
         if chosen not in there:

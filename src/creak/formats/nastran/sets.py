@@ -9,6 +9,8 @@ import numpy as np
 from creak.arrays import IntArray
 from creak.formats.nastran.bulk_data import Card, id_ranges, ids_among
 from creak.formats.nastran.deck import Deck
+from creak.formats.nastran.optistruct import bulk_sets, named_surfaces, surface_elements
+from creak.formats.nastran.supports import held_dofs
 from creak.model.mesh import ElementBlock, Surface
 from creak.model.solid_faces import FACES, faces_of, free_faces
 
@@ -27,7 +29,7 @@ _DOF_SETS = {
 
 def node_sets(deck: Deck, names: dict[int, str]) -> dict[str, IntArray]:
     """ASET, BSET, CSET, SUPORT; SET_<id>, and the name in the comments, of SET1, SET3 (GRID) and case control SETs that
-    hold grids."""
+    hold grids; SPC_<id>, and SPC_<id>.<dofs> where a set holds various dofs."""
     found: dict[str, list[int]] = {}
     for card in deck.cards(*_DOF_SETS):
         rows = [deck.grids.row_of[i] for i in ids_among(_grids_of(card), deck.grids.row_of)]
@@ -36,7 +38,23 @@ def node_sets(deck: Deck, names: dict[int, str]) -> dict[str, IntArray]:
         found[f"SET_{identifier}"] = [deck.grids.row_of[i] for i in ids_among(ids, deck.grids.row_of)]
         if identifier in names:
             found[_plain(names[identifier])] = found[f"SET_{identifier}"]
+    found = _held(deck) | found
     return {name: np.array(list(dict.fromkeys(rows)), dtype=np.int64) for name, rows in found.items() if rows}
+
+
+def _held(deck: Deck) -> dict[str, list[int]]:
+    """Grids of each set of SPC and SPC1 cards, and those of each combination of dofs."""
+    dofs: dict[int, dict[int, set[int]]] = {}
+    for card, row, some in held_dofs(deck):
+        if row not in deck.grids.scalar:
+            dofs.setdefault(card.integer(0), {}).setdefault(row, set()).update(some)
+    found: dict[str, list[int]] = {}
+    for identifier, held in dofs.items():
+        found[f"SPC_{identifier}"] = list(held)
+        kinds = {"".join(map(str, sorted(some))) for some in held.values()}
+        for row, mine in held.items() if len(kinds) > 1 else ():
+            found.setdefault(f"SPC_{identifier}.{''.join(map(str, sorted(mine)))}", []).append(row)
+    return found
 
 
 def _grids_of(card: Card) -> list[range]:
@@ -52,6 +70,8 @@ def _id_sets(deck: Deck, kinds: tuple[str, ...]) -> dict[int, list[range]]:
     found = {identifier: list(ids) for identifier, ids in deck.case.sets.items()}
     for card in deck.cards("SET1"):
         found[card.integer(0)] = [*id_ranges(card, 2 if card.text(1).upper() == "SKIN" else 1)]
+    for kind in kinds:
+        found |= bulk_sets(deck, kind)
     for card in deck.cards("SET3"):
         if card.text(1).upper()[:4] in kinds:
             found[card.integer(0)] = [*id_ranges(card, 2)]
@@ -66,7 +86,7 @@ def _plain(name: str) -> str:
 def element_sets(
     deck: Deck, blocks: tuple[ElementBlock, ...], names: dict[int, str], set_names: dict[int, str]
 ) -> dict[str, IntArray]:
-    """PID_<id> and the property's name of every property; SET_<id> and the name of sets that hold elements."""
+    """PID_<id> and name of every property; SET_<id> and name of sets that hold elements; SURF_<id> of OptiStruct."""
     place = {int(i): (b, k) for b, block in enumerate(blocks) for k, i in enumerate(block.ids.tolist())}
     found: dict[str, list[tuple[int, int]]] = {}
     for identifier, at in place.items():
@@ -76,6 +96,9 @@ def element_sets(
     for pid, name in names.items():
         if f"PID_{pid}" in found:
             found.setdefault(_plain(name), found[f"PID_{pid}"])
+    for identifier in named_surfaces(deck):
+        elements, faces = surface_elements(deck, identifier)
+        found[f"SURF_{identifier}"] = [place[i] for i in (*elements, *faces) if i in place]
     for identifier, ids in _id_sets(deck, ("ELEM",)).items():
         found[f"SET_{identifier}"] = [place[i] for i in ids_among(ids, place)]
         if identifier in set_names and found[f"SET_{identifier}"]:

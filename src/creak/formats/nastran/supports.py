@@ -28,36 +28,36 @@ def read_supports(deck: Deck, permanent: list[Permanent]) -> tuple[list[Fixed], 
     held: Held = {}
     for p in permanent:
         _hold(held, p.row, p.dofs, p.where)
-    chosen = combined(deck, "SPCADD", selected(deck, "SPC", deck.case.spc))
-    for card in deck.cards("SPC"):
-        if card.integer(0) in chosen:
-            for i in (1, 4):
-                if card.text(i):
-                    _hold(held, *_one(deck, card, i), card.where)
-                if card.real(i + 2, 0.0):
-                    deck.note(
-                        card,
-                        "an enforced displacement is held at zero; drive it in the study",
-                        changes=True,
-                        what="SPC, D",
-                    )
-    for card in deck.cards("SPC1"):
-        if card.integer(0) in chosen:
-            _hold_all(deck, held, card)
+    for card, row, dofs in held_dofs(deck):
+        _hold(held, row, dofs, card.where)
+    for card in _taken(deck, "SPC"):
+        if any(card.text(i) and card.real(i + 2, 0.0) for i in (1, 4)):
+            why = "an enforced displacement is held at zero; drive it in the study"
+            deck.note(card, why, changes=True, what="SPC, D")
     return _as_constraints(deck, held)
+
+
+def held_dofs(deck: Deck) -> Iterator[tuple[Card, int, tuple[int, ...]]]:
+    """Card, node row and dofs of the SPC and SPC1 cards that the case control takes."""
+    for card in _taken(deck, "SPC"):
+        for i in (1, 4):
+            if card.text(i):
+                yield card, *_one(deck, card, i)
+    for card in _taken(deck, "SPC1"):
+        many = any(text.upper() == "THRU" for text in card.fields)  # ids that THRU spans need not all exist
+        for identifier in ids_among(id_ranges(card, 2), deck.grids.row_of) if many else id_list(card, 2):
+            row = deck.grids.row(identifier, card)
+            yield card, row, (1,) if row in deck.grids.scalar else card.components(1)
+
+
+def _taken(deck: Deck, name: str) -> list[Card]:
+    chosen = combined(deck, "SPCADD", selected(deck, "SPC", deck.case.spc))
+    return [card for card in deck.cards(name) if card.integer(0) in chosen]
 
 
 def _one(deck: Deck, card: Card, i: int) -> tuple[int, tuple[int, ...]]:
     row = deck.grids.row(card.integer(i), card)
     return row, (1,) if row in deck.grids.scalar else card.components(i + 1)
-
-
-def _hold_all(deck: Deck, held: Held, card: Card) -> None:
-    """SPC1: ids that THRU spans need not all exist."""
-    many = any(text.upper() == "THRU" for text in card.fields)
-    for identifier in ids_among(id_ranges(card, 2), deck.grids.row_of) if many else id_list(card, 2):
-        row = deck.grids.row(identifier, card)
-        _hold(held, row, (1,) if row in deck.grids.scalar else card.components(1), card.where)
 
 
 def _hold(held: Held, row: int, dofs: tuple[int, ...], where: str) -> None:

@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Field, model_validator
 
 from creak.model.units import UnitsName
 from creak.studies.file.contact_tables import ConnectorTable, ContactTable
-from creak.studies.file.eline_tables import ElineTable, LimitTable, MaterialPairTable
+from creak.studies.file.eline_tables import BackgroundTable, ElineTable, LimitTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
 from creak.studies.file.table import Finite, NonNegative, Positive, Table
 
@@ -17,7 +17,7 @@ class ModelTable(Table):
     """[model]"""
 
     deck: str
-    """Abaqus .inp or Nastran .bdf, .dat, .nas, relative to the study file."""
+    """Abaqus .inp or Nastran .bdf, .dat, .nas, .fem, relative to the study file."""
     units: UnitsName = "mm-t-s"
     """Units of the deck and the study: length, mass, time. They label results; nothing is converted."""
 
@@ -278,3 +278,5 @@ class StudyConfig(Table):
     """What reduced and unreduced run are compared by."""
     listener: dict[str, ListenerTable] = {}
     """[listener.NAME]: where the sound of the contacts is heard."""
+    background: BackgroundTable | None = None
+    """The steady sound that the contacts are heard beside."""

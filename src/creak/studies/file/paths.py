@@ -19,6 +19,7 @@ PLACES = (
     ("superelement", "*", "map"),
     ("eline", "*", "points"),
     ("material_pairs",),
+    ("background", "file"),
     ("reduction", "interface", "deck"),
 )
 """Keys of a study whose strings are paths."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,7 +54,7 @@ class UnitSystem:
     """Pa"""
     density: float
     """kg/m^3"""
-    words: tuple[str, str, str, str] = ("", "", "", "")
+    words: tuple[str, str, str, str]
     """Units of length, stress, density and mass."""
 
     @property
@@ -71,10 +71,10 @@ SYSTEMS = {
 }
 """What a study can name."""
 OTHERS = (
-    UnitSystem("mm-kg-ms", 1e-3, 1e9, 1e9),
-    UnitSystem("mm-g-ms", 1e-3, 1e6, 1e6),
-    UnitSystem("mm-kg-s", 1e-3, 1e3, 1e9),
-    UnitSystem("in-lbf-s", 0.0254, 6894.757, 1.068688e7),
+    UnitSystem("mm-kg-ms", 1e-3, 1e9, 1e9, ("mm", "GPa", "kg/mm^3", "kg")),
+    UnitSystem("mm-g-ms", 1e-3, 1e6, 1e6, ("mm", "MPa", "g/mm^3", "g")),
+    UnitSystem("mm-kg-s", 1e-3, 1e3, 1e9, ("mm", "kPa", "kg/mm^3", "kg")),
+    UnitSystem("in-lbf-s", 0.0254, 6894.757, 1.068688e7, ("in", "psi", "lbf s^2/in^4", "lbf s^2/in")),
 )
 """What else decks are written in."""
 
@@ -115,6 +115,12 @@ def guessed_units(model: Model) -> list[UnitSystem]:
     if not known:
         return []
     return [s for s in (*SYSTEMS.values(), *OTHERS) if all(_fits(m, s) for m in known) and not _size(model, s)]
+
+
+def named_systems(names: Iterable[str]) -> list[UnitSystem]:
+    """The systems of these names."""
+    known = {s.name: s for s in (*SYSTEMS.values(), *OTHERS)}
+    return [known[name] for name in names]
 
 
 def materials(model: Model) -> list[Stuff]:
