@@ -5,10 +5,14 @@ This is the one place that knows how a label is made; a generalised coordinate h
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from creak.arrays import IntArray
-from creak.model.mesh import Model
+
+if TYPE_CHECKING:
+    from creak.model.mesh import Model
 
 PER_NODE = 6
 ALL = (1, 2, 3, 4, 5, 6)
