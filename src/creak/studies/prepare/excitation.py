@@ -33,7 +33,7 @@ from creak.studies.file.excitation_tables import (
 )
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS
-from creak.studies.file.tables import read_table
+from creak.studies.file.tables import read_signal, read_table
 
 MOTIONS = {
     "displacement": sources.displacement_motion,
@@ -235,7 +235,8 @@ def _signal(study: Study, name: str, table: ExcitationTable) -> sources.Signal:
         return sources.Table(*_columns(s.values), s.rounding)
     assert s.file is not None
     where = study.where("excitation", name, "signal")
-    time, value = read_table(study.sibling(s.file), where)
+    time, value = read_signal(study.sibling(s.file), s.channel, where)
+    value = s.factor * value
     if not isinstance(s, RecordTable):
         return sources.Table(time, value, s.rounding)
     step = np.diff(time)

@@ -138,7 +138,7 @@ def materials(model: Model) -> list[Stuff]:
 def _stuffs(section: Section) -> Iterator[tuple[str, float, float]]:
     """Name, modulus and density of the materials of a section; figures of zero say nothing and are left out."""
     if isinstance(section, GeneralShell) and not section.plies:
-        if section.thickness > 0.0:
+        if section.thickness > 0.0 and not section.rigid:
             modulus, density = float(section.A[0, 0]) / section.thickness, section.mass / section.thickness
             yield section.name, modulus, density
         return
@@ -226,7 +226,9 @@ def _thickness(model: Model, declared: UnitSystem) -> list[str]:
     shells = [
         (b.section.thickness, b.ids.size)
         for b in model.blocks
-        if isinstance(b.section, ShellSection | GeneralShell) and b.section.thickness > 0.0
+        if isinstance(b.section, ShellSection | GeneralShell)
+        and b.section.thickness > 0.0
+        and not getattr(b.section, "rigid", False)
     ]
     odd = [t for t, n in shells if not _within(t * declared.length, THICKNESS) for _ in range(n)]
     if not odd or 2 * len(odd) < sum(n for _, n in shells):
