@@ -66,8 +66,8 @@ def _overview() -> str:
     lines = [
         "# Examples",
         "",
-        "Scripts that need nothing but creak with its extra `report`. Each draws a figure; the tests hold what it finds "
-        "against closed forms or the unreduced model.",
+        "Scripts that need nothing but creak with its extra `report`. Each draws a figure; the tests hold what it "
+        "finds against closed forms or the unreduced model.",
         "",
     ]
     drawn = pictures()
