@@ -28,7 +28,7 @@ _CHANGES = {
 
 _MATRICES = ("K2GG", "M2GG", "B2GG")
 _OUTPUT = ("DISPLACEMENT", "VELOCITY", "ACCELERATION")
-_OF_RUN = ("DLOAD", "TSTEP", "LOADSET", *_OUTPUT)
+_OF_RUN = ("DLOAD", "TSTEP", "TSTEPNL", "LOADSET", *_OUTPUT)
 
 
 @dataclass(frozen=True)
@@ -76,6 +76,7 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
     """
     commands, unread = _first_subcase(case)
     ids = {key: _identifier(commands, key) for key in ("SPC", "MPC", "IC", "DLOAD", "TSTEP", "LOADSET", "NSM")}
+    ids["TSTEP"] = ids["TSTEP"] or _identifier(commands, "TSTEPNL")
     sets = {number: _ids(text) for number, text in _sets(case).items()}
     unread += [
         Unread(key, line.where, True, "creak does not follow this case control command")

@@ -92,6 +92,8 @@ _CHANGES = {
 }
 
 
+BY_FREQUENCY = ("108", "111", "SEDFREQ", "SEMFREQ")
+"""Solutions in which springs may depend on the frequency."""
 _TABLES_OF = {"PBUSHT": "PBUSH", "PELAST": "PELAS", "PDAMPT": "PDAMP"}
 _DEPENDS = {
     "its meaning hangs on the analysis": (
@@ -167,6 +169,8 @@ def _where_it_acts(deck: Deck, name: str, own_run: bool) -> Meaning | None:
         return Meaning("harmless", "the case control takes no TEMPERATURE, so the material is that of its card")
     if name in _TABLES_OF:
         values = f"the nominal values of {_TABLES_OF[name]}"
+        if case.solution in BY_FREQUENCY:
+            return Meaning("harmless", f"{values} hold at every frequency; Nastran's response follows the tables")
         if case.solution in LINEAR:
             return Meaning("harmless", f"the solution is linear: {values} hold, as in Nastran")
         return Meaning("changes", f"creak takes {values} at every displacement and frequency")
