@@ -17,6 +17,7 @@ GROUPS = {
         "run_setup",
         "open_result",
         "compare",
+        "robust",
         "Study",
         "Setup",
         "Run",

@@ -19,13 +19,13 @@ from creak.errors import InputError, suggest
 from creak.model.contact_law import ContactLaw
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
+from creak.studies.design.named_nodes import node_labels
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.eline_tables import ElineTable, MaterialPairTable
 from creak.studies.file.material_pairs import material_pairs
 from creak.studies.file.quantities import length_in
 from creak.studies.file.reader import Study
 from creak.studies.file.tables import Rows, read_one_of
-from creak.studies.prepare.pairs import node_labels
 
 BY_NODES, BY_PLACE = ["main", "secondary"], ["x", "y", "z"]
 """Headers of a file of points."""

@@ -19,6 +19,7 @@ from creak.model.materials import (
     ShellSection,
 )
 from creak.model.mesh import Model
+from creak.model.units import METRES, UNITS
 
 MODULUS = (1e4, 2e12)
 """Pa: Young's moduli from soft foam to beyond diamond."""
@@ -63,8 +64,10 @@ class UnitSystem:
 
 
 SYSTEMS = {
-    "mm-t-s": UnitSystem("mm-t-s", 1e-3, 1e6, 1e12, ("mm", "MPa", "t/mm^3", "t")),
-    "m-kg-s": UnitSystem("m-kg-s", 1.0, 1.0, 1.0, ("m", "Pa", "kg/m^3", "kg")),
+    name: UnitSystem(
+        name, METRES[name], u.per_metre**2, u.to_kg * u.per_metre**3, (u.length, u.stress, u.density, u.mass)
+    )
+    for name, u in UNITS.items()
 }
 """What a study can name."""
 OTHERS = (
