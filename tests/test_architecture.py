@@ -26,8 +26,8 @@ LAYERS = (
     "elements",
     "model",
 )
-EVERYWHERE = {"errors", "arrays", "progress", "version", ""}
-"""`creak.errors`, `creak.arrays`, `creak.progress`, `creak.version` and the bare package may be imported by anyone."""
+EVERYWHERE = {"errors", "arrays", "progress", "version", "words", ""}
+"""The ground (`creak.errors` and its like) and the bare package may be imported by anyone."""
 BESIDE = {"linalg": set(), "signals": set(), "sound": set(), "formats": {"model"}}
 """What the folders beside the tower may import."""
 NUMERICS = ("model", "elements", "assembly", "linalg", "reduction", "contact", "dynamics", "signals", "sound", "verify")

@@ -52,7 +52,7 @@ class Events(list[Event]):
 
     def units(self) -> dict[str, str]:
         """Unit of each column of `rows`; empty: a name or a number."""
-        from creak.report.text import UNITS
+        from creak.model.units import UNITS
 
         known = UNITS[self._units]
         return {name: getattr(known, unit, unit) for name, unit in COLUMNS.items()}
@@ -138,9 +138,9 @@ def figure(found: Found, kind: Kind) -> Any:
     need_report()
     import plotly.graph_objects as go
 
+    from creak.model.units import UNITS
     from creak.report.figures import energy_figure, force_figure, spectra_figure
     from creak.report.gap_figures import gap_figure
-    from creak.report.text import UNITS
 
     makers = {"force": force_figure, "gap": gap_figure, "spectra": spectra_figure, "energy": energy_figure}
     if kind not in makers:

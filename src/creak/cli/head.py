@@ -35,6 +35,8 @@ def _thickness(block: ElementBlock) -> tuple[float, float] | None:
 
     if not isinstance(block.section, ShellSection | GeneralShell) or not block.section.thickness > 0.0:
         return None
+    if isinstance(block.section, GeneralShell) and block.section.rigid:
+        return None
     t, share = block.section.thickness, block.own.thickness
     return (t, t) if share is None else (t * float(share.min()), t * float(share.max()))
 
@@ -47,7 +49,7 @@ def _materials(model: Model) -> dict[str, int]:
     for block in model.blocks:
         section = block.section
         if isinstance(section, GeneralShell):
-            names = [p.material.name for p in section.plies] or [section.name]
+            names = [p.material.name for p in section.plies] or ([] if section.rigid else [section.name])
         else:
             material = getattr(section, "material", None)
             names = [] if material is None else [material.name]

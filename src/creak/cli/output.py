@@ -290,7 +290,7 @@ class ProgressBars:
         return _Stage(now, now, bar=before.bar)
 
     def _tell(self, stage: str, known: _Stage, done: int, total: int, now: float) -> None:
-        from creak.studies.advise.words import duration
+        from creak.words import duration
 
         took = now - known.started
         if self._quiet:

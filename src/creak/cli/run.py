@@ -171,8 +171,8 @@ def _tell_verdict(output: Output, summary: dict[str, Any]) -> None:
 
 
 def _print_convergence(output: Output, convergence: Convergence, summary: dict[str, Any]) -> None:
+    from creak.model.units import UNITS
     from creak.report.convergence import ON_TERMINAL, run_rows, settled_rows
-    from creak.report.text import UNITS
 
     output.table("Convergence: the runs", run_rows(convergence, UNITS[summary["units"]]))
     rows = settled_rows(convergence)

@@ -234,7 +234,7 @@ class _Drawn:
 
     def _left(self, done: int, total: int) -> str:
         """Time left, from the mean of the cases that ended since the start."""
-        from creak.studies.advise.words import duration
+        from creak.words import duration
 
         if done >= total:
             return ""

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from creak.formats.complete_file import write_text
-from creak.report.text import NONE, UNITS, number
+from creak.model.units import UNITS
+from creak.report.text import NONE, number
 from creak.studies.robust.bench import FAILED
 from creak.studies.robust.findings import SHOWN, Robustness
 from creak.studies.robust.job import saved_values

@@ -26,6 +26,8 @@ _NAMES = (
 """Comments in which pre-processors keep the names of properties."""
 _SET_NAME = re.compile(r'\$HMSET\s+(\d{1,15})\s+\d+\s*"([^"]+)"', re.I)
 """The same of sets."""
+_LOADCOL = re.compile(r'\$HMNAME LOADCOL\s+(\d{1,15})\s*"([^"]+)"', re.I)
+"""The same of sets of loads and supports."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,7 @@ class DeckFile:
     cards: list[Card]
     property_names: dict[int, str]
     set_names: dict[int, str]
+    support_names: dict[int, str]
     others: list[Line]
     """BEGIN lines of sections that were skipped (superelements)."""
     not_found: list[Line]
@@ -75,7 +78,7 @@ def read_deck_file(path: Path) -> DeckFile:
     params = [line for line in case if _PARAM.match(line.text)]
     cards = cards_of([*params, *reader.lines["bulk"]])
     commands = [line for line in case if not _PARAM.match(line.text)]
-    names = (reader.names, reader.set_names)
+    names = (reader.names, reader.set_names, reader.support_names)
     return DeckFile(reader.lines["executive"], commands, cards, *names, reader.others, reader.not_found)
 
 
@@ -105,6 +108,7 @@ class _Reader:
     )
     names: dict[int, str] = field(default_factory=dict)
     set_names: dict[int, str] = field(default_factory=dict)
+    support_names: dict[int, str] = field(default_factory=dict)
     others: list[Line] = field(default_factory=list)
     not_found: list[Line] = field(default_factory=list)
 
@@ -158,6 +162,9 @@ class _Reader:
         named = _SET_NAME.match(text)
         if named:
             self.set_names[int(named.group(1))] = named.group(2).strip()
+        held = _LOADCOL.match(text)
+        if held:
+            self.support_names[int(held.group(1))] = held.group(2).strip()
 
     def _include(self, name: str, path: Path, line: Line, above: tuple[Path, ...]) -> None:
         choices = [path.parent / name, self.main.parent / name]

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 
 from creak.arrays import IntArray
 from creak.formats.nastran.bulk_data import Card, id_ranges, ids_among
 from creak.formats.nastran.deck import Deck
 from creak.formats.nastran.optistruct import bulk_sets, named_surfaces, surface_elements
-from creak.formats.nastran.supports import held_dofs
+from creak.formats.nastran.set_ids import plain_name
 from creak.model.mesh import ElementBlock, Surface
 from creak.model.solid_faces import FACES, faces_of, free_faces
 
@@ -29,7 +27,7 @@ _DOF_SETS = {
 
 def node_sets(deck: Deck, names: dict[int, str]) -> dict[str, IntArray]:
     """ASET, BSET, CSET, SUPORT; SET_<id>, and the name in the comments, of SET1, SET3 (GRID) and case control SETs that
-    hold grids; SPC_<id>, and SPC_<id>.<dofs> where a set holds various dofs."""
+    hold grids."""
     found: dict[str, list[int]] = {}
     for card in deck.cards(*_DOF_SETS):
         rows = [deck.grids.row_of[i] for i in ids_among(_grids_of(card), deck.grids.row_of)]
@@ -37,24 +35,8 @@ def node_sets(deck: Deck, names: dict[int, str]) -> dict[str, IntArray]:
     for identifier, ids in _id_sets(deck, ("GRID",)).items():
         found[f"SET_{identifier}"] = [deck.grids.row_of[i] for i in ids_among(ids, deck.grids.row_of)]
         if identifier in names:
-            found[_plain(names[identifier])] = found[f"SET_{identifier}"]
-    found = _held(deck) | found
+            found[plain_name(names[identifier])] = found[f"SET_{identifier}"]
     return {name: np.array(list(dict.fromkeys(rows)), dtype=np.int64) for name, rows in found.items() if rows}
-
-
-def _held(deck: Deck) -> dict[str, list[int]]:
-    """Grids of each set of SPC and SPC1 cards, and those of each combination of dofs."""
-    dofs: dict[int, dict[int, set[int]]] = {}
-    for card, row, some in held_dofs(deck):
-        if row not in deck.grids.scalar:
-            dofs.setdefault(card.integer(0), {}).setdefault(row, set()).update(some)
-    found: dict[str, list[int]] = {}
-    for identifier, held in dofs.items():
-        found[f"SPC_{identifier}"] = list(held)
-        kinds = {"".join(map(str, sorted(some))) for some in held.values()}
-        for row, mine in held.items() if len(kinds) > 1 else ():
-            found.setdefault(f"SPC_{identifier}.{''.join(map(str, sorted(mine)))}", []).append(row)
-    return found
 
 
 def _grids_of(card: Card) -> list[range]:
@@ -78,11 +60,6 @@ def _id_sets(deck: Deck, kinds: tuple[str, ...]) -> dict[int, list[range]]:
     return found
 
 
-def _plain(name: str) -> str:
-    """A name of the comments as a study can write it."""
-    return re.sub(r"\s+", "_", name.upper())
-
-
 def element_sets(
     deck: Deck, blocks: tuple[ElementBlock, ...], names: dict[int, str], set_names: dict[int, str]
 ) -> dict[str, IntArray]:
@@ -95,14 +72,14 @@ def element_sets(
             found.setdefault(f"PID_{pid}", []).append(at)
     for pid, name in names.items():
         if f"PID_{pid}" in found:
-            found.setdefault(_plain(name), found[f"PID_{pid}"])
+            found.setdefault(plain_name(name), found[f"PID_{pid}"])
     for identifier in named_surfaces(deck):
         elements, faces = surface_elements(deck, identifier)
         found[f"SURF_{identifier}"] = [place[i] for i in (*elements, *faces) if i in place]
     for identifier, ids in _id_sets(deck, ("ELEM",)).items():
         found[f"SET_{identifier}"] = [place[i] for i in ids_among(ids, place)]
         if identifier in set_names and found[f"SET_{identifier}"]:
-            found[_plain(set_names[identifier])] = found[f"SET_{identifier}"]
+            found[plain_name(set_names[identifier])] = found[f"SET_{identifier}"]
     return {name: np.array(rows, dtype=np.int64).reshape(-1, 2) for name, rows in found.items() if rows}
 
 

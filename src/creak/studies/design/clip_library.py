@@ -8,8 +8,8 @@ from typing import Any, Literal
 from pydantic import ValidationError
 
 from creak.errors import InputError, suggest
+from creak.model.units import METRES
 from creak.studies.file.design.clip_tables import ClipTable, ClipValues
-from creak.studies.file.quantities import OF_STUDY
 from creak.studies.file.reader import Study, explain, read_toml
 from creak.studies.file.table import Table
 
@@ -64,7 +64,7 @@ def _library(path: Path, study: Study) -> dict[str, dict[str, Any]]:
         found = ClipFile.model_validate(data)
     except ValidationError as error:
         raise explain(path, text, error, ClipFile) from error
-    by = OF_STUDY[found.units] / OF_STUDY[study.config.model.units]
+    by = METRES[found.units] / METRES[study.config.model.units]
     return {name: _in_units(values.model_dump(exclude_unset=True), by) for name, values in found.clip.items()}
 
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, model_validator
 
+from creak.model.units import UnitsName
 from creak.studies.file.contact_tables import ConnectorTable, ContactTable
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.node_tables import NodesTable, SupportTable
@@ -20,7 +21,7 @@ class ModelTable(Table):
 
     deck: str
     """Abaqus .inp or Nastran .bdf, .dat, .nas, .fem, relative to the study file."""
-    units: Literal["mm-t-s", "m-kg-s"] = "mm-t-s"
+    units: UnitsName = "mm-t-s"
     """Units of the deck and the study: length, mass, time. They label results; nothing is converted."""
 
 

@@ -12,6 +12,7 @@ from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.model.dofs import node_and_dof
 from creak.model.mesh import Model
+from creak.model.units import UNITS
 from creak.signals import sources
 from creak.signals.curves import Periodic, SmoothStep
 from creak.signals.vibration import HalfSine, RandomVibration, SineSweep, trapezoid
@@ -258,7 +259,7 @@ GRAVITY = 9.80665
 
 def _squared(unit: str, units: str) -> float:
     """What a density in `unit` is multiplied by to be one in the units of the model."""
-    length = 1000.0 if units == "mm-t-s" else 1.0
+    length = UNITS[units].per_metre
     return float({"g2/Hz": (GRAVITY * length) ** 2, "(m/s2)2/Hz": length**2, "unit2/Hz": 1.0}[unit])
 
 

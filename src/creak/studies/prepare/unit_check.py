@@ -19,6 +19,7 @@ from creak.model.materials import (
     ShellSection,
 )
 from creak.model.mesh import Model
+from creak.model.units import METRES, UNITS
 
 MODULUS = (1e4, 2e12)
 """Pa: Young's moduli from soft foam to beyond diamond."""
@@ -63,8 +64,10 @@ class UnitSystem:
 
 
 SYSTEMS = {
-    "mm-t-s": UnitSystem("mm-t-s", 1e-3, 1e6, 1e12, ("mm", "MPa", "t/mm^3", "t")),
-    "m-kg-s": UnitSystem("m-kg-s", 1.0, 1.0, 1.0, ("m", "Pa", "kg/m^3", "kg")),
+    name: UnitSystem(
+        name, METRES[name], u.per_metre**2, u.to_kg * u.per_metre**3, (u.length, u.stress, u.density, u.mass)
+    )
+    for name, u in UNITS.items()
 }
 """What a study can name."""
 OTHERS = (
@@ -135,7 +138,7 @@ def materials(model: Model) -> list[Stuff]:
 def _stuffs(section: Section) -> Iterator[tuple[str, float, float]]:
     """Name, modulus and density of the materials of a section; figures of zero say nothing and are left out."""
     if isinstance(section, GeneralShell) and not section.plies:
-        if section.thickness > 0.0:
+        if section.thickness > 0.0 and not section.rigid:
             modulus, density = float(section.A[0, 0]) / section.thickness, section.mass / section.thickness
             yield section.name, modulus, density
         return
@@ -223,7 +226,9 @@ def _thickness(model: Model, declared: UnitSystem) -> list[str]:
     shells = [
         (b.section.thickness, b.ids.size)
         for b in model.blocks
-        if isinstance(b.section, ShellSection | GeneralShell) and b.section.thickness > 0.0
+        if isinstance(b.section, ShellSection | GeneralShell)
+        and b.section.thickness > 0.0
+        and not getattr(b.section, "rigid", False)
     ]
     odd = [t for t, n in shells if not _within(t * declared.length, THICKNESS) for _ in range(n)]
     if not odd or 2 * len(odd) < sum(n for _, n in shells):

@@ -118,3 +118,12 @@ def test_ties_to_nothing_are_told(tmp_path, cards, text):
 @pytest.mark.parametrize("card", ["CGAPG,9,9,1,2", "STACK,1", "PRETENS,1,2", "RBODY,3,1"])
 def test_what_is_not_read_stops(tmp_path, card):
     assert keywords(read(tmp_path, PLATES + card + "\n"), True) == [card.split(",")[0]]
+
+
+@pytest.mark.parametrize("name", ["CPYRAM", "CPYRA"])
+def test_pyramids(tmp_path, name):
+    top = "GRID,5,,50.,50.,60.\nPSOLID,2,1\n"
+    model = read(tmp_path, PLATES + top + f"{name},5,2,1,2,3,4,5\n")
+    assert [b.kind for b in model.blocks] == ["quad4", "quad4", "pyramid5"]
+    with pytest.raises(InputError, match=r"has 6 grids; expected 5 grids. Export the mesh in first order\."):
+        read(tmp_path, PLATES + top + f"{name},5,2,1,2,3,4,5,11\n")

@@ -51,14 +51,17 @@ def test_nastran_supports_have_names(tmp_path):
     for old, new in CHANGED.items():
         text = text.replace(old, new)
     folders = [tmp_path / name for name in ("plain", "clamped")]
-    held = strips().replace("SPC1,1,12456,1,14,27", "SPC1,2,123456,1,14,27")
+    held = strips().replace("SPC1,1,12456,1,14,27", '$HMNAME LOADCOL 2"upper root"\nSPC1,2,123456,1,14,27')
     both = held.replace("SPC = 1\n", "SPC = 3\n").replace("PARAM,COUPMASS", "SPCADD,3,1,2\nPARAM,COUPMASS")
-    for folder, deck, more in zip(folders, (strips(), both), ("", FREED.replace("ROOT_UPPER", "SPC_2")), strict=True):
+    for folder, deck, more in zip(
+        folders, (strips(), both), ("", FREED.replace("ROOT_UPPER", "upper_root")), strict=True
+    ):
         folder.mkdir()
         (folder / "strips.bdf").write_text(deck, encoding="utf-8")
         (folder / "study.toml").write_text(text + more, encoding="utf-8")
     setup = same(*(folder / "study.toml" for folder in folders[::-1]))
     sets = setup.model.node_sets
+    assert np.array_equal(sets["SPC_2"], sets["UPPER_ROOT"])
     assert setup.model.nodes.ids[sets["SPC_2"]].tolist() == [1, 14, 27]
 
 
