@@ -114,7 +114,10 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
     constraints += read_links(deck, node_names, nodes.coords, place.transforms)
     constraints += read_ties(deck, nodes, elements, assigned, surfaces, node_names)
     note_transformed(deck, place.transforms, node_names)
-    run = read_run(deck, with_short_names(surfaces), node_names, place.transforms) if own_step else None
+    count = int(elements.ids.size)
+    run = None
+    if own_step:
+        run = read_run(deck, with_short_names(surfaces), node_names, element_names, count, place.transforms)
     if run is None:
         list_prestress(deck)
     fixed = read_boundaries(deck, node_names) if run is None else list(run.step.fixed)
