@@ -16,6 +16,7 @@ from creak.assembly.partition import shared_nodes
 from creak.assembly.system import Rows, Stats, System, no_supports
 from creak.elements.block_matrices import block_matrices
 from creak.elements.free_sides import with_free_sides
+from creak.elements.geometric import GEOMETRIC
 from creak.elements.geometry import DegenerateElement
 from creak.errors import InputError
 from creak.model.constraints import Constraint, Equation
@@ -83,7 +84,12 @@ def _damps(section: Section) -> bool:
 
 
 def assemble_blocks(
-    model: Model, blocks: Iterable[ElementBlock], labels: IntArray, common: Rayleigh, override: bool
+    model: Model,
+    blocks: Iterable[ElementBlock],
+    labels: IntArray,
+    common: Rayleigh,
+    override: bool,
+    u: FloatArray | None = None,
 ) -> PartMatrices:
     """Sum the element matrices of `blocks` over `labels`.
 
@@ -92,13 +98,14 @@ def assemble_blocks(
     labels : sorted, all six of every node in question.
     common : Rayleigh numbers that the System carries as scalars.
     override : True when they replace the deck's own damping (dashpots stay).
+    u : (n_node, 6) static displacements whose stress stiffens the elements (`elements.geometric`).
     """
     n = labels.size
     K, M, C = (sp.csr_matrix((n, n)) for _ in range(3))
     has_C = False
     for block in with_free_sides(list(blocks)):
         da, db, dashpot = _excess_damping(block, common, override)
-        for nodes, Ke, Me, Ce in _element_matrices(model, block, nodes_of(labels[::PER_NODE])):
+        for nodes, Ke, Me, Ce in _element_matrices(model, block, nodes_of(labels[::PER_NODE]), u):
             scatter = _Scatter(nodes, n // PER_NODE)
             Ks, Ms = scatter(Ke), scatter(Me)
             K, M = (K + Ks, M + Ms) if K.nnz or M.nnz else (Ks, Ms)
@@ -125,7 +132,7 @@ def _excess_damping(block: ElementBlock, common: Rayleigh, override: bool) -> tu
 
 
 def _element_matrices(
-    model: Model, block: ElementBlock, rows_of_nodes: IntArray
+    model: Model, block: ElementBlock, rows_of_nodes: IntArray, u: FloatArray | None
 ) -> Iterator[tuple[IntArray, FloatArray, FloatArray, FloatArray | None]]:
     """Places of the elements' nodes in `rows_of_nodes` (n, k), and K, M, C (n, 6 k, 6 k), some at a time."""
     rows = max(1, CHUNK // (6 * block.nodes_idx.shape[1]) ** 2)
@@ -134,6 +141,9 @@ def _element_matrices(
         some = slice(start, start + rows)
         try:
             Ke, Me, Ce = block_matrices(block, some, model.nodes.coords, form=model.mass_form)
+            if u is not None and block.kind in GEOMETRIC:
+                own = block.own.take(some)
+                Ke = Ke + GEOMETRIC[block.kind](model.nodes.coords[nodes], block.section, own, u[nodes])
         except DegenerateElement as error:
             bad = block.ids[start + error.rows]
             shown = ", ".join(str(i) for i in bad[:5])
@@ -188,16 +198,18 @@ def _supports(constraint: Constraint) -> bool:
     return isinstance(constraint, Equation) and np.unique(constraint.nodes).size == 1
 
 
-def part_system(model: Model, part: int, common: Rayleigh, *, override: bool = False) -> System:
+def part_system(
+    model: Model, part: int, common: Rayleigh, *, override: bool = False, u: FloatArray | None = None
+) -> System:
     """M, C, K of one part in its independent dofs, free in space.
 
     Couplings within the part are eliminated (u = T q); supports and links to other parts are not: these act
-    later, on the full and on the reduced part alike.
+    later, on the full and on the reduced part alike. `u` (n_node, 6): static displacements whose stress stiffens it.
     """
     inside, across = split_constraints(model)
     labels = np.sort(node_dofs(model.parts[part].nodes_idx))
     blocks = [b for b in model.blocks if b.part == part]
-    matrices = assemble_blocks(model, blocks, labels, common, override)
+    matrices = assemble_blocks(model, blocks, labels, common, override, u)
     equations = [e for c in inside[part] for e in linear_equations(c, model.nodes.coords)]
     T, independent = transformation(labels, eliminate(equations))
     K, M = (congruent(T, A) for A in (matrices.K, matrices.M))
