@@ -229,7 +229,7 @@ def test_no_deck_format_imports_another():
     assert not bad, told(bad, "a format of decks imports no other; what they share stands in formats/deck")
 
 
-ROOMS = ("sweep", "propose", "advise", "results", "sound", "converge", "run", "models", "prepare", "file")
+ROOMS = ("sweep", "propose", "advise", "cause", "results", "sound", "converge", "run", "models", "prepare", "file")
 """Rooms of studies/, the highest first."""
 
 
