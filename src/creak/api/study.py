@@ -5,10 +5,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from creak.api.result import Result
 from creak.errors import InputError
+from creak.model.units import UnitsName
 from creak.progress import Progress
 from creak.studies.file import reader as study_file
 from creak.studies.file.reader import Study
@@ -16,8 +17,6 @@ from creak.studies.file.toml_text import toml_text
 
 if TYPE_CHECKING:
     from creak.studies.prepare.setup import Setup
-
-Units = Literal["mm-t-s", "m-kg-s"]
 
 
 def read_study(path: str | Path) -> Study:
@@ -105,7 +104,7 @@ def run(
     return result
 
 
-def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: Units = "mm-t-s") -> Setup:
+def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t-s") -> Setup:
     """Read and check what a study, a study file or a deck with a transient step of its own asks for.
 
     Parameters
@@ -119,6 +118,7 @@ def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: Units =
     from creak.formats.endings import is_deck
     from creak.studies.prepare import setup
     from creak.studies.prepare.deck_step import set_up_deck
+    from creak.studies.sound.background import background_of
     from creak.studies.sound.listeners import listeners_of
 
     if not isinstance(study, Study):
@@ -128,6 +128,7 @@ def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: Units =
         study = read_study(path)
     found = setup.set_up(study, ignore)
     listeners_of(found.model, found.study)
+    background_of(found.study)
     return found
 
 

@@ -16,6 +16,7 @@ from creak.assembly.node_blocks import NodeBlocks
 from creak.assembly.partition import shared_nodes
 from creak.assembly.system import Rows, Stats, System, no_supports
 from creak.elements.block_matrices import block_matrices
+from creak.elements.free_sides import with_free_sides
 from creak.elements.geometry import DegenerateElement
 from creak.errors import InputError
 from creak.model.constraints import Constraint, Equation
@@ -93,7 +94,7 @@ def assemble_blocks(
     common : Rayleigh numbers that the System carries as scalars.
     override : True when they replace the deck's own damping (dashpots stay).
     """
-    nodes, given = nodes_of(labels[::PER_NODE]), list(blocks)
+    nodes, given = nodes_of(labels[::PER_NODE]), with_free_sides(list(blocks))
     pattern = NodeBlocks([np.searchsorted(nodes, block.nodes_idx) for block in given], nodes.size)
     K, M, C = pattern.zeros(), pattern.zeros(), None
     for block in given:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +25,7 @@ class Place:
     """A patch of neighbouring channels of one contact, and what happened there in the verification window."""
 
     number: int
-    """From 1, by worst force."""
+    """From 1, by what is heard (`ranked`), where nothing is by worst force."""
     contact: str
     channels: IntArray
     """Columns of the run's gaps and forces."""
@@ -49,6 +50,13 @@ class Place:
     def impulse(self) -> float:
         """Sum over the events."""
         return sum(e.impulse for e in self.events)
+
+    @property
+    def irregularity(self) -> float | None:
+        """Standard deviation of the times between beginnings of its events over their mean: 0 as regular as a clock, 1
+        as rain; None below three events."""
+        between = np.diff(sorted(e.t_start for e in self.events))
+        return float(between.std() / between.mean()) if between.size > 1 and between.mean() > 0.0 else None
 
 
 def find_places(result: StudyResult, run: Run) -> tuple[Place, ...]:
@@ -80,6 +88,11 @@ def find_places(result: StudyResult, run: Run) -> tuple[Place, ...]:
             places.append(Place(0, contact, channels, np.unique(gaps.nodes_idx[channels]), hardest.node_idx, own))
     places.sort(key=lambda place: -place.force)
     return tuple(replace(place, number=k) for k, place in enumerate(places, start=1))
+
+
+def ranked(places: tuple[Place, ...], order: Sequence[int]) -> tuple[Place, ...]:
+    """The same places in another order, numbered anew."""
+    return tuple(replace(places[i], number=k) for k, i in enumerate(order, start=1))
 
 
 def place_of(places: tuple[Place, ...], event: Event) -> Place | None:

@@ -15,8 +15,9 @@ from creak.studies.converge.words import as_dict
 from creak.studies.file.excitation_tables import MultisineTable, PsdTable
 from creak.studies.results.elines import against_measured, measured_rates
 from creak.studies.results.elines import as_dict as eline_summary
-from creak.studies.results.places import Place, find_places
-from creak.studies.results.sound import heard_at, place_name, sound_summary
+from creak.studies.results.limits import judged
+from creak.studies.results.places import Place
+from creak.studies.results.sound import heard_at, heard_places, place_name, sound_summary
 from creak.studies.results.static_figures import static_figures
 from creak.studies.run.compared import event_statistics
 from creak.studies.run.job import Run, StudyResult
@@ -47,6 +48,7 @@ def summarise(
     summary = {
         "creak": version(),
         "run": result.identity.as_dict(),
+        "study": setup.study.path.name,
         "title": c.title,
         "changes": dict(setup.study.changes),
         "units": c.model.units,
@@ -75,6 +77,7 @@ def summarise(
     }
     if convergence is not None:
         summary["convergence"] = as_dict(convergence)
+    summary["limits"] = judged(c.limit, summary)
     return _plain(summary)
 
 
@@ -106,7 +109,7 @@ def _model(result: StudyResult) -> dict[str, Any]:
 
 
 def _places_heard(result: StudyResult, sound: Sound | str | None) -> tuple[Place, ...]:
-    return find_places(result, result.runs[sound.run]) if isinstance(sound, Sound) else ()
+    return heard_places(result, result.runs[sound.run], sound) if isinstance(sound, Sound) else ()
 
 
 def _run(
@@ -143,7 +146,7 @@ def _run(
         "energies": dict(zip(ENERGIES, h.energy[-1].tolist(), strict=True)),
         "worst_residual": h.residual,
         "events": [_event(e, model) | {"settled_to": settled.get(id(e), unknown)} for e in run.events],
-        "places": [_place(p, run, model, sound) for p in find_places(result, run)],
+        "places": [_place(p, run, model, sound) for p in heard_places(result, run, sound)],
         "slip_events": [_slip_event(e, model) for e in run.slips],
         "squeak_rate": squeak_rates(run.slips, result.window),
         "squeak": [_squeak(s, result, model) for s in run.squeaks],
@@ -187,6 +190,7 @@ def _place(p: Place, run: Run, model: Model, sound: Sound | str | None) -> dict[
         "closing_speed": p.speed,
         **heard_at(sound, run.name, p.number - 1),
         "share": p.impulse / whole if whole > 0.0 else None,
+        "irregularity": p.irregularity,
     }
 
 
