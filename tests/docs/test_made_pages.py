@@ -60,10 +60,14 @@ def verification_page():
 
 
 def test_the_page_of_verified_quantities_is_up_to_date(verification_page):
-    record = verification_page.read()
-    assert verification_page.PAGE.read_text(encoding="utf-8") == verification_page.page(record), (
-        "run: make verification"
-    )
+    pages = verification_page.pages(verification_page.read())
+    for name, text in pages.items():
+        assert (verification_page.DOCS / name).read_text(encoding="utf-8") == text, (
+            f"docs/{name} is not that of docs/verification.json: python -m tools.verification_page"
+        )
+        assert len(text) < 100_000, "a page that loads and can be read"
+    chapters = [key for _, sections in verification_page.CHAPTERS.values() for key in sections]
+    assert sorted(chapters) == sorted(verification_page.SECTIONS), "each section stands in one chapter"
     for picture, _ in verification_page.PICTURES.values():
         assert (verification_page.DOCS / picture).stat().st_size > 10_000
 
@@ -151,6 +155,9 @@ def test_every_example_has_a_page_with_its_code():
     names = {p.stem for p in (ROOT / "examples").glob("*.py")}
     assert set(pages) == {f"gallery/{name}.md" for name in names} | {"gallery/index.md"}
     assert set(gallery.QUICK) <= names
+    for name in names:
+        assert f"]({name}.md)" in pages["gallery/index.md"]
+        assert (f"]({name}.png)" in pages["gallery/index.md"]) == (name in gallery.pictures())
     for name in names:
         assert pages[f"gallery/{name}.md"].startswith("# ")
         assert "def main(" in pages[f"gallery/{name}.md"]
