@@ -113,6 +113,8 @@ def test_a_column_slows_down_as_it_nears_buckling(tmp_path, load, measured):
     note = {u.keyword: u for u in stressed.model.unread}["*STATIC"]
     assert not note.changes_answer
     assert "stiffens the structure in these modes" in note.why
+    assert stressed.prestress is not None
+    assert free.prestress is None
 
 
 def test_beyond_the_critical_load_there_are_no_modes(tmp_path):

@@ -60,7 +60,7 @@ def list_prestress(deck: Outline) -> StepBlocks | None:
         if not changes:
             why = "the step before the modes has no load, so it leaves no stress"
         elif nonlinear:
-            why = "its stress stiffens the structure (NLGEOM), and creak's modes are those without stress"
+            why = "its stress stiffens the structure (NLGEOM); creak follows forces and displacements, in modes alone"
         elif given == "NO" or linear or not deck.steps[at].block.has("PERTURBATION"):
             why = "the step before the modes is linear (no NLGEOM): its stress does not stiffen the structure"
             changes = False
