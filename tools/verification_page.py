@@ -81,7 +81,12 @@ The picture is the bar on a rigid wall (E = 900, rho = A = 1, L = 10, speed 10):
 form, rho c A v = 300 over 2 L / c. The table of penalties says what a penalty does to the same bar with and without
 numerical damping; where it chatters, the test is that creak shows it.""",
     ),
+    "contact, exact flow": (
+        "Contact, by exact flow",
+        "The same closed forms with nothing chosen: no step, penalty or scheme.",
+    ),
     "friction": ("Friction", ""),
+    "friction, exact flow": ("Friction, by exact flow", ""),
     "time": (
         "Time integration",
         """\
@@ -96,7 +101,7 @@ Omega^2 (1/12 - alpha/4 - 3 alpha^2/8) and damping ratio -alpha (1 + alpha)^2 Om
 The standard's signals 6 to 13 lie in `shared/` beside the source; without them their tests are skipped, and the rows
 keep the last values.""",
     ),
-    "verdicts": ("Verdicts", ""),
+    "verdicts": ("Verdicts and findings", ""),
     "examples": ("Examples", ""),
 }
 """Section of a record -> heading and words."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import json
 import os
@@ -15,7 +16,7 @@ import pytest
 from pydantic import BaseModel
 
 import creak
-from creak.formats.results import ContactRecord, Field, RunRecord, write_results
+from creak.formats.results import ContactRecord, Field, RunRecord, put_results
 from creak.studies.file.config import StudyConfig
 from helpers_docs import ROOT, tool
 from helpers_measured import Measured, merge, place
@@ -78,6 +79,15 @@ def test_every_verified_quantity_passes_and_has_its_test(verification_page):
         assert verification_page.passes(row), row
     for row in [*record["quantities"], *record["curves"]]:
         assert place(row["test"])[1] >= 0, f"{row['test']} is no test: run make verification"
+
+
+def test_every_test_that_records_has_a_section(verification_page):
+    tests = [n for path in (ROOT / "tests").rglob("test_*.py") for n in ast.walk(ast.parse(path.read_text("utf-8")))]
+    recording = [f for f in tests if isinstance(f, ast.FunctionDef) and any(a.arg == "measured" for a in f.args.args)]
+    calls = [c for f in recording for c in ast.walk(f) if isinstance(c, ast.Call) and ast.unparse(c.func) == "measured"]
+    assert len(calls) > 200
+    named = {ast.unparse(c.args[0]) for c in calls if isinstance(c.args[0], ast.Constant)}
+    assert named <= {repr(section) for section in verification_page.SECTIONS}
 
 
 def test_a_quantity_out_of_tolerance_is_seen(verification_page):
@@ -176,7 +186,7 @@ def test_every_field_of_results_is_documented(tmp_path):
         ["kinetic"],
         field,
     )
-    write_results(tmp_path / "results.h5", {"reduced": run}, {"creak": "0"}, "mm-t-s")
+    put_results(tmp_path / "results.h5", {"reduced": run}, {"creak": "0"}, "mm-t-s")
     names: list[str] = []
     with h5py.File(tmp_path / "results.h5") as file:
         file["runs/reduced"].visititems(
