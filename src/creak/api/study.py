@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from creak.api.result import Result
 from creak.errors import InputError
+from creak.model.units import UnitsName
 from creak.progress import Progress
 from creak.studies.file import reader as study_file
 from creak.studies.file.reader import Study
@@ -17,7 +18,6 @@ from creak.studies.file.toml_text import toml_text
 if TYPE_CHECKING:
     from creak.studies.prepare.setup import Setup
 
-Units = Literal["mm-t-s", "m-kg-s"]
 Changes = Literal["none", "predicted", "checked"]
 
 
@@ -116,7 +116,7 @@ def run(
     return result
 
 
-def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: Units = "mm-t-s") -> Setup:
+def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t-s") -> Setup:
     """Read and check what a study, a study file or a deck with a transient step of its own asks for.
 
     Parameters

@@ -21,7 +21,7 @@ def run(
         ...,
         metavar="STUDY.toml|DECK",
         help="The study to run, or a deck whose own transient step is run unreduced: "
-        "*DYNAMIC of Abaqus .inp; SOL 109 or 112 of Nastran .bdf, .dat, .nas.",
+        "*DYNAMIC of Abaqus .inp; SOL 109 or 112 of Nastran .bdf, .dat, .nas, .fem.",
     ),
     out: Path | None = typer.Option(
         None,
@@ -64,24 +64,29 @@ def run(
         min=0.0,
         help="Megabytes that the 3-D motion of the hardest events may add to report.html; 0: none.",
     ),
+    force: bool = typer.Option(False, "--force", help="Replace the results of another study."),
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,
     as_json: bool = AS_JSON,
 ) -> None:
     """Run a study: reduced and unreduced model, their comparison, summary.json, results.h5, report.html.
 
-    Ctrl-C during a run ends it there: what was computed until then is written.
+    Ctrl-C during a run ends it there: what was computed until then is written. Earlier results of the same study are
+    replaced; those of another study are not, unless --force says so.
 
     Example: creak run door/door.toml --out door/results
     """
     from creak.api.extras import missing_for_report, no_report_text
     from creak.api.study import run_setup, set_up
+    from creak.studies.results.of_another import refuse_other_study
     from creak.studies.results.save import check_folder
 
     given = changed_study(study_file, changes) if changes else study_file
     folder = out if out is not None else study_file.parent / results_name(given)
     writable_folder(folder)
     check_folder(folder)
+    if not force:
+        refuse_other_study(folder, study_file.name)
     told: set[str] = set()
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
@@ -180,8 +185,8 @@ def _tell_verdict(output: Output, summary: dict[str, Any]) -> None:
 
 
 def _print_convergence(output: Output, convergence: Convergence, summary: dict[str, Any]) -> None:
+    from creak.model.units import UNITS
     from creak.report.convergence import ON_TERMINAL, run_rows, settled_rows
-    from creak.report.text import UNITS
 
     output.table("Convergence: the runs", run_rows(convergence, UNITS[summary["units"]]))
     rows = settled_rows(convergence)

@@ -81,7 +81,7 @@ def advance(model, laws, slope, P, W, gain, band, reach, D, course, energy, shar
     return level, h
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def flow_chunk(  # type: ignore[no-untyped-def]
     model, laws, slope, P, A, W, B, lasting, gain, light, band, reach, cone, now, after, out, H, begin, end, every, used
 ):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import os
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
@@ -14,6 +13,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import NumericalError
 from creak.linalg.mkl import MatrixKind, has_pardiso, mkl_library
+from creak.linalg.threads import cores
 
 COLUMNS = 32
 """Columns multiplied at a time."""
@@ -126,8 +126,8 @@ def _accept(status: int) -> None:
 
 def _equal_work(A: sp.csr_matrix) -> list[int]:
     """Row limits that give every core the same number of entries."""
-    cores = 1 if A.nnz < SERIAL else len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2
-    ends = np.searchsorted(A.indptr, np.linspace(0, A.nnz, cores + 1)[1:-1])
+    shares = 1 if A.nnz < SERIAL else cores()
+    ends = np.searchsorted(A.indptr, np.linspace(0, A.nnz, shares + 1)[1:-1])
     return [0, *ends.tolist(), A.shape[0]]
 
 

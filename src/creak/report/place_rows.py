@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from creak.model.plain_mesh import Mesh
+from creak.model.units import Units
 from creak.report.checks import RUN_WORDS
 from creak.report.found import Found
 from creak.report.scene import Animations
-from creak.report.text import Units, number, plural
+from creak.report.text import number, plural
 from creak.report.verdict import span
 from creak.studies.results.limits import limit_words
 from creak.studies.results.places import Place, near

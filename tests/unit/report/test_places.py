@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from creak.model.units import UNITS
 from creak.report.event_csv import event_csv
 from creak.report.found import found_of
-from creak.report.text import UNITS
 from creak.studies.results.places import find_places, place_of
 from creak.studies.run.job import events_in
 

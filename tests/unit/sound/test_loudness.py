@@ -138,12 +138,11 @@ def test_signals_of_the_standard_over_time(number, measured):
     assert np.allclose(found.time, 0.002 * np.arange(wanted.size))
     miss = np.abs(found.total - wanted)
     assert (miss <= np.maximum(0.05 * wanted, 0.1)).all()
-    assert miss.max() < 0.02
     measured(
         "sound",
         f"ISO 532-1 signal {number}: largest error of N(t)",
         miss.max(),
-        at_most=0.1,
+        at_most=0.02,
         unit="sone",
         source="ISO 532-1",
     )
@@ -169,7 +168,6 @@ def test_percentiles_are_those_of_the_standards_curve(number, n_max, n5, n10):
 @pytest.mark.parametrize(("freq", "level", "sone"), [(250, 80, 14.655), (1000, 60, 4.019), (4000, 40, 1.549)])
 def test_tones_of_the_standard(freq, level, sone, measured):
     found = steady_loudness(tone(freq, level), RATE).total
-    assert found == pytest.approx(sone, rel=0.01)
     measured(
         "sound", f"ISO 532-1, tone of {freq} Hz and {level} dB", found, sone, rel=0.01, unit="sone", source="ISO 532-1"
     )
@@ -177,7 +175,6 @@ def test_tones_of_the_standard(freq, level, sone, measured):
 
 def test_levels_of_the_standards_machine(measured):
     found = loudness_of_levels(MACHINE).total
-    assert found == pytest.approx(83.296, rel=1e-4)
     measured("sound", "ISO 532-1, signal 1 from its levels", found, 83.296, rel=1e-4, unit="sone", source="ISO 532-1")
 
 
@@ -249,7 +246,6 @@ def test_sharpness_of_narrow_noise(index, measured):
     """
     found = sharpness_at_4_sone(noise(CRITICAL[index], CRITICAL[index + 1]))
     allowed = max(0.05, 0.05 * ACUM[index])
-    assert found == pytest.approx(ACUM[index], abs=allowed)
     measured(
         "sound",
         "DIN 45692, narrow noise: sharpness, worst band",

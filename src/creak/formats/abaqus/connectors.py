@@ -10,6 +10,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.elements import Elements
+from creak.formats.abaqus.fasteners import made_sets
 from creak.formats.abaqus.joints import Connector
 from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.names import Registry
@@ -97,7 +98,10 @@ def read_connectors(
     behaviours = _behaviours(deck)
     made: list[Made] = []
     rigid: list[Connector] = []
+    of_fasteners = made_sets(deck)
     for scope, block in deck.blocks("CONNECTOR SECTION"):
+        if block.need("ELSET").upper() in of_fasteners:
+            continue
         rows = np.sort(names.find(block.need("ELSET"), scope.name, block.where))
         other = [elements.of(int(r)).name for r in rows if elements.of(int(r)).name != "CONN3D2"]
         if other:

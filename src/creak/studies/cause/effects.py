@@ -13,6 +13,7 @@ from creak.dynamics.history import History
 from creak.dynamics.modal_coefficients import is_modal
 from creak.dynamics.stopped import Stopped
 from creak.errors import CreakError
+from creak.model.units import METRES
 from creak.progress import Progress
 from creak.sound.forced import sound_of_forces
 from creak.sound.rayleigh import PressureRows
@@ -25,7 +26,7 @@ from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult, events_in, run_study
 from creak.studies.sound.background import background_of
 from creak.studies.sound.heard import Sound, heard_of
-from creak.studies.sound.listeners import METRES, Listener
+from creak.studies.sound.listeners import Listener
 from creak.studies.sound.source import radiation, source_of
 from creak.verify.events import find_events
 

@@ -20,6 +20,7 @@ PLACES = (
     ("eline", "*", "points"),
     ("material_pairs",),
     ("background", "file"),
+    ("clips",),
     ("reduction", "interface", "deck"),
 )
 """Keys of a study whose strings are paths."""

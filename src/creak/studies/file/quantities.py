@@ -9,21 +9,21 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
+from creak.model.units import METRES
+
 LENGTHS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
 """m"""
 FORCES = {"mN": 1e-3, "N": 1.0, "kN": 1e3}
 """N"""
 SONES = {"sone": 1.0}
 LEVELS = {"dB(A)": 1.0}
-OF_STUDY = {"mm-t-s": 1e-3, "m-kg-s": 1.0}
-"""m in the length of a system of units."""
 FORM = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-z()]*)\s*")
 
 
 def length_in(text: str, units: str) -> float:
     """A length like "0.3 mm" in the length of a system of units."""
     value, unit = _parts(text)
-    return value * LENGTHS[unit] / OF_STUDY[units]
+    return value * LENGTHS[unit] / METRES[units]
 
 
 def in_base(text: str) -> float:

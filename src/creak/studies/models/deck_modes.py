@@ -67,7 +67,7 @@ def deck_modes(
 
     Parameters
     ----------
-    path : an Abaqus (.inp) or Nastran (.bdf, .dat, .nas) deck.
+    path : an Abaqus (.inp) or Nastran (.bdf, .dat, .nas, .fem) deck.
     f_max : all modes up to this frequency, Hz. count : the lowest ones (default 20); all there are where the model
         has fewer.
     about : point of the rotations of the effective mass, in the deck's units.

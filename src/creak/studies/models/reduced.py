@@ -16,6 +16,7 @@ from creak.dynamics.channels import channel_matrices
 from creak.errors import InputError
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.modes import Modes, modes
+from creak.model.dofs import PER_NODE
 from creak.model.mesh import Model
 from creak.progress import Progress
 from creak.reduction.diagonal import diagonalise
@@ -58,7 +59,7 @@ class ReducedModel:
     def unreduced_dof(self) -> int:
         """Dofs of the nodes of elements that [reduction] keep_out leaves as they are."""
         ending = UNREDUCED.format(part="")
-        return sum(6 * p.nodes_idx.size for p in self.model.parts if p.name.endswith(ending))
+        return sum(PER_NODE * p.nodes_idx.size for p in self.model.parts if p.name.endswith(ending))
 
 
 def reduce_model(

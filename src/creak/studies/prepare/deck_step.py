@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import ceil
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -15,6 +15,7 @@ from creak.errors import InputError
 from creak.formats.decks import format_of
 from creak.model.mesh import Model
 from creak.model.steps import Amplitude, DeckRun, DynamicStep, Interaction, PointLoad, Prescribed, SurfacePair
+from creak.model.units import UnitsName
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.identity import decks_sha256
 from creak.studies.file.reader import Study
@@ -31,8 +32,6 @@ LOWEST = 1e-3
 WHOLE = 1e-6
 """Share of an increment by which the period may miss a whole number of them."""
 
-Units = Literal["mm-t-s", "m-kg-s"]
-
 
 @dataclass(frozen=True)
 class DeckStudy(Study):
@@ -47,7 +46,7 @@ class DeckStudy(Study):
 
 
 @none_ignored()
-def set_up_deck(path: Path, ignore: Sequence[str] = (), units: Units = "mm-t-s") -> Setup:
+def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t-s") -> Setup:
     """Read a deck and make its own step ready to run, unreduced, with all its contact channels: the first *DYNAMIC step
     of an Abaqus deck, SOL 109 or 112 of a Nastran deck.
 

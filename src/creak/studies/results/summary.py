@@ -53,6 +53,7 @@ def summarise(
     summary: dict[str, Any] = {
         "creak": version(),
         "run": result.identity.as_dict(),
+        "study": setup.study.path.name,
         "title": c.title,
         "changes": dict(setup.study.changes),
         "units": c.model.units,

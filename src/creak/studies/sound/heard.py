@@ -14,6 +14,7 @@ from creak.dynamics.modal_coefficients import is_modal
 from creak.errors import InputError
 from creak.formats.wav import full_scale_for, full_scale_level
 from creak.model.skin import skin_of
+from creak.model.units import METRES
 from creak.sound.forced import LOWEST, sound_of_forces
 from creak.sound.loudness import Loudness, added_loudness, loudness
 from creak.sound.third_octave import a_weighted_level, third_octave_levels
@@ -22,7 +23,7 @@ from creak.studies.run.compared import main_run
 from creak.studies.run.job import Run, StudyResult
 from creak.studies.sound.background import background_of
 from creak.studies.sound.band import Band, band_of
-from creak.studies.sound.listeners import METRES, Listener, ear_off, listeners_of
+from creak.studies.sound.listeners import Listener, ear_off, listeners_of
 from creak.studies.sound.source import Source, loudest, radiation, source_of
 
 SHORTEST = 0.05
