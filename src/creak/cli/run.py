@@ -21,7 +21,7 @@ def run(
         ...,
         metavar="STUDY.toml|DECK",
         help="The study to run, or a deck whose own transient step is run unreduced: "
-        "*DYNAMIC of Abaqus .inp; SOL 109 or 112 of Nastran .bdf, .dat, .nas, .fem.",
+        "*DYNAMIC of Abaqus .inp; SOL 109, 112 or 129 of Nastran .bdf, .dat, .nas, .fem.",
     ),
     out: Path | None = typer.Option(
         None,
