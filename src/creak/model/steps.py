@@ -70,6 +70,18 @@ class PointLoad:
 
 
 @dataclass(frozen=True)
+class StaticStep:
+    """A linear static step before the modes, whose stress stiffens the structure."""
+
+    keyword: str
+    """As `Model.unread` lists it."""
+    loads: tuple[PointLoad, ...]
+    """Forces that keep their direction."""
+    moved: tuple[Prescribed, ...]
+    where: str
+
+
+@dataclass(frozen=True)
 class Interaction:
     """How the surfaces of a contact pair press and rub."""
 

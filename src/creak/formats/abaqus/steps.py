@@ -22,25 +22,6 @@ from creak.model.constraints import Fixed
 from creak.model.mesh import Unread
 from creak.model.steps import Amplitude, DeckRun, DynamicStep
 
-PROCEDURES = (
-    "DYNAMIC",
-    "STATIC",
-    "FREQUENCY",
-    "MODAL DYNAMIC",
-    "STEADY STATE DYNAMICS",
-    "RANDOM RESPONSE",
-    "RESPONSE SPECTRUM",
-    "BUCKLE",
-    "COMPLEX FREQUENCY",
-    "VISCO",
-    "HEAT TRANSFER",
-    "COUPLED TEMPERATURE-DISPLACEMENT",
-    "SUBSTRUCTURE GENERATE",
-    "MATRIX GENERATE",
-    "ANNEAL",
-    "GREEN",
-    "MODAL",
-)
 PERTURBATIONS = (
     "FREQUENCY",
     "MODAL DYNAMIC",
@@ -53,6 +34,17 @@ PERTURBATIONS = (
     "MATRIX GENERATE",
 )
 """Procedures that leave the state as it was."""
+PROCEDURES = (
+    *PERTURBATIONS,
+    "DYNAMIC",
+    "STATIC",
+    "VISCO",
+    "HEAT TRANSFER",
+    "COUPLED TEMPERATURE-DISPLACEMENT",
+    "ANNEAL",
+    "GREEN",
+    "MODAL",
+)
 APPLICATIONS = ("TRANSIENT FIDELITY", "MODERATE DISSIPATION")
 MOST = 1e8
 """Increments of a step; their samples alone would fill the memory."""

@@ -12,6 +12,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
+from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow_batch import Variant, march_many
 from creak.dynamics.flow_march import FlowRun
 from creak.dynamics.history import History
@@ -200,7 +201,7 @@ def _slack(bench: Bench, variant: Variant, places: tuple[str, ...]) -> FloatArra
 
 def excursion_of(silent: FlowRun, window: tuple[float, float]) -> FloatArray:
     """(m,) most that gaps close in a window of a run without contact, 0 or less."""
-    history = silent.march(None)
+    history = march_chunks(silent, None)
     inside = (history.time >= window[0]) & (history.time <= window[1])
     return np.minimum(lowest_between(history.gap[inside]) - silent.gaps.gap0, 0.0)
 
