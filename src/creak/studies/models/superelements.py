@@ -78,7 +78,7 @@ class Reduced:
 def reduce_substructure(
     setup: Setup, sub: Substructure, folder: Path | None, progress: Progress
 ) -> tuple[Reduced, list[str]]:
-    """One superelement, from the store or made anew, and notes for people.
+    """One superelement, from the store or made anew, and notes for people; it still holds the factor that made it.
 
     Raises
     ------
@@ -103,7 +103,6 @@ def reduce_substructure(
                 fix="Couple it at more nodes, or add a node set to [reduction] retain.",
             ) from error
         matrices = reduced_matrices(sub.part, basis, progress, watched=_watched(setup, sub))
-    inside.release(above=KEPT)
     system = reduced_system(sub.part, *truncated(basis, matrices, table.f_max))
     return Reduced(sub, system, inside, basis, matrices, made_from, saved is not None), notes
 
