@@ -11,6 +11,7 @@ import pytest
 from creak.cli.main import main
 from creak.errors import NumericalError
 from creak.formats.matrices.superelements import FORMATS, read_superelement
+from creak.linalg.memory import OutOfMemory
 from creak.studies.models import superelements
 from helpers_decks import STUDY, two_strips, write_strips
 
@@ -62,14 +63,17 @@ def test_run_uses_what_reduce_saved(study, tmp_path, monkeypatch, capsys):
     assert after["superelements"]["UPPER"]["rigid_mass_error"] < 1e-6  # round-off of K_ii^-1 K_ib
 
 
-def failing(monkeypatch, part: str, seen=lambda: None):
+DOES_NOT_HOLD = NumericalError("its retained dofs do not hold it")
+
+
+def failing(monkeypatch, part: str, seen=lambda: None, error: Exception = DOES_NOT_HOLD):
     """The reduction of this part ends with an error, the others go their way."""
     real = superelements.fixed_interface_basis
 
     def basis(inside, *rest):
         if inside.name == part:
             seen()
-            raise NumericalError("its retained dofs do not hold it")
+            raise error
         return real(inside, *rest)
 
     monkeypatch.setattr(superelements, "fixed_interface_basis", basis)
@@ -86,6 +90,15 @@ def test_a_part_that_fails_does_not_lose_the_others(study, tmp_path, monkeypatch
     status, text = creak(monkeypatch, capsys, "reduce", study)
     assert status == 0
     assert text.count("taken from") == 1
+
+
+def test_memory_that_does_not_suffice_is_no_fault_of_the_retained_dofs(study, tmp_path, monkeypatch, capsys):
+    failing(monkeypatch, "UPPER", error=OutOfMemory("memory does not hold the factor"))
+    status, text = creak(monkeypatch, capsys, "reduce", study, "--quiet")
+    assert status == 1
+    assert "memory does not hold the factor" in text
+    assert "Couple it" not in text
+    assert [p.name for p in (tmp_path / "superelements").iterdir()] == ["LOWER.h5"]
 
 
 def test_a_reduction_that_is_killed_has_saved_what_was_done(study, tmp_path, monkeypatch, capsys):

@@ -22,6 +22,7 @@ from creak.formats.superelement_file import (
     read_superelement_file,
     write_superelement_file,
 )
+from creak.linalg.memory import OutOfMemory
 from creak.linalg.modes import Modes
 from creak.model.dofs import dofs_of, nodes_of
 from creak.model.mesh import Model
@@ -95,6 +96,8 @@ def reduce_substructure(
     else:
         try:
             basis = fixed_interface_basis(inside, sub.shape, f_max, count, progress)
+        except OutOfMemory:
+            raise
         except NumericalError as error:
             raise InputError(
                 str(error),
