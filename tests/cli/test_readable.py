@@ -6,7 +6,7 @@ import shlex
 import pytest
 
 from creak.cli.console import Terminal
-from creak.cli.output import Output, broken
+from creak.cli.output import Output, broken, pieces
 from helpers_decks import two_strips
 
 WIDE = [
@@ -59,6 +59,16 @@ def test_wide_tables_go_on_below_with_whole_words(width):
     assert text.count("* craig-bampton") == text.count("f_max, Hz") * text.count(
         "\N{BOX DRAWINGS HEAVY DOWN AND RIGHT}"
     )
+
+
+def test_rows_are_told_apart_where_a_table_goes_on():
+    cells = [["way", "f_max, Hz", *(f"figure {k}" for k in range(9))]]
+    cells += [["craig-bampton", f, *["0.1 %"] * 9] for f in ("300", "600")]
+    found = pieces(cells, 80)
+    assert len(found) > 1
+    assert all(columns[:2] == [0, 1] for columns in found)
+    assert sorted({k for columns in found for k in columns}) == list(range(11))
+    assert all(columns[0] == 0 for columns in pieces([cells[0], cells[1]], 80))
 
 
 def test_lines_on_a_terminal_break_between_words():

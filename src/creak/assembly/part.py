@@ -17,6 +17,7 @@ from creak.assembly.partition import shared_nodes
 from creak.assembly.system import Rows, Stats, System, no_supports
 from creak.elements.block_matrices import block_matrices
 from creak.elements.free_sides import with_free_sides
+from creak.elements.geometric import GEOMETRIC
 from creak.elements.geometry import DegenerateElement
 from creak.errors import InputError
 from creak.model.constraints import Constraint, Equation
@@ -84,7 +85,12 @@ def _damps(section: Section) -> bool:
 
 
 def assemble_blocks(
-    model: Model, blocks: Iterable[ElementBlock], labels: IntArray, common: Rayleigh, override: bool
+    model: Model,
+    blocks: Iterable[ElementBlock],
+    labels: IntArray,
+    common: Rayleigh,
+    override: bool,
+    u: FloatArray | None = None,
 ) -> PartMatrices:
     """Sum the element matrices of `blocks` over `labels`.
 
@@ -93,13 +99,14 @@ def assemble_blocks(
     labels : sorted, all six of every node in question.
     common : Rayleigh numbers that the System carries as scalars.
     override : True when they replace the deck's own damping (dashpots stay).
+    u : (n_node, 6) static displacements whose stress stiffens the elements (`elements.geometric`).
     """
     nodes, given = nodes_of(labels[::PER_NODE]), with_free_sides(list(blocks))
     pattern = NodeBlocks([np.searchsorted(nodes, block.nodes_idx) for block in given], nodes.size)
     K, M, C = pattern.zeros(), pattern.zeros(), None
     for block in given:
         da, db, dashpot = _excess_damping(block, common, override)
-        for rows, (Ke, Me, Ce) in _element_matrices(model, block):
+        for rows, (Ke, Me, Ce) in _element_matrices(model, block, u):
             at = np.searchsorted(nodes, block.nodes_idx[rows])
             pattern.add(K, at, Ke)
             pattern.add(M, at, Me)
@@ -131,7 +138,9 @@ ElementMatrices = tuple[FloatArray, FloatArray, FloatArray | None]
 """K, M, C (n, 6 k, 6 k)"""
 
 
-def _element_matrices(model: Model, block: ElementBlock) -> Iterator[tuple[slice, ElementMatrices]]:
+def _element_matrices(
+    model: Model, block: ElementBlock, u: FloatArray | None
+) -> Iterator[tuple[slice, ElementMatrices]]:
     """Rows of the block and their matrices, some at a time.
 
     Raises
@@ -143,11 +152,14 @@ def _element_matrices(model: Model, block: ElementBlock) -> Iterator[tuple[slice
     for start in range(0, block.ids.size, size):
         rows = slice(start, start + size)
         try:
-            made = block_matrices(block, rows, model.nodes.coords, form=model.mass_form)
+            Ke, Me, Ce = block_matrices(block, rows, model.nodes.coords, form=model.mass_form)
+            if u is not None and block.kind in GEOMETRIC:
+                at = block.nodes_idx[rows]
+                Ke = Ke + GEOMETRIC[block.kind](model.nodes.coords[at], block.section, block.own.take(rows), u[at])
         except DegenerateElement as error:
             bad += [(start + row, error.reason) for row in error.rows.tolist()]
         else:
-            yield rows, made
+            yield rows, (Ke, Me, Ce)
     if bad:
         reason = bad[0][1]
         raise _degenerate(block, block.ids[[row for row, why in bad if why == reason]], reason)
@@ -184,16 +196,18 @@ def _supports(constraint: Constraint) -> bool:
     return isinstance(constraint, Equation) and np.unique(constraint.nodes).size == 1
 
 
-def part_system(model: Model, part: int, common: Rayleigh, *, override: bool = False) -> System:
+def part_system(
+    model: Model, part: int, common: Rayleigh, *, override: bool = False, u: FloatArray | None = None
+) -> System:
     """M, C, K of one part in its independent dofs, free in space.
 
     Couplings within the part are eliminated (u = T q); supports and links to other parts are not: these act
-    later, on the full and on the reduced part alike.
+    later, on the full and on the reduced part alike. `u` (n_node, 6): static displacements whose stress stiffens it.
     """
     inside, across = split_constraints(model)
     labels = np.sort(node_dofs(model.parts[part].nodes_idx))
     blocks = [b for b in model.blocks if b.part == part]
-    matrices = assemble_blocks(model, blocks, labels, common, override)
+    matrices = assemble_blocks(model, blocks, labels, common, override, u)
     equations = [e for c in inside[part] for e in linear_equations(c, model.nodes.coords)]
     T, independent = transformation(labels, eliminate(equations))
     K, M = (congruent(T, A) for A in (matrices.K, matrices.M))

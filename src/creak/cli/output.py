@@ -102,15 +102,18 @@ def broken(text: str, width: int) -> str:
 
 
 def pieces(cells: Sequence[Sequence[str]], width: int) -> list[list[int]]:
-    """Columns of a table, in tables that stand below each other, each with the first column and no wider than `width`.
+    """Columns of a table, in tables that stand below each other, each no wider than `width`.
 
-    A column may be as narrow as its longest word, and is no narrower.
+    Each begins with the first column, and with the second one where the first does not tell rows apart. A column may be
+    as narrow as its longest word, and is no narrower.
     """
     need = [max(_widest(row[i]) if i else cell_len(row[i]) for row in cells) + FRAME for i in range(len(cells[0]))]
-    found: list[list[int]] = [[0]]
-    for i in range(1, len(need)):
-        if len(found[-1]) > 1 and 1 + sum(need[k] for k in found[-1]) + need[i] > width:
-            found.append([0])
+    first = [row[0] for row in cells]
+    lead = [0] if len(set(first)) == len(first) or len(need) < 3 else [0, 1]
+    found = [lead.copy()]
+    for i in range(len(lead), len(need)):
+        if len(found[-1]) > len(lead) and 1 + sum(need[k] for k in found[-1]) + need[i] > width:
+            found.append(lead.copy())
         found[-1].append(i)
     return found
 

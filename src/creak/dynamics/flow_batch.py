@@ -13,6 +13,7 @@ from typing import TypeVar
 
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
+from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow_march import FlowRun
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
@@ -52,7 +53,7 @@ def march_many(
 
     def one(variant: Variant) -> Found:
         try:
-            found: History | Stopped = base.again(variant.gaps, variant.loads, variant.system).march(None)
+            found: History | Stopped = march_chunks(base.again(variant.gaps, variant.loads, variant.system), None)
         except Stopped as stopped:
             found = stopped
         return look(variant, found)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import time as clock
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -14,8 +13,9 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.damping import Damping
 from creak.assembly.system import System, no_supports
 from creak.contact.gap_operator import GapOperator, join
-from creak.contact.step_problem import failure, solve_channels
+from creak.contact.step_problem import solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
+from creak.dynamics.chunks import Chunk, march_chunks
 from creak.dynamics.flow_books import begin_books
 from creak.dynamics.flow_coupled import can_couple, coupled_modes
 from creak.dynamics.flow_kernel import FULL, flow_chunk
@@ -27,10 +27,10 @@ from creak.dynamics.flow_rows import new_cone
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, at_rest
 from creak.dynamics.modal_coefficients import is_modal, modal_matrices
-from creak.dynamics.modal_model import CONSTANT, DONE, FORCE, NOT_FINITE
+from creak.dynamics.modal_model import CONSTANT, DONE, FORCE, Output
 from creak.dynamics.recorder import Recorder
+from creak.dynamics.simulate import Progress
 from creak.dynamics.state import LinearTerms
-from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.dynamics.watch import Watched
 from creak.errors import InputError
 from creak.linalg.dense_product import symmetric
@@ -41,8 +41,6 @@ SAMPLES = 3
 """Samples of the loads in a flight step: a cubic goes through them and the next."""
 ROWS = 4_096
 """Rows of the table that a chunk has room for beside those of its flight steps."""
-
-Progress = Callable[[int, int], None]
 
 
 def simulate_flow(
@@ -77,7 +75,8 @@ def simulate_flow(
     Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted, at the end of
         a chunk of steps); what was computed is in its `history`.
     """
-    return FlowRun(system, gaps, loads, resolution, observed, output_every, whole_at, watched).march(progress)
+    run = FlowRun(system, gaps, loads, resolution, observed, output_every, whole_at, watched)
+    return march_chunks(run, progress)
 
 
 def compile_flow() -> None:
@@ -110,7 +109,7 @@ class FlowRun:
         whole_at: IntArray | None,
         watched: Watched | None,
     ) -> None:
-        self._started = clock.perf_counter()
+        self.started = clock.perf_counter()
         if loads.n_step % SAMPLES:
             raise InputError(
                 f"{loads.n_step} samples of the loads are no whole number of flight steps",
@@ -135,7 +134,7 @@ class FlowRun:
         if not same or system is not None or loads.time.size != self.loads.time.size:
             return FlowRun(system or self.system, gaps, loads, self._resolution, *self._kept_of)
         other = copy.copy(self)
-        other._started = clock.perf_counter()
+        other.started = clock.perf_counter()
         other.gaps, other.loads, other.terms = gaps, loads, LinearTerms(self.system, loads)
         given: dict[str, Any] = {
             "gap0": gaps.gap0.astype(float),
@@ -196,6 +195,7 @@ class FlowRun:
         self.A = np.ascontiguousarray(static + THETA * h * h / RATE * self.W)
         self.P = np.stack([self.form.flow(self.H / 2**level) for level in range(self.steps.levels + 1)])
         self.lasting, self.B = self._lasting(resolution)
+        self.slope = steepest(self.steps.laws)
 
     def _lasting(self, resolution: Resolution) -> tuple[int, FloatArray]:
         """Level of the steps of lasting contact and what a constant force moves in one; where all laws are lines."""
@@ -229,58 +229,45 @@ class FlowRun:
                 fix='Reduce by "craig-bampton".',
             )
 
-    def march(self, progress: Progress | None) -> History:
-        """The whole run, chunk by chunk."""
-        now, after = self._start(), resting(self.model, self.loads)
-        begin_books(self.model, self.steps.laws, now)
-        self.log.first(self.loads.time[0], now, self._kept(now))
-        self.log.setup_s = clock.perf_counter() - self._started
-        try:
-            self._march_on(now, after, progress)
-        except KeyboardInterrupt as error:
-            raise Interrupted(self.log.history()) from error
-        return self.log.history()
+    def rows(self, steps: int) -> int:
+        return max(steps, ROWS) + 2**self.steps.levels
 
-    def _march_on(self, now: FlowState, after: FlowState, progress: Progress | None) -> None:
-        steps, done, slope = self.steps, 0, steepest(self.steps.laws)
-        while done < self.n_step:
-            end = min(done + self.log.chunk, self.n_step)
-            out = self.log.room(max(end - done, ROWS) + 2**steps.levels)
-            with one_blas_thread():
-                code, done, used, kept, swapped, time = flow_chunk(
-                    self.model,
-                    steps.laws,
-                    slope,
-                    self.P,
-                    self.A,
-                    self.W,
-                    self.B,
-                    self.lasting,
-                    self.gain,
-                    self.light,
-                    steps.band,
-                    steps.reach,
-                    self.cone,
-                    now,
-                    after,
-                    out,
-                    self.H,
-                    done,
-                    end,
-                    1,
-                    self.log.used,
-                )
-            self.log.take(used, kept, out)
-            self._raise(code, float(time))
-            now, after = (after, now) if swapped else (now, after)
-            if progress is not None:
-                progress(done, self.n_step)
+    def kept(self, x: FlowState) -> FloatArray:
+        return np.asarray(x.x.ravel()[self.model.u0 : self.model.u1])
 
-    def _raise(self, code: int, time: float) -> None:
-        if code == NOT_FINITE:
-            raise Diverged(time, self.log.history())
-        if code not in (DONE, FULL):
-            raise Stopped(f"at t = {time:.6g} s: {failure(code)}", self.log.history())
+    def empty(self) -> FlowState:
+        return resting(self.model, self.loads)
+
+    def chunk(self, now: FlowState, after: FlowState, out: Output, begin: int, end: int) -> Chunk:
+        code, *others = flow_chunk(
+            self.model,
+            self.steps.laws,
+            self.slope,
+            self.P,
+            self.A,
+            self.W,
+            self.B,
+            self.lasting,
+            self.gain,
+            self.light,
+            self.steps.band,
+            self.steps.reach,
+            self.cone,
+            now,
+            after,
+            out,
+            self.H,
+            begin,
+            end,
+            1,
+            self.log.used,
+        )
+        return Chunk(DONE if code == FULL else code, *others)
+
+    def start(self) -> FlowState:
+        x = self._start()
+        begin_books(self.model, self.steps.laws, x)
+        return x
 
     def _start(self) -> FlowState:
         """u = 0, the System's initial velocity, and the channel forces that go with them."""
@@ -313,10 +300,6 @@ class FlowRun:
             if self.light:
                 x.gap[:] += self.A[:m] @ x.force
         return x
-
-    def _kept(self, x: FlowState) -> FloatArray:
-        """What the log keeps of a motion."""
-        return np.asarray(x.x.ravel()[self.model.u0 : self.model.u1])
 
 
 def form_of(system: System, on: ChannelMatrices, terms: LinearTerms, gaps: GapOperator) -> FlowForm:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.contact.step_problem import failure, solve_channels
+from creak.contact.step_problem import solve_channels
 from creak.dynamics.channels import channel_matrices
+from creak.dynamics.chunks import Chunk, march_chunks
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.dynamics.modal_books import start_books
@@ -26,23 +26,20 @@ from creak.dynamics.modal_kernel import march_chunk
 from creak.dynamics.modal_massless import check_step
 from creak.dynamics.modal_model import (
     CONSTANT,
-    DONE,
     FORCE,
-    NOT_FINITE,
     MarchState,
     ModalModel,
+    Output,
 )
 from creak.dynamics.modal_setup import empty_state, modal_model
 from creak.dynamics.recorder import Recorder
 from creak.dynamics.scheme import Scheme
+from creak.dynamics.simulate import Progress
 from creak.dynamics.state import LinearTerms
-from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.dynamics.watch import Watched
 from creak.errors import InputError
 from creak.linalg.dense_product import symmetric
 from creak.linalg.threads import one_blas_thread
-
-Progress = Callable[[int, int], None]
 
 
 def simulate_modal(
@@ -79,7 +76,8 @@ def simulate_modal(
     Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted, at the end of
         a chunk of steps); what was computed is in its `history`.
     """
-    return _Run(system, gaps, loads, scheme, substeps, observed, output_every, whole_at, watched).march(progress)
+    run = _Run(system, gaps, loads, scheme, substeps, observed, output_every, whole_at, watched)
+    return march_chunks(run, progress)
 
 
 class _Run:
@@ -97,7 +95,7 @@ class _Run:
         whole_at: IntArray | None,
         watched: Watched | None,
     ) -> None:
-        self._started = clock.perf_counter()
+        self.started = clock.perf_counter()
         if loads.n_step % substeps:
             raise InputError(
                 f"{loads.n_step} samples of the loads are no whole number of steps",
@@ -120,52 +118,39 @@ class _Run:
         self.A_part = self.A_whole if substeps == 1 else _compliance(self.model, self.part)
         self.log = Recorder(system, self.on, gaps, loads, substeps, observed, output_every, whole_at, watched)
 
-    def march(self, progress: Progress | None) -> History:
-        """The whole run, chunk by chunk."""
-        now, after = self._start(), empty_state(self.model, self.loads)
-        start_books(self.model, self.laws, now)
-        self.log.first(self.loads.time[0], now, now.x[0])
-        self.log.setup_s = clock.perf_counter() - self._started
-        try:
-            self._march_on(now, after, progress)
-        except KeyboardInterrupt as error:
-            raise Interrupted(self.log.history()) from error
-        return self.log.history()
+    def rows(self, steps: int) -> int:
+        return steps * self.substeps
 
-    def _march_on(self, now: MarchState, after: MarchState, progress: Progress | None) -> None:
-        done = 0
-        while done < self.n_step:
-            end = min(done + self.log.chunk, self.n_step)
-            out = self.log.room((end - done) * self.substeps)
-            with one_blas_thread():
-                code, used, kept, swapped, time = march_chunk(
-                    self.model,
-                    self.laws,
-                    self.whole,
-                    self.A_whole,
-                    self.part,
-                    self.A_part,
-                    now,
-                    after,
-                    out,
-                    self.time,
-                    done,
-                    end,
-                    self.substeps,
-                    1,
-                    self.log.used,
-                )
-            self.log.take(used, kept, out)
-            self._raise(code, float(time))
-            now, after, done = (after, now, end) if swapped else (now, after, end)
-            if progress is not None:
-                progress(done, self.n_step)
+    def kept(self, x: MarchState) -> FloatArray:
+        return np.asarray(x.x[0])
 
-    def _raise(self, code: int, time: float) -> None:
-        if code == NOT_FINITE:
-            raise Diverged(time, self.log.history())
-        if code != DONE:
-            raise Stopped(f"at t = {time:.6g} s: {failure(code)}", self.log.history())
+    def empty(self) -> MarchState:
+        return empty_state(self.model, self.loads)
+
+    def chunk(self, now: MarchState, after: MarchState, out: Output, begin: int, end: int) -> Chunk:
+        code, *others = march_chunk(
+            self.model,
+            self.laws,
+            self.whole,
+            self.A_whole,
+            self.part,
+            self.A_part,
+            now,
+            after,
+            out,
+            self.time,
+            begin,
+            end,
+            self.substeps,
+            1,
+            self.log.used,
+        )
+        return Chunk(code, end, *others)
+
+    def start(self) -> MarchState:
+        x = self._start()
+        start_books(self.model, self.laws, x)
+        return x
 
     def _start(self) -> MarchState:
         """u = 0, the System's initial velocity, and forces and acceleration that go with them."""

@@ -19,7 +19,7 @@ from creak.elements.quad4_geometry import (
     tangents,
 )
 from creak.elements.quad4_membrane import condensed, membrane_stiffness, membrane_strains
-from creak.elements.shell_common import mean_normal, shell_mass, weighted_gram
+from creak.elements.shell_common import mean_normal, shell_mass, stressed_stiffness, weighted_gram
 from creak.elements.shell_rigidity import Rigidity, rigidity
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import COMMON, Own
@@ -112,6 +112,31 @@ def mass(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = CO
         return shell_mass(piece, mean_normal(piece), area, shapes, edges, section, mine)
 
     return in_chunks(kernel, coords, 24, own)
+
+
+def geometric_stiffness(
+    coords: FloatArray, section: ShellSection | GeneralShell, own: Own, u: FloatArray
+) -> FloatArray:
+    """Of the membrane force that displacements u (n, 4, 6) leave, see `stressed_stiffness`.
+
+    It is that of the mean strain and curvature of each element, which its enhanced modes do not change.
+    """
+    points, weights = gauss_square(3)
+    surface = evaluate(coords, points, weights)
+    stiff = rigidity(section, surface.axes, own, shape(points))
+    moved = u.reshape(len(u), 1, 24, 1)
+    share = (surface.weights / surface.weights.sum(axis=1, keepdims=True))[:, :, None, None]
+    strain = (share * (membrane_strains(coords, surface)[..., :24] @ moved)).sum(axis=1, keepdims=True)
+    force = stiff.A @ strain
+    if stiff.B is not None:
+        force = force + stiff.B @ (share * (curvature(coords, surface) @ moved)).sum(axis=1, keepdims=True)
+    mean = (share * np.broadcast_to(force, (len(u), len(points), 3, 1))).sum(axis=1)
+    r, s = points.T
+    by_r = np.stack([-r * (1 - s), 0.5 * (1 - s * s), -r * (1 + s), -0.5 * (1 - s * s)], axis=1)
+    by_s = np.stack([-0.5 * (1 - r * r), -s * (1 + r), 0.5 * (1 - r * r), -s * (1 - r)], axis=1)
+    edges = surface.inverse @ np.stack([by_r, by_s], axis=1)
+    slopes = surface.inverse @ shape_derivatives(points)
+    return stressed_stiffness(coords, mean_normal(coords), slopes, edges, mean[:, [[0, 2], [2, 1]], 0], surface.weights)
 
 
 def _neutral(stiff: Rigidity) -> FloatArray:

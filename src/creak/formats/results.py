@@ -12,7 +12,6 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
-from creak.formats.complete_file import complete_file
 from creak.formats.hdf5_file import Hdf5, hdf5_file
 from creak.formats.run_identity import RESULTS, SUMMARY, identity_in, identity_of, of_two_runs
 from creak.formats.sealed_hdf5 import Damaged
@@ -139,18 +138,6 @@ def check_beside(path: Path, file: h5py.File) -> None:
         beside = identity_of(read_sealed(text))
     if beside != identity_in(file):
         raise of_two_runs(path.parent)
-
-
-def write_results(
-    path: Path,
-    runs: Mapping[str, RunRecord],
-    attributes: Mapping[str, str],
-    units: str,
-    more: Callable[[h5py.File], None] | None = None,
-) -> None:
-    """Write all runs to one HDF5 file that is complete or absent, parameters as `put_results`."""
-    with complete_file(path, stream=False) as partial:
-        put_results(partial, runs, attributes, units, more)
 
 
 def put_results(

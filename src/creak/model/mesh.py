@@ -11,6 +11,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.model.constraints import Constraint, Fixed
 from creak.model.materials import Section
+from creak.model.steps import StaticStep
 
 
 @dataclass(frozen=True)
@@ -152,6 +153,8 @@ class Model:
     unread: tuple[Unread, ...] = ()
     mass_form: str = "consistent"
     """Mass of structural elements: consistent, lumped or linear; see `elements.mass_forms`."""
+    prestress: StaticStep | None = None
+    """The static step before the deck's modes that they start from, where creak can follow it."""
 
     @property
     def n_elements(self) -> int:

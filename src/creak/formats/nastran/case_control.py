@@ -31,7 +31,7 @@ UNFOLLOWED = "creak does not follow this case control command"
 
 _MATRICES = ("K2GG", "M2GG", "B2GG")
 _OUTPUT = ("DISPLACEMENT", "VELOCITY", "ACCELERATION")
-_OF_RUN = ("DLOAD", "TSTEP", "LOADSET", *_OUTPUT)
+_OF_RUN = ("DLOAD", "TSTEP", "TSTEPNL", "LOADSET", *_OUTPUT)
 
 
 @dataclass(frozen=True)
@@ -79,6 +79,7 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
     """
     commands, unread = _subcase_of_modes(case, own_run)
     ids = {key: _identifier(commands, key) for key in ("SPC", "MPC", "IC", "DLOAD", "TSTEP", "LOADSET", "NSM")}
+    ids["TSTEP"] = ids["TSTEP"] or _identifier(commands, "TSTEPNL")
     sets = {number: _ids(text) for number, text in _sets(case).items()}
     unread += [Unread(key, line.where, True, UNFOLLOWED) for key, (_, line) in commands.items() if key in _CHANGES]
     matrices = {key: commands[key][0] for key in _MATRICES if key in commands}

@@ -35,12 +35,14 @@ _HARMLESS = {
     ),
     "the study file defines reductions": (
         "QSET, QSET1, CSUPER, CSUPEXT, SEQSET, SEQSET1, SEBSET, SEBSET1, SECSET, SECSET1, SENQSET, EXTRN, SECONCT,"
-        "SEBULK, SESET, SEELT, SEEXCLD, SELABEL, SELOC, SEUSET, SEUSET1, USET, USET1, SESUP, DYNRED"
+        "SEBULK, SESET, SEELT, SEEXCLD, SELABEL, SELOC, SEUSET, SEUSET1, USET, USET1, SESUP, DYNRED, BNDFIX, BNDFIX1,"
+        "BNDFREE, BNDFRE1"
     ),
     "temperatures load statics only; materials that depend on them are told apart": (
         "TEMP, TEMPD, TEMPP1, TEMPP3, TEMPRB, TEMPAX, TEMPBC, TEMPN1, TEMPF, TEMPG, TABLEM1, TABLEM2, TABLEM3,"
         "TABLEM4, TABLEST"
     ),
+    "fluid elements, which alone use it, are told apart": "ACMODL, ACSRCE1, PANEL, ELIST, MFLUID, SLBDY",
     "creak has no heat": (
         "MAT4, MAT5, MATT4, MATT5, CHBDYE, CHBDYG, CHBDYP, PHBDY, CONV, CONVM, PCONV, PCONVM, QBDY1, QBDY2, QBDY3,"
         "QHBDY, QVOL, QVECT, RADM, RADMT, RADBC, RADSET, RADLST, RADMTX, VIEW, VIEW3D, BDYOR"
@@ -75,11 +77,12 @@ _HARMLESS = {
 
 _CHANGES = {
     "creak does not read this element": (
-        "CQUAD8, CTRIA6, CQUAD, CTRIA, CSHEAR, PSHEAR, CBEND, PBEND, "
+        "CQUAD, CTRIA, CSHEAR, PSHEAR, CBEND, PBEND, "
         "CSEAM, PSEAM, GENEL, CHACAB, CHACBR, PACABS, CAABSF, PAABSF, CRAC2D, CRAC3D, CTRIAX6, CQUADX,"
         "CTRIAX, CHEXAL, PCOMPS, PCOMPLS, PBCOMP, PBRSECT, PBMSECT, PLPLANE, PLSOLID, CDAMP5, CBEAM3, PBEAM3,"
         "CIFHEX, CIFPENT, PCOMPP, STACK, PLY, CGAPG, RBODY, JOINTG, PJOINTG, CMBEAM, CSMSPH, CNTNLSUB"
     ),
+    "creak has no quadratic shells: export the mesh with corners only (CQUAD4, CTRIA3)": "CQUAD8, CTRIA6",
     "creak does not read this constraint": (
         "RBE2GS, RSPLINE, RSSCON, RTRPLT, RTRPLT1, RJOINT, SPCAX, MPCAX, SPCOFF, SPCOFF1, BLTMPC"
     ),
@@ -92,6 +95,8 @@ _CHANGES = {
 }
 
 
+BY_FREQUENCY = ("108", "111", "SEDFREQ", "SEMFREQ")
+"""Solutions in which springs may depend on the frequency."""
 _TABLES_OF = {"PBUSHT": "PBUSH", "PELAST": "PELAS", "PDAMPT": "PDAMP"}
 _DEPENDS = {
     "its meaning hangs on the analysis": (
@@ -171,6 +176,8 @@ def _where_it_acts(deck: Deck, name: str, own_run: bool) -> Meaning | None:
         return Meaning("harmless", "the case control takes no TEMPERATURE, so the material is that of its card")
     if name in _TABLES_OF:
         values = f"the nominal values of {_TABLES_OF[name]}"
+        if case.solution in BY_FREQUENCY:
+            return Meaning("harmless", f"{values} hold at every frequency; Nastran's response follows the tables")
         if case.solution in LINEAR:
             return Meaning("harmless", f"the solution is linear: {values} hold, as in Nastran")
         return Meaning("changes", f"creak takes {values} at every displacement and frequency")

@@ -159,7 +159,7 @@ def _together(
     systems += [*setup.superelements, *([reference.loose] if reference.loose is not None else [])]
     coupled = couple(systems, cut.model, setup.driven, setup.rayleigh, override=setup.override_damping)
     coupled = _shared_interface(setup, cut, coupled)
-    system = _with_damping(setup, diagonalise(coupled) if coupled.n <= DIAGONAL_LIMIT else coupled)
+    system = with_damping(setup, diagonalise(coupled) if coupled.n <= DIAGONAL_LIMIT else coupled)
     progress("couple and diagonalise", 1, 1)
     retained = sum(r.system.stats.retained for r in superelements)
     kept = sum(r.system.stats.modes for r in superelements)
@@ -226,7 +226,8 @@ def _count(setup: Setup, size: int) -> int:
     return min(int(setup.study.config.reduction.interface.n or size), size)
 
 
-def _with_damping(setup: Setup, system: System) -> System:
+def with_damping(setup: Setup, system: System) -> System:
+    """A diagonal or sparse reduced System with the study's modal damping, if it asks for any."""
     if setup.study.config.damping.modal is None:
         return system
     every = isinstance(system.K, Diagonal)

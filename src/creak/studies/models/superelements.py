@@ -214,7 +214,7 @@ def save_superelement(
         return path
     m = reduced.matrices
     matrices = {"K": m.K, "M": m.M, "M_alone": m.M_alone, **({} if m.C is None else {"C": m.C})}
-    ids, dofs = row_names(reduced.system, model)
+    ids, dofs = row_names(with_all_modes(reduced).system, model)  # the file has those beyond f_max too
     fixed = reduced.basis.fixed
     write_superelement_file(
         path,

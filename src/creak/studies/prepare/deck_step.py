@@ -77,6 +77,7 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t
         "contact": _contacts(model, run, places, notes),
         "connector": _connectors(run, sets, places),
         "excitation": _excitations(run, sets, places),
+        "static": _static(run, sets, places),
         "time": _time(run, notes),
         "output": {"nodes": _watched(model, run.step, notes)},
         "reduction": {"method": "none"},
@@ -197,6 +198,23 @@ def _excitations(
         sets[name.upper()] = entry.nodes_idx
         places["excitation", name] = entry.where
         result[name] = {"node_set": name, "dof": DOFS[entry.dof - 1], "kind": kind, "signal": signal}
+    return result
+
+
+def _static(run: DeckRun, sets: dict[str, IntArray], places: dict[tuple[str | int, ...], str]) -> list[dict[str, Any]]:
+    """Loads of the steps before; the nodes of each force become a node set."""
+    if run.static is None:
+        return []
+    places["static",] = run.static.where
+    result: list[dict[str, Any]] = []
+    if any(run.static.gravity):
+        result.append({"gravity": run.static.gravity})
+    for load in run.static.forces:
+        if load.value:
+            name = f"{load.name} {DOFS[load.dof - 1]} static {len(result) + 1}"
+            sets[name.upper()] = load.nodes_idx
+            places["static", len(result)] = load.where
+            result.append({"force": load.value, "node_set": name, "dof": DOFS[load.dof - 1]})
     return result
 
 

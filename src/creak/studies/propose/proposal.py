@@ -162,36 +162,19 @@ def _contact(model: Model, near: Near, names: tuple[str, str], members: list[Int
     orders = ((0, 1), (1, 0)) if fine else ((1, 0), (0, 1))
     label = "-".join(re.sub(r"[^a-z0-9_]+", "_", near.parts[i].lower()) for i in orders[0])
     problem = ""
+
+    def contact(a: int, b: int, channels: int, start: float | None, problem: str = "") -> Contact:
+        node, sizes = model.nodes.label(near.node), (len(near.elements[a]), len(members[a]))
+        return Contact(label, names[a], names[b], near.gap, node, *sizes, channels, start, problem)
+
     for a, b in orders:
         try:
             operator, _ = surface_to_surface(model, ContactPair(label, names[a], names[b]))
         except InputError as error:
             problem = problem or error.what
             continue
-        return Contact(
-            label,
-            names[a],
-            names[b],
-            near.gap,
-            model.nodes.label(near.node),
-            len(near.elements[a]),
-            len(members[a]),
-            operator.m,
-            float(operator.gap0.min()),
-        )
-    a, b = orders[0]
-    return Contact(
-        label,
-        names[a],
-        names[b],
-        near.gap,
-        model.nodes.label(near.node),
-        len(near.elements[a]),
-        len(members[a]),
-        0,
-        None,
-        problem,
-    )
+        return contact(a, b, operator.m, float(operator.gap0.min()))
+    return contact(*orders[0], 0, None, problem)
 
 
 def held_dofs(model: Model) -> BoolArray:

@@ -63,8 +63,16 @@ def find_places(result: StudyResult, run: Run) -> tuple[Place, ...]:
     """The places at which events begin in the verification window, by worst force.
 
     Touched channels of one contact belong together where their nodes share an element or lie within `NEAR` of the
-    model's size, and so on from neighbour to neighbour.
+    model's size, and so on from neighbour to neighbour. They are looked for once for each run.
     """
+    gaps, known = run.places_known.get(result.window, (None, ()))
+    if gaps is not result.gaps:
+        known = _find(result, run)
+        run.places_known[result.window] = result.gaps, known
+    return known
+
+
+def _find(result: StudyResult, run: Run) -> tuple[Place, ...]:
     h, gaps, model = run.history, result.gaps, result.setup.model
     inside = (h.time >= result.window[0]) & (h.time <= result.window[1])
     touched = np.flatnonzero((h.force[inside] > 0.0).any(axis=0)).astype(np.int64)

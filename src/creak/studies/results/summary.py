@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from creak.studies.results.limits import judged
 from creak.studies.results.places import Place
 from creak.studies.results.sound import heard_at, heard_places, place_name, sound_summary
 from creak.studies.results.static_figures import static_figures
-from creak.studies.run.compared import event_statistics
+from creak.studies.run.compared import event_statistics, main_run
 from creak.studies.run.job import Run, StudyResult
 from creak.studies.sound.heard import Sound
 from creak.studies.warned import warnings_of
@@ -34,7 +35,10 @@ ROUND_OFF = 1e-9
 
 
 def summarise(
-    result: StudyResult, convergence: Convergence | None = None, sound: Sound | str | None = None
+    result: StudyResult,
+    convergence: Convergence | None = None,
+    sound: Sound | str | None = None,
+    causes: Mapping[int, dict[str, Any]] | None = None,
 ) -> dict[str, Any]:
     """The summary as plain numbers, strings and lists; infinite or undefined figures are null.
 
@@ -42,10 +46,11 @@ def summarise(
     ----------
     convergence : of `creak.studies.converge.variants`, where it was looked at.
     sound : of `creak.studies.sound.heard`, or why there is none; None: it was not asked for.
+    causes : of each place of the main run, by its number (`creak.studies.cause.told`).
     """
     setup, model = result.setup, result.setup.model
     c = setup.study.config
-    summary = {
+    summary: dict[str, Any] = {
         "creak": version(),
         "run": result.identity.as_dict(),
         "study": setup.study.path.name,
@@ -78,6 +83,10 @@ def summarise(
     if convergence is not None:
         summary["convergence"] = as_dict(convergence)
     summary["limits"] = judged(c.limit, summary)
+    main = main_run(result.runs)
+    if main is not None and causes:
+        for number, cause in causes.items():
+            summary["runs"][main.name]["places"][number - 1]["cause"] = cause
     return _plain(summary)
 
 
@@ -191,6 +200,7 @@ def _place(p: Place, run: Run, model: Model, sound: Sound | str | None) -> dict[
         **heard_at(sound, run.name, p.number - 1),
         "share": p.impulse / whole if whole > 0.0 else None,
         "irregularity": p.irregularity,
+        "cause": None,
     }
 
 

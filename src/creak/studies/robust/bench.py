@@ -12,6 +12,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
+from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow_batch import Variant, march_many
 from creak.dynamics.flow_march import FlowRun
 from creak.dynamics.history import History
@@ -22,6 +23,7 @@ from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import Study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
+from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.output_steps import shown_window
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.watched import watched
@@ -93,13 +95,14 @@ class Bench:
 
 @none_ignored()
 def make_bench(
-    setup: Setup, reference: ReferenceModel, lowest: FloatArray, progress: Progress, store: Path | None
+    setup: Setup, reference: ReferenceModel, lowest: FloatArray, progress: Progress, store: Path, keep: bool
 ) -> Bench:
     """Pre-check for all draws together, reduction, and the arrays that they share.
 
     Parameters
     ----------
     lowest : (m,) how far the gap of each contact channel falls below that of the study in any draw, 0 or less.
+    store : folder of saved superelements. keep : whether new ones are saved there.
 
     Raises
     ------
@@ -117,13 +120,16 @@ def make_bench(
     reference = with_linear_gaps(setup, reference, scheme_of(c.time), progress)
     kept, notes = setup.contacts, list[str]()
     if reference.linear_gaps is not None:
-        keep = np.flatnonzero(reference.linear_gaps + lowest <= c.precheck.margin)
-        kept = setup.contacts.select(keep)
-        notes.append(f"pre-check: {keep.size} of {setup.contacts.m} channels can close in some draw")
+        can_close = np.flatnonzero(reference.linear_gaps + lowest <= c.precheck.margin)
+        kept = setup.contacts.select(can_close)
+        notes.append(f"pre-check: {can_close.size} of {setup.contacts.m} channels can close in some draw")
     gaps = join([kept, setup.connectors])
     if not gaps.presses:
         raise NumericalError("no channel can close in any draw under this load: there is nothing to rattle")
     reduced = reduce_model(setup, reference, gaps, progress, store)
+    for made in reduced.superelements if keep else ():
+        if not made.reused:
+            save_superelement(store, made, setup.model, {"deck": str(setup.model.source)}, shared=True)
     system, why_not = flowing(reduced.system)
     if system is None:
         raise NumericalError(f"the reduced model cannot be marched by exact flow{why_not}")
@@ -193,7 +199,7 @@ def _slack(bench: Bench, variant: Variant, places: tuple[str, ...]) -> FloatArra
 
 def excursion_of(silent: FlowRun, window: tuple[float, float]) -> FloatArray:
     """(m,) most that gaps close in a window of a run without contact, 0 or less."""
-    history = silent.march(None)
+    history = march_chunks(silent, None)
     inside = (history.time >= window[0]) & (history.time <= window[1])
     return np.minimum(lowest_between(history.gap[inside]) - silent.gaps.gap0, 0.0)
 

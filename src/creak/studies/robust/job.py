@@ -117,7 +117,8 @@ def run_draws(
     notes: list[str] = []
     missing = [k for k in range(design.total) if k not in found]
     if missing:
-        marched = _marched(setup, causes, values, missing, again, channels, progress, notes, threads)
+        keep = None if out is None else out / "superelements"
+        marched = _marched(setup, causes, values, missing, again, channels, progress, notes, threads, keep)
         if path is None:
             found.update(marched)
         else:
@@ -155,11 +156,12 @@ def _marched(
     progress: Progress,
     notes: list[str],
     threads: int | None,
+    keep: Path | None,
 ) -> Iterator[tuple[int, FloatArray]]:
     """Number and record of each missing draw."""
     draws = [_draw(causes, values, k) for k in missing]
     if not again:
-        bench = _bench(setup, draws, progress)
+        bench = _bench(setup, draws, progress, keep)
         notes += bench.notes
         for number, seen in march_draws(bench, channels, draws, threads):
             yield number, seen.record()
@@ -179,8 +181,8 @@ def _marched(
             yield number, seen.record()
 
 
-def _bench(setup: Setup, draws: list[Draw], progress: Progress) -> Bench:
-    """The model of a study with the channels that its draws need."""
+def _bench(setup: Setup, draws: list[Draw], progress: Progress, keep: Path | None = None) -> Bench:
+    """The model of a study with the channels that its draws need; `keep`: folder in which its superelements stay."""
     reference = unreduced(setup, progress)
     lowest = np.zeros(setup.contacts.m)
     loaded = any(not key.startswith(("contact.", "connector.", "clip.")) for d in draws for key in d.values)
@@ -196,8 +198,8 @@ def _bench(setup: Setup, draws: list[Draw], progress: Progress) -> Bench:
             other = started(other, reference, lambda *_: None)
             gaps = with_linear_gaps(other, reference, scheme_of(setup.study.config.time), lambda *_: None).linear_gaps
             lowest = lowest if gaps is None else np.minimum(lowest, gaps - linear)
-    store = store_of(setup.study)
-    return make_bench(setup, reference, lowest, progress, store)
+    store = store_of(setup.study) if keep is None else keep
+    return make_bench(setup, reference, lowest, progress, store, keep is not None)
 
 
 def _fields(setup: Setup) -> dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]]:

@@ -93,7 +93,7 @@ def test_without_contact_both_runs_measure_the_same(silent, measured):
     rows = line_rows(found, silent.setup.study.config.limit, "mm-t-s")
     assert {r.outcome for r in rows} == {"neither"}
     measured(
-        "events",
+        "verdicts",
         "E-lines without contact: linear against nonlinear",
         worst,
         0.0,

@@ -1,0 +1,91 @@
+"""Compiled marches: chunks of steps in one call each, and what is kept, told and raised between them."""
+
+from __future__ import annotations
+
+import time as clock
+from typing import NamedTuple, Protocol, TypeVar
+
+from creak.arrays import FloatArray
+from creak.contact.step_problem import failure
+from creak.dynamics.flow_model import FlowState
+from creak.dynamics.history import History
+from creak.dynamics.loads import Loads
+from creak.dynamics.modal_model import DONE, NOT_FINITE, MarchState, Output
+from creak.dynamics.recorder import Recorder
+from creak.dynamics.simulate import Progress
+from creak.dynamics.stopped import Diverged, Interrupted, Stopped
+from creak.linalg.threads import one_blas_thread
+
+State = TypeVar("State", MarchState, FlowState)
+
+
+class Chunk(NamedTuple):
+    """What a call left behind."""
+
+    code: int
+    """`DONE`, `NOT_FINITE`, or that of the contact solver."""
+    done: int
+    """Whole steps from the start of the run."""
+    used: int
+    """Rows of the table that are taken."""
+    kept: int
+    """Motions kept."""
+    swapped: bool
+    """`after` holds the last instant."""
+    time: float
+    """s, of the last instant"""
+
+
+class Chunked(Protocol[State]):
+    """A compiled stepper: `march_chunks` drives it as `simulate.march` drives a `Stepper`."""
+
+    loads: Loads
+    log: Recorder
+    n_step: int
+    started: float
+    """When its setup began, `time.perf_counter`."""
+
+    def start(self) -> State:
+        """The first instant, its books opened."""
+
+    def empty(self) -> State:
+        """An instant to write into."""
+
+    def kept(self, x: State) -> FloatArray:
+        """What the log keeps of a motion."""
+
+    def rows(self, steps: int) -> int:
+        """Rows of the table that so many whole steps may take at once."""
+
+    def chunk(self, now: State, after: State, out: Output, begin: int, end: int) -> Chunk:
+        """March from whole step `begin` towards `end`."""
+
+
+def march_chunks(run: Chunked[State], progress: Progress | None) -> History:
+    """The whole run.
+
+    Raises
+    ------
+    Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted, at the end of
+        a chunk); what was computed is in its `history`.
+    """
+    now, after, log, done = run.start(), run.empty(), run.log, 0
+    log.first(run.loads.time[0], now, run.kept(now))
+    log.setup_s = clock.perf_counter() - run.started
+    try:
+        while done < run.n_step:
+            end = min(done + log.chunk, run.n_step)
+            out = log.room(run.rows(end - done))
+            with one_blas_thread():
+                left = run.chunk(now, after, out, done, end)
+            log.take(left.used, left.kept, out)
+            if left.code == NOT_FINITE:
+                raise Diverged(float(left.time), log.history())
+            if left.code != DONE:
+                raise Stopped(f"at t = {left.time:.6g} s: {failure(left.code)}", log.history())
+            now, after, done = (after, now, left.done) if left.swapped else (now, after, left.done)
+            if progress is not None:
+                progress(done, run.n_step)
+    except KeyboardInterrupt as error:
+        raise Interrupted(log.history()) from error
+    return log.history()
