@@ -216,6 +216,7 @@ ROOMS = (
     "robust",
     "propose",
     "advise",
+    "cause",
     "results",
     "sound",
     "converge",

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numba
 import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
-from creak.linalg.threads import cores
+from creak.linalg.threads import cores, pool
 from creak.model.dofs import PER_NODE
 
 
@@ -42,13 +41,12 @@ class NodeBlocks:
         indptr = np.zeros(n + 1, dtype=np.int64)
         share = np.searchsorted(self._starts, np.linspace(0, self._columns.size, cores() + 1)[1:-1])
         cuts = [0, *share.tolist(), self.n_node]
-        with ThreadPoolExecutor(cores()) as pool:
-            list(pool.map(lambda a, b: _count(self._starts, total, indptr, a, b), cuts[:-1], cuts[1:]))
-            np.cumsum(indptr, out=indptr)
-            kind = np.int32 if indptr[-1] < np.iinfo(np.int32).max else np.int64
-            indices, data = np.empty(indptr[-1], dtype=kind), np.empty(indptr[-1])
-            fill = (self._starts, self._columns, total, indptr, indices, data)
-            list(pool.map(lambda a, b: _fill(*fill, a, b), cuts[:-1], cuts[1:]))
+        list(pool().map(lambda a, b: _count(self._starts, total, indptr, a, b), cuts[:-1], cuts[1:]))
+        np.cumsum(indptr, out=indptr)
+        kind = np.int32 if indptr[-1] < np.iinfo(np.int32).max else np.int64
+        indices, data = np.empty(indptr[-1], dtype=kind), np.empty(indptr[-1])
+        fill = (self._starts, self._columns, total, indptr, indices, data)
+        list(pool().map(lambda a, b: _fill(*fill, a, b), cuts[:-1], cuts[1:]))
         A = sp.csr_matrix((data, indices, indptr.astype(kind)), shape=(n, n))
         A.has_sorted_indices = A.has_canonical_format = True
         return A

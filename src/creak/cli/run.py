@@ -49,6 +49,15 @@ def run(
         "tell how far each event has settled; also in convergence.csv. By default where no scheme is forced, the model "
         "is reduced and the accuracy is not quick. Ctrl-C ends the repeated run under way, the next one follows.",
     ),
+    changes_wanted: bool = typer.Option(
+        False,
+        "--changes",
+        help="For the first three places: the single changes of gap, contact stiffness, damping, mass or fastening "
+        "that would help most, tried on the reduced model.",
+    ),
+    check_changes: bool = typer.Option(
+        False, "--check-changes", help="The same, each checked by a full run of the changed model."
+    ),
     animation_mb: float = typer.Option(
         12.0,
         "--animation-mb",
@@ -86,7 +95,12 @@ def run(
             setup_detail(output, setup)
             tell_warnings(output, setup.notes, told)
             result = run_setup(
-                setup, progress, superelements=superelements, converge=converge, record=animation_mb > 0.0
+                setup,
+                progress,
+                superelements=superelements,
+                converge=converge,
+                record=animation_mb > 0.0,
+                changes="checked" if check_changes else "predicted" if changes_wanted else "none",
             )
             progress("write results", 0, 2)
             page = None
@@ -146,7 +160,7 @@ def results_name(study: Study | Path) -> str:
 
 def _print_tables(output: Output, summary: dict[str, Any]) -> None:
     from creak.report.eline_rows import eline_words
-    from creak.report.terminal import place_table, run_rows, verification_rows
+    from creak.report.terminal import cause_lines, place_table, run_rows, verification_rows
     from creak.studies.results.limits import limit_words
 
     output.table("Runs", run_rows(summary))
@@ -158,7 +172,7 @@ def _print_tables(output: Output, summary: dict[str, Any]) -> None:
         output.table("Reduced against reference", [["", "value"], *checks])
     if summary["elines"] is not None:
         output.say(f"E-lines: {eline_words(summary['elines'])}")
-    for text in limit_words(summary["limits"]):
+    for text in [*cause_lines(summary), *limit_words(summary["limits"])]:
         output.say(text)
 
 

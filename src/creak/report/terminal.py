@@ -56,6 +56,20 @@ def place_table(summary: dict[str, Any]) -> list[list[str]]:
     return [[name for name, _ in columns], *([text(p) for _, text in columns] for p in places[:MOST])]
 
 
+def cause_lines(summary: dict[str, Any]) -> list[str]:
+    """What causes each place, and what would help."""
+    run = summary["runs"].get("reduced") or summary["runs"].get("reference") or {}
+    told = [p for p in run.get("places", [])[:MOST] if p["cause"] is not None]
+    return [
+        line
+        for p in told
+        for line in (
+            f"{p['name']}: {p['cause']['words']}",
+            *(f"{p['name']}: would help: {text}" for text in p["cause"].get("changes_words", [])),
+        )
+    ]
+
+
 HEARD = (("N5, sone", "n5"), ("Nmax, sone", "n_max"), ("dB(A)", "level"))
 
 

@@ -14,7 +14,7 @@ from creak.formats.abaqus.boundary import read_boundaries, read_initial_velocity
 from creak.formats.abaqus.couplings import Placement, read_couplings
 from creak.formats.abaqus.distributions import read_distributions
 from creak.formats.abaqus.elements import read_elements
-from creak.formats.abaqus.fasteners import read_fasteners
+from creak.formats.abaqus.fasteners import extended, read_fasteners, spring_blocks
 from creak.formats.abaqus.joints import joint_constraints
 from creak.formats.abaqus.keywords import misspelled
 from creak.formats.abaqus.lexer import lex
@@ -109,8 +109,10 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
     assigned = read_sections(deck, elements, element_names, read_materials(deck), geometry)
     assigned = with_added_mass(deck, elements, element_names, assigned, nodes.coords)
     constraints = read_couplings(deck, surfaces, elements, node_names, element_names, place)
-    constraints += read_fasteners(deck, surfaces, node_names, nodes.coords)
-    constraints += joint_constraints(assigned.connectors, nodes.coords)
+    fasteners = read_fasteners(deck, surfaces, node_names, nodes.coords, place.orientations)
+    nodes = extended(nodes, fasteners.points)
+    constraints += fasteners.constraints
+    constraints += joint_constraints((*assigned.connectors, *fasteners.joints), nodes.coords)
     constraints += read_links(deck, node_names, nodes.coords, place.transforms)
     constraints += read_ties(deck, nodes, elements, assigned, surfaces, node_names)
     note_transformed(deck, place.transforms, node_names)
@@ -130,7 +132,7 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
     model = Model(
         source=source,
         nodes=nodes,
-        blocks=made.blocks,
+        blocks=(*made.blocks, *spring_blocks(fasteners, elements, partition.parts, nodes.count)),
         parts=partition.parts,
         node_sets=with_short_names(node_names.sets),
         element_sets=with_short_names(sets),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Model
-from creak.studies.converge.settled import KEYS, settled_to, verdict_of
+from creak.studies.converge.settled import KEYS, is_chaotic, settled_to, verdict_of
 from creak.studies.converge.settling import Convergence
 from creak.studies.converge.words import as_dict
 from creak.studies.results.elines import against_measured, measured_rates
@@ -18,7 +19,7 @@ from creak.studies.results.limits import judged
 from creak.studies.results.places import Place
 from creak.studies.results.sound import heard_at, heard_places, place_name, sound_summary
 from creak.studies.results.static_figures import static_figures
-from creak.studies.run.compared import event_statistics
+from creak.studies.run.compared import event_statistics, main_run
 from creak.studies.run.job import Run, StudyResult
 from creak.studies.sound.heard import Sound
 from creak.studies.warned import warnings_of
@@ -33,7 +34,10 @@ ROUND_OFF = 1e-9
 
 
 def summarise(
-    result: StudyResult, convergence: Convergence | None = None, sound: Sound | str | None = None
+    result: StudyResult,
+    convergence: Convergence | None = None,
+    sound: Sound | str | None = None,
+    causes: Mapping[int, dict[str, Any]] | None = None,
 ) -> dict[str, Any]:
     """The summary as plain numbers, strings and lists; infinite or undefined figures are null.
 
@@ -41,10 +45,11 @@ def summarise(
     ----------
     convergence : of `creak.studies.converge.variants`, where it was looked at.
     sound : of `creak.studies.sound.heard`, or why there is none; None: it was not asked for.
+    causes : of each place of the main run, by its number (`creak.studies.cause.told`).
     """
     setup, model = result.setup, result.setup.model
     c = setup.study.config
-    summary = {
+    summary: dict[str, Any] = {
         "creak": version(),
         "run": result.identity.as_dict(),
         "study": setup.study.path.name,
@@ -63,7 +68,7 @@ def summarise(
         "elines": None if result.elines is None else eline_summary(result.elines, c.limit, c.model.units, model),
         "superelements": {name: health.as_dict() for name, health in result.health.items()},
         "sound": sound_summary(sound, _places_heard(result, sound)),
-        "verification": _verification(result),
+        "verification": _verification(result, convergence),
         "unread": [
             {"keyword": u.keyword, "where": u.where, "changes_answer": u.changes_answer, "why": u.why}
             for u in model.unread
@@ -75,6 +80,10 @@ def summarise(
     if convergence is not None:
         summary["convergence"] = as_dict(convergence)
     summary["limits"] = judged(c.limit, summary)
+    main = main_run(result.runs)
+    if main is not None and causes:
+        for number, cause in causes.items():
+            summary["runs"][main.name]["places"][number - 1]["cause"] = cause
     return _plain(summary)
 
 
@@ -188,6 +197,7 @@ def _place(p: Place, run: Run, model: Model, sound: Sound | str | None) -> dict[
         **heard_at(sound, run.name, p.number - 1),
         "share": p.impulse / whole if whole > 0.0 else None,
         "irregularity": p.irregularity,
+        "cause": None,
     }
 
 
@@ -229,7 +239,7 @@ def _squeak(s: Squeak, result: StudyResult, model: Model) -> dict[str, Any]:
     }
 
 
-def _verification(result: StudyResult) -> dict[str, Any]:
+def _verification(result: StudyResult, convergence: Convergence | None) -> dict[str, Any]:
     out: dict[str, Any] = {"window": list(result.window)}
     if result.modes is not None:
         m = result.modes
@@ -241,7 +251,7 @@ def _verification(result: StudyResult) -> dict[str, Any]:
     if result.spectra is not None:
         out["nrmse"] = result.spectra.nrmse
     if result.events is not None:
-        out["events"] = _matched(result.events) | {"statistics": _statistics(result)}
+        out["events"] = _matched(result.events) | {"statistics": _statistics(result, convergence)}
     return out
 
 
@@ -267,11 +277,11 @@ def _errors(e: Errors) -> dict[str, Any]:
     return {"mean": e.mean, "bias": e.bias, "percentile_95": e.percentile_95, "each": e.each.tolist()}
 
 
-def _statistics(result: StudyResult) -> dict[str, Any]:
+def _statistics(result: StudyResult, convergence: Convergence | None) -> dict[str, Any]:
     s = event_statistics(result)
     distances = {"force": s.force, "impulse": s.impulse}
     return {
-        "chaotic": s.chaotic,
+        "chaotic": is_chaotic(convergence, s.count[0], s.length),
         "rate": {"reference": s.rate[0], "reduced": s.rate[1], "alike": s.rates_alike}
         | {f"{name}_95": list(pair) for name, pair in zip(("reference", "reduced"), s.interval, strict=True)},
         **{

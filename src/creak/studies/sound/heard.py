@@ -119,7 +119,7 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     groups = source.groups(places)
     pressure = np.concatenate([sound_of_forces(source.modes, source.force, groups, r, band.high) for r in rows])
     pressure[:, -1] = pressure.sum(axis=1)
-    heard = [[_heard(x, result.window, background) for x in of_one] for of_one in pressure]
+    heard = [[heard_of(x, result.window, background) for x in of_one] for of_one in pressure]
     order = sorted(range(len(places)), key=lambda k: heard[0][k].rank, reverse=True)
     pressure = pressure[:, [*order, len(places)]]
     return Sound(
@@ -157,7 +157,8 @@ def _ear(result: StudyResult, run: Run, source: Source, band: float) -> tuple[Li
     return (ear_off(result.setup.model, skin, part, result.setup.study.config.model.units),)
 
 
-def _heard(pressure: FloatArray, window: tuple[float, float], background: FloatArray | None) -> Heard:
+def heard_of(pressure: FloatArray, window: tuple[float, float], background: FloatArray | None) -> Heard:
+    """One pressure (n,) at 48 kHz, over the window."""
     first, last = (round(t * RATE) for t in window)
     shown = pressure[min(first, pressure.size - 2) : max(last, first + 2)]
     levels = third_octave_levels(shown, RATE)

@@ -1,4 +1,4 @@
-"""*FASTENER: layers joined rigidly at reference nodes."""
+"""*FASTENER: layers joined at reference nodes, rigidly or by springs."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from creak.assembly.constraints import linear_equations
+from creak.elements.block_matrices import block_matrices
 from creak.errors import InputError
 from creak.formats.decks import read_model
 from creak.studies.models.deck_modes import deck_modes
@@ -74,6 +75,47 @@ def test_two_sheets_with_fasteners_float_as_one(tmp_path):
     assert deck_modes(tmp_path / "a.inp", count=8).rigid == 6
 
 
+SPRUNG = FASTENER.replace("SPOTS\n\n", "SPOTS, ELSET=FE\n\n") + (
+    "*CONNECTOR SECTION, ELSET=FE, BEHAVIOR=SOFT\nBUSHING,\n*CONNECTOR BEHAVIOR, NAME=SOFT\n"
+    + "".join(f"*CONNECTOR ELASTICITY, COMPONENT={k}\n{100.0 * k},\n" for k in range(1, 7))
+)
+
+
+def test_springs_between_the_layers(tmp_path):
+    """A node on each layer, hung on it; six springs between them, the third along the normal."""
+    model = read(tmp_path, SPRUNG)
+    (block,) = [b for b in model.blocks if b.kind == "bush2"]
+    assert (block.ids.size, block.part) == (2, -1)
+    x = model.nodes.coords[block.nodes_idx]
+    assert x[:, 0] == pytest.approx(np.array([[14.0, 10.0, 0.0], [44.0, 9.0, 0.0]]))
+    assert x[:, 1] == pytest.approx(np.array([[14.0, 10.0, 1.0], [44.0, 9.0, 1.0]]))
+    assert len(set(model.nodes.ids.tolist())) == model.nodes.count == 2 * 21 + 2 + 4
+    K = block_matrices(block, slice(None), model.nodes.coords)[0]
+    for dof in range(3):
+        apart = np.zeros(12)
+        apart[6 + dof] = 1.0
+        assert apart @ K[0] @ apart == pytest.approx(100.0 * (dof + 1))
+    u = np.zeros((model.nodes.count, 6))
+    turn = np.array([0.4, -0.1, 0.3])
+    u[:, :3], u[:, 3:] = np.cross(turn, model.nodes.coords), turn
+    equations = [e for c in model.constraints for e in linear_equations(c, model.nodes.coords)]
+    assert max(abs(u.ravel()[list(e.labels)] @ e.coefficients) for e in equations) < 1e-10
+    assert np.abs(K @ u[block.nodes_idx[0]].ravel()).max() < 1e-9
+    assert not any(x.changes_answer for x in model.unread)
+
+
+def test_sprung_sheets_float_as_one(tmp_path):
+    (tmp_path / "a.inp").write_text(DECK + SPRUNG)
+    found = deck_modes(tmp_path / "a.inp", count=8)
+    assert found.rigid == 6
+    assert found.frequencies[6] < deck_modes_of_rigid(tmp_path), "springs are softer than a rigid joint"
+
+
+def deck_modes_of_rigid(folder) -> float:
+    (folder / "b.inp").write_text(DECK + FASTENER)
+    return deck_modes(folder / "b.inp", count=7).frequencies[6]
+
+
 def test_the_radius_of_influence_takes_more_nodes(tmp_path):
     near = read(tmp_path, FASTENER).constraints
     far = read(tmp_path, FASTENER.replace("PROPERTY=P,", "PROPERTY=P, RADIUS OF INFLUENCE=15,")).constraints
@@ -89,15 +131,28 @@ def test_the_radius_of_influence_takes_more_nodes(tmp_path):
         ("PROPERTY=P,", "PROPERTY=Q,", "unknown .FASTENER PROPERTY 'Q'"),
         ("3.,", "-3.,", "radius of the fastener"),
         ("PROPERTY=P,", "PROPERTY=P, SEARCH RADIUS=0.1,", "farther than 0.1 from surface 'S_A'"),
-        ("SPOTS\n\n", "SPOTS, ELSET=FE\n\n", "connectors of type BUSHING"),
+        ("SPOTS\n\n", "SPOTS, ELSET=FE\n\n", "connection type 'SPRUNG' is not supported"),
     ],
 )
 def test_mistakes(tmp_path, old, new, told):
     assert old in FASTENER
     with pytest.raises(InputError, match=told):
-        read(tmp_path, FASTENER.replace(old, new) + BEAMS.replace("BEAM", "BUSHING") * ("ELSET" in new))
+        read(tmp_path, FASTENER.replace(old, new) + BEAMS.replace("BEAM", "SPRUNG") * ("ELSET" in new))
+
+
+@pytest.mark.parametrize("text", [FASTENER, SPRUNG])
+def test_mass_at_the_reference_nodes(tmp_path, text):
+    model = read(tmp_path, text.replace("NAME=P\n", "NAME=P, MASS=1e-6\n"))
+    (block,) = [b for b in model.blocks if b.kind == "mass"]
+    assert model.nodes.ids[block.nodes_idx[:, 0]].tolist() == [901, 902]
+    assert block.section.mass == 1e-6
+    assert block.part == 0
+    ids = np.concatenate([b.ids for b in model.blocks])
+    assert len(set(ids.tolist())) == ids.size
+    with pytest.raises(InputError, match="MASS of the fastener is -1"):
+        read(tmp_path, text.replace("NAME=P\n", "NAME=P, MASS=-1\n"))
 
 
 def test_what_is_left_out_is_listed(tmp_path):
-    model = read(tmp_path, FASTENER.replace("NAME=P\n", "NAME=P, MASS=1e-6\n"))
-    assert [(u.keyword, u.changes_answer) for u in model.unread] == [("*FASTENER PROPERTY, MASS", True)]
+    model = read(tmp_path, FASTENER.replace("PROPERTY=P,", "PROPERTY=P, COUPLING=STRUCTURAL,"))
+    assert [(u.keyword, u.changes_answer) for u in model.unread] == [("*FASTENER, COUPLING=STRUCTURAL", True)]
