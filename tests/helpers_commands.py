@@ -35,7 +35,10 @@ from helpers_nastran_strips import strips
 
 PLACEHOLDER = re.compile(r"[A-Z]+(\.\w+)?|.*[][|].*|\.\.\.")
 """`DECK`, `STUDY.toml`, `[OPTIONS]`, `STUDY.toml|DECK`, `...`."""
-UNREAD = {"FASTENER": "*FASTENER\n1, 2\n", "CGAP": "CGAP,901,9,1013,13\nPGAP,9,1.75,,1.+4"}
+UNREAD = {
+    "IMPERFECTION": "*IMPERFECTION, FILE=modes, STEP=1\n1, 0.1\n",
+    "CGAP": "CGAP,901,9,1013,13\nPGAP,9,1.75,,1.+4",
+}
 """What a deck holds where a command ignores it."""
 OWN_STEP = (
     "*SURFACE INTERACTION, NAME=STOP\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n50.\n"

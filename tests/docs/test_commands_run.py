@@ -96,10 +96,10 @@ def test_commands_that_are_left_out(line, runs):
 
 
 def test_most_commands_are_run():
-    """A synopsis or a mention of each command is left out, but no command with options."""
+    """A synopsis and one or two mentions of each command are left out, but no command with options."""
     left = [c for c in FOUND if c not in RUN]
     assert len(RUN) >= 45
-    assert len(left) < 46
+    assert len(left) <= 3 * len({c.words[0] for c in left})
     of_rattling = {"listen"}  # needs a run whose parts touch: tests/unit/studies/sound/test_sound.py
     assert {c.words[0] for c in RUN} | of_rattling >= {c.words[0] for c in left}
 

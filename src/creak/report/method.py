@@ -11,19 +11,7 @@ from creak.studies.file.config import ReductionTable, TimeTable, VerificationTab
 from creak.studies.file.contact_tables import ContactTable, FrictionTable
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.node_tables import SupportTable
-from creak.studies.file.excitation_tables import (
-    ExcitationTable,
-    HalfSineTable,
-    MultisineTable,
-    PeriodicTable,
-    PsdTable,
-    RecordTable,
-    SineTable,
-    SmoothStepTable,
-    StepTable,
-    SweepTable,
-    TrapezoidTable,
-)
+from creak.studies.file.excitation_tables import ExcitationTable
 
 KINDS = {
     "displacement": "enforced displacement",
@@ -155,38 +143,7 @@ def _excitation(table: ExcitationTable, units: Units) -> str:
     unit = {"displacement": length, "force": force, "acceleration": f"{length}/s²", "velocity": f"{length}/s"}[
         table.kind
     ]
-    return f"{KINDS[table.kind]} of {table.node_set} along {table.dof}: {_signal(table, unit)}"
-
-
-def _signal(table: ExcitationTable, unit: str) -> str:
-    s = table.signal
-    if isinstance(s, MultisineTable):
-        return (
-            f"multisine {tidy(s.f_min)} to {tidy(s.f_max)} Hz, {tidy(s.amplitude)} {unit} a line, period "
-            f"{tidy(s.period)} s, seed {s.seed}"
-        )
-    if isinstance(s, PsdTable):
-        points = f"table {s.file}" if s.values is None else f"{len(s.values)} points"
-        return f"random vibration, density of {points} in {s.unit}, repeated after {tidy(s.duration)} s, seed {s.seed}"
-    if isinstance(s, SweepTable):
-        ends = f"{tidy(s.f_start)} to {tidy(s.f_end)} Hz in {tidy(s.duration)} s"
-        return f"{s.law} sine sweep, {ends}, {tidy(s.amplitude)} {unit}"
-    if isinstance(s, HalfSineTable):
-        return f"half-sine shock of {tidy(s.duration)} s, {tidy(s.amplitude)} {unit}"
-    if isinstance(s, TrapezoidTable):
-        return f"trapezoidal shock of {tidy(s.rise)}, {tidy(s.hold)} and {tidy(s.fall)} s, {tidy(s.amplitude)} {unit}"
-    if isinstance(s, SineTable):
-        return f"sine, {tidy(s.frequency)} Hz, {tidy(s.amplitude)} {unit}"
-    if isinstance(s, StepTable):
-        return f"step of {tidy(s.amplitude)} {unit}"
-    if isinstance(s, RecordTable):
-        return f"record {s.file}, above {tidy(s.high_pass)} Hz"
-    if isinstance(s, PeriodicTable):
-        terms = max(len(s.cosine), len(s.sine))
-        return f"periodic, {tidy(s.frequency)} Hz, {terms} term(s), {unit}"
-    if isinstance(s, SmoothStepTable):
-        return f"smooth step through {len(s.values)} points, {unit}"
-    return f"table {s.file}" if s.values is None else f"table of {len(s.values)} point(s), {unit}"
+    return f"{KINDS[table.kind]} of {table.node_set} along {table.dof}: {table.signal.words(unit, tidy)}"
 
 
 def _contact(result: Found, name: str, units: Units) -> str:

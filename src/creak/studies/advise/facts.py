@@ -28,14 +28,7 @@ from creak.studies.advise.cost import (
 )
 from creak.studies.advise.evidence import Measured, measured, rule_of_thumb, step_evidence, steps
 from creak.studies.advise.size import Counted, Sizes, sizes, sturm_counts
-from creak.studies.file.excitation_tables import (
-    MultisineTable,
-    PeriodicTable,
-    PsdTable,
-    RecordTable,
-    SineTable,
-    SweepTable,
-)
+from creak.studies.file.signals.course import RecordTable
 from creak.studies.models.reduced import WHOLE
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.prepare.excitation import highest_frequency
@@ -160,8 +153,7 @@ def excitation_of(setup: Setup) -> Excitation:
     would show the points themselves.
     """
     stated = highest_frequency(setup.study)
-    known = (MultisineTable, SineTable, PeriodicTable, PsdTable, SweepTable)
-    if all(isinstance(t.signal, known) for t in setup.study.config.excitation.values()) and stated > 0.0:
+    if all(t.signal.stated for t in setup.study.config.excitation.values()) and stated > 0.0:
         return Excitation(stated, "stated")
     sampled = max((_reach(x, setup.loads.step) for x in _samples(setup)), default=0.0)
     if max(stated, sampled) > 0.0:

@@ -14,24 +14,11 @@ from creak.model.dofs import node_and_dof
 from creak.model.mesh import Model
 from creak.model.units import UNITS
 from creak.signals import sources
-from creak.signals.curves import Periodic, SmoothStep
-from creak.signals.vibration import HalfSine, RandomVibration, SineSweep, trapezoid
-from creak.studies.file.excitation_tables import (
-    ExcitationTable,
-    HalfSineTable,
-    MultisineTable,
-    PeriodicTable,
-    PsdTable,
-    RecordTable,
-    SineTable,
-    SmoothStepTable,
-    StaticTable,
-    StepTable,
-    SweepTable,
-    TrapezoidTable,
-    check_density,
-)
+from creak.signals.vibration import RandomVibration
+from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
 from creak.studies.file.reader import Study
+from creak.studies.file.signals.course import RecordTable, TableTable, columns
+from creak.studies.file.signals.vibration import PsdTable, check_density
 from creak.studies.file.table import DOFS
 from creak.studies.file.tables import read_signal, read_table
 
@@ -143,41 +130,18 @@ def end_of(study: Study) -> float:
 
 def period_of(study: Study) -> float | None:
     """Longest period of the excitations that have one, s; None when nothing is periodic."""
-    periods = []
-    for table in study.config.excitation.values():
-        if isinstance(table.signal, PsdTable):
-            periods.append(table.signal.duration)
-        if isinstance(table.signal, MultisineTable):
-            periods.append(table.signal.period)
-        elif isinstance(table.signal, SineTable | PeriodicTable):
-            periods.append(1.0 / table.signal.frequency)
-    return max(periods, default=None)
-
-
-LOBE = 1.5
-"""Times one over the duration of a shock: where the first lobe of its spectrum ends."""
+    periods = (table.signal.repeats for table in study.config.excitation.values())
+    return max((p for p in periods if p is not None), default=None)
 
 
 def highest_frequency(study: Study) -> float:
     """Highest frequency that the excitations are known to hold, Hz (0 for steps and tables)."""
     highest = 0.0
     for name, table in study.config.excitation.items():
-        if isinstance(table.signal, MultisineTable):
-            highest = max(highest, table.signal.f_max)
-        elif isinstance(table.signal, SineTable):
-            highest = max(highest, table.signal.frequency)
-        elif isinstance(table.signal, PeriodicTable):
-            terms = max(len(table.signal.cosine), len(table.signal.sine))
-            highest = max(highest, terms * table.signal.frequency)
-        elif isinstance(table.signal, SweepTable):
-            highest = max(highest, table.signal.f_start, table.signal.f_end)
-        elif isinstance(table.signal, PsdTable):
-            points = table.signal.values or _density_points(study, table.signal, name)
-            highest = max(highest, points[-1][0])
-        elif isinstance(table.signal, HalfSineTable):
-            highest = max(highest, LOBE / table.signal.duration)
-        elif isinstance(table.signal, TrapezoidTable):
-            highest = max(highest, LOBE / (table.signal.rise + table.signal.hold + table.signal.fall))
+        s = table.signal
+        if isinstance(s, PsdTable) and s.values is None:
+            highest = max(highest, _density_points(study, s, name)[-1][0])
+        highest = max(highest, s.highest)
     return highest
 
 
@@ -212,27 +176,12 @@ def _forces(study: Study) -> dict[str, ExcitationTable]:
 
 def _signal(study: Study, name: str, table: ExcitationTable) -> sources.Signal:
     s = table.signal
-    if isinstance(s, MultisineTable):
-        return sources.Multisine(s.f_min, s.f_max, s.amplitude, s.period, s.seed)
-    if isinstance(s, SineTable):
-        return sources.Sine(s.frequency, s.amplitude)
-    if isinstance(s, StepTable):
-        return sources.Step(s.amplitude)
-    if isinstance(s, PeriodicTable):
-        return _periodic(s)
-    if isinstance(s, SmoothStepTable):
-        return SmoothStep(*_columns(s.values))
-    if isinstance(s, SweepTable):
-        return SineSweep(s.f_start, s.f_end, s.amplitude, s.duration, s.law == "log")
-    if isinstance(s, HalfSineTable):
-        return HalfSine(s.amplitude, s.duration, s.start)
-    if isinstance(s, TrapezoidTable):
-        return sources.Table(*trapezoid(s.amplitude, s.rise, s.hold, s.fall, s.start))
     if isinstance(s, PsdTable):
-        frequency, density = _columns(s.values or _density_points(study, s, name))
+        frequency, density = columns(s.values or _density_points(study, s, name))
         return RandomVibration(frequency, density * _squared(s.unit, study.config.model.units), s.duration, s.seed)
-    if not isinstance(s, RecordTable) and s.values is not None:
-        return sources.Table(*_columns(s.values), s.rounding)
+    if (made := s.made()) is not None:
+        return made
+    assert isinstance(s, TableTable | RecordTable)
     assert s.file is not None
     where = study.where("excitation", name, "signal")
     time, value = read_signal(study.sibling(s.file), s.channel, where)
@@ -279,14 +228,3 @@ def _density_points(study: Study, s: PsdTable, name: str) -> list[tuple[float, f
     except ValueError as error:
         raise InputError(str(error), where=study.sibling(s.file), fix="Correct the table.") from error
     return points
-
-
-def _columns(points: list[tuple[float, float]]) -> tuple[FloatArray, FloatArray]:
-    table = np.array(points, dtype=np.float64)
-    return table[:, 0], table[:, 1]
-
-
-def _periodic(s: PeriodicTable) -> Periodic:
-    n = max(len(s.cosine), len(s.sine))
-    cosine, sine = (np.array([*c, *[0.0] * (n - len(c))], dtype=np.float64) for c in (s.cosine, s.sine))
-    return Periodic(s.frequency, cosine, sine, s.mean, s.start)

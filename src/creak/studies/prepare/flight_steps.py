@@ -9,8 +9,8 @@ import numpy as np
 
 from creak.dynamics.flow_march import SAMPLES
 from creak.dynamics.flow_resolution import FINE, QUICK, SETTLED, Resolution
-from creak.studies.file.excitation_tables import HalfSineTable, RecordTable, TableTable, TrapezoidTable
 from creak.studies.file.reader import Study
+from creak.studies.file.signals.course import RecordTable, TableTable
 from creak.studies.file.tables import read_signal
 from creak.studies.prepare.excitation import end_of, highest_frequency, period_of
 
@@ -18,8 +18,6 @@ LONGEST = 1e-3
 """s of a flight step, and between two instants that are written."""
 PER_PERIOD = 10.0
 """Flight steps in a period of the excitation: a cubic through four samples is then within 1e-4 of a sine."""
-PER_SHOCK, PER_FLANK = 20.0, 5.0
-"""Flight steps in half a sine, and in a flank of a trapezoid."""
 WRITTEN = 1000.0
 """Instants written of a short run."""
 RESOLUTIONS: dict[str, Resolution] = {"quick": QUICK, "settled": SETTLED, "fine": FINE}
@@ -59,10 +57,7 @@ def _resolved(study: Study) -> float:
     steps = [1.0 / (PER_PERIOD * highest)] if highest else []
     for name, table in study.config.excitation.items():
         signal = table.signal
-        if isinstance(signal, HalfSineTable):
-            steps.append(signal.duration / PER_SHOCK)
-        elif isinstance(signal, TrapezoidTable):
-            steps.append(min(signal.rise, signal.hold, signal.fall) / PER_FLANK)
+        steps += [] if signal.resolving is None else [signal.resolving]
         if isinstance(signal, TableTable) and signal.values is not None:
             time = np.array([point[0] for point in signal.values])
         elif isinstance(signal, TableTable | RecordTable) and signal.file is not None:

@@ -16,7 +16,7 @@ from creak.dynamics.loads import Loads
 from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
 from creak.studies.file.config import StudyConfig
-from creak.studies.file.excitation_tables import TableTable
+from creak.studies.file.signals.course import TableTable
 from creak.studies.prepare.unit_check import SYSTEMS, across, materials, unit_warnings
 from creak.studies.warned import Warned
 

@@ -13,7 +13,6 @@ from creak.model.mesh import Model
 from creak.studies.converge.settled import KEYS, is_chaotic, settled_to, verdict_of
 from creak.studies.converge.settling import Convergence
 from creak.studies.converge.words import as_dict
-from creak.studies.file.excitation_tables import MultisineTable, PsdTable
 from creak.studies.results.elines import against_measured, measured_rates
 from creak.studies.results.elines import as_dict as eline_summary
 from creak.studies.results.limits import judged
@@ -64,9 +63,7 @@ def summarise(
             "closed_later": result.closed_later,
         },
         "static": static_figures(setup),
-        "seeds": {
-            name: t.signal.seed for name, t in c.excitation.items() if isinstance(t.signal, MultisineTable | PsdTable)
-        },
+        "seeds": {name: t.signal.random for name, t in c.excitation.items() if t.signal.random is not None},
         "runs": {name: _run(run, result, model, convergence, sound) for name, run in result.runs.items()},
         "elines": None if result.elines is None else eline_summary(result.elines, c.limit, c.model.units, model),
         "superelements": {name: health.as_dict() for name, health in result.health.items()},

@@ -16,7 +16,6 @@ from pydantic import ValidationError
 from creak.errors import InputError
 from creak.studies.file.changes import SEEDED, change_words, changed, short_keys, value_at
 from creak.studies.file.config import StudyConfig
-from creak.studies.file.excitation_tables import MultisineTable, PsdTable
 from creak.studies.file.paths import DECKS, Contents, digest, map_paths
 from creak.studies.file.reader import check_time, explain, overlap
 from creak.studies.file.toml_text import toml_text, toml_value
@@ -203,7 +202,7 @@ def _relative(path: Path, folder: Path) -> str:
 
 
 def _seed(config: StudyConfig) -> int | None:
-    seeds = {t.signal.seed for t in config.excitation.values() if isinstance(t.signal, MultisineTable | PsdTable)}
+    seeds = {t.signal.random for t in config.excitation.values()} - {None}
     return seeds.pop() if len(seeds) == 1 else None
 
 
