@@ -31,10 +31,11 @@ SOLIDS = {
     "tet10": middled(TET, solid_tet10.EDGES),
     "wedge6": WEDGE,
     "wedge15": middled(WEDGE, MIDDLES["wedge15"]),
+    "pyramid5": np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [0, 0, 1]]),
     "hex8": solid_hex8.CORNERS,
     **dict.fromkeys(("hex20", "hex20r", "hex20s"), solid_hex20.NODES),
 }
-VOLUME = {"t": 1 / 6, "w": 1 / 2, "h": 8.0}
+VOLUME = {"t": 1 / 6, "w": 1 / 2, "p": 4 / 3, "h": 8.0}
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
