@@ -109,7 +109,10 @@ CHAPTERS = {
     "structures": ("Shells, beams and solids", ("shell statics", "shell modes", "beams and solids")),
     "decks": ("Models and decks", ("models", "decks")),
     "reduction": ("Reduction", ("reduction",)),
-    "contact": ("Contact and friction", ("contact", "friction")),
+    "contact": (
+        "Contact and friction",
+        ("contact", "contact, exact flow", "friction", "friction, exact flow"),
+    ),
     "time": ("Time, energy, signals", ("time", "energy", "signals")),
     "results": ("Sound, verdicts, examples", ("sound", "verdicts", "examples")),
 }

@@ -61,7 +61,7 @@ def test_modes_sources_and_parts_sum_to_the_gap(causes, measured):
     worst = max(abs(c.total - (c.gap - c.gap0)) / max(c.gap0, 1e-3) for c in causes)
     parts = max(abs(sum(v for _, v in c.parts) - (c.gap - c.gap0)) / max(c.gap0, 1e-3) for c in causes)
     measured(
-        "events",
+        "verdicts",
         "cause of a place: modes times sources against the run's gap",
         max(worst, parts),
         0.0,
@@ -126,7 +126,7 @@ def test_predicted_changes_hold_in_a_full_run(result, places, causes, measured):
         checked = checked_by_run(found, place, change, None, lambda *_: None)
         worst = max(worst, abs(effect.impulse - checked.impulse) / now.impulse)
     measured(
-        "events",
+        "verdicts",
         "change predicted on the reduced model: impulse against a full run",
         worst,
         0.0,
