@@ -199,10 +199,14 @@ def project(system: System, V: FloatArray, *, static: FloatArray | None = None, 
 
 
 def momentum_fit(M: FloatArray, momentum: FloatArray) -> FloatArray:
-    """Reduced initial velocity with the generalised momentum V' M v of the unreduced one: M' q' = V' M v."""
-    if not momentum.any():
-        return np.zeros(M.shape[0])
-    return np.asarray(np.linalg.solve(M, momentum), dtype=np.float64)
+    """Reduced initial velocity with the generalised momentum V' M v of the unreduced one: M' q' = V' M v.
+
+    Coordinates without mass (rotations of a point mass) get none.
+    """
+    velocity, heavy = np.zeros(M.shape[0]), np.flatnonzero(M.diagonal() > 0.0)
+    if momentum.any():
+        velocity[heavy] = np.linalg.solve(M[np.ix_(heavy, heavy)], momentum[heavy])
+    return velocity
 
 
 MOSTLY_FULL = 0.1

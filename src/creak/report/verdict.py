@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from creak.model.units import Units
-from creak.report.checks import Check, alarm
+from creak.report.checks import Check, alarm, is_chaotic
 from creak.report.found import Found, FoundRun
 from creak.report.text import number, percent, plural, ratio, share, tidy, times
+from creak.studies.converge import settled
 from creak.studies.converge.settled import SETTLED, STATISTICS, UNSETTLED
 from creak.studies.run.compared import event_statistics, main_run
 from creak.studies.run.job import events_in
 from creak.verify.reliability import UNRELIABLE
-from creak.verify.statistics import CHAOTIC_RATE, is_chaotic
 
 PENETRATION_BAR = 0.1
 """Share of the clearance above which penetration is worth a word."""
@@ -66,7 +66,8 @@ def sentence(result: Found, summary: dict[str, Any], units: Units) -> str:
     if hardest is not None:
         node = result.setup.model.nodes.label(hardest.node_idx)
         closing = f", closing at {number(hardest.closing_speed, 3)} {units.speed}" if hardest.closing_speed else ""
-        where = f", the hardest {number(hardest.force_place, 3)} {units.force} around node {node}{closing}"
+        force, impulse = number(hardest.force_place, 3), number(hardest.impulse, 3)
+        where = f", the hardest {force} {units.force} and {impulse} {units.impulse} around node {node}{closing}"
     unsafe = alarm(summary)
     if result.stopped is not None:
         reached = number(float(run.history.time[-1]), 3)
@@ -76,7 +77,7 @@ def sentence(result: Found, summary: dict[str, Any], units: Units) -> str:
         return f"{what}{where}. The unreduced model was not run, so the reduced model is not checked here.{unsafe}"
     if "reduced" not in result.runs:
         return f"{what}{where}, computed on the unreduced model; nothing was reduced.{unsafe}"
-    return f"{what}{where}; {_found(result)}, {_speed(summary)}.{unsafe}"
+    return f"{what}{where}; {_found(result, summary)}, {_speed(summary)}.{unsafe}"
 
 
 TRUST = {
@@ -135,7 +136,7 @@ def _pressed(result: Found, run: FoundRun) -> bool:
     return bool(h.force[(h.time >= result.window[0]) & (h.time <= result.window[1])].any())
 
 
-def _found(result: Found) -> str:
+def _found(result: Found, summary: dict[str, Any]) -> str:
     match = result.events
     if match is None:
         return "the two runs were not compared"
@@ -149,9 +150,9 @@ def _found(result: Found) -> str:
     text = f"the reduced model found {found}{f' of {count}' if match.missed else ''} within {tidy(limit)} ms"
     if match.extra:
         text += f" and {len(match.extra)} more"
-    s = event_statistics(result)
-    if s.chaotic:
-        return f"{text}; motion is chaotic: {number(s.rate[1], 3)} events per second against {number(s.rate[0], 3)}"
+    if is_chaotic(summary):
+        rate = event_statistics(result).rate
+        return f"{text}; motion is chaotic: {number(rate[1], 3)} events per second against {number(rate[0], 3)}"
     mean = match.amplitude_ratio_mean
     return text + (f", mean force {percent(mean)}" if mean is not None else "")
 
@@ -176,11 +177,11 @@ def warnings(result: Found) -> list[str]:
     length = result.window[1] - result.window[0]
     if run is not None:
         count = len(events_in(run.events, result.window))
-        if is_chaotic(count, length):
+        if settled.is_chaotic(result.convergence, count, length):
             out.append(
-                f"{number(count / length, 3)} events per second: motion with more than some "
-                f"{number(int(CHAOTIC_RATE))} of them is chaotic, and two exact solutions part after a while. Compare "
-                "the statistics of the events (rate, distributions of force and impulse) rather than one with another."
+                f"{number(count / length, 3)} events per second, and motion is chaotic: two exact solutions part after "
+                "a while. Compare the statistics of the events (rate, distributions of force and impulse) rather than "
+                "one with another."
             )
     return [*out, *_resolution(result), *_deep(result)]
 

@@ -246,8 +246,8 @@ def _closing_speed(history: History, touch: _Touch) -> float:
     """Speed of the gap at the onset.
 
     Of the parabola through the last three open gaps, or fewer where there are no more. Where the step of the onset is
-    much shorter than the one before it, of that step alone: the motion up to its end is that of the open gap, as
-    contact acts from there on; not so where contact is held at zero.
+    much shorter than the one before it, its end takes the place of the first of them: the motion up to there is that
+    of the open gap, as contact acts from there on; not so where contact is held at zero.
     """
     first, j, time, gap = touch.first, touch.leader, history.time, history.gap
     if first == 0:
@@ -255,10 +255,9 @@ def _closing_speed(history: History, touch: _Touch) -> float:
     open_before = np.flatnonzero(history.force[max(0, first - 3) : first, j] > 0.0)
     low = max(0, first - 3) + (int(open_before[-1]) + 1 if open_before.size else 0)
     shorter = first > 1 and time[first - 1] - time[first - 2] > COARSER * (time[first] - time[first - 1])
+    end = first
     if first - low < 2 or (shorter and gap[first, j] < 0.0):
-        low, end = first - 1, first + 1
-    else:
-        end = first
+        low, end = max(low, first - 2), first + 1
     t, g = time[low:end], gap[low:end, j]
     slope = np.diff(g) / np.diff(t)
     rate = slope[-1]

@@ -11,10 +11,10 @@ from scipy.special import gammaincinv
 from creak.arrays import FloatArray
 from creak.verify.events import Event
 
-CHAOTIC_RATE = 40.0
-"""Events per second above which two exact solutions part."""
+CROWDED_RATE = 40.0
+"""Events per second from which two exact solutions are likely to part."""
 MANY = 10
-"""Events in the window from which their rate means something."""
+"""Events in the window from which their statistics mean something."""
 
 
 @dataclass(frozen=True)
@@ -62,15 +62,10 @@ class EventStatistics:
         a, b = self.count
         return abs(a - b) <= 1.96 * np.sqrt(a + b)
 
-    @property
-    def chaotic(self) -> bool:
-        """So many events that they are to be compared by their statistics."""
-        return is_chaotic(self.count[0], self.length)
 
-
-def is_chaotic(count: int, length: float) -> bool:
-    """Whether so many events in a window of `length` s are more than `CHAOTIC_RATE`."""
-    return length > 0.0 and count >= MANY and count / length > CHAOTIC_RATE
+def is_crowded(count: int, length: float) -> bool:
+    """Whether so many events in a window of `length` s are more than `CROWDED_RATE`."""
+    return length > 0.0 and count >= MANY and count / length > CROWDED_RATE
 
 
 def rate_interval(count: int, length: float) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from scipy.stats import ks_2samp
 
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch, match_events
-from creak.verify.statistics import compare_statistics, is_chaotic, ks_distance
+from creak.verify.statistics import compare_statistics, is_crowded, ks_distance
 
 
 def event(t: float, force: float = 1.0, impulse: float = 1.0) -> Event:
@@ -92,7 +92,6 @@ def test_statistics_of_two_runs_in_a_window():
     good, bad = (compare_statistics(reference, other, (1.0, 2.0)) for other in (alike, harder))
     assert good.count[0] == sum(1.0 <= t <= 2.0 for t in times)
     assert good.rate[0] == good.count[0]
-    assert good.chaotic
     assert good.rates_alike
     assert good.force.alike
     assert good.impulse.alike
@@ -100,8 +99,8 @@ def test_statistics_of_two_runs_in_a_window():
     assert not bad.force.alike
 
 
-def test_chaos_begins_at_forty_events_per_second():
-    assert is_chaotic(50, 1.0)
-    assert not is_chaotic(39, 1.0)
-    assert not is_chaotic(9, 0.1)  # too few to have a rate
-    assert not is_chaotic(50, 0.0)
+def test_events_are_crowded_from_forty_per_second():
+    assert is_crowded(50, 1.0)
+    assert not is_crowded(39, 1.0)
+    assert not is_crowded(9, 0.1)  # too few to have a rate
+    assert not is_crowded(50, 0.0)

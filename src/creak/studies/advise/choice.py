@@ -96,12 +96,13 @@ def _option(setup: Setup, facts: Facts, step: StepAdvice) -> tuple[Option | None
     if any(t.stiffness == "hard" for t in c.contact.values()) and not c.time.exact:
         return _whole(facts, "massless-boundary", FADING, table.f_max), (
             "method: massless-boundary with its own integrator, because with hard contact and a forced step HHT throws "
-            "a node back faster than it came, and the massless boundary closes once (docs/numerics.md, "
-            "docs/reduction.md)"
+            "a node back faster than it came, and the massless boundary closes once, with impulses that come out high "
+            "(docs/massless_boundary.md): better leave out the step, then the default resolves hard contact"
         )
     if table.method == "massless-boundary" and not c.time.exact:
         return _whole(facts, "massless-boundary", FADING, table.f_max), (
-            "method: massless-boundary as in the study, with its own integrator, because its contact does not chatter"
+            "method: massless-boundary as in the study, with its own integrator, because its contact does not chatter; "
+            "its impulses come out high (docs/massless_boundary.md): without a forced step nothing needs it"
         )
     keep = f"keep craig-bampton with f_max = {_by_parts(facts, table.f_max).f_max:g} where parts are exchanged or saved"
     if facts.gaps.m == 0:

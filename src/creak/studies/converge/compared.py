@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from creak.studies.converge.settling import (
     BASE,
+    ENOUGH,
     FIGURES,
     FINER,
     LAST_TWO,
@@ -21,7 +22,7 @@ from creak.studies.converge.settling import (
 from creak.studies.run.job import events_in
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch, match_events
-from creak.verify.statistics import compare_statistics, is_chaotic
+from creak.verify.statistics import MANY, compare_statistics
 
 
 def assess(
@@ -54,7 +55,7 @@ def assess(
         _totals(outcomes, families),
         samples,
         FINER in outcomes,
-        is_chaotic(len(events), window[1] - window[0]),
+        _parted(events),
         notes,
     )
 
@@ -79,6 +80,15 @@ def _events(
         }
         found.append(EventSettling(event, problem, figures))
     return tuple(found)
+
+
+def _parted(events: tuple[EventSettling, ...]) -> bool:
+    """A good part of many events has no partner in some run, or is another one by the resolution in time alone.
+
+    That changes nothing of the model, and in motion that can be followed next to nothing of the answer.
+    """
+    parted = sum(bool(e.problem) or e.moved_in_time for e in events)
+    return len(events) >= MANY and parted > (1.0 - ENOUGH) * len(events)
 
 
 def _problem(event: Event, same: dict[str, Event], outcomes: dict[str, Outcome], tolerance: float) -> str:

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.studies.converge.settling import FIGURES, TIMES, Convergence, EventSettling, Settling
+from creak.studies.converge.settling import ENOUGH, FIGURES, TIMES, Convergence, EventSettling, Settling
 from creak.studies.converge.words import REMEDIES
 from creak.studies.run.job import Run, StudyResult
 from creak.verify.reliability import UNRELIABLE, reasons_against
-from creak.verify.statistics import EventStatistics, rate_interval
+from creak.verify.statistics import EventStatistics, is_crowded, rate_interval
 
 SETTLED, STATISTICS, UNSETTLED = "settled", "statistics", "unsettled"
-ENOUGH = 0.95
-"""Share of the events that are to be settled in every figure."""
 KEYS = {
     "start": "t_start",
     "duration": "duration",
@@ -56,6 +54,18 @@ def verdict_of(run: Run, result: StudyResult, convergence: Convergence | None) -
     return _of_convergence(convergence)
 
 
+def is_chaotic(convergence: Convergence | None, count: int, length: float) -> bool:
+    """Do single events part in two exact solutions? As the repeated runs tell; without any, where there are very many.
+
+    Parameters
+    ----------
+    count, length : events in a window, and its length, s.
+    """
+    if convergence is not None and convergence.families:
+        return convergence.chaotic
+    return is_crowded(count, length)
+
+
 def _of_convergence(c: Convergence) -> Verdict:
     if not c.families:
         return Verdict(UNSETTLED, c.notes)
@@ -66,7 +76,7 @@ def _of_convergence(c: Convergence) -> Verdict:
     if few and not whole and new <= max(1.0, (1.0 - ENOUGH) * len(c.events)):
         return Verdict(SETTLED, tuple(f"event at {e.event.t_start:.4f} s: {_open(e)}" for e in open_ones))
     reasons = _reasons(c, open_ones, whole, new)
-    if c.statistics and all(_alike(s) for s in c.statistics.values()) and _parted(c):
+    if c.statistics and all(_alike(s) for s in c.statistics.values()) and c.chaotic:
         return Verdict(
             STATISTICS,
             (
@@ -109,19 +119,6 @@ def _open(e: EventSettling) -> str:
 def _alike(s: EventStatistics) -> bool:
     known = [d.alike for d in (s.force, s.impulse) if d is not None]
     return bool(s.rates_alike and all(known))
-
-
-def _parted(c: Convergence) -> bool:
-    """Chaotic: a good part of the events has no partner in some run, or is another one by the resolution in time alone.
-
-    That changes nothing of the model, and in motion that can be followed next to nothing of the answer.
-    """
-    parted = sum(bool(e.problem) or _moved_in_time(e) for e in c.events)
-    return parted > (1.0 - ENOUGH) * len(c.events)
-
-
-def _moved_in_time(e: EventSettling) -> bool:
-    return any(abs(f.changes.get(t, 0.0)) > f.limit_of(t) for f in e.figures.values() for t in ("tolerance", "step"))
 
 
 def _rate(c: Convergence) -> str:

@@ -13,6 +13,8 @@ from creak.verify.statistics import EventStatistics
 SETTLED = 0.05
 """Low-passed force, impulse and closing speed are settled when the last refinement of every family changes them by no
 more than this share: the 5 % within which the thesis calls an amplitude right (3.7.3)."""
+ENOUGH = 0.95
+"""Share of the events that are to be settled in every figure."""
 TIME_LIMIT = 1e-4
 """s by which the resolution of contact in time may move start and duration; stiffness and modes, which the model sets,
 by `TIME_SHARE`: the last of several micro-contacts of an event is theirs."""
@@ -39,6 +41,8 @@ FIGURES: dict[str, Callable[[Event], float]] = {
     "closing_speed": lambda e: e.closing_speed,
 }
 """What is followed of every event: s, s, low-passed peak force of its place, force s, length/s."""
+IN_TIME = ("tolerance", "step")
+"""Families that change the resolution in time alone."""
 TIMES = ("start", "duration")
 """Figures whose changes are absolute, s; those of the others are shares."""
 
@@ -139,6 +143,11 @@ class EventSettling:
     def settled(self) -> bool:
         return all(f.settled for f in self.figures.values())
 
+    @property
+    def moved_in_time(self) -> bool:
+        """Is it another one with another resolution in time?"""
+        return any(abs(f.changes.get(t, 0.0)) > f.limit_of(t) for f in self.figures.values() for t in IN_TIME)
+
 
 @dataclass(frozen=True)
 class Convergence:
@@ -162,7 +171,7 @@ class Convergence:
     exact: bool
     """No scheme was forced: the runs differ from the base run, each in one thing."""
     chaotic: bool
-    """So many events that single ones need not be the same in two exact solutions."""
+    """So many events part from run to run that single ones need not be the same in two exact solutions."""
     notes: tuple[str, ...]
 
     @property

@@ -40,8 +40,8 @@ def findings(c: Convergence) -> list[str]:
     if c.chaotic:
         rate = len(c.events) / (c.window[1] - c.window[0])
         said.append(
-            f"{rate:.0f} events per second are too dense to be followed one by one: two exact solutions part too, so "
-            "compare the runs by their distributions"
+            f"{rate:.0f} events per second, of which single ones part from run to run as those of two exact solutions "
+            "would: compare the runs by their distributions"
         )
     if c.chaotic or 2 * sum(e.settled for e in c.events) < len(c.events):
         said += _distribution_words(c)

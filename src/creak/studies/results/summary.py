@@ -10,7 +10,7 @@ import numpy as np
 
 from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Model
-from creak.studies.converge.settled import KEYS, settled_to, verdict_of
+from creak.studies.converge.settled import KEYS, is_chaotic, settled_to, verdict_of
 from creak.studies.converge.settling import Convergence
 from creak.studies.converge.words import as_dict
 from creak.studies.file.excitation_tables import MultisineTable, PsdTable
@@ -71,7 +71,7 @@ def summarise(
         "elines": None if result.elines is None else eline_summary(result.elines, c.limit, c.model.units, model),
         "superelements": {name: health.as_dict() for name, health in result.health.items()},
         "sound": sound_summary(sound, _places_heard(result, sound)),
-        "verification": _verification(result),
+        "verification": _verification(result, convergence),
         "unread": [
             {"keyword": u.keyword, "where": u.where, "changes_answer": u.changes_answer, "why": u.why}
             for u in model.unread
@@ -242,7 +242,7 @@ def _squeak(s: Squeak, result: StudyResult, model: Model) -> dict[str, Any]:
     }
 
 
-def _verification(result: StudyResult) -> dict[str, Any]:
+def _verification(result: StudyResult, convergence: Convergence | None) -> dict[str, Any]:
     out: dict[str, Any] = {"window": list(result.window)}
     if result.modes is not None:
         m = result.modes
@@ -254,7 +254,7 @@ def _verification(result: StudyResult) -> dict[str, Any]:
     if result.spectra is not None:
         out["nrmse"] = result.spectra.nrmse
     if result.events is not None:
-        out["events"] = _matched(result.events) | {"statistics": _statistics(result)}
+        out["events"] = _matched(result.events) | {"statistics": _statistics(result, convergence)}
     return out
 
 
@@ -280,11 +280,11 @@ def _errors(e: Errors) -> dict[str, Any]:
     return {"mean": e.mean, "bias": e.bias, "percentile_95": e.percentile_95, "each": e.each.tolist()}
 
 
-def _statistics(result: StudyResult) -> dict[str, Any]:
+def _statistics(result: StudyResult, convergence: Convergence | None) -> dict[str, Any]:
     s = event_statistics(result)
     distances = {"force": s.force, "impulse": s.impulse}
     return {
-        "chaotic": s.chaotic,
+        "chaotic": is_chaotic(convergence, s.count[0], s.length),
         "rate": {"reference": s.rate[0], "reduced": s.rate[1], "alike": s.rates_alike}
         | {f"{name}_95": list(pair) for name, pair in zip(("reference", "reduced"), s.interval, strict=True)},
         **{

@@ -15,6 +15,7 @@ from creak.dynamics.stopped import Diverged
 from creak.errors import InputError
 from creak.studies.converge import variants as module
 from creak.studies.converge.compared import assess
+from creak.studies.converge.settled import _of_convergence, is_chaotic
 from creak.studies.converge.settling import (
     BASE,
     FIGURES,
@@ -356,6 +357,17 @@ def test_a_force_that_follows_the_penalty_is_told_from_a_blow_that_does(impulse,
     runs = {key: [event(0.5)] for key in ("base", "h2", "h4", "k2")}
     c = assess(outcomes(**runs, k10=[event(0.5, force=1.5, impulse=impulse)]), "reduced", (0.0, 1.0), 0.01)
     assert sum(words in text for text in findings(c)) == 1
+
+
+@pytest.mark.parametrize(("count", "parts", "chaotic"), [(60, False, False), (30, True, True), (9, True, False)])
+def test_motion_is_chaotic_where_the_resolution_in_time_parts_events(count, parts, chaotic):
+    """However many there are in a second; fewer than ten have no statistics."""
+    base = [event((i + 0.5) / count) for i in range(count)]
+    finer = [replace(e, impulse=e.impulse * (1.0 + 0.2 * (parts and i % 3 == 0))) for i, e in enumerate(base)]
+    c = assess(outcomes(base=base, h2=base, h4=finer), "reduced", (0.0, 1.0), 0.001)
+    assert c.chaotic == is_chaotic(c, count, 1.0) == chaotic
+    assert is_chaotic(None, count, 1.0) == (count == 60)  # nothing repeated: by their rate
+    assert ("statistics" in _of_convergence(c).word) == chaotic
 
 
 def test_few_events_are_not_called_chaotic():
