@@ -101,7 +101,7 @@ def _row(
         place.number,
         f"{place.contact}, node {model.nodes.label(place.node_idx)}{f' of {part}' if part else ''}",
         detail,
-        number(len(place.events)),
+        number(len(place.events)) + (f", {plural(len(place.slips), 'slip')}" if place.slips else ""),
         number(place.force, 3),
         number(place.speed, 3),
         (number(told["n5"], 3), number(told["n_max"], 3)),
