@@ -19,6 +19,7 @@ from creak.reduction.health import health_rows
 from creak.report.motions import Motions, recorded_motions
 from creak.report.provenance import provenance
 from creak.report.surface import Surface, surface_of
+from creak.sound.zwicker_tables import RATE
 from creak.studies.converge.settling import Convergence
 from creak.studies.file.config import StudyConfig
 from creak.studies.prepare.setup import Setup
@@ -131,6 +132,19 @@ class FoundRun:
 
 
 @dataclass(frozen=True)
+class FoundSound:
+    """Pressure at the first listener."""
+
+    listener: str
+    rate: float
+    """Hz"""
+    band: FloatArray
+    """(2,) Hz, what is in it."""
+    pressure: SingleArray
+    """(n_place + 1, n) Pa from t = 0, in the order of the places; last all contact together."""
+
+
+@dataclass(frozen=True)
 class Found:
     """Everything that the report shows, besides summary.json."""
 
@@ -158,6 +172,8 @@ class Found:
     stopped: str | None = None
     elines: LineFindings | None = None
     """E-lines in the main run and without contact; None: there are none."""
+    sound: FoundSound | None = None
+    """What is heard; None: nothing was."""
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -202,7 +218,15 @@ def found_of(
         tuple(provenance(result)),
         result.stopped,
         result.elines,
+        _sound(sound),
     )
+
+
+def _sound(sound: Sound | str | None) -> FoundSound | None:
+    if not isinstance(sound, Sound):
+        return None
+    band = np.array([sound.band.low, sound.band.high])
+    return FoundSound(sound.listeners[0].name, float(RATE), band, sound.pressure[0])
 
 
 def _setup(setup: Setup) -> FoundSetup:

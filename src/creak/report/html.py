@@ -23,6 +23,7 @@ from creak.report.event_csv import event_csv
 from creak.report.found import Found, FoundRun, found_of
 from creak.report.picture import Loaded, contact_picture, data_uri, model_picture, standard_marks
 from creak.report.place_rows import place_parts
+from creak.report.sound_parts import loudness_figure
 from creak.report.templates import page_templates
 from creak.report.view import outward
 from creak.studies.results.elines import line_rows, point_csv
@@ -34,6 +35,7 @@ SECTIONS = {
     "places": "Places",
     "checks": "Trust",
     "motion": "Motion",
+    "loudness": "Loudness",
     "force": "Force and gap",
     "events": "Events",
     "convergence": "Convergence",
@@ -103,7 +105,12 @@ def report_text(result: Found, summary: dict[str, Any]) -> str:
 
 def _sections(parts: dict[str, Any], settling: Any) -> list[tuple[str, str]]:
     """What the bar at the top leads to."""
-    needed = {"convergence": settling, "superelements": parts["health"], "elines": parts["elines"]}
+    needed = {
+        "convergence": settling,
+        "loudness": parts["figures"]["loudness"].spec,
+        "superelements": parts["health"],
+        "elines": parts["elines"],
+    }
     skipped = {name for name, there in needed.items() if not there}
     return [(name, text) for name, text in SECTIONS.items() if name not in skipped]
 
@@ -138,6 +145,7 @@ def _drawn_parts(result: Found, units: Units) -> dict[str, Any]:
         "spectra": figures.spectra_figure(result, units),
         "energy": figures.energy_figure(result, units),
         "elines": eline_figure(result, units),
+        "loudness": loudness_figure(result),
     }
     specs = {name: figure.spec for name, figure in drawn.items() if figure.spec is not None}
     pictures = {"model_picture": _model_picture(result), "contact_picture": _contact_picture(result, units)}

@@ -30,6 +30,9 @@ ENERGY = {
 PARTS = ("#7fa8cf", "#e3bf82", "#93c39b", "#c5a3cc", "#d99a86", "#8fc6c6", "#b9b9b9", "#d6cf86")
 """Pale enough for marks to stand out on them; used in turn."""
 
+MARKS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#7b3fbf", "#8c6d1f", "#56b4e9")
+"""Of curves of several places."""
+
 DARK = {
     INK: "#e6eaee",
     MUTED: "#9ba6b1",

@@ -295,7 +295,7 @@ def _colour_bar(fig: Figure, ax: Axes, loaded: Loaded, scale: float) -> None:
     bar.locator_params(axis="x", nbins=5)
     bar.tick_params(labelsize=8, length=2, colors=MUTED, pad=1)
     fig.text(0.35, 0.275 / height, loaded.label, ha="right", va="center", fontsize=9, color=INK)
-    fig.text(0.65, 0.275 / height, "white: never touched", ha="left", va="center", fontsize=9, color=MUTED)
+    fig.text(0.65, 0.275 / height, "open: never touched", ha="left", va="center", fontsize=9, color=MUTED)
 
 
 def _part_patches(model: Mesh, facets: Facets) -> list[Patch]:

@@ -12,6 +12,7 @@ from creak.model.units import Units
 from creak.report.checks import RUN_WORDS
 from creak.report.found import Found
 from creak.report.scene import Animations
+from creak.report.sound_parts import players
 from creak.report.text import number, plural
 from creak.report.verdict import span
 from creak.studies.results.limits import limit_words
@@ -33,6 +34,14 @@ class PlaceRow:
     speed: str
     heard: tuple[str, str]
     """N5 and Nmax of its own sound, sone."""
+    bar: float
+    """N5 over that of the loudest, %."""
+    cause: str
+    """In words; empty: none was told."""
+    changes: list[str]
+    """What would help."""
+    audio: str
+    """Data URI of a WAV file; empty: none."""
     motion: int | None
     """Animation that shows its hardest recorded event."""
 
@@ -42,11 +51,17 @@ def place_parts(result: Found, summary: dict[str, Any], motions: Animations, uni
     places, run = result.places, main_run(result.runs)
     told = [] if run is None else summary["runs"][run.name]["places"]
     heard = any(p["level"] is not None for p in told)
-    rows = [_row(result, p, t, motions, units) for p, t in zip(places[:MOST_PLACES], told, strict=False)]
+    audio = players(result)
+    loudest = max((p["n5"] or 0.0 for p in told), default=0.0)
+    rows = [
+        _row(result, p, t, motions, units, loudest, audio[k] if k < len(audio) - 1 else "")
+        for k, (p, t) in enumerate(zip(places[:MOST_PLACES], told, strict=False))
+    ]
     cut = f"The first {MOST_PLACES} of {len(places)} places." if len(places) > MOST_PLACES else ""
     return {
         "places": rows,
         "places_heard": heard,
+        "audio_all": audio[-1] if audio else "",
         "places_words": _words(result, places, units, heard=heard),
         "places_cut": cut,
         "limits": limit_words(summary["limits"]),
@@ -69,7 +84,15 @@ def _words(result: Found, places: tuple[Place, ...], units: Units, *, heard: boo
     )
 
 
-def _row(result: Found, place: Place, told: dict[str, Any], motions: Animations, units: Units) -> PlaceRow:
+def _row(
+    result: Found,
+    place: Place,
+    told: dict[str, Any],
+    motions: Animations,
+    units: Units,
+    loudest: float,
+    audio: str,
+) -> PlaceRow:
     model = result.setup.model
     part = _part_name(model, place.node_idx)
     xyz = ", ".join(number(float(x), 3) for x in model.nodes.coords[place.node_idx])
@@ -78,10 +101,14 @@ def _row(result: Found, place: Place, told: dict[str, Any], motions: Animations,
         place.number,
         f"{place.contact}, node {model.nodes.label(place.node_idx)}{f' of {part}' if part else ''}",
         detail,
-        number(len(place.events)),
+        number(len(place.events)) + (f", {plural(len(place.slips), 'slip')}" if place.slips else ""),
         number(place.force, 3),
         number(place.speed, 3),
         (number(told["n5"], 3), number(told["n_max"], 3)),
+        100.0 * (told["n5"] or 0.0) / loudest if loudest else 0.0,
+        "" if told["cause"] is None else told["cause"]["words"],
+        [] if told["cause"] is None else told["cause"].get("changes_words", []),
+        audio,
         _motion(place, motions),
     )
 

@@ -16,22 +16,22 @@ from creak.formats.run_identity import AGAIN, RESULTS, SUMMARY, identity_in, ide
 from creak.formats.sealed_hdf5 import Damaged, opened_hdf5
 from creak.formats.sealed_json import read_sealed
 from creak.formats.tree import read_tree, write_tree
-from creak.report.found import Found, FoundRun
+from creak.report.found import Found, FoundRun, FoundSound
 from creak.studies.run.compared import compare_events
 from creak.verify.matching import EventMatch
 
-VERSION = 2
+VERSION = 3
 """Of the group `report`; another one cannot be read."""
 
 
 def write_found(file: h5py.File, found: Found) -> None:
     """Add the view to a results.h5: the group `report`, and its mesh once more as `model`.
 
-    Forces are not written: `runs/<name>/contact` holds them.
+    Forces are not written: `runs/<name>/contact` holds them; nor is the sound, which `sound` holds.
     """
     group = file.create_group("report")
     group.attrs["version"] = VERSION
-    write_tree(group, found, skip=("runs", "events"))
+    write_tree(group, found, skip=("runs", "events", "sound"))
     runs = group.create_group("runs", track_order=True)
     for name, run in found.runs.items():
         write_tree(runs.create_group(name), run, skip=("force",))
@@ -91,7 +91,7 @@ def _check(file: h5py.File, path: Path) -> None:
 
 def _found(file: h5py.File) -> Found:
     runs = {name: _run(file, name) for name in file["report/runs"]}
-    found = read_tree(Found, file["report"], runs=runs, events=None)
+    found = read_tree(Found, file["report"], runs=runs, events=None, sound=_sound(file))
     return replace(found, events=_match(found))
 
 
@@ -99,6 +99,17 @@ def _match(found: Found) -> EventMatch | None:
     """The events of both runs matched again, as they were where the study came to its end."""
     runs = {} if found.stopped is not None else found.runs
     return compare_events(runs, found.setup.study.config.verification.event_tolerance, found.window)
+
+
+def _sound(file: h5py.File) -> FoundSound | None:
+    """What the first listener heard."""
+    if "sound" not in file:
+        return None
+    group = file["sound"]
+    name, pressure = str(group["listeners"].asstr()[0]), group["pressure"][0]
+    if pressure.ndim != 2 or not np.isfinite(pressure).all():
+        raise Damaged("a sound that is not whole")
+    return FoundSound(name, float(group.attrs["rate"]), np.asarray(group.attrs["band"], dtype=float), pressure)
 
 
 def _run(file: h5py.File, name: str) -> FoundRun:

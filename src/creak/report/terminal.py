@@ -46,6 +46,7 @@ def place_table(summary: dict[str, Any]) -> list[list[str]]:
     columns: list[tuple[str, Callable[[dict[str, Any]], str]]] = [
         ("place", lambda p: p["name"]),
         ("events", lambda p: f"{p['events']}"),
+        ("slips", lambda p: f"{p['slips']}"),
         ("force", lambda p: _figure(p["force"], ".3g")),
         ("impulse", lambda p: _figure(p["impulse"], ".3g")),
     ]

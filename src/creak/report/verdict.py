@@ -84,7 +84,7 @@ TRUST = {
     SETTLED: "Settled.",
     STATISTICS: "Settled as statistics, not event by event.",
     UNSETTLED: "Not settled.",
-    UNRELIABLE: "Unreliable.",
+    UNRELIABLE: "Unreliable: do not rely on it.",
 }
 """Verdict on a run -> first words of the page."""
 

@@ -13,6 +13,7 @@ from creak.studies.results import places as module
 from creak.studies.results.places import find_places, place_of
 from creak.studies.results.summary import summarise
 from creak.studies.run.job import events_in
+from creak.verify.slips import SlipEvent
 
 
 @pytest.fixture(scope="module")
@@ -100,3 +101,21 @@ def test_csv_numbers_matched_events_alike(result):
     row = next(r for r in rows if r["run"] == "reduced")
     assert float(row["impulse_N_s"]) == pytest.approx(first.impulse, rel=1e-8)
     assert float(row["closing_speed_mm_per_s"]) == pytest.approx(first.closing_speed, rel=1e-8)
+
+
+def test_a_place_may_only_squeak(result):
+    """Channels that press all the time: no event begins in the window, but they stick and slip."""
+    run, label = result.runs["reduced"], 102
+    pressed = struck(result, [node(result, label)])
+    h = pressed.history
+    j = int(np.flatnonzero(h.force.any(axis=0))[0])
+    force, gap = np.zeros_like(h.force), np.abs(h.gap) + 0.1
+    force[:, j], gap[:, j] = 1.0, -0.01
+    start = result.window[0] + 1e-3
+    slip = SlipEvent(result.gaps.group[j], "", node(result, label), start, start + 1e-3, 0.1, 1.0, 1.0, ())
+    late = replace(slip, t_start=result.window[1] + 1.0)
+    squeaks = replace(run, history=replace(h, force=force, gap=gap), slips=(slip, late))
+    places = find_places(result, squeaks)
+    assert [(p.events, p.slips, p.force, p.number) for p in places] == [((), (slip,), 0.0, 1)]
+    rattles = replace(pressed, slips=(slip,))
+    assert [(len(p.events), p.slips) for p in find_places(result, rattles)] == [(1, (slip,))]

@@ -26,7 +26,7 @@ def causes_of(
     ----------
     changes : "none", "predicted" or "checked", as `creak.run` has it.
     """
-    places = heard_places(result, main_run(result.runs), sound)
+    places = [p for p in heard_places(result, main_run(result.runs), sound) if p.events]
     progress("what causes it", 0, 1)
     found = find_causes(result, places)
     progress("what causes it", 1, 1)

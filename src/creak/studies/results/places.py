@@ -15,6 +15,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.model.plain_mesh import Mesh
 from creak.studies.run.job import Run, StudyResult, events_in
 from creak.verify.events import Event, find_events
+from creak.verify.slips import SlipEvent
 
 NEAR = 0.02
 """Share of the model's diagonal up to which channels that touch are neighbours; those of one element always are."""
@@ -34,17 +35,19 @@ class Place:
     node_idx: int
     """Row of the node that was hit hardest."""
     events: tuple[Event, ...]
-    """Events of these channels alone, micro-contacts merged as everywhere."""
+    """Events of these channels alone, micro-contacts merged as everywhere; none where the place only squeaks."""
+    slips: tuple[SlipEvent, ...] = ()
+    """Stick-slip events that begin there."""
 
     @property
     def force(self) -> float:
         """Worst low-passed force of its channels together."""
-        return max(e.force_place for e in self.events)
+        return max((e.force_place for e in self.events), default=0.0)
 
     @property
     def speed(self) -> float:
         """Highest closing speed."""
-        return max(e.closing_speed for e in self.events)
+        return max((e.closing_speed for e in self.events), default=0.0)
 
     @property
     def impulse(self) -> float:
@@ -60,7 +63,7 @@ class Place:
 
 
 def find_places(result: StudyResult, run: Run) -> tuple[Place, ...]:
-    """The places at which events begin in the verification window, by worst force.
+    """The places at which events begin in the verification window, by worst force, and those that only squeak.
 
     Touched channels of one contact belong together where their nodes share an element or lie within `NEAR` of the
     model's size, and so on from neighbour to neighbour. They are looked for once for each run.
@@ -94,8 +97,31 @@ def _find(result: StudyResult, run: Run) -> tuple[Place, ...]:
             hardest = max(own, key=lambda e: e.force_peak_filtered)
             contact = gaps.group[int(channels[0])]
             places.append(Place(0, contact, channels, np.unique(gaps.nodes_idx[channels]), hardest.node_idx, own))
+    places = _with_slips(places, result, run, touched, patch)
     places.sort(key=lambda place: -place.force)
     return tuple(replace(place, number=k) for k, place in enumerate(places, start=1))
+
+
+def _with_slips(places: list[Place], result: StudyResult, run: Run, touched: IntArray, patch: IntArray) -> list[Place]:
+    """The places with the stick-slip events of their nodes, and a place of its own for those of other patches."""
+    nodes, group = result.gaps.nodes_idx, result.gaps.group
+    own: dict[int, list[SlipEvent]] = {}
+    for slip in run.slips:
+        here = np.flatnonzero(nodes[touched] == slip.node_idx)
+        mine = [k for k in here.tolist() if group[int(touched[k])] == slip.group]
+        if mine and result.window[0] <= slip.t_start <= result.window[1]:
+            own.setdefault(int(patch[mine[0]]), []).append(slip)
+    out = list(places)
+    for p, slips in own.items():
+        channels = touched[patch == p]
+        known = next((k for k, place in enumerate(out) if np.array_equal(place.channels, channels)), None)
+        if known is not None:
+            out[known] = replace(out[known], slips=tuple(slips))
+            continue
+        most = max(slips, key=lambda e: e.friction_work)
+        rows = np.unique(nodes[channels])
+        out.append(Place(0, most.group, channels, rows, most.node_idx, (), tuple(slips)))
+    return out
 
 
 def ranked(places: tuple[Place, ...], order: Sequence[int]) -> tuple[Place, ...]:

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import scipy.linalg as sla
+from scipy.io import wavfile
 
 import creak
 from creak.errors import InputError
 from creak.formats.stored_sound import read_sound
 from creak.formats.wav import read_wav
 from creak.model.skin import skin_of
+from creak.report.sound_parts import loudness_figure, players
 from creak.sound.forced import faded
 from creak.sound.rayleigh import AIR
 from creak.studies.results.places import find_places
@@ -177,6 +182,28 @@ def test_listen_writes_what_the_run_kept(result, folder, monkeypatch, capsys):
     assert heard.rate == 48_000
     assert heard.full_scale == pytest.approx(told["full_scale_pa"])
     np.testing.assert_allclose(heard.samples, result.sound.pressure[0, -1], atol=2 * heard.full_scale / 2**23)
+
+
+def test_the_page_plays_each_place_and_draws_its_loudness(result, folder):
+    text = result.page(0.0)
+    count = len(result.summary["runs"]["reduced"]["places"])
+    files = [base64.b64decode(x) for x in re.findall(r'src="data:audio/wav;base64,([^"]+)"', text)]
+    assert len(files) == min(count, 8) + 1
+    first, last = result.found.window
+    heard = [wavfile.read(io.BytesIO(f)) for f in files]
+    rate, samples = heard[0]
+    assert rate == 8_000  # twice the band and more
+    assert samples.size == pytest.approx((last - first) * rate, abs=2)
+    assert 0.5 * 32767 < max(np.abs(x.astype(int)).max() for _, x in heard) <= 32767
+    assert 'id="plot-loudness"' in text
+    again = creak.open_result(folder / "out")
+    assert len(re.findall("data:audio/wav", "".join(players(again.found)))) == len(files)
+
+
+def test_a_silent_run_has_no_player(result):
+    view = replace(result._view(0.0), sound=None)
+    assert players(view) == []
+    assert loudness_figure(view).spec is None
 
 
 def test_listen_says_why_there_is_nothing_to_hear(tmp_path, monkeypatch, capsys):

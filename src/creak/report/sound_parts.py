@@ -1,0 +1,119 @@
+"""What is heard, for the page: audio in it, and loudness over time with the events that make it."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.io import wavfile
+from scipy.signal import resample_poly
+
+from creak.arrays import FloatArray
+from creak.errors import InputError
+from creak.report import palette
+from creak.report.axes import Trace, axis, base_layout, plain
+from creak.report.figures import Figure
+from creak.report.found import Found, FoundSound
+from creak.report.text import number
+from creak.sound.loudness import loudness
+from creak.verify.events import Event
+
+MOST = 8
+"""Places that can be played and are drawn; one more is all of them together."""
+LONGEST = 5.0
+"""s of a sound on the page."""
+SLOWER = ((6, 3_500.0), (3, 7_000.0), (2, 10_500.0))
+"""The rate is divided by this where the sound's band ends below so many Hz."""
+QUIET = 0.7
+"""Of full scale: the loudest sample on the page."""
+SAMPLES = 32767
+HEIGHT = 340
+
+
+def players(result: Found) -> list[str]:
+    """A WAV file as data URI for each place that is shown, then one for all together; none without sound.
+
+    All have one scale: the quieter place is quieter. What is in the verification window can be heard.
+    """
+    sound = result.sound
+    if sound is None:
+        return []
+    shown = _window(result, sound)
+    shown = np.vstack([shown[:-1][:MOST], shown[-1:]])
+    peak = float(np.abs(shown).max(initial=0.0))
+    if peak == 0.0:
+        return []
+    parts = next((n for n, most in SLOWER if sound.band[1] <= most), 1)
+    return [_uri(QUIET * x / peak, sound.rate, parts) for x in shown]
+
+
+def _window(result: Found, sound: FoundSound) -> FloatArray:
+    first, last = (round(t * sound.rate) for t in result.window)
+    last = min(last, first + round(LONGEST * sound.rate), sound.pressure.shape[1])
+    return sound.pressure[:, min(first, last - 2) : last].astype(np.float64)
+
+
+def _uri(x: FloatArray, rate: float, parts: int) -> str:
+    """16 bits at rate / parts."""
+    slow = resample_poly(x, 1, parts) if parts > 1 else x
+    file = io.BytesIO()
+    wavfile.write(file, round(rate / parts), np.clip(slow * SAMPLES, -SAMPLES, SAMPLES).astype(np.int16))
+    return f"data:audio/wav;base64,{base64.b64encode(file.getvalue()).decode('ascii')}"
+
+
+def loudness_figure(result: Found) -> Figure:
+    """N(t) of each place by itself and of all contact, and the beginning of each event."""
+    sound = result.sound
+    if sound is None:
+        return Figure(None, "No picture: the run was not heard.")
+    data: list[Trace] = []
+    names = [*(f"{p.number} {p.contact}" for p in result.places[:MOST]), "all contact"]
+    rows = [*range(min(MOST, len(result.places))), sound.pressure.shape[0] - 1]
+    colours = [*palette.MARKS[: len(names) - 1], palette.INK]
+    for row, name, colour in zip(rows, names, colours, strict=True):
+        try:
+            heard = loudness(sound.pressure[row].astype(np.float64), sound.rate)
+        except InputError:
+            continue  # beyond ISO 532-1, as the notes say
+        data.append(_curve(heard.time, heard.total, name, colour, last=row == rows[-1]))
+        if row < len(result.places):
+            data.append(_marks(heard.time, heard.total, result.places[row].events, colour, name))
+    if not data:
+        return Figure(None, "No picture: too loud at low frequency for ISO 532-1.")
+    layout = base_layout(HEIGHT, legend=True)
+    layout["xaxis"] = axis("time, s", range=list(result.window))
+    layout["yaxis"] = axis("loudness N, sone", rangemode="tozero")
+    caption = (
+        f"Loudness over time (ISO 532-1) at {sound.listener}, {number(float(sound.band[0]))} to "
+        f"{number(float(sound.band[1]), 3)} Hz, of each place's own contact forces; dots: its events begin."
+    )
+    return Figure({"data": data, "layout": layout}, caption, HEIGHT)
+
+
+def _curve(time: FloatArray, total: FloatArray, name: str, colour: str, *, last: bool) -> Trace:
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "name": name,
+        "x": plain(time),
+        "y": plain(total),
+        "line": {"color": colour, "width": 2.0 if last else 1.3, "dash": "dot" if last else "solid"},
+        "hovertemplate": f"{name}: %{{y:.3g}} sone at %{{x:.4g}} s<extra></extra>",
+    }
+
+
+def _marks(time: FloatArray, total: FloatArray, events: Sequence[Event], colour: str, name: str) -> Trace:
+    starts = np.array([e.t_start for e in events])
+    force = [number(e.force_place, 3) for e in events]
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "showlegend": False,
+        "x": plain(starts),
+        "y": plain(np.interp(starts, time, total)),
+        "text": force,
+        "marker": {"color": colour, "size": 6},
+        "hovertemplate": f"{name}: event at %{{x:.5g}} s, force %{{text}}<extra></extra>",
+    }
