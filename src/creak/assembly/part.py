@@ -16,7 +16,7 @@ from creak.assembly.node_blocks import NodeBlocks
 from creak.assembly.partition import shared_nodes
 from creak.assembly.system import Rows, Stats, System, no_supports
 from creak.elements.block_matrices import block_matrices
-from creak.elements.free_sides import with_free_sides
+from creak.elements.free_sides import SHELLS, with_free_sides
 from creak.elements.geometric import GEOMETRIC
 from creak.elements.geometry import DegenerateElement
 from creak.errors import InputError
@@ -101,7 +101,8 @@ def assemble_blocks(
     override : True when they replace the deck's own damping (dashpots stay).
     u : (n_node, 6) static displacements whose stress stiffens the elements (`elements.geometric`).
     """
-    nodes, given = nodes_of(labels[::PER_NODE]), with_free_sides(list(blocks))
+    nodes, given = nodes_of(labels[::PER_NODE]), list(blocks)
+    given = with_free_sides(given, _shells_beside(model, given, nodes))
     pattern = NodeBlocks([np.searchsorted(nodes, block.nodes_idx) for block in given], nodes.size)
     K, M, C = pattern.zeros(), pattern.zeros(), None
     for block in given:
@@ -118,6 +119,17 @@ def assemble_blocks(
     stiffness = pattern.matrix(K)
     del K
     return PartMatrices(labels, stiffness, pattern.matrix(M), None if C is None else pattern.matrix(C))
+
+
+def _shells_beside(model: Model, blocks: list[ElementBlock], nodes: IntArray) -> list[IntArray]:
+    """Corner nodes of the shells of other parts that may have a side in common with the blocks."""
+    shared = np.zeros(model.nodes.count, dtype=bool)
+    shared[np.intersect1d(shared_nodes(model), nodes)] = True
+    if not shared.any():
+        return []
+    parts = {block.part for block in blocks}
+    others = [block.nodes_idx for block in model.blocks if block.kind in SHELLS and block.part not in parts]
+    return [corners[np.count_nonzero(shared[corners], axis=1) >= 2] for corners in others]
 
 
 def _excess_damping(block: ElementBlock, common: Rayleigh, override: bool) -> tuple[float, float, bool]:

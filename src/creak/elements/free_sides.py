@@ -10,12 +10,14 @@ import numpy as np
 from creak.arrays import BoolArray, IntArray
 from creak.model.mesh import ElementBlock
 
+SHELLS = ("quad4", "tri3")
 
-def with_free_sides(blocks: Sequence[ElementBlock]) -> list[ElementBlock]:
-    """The blocks, quadrilateral shells with their free sides among all shells of the blocks."""
-    shells = [k for k, block in enumerate(blocks) if block.kind in ("quad4", "tri3")]
+
+def with_free_sides(blocks: Sequence[ElementBlock], beside: Sequence[IntArray] = ()) -> list[ElementBlock]:
+    """The blocks, quadrilateral shells with their free sides among all shells of the blocks and those `beside` them."""
+    shells = [k for k, block in enumerate(blocks) if block.kind in SHELLS]
     out = list(blocks)
-    for k, free in zip(shells, free_sides([blocks[k].nodes_idx for k in shells]), strict=True):
+    for k, free in zip(shells, free_sides([*(blocks[k].nodes_idx for k in shells), *beside]), strict=False):
         if blocks[k].kind == "quad4":
             out[k] = replace(blocks[k], own=replace(blocks[k].own, free_sides=free))
     return out
