@@ -113,7 +113,7 @@ class _Run:
         on, self.terms = channel_matrices(system, gaps), LinearTerms(system, loads)
         self.form = form_of(system, on, self.terms, gaps)
         self.steps: FlowSteps = flow_steps(self.form, gaps.laws, self.H, resolution)
-        self.model = filtered(self.form, self.steps.mollifier, gaps.resting)
+        self.model = filtered(self.form, self.steps.mollifier, self.steps.h, gaps.resting)
         if gaps.preload is not None:
             self.model = self.model._replace(gap0=gaps.with_stiffness(self.steps.laws.stiffness).gap0)
         h, m, k = self.steps.h, self.model.m, self.model.k
@@ -210,7 +210,7 @@ class _Run:
 
     def start(self) -> FlowState:
         x = self._start()
-        begin_books(self.model, self.steps.laws, x)
+        begin_books(self.model, self.steps.laws, self.W, self.steps.h, x)
         return x
 
     def _start(self) -> FlowState:
@@ -234,6 +234,7 @@ class _Run:
         if model.presses and rest.any() and still:
             x.force[:] = rest
             x.F[:] = x.force @ model.push
+            x.drift[:] = -h * (self.W[:m] @ rest)
         elif model.presses and x.gap.min(initial=0.0) < 0.0:
             slip, rate = h * x.rate[m:], x.rate[:m].copy()
             with one_blas_thread():
