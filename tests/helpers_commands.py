@@ -47,6 +47,7 @@ OWN_STEP = (
 CASE_CONTROL = "SPC = 1\nTSTEP = 5\nDLOAD = 7\nDISPLACEMENT = 2"
 FORCE = "TSTEP,5,20,1.-3\nTLOAD1,7,6,,,8\nTABLED1,8\n,0.,0.,.01,1.,ENDT\nDAREA,6,1039,3,1."
 SWEEP = 'base = "study.toml"\n[grid]\n"reduction.f_max" = [2000]\n'
+SCATTER = '[scatter.vary]\n"contact.tip.clearance" = { type = "uniform", low = 0.0, high = 0.6 }\n'
 COARSEST = 40.0
 """mm, mesh size of the door."""
 QUICK = {
@@ -150,6 +151,7 @@ def write_stand_ins(folder: Path, command: Command) -> None:
         **{f"door/{name}": text for name, text in door_texts(None).items()},
         **{f"door_loose/{name}": text for name, text in door_texts(0.2).items()},
         "study.toml": study.replace("strips.", "model."),
+        "scatter.toml": STUDY.replace("strips.", "model.").replace("step = 5e-4\n", "") + SCATTER,
         "sweep.toml": SWEEP,
         "door_sweep.toml": SWEEP,
     }

@@ -11,7 +11,9 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from creak.elements import shell_quad4, shell_tri3
+from creak.elements.free_sides import free_sides
 from creak.model.materials import Material, ShellSection
+from creak.model.mesh import Own
 
 KINDS = {"quad": shell_quad4, "tri": shell_tri3}
 
@@ -38,7 +40,8 @@ class Mesh:
         return sp.coo_matrix((blocks.ravel(), (rows, cols)), shape=(self.n_dof, self.n_dof)).tocsc()
 
     def stiffness(self, section: ShellSection) -> sp.csc_matrix:
-        return self.assemble(self.module.stiffness(self.coords[self.elements], section))
+        own = Own(free_sides=free_sides([self.elements])[0])
+        return self.assemble(self.module.stiffness(self.coords[self.elements], section, own))
 
     def mass(self, section: ShellSection) -> sp.csc_matrix:
         return self.assemble(self.module.mass(self.coords[self.elements], section))

@@ -32,6 +32,11 @@ def solid_mesh(
     shift = np.random.default_rng(4).uniform(-1.0, 1.0, coords.shape) * distortion * cell
     outer = np.isclose(coords, 0.0) | np.isclose(coords, size)
     coords = coords + np.where(outer, 0.0, shift)
+    if kind == "pyramid5":
+        centres = coords.shape[0] + np.arange(len(hexes))
+        bases = np.array([face[::-1] for face in FACES["hex8"]])
+        elements = np.concatenate([hexes[:, bases], np.tile(centres[:, None, None], (1, 6, 1))], axis=2).reshape(-1, 5)
+        return np.concatenate([coords, coords[hexes].mean(axis=1)]), elements
     table = {"h": np.arange(8)[None], "w": WEDGES, "t": TETRAHEDRA}[kind[0]]
     elements = hexes[:, table].reshape(-1, table.shape[1])
     return with_middle_nodes(coords, elements, EDGES[kind]) if kind in EDGES else (coords, elements)

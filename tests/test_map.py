@@ -47,6 +47,15 @@ def test_every_room_is_on_the_map_and_there():
     assert sorted(rooms_of("`src/creak_thesis` is a package")) == sorted(folders(HOMES[1]))
 
 
+def test_tests_lie_in_the_rooms_of_what_they_test():
+    tests = Path(__file__).parent / "unit"
+    assert folders(tests) - {"benches", "door", "thesis"} <= folders(SRC)
+    assert len(folders(tests / "studies")) > 8
+    assert folders(tests / "studies") <= folders(SRC / "studies")
+    flat = {p.name: len(list(p.glob("test_*.py"))) for p in (tests, tests / "studies")}
+    assert max(flat.values()) <= 12, flat
+
+
 def test_every_command_has_its_way():
     assert set(WAYS) == set(typer.main.get_command(app).commands)
 

@@ -63,22 +63,18 @@ def _digest(name: str) -> str:
 
 
 def _overview() -> str:
-    rows = [f"| [{title}]({name}.md) | `python examples/{name}.py` |" for name, title in titles().items()]
-    return "\n".join(
-        [
-            "# Examples",
-            "",
-            "Scripts that need nothing but `pip install 'creak[report]'`. Each draws a figure; the tests hold what it "
-            "finds against closed forms or the unreduced model.",
-            "",
-            "| example | run it |",
-            "|---|---|",
-            *rows,
-            "",
-            "`examples/door_sweep.toml` is a [sweep](../sweeps.md) of the door.",
-            "",
-        ]
-    )
+    lines = [
+        "# Examples",
+        "",
+        "Scripts that need nothing but creak with its extra `report`. Each draws a figure; the tests hold what it "
+        "finds against closed forms or the unreduced model.",
+        "",
+    ]
+    drawn = pictures()
+    for name, title in titles().items():
+        lines += [f"## [{title}]({name}.md)", "", f"`python examples/{name}.py`", ""]
+        lines += [f"[![{title}]({name}.png)]({name}.md)", ""] if name in drawn else []
+    return "\n".join([*lines, "`examples/door_sweep.toml` is a [sweep](../sweeps.md) of the door.", ""])
 
 
 def _page(name: str) -> str:

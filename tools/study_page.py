@@ -80,6 +80,8 @@ def _kind(value: dict[str, Any]) -> str:
     choices = value.get("anyOf", []) + value.get("oneOf", [])
     if choices:
         return " or ".join(sorted({_kind(v) for v in choices if v.get("type") != "null"}, key=len))
+    if "additionalProperties" in value:
+        return "tables by key (below)"
     if value.get("type") == "array":
         items = value.get("prefixItems")
         inside = ", ".join(_kind(v) for v in items) if items else _kind(value.get("items", {}))

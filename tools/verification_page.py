@@ -1,4 +1,4 @@
-"""docs/verification.md and its pictures from the numbers that the tests record: `python -m tools.verification_page`.
+"""docs/verification.md, its chapters and pictures from what the tests record: `python -m tools.verification_page`.
 
 `make verification` runs the tests that record (the fixture `measured`) into docs/verification.json first.
 """
@@ -23,18 +23,21 @@ HEAD = """\
 # What is verified
 
 Every number that creak computes is held by a test to a closed form, a converged reference, another program or a
-conservation law. This page is made by `make verification`: it runs the tests that record what they find, and writes
+conservation law. These pages are made by `make verification`: it runs the tests that record what they find, and writes
 what they found. `make test` runs all tests.
 
 Tolerances are those of the tests. A test that runs many cases shows the one that comes closest to its tolerance. In per
 cent or as a bare power of ten, difference and tolerance are relative to the expected value; with a unit they are
 absolute. Differences near round-off (1e-10 and less) are others on another machine.
 
-{count} quantities of {tests} tests; half of them use less than {median} of their tolerance.
+{count} quantities of {tests} tests; half of them use less than {median} of their tolerance. The tables stand on a page
+for each chapter:
+
+{chapters}
 
 ![Difference over tolerance of every quantity, by section](verification_margins.png)
 
-Each dot is a row of a table below: its difference from the reference, as a share of what the test allows. Shares below
+Each dot is a row of a table: its difference from the reference, as a share of what the test allows. Shares below
 1e-6, exact agreement among them, are drawn at the left edge. Lower bounds without an expected value are left out.
 """
 TAIL = """\
@@ -78,7 +81,12 @@ The picture is the bar on a rigid wall (E = 900, rho = A = 1, L = 10, speed 10):
 form, rho c A v = 300 over 2 L / c. The table of penalties says what a penalty does to the same bar with and without
 numerical damping; where it chatters, the test is that creak shows it.""",
     ),
+    "contact, exact flow": (
+        "Contact, by exact flow",
+        "The same closed forms with nothing chosen: no step, penalty or scheme.",
+    ),
     "friction": ("Friction", ""),
+    "friction, exact flow": ("Friction, by exact flow", ""),
     "time": (
         "Time integration",
         """\
@@ -93,10 +101,19 @@ Omega^2 (1/12 - alpha/4 - 3 alpha^2/8) and damping ratio -alpha (1 + alpha)^2 Om
 The standard's signals 6 to 13 lie in `shared/` beside the source; without them their tests are skipped, and the rows
 keep the last values.""",
     ),
-    "verdicts": ("Verdicts", ""),
+    "verdicts": ("Verdicts and findings", ""),
     "examples": ("Examples", ""),
 }
 """Section of a record -> heading and words."""
+CHAPTERS = {
+    "structures": ("Shells, beams and solids", ("shell statics", "shell modes", "beams and solids")),
+    "decks": ("Models and decks", ("models", "decks")),
+    "reduction": ("Reduction", ("reduction",)),
+    "contact": ("Contact and friction", ("contact", "friction")),
+    "time": ("Time, energy, signals", ("time", "energy", "signals")),
+    "results": ("Sound, verdicts, examples", ("sound", "verdicts", "examples")),
+}
+"""Name of a chapter's page -> heading and its sections."""
 PICTURES = {
     "reduction": ("verification_reduction.png", "Frequency error against the modes kept"),
     "contact": ("verification_bar.png", "Contact force over time and the closed form"),
@@ -113,12 +130,36 @@ def read() -> dict[str, list[Row]]:
     return found
 
 
-def page(record: dict[str, list[Row]]) -> str:
-    """The whole page."""
+def pages(record: dict[str, list[Row]]) -> dict[str, str]:
+    """File name -> text: the overview, and a page for each chapter."""
     rows = record["quantities"]
     shares = [s for r in rows if (s := share(r)) is not None]
-    head = HEAD.format(count=len(rows), tests=len({r["test"] for r in rows}), median=_percent(float(np.median(shares))))
-    return "\n".join([head, *(line for key in SECTIONS for line in _section(key, rows)), TAIL])
+    table = "\n".join(
+        ["| chapter | quantities | tests |", "|---|---|---|", *(_chapter_line(k, rows) for k in CHAPTERS)]
+    )
+    tests = len({r["test"] for r in rows})
+    head = HEAD.format(count=len(rows), tests=tests, median=_percent(float(np.median(shares))), chapters=table)
+    return {PAGE.name: "\n".join([head, TAIL]), **{chapter_file(name): _chapter(name, rows) for name in CHAPTERS}}
+
+
+def chapter_file(name: str) -> str:
+    """Name of a chapter's page."""
+    return f"verification_{name}.md"
+
+
+def _of_chapter(name: str, rows: list[Row]) -> list[Row]:
+    return [r for r in rows if r["section"] in CHAPTERS[name][1]]
+
+
+def _chapter_line(name: str, rows: list[Row]) -> str:
+    mine = _of_chapter(name, rows)
+    return f"| [{CHAPTERS[name][0]}]({chapter_file(name)}) | {len(mine)} | {len({r['test'] for r in mine})} |"
+
+
+def _chapter(name: str, rows: list[Row]) -> str:
+    title, sections = CHAPTERS[name]
+    head = f"# Verified: {title[0].lower()}{title[1:]}\n\nHow to read it: [what is verified](verification.md).\n"
+    return "\n".join([head, *(line for key in sections for line in _section(key, rows))])
 
 
 def share(row: Row) -> float | None:
@@ -258,6 +299,7 @@ def _margins(rows: list[Row]) -> Figure:
 
 if __name__ == "__main__":
     made = read()
-    PAGE.write_text(page(made), encoding="utf-8")
+    for file, text in pages(made).items():
+        (DOCS / file).write_text(text, encoding="utf-8")
     draw(made, DOCS)
-    sys.stdout.write(f"wrote {PAGE} and {len(PICTURES) + 1} pictures\n")
+    sys.stdout.write(f"wrote {PAGE}, {len(CHAPTERS)} chapters and {len(PICTURES) + 1} pictures\n")

@@ -39,7 +39,9 @@ if TYPE_CHECKING:
     from creak.api.motion import make_loads, simulate
     from creak.api.reductions import craig_bampton, gap_modes, guyan, massless_boundary
     from creak.api.result import Result
+    from creak.api.robust import robust
     from creak.api.saved import SavedResult, open_result
+    from creak.api.shown import Events
     from creak.api.study import change_study, make_study, read_study, run, run_setup, set_up
     from creak.assembly.system import System
     from creak.contact.gap_operator import GapOperator
@@ -87,7 +89,9 @@ _HOMES = {
     "api.motion": ("make_loads", "simulate"),
     "api.reductions": ("craig_bampton", "gap_modes", "guyan", "massless_boundary"),
     "api.result": ("Result",),
+    "api.robust": ("robust",),
     "api.saved": ("SavedResult", "open_result"),
+    "api.shown": ("Events",),
     "api.study": ("change_study", "make_study", "read_study", "run", "run_setup", "set_up"),
     "assembly.system": ("System",),
     "contact.gap_operator": ("GapOperator",),
@@ -133,6 +137,7 @@ __all__ = [
     "DeckModes",
     "Event",
     "EventMatch",
+    "Events",
     "GapOperator",
     "History",
     "InputError",
@@ -190,6 +195,7 @@ __all__ = [
     "read_deck",
     "read_json",
     "read_study",
+    "robust",
     "run",
     "run_setup",
     "set_up",

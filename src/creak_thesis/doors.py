@@ -77,9 +77,9 @@ def _held(setup: Setup, point: str) -> str:
     """Dofs held and driven at a support, in words."""
     node = int(setup.model.node_set(point)[0])
     held = sorted({d for f in setup.model.fixed if node in f.nodes_idx for d in f.dofs})
-    driven = sorted({int(x) % 6 for labels in setup.driven.labels.values() for x in labels if int(x) // 6 == node})
+    driven = setup.driven.dofs_at(node)
     names = " ".join(DOF_NAMES[d - 1] for d in held)
-    moved = " ".join(DOF_NAMES[d] for d in driven)
+    moved = " ".join(DOF_NAMES[d - 1] for d in driven)
     return f"{names} held, {moved} driven" if moved else names
 
 

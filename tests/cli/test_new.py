@@ -141,7 +141,32 @@ def test_a_deck_without_node_sets_leaves_the_excitation_open(creak, tmp_path):
     assert told["excitation"] is None
     assert "excitation" not in study
     assert "to be filled in" in (tmp_path / "strips.toml").read_text()
+    assert not told["ready"], "a study without excitation is nothing to run next"
+    assert told["to_fill_in"].startswith("no excitation: the deck has no node set of at most 100 nodes")
+    assert "next:" not in creak("new", tmp_path / "strips.inp", "--overwrite").out
+
+
+def without_sets(deck: str) -> str:
+    return re.sub(r"SET \d = [^\n]*\n", "", deck)
+
+
+def test_a_nastran_deck_without_sets_is_driven_where_its_spc_leaves_a_direction(creak, tmp_path):
+    told, study = new(creak, tmp_path, without_sets(strips()), name="strips.bdf")
     assert told["ready"], told["to_fill_in"]
+    road = study["excitation"]["road"]
+    assert (road["node_set"], road["dof"], road["kind"]) == ("SPC_1.12456", "z", "displacement")
+    sets = read_model(tmp_path / "strips.bdf").node_sets
+    assert {name: rows.size for name, rows in sets.items()} == {"SPC_1": 6, "SPC_1.123456": 3, "SPC_1.12456": 3}
+
+
+def test_a_nastran_deck_that_holds_all_is_told_why_it_gets_no_excitation(creak, tmp_path):
+    deck = without_sets(strips()).replace("SPC1,1,12456,1", "SPC1,1,123456,1")
+    told, study = new(creak, tmp_path, deck, name="strips.bdf")
+    assert "excitation" not in study
+    assert not told["ready"]
+    assert told["no_excitation"].startswith("the deck holds x, y and z of all its small node sets (SPC_1)")
+    assert told["no_excitation"] in told["to_fill_in"]
+    assert "the deck holds x, y and z" in (tmp_path / "strips.toml").read_text()
 
 
 def test_units_are_guessed(creak, tmp_path):

@@ -80,7 +80,7 @@ def test_report_names_every_kind_of_signal(creak, tmp_path):
         ("*STEP, NLGEOM\n*DYNAMIC\n1.E-4, 0.01\n*END STEP\n", "--ignore 'STEP, NLGEOM'"),
         ("*STEP\n*DYNAMIC, EXPLICIT\n, 0.01\n*END STEP\n", "implicit"),
         ("*STEP\n*DYNAMIC\n-1.E-4, 0.01\n*END STEP\n", "greater than zero"),
-        ("*STEP\n*STATIC\n*END STEP\n*STEP\n*DYNAMIC\n1.E-4, 0.01\n*END STEP\n", "*STATIC"),
+        ("*STEP\n*VISCO\n*END STEP\n*STEP\n*DYNAMIC\n1.E-4, 0.01\n*END STEP\n", "*VISCO"),
         ("", "no *STEP"),
     ],
 )

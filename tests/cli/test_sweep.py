@@ -15,11 +15,12 @@ import psutil
 import pytest
 
 from creak.cli.main import main
+from creak.linalg.threads import cores
 from creak.studies.sweep.case import run_case
 from creak.studies.sweep.cases import resolve
 from creak.studies.sweep.file import read_sweep
 from creak.studies.sweep.tasks import tasks_of
-from creak.studies.sweep.workers import THREADS, cores
+from creak.studies.sweep.workers import THREADS
 from helpers_decks import STUDY, write_strips
 
 pytestmark = pytest.mark.slow

@@ -100,7 +100,7 @@ def test_most_commands_are_run():
     left = [c for c in FOUND if c not in RUN]
     assert len(RUN) >= 45
     assert len(left) < 46
-    of_rattling = {"listen"}  # needs a run whose parts touch: tests/unit/studies/test_sound.py
+    of_rattling = {"listen"}  # needs a run whose parts touch: tests/unit/studies/sound/test_sound.py
     assert {c.words[0] for c in RUN} | of_rattling >= {c.words[0] for c in left}
 
 

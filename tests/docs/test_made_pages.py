@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import json
 import os
@@ -15,7 +16,7 @@ import pytest
 from pydantic import BaseModel
 
 import creak
-from creak.formats.results import ContactRecord, Field, RunRecord, write_results
+from creak.formats.results import ContactRecord, Field, RunRecord, put_results
 from creak.studies.file.config import StudyConfig
 from helpers_docs import ROOT, tool
 from helpers_measured import Measured, merge, place
@@ -59,10 +60,14 @@ def verification_page():
 
 
 def test_the_page_of_verified_quantities_is_up_to_date(verification_page):
-    record = verification_page.read()
-    assert verification_page.PAGE.read_text(encoding="utf-8") == verification_page.page(record), (
-        "run: make verification"
-    )
+    pages = verification_page.pages(verification_page.read())
+    for name, text in pages.items():
+        assert (verification_page.DOCS / name).read_text(encoding="utf-8") == text, (
+            f"docs/{name} is not that of docs/verification.json: python -m tools.verification_page"
+        )
+        assert len(text) < 100_000, "a page that loads and can be read"
+    chapters = [key for _, sections in verification_page.CHAPTERS.values() for key in sections]
+    assert sorted(chapters) == sorted(verification_page.SECTIONS), "each section stands in one chapter"
     for picture, _ in verification_page.PICTURES.values():
         assert (verification_page.DOCS / picture).stat().st_size > 10_000
 
@@ -74,6 +79,15 @@ def test_every_verified_quantity_passes_and_has_its_test(verification_page):
         assert verification_page.passes(row), row
     for row in [*record["quantities"], *record["curves"]]:
         assert place(row["test"])[1] >= 0, f"{row['test']} is no test: run make verification"
+
+
+def test_every_test_that_records_has_a_section(verification_page):
+    tests = [n for path in (ROOT / "tests").rglob("test_*.py") for n in ast.walk(ast.parse(path.read_text("utf-8")))]
+    recording = [f for f in tests if isinstance(f, ast.FunctionDef) and any(a.arg == "measured" for a in f.args.args)]
+    calls = [c for f in recording for c in ast.walk(f) if isinstance(c, ast.Call) and ast.unparse(c.func) == "measured"]
+    assert len(calls) > 200
+    named = {ast.unparse(c.args[0]) for c in calls if isinstance(c.args[0], ast.Constant)}
+    assert named <= {repr(section) for section in verification_page.SECTIONS}
 
 
 def test_a_quantity_out_of_tolerance_is_seen(verification_page):
@@ -142,6 +156,9 @@ def test_every_example_has_a_page_with_its_code():
     assert set(pages) == {f"gallery/{name}.md" for name in names} | {"gallery/index.md"}
     assert set(gallery.QUICK) <= names
     for name in names:
+        assert f"]({name}.md)" in pages["gallery/index.md"]
+        assert (f"]({name}.png)" in pages["gallery/index.md"]) == (name in gallery.pictures())
+    for name in names:
         assert pages[f"gallery/{name}.md"].startswith("# ")
         assert "def main(" in pages[f"gallery/{name}.md"]
 
@@ -169,7 +186,7 @@ def test_every_field_of_results_is_documented(tmp_path):
         ["kinetic"],
         field,
     )
-    write_results(tmp_path / "results.h5", {"reduced": run}, {"creak": "0"}, "mm-t-s")
+    put_results(tmp_path / "results.h5", {"reduced": run}, {"creak": "0"}, "mm-t-s")
     names: list[str] = []
     with h5py.File(tmp_path / "results.h5") as file:
         file["runs/reduced"].visititems(

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from creak.api.extras import need_report
+from creak.api.shown import Events, Kind, facts, figure, line, table
 
 if TYPE_CHECKING:
     import h5py
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from creak.studies.converge.settling import Convergence
     from creak.studies.run.job import Run, StudyResult
     from creak.studies.sound.heard import Sound
-    from creak.verify.events import Event
     from creak.verify.matching import EventMatch
 
 
@@ -45,9 +45,33 @@ class Result:
         return self.runs["reduced"] if "reduced" in self.runs else self.runs["reference"]
 
     @property
-    def events(self) -> list[Event]:
-        """Contact events of the main run, by start time."""
-        return self.main.events
+    def events(self) -> Events:
+        """Contact events of the main run, by start time; `events.to_frame()` is a table of them."""
+        nodes, events = self.found.setup.model.nodes, self.main.events if self.runs else []
+        return Events(events, (nodes.label(e.node_idx) for e in events), self.summary["units"])
+
+    def __repr__(self) -> str:
+        """Title, events, verdict and agreement in a line."""
+        return line("Result", facts(self.summary, self.events))
+
+    def _repr_html_(self) -> str:
+        """The same, and the first events, for notebooks."""
+        return table(facts(self.summary, self.events), self.events)
+
+    def plot(self, kind: Kind = "force") -> Any:
+        """A figure of the report, as a plotly Figure: `show()` it, or let a notebook do so.
+
+        Parameters
+        ----------
+        kind : "force" (contact force over time, both runs), "gap" (smallest gap of each contact), "spectra" (of the
+            verification pairs) or "energy".
+
+        Raises
+        ------
+        InputError : a kind that there is not, nothing to draw (no contact), or a package of the extra `report` is not
+            installed.
+        """
+        return figure(self._view(0.0), kind)
 
     @property
     def history(self) -> History:
@@ -141,5 +165,5 @@ class Result:
 
         size = round(1e6 * animation_mb)
         if size not in self._views:
-            self._views[size] = found_of(self.found, self.convergence, size)
+            self._views[size] = found_of(self.found, self.convergence, size, self.sound)
         return self._views[size]

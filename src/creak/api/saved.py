@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from creak.api.extras import need_report
+from creak.api.shown import Events, Kind, facts, figure, line, table
 
 if TYPE_CHECKING:
     from creak.report.found import Found, FoundRun
     from creak.studies.converge.settling import Convergence
-    from creak.verify.events import Event
     from creak.verify.matching import EventMatch
 
 
@@ -30,9 +30,24 @@ class SavedResult:
         return self.found.runs
 
     @property
-    def events(self) -> list[Event]:
-        """Contact events of the reduced run, or of the only one, by start time."""
-        return (self.runs.get("reduced") or self.runs["reference"]).events
+    def events(self) -> Events:
+        """Contact events of the reduced run, or of the only one, by start time; `events.to_frame()` is a table."""
+        nodes = self.found.setup.model.nodes
+        run = self.runs.get("reduced") or self.runs.get("reference")
+        events = [] if run is None else run.events
+        return Events(events, (nodes.label(e.node_idx) for e in events), self.summary["units"])
+
+    def __repr__(self) -> str:
+        """Title, events, verdict and agreement in a line."""
+        return line("SavedResult", facts(self.summary, self.events))
+
+    def _repr_html_(self) -> str:
+        """The same, and the first events, for notebooks."""
+        return table(facts(self.summary, self.events), self.events)
+
+    def plot(self, kind: Kind = "force") -> Any:
+        """A figure of the report, as a plotly Figure; kinds and errors as `Result.plot`."""
+        return figure(self.found, kind)
 
     @property
     def agreement(self) -> EventMatch | None:

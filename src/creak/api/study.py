@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from creak.api.result import Result
 from creak.errors import InputError
+from creak.model.units import UnitsName
 from creak.progress import Progress
 from creak.studies.file import reader as study_file
 from creak.studies.file.reader import Study
@@ -17,7 +18,7 @@ from creak.studies.file.toml_text import toml_text
 if TYPE_CHECKING:
     from creak.studies.prepare.setup import Setup
 
-Units = Literal["mm-t-s", "m-kg-s"]
+Changes = Literal["none", "predicted", "checked"]
 
 
 def read_study(path: str | Path) -> Study:
@@ -74,6 +75,7 @@ def run(
     record: bool = True,
     ignore: Sequence[str] = (),
     progress: Progress | None = None,
+    changes: Changes = "none",
 ) -> Result:
     """Run a study as `creak run` does: pre-check, reduction, both runs, verification.
 
@@ -87,6 +89,8 @@ def run(
     record : keep the motion around the hardest events, for the report's animation.
     ignore : keywords of the deck that may go unread although they change the answer.
     progress : called with (stage, done, total).
+    changes : "predicted": look for single changes that quieten the first places, on the reduced model; "checked": and
+        make a full run of each that is told.
 
     Returns
     -------
@@ -97,7 +101,14 @@ def run(
     ------
     InputError : anything wrong in the study or the deck. NumericalError : a reduction or a factorisation failed.
     """
-    result = run_setup(set_up(study, ignore), progress, superelements=superelements, converge=converge, record=record)
+    result = run_setup(
+        set_up(study, ignore),
+        progress,
+        superelements=superelements,
+        converge=converge,
+        record=record,
+        changes=changes,
+    )
     if result.stopped is not None:
         warnings.warn(f"the study ended early: {result.stopped}", RuntimeWarning, stacklevel=2)
     for text in result.unreliable:
@@ -105,7 +116,7 @@ def run(
     return result
 
 
-def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: Units = "mm-t-s") -> Setup:
+def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t-s") -> Setup:
     """Read and check what a study, a study file or a deck with a transient step of its own asks for.
 
     Parameters
@@ -119,6 +130,7 @@ def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: Units =
     from creak.formats.endings import is_deck
     from creak.studies.prepare import setup
     from creak.studies.prepare.deck_step import set_up_deck
+    from creak.studies.sound.background import background_of
     from creak.studies.sound.listeners import listeners_of
 
     if not isinstance(study, Study):
@@ -128,6 +140,7 @@ def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: Units =
         study = read_study(path)
     found = setup.set_up(study, ignore)
     listeners_of(found.model, found.study)
+    background_of(found.study)
     return found
 
 
@@ -138,6 +151,7 @@ def run_setup(
     superelements: str | Path | None = None,
     converge: bool | None = None,
     record: bool = True,
+    changes: Changes = "none",
 ) -> Result:
     """Run what `set_up` made, parameters as `run`, and sum it up; nothing is warned of: look at the Result.
 
@@ -147,6 +161,7 @@ def run_setup(
     """
     from dataclasses import replace
 
+    from creak.studies.cause.found import causes_of
     from creak.studies.converge.variants import converge as repeat
     from creak.studies.models.superelements import store_of
     from creak.studies.results.places import find_places
@@ -159,6 +174,7 @@ def run_setup(
     report = progress if progress is not None else _silent
     store = store_of(setup.study) if superelements is None else Path(superelements)
     found = run_study(setup, report, store, record=record)
+    told = converge is not False or changes != "none"
     if converge is None:
         table = setup.study.config.time
         settles = table.exact and table.accuracy != "quick" and "reduced" in found.runs
@@ -172,7 +188,11 @@ def run_setup(
         found = replace(found, notes=[*found.notes, *sound.notes])
     elif setup.study.config.listener:
         found = replace(found, notes=[*found.notes, Warned(f"no sound: {sound}")])
-    return Result(found, summarise(found, convergence, sound), convergence, sound)
+    causes: dict[int, dict[str, Any]] = {}
+    if told:
+        causes, said = causes_of(found, sound, report, changes)
+        found = replace(found, notes=[*found.notes, *said])
+    return Result(found, summarise(found, convergence, sound, causes), convergence, sound)
 
 
 def _silent(stage: str, done: int, total: int) -> None:

@@ -16,7 +16,7 @@ from creak.assembly.elimination import LinearEquation, congruent, eliminate, pri
 from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
 from creak.assembly.system import Stats, Supports, System, dense_if_full, to_dense
 from creak.linalg.dense_product import symmetric
-from creak.model.dofs import dof_label, node_dofs
+from creak.model.dofs import dof_label, dofs_of, node_dofs, nodes_of
 from creak.model.mesh import Model
 
 
@@ -29,6 +29,19 @@ class Driven:
     @property
     def names(self) -> tuple[str, ...]:
         return tuple(self.labels)
+
+    @property
+    def nodes_idx(self) -> IntArray:
+        """Node rows that follow any of it."""
+        return np.unique(nodes_of(self._all))
+
+    def dofs_at(self, node_idx: int) -> list[int]:
+        """Dofs 1..6 of a node row that follow any of it."""
+        return dofs_of(self._all[nodes_of(self._all) == node_idx]).tolist()
+
+    @property
+    def _all(self) -> IntArray:
+        return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *self.labels.values()]))
 
 
 def couple(

@@ -12,9 +12,12 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.constraints import linear_equations
 from creak.assembly.damping import Damping
 from creak.assembly.elimination import congruent, eliminate, principal, transformation
+from creak.assembly.node_blocks import NodeBlocks
 from creak.assembly.partition import shared_nodes
 from creak.assembly.system import Rows, Stats, System, no_supports
 from creak.elements.block_matrices import block_matrices
+from creak.elements.free_sides import with_free_sides
+from creak.elements.geometric import GEOMETRIC
 from creak.elements.geometry import DegenerateElement
 from creak.errors import InputError
 from creak.model.constraints import Constraint, Equation
@@ -31,8 +34,8 @@ from creak.model.materials import (
 )
 from creak.model.mesh import ElementBlock, Model
 
-CHUNK = 30_000_000
-"""Entries of element matrices made at a time; bounds their memory, 8 bytes each and three times at most."""
+CHUNK = 600_000
+"""Entries of element matrices made at a time; 8 bytes each, three times at most: they are summed in the caches."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +85,12 @@ def _damps(section: Section) -> bool:
 
 
 def assemble_blocks(
-    model: Model, blocks: Iterable[ElementBlock], labels: IntArray, common: Rayleigh, override: bool
+    model: Model,
+    blocks: Iterable[ElementBlock],
+    labels: IntArray,
+    common: Rayleigh,
+    override: bool,
+    u: FloatArray | None = None,
 ) -> PartMatrices:
     """Sum the element matrices of `blocks` over `labels`.
 
@@ -91,22 +99,25 @@ def assemble_blocks(
     labels : sorted, all six of every node in question.
     common : Rayleigh numbers that the System carries as scalars.
     override : True when they replace the deck's own damping (dashpots stay).
+    u : (n_node, 6) static displacements whose stress stiffens the elements (`elements.geometric`).
     """
-    n = labels.size
-    K, M, C = (sp.csr_matrix((n, n)) for _ in range(3))
-    has_C = False
-    for block in blocks:
+    nodes, given = nodes_of(labels[::PER_NODE]), with_free_sides(list(blocks))
+    pattern = NodeBlocks([np.searchsorted(nodes, block.nodes_idx) for block in given], nodes.size)
+    K, M, C = pattern.zeros(), pattern.zeros(), None
+    for block in given:
         da, db, dashpot = _excess_damping(block, common, override)
-        for nodes, Ke, Me, Ce in _element_matrices(model, block, nodes_of(labels[::PER_NODE])):
-            scatter = _Scatter(nodes, n // PER_NODE)
-            Ks, Ms = scatter(Ke), scatter(Me)
-            K, M = (K + Ks, M + Ms) if K.nnz or M.nnz else (Ks, Ms)
+        for rows, (Ke, Me, Ce) in _element_matrices(model, block, u):
+            at = np.searchsorted(nodes, block.nodes_idx[rows])
+            pattern.add(K, at, Ke)
+            pattern.add(M, at, Me)
             if da or db or dashpot:
-                has_C = True
-                C = C + da * Ms + db * Ks
-                if Ce is not None:
-                    C = C + scatter(Ce)
-    return PartMatrices(labels, K, M, C if has_C else None)
+                C = pattern.zeros() if C is None else C
+                for factor, Ae in ((da, Me), (db, Ke), (1.0, Ce)):
+                    if factor and Ae is not None:
+                        pattern.add(C, at, Ae, factor)
+    stiffness = pattern.matrix(K)
+    del K
+    return PartMatrices(labels, stiffness, pattern.matrix(M), None if C is None else pattern.matrix(C))
 
 
 def _excess_damping(block: ElementBlock, common: Rayleigh, override: bool) -> tuple[float, float, bool]:
@@ -123,46 +134,44 @@ def _excess_damping(block: ElementBlock, common: Rayleigh, override: bool) -> tu
     return alpha - common.alpha, beta - common.beta, False
 
 
+ElementMatrices = tuple[FloatArray, FloatArray, FloatArray | None]
+"""K, M, C (n, 6 k, 6 k)"""
+
+
 def _element_matrices(
-    model: Model, block: ElementBlock, rows_of_nodes: IntArray
-) -> Iterator[tuple[IntArray, FloatArray, FloatArray, FloatArray | None]]:
-    """Places of the elements' nodes in `rows_of_nodes` (n, k), and K, M, C (n, 6 k, 6 k), some at a time."""
-    rows = max(1, CHUNK // (6 * block.nodes_idx.shape[1]) ** 2)
-    for start in range(0, block.ids.size, rows):
-        nodes = block.nodes_idx[start : start + rows]
-        some = slice(start, start + rows)
+    model: Model, block: ElementBlock, u: FloatArray | None
+) -> Iterator[tuple[slice, ElementMatrices]]:
+    """Rows of the block and their matrices, some at a time.
+
+    Raises
+    ------
+    InputError : elements whose geometry admits no stiffness, all with the same fault named at once.
+    """
+    size = max(1, CHUNK // (6 * block.nodes_idx.shape[1]) ** 2)
+    bad: list[tuple[int, str]] = []
+    for start in range(0, block.ids.size, size):
+        rows = slice(start, start + size)
         try:
-            Ke, Me, Ce = block_matrices(block, some, model.nodes.coords, form=model.mass_form)
+            Ke, Me, Ce = block_matrices(block, rows, model.nodes.coords, form=model.mass_form)
+            if u is not None and block.kind in GEOMETRIC:
+                at = block.nodes_idx[rows]
+                Ke = Ke + GEOMETRIC[block.kind](model.nodes.coords[at], block.section, block.own.take(rows), u[at])
         except DegenerateElement as error:
-            bad = block.ids[start + error.rows]
-            shown = ", ".join(str(i) for i in bad[:5])
-            raise InputError(
-                f"element(s) {shown}{f', ... ({bad.size} in all)' if bad.size > 5 else ''}: {error.reason}",
-                where=block.where,
-                fix="Repair these elements: check node order and coincident nodes.",
-            ) from error
-        yield np.searchsorted(rows_of_nodes, nodes), Ke, Me, Ce
+            bad += [(start + row, error.reason) for row in error.rows.tolist()]
+        else:
+            yield rows, (Ke, Me, Ce)
+    if bad:
+        reason = bad[0][1]
+        raise _degenerate(block, block.ids[[row for row, why in bad if why == reason]], reason)
 
 
-class _Scatter:
-    """Sums element matrices into a sparse one, 6 x 6 block by block: each pair of nodes is looked up but once."""
-
-    def __init__(self, nodes: IntArray, n_node: int) -> None:
-        """`nodes` (n, k) of each element, in a model of `n_node`."""
-        self.k, self.n = nodes.shape[1], PER_NODE * n_node
-        pair = (nodes[:, :, None] * n_node + nodes[:, None, :]).ravel()
-        pairs, at = np.unique(pair, return_inverse=True)
-        self._sum = sp.csr_matrix((np.ones(pair.size), (at, np.arange(pair.size))), shape=(pairs.size, pair.size))
-        self._columns = pairs % n_node
-        self._starts = np.searchsorted(pairs, np.arange(n_node + 1) * n_node)
-
-    def __call__(self, Ae: FloatArray) -> Matrix:
-        """The sum of Ae (n, 6 k, 6 k), without stored zeros."""
-        blocks = Ae.reshape(-1, self.k, 6, self.k, 6).transpose(0, 1, 3, 2, 4).reshape(-1, 36)
-        summed = (self._sum @ blocks).reshape(-1, 6, 6)
-        A = sp.bsr_matrix((summed, self._columns, self._starts), shape=(self.n, self.n)).tocsr()
-        A.eliminate_zeros()
-        return A
+def _degenerate(block: ElementBlock, bad: IntArray, reason: str) -> InputError:
+    shown = ", ".join(str(i) for i in bad[:5])
+    return InputError(
+        f"element(s) {shown}{f', ... ({bad.size} in all)' if bad.size > 5 else ''}: {reason}",
+        where=block.where,
+        fix="Repair these elements: check node order and coincident nodes.",
+    )
 
 
 def split_constraints(model: Model) -> tuple[list[list[Constraint]], list[Constraint]]:
@@ -187,16 +196,18 @@ def _supports(constraint: Constraint) -> bool:
     return isinstance(constraint, Equation) and np.unique(constraint.nodes).size == 1
 
 
-def part_system(model: Model, part: int, common: Rayleigh, *, override: bool = False) -> System:
+def part_system(
+    model: Model, part: int, common: Rayleigh, *, override: bool = False, u: FloatArray | None = None
+) -> System:
     """M, C, K of one part in its independent dofs, free in space.
 
     Couplings within the part are eliminated (u = T q); supports and links to other parts are not: these act
-    later, on the full and on the reduced part alike.
+    later, on the full and on the reduced part alike. `u` (n_node, 6): static displacements whose stress stiffens it.
     """
     inside, across = split_constraints(model)
     labels = np.sort(node_dofs(model.parts[part].nodes_idx))
     blocks = [b for b in model.blocks if b.part == part]
-    matrices = assemble_blocks(model, blocks, labels, common, override)
+    matrices = assemble_blocks(model, blocks, labels, common, override, u)
     equations = [e for c in inside[part] for e in linear_equations(c, model.nodes.coords)]
     T, independent = transformation(labels, eliminate(equations))
     K, M = (congruent(T, A) for A in (matrices.K, matrices.M))

@@ -10,6 +10,7 @@ import typer
 from creak.cli.console import printable
 from creak.cli.details import setup_detail, tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, VERBOSE, Output
+from creak.words import duration, percent
 
 if TYPE_CHECKING:
     from creak.studies.advise.advice import Advice
@@ -120,12 +121,10 @@ OPTION_HEAD = [
 
 
 def _option_row(o: Option, chosen: bool) -> list[str]:
-    from creak.studies.advise.words import duration
-
     door = (
         ["-", "-", "-"]
         if o.door is None
-        else [_percent(x) for x in (o.door.frequency_error, o.door.force_error, o.door.impulse_error)]
+        else [_error(x) for x in (o.door.frequency_error, o.door.force_error, o.door.impulse_error)]
     )
     name = f"{'* ' if chosen else ''}{o.method}{'' if o.possible else ' (impossible)'}"
     return [
@@ -137,7 +136,7 @@ def _option_row(o: Option, chosen: bool) -> list[str]:
         duration(o.offline_s),
         duration(o.step_s),
         door[0],
-        _percent(o.bound),
+        _error(o.bound),
         door[1],
         door[2],
     ]
@@ -159,8 +158,6 @@ STEP_HEAD = [
 
 
 def _step_row(s: StepAdvice, chosen: bool) -> list[str]:
-    from creak.studies.advise.words import duration
-
     b = s.fixed if s.automatic is None else s.automatic
     contact = ["-", "-", "-"]
     if b is not None:
@@ -169,8 +166,8 @@ def _step_row(s: StepAdvice, chosen: bool) -> list[str]:
         f"{'* ' if chosen else ''}{s.step:g}",
         f"{s.per_period:.3g}",
         f"{s.steps:,}",
-        _percent(s.period_error),
-        _percent(s.damping),
+        _error(s.period_error),
+        _error(s.damping),
         *contact,
         f"< {duration(s.reduced_s)}",
         f"< {duration(s.unreduced_s)}",
@@ -178,5 +175,5 @@ def _step_row(s: StepAdvice, chosen: bool) -> list[str]:
     ]
 
 
-def _percent(x: float) -> str:
-    return "exact" if x == 0.0 else f"{100.0 * x:.2g} %"
+def _error(x: float) -> str:
+    return percent(x) if x else "exact"

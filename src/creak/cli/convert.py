@@ -11,7 +11,7 @@ import typer
 from creak.cli.details import model_detail
 from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output
 from creak.errors import InputError, suggest
-from creak.formats.endings import DECKS, is_deck, is_nastran
+from creak.formats.endings import WRITTEN, is_nastran
 
 if TYPE_CHECKING:
     from creak.model.mesh import Model
@@ -25,7 +25,7 @@ OF_RESULTS = (".pvd", ".unv", ".uff", ".csv")
 
 def convert(
     deck: Path = typer.Argument(
-        ..., metavar="IN", help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas; or results.h5 of a run."
+        ..., metavar="IN", help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas, .fem; or results.h5 of a run."
     ),
     out: Path = typer.Argument(
         ...,
@@ -162,10 +162,10 @@ def _check(deck: Path, out: Path, matrices: str | None, mass: str | None) -> Non
         raise InputError(f"--matrices {matrices}", expected=", ".join(MATRICES), fix=suggest(matrices, MATRICES))
     if mass not in (None, "consistent", "linear", "lumped"):
         raise InputError(f"--mass {mass}", expected="consistent, linear or lumped")
-    if matrices is None and not is_deck(out):
+    if matrices is None and out.suffix.lower() not in WRITTEN:
         raise InputError(
             f"cannot write a deck that ends in {out.suffix!r}",
-            expected=", ".join(DECKS),
+            expected=", ".join(WRITTEN),
             where=out,
             fix="Write an Abaqus deck (.inp) or a Nastran deck (.bdf), or give --matrices.",
         )

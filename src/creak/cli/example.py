@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from shlex import quote
 
 import typer
 
@@ -38,4 +39,4 @@ def door(
         writable_file(out / name, stream=False)
     for path in write_door(mesh_size, out, coarsen, load, hook_play):
         typer.echo(f"wrote {path}")
-    typer.echo(f"next: creak run {out / 'door.toml'}")
+    typer.echo(f"next: creak run {quote(str(out / 'door.toml'))}")

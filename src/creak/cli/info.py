@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
+from creak.cli.head import SHOWN, folded, head_lines, shared_words, size_facts
 from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output
 
 if TYPE_CHECKING:
@@ -19,11 +20,12 @@ def info(
     units: Literal["mm-t-s", "m-kg-s"] | None = typer.Option(
         None, "--units", help="Units that the deck should be in: its materials, size and mass are checked for them."
     ),
+    all_sets: bool = typer.Option(False, "--sets", help="All sets and surfaces; default: the first few of each."),
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,
     as_json: bool = AS_JSON,
 ) -> None:
-    """Parts, mass, dofs, sets, surfaces, supports, units, and every keyword that was not read.
+    """What a deck is, in three lines; then what of it was not used, parts, supports, and sets.
 
     Example: creak info door/door.inp
     """
@@ -34,7 +36,7 @@ def info(
             with progress.phase("read the deck"):
                 model = read_model(deck)
             facts = _facts(deck, model, units, progress)
-        _print(output, facts)
+        _print(output, facts, [units] if units else facts["units"], None if all_sets or verbose else SHOWN)
         for text in facts["warnings"]:
             output.warn(text)
         output.result(facts)
@@ -52,6 +54,7 @@ def _facts(deck: Path, model: Model, units: str | None, progress: Any) -> dict[s
     surfaces = {k: _extent(s) for k, s in model.surfaces.items() if not k.startswith("_")}
     return {
         "deck": str(deck),
+        **size_facts(model),
         "nodes": model.nodes.count,
         "elements": model.n_elements,
         "constraints": len(model.constraints),
@@ -119,30 +122,39 @@ def _unit_warnings(model: Model, units: str | None, mass: float, guess: list[str
     return unit_warnings(model, "mm-t-s", mass=mass)
 
 
-def _print(output: Output, facts: dict[str, Any]) -> None:
-    output.say(
-        f"{facts['deck']}: {facts['nodes']} nodes, {facts['elements']} elements, {facts['constraints']} constraints"
-    )
-    rows = [["part", "nodes", "elements", "kinds", "dof", "mass"]]
+def _print(output: Output, facts: dict[str, Any], systems: list[str], most: int | None) -> None:
+    """`systems` are those that the units may be; of sets `most` are shown, None: all."""
+    from creak.studies.prepare.unit_check import named_systems
+
+    length, mass = shared_words(named_systems(systems))
+    for line in head_lines(facts, length, mass):
+        output.say(line)
+    _tell_unread(output, facts["unread"])
+    rows = [["part", "nodes", "elements", "dof", f"mass, {mass}" if mass else "mass", "kinds"]]
     for name, p in facts["parts"].items():
-        figures = (f"{p['nodes']}", f"{p['elements']}", ", ".join(p["kinds"]), f"{p['dof']}", f"{p['mass']:.6g}")
+        figures = (f"{p['nodes']}", f"{p['elements']}", f"{p['dof']}", f"{p['mass']:.6g}", ", ".join(p["kinds"]))
         rows.append([name, *figures])
-    output.table("Parts", rows, left=(0, 3))
-    output.say(f"mass in all: {facts['mass']:.6g}")
-    if facts["units"]:
-        output.say(f"units: materials and size fit {' or '.join(facts['units'])}")
+    output.table("Parts", rows, left=(0, 5))
     output.say(f"held nodes: {facts['held_nodes']}")
-    _listing(output, "node sets", {k: f"{v}" for k, v in facts["node_sets"].items()})
-    _listing(output, "element sets", {k: f"{v}" for k, v in facts["element_sets"].items()})
+    _listing(output, "node sets", {k: f"{v}" for k, v in facts["node_sets"].items()}, most)
+    _listing(output, "element sets", {k: f"{v}" for k, v in facts["element_sets"].items()}, most)
     extents = {k: " ".join(f"{n} {what}" for what, n in v.items()) for k, v in facts["surfaces"].items()}
-    _listing(output, "surfaces", extents)
-    if not facts["unread"]:
+    _listing(output, "surfaces", extents, most)
+
+
+def _tell_unread(output: Output, unread: list[dict[str, Any]]) -> None:
+    """What was not read: first what changes the answer, a line each; then the rest."""
+    if not unread:
         output.say("every keyword was read")
-    for u in facts["unread"]:
-        effect = "changes the answer" if u["changes_answer"] else "does not change the answer"
-        output.say(f"not read: {u['keyword']} ({u['where']}), {effect}: {u['why']}")
+    for changes, effect in ((True, "changes the answer"), (False, "does not change the answer")):
+        for u in unread:
+            if u["changes_answer"] is changes:
+                output.say(f"not read: {u['keyword']} ({u['where']}), {effect}: {u['why']}")
 
 
-def _listing(output: Output, title: str, entries: dict[str, str]) -> None:
-    if entries:
-        output.say(f"{title}: {', '.join(f'{k} ({v})' for k, v in entries.items())}")
+def _listing(output: Output, title: str, entries: dict[str, str], most: int | None) -> None:
+    if not entries:
+        return
+    names = [f"{k} ({v})" for k, v in entries.items()]
+    more = "" if most is None or len(names) <= most else " (--sets: all)"
+    output.say(f"{title}: {folded(names, len(names) if most is None else most)}{more}")

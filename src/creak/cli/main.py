@@ -23,6 +23,7 @@ from creak.cli import (
     new,
     reduce,
     report,
+    robust,
     run,
     schema,
     screen,
@@ -52,6 +53,7 @@ app.command("run", short_help="Run a study, or a deck by its own step.")(run.run
 app.command("report", short_help="Write report.html from the results of an earlier run.")(report.report)
 app.command("listen", short_help="Write the sound of an earlier run as WAV files.")(listen.listen)
 app.command("compare", short_help="Put two results side by side.")(compare.compare)
+app.command("robust", short_help="How likely it rattles when gaps, friction and loads scatter.")(robust.robust)
 app.command("advise", short_help="Propose settings for a study, with errors and costs.")(advise.advise)
 app.command("screen", short_help="Rank gaps by margin and in-plane motion, from modes alone.")(screen.screen)
 app.command("reduce", short_help="Make and save the superelements of a study.")(reduce.reduce)

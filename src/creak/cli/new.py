@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import asdict
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any, Literal
 
 import typer
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def new(
-    deck: Path = typer.Argument(..., metavar="DECK", help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas."),
+    deck: Path = typer.Argument(..., metavar="DECK", help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas, .fem."),
     out: Path | None = typer.Option(None, "--out", help="The study to write; default: beside the deck, ending .toml."),
     distance: float | None = typer.Option(
         None, "--distance", help="Surfaces nearer than this may touch; default: a hundredth of the model's size."
@@ -56,6 +57,7 @@ def new(
             _write(path, proposal_text(found, model, relative, path.stem))
             with progress.phase("check the study"):
                 missing, warnings = _missing(path, ignore)
+                missing = missing or (f"no excitation: {found.undriven}" if found.undriven else "")
             if missing:
                 _write(path, proposal_text(found, model, relative, path.stem, " ".join(missing.split())))
             output.wrote(path, path.with_name(SCHEMA_FILE))
@@ -122,7 +124,10 @@ def _tell(output: Output, found: Proposal, path: Path, missing: str) -> None:
     d = found.drive
     output.say("excitation: to be filled in" if d is None else f"excitation: {d.kind} of {d.node_set} along {d.dof}")
     output.tell_written()
-    output.say(f"to be filled in before it runs: {missing}" if missing else f"next: creak run {path}")
+    if missing:
+        output.say(f"to be filled in before it runs: {missing}")
+    else:
+        output.command(f"next: creak run {quote(str(path))}")
 
 
 def _data(found: Proposal) -> dict[str, Any]:
@@ -134,6 +139,7 @@ def _data(found: Proposal) -> dict[str, Any]:
         "held": found.held,
         "held_nodes": found.n_held,
         "excitation": None if found.drive is None else asdict(found.drive),
+        "no_excitation": found.undriven or None,
         "pairs": found.pairs,
         "outputs": list(found.outputs),
     }

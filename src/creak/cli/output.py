@@ -7,6 +7,7 @@ import math
 import os
 import sys
 import tempfile
+import textwrap
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,6 +18,7 @@ from types import TracebackType
 from typing import Any
 
 import typer
+from rich.cells import cell_len
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 from rich.text import Text
@@ -38,6 +40,10 @@ SHOWN_AFTER = 2.0
 """s after which a phase gets a plain line where there is no terminal."""
 NAME = 48
 """Characters of a name in a table."""
+FRAME = 3
+"""Characters that a table adds to each column."""
+WORDS = 16
+"""Longer cells of a table are texts, and may break between words."""
 EVERY = 10.0
 """s between further lines of the same phase."""
 
@@ -85,6 +91,38 @@ def writable_file(path: Path, *, stream: bool = True) -> Destination:
     return found
 
 
+def broken(text: str, width: int) -> str:
+    """A text of lines no longer than `width` where there are blanks to break them at."""
+
+    def lines(line: str) -> list[str]:
+        long = cell_len(line) > width
+        return textwrap.wrap(line, max(width, 20), break_long_words=False, break_on_hyphens=False) if long else [line]
+
+    return "\n".join(one for line in text.split("\n") for one in lines(line))
+
+
+def pieces(cells: Sequence[Sequence[str]], width: int) -> list[list[int]]:
+    """Columns of a table, in tables that stand below each other, each no wider than `width`.
+
+    Each begins with the first column, and with the second one where the first does not tell rows apart. A column may be
+    as narrow as its longest word, and is no narrower.
+    """
+    need = [max(_widest(row[i]) if i else cell_len(row[i]) for row in cells) + FRAME for i in range(len(cells[0]))]
+    first = [row[0] for row in cells]
+    lead = [0] if len(set(first)) == len(first) or len(need) < 3 else [0, 1]
+    found = [lead.copy()]
+    for i in range(len(lead), len(need)):
+        if len(found[-1]) > len(lead) and 1 + sum(need[k] for k in found[-1]) + need[i] > width:
+            found.append(lead.copy())
+        found[-1].append(i)
+    return found
+
+
+def _widest(cell: str) -> int:
+    """Cells of the longest word; of short texts, whole figures with their units, all of it."""
+    return cell_len(cell) if len(cell) <= WORDS else max(map(cell_len, cell.split()))
+
+
 class Interrupted(CreakError):
     """Ctrl-C; the message says what is there."""
 
@@ -120,17 +158,31 @@ class Output:
             raise Interrupted(f"written before: {', '.join(map(str, self.written))}") from error
 
     def say(self, text: str) -> None:
-        """A line of the result; none with --quiet or --json."""
+        """A line of the result; none with --quiet or --json. On a terminal it breaks between words alone."""
+        if self.console.is_terminal:
+            text = broken(printable(text), self.console.width)
+        self.console.print(text, soft_wrap=True)
+
+    def command(self, text: str) -> None:
+        """A line that is to be copied: never broken."""
         self.console.print(text, soft_wrap=True)
 
     def table(self, title: str, rows: Sequence[Sequence[str]], left: Sequence[int] = (0,)) -> None:
-        """A table: the first of `rows` is its header, columns `left` stand to the left."""
-        table = Table(title=Text(printable(title)), title_justify="left")
-        for i, text in enumerate(rows[0]):
-            table.add_column(Text(printable(text)), justify="left" if i in left else "right", no_wrap=i == 0)
-        for row in rows[1:]:
-            table.add_row(*(Text(printable(shortened(cell, NAME) if i == 0 else cell)) for i, cell in enumerate(row)))
-        self.console.print(table)
+        """A table: the first of `rows` is its header, columns `left` stand to the left.
+
+        Where it is wider than the terminal it goes on below, with the first column again.
+        """
+        cells = [
+            [printable(shortened(c, NAME) if i == 0 and k else c) for i, c in enumerate(row)]
+            for k, row in enumerate(rows)
+        ]
+        for k, columns in enumerate(pieces(cells, self.console.width)):
+            table = Table(title=None if k else Text(printable(title)), title_justify="left")
+            for i in columns:
+                table.add_column(Text(cells[0][i]), justify="left" if i in left else "right", no_wrap=i == 0)
+            for row in cells[1:]:
+                table.add_row(*(Text(row[i]) for i in columns))
+            self.console.print(table)
 
     def warn(self, text: str) -> None:
         """What the user should look at, on stderr."""
@@ -241,7 +293,7 @@ class ProgressBars:
         return _Stage(now, now, bar=before.bar)
 
     def _tell(self, stage: str, known: _Stage, done: int, total: int, now: float) -> None:
-        from creak.studies.advise.words import duration
+        from creak.words import duration
 
         took = now - known.started
         if self._quiet:

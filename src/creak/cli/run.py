@@ -21,7 +21,7 @@ def run(
         ...,
         metavar="STUDY.toml|DECK",
         help="The study to run, or a deck whose own transient step is run unreduced: "
-        "*DYNAMIC of Abaqus .inp; SOL 109 or 112 of Nastran .bdf, .dat, .nas.",
+        "*DYNAMIC of Abaqus .inp; SOL 109, 112 or 129 of Nastran .bdf, .dat, .nas, .fem.",
     ),
     out: Path | None = typer.Option(
         None,
@@ -49,30 +49,44 @@ def run(
         "tell how far each event has settled; also in convergence.csv. By default where no scheme is forced, the model "
         "is reduced and the accuracy is not quick. Ctrl-C ends the repeated run under way, the next one follows.",
     ),
+    changes_wanted: bool = typer.Option(
+        False,
+        "--changes",
+        help="For the first three places: the single changes of gap, contact stiffness, damping, mass or fastening "
+        "that would help most, tried on the reduced model.",
+    ),
+    check_changes: bool = typer.Option(
+        False, "--check-changes", help="The same, each checked by a full run of the changed model."
+    ),
     animation_mb: float = typer.Option(
         12.0,
         "--animation-mb",
         min=0.0,
         help="Megabytes that the 3-D motion of the hardest events may add to report.html; 0: none.",
     ),
+    force: bool = typer.Option(False, "--force", help="Replace the results of another study."),
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,
     as_json: bool = AS_JSON,
 ) -> None:
     """Run a study: reduced and unreduced model, their comparison, summary.json, results.h5, report.html.
 
-    Ctrl-C during a run ends it there: what was computed until then is written.
+    Ctrl-C during a run ends it there: what was computed until then is written. Earlier results of the same study are
+    replaced; those of another study are not, unless --force says so.
 
     Example: creak run door/door.toml --out door/results
     """
     from creak.api.extras import missing_for_report, no_report_text
     from creak.api.study import run_setup, set_up
+    from creak.studies.results.of_another import refuse_other_study
     from creak.studies.results.save import check_folder
 
     given = changed_study(study_file, changes) if changes else study_file
     folder = out if out is not None else study_file.parent / results_name(given)
     writable_folder(folder)
     check_folder(folder)
+    if not force:
+        refuse_other_study(folder, study_file.name)
     told: set[str] = set()
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
@@ -81,7 +95,12 @@ def run(
             setup_detail(output, setup)
             tell_warnings(output, setup.notes, told)
             result = run_setup(
-                setup, progress, superelements=superelements, converge=converge, record=animation_mb > 0.0
+                setup,
+                progress,
+                superelements=superelements,
+                converge=converge,
+                record=animation_mb > 0.0,
+                changes="checked" if check_changes else "predicted" if changes_wanted else "none",
             )
             progress("write results", 0, 2)
             page = None
@@ -141,14 +160,20 @@ def results_name(study: Study | Path) -> str:
 
 def _print_tables(output: Output, summary: dict[str, Any]) -> None:
     from creak.report.eline_rows import eline_words
-    from creak.report.terminal import run_rows, verification_rows
+    from creak.report.terminal import cause_lines, place_table, run_rows, verification_rows
+    from creak.studies.results.limits import limit_words
 
     output.table("Runs", run_rows(summary))
+    places = place_table(summary)
+    if len(places) > 1:
+        output.table("Places", places)
     checks = verification_rows(summary)
     if checks:
         output.table("Reduced against reference", [["", "value"], *checks])
     if summary["elines"] is not None:
         output.say(f"E-lines: {eline_words(summary['elines'])}")
+    for text in [*cause_lines(summary), *limit_words(summary["limits"])]:
+        output.say(text)
 
 
 def _tell_verdict(output: Output, summary: dict[str, Any]) -> None:
@@ -160,8 +185,8 @@ def _tell_verdict(output: Output, summary: dict[str, Any]) -> None:
 
 
 def _print_convergence(output: Output, convergence: Convergence, summary: dict[str, Any]) -> None:
+    from creak.model.units import UNITS
     from creak.report.convergence import ON_TERMINAL, run_rows, settled_rows
-    from creak.report.text import UNITS
 
     output.table("Convergence: the runs", run_rows(convergence, UNITS[summary["units"]]))
     rows = settled_rows(convergence)

@@ -26,8 +26,8 @@ def screen(
     Example: creak screen door/door.toml
     """
     from creak.formats.complete_file import write_text
+    from creak.model.units import UNITS
     from creak.report.eline_rows import screen_rows
-    from creak.report.text import UNITS
     from creak.studies.file.reader import read_study
     from creak.studies.prepare.setup import set_up
     from creak.studies.results.elines import RISK, as_dict, line_rows, point_csv

@@ -128,10 +128,11 @@ def _rows(
     reports: bool,
 ) -> list[Row]:
     from creak.formats.partials import remove_dead
+    from creak.linalg.threads import cores
     from creak.studies.sweep.cluster import running_cluster
     from creak.studies.sweep.table import Row, write_table
     from creak.studies.sweep.tasks import run_sweep, tasks_of
-    from creak.studies.sweep.workers import cores, local_workers
+    from creak.studies.sweep.workers import local_workers
 
     remove_dead(folder)
     tasks = tasks_of(cases, folder, ignore, write_case_report if reports else None)
@@ -233,7 +234,7 @@ class _Drawn:
 
     def _left(self, done: int, total: int) -> str:
         """Time left, from the mean of the cases that ended since the start."""
-        from creak.studies.advise.words import duration
+        from creak.words import duration
 
         if done >= total:
             return ""

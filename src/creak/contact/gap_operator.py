@@ -12,6 +12,7 @@ import scipy.sparse as sp
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.contact.channel_data import joined, per_channel, taken
 from creak.contact.laws.parameters import Curves, Friction, LawArrays, law_arrays
+from creak.model.dofs import nodes_of
 
 STILL = 1e-9
 """Share of its gap at rest by which a channel may be off and still press as at rest."""
@@ -124,7 +125,7 @@ class GapOperator:
     @cached_property
     def retained_nodes(self) -> IntArray:
         """Node rows whose motion the channels need."""
-        return np.unique(self.labels // 6).astype(np.int64)
+        return np.unique(nodes_of(self.labels))
 
     def select(self, keep: IntArray) -> GapOperator:
         """The operator with only the channels in `keep`."""

@@ -28,6 +28,7 @@ from creak.contact.pair import (
 )
 from creak.contact.search import Projection, project_along, project_closest
 from creak.errors import InputError
+from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
 
 ANOTHER = 0.5
@@ -206,6 +207,6 @@ def _rows(nodes: IntArray, main: Facets, meet: Projection, normal: FloatArray) -
     all_nodes = np.column_stack([nodes, main.nodes[meet.facet]])
     weight = np.column_stack([np.ones(n), -meet.shape])
     channel = np.repeat(np.arange(n), 15)
-    label = (6 * all_nodes[:, :, None] + np.arange(3)).ravel()
+    label = node_dofs(all_nodes.ravel(), TRANSLATIONS)
     vectors = [(weight[:, :, None] * v[:, None, :]).ravel() for v in (normal, *tangents_of(normal))]
     return ChannelRows(channel, label, *vectors)

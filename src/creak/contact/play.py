@@ -11,6 +11,7 @@ from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator
 from creak.contact.laws.parameters import laid_over
 from creak.errors import InputError
 from creak.model.contact_law import ContactLaw
+from creak.model.dofs import dof_label
 from creak.model.mesh import Model
 
 
@@ -34,6 +35,8 @@ class Play:
     upper: float | None
     law: ContactLaw
     """Of each channel."""
+    direction: tuple[float, float, float] | None = None
+    """Unit vector of the motion; None: `dof`."""
 
 
 def play_channels(model: Model, play: Play, where: str) -> GapOperator:
@@ -60,6 +63,9 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
         raise InputError(f"lower = {play.lower} lies above upper = {play.upper}", where=where, fix="Swap them.")
     _check_preload(play, [value for _, _, value in sides], where)
     moving, law = ends[-1], play.law
+    axes = [(play.dof, 1.0)]
+    if play.direction is not None:
+        axes = [(k + 1, x) for k, x in enumerate(play.direction) if x]
     squeezed = law.preload / law.stiffness if law.preload and law.stiffness else 0.0
     channel: list[int] = []
     label: list[int] = []
@@ -72,9 +78,10 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
             row = len(gap0)
             terms = [(int(moving[k]), sign)] + ([(int(ends[0][k]), -sign)] if len(ends) == 2 else [])
             for node, c in terms:
-                channel.append(row)
-                label.append(6 * int(node) + play.dof - 1)
-                value.append(c)
+                for dof, x in axes:
+                    channel.append(row)
+                    label.append(dof_label(node, dof))
+                    value.append(c * x)
             gap0.append(-sign * limit - squeezed)
             names.append(f"{play.name}:{side}" + (f":{model.nodes.label(int(moving[k]))}" if moving.size > 1 else ""))
             nodes.append(int(moving[k]))

@@ -27,6 +27,7 @@ from creak.contact.pair import (
 )
 from creak.contact.search import Accept, Projection, project_along
 from creak.elements.geometry import gauss_triangle
+from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
 
 QUADRATURE = 10
@@ -315,6 +316,6 @@ def _rows(
     pairs, pair = np.unique((channel[row, corner, None] * n_node + nodes[row]).ravel(), return_inverse=True)
     weights = (share[row, corner, None] * weight[row]).ravel()
     W = sp.csr_matrix((weights, (pair, np.repeat(row, 8))), shape=(pairs.size, q.size))
-    label = 6 * (pairs % n_node)[:, None] + np.arange(3)
+    label = node_dofs(pairs % n_node, TRANSLATIONS)
     values = [(W @ v).ravel() for v in (normal[q], *tangents_of(normal[q]))]
-    return ChannelRows(np.repeat(pairs // n_node, 3), label.ravel(), *values)
+    return ChannelRows(np.repeat(pairs // n_node, 3), label, *values)

@@ -23,6 +23,7 @@ from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.errors import NumericalError
 from creak.linalg.dense_product import symmetric
 from creak.linalg.factor import Factor
+from creak.model.dofs import dofs_of
 
 COLUMNS = 64
 """Right-hand sides solved at a time."""
@@ -192,6 +193,6 @@ def _checked(
 
 def rigid_load(labels: IntArray, M: Matrix, acceleration: FloatArray) -> FloatArray:
     """(k,) M r g: forces on dofs `labels` (k,) of mass M (k, k) in a uniform acceleration (3,)."""
-    axis = labels % 6
+    axis = dofs_of(labels) - 1
     r = np.where(axis < 3, np.concatenate([acceleration, np.zeros(3)])[axis], 0.0)
     return np.asarray((sp.csr_matrix(M) if sp.issparse(M) else M) @ r)

@@ -238,7 +238,7 @@ def _phi(z: FloatArray) -> list[FloatArray]:
     near = np.where(small, z, 0.0)
     found, by_rule = [], np.exp(z)
     for r in range(5):
-        series = sum(near**j / math.factorial(j + r) for j in range(TERMS))
+        series = sum(near**j / float(math.factorial(j + r)) for j in range(TERMS))
         found.append(np.where(small, series, by_rule))
         by_rule = (by_rule - 1.0 / math.factorial(r)) / far
     return found

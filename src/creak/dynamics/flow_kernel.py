@@ -19,7 +19,9 @@ from creak.dynamics.flow_motion import (
     band_energies,
     fly,
     load_step,
-    look,
+    look_closed,
+    look_gaps,
+    look_rates,
     quiet,
     settle_supports,
     shift,
@@ -49,7 +51,9 @@ def may_close(now, after, h, reach, energy, slope):  # type: ignore[no-untyped-d
 
 
 @numba.njit(cache=True)
-def advance(model, laws, slope, P, W, gain, band, reach, D, course, energy, share, H, at, level, kicked, now, after):  # type: ignore[no-untyped-def]
+def advance(  # type: ignore[no-untyped-def]
+    model, laws, slope, P, W, springs, gain, band, reach, D, course, energy, share, H, at, level, kicked, now, after
+):
     """Motion up to the next instant: as long a step as no gap can close in, with what is left of a kick; (level, h)."""
     levels = P.shape[0] - 1
     parts = 1 << levels
@@ -65,30 +69,37 @@ def advance(model, laws, slope, P, W, gain, band, reach, D, course, energy, shar
         h = H / (1 << level)
         fly(model, P[level], gain, D, now, after, kicked)
         settle_supports(course, h, after)
-        look(model, after)
+        look_gaps(model, after)
         if level == levels or not model.presses:
             break
+        look_rates(model, after)
         if not may_close(now, after, h, reach[level], energy, slope):
             break
         level += 1
     if kicked:
         if lessen(model, laws, W, gain, h, now, after, share):
             fly(model, P[level], gain, D, now, after, kicked)
-            look(model, after)
+            look_gaps(model, after)
         book_half(model, laws, W, h, now, share, after.energy)
     if model.damped:
         book_slack(laws, h, now, after, after.energy)
+    if level == levels and model.presses:
+        if springs:
+            look_closed(model, after)
+        else:
+            look_rates(model, after)
     return level, h
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def flow_chunk(  # type: ignore[no-untyped-def]
     model, laws, slope, P, A, W, B, lasting, gain, light, band, reach, cone, now, after, out, H, begin, end, every, used
 ):
     """March from flight step `begin` to `end`; `used` rows of the table are taken (`flow_rows`).
 
     lasting: level of the steps of lasting contact, B (m, m) what a constant force moves in one; beyond the last: none.
-    Channels that press at rest count as lasting from the start.
+    Channels that press at rest count as lasting from the start. Where only springs press, rates of open channels are
+    looked at when nothing presses any more: half of what is read of the model near contact.
 
     Returns
     -------
@@ -99,6 +110,7 @@ def flow_chunk(  # type: ignore[no-untyped-def]
     course, drive, D = np.empty((3, now.support.shape[1], 4)), np.empty((n_x, 4)), np.empty((4, model.p1 - model.p0))
     energy, share = np.empty(reach.shape[1]), np.ones(now.gap.size)
     parts = 1 << levels
+    springs = not (model.damped or light or now.sliding.size > 0)
     patience = PATIENCE * (parts >> lasting) if lasting <= levels else 0
     kept, whole_row, swapped, level = 0, 0, False, 0
     time, written, edge = begin * H, True, False
@@ -120,6 +132,7 @@ def flow_chunk(  # type: ignore[no-untyped-def]
             if kicked and lasting <= levels and at % (parts >> lasting) == 0 and calm >= patience:
                 level, h = lasting, H / (1 << lasting)
                 if calm == patience:
+                    look_rates(model, now)
                     pressing = np.flatnonzero(now.force[: now.gap.size])
                     inverse = held_together(laws, B, pressing)
                 held = hold(model, laws, slope, P[level], B, inverse, pressing, gain, D, course, h, now, after)
@@ -133,6 +146,7 @@ def flow_chunk(  # type: ignore[no-untyped-def]
                     slope,
                     P,
                     W,
+                    springs,
                     gain,
                     band,
                     reach,
@@ -156,6 +170,8 @@ def flow_chunk(  # type: ignore[no-untyped-def]
                 code = press(model, laws, A, W, light, gain, h, now, after, share)
                 if code != DONE:
                     return code, step, used, kept, swapped, step * H + (at + 1) * h
+                if springs and not acts(after.force, 0, after.force.size):
+                    look_rates(model, after)
                 if not same_set(now, after):
                     calm = 0
                 elif calm < patience:

@@ -84,11 +84,16 @@ def press(model, laws, A, W, light, gain, h, now, after, share):  # type: ignore
 
 @numba.njit(cache=True)
 def drifted(laws, W, h, now, share, after):  # type: ignore[no-untyped-def]
-    """Change of the rates of closed gaps since the kick before; share: of the second half of that."""
+    """Change of the rates of closed gaps since the instant before; share: of the second half of a kick there.
+
+    Where a gap was open then, by the mean of both rates: that of the step.
+    """
     fill(after.drift, 0.0)
     for i in range(after.drift.size):
-        if after.gap[i] < 0.0:
+        if after.gap[i] < 0.0 and now.force[i] > 0.0:
             after.drift[i] = after.rate[i] - now.rate[i] - 0.5 * h * felt(laws, W, i, now.force, share)
+        elif after.gap[i] < 0.0:
+            after.drift[i] = 2.0 * (after.rate[i] - (after.gap[i] - now.gap[i]) / h)
 
 
 @numba.njit(cache=True)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import time as clock
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -72,7 +75,7 @@ def simulate_flow(
     Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted, at the end of
         a chunk of steps); what was computed is in its `history`.
     """
-    run = _Run(system, gaps, loads, resolution, observed, output_every, whole_at, watched)
+    run = FlowRun(system, gaps, loads, resolution, observed, output_every, whole_at, watched)
     return march_chunks(run, progress)
 
 
@@ -88,8 +91,12 @@ def compile_flow() -> None:
     simulate_flow(mass, join([]), at_rest(time), observed=label)
 
 
-class _Run:
-    """Arrays of one run."""
+SHARED = ("stiffness", "damping", "curve", "start", "x", "y", "scale", "rubs")
+"""Of the laws: what the resolution of contact hangs on. Friction coefficients are not among them."""
+
+
+class FlowRun:
+    """Arrays of one run, as `simulate_flow`; `again` makes others of the same channels, which share them."""
 
     def __init__(
         self,
@@ -109,9 +116,62 @@ class _Run:
                 expected=f"a multiple of {SAMPLES}",
             )
         self.system, self.gaps, self.loads = system, gaps, loads
+        self._resolution, self._kept_of = resolution, (observed, output_every, whole_at, watched)
         self.n_step, self.H = loads.n_step // SAMPLES, SAMPLES * loads.step
-        on, self.terms = channel_matrices(system, gaps), LinearTerms(system, loads)
-        self.form = form_of(system, on, self.terms, gaps)
+        self.on, self.terms = channel_matrices(system, gaps), LinearTerms(system, loads)
+        self.form = form_of(system, self.on, self.terms, gaps)
+        self._resolve()
+        self._open_log()
+
+    def again(self, gaps: GapOperator, loads: Loads, system: System | None = None) -> FlowRun:
+        """A run of the same System with other numbers of the same channels, and other loads at the same instants.
+
+        What these do not touch is shared, nothing is written to: runs may go side by side.
+        """
+        before = self.gaps
+        same = np.array_equal(gaps.resting, before.resting) and gaps.presses == before.presses
+        same = same and gaps.has_dampers == before.has_dampers and np.array_equal(gaps.laws.rubs, before.laws.rubs)
+        if not same or system is not None or loads.time.size != self.loads.time.size:
+            return FlowRun(system or self.system, gaps, loads, self._resolution, *self._kept_of)
+        other = copy.copy(self)
+        other.started = clock.perf_counter()
+        other.gaps, other.loads, other.terms = gaps, loads, LinearTerms(self.system, loads)
+        given: dict[str, Any] = {
+            "gap0": gaps.gap0.astype(float),
+            "support": np.ascontiguousarray(loads.support, dtype=float),
+            "force": np.ascontiguousarray(loads.force, dtype=float),
+        }
+        other.form = replace(self.form, model=self.form.model._replace(**given))
+        if all(np.array_equal(getattr(gaps.laws, key), getattr(before.laws, key)) for key in SHARED):
+            friction = {key: getattr(gaps.laws, key) for key in ("mu_static", "mu_kinetic", "decay")}
+            other.steps = replace(self.steps, laws=self.steps.laws._replace(**friction))
+            if gaps.preload is not None:
+                given["gap0"] = gaps.with_stiffness(other.steps.laws.stiffness).gap0
+            other.model = self.model._replace(**given)
+        else:
+            other._resolve()
+        other._open_log()
+        return other
+
+    def _open_log(self) -> None:
+        observed, output_every, whole_at, watched = self._kept_of
+        self.cone = new_cone(2 * self.gaps.m + 2 * (self.model.rows.shape[0] - self.gaps.m))
+        self.log = Recorder(
+            self.system,
+            self.on,
+            self.gaps,
+            self.loads,
+            SAMPLES,
+            observed,
+            output_every,
+            whole_at,
+            watched,
+            self.form.basis,
+        )
+
+    def _resolve(self) -> None:
+        """Steps near contact, and what channels do within one."""
+        gaps, resolution = self.gaps, self._resolution
         self.steps: FlowSteps = flow_steps(self.form, gaps.laws, self.H, resolution)
         self.model = filtered(self.form, self.steps.mollifier, self.steps.h, gaps.resting)
         if gaps.preload is not None:
@@ -136,10 +196,6 @@ class _Run:
         self.P = np.stack([self.form.flow(self.H / 2**level) for level in range(self.steps.levels + 1)])
         self.lasting, self.B = self._lasting(resolution)
         self.slope = steepest(self.steps.laws)
-        self.cone = new_cone(2 * gaps.m + 2 * (self.model.rows.shape[0] - gaps.m))
-        self.log = Recorder(
-            system, on, gaps, loads, SAMPLES, observed, output_every, whole_at, watched, self.form.basis
-        )
 
     def _lasting(self, resolution: Resolution) -> tuple[int, FloatArray]:
         """Level of the steps of lasting contact and what a constant force moves in one; where all laws are lines."""

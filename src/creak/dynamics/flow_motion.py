@@ -136,14 +136,40 @@ def settle_supports(course, h, after):  # type: ignore[no-untyped-def]
 @numba.njit(cache=True)
 def look(model, after):  # type: ignore[no-untyped-def]
     """Gaps of a motion, and their rates."""
+    look_gaps(model, after)
+    look_rates(model, after)
+
+
+@numba.njit(cache=True)
+def look_gaps(model, after):  # type: ignore[no-untyped-def]
+    """Gaps of a motion."""
     m, z = after.gap.size, after.x.reshape(after.x.size)
     np.dot(model.rows[:m], z[model.u0 : model.u1], after.gap)
-    np.dot(model.rates[:m], z[model.v0 : model.v1], after.rate[:m])
     for i in range(m):
         after.gap[i] += model.gap0[i]
         for j in range(after.support.shape[1]):
             after.gap[i] += model.rows_s[i, j] * after.support[0, j]
+
+
+@numba.njit(cache=True)
+def look_rates(model, after):  # type: ignore[no-untyped-def]
+    """Rates of the gaps of a motion."""
+    m, z = after.gap.size, after.x.reshape(after.x.size)
+    np.dot(model.rates[:m], z[model.v0 : model.v1], after.rate[:m])
+    for i in range(m):
+        for j in range(after.support.shape[1]):
             after.rate[i] += model.rows_s[i, j] * after.support[1, j]
+
+
+@numba.njit(cache=True)
+def look_closed(model, after):  # type: ignore[no-untyped-def]
+    """Rates of the closed channels: all that a kick of springs is made from."""
+    v = after.x.reshape(after.x.size)[model.v0 : model.v1]
+    for i in range(after.gap.size):
+        if after.gap[i] < 0.0:
+            after.rate[i] = dot(model.rates[i], v)
+            for j in range(after.support.shape[1]):
+                after.rate[i] += model.rows_s[i, j] * after.support[1, j]
 
 
 @numba.njit(cache=True)

@@ -74,6 +74,38 @@ def mass(coords: FloatArray, section: BeamSection, own: Own = COMMON) -> FloatAr
     return in_chunks(kernel, coords, 12, own)
 
 
+def geometric_stiffness(coords: FloatArray, section: BeamSection, own: Own, u: FloatArray) -> FloatArray:
+    """integral of N w' w' of the static deflection in both planes; N = EA/L times the stretch of the line of centroids.
+
+    N/(30 L) [36, 3 L, -36, 3 L; ...] without shear. Source: Przemieniecki (1968), section 15.2.
+    """
+    length, frame = _line(coords, section, own)
+    stretch = np.einsum("ni,ni->n", frame[:, 0], u[:, 1, :3] - u[:, 0, :3])
+    if any(section.centroid):
+        c, s = np.cos(section.angle), np.sin(section.angle)
+        c1, c2 = np.array([[c, s], [-s, c]]) @ np.array(section.centroid)
+        turned = np.einsum("nai,ni->na", frame, u[:, 1, 3:] - u[:, 0, 3:])
+        stretch = stretch + c2 * turned[:, 1] - c1 * turned[:, 2]
+    force = section.material.youngs_modulus * section.area * stretch / length
+    local = np.zeros((len(coords), 12, 12))
+    phi1, phi2 = _shear_ratios(section, length)
+    local[:, ALONG_1[:, None], ALONG_1] = force[:, None, None] * _slope_products(length, phi1)
+    across = force[:, None, None] * _slope_products(length, phi2)
+    local[:, ALONG_2[:, None], ALONG_2] = across * np.outer(SIGN_2, SIGN_2)
+    return rotate_to_global(_off_axis(local, section, section.centroid), frame)
+
+
+def _slope_products(length: FloatArray, phi: FloatArray) -> FloatArray:
+    """(n, 4, 4) integral of w' w' on (w1, theta1, w2, theta2), exact with three points."""
+    at, weights = np.polynomial.legendre.leggauss(3)
+    z, one = 0.5 * (at + 1.0), np.ones(3)
+    w = np.stack([6 * z**2 - 6 * z, 1 - 4 * z + 3 * z**2, 6 * z - 6 * z**2, 3 * z**2 - 2 * z], axis=1)
+    w_phi = np.stack([-one, 0.5 - z, one, z - 0.5], axis=1)
+    W = w + phi[:, None, None] * w_phi
+    total = W.transpose(0, 2, 1) @ (0.5 * weights[:, None] * W)
+    return total * _scale(length) / (length * (1.0 + phi) ** 2)[:, None, None]
+
+
 def _require_sound(coords: FloatArray, section: BeamSection, own: Own) -> None:
     """Raise `DegenerateElement` for beams without length or without a direction of axis 1."""
     line = coords[:, 1] - coords[:, 0]

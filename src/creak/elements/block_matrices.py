@@ -8,6 +8,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.elements.bushing import arm_matrix
 from creak.elements.mass_forms import mass_matrices
 from creak.elements.registry import FORMULATIONS
+from creak.model.materials import GeneralShell
 from creak.model.mesh import ElementBlock
 
 
@@ -36,6 +37,9 @@ def block_matrices(
     """
     formulation, own = FORMULATIONS[block.kind], block.own.take(rows)
     x = coords[block.nodes_idx[rows]]
+    if isinstance(block.section, GeneralShell) and block.section.rigid:
+        nothing = np.zeros((len(x), 6 * x.shape[1], 6 * x.shape[1]))
+        return nothing, nothing, None
     if own.arms is not None:
         x = x + own.arms
     stiffness = formulation.stiffness if form == "consistent" else formulation.softened or formulation.stiffness

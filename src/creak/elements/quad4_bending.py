@@ -1,4 +1,4 @@
-"""Bending and transverse shear of the four-node shell: tied shear, residual bending, nodal quadrature, edge layers."""
+"""Bending and transverse shear of the four-node shell: tied shear, curvature that varies, edge layers."""
 
 from __future__ import annotations
 
@@ -6,25 +6,36 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import BoolArray, FloatArray
 from creak.elements.quad4_geometry import (
+    CENTRE,
     Surface,
     directors,
+    evaluate,
     inverse_2x2,
     shape,
     shape_derivatives,
     strain_transform,
     tangents,
-    zero_mean,
 )
 from creak.elements.shell_rigidity import Rigidity
 
 SHEAR_TYING = np.array([[0.0, 1.0], [0.0, -1.0], [1.0, 0.0], [-1.0, 0.0]])
 """Mid-edge points: the first two tie the shear strain along r, the last two along s."""
+ALONG = np.array([[0.5, 1.5, 1.0], [1.5, 0.5, 1.0]])
+"""P of what varies along r and along s, see `varying_curvature`: (rr, ss, rs)."""
+THIN_TWIST, THICK_TWIST = 3.0, 8.0
+"""Energy of twist that varies, over that of bilinear rotations, in thin and in thick elements, see `_twist_factor`."""
+LEAST = 0.5
+"""Least share of the energy of varying curvature that the correction for waves leaves in any direction."""
+LAYERS = 9.0
+"""An element takes at most 1/(1 + 9/z^2) of the shear for bending of its own, z its half-width in layers."""
+SLENDER = 3.0
+"""Length over width above which an element at a free edge is taken for a part of a strip."""
 NODAL = np.sqrt(3.0)
 """What is linear over an element is this much larger at its nodes than at its 2 x 2 points."""
-SLENDER = 3.0
-"""Length over width above which an element is taken for a part of a strip."""
+ROUND_OFF = 1e-12
+"""Added to the unit diagonal of D, so that a section without bending stiffness is no division by 0."""
 SMALL = 1e-2
 """Half-width over layer thickness below which the layer factor is 1 to 1e-5."""
 
@@ -44,6 +55,41 @@ class TiedShear:
         return np.asarray(surface.inverse @ (self.mean[:, None] + across * self.slope[:, None]), dtype=np.float64)
 
 
+@dataclass(frozen=True)
+class Sides:
+    """The element as seen along r and along s, each (n, 2), and its stiffness in covariant components."""
+
+    length: FloatArray
+    width: FloatArray
+    bending: FloatArray
+    """D of the curvature along the direction."""
+    shear: FloatArray
+    """S of the shear strain along it."""
+    layers: FloatArray
+    """z = (width/2) (S/D_t)^(1/2), D_t of the twist: half the width in layers of free edges."""
+    frame: FloatArray
+    """(n, 3, 3) strains in local axes from covariant ones, at the centre."""
+    covariant: FloatArray
+    """(n, 3, 3) mean D on (rr, ss, 2 rs)."""
+
+
+def sides_of(coords: FloatArray, surface: Surface, bending: FloatArray, stiff: Rigidity) -> Sides:
+    """Lengths and stiffness along r and s, means over the element."""
+    middle = np.stack([surface.x_r.mean(axis=1), surface.x_s.mean(axis=1)], axis=1)
+    length = 2.0 * np.linalg.norm(middle, axis=2)
+    width = surface.weights.sum(axis=1)[:, None] / length
+    cosines = np.einsum("nax,nex->nea", surface.axes.mean(axis=1)[:, :2], middle)
+    cosines = cosines / np.linalg.norm(cosines, axis=2, keepdims=True)
+    c, s = cosines[..., 0], cosines[..., 1]
+    D, S = _mean_of(bending, surface), _mean_of(stiff.S, surface)
+    along, twist = np.stack([c * c, s * s, c * s], axis=-1), np.stack([-c * s, c * s, c * c - s * s], axis=-1)
+    bent, twisted, sheared = _along(along, D), _along(twist, D), _along(cosines, S)
+    ratio = np.divide(sheared, twisted, out=np.zeros_like(twisted), where=twisted > 0.0)
+    frame = strain_transform(evaluate(coords, CENTRE, np.array([4.0])).inverse)[:, 0]
+    layers = np.maximum(0.5 * width * np.sqrt(ratio), SMALL)
+    return Sides(length, width, bent, sheared, layers, frame, frame.transpose(0, 2, 1) @ D @ frame)
+
+
 def curvature(coords: FloatArray, surface: Surface) -> FloatArray:
     """(n, n_point, 3, 24): the part of the strains that is linear in z."""
     n = coords.shape[0]
@@ -61,24 +107,6 @@ def curvature(coords: FloatArray, surface: Surface) -> FloatArray:
     return np.asarray(strain_transform(surface.inverse) @ operator.reshape(n, -1, 3, 24), dtype=np.float64)
 
 
-def nodal_curvature(operator: FloatArray, surface: Surface) -> FloatArray:
-    """`curvature`, (n, n_point, 3, 24), its deviation from the mean over the element enlarged to that at the nodes.
-
-    A wave cos(k y) that is linear between nodes at a distance h has the mean square (2 + cos kh)/6 instead of 1/2: the
-    bending stiffness of a wave that varies in both directions is (kh)^2/6 too low. The trapezoidal rule is exact for
-    it, and for constant curvature on any shape.
-
-    What varies along the longer side L counts (3 W/L)^10 times as much where L > 3 W, W the shorter side. Anticlastic
-    bending of a strip one element wide settles within some W/3 of a clamped end; linear rotations spread that over all
-    of L, with a restraint that grows with what their varying curvature costs. The shape is all that an element can tell
-    a strip from a plate by; the 3 and the 10 are a choice. Waves along such elements lose (kL)^2/4 of their bending
-    stiffness, as with one point along L; plate meshes are made of shorter elements.
-    """
-    n, n_point, m, d = operator.shape
-    spread = _nodal_weights(surface) @ operator.reshape(n, n_point, m * d)
-    return np.asarray(spread.reshape(operator.shape), dtype=np.float64)
-
-
 def tied_shear(coords: FloatArray) -> TiedShear:
     """gamma_a = x_,a . (theta x V) + V . u_,a sampled at mid-edges, linear in between."""
     n = coords.shape[0]
@@ -94,80 +122,129 @@ def tied_shear(coords: FloatArray) -> TiedShear:
     return TiedShear(0.5 * (plus + minus), 0.5 * (plus - minus))
 
 
-def bending_share(surface: Surface, bending: FloatArray, stiff: Rigidity) -> FloatArray:
-    """(n, 2): share 1/(1 + phi) of the mean shear strain along r and s that bending within the element takes.
-
-    Rotations (1 - r^2) delta along a length L and a width W give, with V = D (theta,_ss + theta,_nn), the equilibrium
-    of a plate, phi = (12 D/S) (1/L^2 + 1/W^2). The term of the length is that of a beam; the width keeps the shear of
-    elements that are narrow enough to resolve the layers of thickness (D/S)^(1/2) at free edges.
-    """
-    middle = np.stack([surface.x_r.mean(axis=1), surface.x_s.mean(axis=1)], axis=1)
-    length = 2.0 * np.linalg.norm(middle, axis=2)
-    width = surface.weights.sum(axis=1)[:, None] / length
-    cosines = np.einsum("ngax,nex->ngea", surface.axes[:, :, :2], middle)
-    cosines = cosines / np.linalg.norm(cosines, axis=3, keepdims=True)
-    c, s = cosines[..., 0], cosines[..., 1]
-    D = _along(np.stack([c * c, s * s, c * s], axis=-1), bending)
-    S = _along(cosines, stiff.S)
-    stiffer = S + 12.0 * D * (length**-2 + width**-2)
-    return np.divide(S, stiffer, out=np.zeros_like(S), where=D > 0.0)
-
-
-def residual_bending(
-    coords: FloatArray, surface: Surface, shear: TiedShear, share: FloatArray
+def varying_curvature(
+    operator: FloatArray, surface: Surface, shear: TiedShear, sides: Sides, free: BoolArray | None, *, softened: bool
 ) -> tuple[FloatArray, TiedShear]:
-    """(n, n_point, 3, 24) curvature of the rotations (1 - r^2) delta, and the shear strains that are left.
+    """(n, n_point, 3, 24) curvature whose variation has the energy of a plate, and the shear strains that are left.
 
-    delta = -3/2 share gamma takes its share of the mean shear strain gamma: a slender element then bends as a cubic.
-    The curvature has zero mean on any shape, so constant moments see nothing of it. Local elimination of the rotation
-    as in Katili, Int. J. Numer. Meth. Eng. 36 (1993) 1859, per element instead of per edge; the flexibility that it
-    adds to a beam is that of MacNeal, Computers and Structures 8 (1978) 175.
+    `operator` is that of bilinear rotations: along r they give no kappa_rr that varies. Rotations (1 - r^2) of the
+    element's own do, v = (3 tau, kappa_ss,r, kappa_rs,r), where tau is what they take of the mean shear strain gamma:
+
+        tau = sigma gamma + (1 - sigma) tau_0,   1/sigma = 1 + (12/S) D/L^2 + 9/z^2
+
+    tau_0 is the one of least energy v' T v, which frees bending of Poisson's ratio times that across: without it,
+    sections with D_12 near D_11 lock. The term of the length is that of a beam (MacNeal, Computers and Structures 8
+    (1978) 175); z keeps the shear of elements that are narrow enough to resolve the layers at free edges, and
+    elements with two free sides have no neighbour to keep it for.
+
+    T = D + q (P D + D P - D), P = diag(1/2, 3/2, 1), makes a wave of number k across a thin plate exact to (kh)^4. The
+    mean over the element of what nodal rotations give is cos(kh/2)/(sin(kh/2)/(kh/2)) times that of the wave: (kh)^2
+    (1/24, 1/8, 1/12) are missing of kappa_rr, kappa_ss, kappa_rs, and the energy of what varies, (kh)^2/12, gives it
+    back. q = 1 where T >= `LEAST` D, less where D_12 is too near D_11. Constant curvature sees nothing of all this.
+
+    Where a long side is free (`free`, (n, 4) of each side), what varies along it counts (3 W/L)^10 times as much where
+    L > 3 W. Anticlastic bending of a strip settles within some W/3 of a clamped end, linear rotations spread that over
+    all of L. The 3 and the 10 are a choice.
+
+    softened : T = D, 1/sigma = 1 + (12/S) D/L^2, and shear strain that varies keeps the share 1 - sigma of its energy.
     """
-    taken = share[:, :, None] * shear.mean
-    modes = np.zeros((len(surface.points), 3, 2))
-    modes[:, 0, 0], modes[:, 1, 1] = 3.0 * surface.points.T
-    curved = zero_mean(coords, surface, modes) @ taken[:, None]
-    return np.asarray(curved, dtype=np.float64), TiedShear(shear.mean - taken, shear.slope)
+    sigma = _taken_share(sides, free, softened)
+    back, lifted = np.linalg.inv(sides.frame), []
+    taken = np.empty_like(shear.mean)
+    for axis, at in enumerate(surface.points.T):
+        v = back @ (0.25 * NODAL * np.einsum("g,ngij->nij", np.sign(at), operator))
+        lift, across = np.broadcast_to(np.eye(3), back.shape), [1 - axis, 2]
+        if not softened:
+            v[:, 2] *= _twist_factor(sides.layers[:, axis])[:, None]
+            v *= _strip_factor(sides, free, axis)[:, None, None]
+            lift = _lift(sides.covariant, axis)
+        T = lift.transpose(0, 2, 1) @ sides.covariant @ lift
+        freed = -_over(T[:, axis, across], T[:, axis, axis, None])[:, None] @ v[:, across]
+        share = sigma[:, axis, None]
+        taken[:, axis] = share * shear.mean[:, axis] + (1.0 - share) * freed[:, 0] / 3.0
+        v[:, axis] += 3.0 * taken[:, axis]
+        lifted.append(sides.frame @ lift @ v)
+    r, s = surface.points.T[:, :, None, None]
+    mixed = 0.75 * np.einsum("g,ngij->nij", np.sign(r * s)[:, 0, 0], operator)
+    varying = r * lifted[0][:, None] + s * lifted[1][:, None] + r * s * mixed[:, None]
+    curved = _mean(operator, surface) + varying - _mean(varying, surface)
+    slope = np.sqrt(1.0 - sigma)[:, :, None] * shear.slope if softened else shear.slope
+    return np.asarray(curved, dtype=np.float64), TiedShear(shear.mean - taken, slope)
 
 
-def layered_shear(operator: FloatArray, surface: Surface, bending: FloatArray, stiff: Rigidity) -> FloatArray:
+def layered_shear(operator: FloatArray, surface: Surface, sides: Sides) -> FloatArray:
     """Shear strains whose deviation from the mean over the element has the energy of the layers at free edges.
 
     A twisted strip of width b has D_t gamma'' = S gamma across it, layers of thickness (D_t/S)^(1/2). Linear strain
     overestimates their energy; the factor 3 (z coth z - 1)/z^2, z = (b/2)(S/D_t)^(1/2), makes the torsional stiffness
     of one element exact: 4 D_t b (1 - tanh(z)/z). It tends to 1 on fine meshes and leaves constant shear alone.
     """
-    mean = _mean(operator, surface)
-    S, D = 0.5 * (stiff.S[..., 0, 0] + stiff.S[..., 1, 1]), np.asarray(bending[..., 2, 2])
-    squared = np.broadcast_to(np.divide(S, D, out=np.zeros_like(D), where=D > 0.0), surface.area.shape).mean(axis=1)
-    sides = np.stack([np.linalg.norm(x, axis=2).mean(axis=1) for x in (surface.x_r, surface.x_s)], axis=1)
-    half_width = 0.25 * surface.weights.sum(axis=1)[:, None] / sides
-    z = np.maximum(half_width * np.sqrt(squared)[:, None], SMALL)
+    mean, z = _mean(operator, surface), sides.layers
     factor = np.sqrt(3.0 * (z / np.tanh(z) - 1.0)) / z
     scale = surface.inverse @ (factor[:, None, :, None] * inverse_2x2(surface.inverse))
     return np.asarray(mean + scale @ (operator - mean), dtype=np.float64)
 
 
-def _along(direction: FloatArray, stiffness: FloatArray) -> FloatArray:
-    """(n, m): v' C v, the mean over the points; v (n, n_point, m, d), C (d, d) or (n or 1, n_point or 1, d, d)."""
-    return np.asarray(((direction @ stiffness) * direction).sum(axis=3).mean(axis=1), dtype=np.float64)
+def _taken_share(sides: Sides, free: BoolArray | None, softened: bool) -> FloatArray:
+    """sigma (n, 2) of `varying_curvature`."""
+    layers = np.zeros_like(sides.layers) if softened else LAYERS / sides.layers**2
+    if free is not None:
+        layers = np.where(free[:, :2] & free[:, 2:], 0.0, layers)
+    return _over(sides.shear, sides.shear * (1.0 + layers) + 12.0 * sides.bending / sides.length**2)
 
 
-def _nodal_weights(surface: Surface) -> FloatArray:
-    """(n, n_point, n_point): values at the points of a field whose parts that vary as r, s and r s are scaled.
+def _twist_factor(z: FloatArray) -> FloatArray:
+    """(n,): varying twist over that of bilinear rotations.
 
-    The mean over the area is kept, and so are constant fields.
+    2, with P_33 = 1, is that of a wave, 8 times the energy. Thin elements hold their twist by shear that varies too
+    and are too stiff on coarse meshes with more than 3, the energy at the nodes; (tanh(z)/z)^2 leads from 8 to 3.
     """
-    r, s = np.sign(surface.points).T
-    along_r, along_s = (np.linalg.norm(x.mean(axis=1), axis=1) for x in (surface.x_r, surface.x_s))
-    slender = along_r / along_s
-    of_r, of_s = (np.minimum(1.0, SLENDER / ratio) ** 5 for ratio in (slender, 1.0 / slender))
-    signs = np.stack([r, s, r * s])
-    factors = 0.25 * NODAL * np.stack([of_r, of_s, of_r * of_s], axis=1)
-    scaled = np.einsum("nk,kg,kh->ngh", factors, signs, signs)
-    share = _share(surface)
-    scaled -= scaled.sum(axis=2, keepdims=True) * share
-    return np.asarray(scaled - share @ scaled + share, dtype=np.float64)
+    return np.asarray(
+        np.sqrt(0.5 * (THIN_TWIST + (THICK_TWIST - THIN_TWIST) * (np.tanh(z) / z) ** 2)), dtype=np.float64
+    )
+
+
+def _strip_factor(sides: Sides, free: BoolArray | None, axis: int) -> FloatArray:
+    """(n,): (3 W/L)^5 of long elements whose side along `axis` is free, else 1."""
+    if free is None:
+        return np.ones(len(sides.length))
+    slender = np.minimum(1.0, SLENDER * sides.width[:, axis] / sides.length[:, axis])
+    return np.where(free[:, axis] | free[:, axis + 2], slender**5, 1.0)
+
+
+def _lift(covariant: FloatArray, axis: int) -> FloatArray:
+    """L (n, 3, 3) with L' D L = T of `varying_curvature`, by symmetric roots: the same whatever the first node."""
+    scale = np.sqrt(np.einsum("nii->ni", covariant))
+    scale[scale == 0.0] = 1.0
+    D = covariant / (scale[:, :, None] * scale[:, None, :]) + ROUND_OFF * np.eye(3)
+    P = ALONG[axis]
+    values, vectors = np.linalg.eigh(D)
+    root, back = (_with_values(vectors, np.sqrt(values) ** power) for power in (1, -1))
+    values, vectors = np.linalg.eigh(back @ (D * (P[:, None] + P - 1.0)) @ back)
+    q = np.minimum(1.0, (1.0 - LEAST) / np.maximum(-values[:, 0], ROUND_OFF))
+    lift = back @ _with_values(vectors, np.sqrt(1.0 + q[:, None] * values)) @ root
+    return np.asarray(lift / scale[:, :, None] * scale[:, None, :], dtype=np.float64)
+
+
+def _with_values(vectors: FloatArray, values: FloatArray) -> FloatArray:
+    """V diag(values) V'."""
+    return np.asarray((vectors * values[:, None]) @ vectors.transpose(0, 2, 1), dtype=np.float64)
+
+
+def _along(direction: FloatArray, stiffness: FloatArray) -> FloatArray:
+    """(n, 2): v' C v of v (n, 2, d), C (n, d, d)."""
+    return np.asarray(((direction @ stiffness) * direction).sum(axis=2), dtype=np.float64)
+
+
+def _over(above: FloatArray, below: FloatArray) -> FloatArray:
+    """above / below, 0 where below is."""
+    return np.divide(above, below, out=np.zeros_like(above), where=below > 0.0)
+
+
+def _mean_of(matrix: FloatArray, surface: Surface) -> FloatArray:
+    """(n, d, d): mean over the area of a section matrix, one for all or one for each point."""
+    each = np.broadcast_to(matrix, (*surface.weights.shape, *matrix.shape[-2:]))
+    return np.asarray(np.einsum("nog,ngij->nij", _share(surface), each), dtype=np.float64)
 
 
 def _mean(operator: FloatArray, surface: Surface) -> FloatArray:

@@ -92,6 +92,37 @@ def shell_mass(
     return out.reshape(n, 6 * n_node, 6 * n_node)
 
 
+def stressed_stiffness(
+    coords: FloatArray,
+    normal: FloatArray,
+    gradients: FloatArray,
+    edge_gradients: FloatArray,
+    force: FloatArray,
+    areas: FloatArray,
+) -> FloatArray:
+    """integral of N_ab u_,a . u_,b with the deflection of `shell_mass`: quadratic along the edges.
+
+    Parameters
+    ----------
+    normal : (n, 3). gradients, edge_gradients : (n, n_point, 2, n_node) of h_i and q_e along the axes of N.
+    force : (n, 2, 2) membrane force N. areas : (n, n_point) weights times area.
+
+    Returns
+    -------
+    (n, 6 n_node, 6 n_node).
+    """
+    n, n_point, _, n_node = gradients.shape
+    moment_arm = 0.125 * np.cross(normal[:, None], np.roll(coords, -1, axis=1) - coords)
+    per_edge = edge_gradients[..., None] * moment_arm[:, None, None]
+    per_node = np.roll(per_edge, 1, axis=3) - per_edge
+    operator = np.zeros((n, n_point, 3, 2, n_node, 6))
+    for axis in range(3):
+        operator[:, :, axis, :, :, axis] = gradients
+        operator[:, :, axis, :, :, 3:] = normal[:, None, axis, None, None, None] * per_node
+    flat = operator.reshape(n, n_point, 6, 6 * n_node)
+    return weighted_gram(flat, np.asarray(np.kron(np.eye(3), force[:, None]), dtype=np.float64), areas)
+
+
 def mean_normal(coords: FloatArray) -> FloatArray:
     """Unit normals (n, 3) of triangles or quadrilaterals (n, n_node, 3)."""
     first = coords[:, 2] - coords[:, 0]

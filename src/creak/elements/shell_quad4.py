@@ -8,14 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.elements.geometry import gauss_square, in_chunks
-from creak.elements.quad4_bending import (
-    bending_share,
-    curvature,
-    layered_shear,
-    nodal_curvature,
-    residual_bending,
-    tied_shear,
-)
+from creak.elements.quad4_bending import curvature, layered_shear, sides_of, tied_shear, varying_curvature
 from creak.elements.quad4_geometry import (
     CORNERS,
     Surface,
@@ -26,7 +19,7 @@ from creak.elements.quad4_geometry import (
     tangents,
 )
 from creak.elements.quad4_membrane import condensed, membrane_stiffness, membrane_strains
-from creak.elements.shell_common import mean_normal, shell_mass, weighted_gram
+from creak.elements.shell_common import mean_normal, shell_mass, stressed_stiffness, weighted_gram
 from creak.elements.shell_rigidity import Rigidity, rigidity
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import COMMON, Own
@@ -49,9 +42,9 @@ def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own
     * membrane: tied against membrane locking of warped elements and enhanced against locking in in-plane
       bending, see `membrane_stiffness`;
     * transverse shear: tied at the middles of the edges, shear correction 5/6 (Dvorkin and Bathe, Eng.
-      Comput. 1 (1984) 77); bending within the element takes its share of the mean, see `residual_bending`, and what
+      Comput. 1 (1984) 77); bending within the element takes its share of the mean, see `varying_curvature`, and what
       varies over the element has the energy of the layers at free edges, see `layered_shear`;
-    * bending: curvature by nodal quadrature, less along slender elements, see `nodal_curvature`;
+    * bending: what varies over the element has the energy of a wave in a plate, see `varying_curvature`;
     * drilling: penalty `DRILLING` G t (theta . n - rotation of the mid-surface about n)^2 (Hughes and Brezzi,
       Comput. Methods Appl. Mech. Eng. 72 (1989) 105).
 
@@ -68,12 +61,13 @@ def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own
 
 
 def softened_stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
-    """Plain MITC4 bending and shear with S^-1 + (h_r h_r' + h_s h_s')/(12 D) instead of S^-1.
+    """Bilinear rotations and shear with S^-1 + h^2/(12 D) along each direction instead of S^-1.
 
     A linear element of length h lacks the flexibility h^2/(12 D) of the bending that shear forces cause within it, an
-    error of the order (k h)^2/12 in the stiffness of a wave of number k; h_r, h_s are the two lengths as vectors.
-    Constant states are as exact as in `stiffness`. It goes with lumped and linear mass, as in decks made for it. It is
-    too soft in torsion of strips that are few elements wide. Source: MacNeal, Computers and Structures 8 (1978) 175.
+    error of the order (k h)^2/12 in the stiffness of a wave of number k. That bending also takes Poisson's ratio times
+    the bending across, see `varying_curvature`. Constant states are as exact as in `stiffness`. It goes with lumped and
+    linear mass, as in decks made for it. It is too soft in torsion of strips that are few elements wide, and by
+    (k h)^2/7 in waves along the diagonal. Source: MacNeal, Computers and Structures 8 (1978) 175.
     """
     return _stiffness(coords, section, own, softened=True)
 
@@ -90,15 +84,13 @@ def _stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Ow
             total = membrane_stiffness(piece, surface, stiff)
         else:
             total = _coupled(piece, surface, replace(stiff, D=stiff.D - bending), bent)
-        shear, S = tied_shear(piece), stiff.S
-        if softened:
-            sheared, S = shear.strains(surface), _softened_shear(surface, stiff)
-        else:
-            curved, shear = residual_bending(piece, surface, shear, bending_share(surface, bending, stiff))
-            bent = nodal_curvature(bent, surface) + curved
-            sheared = layered_shear(shear.strains(surface), surface, bending, stiff)
+        sides = sides_of(piece, surface, bending, stiff)
+        bent, shear = varying_curvature(bent, surface, tied_shear(piece), sides, mine.free_sides, softened=softened)
+        sheared = shear.strains(surface)
+        if not softened:
+            sheared = layered_shear(sheared, surface, sides)
         total += weighted_gram(bent, bending, surface.weights)
-        total += weighted_gram(sheared, S, surface.weights)
+        total += weighted_gram(sheared, stiff.S, surface.weights)
         total += _drilling(surface, stiff)
         return total
 
@@ -122,6 +114,31 @@ def mass(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = CO
     return in_chunks(kernel, coords, 24, own)
 
 
+def geometric_stiffness(
+    coords: FloatArray, section: ShellSection | GeneralShell, own: Own, u: FloatArray
+) -> FloatArray:
+    """Of the membrane force that displacements u (n, 4, 6) leave, see `stressed_stiffness`.
+
+    It is that of the mean strain and curvature of each element, which its enhanced modes do not change.
+    """
+    points, weights = gauss_square(3)
+    surface = evaluate(coords, points, weights)
+    stiff = rigidity(section, surface.axes, own, shape(points))
+    moved = u.reshape(len(u), 1, 24, 1)
+    share = (surface.weights / surface.weights.sum(axis=1, keepdims=True))[:, :, None, None]
+    strain = (share * (membrane_strains(coords, surface)[..., :24] @ moved)).sum(axis=1, keepdims=True)
+    force = stiff.A @ strain
+    if stiff.B is not None:
+        force = force + stiff.B @ (share * (curvature(coords, surface) @ moved)).sum(axis=1, keepdims=True)
+    mean = (share * np.broadcast_to(force, (len(u), len(points), 3, 1))).sum(axis=1)
+    r, s = points.T
+    by_r = np.stack([-r * (1 - s), 0.5 * (1 - s * s), -r * (1 + s), -0.5 * (1 - s * s)], axis=1)
+    by_s = np.stack([-0.5 * (1 - r * r), -s * (1 + r), 0.5 * (1 - r * r), -s * (1 - r)], axis=1)
+    edges = surface.inverse @ np.stack([by_r, by_s], axis=1)
+    slopes = surface.inverse @ shape_derivatives(points)
+    return stressed_stiffness(coords, mean_normal(coords), slopes, edges, mean[:, [[0, 2], [2, 1]], 0], surface.weights)
+
+
 def _neutral(stiff: Rigidity) -> FloatArray:
     """Bending stiffness about the neutral surface, D - B A^-1 B."""
     if stiff.B is None:
@@ -134,15 +151,6 @@ def _coupled(coords: FloatArray, surface: Surface, stiff: Rigidity, bent: FloatA
     bent = np.pad(bent, ((0, 0), (0, 0), (0, 0), (0, 5)))
     operator = np.concatenate([membrane_strains(coords, surface), bent], axis=2)
     return condensed(weighted_gram(operator, stiff.coupled, surface.weights), 24)
-
-
-def _softened_shear(surface: Surface, stiff: Rigidity) -> FloatArray:
-    """(n, n_point, 2, 2) transverse shear stiffness with the residual bending flexibility."""
-    in_plane = surface.axes[:, :, :2]
-    lengths = [2.0 * np.einsum("ngax,ngx->nga", in_plane, x) for x in (surface.x_r, surface.x_s)]
-    squares = sum(np.einsum("nga,ngb->ngab", h, h) for h in lengths)
-    bending = 0.5 * (stiff.D[..., 0, 0] + stiff.D[..., 1, 1])
-    return np.asarray(np.linalg.inv(np.linalg.inv(stiff.S) + squares / (12.0 * bending[..., None, None])))
 
 
 def _drilling(surface: Surface, stiff: Rigidity) -> FloatArray:

@@ -16,7 +16,7 @@ from creak.elements.geometry import (
     unit,
 )
 from creak.elements.quad4_membrane import condensed
-from creak.elements.shell_common import mean_normal, shell_mass
+from creak.elements.shell_common import mean_normal, shell_mass, stressed_stiffness
 from creak.elements.shell_rigidity import Rigidity, rigidity
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import COMMON, Own
@@ -54,6 +54,28 @@ def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own
         return rotate_to_global(condensed(local, 18), frame)
 
     return in_chunks(kernel, coords, 18, own)
+
+
+def geometric_stiffness(
+    coords: FloatArray, section: ShellSection | GeneralShell, own: Own, u: FloatArray
+) -> FloatArray:
+    """Of the membrane force that displacements u (n, 3, 6) leave, see `stressed_stiffness`."""
+    frame, plane = _to_plane(coords)
+    stiff = _one_each(rigidity(section, frame[:, None], own, CENTRE))
+    area = _plane_area(plane)
+    local = (u.reshape(len(u), 3, 2, 3) @ frame.transpose(0, 2, 1)[:, None]).reshape(len(u), 18, 1)
+    force = stiff.A @ (_force_lumping(plane).transpose(0, 2, 1) @ local[:, MEMBRANE_DOFS] / area[:, None, None])
+    jacobian = np.stack([plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]], axis=1)
+    inverse = np.linalg.inv(jacobian).astype(np.float64)
+    if stiff.B is not None:
+        force = force + stiff.B @ (_curvature(inverse, CENTRE[0])[:, :, :9] @ local[:, PLATE_DOFS[:9]])
+    points, weights = gauss_triangle()
+    L = np.column_stack([1.0 - points.sum(axis=1), points])
+    slopes = np.broadcast_to(np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]]), (len(points), 2, 3))
+    after = np.roll(slopes, -1, axis=2)
+    edges = 4.0 * (L[:, None] * after + np.roll(L, -1, axis=1)[:, None] * slopes)
+    along, over = inverse[:, None] @ slopes, inverse[:, None] @ edges
+    return stressed_stiffness(coords, frame[:, 2], along, over, force[:, [[0, 2], [2, 1]], 0], area[:, None] * weights)
 
 
 def _one_each(stiff: Rigidity) -> Rigidity:

@@ -72,6 +72,16 @@ def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> F
     return in_chunks(kernel, coords, 48, own)
 
 
+def stress(coords: FloatArray, section: SolidSection, own: Own, u: FloatArray) -> FloatArray:
+    """(n, 8, 6) at the integration points, of translations u (n, 24) and the inner modes that go with them."""
+    inverse, det = jacobians(coords, GAUSS.slopes)
+    operator = np.concatenate([strains(inverse @ GAUSS.slopes), _incompatible(coords, det)], axis=3)
+    D = elasticity(section.material, own)
+    full = weighted_gram(operator, D, det)
+    modes = -np.linalg.solve(full[:, 24:, 24:], full[:, 24:, :24] @ u[:, :, None])
+    return np.asarray((D @ (operator @ np.concatenate([u[:, :, None], modes], axis=1)[:, None]))[..., 0])
+
+
 def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
     """Consistent mass of the trilinear displacements, see `consistent_mass`."""
     return consistent_mass(coords, section, GAUSS, own)

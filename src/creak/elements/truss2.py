@@ -52,3 +52,16 @@ def mass(coords: FloatArray, section: TrussSection, own: Own = COMMON) -> FloatA
 def _require_length(coords: FloatArray) -> None:
     """Raise `DegenerateElement` for bars whose nodes coincide."""
     require_sound(~(np.linalg.norm(coords[:, 1] - coords[:, 0], axis=1) > 0.0), "the two nodes coincide")
+
+
+def geometric_stiffness(coords: FloatArray, section: TrussSection, own: Own, u: FloatArray) -> FloatArray:
+    """N/L [G, -G; -G, G] with G = I - t t' on the translations, N = EA/L t . (u_2 - u_1)."""
+    line = coords[:, 1] - coords[:, 0]
+    length = np.linalg.norm(line, axis=1)
+    t = line / length[:, None]
+    young = section.material.youngs_modulus * section.area
+    force = young / length * np.einsum("ni,ni->n", t, u[:, 1, :3] - u[:, 0, :3])
+    G = (force / length)[:, None, None] * (np.eye(3) - t[:, :, None] * t[:, None, :])
+    out = np.zeros((len(coords), 12, 12))
+    out[:, TRANSLATIONS[:, None], TRANSLATIONS] = np.block([[G, -G], [-G, G]])
+    return out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,11 +32,25 @@ class DeckFormat:
 ABAQUS = DeckFormat((endings.ABAQUS,), read_deck, read_deck_run, abaqus_files)
 NASTRAN = DeckFormat(endings.NASTRAN, read_nastran, read_nastran_run, nastran_files)
 FORMATS = (ABAQUS, NASTRAN)
+LOOKED_AT = 1 << 16
+"""Bytes of a deck of an unknown ending in which its format is looked for."""
 
 
 def format_of(path: Path) -> DeckFormat:
-    """By the ending; decks with any other ending are read as Abaqus decks."""
-    return next((f for f in FORMATS if path.suffix.lower() in f.endings), ABAQUS)
+    """By the ending; of decks with any other ending by their first words."""
+    known = next((f for f in FORMATS if path.suffix.lower() in f.endings), None)
+    return known if known is not None else NASTRAN if _is_nastran(path) else ABAQUS
+
+
+def _is_nastran(path: Path) -> bool:
+    """Whether the beginning of a file holds a line that only Nastran's decks have; keywords with a star come first in
+    Abaqus's."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        head = file.read(LOOKED_AT)
+    first = re.search(rb"(?im)^[ \t]*(\*[ \t]*[a-z]{3}|CEND\b|BEGIN[ \t]+BULK\b|SOL[ \t]+[a-z0-9]|GRID[*, \t])", head)
+    return first is not None and not first.group(1).startswith(b"*")
 
 
 def read_model(path: Path) -> Model:

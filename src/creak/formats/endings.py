@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 ABAQUS = ".inp"
-NASTRAN = (".bdf", ".dat", ".nas")
+NASTRAN = (".bdf", ".dat", ".nas", ".fem", ".blk", ".bulk", ".pch")
+"""Decks of Nastran and its kin: .fem of OptiStruct, bulk data alone, what was punched."""
+WRITTEN = (ABAQUS, *NASTRAN[:3])
 DECKS = (ABAQUS, *NASTRAN)
 
 

@@ -12,9 +12,10 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.formats.complete_file import complete_file
 from creak.formats.csv_rows import plain_row
-from creak.formats.results import UNITS, check_beside, reading, require_run
+from creak.formats.results import check_beside, reading, require_run
 from creak.formats.sealed_hdf5 import Damaged, opened_hdf5
-from creak.formats.uff import DISPLACEMENT, REACTION_FORCE, Function, Units, write_functions
+from creak.formats.uff import DISPLACEMENT, REACTION_FORCE, Function, write_functions
+from creak.model.units import UNITS, UnitsName
 
 AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
 
@@ -24,7 +25,7 @@ class Histories:
     """One run at its output times."""
 
     run: str
-    units: Units
+    units: UnitsName
     time: FloatArray
     """(n_time,) s, evenly spaced."""
     node_ids: IntArray
@@ -99,7 +100,7 @@ def write_csv(histories: Histories, out: Path) -> None:
     The head names each column and its unit. Numbers have all their digits.
     """
     unit, h = UNITS[histories.units], histories
-    length, force = unit["length"], unit["force"]
+    length, force = unit.length, unit.force
     units = [length] * 3 + ["rad"] * 3
     head = ["time [s]"]
     head += [f"{name} {axis} [{u}]" for name in h.node_names for axis, u in zip(AXES, units, strict=True)]
@@ -120,7 +121,7 @@ def write_universal(histories: Histories, out: Path) -> None:
 
 def _functions(h: Histories) -> Iterator[Function]:
     """Forces carry no direction: they act along the normal of the contact."""
-    length, force = UNITS[h.units]["length"], UNITS[h.units]["force"]
+    length, force = UNITS[h.units].length, UNITS[h.units].force
     for k, (label, name) in enumerate(zip(h.node_ids.tolist(), h.node_names, strict=True)):
         for axis in range(3):
             title = f"{h.run} run: displacement {AXES[axis]} of {name}"

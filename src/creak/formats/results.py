@@ -12,17 +12,13 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
-from creak.formats.complete_file import complete_file
 from creak.formats.hdf5_file import Hdf5, hdf5_file
 from creak.formats.run_identity import RESULTS, SUMMARY, identity_in, identity_of, of_two_runs
 from creak.formats.sealed_hdf5 import Damaged
 from creak.formats.sealed_json import read_sealed
 from creak.formats.tree import BIG, COMPRESSED
+from creak.model.units import UNITS, Units
 
-UNITS = {
-    "mm-t-s": {"length": "mm", "force": "N", "energy": "mJ", "time": "s"},
-    "m-kg-s": {"length": "m", "force": "N", "energy": "J", "time": "s"},
-}
 MEAN = "mean over the output interval around each time, so that the sum times the interval keeps the integral"
 BLOCK = 4_000_000
 """Numbers copied at a time."""
@@ -144,18 +140,6 @@ def check_beside(path: Path, file: h5py.File) -> None:
         raise of_two_runs(path.parent)
 
 
-def write_results(
-    path: Path,
-    runs: Mapping[str, RunRecord],
-    attributes: Mapping[str, str],
-    units: str,
-    more: Callable[[h5py.File], None] | None = None,
-) -> None:
-    """Write all runs to one HDF5 file that is complete or absent, parameters as `put_results`."""
-    with complete_file(path, stream=False) as partial:
-        put_results(partial, runs, attributes, units, more)
-
-
 def put_results(
     partial: Path,
     runs: Mapping[str, RunRecord],
@@ -177,15 +161,15 @@ def put_results(
             more(out.file)
 
 
-def _write_run(out: Hdf5, group: h5py.Group, run: RunRecord, unit: Mapping[str, str]) -> None:
-    length, force = unit["length"], unit["force"]
-    _put(group, "time", run.time, unit["time"], "time")
+def _write_run(out: Hdf5, group: h5py.Group, run: RunRecord, unit: Units) -> None:
+    length, force = unit.length, unit.force
+    _put(group, "time", run.time, unit.time, "time")
     _put(group, "gap", run.gap, length, "time, channel")
     _put(group, "normal_force", run.normal_force, force, "time, channel", MEAN)
     _put(group, "slip", run.slip, length, "time, channel")
     _put(group, "displacement", run.displacement, f"{length} (X Y Z), rad (RX RY RZ)", "time, node, dof")
     _put(group, "node_ids", run.node_ids, "", "node")
-    _put(group, "energy", run.energy, unit["energy"], "time, term")
+    _put(group, "energy", run.energy, unit.energy, "time, term")
     group["energy"].attrs["terms"] = list(run.energy_terms)
     text = h5py.string_dtype()
     group.create_dataset("node_names", data=np.array(list(run.node_names), dtype=object), dtype=text)
@@ -196,7 +180,7 @@ def _write_run(out: Hdf5, group: h5py.Group, run: RunRecord, unit: Mapping[str, 
         _put(group, "rubbing_channels", rub, "", "rubbing channel", "columns of gap and normal_force that rub")
         for name, data, label in (
             ("friction_force", run.friction_force, force),
-            ("slip_speed", run.slip_speed, f"{length}/{unit['time']}"),
+            ("slip_speed", run.slip_speed, f"{length}/{unit.time}"),
         ):
             _put(group, name, data.reshape(data.shape[0], rub.size, 2), label, axes, MEAN)
     _write_contact(group.create_group("contact"), run.contact, unit)
@@ -204,18 +188,18 @@ def _write_run(out: Hdf5, group: h5py.Group, run: RunRecord, unit: Mapping[str, 
         _write_field(out, group.create_group("field"), run.field, unit)
 
 
-def _write_contact(group: h5py.Group, c: ContactRecord, unit: Mapping[str, str]) -> None:
+def _write_contact(group: h5py.Group, c: ContactRecord, unit: Units) -> None:
     group.attrs["content"] = "every instant near contact, steps uneven where they are shorter there"
-    _put(group, "time", c.time[c.rows], unit["time"], "time")
+    _put(group, "time", c.time[c.rows], unit.time, "time")
     _put(group, "instant", c.rows, "", "time", "number of the instant in the run; a jump is time without contact")
     _put(group, "channel", c.channels, "", "channel", "columns of the run's gap and normal_force that touched")
-    speed = f"{unit['length']}/{unit['time']}"
-    _put_rows(group, "gap", c.gap, c.rows, c.channels, unit["length"], "time, channel")
-    _put_rows(group, "force", c.force, c.rows, c.channels, unit["force"], "time, channel")
+    speed = f"{unit.length}/{unit.time}"
+    _put_rows(group, "gap", c.gap, c.rows, c.channels, unit.length, "time, channel")
+    _put_rows(group, "force", c.force, c.rows, c.channels, unit.force, "time, channel")
     if c.rubbing.size:
         columns, axes = np.arange(2 * c.rubbing.size), "time, two tangents of each rubbing channel in turn"
         _put(group, "rubbing_channels", c.rubbing, "", "rubbing channel")
-        _put_rows(group, "tangential", c.tangential, c.rows, columns, unit["force"], axes)
+        _put_rows(group, "tangential", c.tangential, c.rows, columns, unit.force, axes)
         _put_rows(group, "sliding", c.sliding, c.rows, columns, speed, axes)
 
 
@@ -231,13 +215,13 @@ def _put_rows(
         dataset[k : k + few] = data[np.ix_(rows[k : k + few], columns)]
 
 
-def _write_field(out: Hdf5, group: h5py.Group, field: Field, unit: Mapping[str, str]) -> None:
-    _put(group, "time", field.time, unit["time"], "time")
+def _write_field(out: Hdf5, group: h5py.Group, field: Field, unit: Units) -> None:
+    _put(group, "time", field.time, unit.time, "time")
     _put(group, "node_ids", field.node_ids, "", "node")
-    _put(group, "coordinates", field.coords, unit["length"], "node, axis")
+    _put(group, "coordinates", field.coords, unit.length, "node, axis")
     n = field.node_ids.size
     motion = group.create_dataset("displacement", (field.time.size, n, 3), dtype="f8", chunks=(1, n, 3))
-    motion.attrs["unit"], motion.attrs["axes"] = unit["length"], "time, node, axis"
+    motion.attrs["unit"], motion.attrs["axes"] = unit.length, "time, node, axis"
     for here, block in field.blocks:
         motion[here] = block
         out.check(motion.dtype.itemsize * 3 * n * (field.time.size - here.stop))

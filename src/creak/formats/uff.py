@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, TextIO
+from typing import TextIO
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.formats.complete_file import complete_file
 from creak.model.mesh import ElementBlock, Model
 from creak.model.solid_faces import HEX20
+from creak.model.units import UNITS, UnitsName
 
 DESCRIPTORS = {
     "quad4": 94,
@@ -31,14 +32,13 @@ ORDER = {
     "wedge15": [0, 6, 1, 7, 2, 8, 12, 13, 14, 3, 9, 4, 10, 5, 11],
 }
 """Parabolic solids go round: corner, mid-side, corner, ... of the base, mid-sides between, then the top likewise."""
-UNITS = {"mm-t-s": (10, "mm (newton)", 1000.0), "m-kg-s": (1, "Meter (newton)", 1.0)}
-"""Units code, its name, lengths per metre; force is N in both."""
+CODES = {"mm-t-s": (10, "mm (newton)"), "m-kg-s": (1, "Meter (newton)")}
+"""Units code and its name; force is N in both."""
 SEGMENTS = 80
 """Two-node elements in one trace line."""
 SMALLEST = 1e-99
 """Smaller values are written as 0: their exponent has three digits, which the fields cannot hold."""
 
-Units = Literal["mm-t-s", "m-kg-s"]
 TIME_RESPONSE, TIME = 1, 17
 """Type of function, kind of abscissa."""
 DOUBLE, EVEN = 4, 1
@@ -53,7 +53,7 @@ def write_uff(
     model: Model,
     frequencies: Sequence[float],
     shapes: Iterable[FloatArray],
-    units: Units = "mm-t-s",
+    units: UnitsName = "mm-t-s",
     *,
     title: str = "",
 ) -> None:
@@ -97,7 +97,7 @@ class Function:
     values: FloatArray
 
 
-def write_functions(path: Path, time: FloatArray, functions: Iterable[Function], units: Units = "mm-t-s") -> None:
+def write_functions(path: Path, time: FloatArray, functions: Iterable[Function], units: UnitsName = "mm-t-s") -> None:
     """Write one data set 58 per function: a time response, real, double precision, evenly spaced.
 
     Parameters
@@ -143,10 +143,10 @@ def _data_set(file: TextIO, number: int, lines: Iterable[str]) -> None:
     file.write("    -1\n")
 
 
-def _units(units: Units) -> Iterator[str]:
-    code, name, length = UNITS[units]
+def _units(units: UnitsName) -> Iterator[str]:
+    code, name = CODES[units]
     yield f"{code:10d}{name:<20}{2:10d}"
-    yield "".join(_d25(v) for v in (length, 1.0, 1.0))
+    yield "".join(_d25(v) for v in (UNITS[units].per_metre, 1.0, 1.0))
     yield _d25(273.15)
 
 

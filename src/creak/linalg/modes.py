@@ -76,6 +76,7 @@ def modes(
     count: int | None = None,
     free: bool = False,
     stiffness_factor: Factor | None = None,
+    sturm: bool = True,
     progress: Steps | None = None,
 ) -> Modes:
     """All modes up to `f_max` (Hz), or the `count` lowest.
@@ -86,6 +87,7 @@ def modes(
         mass there are no modes.
     free : the body may have rigid-body modes: a small negative shift is used. A clamped K is factorised as is.
     stiffness_factor : a factor of K that already exists (clamped only).
+    sturm : with `count`, compare with the inertia above the last mode, one more factorisation; `f_max` always does.
 
     Raises
     ------
@@ -108,16 +110,18 @@ def modes(
     except SingularMatrixError as error:
         raise NumericalError(f"the stiffness matrix is singular at row {error.row}: is the body held?") from error
     if f_max is None:
-        return _lowest(pencil, shift, min(int(count or 0), n), inverse, free, progress)
+        return _lowest(pencil, shift, min(int(count or 0), n), inverse, free, sturm, progress)
     return _below(pencil, shift, (2.0 * np.pi * f_max) ** 2, inverse, free, progress)
 
 
-def _lowest(pencil: _Pencil, shift: float, count: int, inverse: Factor, free: bool, progress: Steps | None) -> Modes:
+def _lowest(
+    pencil: _Pencil, shift: float, count: int, inverse: Factor, free: bool, sturm: bool, progress: Steps | None
+) -> Modes:
     """The `count` lowest modes; the inertia above the last one tells whether one was missed."""
     if count == 0:
         return Modes(np.zeros(0), np.zeros((pencil.mass.n, 0)), 0.0, True)
     found = lanczos(inverse, pencil.mass, shift, count, progress=progress)
-    return _checked(pencil, found.lam, found.shapes, free, count=True, columns=found.columns)
+    return _checked(pencil, found.lam, found.shapes, free, count=sturm, columns=found.columns)
 
 
 def _below(pencil: _Pencil, shift: float, upper: float, inverse: Factor, free: bool, progress: Steps | None) -> Modes:
@@ -152,7 +156,7 @@ def _rayleigh_ritz(inverse: Factor, shift: float, mass: BlockProduct, X: FloatAr
 
 
 def small_shift(K: Matrix, M: Matrix) -> float:
-    """A shift far below the first elastic eigenvalue of any mesh, far above round-off in K; 1 where no mass has any."""
+    """A shift far below the first elastic eigenvalue of any mesh, far above round-off in K; 1 without elasticity."""
     k, m = K.diagonal(), M.diagonal()
     both = (k > 0.0) & (m > 0.0)
     return float(1e-9 * np.median(k[both] / m[both])) if both.any() else 1.0

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import ctypes
-import os
 import sys
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numba
 import numpy as np
@@ -14,6 +14,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import NumericalError
 from creak.linalg.mkl import MatrixKind, has_pardiso, mkl_library
+from creak.linalg.threads import cores, pool
 
 COLUMNS = 32
 """Columns multiplied at a time."""
@@ -46,21 +47,20 @@ class BlockProduct:
         shape = (self._A.shape[0], X.shape[1])
         Y = out if out is not None and out.shape == shape else np.empty(shape, order="F")
         X = np.asfortranarray(X)
-        with ThreadPoolExecutor(len(self._cuts) - 1) as pool:
-            for first in range(0, X.shape[1], COLUMNS):
-                some = slice(first, first + COLUMNS)
-                self._group(X[:, some], Y[:, some], self._cuts, pool)
+        for first in range(0, X.shape[1], COLUMNS):
+            some = slice(first, first + COLUMNS)
+            self._group(X[:, some], Y[:, some], self._cuts)
         return Y
 
-    def _group(self, X: FloatArray, Y: FloatArray, cuts: list[int], pool: ThreadPoolExecutor) -> None:
+    def _group(self, X: FloatArray, Y: FloatArray, cuts: list[int]) -> None:
         A, rows = self._A, self._memory(0, X.shape)
-        _turn(X.T, rows, len(cuts) - 1, pool)
+        _turn(X.T, rows, len(cuts) - 1)
         if self._mkl is None:
-            list(pool.map(lambda a, b: _multiply(A.indptr, A.indices, A.data, rows, Y.T, a, b), cuts[:-1], cuts[1:]))
+            _shared(lambda a, b: _multiply(A.indptr, A.indices, A.data, rows, Y.T, a, b), cuts)
             return
         product = self._memory(1, Y.shape)
         self._mkl.multiply(rows, product)
-        _turn(product, Y.T, len(cuts) - 1, pool)
+        _turn(product, Y.T, len(cuts) - 1)
 
     def _memory(self, which: int, shape: tuple[int, ...]) -> FloatArray:
         """An array (C order) that is kept for the next group: new memory has to be cleared by the system first."""
@@ -69,10 +69,18 @@ class BlockProduct:
         return self._kept[which][: shape[0] * shape[1]].reshape(shape)
 
 
-def _turn(X: FloatArray, Y: FloatArray, cores: int, pool: ThreadPoolExecutor) -> None:
+def _turn(X: FloatArray, Y: FloatArray, shares: int) -> None:
     """Y = X' by all cores, both in C order."""
-    shares = np.linspace(0, max(X.shape), cores + 1).astype(np.int64)
-    list(pool.map(lambda a, b: _copy(X, Y, a, b), shares[:-1], shares[1:]))
+    cuts = np.linspace(0, max(X.shape), shares + 1).astype(np.int64)
+    _shared(lambda a, b: _copy(X, Y, a, b), cuts.tolist())
+
+
+def _shared(work: Callable[[int, int], None], cuts: Sequence[int]) -> None:
+    """Do `work` from each cut to the next, all but one share in other threads."""
+    others = [pool().submit(work, a, b) for a, b in pairwise(cuts[1:])]
+    work(cuts[0], cuts[1])
+    for other in others:
+        other.result()
 
 
 class MklRows:
@@ -126,8 +134,8 @@ def _accept(status: int) -> None:
 
 def _equal_work(A: sp.csr_matrix) -> list[int]:
     """Row limits that give every core the same number of entries."""
-    cores = 1 if A.nnz < SERIAL else len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 2
-    ends = np.searchsorted(A.indptr, np.linspace(0, A.nnz, cores + 1)[1:-1])
+    shares = 1 if A.nnz < SERIAL else cores()
+    ends = np.searchsorted(A.indptr, np.linspace(0, A.nnz, shares + 1)[1:-1])
     return [0, *ends.tolist(), A.shape[0]]
 
 

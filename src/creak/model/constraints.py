@@ -13,9 +13,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-
-ALL = (1, 2, 3, 4, 5, 6)
-TRANSLATIONS = (1, 2, 3)
+from creak.model.dofs import ALL, TRANSLATIONS
 
 
 @dataclass(frozen=True)

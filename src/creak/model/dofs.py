@@ -8,7 +8,6 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import IntArray
-from creak.model.mesh import Model
 
 PER_NODE = 6
 ALL = (1, 2, 3, 4, 5, 6)
@@ -46,11 +45,3 @@ def node_and_dof(label: int) -> tuple[int, int]:
     """Node row and dof 1..6 of a label."""
     node, axis = divmod(int(label), PER_NODE)
     return node, axis + 1
-
-
-def dof_name(model: Model, label: int) -> str:
-    """`node 17 RZ of part FRAME`, for messages."""
-    node, dof = node_and_dof(label)
-    parts = [p.name for p in model.parts if np.isin(node, p.nodes_idx)]
-    of = f" of part {parts[0]}" if parts else ""
-    return f"node {model.nodes.label(node)} {AXES[dof - 1]}{of}"

@@ -120,6 +120,8 @@ class GeneralShell:
     """What the section was made of, from the bottom up, for writers; empty: not known."""
     bottom: float = 0.0
     """Height z of the first ply's lower face."""
+    rigid: bool = False
+    """Of elements of a rigid body, which have neither mass nor strain: its stiffness is for contact alone."""
 
     def __post_init__(self) -> None:
         if not all(np.isfinite(m).all() for m in (self.A, self.B, self.D, self.S, self.rotary_inertia)):

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.model.constraints import Constraint, Fixed
 from creak.model.materials import Section
+from creak.model.steps import StaticStep
 
 
 @dataclass(frozen=True)
@@ -51,13 +52,16 @@ class Own:
     """(n_elem, n_node_per_element) thickness of shells at the nodes over that of the section."""
     arms: FloatArray | None = None
     """(n_elem, n_node_per_element, 3) rigid arms from the nodes to the corners of the element, global axes."""
+    free_sides: BoolArray | None = None
+    """(n_elem, 4) sides of quadrilateral shells, node k to k + 1, that no other shell has; None: not looked for."""
 
     def take(self, rows: slice | IntArray) -> Own:
         """The same of some elements."""
         axis1, axis2, thickness, arms = (
             None if a is None else a[rows] for a in (self.axis1, self.axis2, self.thickness, self.arms)
         )
-        return Own(axis1, axis2, thickness, arms)
+        free_sides = None if self.free_sides is None else self.free_sides[rows]
+        return Own(axis1, axis2, thickness, arms, free_sides)
 
 
 COMMON = Own()
@@ -149,6 +153,8 @@ class Model:
     unread: tuple[Unread, ...] = ()
     mass_form: str = "consistent"
     """Mass of structural elements: consistent, lumped or linear; see `elements.mass_forms`."""
+    prestress: StaticStep | None = None
+    """The static step before the deck's modes that they start from, where creak can follow it."""
 
     @property
     def n_elements(self) -> int:

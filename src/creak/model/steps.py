@@ -70,6 +70,18 @@ class PointLoad:
 
 
 @dataclass(frozen=True)
+class StaticStep:
+    """A linear static step before the modes, whose stress stiffens the structure."""
+
+    keyword: str
+    """As `Model.unread` lists it."""
+    loads: tuple[PointLoad, ...]
+    """Forces that keep their direction."""
+    moved: tuple[Prescribed, ...]
+    where: str
+
+
+@dataclass(frozen=True)
 class Interaction:
     """How the surfaces of a contact pair press and rub."""
 
@@ -149,6 +161,16 @@ class DynamicStep:
 
 
 @dataclass(frozen=True)
+class StaticLoads:
+    """What acts before the step and goes on through it: the run starts from the equilibrium under it."""
+
+    gravity: tuple[float, float, float]
+    """length / time^2, on all mass."""
+    forces: tuple[PointLoad, ...]
+    where: str
+
+
+@dataclass(frozen=True)
 class DeckRun:
     """The step of a deck that creak runs, with all that it refers to."""
 
@@ -162,3 +184,5 @@ class DeckRun:
     after: tuple[str, ...] = ()
     """Steps after it, which are not run."""
     stops: tuple[Stop, ...] = ()
+    static: StaticLoads | None = None
+    """None: the run starts without strain."""

@@ -61,9 +61,10 @@ class Inside:
             self._mass = BlockProduct(self.M_ii)
         return self._mass
 
-    def release(self) -> None:
-        """Give the memory of the factor and of the products back."""
-        self._factor = self._stiffness = self._mass = None
+    def release(self, above: int = 0) -> None:
+        """Give the memory of the factor and of the products back, unless the factor has `above` bytes at most."""
+        if self._factor is None or getattr(self._factor, "nbytes", np.inf) > above:
+            self._factor = self._stiffness = self._mass = None
 
     def solve(self, f: FloatArray) -> FloatArray:
         """K_ii^-1 f; f is (n_i,) or (n_i, k)."""

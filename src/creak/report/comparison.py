@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from creak.errors import InputError
+from creak.model.units import UNITS, Units
 from creak.report.found import Found
-from creak.report.text import UNITS, Units
 from creak.studies.run.compared import main_run
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch, match_events

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from creak.model.units import Units
 from creak.report.tables import Table
-from creak.report.text import NONE, Units, fixed, number, percent, share, tidy
+from creak.report.text import NONE, fixed, number, percent, share, tidy
 from creak.studies.converge.settling import BASE, FIGURES, SETTLED, TIMES, Convergence, EventSettling, Settling
 from creak.studies.converge.words import TOTALS, WORDS
 

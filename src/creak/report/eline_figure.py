@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.model.units import Units
 from creak.report import palette
 from creak.report.axes import Trace, axis, base_layout, plain
 from creak.report.figures import Figure
 from creak.report.found import Found
 from creak.report.gap_figures import outline, span_of
-from creak.report.text import Units, number
+from creak.report.text import number
 from creak.report.view import front, outward
 from creak.studies.results.elines import BOTH, FALSE_ALARM, MISS, NEITHER, margins, risks
 from creak.studies.run.elines import LineFindings

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 from creak.model.plain_mesh import Mesh
+from creak.model.units import Units
 from creak.report.tables import Table
-from creak.report.text import NONE, Units, number, plural
+from creak.report.text import NONE, number, plural
 from creak.studies.results.elines import BOTH, FALSE_ALARM, MISS, NEITHER, Figures, LineRow
 
 OUTCOMES = {

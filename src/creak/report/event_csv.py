@@ -7,8 +7,8 @@ import io
 from typing import Any
 
 from creak.formats.csv_rows import plain_row
+from creak.model.units import Units
 from creak.report.found import Found
-from creak.report.text import Units
 from creak.studies.results.places import place_of
 from creak.studies.run.job import events_in
 from creak.verify.events import Event

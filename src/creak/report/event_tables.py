@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from creak.model.units import Units
 from creak.report.checks import RUN_WORDS
 from creak.report.found import Found
 from creak.report.tables import Table
-from creak.report.text import NONE, Units, fixed, number, percent, plural, ratio, share
+from creak.report.text import NONE, fixed, number, percent, plural, ratio, share
 from creak.studies.results.elines import against_measured, measured_rates
 from creak.studies.run.compared import event_statistics, main_run
 from creak.studies.run.job import events_in

@@ -9,11 +9,12 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.dynamics.history import ENERGIES, History
+from creak.model.units import Units
 from creak.report import palette
 from creak.report.axes import Trace, axis, base_layout, line, peaks_kept, plain, stacked, thinned
 from creak.report.checks import moving_axes, why_no_fit, why_no_mac
 from creak.report.found import Found
-from creak.report.text import Units, four
+from creak.report.text import four
 from creak.studies.run.job import events_in
 
 ENERGY_CAPTION = (

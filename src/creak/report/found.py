@@ -22,11 +22,13 @@ from creak.report.surface import Surface, surface_of
 from creak.studies.converge.settling import Convergence
 from creak.studies.file.config import StudyConfig
 from creak.studies.prepare.setup import Setup
-from creak.studies.results.places import Place, find_places
+from creak.studies.results.places import Place
+from creak.studies.results.sound import heard_places
 from creak.studies.run.agreement import ModeComparison, SpectraComparison
 from creak.studies.run.compared import main_run
 from creak.studies.run.elines import LineFindings
 from creak.studies.run.job import Run, StudyResult
+from creak.studies.sound.heard import Sound
 from creak.studies.warned import plain_notes, warnings_of
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch
@@ -164,7 +166,10 @@ class Found:
 
 
 def found_of(
-    result: StudyResult, convergence: Convergence | None = None, animation_bytes: int = ANIMATION_BYTES
+    result: StudyResult,
+    convergence: Convergence | None = None,
+    animation_bytes: int = ANIMATION_BYTES,
+    sound: Sound | str | None = None,
 ) -> Found:
     """The view of a result; large arrays are those of the result, not copies.
 
@@ -172,9 +177,10 @@ def found_of(
     ----------
     convergence : what `creak.studies.converge.variants` found, where it was looked at.
     animation_bytes : what the motion around the hardest events may take of the report.
+    sound : of `creak.studies.sound.heard`: places are ranked by it.
     """
     run = main_run(result.runs)
-    places = () if run is None else find_places(result, run)
+    places = heard_places(result, run, sound)
     setup = _setup(result.setup)
     surface = _surface(setup, result.gaps, places)
     return Found(

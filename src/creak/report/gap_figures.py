@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.model.units import Units
 from creak.report import palette
 from creak.report.axes import MOST_POINTS, Trace, axis, base_layout, line, plain, stacked
 from creak.report.figures import MOST_ROWS, Figure, groups_by_force, inside_window
 from creak.report.found import Found
 from creak.report.surface import Surface
-from creak.report.text import Units, number, tidy
+from creak.report.text import number, tidy
 from creak.report.view import front, outward
 
 MOST_OUTLINE = 5000

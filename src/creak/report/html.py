@@ -14,6 +14,7 @@ from markupsafe import Markup, escape
 
 from creak.formats.complete_file import write_text
 from creak.formats.run_identity import META
+from creak.model.units import UNITS, Units
 from creak.report import checks, event_tables, figures, gap_figures, method, palette, scene, tables, verdict
 from creak.report.convergence import convergence_parts
 from creak.report.eline_figure import eline_figure
@@ -23,7 +24,6 @@ from creak.report.found import Found, FoundRun, found_of
 from creak.report.picture import Loaded, contact_picture, data_uri, model_picture, standard_marks
 from creak.report.place_rows import place_parts
 from creak.report.templates import page_templates
-from creak.report.text import UNITS, Units
 from creak.report.view import outward
 from creak.studies.results.elines import line_rows, point_csv
 from creak.studies.run.compared import main_run
@@ -86,7 +86,7 @@ def report_text(result: Found, summary: dict[str, Any]) -> str:
     motions = scene.animations(result, units)
     parts = (
         _verdict_parts(result, summary, units)
-        | place_parts(result, motions, units)
+        | place_parts(result, summary, motions, units)
         | _drawn_parts(result, units)
         | _motion_parts(result, motions, scene.scene(result))
         | _table_parts(result, summary, units)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from creak.model.units import Units
 from creak.report.found import Found
-from creak.report.text import Units, number, share, tidy
+from creak.report.text import number, share, tidy
 from creak.studies.file.config import ReductionTable, TimeTable, VerificationTable
 from creak.studies.file.contact_tables import ContactTable, FrictionTable
 from creak.studies.file.excitation_tables import (

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from creak.model.plain_mesh import Mesh
+from creak.model.units import Units
 from creak.report.checks import RUN_WORDS
 from creak.report.found import Found
 from creak.report.scene import Animations
-from creak.report.text import Units, number, plural
+from creak.report.text import number, plural
 from creak.report.verdict import span
+from creak.studies.results.limits import limit_words
 from creak.studies.results.places import Place, near
 from creak.studies.run.compared import main_run
 
@@ -29,19 +31,29 @@ class PlaceRow:
     count: str
     force: str
     speed: str
+    heard: tuple[str, str]
+    """N5 and Nmax of its own sound, sone."""
     motion: int | None
     """Animation that shows its hardest recorded event."""
 
 
-def place_parts(result: Found, motions: Animations, units: Units) -> dict[str, Any]:
+def place_parts(result: Found, summary: dict[str, Any], motions: Animations, units: Units) -> dict[str, Any]:
     """What the template needs of the places."""
-    places = result.places
-    rows = [_row(result, p, motions, units) for p in places[:MOST_PLACES]]
-    cut = f"The {MOST_PLACES} hardest of {len(places)} places." if len(places) > MOST_PLACES else ""
-    return {"places": rows, "places_words": _words(result, places, units), "places_cut": cut}
+    places, run = result.places, main_run(result.runs)
+    told = [] if run is None else summary["runs"][run.name]["places"]
+    heard = any(p["level"] is not None for p in told)
+    rows = [_row(result, p, t, motions, units) for p, t in zip(places[:MOST_PLACES], told, strict=False)]
+    cut = f"The first {MOST_PLACES} of {len(places)} places." if len(places) > MOST_PLACES else ""
+    return {
+        "places": rows,
+        "places_heard": heard,
+        "places_words": _words(result, places, units, heard=heard),
+        "places_cut": cut,
+        "limits": limit_words(summary["limits"]),
+    }
 
 
-def _words(result: Found, places: tuple[Place, ...], units: Units) -> str:
+def _words(result: Found, places: tuple[Place, ...], units: Units, *, heard: bool) -> str:
     run = main_run(result.runs)
     if run is None or not result.gaps.m:
         return "Nowhere: nothing can touch under this load."
@@ -49,14 +61,15 @@ def _words(result: Found, places: tuple[Place, ...], units: Units) -> str:
         return f"Nowhere {span(result)}; over the whole run there are {plural(len(run.events), 'event')}."
     if not places:
         return "Nowhere: no contact event in the run."
+    first = "loudest" if heard else "hardest hit"
     return (
-        f"{plural(len(places), 'place')} of the {RUN_WORDS[run.name]} run {span(result)}, the hardest hit first. "
+        f"{plural(len(places), 'place')} of the {RUN_WORDS[run.name]} run {span(result)}, the {first} first. "
         f"Contact nodes that touch side by side, or within {number(near(result.setup.model), 2)} {units.length}, are "
         "one place; forces are low-passed peaks of its nodes together."
     )
 
 
-def _row(result: Found, place: Place, motions: Animations, units: Units) -> PlaceRow:
+def _row(result: Found, place: Place, told: dict[str, Any], motions: Animations, units: Units) -> PlaceRow:
     model = result.setup.model
     part = _part_name(model, place.node_idx)
     xyz = ", ".join(number(float(x), 3) for x in model.nodes.coords[place.node_idx])
@@ -68,6 +81,7 @@ def _row(result: Found, place: Place, motions: Animations, units: Units) -> Plac
         number(len(place.events)),
         number(place.force, 3),
         number(place.speed, 3),
+        (number(told["n5"], 3), number(told["n_max"], 3)),
         _motion(place, motions),
     )
 

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.model.units import Units
 from creak.report.found import Found, FoundRun
 from creak.report.motions import LIMIT, Motions, ShownMotion
 from creak.report.palette import PARTS
 from creak.report.surface import Surface
-from creak.report.text import Units, fixed, number
+from creak.report.text import fixed, number
 from creak.report.view import front, outward
 from creak.studies.results.places import Place, place_of
 from creak.studies.run.compared import main_run

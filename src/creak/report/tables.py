@@ -9,9 +9,10 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.dynamics.history import ENERGIES
+from creak.model.units import Units
 from creak.report.checks import CREATED, ROUND_OFF, RUN_WORDS, finite
 from creak.report.found import Found
-from creak.report.text import NONE, Units, fixed, four, number, percent, plural, ratio, share, tidy
+from creak.report.text import NONE, fixed, four, number, percent, plural, ratio, share, tidy
 from creak.report.verdict import penetration
 from creak.studies.run.compared import main_run
 

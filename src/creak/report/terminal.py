@@ -35,6 +35,44 @@ def run_rows(summary: dict[str, Any]) -> list[list[str]]:
     return [["", *runs], *([name, *(text(r) for r in runs.values())] for name, text in figures)]
 
 
+MOST = 12
+"""Places on the terminal."""
+
+
+def place_table(summary: dict[str, Any]) -> list[list[str]]:
+    """Header and a row for each place of the main run, as it ranks them."""
+    run = summary["runs"].get("reduced") or summary["runs"].get("reference") or {}
+    places = run.get("places", [])
+    columns: list[tuple[str, Callable[[dict[str, Any]], str]]] = [
+        ("place", lambda p: p["name"]),
+        ("events", lambda p: f"{p['events']}"),
+        ("force", lambda p: _figure(p["force"], ".3g")),
+        ("impulse", lambda p: _figure(p["impulse"], ".3g")),
+    ]
+    if any(p["level"] is not None for p in places):
+        columns += [(name, lambda p, key=key: _figure(p[key], ".3g")) for name, key in HEARD]  # type: ignore[misc]
+    if any(p["n_max_added"] is not None for p in places):
+        columns.append(("N5 added to background, sone", lambda p: _figure(p["n5_added"], ".3g")))
+    return [[name for name, _ in columns], *([text(p) for _, text in columns] for p in places[:MOST])]
+
+
+def cause_lines(summary: dict[str, Any]) -> list[str]:
+    """What causes each place, and what would help."""
+    run = summary["runs"].get("reduced") or summary["runs"].get("reference") or {}
+    told = [p for p in run.get("places", [])[:MOST] if p["cause"] is not None]
+    return [
+        line
+        for p in told
+        for line in (
+            f"{p['name']}: {p['cause']['words']}",
+            *(f"{p['name']}: would help: {text}" for text in p["cause"].get("changes_words", [])),
+        )
+    ]
+
+
+HEARD = (("N5, sone", "n5"), ("Nmax, sone", "n_max"), ("dB(A)", "level"))
+
+
 def verification_rows(summary: dict[str, Any]) -> list[list[str]]:
     """Figures that compare the two runs; empty when only one was made."""
     v, runs = summary["verification"], summary["runs"]
@@ -66,7 +104,8 @@ def verification_rows(summary: dict[str, Any]) -> list[list[str]]:
 
 def _of_place(run: dict[str, Any], key: str) -> str:
     """A figure of the place that is hit hardest, the sum of its channels."""
-    return _figure(run["places"][0][key], ".4g") if run.get("places") else "-"
+    hardest = max(run.get("places", []), key=lambda p: p["force"], default=None)
+    return "-" if hardest is None else _figure(hardest[key], ".4g")
 
 
 def _figure(value: float | None, form: str) -> str:

@@ -1,47 +1,12 @@
-"""Numbers and units as words for people."""
+"""Numbers as words for people."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 MINUS = "\N{MINUS SIGN}"
 NONE = "\N{EN DASH}"
 THIN = "\N{NARROW NO-BREAK SPACE}"
-
-
-@dataclass(frozen=True)
-class Units:
-    """Labels of the quantities in a study's system of units."""
-
-    length: str
-    force: str
-    energy: str
-    stress: str
-    to_kg: float
-    """Mass unit of the deck in kg."""
-
-    @property
-    def speed(self) -> str:
-        return f"{self.length}/s"
-
-    @property
-    def mass(self) -> str:
-        return "t" if self.to_kg == 1000.0 else "kg"
-
-    @property
-    def stiffness(self) -> str:
-        return f"{self.force}/{self.length}"
-
-    @property
-    def impulse(self) -> str:
-        return f"{self.force} s"
-
-
-UNITS = {
-    "mm-t-s": Units("mm", "N", "mJ", "MPa", 1000.0),
-    "m-kg-s": Units("m", "N", "J", "Pa", 1.0),
-}
 
 
 def number(value: float | int | None, digits: int = 4) -> str:

@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from creak.model.units import Units
 from creak.report.checks import Check, alarm, is_chaotic
 from creak.report.found import Found, FoundRun
-from creak.report.text import Units, number, percent, plural, ratio, share, tidy, times
+from creak.report.text import number, percent, plural, ratio, share, tidy, times
 from creak.studies.converge import settled
 from creak.studies.converge.settled import SETTLED, STATISTICS, UNSETTLED
 from creak.studies.run.compared import event_statistics, main_run

@@ -15,7 +15,7 @@ from creak.sound.core_loudness import INNER, core_loudness, decayed, low_pass
 from creak.sound.sharpness import sharpness
 from creak.sound.slopes import with_slopes
 from creak.sound.third_octave import STEP, as_level, band_powers, smoothing
-from creak.sound.zwicker_tables import BANDS, FILTERS, LEVEL_RATE, RATE
+from creak.sound.zwicker_tables import BANDS, FILTERS, LEVEL_RATE, RATE, REFERENCE_PRESSURE
 
 EVERY = 4
 """Band levels per value that is given: one every 2 ms."""
@@ -25,6 +25,8 @@ SETTLED = 0.2
 """s that the filters are given before a steady sound counts."""
 FAINTEST = 3.0
 """phon, the lowest loudness level."""
+BEFORE = 1.0
+"""s of the background alone before a sound: its loudness has settled within 1e-6 by then."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,33 @@ def loudness(pressure: ArrayLike, rate: float, *, field: str = "free") -> Loudne
     """
     x = at_48k(pressure, rate)
     powers, _ = band_powers(x, FILTERS, smoothing(), STEP, 0)
+    return _over_time(powers, field)
+
+
+def added_loudness(pressure: ArrayLike, rate: float, background: ArrayLike, *, field: str = "free") -> FloatArray:
+    """(n,) sone that a sound adds to a steady background, every 2 ms: N(t) of both together less N of the background.
+
+    Powers of both add up in each third octave before the ear masks one by the other. No partial loudness: what is left
+    of the sound where its own loudness is told apart from the background's is a little more.
+
+    Parameters
+    ----------
+    pressure, rate, field : as `loudness`. background : (28,) dB re 20 uPa, bands of 25 Hz to 12.5 kHz.
+
+    Raises
+    ------
+    InputError : as `loudness` and `loudness_of_levels`.
+    """
+    steady = REFERENCE_PRESSURE**2 * 10.0 ** (0.1 * _checked_levels(background))
+    powers, _ = band_powers(at_48k(pressure, rate), FILTERS, smoothing(), STEP, 0)
+    lead = int(BEFORE * LEVEL_RATE)
+    total = _over_time(np.vstack([np.zeros((lead, BANDS.size)), powers]) + steady, field).total
+    first = lead // EVERY
+    return np.asarray(np.maximum(total[first:] - total[first - 1], 0.0))
+
+
+def _over_time(powers: FloatArray, field: str) -> Loudness:
+    """Of mean squares (n, 28) in the third octaves at `LEVEL_RATE`."""
     core = decayed(core_loudness(as_level(powers), field), LEVEL_RATE)
     instant, specific = with_slopes(core, EVERY)
     total: FloatArray = np.zeros(instant.size)
@@ -150,13 +179,17 @@ def loudness_of_levels(levels: ArrayLike, *, field: str = "free") -> SteadyLoudn
     ------
     InputError : another number of bands, no numbers, another field, a low band above 120 dB.
     """
+    total, specific = with_slopes(core_loudness(_checked_levels(levels)[None], field))
+    return SteadyLoudness(float(total[0]), specific[0])
+
+
+def _checked_levels(levels: ArrayLike) -> FloatArray:
     given = np.asarray(levels, dtype=np.float64)
     if given.shape != BANDS.shape or not np.isfinite(given).all():
         raise InputError(
             f"third-octave levels of shape {given.shape}", expected="28 finite levels in dB, bands of 25 Hz to 12.5 kHz"
         )
-    total, specific = with_slopes(core_loudness(given[None], field))
-    return SteadyLoudness(float(total[0]), specific[0])
+    return given
 
 
 def loudness_level(total: FloatArray) -> FloatArray:

@@ -6,6 +6,7 @@ import numpy as np
 
 from creak.dynamics.history import ENERGIES, History
 from creak.signals.resampling import blocks
+from creak.words import percent
 
 ENERGY_BAR = 0.005
 """Share of the work of the loads (`History.energy_created`) up to which a scheme may create energy."""
@@ -60,7 +61,9 @@ def reasons_against(history: History) -> list[str]:
         (created_of_contact(history), CONTACT_BAR, "the energy that contact took up"),
     )
     shares = [
-        f"{_share(value)} of {what} (at most {_share(bar)} is sound)" for value, bar, what in found if value > bar
+        f"{percent(value, 3)} of {what} (at most {percent(bar, 3)} is sound)"
+        for value, bar, what in found
+        if value > bar
     ]
     remedy = "shorten the step, soften the contact or dissipate more"
     created = [f"the time integration created energy, {' and '.join(shares)}: {remedy}"] if shares else []
@@ -78,7 +81,3 @@ def _passed_through(history: History) -> list[str]:
         f"farthest {seen.silent[k]}, by {-seen.gap[k]:.3g} at t = {seen.gap_at[k]:.4g} s; set [precheck] enabled = "
         "false"
     ]
-
-
-def _share(value: float) -> str:
-    return f"{100.0 * value:.3g} %"

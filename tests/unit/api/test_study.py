@@ -162,3 +162,60 @@ def test_decks_by_path_as_text(tmp_path):
     modes = creak.deck_modes(f"{tmp_path}/strips.inp", count=3)
     assert len(modes.frequencies) == 3
     assert [p.name for p in creak.write_door(tmp_path / "door", 40.0)] == ["door.inp", "door.toml"]
+
+
+def test_a_result_tells_what_it_is(result, tmp_path):
+    result.save(tmp_path)
+    for one in (result, creak.open_result(tmp_path)):
+        said = repr(one)
+        assert said.startswith(f"<{type(one).__name__} 'Two strips': runs: reduced, reference; events: ")
+        assert f"{len(result.events)} contact events, the hardest at " in said
+        assert f"verdict: {result.summary['runs']['reduced']['verdict']}" in said
+        page = one._repr_html_()
+        assert page.count("<tr>") > len(result.events[:10])
+        assert "impulse, N s" in page
+
+
+def test_events_are_a_list_and_a_table(result, monkeypatch):
+    events = result.events
+    assert events == result.main.events
+    row = events.rows()[0]
+    assert row["impulse"] == events[0].impulse
+    assert row["node"] == result.found.setup.model.nodes.label(events[0].node_idx)
+    assert set(events.units()) == set(row)
+    assert events.units()["closing_speed"] == "mm/s"
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(creak.InputError, match=r"pip install pandas, or use events.rows\(\)"):
+        events.to_frame()
+
+
+def test_events_make_a_frame_where_there_is_pandas(result):
+    pandas = pytest.importorskip("pandas", reason="pip install pandas")
+    frame = result.events.to_frame()
+    assert isinstance(frame, pandas.DataFrame)
+    assert frame["impulse"].sum() == pytest.approx(result.summary["runs"]["reduced"]["impulse_total"])
+    assert frame.attrs["units"]["force"] == "N"
+
+
+def test_names_in_a_notebook_are_text(result):
+    told = creak.Events(result.events[:1], ["<b>9</b>"], "mm-t-s")
+    assert "<b>" not in told._repr_html_()
+    assert repr(creak.Events([], [], "mm-t-s")) == "<no contact events>"
+
+
+@pytest.mark.parametrize("kind", ["force", "gap", "energy"])
+def test_a_result_draws_itself(result, kind):
+    drawn = result.plot(kind)
+    assert type(drawn).__module__.startswith("plotly.graph_objs")
+    assert len(drawn.data) >= 2
+    assert drawn.layout.xaxis.title.text == "time, s"
+
+
+def test_a_figure_that_there_is_not(result):
+    with pytest.raises(creak.InputError, match=r"no figure 'sound'.* expected 'force' or 'gap'"):
+        result.plot("sound")
+
+
+@pytest.mark.parametrize("name", ["plot", "events", "save", "report", "page", "notes", "main"])
+def test_each_has_help(name):
+    assert getattr(creak.Result, name).__doc__

@@ -99,7 +99,7 @@ def test_forced_motion_is_that_of_the_closed_form(measured):
     exact = steady + np.exp(-zeta * w * t) * (a * np.cos(wd * t) + b * np.sin(wd * t))
     # The cubic through the load is off by 5.1e-4 (Omega H)^4 = 8e-5.
     measured(
-        "dynamics",
+        "time",
         "exact flow, damped mode pushed off resonance: worst instant",
         np.abs(history.displacement[:, 0] - exact).max() / np.abs(exact).max(),
         at_most=2e-4,

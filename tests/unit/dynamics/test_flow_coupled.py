@@ -48,10 +48,7 @@ def test_two_masses_and_a_dashpot_on_one_of_them(measured):
     weight = (roots**2 + 8.0 * roots + 2e4) / np.polyval([4.0, 24.0, 6e4, 8e4], roots)
     exact = (weight * np.exp(np.outer(t, roots))).sum(axis=1).real
     off = np.abs(history.displacement[:, 1] - exact).max() / np.abs(exact).max()
-    assert off < 1e-10
-    measured(
-        "dynamics", "exact flow, two masses, dashpot on one: worst instant", off, at_most=1e-10, source="closed form"
-    )
+    measured("time", "exact flow, two masses, dashpot on one: worst instant", off, at_most=1e-10, source="closed form")
 
 
 @pytest.mark.parametrize("ratio", [0.1, 0.999999, 1.0, 1.000001, 20.0])

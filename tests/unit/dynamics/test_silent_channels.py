@@ -45,7 +45,7 @@ def stepped(system, gaps):
     return simulate_modal(system, gaps, loads(), HHT(-0.05), observed=np.arange(2))
 
 
-@pytest.mark.parametrize("run", [(flow_march._Run, SETTLED), (modal_march._Run, HHT(-0.05), 1)])
+@pytest.mark.parametrize("run", [(flow_march.FlowRun, SETTLED), (modal_march._Run, HHT(-0.05), 1)])
 def test_watching_many_channels_makes_no_matrix_of_them(run, system):
     kind, *how = run
     for m in (3, MANY):  # the first compiles

@@ -97,7 +97,8 @@ def test_softened_cantilever_is_exact(n):
     """P L^3/(3 E I) + P L/(S b) with any number of elements, S = 5/6 G t.
 
     The other stiffness lacks 1/(4 n^2) of the bending and gives back the most of it that a share p = 1/(1 + phi) of the
-    shear strain can: S becomes (1 - p)^2 S + 12 D p^2/h^2, phi = (12 D/S)(1/h^2 + 1/b^2).
+    shear strain can: S becomes (1 - p)^2 S + 12 D p^2/h^2, phi = 12 D/(S h^2) + 36 D_t/(S b^2), D_t = D/2 without
+    Poisson's ratio.
     """
     length, width, t = 20.0, 2.0, 0.5
     section = ShellSection("T", STEEL, t)
@@ -113,7 +114,7 @@ def test_softened_cantilever_is_exact(n):
         f[[-10, -4]] = 0.5
         tips.append(np.linalg.solve(K[12:, 12:], f[12:])[-4])
     D, S, h = 2e5 * t**3 / 12.0, 5 / 6 * 1e5 * t, length / n
-    p = 1.0 / (1.0 + 12.0 * D / S * (h**-2 + width**-2))
+    p = 1.0 / (1.0 + D / S * (12.0 * h**-2 + 18.0 * width**-2))
     softer = (1.0 - p) ** 2 * S + 12.0 * D * p**2 / h**2
     bending = length**3 / (3 * D * width)
     assert tips[0] == pytest.approx(bending + length / (S * width), rel=1e-7)

@@ -27,7 +27,7 @@ MISTAKES = {
     "no elastic": ("*Elastic\n 210000., 0.3\n", "", r"material 'Steel' .* has no \*ELASTIC"),
     "no density": ("*Density\n 7.85e-9,\n", "", r"material 'Steel' .* has no \*DENSITY"),
     "temperature": (" 210000., 0.3", " 210000., 0.3, 20.\n 2.e5, 0.3, 10.", "temperatures of .ELASTIC do not rise"),
-    "orthotropic": ("*Elastic, type=ISOTROPIC", "*Elastic, type=TRACTION", r"\*ELASTIC, TYPE=TRACTION"),
+    "orthotropic": ("*Elastic, type=ISOTROPIC", "*Elastic, type=COUPLED TRACTION", r"\*ELASTIC, TYPE=COUPLED TRACTION"),
     "lamina": ("*Elastic, type=ISOTROPIC", "*Elastic, type=LAMINA", "constant 4 of material .* is missing"),
     "zero thickness": (" 0.7, 5", " 0., 5", "shell thickness is 0.; expected a number greater than zero"),
     "negative density": (" 7.85e-9,", " -7.85e-9,", "density of material 'Steel' is -7.85e-9"),

@@ -12,6 +12,9 @@ import scipy.sparse as sp
 
 from creak.assembly.system import System, to_dense
 from creak.errors import InputError
+from creak.linalg import modes as linalg_modes
+from creak.linalg.factor import factor
+from creak.linalg.mkl import has_pardiso
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.guyan import guyan
 from creak.reduction.health import Health, frequency_error, health, health_rows
@@ -479,3 +482,30 @@ def test_rigid_motion_of_the_superelement_is_that_of_the_part():
     motions = rigid_motion(part, small, COORDS)
     # Psi reproduces rigid motion to the round-off of K_ii^-1 K_ib.
     np.testing.assert_allclose(motions.u, motions.R, atol=1e-7)
+
+
+def test_own_modes_cost_one_factorisation(monkeypatch):
+    made = []
+
+    def counted(A, **options):
+        made.append(A.shape)
+        return factor(A, **options)
+
+    monkeypatch.setattr(linalg_modes, "DENSE_LIMIT", 100)
+    monkeypatch.setattr(linalg_modes, "factor", counted)
+    part, reduced, inside = reduced_plate(20)
+    made.clear()
+    found = health(part, reduced, inside, COORDS)
+    assert made == [(part.n, part.n)]
+    exact = linalg_modes.modes(part.K, part.M, count=12, free=True).frequencies[6:]
+    np.testing.assert_allclose(found.free.full[:6], exact, rtol=1e-9)
+
+
+def test_a_small_factor_stays_for_the_check():
+    part = free_plate()
+    inside = cut_at(part, CORNERS)
+    first = inside.factor
+    inside.release(above=10**9)
+    assert (inside.factor is first) == has_pardiso()  # other factors do not know their size
+    inside.release(above=0)
+    assert inside.factor is not first

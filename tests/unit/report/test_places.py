@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from creak.model.units import UNITS
 from creak.report.event_csv import event_csv
 from creak.report.found import found_of
-from creak.report.text import UNITS
+from creak.studies.results import places as module
 from creak.studies.results.places import find_places, place_of
+from creak.studies.results.summary import summarise
 from creak.studies.run.job import events_in
 
 
@@ -51,6 +53,21 @@ def test_a_chain_of_neighbours_is_one_place(result):
     places = find_places(result, struck(result, [node(result, k) for k in (101, 102, 103, 104, 105)]))
     assert len(places) == 1
     assert places[0].nodes_idx.size == 5
+
+
+def test_places_are_looked_for_once_for_each_run(result, monkeypatch):
+    looked, find = [], module.find_events
+    monkeypatch.setattr(module, "find_events", lambda h, *more: looked.append(h) or find(h, *more))
+    fresh = replace(result, runs={name: replace(run) for name, run in result.runs.items()})
+    first = summarise(fresh)
+    found_of(fresh)
+    assert summarise(replace(fresh, notes=[*fresh.notes])) == first
+    assert len(looked) == len(fresh.runs) == 2
+    # Other channels, or another window, are looked at anew.
+    run = fresh.runs["reduced"]
+    find_places(replace(fresh, gaps=replace(fresh.gaps)), run)
+    find_places(replace(fresh, window=(0.0, 0.5 * fresh.window[1])), run)
+    assert len(looked) == 4
 
 
 def test_places_share_all_events_of_a_contact_among_them(result):

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from creak.model.units import UNITS
 from creak.report.checks import checks, moving_axes
 from creak.report.found import found_of
-from creak.report.text import THIN, UNITS
+from creak.report.text import THIN
 from creak.report.verdict import penetration, sentence, warnings
 from creak.studies.results.summary import summarise
 from creak.verify.events import Event

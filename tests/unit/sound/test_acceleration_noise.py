@@ -57,7 +57,6 @@ def test_two_spheres_that_meet(angle, away, measured):
         cosine = sign * (listener - centre)[2] / distance
         wanted += closed_form(t - (distance - RADIUS) / C, distance, cosine)
     error = np.abs(found - wanted).max() / np.abs(wanted).max()
-    assert error < 2e-3
     measured("sound", "two spheres that meet: largest error over the peak", error, at_most=2e-3, source="closed form")
 
 

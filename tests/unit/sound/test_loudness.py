@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 import creak
 from creak.errors import InputError
-from creak.sound.loudness import loudness, loudness_level, loudness_of_levels, steady_loudness
+from creak.sound.loudness import added_loudness, loudness, loudness_level, loudness_of_levels, steady_loudness
 from creak.sound.third_octave import third_octave_levels
 from creak.sound.zwicker_tables import BARK
 
@@ -138,12 +138,11 @@ def test_signals_of_the_standard_over_time(number, measured):
     assert np.allclose(found.time, 0.002 * np.arange(wanted.size))
     miss = np.abs(found.total - wanted)
     assert (miss <= np.maximum(0.05 * wanted, 0.1)).all()
-    assert miss.max() < 0.02
     measured(
         "sound",
         f"ISO 532-1 signal {number}: largest error of N(t)",
         miss.max(),
-        at_most=0.1,
+        at_most=0.02,
         unit="sone",
         source="ISO 532-1",
     )
@@ -169,7 +168,6 @@ def test_percentiles_are_those_of_the_standards_curve(number, n_max, n5, n10):
 @pytest.mark.parametrize(("freq", "level", "sone"), [(250, 80, 14.655), (1000, 60, 4.019), (4000, 40, 1.549)])
 def test_tones_of_the_standard(freq, level, sone, measured):
     found = steady_loudness(tone(freq, level), RATE).total
-    assert found == pytest.approx(sone, rel=0.01)
     measured(
         "sound", f"ISO 532-1, tone of {freq} Hz and {level} dB", found, sone, rel=0.01, unit="sone", source="ISO 532-1"
     )
@@ -177,7 +175,6 @@ def test_tones_of_the_standard(freq, level, sone, measured):
 
 def test_levels_of_the_standards_machine(measured):
     found = loudness_of_levels(MACHINE).total
-    assert found == pytest.approx(83.296, rel=1e-4)
     measured("sound", "ISO 532-1, signal 1 from its levels", found, 83.296, rel=1e-4, unit="sone", source="ISO 532-1")
 
 
@@ -249,7 +246,6 @@ def test_sharpness_of_narrow_noise(index, measured):
     """
     found = sharpness_at_4_sone(noise(CRITICAL[index], CRITICAL[index + 1]))
     allowed = max(0.05, 0.05 * ACUM[index])
-    assert found == pytest.approx(ACUM[index], abs=allowed)
     measured(
         "sound",
         "DIN 45692, narrow noise: sharpness, worst band",
@@ -277,6 +273,18 @@ def test_sharpness_over_time_is_that_of_the_steady_sound():
     assert np.median(loudness(x[:RATE], RATE).sharpness[100:]) == pytest.approx(
         steady_loudness(x, RATE).sharpness, rel=0.05
     )
+
+
+def test_what_a_tone_adds_to_a_background_is_the_loudness_of_both_less_the_backgrounds():
+    x, background = tone(1000, 60), np.full(28, 50.0)
+    own = third_octave_levels(x, RATE)
+    both = 10.0 * np.log10(10.0 ** (0.1 * background) + 10.0 ** (0.1 * own))
+    expected = loudness_of_levels(both).total - loudness_of_levels(background).total
+    added = added_loudness(x, RATE, background)
+    assert np.median(added[added.size // 2 :]) == pytest.approx(expected, rel=0.01)
+    alone = loudness(x, RATE).total
+    assert added_loudness(x, RATE, np.full(28, -100.0)) == pytest.approx(alone, abs=1e-9)
+    assert added_loudness(np.zeros(RATE // 4), RATE, background).max() < 1e-4
 
 
 @pytest.mark.parametrize("field", ["free", "diffuse"])

@@ -73,7 +73,6 @@ def test_piston_on_its_axis_over_time(height, measured):
     acceleration = -2 * (t - middle) / width**2 * velocity(t)
     exact = RHO * C * (velocity(t - height / C) - velocity(t - np.hypot(height, RADIUS) / C))
     error = np.abs(pressure(rows, acceleration[:, None])[0] - exact).max() / np.abs(exact).max()
-    assert error < 0.01
     measured(
         "sound",
         "baffled piston on its axis, pulse: largest error over the peak",
@@ -93,7 +92,6 @@ def test_directivity_of_a_piston(ka, measured):
     u = ka * np.sin(angle)
     wanted = np.where(u > 0, 2 * j1(u) / np.where(u > 0, u, 1), 1.0) * RHO * RADIUS**2 / (2 * distance)
     error = np.abs(found - np.abs(wanted)).max() / wanted[0]
-    assert error < 0.01
     measured("sound", "directivity of a piston, worst error over the axis", error, at_most=0.01, source="closed form")
 
 
@@ -112,7 +110,6 @@ def test_plate_below_and_above_coincidence_far_away(mode, over, measured):
 
     wanted = RHO / (2 * np.pi * distance) * side(3, SIDES[0], towards[:, 0]) * side(2, SIDES[1], towards[:, 1])
     error = np.abs(np.abs(found) - np.abs(wanted)).max() / np.abs(wanted).max()
-    assert error < 0.01
     measured(
         "sound",
         "simply supported plate, far field below and above coincidence",
@@ -149,7 +146,6 @@ def test_a_small_sphere_that_breathes(measured):
     rows = pressure_rows(points, volumes, [[distance, 0, 0]], RATE, baffled=False)
     found = abs(response(rows, 0.05 * C / radius / 2 / np.pi)[0, 0])
     wanted = RHO * radius**2 / distance / np.hypot(1, 0.05)
-    assert found == pytest.approx(wanted, rel=0.01)
     measured("sound", "small pulsating sphere", found, wanted, rel=0.01, unit="Pa", source="closed form")
 
 

@@ -16,12 +16,6 @@ from creak.contact.laws.pieces import add_piece
 
 
 @numba.njit(cache=True, error_model="numpy")
-def linear_force(stiffness, damping, gap, rate):  # type: ignore[no-untyped-def]
-    """p of one channel, force; gap in length, rate in length / time."""
-    return max(0.0, -stiffness * gap - damping * rate) if gap < 0.0 else 0.0
-
-
-@numba.njit(cache=True, error_model="numpy")
 def linear_energy(stiffness, gap):  # type: ignore[no-untyped-def]
     """Energy in the spring, k g^2 / 2 while closed."""
     return 0.5 * stiffness * gap * gap if gap < 0.0 else 0.0

@@ -94,10 +94,13 @@ def read_connectors(
     ------
     InputError : unknown set, kind, behaviour or orientation; a set of other elements.
     """
-    behaviours = _behaviours(deck)
+    behaviours = read_behaviours(deck)
     made: list[Made] = []
     rigid: list[Connector] = []
+    of_fasteners = fastener_sets(deck)
     for scope, block in deck.blocks("CONNECTOR SECTION"):
+        if block.need("ELSET").upper() in of_fasteners:
+            continue
         rows = np.sort(names.find(block.need("ELSET"), scope.name, block.where))
         other = [elements.of(int(r)).name for r in rows if elements.of(int(r)).name != "CONN3D2"]
         if other:
@@ -113,6 +116,11 @@ def read_connectors(
     return Connectors(tuple(made), tuple(rigid))
 
 
+def fastener_sets(deck: Outline) -> set[str]:
+    """Element sets of connectors that Abaqus makes for fasteners: no element of the deck is in them."""
+    return {block.get("ELSET").upper() for _, block in deck.blocks("FASTENER") if block.get("ELSET")}
+
+
 def _section(
     deck: Outline,
     scope: Scope,
@@ -123,6 +131,27 @@ def _section(
     orientations: Orientations,
     coords: FloatArray,
 ) -> tuple[Made, list[Connector]]:
+    nodes = elements.nodes_idx[rows, :2]
+    section, own, joints = described(deck, scope, block, nodes, behaviours, orientations, coords)
+    return Made(block, rows, section, own), joints
+
+
+def described(
+    deck: Outline,
+    scope: Scope,
+    block: Block,
+    nodes: IntArray,
+    behaviours: Mapping[str, Behaviour],
+    orientations: Orientations,
+    coords: FloatArray,
+    default: FloatArray | None = None,
+) -> tuple[Bushing | AxialSpring, Own, list[Connector]]:
+    """Springs and rigid components of a *CONNECTOR SECTION between nodes (n, 2).
+
+    Parameters
+    ----------
+    default : (n, 3, 3) axes where the section names none; None: those of a rotated instance, or global ones.
+    """
     lines = list(block.rows(blanks=True))
     if not lines or not lines[0][0]:
         raise InputError(
@@ -139,19 +168,19 @@ def _section(
             expected="AXIAL alone",
             fix="Make two connectors of it.",
         )
-    nodes = elements.nodes_idx[rows, :2]
-    axes = _axes(deck, scope, block, lines[1:], orientations, coords[nodes[:, 0]])
+    named = default is None or (len(lines) > 1 and lines[1][0] and lines[1][0][0])
+    axes = _axes(deck, scope, block, lines[1:], orientations, coords[nodes[:, 0]]) if named else default
     behaviour = _behaviour(block, behaviours)
     held = behaviour.rigid | ROTATIONAL.get(rotation, _FREE) | TRANSLATIONAL.get(translation, (_FREE, 1.0))[0]
-    made = _springs(block, rows, translation, rotation, behaviour, held, axes)
+    section, own = _springs(block, translation, rotation, behaviour, held, axes)
     location, link = TRANSLATIONAL.get(translation, (_FREE, 1.0))[1], translation == "LINK"
-    frames = np.broadcast_to(np.eye(3), (rows.size, 3, 3)) if axes is None else axes
+    frames = np.broadcast_to(np.eye(3), (len(nodes), 3, 3)) if axes is None else axes
     joints = [
         Connector(block.get("ELSET"), (int(a), int(b)), np.array(frame), held, location, link, block.where)
         for (a, b), frame in zip(nodes, frames, strict=True)
         if held or link
     ]
-    return made, joints
+    return section, own, joints
 
 
 def _axes(
@@ -174,23 +203,22 @@ def _axes(
 
 def _springs(
     block: Block,
-    rows: IntArray,
     translation: str,
     rotation: str,
     behaviour: Behaviour,
     held: frozenset[int],
     axes: FloatArray | None,
-) -> Made:
+) -> tuple[Bushing | AxialSpring, Own]:
     """Springs and dashpots in the components that are free to move."""
     name = block.get("ELSET")
     if translation == "AXIAL":
         k, c = (float(m[0, 0]) for m in (behaviour.stiffness, behaviour.damping))
-        return Made(block, rows, AxialSpring(name, k, c), COMMON)
+        return AxialSpring(name, k, c), COMMON
     active = _active(translation, rotation) - held
     mask = np.array([k in active for k in range(1, 7)], dtype=float)
     both, location = np.outer(mask, mask), TRANSLATIONAL.get(translation, (_FREE, 1.0))[1]
     section = Bushing(name, behaviour.stiffness * both, behaviour.damping * both, location)
-    return Made(block, rows, section, COMMON if axes is None else Own(axis1=axes[:, 0], axis2=axes[:, 1]))
+    return section, COMMON if axes is None else Own(axis1=axes[:, 0], axis2=axes[:, 1])
 
 
 def _active(translation: str, rotation: str) -> frozenset[int]:
@@ -227,7 +255,8 @@ def _behaviour(block: Block, behaviours: Mapping[str, Behaviour]) -> Behaviour:
     return behaviours[name.upper()]
 
 
-def _behaviours(deck: Outline) -> dict[str, Behaviour]:
+def read_behaviours(deck: Outline) -> dict[str, Behaviour]:
+    """*CONNECTOR BEHAVIOR by name, upper case."""
     result: dict[str, Behaviour] = {}
     for _, block in deck.blocks("CONNECTOR BEHAVIOR"):
         stiffness, damping, rigid = np.zeros((6, 6)), np.zeros((6, 6)), set[int]()

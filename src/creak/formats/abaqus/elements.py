@@ -27,7 +27,9 @@ class ElementType:
 
 
 _SHELL = ("SHELL SECTION", "SHELL GENERAL SECTION")
-_BEAM, _SOLID = ("BEAM SECTION", "BEAM GENERAL SECTION"), ("SOLID SECTION",)
+_BEAM, _SOLID, _CONTINUUM = ("BEAM SECTION", "BEAM GENERAL SECTION"), ("SOLID SECTION",), ("SHELL SECTION",)
+_MEMBRANE, _RIGID, _LAYER = ("MEMBRANE SECTION",), ("RIGID BODY",), ("COHESIVE SECTION",)
+_SKIN = "membranes keep a millionth of a shell's bending stiffness, so that no rotation is loose"
 TYPES = (
     ElementType("S4", "quad4", 4, _SHELL),
     ElementType("S4R", "quad4", 4, _SHELL),
@@ -35,6 +37,14 @@ TYPES = (
     ElementType("S3R", "tri3", 3, _SHELL),
     ElementType("STRI3", "tri3", 3, _SHELL, "STRI3 (thin) is treated as S3, which shears a little"),
     ElementType("S4R5", "quad4", 4, _SHELL, "S4R5 (thin) is treated as S4"),
+    ElementType("S4RS", "quad4", 4, _SHELL),
+    ElementType("S4RSW", "quad4", 4, _SHELL),
+    ElementType("S3RS", "tri3", 3, _SHELL),
+    ElementType("M3D4", "quad4", 4, _MEMBRANE, _SKIN),
+    ElementType("M3D4R", "quad4", 4, _MEMBRANE, _SKIN),
+    ElementType("M3D3", "tri3", 3, _MEMBRANE, _SKIN),
+    ElementType("R3D4", "quad4", 4, _RIGID),
+    ElementType("R3D3", "tri3", 3, _RIGID),
     ElementType(
         "B31",
         "beam2",
@@ -58,9 +68,21 @@ TYPES = (
         "element goes through the thickness",
     ),
     ElementType("C3D6", "wedge6", 6, _SOLID, "C3D6 is fully integrated: a little stiffer than in Abaqus"),
+    ElementType("C3D6H", "wedge6", 6, _SOLID, "C3D6H is treated as C3D6: stiff if nearly incompressible"),
     ElementType("C3D4", "tet4", 4, _SOLID),
+    ElementType("C3D4H", "tet4", 4, _SOLID, "C3D4H is treated as C3D4: locked if nearly incompressible"),
+    ElementType("C3D5", "pyramid5", 5, _SOLID),
+    ElementType("C3D8S", "hex8", 8, _SOLID, "C3D8S is treated as C3D8I"),
+    ElementType("C3D8IH", "hex8", 8, _SOLID, "C3D8IH is treated as C3D8I, which does not lock in volume either"),
+    ElementType("SC8R", "hex8", 8, _CONTINUUM, "SC8R is treated as C3D8I: sharp angles between its sides stiffen it"),
+    ElementType("SC6R", "wedge6", 6, _CONTINUUM, "SC6R is treated as C3D6: stiffer in bending"),
+    ElementType("COH3D8", "coh8", 8, _LAYER),
+    ElementType("COH3D6", "coh6", 6, _LAYER),
     ElementType("C3D10", "tet10", 10, _SOLID),
     ElementType("C3D10M", "tet10", 10, _SOLID, "C3D10M is treated as C3D10"),
+    ElementType("C3D10I", "tet10", 10, _SOLID, "C3D10I is treated as C3D10"),
+    ElementType("C3D10H", "tet10", 10, _SOLID, "C3D10H is treated as C3D10: stiff if nearly incompressible"),
+    ElementType("C3D10MH", "tet10", 10, _SOLID, "C3D10MH is treated as C3D10: stiff if nearly incompressible"),
     ElementType("C3D10HS", "tet10", 10, _SOLID, "C3D10HS is treated as C3D10: stiff if nearly incompressible"),
     ElementType("C3D20", "hex20", 20, _SOLID),
     ElementType("C3D20R", "hex20r", 20, _SOLID),
@@ -79,9 +101,18 @@ TYPES = (
     ElementType("DASHPOT1", "spring1", 1, ("DASHPOT",)),
     ElementType("DASHPOT2", "spring2", 2, ("DASHPOT",)),
 )
+_OTHERS = {
+    **dict.fromkeys(("S8R", "S9R"), ("creak has no quadratic shell", "S4R")),
+    "STRI65": ("creak has no quadratic shell", "S3"),
+    **dict.fromkeys(("B32", "B31OS", "B32OS"), ("creak has straight beams of two nodes without warping", "B31")),
+    **dict.fromkeys(("B21", "B22", "B23", "CPS", "CPE", "CAX", "SAX"), ("creak's models are in space, not plane", "")),
+    **dict.fromkeys(("GAP", "ITT"), ("contact is that of the study: a [[connector]] of type play", "")),
+    **dict.fromkeys(("AC", "DC", "F3D", "FC"), ("creak has no fluids and no heat", "")),
+}
+"""Beginnings of types that creak has not -> why, and what comes nearest."""
 _TYPE_ROW = {t.name: k for k, t in enumerate(TYPES)}
-SOLIDS = ("hex8", "wedge6", "tet4", "tet10", "hex20", "hex20r", "wedge15")
-STRUCTURAL = ("quad4", "tri3", "beam2", "truss2", *SOLIDS)
+SOLIDS = ("hex8", "wedge6", "pyramid5", "tet4", "tet10", "hex20", "hex20r", "wedge15")
+STRUCTURAL = ("quad4", "tri3", "beam2", "truss2", "coh8", "coh6", *SOLIDS)
 
 
 @dataclass(frozen=True)
@@ -166,11 +197,12 @@ def type_row(block: Block) -> int:
     """
     name = block.need("TYPE").upper()
     if name not in _TYPE_ROW:
+        what, instead = next((pair for start, pair in _OTHERS.items() if name.startswith(start)), ("", ""))
         raise InputError(
-            f"unknown element type {name!r}",
+            f"unknown element type {name!r}{f': {what}' if what else ''}",
             expected=", ".join(_TYPE_ROW),
             where=block.where,
-            fix=suggest(name, _TYPE_ROW) if name else "",
+            fix=f"Did you mean {instead!r}?" if instead else suggest(name, _TYPE_ROW) if name else "",
         )
     return _TYPE_ROW[name]
 

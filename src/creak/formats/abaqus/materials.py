@@ -99,6 +99,29 @@ def find_solid_material(name: str, materials: dict[str, RawMaterial], where: str
     return material
 
 
+def find_traction_material(
+    name: str, materials: dict[str, RawMaterial], where: str
+) -> tuple[tuple[float, float, float], float, float, float]:
+    """Enn, Ess, Ett of *ELASTIC, TYPE=TRACTION (and UNCOUPLED TRACTION), density, alpha and beta of a cohesive layer.
+
+    Raises
+    ------
+    InputError : no such material, or it is of another type; no *DENSITY is a density of zero.
+    """
+    raw = materials.get(name.upper())
+    if raw is None:
+        raise InputError(f"unknown material {name!r}", where=where, fix=suggest(name, materials))
+    if raw.elastic is None or raw.elastic.kind != TRACTION:
+        raise InputError(
+            f"material {raw.name!r} of a cohesive section has no *ELASTIC, TYPE=TRACTION",
+            expected="Enn, Ess, Ett",
+            where=raw.where,
+            fix="Give the stiffness of the layer in traction over separation.",
+        )
+    n, s, t = raw.elastic.values
+    return (n, s, t), raw.density or 0.0, raw.alpha, raw.beta
+
+
 def find_any_material(name: str, materials: dict[str, RawMaterial], where: str) -> AnyMaterial:
     """The material of a structural section.
 
@@ -119,6 +142,13 @@ def find_any_material(name: str, materials: dict[str, RawMaterial], where: str) 
         )
     common = (raw.density, raw.alpha, raw.beta)
     values, at = raw.elastic.values, raw.elastic.where
+    if raw.elastic.kind == TRACTION:
+        raise InputError(
+            f"material {raw.name!r} is *ELASTIC, TYPE=TRACTION, which cohesive elements alone have",
+            expected="*COHESIVE SECTION with COH3D8 or COH3D6",
+            where=where,
+            fix="Give E and nu.",
+        )
     if raw.elastic.kind == "ISOTROPIC":
         return Material(raw.name, values[0], values[1], *common)
     if raw.elastic.kind == "LAMINA":
@@ -164,15 +194,16 @@ def _material(deck: Outline, name: str, block: Block) -> RawMaterial:
     return RawMaterial(name, block.where, elastic, density, alpha, beta)
 
 
-_COUNTS = {"ISOTROPIC": 2, "LAMINA": 6, "ENGINEERING CONSTANTS": 9, "ORTHOTROPIC": 9, "ANISOTROPIC": 21}
+TRACTION = "TRACTION"
+_COUNTS = {"TRACTION": 3, "ISOTROPIC": 2, "LAMINA": 6, "ENGINEERING CONSTANTS": 9, "ORTHOTROPIC": 9, "ANISOTROPIC": 21}
 """Number of constants of each kind of *ELASTIC."""
-_MODULI = {"LAMINA": (0, 1, 3, 4, 5), "ENGINEERING CONSTANTS": (0, 1, 2, 6, 7, 8)}
+_MODULI = {"TRACTION": (0, 1, 2), "LAMINA": (0, 1, 3, 4, 5), "ENGINEERING CONSTANTS": (0, 1, 2, 6, 7, 8)}
 """Which of them must be positive."""
 
 
 def _elastic(deck: Outline, name: str, option: Block) -> Elastic:
     kind = option.option("TYPE", "ISOTROPIC")
-    kind = "ISOTROPIC" if kind == "ISO" else kind
+    kind = {"ISO": "ISOTROPIC", "UNCOUPLED TRACTION": TRACTION}.get(kind, kind)
     if kind not in _COUNTS:
         raise InputError(
             f"*ELASTIC, TYPE={kind} in material {name!r}",

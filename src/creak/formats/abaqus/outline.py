@@ -109,6 +109,7 @@ class _Sorter:
         if self.step is not None:
             raise _not_closed(self.step)
         self._list_unplaced()
+        self._leave_out_display_bodies()
         self.result.scopes.append(self.root)
         if self.parts and len(self.result.scopes) == 1 and not any(b.name == "NODE" for b in self.root.blocks):
             raise InputError(
@@ -117,6 +118,16 @@ class _Sorter:
                 fix="Place the parts with *INSTANCE lines in an *ASSEMBLY.",
             )
         return self.result
+
+    def _leave_out_display_bodies(self) -> None:
+        """Instances of *DISPLAY BODY are not part of the analysis; nor are sets of them."""
+        drawn: set[str] = set()
+        for block in self.root.blocks:
+            if block.name == "DISPLAY BODY":
+                drawn.add(block.need("INSTANCE").upper())
+                self.result.note(block, "it draws only: the instance is left out", changes=False)
+        self.result.scopes = [s for s in self.result.scopes if s.name not in drawn]
+        self.root.blocks = [b for b in self.root.blocks if b.get("INSTANCE").upper() not in drawn or not drawn]
 
     def _list_unplaced(self) -> None:
         placed = {scope.part for scope in self.result.scopes}

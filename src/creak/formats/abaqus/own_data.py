@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.errors import InputError
+from creak.errors import InputError, suggest
+from creak.formats.abaqus.distributions import Distributions, find_distribution
 from creak.formats.abaqus.elements import Elements
 from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.nodal_thickness import at_elements
@@ -26,6 +27,7 @@ class Geometry:
     orientations: Orientations
     thickness: FloatArray
     """(n_node,) *NODAL THICKNESS, NaN where there is none."""
+    distributions: Distributions = field(default_factory=dict)
 
     def centres(self, elements: Elements, rows: IntArray) -> FloatArray:
         """(n, 3) mean positions of the nodes of elements."""
@@ -55,13 +57,14 @@ def own_data(
     """Material directions, beam axes by a third node and nodal thickness of the elements of one section."""
     own = COMMON
     solid = isinstance(section, SolidSection) and isinstance(section.material, AnisotropicMaterial)
+    solid = solid and block.name != "COHESIVE SECTION"
     if block.get("ORIENTATION") and (solid or isinstance(section, GeneralShell)):
         orientation = find_orientation(block.get("ORIENTATION"), at.orientations, scope, deck, block.where)
         centres = at.centres(elements, rows)
         if isinstance(section, GeneralShell):
-            own = Own(axis1=orientation.shell_axis1(centres))
+            own = Own(axis1=orientation.shell_axis1(rows, centres))
         else:
-            axes = orientation.axes(centres)
+            axes = orientation.of_elements(rows, centres)
             own = Own(axis1=axes[:, 0], axis2=axes[:, 1])
     elif solid:
         raise InputError(
@@ -76,10 +79,34 @@ def own_data(
     if isinstance(section, BeamSection) and (third >= 0).any():
         toward = at.coords[third] - at.coords[elements.nodes_idx[rows, 0]]
         own = Own(axis1=np.where((third >= 0)[:, None], toward, np.array(section.axis1)))
+    if isinstance(section, ShellSection | GeneralShell) and block.has("SHELL THICKNESS"):
+        given = _thicknesses(deck, scope, block, rows, at) / section.thickness
+        own = replace(own, thickness=np.tile(given, (1, elements.nodes_idx.shape[1])))
     if isinstance(section, ShellSection | GeneralShell) and block.has("NODAL THICKNESS"):
         thickness = at_elements(block, elements.nodes_idx[rows], at.thickness)
         own = replace(own, thickness=thickness / section.thickness)
     return own
+
+
+def _thicknesses(deck: Outline, scope: Scope, block: Block, rows: IntArray, at: Geometry) -> FloatArray:
+    """(n, 1) thickness of elements by SHELL THICKNESS=."""
+    name = block.need("SHELL THICKNESS")
+    found = find_distribution(name, at.distributions, scope, deck, ("LENGTH",), block.where)
+    if found is None:
+        raise InputError(
+            f"SHELL THICKNESS={name} of *{block.name} is no *DISTRIBUTION",
+            where=block.where,
+            fix=suggest(name, at.distributions),
+        )
+    values = found.values[rows]
+    if not (values > 0.0).all():
+        raise InputError(
+            f"distribution {name!r} gives {int((~(values > 0.0)).sum())} shell(s) of *{block.name} no thickness",
+            expected="lengths greater than zero: a default on its first data line, or a line for each element",
+            where=found.where,
+            fix="Add the elements.",
+        )
+    return values
 
 
 def _default_direction(scope: Scope, elements: Elements, rows: IntArray, coords: FloatArray) -> FloatArray:

@@ -12,7 +12,9 @@ from creak.formats.abaqus.added_mass import with_added_mass
 from creak.formats.abaqus.blocks import make_blocks
 from creak.formats.abaqus.boundary import read_boundaries, read_initial_velocity
 from creak.formats.abaqus.couplings import Placement, read_couplings
+from creak.formats.abaqus.distributions import read_distributions
 from creak.formats.abaqus.elements import read_elements
+from creak.formats.abaqus.fasteners import extended, read_fasteners, spring_blocks
 from creak.formats.abaqus.joints import joint_constraints
 from creak.formats.abaqus.keywords import misspelled
 from creak.formats.abaqus.lexer import lex
@@ -24,8 +26,9 @@ from creak.formats.abaqus.nodes import read_nodes
 from creak.formats.abaqus.orientations import read_orientations
 from creak.formats.abaqus.outline import Outline, outline
 from creak.formats.abaqus.own_data import Geometry
+from creak.formats.abaqus.parameters import with_parameters
 from creak.formats.abaqus.parts import read_parts
-from creak.formats.abaqus.prestress import list_prestress
+from creak.formats.abaqus.prestress import list_prestress, read_static
 from creak.formats.abaqus.sections import read_sections
 from creak.formats.abaqus.sets import read_sets
 from creak.formats.abaqus.steps import read_run
@@ -77,7 +80,7 @@ def read_deck_run(path: str | Path) -> tuple[Model, DeckRun]:
 
 
 def _read(path: str | Path, made: Callable[[Outline], T]) -> T:
-    blocks = lex(path)
+    blocks = with_parameters(lex(path))
     if not blocks:
         raise InputError(
             "the deck is empty",
@@ -95,32 +98,41 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
     elements, element_names = read_elements(deck, node_names)
     read_sets(deck, elements, node_names, element_names)
     surfaces = read_surfaces(deck, nodes.coords, elements, node_names, element_names)
+    distributions = read_distributions(deck, element_names, elements.ids.size)
     place = Placement(
-        nodes.coords, read_orientations(deck, node_names, nodes.coords), read_transforms(deck, node_names, nodes.coords)
+        nodes.coords,
+        read_orientations(deck, node_names, nodes.coords, distributions),
+        read_transforms(deck, node_names, nodes.coords),
     )
     thickness = read_nodal_thickness(deck, node_names, nodes.count)
-    geometry = Geometry(nodes.coords, place.orientations, thickness)
+    geometry = Geometry(nodes.coords, place.orientations, thickness, distributions)
     assigned = read_sections(deck, elements, element_names, read_materials(deck), geometry)
     assigned = with_added_mass(deck, elements, element_names, assigned, nodes.coords)
     constraints = read_couplings(deck, surfaces, elements, node_names, element_names, place)
-    constraints += joint_constraints(assigned.connectors, nodes.coords)
+    fasteners = read_fasteners(deck, surfaces, node_names, nodes.coords, place.orientations)
+    nodes = extended(nodes, fasteners.points)
+    constraints += fasteners.constraints
+    constraints += joint_constraints((*assigned.connectors, *fasteners.joints), nodes.coords)
     constraints += read_links(deck, node_names, nodes.coords, place.transforms)
     constraints += read_ties(deck, nodes, elements, assigned, surfaces, node_names)
     note_transformed(deck, place.transforms, node_names)
-    run = read_run(deck, with_short_names(surfaces), node_names, place.transforms) if own_step else None
-    if run is None:
-        list_prestress(deck)
+    count = int(elements.ids.size)
+    run = None
+    if own_step:
+        run = read_run(deck, with_short_names(surfaces), node_names, element_names, count, place.transforms)
+    static = list_prestress(deck) if run is None else None
     fixed = read_boundaries(deck, node_names) if run is None else list(run.step.fixed)
     fixed, skew = held_along_axes(fixed, place.transforms)
     constraints += skew
     velocity = read_initial_velocity(deck, node_names)
+    prestress = read_static(deck, static, node_names, place.transforms)
     partition = read_parts(deck, nodes, elements, element_names, constraints)
     made = make_blocks(elements, assigned, partition, nodes.coords)
     sets = {name: made.place[rows] for name, rows in element_names.sets.items()}
     model = Model(
         source=source,
         nodes=nodes,
-        blocks=made.blocks,
+        blocks=(*made.blocks, *spring_blocks(fasteners, elements, partition.parts, nodes.count)),
         parts=partition.parts,
         node_sets=with_short_names(node_names.sets),
         element_sets=with_short_names(sets),
@@ -129,6 +141,7 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
         fixed=tuple(fixed),
         initial_velocity=tuple(velocity),
         unread=tuple(deck.unread),
+        prestress=prestress,
     )
     return model, run
 

@@ -28,6 +28,12 @@ from creak.formats.abaqus.points import (
     turned_spring,
 )
 from creak.formats.abaqus.shell_sections import read_shell_general_section, read_shell_section
+from creak.formats.abaqus.thin_sections import (
+    read_cohesive_section,
+    read_continuum_shell,
+    read_membrane_section,
+    rigid_section,
+)
 from creak.model.materials import (
     AxialSpring,
     BeamSection,
@@ -42,6 +48,7 @@ from creak.model.materials import (
 from creak.model.mesh import COMMON, Own
 
 Materials = dict[str, RawMaterial]
+_Reader = Callable[[Scope, Block, Materials], Section]
 
 
 @dataclass(frozen=True)
@@ -82,8 +89,7 @@ def read_sections(
         rows = names.find(block.need("ELSET"), scope.name, block.where)
         _check_types(block, rows, elements)
         _check_free(block, rows, section_idx, elements, places)
-        reader = read_truss_section if _is_truss(block, rows, elements) else _READERS[block.name]
-        section = reader(scope, block, materials)
+        section = _reader(block, rows, elements)(scope, block, materials)
         frame = constant_frame(deck, scope, block, geometry) if isinstance(section, Spring) else None
         if isinstance(section, NodalMatrices) or (isinstance(section, PointMass) and block.get("ORIENTATION")):
             turn = constant_frame(deck, scope, block, geometry)
@@ -95,6 +101,7 @@ def read_sections(
                 own[len(sections)] = mine
             sections.append(kind)
             places.append(block.where)
+    _add_rigid(deck, elements, names, section_idx, sections, places, materials, geometry.coords)
     connectors = read_connectors(deck, elements, names, geometry.orientations, geometry.coords)
     _add_connectors(connectors, elements, section_idx, sections, places, own)
     _check_all(elements, section_idx)
@@ -128,6 +135,30 @@ def _kinds(
         return [(rows, section)]
     both: list[tuple[IntArray, Section]] = [(rows[~mask], section), (rows[mask], other)]
     return [(some, kind) for some, kind in both if some.size]
+
+
+def _add_rigid(
+    deck: Outline,
+    elements: Elements,
+    names: Registry,
+    section_idx: IntArray,
+    sections: list[Section],
+    places: list[str],
+    materials: Materials,
+    coords: FloatArray,
+) -> None:
+    """*RIGID BODY is the section of its rigid elements."""
+    rigid = np.array([t.sections == ("RIGID BODY",) for t in TYPES])
+    for scope, block in deck.blocks("RIGID BODY"):
+        rows = names.find(block.need("ELSET"), scope.name, block.where) if block.has("ELSET") else np.zeros(0, np.int64)
+        rows = rows[rigid[elements.type_idx[rows]] & (section_idx[rows] < 0)]
+        for n_node in (3, 4):
+            some = rows[np.array([t.n_nodes for t in TYPES])[elements.type_idx[rows]] == n_node]
+            if some.size:
+                section_idx[some] = len(sections)
+                corners = coords[elements.nodes_idx[some, :n_node]]
+                sections.append(rigid_section(deck, block, corners, materials))
+                places.append(block.where)
 
 
 def _add_connectors(
@@ -168,6 +199,23 @@ def read_solid_section(scope: Scope, block: Block, materials: Materials) -> Sect
     return SolidSection(block.get("ELSET"), find_solid_material(block.need("MATERIAL"), materials, block.where))
 
 
+def _reader(block: Block, rows: IntArray, elements: Elements) -> _Reader:
+    """What reads a section; those of trusses and of continuum shells have the keywords of others."""
+    if _is_truss(block, rows, elements):
+        return read_truss_section
+    continuum = np.array([t.kind in SOLIDS for t in TYPES])[elements.type_idx[rows]]
+    if block.name == "SHELL SECTION" and continuum.any():
+        if not continuum.all():
+            raise InputError(
+                f"*SHELL SECTION, ELSET={block.get('ELSET')} holds both shells and continuum shells",
+                expected="one kind",
+                where=block.where,
+                fix="Make two sections of it.",
+            )
+        return read_continuum_shell
+    return _READERS[block.name]
+
+
 def _is_truss(block: Block, rows: IntArray, elements: Elements) -> bool:
     """Is this the *SOLID SECTION of trusses?
 
@@ -188,7 +236,6 @@ def _is_truss(block: Block, rows: IntArray, elements: Elements) -> bool:
     return not solid.any()
 
 
-_Reader = Callable[[Scope, Block, Materials], Section]
 AXIAL = ("SPRINGA", "DASHPOTA")
 """Types that act along the line between their nodes."""
 
@@ -209,6 +256,8 @@ _READERS: dict[str, _Reader] = {
     "ROTARY INERTIA": read_rotary_inertia,
     "SPRING": read_spring,
     "DASHPOT": read_dashpot,
+    "MEMBRANE SECTION": read_membrane_section,
+    "COHESIVE SECTION": read_cohesive_section,
 }
 
 

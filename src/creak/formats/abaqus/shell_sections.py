@@ -29,14 +29,6 @@ def read_shell_section(scope: Scope, block: Block, materials: Materials) -> Shel
     ------
     InputError : unknown material, no thickness, an offset or a ply that creak cannot read.
     """
-    for param in ("SHELL THICKNESS", "STACK DIRECTION", "LAYUP"):
-        if block.has(param):
-            raise InputError(
-                f"*{block.name} with {param} is not supported",
-                expected="the thickness on the data line",
-                where=block.where,
-                fix="Write the section without this parameter.",
-            )
     section = _plies(block, materials) if block.has("COMPOSITE") else _homogeneous(block, materials)
     return _with_shear(block, section)
 
@@ -91,7 +83,7 @@ def read_shell_general_section(scope: Scope, block: Block, materials: Materials)
 def _homogeneous(block: Block, materials: Materials) -> ShellSection | GeneralShell:
     material = find_any_material(block.need("MATERIAL"), materials, block.where)
     rows = list(block.rows())
-    if not rows and block.has("NODAL THICKNESS"):
+    if not rows and (block.has("NODAL THICKNESS") or block.has("SHELL THICKNESS")):
         thickness = 1.0
     elif not rows:
         raise InputError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NoReturn
 
 from creak.errors import InputError
@@ -15,30 +15,13 @@ from creak.formats.abaqus.loads import along_global_axes, check_global, step_loa
 from creak.formats.abaqus.names import Registry, lookup
 from creak.formats.abaqus.numbers import positive, to_float
 from creak.formats.abaqus.outline import Outline, StepBlocks
+from creak.formats.abaqus.static_steps import check_same_supports, is_static, read_static
 from creak.formats.abaqus.transforms import Transforms
 from creak.formats.abaqus.used import list_params
+from creak.model.constraints import Fixed
 from creak.model.mesh import Unread
 from creak.model.steps import Amplitude, DeckRun, DynamicStep
 
-PROCEDURES = (
-    "DYNAMIC",
-    "STATIC",
-    "FREQUENCY",
-    "MODAL DYNAMIC",
-    "STEADY STATE DYNAMICS",
-    "RANDOM RESPONSE",
-    "RESPONSE SPECTRUM",
-    "BUCKLE",
-    "COMPLEX FREQUENCY",
-    "VISCO",
-    "HEAT TRANSFER",
-    "COUPLED TEMPERATURE-DISPLACEMENT",
-    "SUBSTRUCTURE GENERATE",
-    "MATRIX GENERATE",
-    "ANNEAL",
-    "GREEN",
-    "MODAL",
-)
 PERTURBATIONS = (
     "FREQUENCY",
     "MODAL DYNAMIC",
@@ -51,6 +34,17 @@ PERTURBATIONS = (
     "MATRIX GENERATE",
 )
 """Procedures that leave the state as it was."""
+PROCEDURES = (
+    *PERTURBATIONS,
+    "DYNAMIC",
+    "STATIC",
+    "VISCO",
+    "HEAT TRANSFER",
+    "COUPLED TEMPERATURE-DISPLACEMENT",
+    "ANNEAL",
+    "GREEN",
+    "MODAL",
+)
 APPLICATIONS = ("TRANSIENT FIDELITY", "MODERATE DISSIPATION")
 MOST = 1e8
 """Increments of a step; their samples alone would fill the memory."""
@@ -64,7 +58,9 @@ _DYNAMIC = (
 _STEP = "NAME, NLGEOM, INC, AMPLITUDE, UNSYMM, EXTRAPOLATION, CONVERT SDI, SOLVER, PERTURBATION"
 
 
-def read_run(deck: Outline, surfaces: Iterable[str], nodes: Registry, transforms: Transforms) -> DeckRun:
+def read_run(
+    deck: Outline, surfaces: Iterable[str], nodes: Registry, elements: Registry, count: int, transforms: Transforms
+) -> DeckRun:
     """The first *DYNAMIC step with contact, amplitudes, motion and loads.
 
     Everything of it that creak does not use is listed in `deck.unread`, in place of what is listed there for a deck
@@ -73,6 +69,7 @@ def read_run(deck: Outline, surfaces: Iterable[str], nodes: Registry, transforms
     Parameters
     ----------
     surfaces : their names.
+    elements, count : their names, and how many there are.
     transforms : axes of the nodes that have their own.
 
     Raises
@@ -81,19 +78,29 @@ def read_run(deck: Outline, surfaces: Iterable[str], nodes: Registry, transforms
     """
     at = _runnable(deck.steps)
     step = deck.steps[at]
-    _relist(deck, step)
+    statics = [s for s in deck.steps[:at] if is_static(s)]
+    _relist(deck, step, statics)
     blocks = [*deck.set_aside, *(b for s in deck.steps[: at + 1] for b in s.blocks)]
     amplitudes = read_amplitudes(deck, [b for b in blocks if b.name == "AMPLITUDE"])
     interactions = contact.read_interactions(deck, deck.set_aside)
     pairs = contact.read_pairs(deck, deck.set_aside, interactions, surfaces)
     contact.list_node_areas(deck, pairs, interactions)
+    held = model_boundaries(deck, nodes)
+    static = None
+    if statics:
+        static, still = read_static(deck, statics, step, held, nodes, elements, count, transforms, amplitudes)
+        held = list(still)
+    dynamic = _dynamic(deck, step, at, held, nodes, transforms, amplitudes)
+    if static is not None:
+        check_same_supports(held, dynamic.fixed, dynamic.moved, static.forces, dynamic.loads, static.where)
     return DeckRun(
-        _dynamic(deck, step, at, nodes, transforms, amplitudes),
+        dynamic,
         amplitudes,
         interactions,
         pairs,
-        tuple(_title(s, i) for i, s in enumerate(deck.steps[:at])),
+        tuple(_title(s, i) for i, s in enumerate(deck.steps[:at]) if s not in statics),
         tuple(_title(s, i) for i, s in enumerate(deck.steps[at + 1 :], start=at + 1)),
+        static=static,
     )
 
 
@@ -119,8 +126,10 @@ def _runnable(steps: list[StepBlocks]) -> int:
         procedure = _procedure(step)
         if procedure is not None and procedure.name == "DYNAMIC":
             return i
-        if procedure is None or procedure.name not in PERTURBATIONS:
-            _stop(step, procedure, any(_is_dynamic(s) for s in steps[i:]))
+        follows = any(_is_dynamic(s) for s in steps[i:])
+        static = procedure is not None and procedure.name == "STATIC" and follows
+        if procedure is None or (procedure.name not in PERTURBATIONS and not static):
+            _stop(step, procedure, follows)
     first = _procedure(steps[0])
     assert first is not None
     use = "Use `creak modes DECK`" if first.name == "FREQUENCY" else "Write a study (.toml) that names the deck"
@@ -154,14 +163,14 @@ def _stop(step: StepBlocks, procedure: Block | None, dynamic: bool) -> NoReturn:
             fix="Add one, or write a study (.toml) that names the deck in [model].",
         )
     raise InputError(
-        f"a *{procedure.name} step comes before the *DYNAMIC step; creak starts a run without strain",
-        expected="*DYNAMIC as the first step that changes the state",
+        f"a *{procedure.name} step comes before the *DYNAMIC step; creak starts a run at rest, or from *STATIC steps",
+        expected="*DYNAMIC as the first step that changes the state, or *STATIC before it",
         where=procedure.where,
         fix="Remove that step where its result does not matter.",
     )
 
 
-def _relist(deck: Outline, step: StepBlocks) -> None:
+def _relist(deck: Outline, step: StepBlocks, statics: list[StepBlocks]) -> None:
     """List again what is left out, now that the deck's own contact, amplitudes and step are used."""
     ours = {b.where for b in deck.set_aside if meaning(b.name).why in _OURS}
     ours |= {b.where for s in deck.steps for b in (s.block, *s.blocks)}
@@ -170,12 +179,13 @@ def _relist(deck: Outline, step: StepBlocks) -> None:
         used = block.name in contact.KEYWORDS or block.name == "AMPLITUDE"
         if meaning(block.name).why in _OURS and not used:
             deck.note(block, "of contact creak reads pairs of surfaces and their *SURFACE INTERACTION", changes=True)
-    for block in step.blocks:
+    used_here = (*_USED, "DLOAD") if statics else _USED
+    for block in [*step.blocks, *(b for s in statics for b in s.blocks)]:
         known = meaning(block.name)
         if known.why in _OUTPUT or block.name in _CONTROLS:
             why = "creak writes its own results" if known.why in _OUTPUT else "it controls the job, not the model"
             deck.note(block, why, changes=False)
-        elif block.name not in _USED:
+        elif block.name not in used_here and not (block.name == "STATIC" and statics):
             deck.note(block, "creak does not read this keyword of a step", changes=True)
 
 
@@ -187,6 +197,7 @@ def _dynamic(
     deck: Outline,
     step: StepBlocks,
     row: int,
+    held: Sequence[Fixed],
     nodes: Registry,
     transforms: Transforms,
     amplitudes: Mapping[str, Amplitude],
@@ -196,9 +207,7 @@ def _dynamic(
     application, alpha = _scheme(deck, block)
     increment, period, where = _times(block)
     boundaries = [b for b in step.blocks if b.name == "BOUNDARY"]
-    fixed, moved = step_motion(
-        deck, boundaries, model_boundaries(deck, nodes), nodes, ramped=ramped, amplitudes=amplitudes
-    )
+    fixed, moved = step_motion(deck, boundaries, held, nodes, ramped=ramped, amplitudes=amplitudes)
     loads = step_loads(deck, [b for b in step.blocks if b.name == "CLOAD"], nodes, amplitudes)
     check_global(moved, transforms)
     loads = along_global_axes(loads, transforms)

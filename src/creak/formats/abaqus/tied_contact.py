@@ -9,19 +9,20 @@ from creak.errors import InputError
 from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.numbers import to_float
 from creak.formats.abaqus.outline import Outline
+from creak.formats.abaqus.prestress import step_of_modes
 
 NAME = "CONTACT PAIR, TIED"
 
 
 def tied_pairs(deck: Outline) -> Iterator[Block]:
-    """Each tied pair of the model data and of the first step, written as a *TIE; it is no contact any more.
+    """Each tied pair of the model data and of the steps up to the modes, written as a *TIE; it is no contact any more.
 
     ADJUST, a distance or a node set, says which nodes are tied (POSITION TOLERANCE, TIED NSET). Rotations stay free, as
     in Abaqus.
     """
-    inside = deck.steps[0].blocks if deck.steps else []
-    bonded = _bonded([*deck.set_aside, *inside])
-    for blocks in (deck.set_aside, inside):
+    places = [deck.set_aside, *(step.blocks for step in deck.steps[: step_of_modes(deck) + 1])]
+    bonded = _bonded([block for blocks in places for block in blocks])
+    for blocks in places:
         for block in list(blocks):
             if block.name != "CONTACT PAIR":
                 continue

@@ -14,9 +14,9 @@ from creak.formats.abaqus.names import Registry
 from creak.formats.abaqus.numbers import floats
 from creak.formats.abaqus.outline import Outline
 from creak.model.constraints import Equation, Fixed
+from creak.model.dofs import ROTATIONS, TRANSLATIONS
 
 _DIRECTED = ("CLOAD", "INITIAL CONDITIONS")
-_TRANSLATIONS, _ROTATIONS = (1, 2, 3), (4, 5, 6)
 
 
 @dataclass
@@ -104,7 +104,7 @@ def held_along_axes(fixed: Iterable[Fixed], transforms: Transforms) -> tuple[lis
         if plain.size:
             kept.append(Fixed(plain, f.dofs, f.where))
         for node in sorted(own):
-            whole = [d for group in (_TRANSLATIONS, _ROTATIONS) if set(group) <= set(f.dofs) for d in group]
+            whole = [d for group in (TRANSLATIONS, ROTATIONS) if set(group) <= set(f.dofs) for d in group]
             if whole:
                 kept.append(Fixed(np.array([node], dtype=np.int64), tuple(whole), f.where))
             equations += [_along(node, d, transforms, f.where) for d in f.dofs if d not in whole]

@@ -22,6 +22,7 @@ _TYPES = {
     "truss2": "T3D2",
     "hex8": "C3D8I",
     "wedge6": "C3D6",
+    "pyramid5": "C3D5",
     "tet4": "C3D4",
     "tet10": "C3D10",
     "hex20": "C3D20",

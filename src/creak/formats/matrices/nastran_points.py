@@ -13,11 +13,11 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.formats.nastran.bulk_data import Card, free_card, id_list, read_cards, real
 from creak.formats.nastran.coordinate_systems import axes_at, point_in_basic, read_systems
+from creak.model.dofs import ALL, ROTATIONS, TRANSLATIONS
 from creak.model.superelement import Superelement
 
 SCALAR = 0
 """Component of a scalar point, which carries a generalised coordinate."""
-ALL_DOFS = (1, 2, 3, 4, 5, 6)
 LARGEST_ID = 99_999_999
 
 
@@ -154,7 +154,7 @@ def all_rows(points: PointMap, path: Path) -> list[tuple[int, int]]:
                 where=path,
                 fix="Add the cards of all boundary points to the map file",
             )
-        dofs = points.components.get(i, (SCALAR,) if points.is_scalar(i) else ALL_DOFS)
+        dofs = points.components.get(i, (SCALAR,) if points.is_scalar(i) else ALL)
         rows += [(i, dof) for dof in dofs]
     return rows
 
@@ -177,7 +177,7 @@ def to_basic(points: PointMap, rows: list[tuple[int, int]], path: Path) -> Matri
         if grid is None or np.array_equal(grid.axes, np.eye(3)):
             continue
         turned = True
-        for dofs in (ALL_DOFS[:3], ALL_DOFS[3:]):
+        for dofs in (TRANSLATIONS, ROTATIONS):
             there = [row_of[i, dof] for dof in dofs if (i, dof) in row_of]
             if len(there) in (1, 2):
                 raise InputError(

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from creak.errors import InputError, suggest
-from creak.formats.endings import NASTRAN
 from creak.formats.matrices.abaqus_mtx import read_abaqus, write_matrix_output, write_user_element
 from creak.formats.matrices.calculix import read_calculix
 from creak.formats.matrices.matrix_market import read_matrix_market, write_matrix_market
@@ -36,8 +35,8 @@ FORMATS = {
     "matrix-market": Format(write_matrix_market, "", "Matrix Market: _K.mtx, _M.mtx, _dofs.csv"),
     "npz": Format(write_npz, ".npz", "NumPy"),
 }
-_NASTRAN = (".pch", ".asm", ".dmig", *NASTRAN, ".blk")
-_READABLE = (".op4", ".pch", ".dmig", *NASTRAN, ".mtx", ".sti", ".npz")
+_NASTRAN = (".pch", ".asm", ".dmig", ".bdf", ".dat", ".nas", ".blk")
+_READABLE = (".op4", ".pch", ".dmig", ".bdf", ".dat", ".nas", ".mtx", ".sti", ".npz")
 
 
 def read_superelement(path: Path, map_file: Path | None = None, *, w4: float | None = None) -> Superelement:

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.deck.cross_section import principal
-from creak.formats.nastran.bar_shapes import OFF_CENTRE, SHAPES, read_shape
+from creak.formats.nastran.bar_shapes import OFF_CENTRE, read_shape
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.deck import Deck, referred, unique_cards
 from creak.formats.nastran.linear import relative_motion
 from creak.formats.nastran.materials import Materials
+from creak.formats.nastran.taper import Profile, pbeam_stations, pbeaml_stations, tapered, uniform
 from creak.model.constraints import Constraint
 from creak.model.materials import BeamSection, TrussSection
 
 _PROPERTIES = {"CBAR": ("PBAR", "PBARL"), "CBEAM": ("PBEAM", "PBEAML")}
 _DEFAULTS = {"CBAR": "BAROR", "CBEAM": "BEAMOR"}
 PARALLEL = 1e-6
-TAPERED = 1e-3
-"""Share by which the ends of a beam may differ before it tapers."""
 
 
 def read_bars(deck: Deck, materials: Materials) -> list[Constraint]:
@@ -45,9 +45,10 @@ def read_bars(deck: Deck, materials: Materials) -> list[Constraint]:
     return joints
 
 
-def _section(deck: Deck, card: Card, materials: Materials) -> BeamSection:
+def _section(deck: Deck, card: Card, materials: Materials) -> Profile:
     readers = {"PBAR": _pbar, "PBARL": _shaped, "PBEAM": _pbeam, "PBEAML": _shaped}
-    return readers[card.name](deck, card, materials)
+    found = readers[card.name](deck, card, materials)
+    return found if isinstance(found, Profile) else uniform(found)
 
 
 def _beam(
@@ -96,49 +97,37 @@ def _pbar(deck: Deck, card: Card, materials: Materials) -> BeamSection:
     return _beam(deck, card, materials, area, (i1, i2, card.real(18, 0.0)), torsion, nsm, k)
 
 
-def _shaped(deck: Deck, card: Card, materials: Materials) -> BeamSection:
+def _shaped(deck: Deck, card: Card, materials: Materials) -> BeamSection | Profile:
     shape, nsm = read_shape(card, 8)
     kind = card.text(3).upper()
     if kind in OFF_CENTRE and card.name == "PBEAML":
         deck.note(card, f"the shear centre of {kind} is taken at the centroid", changes=True, what=f"PBEAML, {kind}")
-    if card.name == "PBEAML" and "YES" in card.text(8 + 1 + SHAPES[kind][0]).upper():
-        deck.note(card, "creak takes the section of end A all along", changes=True, what="PBEAML, stations")
-    i, k = (shape.i22, shape.i11, shape.i12), (shape.shear_factor, shape.shear_factor)
+    k = (shape.shear_factor, shape.shear_factor)
+    if card.name == "PBEAML":
+        return tapered(pbeaml_stations(card), lambda v: _of_values(deck, card, materials, v, k, shape.radius))
+    i = (shape.i22, shape.i11, shape.i12)
     return _beam(deck, card, materials, shape.area, i, shape.torsion, nsm, k, shape.radius)
 
 
-def _pbeam(deck: Deck, card: Card, materials: Materials) -> BeamSection:
-    """A, I1, I2, I12, J, NSM of end A; K1, K2 (default 1). A taper is the mean of both ends, and is listed."""
-    values = [card.real(i, 0.0) for i in range(2, 8)]
-    stations, at = _stations(card)
-    end = next((s for x, s in stations if x == 1.0), 0)
-    if end:
-        last = [card.real(end + i, 0.0) or values[i] for i in range(6)]
-        if not np.allclose(last, values, rtol=TAPERED):
-            deck.note(
-                card, "creak's beams do not taper: the mean of both ends is taken", changes=True, what="PBEAM, taper"
-            )
-            values = [0.5 * (a + b) for a, b in zip(values, last, strict=True)]
+def _pbeam(deck: Deck, card: Card, materials: Materials) -> Profile:
+    """A, I1, I2, I12, J, NSM at the stations; K1, K2 (default 1)."""
+    stations, at = pbeam_stations(card)
     for i, n, what in ((4, 2, "NSI"), (6, 2, "CW"), (8, 4, "M1, M2"), (12, 4, "N1, N2")):
         if any(card.real(at + i + j, 0.0) for j in range(n)):
             deck.note(card, f"creak does not read {what}", changes=True, what=f"PBEAM, {what}")
+    k = (card.real(at, 1.0), card.real(at + 1, 1.0))
+    return tapered(stations, lambda v: _of_values(deck, card, materials, v, k))
+
+
+def _of_values(
+    deck: Deck, card: Card, materials: Materials, values: Sequence[float], k: tuple[float, float], radius: float = 0.0
+) -> BeamSection:
+    """The section of A, I1, I2, I12, J and NSM."""
     area, i1, i2, i12, torsion, nsm = values
-    return _beam(deck, card, materials, area, (i1, i2, i12), torsion, nsm, (card.real(at, 1.0), card.real(at + 1, 1.0)))
+    return _beam(deck, card, materials, area, (i1, i2, i12), torsion, nsm, k, radius)
 
 
-def _stations(card: Card) -> tuple[list[tuple[float, int]], int]:
-    """Where along the beam (0..1) and from which field each further section stands, and the field of K1."""
-    at = 8
-    if card.text(at).upper() not in ("YES", "YESA", "NO"):
-        at += 8
-    found = []
-    while card.text(at).upper() in ("YES", "YESA", "NO"):
-        found.append((card.real(at + 1, 1.0), at + 2))
-        at += 16 if card.text(at).upper() == "YES" else 8
-    return found, at
-
-
-def _add_bar(deck: Deck, card: Card, default: Card, identifier: int, section: BeamSection) -> list[Constraint]:
+def _add_bar(deck: Deck, card: Card, default: Card, identifier: int, profile: Profile) -> list[Constraint]:
     nodes = deck.nodes(card, (2, 3))
     offt = (card.text(7) or default.text(7) or "GGG").upper()
     ends = np.array([deck.grids.place(row) for row in nodes])
@@ -164,11 +153,30 @@ def _add_bar(deck: Deck, card: Card, default: Card, identifier: int, section: Be
             nodes[end], more = _released(deck, card, nodes[end], arms[end], pins, _bar_axes(line, v))
             arms[end] = 0.0
             joints += more
-    own = {"axis1": v / np.linalg.norm(v)}
-    if arms.any():
-        own["arms"] = arms
-    deck.add((section.name,), "beam2", section, identifier, nodes, card, **own)
+    _add_pieces(deck, card, identifier, profile, nodes, arms, v / np.linalg.norm(v))
     return joints
+
+
+def _add_pieces(
+    deck: Deck, card: Card, identifier: int, profile: Profile, nodes: list[int], arms: FloatArray, v: FloatArray
+) -> None:
+    """The bar; a tapered one as pieces between nodes of its own, the first under the id of the bar."""
+    start, end = (deck.grids.place(row) + arm for row, arm in zip(nodes, arms, strict=True))
+    last, none = nodes[0], np.zeros(3)
+    n = len(profile.sections)
+    for k, (x, section) in enumerate(zip(profile.ends, profile.sections, strict=True)):
+        following = nodes[1] if k == n - 1 else deck.grids.add(start + x * (end - start))
+        mine = np.array([arms[0] if k == 0 else none, arms[1] if k == n - 1 else none])
+        own = {"axis1": v, "arms": mine} if mine.any() else {"axis1": v}
+        one = identifier if k == 0 else deck.free_id()
+        if k:
+            deck.element_at[one] = card.where
+            deck.property_of[one] = deck.property_of[identifier]
+        deck.add((section.name, k), "beam2", section, one, [last, following], card, **own)
+        last = following
+    if n > 1:
+        why = f"each tapered bar is computed as {n} pieces with nodes of their own"
+        deck.note(card, why, changes=False, what=f"{section.name}, taper")
 
 
 def _orientation(deck: Deck, card: Card, default: Card, nodes: list[int], offt: str) -> FloatArray:

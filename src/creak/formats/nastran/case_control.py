@@ -1,4 +1,4 @@
-"""Executive and case control: which constraint sets the first subcase takes, and the sets it names."""
+"""Executive and case control: which constraint sets the subcase of the modes takes, and the sets it names."""
 
 from __future__ import annotations
 
@@ -18,22 +18,25 @@ _CHANGES = {
     "TFL",
     "DEFORM",
     "AXISYMMETRIC",
-    "SUPORT1",
+    "A2GG",
+    "MFLUID",
+    "RGYRO",
     "BOLTLD",
     "STATSUB",
     "PRELOAD",
     "TSTRU",
 }
 """Commands that change the structure and that creak does not follow."""
+UNFOLLOWED = "creak does not follow this case control command"
 
 _MATRICES = ("K2GG", "M2GG", "B2GG")
 _OUTPUT = ("DISPLACEMENT", "VELOCITY", "ACCELERATION")
-_OF_RUN = ("DLOAD", "TSTEP", "LOADSET", *_OUTPUT)
+_OF_RUN = ("DLOAD", "TSTEP", "TSTEPNL", "LOADSET", *_OUTPUT)
 
 
 @dataclass(frozen=True)
 class CaseControl:
-    """What of the first subcase (and above it) bears on the model."""
+    """What of one subcase (and above it) bears on the model: the first that has a METHOD, else the first."""
 
     solution: str = ""
     spc: int = 0
@@ -64,7 +67,7 @@ class CaseControl:
 
 
 def read_case_control(executive: list[Line], case: list[Line], own_run: bool = False) -> CaseControl:
-    """SPC, MPC, IC, SET and direct matrices of the first subcase; the rest is listed.
+    """SPC, MPC, IC, SET and direct matrices of the subcase of the modes; the rest is listed.
 
     Parameters
     ----------
@@ -74,14 +77,11 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
     ------
     InputError : SPC, MPC or IC is not a number.
     """
-    commands, unread = _first_subcase(case)
+    commands, unread = _subcase_of_modes(case, own_run)
     ids = {key: _identifier(commands, key) for key in ("SPC", "MPC", "IC", "DLOAD", "TSTEP", "LOADSET", "NSM")}
+    ids["TSTEP"] = ids["TSTEP"] or _identifier(commands, "TSTEPNL")
     sets = {number: _ids(text) for number, text in _sets(case).items()}
-    unread += [
-        Unread(key, line.where, True, "creak does not follow this case control command")
-        for key, (_, line) in commands.items()
-        if key in _CHANGES
-    ]
+    unread += [Unread(key, line.where, True, UNFOLLOWED) for key, (_, line) in commands.items() if key in _CHANGES]
     matrices = {key: commands[key][0] for key in _MATRICES if key in commands}
     used = {"SPC", "MPC", "IC", "NSM", "SET", "BCONTACT", "BGSET", *_MATRICES, *(_OF_RUN if own_run else ())}
     rest = [key for key in commands if key not in _CHANGES | used]
@@ -125,11 +125,14 @@ def _solution(executive: list[Line]) -> str:
     return next((m.group(1).upper() for m in found if m), "")
 
 
-def _first_subcase(case: list[Line]) -> tuple[dict[str, tuple[str, Line]], list[Unread]]:
-    """Commands above the subcases and of the first one; the other subcases as unread."""
-    commands: dict[str, tuple[str, Line]] = {}
-    unread: list[Unread] = []
-    n_subcase, go_on = 0, False
+def _subcase_of_modes(case: list[Line], own_run: bool) -> tuple[dict[str, tuple[str, Line]], list[Unread]]:
+    """Commands above the subcases and of one of them; the other subcases as unread.
+
+    It is the first that has a METHOD (those before it are statics that it may start from by STATSUB), else the first.
+    """
+    above: dict[str, tuple[str, Line]] = {}
+    subcases: list[tuple[str, Line, dict[str, tuple[str, Line]]]] = []
+    commands, go_on = above, False
     for line in case:
         text = line.text.split("$")[0].rstrip()
         found = None if go_on else _COMMAND.match(text)
@@ -138,12 +141,17 @@ def _first_subcase(case: list[Line]) -> tuple[dict[str, tuple[str, Line]], list[
             continue
         key, value = _key(found.group(1)), found.group(3).strip()
         if key in ("SUBCASE", "SUBCOM", "SYM", "REPCASE"):
-            n_subcase += 1
-            if n_subcase > 1:
-                unread.append(Unread(f"{key} {value}", line.where, False, "creak takes the first subcase"))
-        elif n_subcase <= 1:
+            commands = {}
+            subcases.append((f"{key} {value}", line, commands))
+        else:
             commands[key] = (value, line)
-    return commands, unread
+    with_method = (i for i, (_, _, own) in enumerate(subcases) if "METHOD" in own)
+    taken = 0 if own_run else next(with_method, 0)
+    why = "creak takes the first subcase" + (" that has a METHOD" if taken else "")
+    unread = [Unread(name, line.where, False, why) for i, (name, line, _) in enumerate(subcases) if i != taken]
+    prestressed = [(i, own["STATSUB"][1]) for i, (_, _, own) in enumerate(subcases) if "STATSUB" in own]
+    unread += [Unread("STATSUB", line.where, True, UNFOLLOWED) for i, line in prestressed if i != taken]
+    return above | (subcases[taken][2] if subcases else {}), unread
 
 
 def _key(word: str) -> str:

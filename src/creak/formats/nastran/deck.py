@@ -27,6 +27,8 @@ MODAL = {
 """Solutions of linear dynamics."""
 LINEAR = MODAL | {"", "101", "SESTATIC", "105"}
 """Linear solutions; a deck without SOL is taken for one."""
+WORDS = {"YES": 1.0, "NO": -1.0}
+"""Values of parameters that may be words."""
 DISCRETE = ("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "CVISC")
 """Elements that may share an id with an element of another kind."""
 
@@ -75,7 +77,10 @@ class Deck:
 
     def param(self, name: str, default: float) -> float:
         card = self.params.get(name)
-        return default if card is None else card.real(1)
+        if card is None:
+            return default
+        word = WORDS.get(card.text(1).upper())
+        return card.real(1) if word is None else word
 
     @property
     def mass_factor(self) -> float:

@@ -15,6 +15,7 @@ _BULK = re.compile(r"\s*BEGIN(\s+BULK)?\b", re.I)
 _SUPER = re.compile(r"\s*BEGIN\s+(BULK\s+)?(SUPER|AUXMODEL|MODULE|ARBMODEL|FLXBDY|TRMC|UDS|CMODEXT)\b", re.I)
 _END = re.compile(r"\s*ENDDATA\b", re.I)
 _INCLUDE = re.compile(r"\s*INCLUDE\b[\s=]*(.*)", re.I)
+_EXECUTIVE = re.compile(r"\s*(SOL|ID|APP|TIME|DIAG|NASTRAN|ASSIGN|COMPILE|ALTER|MALTER|INIT)\b", re.I)
 _PARAM = re.compile(r"\s*PARAM\b", re.I)
 """PARAM cards may stand in the case control as well."""
 _NAMES = (
@@ -25,6 +26,8 @@ _NAMES = (
 """Comments in which pre-processors keep the names of properties."""
 _SET_NAME = re.compile(r'\$HMSET\s+(\d{1,15})\s+\d+\s*"([^"]+)"', re.I)
 """The same of sets."""
+_LOADCOL = re.compile(r'\$HMNAME LOADCOL\s+(\d{1,15})\s*"([^"]+)"', re.I)
+"""The same of sets of loads and supports."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,7 @@ class DeckFile:
     cards: list[Card]
     property_names: dict[int, str]
     set_names: dict[int, str]
+    support_names: dict[int, str]
     others: list[Line]
     """BEGIN lines of sections that were skipped (superelements)."""
     not_found: list[Line]
@@ -68,11 +72,13 @@ def read_deck_file(path: Path) -> DeckFile:
             expected="CEND, BEGIN BULK and ENDDATA",
             fix="Is the file cut off? Add ENDDATA if it is complete.",
         )
+    if not reader.controlled:
+        reader.without_cend()
     case = reader.lines["case"]
     params = [line for line in case if _PARAM.match(line.text)]
     cards = cards_of([*params, *reader.lines["bulk"]])
     commands = [line for line in case if not _PARAM.match(line.text)]
-    names = (reader.names, reader.set_names)
+    names = (reader.names, reader.set_names, reader.support_names)
     return DeckFile(reader.lines["executive"], commands, cards, *names, reader.others, reader.not_found)
 
 
@@ -95,11 +101,14 @@ class _Reader:
     budget: IncludeBudget
     begun: bool = False
     """Whether BEGIN BULK was met."""
+    controlled: bool = False
+    """Whether CEND was met."""
     lines: dict[str, list[Line]] = field(
         default_factory=lambda: {"executive": [], "case": [], "bulk": [], "skipped": []}
     )
     names: dict[int, str] = field(default_factory=dict)
     set_names: dict[int, str] = field(default_factory=dict)
+    support_names: dict[int, str] = field(default_factory=dict)
     others: list[Line] = field(default_factory=list)
     not_found: list[Line] = field(default_factory=list)
 
@@ -129,8 +138,15 @@ class _Reader:
             self.begun = True
         elif not self.begun and line.text.strip().upper().startswith("CEND"):
             self._turn_to("case", "executive")
+            self.controlled = True
         else:
             self.lines[self.section].append(line)
+
+    def without_cend(self) -> None:
+        """OptiStruct's decks have no CEND: what is not executive control is case control."""
+        lines = self.lines["executive"]
+        self.lines["case"] += [line for line in lines if not _EXECUTIVE.match(line.text)]
+        self.lines["executive"] = [line for line in lines if _EXECUTIVE.match(line.text)]
 
     def _turn_to(self, section: str, before: str) -> None:
         """Go on in another section; what was taken for bulk data until here belongs to the one before."""
@@ -146,6 +162,9 @@ class _Reader:
         named = _SET_NAME.match(text)
         if named:
             self.set_names[int(named.group(1))] = named.group(2).strip()
+        held = _LOADCOL.match(text)
+        if held:
+            self.support_names[int(held.group(1))] = held.group(2).strip()
 
     def _include(self, name: str, path: Path, line: Line, above: tuple[Path, ...]) -> None:
         choices = [path.parent / name, self.main.parent / name]
@@ -178,4 +197,4 @@ def _file_name(rest: str, lines: list[str], k: int) -> tuple[str, int]:
 
 
 def _lines(path: Path, included_at: str, budget: IncludeBudget) -> list[str]:
-    return read_lines(path, included_at, "a Nastran", ".bdf, .dat or .nas", budget)
+    return read_lines(path, included_at, "a Nastran", ".bdf, .dat, .nas or .fem", budget)

@@ -12,9 +12,12 @@ from creak.errors import InputError
 from creak.formats.deck.tying import DEFAULT_TOLERANCE, MainSurface, Meeting, meet, reach_of, ties_of
 from creak.formats.nastran.bulk_data import Card, id_list
 from creak.formats.nastran.deck import Deck, referred, unique_cards
+from creak.formats.nastran.optistruct import surface_elements
 from creak.model.constraints import Constraint
 from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces
 
+OPTISTRUCT = {"TIE", "CONTACT", "SURF"}
+"""Read always: creak's own contact is that of the study."""
 CARDS = {
     *("BGSET", "BGADD", "BGPARM", "BCTABLE", "BCTABL1", "BCONECT", "BCONPRG", "BCBODY", "BCBODY1"),
     *("BSURF", "BSURFS", "BCPROP", "BCPROPS"),
@@ -39,6 +42,8 @@ class Glue:
     reach: float | None
     """Largest distance; None: 5 % of the mean edge length."""
     rotations: bool
+    follows: bool = False
+    """Whether the first region follows the second; else the one with more nodes in reach follows the other."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +85,7 @@ def read_glue(deck: Deck) -> list[Constraint]:
 
 def _pairs(deck: Deck) -> Iterator[Glue]:
     yield from _glue_sets(deck)
+    yield from _optistruct(deck)
     chosen = _chosen(deck, deck.case.contact, ("BCTABLE", "BCTABL1"))
     for card in deck.cards("BCTABLE"):
         if card.integer(0) == chosen:
@@ -103,6 +109,18 @@ def _chosen(deck: Deck, command: str, names: tuple[str, ...]) -> int:
     if command.isdigit():
         return int(command)
     return there[0] if not deck.case.given and len(there) == 1 else -1
+
+
+def _optistruct(deck: Deck) -> Iterator[Glue]:
+    """TIE, and CONTACT of type FREEZE: the secondary side follows the main one, in translations unless DOF has more."""
+    for card in deck.cards("TIE"):
+        moments = bool({4, 5, 6} & set(card.components(4, "123")))
+        yield Glue(card, card.integer(2), card.integer(3), card.real(5, 0.0) or None, moments, follows=True)
+    for card in deck.cards("CONTACT"):
+        if card.text(1).upper() == "FREEZE":
+            yield Glue(card, card.integer(2), card.integer(3), card.real(5, 0.0) or None, False, follows=True)
+        else:
+            deck.note(card, "the study file defines contact (SURF are surfaces of the same name)", changes=False)
 
 
 def _glue_sets(deck: Deck) -> Iterator[Glue]:
@@ -170,10 +188,12 @@ def _bodies(card: Card, field: int, words: tuple[str, ...]) -> list[int]:
 
 def _region(deck: Deck, pair: Glue, identifier: int) -> _Region:
     """Facets of a region: shells, free faces of solids, or the faces that BSURFS names."""
-    if pair.card.name != "BGSET":
-        identifier = _surface_of_body(deck, pair, identifier)
     faces: dict[int, list[int]] = {}
     elements: list[int] = []
+    if pair.card.name in ("TIE", "CONTACT"):
+        elements, faces = surface_elements(deck, identifier)
+    elif pair.card.name != "BGSET":
+        identifier = _surface_of_body(deck, pair, identifier)
     for card in deck.cards("BSURF", "BCPROP", "BCPROPS"):
         if card.integer(0) == identifier:
             ids = list(id_list(card, 1))
@@ -188,7 +208,7 @@ def _region(deck: Deck, pair: Glue, identifier: int) -> _Region:
         raise InputError(
             f"{pair.card.name} {pair.card.text(0)} glues region {identifier} without shells or solids",
             where=pair.card.where,
-            expected="BSURF, BSURFS, BCPROP or BCPROPS with elements that creak reads",
+            expected="BSURF, BSURFS, BCPROP, BCPROPS or SURF with elements that creak reads",
             fix="Glue of edges is not read: join it with RBE2 or shared grids, or take the pair out.",
         )
     return region
@@ -248,7 +268,7 @@ def _tied(
 ) -> list[Constraint]:
     """The side with more nodes in reach follows the other."""
     met = [_meeting(pair, a, b.main(coords), coords, taken) for a, b in (sides, sides[::-1])]
-    best = 0 if met[0].tied.sum() >= met[1].tied.sum() else 1
+    best = 0 if pair.follows or met[0].tied.sum() >= met[1].tied.sum() else 1
     found, main = met[best], sides[1 - best].main(coords)
     name = f"{pair.card.name} {pair.card.text(0)}"
     count = int(found.tied.sum())

@@ -12,7 +12,6 @@ from creak.formats.nastran.bulk_data import Card, id_list
 from creak.formats.nastran.coordinate_systems import CoordinateSystem, axes_at, point_in_basic
 from creak.model.mesh import Nodes
 
-ALL_DOFS = (1, 2, 3, 4, 5, 6)
 LARGEST = 1e100
 """Coordinate whose square is still a number."""
 

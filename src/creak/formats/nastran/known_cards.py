@@ -15,7 +15,8 @@ _READ = {
         "CMASS3, CMASS4, PMASS, CELAS1, CELAS2, CELAS3, CELAS4, PELAS, CDAMP1, CDAMP2, CDAMP3, CDAMP4, PDAMP, CVISC,"
         "PVISC, CBUSH, PBUSH, RBE1, RBE2, RBE3, RBAR, RROD, MPC, MPCADD, SPC, SPC1, SPCADD, TIC, SUPORT, SUPORT1,"
         "ASET, ASET1, BSET, BSET1, CSET, CSET1, SET1, SET3, DMIG, ENDDATA,"
-        "NSM, NSM1, NSML, NSML1, NSMADD, CWELD, PWELD, CFAST, PFAST, CBUSH1D, PBUSH1D, RBAR1"
+        "NSM, NSM1, NSML, NSML1, NSMADD, CWELD, PWELD, CFAST, PFAST, CBUSH1D, PBUSH1D, RBAR1,"
+        "SET, SURF, TIE, CONTACT, CPYRAM, CPYRA"
     ),
 }
 
@@ -34,12 +35,14 @@ _HARMLESS = {
     ),
     "the study file defines reductions": (
         "QSET, QSET1, CSUPER, CSUPEXT, SEQSET, SEQSET1, SEBSET, SEBSET1, SECSET, SECSET1, SENQSET, EXTRN, SECONCT,"
-        "SEBULK, SESET, SEELT, SEEXCLD, SELABEL, SELOC, SEUSET, SEUSET1, USET, USET1, SESUP, DYNRED"
+        "SEBULK, SESET, SEELT, SEEXCLD, SELABEL, SELOC, SEUSET, SEUSET1, USET, USET1, SESUP, DYNRED, BNDFIX, BNDFIX1,"
+        "BNDFREE, BNDFRE1"
     ),
     "temperatures load statics only; materials that depend on them are told apart": (
         "TEMP, TEMPD, TEMPP1, TEMPP3, TEMPRB, TEMPAX, TEMPBC, TEMPN1, TEMPF, TEMPG, TABLEM1, TABLEM2, TABLEM3,"
         "TABLEM4, TABLEST"
     ),
+    "fluid elements, which alone use it, are told apart": "ACMODL, ACSRCE1, PANEL, ELIST, MFLUID, SLBDY",
     "creak has no heat": (
         "MAT4, MAT5, MATT4, MATT5, CHBDYE, CHBDYG, CHBDYP, PHBDY, CONV, CONVM, PCONV, PCONVM, QBDY1, QBDY2, QBDY3,"
         "QHBDY, QVOL, QVECT, RADM, RADMT, RADBC, RADSET, RADLST, RADMTX, VIEW, VIEW3D, BDYOR"
@@ -62,32 +65,38 @@ _HARMLESS = {
     "the study file defines contact": (
         "BCONP, BFRIC, BLSEG, BCTSET, BCTADD, BCTPARM, BCTPARA, BCONTACT, BCTABLE, BCTABL1, BCBODY, BCBODY1, BCPARA,"
         "BSURF, BSURFS, BCPROP, BCPROPS, BCRPARA, BWIDTH, BCONPRG, BCONPRP, BCONECT, BCBDPRP, BCRIGID, BCRGSRF,"
-        "BEDGE, BGSET, BGADD, BGPARM, BCGRID, BCAUTOP, BCPATCH, BCBZIER, BCNURBS"
+        "PCONT, PCONTX, CONTPRM, BEDGE, BGSET, BGADD, BGPARM, BCGRID, BCAUTOP, BCPATCH, BCBZIER, BCNURBS"
     ),
     "it is for design only": (
         "DESVAR, DRESP1, DRESP2, DRESP3, DCONSTR, DCONADD, DVPREL1, DVPREL2, DVMREL1, DVMREL2, DVCREL1, DVCREL2,"
         "DVGRID, DVSHAP, DVBSHAP, DOPTPRM, DOBJ, DTABLE, DTABLE2, DEQATN, DLINK, DSCREEN, DDVAL, TOPVAR, TOMVAR,"
-        "BEADVAR, DVPSURF, BNDGRID, DRESP4, DVLREL1"
+        "BEADVAR, DVPSURF, BNDGRID, DRESP4, DVLREL1, DTPL, DSIZE, DSHAPE, DTPG, DCOMP, DREPORT, DREPADD, DGLOBAL,"
+        "TOPDISC, OSDIAG, DLINK2, DSYM"
     ),
 }
 
 _CHANGES = {
     "creak does not read this element": (
-        "CQUAD8, CTRIA6, CQUAD, CTRIA, CPYRAM, CSHEAR, PSHEAR, CBEND, PBEND, "
+        "CQUAD, CTRIA, CSHEAR, PSHEAR, CBEND, PBEND, "
         "CSEAM, PSEAM, GENEL, CHACAB, CHACBR, PACABS, CAABSF, PAABSF, CRAC2D, CRAC3D, CTRIAX6, CQUADX,"
         "CTRIAX, CHEXAL, PCOMPS, PCOMPLS, PBCOMP, PBRSECT, PBMSECT, PLPLANE, PLSOLID, CDAMP5, CBEAM3, PBEAM3,"
-        "CIFHEX, CIFPENT"
+        "CIFHEX, CIFPENT, PCOMPP, STACK, PLY, CGAPG, RBODY, JOINTG, PJOINTG, CMBEAM, CSMSPH, CNTNLSUB"
     ),
+    "creak has no quadratic shells: export the mesh with corners only (CQUAD4, CTRIA3)": "CQUAD8, CTRIA6",
     "creak does not read this constraint": (
         "RBE2GS, RSPLINE, RSSCON, RTRPLT, RTRPLT1, RJOINT, SPCAX, MPCAX, SPCOFF, SPCOFF1, BLTMPC"
     ),
-    "a bolt's preload stresses the structure, which creak leaves out": "BOLT, BOLTFOR, BOLTFRC, BOLTLD, BOLTSEQ",
+    "a bolt's preload stresses the structure, which creak leaves out": (
+        "BOLT, BOLTFOR, BOLTFRC, BOLTLD, BOLTSEQ, PRETENS, PTFORCE, PTADJST"
+    ),
     "creak does not read this material": "MAT3, MAT10, MAT11, MATHE, MATHP, MATVE, MATORT, MATSMA, MATDIGI",
     "creak's shells have the normals of their own geometry": "SNORM",
     "give it as a superelement in the study": "DMIAX, RELEASE, SEMPLN",
 }
 
 
+BY_FREQUENCY = ("108", "111", "SEDFREQ", "SEMFREQ")
+"""Solutions in which springs may depend on the frequency."""
 _TABLES_OF = {"PBUSHT": "PBUSH", "PELAST": "PELAS", "PDAMPT": "PDAMP"}
 _DEPENDS = {
     "its meaning hangs on the analysis": (
@@ -152,10 +161,14 @@ def _where_it_acts(deck: Deck, name: str, own_run: bool) -> Meaning | None:
     """What a card means whose meaning hangs on the analysis that the deck asks for."""
     case = deck.case
     if name in _CONDENSED:
-        if case.solution in MODAL and not {"QSET", "QSET1"} & deck.by_name.keys():
-            why = "Nastran condenses the mass to the dofs of ASET (Guyan); creak keeps all dofs: lower frequencies"
+        if case.solution in MODAL and not _WITH_MODES & deck.by_name.keys() and "EXTSEOUT" not in case.commands:
+            kind = name.rstrip("1") if name[0] in "BC" else "ASET"
+            why = f"Nastran condenses the mass to the dofs of {kind} (Guyan); creak keeps all dofs: lower frequencies"
             return Meaning("changes", why)
         return None if name in READ else Meaning("harmless", "the study file defines reductions")
+    if name == "SESET" and case.solution in MODAL and not _WITH_MODES & deck.by_name.keys():
+        why = "Nastran condenses the mass inside superelements (Guyan); creak keeps all dofs: lower frequencies"
+        return Meaning("changes", why)
     if name in _AT_TEMPERATURE:
         if "TEMPERATURE" in case.commands:
             why = "the material differs at the TEMPERATURE of the case control; creak takes MAT1, MAT8 as they are"
@@ -163,6 +176,8 @@ def _where_it_acts(deck: Deck, name: str, own_run: bool) -> Meaning | None:
         return Meaning("harmless", "the case control takes no TEMPERATURE, so the material is that of its card")
     if name in _TABLES_OF:
         values = f"the nominal values of {_TABLES_OF[name]}"
+        if case.solution in BY_FREQUENCY:
+            return Meaning("harmless", f"{values} hold at every frequency; Nastran's response follows the tables")
         if case.solution in LINEAR:
             return Meaning("harmless", f"the solution is linear: {values} hold, as in Nastran")
         return Meaning("changes", f"creak takes {values} at every displacement and frequency")
@@ -176,7 +191,9 @@ def _where_it_acts(deck: Deck, name: str, own_run: bool) -> Meaning | None:
     return None
 
 
-_CONDENSED = ("ASET", "ASET1", "OMIT", "OMIT1")
+_CONDENSED = ("ASET", "ASET1", "BSET", "BSET1", "CSET", "CSET1", "OMIT", "OMIT1")
+_WITH_MODES = {"QSET", "QSET1", "SEQSET", "SEQSET1"}
+"""Cards for modes of what is condensed: it is then as good as whole."""
 _AT_TEMPERATURE = ("MATT1", "MATT2", "MATT3", "MATT8", "MATT9", "MATT11")
 
 

@@ -121,7 +121,7 @@ def _put_scalar(deck: Deck, card: Card, identifier: int, nodes: list[int], g: Fl
     """As a spring between global dofs where it is one, else as matrices."""
     n = len(nodes)
     spring = card.name[1] in "ED"
-    axes = [np.flatnonzero(g[6 * i : 6 * i + 6]) for i in range(n)]
+    axes = [np.flatnonzero(end) for end in g.reshape(n, 6)]
     # A spring whose two ends lie along one global dof each, with opposite signs; its direction does not matter.
     plain = spring and all(a.size == 1 for a in axes) and (n == 1 or abs(g.sum()) < 1e-14) and np.abs(g).max() == 1.0
     if plain:
@@ -183,9 +183,9 @@ def _add_along(deck: Deck, card: Card, identifier: int, pid: int, nodes: list[in
     """Along axis 1 of CID, on the translations alone."""
     axes = axes_at(deck.system(card.integer(4, 0), card), deck.grids.place(nodes[0]))
     n = len(nodes)
-    g = np.zeros(6 * n)
-    for i, sign in zip(range(n), (1.0, -1.0), strict=False):
-        g[6 * i : 6 * i + 3] = sign * axes[:, 0]
+    ends = np.zeros((n, 6))
+    ends[:, :3] = np.outer((1.0, -1.0)[:n], axes[:, 0])
+    g = ends.ravel()
     K, C = (value * np.outer(g, g) for value in kc)
     section = NodalMatrices(f"PBUSH1D {pid}", K, np.zeros_like(K), C)
     deck.add(("PBUSH1D", pid, *np.round(g, 12).tolist()), f"nodal{n}", section, identifier, nodes, card)

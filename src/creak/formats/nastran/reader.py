@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,7 @@ from creak.formats.nastran.rigid import read_rigid
 from creak.formats.nastran.sets import element_sets, node_sets, surfaces
 from creak.formats.nastran.shells import read_shells
 from creak.formats.nastran.solids import read_solids
-from creak.formats.nastran.supports import read_initial_velocity, read_supports
+from creak.formats.nastran.supports import read_initial_velocity, read_supports, support_sets
 from creak.formats.nastran.transient import CARDS as OF_RUN
 from creak.formats.nastran.transient import read_transient
 from creak.model.mesh import ElementBlock, Model, Own, Unread
@@ -101,7 +102,11 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
         blocks=blocks,
         parts=parts,
         element_sets=sets,
-        node_sets={**node_sets(deck, source.set_names), **{n: np.array(rows) for n, rows in gaps.items()}},
+        node_sets={
+            **support_sets(deck, source.support_names),
+            **node_sets(deck, source.set_names),
+            **{n: np.array(rows) for n, rows in gaps.items()},
+        },
         surfaces=surfaces(blocks, sets),
         constraints=(*constraints, *skew),
         fixed=tuple(fixed) if run is None else run.step.fixed,
@@ -149,6 +154,6 @@ def _blocks(deck: Deck, of_node: IntArray) -> tuple[ElementBlock, ...]:
 
 
 def _block(group: Group, nodes: IntArray, rows: IntArray, part: int) -> ElementBlock:
-    own = Own(**{name: np.array(values)[rows] for name, values in group.own.items()})
+    own: dict[str, Any] = {name: np.array(values)[rows] for name, values in group.own.items()}
     ids = np.array(group.ids, dtype=np.int64)[rows]
-    return ElementBlock(group.kind, ids, nodes[rows], group.section, int(part), group.where, own)
+    return ElementBlock(group.kind, ids, nodes[rows], group.section, int(part), group.where, Own(**own))

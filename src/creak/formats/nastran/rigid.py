@@ -10,10 +10,10 @@ from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.deck import Deck
-from creak.formats.nastran.grids import ALL_DOFS
 from creak.formats.nastran.linear import LocalDof, local_equations, relative_motion, rigid_arm
 from creak.formats.nastran.set_ids import combined, selected
 from creak.model.constraints import Constraint, DistributingCoupling, KinematicCoupling, RigidLink
+from creak.model.dofs import ALL
 
 SINGULAR = 1e-12
 
@@ -214,12 +214,12 @@ def _rbar(deck: Deck, card: Card) -> Iterator[Constraint]:
     a, b = (deck.grids.row(card.integer(i), card) for i in (1, 2))
     cna, cnb, cma, cmb = (card.components(i) for i in (3, 4, 5, 6))
     if not cna and not cnb:
-        cna = ALL_DOFS
+        cna = ALL
     if not cma and not cmb:
-        cma, cmb = tuple(sorted(set(ALL_DOFS) - set(cna))), tuple(sorted(set(ALL_DOFS) - set(cnb)))
-    if (cna, cmb) == (ALL_DOFS, ALL_DOFS):
+        cma, cmb = tuple(sorted(set(ALL) - set(cna))), tuple(sorted(set(ALL) - set(cnb)))
+    if (cna, cmb) == (ALL, ALL):
         yield RigidLink("beam", b, a, card.where)
-    elif (cnb, cma) == (ALL_DOFS, ALL_DOFS):
+    elif (cnb, cma) == (ALL, ALL):
         yield RigidLink("beam", a, b, card.where)
     else:
         yield from _rigid_body(deck, card, [(a, cna), (b, cnb)], [(a, cma), (b, cmb)])

@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import re
+
 from creak.errors import InputError
 from creak.formats.nastran.bulk_data import id_list
 from creak.formats.nastran.deck import Deck
 from creak.model.mesh import Unread
+
+
+def plain_name(name: str) -> str:
+    """A name of the comments as a study can write it."""
+    return re.sub(r"\s+", "_", name.upper())
+
 
 _CARDS = {"SPC": ("SPC", "SPC1"), "MPC": ("MPC",)}
 
@@ -21,7 +29,8 @@ def selected(deck: Deck, what: str, chosen: int) -> int:
     there = sorted({card.integer(0) for card in cards})
     if chosen and not there:
         why = f"{what} = {chosen} in the case control, but the deck has no {what} cards: nothing is held by them"
-        deck.unread.append(Unread(f"{what} = {chosen}", deck.case.where, False, why))
+        entry = Unread(f"{what} = {chosen}", deck.case.where, False, why)
+        deck.unread += [] if entry in deck.unread else [entry]
         return 0
     if chosen:
         if chosen not in there:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 
 from creak.arrays import IntArray
 from creak.formats.nastran.bulk_data import Card, id_ranges, ids_among
 from creak.formats.nastran.deck import Deck
+from creak.formats.nastran.optistruct import bulk_sets, named_surfaces, surface_elements
+from creak.formats.nastran.set_ids import plain_name
 from creak.model.mesh import ElementBlock, Surface
 from creak.model.solid_faces import FACES, faces_of, free_faces
 
@@ -35,7 +35,7 @@ def node_sets(deck: Deck, names: dict[int, str]) -> dict[str, IntArray]:
     for identifier, ids in _id_sets(deck, ("GRID",)).items():
         found[f"SET_{identifier}"] = [deck.grids.row_of[i] for i in ids_among(ids, deck.grids.row_of)]
         if identifier in names:
-            found[_plain(names[identifier])] = found[f"SET_{identifier}"]
+            found[plain_name(names[identifier])] = found[f"SET_{identifier}"]
     return {name: np.array(list(dict.fromkeys(rows)), dtype=np.int64) for name, rows in found.items() if rows}
 
 
@@ -52,21 +52,18 @@ def _id_sets(deck: Deck, kinds: tuple[str, ...]) -> dict[int, list[range]]:
     found = {identifier: list(ids) for identifier, ids in deck.case.sets.items()}
     for card in deck.cards("SET1"):
         found[card.integer(0)] = [*id_ranges(card, 2 if card.text(1).upper() == "SKIN" else 1)]
+    for kind in kinds:
+        found |= bulk_sets(deck, kind)
     for card in deck.cards("SET3"):
         if card.text(1).upper()[:4] in kinds:
             found[card.integer(0)] = [*id_ranges(card, 2)]
     return found
 
 
-def _plain(name: str) -> str:
-    """A name of the comments as a study can write it."""
-    return re.sub(r"\s+", "_", name.upper())
-
-
 def element_sets(
     deck: Deck, blocks: tuple[ElementBlock, ...], names: dict[int, str], set_names: dict[int, str]
 ) -> dict[str, IntArray]:
-    """PID_<id> and the property's name of every property; SET_<id> and the name of sets that hold elements."""
+    """PID_<id> and name of every property; SET_<id> and name of sets that hold elements; SURF_<id> of OptiStruct."""
     place = {int(i): (b, k) for b, block in enumerate(blocks) for k, i in enumerate(block.ids.tolist())}
     found: dict[str, list[tuple[int, int]]] = {}
     for identifier, at in place.items():
@@ -75,11 +72,14 @@ def element_sets(
             found.setdefault(f"PID_{pid}", []).append(at)
     for pid, name in names.items():
         if f"PID_{pid}" in found:
-            found.setdefault(_plain(name), found[f"PID_{pid}"])
+            found.setdefault(plain_name(name), found[f"PID_{pid}"])
+    for identifier in named_surfaces(deck):
+        elements, faces = surface_elements(deck, identifier)
+        found[f"SURF_{identifier}"] = [place[i] for i in (*elements, *faces) if i in place]
     for identifier, ids in _id_sets(deck, ("ELEM",)).items():
         found[f"SET_{identifier}"] = [place[i] for i in ids_among(ids, place)]
         if identifier in set_names and found[f"SET_{identifier}"]:
-            found[_plain(set_names[identifier])] = found[f"SET_{identifier}"]
+            found[plain_name(set_names[identifier])] = found[f"SET_{identifier}"]
     return {name: np.array(rows, dtype=np.int64).reshape(-1, 2) for name, rows in found.items() if rows}
 
 

@@ -14,6 +14,8 @@ from creak.model.solid_faces import HEX20
 _KINDS = {
     "CHEXA": (("hex8", 8), ("hex20s", 20)),
     "CPENTA": (("wedge6", 6), ("wedge15", 15)),
+    "CPYRAM": (("pyramid5", 5), ("", 13)),
+    "CPYRA": (("pyramid5", 5), ("", 13)),
     "CTETRA": (("tet4", 4), ("tet10", 10)),
 }
 """First- and second-order element and number of grids."""
@@ -66,12 +68,12 @@ def _grids(deck: Deck, card: Card, owner: Card) -> tuple[str, list[int]]:
     given = [i for i in range(2 + n, 2 + more) if card.text(i) not in ("", "0")]
     if not given:
         return first, deck.nodes(card, range(2, 2 + n))
-    if len(given) < more - n:
+    if not second or len(given) < more - n:
         raise InputError(
             f"{card.name} {card.text(0)} has {n + len(given)} grids",
             where=card.where,
-            expected=f"{n} grids or {more}",
-            fix="Export the mesh in first order or with all mid-side grids.",
+            expected=f"{n} grids or {more}" if second else f"{n} grids",
+            fix="Export the mesh in first order" + (" or with all mid-side grids." if second else "."),
         )
     kind = _network(owner) if card.name == "CHEXA" else second
     nodes = deck.nodes(card, range(2, 2 + more))

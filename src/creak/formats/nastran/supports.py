@@ -6,12 +6,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import FloatArray, IntArray
 from creak.formats.nastran.bulk_data import Card, id_list, id_ranges, ids_among
 from creak.formats.nastran.deck import Deck
 from creak.formats.nastran.grids import Permanent
 from creak.formats.nastran.linear import global_equations
-from creak.formats.nastran.set_ids import combined, selected
+from creak.formats.nastran.set_ids import combined, plain_name, selected
 from creak.model.constraints import Constraint, Fixed
 
 Held = dict[int, tuple[set[int], str]]
@@ -28,23 +28,32 @@ def read_supports(deck: Deck, permanent: list[Permanent]) -> tuple[list[Fixed], 
     held: Held = {}
     for p in permanent:
         _hold(held, p.row, p.dofs, p.where)
-    chosen = combined(deck, "SPCADD", selected(deck, "SPC", deck.case.spc))
-    for card in deck.cards("SPC"):
-        if card.integer(0) in chosen:
-            for i in (1, 4):
-                if card.text(i):
-                    _hold(held, *_one(deck, card, i), card.where)
-                if card.real(i + 2, 0.0):
-                    deck.note(
-                        card,
-                        "an enforced displacement is held at zero; drive it in the study",
-                        changes=True,
-                        what="SPC, D",
-                    )
-    for card in deck.cards("SPC1"):
-        if card.integer(0) in chosen:
-            _hold_all(deck, held, card)
+    for card in (*_taken(deck, "SPC"), *_taken(deck, "SPC1")):
+        for row, dofs in _dofs_of(deck, card):
+            _hold(held, row, dofs, card.where)
+    for card in _taken(deck, "SPC"):
+        if any(card.text(i) and card.real(i + 2, 0.0) for i in (1, 4)):
+            why = "an enforced displacement is held at zero; drive it in the study"
+            deck.note(card, why, changes=True, what="SPC, D")
     return _as_constraints(deck, held)
+
+
+def _dofs_of(deck: Deck, card: Card, *, known: bool = False) -> Iterator[tuple[int, tuple[int, ...]]]:
+    """Node row and dofs that an SPC or SPC1 card holds; `known` leaves out grids that are not there."""
+    if card.name == "SPC":
+        for i in (1, 4):
+            if card.text(i) and not (known and card.integer(i) not in deck.grids.row_of):
+                yield _one(deck, card, i)
+        return
+    many = known or any(text.upper() == "THRU" for text in card.fields)  # ids that THRU spans need not all exist
+    for identifier in ids_among(id_ranges(card, 2), deck.grids.row_of) if many else id_list(card, 2):
+        row = deck.grids.row(identifier, card)
+        yield row, (1,) if row in deck.grids.scalar else card.components(1)
+
+
+def _taken(deck: Deck, name: str) -> list[Card]:
+    chosen = combined(deck, "SPCADD", selected(deck, "SPC", deck.case.spc))
+    return [card for card in deck.cards(name) if card.integer(0) in chosen]
 
 
 def _one(deck: Deck, card: Card, i: int) -> tuple[int, tuple[int, ...]]:
@@ -52,16 +61,29 @@ def _one(deck: Deck, card: Card, i: int) -> tuple[int, tuple[int, ...]]:
     return row, (1,) if row in deck.grids.scalar else card.components(i + 1)
 
 
-def _hold_all(deck: Deck, held: Held, card: Card) -> None:
-    """SPC1: ids that THRU spans need not all exist."""
-    many = any(text.upper() == "THRU" for text in card.fields)
-    for identifier in ids_among(id_ranges(card, 2), deck.grids.row_of) if many else id_list(card, 2):
-        row = deck.grids.row(identifier, card)
-        _hold(held, row, (1,) if row in deck.grids.scalar else card.components(1), card.where)
-
-
 def _hold(held: Held, row: int, dofs: tuple[int, ...], where: str) -> None:
     held.setdefault(row, (set(), where))[0].update(dofs)
+
+
+def support_sets(deck: Deck, names: dict[int, str]) -> dict[str, IntArray]:
+    """SPC_<id>, and the name in the comments, of every set of SPC and SPC1 cards: the rows of its grids.
+
+    SPC_<id>.<dofs> too where a set holds various dofs.
+    """
+    sets: dict[int, dict[int, set[int]]] = {}
+    for card in deck.cards("SPC", "SPC1"):
+        for row, dofs in _dofs_of(deck, card, known=True):
+            if row not in deck.grids.scalar:
+                sets.setdefault(card.integer(0), {}).setdefault(row, set()).update(dofs)
+    found: dict[str, list[int]] = {}
+    for identifier, held in sets.items():
+        found[f"SPC_{identifier}"] = list(held)
+        if identifier in names:
+            found.setdefault(plain_name(names[identifier]), list(held))
+        kinds = {row: "".join(map(str, sorted(dofs))) for row, dofs in held.items()}
+        for row, kind in kinds.items() if len(set(kinds.values())) > 1 else ():
+            found.setdefault(f"SPC_{identifier}.{kind}", []).append(row)
+    return {name: np.array(rows, dtype=np.int64) for name, rows in found.items()}
 
 
 def _as_constraints(deck: Deck, held: Held) -> tuple[list[Fixed], list[Constraint]]:

@@ -1,4 +1,4 @@
-"""SOL 109 and 112: the transient analysis of the deck itself."""
+"""SOL 109, 112 and 129: the transient analysis of the deck itself."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from creak.formats.nastran.gaps import read_gaps
 from creak.formats.nastran.load_sets import READ, LoadSet, load_set
 from creak.formats.nastran.time_functions import TABLES, amplitude_of
 from creak.model.constraints import Fixed
+from creak.model.mesh import Unread
 from creak.model.steps import Amplitude, DeckRun, DynamicStep, PointLoad, Prescribed
 
-SOLUTIONS = {"109": "", "SEDTRAN": "", "112": "modal", "SEMTRAN": "modal"}
+SOLUTIONS = {"109": "", "SEDTRAN": "", "112": "modal", "SEMTRAN": "modal", "129": "nonlinear"}
 KINDS = {
     "": "force",
     "0": "force",
@@ -33,7 +34,7 @@ KINDS = {
     "A": "acceleration",
 }
 """TYPE of TLOAD1 and TLOAD2."""
-CARDS = {"TSTEP", "TLOAD1", "TLOAD2", "DLOAD", "CGAP", "PGAP", *READ, *TABLES}
+CARDS = {"TSTEP", "TSTEPNL", "TLOAD1", "TLOAD2", "DLOAD", "CGAP", "PGAP", *READ, *TABLES}
 """Read for the deck's own run."""
 WITH_STOPS = -0.05
 """Alpha of HHT where gaps close; without gaps it is 0, the mean acceleration."""
@@ -52,8 +53,9 @@ class _Term:
 def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
     """The run: TSTEP of one length, TLOAD1 and TLOAD2 with DLOAD, gaps as stops; what SPCD moves is not held.
 
-    SOL 112 is run in all dofs instead of modes. creak integrates by HHT with alpha = 0 (with gaps -0.05) where Nastran
-    has Newmark's method with beta = 1/3; both are of second order in the step.
+    SOL 112 is run in all dofs instead of modes; SOL 129, with TSTEPNL, linear but for its gaps. creak integrates by HHT
+    with alpha = 0 (with gaps -0.05) where Nastran has Newmark's method with beta = 1/3; both are of second order in the
+    step.
 
     Raises
     ------
@@ -63,11 +65,14 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
     if case.solution not in SOLUTIONS:
         what = f"SOL {case.solution}" if case.solution else "no SOL line"
         raise InputError(
-            f"the deck has {what}; creak runs SOL 109 and SOL 112 by themselves",
+            f"the deck has {what}; creak runs SOL 109, SOL 112 and SOL 129 by themselves",
             where=case.where,
-            expected="SOL 109 or 112, or a study file (.toml)",
+            expected="SOL 109, 112 or 129, or a study file (.toml)",
             fix="Write a study that names the deck in [model].",
         )
+    if SOLUTIONS[case.solution] == "nonlinear":
+        why = "the run is linear but for its gaps: small motion, elastic materials"
+        deck.unread.append(Unread(f"SOL {case.solution}", case.where, False, why))
     count, dt, where = _steps(deck)
     amplitudes: dict[str, Amplitude] = {}
     moved: list[Prescribed] = []
@@ -96,7 +101,7 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
 
 def _steps(deck: Deck) -> tuple[int, float, str]:
     """Number, length and place of the steps."""
-    cards = unique_cards(deck.cards("TSTEP"), "TSTEP")
+    cards = unique_cards(deck.cards("TSTEP", "TSTEPNL"), "TSTEP")
     if not deck.case.tstep:
         raise InputError(
             "the case control has no TSTEP",
@@ -111,7 +116,7 @@ def _steps(deck: Deck) -> tuple[int, float, str]:
             expected=f"one of {sorted(cards)}",
         )
     card = cards[deck.case.tstep]
-    rows = [i for i in range(1, len(card.fields), 8) if card.text(i)]
+    rows = [1] if card.name == "TSTEPNL" else [i for i in range(1, len(card.fields), 8) if card.text(i)]
     lengths = {card.real(i + 1) for i in rows}
     count = sum(card.integer(i) for i in rows)
     if len(lengths) != 1 or not min(lengths) > 0.0:

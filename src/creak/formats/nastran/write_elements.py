@@ -30,6 +30,7 @@ from creak.model.solid_faces import HEX20
 _SOLIDS = {
     "hex8": "CHEXA",
     "wedge6": "CPENTA",
+    "pyramid5": "CPYRAM",
     "tet4": "CTETRA",
     "tet10": "CTETRA",
     **dict.fromkeys(HEX20, "CHEXA"),

@@ -90,7 +90,8 @@ def hertz(omega2: FloatArray) -> FloatArray:
 def _own_modes(full: System, count: int, progress: Progress | None) -> tuple[FloatArray, int]:
     """Elastic frequencies of the full part, Hz, and how many modes are rigid."""
     stage = _stage(progress, "free modes of the full part")
-    omega2 = modes(full.K, full.M, count=min(full.n, RIGID_MODES + count), free=True, progress=stage).omega2
+    wanted = min(full.n, RIGID_MODES + count)
+    omega2 = modes(full.K, full.M, count=wanted, free=True, sturm=False, progress=stage).omega2
     rigid = _rigid_count(omega2)
     return hertz(omega2[rigid:])[:count], rigid
 

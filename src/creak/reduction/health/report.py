@@ -89,9 +89,9 @@ def health(
     coords : (n_node, 3) all nodes of the model.
     f_excitation : highest frequency of interest, Hz.
     count : fixed-interface and free modes to list.
-    own_modes : also compute the free modes of the full part: two factorisations (Lanczos, Sturm count) and
-        count + 6 vectors, the only expensive step. Without it the errors are estimates, which need a recovery and
-        a back-substitution per mode, at most MOST_CHECKED of them, up to the first that is off by more than 1 %.
+    own_modes : also compute the free modes of the full part: a factorisation and count + 6 vectors, the only expensive
+        step. Without it the errors are estimates, which need a recovery and a back-substitution per mode, at most
+        MOST_CHECKED of them, up to the first that is off by more than 1 %.
 
     Raises
     ------

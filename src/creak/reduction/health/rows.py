@@ -8,7 +8,8 @@ from creak.model.dofs import AXES
 from creak.reduction.health.free import GOOD
 from creak.reduction.health.report import Health
 from creak.reduction.health.rigid import GROUNDING
-from creak.reduction.health.verdict import hz, percent
+from creak.reduction.health.verdict import hz
+from creak.words import percent
 
 Row = tuple[str, str, str]
 """(label, value, remark)"""

@@ -10,6 +10,7 @@ import numpy as np
 from creak.reduction.health.fixed import FixedModes
 from creak.reduction.health.free import GOOD, VERY_GOOD, FreeModes
 from creak.reduction.health.rigid import GROUNDING, RigidCheck
+from creak.words import percent
 
 RULE, RULE_CONTACT = 3.0, 5.0
 """First mode left out over the highest frequency of interest: rule of thumb, and where contact excites more."""
@@ -51,12 +52,6 @@ def rounded_up(f: float) -> float:
     """To two digits."""
     unit = 10.0 ** (np.floor(np.log10(f)) - 1.0)
     return float(np.ceil(f / unit * (1.0 - 1e-9)) * unit)
-
-
-def percent(x: float) -> str:
-    """`0.34 %`, `54 %`, `0 %` for what is round-off."""
-    size = 100.0 * abs(x)
-    return f"{100.0 * x:.2g} %" if 1e-6 <= size < 10.0 else f"{100.0 * x:.0f} %"
 
 
 def _range(free: FreeModes, cut: float, f_excitation: float | None) -> Iterable[Line]:

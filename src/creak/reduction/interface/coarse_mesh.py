@@ -7,6 +7,7 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
+from creak.model.dofs import PER_NODE, node_dofs
 from creak.model.projection import Nearest, nearest_points
 from creak.reduction.interface.basis import orthonormal, scale_of
 from creak.reduction.interface.interpolation import levers, rigid_motions
@@ -93,9 +94,9 @@ def linked(weights: Matrix, coords: FloatArray, sources: FloatArray) -> Matrix:
     offset = coords - W @ sources
     blocks = W.data[:, None, None] * np.eye(6)
     blocks[:, :3, 3:] = W.data[:, None, None] * levers(0.5 * (coords[at] - sources[source] + offset[at]))
-    row = np.broadcast_to((6 * at[:, None] + np.arange(6))[:, :, None], blocks.shape)
-    column = np.broadcast_to((6 * source[:, None] + np.arange(6))[:, None, :], blocks.shape)
-    shape = (6 * W.shape[0], 6 * W.shape[1])
+    row = np.broadcast_to(node_dofs(at).reshape(-1, PER_NODE, 1), blocks.shape)
+    column = np.broadcast_to(node_dofs(source).reshape(-1, 1, PER_NODE), blocks.shape)
+    shape = (PER_NODE * W.shape[0], PER_NODE * W.shape[1])
     return sp.csr_matrix((blocks.ravel(), (row.ravel(), column.ravel())), shape=shape)
 
 

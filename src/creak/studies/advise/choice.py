@@ -8,10 +8,11 @@ from typing import Any
 
 from creak.studies.advise import words
 from creak.studies.advise.contact import StepAdvice, substeps_for
-from creak.studies.advise.evidence import DOOR, case, record, share
+from creak.studies.advise.evidence import DOOR, case, record
 from creak.studies.advise.facts import Facts, Option
 from creak.studies.models.reduced import WHOLE
 from creak.studies.prepare.setup import Setup
+from creak.words import duration, percent
 
 ENOUGH, ALL = 11.0, 15.0
 """f_max of fixed-interface modes over the excitation that is good enough, and that is advised (docs/guidelines.md).
@@ -86,7 +87,7 @@ def _option(setup: Setup, facts: Facts, step: StepAdvice) -> tuple[Option | None
     """How to reduce, and why so."""
     c, table = setup.study.config, setup.study.config.reduction
     if table.method == "none" and step.unreduced_s <= words.AFFORDABLE_S:
-        return None, f"method: none as in the study, because the run takes at most {words.duration(step.unreduced_s)}"
+        return None, f"method: none as in the study, because the run takes at most {duration(step.unreduced_s)}"
     if table.substructures or table.unreduced or setup.superelements:
         return _by_parts(facts, table.f_max), (
             "method: craig-bampton, because the study has substructures, unreduced sets or imported parts; one "
@@ -117,8 +118,8 @@ def _against_craig_bampton() -> str:
     """Size and error of both, each with the multiple that is advised."""
     modes, parts = (case(record(), f"{name} {m:g} x") for name, m in (("gap modes", ASSEMBLY), ("Craig-Bampton", ALL)))
     return (
-        f"{modes['unknowns']:,} unknowns and {share(modes['impulse_error'])} in the impulse of an event with "
-        f"{ASSEMBLY:g} times the excitation, against {parts['unknowns']:,} and {share(parts['impulse_error'])} of "
+        f"{modes['unknowns']:,} unknowns and {percent(modes['impulse_error'])} in the impulse of an event with "
+        f"{ASSEMBLY:g} times the excitation, against {parts['unknowns']:,} and {percent(parts['impulse_error'])} of "
         f"Craig-Bampton with {ALL:g} times"
     )
 

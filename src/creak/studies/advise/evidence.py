@@ -143,16 +143,6 @@ def step_evidence(per_period: float) -> StepEvidence | None:
     return fit[-1] if fit else None
 
 
-def share(x: float) -> str:
-    """`1.8 %`, two digits."""
-    return f"{100.0 * x:.2g} %"
-
-
-def listed(items: Sequence[str]) -> str:
-    """`a, b and c`."""
-    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
-
-
 def varied(kind: str, factor: float) -> Mapping[str, Any]:
     """The run with damping or load times a factor; `base` with 1."""
     (row,) = (row for row in record()["contact"]["physics"] if row["kind"] == kind and row["factor"] == factor)

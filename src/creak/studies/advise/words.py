@@ -11,16 +11,15 @@ from creak.studies.advise.evidence import (
     DOOR,
     RULE_OF_THUMB,
     case,
-    listed,
     penalty,
     points,
     record,
-    share,
     varied,
 )
 from creak.studies.advise.facts import POWER, Facts, Option
 from creak.studies.models.reduced import DIAGONAL_LIMIT
 from creak.studies.prepare.setup import Setup
+from creak.words import duration, listed, percent
 
 EVERYWHERE, MANY = 0.9, 20
 """Share of channels that stay, of at least so many, from which on the pre-check did not sort."""
@@ -36,16 +35,15 @@ def why_f_max(facts: Facts, option: Option | None) -> Iterator[str]:
     f, known = facts.excitation.frequency, points()[option.method]
     said = f"f_max: {option.f_max:g} Hz = {option.multiple:.3g} x the excitation ({f:.4g} Hz), because "
     left = (
-        f"{listed([f'{p.multiple:g}' for p in known])} times left {listed([share(p.impulse_error) for p in known])} in "
-        f"the impulse of an event ({DOOR})"
+        f"{listed([f'{p.multiple:g}' for p in known])} times left "
+        f"{listed([percent(p.impulse_error) for p in known])} in the impulse of an event ({DOOR})"
     )
     if option.method == "craig-bampton":
-        thumb = (
-            f"{listed([f'{m:g}' for m, _ in RULE_OF_THUMB])} times leave {listed([share(e) for _, e in RULE_OF_THUMB])}"
-        )
+        multiples, errors = zip(*RULE_OF_THUMB, strict=True)
+        thumb = f"{listed([f'{m:g}' for m in multiples])} times leave {listed([percent(e) for e in errors])}"
         yield said + (
             f"{left}, and the thesis saw no gain beyond 11 to 13 times (4.1). Frequencies alone need less: {thumb} in "
-            f"the rule of thumb, and no mode at {f:.4g} Hz can be off by more than {share(option.bound)}"
+            f"the rule of thumb, and no mode at {f:.4g} Hz can be off by more than {percent(option.bound)}"
         )
     elif option.method == "massless-boundary":
         yield said + (
@@ -60,7 +58,7 @@ def why_step(setup: Setup, step: StepAdvice, massless: bool) -> Iterator[str]:
     yield (
         f"step: {step.step:g} s, {step.per_period:.3g} in a period of the highest frequency, because such a forced "
         f"step left on the door: {step.massless if massless else step.hht} (docs/contact_convergence.md)"
-        + ("" if massless else f"; periods at that frequency are {share(step.period_error)} too long with it")
+        + ("" if massless else f"; periods at that frequency are {percent(step.period_error)} too long with it")
         + ". Without `step` and `integrator` in [time] creak chooses, and says how far the answer has settled"
     )
     if abs(step.step / setup.study.config.time.step - 1.0) > 1e-6 and setup.contacts.m:
@@ -143,7 +141,7 @@ def _unknowns(row: Mapping[str, Any]) -> str:
 
 
 def _impulse(row: Mapping[str, Any]) -> str:
-    return share(row["impulse_error"])
+    return percent(row["impulse_error"])
 
 
 def why_exact(setup: Setup, facts: Facts) -> Iterator[str]:
@@ -179,8 +177,8 @@ def _stiffer() -> str:
     """What the contact stiffness changes."""
     base, half, twice, ten = (penalty(x) for x in (1.0, 0.5, 2.0, 10.0))
     return (
-        f"half and twice of it changed the impulse of an event by {share(half['impulse_error'])} and "
-        f"{share(twice['impulse_error'])}, ten times by {share(ten['impulse_error'])}, and the raw peak of one "
+        f"half and twice of it changed the impulse of an event by {percent(half['impulse_error'])} and "
+        f"{percent(twice['impulse_error'])}, ten times by {percent(ten['impulse_error'])}, and the raw peak of one "
         f"channel, which is no result, {ten['raw_peak'] / base['raw_peak']:.2g} times ({CONTACT})"
     )
 
@@ -249,14 +247,3 @@ def _channels(setup: Setup, facts: Facts) -> Iterator[str]:
             f"contact everywhere: {c.kept} of {c.contacts} channels stay. Check load and units, and whether the margin "
             f"of {margin:g} is small against the gap"
         )
-
-
-def duration(seconds: float) -> str:
-    """`21 us`, `4.2 ms`, `38 s`, `12 min`, `5.2 h`."""
-    if seconds < 1e-3:
-        return f"{1e6 * seconds:.2g} us"
-    if seconds < 0.1:
-        return f"{1e3 * seconds:.2g} ms"
-    if seconds < 100.0:
-        return f"{seconds:.2g} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.2g} h"

@@ -11,7 +11,7 @@ from creak.errors import InputError, suggest
 from creak.studies.file.reader import Study, checked_study, overlap
 from creak.studies.file.toml_text import toml_text
 
-NAMED = ("contact", "excitation", "superelement")
+NAMED = ("contact", "excitation", "superelement", "nodes", "support")
 """Tables of named tables: a change may not invent a name."""
 SEEDED = ("multisine", "psd")
 """Signals with random phases."""

@@ -6,8 +6,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, model_validator
 
+from creak.model.units import UnitsName
 from creak.studies.file.contact_tables import ConnectorTable, ContactTable
-from creak.studies.file.eline_tables import ElineTable, LimitTable, MaterialPairTable
+from creak.studies.file.design.clip_tables import ClipTable
+from creak.studies.file.design.node_tables import NodesTable, SupportTable
+from creak.studies.file.design.scatter_tables import ScatterTable
+from creak.studies.file.eline_tables import BackgroundTable, ElineTable, LimitTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
 from creak.studies.file.table import Finite, NonNegative, Positive, Table
 
@@ -16,8 +20,8 @@ class ModelTable(Table):
     """[model]"""
 
     deck: str
-    """Abaqus .inp or Nastran .bdf, .dat, .nas, relative to the study file."""
-    units: Literal["mm-t-s", "m-kg-s"] = "mm-t-s"
+    """Abaqus .inp or Nastran .bdf, .dat, .nas, .fem, relative to the study file."""
+    units: UnitsName = "mm-t-s"
     """Units of the deck and the study: length, mass, time. They label results; nothing is converted."""
 
 
@@ -245,12 +249,22 @@ class StudyConfig(Table):
     """TOML file, relative to the study file, with [material-pair.NAME] tables beside those of the study."""
     model: ModelTable
     """The deck and its units."""
+    nodes: dict[str, NodesTable] = {}
+    """[nodes.NAME]: node sets by labels or coordinates."""
+    support: dict[str, SupportTable] = {}
+    """[support.NAME]: nodes held otherwise than the deck says."""
     damping: DampingTable = DampingTable()
     """Replaces the deck's *DAMPING."""
     contact: dict[str, ContactTable] = {}
     """[contact.NAME]: two surfaces that may touch."""
     connector: list[ConnectorTable] = []
     """[[connector]]: a clip or hook with play."""
+    clip: list[ClipTable] = []
+    """[[clip]]: clips, bushings, stops and foam."""
+    clips: str | None = None
+    """TOML file, relative to the study file, with [clip.NAME] tables that [[clip]] can use beside those of creak."""
+    scatter: ScatterTable = ScatterTable()
+    """What is known by its distribution alone; `creak robust` draws it."""
     eline: dict[str, ElineTable] = {}
     """[eline.NAME]: points between two parts whose relative motion is looked at."""
     material_pair: Annotated[dict[str, MaterialPairTable], Field(alias="material-pair")] = {}
@@ -277,3 +291,5 @@ class StudyConfig(Table):
     """What reduced and unreduced run are compared by."""
     listener: dict[str, ListenerTable] = {}
     """[listener.NAME]: where the sound of the contacts is heard."""
+    background: BackgroundTable | None = None
+    """The steady sound that the contacts are heard beside."""

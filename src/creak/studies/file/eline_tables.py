@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from creak.studies.file.quantities import Length
+from creak.studies.file.quantities import Force, Length, LevelText, LoudnessText
 from creak.studies.file.table import Finite, NonNegative, Positive, Table
 
 
@@ -48,7 +48,7 @@ class ElineTable(Table):
 
 
 class LimitTable(Table):
-    """[limit]: what the user allows, each length with its unit; no limit is built in."""
+    """[limit]: what the user allows, each figure with its unit; no limit is built in."""
 
     tolerance: Length | None = None
     """What scatter may take of every gap: margin = gap - tolerance - displacement. Default: none."""
@@ -56,6 +56,23 @@ class LimitTable(Table):
     """In-plane peak-to-peak from which a line counts as one that may squeak, where it has no material pair."""
     percentile: Annotated[float, Field(gt=0.0, le=100.0, allow_inf_nan=False)] = 95.0
     """Percentile of the peaks that is given beside the largest, %."""
+    n5: LoudnessText | None = None
+    """Loudness exceeded in 5 % of the verification window by the contact of any place alone, as "2 sone"; beside a
+    [background] the loudness that it adds to it."""
+    n_max: LoudnessText | None = None
+    """The same of the largest loudness."""
+    level: LevelText | None = None
+    """Equivalent continuous level of any place alone over the window, as "40 dB(A)"."""
+    force: Force | None = None
+    """Worst low-passed force of any place, as "5 N"."""
+
+
+class BackgroundTable(Table):
+    """[background]: the steady sound that the contacts are heard beside, as the user measured or assumes it."""
+
+    file: str
+    """CSV file with the header frequency,level: third octaves by their nominal frequency, 25 to 12500 Hz, and levels in
+    dB re 20 uPa, relative to the study file. Nothing is in bands that are left out."""
 
 
 class MaterialPairTable(Table):

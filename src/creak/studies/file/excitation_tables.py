@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from creak.studies.file.design.node_tables import Label
 from creak.studies.file.table import Dof, Finite, NonNegative, Positive, Table
 
 
@@ -68,11 +69,15 @@ def _increase(points: list[tuple[float, float]]) -> None:
 
 
 class TableTable(Table):
-    """A CSV file with the header time,value, or the points themselves."""
+    """A CSV file with the header time,value, a channel of a measured file, or the points themselves."""
 
     type: Literal["table"]
     file: str | None = None
-    """Path relative to the study file."""
+    """Path relative to the study file: .csv; .rsp, .drv, .rpc (RPC III); .uff, .unv (data set 58)."""
+    channel: Label | None = None
+    """Name or number of a channel; of a CSV file the name of a column."""
+    factor: Finite = 1.0
+    """The values of the file are taken so many times, 9810 for g in mm/s2."""
     values: Points | None = None
     """[[time, value], ...], s and the unit of the excitation's kind."""
     rounding: Annotated[float, Field(ge=0.0, le=0.5, allow_inf_nan=False)] | None = None
@@ -83,6 +88,8 @@ class TableTable(Table):
     def _one_of(self) -> TableTable:
         if (self.file is None) == (self.values is None):
             raise ValueError("give either file or values")
+        if self.file is None and (self.channel is not None or self.factor != 1.0):
+            raise ValueError("channel and factor belong to a file")
         _increase(self.values or [])
         return self
 
@@ -117,11 +124,15 @@ class PeriodicTable(Table):
 
 
 class RecordTable(Table):
-    """A measured acceleration (CSV, header time,value), integrated by omega arithmetic."""
+    """A measured acceleration, integrated by omega arithmetic."""
 
     type: Literal["record"]
     file: str
-    """Path relative to the study file."""
+    """Path relative to the study file: CSV with the header time,value; .rsp, .drv, .rpc (RPC III); .uff, .unv."""
+    channel: Label | None = None
+    """Name or number of a channel; of a CSV file the name of a column."""
+    factor: Finite = 1.0
+    """The values of the file are taken so many times, 9810 for g in mm/s2."""
     high_pass: Positive
     """Hz; below it the record counts as drift."""
 

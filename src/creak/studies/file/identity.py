@@ -32,6 +32,19 @@ def decks_sha256(study: Study) -> str:
     return files_sha256(file for deck in decks if deck.is_file() for file in deck_files(deck))
 
 
+def other_files_sha256(study: Study) -> str:
+    """Digest of the other files that a study names, as they are now; empty where there are none."""
+    files: list[Path] = []
+
+    def note(place: tuple[str, ...], name: str) -> str:
+        if place not in DECKS and study.sibling(name).is_file():
+            files.append(study.sibling(name))
+        return name
+
+    map_paths(study.config.model_dump(mode="json"), note)
+    return files_sha256(files)
+
+
 def files_sha256(files: Iterable[Path]) -> str:
     """SHA-256 of a file; of several, of their SHA-256, in hexadecimal, a line each; of none, empty."""
     found = [sha256(path) for path in files]

@@ -19,6 +19,8 @@ PLACES = (
     ("superelement", "*", "map"),
     ("eline", "*", "points"),
     ("material_pairs",),
+    ("background", "file"),
+    ("clips",),
     ("reduction", "interface", "deck"),
 )
 """Keys of a study whose strings are paths."""

@@ -1,45 +1,58 @@
-"""Numbers with their unit, as a study writes limits: "0.3 mm"."""
+"""Numbers with their unit, as a study writes limits: "0.3 mm", "2 sone"."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
+from creak.model.units import METRES
+
 LENGTHS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
 """m"""
-OF_STUDY = {"mm-t-s": 1e-3, "m-kg-s": 1.0}
-"""m in the length of a system of units."""
-FORM = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-z]*)\s*")
+FORCES = {"mN": 1e-3, "N": 1.0, "kN": 1e3}
+"""N"""
+SONES = {"sone": 1.0}
+LEVELS = {"dB(A)": 1.0}
+FORM = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-z()]*)\s*")
 
 
 def length_in(text: str, units: str) -> float:
     """A length like "0.3 mm" in the length of a system of units."""
     value, unit = _parts(text)
-    return value * LENGTHS[unit] / OF_STUDY[units]
+    return value * LENGTHS[unit] / METRES[units]
 
 
-def _length(value: Any) -> str:
-    """A length that is not negative, with its unit.
+def in_base(text: str) -> float:
+    """A force in N, a loudness in sone, a level in dB(A)."""
+    value, unit = _parts(text)
+    return value * (FORCES | SONES | LEVELS)[unit]
 
-    Raises
-    ------
-    ValueError : no unit, another unit, a negative number, or no number at all.
-    """
-    known = ", ".join(LENGTHS)
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        raise ValueError(f'a length without its unit; write "{value} mm" (units: {known})')
-    if not isinstance(value, str) or FORM.fullmatch(value) is None:
-        raise ValueError(f'no length; write a number and its unit as "0.3 mm" (units: {known})')
-    number, unit = _parts(value)
-    if unit not in LENGTHS:
-        what = f"the unit {unit!r} is none of a length" if unit else "a length without its unit"
-        raise ValueError(f'{what}; write it as "{number:g} mm" (units: {known})')
-    if number < 0.0 or not math.isfinite(number):
-        raise ValueError("a length that is negative or not finite; write 0 or more")
-    return value
+
+def _of(units: dict[str, float], what: str) -> Callable[[Any], str]:
+    """Check of a quantity with one of these units, 0 or more; `what` is its name with its article."""
+    known, usual = ", ".join(units), "mm" if "mm" in units else "N" if "N" in units else next(iter(units))
+
+    def checked(value: Any) -> str:
+        """Raise ValueError where there is no unit, another unit, a negative number, or no number at all."""
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            raise ValueError(f'{what} without its unit; write "{value} {usual}" (units: {known})')
+        if not isinstance(value, str) or FORM.fullmatch(value) is None:
+            raise ValueError(
+                f'no {what.split(" ", 1)[1]}; write a number and its unit as "0.3 {usual}" (units: {known})'
+            )
+        number, unit = _parts(value)
+        if unit not in units:
+            wrong = f"the unit {unit!r} is none of {what}" if unit else f"{what} without its unit"
+            raise ValueError(f'{wrong}; write it as "{number:g} {usual}" (units: {known})')
+        if number < 0.0 or not math.isfinite(number):
+            raise ValueError(f"{what} that is negative or not finite; write 0 or more")
+        return value
+
+    return checked
 
 
 def _parts(text: str) -> tuple[float, str]:
@@ -48,5 +61,11 @@ def _parts(text: str) -> tuple[float, str]:
     return float(found[1]), found[2]
 
 
-Length = Annotated[str, BeforeValidator(_length)]
+Length = Annotated[str, BeforeValidator(_of(LENGTHS, "a length"))]
 """A length of 0 or more with its unit: "0.3 mm"."""
+Force = Annotated[str, BeforeValidator(_of(FORCES, "a force"))]
+"""A force of 0 or more with its unit: "5 N"."""
+LoudnessText = Annotated[str, BeforeValidator(_of(SONES, "a loudness"))]
+"""A loudness of 0 or more with its unit: "2 sone"."""
+LevelText = Annotated[str, BeforeValidator(_of(LEVELS, "a level"))]
+"""A level of 0 or more with its unit and weighting: "40 dB(A)"."""

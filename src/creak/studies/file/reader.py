@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, get_args
@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 
 from creak.errors import InputError, suggest
 from creak.formats.endings import is_deck
-from creak.studies.file.config import FORCED, StudyConfig
+from creak.studies.file.config import FORCED, StudyConfig, TimeTable
 from creak.studies.file.excitation_tables import SignalTable
 
 
@@ -76,7 +76,7 @@ def checked_study(
         study = Study(path, StudyConfig.model_validate(data), text, file_text, changes or {})
     except ValidationError as error:
         raise explain(path, text, error) from error
-    _check_time(study, data.get("time", {}))
+    check_time(study.config.time, data.get("time", {}), study.where)
     return study
 
 
@@ -85,21 +85,21 @@ def overlap(a: str, b: str) -> bool:
     return a == b or a.startswith(f"{b}.") or b.startswith(f"{a}.")
 
 
-def _check_time(study: Study, given: Mapping[str, Any]) -> None:
-    """Raise InputError where [time] asks for an accuracy and forces a scheme as well."""
-    table, forced = study.config.time, sorted((FORCED | {"rho_inf"}) & given.keys())
+def check_time(table: TimeTable, given: Mapping[str, Any], where: Callable[..., str]) -> None:
+    """Raise InputError where [time], given with these keys, asks for an accuracy and forces a scheme."""
+    forced = sorted((FORCED | {"rho_inf"}) & given.keys())
     if "accuracy" in given and not table.exact:
         raise InputError(
             f"accuracy = {table.accuracy!r} chooses the steps itself, {', '.join(forced) or 'integrator'} would force "
             "them",
-            where=study.where("time", "accuracy"),
+            where=where("time", "accuracy"),
             expected="one of both",
             fix="Leave out all but accuracy.",
         )
     if table.exact and forced:
         raise InputError(
             f'integrator = "exact" chooses its steps itself: {", ".join(forced)} have no meaning',
-            where=study.where("time", forced[0]),
+            where=where("time", forced[0]),
             fix="Leave them out, or name the integrator that they are for.",
         )
 

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
+from creak.errors import InputError, suggest
 from creak.formats.csv_rows import csv_rows
-from creak.model.magnitude import computable
+from creak.formats.measured import chosen_channel, is_measured
+from creak.model.magnitude import LARGEST, computable
 
 
 def read_table(path: Path, where: str, header: tuple[str, str] = ("time", "value")) -> tuple[FloatArray, FloatArray]:
@@ -19,7 +20,10 @@ def read_table(path: Path, where: str, header: tuple[str, str] = ("time", "value
     ------
     InputError : no such file, wrong header, a value that is no finite number, a first column that does not increase.
     """
-    rows = read_rows(path, where, "table", [*header])
+    return _increasing(path, read_rows(path, where, "table", [*header]), header)
+
+
+def _increasing(path: Path, rows: Rows, header: tuple[str, str]) -> tuple[FloatArray, FloatArray]:
     values = np.array([_numbers(path, i, row, ",".join(header)) for i, row in rows]).reshape(-1, 2)
     if values.shape[0] < 2:
         raise InputError(f"the table has {values.shape[0]} row(s)", where=path, expected="two or more")
@@ -28,6 +32,35 @@ def read_table(path: Path, where: str, header: tuple[str, str] = ("time", "value
         line = rows[int(back[0]) + 1][0]
         raise InputError(f"{header[0]} does not increase", where=f"{path}:{line}", fix="Sort the rows, drop doubles.")
     return values[:, 0], values[:, 1]
+
+
+def read_signal(path: Path, channel: str | None, where: str) -> tuple[FloatArray, FloatArray]:
+    """Time and values, each (n,), of a course in time: a CSV file, RPC III or a universal file.
+
+    Parameters
+    ----------
+    channel : name or number (from 1) of a channel; of a CSV file the name of a column, the first of which is time.
+        None: the only one; of a CSV file the column `value`.
+
+    Raises
+    ------
+    InputError : no such file or channel; cut short; a value that is no finite number; times that do not increase.
+    """
+    if is_measured(path):
+        found = chosen_channel(path, int(channel) if channel is not None and channel.isdigit() else channel, where)
+        if not np.isfinite(found.values).all() or np.abs(found.values).max(initial=0.0) > LARGEST:
+            raise InputError(f"channel {found.name!r} has values that are no numbers", where=path)
+        return found.time, found.values
+    if channel is None:
+        return read_table(path, where)
+    header, rows = read_header(path, where, "table")
+    if channel.lower() not in header[1:]:
+        raise InputError(
+            f"the table has no column {channel!r}", where=f"{path}:1", fix=suggest(channel.lower(), header[1:])
+        )
+    k = header.index(channel.lower(), 1)
+    narrow = [(i, [row[0], row[k]] if k < len(row) else [row[0]]) for i, row in rows]
+    return _increasing(path, narrow, (header[0], channel))
 
 
 Rows = list[tuple[int, list[str]]]
@@ -50,14 +83,7 @@ def read_rows(path: Path, where: str, kind: str, header: list[str]) -> Rows:
 
 def read_one_of(path: Path, where: str, kind: str, headers: list[list[str]]) -> tuple[list[str], Rows]:
     """The same with the header, of several, that the file has."""
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except FileNotFoundError as error:
-        raise InputError(f"no such {kind}: {path}", where=where, fix="Check the path.") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read the {kind} {path}: {error}", where=where) from error
-    rows = [(i, row) for i, row in csv_rows(lines, path) if any(cell.strip() for cell in row)]
-    found = [cell.strip().lower() for cell in rows[0][1]] if rows else []
+    found, rows = read_header(path, where, kind)
     known = next((h for h in headers if found[: len(h)] == h), None)
     if known is None:
         raise InputError(
@@ -66,7 +92,24 @@ def read_one_of(path: Path, where: str, kind: str, headers: list[list[str]]) -> 
             expected=f"the header {' or '.join(','.join(h) for h in headers)}",
             fix="Put it into the first line.",
         )
-    return known, rows[1:]
+    return known, rows
+
+
+def read_header(path: Path, where: str, kind: str) -> tuple[list[str], Rows]:
+    """The first row, in small letters, and the others that have something in them.
+
+    Raises
+    ------
+    InputError : no such file, or unreadable.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except FileNotFoundError as error:
+        raise InputError(f"no such {kind}: {path}", where=where, fix="Check the path.") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"cannot read the {kind} {path}: {error}", where=where) from error
+    rows = [(i, row) for i, row in csv_rows(lines, path) if any(cell.strip() for cell in row)]
+    return [cell.strip().lower() for cell in rows[0][1]] if rows else [], rows[1:]
 
 
 def _numbers(path: Path, line: int, row: list[str], header: str) -> list[float]:

@@ -13,15 +13,17 @@ from creak.assembly.coupling import Driven, couple
 from creak.assembly.part import Rayleigh, assemble_blocks, loose_system, part_system
 from creak.assembly.recovery import by_node, recovered
 from creak.assembly.system import System
-from creak.errors import InputError
+from creak.errors import InputError, NumericalError
 from creak.formats.deck.unread import stop_on_unread
 from creak.formats.decks import read_model
 from creak.linalg.factor import regular_factor
 from creak.linalg.modes import Modes, modes
 from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
+from creak.model.steps import StaticStep
 from creak.progress import Progress
 from creak.reduction.effective_mass import EffectiveMass, effective_mass
+from creak.studies.models.prestress import displacements, driven_by, is_ignored, noted, require_known
 
 DEFAULT_COUNT = 20
 UNDAMPED = Rayleigh(0.0, 0.0)
@@ -67,13 +69,14 @@ def deck_modes(
 
     Parameters
     ----------
-    path : an Abaqus (.inp) or Nastran (.bdf, .dat, .nas) deck.
+    path : an Abaqus (.inp) or Nastran (.bdf, .dat, .nas, .fem) deck.
     f_max : all modes up to this frequency, Hz. count : the lowest ones (default 20); all there are where the model
         has fewer.
     about : point of the rotations of the effective mass, in the deck's units.
     ignore : keywords or cards that may go unread although they change the answer.
 
-    Contact, loads, damping and prestress are left out; parts that touch are not joined.
+    Contact, loads and damping are left out; parts that touch are not joined. Where the deck's modes start from a static
+    step (Abaqus: NLGEOM) of forces and displacements, its linear stress stiffens the structure.
 
     Raises
     ------
@@ -88,12 +91,17 @@ def deck_modes(
     progress("read the deck", 0, 1)
     model = read_model(Path(path))
     progress("read the deck", 1, 1)
+    step = model.prestress if model.prestress and not is_ignored(model.prestress, ignore) else None
+    model = model if step is None else noted(model, step)
     stop_on_unread(model, ignore)
     progress("assemble", 0, 1)
     parts = _parts(model)
+    driven = Driven({}) if step is None else driven_by(step)
+    if step is not None:
+        parts = _parts(model, _static(parts, model, step, driven))
     progress("assemble", 1, 1)
     wanted = DEFAULT_COUNT if f_max is None and count is None else count
-    system, found = _joined_modes(parts, model, Driven({}), f_max, wanted, progress)
+    system, found = _joined_modes(parts, model, driven, f_max, wanted, progress, stressed=step is not None)
     point = np.asarray(about, dtype=np.float64)
     effective = effective_mass(system, found.shapes, _carriers(parts, model), model.nodes.coords, point)
     rigid = int((found.omega2 == 0.0).sum())
@@ -117,10 +125,17 @@ def model_modes(
     return _joined_modes(_parts(model), model, driven, f_max, count)
 
 
-def _parts(model: Model) -> list[System]:
-    parts = [part_system(model, i, UNDAMPED, override=True) for i in range(len(model.parts))]
+def _parts(model: Model, u: FloatArray | None = None) -> list[System]:
+    parts = [part_system(model, i, UNDAMPED, override=True, u=u) for i in range(len(model.parts))]
     loose = loose_system(model, UNDAMPED)
     return [*parts, loose] if loose else parts
+
+
+def _static(parts: list[System], model: Model, step: StaticStep, driven: Driven) -> FloatArray:
+    """(n_node, 6) displacements of the step."""
+    require_known(model, step)
+    system = couple(parts, model, driven, UNDAMPED, override=True)
+    return displacements(system, regular_factor(system.K), model, step)
 
 
 def _joined_modes(
@@ -130,11 +145,15 @@ def _joined_modes(
     f_max: float | None,
     count: int | None,
     progress: Progress = lambda *_: None,
+    *,
+    stressed: bool = False,
 ) -> tuple[System, Modes]:
     progress("join the parts and factorise", 0, 1)
     system = couple(parts, model, driven, UNDAMPED, override=True)
     stiffness = regular_factor(system.K)
     progress("join the parts and factorise", 1, 1)
+    if stressed and (stiffness is None or stiffness.n_negative):
+        raise NumericalError("the structure buckles under the load of the static step before the modes")
     found = modes(
         system.K,
         system.M,

@@ -9,7 +9,7 @@ from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
 
 OWN_MODES_LIMIT = 40_000
-"""Parts with more dofs are not solved again for their own free modes unless asked: two factorisations of the part,
+"""Parts with more dofs are not solved again for their own free modes unless asked: a factorisation of the part,
 and as long a search as a small reduction."""
 
 

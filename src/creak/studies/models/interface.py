@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.formats.decks import read_model
-from creak.model.dofs import node_dofs, nodes_of
+from creak.model.dofs import PER_NODE, node_dofs, nodes_of
 from creak.model.mesh import Model
 from creak.reduction.interface.coarse_mesh import coarse_basis
 from creak.reduction.interface.graph import interface_graph
@@ -94,7 +94,7 @@ def coarse_modes(setup: Setup, coarse: Model) -> FloatArray:
     """(6 n_node, n_mode) modes of the coarse assembly, held and linked like the fine one."""
     band = COARSE_BAND * highest_frequency(setup.study)
     system, found = model_modes(coarse, driven_dofs(coarse, setup.study), f_max=band)
-    out = np.zeros((6 * coarse.nodes.count, found.omega2.size))
+    out = np.zeros((PER_NODE * coarse.nodes.count, found.omega2.size))
     out[system.labels] = system.recover(found.shapes)
     return out
 

@@ -16,6 +16,7 @@ from creak.dynamics.channels import channel_matrices
 from creak.errors import InputError
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.modes import Modes, modes
+from creak.model.dofs import PER_NODE
 from creak.model.mesh import Model
 from creak.progress import Progress
 from creak.reduction.diagonal import diagonalise
@@ -59,7 +60,7 @@ class ReducedModel:
     def unreduced_dof(self) -> int:
         """Dofs of the nodes of elements that [reduction] keep_out leaves as they are."""
         ending = UNREDUCED.format(part="")
-        return sum(6 * p.nodes_idx.size for p in self.model.parts if p.name.endswith(ending))
+        return sum(PER_NODE * p.nodes_idx.size for p in self.model.parts if p.name.endswith(ending))
 
 
 def reduce_model(
@@ -167,7 +168,7 @@ def _together(
     systems += [*setup.superelements, *([reference.loose] if reference.loose is not None else [])]
     coupled = couple(systems, cut.model, setup.driven, setup.rayleigh, override=setup.override_damping)
     coupled = _shared_interface(setup, cut, coupled)
-    system = _with_damping(setup, diagonalise(coupled) if coupled.n <= DIAGONAL_LIMIT else coupled)
+    system = with_damping(setup, diagonalise(coupled) if coupled.n <= DIAGONAL_LIMIT else coupled)
     progress("couple and diagonalise", 1, 1)
     retained = sum(r.system.stats.retained for r in superelements)
     kept = sum(r.system.stats.modes for r in superelements)
@@ -234,7 +235,8 @@ def _count(setup: Setup, size: int) -> int:
     return min(int(setup.study.config.reduction.interface.n or size), size)
 
 
-def _with_damping(setup: Setup, system: System) -> System:
+def with_damping(setup: Setup, system: System) -> System:
+    """A diagonal or sparse reduced System with the study's modal damping, if it asks for any."""
     if setup.study.config.damping.modal is None:
         return system
     every = isinstance(system.K, Diagonal)

@@ -46,6 +46,8 @@ from creak.version import version
 
 MODES_FACTOR = 1.5
 """Highest mode computed over f_max, where the influence of f_max on the answer is looked at."""
+KEPT = 300_000_000
+"""Bytes of a part's factor up to which it stays for the check of the superelement; a larger one is made again."""
 WORDS = {
     "stiffness": "its stiffness changed",
     "mass": "its mass changed",
@@ -101,7 +103,7 @@ def reduce_substructure(
                 fix="Couple it at more nodes, or add a node set to [reduction] retain.",
             ) from error
         matrices = reduced_matrices(sub.part, basis, progress, watched=_watched(setup, sub))
-    inside.release()
+    inside.release(above=KEPT)
     system = reduced_system(sub.part, *truncated(basis, matrices, table.f_max))
     return Reduced(sub, system, inside, basis, matrices, made_from, saved is not None), notes
 
@@ -210,7 +212,7 @@ def save_superelement(
         return path
     m = reduced.matrices
     matrices = {"K": m.K, "M": m.M, "M_alone": m.M_alone, **({} if m.C is None else {"C": m.C})}
-    ids, dofs = row_names(reduced.system, model)
+    ids, dofs = row_names(with_all_modes(reduced).system, model)  # the file has those beyond f_max too
     fixed = reduced.basis.fixed
     write_superelement_file(
         path,

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import ceil
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -15,6 +15,7 @@ from creak.errors import InputError
 from creak.formats.decks import format_of
 from creak.model.mesh import Model
 from creak.model.steps import Amplitude, DeckRun, DynamicStep, Interaction, PointLoad, Prescribed, SurfacePair
+from creak.model.units import UnitsName
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.identity import decks_sha256
 from creak.studies.file.reader import Study
@@ -31,8 +32,6 @@ LOWEST = 1e-3
 WHOLE = 1e-6
 """Share of an increment by which the period may miss a whole number of them."""
 
-Units = Literal["mm-t-s", "m-kg-s"]
-
 
 @dataclass(frozen=True)
 class DeckStudy(Study):
@@ -47,7 +46,7 @@ class DeckStudy(Study):
 
 
 @none_ignored()
-def set_up_deck(path: Path, ignore: Sequence[str] = (), units: Units = "mm-t-s") -> Setup:
+def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t-s") -> Setup:
     """Read a deck and make its own step ready to run, unreduced, with all its contact channels: the first *DYNAMIC step
     of an Abaqus deck, SOL 109 or 112 of a Nastran deck.
 
@@ -78,6 +77,7 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: Units = "mm-t-s")
         "contact": _contacts(model, run, places, notes),
         "connector": _connectors(run, sets, places),
         "excitation": _excitations(run, sets, places),
+        "static": _static(run, sets, places),
         "time": _time(run, notes),
         "output": {"nodes": _watched(model, run.step, notes)},
         "reduction": {"method": "none"},
@@ -198,6 +198,23 @@ def _excitations(
         sets[name.upper()] = entry.nodes_idx
         places["excitation", name] = entry.where
         result[name] = {"node_set": name, "dof": DOFS[entry.dof - 1], "kind": kind, "signal": signal}
+    return result
+
+
+def _static(run: DeckRun, sets: dict[str, IntArray], places: dict[tuple[str | int, ...], str]) -> list[dict[str, Any]]:
+    """Loads of the steps before; the nodes of each force become a node set."""
+    if run.static is None:
+        return []
+    places["static",] = run.static.where
+    result: list[dict[str, Any]] = []
+    if any(run.static.gravity):
+        result.append({"gravity": run.static.gravity})
+    for load in run.static.forces:
+        if load.value:
+            name = f"{load.name} {DOFS[load.dof - 1]} static {len(result) + 1}"
+            sets[name.upper()] = load.nodes_idx
+            places["static", len(result)] = load.where
+            result.append({"force": load.value, "node_set": name, "dof": DOFS[load.dof - 1]})
     return result
 
 

@@ -17,14 +17,15 @@ from creak.contact.node_to_surface import node_to_surface
 from creak.contact.pair import ContactPair, tangents_of
 from creak.errors import InputError, suggest
 from creak.model.contact_law import ContactLaw
+from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
+from creak.studies.design.named_nodes import node_labels
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.eline_tables import ElineTable, MaterialPairTable
 from creak.studies.file.material_pairs import material_pairs
 from creak.studies.file.quantities import length_in
 from creak.studies.file.reader import Study
 from creak.studies.file.tables import Rows, read_one_of
-from creak.studies.prepare.pairs import node_labels
 
 BY_NODES, BY_PLACE = ["main", "secondary"], ["x", "y", "z"]
 """Headers of a file of points."""
@@ -210,11 +211,11 @@ def _node_pairs(model: Model, study: Study, name: str, main: IntArray, secondary
                 fix="Turn it round, or exchange main and secondary.",
             )
     gap = np.einsum("nx,nx->n", apart, z) if t.clearance is None else np.full(main.size, t.clearance)
-    label = (6 * np.column_stack([secondary, main])[:, :, None] + np.arange(3)).reshape(main.size, 6)
+    label = node_dofs(np.column_stack([secondary, main]).ravel(), TRANSLATIONS)
     vectors = [np.concatenate([v, -v], axis=1).ravel() for v in (z, *tangents_of(z))]
     none = np.zeros(main.size)
     return gap_operator(
-        ChannelRows(np.repeat(np.arange(main.size), 6), label.ravel(), *vectors),
+        ChannelRows(np.repeat(np.arange(main.size), 6), label, *vectors),
         gap0=gap,
         stiffness=none,
         damping=none,
@@ -301,7 +302,7 @@ def _with_frames(model: Model, points: GapOperator) -> tuple[GapOperator, FloatA
 def _vectors(points: GapOperator, A: sp.csr_matrix) -> FloatArray:
     """(p, 3) what a row says at the point's own secondary node: a positive multiple of its direction."""
     rows = np.repeat(np.arange(points.m), 3)
-    label = (6 * points.nodes_idx[:, None] + np.arange(3)).ravel()
+    label = node_dofs(points.nodes_idx, TRANSLATIONS)
     column = np.minimum(np.searchsorted(points.labels, label), points.labels.size - 1)
     values = np.asarray(A[rows, column]).ravel() * (points.labels[column] == label)
     return np.asarray(values, dtype=np.float64).reshape(-1, 3)

@@ -12,6 +12,7 @@ from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.model.dofs import node_and_dof
 from creak.model.mesh import Model
+from creak.model.units import UNITS
 from creak.signals import sources
 from creak.signals.curves import Periodic, SmoothStep
 from creak.signals.vibration import HalfSine, RandomVibration, SineSweep, trapezoid
@@ -32,7 +33,7 @@ from creak.studies.file.excitation_tables import (
 )
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS
-from creak.studies.file.tables import read_table
+from creak.studies.file.tables import read_signal, read_table
 
 MOTIONS = {
     "displacement": sources.displacement_motion,
@@ -234,7 +235,8 @@ def _signal(study: Study, name: str, table: ExcitationTable) -> sources.Signal:
         return sources.Table(*_columns(s.values), s.rounding)
     assert s.file is not None
     where = study.where("excitation", name, "signal")
-    time, value = read_table(study.sibling(s.file), where)
+    time, value = read_signal(study.sibling(s.file), s.channel, where)
+    value = s.factor * value
     if not isinstance(s, RecordTable):
         return sources.Table(time, value, s.rounding)
     step = np.diff(time)
@@ -257,7 +259,7 @@ GRAVITY = 9.80665
 
 def _squared(unit: str, units: str) -> float:
     """What a density in `unit` is multiplied by to be one in the units of the model."""
-    length = 1000.0 if units == "mm-t-s" else 1.0
+    length = UNITS[units].per_metre
     return float({"g2/Hz": (GRAVITY * length) ** 2, "(m/s2)2/Hz": length**2, "unit2/Hz": 1.0}[unit])
 
 

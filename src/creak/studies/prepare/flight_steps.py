@@ -11,7 +11,7 @@ from creak.dynamics.flow_march import SAMPLES
 from creak.dynamics.flow_resolution import FINE, QUICK, SETTLED, Resolution
 from creak.studies.file.excitation_tables import HalfSineTable, RecordTable, TableTable, TrapezoidTable
 from creak.studies.file.reader import Study
-from creak.studies.file.tables import read_table
+from creak.studies.file.tables import read_signal
 from creak.studies.prepare.excitation import end_of, highest_frequency, period_of
 
 LONGEST = 1e-3
@@ -66,7 +66,8 @@ def _resolved(study: Study) -> float:
         if isinstance(signal, TableTable) and signal.values is not None:
             time = np.array([point[0] for point in signal.values])
         elif isinstance(signal, TableTable | RecordTable) and signal.file is not None:
-            time, _ = read_table(study.sibling(signal.file), study.where("excitation", name, "signal"))
+            path, where = study.sibling(signal.file), study.where("excitation", name, "signal")
+            time, _ = read_signal(path, signal.channel, where)
         else:
             continue
         steps += [float(np.median(np.diff(time)))] if time.size > 1 else []

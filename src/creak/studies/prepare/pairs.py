@@ -13,6 +13,7 @@ from creak.contact.pair import ContactPair
 from creak.errors import InputError, suggest
 from creak.model.contact_law import ContactLaw, Coulomb
 from creak.model.mesh import Model
+from creak.studies.design.named_nodes import node_labels
 from creak.studies.file.contact_tables import ContactTable, FrictionTable
 from creak.studies.file.reader import Study
 from creak.studies.file.tables import read_rows
@@ -96,13 +97,6 @@ def read_clearances(path: Path, model: Model, nodes: IntArray, surface: str, whe
     if not result:
         raise InputError("the table has no rows", where=path, expected="node,clearance lines", fix="Add them.")
     return result
-
-
-def node_labels(model: Model, nodes: IntArray) -> dict[str, int]:
-    """Label -> row of `nodes`, upper case; with the instance, and without where that is unique."""
-    ids, first, count = np.unique(model.nodes.ids[nodes], return_index=True, return_counts=True)
-    short = {str(i): int(nodes[k]) for i, k, n in zip(ids.tolist(), first, count, strict=True) if n == 1}
-    return {**short, **{model.nodes.label(int(row)).upper(): int(row) for row in nodes}}
 
 
 def _node(row: list[str], where: str, known: dict[str, int], model: Model, surface: str) -> int:

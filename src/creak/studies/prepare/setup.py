@@ -23,6 +23,9 @@ from creak.formats.deck.unread import stop_on_unread
 from creak.formats.decks import read_model
 from creak.model.contact_law import ContactLaw
 from creak.model.mesh import Model
+from creak.studies.design.clips import with_clips
+from creak.studies.design.named_nodes import with_named_nodes
+from creak.studies.design.supports import check_driven, with_supports
 from creak.studies.file.identity import decks_sha256
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS, Table
@@ -91,7 +94,8 @@ def set_up(study: Study, ignore: Sequence[str] = ()) -> Setup:
     """
     model = read_model(study.sibling(study.config.model.deck))
     setup = replace(set_up_model(study, model, ignore), deck_sha256=decks_sha256(study))
-    if any((study.config.excitation, study.config.connector, study.config.static, setup.model.initial_velocity)):
+    c = study.config
+    if any((c.excitation, c.connector, c.clip, c.static, setup.model.initial_velocity)):
         return setup
     idle = Warned("nothing drives the model: the study has no [excitation]")
     return replace(setup, notes=[*setup.notes, idle])
@@ -109,22 +113,28 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
     InputError : as `set_up`.
     """
     stop_on_unread(model, ignore)
+    model, told = with_named_nodes(model, study)
+    model, held = with_supports(model, study)
+    model, clips, placed = with_clips(model, study)
     study = with_flight_steps(study)
     check_frequencies(study)
     _check_integrator(study)
     time = time_axis(study)
     driven = driven_dofs(model, study)
+    check_driven(model, study, driven)
     loads = sample_loads(model, study, time)
     contacts, notes = _contacts(model, study)
+    notes += [*told, *held, *placed]
     notes += start_warnings(model, study.config)
-    plays = _plays(study)
+    plays = [*plays_of(study), *clips]
     connectors = join([play_channels(model, p, where) for p, where in plays])
     rayleigh, override = _damping(model, study)
     notes += drive_warnings(model, study.config, loads, driven, rayleigh, highest_frequency(study))
     superelements = imported_superelements(model, study, rayleigh, override)
     check_static(model, study, driven, loads)
     notes += gravity_warnings(study)
-    notes += undamped_warnings(model, study.config, superelements)
+    if not connectors.has_dampers:
+        notes += undamped_warnings(model, study.config, superelements)
     notes += _check_held(model, driven, connectors, superelements, free)
     pairs = _pairs(model, study)
     notes += check_outputs(study, time[:: study.config.time.substeps], len(pairs))
@@ -198,7 +208,8 @@ def _in_file(study: Study, name: str, error: InputError) -> InputError:
     return InputError(error.what, expected=error.expected, where=where, fix=error.fix)
 
 
-def _plays(study: Study) -> list[tuple[Play, str]]:
+def plays_of(study: Study) -> list[tuple[Play, str]]:
+    """The connectors of a study with their places in it."""
     out = []
     for i, t in enumerate(study.config.connector):
         name = t.name or "-".join(t.node_sets)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,7 @@ from creak.model.materials import (
     ShellSection,
 )
 from creak.model.mesh import Model
+from creak.model.units import METRES, UNITS
 
 MODULUS = (1e4, 2e12)
 """Pa: Young's moduli from soft foam to beyond diamond."""
@@ -53,7 +54,7 @@ class UnitSystem:
     """Pa"""
     density: float
     """kg/m^3"""
-    words: tuple[str, str, str, str] = ("", "", "", "")
+    words: tuple[str, str, str, str]
     """Units of length, stress, density and mass."""
 
     @property
@@ -63,15 +64,17 @@ class UnitSystem:
 
 
 SYSTEMS = {
-    "mm-t-s": UnitSystem("mm-t-s", 1e-3, 1e6, 1e12, ("mm", "MPa", "t/mm^3", "t")),
-    "m-kg-s": UnitSystem("m-kg-s", 1.0, 1.0, 1.0, ("m", "Pa", "kg/m^3", "kg")),
+    name: UnitSystem(
+        name, METRES[name], u.per_metre**2, u.to_kg * u.per_metre**3, (u.length, u.stress, u.density, u.mass)
+    )
+    for name, u in UNITS.items()
 }
 """What a study can name."""
 OTHERS = (
-    UnitSystem("mm-kg-ms", 1e-3, 1e9, 1e9),
-    UnitSystem("mm-g-ms", 1e-3, 1e6, 1e6),
-    UnitSystem("mm-kg-s", 1e-3, 1e3, 1e9),
-    UnitSystem("in-lbf-s", 0.0254, 6894.757, 1.068688e7),
+    UnitSystem("mm-kg-ms", 1e-3, 1e9, 1e9, ("mm", "GPa", "kg/mm^3", "kg")),
+    UnitSystem("mm-g-ms", 1e-3, 1e6, 1e6, ("mm", "MPa", "g/mm^3", "g")),
+    UnitSystem("mm-kg-s", 1e-3, 1e3, 1e9, ("mm", "kPa", "kg/mm^3", "kg")),
+    UnitSystem("in-lbf-s", 0.0254, 6894.757, 1.068688e7, ("in", "psi", "lbf s^2/in^4", "lbf s^2/in")),
 )
 """What else decks are written in."""
 
@@ -114,6 +117,12 @@ def guessed_units(model: Model) -> list[UnitSystem]:
     return [s for s in (*SYSTEMS.values(), *OTHERS) if all(_fits(m, s) for m in known) and not _size(model, s)]
 
 
+def named_systems(names: Iterable[str]) -> list[UnitSystem]:
+    """The systems of these names."""
+    known = {s.name: s for s in (*SYSTEMS.values(), *OTHERS)}
+    return [known[name] for name in names]
+
+
 def materials(model: Model) -> list[Stuff]:
     """What makes up a good share of the model's elements, the most frequent first."""
     count: dict[tuple[str, float, float], int] = {}
@@ -129,7 +138,7 @@ def materials(model: Model) -> list[Stuff]:
 def _stuffs(section: Section) -> Iterator[tuple[str, float, float]]:
     """Name, modulus and density of the materials of a section; figures of zero say nothing and are left out."""
     if isinstance(section, GeneralShell) and not section.plies:
-        if section.thickness > 0.0:
+        if section.thickness > 0.0 and not section.rigid:
             modulus, density = float(section.A[0, 0]) / section.thickness, section.mass / section.thickness
             yield section.name, modulus, density
         return
@@ -217,7 +226,9 @@ def _thickness(model: Model, declared: UnitSystem) -> list[str]:
     shells = [
         (b.section.thickness, b.ids.size)
         for b in model.blocks
-        if isinstance(b.section, ShellSection | GeneralShell) and b.section.thickness > 0.0
+        if isinstance(b.section, ShellSection | GeneralShell)
+        and b.section.thickness > 0.0
+        and not getattr(b.section, "rigid", False)
     ]
     odd = [t for t, n in shells if not _within(t * declared.length, THICKNESS) for _ in range(n)]
     if not odd or 2 * len(odd) < sum(n for _, n in shells):

@@ -82,6 +82,8 @@ class Proposal:
     n_held: int
     """Nodes that the deck holds, in sets or not."""
     drive: Drive | None
+    undriven: str
+    """Why nothing is proposed to move or push; empty where something is."""
     pairs: str | tuple[str, str] | None
     """For [verification]."""
     outputs: tuple[str, ...]
@@ -103,6 +105,7 @@ def propose(model: Model, distance: float | None, units: str | None, progress: P
     progress("look for parts near each other", 1, 1)
     contacts = _contacts(model, near, progress)
     held = held_dofs(model)
+    drive = _drive(model, held)
     return Proposal(
         system,
         guess,
@@ -112,7 +115,8 @@ def propose(model: Model, distance: float | None, units: str | None, progress: P
         None if contacts else closest_parts(model),
         _held_sets(model, held),
         int(held.any(axis=1).sum()),
-        _drive(model, held),
+        drive,
+        "" if drive is not None else _undriven(model, held),
         _pairs(model),
         _outputs(model),
     )
@@ -158,36 +162,19 @@ def _contact(model: Model, near: Near, names: tuple[str, str], members: list[Int
     orders = ((0, 1), (1, 0)) if fine else ((1, 0), (0, 1))
     label = "-".join(re.sub(r"[^a-z0-9_]+", "_", near.parts[i].lower()) for i in orders[0])
     problem = ""
+
+    def contact(a: int, b: int, channels: int, start: float | None, problem: str = "") -> Contact:
+        node, sizes = model.nodes.label(near.node), (len(near.elements[a]), len(members[a]))
+        return Contact(label, names[a], names[b], near.gap, node, *sizes, channels, start, problem)
+
     for a, b in orders:
         try:
             operator, _ = surface_to_surface(model, ContactPair(label, names[a], names[b]))
         except InputError as error:
             problem = problem or error.what
             continue
-        return Contact(
-            label,
-            names[a],
-            names[b],
-            near.gap,
-            model.nodes.label(near.node),
-            len(near.elements[a]),
-            len(members[a]),
-            operator.m,
-            float(operator.gap0.min()),
-        )
-    a, b = orders[0]
-    return Contact(
-        label,
-        names[a],
-        names[b],
-        near.gap,
-        model.nodes.label(near.node),
-        len(near.elements[a]),
-        len(members[a]),
-        0,
-        None,
-        problem,
-    )
+        return contact(a, b, operator.m, float(operator.gap0.min()))
+    return contact(*orders[0], 0, None, problem)
 
 
 def held_dofs(model: Model) -> BoolArray:
@@ -237,6 +224,22 @@ def _drive(model: Model, held: BoolArray) -> Drive | None:
     best = max(found, key=lambda f: f[0])
     others = [d.node_set for rank, d in found if rank[0] == best[0][0] and d is not best[1]]
     return replace(best[1], others=tuple(others[:OTHER_SETS]))
+
+
+def _undriven(model: Model, held: BoolArray) -> str:
+    """Why no node set can be excited, and what would help."""
+    known = _named_sets(model)
+    if not known:
+        return (
+            f"the deck has no node set of at most {MOST_NODES} nodes to move or push; name some: *NSET of Abaqus, SET1 "
+            "or SET3 of Nastran"
+        )
+    if all(held[rows, :3].all() for rows in known.values()):
+        return (
+            f"the deck holds x, y and z of all its small node sets ({', '.join(list(known)[:OTHER_SETS])}); take one "
+            "direction out of the support that moves, or name nodes to push"
+        )
+    return "all small node sets follow other nodes, or have held and free nodes mixed; name nodes that carry elements"
 
 
 def _following(model: Model) -> BoolArray:

@@ -129,7 +129,7 @@ def _supports(found: Proposal) -> list[str]:
 def _excitation(found: Proposal) -> list[str]:
     if found.drive is None:
         return [
-            "# Excitation: to be filled in. The deck has no small node set to move or push; add one.",
+            f"# Excitation: to be filled in, because {found.undriven}.",
             "# [excitation.road]",
             '# node_set = "NODE SET"',
             '# dof = "z"',

@@ -11,8 +11,9 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray
 from creak.model.plain_mesh import Mesh
+from creak.model.units import METRES
 from creak.studies.file.eline_tables import LimitTable
-from creak.studies.file.quantities import LENGTHS, OF_STUDY, length_in
+from creak.studies.file.quantities import LENGTHS, length_in
 from creak.studies.prepare.elines import Eline
 from creak.studies.run.elines import LineFindings
 from creak.verify.elines import DEFINITION, PointMeasures
@@ -130,7 +131,7 @@ def _outcome(linear: Figures | None, contact: Figures | None) -> str | None:
 def squeak_travel(line: Eline, limit: LimitTable, units: str) -> tuple[float, float] | None:
     """Travel of one stick-slip impulse, shortest and longest, length; None: nothing says."""
     if line.pair is not None:
-        mm = LENGTHS["mm"] / OF_STUDY[units]
+        mm = LENGTHS["mm"] / METRES[units]
         return mm / line.pair.impulse_rate_max, mm / line.pair.impulse_rate_min
     if limit.in_plane is None:
         return None
@@ -142,7 +143,7 @@ def measured_rates(line: Eline | None, units: str) -> tuple[float, float] | None
     """Fewest and most impulses per length of travel that were measured of a line's materials; None: nobody did."""
     if line is None or line.pair is None:
         return None
-    mm = LENGTHS["mm"] / OF_STUDY[units]
+    mm = LENGTHS["mm"] / METRES[units]
     return line.pair.impulse_rate_min / mm, line.pair.impulse_rate_max / mm
 
 

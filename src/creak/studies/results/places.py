@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +25,7 @@ class Place:
     """A patch of neighbouring channels of one contact, and what happened there in the verification window."""
 
     number: int
-    """From 1, by worst force."""
+    """From 1, by what is heard (`ranked`), where nothing is by worst force."""
     contact: str
     channels: IntArray
     """Columns of the run's gaps and forces."""
@@ -50,13 +51,28 @@ class Place:
         """Sum over the events."""
         return sum(e.impulse for e in self.events)
 
+    @property
+    def irregularity(self) -> float | None:
+        """Standard deviation of the times between beginnings of its events over their mean: 0 as regular as a clock, 1
+        as rain; None below three events."""
+        between = np.diff(sorted(e.t_start for e in self.events))
+        return float(between.std() / between.mean()) if between.size > 1 and between.mean() > 0.0 else None
+
 
 def find_places(result: StudyResult, run: Run) -> tuple[Place, ...]:
     """The places at which events begin in the verification window, by worst force.
 
     Touched channels of one contact belong together where their nodes share an element or lie within `NEAR` of the
-    model's size, and so on from neighbour to neighbour.
+    model's size, and so on from neighbour to neighbour. They are looked for once for each run.
     """
+    gaps, known = run.places_known.get(result.window, (None, ()))
+    if gaps is not result.gaps:
+        known = _find(result, run)
+        run.places_known[result.window] = result.gaps, known
+    return known
+
+
+def _find(result: StudyResult, run: Run) -> tuple[Place, ...]:
     h, gaps, model = run.history, result.gaps, result.setup.model
     inside = (h.time >= result.window[0]) & (h.time <= result.window[1])
     touched = np.flatnonzero((h.force[inside] > 0.0).any(axis=0)).astype(np.int64)
@@ -80,6 +96,11 @@ def find_places(result: StudyResult, run: Run) -> tuple[Place, ...]:
             places.append(Place(0, contact, channels, np.unique(gaps.nodes_idx[channels]), hardest.node_idx, own))
     places.sort(key=lambda place: -place.force)
     return tuple(replace(place, number=k) for k, place in enumerate(places, start=1))
+
+
+def ranked(places: tuple[Place, ...], order: Sequence[int]) -> tuple[Place, ...]:
+    """The same places in another order, numbered anew."""
+    return tuple(replace(places[i], number=k) for k, i in enumerate(order, start=1))
 
 
 def place_of(places: tuple[Place, ...], event: Event) -> Place | None:

@@ -10,11 +10,22 @@ import numpy as np
 
 from creak.formats.tree import COMPRESSED
 from creak.sound.zwicker_tables import RATE
-from creak.studies.results.places import Place
+from creak.studies.results.places import Place, find_places, ranked
+from creak.studies.run.job import Run, StudyResult
 from creak.studies.sound.heard import Heard, Sound
 
+HEARD = ("n5", "n_max", "n5_added", "n_max_added", "level")
+"""Figures of a sound: sone, sone beside the background, dB(A)."""
 TOGETHER = "all"
 """Name of the sound of all contact together."""
+
+
+def heard_places(result: StudyResult, run: Run | None, sound: Sound | str | None) -> tuple[Place, ...]:
+    """The places of a run, the loudest first; where it was not heard, the hardest hit first."""
+    if run is None:
+        return ()
+    places = find_places(result, run)
+    return ranked(places, sound.order) if isinstance(sound, Sound) and sound.run == run.name else places
 
 
 def place_name(place: Place) -> str:
@@ -45,6 +56,7 @@ def sound_summary(sound: Sound | str | None, places: Sequence[Place]) -> dict[st
     return {
         **{key: value for key, value in every[0].items() if key != "places"},
         "run": sound.run,
+        "beside_background": sound.heard[0][-1].n5_added is not None,
         "rate": RATE,
         "band": {
             "low": sound.band.low,
@@ -63,12 +75,12 @@ def sound_summary(sound: Sound | str | None, places: Sequence[Place]) -> dict[st
 
 
 def heard_at(sound: Sound | str | None, run: str, place: int) -> dict[str, Any]:
-    """n5, n_max, level and share of the sound of a place of a run at the first listener; null without sound."""
+    """Figures of the sound of a place of a run at the first listener; null without sound."""
     if not isinstance(sound, Sound) or sound.run != run:
-        return dict.fromkeys(("n5", "n_max", "level", "sound_share"))
+        return dict.fromkeys((*HEARD, "sound_share"))
     single = sound.heard[0][:-1]
     found = single[place]
-    return {"n5": found.n5, "n_max": found.n_max, "level": found.level, "sound_share": _share(found, single)}
+    return {name: getattr(found, name) for name in HEARD} | {"sound_share": _share(found, single)}
 
 
 def put_sound(file: h5py.File, sound: Sound, places: Sequence[Place]) -> None:
@@ -83,12 +95,7 @@ def put_sound(file: h5py.File, sound: Sound, places: Sequence[Place]) -> None:
 
 
 def _figures(heard: Heard) -> dict[str, Any]:
-    return {
-        "level": heard.level,
-        "n5": heard.n5,
-        "n_max": heard.n_max,
-        "third_octaves": heard.third_octaves.tolist(),
-    }
+    return {name: getattr(heard, name) for name in HEARD} | {"third_octaves": heard.third_octaves.tolist()}
 
 
 def _share(heard: Heard, every: Sequence[Heard]) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,10 +16,11 @@ from creak.studies.converge.words import as_dict
 from creak.studies.file.excitation_tables import MultisineTable, PsdTable
 from creak.studies.results.elines import against_measured, measured_rates
 from creak.studies.results.elines import as_dict as eline_summary
-from creak.studies.results.places import Place, find_places
-from creak.studies.results.sound import heard_at, place_name, sound_summary
+from creak.studies.results.limits import judged
+from creak.studies.results.places import Place
+from creak.studies.results.sound import heard_at, heard_places, place_name, sound_summary
 from creak.studies.results.static_figures import static_figures
-from creak.studies.run.compared import event_statistics
+from creak.studies.run.compared import event_statistics, main_run
 from creak.studies.run.job import Run, StudyResult
 from creak.studies.sound.heard import Sound
 from creak.studies.warned import warnings_of
@@ -33,7 +35,10 @@ ROUND_OFF = 1e-9
 
 
 def summarise(
-    result: StudyResult, convergence: Convergence | None = None, sound: Sound | str | None = None
+    result: StudyResult,
+    convergence: Convergence | None = None,
+    sound: Sound | str | None = None,
+    causes: Mapping[int, dict[str, Any]] | None = None,
 ) -> dict[str, Any]:
     """The summary as plain numbers, strings and lists; infinite or undefined figures are null.
 
@@ -41,12 +46,14 @@ def summarise(
     ----------
     convergence : of `creak.studies.converge.variants`, where it was looked at.
     sound : of `creak.studies.sound.heard`, or why there is none; None: it was not asked for.
+    causes : of each place of the main run, by its number (`creak.studies.cause.told`).
     """
     setup, model = result.setup, result.setup.model
     c = setup.study.config
-    summary = {
+    summary: dict[str, Any] = {
         "creak": version(),
         "run": result.identity.as_dict(),
+        "study": setup.study.path.name,
         "title": c.title,
         "changes": dict(setup.study.changes),
         "units": c.model.units,
@@ -75,6 +82,11 @@ def summarise(
     }
     if convergence is not None:
         summary["convergence"] = as_dict(convergence)
+    summary["limits"] = judged(c.limit, summary)
+    main = main_run(result.runs)
+    if main is not None and causes:
+        for number, cause in causes.items():
+            summary["runs"][main.name]["places"][number - 1]["cause"] = cause
     return _plain(summary)
 
 
@@ -106,7 +118,7 @@ def _model(result: StudyResult) -> dict[str, Any]:
 
 
 def _places_heard(result: StudyResult, sound: Sound | str | None) -> tuple[Place, ...]:
-    return find_places(result, result.runs[sound.run]) if isinstance(sound, Sound) else ()
+    return heard_places(result, result.runs[sound.run], sound) if isinstance(sound, Sound) else ()
 
 
 def _run(
@@ -143,7 +155,7 @@ def _run(
         "energies": dict(zip(ENERGIES, h.energy[-1].tolist(), strict=True)),
         "worst_residual": h.residual,
         "events": [_event(e, model) | {"settled_to": settled.get(id(e), unknown)} for e in run.events],
-        "places": [_place(p, run, model, sound) for p in find_places(result, run)],
+        "places": [_place(p, run, model, sound) for p in heard_places(result, run, sound)],
         "slip_events": [_slip_event(e, model) for e in run.slips],
         "squeak_rate": squeak_rates(run.slips, result.window),
         "squeak": [_squeak(s, result, model) for s in run.squeaks],
@@ -187,6 +199,8 @@ def _place(p: Place, run: Run, model: Model, sound: Sound | str | None) -> dict[
         "closing_speed": p.speed,
         **heard_at(sound, run.name, p.number - 1),
         "share": p.impulse / whole if whole > 0.0 else None,
+        "irregularity": p.irregularity,
+        "cause": None,
     }
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -77,6 +78,10 @@ class Run:
     """At the points of the E-lines; None where nobody asked for them."""
     squeaks: tuple[Squeak, ...] = ()
     """Stick-slip of each pair that rubs, in the verification window."""
+    places_known: dict[tuple[float, float], tuple[GapOperator, Any]] = field(
+        default_factory=dict, init=False, compare=False, repr=False
+    )
+    """Window -> channels and what `studies.results.places` found of them, so that it looks once."""
 
 
 @dataclass(frozen=True)

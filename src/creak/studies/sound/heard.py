@@ -14,14 +14,16 @@ from creak.dynamics.modal_coefficients import is_modal
 from creak.errors import InputError
 from creak.formats.wav import full_scale_for, full_scale_level
 from creak.model.skin import skin_of
+from creak.model.units import METRES
 from creak.sound.forced import LOWEST, sound_of_forces
-from creak.sound.loudness import Loudness, loudness
+from creak.sound.loudness import Loudness, added_loudness, loudness
 from creak.sound.third_octave import a_weighted_level, third_octave_levels
 from creak.sound.zwicker_tables import RATE
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import Run, StudyResult
+from creak.studies.sound.background import background_of
 from creak.studies.sound.band import Band, band_of
-from creak.studies.sound.listeners import METRES, Listener, ear_off, listeners_of
+from creak.studies.sound.listeners import Listener, ear_off, listeners_of
 from creak.studies.sound.source import Source, loudest, radiation, source_of
 
 SHORTEST = 0.05
@@ -44,6 +46,16 @@ class Heard:
     """Mean square of the A-weighted pressure, Pa^2."""
     loudness: Loudness | None
     """Over the whole run."""
+    n5_added: float | None = None
+    """sone that it adds to the study's background; None: there is none, or it is beyond the standard."""
+    n_max_added: float | None = None
+
+    @property
+    def rank(self) -> tuple[float, float, float]:
+        """What counts when sounds are ranked: N5, where equal Nmax, where equal level; beside a background, added."""
+        beside = self.n5_added is not None
+        n5, n_max = (self.n5_added, self.n_max_added) if beside else (self.n5, self.n_max)
+        return (np.inf if n5 is None else n5, np.inf if n_max is None else n_max, self.level)
 
 
 @dataclass(frozen=True)
@@ -54,9 +66,12 @@ class Sound:
     listeners: tuple[Listener, ...]
     band: Band
     pressure: NDArray[np.float32]
-    """(n_listener, n_place + 1, n) Pa at 48 kHz from t = 0: each place by itself, last all contact together."""
+    """(n_listener, n_place + 1, n) Pa at 48 kHz from t = 0: each place by itself, the loudest to the first listener
+    first, last all contact together."""
     heard: tuple[tuple[Heard, ...], ...]
     """Listener by listener, as `pressure`."""
+    order: tuple[int, ...]
+    """Of the places as they were given: that of the loudest first."""
     full_scale: float
     """Pa of full scale in every file made of it."""
     wall_s: float
@@ -81,11 +96,11 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
 
     Raises
     ------
-    InputError : of listeners that the study gives, as `listeners_of`.
+    InputError : of listeners and background that the study gives, as `listeners_of` and `background_of`.
     """
     wall, cpu = clock.perf_counter(), clock.process_time()
     run, setup = main_run(result.runs), result.setup
-    given = listeners_of(setup.model, setup.study)
+    given, background = listeners_of(setup.model, setup.study), background_of(setup.study)
     why_not = _why_not(result, run, bool(given), places)
     if why_not or run is None or result.reduced is None:
         return why_not
@@ -104,18 +119,21 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     groups = source.groups(places)
     pressure = np.concatenate([sound_of_forces(source.modes, source.force, groups, r, band.high) for r in rows])
     pressure[:, -1] = pressure.sum(axis=1)
-    heard = tuple(tuple(_heard(x, result.window) for x in of_one) for of_one in pressure)
+    heard = [[heard_of(x, result.window, background) for x in of_one] for of_one in pressure]
+    order = sorted(range(len(places)), key=lambda k: heard[0][k].rank, reverse=True)
+    pressure = pressure[:, [*order, len(places)]]
     return Sound(
         run.name,
         tuple(listeners),
         band,
         pressure.astype(SINGLE),
-        heard,
+        tuple(tuple(of_one[k] for k in (*order, len(places))) for of_one in heard),
+        tuple(order),
         full_scale_for(pressure),
         clock.perf_counter() - wall,
         clock.process_time() - cpu - offline,
         offline,
-        tuple(_notes(listeners, band, heard)),
+        tuple(_notes(listeners, band, heard, beside=background is not None)),
     )
 
 
@@ -139,7 +157,8 @@ def _ear(result: StudyResult, run: Run, source: Source, band: float) -> tuple[Li
     return (ear_off(result.setup.model, skin, part, result.setup.study.config.model.units),)
 
 
-def _heard(pressure: FloatArray, window: tuple[float, float]) -> Heard:
+def heard_of(pressure: FloatArray, window: tuple[float, float], background: FloatArray | None) -> Heard:
+    """One pressure (n,) at 48 kHz, over the window."""
     first, last = (round(t * RATE) for t in window)
     shown = pressure[min(first, pressure.size - 2) : max(last, first + 2)]
     levels = third_octave_levels(shown, RATE)
@@ -149,12 +168,19 @@ def _heard(pressure: FloatArray, window: tuple[float, float]) -> Heard:
         found = loudness(pressure, RATE)
     except InputError:
         return Heard(None, None, level, levels, energy, None)
-    inside = found.total[(found.time >= window[0]) & (found.time <= window[1])]
-    inside = inside if inside.size else found.total
-    return Heard(float(np.percentile(inside, 95.0)), float(inside.max()), level, levels, energy, found)
+    inside = (found.time >= window[0]) & (found.time <= window[1])
+    inside = inside if inside.any() else np.ones_like(inside)
+    added: tuple[float | None, float | None] = (None, None)
+    if background is not None:
+        added = _n5_and_most(added_loudness(pressure, RATE, background)[inside])
+    return Heard(*_n5_and_most(found.total[inside]), level, levels, energy, found, *added)
 
 
-def _notes(listeners: Sequence[Listener], band: Band, heard: Sequence[Sequence[Heard]]) -> list[str]:
+def _n5_and_most(total: FloatArray) -> tuple[float, float]:
+    return float(np.percentile(total, 95.0)), float(total.max())
+
+
+def _notes(listeners: Sequence[Listener], band: Band, heard: Sequence[Sequence[Heard]], *, beside: bool) -> list[str]:
     said = []
     for listener in listeners:
         at = ", ".join(f"{x:.4g}" for x in listener.position)
@@ -167,6 +193,11 @@ def _notes(listeners: Sequence[Listener], band: Band, heard: Sequence[Sequence[H
         f"sound: believed from {band.low:.0f} to {band.high:.0f} Hz, ended by the {WHAT[band.limit]}; "
         "nothing outside is in it. Contact forces alone make it; panels count as set in a wall, none shadows another"
     )
+    if beside:
+        said.append(
+            "sound: places are ranked by the loudness that they add to the study's [background], N of both less N of "
+            "the background alone"
+        )
     if any(h.n5 is None for of_one in heard for h in of_one):
         said.append("sound: too loud at low frequency for ISO 532-1 (120 dB): no loudness of it")
     return said

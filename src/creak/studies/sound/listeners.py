@@ -10,9 +10,9 @@ from creak.arrays import BoolArray, FloatArray
 from creak.errors import InputError, suggest
 from creak.model.mesh import Model
 from creak.model.skin import Skin, skin_of
+from creak.model.units import METRES
 from creak.studies.file.reader import Study
 
-METRES = {"mm-t-s": 1e-3, "m-kg-s": 1.0}
 """A deck's length unit in m."""
 EAR = 0.6
 """m between the loudest panel and the listener where none is given."""

@@ -93,7 +93,7 @@ def loudest(system: System, source: Source, skin: Skin, band: float) -> int | No
         own = np.flatnonzero(skin.part == part)
         looked[own[np.linspace(0, own.size - 1, SAMPLES).astype(np.int64)]] = True
     few, area = skin.select(looked), np.linalg.norm(skin.areas, axis=1)
-    labels, column = np.unique((6 * few.nodes_idx[:, 0, None] + np.arange(3)).ravel(), return_inverse=True)
+    labels, column = np.unique(node_dofs(few.nodes_idx[:, 0], TRANSLATIONS), return_inverse=True)
     normal = (few.areas / np.maximum(area[looked], 1e-300)[:, None]).ravel()
     across = sp.csc_matrix((normal, (np.repeat(np.arange(few.count), 3), column.ravel())), (few.count, labels.size))
     moves = np.isin(labels, system.labels)

@@ -18,7 +18,7 @@ from creak.studies.file.changes import SEEDED, change_words, changed, short_keys
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.excitation_tables import MultisineTable, PsdTable
 from creak.studies.file.paths import DECKS, Contents, digest, map_paths
-from creak.studies.file.reader import explain, overlap
+from creak.studies.file.reader import check_time, explain, overlap
 from creak.studies.file.toml_text import toml_text, toml_value
 from creak.studies.sweep.file import CaseTable, SweepFile
 from creak.version import version
@@ -165,9 +165,12 @@ def checked(sweep: SweepFile, variant: Variant) -> tuple[dict[str, Any], StudyCo
     """
     try:
         data = changed(sweep.data, variant.changes, variant.seed)
-        return data, StudyConfig.model_validate(data)
+        config = StudyConfig.model_validate(data)
+        check_time(config.time, data.get("time", {}), lambda *key: key[0])
+        return data, config
     except InputError as error:
         problem, keys = error, [k for k in variant.changes if suspicious(k, sweep, variant)]
+        keys = keys or [k for k in variant.changes if overlap(k, error.where)]
     except ValidationError as error:
         at = [".".join(str(k) for k in e["loc"]) for e in error.errors()]
         problem = explain(sweep.path, "", error)

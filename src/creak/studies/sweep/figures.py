@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from creak.model.units import UNITS
+
 OF_A_RUN = (
     "dof",
     "retained",
@@ -27,9 +29,8 @@ OF_EVENTS = {
     "amplitude_ratio": "amplitude_ratio_mean",
     "impulse_ratio": "impulse_ratio_mean",
 }
-UNITS = {"wall_s": "s", "cpu_s": "s", "offline_cpu_s": "s", "peak_rss_gb": "GiB", "case_wall_s": "s"}
+OF_COLUMNS = {"wall_s": "s", "cpu_s": "s", "offline_cpu_s": "s", "peak_rss_gb": "GiB", "case_wall_s": "s"}
 """Units of columns that do not depend on those of the deck."""
-FORCE = {"mm-t-s": "N", "m-kg-s": "N"}
 
 
 def flat_figures(summary: Mapping[str, Any]) -> dict[str, Any]:
@@ -52,6 +53,6 @@ def flat_figures(summary: Mapping[str, Any]) -> dict[str, Any]:
 def unit_of(column: str, units: str | None) -> str:
     """Unit of a column; empty for pure numbers and words."""
     figure = column.rpartition(".")[2]
-    if figure in ("max_force", "impulse_total") and units in FORCE:
-        return FORCE[units] + (" s" if figure == "impulse_total" else "")
-    return UNITS.get(figure, "")
+    if figure in ("max_force", "impulse_total") and units in UNITS:
+        return UNITS[units].impulse if figure == "impulse_total" else UNITS[units].force
+    return OF_COLUMNS.get(figure, "")

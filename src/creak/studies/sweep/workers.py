@@ -15,17 +15,13 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import cast
 
+from creak.linalg.threads import cores
 from creak.studies.sweep.case import Outcome, Task, run_case
 from creak.studies.sweep.queue import DEATHS, DIED, Queue, Runner, lost
 
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS")
 TRIM = {"MALLOC_TRIM_THRESHOLD_": "65536"}
 """Memory that a case no longer needs goes back to the system."""
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,27 @@ def test_what_a_step_before_the_modes_leaves(tmp_path, steps, changes, words):
     assert words in note.why
 
 
+@pytest.mark.parametrize(
+    ("block", "changes"),
+    [
+        ("*MODEL CHANGE, REMOVE\nLEFT\n", True),
+        ("*MODEL CHANGE, ACTIVATE\n", False),
+        ("*CONNECTOR MOTION\nLEFT, 1\n", True),
+        ("*RESTART, WRITE\n", None),
+    ],
+)
+def test_elements_that_a_step_takes_out_change_the_modes(tmp_path, block, changes):
+    """Up to the step of the modes; in a step after it they do not."""
+    keyword, end = block.split(",")[0].strip().split("\n")[0], "*END STEP\n"
+    before = found(tmp_path, "*STEP\n*STATIC\n" + block + end + "*STEP\n" + MODES)
+    assert (before[keyword].changes_answer if keyword in before else None) == changes
+    assert keyword not in found(tmp_path, "*STEP\n" + MODES + "*STEP\n*STATIC\n" + block + end)
+
+
+def test_the_state_of_a_restart_is_not_read(tmp_path):
+    assert found(tmp_path, "*RESTART, READ, STEP=1\n*STEP\n" + MODES)["*RESTART, READ"].changes_answer
+
+
 @pytest.mark.parametrize("steps", ["*STEP, NLGEOM\n" + LOAD, "*STEP\n" + MODES + "*STEP, NLGEOM\n" + LOAD])
 def test_a_step_that_is_not_before_the_modes_is_the_studys(tmp_path, steps):
     assert "*STATIC" not in found(tmp_path, steps)

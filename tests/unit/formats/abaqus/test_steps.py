@@ -241,7 +241,7 @@ WRONG = {
     "0.1, 0.1": (step(dynamic="*DYNAMIC\n0.1, 0.1\n"), "increments of 0.1 s in a step of 0.1 s"),
     "1.E-30, 0.1": (step(dynamic="*DYNAMIC\n1.E-30, 0.1\n"), "increments of 1e-30 s in a step of 0.1 s"),
     "*FREQUENCY": ("*STEP\n*FREQUENCY\n10\n*END STEP\n", "no *DYNAMIC step, only *FREQUENCY"),
-    "*STATIC": ("*STEP\n*STATIC\n*END STEP\n" + step(), "a *STATIC step comes before"),
+    "*VISCO": ("*STEP\n*VISCO\n*END STEP\n" + step(), "a *VISCO step comes before"),
     "*STEP": ("*STEP\n*CLOAD\nTIP, 3, 1.\n*END STEP\n", "no procedure"),
     "ROOT, 3, 3, 0.5": (step("*BOUNDARY\nROOT, 3, 3, 0.5\n"), "moves ROOT by 0.5 at once"),
     "*BOUNDARY, TYPE": (step("*BOUNDARY, TYPE=JERK\nROOT, 3, 3, 0.5\n"), "TYPE=JERK"),

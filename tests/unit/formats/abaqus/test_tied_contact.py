@@ -35,6 +35,7 @@ def frequencies(model, count=8):
         ),
         PAIR.replace("ADJUST=.2", "ADJUST=JOINED") + "*NSET, NSET=JOINED\nRIGHT_NODES\n",
         STEP.format("*CONTACT PAIR, INTERACTION=GLUE, TIED\nRIGHT_X0, LEFT_X1\n"),
+        "*STEP\n*STATIC\n*END STEP\n" + STEP.format("*CONTACT PAIR, INTERACTION=GLUE, TIED\nRIGHT_X0, LEFT_X1\n"),
     ],
 )
 def test_a_tied_pair_is_a_tie_without_rotation(tmp_path, pair):

@@ -163,13 +163,60 @@ def test_torsion_of_shapes(tmp_path):
 
 
 def test_beam_stations(tmp_path):
-    """YESA without stress points, then K1, K2; a different end B is the mean, and listed."""
+    """YESA without stress points, then K1, K2."""
     bar = f"PBEAM,1,1,{A},{I1},{I2},,{J},\n,1.,1.,1.,1.,1.,1.,1.,1.\n,YESA,1.0\n,.5,.25\n"
     section = cantilever(tmp_path, "CBEAM,1,1,1,2,0.,1.,0.", bar).blocks[0].section
     assert (section.shear_area1, section.shear_area2) == pytest.approx((0.5 * A, 0.25 * A))
-    model = cantilever(tmp_path, "CBEAM,1,1,1,2,0.,1.,0.", bar.replace("YESA,1.0", "NO,1.0,70."))
-    assert model.blocks[0].section.area == pytest.approx(60.0)
-    assert unread(model)["PBEAM, taper"]
+
+
+E_STEEL, RHO = 7e4, 2.7e-9
+
+
+@pytest.mark.parametrize(
+    "card",
+    [
+        "PBEAM,1,1,100.,{0},{0},,{1}\n,,,,,,,,\n,YES,1.,50.,{2},{2},,{3}\n,,,,,,,,\n,1.E9,1.E9\n",
+        "PBEAM,1,1,100.,{0},{0},,{1}\n,,,,,,,,\n,NO,.5,75.,{4},{4},,{5}\n,NO,1.,50.,{2},{2},,{3}\n,1.E9,1.E9\n",
+    ],
+)
+def test_a_tapered_beam_bends_as_its_sections_say(tmp_path, card, measured):
+    """Tip deflection of a cantilever whose I falls linearly to an eighth: the integral of P (L - x)^2 / E I(x), and its
+    stretch ln(A0/A1) P L / (E (A0 - A1)); the mass that of the mean area."""
+    I0, I1, length = 800.0, 100.0, 500.0
+    text = card.format(I0, 1600.0, I1, 200.0, 0.5 * (I0 + I1), 900.0)
+    grids = "GRID,1,,0.,0.,0.\nGRID,2,,500.,0.,0.\nSPC1,1,123456,1\nMAT1,1,7.E4,,.3,2.7E-9\n"
+    model = read(tmp_path, grids + "CBEAM,7,1,1,2,0.,1.,0.\n" + text)
+    assert not any(u.changes_answer for u in model.unread)
+    tip = [motion(model, {(2, 1 + d): 1.0})[1, d] for d in (0, 1)]
+    x, w = np.polynomial.legendre.leggauss(40)
+    x, w = 0.5 * length * (x + 1.0), 0.5 * length * w
+    bent = float(w @ ((length - x) ** 2 / (E_STEEL * (I0 + (I1 - I0) * x / length))))
+    stretched = np.log(2.0) * length / (E_STEEL * 50.0)
+    for k, (name, exact, rel) in enumerate((("stretch", stretched, 1e-9), ("deflection", bent, 5e-3))):
+        what, source = f"tapered CBEAM: {name} of the tip", "integral over the sections"
+        measured("beams and solids", what, tip[k], exact, rel=rel, unit="mm/N", source=source)
+    assert rigid_mass(model)[0, 0] == pytest.approx(RHO * 75.0 * length, rel=1e-9)
+    ids = sorted(int(i) for b in model.blocks for i in b.ids)
+    assert ids[0] == 7
+    assert sum(b.ids.size for b in model.blocks) == len(set(ids)) == model.element_sets["PID_1"].shape[0]
+
+
+def test_a_taper_by_dimensions(tmp_path):
+    """BAR 10 x 20 to 5 x 10: areas 200 and 50, and the pieces' own in between."""
+    bar = "PBEAML,1,1,,BAR\n,10.,20.,,YES,1.,5.,10.\n"
+    model = cantilever(tmp_path, "CBEAM,1,1,1,2,0.,1.,0.", bar)
+    areas = [b.section.area for b in model.blocks]
+    assert areas == sorted(areas, reverse=True)
+    assert 180.0 < areas[0] < 200.0
+    assert 50.0 < areas[-1] < 65.0
+    assert {u: c for u, c in unread(model).items() if "taper" in u} == {"PBEAML 1, taper": False}
+
+
+@pytest.mark.parametrize("x", ["1.5", "-.5"])
+def test_stations_beyond_the_ends_are_told(tmp_path, x):
+    bar = f"PBEAM,1,1,{A},{I1},{I2},,{J}\n,,,,,,,,\n,NO,{x},70.\n"
+    with pytest.raises(InputError, match="X/XB between 0 and 1"):
+        cantilever(tmp_path, "CBEAM,1,1,1,2,0.,1.,0.", bar)
 
 
 def test_mass(tmp_path):

@@ -240,3 +240,34 @@ def test_latin_1_comments_end_where_the_line_ends(tmp_path):
     text = f"SOL 103\nCEND\nBEGIN BULK\n$ Blech \x85 T\xfcr\n{BULK}\nENDDATA\n"
     path.write_bytes(text.encode("latin-1"))
     assert unread(read_nastran(path)) == {}
+
+
+PRESTRESS = "SUBCASE 1\nSPC = 1\nLOAD = 3\nSUBCASE 2\nSPC = 2\nMETHOD = 1\n"
+
+
+@pytest.mark.parametrize(
+    ("case", "told"),
+    [
+        (PRESTRESS + "STATSUB = 1\n", True),
+        (PRESTRESS + "STATSUB(PRELOAD) = 1\n", True),
+        ("METHOD = 1\n" + PRESTRESS.replace("METHOD = 1\n", "STATSUB = 1\n"), True),
+        (PRESTRESS, False),
+    ],
+)
+def test_modes_after_a_static_subcase(tmp_path, case, told):
+    """STATSUB in any subcase stiffens the structure; without it the subcase of the METHOD counts: its SPC holds grid 2."""
+    model = read(tmp_path, BULK + "SPC1,1,1,1\nSPC1,2,1,2\n", case)
+    assert unread(model).get("STATSUB", False) == told
+    if not told:
+        assert [f.nodes_idx.tolist() for f in model.fixed] == [[1]]
+        assert [u.why for u in model.unread if u.keyword == "SUBCASE 1"] == [
+            "creak takes the first subcase that has a METHOD"
+        ]
+
+
+@pytest.mark.parametrize("card", ["BSET1,1,1", "BSET,1,1", "CSET1,1,1", "SESET,1,1", "ASET,1,1", "OMIT,1,1"])
+def test_condensed_mass_changes_modes(tmp_path, card):
+    """Guyan, unless the deck keeps modes of what is condensed (QSET)."""
+    case, name = "METHOD = 1\n", card.split(",")[0]
+    assert unread(read(tmp_path, BULK + card + "\n", case))[name]
+    assert not unread(read(tmp_path, BULK + card + "\nSPOINT,99\nQSET1,,99\n", case)).get(name, False)

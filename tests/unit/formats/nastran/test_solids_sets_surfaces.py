@@ -94,7 +94,7 @@ def test_parts_and_sets(tmp_path):
     }
     ids = {k: model.nodes.ids[v].tolist() for k, v in model.node_sets.items()}
     assert ids == {"ASET": [1, 2, 3], "SUPORT": [4], "BSET": [11, 12], "SET_7": [1, 2, 11], "SET_9": [1, 3, 4, 11]}
-    assert [name for name, changes in unread(model).items() if changes] == ["ASET1"]
+    assert [name for name, changes in unread(model).items() if changes] == ["ASET1", "BSET"]
 
 
 def test_two_properties_in_one_part(tmp_path):

@@ -54,6 +54,21 @@ def test_a_force_that_stays(motion, solution):
     np.testing.assert_allclose(u, 50.0 / K * (1.0 - np.cos(W * t)), atol=50.0 / K * (W * t[-1] + 1.0) * PERIOD_ERROR)
 
 
+def test_a_nonlinear_transient_runs_linear_but_for_its_gaps(tmp_path):
+    """SOL 129 with TSTEPNL: the run of SOL 109, and what is left out is said."""
+    bulk = BULK.replace("TSTEP,5,500,1.-3", "TSTEPNL,5,500,1.-3,1") + constant() + "PARAM,LGDISP,1\n"
+    path = deck(tmp_path, bulk, "DLOAD = 7\n", "129")
+    path.write_text(path.read_text().replace("TSTEP = 5", "TSTEPNL = 5"))
+    model, run = read_nastran_run(path)
+    assert (run.step.increment, run.step.period) == pytest.approx((1e-3, 0.5))
+    told = {u.keyword: u.changes_answer for u in model.unread}
+    assert told["SOL 129"] is False
+    assert told["PARAM,LGDISP"] is False
+    history = run_study(set_up_deck(path, units="m-kg-s"), lambda *_: None).runs["reference"].history
+    t, u = history.time, history.displacement[:, 2]
+    np.testing.assert_allclose(u, 50.0 / K * (1.0 - np.cos(W * t)), atol=50.0 / K * (W * t[-1] + 1.0) * PERIOD_ERROR)
+
+
 FORCES = {
     "FORCE": "FORCE,6,1,,25.,0.,0.,2.\n",
     "in a turned system": "CORD2R,9,,0.,0.,0.,1.,0.,0.\n,0.,0.,1.\nFORCE,6,1,9,25.,2.\n",

@@ -32,7 +32,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.once]
 SHORT = STUDY.replace("periods = 2", "end = 0.06\n[output]\nfield_interval = 0.01").replace(
     "0.05, period", "0.3, period"
 )
-SCRIPT = Path(__file__).parents[2] / "killed_writers.py"
+SCRIPT = Path(__file__).parents[3] / "killed_writers.py"
 
 
 @pytest.fixture(scope="module")

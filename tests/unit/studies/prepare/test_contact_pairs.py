@@ -13,7 +13,7 @@ from creak.formats.decks import read_model
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.reader import Study
 from creak.studies.prepare.pairs import contact_pair
-from creak.studies.prepare.setup import _contacts, _plays
+from creak.studies.prepare.setup import _contacts, plays_of
 from helpers_decks import STUDY, write_strips
 
 
@@ -93,5 +93,5 @@ def test_preload_of_a_connector_reaches_the_play(tmp_path):
     text = (
         s.text + '\n[[connector]]\ntype = "play"\nnodes = "PAIRS"\ndof = "z"\nupper = 0\nstiffness = 10\npreload = 2\n'
     )
-    ((play, _),) = _plays(Study(s.path, StudyConfig.model_validate(tomllib.loads(text)), text))
+    ((play, _),) = plays_of(Study(s.path, StudyConfig.model_validate(tomllib.loads(text)), text))
     assert (play.upper, play.lower, play.law.preload) == (0.0, None, 2.0)

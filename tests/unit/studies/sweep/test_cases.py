@@ -114,6 +114,10 @@ def test_seeds_reach_every_multisine():
         ('[grid]\n"connector.0.lower" = [1]', ["sweep.toml:3", "connector"]),
         ('[grid]\n"model.deck" = ["strips.inp", "none.inp"]', ["none.inp"]),
         ('[grid]\n"excitation.root.signal.type" = ["sine"]', ["sweep.toml:3", "case type=sine"]),
+        (
+            '[grid]\n"model.units" = ["mm-t-s"]\n"time.accuracy" = ["fine"]\n"time.step" = [1e-3]',
+            ["sweep.toml:4", "accuracy = 'fine' chooses the steps itself", "step would force them"],
+        ),
     ],
 )
 def test_wrong_changes_are_explained_before_anything_runs(tmp_path, text, words):

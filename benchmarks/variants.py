@@ -1,0 +1,102 @@
+"""Draws of a door side by side against single runs: `python -m benchmarks.variants [--mesh-size MM] [--draws N]`.
+
+Every draw has gaps of its own, a correlated field along the flange. A single run is the march and its events alone, on
+the model that is there already: what a loop over `simulate_flow` would cost.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.stamp import stamp
+from creak.dynamics.flow_march import simulate_flow
+from creak.linalg.threads import cores
+from creak.studies.file.changes import with_changes
+from creak.studies.file.reader import Study, read_study
+from creak.studies.prepare.setup import set_up
+from creak.studies.prepare.watched import watched
+from creak.studies.robust import job
+from creak.studies.robust.bench import NOTHING, Bench, Draw, march_draws, variant_of
+from creak.studies.robust.draws import make_causes
+from creak.studies.run.integrate import resolution_of
+from creak.verify.events import find_events
+from creak_thesis.door import write_door
+
+FIELD = {"type": "field", "tolerance": 0.6, "length": 120.0}
+KEY = "contact.flange.clearance"
+MANY = 10_000
+
+
+def silent(stage: str, done: int, total: int) -> None:
+    """No progress."""
+
+
+def scattered(folder: Path, mesh_size: float) -> Study:
+    """The study of a door whose gaps scatter."""
+    if not (folder / "door.toml").exists():
+        write_door(mesh_size, folder)
+    return with_changes(read_study(folder / "door.toml"), {"scatter": {"vary": {KEY: FIELD}}})
+
+
+def make_draws(study: Study, count: int) -> tuple[Bench, list[Draw], job.GapOperator]:
+    """The model and its draws."""
+    setup = set_up(study)
+    causes = make_causes(study, job._fields(setup))
+    unit = np.random.default_rng(1).random((count, causes[-1].columns.stop))
+    draws = [Draw(k, {}, {"flange": field}) for k, field in enumerate(causes[0].values(unit))]
+    channels = job.join([setup.contacts, setup.connectors])
+    return job._bench(setup, draws, silent), draws, channels
+
+
+def single(bench: Bench, draw: Draw) -> tuple[float, int]:
+    """Wall time of one run by itself, and its events."""
+    variant, start = variant_of(bench, draw), time.perf_counter()
+    v = bench.setup.study.config.verification
+    history = simulate_flow(
+        bench.system,
+        variant.gaps,
+        variant.loads,
+        resolution=resolution_of(bench.setup),
+        observed=NOTHING,
+        watched=watched(bench.setup, variant.gaps),
+    )
+    events = len(find_events(history, variant.gaps, v.merge, v.f_max))
+    return time.perf_counter() - start, events
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.variants")
+    parser.add_argument("--mesh-size", type=float, default=20.0, help="mm")
+    parser.add_argument("--draws", type=int, default=64)
+    parser.add_argument("--singles", type=int, default=8)
+    parser.add_argument("--door", type=Path, help="folder with door.toml and superelements/, else written anew")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as made:
+        bench, draws, channels = make_draws(scattered(given.door or Path(made), given.mesh_size), given.draws)
+        alone = [single(bench, draw) for draw in draws[: given.singles]]
+        one = float(np.mean([t for t, _ in alone]))
+        say = sys.stdout.write
+        say(f"{stamp()}\n{bench.system.n} modes, {bench.gaps.m} channels, {bench.base.n_step * bench.base.H:g} s\n")
+        say(f"single runs: {one:.2f} s each, {np.mean([n for _, n in alone]):.0f} events\n")
+        for threads in sorted({1, cores()}):
+            start, cpu = time.perf_counter(), time.process_time()
+            seen = dict(march_draws(bench, channels, draws, threads))
+            wall, cpu = time.perf_counter() - start, time.process_time() - cpu
+            each, ratio = wall / len(seen), one * len(seen) / wall
+            say(
+                f"{threads} thread(s): {len(seen)} draws in {wall:.1f} s, {each:.2f} s each ({cpu / len(seen):.2f} s "
+                f"CPU), {ratio:.2f} times as fast as single runs; {MANY:,} would take {MANY * each / 3600.0:.2f} h\n"
+            )
+        say(f"largest memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.2f} GB\n")
+
+
+if __name__ == "__main__":
+    main()

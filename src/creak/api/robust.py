@@ -1,0 +1,54 @@
+"""Robustness of a study against scatter."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from creak.api.study import read_study
+from creak.progress import Progress
+from creak.studies.file.reader import Study
+
+if TYPE_CHECKING:
+    from creak.studies.robust.findings import Robustness
+
+
+def robust(
+    study: Study | str | Path,
+    n: int = 256,
+    *,
+    out: str | Path | None = None,
+    indices: bool = True,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Robustness:
+    """Draw what the study's [scatter] says, march each draw on the model reduced once, and sum it up.
+
+    Parameters
+    ----------
+    study : a Study, or the path of a study file.
+    n : draws behind probabilities and spreads, made a power of two; Sobol indices take half as many more per cause.
+    out : folder of the draws: each is kept as soon as it is finished, and never marched again.
+    indices : whether to find Sobol indices. threads : default: the cores of this process.
+    progress : called with (stage, done, total).
+
+    Returns
+    -------
+    Robustness. `rattle` (anywhere) and `places` have probabilities with bounds of 95 %, spreads, the needed gap and
+    odds over the load; `indices` and `tornado` tell what it hangs on; `as_dict()` is plain data.
+
+    Raises
+    ------
+    InputError : anything wrong in the study, the deck or [scatter]. NumericalError : a reduction failed.
+    """
+    from creak.studies.robust.findings import find
+    from creak.studies.robust.job import run_draws
+
+    read = study if isinstance(study, Study) else read_study(study)
+    report = progress if progress is not None else _silent
+    folder = None if out is None else Path(out)
+    return find(run_draws(read, n, report, folder, indices=indices, threads=threads))
+
+
+def _silent(stage: str, done: int, total: int) -> None:
+    """No progress."""

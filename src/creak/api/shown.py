@@ -1,0 +1,151 @@
+"""How results show themselves: events as a table, a line, a few rows of HTML, figures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from html import escape
+from typing import TYPE_CHECKING, Any, Literal
+
+from creak.api.extras import need_report
+from creak.errors import InputError
+from creak.verify.events import Event
+
+if TYPE_CHECKING:
+    from creak.report.found import Found
+
+COLUMNS = {
+    "contact": "",
+    "channel": "",
+    "node": "",
+    "t_start": "s",
+    "t_peak": "s",
+    "t_end": "s",
+    "force": "force",
+    "force_peak": "force",
+    "impulse": "impulse",
+    "closing_speed": "speed",
+    "touches": "",
+}
+"""Column of a table of events -> its unit, or the attribute of `report.text.Units` that names it."""
+ROWS = 10
+"""Events that a notebook shows."""
+
+
+class Events(list[Event]):
+    """Contact events by start time: a list of `Event` that also knows how to be a table."""
+
+    def __init__(self, events: Iterable[Event], nodes: Iterable[str], units: str) -> None:
+        super().__init__(events)
+        self._nodes, self._units = list(nodes), units
+
+    def rows(self) -> list[dict[str, Any]]:
+        """A dictionary for each event: contact, channel, node, times (s), low-passed force, peak force, impulse (over
+        all channels of the place), closing speed and number of touches, in the units of the deck."""
+        found = []
+        for e, node in zip(self, self._nodes, strict=True):
+            values = (
+                *(e.group, e.channel, node, e.t_start, e.t_peak, e.t_end),
+                *(e.force_peak_filtered, e.force_peak, e.impulse, e.closing_speed, e.contacts),
+            )
+            found.append(dict(zip(COLUMNS, values, strict=True)))
+        return found
+
+    def units(self) -> dict[str, str]:
+        """Unit of each column of `rows`; empty: a name or a number."""
+        from creak.model.units import UNITS
+
+        known = UNITS[self._units]
+        return {name: getattr(known, unit, unit) for name, unit in COLUMNS.items()}
+
+    def to_frame(self) -> Any:
+        """`rows` as a pandas DataFrame; its `attrs["units"]` are `units()`.
+
+        Raises
+        ------
+        InputError : pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError as error:
+            raise InputError(
+                "pandas is not installed here", fix="Install it: pip install pandas, or use events.rows()."
+            ) from error
+        frame = pandas.DataFrame(self.rows(), columns=list(COLUMNS))
+        frame.attrs["units"] = self.units()
+        return frame
+
+    def __repr__(self) -> str:
+        return f"<{_count(self)}>"
+
+    def _repr_html_(self) -> str:
+        """The first events as a table, for notebooks."""
+        heads = "".join(f"<th>{escape(n)}{f', {u}' if u else ''}</th>" for n, u in self.units().items())
+        lines = "".join("<tr>" + "".join(map(_cell, row.values())) + "</tr>" for row in self.rows()[:ROWS])
+        more = f"<p>{len(self) - ROWS} more: events.to_frame()</p>" if len(self) > ROWS else ""
+        return f"<table><thead><tr>{heads}</tr></thead><tbody>{lines}</tbody></table>{more}"
+
+
+def _cell(value: Any) -> str:
+    return f"<td>{value:.4g}</td>" if isinstance(value, float) else f"<td>{escape(str(value))}</td>"
+
+
+def _count(events: Events) -> str:
+    if not events:
+        return "no contact events"
+    hardest = max(events, key=lambda e: e.impulse)
+    force = f"{hardest.force_peak_filtered:.4g} {events.units()['force']}"
+    what = f"{len(events)} contact event{'s' if len(events) > 1 else ''}"
+    return f"{what}, the hardest at {hardest.t_start:.4g} s on {hardest.group}: {force}"
+
+
+def facts(summary: dict[str, Any], events: Events) -> dict[str, str]:
+    """What a result says of itself in a line: title, runs, events, verdict, agreement."""
+    told = {"title": summary["title"] or "untitled study", "runs": ", ".join(summary["runs"]) or "none"}
+    told["events"] = _count(events)
+    main = summary["runs"].get("reduced") or summary["runs"].get("reference") or {}
+    if "verdict" in main:
+        told["verdict"] = "; ".join([main["verdict"], *main["reasons"]])
+    match = summary["verification"].get("events")
+    if match:
+        told["agreement"] = f"{match['matched']} of {match['reference']} events of the unreduced model found"
+    if summary["stopped"]:
+        told["stopped"] = summary["stopped"]
+    return told
+
+
+def line(name: str, told: dict[str, str]) -> str:
+    """The facts as the repr of a class `name`."""
+    rest = "; ".join(f"{key}: {value}" for key, value in told.items() if key != "title")
+    return f"<{name} {told['title']!r}: {rest}>"
+
+
+def table(told: dict[str, str], events: Events) -> str:
+    """The facts and the first events as HTML."""
+    lines = "".join(f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in told.items())
+    return f"<table><tbody>{lines}</tbody></table>{events._repr_html_() if events else ''}"
+
+
+Kind = Literal["force", "gap", "spectra", "energy"]
+
+
+def figure(found: Found, kind: Kind) -> Any:
+    """A plotly figure of the report.
+
+    Raises
+    ------
+    InputError : a kind that there is not, nothing to draw, or a package of the extra `report` is not installed.
+    """
+    need_report()
+    import plotly.graph_objects as go
+
+    from creak.model.units import UNITS
+    from creak.report.figures import energy_figure, force_figure, spectra_figure
+    from creak.report.gap_figures import gap_figure
+
+    makers = {"force": force_figure, "gap": gap_figure, "spectra": spectra_figure, "energy": energy_figure}
+    if kind not in makers:
+        raise InputError(f"no figure {kind!r}", expected=" or ".join(map(repr, makers)))
+    drawn = makers[kind](found, UNITS[found.setup.study.config.model.units])
+    if drawn.spec is None:
+        raise InputError(drawn.caption.rstrip("."))
+    return go.Figure(drawn.spec)

@@ -1,0 +1,190 @@
+"""*STATIC steps before the *DYNAMIC one: the loads from whose equilibrium the run starts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.errors import InputError
+from creak.formats.abaqus.lexer import Block
+from creak.formats.abaqus.loads import along_global_axes, step_loads, step_motion
+from creak.formats.abaqus.names import Registry
+from creak.formats.abaqus.numbers import to_float
+from creak.formats.abaqus.outline import Outline, StepBlocks
+from creak.formats.abaqus.transforms import Transforms
+from creak.formats.abaqus.used import list_params
+from creak.model.constraints import Fixed
+from creak.model.dofs import node_dofs
+from creak.model.mesh import Unread
+from creak.model.steps import Amplitude, PointLoad, Prescribed, StaticLoads
+
+USED = ("STATIC", "BOUNDARY", "CLOAD", "DLOAD")
+_STEP = "NAME, NLGEOM, INC, AMPLITUDE, UNSYMM, EXTRAPOLATION, CONVERT SDI, SOLVER"
+
+
+def is_static(step: StepBlocks) -> bool:
+    """Whether a step is one of *STATIC."""
+    return any(b.name == "STATIC" for b in step.blocks)
+
+
+def read_static(
+    deck: Outline,
+    steps: Sequence[StepBlocks],
+    dynamic: StepBlocks,
+    held: Sequence[Fixed],
+    nodes: Registry,
+    elements: Registry,
+    count: int,
+    transforms: Transforms,
+    amplitudes: Mapping[str, Amplitude],
+) -> tuple[StaticLoads, tuple[Fixed, ...]]:
+    """The loads at the end of the *STATIC steps, which go on through the *DYNAMIC one, and what they hold.
+
+    Parameters
+    ----------
+    steps : those of *STATIC, in order. held : by the model data. count : elements of the deck.
+
+    Raises
+    ------
+    InputError : a load on some of the elements, with an amplitude, or that the *DYNAMIC step changes; a support that
+        moves.
+    """
+    gravity: FloatArray = np.zeros(3)
+    where, forces = "", list[PointLoad]()
+    fixed = tuple(held)
+    for step in steps:
+        list_params(deck, step.block, _STEP)
+        if step.block.has("NLGEOM") and step.block.option("NLGEOM", "YES") != "NO":
+            deck.unread.append(Unread("*STEP, NLGEOM", step.block.where, True, "creak's structure is linear"))
+        for block in step.blocks:
+            _no_amplitude(block)
+        fixed = _supports(deck, step, fixed, nodes, amplitudes)
+        own = [b for b in step.blocks if b.name == "CLOAD"]
+        if any(b.option("OP", "MOD") == "NEW" for b in own):
+            forces.clear()
+        forces = _replaced(forces, step_loads(deck, own, nodes, amplitudes))
+        for block in [b for b in step.blocks if b.name == "DLOAD"]:
+            gravity, where = _gravity(block, elements, count), block.where
+    _check_goes_on(dynamic, gravity, bool(forces), elements, count)
+    loads = along_global_axes(forces, transforms)
+    first = steps[0].block.where if steps else ""
+    return StaticLoads((float(gravity[0]), float(gravity[1]), float(gravity[2])), loads, where or first), fixed
+
+
+def _no_amplitude(block: Block) -> None:
+    if block.name in USED and block.get("AMPLITUDE"):
+        raise InputError(
+            f"*{block.name} of a *STATIC step has an AMPLITUDE",
+            expected="its value at the end of the step",
+            where=block.where,
+            fix="Leave AMPLITUDE out: the run starts from the equilibrium at the end.",
+        )
+
+
+def _supports(
+    deck: Outline,
+    step: StepBlocks,
+    fixed: tuple[Fixed, ...],
+    nodes: Registry,
+    amplitudes: Mapping[str, Amplitude],
+) -> tuple[Fixed, ...]:
+    blocks = [b for b in step.blocks if b.name == "BOUNDARY"]
+    now, moved = step_motion(deck, blocks, fixed, nodes, ramped=True, amplitudes=amplitudes)
+    if moved:
+        raise InputError(
+            f"a *STATIC step moves {moved[0].name}",
+            expected="supports at rest",
+            where=moved[0].where,
+            fix="Write a study (.toml) with [[static]] displacement.",
+        )
+    return now
+
+
+def _replaced(before: list[PointLoad], now: Sequence[PointLoad]) -> list[PointLoad]:
+    """Loads of earlier steps, but for those that are given anew."""
+    new = {(load.name, load.dof) for load in now}
+    return [*(load for load in before if (load.name, load.dof) not in new), *now]
+
+
+def _gravity(block: Block, elements: Registry, count: int) -> FloatArray:
+    """(3,) acceleration of the GRAV lines of a *DLOAD."""
+    total = np.zeros(3)
+    for fields, where in block.rows():
+        if len(fields) < 2 or fields[1].strip().upper() != "GRAV":
+            kind = fields[1].strip() if len(fields) > 1 else "nothing"
+            raise InputError(
+                f"*DLOAD of a *STATIC step with {kind}", expected="GRAV", where=where, fix="creak reads gravity alone."
+            )
+        name = fields[0].strip()
+        if name and elements.find(name, "", where).size < count:
+            raise InputError(
+                f"gravity on {name} alone, which are not all elements",
+                expected="all elements, or no set",
+                where=where,
+                fix="Leave the set out.",
+            )
+        numbers = [to_float(f, where, "gravity") for f in fields[2:6]]
+        if len(numbers) < 4 or not any(numbers[1:]):
+            raise InputError(
+                "gravity without magnitude and direction", expected="magnitude, x, y, z", where=where, fix="Add them."
+            )
+        direction = np.array(numbers[1:])
+        total += numbers[0] * direction / np.linalg.norm(direction)
+    return total
+
+
+def _check_goes_on(
+    dynamic: StepBlocks,
+    gravity: FloatArray,
+    forces: bool,
+    elements: Registry,
+    count: int,
+) -> None:
+    """Raise InputError where the *DYNAMIC step changes the static loads."""
+    for block in dynamic.blocks:
+        if block.name == "DLOAD" and not np.allclose(_gravity(block, elements, count), gravity, rtol=1e-9):
+            raise InputError(
+                "*DLOAD of the *DYNAMIC step is another gravity than that of the *STATIC step",
+                expected="the same, or none",
+                where=block.where,
+                fix="Give it in the *STATIC step alone: it goes on.",
+            )
+        if block.name == "CLOAD" and forces and block.option("OP", "MOD") == "NEW":
+            raise InputError(
+                "*CLOAD, OP=NEW takes the loads of the *STATIC step away at once",
+                expected="loads that go on",
+                where=block.where,
+                fix="Leave OP=NEW out, or the loads of the *STATIC step.",
+            )
+
+
+def check_same_supports(
+    static: Sequence[Fixed],
+    fixed: Sequence[Fixed],
+    moved: Sequence[Prescribed],
+    forces: Sequence[PointLoad],
+    loads: Sequence[PointLoad],
+    where: str,
+) -> None:
+    """Raise InputError where the *DYNAMIC step frees what the *STATIC one held, holds more, or loads the same dofs."""
+    before = {int(x) for f in static for x in node_dofs(f.nodes_idx, f.dofs)}
+    after = {int(x) for f in fixed for x in node_dofs(f.nodes_idx, f.dofs)}
+    after |= {int(x) for m in moved for x in node_dofs(m.nodes_idx, (m.dof,))}
+    if before != after:
+        raise InputError(
+            "the *STATIC step holds other dofs than the *DYNAMIC step holds or moves",
+            expected="the same",
+            where=where,
+            fix="Hold in the *STATIC step what the *DYNAMIC step moves.",
+        )
+    both = [int(x) for load in forces for x in node_dofs(load.nodes_idx, (load.dof,))]
+    again = [load for load in loads if set(both) & {int(x) for x in node_dofs(load.nodes_idx, (load.dof,))}]
+    if again:
+        raise InputError(
+            f"*CLOAD of the *DYNAMIC step replaces that of the *STATIC step on {again[0].name}",
+            expected="loads on other dofs",
+            where=again[0].where,
+            fix="Write a study (.toml): [[static]] force and [excitation] add up.",
+        )

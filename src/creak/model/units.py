@@ -1,0 +1,45 @@
+"""Systems of units that a study can name: what their results are labelled with, and what they are in SI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+UnitsName = Literal["mm-t-s", "m-kg-s"]
+
+
+@dataclass(frozen=True)
+class Units:
+    """Labels of the quantities in a system of units, and its length and mass."""
+
+    length: str
+    force: str
+    energy: str
+    stress: str
+    density: str
+    mass: str
+    per_metre: float
+    """Units of length in 1 m."""
+    to_kg: float
+    """Unit of mass in kg."""
+    time: str = "s"
+
+    @property
+    def speed(self) -> str:
+        return f"{self.length}/{self.time}"
+
+    @property
+    def stiffness(self) -> str:
+        return f"{self.force}/{self.length}"
+
+    @property
+    def impulse(self) -> str:
+        return f"{self.force} {self.time}"
+
+
+UNITS: dict[str, Units] = {
+    "mm-t-s": Units("mm", "N", "mJ", "MPa", "t/mm^3", "t", 1000.0, 1000.0),
+    "m-kg-s": Units("m", "N", "J", "Pa", "kg/m^3", "kg", 1.0, 1.0),
+}
+METRES = {name: 1.0 / units.per_metre for name, units in UNITS.items()}
+"""m in the length of each system."""

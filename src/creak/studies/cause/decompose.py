@@ -1,0 +1,309 @@
+"""What moves a place at its peak: every mode under every excitation and every contact's own forces.
+
+The reduced model is linear between its channels, so its motion is the sum of what each excitation makes of it alone and
+of what each contact's forces make of it alone, mode by mode. Both are marched, or summed from impulse responses, by
+themselves; the gap of the run is their sum.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.system import System, to_dense
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.channels import ChannelMatrices, channel_matrices
+from creak.dynamics.flow_march import SAMPLES, form_of
+from creak.dynamics.flow_resolution import flow_steps
+from creak.dynamics.history import History
+from creak.dynamics.loads import Loads
+from creak.dynamics.modal_coefficients import is_modal, modal_matrices
+from creak.dynamics.state import LinearTerms
+from creak.model.dofs import nodes_of
+from creak.model.mesh import Model
+from creak.signals.resampling import cell_means
+from creak.studies.prepare.setup import Setup
+from creak.studies.results.places import Place
+from creak.studies.run.compared import main_run
+from creak.studies.run.integrate import integrate, resolution_of
+from creak.studies.run.job import Run, StudyResult
+
+EXCITATION, CONTACT, START, REST = "excitation", "contact", "start", "rest"
+"""Kinds of sources: `START` is an initial velocity, `REST` what the record of the forces does not tell apart."""
+CELL = 1e-5
+"""s between the impulses that stand for a contact's forces."""
+BLOCK = 1024
+"""Of them worked on at a time."""
+FOLLOWS = 0.5
+"""omega CELL from which a mode follows its force as a spring."""
+STANDS = 1e-3
+"""rad/s that a mode at rest counts as."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """What one thing alone does to the gap at that instant, length."""
+
+    kind: str
+    name: str
+    """Of the excitation, contact or connector."""
+    modes: FloatArray
+    """(n,) through each mode."""
+    direct: float = 0.0
+    """Carried along by the supports, without any mode."""
+
+    @property
+    def total(self) -> float:
+        return float(self.modes.sum()) + self.direct
+
+
+@dataclass(frozen=True)
+class Cause:
+    """The gap of the hardest hit channel of a place at the end of the step nearest to its peak."""
+
+    place: int
+    """Its number."""
+    channel: int
+    time: float
+    gap0: float
+    """At rest."""
+    gap: float
+    """Of the run, then."""
+    frequencies: FloatArray
+    """(n,) of the modes, Hz."""
+    damping: FloatArray
+    """(n,) share of critical; nan for rigid ones."""
+    sources: tuple[Source, ...]
+    parts: tuple[tuple[str, float], ...]
+    """What the motion of each part does to the gap, by all sources together."""
+
+    @property
+    def modes(self) -> FloatArray:
+        """(n,) what each mode does to the gap, by all sources together."""
+        return np.asarray(np.sum([s.modes for s in self.sources], axis=0))
+
+    @property
+    def total(self) -> float:
+        """gap - gap0."""
+        return sum(s.total for s in self.sources)
+
+
+def find_causes(result: StudyResult, places: Sequence[Place]) -> tuple[Cause, ...] | str:
+    """The cause of the hardest event of each place of the reduced run, or why none can be told."""
+    run = main_run(result.runs)
+    why_not = _why_not(result, run, places)
+    if why_not or run is None:
+        return why_not
+    setup, gaps, system = result.setup, result.gaps, run.system
+    flights = setup.loads.time[::SAMPLES]
+    peaks = [_peak(run, place) for place in places]
+    at = [int(np.abs(flights - t).argmin()) for _, t in peaks]
+    steps = np.unique(at)
+    seen = _Seen(setup, system, gaps)
+    history = marched(setup, system, gaps, setup.loads, steps)
+    q = dict(zip(steps.tolist(), history.coordinates.T, strict=True))
+    alone = _alone(setup, system, gaps, steps)
+    groups = _touched_groups(gaps, run.history)
+    found = []
+    for place, (channel, _), step in zip(places, peaks, at, strict=True):
+        row = int(np.searchsorted(history.time, flights[step] * (1.0 - 1e-12)))
+        own = {name: columns[step] for name, columns in alone.items()}
+        sources = _sources(seen, own, groups, history, row, q[step], channel)
+        support = setup.loads.support[0, SAMPLES * step]
+        found.append(
+            Cause(
+                place.number,
+                channel,
+                float(history.time[row]),
+                float(gaps.gap0[channel]),
+                float(history.gap[row, channel]),
+                seen.frequencies,
+                seen.damping,
+                _with_supports(setup, seen, sources, support, channel),
+                seen.of_parts(setup.model, channel, q[step], support),
+            )
+        )
+    return tuple(found)
+
+
+def _why_not(result: StudyResult, run: Run | None, places: Sequence[Place]) -> str:
+    if not places:
+        return "nothing touches in the window"
+    if run is None or result.stopped is not None:
+        return "the run ended early"
+    if result.reduced is None or run.name != "reduced":
+        return "only a reduced model has few enough modes"
+    if not result.setup.study.config.time.exact:
+        return "a scheme is forced"
+    if not is_modal(run.system) or not np.all(np.asarray(run.system.M.diagonal()) > 0.0):
+        return "damping couples the modes, or some coordinates have no mass"
+    return ""
+
+
+def _peak(run: Run, place: Place) -> tuple[int, float]:
+    """The hardest pressed channel of a place, and when."""
+    event = max(place.events, key=lambda e: e.force_place)
+    rows = np.flatnonzero((run.history.time >= event.t_start) & (run.history.time <= event.t_end))
+    force = run.history.force[np.ix_(rows, place.channels)]
+    row, column = np.unravel_index(int(force.argmax()), force.shape)
+    return int(place.channels[column]), float(run.history.time[rows[row]])
+
+
+def marched(setup: Setup, system: System, gaps: GapOperator, loads: Loads, steps: IntArray) -> History:
+    """A run with the coordinates at the ends of these flight steps."""
+    none = np.zeros(0, dtype=np.int64)
+    every = max(1, loads.n_step // SAMPLES)
+    kept = replace(setup, loads=loads)
+    return integrate(kept, system, gaps, observed=none, output_every=every, whole_at=steps)[0]
+
+
+def _alone(
+    setup: Setup, system: System, gaps: GapOperator, steps: IntArray
+) -> dict[tuple[str, str], dict[int, FloatArray]]:
+    """(kind, name) -> coordinates at the steps, of each excitation alone and of the initial velocity."""
+    silent, loads, still = gaps.without_force(), setup.loads, replace(system, velocity=np.zeros(system.n))
+
+    def of(what: System, some: Loads) -> dict[int, FloatArray]:
+        found = marched(setup, what, silent, some, steps).coordinates.T
+        return dict(zip(steps.tolist(), found, strict=True))
+
+    zero = replace(loads, support=np.zeros_like(loads.support), force=np.zeros_like(loads.force))
+    out = {}
+    for name, (supports, forces) in excitation_columns(setup).items():
+        support, force = zero.support.copy(), zero.force.copy()
+        support[:, :, supports], force[:, forces] = loads.support[:, :, supports], loads.force[:, forces]
+        out[EXCITATION, name] = of(still, replace(loads, support=support, force=force))
+    if system.velocity.any():
+        out[START, "initial velocity"] = of(system, zero)
+    return out
+
+
+def excitation_columns(setup: Setup) -> dict[str, tuple[list[int], list[int]]]:
+    """Name -> columns of the loads' supports and forces."""
+    tables = setup.study.config.excitation
+    forces = [name for name, t in tables.items() if t.kind == "force"]
+    names = [*setup.driven.names, *forces]
+    return {
+        name: (
+            [j for j, n in enumerate(setup.driven.names) if n == name],
+            [j for j, n in enumerate(forces) if n == name],
+        )
+        for name in dict.fromkeys(names)
+    }
+
+
+def _touched_groups(gaps: GapOperator, history: History) -> dict[str, IntArray]:
+    """Contact or connector that pressed at all -> its channels."""
+    pressed = (history.force > 0.0).any(axis=0)
+    group = np.array(gaps.group, dtype=object)
+    return {name: np.flatnonzero(group == name) for name in dict.fromkeys(group[pressed].tolist())}
+
+
+class _Seen:
+    """The channels as the march sees them, and the modes."""
+
+    def __init__(self, setup: Setup, system: System, gaps: GapOperator) -> None:
+        self.system, self.gaps = system, gaps
+        self.m, self.c, self.k = modal_matrices(system)
+        on: ChannelMatrices = channel_matrices(system, gaps)
+        form = form_of(system, on, LinearTerms(system, setup.loads), gaps)
+        steps = flow_steps(form, gaps.laws, SAMPLES * setup.loads.step, resolution_of(setup))
+        self.filter = steps.mollifier
+        self.rows = to_dense(on.rows) * self.filter
+        self.rows_s = on.G_s
+        omega = np.sqrt(self.k / self.m)
+        self.frequencies = omega / (2.0 * np.pi)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            self.damping = np.where(omega > 0.0, self.c / (2.0 * self.m * omega), np.nan)
+
+    def of_parts(self, model: Model, channel: int, q: FloatArray, s: FloatArray) -> tuple[tuple[str, float], ...]:
+        """What the motion of each part does to a gap."""
+        row = self.gaps.G[[channel]].tocoo()
+        labels, value = self.gaps.labels[row.col], row.data
+        R, R_s = self.system.rows(labels)
+        each = value * (to_dense(R) @ (self.filter * q) + to_dense(R_s) @ s)
+        node, found = nodes_of(labels), {}
+        for i, part in enumerate(model.parts):
+            mine = np.isin(node, part.nodes_idx)
+            if mine.any():
+                found[model.parts[i].name] = float(each[mine].sum())
+                each = np.where(mine, 0.0, each)
+        if each.any():
+            found["no part"] = float(each.sum())
+        return tuple(found.items())
+
+
+def _sources(
+    seen: _Seen,
+    alone: dict[tuple[str, str], FloatArray],
+    groups: dict[str, IntArray],
+    history: History,
+    row: int,
+    q: FloatArray,
+    channel: int,
+) -> list[Source]:
+    X = seen.rows[channel]
+    found = [Source(kind, name, X * own) for (kind, name), own in alone.items()]
+    of_contact = q - np.sum([*alone.values(), np.zeros_like(q)], axis=0)
+    if len(groups) == 1:
+        return [*found, Source(CONTACT, next(iter(groups)), X * of_contact)]
+    for name, channels in groups.items():
+        own = _pushed(seen, history, row, channels)
+        of_contact = of_contact - own
+        found.append(Source(CONTACT, name, X * own))
+    return [*found, Source(REST, "not told apart", X * of_contact)]
+
+
+def _pushed(seen: _Seen, history: History, row: int, channels: IntArray) -> FloatArray:
+    """(n,) coordinates that forces of these channels alone have brought about at a row: a sum of impulse responses.
+
+    The forces act as impulses every `CELL`, which keep theirs; modes too fast for that follow them as springs.
+    """
+    gaps, time = seen.gaps, history.time[: row + 1]
+    rubs = np.zeros(0, dtype=np.int64) if gaps.friction is None else gaps.friction.channels
+    along = np.flatnonzero(np.repeat(np.isin(rubs, channels), 2))
+    columns = np.concatenate([channels, gaps.m + along]).astype(np.int64)
+    count = math.ceil((time[-1] - time[0]) / CELL)
+    at = np.maximum(time[-1] - CELL * np.arange(count, -1, -1), time[0])
+    force = np.hstack([history.force[: row + 1, channels], history.tangential[: row + 1, along]])
+    force = cell_means(time, force, at) - gaps.resting[columns]
+    X, delta, omega2 = seen.rows[columns], 0.5 * seen.c / seen.m, seen.k / seen.m
+    fast = np.sqrt(omega2) * CELL > FOLLOWS
+    found = np.zeros(seen.m.size)
+    found[fast] = (force[-1] @ X[:, fast]) / seen.k[fast]
+    force[[0, -1]] *= 0.5  # half a cell
+    slow = np.flatnonzero(~fast)
+    root = np.sqrt((omega2[slow] - delta[slow] ** 2).astype(complex))
+    root[np.abs(root) < STANDS] = STANDS
+    X, delta = X[:, slow], delta[slow]
+    rising, falling = (_summed(force, X, -delta + sign * 1j * root) for sign in (1.0, -1.0))
+    found[slow] = CELL * ((rising - falling) / (2j * root)).real / seen.m[slow]
+    return found
+
+
+def _summed(force: FloatArray, X: FloatArray, pole: np.ndarray) -> np.ndarray:
+    """(n,) sum over the cells of X' f(t) exp(pole (end - t)), block by block."""
+    within = np.exp(np.outer(CELL * np.arange(BLOCK), pole))[::-1]
+    over, found = np.exp(BLOCK * CELL * pole), np.zeros(pole.size, dtype=complex)
+    padded = np.vstack([np.zeros((-force.shape[0] % BLOCK, force.shape[1])), force])
+    for block in padded.reshape(-1, BLOCK, force.shape[1]):
+        found *= over
+        acts = np.flatnonzero(block.any(axis=1))
+        if acts.size:
+            found += ((block[acts] @ X) * within[acts]).sum(axis=0)
+    return found
+
+
+def _with_supports(
+    setup: Setup, seen: _Seen, sources: list[Source], support: FloatArray, channel: int
+) -> tuple[Source, ...]:
+    """Each excitation with the share that its supports carry along."""
+    columns = excitation_columns(setup)
+    carried = seen.rows_s[channel] * support
+    return tuple(
+        replace(s, direct=float(carried[columns[s.name][0]].sum())) if s.kind == EXCITATION else s for s in sources
+    )

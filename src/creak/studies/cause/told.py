@@ -1,0 +1,109 @@
+"""Causes as plain data for summary.json and as a sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from creak.contact.gap_operator import GapOperator
+from creak.studies.cause.changes import Change, Effect
+from creak.studies.cause.decompose import EXCITATION, REST, Cause
+from creak.studies.cause.driven import driven_level
+from creak.studies.prepare.setup import Setup
+
+MODES = 8
+"""Modes told one by one."""
+TOLD = 3
+"""Modes in a sentence."""
+COINCIDES = -20.0
+"""dB of the excitation's spectrum at a mode from which they coincide."""
+
+
+def cause_dict(cause: Cause, setup: Setup, gaps: GapOperator) -> dict[str, Any]:
+    """Closing displacements (positive towards contact) by source, mode and part; each list sums to gap0 - gap."""
+    order = np.argsort(-np.abs(cause.modes))[:MODES]
+    level = driven_level(setup.loads, cause.frequencies[order], cause.damping[order])
+    modes: list[dict[str, Any]] = [
+        {
+            "frequency": float(cause.frequencies[i]),
+            "damping": float(cause.damping[i]),
+            "closing": -float(cause.modes[i]),
+            "of": {s.name: -float(s.modes[i]) for s in cause.sources},
+            "excitation_db": float(db),
+            "coincides": bool(db >= COINCIDES),
+        }
+        for i, db in zip(order.tolist(), level.tolist(), strict=True)
+    ]
+    direct = -sum(s.direct for s in cause.sources)
+    found: dict[str, Any] = {
+        "time": cause.time,
+        "channel": gaps.names[cause.channel],
+        "gap0": cause.gap0,
+        "gap": cause.gap,
+        "closing": cause.gap0 - cause.gap,
+        "sources": [{"kind": s.kind, "name": s.name, "closing": -s.total} for s in cause.sources],
+        "modes": modes,
+        "other_modes": -float(cause.modes.sum()) - sum(m["closing"] for m in modes),
+        "with_supports": direct,
+        "parts": [{"name": name, "closing": -moved} for name, moved in cause.parts],
+    }
+    return found | {"words": cause_words(found, "mm" if setup.study.config.model.units == "mm-t-s" else "m")}
+
+
+def cause_words(cause: dict[str, Any], length: str) -> str:
+    """The same as a sentence."""
+
+    def moved(value: float) -> str:
+        return f"{value:.3g} {length}"
+
+    by = sorted((s for s in cause["sources"] if s["kind"] != REST), key=lambda s: -abs(s["closing"]))
+    sources = ", ".join(
+        f"{moved(s['closing'])} by {'excitation' if s['kind'] == EXCITATION else s['kind']} {s['name']}" for s in by[:4]
+    )
+    modes = ", ".join(
+        f"{m['frequency']:.4g} Hz ({moved(m['closing'])}{', excited' if m['coincides'] else ', not excited'})"
+        for m in cause["modes"][:TOLD]
+    )
+    parts = ", ".join(f"{p['name']} {moved(p['closing'])}" for p in cause["parts"])
+    return (
+        f"at {cause['time']:.4g} s the gap of {moved(cause['gap0'])} had closed by {moved(cause['closing'])}: "
+        f"{sources}; most through the modes at {modes}; parts move {parts}"
+    )
+
+
+def change_dict(change: Change, now: Effect, predicted: Effect, checked: Effect | str | None) -> dict[str, Any]:
+    """One change with its effect on the reduced model and, where it was looked at, in a full run."""
+    return {
+        "change": change.kind,
+        "words": change.words,
+        "now": vars(now).copy(),
+        "predicted": vars(predicted).copy(),
+        "checked": checked if checked is None or isinstance(checked, str) else vars(checked).copy(),
+    }
+
+
+def change_words(changes: Sequence[dict[str, Any]], impulse: str) -> list[str]:
+    """A sentence for each change."""
+    return [f"{c['words']}: {_effect(c, impulse)}" for c in changes]
+
+
+def _effect(change: dict[str, Any], impulse: str) -> str:
+    key, unit = ("n5", "sone") if change["now"]["n5"] is not None else ("impulse", impulse)
+    what = "N5" if key == "n5" else "impulse"
+
+    def shown(effect: dict[str, Any]) -> str:
+        return "-" if effect[key] is None else f"{effect[key]:.3g}"
+
+    text = f"{what} {shown(change['now'])} -> {shown(change['predicted'])} {unit}"
+    total = f"total_{key}"
+    text += f", of all places {_known(change['now'][total])} -> {_known(change['predicted'][total])}"
+    checked = change["checked"]
+    if isinstance(checked, str):
+        return f"{text}; not checked: {checked}"
+    return text if checked is None else f"{text}; full run {shown(checked)} ({_known(checked[total])})"
+
+
+def _known(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"

@@ -1,0 +1,85 @@
+"""Clips by name: those that come with creak and those of the file that a study names, in the study's units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import ValidationError
+
+from creak.errors import InputError, suggest
+from creak.model.units import METRES
+from creak.studies.file.design.clip_tables import ClipTable, ClipValues
+from creak.studies.file.reader import Study, explain, read_toml
+from creak.studies.file.table import Table
+
+OWN = Path(__file__).with_name("clips.toml")
+
+
+class ClipFile(Table):
+    """A library of clips."""
+
+    units: Literal["mm-t-s", "m-kg-s"]
+    """Of all its values."""
+    clip: dict[str, ClipValues]
+    """[clip.NAME]"""
+
+
+def clips_of(study: Study) -> list[ClipTable]:
+    """The clips of a study with the values that they take from the library.
+
+    Raises
+    ------
+    InputError : no such file, or something wrong in it; an unknown name; a clip that is not complete.
+    """
+    tables = study.config.clip
+    if not any(t.use for t in tables):
+        return list(tables)
+    known = _library(OWN, study)
+    if study.config.clips is not None:
+        known |= _library(study.sibling(study.config.clips), study)
+    return [t if t.use is None else _completed(t, known, study.where("clip", i)) for i, t in enumerate(tables)]
+
+
+def _completed(table: ClipTable, known: dict[str, dict[str, Any]], where: str) -> ClipTable:
+    name = table.use or ""
+    if name not in known:
+        raise InputError(f"unknown clip {name!r}", where=where, expected=", ".join(known), fix=suggest(name, known))
+    own = table.model_dump(exclude_unset=True, exclude={"use"})
+    given = dict(known[name])
+    for key, other in (("stiffness", "table"), ("table", "stiffness")):
+        if key in own:
+            given.pop(other, None)
+    try:
+        return ClipTable.model_validate({**given, **own})
+    except ValidationError as error:
+        message = error.errors()[0]["msg"].removeprefix("Value error, ")
+        raise InputError(f"clip {name!r} with these values: {message}", where=where, fix="Correct them.") from error
+
+
+def _library(path: Path, study: Study) -> dict[str, dict[str, Any]]:
+    """Name -> values in the units of the study."""
+    data, text = read_toml(path, "clip library")
+    try:
+        found = ClipFile.model_validate(data)
+    except ValidationError as error:
+        raise explain(path, text, error, ClipFile) from error
+    by = METRES[found.units] / METRES[study.config.model.units]
+    return {name: _in_units(values.model_dump(exclude_unset=True), by) for name, values in found.clip.items()}
+
+
+def _in_units(values: dict[str, Any], by: float) -> dict[str, Any]:
+    """Values of a clip where lengths are `by` as large as numbers; forces are newtons in both systems."""
+    return {key: value if value is None else _one_in_units(key, value, by) for key, value in values.items()}
+
+
+def _one_in_units(key: str, value: Any, by: float) -> Any:
+    if key in ("lower", "upper", "gap"):
+        return value * by
+    if key == "table":
+        return [(x * by, y) for x, y in value]
+    if key not in ("stiffness", "damping"):
+        return value
+    if not isinstance(value, list):
+        return value / by
+    return [x / by for x in value[:3]] + [x * by for x in value[3:]]  # force/length, then moment/rad

@@ -1,0 +1,108 @@
+"""[[clip]] tables -> bushings of the model and connectors with play, stops and pull-out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.contact.play import Play
+from creak.errors import InputError
+from creak.model.contact_law import ContactLaw
+from creak.model.materials import Bushing
+from creak.model.mesh import ElementBlock, Model, Own
+from creak.studies.design.clip_library import clips_of
+from creak.studies.design.named_nodes import nearest_nodes
+from creak.studies.file.design.clip_tables import ClipTable
+from creak.studies.file.reader import Study
+
+ENDS = ("first", "second")
+BETWEEN = -1
+"""The part of a clip: none, so that no part is reduced again when it changes."""
+
+
+def with_clips(model: Model, study: Study) -> tuple[Model, list[tuple[Play, str]], list[str]]:
+    """The model with the bushings of a study, the connectors that its other clips are with their places, and notes.
+
+    Raises
+    ------
+    InputError : unknown sets, parts or library names; no node near a place; values that are no law.
+    """
+    blocks, plays, notes = [], [], []
+    for i, table in enumerate(clips_of(study)):
+        name = table.name or f"{study.config.clip[i].use or table.type}.{i + 1}"
+        where = study.where("clip", i)
+        model, ends, told = _ends(model, table, name, where)
+        notes += told
+        if table.type == "bushing":
+            blocks.append(_bushing(model, table, ends, name, where))
+        else:
+            plays.append((_play(table, ends, name, where), where))
+    return (replace(model, blocks=(*model.blocks, *blocks)) if blocks else model), plays, notes
+
+
+def _ends(model: Model, table: ClipTable, name: str, where: str) -> tuple[Model, tuple[str, ...], list[str]]:
+    """Node sets of both ends; those at points are made."""
+    if table.at is None:
+        return model, table.node_sets, []
+    sets, notes = dict(model.node_sets), []
+    names = []
+    for part, end in zip(table.part_names, ENDS, strict=False):
+        rows, off = nearest_nodes(model, table.at, table.within, part, where)
+        names.append(f"{name} {end}".upper())
+        sets[names[-1]] = rows
+        notes.append(f"clip {name}: nodes of {part} lie up to {off:.3g} from the given places")
+    return replace(model, node_sets=sets), tuple(names), notes
+
+
+def _bushing(model: Model, table: ClipTable, ends: tuple[str, ...], name: str, where: str) -> ElementBlock:
+    rows = [model.node_set(end, where=where) for end in ends]
+    if len(rows) == 2 and rows[0].size != rows[1].size:
+        raise InputError(
+            f"node sets {ends[0]!r} and {ends[1]!r} have {rows[0].size} and {rows[1].size} nodes",
+            where=where,
+            expected="the same number, node by node",
+            fix="Make the sets equally long.",
+        )
+    nodes: IntArray = np.column_stack(rows)
+    stiffness, damping = np.array(table.stiffness, dtype=np.float64), np.array(table.damping or [0.0] * 6)
+    first, second = _axes(table, stiffness, damping, where)
+    own = Own(axis1=np.tile(first, (len(nodes), 1)), axis2=np.tile(second, (len(nodes), 1)))
+    section = Bushing(name, table.ageing * np.diag(stiffness), np.diag(damping), 0.5)
+    return ElementBlock(f"bush{len(ends)}", np.arange(1, len(nodes) + 1), nodes, section, BETWEEN, where, own)
+
+
+def _axes(table: ClipTable, k: FloatArray, c: FloatArray, where: str) -> tuple[FloatArray, FloatArray]:
+    """Directions 1 and 2."""
+    first = np.array(table.axis or (1.0, 0.0, 0.0))
+    first /= np.linalg.norm(first)
+    differ = any(a[1] != a[2] or a[4] != a[5] for a in (k, c))
+    if table.lateral is None and differ and table.axis is not None:
+        raise InputError(
+            "the values of this bushing across its axis differ",
+            where=where,
+            expected="lateral: the direction of the first of them",
+            fix="Give lateral.",
+        )
+    helper = np.eye(3)[int(np.argmin(np.abs(first)))] if table.axis is not None else np.array([0.0, 1.0, 0.0])
+    second = np.array(table.lateral) if table.lateral is not None else helper
+    second = second - (second @ first) * first
+    if np.linalg.norm(second) < 1e-6 * np.linalg.norm(table.lateral or (1.0,)):
+        raise InputError("lateral is the same direction as axis", where=where, fix="Give one across it.")
+    return first, second / np.linalg.norm(second)
+
+
+def _play(table: ClipTable, ends: tuple[str, ...], name: str, where: str) -> Play:
+    axis = np.array(table.axis)
+    direction = tuple((axis / np.linalg.norm(axis)).tolist())
+    curve = None if table.table is None else np.array(table.table) * (1.0, table.ageing)
+    stiffness = None if table.stiffness is None else table.ageing * float(np.asarray(table.stiffness))
+    damping = 0.0 if table.damping is None else float(np.asarray(table.damping))
+    lower, upper, preload = table.lower, table.upper, 0.0
+    if table.type == "pull-out":
+        lower, preload = 0.0, table.ageing * (table.pull_out or 0.0)
+    elif table.type != "play":
+        upper = table.gap
+    law = ContactLaw(stiffness, curve, damping, preload=preload, where=where)
+    return Play(name, ends, 1, lower, upper, law, direction)

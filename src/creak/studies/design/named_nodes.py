@@ -1,0 +1,124 @@
+"""[nodes.NAME] tables: labels and coordinates as node sets of the model, which every key of a study can name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from creak.arrays import FloatArray, IntArray
+from creak.errors import InputError, suggest
+from creak.model.mesh import Model
+from creak.studies.file.reader import Study
+
+REACH = 0.01
+"""Of the model's size: how far a node may lie from its point where the study does not say."""
+SAME = 1e-9
+"""Of the model's size: two nodes nearer to each other than this are at one place."""
+
+
+def with_named_nodes(model: Model, study: Study) -> tuple[Model, list[str]]:
+    """The model with the node sets of the study beside its own, and how far nodes lie from their points.
+
+    Raises
+    ------
+    InputError : a set of the deck has the name; an unknown label or part; no node near enough, or two at one place.
+    """
+    sets, notes = dict(model.node_sets), []
+    for name, table in study.config.nodes.items():
+        where = study.where("nodes", name)
+        if name.upper() in sets:
+            raise InputError(
+                f"the deck has a node set {name!r} of its own",
+                where=where,
+                expected="a name that no other set has",
+                fix="Rename the table.",
+            )
+        if table.labels is not None:
+            sets[name.upper()] = _by_label(model, table.labels, where)
+            continue
+        assert table.near is not None
+        rows, off = nearest_nodes(model, table.near, table.within, table.part, where)
+        sets[name.upper()] = rows
+        labels = ", ".join(model.nodes.label(int(row)) for row in rows[:4]) + (", ..." if rows.size > 4 else "")
+        notes.append(f"[nodes.{name}]: node {labels}, {off:.3g} from the given place" + (" at most" * (rows.size > 1)))
+    return (replace(model, node_sets=sets), notes) if study.config.nodes else (model, notes)
+
+
+def _by_label(model: Model, labels: list[str], where: str) -> IntArray:
+    known = node_labels(model, np.arange(model.nodes.count))
+    for label in labels:
+        if label.upper() not in known:
+            several = label.isdigit() and int(label) in model.nodes.ids
+            raise InputError(
+                f"several instances have a node {label}" if several else f"unknown node {label}",
+                where=where,
+                expected="the label of one node" + (", as INSTANCE.17" if model.nodes.instance else ""),
+                fix="Name the instance too." if several else suggest(label, known) if len(known) < 10_000 else "",
+            )
+    rows = [known[label.upper()] for label in labels]
+    twice = next((label for label, row in zip(labels, rows, strict=True) if rows.count(row) > 1), None)
+    if twice is not None:
+        raise InputError(f"node {twice} is named twice", where=where, fix="Name it once.")
+    return np.array(rows, dtype=np.int64)
+
+
+def nearest_nodes(
+    model: Model, near: Sequence[tuple[float, float, float]], within: float | None, part: str | None, where: str
+) -> tuple[IntArray, float]:
+    """Rows of the nodes nearest to some places, of one part or of all, and the largest distance.
+
+    Raises
+    ------
+    InputError : an unknown part; no node within the distance; two nodes at one place, or one nearest to two.
+    """
+    among = _nodes_of(model, part, where)
+    points, coords = np.array(near, dtype=np.float64).reshape(-1, 3), model.nodes.coords[among]
+    size = float(np.linalg.norm(np.ptp(model.nodes.coords, axis=0)))
+    reach = within if within is not None else REACH * size
+    off, at = (a.reshape(points.shape[0], -1) for a in cKDTree(coords).query(points, k=min(2, among.size)))
+    for k, point in enumerate(points):
+        nearest = model.nodes.label(int(among[at[k, 0]]))
+        place = _words(point)
+        if off[k, 0] > reach:
+            raise InputError(
+                f"no node within {reach:g} of {place}: the nearest, {nearest} at {_words(coords[at[k, 0]])}, is "
+                f"{off[k, 0]:g} away",
+                where=where,
+                expected="a place on the mesh, in the deck's axes and units",
+                fix="Correct the place, or raise within.",
+            )
+        if among.size > 1 and np.linalg.norm(coords[at[k, 0]] - coords[at[k, 1]]) <= SAME * size:
+            other = model.nodes.label(int(among[at[k, 1]]))
+            raise InputError(
+                f"nodes {nearest} and {other} both lie at {place}",
+                where=where,
+                expected="one node at the place",
+                fix="Give part, or labels instead of near.",
+            )
+    rows = among[at[:, 0]]
+    if np.unique(rows).size < rows.size:
+        raise InputError("two of the places have the same nearest node", where=where, fix="Give each node one place.")
+    return rows.astype(np.int64), float(off[:, 0].max())
+
+
+def _nodes_of(model: Model, part: str | None, where: str) -> IntArray:
+    if part is None:
+        return np.arange(model.nodes.count)
+    for p in model.parts:
+        if part.upper() in (p.name.upper(), *(a.upper() for a in p.aliases)):
+            return p.nodes_idx
+    raise InputError(f"unknown part {part!r}", where=where, fix=suggest(part, [p.name for p in model.parts]))
+
+
+def _words(place: FloatArray) -> str:
+    return f"({', '.join(f'{x:g}' for x in place)})"
+
+
+def node_labels(model: Model, nodes: IntArray) -> dict[str, int]:
+    """Label -> row of `nodes`, upper case; with the instance, and without where that is unique."""
+    ids, first, count = np.unique(model.nodes.ids[nodes], return_index=True, return_counts=True)
+    short = {str(i): int(nodes[k]) for i, k, n in zip(ids.tolist(), first, count, strict=True) if n == 1}
+    return {**short, **{model.nodes.label(int(row)).upper(): int(row) for row in nodes}}

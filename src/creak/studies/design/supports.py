@@ -1,0 +1,113 @@
+"""[support.NAME] tables: dofs that the deck holds let go, and others held."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from creak.arrays import IntArray
+from creak.assembly.coupling import Driven
+from creak.errors import InputError
+from creak.model.constraints import Equation, Fixed
+from creak.model.dofs import node_and_dof, node_dofs
+from creak.model.mesh import Model
+from creak.studies.file.design.node_tables import SupportTable
+from creak.studies.file.reader import Study
+from creak.studies.file.table import DOFS
+
+
+def with_supports(model: Model, study: Study) -> tuple[Model, list[str]]:
+    """The model held as the study says, and what was freed and held.
+
+    Raises
+    ------
+    InputError : an unknown node set; nothing that the deck holds is freed; a support along other axes than the
+        global ones.
+    """
+    notes = []
+    for name, table in study.config.support.items():
+        where = study.where("support", name)
+        freed = _freed(model, table, where)
+        added: list[Fixed] = []
+        if table.hold:
+            nodes = model.node_set(table.nodes, where=study.where("support", name, "nodes"))
+            added = [Fixed(nodes, tuple(DOFS.index(dof) + 1 for dof in table.hold), where)]
+        kept = [_without(f, freed) for f in model.fixed]
+        model = replace(model, fixed=(*(f for pieces in kept for f in pieces), *added))
+        told = [f"{freed.size} dofs of the deck freed"] if freed.size else []
+        told += [f"{', '.join(table.hold)} of {added[0].nodes_idx.size} nodes held"] if added else []
+        notes.append(f"[support.{name}]: {' and '.join(told)}")
+    return model, notes
+
+
+def _freed(model: Model, table: SupportTable, where: str) -> IntArray:
+    """Sorted dof labels that the deck holds and the table frees."""
+    dofs = tuple(DOFS.index(dof) + 1 for dof in table.free)
+    held = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *map(_labels, model.fixed)]))
+    if not dofs:
+        return held[:0]
+    if table.nodes == "*":
+        wanted = node_dofs(np.unique(held // len(DOFS)), dofs)
+    else:
+        nodes = model.node_set(table.nodes, where=where)
+        _check_axes(model, nodes, table, where)
+        wanted = node_dofs(nodes, dofs)
+    found = np.intersect1d(held, wanted)
+    for dof, word in zip(dofs, table.free, strict=True):
+        if not (found % len(DOFS) == dof - 1).any():
+            raise InputError(
+                f"the deck holds no node of {table.nodes!r} in {word}",
+                where=where,
+                expected="dofs that it holds",
+                fix=f"Leave {word} out of free.",
+            )
+    return found
+
+
+def _check_axes(model: Model, nodes: IntArray, table: SupportTable, where: str) -> None:
+    """Raise InputError where nodes are held along axes of their own (equations to ground)."""
+    wanted = set(nodes.tolist())
+    ground = {int(n) for f in model.fixed if f.dofs == (1, 2, 3, 4, 5, 6) for n in f.nodes_idx} - wanted
+    for c in model.constraints:
+        touched = set(c.nodes.tolist())
+        if isinstance(c, Equation) and touched & wanted and len(touched - ground) <= 1:
+            node = model.nodes.label(next(iter(touched & wanted)))
+            raise InputError(
+                f"node {node} of {table.nodes!r} is held along axes of its own",
+                where=where,
+                expected="supports along the global axes",
+                fix="Free it in the deck.",
+            )
+
+
+def _without(fixed: Fixed, freed: IntArray) -> list[Fixed]:
+    """What is left of a support: nodes that keep the same dofs together."""
+    if not freed.size or not np.isin(_labels(fixed), freed).any():
+        return [fixed]
+    left: dict[tuple[int, ...], list[int]] = {}
+    for node in fixed.nodes_idx.tolist():
+        own = np.isin(node_dofs(np.array([node]), fixed.dofs), freed)
+        left.setdefault(tuple(d for d, gone in zip(fixed.dofs, own, strict=True) if not gone), []).append(node)
+    return [Fixed(np.array(nodes, dtype=np.int64), dofs, fixed.where) for dofs, nodes in left.items() if dofs]
+
+
+def _labels(fixed: Fixed) -> IntArray:
+    return node_dofs(fixed.nodes_idx, fixed.dofs)
+
+
+def check_driven(model: Model, study: Study, driven: Driven) -> None:
+    """Raise InputError where an excitation moves what is held."""
+    held = np.concatenate([np.zeros(0, dtype=np.int64), *map(_labels, model.fixed)])
+    for name, labels in driven.labels.items():
+        both = labels[np.isin(labels, held)]
+        if not both.size or name not in study.config.excitation:
+            continue
+        table = study.config.excitation[name]
+        raise InputError(
+            f"[excitation.{name}] moves node {model.nodes.label(node_and_dof(int(both[0]))[0])} {table.dof}, which is "
+            "held",
+            where=study.where("excitation", name),
+            expected="dofs that nothing holds",
+            fix=f'Free them: [support.NAME] with nodes = "{table.node_set}" and free = ["{table.dof}"].',
+        )

@@ -1,0 +1,83 @@
+"""What a run holds against the limits that the user set; creak has none of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from creak.studies.file.eline_tables import LimitTable
+from creak.studies.file.quantities import in_base, length_in
+
+OF_PLACES = {"n5": "sone", "n_max": "sone", "level": "dB(A)", "force": "N"}
+"""Limit of each place -> unit."""
+ADDED = {"n5": "n5_added", "n_max": "n_max_added"}
+"""What counts beside a background."""
+
+
+def judged(limit: LimitTable, summary: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Each limit that the study sets: `limit`, `allowed` (number in `unit`), `failed` ({name, value} of places or lines
+    of the main run that exceed it, worst first), `missing` (why it was not looked at; null: it was)."""
+    return [*_of_places(limit, summary), *_of_lines(limit, summary)]
+
+
+def limit_words(limits: list[dict[str, Any]]) -> list[str]:
+    """A sentence for each limit: what fails it, that nothing does, or why it was not looked at."""
+    said = []
+    for one in limits:
+        what = f"limit {one['limit']} = {one['allowed']:.4g} {one['unit']}"
+        if one["missing"]:
+            said.append(f"{what} was not looked at: {one['missing']}")
+        elif one["failed"]:
+            margin = "margin " if one["limit"] == "tolerance" else ""
+            each = ", ".join(f"{f['name']} ({margin}{_shown(f['value'], one['unit'])})" for f in one["failed"])
+            said.append(f"{what} fails at {each}")
+        else:
+            said.append(f"{what} holds everywhere")
+    return said
+
+
+def _shown(value: float | None, unit: str) -> str:
+    return "beyond ISO 532-1" if value is None else f"{value:.3g} {unit}"
+
+
+def _of_places(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    runs, sound = summary["runs"], summary["sound"]
+    places = (runs.get("reduced") or runs.get("reference") or {"places": []})["places"]
+    for name, unit in OF_PLACES.items():
+        text = getattr(limit, name)
+        if text is None:
+            continue
+        key, why = name, None
+        if name != "force":
+            why = "the run was not heard" if sound is None else sound.get("missing")
+            if sound is not None and sound.get("beside_background") and name in ADDED:
+                key = ADDED[name]
+        allowed = in_base(text)
+        over = [] if why else [p for p in places if p[key] is None or p[key] > allowed]
+        yield _judged(name, allowed, unit, [(p["name"], p[key]) for p in over], why)
+
+
+def _of_lines(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    found, units = summary["elines"], summary["units"]
+    lines = [] if found is None else found["lines"]
+    length = "mm" if units == "mm-t-s" else "m"
+    for name, key in (("tolerance", "margin"), ("in_plane", "in_plane")):
+        text = getattr(limit, name)
+        if text is None:
+            continue
+        allowed, over = length_in(text, units), []
+        for line in lines:
+            figures = line["contact"] or line["linear"]
+            if figures is None or (name == "in_plane" and line["material"] is not None):
+                continue
+            if figures["risk"] if name == "tolerance" else figures[key] > allowed:
+                over.append((line["name"], figures[key]))
+        yield _judged(name, allowed, length, over, None if lines else "there is no E-line")
+
+
+def _judged(
+    name: str, allowed: float, unit: str, over: list[tuple[str, float | None]], missing: str | None
+) -> dict[str, Any]:
+    worst = sorted(over, key=lambda f: -float("inf") if f[1] is None else f[1] if name == "tolerance" else -f[1])
+    failed = [{"name": text, "value": value} for text, value in worst]
+    return {"limit": name, "allowed": allowed, "unit": unit, "failed": failed, "missing": missing}

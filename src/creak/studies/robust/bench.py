@@ -1,0 +1,234 @@
+"""A reduced model on which many draws of a study are marched."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator, join
+from creak.dynamics.chunks import march_chunks
+from creak.dynamics.flow_batch import Variant, march_many
+from creak.dynamics.flow_march import FlowRun
+from creak.dynamics.history import History
+from creak.dynamics.stopped import Stopped
+from creak.errors import InputError, NumericalError
+from creak.progress import Progress
+from creak.studies.file.changes import with_changes
+from creak.studies.file.reader import Study
+from creak.studies.models.reduced import reduce_model
+from creak.studies.models.reference import ReferenceModel, build_reference
+from creak.studies.models.superelements import save_superelement
+from creak.studies.prepare.output_steps import shown_window
+from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.watched import watched
+from creak.studies.robust.changes import changed_setup, with_damping
+from creak.studies.run.integrate import flowing, output_times, resolution_of, scheme_of
+from creak.studies.run.precheck import with_linear_gaps
+from creak.studies.run.static_start import started
+from creak.studies.unraised import none_ignored
+from creak.verify.events import find_events
+
+FIGURES = ("events", "impulse", "force", "speed")
+"""Of each place in a draw: number, sum, largest low-passed force of the place, largest closing speed."""
+FAILED = 1.0
+LEFT_OUT = 2.0
+"""A channel that the pre-check dropped closed."""
+FACTORS = (0.25, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0)
+"""On the load, of the fragility curve."""
+NOTHING = np.zeros(0, dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class Draw:
+    """Other numbers of a study."""
+
+    number: int
+    values: Mapping[str, Any]
+    """Dotted key -> value."""
+    fields: Mapping[str, FloatArray]
+    """Contact -> (m,) gaps of its channels."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What is kept of a draw."""
+
+    state: float
+    """0, `FAILED` or `LEFT_OUT`."""
+    figures: FloatArray
+    """(n_place, 4)"""
+    slack: FloatArray
+    """(n_place, n_factor) smallest gap of a place without contact, the load times each of `FACTORS`; not a number where
+    channels press from the start."""
+    impulse: FloatArray
+    """(n_channel,) in the window, of all channels of the study."""
+
+    def record(self) -> FloatArray:
+        """All of it in a row."""
+        return np.concatenate([[self.state], self.figures.ravel(), self.slack.ravel(), self.impulse])
+
+
+@dataclass(frozen=True)
+class Bench:
+    """The model of a study, reduced once."""
+
+    setup: Setup
+    """Before its static start."""
+    reference: ReferenceModel
+    gaps: GapOperator
+    """Channels that are kept, at rest in the study's own state."""
+    system: System
+    base: FlowRun
+    silent: FlowRun
+    """The same without contact."""
+    window: tuple[float, float]
+    excursion: FloatArray
+    """(m,) most that each kept channel closes without contact (0 or less), in the study's own load."""
+    notes: tuple[str, ...]
+
+
+@none_ignored()
+def make_bench(
+    setup: Setup, reference: ReferenceModel, lowest: FloatArray, progress: Progress, store: Path, keep: bool
+) -> Bench:
+    """Pre-check for all draws together, reduction, and the arrays that they share.
+
+    Parameters
+    ----------
+    lowest : (m,) how far the gap of each contact channel falls below that of the study in any draw, 0 or less.
+    store : folder of saved superelements. keep : whether new ones are saved there.
+
+    Raises
+    ------
+    InputError : a study whose reduced model is not marched by exact flow. NumericalError : the reduction failed.
+    """
+    c = setup.study.config
+    if not c.time.exact or c.reduction.method == "none":
+        raise InputError(
+            "draws are marched by exact flow on the reduced model",
+            where=setup.study.where("time" if not c.time.exact else "reduction"),
+            expected="[time] without step, integrator, alpha or substeps, and a [reduction] method",
+            fix="Leave them out.",
+        )
+    before, setup = setup, started(setup, reference, progress)
+    reference = with_linear_gaps(setup, reference, scheme_of(c.time), progress)
+    kept, notes = setup.contacts, list[str]()
+    if reference.linear_gaps is not None:
+        can_close = np.flatnonzero(reference.linear_gaps + lowest <= c.precheck.margin)
+        kept = setup.contacts.select(can_close)
+        notes.append(f"pre-check: {can_close.size} of {setup.contacts.m} channels can close in some draw")
+    gaps = join([kept, setup.connectors])
+    if not gaps.presses:
+        raise NumericalError("no channel can close in any draw under this load: there is nothing to rattle")
+    reduced = reduce_model(setup, reference, gaps, progress, store)
+    for made in reduced.superelements if keep else ():
+        if not made.reused:
+            save_superelement(store, made, setup.model, {"deck": str(setup.model.source)}, shared=True)
+    system, why_not = flowing(reduced.system)
+    if system is None:
+        raise NumericalError(f"the reduced model cannot be marched by exact flow{why_not}")
+    base = FlowRun(system, gaps, setup.loads, resolution_of(setup), NOTHING, 1, None, watched(setup, gaps))
+    window = shown_window(setup.study, output_times(setup))
+    silent = FlowRun(system, gaps.without_force(), setup.loads, resolution_of(setup), NOTHING, 1, None, None)
+    excursion = excursion_of(silent, window)
+    return Bench(before, reference, gaps, system, base, silent, window, excursion, (*reduced.notes, *notes))
+
+
+def unreduced(setup: Setup, progress: Progress) -> ReferenceModel:
+    """The unreduced model, with the factor that static starts of the draws take."""
+    return build_reference(setup, progress)
+
+
+def march_draws(
+    bench: Bench, channels: GapOperator, draws: Iterable[Draw], threads: int | None = None
+) -> Iterator[tuple[int, Seen]]:
+    """Number of a draw and what was seen in it, in the order in which they end.
+
+    Parameters
+    ----------
+    channels : all of the study, kept or not: what figures and impulses stand for.
+    """
+    places, (start, end) = places_of(channels), bench.window
+    at = np.array([{name: k for k, name in enumerate(channels.names)}[name] for name in bench.gaps.names])
+    v = bench.setup.study.config.verification
+
+    def look(variant: Variant, history: History | Stopped) -> Seen:
+        figures, impulse = np.zeros((len(places), len(FIGURES))), np.zeros(channels.m)
+        if isinstance(history, Stopped):
+            nothing = [np.full(shape, np.nan) for shape in (figures.shape, (len(places), len(FACTORS)), impulse.shape)]
+            return Seen(FAILED, *nothing)
+        for event in find_events(history, variant.gaps, v.merge, v.f_max):
+            if start <= event.t_start <= end:
+                own = figures[places.index(event.group)]
+                own += 1.0, event.impulse, 0.0, 0.0
+                own[2:] = max(own[2], event.force_place), max(own[3], event.closing_speed)
+        inside = (history.time >= start) & (history.time <= end)
+        impulse[at] = history.weights[inside] @ history.force[inside]
+        closed = history.extremes is not None and history.extremes.gap.min(initial=1.0) <= 0.0
+        return Seen(LEFT_OUT if closed else 0.0, figures, _slack(bench, variant, places), impulse)
+
+    yield from march_many(bench.base, (variant_of(bench, draw) for draw in draws), look, threads)
+
+
+def places_of(channels: GapOperator) -> tuple[str, ...]:
+    """Contacts and connectors."""
+    return tuple(dict.fromkeys(channels.group))
+
+
+def _slack(bench: Bench, variant: Variant, places: tuple[str, ...]) -> FloatArray:
+    gaps, group = variant.gaps, np.array(variant.gaps.group, dtype=object)
+    slack = np.full((len(places), len(FACTORS)), np.inf)
+    if gaps.resting.any() or (gaps.gap0[gaps.can_press()] < 0.0).any():
+        return np.full_like(slack, np.nan)
+    excursion = bench.excursion
+    if variant.loads is not bench.base.loads or variant.system is not None:
+        alone = bench.silent.again(gaps.without_force(), variant.loads, variant.system)
+        excursion = excursion_of(alone, bench.window)
+    for k, place in enumerate(places):
+        own = np.flatnonzero(group == place)
+        if own.size:
+            slack[k] = (gaps.gap0[own, None] + excursion[own, None] * np.array(FACTORS)).min(axis=0)
+    return slack
+
+
+def excursion_of(silent: FlowRun, window: tuple[float, float]) -> FloatArray:
+    """(m,) most that gaps close in a window of a run without contact, 0 or less."""
+    history = march_chunks(silent, None)
+    inside = (history.time >= window[0]) & (history.time <= window[1])
+    return np.minimum(lowest_between(history.gap[inside]) - silent.gaps.gap0, 0.0)
+
+
+def variant_of(bench: Bench, draw: Draw) -> Variant:
+    """Channels, loads and, where its damping is another, the System of a draw."""
+    study = drawn_study(bench.setup.study, draw.values)
+    setup = changed_setup(bench.setup, study, draw.fields)
+    setup = started(setup, bench.reference, lambda *_: None)
+    place = {name: k for k, name in enumerate(setup.contacts.names)}
+    kept = [place[name] for name in bench.gaps.names if name in place]
+    gaps = join([setup.contacts.select(np.array(kept, dtype=np.int64)), setup.connectors])
+    zeta, before = study.config.damping.modal, bench.setup.study.config.damping.modal
+    system = None
+    if zeta != before and zeta is not None and before is not None:
+        system = with_damping(bench.system, zeta, before)
+    return Variant(draw.number, gaps, setup.loads, system)
+
+
+def drawn_study(study: Study, values: Mapping[str, Any]) -> Study:
+    """The study with drawn numbers, checked as any change is."""
+    return with_changes(replace(study, config=study.config), values) if values else study
+
+
+def lowest_between(g: FloatArray) -> FloatArray:
+    """(m,) smallest of gaps (n, m) at even instants, between these by the parabola through three of them."""
+    low = g.copy()
+    if len(g) > 2:
+        rise, bend = g[2:] - g[:-2], np.diff(g, 2, axis=0)
+        turns = (bend > 0.0) & (np.abs(rise) <= 2.0 * bend)
+        low[1:-1] -= np.divide(rise**2, 8.0 * bend, out=np.zeros_like(bend), where=turns)
+    return np.asarray(low.min(axis=0))

@@ -1,0 +1,131 @@
+"""Draws on a model that was reduced once: what other numbers make of its channels, loads and damping."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator, join
+from creak.contact.laws.parameters import Curves, Friction
+from creak.contact.play import play_channels
+from creak.studies.design.clips import with_clips
+from creak.studies.file.contact_tables import ContactTable
+from creak.studies.file.reader import Study
+from creak.studies.prepare.excitation import sample_loads
+from creak.studies.prepare.pairs import contact_law
+from creak.studies.prepare.setup import Setup, plays_of
+
+OF_CONTACT = ("clearance", "friction", "stiffness", "damping")
+OF_SIGNAL = ("amplitude", "seed", "mean")
+"""Numbers of a signal that change neither its length nor its frequencies."""
+
+
+def keeps_model(study: Study, key: str, system: System | None = None) -> bool:
+    """Whether another value leaves the reduced model, its channels and the steps of the run as they are.
+
+    Parameters
+    ----------
+    system : the reduced model, where it is there: another modal damping may only scale what it has.
+    """
+    words = key.split(".")
+    if words[0] == "contact" and len(words) > 2:
+        return words[2] in OF_CONTACT and (len(words) == 3 or words[2] == "friction")
+    if words[0] == "clip" and len(words) > 2 and words[1].isdigit():
+        rows = study.config.clip
+        return int(words[1]) < len(rows) and rows[int(words[1])].type not in ("bushing", None)
+    if words[0] == "excitation":
+        return len(words) == 4 and words[2] == "signal" and words[3] in OF_SIGNAL
+    if key == "damping.modal":
+        return system is None or _scales(system)
+    return words[0] in ("connector", "static")
+
+
+def _scales(system: System) -> bool:
+    d = system.damping
+    return d.modal_values is not None and d.extra is None and d.alpha == 0.0 and d.beta == 0.0
+
+
+def changed_setup(setup: Setup, study: Study, fields: Mapping[str, FloatArray]) -> Setup:
+    """The setup of a study that differs in numbers as `keeps_model` lets pass; its deck is not read again.
+
+    Parameters
+    ----------
+    setup : before its static start. fields : contact -> (m,) gaps of its channels.
+    """
+    before = setup.study.config
+    contacts = [
+        _contact(setup, name, study, fields.get(name)) if before.contact[name] != table or name in fields else None
+        for name, table in study.config.contact.items()
+    ]
+    whole = setup.contacts
+    if any(piece is not None for piece in contacts):
+        whole = _put(setup.contacts, [piece for piece in contacts if piece is not None])
+    connectors = setup.connectors
+    if (before.connector, before.clip) != (study.config.connector, study.config.clip):
+        model, clips, _ = with_clips(setup.model, study)
+        connectors = join([play_channels(model, p, where) for p, where in [*plays_of(study), *clips]])
+    loads = setup.loads
+    if before.excitation != study.config.excitation:
+        loads = sample_loads(setup.model, study, setup.loads.time)
+    time, output = before.time, before.output
+    config = study.config.model_copy(update={"time": time, "output": output})
+    return replace(
+        setup, study=replace(study, config=config), contacts=whole, connectors=connectors, loads=loads, notes=[]
+    )
+
+
+def _of(gaps: GapOperator, name: str) -> IntArray:
+    return np.flatnonzero(np.array(gaps.group, dtype=object) == name)
+
+
+def _put(whole: GapOperator, pieces: Sequence[GapOperator]) -> GapOperator:
+    """The channels with those of some contacts in place of theirs, in the same order."""
+    given = {piece.group[0]: piece for piece in pieces if piece.m}
+    names = dict.fromkeys(whole.group)
+    joined = join([given.get(name) or whole.select(_of(whole, name)) for name in names])
+    place = {name: k for k, name in enumerate(joined.names)}
+    return joined.select(np.array([place[name] for name in whole.names], dtype=np.int64))
+
+
+def _contact(setup: Setup, name: str, study: Study, field: FloatArray | None) -> GapOperator:
+    """The channels of one contact by the numbers of another study."""
+    piece = setup.contacts.select(_of(setup.contacts, name))
+    old, new = setup.study.config.contact[name], study.config.contact[name]
+    gap0 = piece.gap0
+    if field is not None:
+        gap0 = field
+    elif isinstance(new.clearance, int | float) and new.clearance != old.clearance:
+        gap0 = np.full(piece.m, float(new.clearance))
+    press_fit = any(s.press_fit for s in study.config.static)
+    piece = replace(piece, gap0=gap0 if press_fit else np.maximum(gap0, 0.0))
+    if new == old:
+        return piece
+    law, where = contact_law(new, study.where("contact", name)), study.where("contact", name)
+    before = contact_law(old, where)
+    scale = _scale(piece, new)
+    stiffness, curves = piece.stiffness, piece.curves
+    if law.stiffness is not None and law.stiffness != before.stiffness:
+        stiffness = law.stiffness * scale
+    elif law.curve is not None and new.overclosure != old.overclosure:
+        stiffness = float(law.steepest or 0.0) * scale
+        curves = Curves(np.zeros(piece.m, dtype=np.int64), scale.copy(), (law.curve,))
+    friction = Friction(*(np.full(piece.m, x) for x in law.friction)) if law.friction.static > 0.0 else None
+    damping = law.damping * scale
+    return replace(piece, stiffness=stiffness, curves=curves, friction=friction, damping=damping)
+
+
+def _scale(piece: GapOperator, table: ContactTable) -> FloatArray:
+    """What turns the numbers of the study into those of channels."""
+    return piece.area if table.method == "surface-to-surface" or table.per_area else np.ones(piece.m)
+
+
+def with_damping(system: System, zeta: float, before: float) -> System:
+    """A reduced System all of whose modes have another share of critical damping."""
+    by, sup = zeta / before, system.supports
+    assert system.damping.modal_values is not None
+    damping = replace(system.damping, modal_values=by * system.damping.modal_values)
+    return replace(system, damping=damping, supports=replace(sup, C_qs=by * sup.C_qs, C_ss=by * sup.C_ss))

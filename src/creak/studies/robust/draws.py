@@ -1,0 +1,219 @@
+"""What is drawn: causes and their values in every draw, from scrambled Sobol points."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import norm, qmc
+
+from creak.arrays import FloatArray
+from creak.errors import InputError, suggest
+from creak.studies.file.changes import value_at
+from creak.studies.file.design.scatter_tables import Distribution
+from creak.studies.file.reader import Study
+
+EDGE = 1e-12
+"""Distance of a point from 0 and 1."""
+KEPT = 0.99
+"""Share of a field's variance that its shapes hold; the rest is given back to them node by node."""
+SEEDS = 2**31
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One number of the study, or a field of gaps, that scatters."""
+
+    key: str
+    of: Distribution
+    nominal: float
+    """In the study; nan where it says none."""
+    columns: slice
+    """Of the unit points."""
+    shapes: FloatArray | None = None
+    """(m, k) of a field: gap = mean + shapes x, x independent standard normal."""
+    mean: FloatArray | None = None
+    """(m,) of a field."""
+    names: tuple[str, ...] = ()
+    """(m,) channels of a field."""
+
+    @property
+    def contact(self) -> str:
+        """The contact of a field."""
+        return self.key.split(".")[1]
+
+    def values(self, unit: FloatArray) -> FloatArray:
+        """(n,) numbers, or (n, m) gaps, from points (n, D) of the unit cube."""
+        u = np.clip(unit[:, self.columns], EDGE, 1.0 - EDGE)
+        d = self.of
+        if self.shapes is not None and self.mean is not None:
+            gaps = self.mean + norm.ppf(u) @ self.shapes.T
+            return np.clip(gaps, 0.0 if d.low is None else d.low, np.inf if d.high is None else d.high)
+        x = u[:, 0]
+        if d.type == "seed":
+            return np.floor(x * SEEDS)
+        scale = self.nominal if d.relative else 1.0
+        base = 1.0 if d.relative else self.nominal
+        if d.type == "uniform":
+            assert d.low is not None
+            assert d.high is not None
+            return scale * (d.low + x * (d.high - d.low))
+        if d.type == "lognormal":
+            median = base if d.median is None else d.median
+            return np.asarray(scale * median * np.exp(d.deviation * norm.ppf(x)))
+        mean = base if d.mean is None else d.mean
+        ends = [norm.cdf((e - mean) / d.deviation) for e in (_or(d.low, -np.inf), _or(d.high, np.inf))]
+        return np.asarray(scale * (mean + d.deviation * norm.ppf(ends[0] + x * (ends[1] - ends[0]))))
+
+
+@dataclass(frozen=True)
+class Design:
+    """All draws: halves A and B, and where indices are wanted A with each cause from B."""
+
+    causes: tuple[Cause, ...]
+    n: int
+    """Draws of A and B together."""
+    indices: bool
+    seed: int
+
+    @property
+    def total(self) -> int:
+        return self.n + (self.n // 2 * len(self.causes) if self.indices else 0)
+
+    def points(self) -> FloatArray:
+        """(total, D) unit points: A, B, then those of each cause."""
+        width = self.causes[-1].columns.stop
+        half = self.n // 2
+        both = qmc.Sobol(2 * width, scramble=True, seed=self.seed).random(half)
+        A, B = both[:, :width], both[:, width:]
+        blocks = [A, B]
+        for cause in self.causes if self.indices else ():
+            mixed = A.copy()
+            mixed[:, cause.columns] = B[:, cause.columns]
+            blocks.append(mixed)
+        return np.concatenate(blocks)
+
+    def mixed(self, k: int) -> slice:
+        """Rows of the draws with cause k from B."""
+        half = self.n // 2
+        return slice(self.n + k * half, self.n + (k + 1) * half)
+
+
+def whole_power(n: int) -> int:
+    """The power of two that is not below n, 4 at least: what Sobol points are even for."""
+    return 2 ** max(2, math.ceil(math.log2(max(n, 1))))
+
+
+def make_causes(study: Study, fields: dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]]) -> tuple[Cause, ...]:
+    """The causes of a study.
+
+    Parameters
+    ----------
+    fields : contact -> names (m,), places (m, 3) and gaps (m,) of its channels.
+
+    Raises
+    ------
+    InputError : nothing scatters; an unknown key, one that is no number; a distribution that leaves what is allowed.
+    """
+    table = study.config.scatter
+    if not table.vary:
+        raise InputError(
+            "nothing scatters",
+            where=study.where("scatter"),
+            expected='[scatter.vary] with "contact.NAME.clearance" = { type = "field", tolerance = 0.6, length = 100 }',
+            fix="Add it.",
+        )
+    data = study.config.model_dump(mode="json", by_alias=True)
+    given = tomllib.loads(study.text)
+    causes: list[Cause] = []
+    for key, of in table.vary.items():
+        where = study.where("scatter", "vary", key)
+        at = causes[-1].columns.stop if causes else 0
+        if of.type == "field":
+            causes.append(_field(key, of, at, fields, study, where))
+            continue
+        nominal = _nominal(key, of, value_at(given, key), value_at(data, key), where)
+        causes.append(Cause(key, of, nominal, slice(at, at + 1)))
+        _check_range(causes[-1], where)
+    return tuple(causes)
+
+
+def _nominal(key: str, of: Distribution, given: Any, value: Any, where: str) -> float:
+    found = value if given is None else given
+    if of.type == "seed" and not key.endswith(".seed"):
+        raise InputError(f"{key} is no seed", where=where, expected="the seed of a signal: excitation.NAME.signal.seed")
+    if isinstance(found, int | float) and not isinstance(found, bool):
+        return float(found)
+    of_itself = of.type in ("uniform", "seed") or of.mean is not None or of.median is not None
+    if found is None or isinstance(found, str):
+        if of.relative and found == "auto":
+            return math.nan
+        if of_itself and not of.relative:
+            return math.nan
+    raise InputError(
+        f"{key} is {'not given' if found is None else repr(found)} in the study: it has no number to scatter about",
+        where=where,
+        expected="a number there, or a mean here" + (", or relative = true" if found == "auto" else ""),
+    )
+
+
+def _check_range(cause: Cause, where: str) -> None:
+    """Raise InputError for a clearance that becomes negative within its tolerance."""
+    if not cause.key.endswith(".clearance") or not cause.key.startswith("contact."):
+        return
+    low = float(cause.values(np.full((1, cause.columns.stop), norm.cdf(-3.0)))[0])
+    _no_negative_gap(low, where)
+
+
+def _no_negative_gap(low: float, where: str) -> None:
+    if low < 0.0:
+        raise InputError(
+            f"this distribution has negative gaps: {low:.3g} at three standard deviations",
+            where=where,
+            expected="gaps of 0 or more: parts that touch from the start have a gap of 0",
+            fix="Give low = 0, a smaller tolerance, or a larger mean.",
+        )
+
+
+def _field(
+    key: str,
+    of: Distribution,
+    at: int,
+    fields: dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]],
+    study: Study,
+    where: str,
+) -> Cause:
+    words = key.split(".")
+    if len(words) != 3 or words[0] != "contact" or words[2] != "clearance":
+        raise InputError(
+            f"{key} is no field of gaps", where=where, expected="contact.NAME.clearance", fix="Use another type."
+        )
+    if words[1] not in fields:
+        raise InputError(f"the study has no [contact.{words[1]}]", where=where, fix=suggest(words[1], fields))
+    names, places, gaps = fields[words[1]]
+    mean = gaps if of.mean is None else np.full(gaps.size, of.mean)
+    if of.low is None:
+        _no_negative_gap(float((mean - 3.0 * of.deviation).min(initial=np.inf)), where)
+    shapes = of.deviation * field_shapes(places, of.length or 1.0)
+    return Cause(key, of, math.nan, slice(at, at + shapes.shape[1]), shapes, mean, names)
+
+
+def field_shapes(places: FloatArray, length: float) -> FloatArray:
+    """(m, k) shapes of a field of variance 1 with the correlation exp(-(d / length)^2) over places (m, 3).
+
+    Eigenvectors of the correlation (Karhunen, Loeve), the strongest until they hold `KEPT` of the variance; each place
+    is then scaled to a variance of 1.
+    """
+    d2 = ((places[:, None, :] - places[None, :, :]) ** 2).sum(axis=2)
+    values, vectors = np.linalg.eigh(np.exp(-d2 / length**2))
+    values, vectors = np.maximum(values[::-1], 0.0), vectors[:, ::-1]
+    k = int(np.searchsorted(np.cumsum(values), KEPT * values.sum())) + 1
+    shapes = vectors[:, :k] * np.sqrt(values[:k])
+    return np.asarray(shapes / np.maximum(np.linalg.norm(shapes, axis=1), EDGE)[:, None])
+
+
+def _or(value: float | None, other: float) -> float:
+    return other if value is None else value

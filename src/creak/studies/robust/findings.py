@@ -1,0 +1,200 @@
+"""What the draws of a study say: odds of rattle, spreads, causes, needed gaps and the load that is borne."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.studies.robust.bench import FACTORS, FAILED, FIGURES, LEFT_OUT
+from creak.studies.robust.job import Draws, saved_values
+from creak.studies.warned import Warned, warnings_of
+from creak.verify.odds import Index, Odds, counted, ends, shift_needed, sobol_index, spread
+
+SHOWN = ("rattle", "events", "impulse", "force")
+"""Figures of which causes are told: whether it rattles anywhere, then sums, and the largest force."""
+EVEN = 1e-9
+"""Spread of the gaps of a place up to which they are one number."""
+
+
+@dataclass(frozen=True)
+class Need:
+    """What the gap of a place has to be for a probability at most."""
+
+    target: float
+    shift: float
+    """Added to every gap of the study's own distribution."""
+    low: float
+    high: float
+    """Bounds of 95 %; infinite where the draws are too few."""
+    gap: float | None
+    """The study's gap with the shift, where it is one number."""
+
+
+@dataclass(frozen=True)
+class PlaceFindings:
+    """Of one contact or connector."""
+
+    name: str
+    rattle: Odds
+    events: Mapping[str, float]
+    impulse: Mapping[str, float]
+    force: Mapping[str, float]
+    """Spreads over the draws (`verify.odds.spread`)."""
+    need: Need | None
+    fragility: tuple[Odds, ...] | None
+    """Odds of contact with the load times each of `FACTORS`; None: channels press from the start."""
+
+
+@dataclass(frozen=True)
+class Robustness:
+    """What `creak robust` found."""
+
+    draws: Draws
+    rattle: Odds
+    """Anywhere."""
+    places: tuple[PlaceFindings, ...]
+    node_odds: FloatArray
+    """(n_channel,) share of draws in which each channel touches."""
+    node_impulse: FloatArray
+    """(n_channel,) mean impulse."""
+    indices: Mapping[str, Mapping[str, Index]]
+    """Figure -> cause -> its Sobol indices; a figure that does not vary is not there."""
+    tornado: Mapping[str, Mapping[str, tuple[float, float]]]
+    """Figure -> cause -> mean over the draws with the lowest and the highest quarter of its values."""
+    notes: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain data: what robust.json holds."""
+        d = self.draws
+        gaps, nodes = d.channels, d.setup.model.nodes
+        return {
+            "title": d.setup.study.config.title,
+            "units": d.setup.study.config.model.units,
+            "draws": d.design.n,
+            "runs": d.design.total,
+            "taken_from_before": d.taken,
+            "seed": d.design.seed,
+            "reduced_again": list(d.reduced_again),
+            "causes": [{"key": c.key, "type": c.of.type, "nominal": _known(c.nominal)} for c in d.design.causes],
+            "rattle": asdict(self.rattle),
+            "places": [_place(p) for p in self.places],
+            "factors": list(FACTORS),
+            "nodes": [
+                {
+                    "channel": gaps.names[k],
+                    "node": nodes.label(int(gaps.nodes_idx[k])),
+                    "probability": float(self.node_odds[k]),
+                    "impulse_mean": float(self.node_impulse[k]),
+                }
+                for k in range(gaps.m)
+            ],
+            "indices": {f: {key: asdict(i) for key, i in of.items()} for f, of in self.indices.items()},
+            "tornado": {f: {key: list(pair) for key, pair in of.items()} for f, of in self.tornado.items()},
+            "warnings": warnings_of(self.notes),
+        }
+
+
+def find(draws: Draws) -> Robustness:
+    """Sum up all draws; those that failed count nowhere, and are told."""
+    n, design = draws.design.n, draws.design
+    well = draws.state[:n] != FAILED
+    figures, impulse = draws.figures[:n][well], draws.impulse[:n][well]
+    totals = _totals(draws)
+    places = tuple(
+        _of_place(draws, k, name, figures[:, k], draws.slack[:n][well][:, k]) for k, name in enumerate(draws.places)
+    )
+    indices: dict[str, dict[str, Index]] = {}
+    half = n // 2
+    for name, column in totals.items() if design.indices else ():
+        of = {
+            c.key: sobol_index(column[:half], column[half:n], column[design.mixed(k)])
+            for k, c in enumerate(design.causes)
+        }
+        if all(index is not None for index in of.values()):
+            indices[name] = {key: index for key, index in of.items() if index is not None}
+    values = saved_values(draws)
+    ordered = {c.key: values[c.key][:n][well] for c in design.causes if c.of.type != "seed"}
+    tornado = {
+        name: {key: ends(cause, column[:n][well]) for key, cause in ordered.items()} for name, column in totals.items()
+    }
+    return Robustness(
+        draws,
+        counted(totals["rattle"][:n][well] > 0.0),
+        places,
+        (impulse > 0.0).mean(axis=0) if len(impulse) else np.zeros(draws.channels.m),
+        impulse.mean(axis=0) if len(impulse) else np.zeros(draws.channels.m),
+        indices,
+        tornado if well.any() else {},
+        (*draws.notes, *_notes(draws)),
+    )
+
+
+def _totals(draws: Draws) -> dict[str, FloatArray]:
+    """(total,) each of `SHOWN`."""
+    at = {name: draws.figures[:, :, k] for k, name in enumerate(FIGURES)}
+    events = at["events"].sum(axis=1)
+    rattle = np.where(np.isfinite(events), events > 0.0, np.nan)
+    columns = (rattle, events, at["impulse"].sum(axis=1), at["force"].max(axis=1))
+    return dict(zip(SHOWN, columns, strict=True))
+
+
+def _of_place(draws: Draws, k: int, name: str, figures: FloatArray, slack: FloatArray) -> PlaceFindings:
+    spreads = {f: spread(figures[:, j]) for j, f in enumerate(FIGURES)}
+    known = np.asarray(np.isfinite(slack).all(axis=1))
+    need, fragility = None, None
+    if known.all() and known.size:
+        target = draws.setup.study.config.scatter.target
+        now = slack[:, FACTORS.index(1.0)]
+        shift, low, high = shift_needed(now, target)
+        need = Need(target, shift, low, high, _gap_with(draws, name, shift))
+        fragility = tuple(counted(slack[:, j] < 0.0) for j in range(len(FACTORS)))
+    return PlaceFindings(
+        name, counted(figures[:, 0] > 0.0), spreads["events"], spreads["impulse"], spreads["force"], need, fragility
+    )
+
+
+def _gap_with(draws: Draws, name: str, shift: float) -> float | None:
+    own = np.array([group == name for group in draws.channels.group])
+    field = next((c for c in draws.design.causes if c.mean is not None and c.contact == name), None)
+    gaps = draws.channels.gap0[own] if field is None or field.mean is None else field.mean
+    drawn = next((c for c in draws.design.causes if c.key == f"contact.{name}.clearance" and c.mean is None), None)
+    if drawn is not None:
+        gaps = drawn.values(np.full((1, drawn.columns.stop), 0.5))
+    return float(gaps.mean()) + shift if gaps.size and np.ptp(gaps) <= EVEN * abs(float(gaps.max())) else None
+
+
+def _notes(draws: Draws) -> list[str]:
+    failed = int(np.count_nonzero(draws.state == FAILED))
+    left = int(np.count_nonzero(draws.state == LEFT_OUT))
+    notes: list[str] = []
+    if failed:
+        notes.append(Warned(f"{failed} of {draws.state.size} runs did not reach their end and count nowhere"))
+    if left:
+        notes.append(
+            Warned(
+                f"in {left} of {draws.state.size} runs a channel closed that the pre-check had left out: raise "
+                "[precheck] margin"
+            )
+        )
+    return notes
+
+
+def _place(p: PlaceFindings) -> dict[str, Any]:
+    need = None if p.need is None else {key: _known(value) for key, value in asdict(p.need).items()}
+    return {
+        "name": p.name,
+        "rattle": asdict(p.rattle),
+        "events": dict(p.events),
+        "impulse": dict(p.impulse),
+        "force": dict(p.force),
+        "need": need,
+        "fragility": None if p.fragility is None else [asdict(o) for o in p.fragility],
+    }
+
+
+def _known(value: float | None) -> float | None:
+    return value if value is not None and np.isfinite(value) else None

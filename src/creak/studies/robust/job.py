@@ -1,0 +1,233 @@
+"""All draws of a study: marched, or taken from the file of those that were finished before."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.contact.gap_operator import GapOperator, join
+from creak.formats.record_log import read_records, record_log
+from creak.progress import Progress
+from creak.studies.file.identity import new_identity, other_files_sha256
+from creak.studies.file.reader import Study
+from creak.studies.models.superelements import store_of
+from creak.studies.prepare.setup import Setup, set_up
+from creak.studies.robust.bench import (
+    FACTORS,
+    FIGURES,
+    Bench,
+    Draw,
+    drawn_study,
+    make_bench,
+    march_draws,
+    places_of,
+    unreduced,
+)
+from creak.studies.robust.changes import changed_setup, keeps_model
+from creak.studies.robust.draws import Cause, Design, make_causes, whole_power
+from creak.studies.run.integrate import scheme_of
+from creak.studies.run.precheck import with_linear_gaps
+from creak.studies.run.static_start import started
+from creak.studies.warned import Warned
+from creak.version import version
+
+LOG = "draws.bin"
+TRIED = 8
+"""Draws of the load whose linear runs the pre-check looks at."""
+
+
+@dataclass(frozen=True)
+class Draws:
+    """What all draws came to."""
+
+    setup: Setup
+    design: Design
+    channels: GapOperator
+    """All of the study: contacts, then connectors, as the study has them."""
+    values: tuple[FloatArray, ...]
+    """Of each cause: (total,), or (total, m) of a field."""
+    state: FloatArray
+    """(total,) 0, `bench.FAILED` or `bench.LEFT_OUT`."""
+    figures: FloatArray
+    """(total, n_place, 4)"""
+    slack: FloatArray
+    """(total, n_place, n_factor)"""
+    impulse: FloatArray
+    """(total, n_channel)"""
+    taken: int
+    """Draws that were there from before."""
+    reduced_again: tuple[str, ...]
+    """Keys that need a model of their own for each draw."""
+    notes: tuple[str, ...]
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        return places_of(self.channels)
+
+
+def run_draws(
+    study: Study,
+    n: int,
+    progress: Progress,
+    out: Path | None = None,
+    *,
+    indices: bool = True,
+    threads: int | None = None,
+) -> Draws:
+    """Draw and march; with `out`, each finished draw is kept there and never marched again.
+
+    Parameters
+    ----------
+    n : draws behind probabilities, made a power of two; indices take half as many more for each cause.
+
+    Raises
+    ------
+    InputError : anything wrong in the study, the deck or [scatter].
+    """
+    progress("read the model and find the contacts", 0, 1)
+    setup = set_up(study)
+    progress("read the model and find the contacts", 1, 1)
+    channels = join([setup.contacts, setup.connectors])
+    causes = make_causes(study, _fields(setup))
+    design = Design(causes, whole_power(n), indices, study.config.scatter.seed)
+    points = design.points()
+    values = tuple(cause.values(points) for cause in causes)
+    for end in (np.argmin, np.argmax):
+        drawn_study(
+            study, {c.key: _number(c, v, int(end(v))) for c, v in zip(causes, values, strict=True) if v.ndim == 1}
+        )
+    places = places_of(channels)
+    width = 1 + len(places) * (len(FIGURES) + len(FACTORS)) + channels.m
+    identity = new_identity(setup.study, setup.deck_sha256)
+    made_from = {
+        "creak": version(),
+        "study": identity.study_sha256,
+        "deck": identity.deck_sha256,
+        "files": other_files_sha256(study),
+        "design": [design.n, indices, design.seed],
+    }
+    path = None if out is None else out / LOG
+    found, used = read_records(path, made_from, width) if path is not None else ({}, 0)
+    taken, again = len(found), tuple(c.key for c in causes if not keeps_model(study, c.key))
+    notes: list[str] = []
+    missing = [k for k in range(design.total) if k not in found]
+    if missing:
+        keep = None if out is None else out / "superelements"
+        marched = _marched(setup, causes, values, missing, again, channels, progress, notes, threads, keep)
+        if path is None:
+            found.update(marched)
+        else:
+            with record_log(path, made_from, width, used) as log:
+                for number, record in marched:
+                    log.add(number, record)
+                    found[number] = record
+                    progress("draws", len(found), design.total)
+    table = np.stack([found[k] for k in range(design.total)])
+    cuts = np.cumsum([1, len(FIGURES) * len(places), len(FACTORS) * len(places)])
+    state, figures, slack, impulse = np.split(table, cuts, axis=1)
+    shape = (design.total, len(places), -1)
+    return Draws(
+        setup,
+        design,
+        channels,
+        values,
+        state[:, 0],
+        figures.reshape(shape),
+        slack.reshape(shape),
+        impulse,
+        taken,
+        again,
+        (*setup.notes, *notes),
+    )
+
+
+def _marched(
+    setup: Setup,
+    causes: tuple[Cause, ...],
+    values: tuple[FloatArray, ...],
+    missing: list[int],
+    again: tuple[str, ...],
+    channels: GapOperator,
+    progress: Progress,
+    notes: list[str],
+    threads: int | None,
+    keep: Path | None,
+) -> Iterator[tuple[int, FloatArray]]:
+    """Number and record of each missing draw."""
+    draws = [_draw(causes, values, k) for k in missing]
+    if not again:
+        bench = _bench(setup, draws, progress, keep)
+        notes += bench.notes
+        for number, seen in march_draws(bench, channels, draws, threads):
+            yield number, seen.record()
+        return
+    groups: dict[tuple[Any, ...], list[Draw]] = {}
+    for draw in draws:
+        groups.setdefault(tuple(draw.values[key] for key in again), []).append(draw)
+    notes.append(
+        Warned(f"{' and '.join(again)} change the model: it is set up and reduced {len(groups)} times for these draws")
+    )
+    progress(f"{len(groups)} reductions, as {' and '.join(again)} change the model", 0, 1)
+    for own, group in groups.items():
+        study = drawn_study(setup.study, dict(zip(again, own, strict=True)))
+        rest = [Draw(d.number, {k: v for k, v in d.values.items() if k not in again}, d.fields) for d in group]
+        bench = _bench(set_up(study), rest, lambda *_: None)
+        for number, seen in march_draws(bench, channels, rest, threads):
+            yield number, seen.record()
+
+
+def _bench(setup: Setup, draws: list[Draw], progress: Progress, keep: Path | None = None) -> Bench:
+    """The model of a study with the channels that its draws need; `keep`: folder in which its superelements stay."""
+    reference = unreduced(setup, progress)
+    lowest = np.zeros(setup.contacts.m)
+    loaded = any(not key.startswith(("contact.", "connector.", "clip.")) for d in draws for key in d.values)
+    begun = started(setup, reference, lambda *_: None) if loaded else setup
+    linear = with_linear_gaps(begun, reference, scheme_of(setup.study.config.time), progress).linear_gaps
+    for k, draw in enumerate(draws):
+        gapped = draw.fields or any(key.startswith(("contact.", "static.")) for key in draw.values)
+        if not gapped and not (loaded and k < TRIED):
+            continue
+        other = changed_setup(setup, drawn_study(setup.study, draw.values), draw.fields)
+        lowest = np.minimum(lowest, other.contacts.gap0 - setup.contacts.gap0)
+        if loaded and k < TRIED and linear is not None:
+            other = started(other, reference, lambda *_: None)
+            gaps = with_linear_gaps(other, reference, scheme_of(setup.study.config.time), lambda *_: None).linear_gaps
+            lowest = lowest if gaps is None else np.minimum(lowest, gaps - linear)
+    store = store_of(setup.study) if keep is None else keep
+    return make_bench(setup, reference, lowest, progress, store, keep is not None)
+
+
+def _fields(setup: Setup) -> dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]]:
+    """Contact -> names, places and gaps of its channels."""
+    c, group = setup.contacts, np.array(setup.contacts.group, dtype=object)
+    found = {}
+    for name in dict.fromkeys(c.group):
+        own = np.flatnonzero(group == name)
+        names = tuple(c.names[k] for k in own.tolist())
+        found[name] = names, setup.model.nodes.coords[c.nodes_idx[own]], c.gap0[own]
+    return found
+
+
+def _draw(causes: tuple[Cause, ...], values: tuple[FloatArray, ...], number: int) -> Draw:
+    numbers, fields = {}, {}
+    for cause, column in zip(causes, values, strict=True):
+        if column.ndim == 2:
+            fields[cause.contact] = column[number]
+        else:
+            numbers[cause.key] = _number(cause, column, number)
+    return Draw(number, numbers, fields)
+
+
+def _number(cause: Cause, column: FloatArray, k: int) -> float | int:
+    return int(column[k]) if cause.of.type == "seed" else float(column[k])
+
+
+def saved_values(draws: Draws) -> Mapping[str, FloatArray]:
+    """Key -> (total,) values; of a field its mean over the channels."""
+    pairs = zip(draws.design.causes, draws.values, strict=True)
+    return {cause.key: v if v.ndim == 1 else v.mean(axis=1) for cause, v in pairs}

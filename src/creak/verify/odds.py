@@ -1,0 +1,114 @@
+"""Probabilities with their confidence, and what share of a scatter each cause has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import beta
+
+from creak.arrays import BoolArray, FloatArray
+
+LEVEL = 0.95
+RESAMPLED = 400
+"""Bootstrap samples behind the bounds of an index."""
+
+
+@dataclass(frozen=True)
+class Odds:
+    """A probability that was counted."""
+
+    p: float
+    low: float
+    high: float
+    """Clopper-Pearson bounds: they cover the truth in at least `LEVEL` of all repeats of independent draws, more often
+    with draws as even as Sobol's."""
+    hits: int
+    n: int
+
+
+def odds(hits: int, n: int, level: float = LEVEL) -> Odds:
+    """`hits` of `n` draws. Source: Clopper, Pearson, Biometrika 26, 1934."""
+    tail = 0.5 * (1.0 - level)
+    low = float(beta.ppf(tail, hits, n - hits + 1)) if hits else 0.0
+    high = float(beta.ppf(1.0 - tail, hits + 1, n - hits)) if hits < n else 1.0
+    return Odds(hits / n if n else 0.0, low, high, hits, n)
+
+
+@dataclass(frozen=True)
+class Index:
+    """Sobol indices of one cause: shares of the variance of a figure."""
+
+    first: float
+    """What knowing the cause alone would take away."""
+    first_bounds: tuple[float, float]
+    total: float
+    """What would be left if all others were known: with its interactions."""
+    total_bounds: tuple[float, float]
+
+
+def sobol_index(A: FloatArray, B: FloatArray, mixed: FloatArray, seed: int = 1) -> Index | None:
+    """Indices from three times n figures: draws A, draws B, and A with the cause from B; None: nothing varies.
+
+    First: mean(B (mixed - A)) / V with centred figures; total: mean((A - mixed)^2) / (2 V). Bounds of 95 %: bootstrap.
+    Source: Saltelli et al., Comput. Phys. Commun. 181, 2010 (table 2, b and f).
+    """
+    known = np.isfinite(A) & np.isfinite(B) & np.isfinite(mixed)
+    A, B, mixed = A[known], B[known], mixed[known]
+    if A.size < 2 or not np.ptp(np.concatenate([A, B])) > 0.0:
+        return None
+    middle = float(np.concatenate([A, B]).mean())
+    A, B, mixed = A - middle, B - middle, mixed - middle
+    rows = np.random.default_rng(seed).integers(A.size, size=(RESAMPLED, A.size))
+    first, total = _shares(A[None], B[None], mixed[None])
+    many = _shares(A[rows], B[rows], mixed[rows])
+    bounds = [tuple(np.nanquantile(x, [0.025, 0.975]).tolist()) for x in many]
+    return Index(float(first[0]), bounds[0], float(total[0]), bounds[1])
+
+
+def _shares(A: FloatArray, B: FloatArray, mixed: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """First and total indices, row by row."""
+    variance = np.concatenate([A, B], axis=1).var(axis=1)
+    variance = np.where(variance > 0.0, variance, np.nan)
+    return (B * (mixed - A)).mean(axis=1) / variance, ((A - mixed) ** 2).mean(axis=1) / (2.0 * variance)
+
+
+def shift_needed(slack: FloatArray, target: float, level: float = LEVEL) -> tuple[float, float, float]:
+    """How much all slacks (n,) have to grow for at most the share `target` of them to be negative; with bounds.
+
+    The quantile of the slacks with its binomial bounds (order statistics); infinite where there are too few draws.
+    """
+    ordered, n = np.sort(slack), slack.size
+    tail = 0.5 * (1.0 - level)
+    counts = np.arange(n + 1, dtype=np.float64)
+    at = _binomial_cdf(counts, n, target)
+    lowest = int(np.searchsorted(at, tail, side="left")) - 1
+    highest = int(np.searchsorted(at, 1.0 - tail, side="left"))
+    middle = int(np.floor(target * n))
+    return (
+        -float(ordered[min(middle, n - 1)]),
+        -float(ordered[min(highest, n - 1)]),
+        -float(ordered[lowest]) if lowest >= 0 else np.inf,
+    )
+
+
+def _binomial_cdf(counts: FloatArray, n: int, p: float) -> FloatArray:
+    return np.asarray(beta.cdf(1.0 - p, np.maximum(n - counts, 1e-300), counts + 1))
+
+
+def spread(values: FloatArray) -> dict[str, float]:
+    """Mean and quantiles of a figure."""
+    q = np.quantile(values, [0.05, 0.25, 0.5, 0.75, 0.95, 0.99])
+    names = ("p5", "p25", "median", "p75", "p95", "p99")
+    return {"mean": float(values.mean()), **dict(zip(names, q.tolist(), strict=True)), "max": float(values.max())}
+
+
+def ends(cause: FloatArray, figure: FloatArray, share: float = 0.25) -> tuple[float, float]:
+    """Mean of a figure over the draws with the lowest and with the highest values of a cause."""
+    order, k = np.argsort(cause, kind="stable"), max(1, int(share * cause.size))
+    return float(figure[order[:k]].mean()), float(figure[order[-k:]].mean())
+
+
+def counted(hit: BoolArray) -> Odds:
+    """Odds of draws that hit (n,)."""
+    return odds(int(np.count_nonzero(hit)), int(hit.size))

@@ -1,0 +1,30 @@
+"""Numbers and lists in plain words, for messages, advice and the terminal; pages have `report.text`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+ROUND_OFF = 1e-6
+"""Per cent below which nothing is left but round-off."""
+
+
+def percent(x: float, digits: int = 2) -> str:
+    """A share: `0.34 %`, `54 %`, `120 %`, `0 %` for what is round-off."""
+    size = abs(100.0 * x)
+    return f"{100.0 * x:.{digits}g} %" if ROUND_OFF <= size < 10.0 ** (digits - 1) else f"{100.0 * x:.0f} %"
+
+
+def listed(items: Sequence[str]) -> str:
+    """`a, b and c`."""
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
+
+
+def duration(seconds: float) -> str:
+    """`21 us`, `4.2 ms`, `38 s`, `12 min`, `5.2 h`."""
+    if seconds < 1e-3:
+        return f"{1e6 * seconds:.2g} us"
+    if seconds < 0.1:
+        return f"{1e3 * seconds:.2g} ms"
+    if seconds < 100.0:
+        return f"{seconds:.2g} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.2g} h"

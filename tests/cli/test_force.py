@@ -1,0 +1,63 @@
+"""A run replaces earlier results of its own study, and those of another study only when it is told to."""
+
+import json
+
+import pytest
+
+from helpers_decks import write_strips
+
+QUICK = """title = "Quick"
+[model]
+deck = "strips.inp"
+[excitation.root]
+node_set = "ROOT_UPPER"
+dof = "z"
+kind = "displacement"
+signal = { type = "sine", frequency = 20, amplitude = 0.05 }
+[reduction]
+method = "none"
+[time]
+end = 2e-3
+step = 1e-3
+integrator = "hht"
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    return write_strips(tmp_path, study=QUICK)
+
+
+def results_of(folder):
+    return json.loads((folder / "results" / "summary.json").read_text())["study"]
+
+
+def test_the_same_study_runs_again_and_again(creak, study, tmp_path):
+    assert creak("run", study, "--quiet").status == 0
+    study.write_text(QUICK.replace("amplitude = 0.05", "amplitude = 0.06").replace("Quick", "Another title"))
+    assert creak("run", study, "--quiet").status == 0
+    assert results_of(tmp_path) == study.name
+
+
+def test_another_study_asks_for_force_or_a_folder_of_its_own(creak, study, tmp_path):
+    assert creak("run", study, "--quiet").status == 0
+    other = tmp_path / "other.toml"
+    other.write_text(QUICK)
+    before = (tmp_path / "results" / "summary.json").read_bytes()
+    said = creak("run", other, "--quiet")
+    assert said.status == 2
+    assert f"holds the results of {study.name}, which other.toml would replace" in said.err
+    assert "--out FOLDER" in said.err
+    assert "--force" in said.err
+    assert (tmp_path / "results" / "summary.json").read_bytes() == before
+    assert creak("run", other, "--quiet", "--out", tmp_path / "beside").status == 0
+    assert creak("run", other, "--quiet", "--force").status == 0
+    assert results_of(tmp_path) == "other.toml"
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"study": 3}', "{", "[" * 100_000])
+def test_what_cannot_be_read_is_replaced(creak, study, tmp_path, text):
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results" / "summary.json").write_text(text)
+    assert creak("run", study, "--quiet").status == 0
+    assert results_of(tmp_path) == study.name

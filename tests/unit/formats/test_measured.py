@@ -1,0 +1,168 @@
+"""RPC III files, functions of universal files and columns of CSV files as courses in time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from creak.errors import InputError
+from creak.formats.measured import chosen_channel, read_channels
+from creak.formats.uff import DISPLACEMENT, Function, write_functions
+from creak.studies.file.reader import read_study
+from creak.studies.file.tables import read_signal
+from creak.studies.prepare.setup import set_up
+from helpers_decks import STUDY, write_strips
+
+POINTS, GROUP, STEP = 300, 128, 0.005
+TIME = STEP * np.arange(POINTS)
+COURSES = {"Acc_X": np.sin(40.0 * TIME), "Acc_Z": 3.0 * np.cos(25.0 * TIME)}
+
+
+def rpc3(order: str = "<", kind: str = "SHORT_INTEGER", **changed: str) -> bytes:
+    """Header of two blocks and three groups, the last filled up; 100 points a frame."""
+    scales = [4.0 / 32752.0] * len(COURSES)
+    head = {
+        "FORMAT": {"<": "BINARY_IEEE_LITTLE_END", ">": "BINARY_IEEE_BIG_END"}[order],
+        "NUM_HEADER_BLOCKS": "6",
+        "NUM_PARAMS": "22",
+        "FILE_TYPE": "TIME_HISTORY",
+        "TIME_TYPE": "RESPONSE",
+        "DELTA_T": f"{STEP}",
+        "CHANNELS": "2",
+        "PTS_PER_FRAME": "100",
+        "PTS_PER_GROUP": f"{GROUP}",
+        "FRAMES": "3",
+        "HALF_FRAMES": "0",
+        "INT_FULL_SCALE": "32752",
+        "DATA_TYPE": kind,
+    }
+    for k, (name, scale) in enumerate(zip(COURSES, scales, strict=True), start=1):
+        head |= {f"DESC.CHAN_{k}": name, f"UNITS.CHAN_{k}": "g", f"SCALE.CHAN_{k}": f"{scale!r}"}
+    head |= changed
+    records = b"".join(k.encode().ljust(32, b"\0") + v.encode().ljust(96, b"\0") for k, v in head.items())
+    form = np.dtype(order + {"SHORT_INTEGER": "i2", "FLOATING_POINT": "f4"}[kind])
+    data = b""
+    for begin in range(0, POINTS, GROUP):
+        for course, scale in zip(COURSES.values(), scales, strict=True):
+            piece = np.zeros(GROUP)
+            own = course[begin : begin + GROUP]
+            piece[: own.size] = np.round(own / scale) if kind == "SHORT_INTEGER" else own
+            data += piece.astype(form).tobytes()
+    return records.ljust(6 * 512, b"\0") + data
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("kind", ["SHORT_INTEGER", "FLOATING_POINT"])
+def test_channels_of_rpc3(tmp_path, order, kind):
+    path = tmp_path / "road.rsp"
+    path.write_bytes(rpc3(order, kind))
+    found = read_channels(path)
+    assert [c.name for c in found] == [*COURSES]
+    for channel, course in zip(found, COURSES.values(), strict=True):
+        assert channel.unit == "g"
+        assert channel.time == pytest.approx(TIME)
+        assert np.abs(channel.values - course).max() <= (2.1 / 32752.0 if kind == "SHORT_INTEGER" else 1e-6)
+
+
+def uff(path, precision: int = 4):
+    functions = [Function(n, 17, 3, DISPLACEMENT, "Displacement", "mm", v) for n, v in COURSES.items()]
+    write_functions(path, TIME, functions)
+    if precision == 2:  # as single precision writes it: six numbers of 13 to a line
+        lines = path.read_text().replace("\r", "").splitlines()
+        rows = iter(lines)
+        out = []
+        for line in rows:
+            out.append(line)
+            if line.startswith(f"{4:10d}{POINTS:10d}{1:10d}"):
+                out[-1] = f"{2:10d}{line[10:]}"
+                out += [next(rows) for _ in range(4)]
+                values = []
+                while len(values) < POINTS:
+                    row = next(rows)
+                    values += [float(row[a : a + 20]) for a in range(0, len(row), 20)]
+                out += ["".join(f"{v:13.5E}" for v in values[k : k + 6]) for k in range(0, POINTS, 6)]
+        path.write_text("\n".join(out) + "\n")
+
+
+@pytest.mark.parametrize("precision", [4, 2])
+def test_functions_of_universal_files(tmp_path, precision):
+    path = tmp_path / "road.unv"
+    uff(path, precision)
+    for name, course in COURSES.items():
+        found = chosen_channel(path, name.lower(), "study")
+        assert found.unit == "mm"
+        assert found.time == pytest.approx(TIME)
+        assert found.values == pytest.approx(course, abs=2e-5 if precision == 2 else 1e-11)
+    assert chosen_channel(path, 2, "study").name == "Acc_Z"
+
+
+def test_a_record_is_the_same_from_every_file(tmp_path):
+    """CSV with free columns, RPC III, universal file: the same excitation of the study; the factor acts."""
+    path, columns = tmp_path / "road.csv", ["t", *COURSES]
+    rows = [",".join(f"{x:.9g}" for x in row) for row in zip(TIME, *COURSES.values(), strict=True)]
+    path.write_text("\n".join([",".join(columns), *rows]), encoding="utf-8")
+    uff(tmp_path / "road.unv")
+    (tmp_path / "road.rsp").write_bytes(rpc3())
+    before, rest = STUDY.partition('kind = "displacement"')[0], STUDY.partition("seed = 3 }")[2]
+    motions = []
+    for name, channel, factor in (("road.csv", "acc_z", 2.0), ("road.unv", "Acc_Z", 2.0), ("road.rsp", 2, 2.0)):
+        signal = f'file = "{name}", channel = "{channel}", factor = {factor}, high_pass = 2'
+        text = f'{before}kind = "acceleration"\nsignal = {{ type = "record", {signal} }}{rest}'
+        text = text.replace("step = 5e-4\nperiods = 2", "end = 0.5")
+        motions.append(set_up(read_study(write_strips(tmp_path, None, text))).loads.support[2, :, 0])
+    assert motions[1] == pytest.approx(motions[0], abs=1e-6)
+    assert motions[2] == pytest.approx(motions[0], abs=2e-3)
+    assert 4.0 < np.abs(motions[0]).max() < 9.0  # twice 3, with what the high-pass does at the ends
+
+
+REFUSED = {
+    "cut": (rpc3()[:-10], 2, "cut short"),
+    "cut head": (rpc3()[:1500], 2, "cut short"),
+    "no rpc": (b"time,value\n0,1\n", 2, "not a file of RPC III"),
+    "no such number": (rpc3(), 3, "has no channel 3; expected 1 to 2"),
+    "no such name": (rpc3(), "Acc_Q", "has no channel 'Acc_Q'"),
+    "not named": (rpc3(), None, "has 2 channels; expected channel = one of Acc_X, Acc_Z"),
+    "histogram": (rpc3(FILE_TYPE="HISTOGRAM"), 1, "HISTOGRAM"),
+    "no step": (rpc3(DELTA_T="soon"), 1, "DELTA_T of the RPC III file is 'soon'"),
+    "no scale": (rpc3(**{"SCALE.CHAN_2": ""}), 1, "SCALE.CHAN_2"),
+    "no frames": (rpc3(FRAMES="-1"), 1, "without samples"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_read_is_refused(tmp_path, case):
+    data, channel, match = REFUSED[case]
+    path = tmp_path / "road.rsp"
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=match):
+        read_signal(path, None if channel is None else str(channel), "study.toml:3")
+
+
+def test_universal_files_that_cannot_be_read(tmp_path):
+    path = tmp_path / "road.unv"
+    uff(path)
+    text = path.read_text()
+    for broken, match in (
+        (text[: len(text) // 3], "cut short"),
+        (text.replace("\n    58", "\n   58b"), "binary"),
+        (text.replace(f"{4:10d}{POINTS:10d}{1:10d}", f"{4:10d}{POINTS:10d}{0:10d}"), "unevenly sampled"),
+        (text.replace(f"{POINTS:10d}", f"{POINTS + 9:10d}"), "cut short"),
+        (text[:-200] + text[-200:].replace("E", "F"), "is no number"),
+        ("    -1\n   164\n    -1\n", "no function of time"),
+    ):
+        path.write_text(broken)
+        with pytest.raises(InputError, match=match):
+            read_channels(path)
+    with pytest.raises(InputError, match="no such file"):
+        read_signal(tmp_path / "other.uff", None, "study")
+
+
+def test_a_column_that_is_not_there(tmp_path):
+    path = tmp_path / "road.csv"
+    path.write_text("time,front,rear\n0,1,2\n1,1,2\n2,1\n")
+    with pytest.raises(InputError, match=r"no column 'read'.*rear"):
+        read_signal(path, "read", "study")
+    with pytest.raises(InputError, match=r"road.csv:4"):
+        read_signal(path, "rear", "study")
+    time, value = read_signal(path, "front", "study")
+    assert (time.tolist(), value.tolist()) == ([0.0, 1.0, 2.0], [1.0, 1.0, 1.0])

@@ -1,0 +1,139 @@
+"""Limits and background of the user, and places ranked by what is heard: two strips that hit each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import creak
+from creak.report.html import report_text
+from creak.report.terminal import place_table
+from creak.sound.zwicker_tables import BANDS
+from creak.studies.results.limits import judged, limit_words
+from creak.studies.results.places import find_places, ranked
+from creak.studies.sound.background import NOTHING, background_of
+from creak.studies.sound.heard import Sound, hear
+from helpers_cli import caller
+from helpers_decks import STUDY, write_strips
+
+BASE = STUDY.replace("step = 5e-4\nperiods = 2", 'end = 0.2\naccuracy = "quick"\n[reference]\nrun = false\n')
+BASE = BASE.replace("0.05,", "0.1,") + '[listener.driver]\nposition = [60, 200, 500]\nparts = "LOWER"\n'
+LIMITS = """
+[limit]
+n5 = "1 sone"
+n_max = "1e4 sone"
+level = "30 dB(A)"
+force = "1 mN"
+in_plane = "1 m"
+
+[background]
+file = "cabin.csv"
+"""
+CABIN = "frequency,level\n63,55\n125,50\n250,45\n500,40\n1000,35\n2000,30\n"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("limits")
+    write_strips(folder, study=BASE + LIMITS)
+    (folder / "cabin.csv").write_text(CABIN)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def result(folder):
+    return creak.run(creak.read_study(folder / "study.toml"), converge=False, record=False)
+
+
+def test_limits_say_what_fails_and_what_holds(result):
+    limits = {one["limit"]: one for one in result.summary["limits"]}
+    place = result.summary["runs"]["reduced"]["places"][0]
+    assert list(limits) == ["n5", "n_max", "level", "force", "in_plane"]
+    # Beside a background the loudness that is added counts.
+    assert place["n5"] > place["n5_added"] > 1.0
+    assert limits["n5"]["failed"] == [{"name": place["name"], "value": place["n5_added"]}]
+    assert limits["force"]["allowed"] == pytest.approx(1e-3)
+    assert limits["force"]["failed"][0]["value"] == place["force"]
+    assert limits["n_max"]["failed"] == limits["in_plane"]["failed"] == []
+    said = limit_words(result.summary["limits"])
+    assert said[0].startswith("limit n5 = 1 sone fails at tip 1 (")
+    assert "limit n_max = 1e+04 sone holds everywhere" in said
+
+
+def test_limits_stand_in_page_and_terminal(result, folder, monkeypatch, capsys):
+    text = report_text(result._view(0.0), result.summary)
+    assert "Limit n5 = 1 sone fails at tip 1" in text
+    rows = place_table(result.summary)
+    assert rows[0][-1] == "N5 added to background, sone"
+    assert rows[1][0] == "tip 1"
+    said = caller(monkeypatch, capsys)("run", folder / "study.toml", "--no-converge", "--out", folder / "out")
+    assert said.status == 0
+    assert "limit level = 30 dB(A) fails at tip 1" in said.words
+
+
+def test_a_limit_of_loudness_without_sound_is_not_passed(result):
+    limit = result.found.setup.study.config.limit
+    found = judged(limit, {**result.summary, "sound": {"missing": "none: only a reduced model carries sound"}})
+    assert [one["missing"] is None for one in found] == [False, False, False, True, True]
+    assert "limit n5 = 1 sone was not looked at: none: only a reduced model carries sound" in limit_words(found)
+
+
+def test_places_are_ranked_by_what_is_heard(result):
+    """The channels that touched as two places, the quieter one given first."""
+    found, h = result.found, result.history
+    impulse = h.weights @ h.force
+    order = np.argsort(impulse)
+    touched = order[impulse[order] > 0.0]
+    quiet, loud = touched[:1], touched[1:]
+    sound = hear(found, [quiet, loud])
+    assert isinstance(sound, Sound)
+    assert sound.order == (1, 0)
+    alone = hear(found, [loud, quiet])
+    np.testing.assert_allclose(sound.pressure, alone.pressure, atol=1e-9)
+    n5 = [h.n5_added for h in sound.heard[0][:-1]]
+    assert n5[0] > n5[1]
+    place = find_places(found, result.main)[0]
+    assert [p.number for p in ranked((place, place), sound.order)] == [1, 2]
+
+
+def test_a_loud_background_leaves_nothing(result, folder):
+    (folder / "loud.csv").write_text("frequency,level\n" + "".join(f"{f:.0f},110\n" for f in BANDS))
+    study = creak.change_study(result.found.setup.study, {"background.file": "loud.csv"})
+    again = creak.run(study, converge=False, record=False)
+    place = again.summary["runs"]["reduced"]["places"][0]
+    assert place["n5"] == result.summary["runs"]["reduced"]["places"][0]["n5"]
+    assert place["n_max_added"] < 0.01 * place["n_max"]
+
+
+def test_regularity_of_events(result):
+    place = find_places(result.found, result.main)[0]
+    starts = np.diff(sorted(e.t_start for e in place.events))
+    assert place.irregularity == pytest.approx(np.std(starts) / np.mean(starts))
+
+
+def test_background_by_bands(result):
+    levels = background_of(result.found.setup.study)
+    assert levels[BANDS.round() == 1000] == [35.0]
+    assert (levels == NOTHING).sum() == 22
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (('n5 = "1 sone"', "n5 = 1"), 'a loudness without its unit; write "1 sone"'),
+        (('n5 = "1 sone"', 'n5 = "1 dB"'), "the unit 'dB' is none of a loudness"),
+        (('level = "30 dB(A)"', 'level = "30 dB"'), 'write it as "30 dB(A)"'),
+        (('force = "1 mN"', 'force = "-1 N"'), "a force that is negative"),
+        (('force = "1 mN"', 'rattle = "1 N"'), "unknown key 'limit.rattle'"),
+        (("cabin.csv", "no.csv"), "no such table"),
+        (("cabin.csv", "bad.csv"), "300 Hz is no third octave"),
+    ],
+)
+def test_wrong_limits_and_backgrounds_are_one_message(tmp_path, change, says, monkeypatch, capsys):
+    path = write_strips(tmp_path, study=BASE + LIMITS.replace(*change))
+    (tmp_path / "cabin.csv").write_text(CABIN)
+    (tmp_path / "bad.csv").write_text(CABIN.replace("250,", "300,"))
+    said = caller(monkeypatch, capsys)("run", path)
+    assert said.status == 2
+    assert says in said.words
+    assert not (tmp_path / "results").exists()

@@ -1,0 +1,307 @@
+"""`creak robust`: odds and causes of a stopped beam against quadrature, draws against single runs, resuming, refusals."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+import creak
+from creak.assembly.system import to_dense
+from creak.cli.main import main
+from creak.dynamics.chunks import march_chunks
+from creak.dynamics.flow_march import simulate_flow
+from creak.errors import InputError
+from creak.formats.record_log import read_records, record_log
+from creak.studies.file.changes import with_changes
+from creak.studies.file.reader import read_study
+from creak.studies.models.reference import build_reference
+from creak.studies.prepare.setup import set_up
+from creak.studies.robust import job
+from creak.studies.robust.bench import FACTORS, Draw, variant_of
+from creak.studies.robust.changes import changed_setup
+from creak.studies.robust.draws import field_shapes
+from creak.studies.run.integrate import resolution_of
+from helpers_decks import STUDY, write_strips
+
+LENGTH, SIDE, MODULUS, N, ZETA = 200.0, 2.0, 210000.0, 2, 0.02
+BEAM = (
+    "*NODE\n"
+    + "".join(f"{i + 1}, {LENGTH * i / N}, 0., 0.\n" for i in range(N + 1))
+    + "*ELEMENT, TYPE=B31, ELSET=BEAM\n"
+    + "".join(f"{i + 1}, {i + 1}, {i + 2}\n" for i in range(N))
+    + f"*NSET, NSET=TIP\n{N + 1}\n*NSET, NSET=ROOT\n1\n"
+    + f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{MODULUS}, 0.3\n*DENSITY\n7.85e-9,\n"
+    + f"*BEAM SECTION, SECTION=RECT, ELSET=BEAM, MATERIAL=STEEL\n{SIDE}, {SIDE}\n0., 1., 0.\n*BOUNDARY\nROOT, 1, 6\n"
+)
+END, MEAN, SIGMA, LOW, HIGH = 0.03, 10.0, 1.5, 0.4, 1.0
+STOPPED = f"""[model]
+deck = "beam.inp"
+[damping]
+modal = {ZETA}
+[[connector]]
+name = "stop"
+type = "play"
+nodes = "TIP"
+dof = "z"
+upper = {MEAN}
+stiffness = 50.0
+[excitation.tip]
+node_set = "TIP"
+dof = "z"
+kind = "force"
+signal = {{ type = "step", amplitude = 0.7 }}
+[reduction]
+f_max = 20000
+[time]
+end = {END}
+[precheck]
+margin = 20.0
+[scatter.vary]
+"connector.0.upper" = {{ type = "normal", sigma = {SIGMA} }}
+"excitation.tip.signal.amplitude" = {{ type = "uniform", low = {LOW}, high = {HIGH} }}
+"""
+
+
+def stopped(folder: Path, text: str = STOPPED) -> Path:
+    (folder / "beam.inp").write_text(BEAM, encoding="utf-8")
+    path = folder / "study.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def reach(study: Path) -> float:
+    """Largest motion of the tip under a unit step, from the modes of the unreduced beam."""
+    system = build_reference(set_up(read_study(study)), lambda *_: None).system
+    K, M = to_dense(system.K), to_dense(system.M)
+    tip = int(np.flatnonzero(system.coordinates == 6 * N + 2)[0])
+    values, shapes = np.linalg.eig(np.linalg.solve(M, K))
+    order = np.argsort(values.real)
+    omega, shapes = np.sqrt(values.real[order]), shapes.real[:, order]
+    shapes /= np.sqrt(np.einsum("ij,ij->j", shapes, M @ shapes))
+    t = np.linspace(0.0, END, 20_001)[:, None]
+    damped = omega * np.sqrt(1.0 - ZETA**2)
+    rest = np.exp(-ZETA * omega * t) * (np.cos(damped * t) + ZETA * omega / damped * np.sin(damped * t))
+    return float(((1.0 - rest) @ (shapes[tip] ** 2 / omega**2)).max())
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    path = stopped(tmp_path_factory.mktemp("stopped"))
+    return creak.robust(path, 64, threads=1), reach(path)
+
+
+def quadrature(most: float) -> tuple[float, dict[str, tuple[float, float]]]:
+    """Probability that most * amplitude passes the gap, and first and total index of both causes."""
+    x, w = np.polynomial.legendre.leggauss(200)
+    amplitude, w = LOW + (HIGH - LOW) * 0.5 * (1.0 + x), 0.5 * w
+    by_amplitude = norm.cdf((most * amplitude - MEAN) / SIGMA)
+    p = float(w @ by_amplitude)
+    gap = MEAN + SIGMA * norm.ppf((np.arange(20_000) + 0.5) / 20_000)
+    by_gap = np.clip((HIGH - gap / most) / (HIGH - LOW), 0.0, 1.0)
+    whole = p * (1.0 - p)
+    of_amplitude, of_gap = (float(w @ by_amplitude**2) - p**2) / whole, float(by_gap.var()) / whole
+    return p, {
+        "connector.0.upper": (of_gap, 1.0 - of_amplitude),
+        "excitation.tip.signal.amplitude": (of_amplitude, 1.0 - of_gap),
+    }
+
+
+def test_odds_and_causes_against_quadrature(found):
+    """Sobol points are far more even than independent draws, so the odds come within a third of their bounds."""
+    robustness, most = found
+    p, indices = quadrature(most)
+    assert 0.2 < p < 0.8
+    assert robustness.rattle.low < p < robustness.rattle.high
+    assert abs(robustness.rattle.p - p) < (robustness.rattle.high - robustness.rattle.low) / 6.0
+    for key, (first, total) in indices.items():
+        index = robustness.indices["rattle"][key]
+        assert index.first_bounds[0] <= first <= index.first_bounds[1]
+        assert index.total_bounds[0] <= total <= index.total_bounds[1]
+        assert index.total == pytest.approx(total, abs=0.15)
+
+
+def test_needed_gap_and_fragility_against_quadrature(found):
+    """P(most A f > gap + shift), A uniform: from the distribution of most A - gap."""
+    robustness, most = found
+    place = robustness.places[0]
+    x = (np.arange(4000) + 0.5) / 4000
+    slack = (MEAN + SIGMA * norm.ppf(x))[:, None] - most * (LOW + (HIGH - LOW) * x)
+    assert place.need.low <= -np.quantile(slack, 0.05) <= place.need.high
+    assert place.need.gap == pytest.approx(MEAN + place.need.shift)
+    gap = MEAN + SIGMA * norm.ppf(x)
+    for factor, odds in zip(FACTORS, place.fragility, strict=True):
+        closed = float(np.clip((HIGH - gap / (factor * most)) / (HIGH - LOW), 0.0, 1.0).mean())
+        assert odds.low - 1e-9 <= closed <= odds.high + 1e-9
+
+
+def test_draws_are_single_runs(found):
+    """Side by side or alone: the same to the last digit."""
+    draws = found[0].draws
+    study = draws.setup.study
+    keys = [c.key for c in draws.design.causes]
+    numbers = [Draw(k, {key: float(v[k]) for key, v in zip(keys, draws.values, strict=True)}, {}) for k in (3, 40, 60)]
+    bench = job._bench(draws.setup, numbers, lambda *_: None)
+    for draw in numbers:
+        setup = set_up(with_changes(study, draw.values))
+        variant = variant_of(bench, draw)
+        assert np.array_equal(variant.gaps.gap0, setup.connectors.gap0)
+        assert np.array_equal(variant.loads.force, setup.loads.force)
+        alone = simulate_flow(
+            bench.system, variant.gaps, setup.loads, resolution=resolution_of(setup), observed=np.zeros(0, dtype=int)
+        )
+        shared = march_chunks(bench.base.again(variant.gaps, variant.loads), None)
+        assert np.array_equal(alone.time, shared.time)
+        assert np.array_equal(alone.force, shared.force)
+        impulse = alone.weights @ alone.force
+        assert draws.impulse[draw.number] == pytest.approx(impulse, rel=1e-10, abs=0.0)
+
+
+def test_every_number_that_keeps_the_model_changes_it_as_the_study_does(tmp_path):
+    """Channels and loads of a changed set-up are those of the changed study, read anew."""
+    text = STUDY.replace("step = 5e-4\n", "").replace(
+        'method = "surface-to-surface"', "clearance = 0.5\nfriction = 0.2\nstiffness = 30.0\ndamping = 0.001"
+    )
+    setup = set_up(read_study(write_strips(tmp_path, None, text)))
+    changes = {
+        "contact.tip.clearance": 0.7,
+        "contact.tip.friction": 0.3,
+        "contact.tip.stiffness": 45.0,
+        "contact.tip.damping": 0.002,
+        "excitation.root.signal.amplitude": 0.07,
+        "excitation.root.signal.seed": 11,
+    }
+    study = with_changes(setup.study, changes)
+    again, made = changed_setup(setup, study, {}), set_up(study)
+    assert again.contacts.names == made.contacts.names
+    for key in ("gap0", "stiffness", "damping"):
+        assert getattr(again.contacts, key) == pytest.approx(getattr(made.contacts, key), rel=1e-14)
+    assert np.array_equal(again.contacts.friction.static, made.contacts.friction.static)
+    assert np.array_equal(again.loads.support, made.loads.support)
+    assert abs(again.contacts.G - made.contacts.G).max() == 0.0
+    field = np.linspace(0.1, 0.9, setup.contacts.m)
+    assert np.array_equal(changed_setup(setup, setup.study, {"tip": field}).contacts.gap0, field)
+
+
+def test_what_is_finished_is_not_run_again(tmp_path, monkeypatch):
+    """Stopped after some draws: the rest is marched, the first ones are kept, a cut record is not."""
+    path, out = stopped(tmp_path), tmp_path / "out"
+    whole = creak.robust(path, 8, indices=False, threads=1).draws
+    real = job.march_draws
+
+    def stops(*args):
+        for k, found in enumerate(real(*args)):
+            if k == 3:
+                raise KeyboardInterrupt
+            yield found
+
+    monkeypatch.setattr(job, "march_draws", stops)
+    with pytest.raises(KeyboardInterrupt):
+        creak.robust(path, 8, out=out, indices=False, threads=1)
+    log = out / job.LOG
+    log.write_bytes(log.read_bytes()[:-5])
+    monkeypatch.setattr(job, "march_draws", real)
+    again = creak.robust(path, 8, out=out, indices=False, threads=1).draws
+    assert again.taken == 2
+    assert np.array_equal(again.impulse, whole.impulse)
+    assert creak.robust(path, 8, out=out, indices=False).draws.taken == 8
+    path.write_text(STOPPED.replace("upper = 10.0", "upper = 10.5"), encoding="utf-8")
+    assert creak.robust(path, 4, out=out, indices=False).draws.taken == 0
+
+
+def test_a_number_that_changes_the_model_is_drawn_too(tmp_path):
+    text = STOPPED.replace('"excitation.tip.signal.amplitude"', '"reduction.f_max"').replace(
+        f"low = {LOW}, high = {HIGH}", "low = 15000, high = 20000"
+    )
+    robustness = creak.robust(stopped(tmp_path, text), 4, indices=False, threads=1)
+    assert robustness.draws.reduced_again == ("reduction.f_max",)
+    assert any("it is set up and reduced 4 times" in note for note in robustness.notes)
+    assert np.isfinite(robustness.draws.figures).all()
+
+
+def test_a_field_of_gaps_has_its_spread_and_correlation():
+    x = np.linspace(0.0, 500.0, 60)
+    shapes = field_shapes(np.column_stack([x, 0 * x, 0 * x]), 120.0)
+    correlation = shapes @ shapes.T
+    assert np.diag(correlation) == pytest.approx(1.0)
+    exact = np.exp(-(((x[:, None] - x) / 120.0) ** 2))
+    assert np.abs(correlation - exact).max() < 0.05
+    assert shapes.shape[1] < 12
+
+
+REFUSED = {
+    "no scatter": ("", "nothing scatters"),
+    "unknown key": ('"connector.0.uper" = { type = "normal", sigma = 1, mean = 1 }', "unknown key"),
+    "no such row": (
+        '"connector.3.upper" = { type = "normal", sigma = 1, mean = 1 }',
+        r"the study has 1 \[\[connector\]\]",
+    ),
+    "no number": ('"connector.0.name" = { type = "normal", sigma = 1 }', "no number to scatter about"),
+    "unknown type": ('"connector.0.upper" = { type = "gauss", sigma = 1 }', "scatter.vary.connector.0.upper.type"),
+    "no sigma": ('"connector.0.upper" = { type = "normal" }', "give either sigma or tolerance"),
+    "low above high": ('"connector.0.upper" = { type = "uniform", low = 2, high = 1 }', "low = 2 is not below high"),
+    "no field": ('"connector.0.upper" = { type = "field", tolerance = 1, length = 9 }', "is no field of gaps"),
+    "foreign": ('"connector.0.upper" = { type = "uniform", low = 1, high = 2, sigma = 1 }', "has no sigma"),
+    "not a seed": ('"connector.0.upper" = { type = "seed" }', "is no seed"),
+    "leaves its range": (
+        '"connector.0.stiffness" = { type = "normal", sigma = 60 }',
+        "the change connector.0.stiffness",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_cannot_be_drawn_is_refused(tmp_path, case):
+    line, match = REFUSED[case]
+    path = stopped(tmp_path, STOPPED.partition("[scatter.vary]")[0] + f"[scatter.vary]\n{line}\n")
+    with pytest.raises(InputError, match=match):
+        creak.robust(path, 64)
+
+
+def test_negative_gaps_are_refused_on_the_command_line(tmp_path, capsys, monkeypatch):
+    text = STUDY.replace("step = 5e-4\n", "") + (
+        '[scatter.vary]\n"contact.tip.clearance" = { type = "field", mean = 0.3, tolerance = 0.5, length = 40 }\n'
+    )
+    path = write_strips(tmp_path, None, text)
+    monkeypatch.setattr("sys.argv", ["creak", "robust", str(path)])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 2
+    assert "this distribution has negative gaps: -0.2 at three standard deviations" in capsys.readouterr().err
+    assert not (tmp_path / "robust").exists()
+
+
+def test_the_command_writes_what_python_finds(tmp_path, capsys, monkeypatch):
+    path = stopped(tmp_path)
+    monkeypatch.setattr("sys.argv", ["creak", "robust", str(path), "--n", "8", "--threads", "1", "--json"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 0
+    told = json.loads(capsys.readouterr().out)
+    stored = json.loads((tmp_path / "robust" / "robust.json").read_text(encoding="utf-8"))
+    assert told["rattle"] == stored["rattle"]
+    assert stored["runs"] == 16
+    page = (tmp_path / "robust" / "robust.html").read_text(encoding="utf-8")
+    assert page.count("<svg") == 3
+    assert len((tmp_path / "robust" / "draws.csv").read_text(encoding="utf-8").splitlines()) == 17
+
+
+def test_records_survive_and_damage_is_seen(tmp_path):
+    path, made = tmp_path / "log.bin", {"study": "a"}
+    with record_log(path, made, 3, 0) as log:
+        for k in range(4):
+            log.add(k, np.full(3, float(k)))
+    found, used = read_records(path, made, 3)
+    assert sorted(found) == [0, 1, 2, 3]
+    assert read_records(path, {"study": "b"}, 3) == ({}, 0)
+    data = bytearray(path.read_bytes())
+    data[used - 40] ^= 1  # in the third record
+    path.write_bytes(bytes(data))
+    found, used = read_records(path, made, 3)
+    assert sorted(found) == [0, 1]
+    with record_log(path, made, 3, used) as log:
+        log.add(9, np.zeros(3))
+    assert sorted(read_records(path, made, 3)[0]) == [0, 1, 9]

@@ -1,0 +1,165 @@
+"""What causes a place: sums of modes, excitations and contacts; changes predicted on the reduced model, and checked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import creak
+from creak.dynamics.loads import Loads
+from creak.report.terminal import cause_lines
+from creak.studies.cause.changes import candidates
+from creak.studies.cause.decompose import CONTACT, EXCITATION, REST, find_causes
+from creak.studies.cause.driven import driven_level
+from creak.studies.cause.effects import checked_by_run, effect_of, find_changes, predicted
+from creak.studies.cause.found import causes_of
+from creak.studies.cause.told import cause_dict
+from creak.studies.results.sound import heard_places
+from creak.studies.results.summary import summarise
+from helpers_decks import STUDY, write_strips
+
+BASE = STUDY.replace("step = 5e-4\nperiods = 2", 'end = 0.2\naccuracy = "quick"\n[reference]\nrun = false\n')
+BASE = BASE.replace("f_max = 3000", "f_max = 1500").replace("0.05,", "0.08,")
+STOP = """
+[[connector]]
+type = "play"
+name = "stop"
+nodes = "TIP_UPPER"
+dof = "z"
+lower = -5.0
+upper = 0.8
+stiffness = 20.0
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cause")
+    write_strips(folder, study=BASE + STOP)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def result(folder):
+    return creak.run(creak.read_study(folder / "study.toml"), converge=False, record=False)
+
+
+@pytest.fixture(scope="module")
+def places(result):
+    return heard_places(result.found, result.main, result.sound)
+
+
+@pytest.fixture(scope="module")
+def causes(result, places):
+    return find_causes(result.found, places)
+
+
+def test_modes_sources_and_parts_sum_to_the_gap(causes, measured):
+    assert {s.name for c in causes for s in c.sources if s.kind == CONTACT} == {"tip", "stop"}
+    worst = max(abs(c.total - (c.gap - c.gap0)) / max(c.gap0, 1e-3) for c in causes)
+    parts = max(abs(sum(v for _, v in c.parts) - (c.gap - c.gap0)) / max(c.gap0, 1e-3) for c in causes)
+    measured(
+        "events",
+        "cause of a place: modes times sources against the run's gap",
+        max(worst, parts),
+        0.0,
+        abs=1e-10,
+        unit="-",
+        source="superposition",
+    )
+    for cause in causes:
+        rest = next(s for s in cause.sources if s.kind == REST)
+        assert abs(rest.modes).max() < 0.01 * max(abs(s.total) for s in cause.sources)
+        assert cause.modes.sum() + sum(s.direct for s in cause.sources) == pytest.approx(cause.total, abs=1e-12)
+
+
+def test_an_excitation_alone_is_the_motion_without_contact(causes, result, folder):
+    free = creak.change_study(creak.read_study(folder / "study.toml"), {"contact.tip.clearance": 50.0})
+    free = creak.change_study(free, {"connector.0.upper": 50.0, "precheck.enabled": False})
+    other = creak.run(free, converge=False, record=False)
+    gaps = other.found.gaps
+    for cause in causes:
+        channel = gaps.names.index(result.found.gaps.names[cause.channel])
+        row = int(np.abs(other.history.time - cause.time).argmin())
+        alone = sum(s.total for s in cause.sources if s.kind == EXCITATION)
+        assert other.history.time[row] == pytest.approx(cause.time, abs=1e-9)
+        assert other.history.gap[row, channel] - gaps.gap0[channel] == pytest.approx(alone, abs=1e-6)
+
+
+def test_words_say_what_moves_it(causes, result):
+    found = cause_dict(causes[0], result.found.setup, result.found.gaps)
+    assert sum(s["closing"] for s in found["sources"]) == pytest.approx(found["closing"], abs=1e-12)
+    whole = sum(m["closing"] for m in found["modes"]) + found["other_modes"] + found["with_supports"]
+    assert whole == pytest.approx(found["closing"], abs=1e-12)
+    for mode in found["modes"]:
+        assert sum(mode["of"].values()) == pytest.approx(mode["closing"], abs=1e-12)
+    assert "by excitation root" in found["words"]
+    first = found["modes"][0]
+    assert first["coincides"]  # the strip's first mode is driven by 5 to 60 Hz
+    assert f"{first['frequency']:.4g} Hz" in found["words"]
+    assert {p["name"] for p in found["parts"]} <= {"UPPER", "LOWER"}
+
+
+def test_a_mode_coincides_with_the_line_that_drives_it():
+    time = np.arange(2001) * 1e-3
+    support = np.zeros((3, time.size, 1))
+    support[2, :, 0] = np.sin(2 * np.pi * 50 * time)
+    level = driven_level(
+        Loads(time, support, np.zeros((time.size, 0))), np.array([50.2, 300.0]), np.array([0.02, 0.02])
+    )
+    assert level[0] > -1.0
+    assert level[1] < -80.0
+
+
+def test_predicted_changes_hold_in_a_full_run(result, places, causes, measured):
+    """Mass and fastener change the modes: the reduced model with a low-rank change against one reduced anew."""
+    found = result.found
+    place, cause = next((p, c) for p, c in zip(places, causes, strict=True) if p.contact == "tip")
+    every = list(candidates(found.setup, found.gaps, place, cause, found.reference.system.stats.mass))
+    assert [c.kind for c in every][:4] == ["gap", "stiffness", "damping", "mass"]
+    now = effect_of(found, place, result.main.system, found.gaps, result.history, None, None)
+    worst = 0.0
+    for change in (next(c for c in every if c.kind == kind) for kind in ("mass", "fastener", "damping")):
+        effect = predicted(found, place, change, result.main.system, None, None)
+        checked = checked_by_run(found, place, change, None, lambda *_: None)
+        worst = max(worst, abs(effect.impulse - checked.impulse) / now.impulse)
+    measured(
+        "events",
+        "change predicted on the reduced model: impulse against a full run",
+        worst,
+        0.0,
+        abs=0.05,
+        unit="-",
+        source="reduction made anew",
+    )
+
+
+def test_the_best_changes_are_told(result, places, causes):
+    told = find_changes(result.found, None, places[:1], causes[:1], lambda *_: None)
+    some = told[places[0].number]
+    assert 0 < len(some) <= 3
+    assert len({c["change"] for c in some}) == len(some)
+    left = [c["predicted"]["impulse"] for c in some]
+    assert left == sorted(left)
+    assert left[0] < some[0]["now"]["impulse"]
+
+
+def test_summary_and_terminal_have_them(result, places):
+    causes, notes = causes_of(result.found, result.sound, lambda *_: None)
+    assert notes == []
+    summary = summarise(result.found, None, result.sound, causes)
+    told = summary["runs"]["reduced"]["places"]
+    assert [p["cause"]["words"] for p in told] == [causes[p.number]["words"] for p in places]
+    told[0]["cause"]["changes_words"] = ["more gap"]
+    assert cause_lines(summary)[:2] == [
+        f"{told[0]['name']}: {told[0]['cause']['words']}",
+        f"{told[0]['name']}: would help: more gap",
+    ]
+
+
+def test_a_run_without_modes_says_why(result):
+    causes, notes = causes_of(replace(result.found, reduced=None), result.sound, lambda *_: None, "predicted")
+    assert causes == {}
+    assert notes == ["no cause is told of the places: only a reduced model has few enough modes"]

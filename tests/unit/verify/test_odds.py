@@ -1,0 +1,56 @@
+"""Bounds of probabilities cover, Sobol indices of Ishigami's function, the quantile behind a needed gap."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.stats import qmc
+
+from creak.verify.odds import counted, odds, shift_needed, sobol_index
+
+
+def test_bounds_cover_in_95_of_100_repeats():
+    """In at least 95 % of many repeats, and in no less than 91 of each hundred, which 1 in 50 hundreds may miss."""
+    random, hundreds = np.random.default_rng(7), []
+    for p in (0.02, 0.1, 0.4, 0.9):
+        for _ in range(10):
+            found = [counted(random.random(60) < p) for _ in range(100)]
+            hundreds.append(sum(o.low <= p <= o.high for o in found))
+    assert np.mean(hundreds) >= 95.0
+    assert min(hundreds) >= 91
+
+
+def test_bounds_at_the_ends():
+    assert odds(0, 10).low == 0.0
+    assert odds(10, 10).high == 1.0
+    assert odds(0, 10).high == pytest.approx(1.0 - 0.025**0.1)
+
+
+def test_sobol_indices_of_ishigami():
+    """f = sin x1 + 7 sin^2 x2 + 0.1 x3^4 sin x1: first .3139, .4424, 0; total .5576, .4424, .2437."""
+
+    def f(u):
+        x = np.pi * (2.0 * u - 1.0)
+        return np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
+
+    both = qmc.Sobol(6, seed=3).random(4096)
+    A, B = both[:, :3], both[:, 3:]
+    for k, (first, total) in enumerate([(0.3139, 0.5576), (0.4424, 0.4424), (0.0, 0.2437)]):
+        mixed = A.copy()
+        mixed[:, k] = B[:, k]
+        index = sobol_index(f(A), f(B), f(mixed))
+        assert index.first == pytest.approx(first, abs=0.02)
+        assert index.total == pytest.approx(total, abs=0.02)
+        assert index.first_bounds[0] - 0.02 <= first <= index.first_bounds[1] + 0.02
+    assert sobol_index(np.ones(8), np.ones(8), np.ones(8)) is None
+
+
+def test_bounds_of_a_needed_shift_cover():
+    random, hits = np.random.default_rng(5), 0
+    truth = 1.6448536  # the 5 % quantile of a standard normal, turned
+    for _ in range(200):
+        shift, low, high = shift_needed(random.standard_normal(400), 0.05)
+        assert low <= shift <= high
+        hits += low <= truth <= high
+    assert hits >= 186
+    assert shift_needed(random.standard_normal(8), 0.05)[2] == np.inf
