@@ -24,6 +24,9 @@ HOMES = (SRC, Path(creak_thesis.__file__).parent)
 PAGE = (Path(__file__).parents[1] / "ARCHITECTURE.md").read_text(encoding="utf-8")
 ROWS = re.findall(r"^\| `creak (\w+)` \| (.*) \|$", PAGE, re.MULTILINE)
 WAYS = {command: re.findall(r"`([\w/]+\.py)`", files) for command, files in ROWS}
+SCATTER = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.01") + (
+    '[scatter.vary]\n"contact.tip.clearance" = { type = "uniform", low = 0.0, high = 0.2 }\n'
+)
 SHORT = STUDY.replace("periods = 2", "end = 0.02\n[reference]\nrun = false\n")
 
 
@@ -107,6 +110,7 @@ def folder(tmp_path_factory):
             importlib.import_module(module.name)
     folder = tmp_path_factory.mktemp("ways")
     write_strips(folder, study=SHORT)
+    (folder / "scatter.toml").write_text(SCATTER)
     (folder / "sweep.toml").write_text('base = "study.toml"\nseeds = [1]\n')
     return folder
 
@@ -117,6 +121,7 @@ COMMANDS = {
     "report": ["report", "out"],
     "compare": ["compare", "out", "out2"],
     "advise": ["advise", "study.toml"],
+    "robust": ["robust", "scatter.toml", "--n", "4", "--no-indices", "--threads", "1"],
     "reduce": ["reduce", "study.toml"],
     "info": ["info", "strips.inp"],
     "modes": ["modes", "strips.inp", "--count", "2", "--vtk", "modes.vtu"],

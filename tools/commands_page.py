@@ -46,6 +46,10 @@ VTU). Folders, sockets and block devices are refused before anything is computed
 **Ctrl-C.** `creak run` ends the run under way and writes what it has; `creak reduce` saves the parts that are reduced;
 `creak sweep` and `creak thesis` go on from the finished cases when called again.
 
+**Memory.** A sparse factor that would not fit into the memory that is free (swap and a container's limit count) is
+refused before it is made: status 1, with what it needs and what there is. `CREAK_MEMORY_GB=40` in the environment takes
+the place of what the system says is free. Linux and MKL only; elsewhere the system decides.
+
 **Completion.** `creak --install-completion` adds it to the shell in use (bash, zsh, fish, PowerShell); open a new shell
 afterwards. `creak --show-completion` prints it instead.
 

@@ -99,6 +99,9 @@ COLUMN = (
 CRITICAL = math.pi**2 * E * (20.0 * 10.0**3 / 12.0) / LENGTH**2
 
 
+PUSH = f"*CLOAD\n{N + 1}, 1, -1.\n"
+
+
 @pytest.mark.parametrize("load", [0.9, 0.5, -2.0])
 def test_a_column_slows_down_as_it_nears_buckling(tmp_path, load, measured):
     """omega^2 = omega_0^2 (1 - P/P_c)."""
@@ -110,6 +113,8 @@ def test_a_column_slows_down_as_it_nears_buckling(tmp_path, load, measured):
     note = {u.keyword: u for u in stressed.model.unread}["*STATIC"]
     assert not note.changes_answer
     assert "stiffens the structure in these modes" in note.why
+    assert stressed.prestress is not None
+    assert free.prestress is None
 
 
 def test_beyond_the_critical_load_there_are_no_modes(tmp_path):
@@ -155,16 +160,18 @@ def test_a_plate_in_tension(tmp_path, kind, limit, measured):
 @pytest.mark.parametrize(
     ("mesh", "step", "nlgeom", "words"),
     [
+        (COLUMN + "*CONTACT\n*CONTACT INCLUSIONS, ALL EXTERIOR\n", PUSH, ", NLGEOM", "would change the answer"),
+        (COLUMN + "*MATERIAL, NAME=X\n*ELASTIC\n1.\n*PLASTIC\n1., 0.\n", PUSH, ", NLGEOM", "would change the answer"),
         (COLUMN, "*DLOAD\nE, GRAV, 9810., 0., 0., -1.\n", ", NLGEOM", "would change the answer"),
         (COLUMN, f"*CLOAD\n{N + 1}, 5, 1.\n", ", NLGEOM", "would change the answer"),
         (COLUMN, f"*CLOAD, FOLLOWER\n{N + 1}, 1, 1.\n", ", NLGEOM", "would change the answer"),
         (
             COLUMN + "*ELEMENT, TYPE=SPRINGA, ELSET=K\n90, 3, 5\n*SPRING, ELSET=K\n\n5.\n",
-            f"*CLOAD\n{N + 1}, 1, 1.\n",
+            PUSH,
             ", NLGEOM",
             r"stiffens element 90 \(axial2\) in a way that creak does not know",
         ),
-        (COLUMN + "*MPC\nBEAM, 3, 5\n", f"*CLOAD\n{N + 1}, 1, 1.\n", ", NLGEOM", "RigidLink"),
+        (COLUMN + "*MPC\nBEAM, 3, 5\n", PUSH, ", NLGEOM", "RigidLink"),
     ],
 )
 def test_what_creak_cannot_follow_stops(tmp_path, mesh, step, nlgeom, words):

@@ -191,9 +191,9 @@ def test_ctrl_c_after_the_reduced_run_keeps_it(creak, folder, monkeypatch):
 
 def test_ctrl_c_in_reduce_saves_the_parts_that_are_done(creak, folder, monkeypatch):
     with monkeypatch.context() as patch:
-        patch.setattr("creak.studies.models.health.checked", ctrl_c)
+        patch.setattr("creak.studies.models.health.check", ctrl_c)
         said = creak("reduce", folder / "study.toml")
     assert said.status == 1
     assert "UPPER.h5" in said.err
     again = json.loads(creak("reduce", folder / "study.toml", "--json").out)
-    assert [part["reused"] for part in again["superelements"].values()] == [True, True]
+    assert {name: part["reused"] for name, part in again["superelements"].items()} == {"UPPER": True, "LOWER": False}

@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 
 from creak.cli.main import main
+from creak.errors import NumericalError
 from creak.formats.matrices.superelements import FORMATS, read_superelement
+from creak.linalg.memory import OutOfMemory
+from creak.studies.models import superelements
 from helpers_decks import STUDY, two_strips, write_strips
 
 NEAR_TIP = STUDY.replace("[reduction]\n", "[reduction]\nkeep_out = 0\n").replace(
@@ -58,6 +61,57 @@ def test_run_uses_what_reduce_saved(study, tmp_path, monkeypatch, capsys):
         assert after["runs"]["reduced"][key] == pytest.approx(before["runs"]["reduced"][key], rel=1e-12)
     assert set(after["superelements"]) == {"UPPER", "LOWER"}
     assert after["superelements"]["UPPER"]["rigid_mass_error"] < 1e-6  # round-off of K_ii^-1 K_ib
+
+
+DOES_NOT_HOLD = NumericalError("its retained dofs do not hold it")
+
+
+def failing(monkeypatch, part: str, seen=lambda: None, error: Exception = DOES_NOT_HOLD):
+    """The reduction of this part ends with an error, the others go their way."""
+    real = superelements.fixed_interface_basis
+
+    def basis(inside, *rest):
+        if inside.name == part:
+            seen()
+            raise error
+        return real(inside, *rest)
+
+    monkeypatch.setattr(superelements, "fixed_interface_basis", basis)
+
+
+def test_a_part_that_fails_does_not_lose_the_others(study, tmp_path, monkeypatch, capsys):
+    with monkeypatch.context() as patch:
+        failing(patch, "UPPER")
+        status, text = creak(monkeypatch, capsys, "reduce", study)
+    assert status == 2
+    assert "do not hold it" in text
+    assert "saved: LOWER. The same command goes on from there" in text
+    assert [p.name for p in (tmp_path / "superelements").iterdir()] == ["LOWER.h5"]
+    status, text = creak(monkeypatch, capsys, "reduce", study)
+    assert status == 0
+    assert text.count("taken from") == 1
+
+
+def test_memory_that_does_not_suffice_is_no_fault_of_the_retained_dofs(study, tmp_path, monkeypatch, capsys):
+    failing(monkeypatch, "UPPER", error=OutOfMemory("memory does not hold the factor"))
+    status, text = creak(monkeypatch, capsys, "reduce", study, "--quiet")
+    assert status == 1
+    assert "memory does not hold the factor" in text
+    assert "Couple it" not in text
+    assert [p.name for p in (tmp_path / "superelements").iterdir()] == ["LOWER.h5"]
+
+
+def test_a_reduction_that_is_killed_has_saved_what_was_done(study, tmp_path, monkeypatch, capsys):
+    """Nothing runs after a kill: the first part's file, its health included, lies there before the second begins."""
+    saved = []
+
+    def look():
+        with h5py.File(tmp_path / "superelements" / "UPPER.h5") as file:
+            saved.append(json.loads(file.attrs["about"]))
+
+    failing(monkeypatch, "LOWER", look)
+    assert creak(monkeypatch, capsys, "reduce", study, "--quiet")[0] == 2
+    assert [about["health"]["name"] for about in saved] == ["UPPER"]
 
 
 def test_only_the_changed_part_is_reduced_again(study, tmp_path, monkeypatch, capsys):

@@ -58,37 +58,44 @@ def couple(
     ------
     InputError : a driven dof is also held, or tied to another driven one.
     """
-    rows = _Stacked(systems)
+    rows, names = _Stacked(systems), driven.names
     n_q = sum(s.n for s in systems)
-    K, M = _stack([s.K for s in systems]), _stack([s.M for s in systems])
-    C = _stacked_extra(systems)
-    M_between = sp.csr_matrix((n_q, n_q))
-    between = _between_parts(model, common, override)
-    if between is not None:
-        R = rows(between.labels)
-        M_between = sp.csr_matrix(R.T @ between.M @ R)
-        K, M = _add(K, R.T @ between.K @ R), _add(M, M_between)
-        if between.C is not None:
-            C = _add(C if C is not None else sp.csr_matrix((n_q, n_q)), R.T @ between.C @ R)
     equations = _equations(model, driven, rows, n_q, rows.ties())
-    names = driven.names
     ends = frozenset(range(n_q, n_q + len(names)))
     T_all, independent = transformation(np.arange(n_q + len(names)), eliminate(equations, ends))
     is_support = independent >= n_q
     T, T_s = T_all[:n_q, ~is_support], T_all[:n_q, is_support]
-    M_t, K_t = congruent(T, M), congruent(T, K)
+    between = _between_parts(model, common, override)
+    R = None if between is None else rows(between.labels)
+
+    def added(A: Matrix, B: Matrix | None) -> Matrix:
+        return A if R is None or B is None else sp.csr_matrix(A + R.T @ B @ R)
+
+    # Side by side the matrices of all parts take as much memory as the parts: one after the other.
+    M = added(_stack([s.M for s in systems]), between and between.M)
+    M_t, M_side, M_corner = congruent(T, M), _side(T, M, T_s), _corner(T_s, M)
+    alone = [s.M if s.M_alone is None else s.M_alone for s in systems]
+    same = all(s.M_alone is None for s in systems)
+    M_start = M_side if same else _side(T, added(_stack(alone), between and between.M), T_s)
+    del M
+    K = added(_stack([s.K for s in systems]), between and between.K)
+    K_t, K_side, K_corner = congruent(T, K), _side(T, K, T_s), _corner(T_s, K)
+    del K
+    C = _stacked_extra(systems)
+    if between is not None and between.C is not None:
+        C = added(C if C is not None else sp.csr_matrix((n_q, n_q)), between.C)
     active = _active(M_t, K_t)
     M_t, K_t, T = principal(M_t, active), principal(K_t, active), T[:, active]
     coordinates = np.concatenate([s.coordinates for s in systems])[independent[~is_support][active]]
     supports = Supports(
         names,
-        _side(T, M, T_s),
-        _side(T, K, T_s),
+        M_side[active],
+        K_side[active],
         _extra_side(T, C, T_s),
-        _corner(T_s, M),
-        _corner(T_s, K),
+        M_corner,
+        K_corner,
         _extra_corner(T_s, C, len(names)),
-        _side(T, _alone(systems, M, M_between), T_s),
+        M_start[active],
     )
 
     def physical(labels: IntArray) -> tuple[Matrix, Matrix]:
@@ -220,13 +227,6 @@ def _stack(blocks: Sequence[Matrix]) -> Matrix:
     return sp.vstack(moved, format="csr")
 
 
-def _alone(systems: Sequence[System], M: Matrix, M_between: Matrix) -> Matrix:
-    """The stacked `System.M_alone`; M where no System has its own."""
-    if all(s.M_alone is None for s in systems):
-        return M
-    return _stack([s.M if s.M_alone is None else s.M_alone for s in systems]) + M_between
-
-
 def _stacked_extra(systems: Sequence[System]) -> Matrix | None:
     if all(s.damping.extra is None for s in systems):
         return None
@@ -279,10 +279,6 @@ def _in_coordinates(equation: LinearEquation, R: Matrix, place: Mapping[int, int
 def _active(M: Matrix, K: Matrix) -> IntArray:
     """Coordinates that have stiffness or mass; the others (unused rotations) are left out."""
     return np.flatnonzero((K.diagonal() > 0.0) | (M.diagonal() > 0.0))
-
-
-def _add(A: Matrix, B: Matrix) -> Matrix:
-    return sp.csr_matrix(A + B)
 
 
 def _dense_if_full(A: Matrix) -> Matrix:

@@ -117,6 +117,7 @@ def _data(found: DeckModes) -> dict[str, object]:
         "rigid": found.rigid,
         "residual": found.residual,
         "sturm_ok": found.sturm_ok,
+        "prestress": found.prestress.where if found.prestress is not None else None,
         "effective_mass": {
             "about": e.about.tolist(),
             "directions": DIRECTIONS,
@@ -144,6 +145,8 @@ def _print(output: Output, found: DeckModes) -> None:
         output.console.print(_table(found, "Cumulative effective mass, %", 100.0 * e.cumulative))
         factors = np.where(np.abs(e.participation) < ROUND_OFF * np.sqrt(e.total), 0.0, e.participation)
         output.console.print(_table(found, "Participation factors, mass-normalised modes", factors, "{:.3g}"))
+    if found.prestress is not None:
+        output.say(f"with the linear stress of {found.prestress.keyword} ({found.prestress.where})")
     sturm = "agrees" if found.sturm_ok else "DOES NOT AGREE: a mode may be missing"
     output.say(
         f"mass {found.mass:.6g}, {found.rigid} rigid-body mode(s), largest residual {found.residual:.1e}, "

@@ -10,7 +10,7 @@ import typer
 
 from creak.cli.details import setup_detail, tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
-from creak.errors import InputError, suggest
+from creak.errors import CreakError, InputError, suggest
 
 if TYPE_CHECKING:
     from creak.reduction.health import Health
@@ -35,7 +35,8 @@ def reduce(
 ) -> None:
     """Reduce the parts of a study and save them; parts that did not change since the last time are kept.
 
-    Ctrl-C saves the parts that are reduced: the same command goes on from there.
+    Each part is saved as soon as it is reduced: after Ctrl-C, a kill or a part that cannot be reduced, the same
+    command goes on from there.
 
     Example: creak reduce door/door.toml --export op4
     """
@@ -56,7 +57,7 @@ def reduce(
             setup_detail(output, setup)
             tell_warnings(output, setup.notes, told)
             model, checks, notes = _reduced(setup, folder, output)
-            _save(setup, model, checks, folder, export, output)
+            _export(setup, model, folder, export, output)
         tell_notes(output, [*setup.notes, *notes, *model.notes], told)
         for r in model.superelements:
             stats, before = r.system.stats, ", taken from before" if r.reused else ""
@@ -88,41 +89,44 @@ def _check_method(study: Study) -> None:
 
 
 def _reduced(setup: Setup, folder: Path, output: Output) -> tuple[ReducedModel, dict[str, Health], list[str]]:
-    """The superelements, their health, and notes; an interruption saves what is there."""
-    from creak.studies.models.health import checked
+    """The superelements, their health, and notes.
+
+    Each is checked and saved as soon as it is made: what stops the command later does not cost it.
+    """
+    from creak.studies.models.health import check
     from creak.studies.models.reduced import reduce_model
     from creak.studies.models.superelements import save_superelement
     from creak.studies.run.job import prepare
     from creak.studies.run.static_start import begin
 
-    made: list[Reduced] = []
+    checks: dict[str, Health] = {}
+
+    def made(reduced: Reduced) -> None:
+        about: dict[str, Any] = {"deck": str(setup.model.source)}
+        try:
+            output.progress(f"{reduced.system.name}: check", 0, 1)
+            checks[reduced.system.name] = check(setup, reduced)
+            output.progress(f"{reduced.system.name}: check", 1, 1)
+            about["health"] = checks[reduced.system.name].as_dict()
+        finally:
+            if not reduced.reused:
+                output.wrote(save_superelement(folder, reduced, setup.model, about))
+
     setup, built = begin(setup, output.progress)
     reference, gaps, notes = prepare(setup, output.progress, built)
     try:
-        model = reduce_model(setup, reference, gaps, output.progress, folder, made.append)
-        return model, checked(setup, model, output.progress), notes
-    except KeyboardInterrupt:
-        for reduced in made:
-            if not reduced.reused:
-                output.wrote(save_superelement(folder, reduced, setup.model, {"deck": str(setup.model.source)}))
+        return reduce_model(setup, reference, gaps, output.progress, folder, made), checks, notes
+    except CreakError:
+        if checks:
+            output.warn(f"saved: {', '.join(checks)}. The same command goes on from there")
         raise
 
 
-def _save(
-    setup: Setup,
-    model: ReducedModel,
-    checks: Mapping[str, Health],
-    folder: Path,
-    export: Sequence[str],
-    output: Output,
-) -> None:
+def _export(setup: Setup, model: ReducedModel, folder: Path, export: Sequence[str], output: Output) -> None:
     from creak.formats.matrices.superelements import write_superelement
-    from creak.studies.models.superelements import as_superelement, save_superelement
+    from creak.studies.models.superelements import as_superelement
 
     for reduced in model.superelements:
-        if not reduced.reused:
-            about = {"deck": str(setup.model.source), "health": checks[reduced.system.name].as_dict()}
-            output.wrote(save_superelement(folder, reduced, setup.model, about))
         for name in export:
             output.wrote(*write_superelement(as_superelement(reduced, setup.model), folder, name))
 

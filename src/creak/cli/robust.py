@@ -51,7 +51,8 @@ def robust(
             try:
                 found = find(study, n, out=folder, indices=indices, threads=threads, progress=progress)
             except KeyboardInterrupt:
-                output.wrote(folder / LOG)
+                if (folder / LOG).exists():
+                    output.wrote(folder / LOG)
                 raise
         data = found.as_dict()
         folder.mkdir(parents=True, exist_ok=True)

@@ -61,13 +61,16 @@ def march_many(
     under_way: dict[Future[Found], int] = {}
     rest = iter(variants)
     with one_blas_thread(), ThreadPoolExecutor(count) as pool:
-        while True:
-            for variant in _some(rest, 2 * count - len(under_way)):
-                under_way[pool.submit(one, variant)] = variant.number
-            if not under_way:
-                return
-            for future in wait(under_way, return_when=FIRST_COMPLETED).done:
-                yield under_way.pop(future), future.result()
+        try:
+            while True:
+                for variant in _some(rest, 2 * count - len(under_way)):
+                    under_way[pool.submit(one, variant)] = variant.number
+                if not under_way:
+                    return
+                for future in wait(under_way, return_when=FIRST_COMPLETED).done:
+                    yield under_way.pop(future), future.result()
+        finally:  # an interruption waits for what is marching, not for what is in the queue
+            pool.shutdown(cancel_futures=True)
 
 
 def _some(variants: Iterator[Variant], count: int) -> Iterator[Variant]:

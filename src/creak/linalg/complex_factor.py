@@ -102,7 +102,7 @@ class _Pardiso(_PardisoFactor):
         self._pardiso, self._mtype = mkl_library().pardiso, 6
         self._pt, self._iparm = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
         self._iparm[[0, 1, 9, 17]] = 1, 2, 12, -1  # own settings, METIS, pivot 1e-12; no refinement or scaling
-        self._call(self._ANALYSE_AND_FACTOR, np.zeros(2), np.zeros(2), 1)
+        self._factorise(np.zeros(2))
         self.nnz_factor = int(self._iparm[17])
 
     @property

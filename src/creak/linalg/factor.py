@@ -19,7 +19,11 @@ from scipy.linalg.lapack import dpotrf
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
+from creak.linalg.memory import require
 from creak.linalg.mkl import has_pardiso, mkl_library
+
+SMALLER = "Use fewer nodes, or reduce with substructures."
+"""What to do where a factor is too large."""
 
 
 class SingularMatrixError(NumericalError):
@@ -159,7 +163,7 @@ class _SuperLUFactor:
 class _PardisoFactor:
     """MKL PARDISO on the upper triangle: Cholesky (definite) or Bunch-Kaufman L D L'."""
 
-    _ANALYSE_AND_FACTOR, _SOLVE, _RELEASE = 12, 33, -1
+    _ANALYSE, _FACTOR, _SOLVE, _RELEASE = 11, 22, 33, -1
 
     def __init__(self, A: Any, definite: bool) -> None:
         upper = sp.triu(sp.csr_matrix(A), format="csr")
@@ -176,9 +180,15 @@ class _PardisoFactor:
         self._iparm[[0, 1, 9, 17, 23]] = 1, 2, 12, -1, 0  # own settings, METIS, pivot 1e-12
         self._iparm[[7, 10, 12]] = 0, 0, 0  # no refinement, no scaling or matching: keep the inertia
         self._iparm[20] = 3  # pivots of 1 x 1 and 2 x 2, and no refinement of its own where one was perturbed
-        self._call(self._ANALYSE_AND_FACTOR, np.zeros(1), np.zeros(1), 1)
+        self._factorise(np.zeros(1))
         self.n_negative = int(self._iparm[22]) if not definite else 0
         self.nnz_factor = int(self._iparm[17])
+
+    def _factorise(self, nothing: FloatArray) -> None:
+        """Order the equations, refuse a factor that memory would not hold, make it."""
+        self._call(self._ANALYSE, nothing, nothing, 1)
+        require(1024.0 * float(self._iparm[16]), f"the factor of {self._n:,} equations", SMALLER)
+        self._call(self._FACTOR, nothing, nothing, 1)
 
     @property
     def nbytes(self) -> int:
@@ -218,7 +228,7 @@ class _PardisoFactor:
         if error.value in (-2, -9):
             raise NumericalError(
                 f"memory does not hold the factor of {self._n:,} equations with {self._values.size:,} entries (PARDISO "
-                f"code {error.value}). Use fewer nodes, or reduce with substructures."
+                f"code {error.value}). {SMALLER}"
             )
         if error.value != 0:
             raise NumericalError(f"PARDISO failed with code {error.value} on a matrix of size {self._n}")

@@ -156,7 +156,7 @@ def _rayleigh_ritz(inverse: Factor, shift: float, mass: BlockProduct, X: FloatAr
 
 
 def small_shift(K: Matrix, M: Matrix) -> float:
-    """A shift far below the first elastic eigenvalue of any mesh, far above round-off in K; 1 without elasticity."""
+    """A shift far below the first elastic eigenvalue of any mesh, far above round-off in K; 1 where no mass has any."""
     k, m = K.diagonal(), M.diagonal()
     both = (k > 0.0) & (m > 0.0)
     return float(1e-9 * np.median(k[both] / m[both])) if both.any() else 1.0

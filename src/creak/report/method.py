@@ -9,6 +9,8 @@ from creak.report.found import Found
 from creak.report.text import number, share, tidy
 from creak.studies.file.config import ReductionTable, TimeTable, VerificationTable
 from creak.studies.file.contact_tables import ContactTable, FrictionTable
+from creak.studies.file.design.clip_tables import ClipTable
+from creak.studies.file.design.node_tables import SupportTable
 from creak.studies.file.excitation_tables import (
     ExcitationTable,
     HalfSineTable,
@@ -124,6 +126,8 @@ def parameters(result: Found, summary: dict[str, Any], units: Units) -> list[tup
         *((f"Excitation {name}", _excitation(table, units)) for name, table in c.excitation.items()),
         *((f"Contact {name}", _contact(result, name, units)) for name in c.contact),
         *((f"Connector {t.name or '-'.join(t.node_sets)}", _connector(t, units)) for t in c.connector),
+        *((f"Clip {t.name or i}", _clip(t)) for i, t in enumerate(c.clip, start=1)),
+        *((f"Support {name}", _support(t)) for name, t in c.support.items()),
         ("Reduction", _reduction(result, units)),
         ("Pre-check", f"margin {tidy(c.precheck.margin)} {units.length}" if c.precheck.enabled else "off"),
         ("Time", _time(c.time)),
@@ -229,6 +233,21 @@ def _connector(t: Any, units: Units) -> str:
     lower, upper = (tidy(x) if x is not None else "free" for x in (t.lower, t.upper))
     preload = f", preload {tidy(t.preload)} {units.force}" if t.preload else ""
     return f"{ends}, {t.dof} from {lower} to {upper}, stiffness {tidy(t.stiffness)} {units.stiffness}{preload}"
+
+
+def _clip(t: ClipTable) -> str:
+    what = f"{t.use} of the library" if t.use else f"{t.type}"
+    ends = " to ".join(t.node_sets or t.part_names)
+    where = f"{ends}{'' if len(t.node_sets or t.part_names) == 2 else ' to ground'}"
+    given = [f"{key} {tidy(value)}" for key in ("stiffness", "pull_out") if isinstance(value := getattr(t, key), float)]
+    aged = [f"{100.0 * t.ageing:g} % left by age"] if t.ageing != 1.0 else []
+    return ", ".join([f"{what}, {where}", *given, *aged])
+
+
+def _support(t: SupportTable) -> str:
+    said = [f"{', '.join(t.free)} freed"] if t.free else []
+    said += [f"{', '.join(t.hold)} held"] if t.hold else []
+    return f"{t.nodes}: {' and '.join(said)}"
 
 
 def _reduction(result: Found, units: Units) -> str:

@@ -19,7 +19,7 @@ from creak.verify.odds import Odds
 
 def odds_words(odds: Odds) -> str:
     """`12 % (8 to 17)`."""
-    return f"{100.0 * odds.p:.3g} % ({100.0 * odds.low:.2g} to {100.0 * odds.high:.2g})"
+    return f"{100.0 * odds.p:.3g} % ({100.0 * odds.low:.3g} to {100.0 * odds.high:.3g})"
 
 
 def place_rows(found: Robustness) -> list[list[str]]:

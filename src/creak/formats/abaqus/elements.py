@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,7 +30,7 @@ _SHELL = ("SHELL SECTION", "SHELL GENERAL SECTION")
 _BEAM, _SOLID, _CONTINUUM = ("BEAM SECTION", "BEAM GENERAL SECTION"), ("SOLID SECTION",), ("SHELL SECTION",)
 _MEMBRANE, _RIGID, _LAYER = ("MEMBRANE SECTION",), ("RIGID BODY",), ("COHESIVE SECTION",)
 _SKIN = "membranes keep a millionth of a shell's bending stiffness, so that no rotation is loose"
-TYPES = (
+TYPES: tuple[ElementType, ...] = (
     ElementType("S4", "quad4", 4, _SHELL),
     ElementType("S4R", "quad4", 4, _SHELL),
     ElementType("S3", "tri3", 3, _SHELL),
@@ -52,6 +52,7 @@ TYPES = (
         _BEAM,
         "B31 has exact shape functions and their consistent mass: one element is as good as many of Abaqus's",
     ),
+    ElementType("B31H", "beam2", 2, _BEAM, "B31H is treated as B31"),
     ElementType("B33", "beam2", 2, _BEAM),
     ElementType("PIPE31", "beam2", 2, _BEAM, "PIPE31 is treated as B31: no pressure in the pipe"),
     ElementType("T3D2", "truss2", 2, _SOLID),
@@ -100,6 +101,12 @@ TYPES = (
     ElementType("DCOUP3D", "bush1", 1, ("DISTRIBUTING COUPLING",)),
     ElementType("DASHPOT1", "spring1", 1, ("DASHPOT",)),
     ElementType("DASHPOT2", "spring2", 2, ("DASHPOT",)),
+)
+_WITH_TEMPERATURE = ("S4", "S4R", "S3", "S3R", "C3D8", "C3D8R", "C3D6", "C3D4", "C3D10M", "C3D20", "C3D20R")
+TYPES += tuple(
+    replace(t, name=f"{t.name}T", note=f"{t.name}T is treated as {t.name}: temperatures are left out")
+    for t in TYPES
+    if t.name in _WITH_TEMPERATURE
 )
 _OTHERS = {
     **dict.fromkeys(("S8R", "S9R"), ("creak has no quadratic shell", "S4R")),

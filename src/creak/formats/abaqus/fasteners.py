@@ -20,7 +20,7 @@ from creak.formats.abaqus.orientations import Orientations
 from creak.formats.abaqus.outline import Outline, Scope
 from creak.formats.abaqus.surfaces import RawSurface
 from creak.model.constraints import Constraint, DistributingCoupling
-from creak.model.materials import AxialSpring, Bushing
+from creak.model.materials import AxialSpring, Bushing, PointMass
 from creak.model.mesh import ElementBlock, Nodes, Own, Part
 from creak.model.projection import nearest_points
 
@@ -38,6 +38,8 @@ class Fasteners:
     springs: list[tuple[Block, Bushing | AxialSpring, Own, IntArray]] = field(default_factory=list)
     """*CONNECTOR SECTION, section, axes and node rows (n, 2)."""
     joints: list[Connector] = field(default_factory=list)
+    masses: list[tuple[Block, float, IntArray]] = field(default_factory=list)
+    """*FASTENER PROPERTY, its mass and the reference nodes that have it."""
 
 
 def read_fasteners(
@@ -70,8 +72,10 @@ def read_fasteners(
                 where=block.where,
                 fix=suggest(block.get("PROPERTY"), properties),
             )
-        _list_unused(deck, block, owner)
+        _list_unused(deck, block)
         rows = nodes.find(block.need("REFERENCE NODE SET"), scope.name, block.where)
+        if mass := _mass(owner):
+            found.masses.append((owner, mass, rows))
         layers = [_hung(block, rows, s, _radius(owner), coords) for s in _surfaces(deck, scope, block, surfaces)]
         section = _connectors(deck, block)
         if section is None:
@@ -97,7 +101,7 @@ def extended(nodes: Nodes, points: list[FloatArray]) -> Nodes:
 
 
 def spring_blocks(found: Fasteners, elements: Elements, parts: Sequence[Part], n_node: int) -> list[ElementBlock]:
-    """The connectors of fasteners as blocks, in the part of both their ends where that is one."""
+    """Connectors and masses of fasteners as blocks, in the part of all their nodes where that is one."""
     owner = np.full(n_node, -1, dtype=np.int64)
     for i, part in enumerate(parts):
         owner[part.nodes_idx] = i
@@ -110,6 +114,12 @@ def spring_blocks(found: Fasteners, elements: Elements, parts: Sequence[Part], n
             rows = np.flatnonzero(of == part)
             blocks.append(ElementBlock(kind, label + rows, pairs[rows], section, part, block.where, own.take(rows)))
         label += len(pairs)
+    for block, mass, rows in found.masses:
+        for part in np.unique(owner[rows]).tolist():
+            some = np.flatnonzero(owner[rows] == part)
+            point = PointMass(block.get("NAME"), mass)
+            blocks.append(ElementBlock("mass", label + some, rows[some][:, None], point, part, block.where))
+        label += len(rows)
     return blocks
 
 
@@ -157,15 +167,21 @@ def _frame(normal: FloatArray) -> FloatArray:
     return np.stack([first, np.cross(normal, first), normal])
 
 
-def _list_unused(deck: Outline, block: Block, owner: Block) -> None:
-    mass = owner.get("MASS")
-    if mass and to_float(mass, owner.where, "MASS of the fastener"):
-        deck.note(owner, "creak's fasteners have no mass", changes=True, what="*FASTENER PROPERTY, MASS")
+def _list_unused(deck: Outline, block: Block) -> None:
     if block.option("COUPLING", "CONTINUUM") != "CONTINUUM":
         why = "creak does not tie rotations of the nodes round a fastener"
         deck.note(block, why, changes=True, what="*FASTENER, COUPLING=STRUCTURAL")
     if block.option("WEIGHTING METHOD", "UNIFORM") != "UNIFORM":
         deck.note(block, "creak weights all nodes alike", changes=True, what="*FASTENER, WEIGHTING METHOD")
+
+
+def _mass(owner: Block) -> float:
+    mass = to_float(owner.get("MASS"), owner.where, "MASS of the fastener")
+    if mass < 0.0:
+        raise InputError(
+            f"MASS of the fastener is {mass:g}", expected="zero or more", where=owner.where, fix="Correct it."
+        )
+    return mass
 
 
 def _radius(owner: Block) -> float:

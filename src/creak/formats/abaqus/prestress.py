@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from creak.formats.abaqus.keywords import meaning
 from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.loads import along_global_axes, check_global, step_loads, step_motion
 from creak.formats.abaqus.names import Registry
@@ -33,7 +34,8 @@ def list_prestress(deck: Outline) -> StepBlocks | None:
     """List loaded general steps before the modes as ones that change the answer, where their stress would count.
 
     So do elements that come or go in a step. Returns the *STATIC step whose stress counts, if it is one that creak can
-    follow (`read_static`): the only one, with forces and prescribed displacements, and no supports after it.
+    follow (`read_static`): the only one, with forces and prescribed displacements, without contact,
+    of linear materials, and no supports after it.
 
     The supports of these steps, and of that of the modes, hold in the modes as those of the first step do.
     It counts in Abaqus with NLGEOM, and in CalculiX where the step of the modes is a PERTURBATION. NLGEOM=NO on either
@@ -58,7 +60,7 @@ def list_prestress(deck: Outline) -> StepBlocks | None:
         if not changes:
             why = "the step before the modes has no load, so it leaves no stress"
         elif nonlinear:
-            why = "its stress stiffens the structure (NLGEOM), and creak's modes are those without stress"
+            why = "its stress stiffens the structure (NLGEOM); creak follows forces and displacements, in modes alone"
         elif given == "NO" or linear or not deck.steps[at].block.has("PERTURBATION"):
             why = "the step before the modes is linear (no NLGEOM): its stress does not stiffen the structure"
             changes = False
@@ -69,11 +71,25 @@ def list_prestress(deck: Outline) -> StepBlocks | None:
             why += " creak's modes are those without stress: give NLGEOM=NO if that is meant"
         deck.note(procedure, why, changes=changes)
         stressed += [step] * changes
-    if not nonlinear or len(stressed) != 1 or not all(b.name in _FOLLOWED for b in stressed[0].blocks):
+    if (
+        _unlinear(deck)
+        or not nonlinear
+        or len(stressed) != 1
+        or not all(b.name in _FOLLOWED for b in stressed[0].blocks)
+    ):
         return None
     later = deck.steps[deck.steps.index(stressed[0]) + 1 : at + 1]
     supported = any(b.name in ("BOUNDARY", *_OF_STRUCTURE) for step in later for b in step.blocks)
     return None if supported or _named(stressed[0], ("STATIC",)) is None else stressed[0]
+
+
+def _unlinear(deck: Outline) -> bool:
+    """Whether contact or a material that is not linear would take part in the step."""
+    inside = [b for step in deck.steps for b in step.blocks]
+    if any(b.name in ("CONTACT PAIR", "CONTACT") for b in [*deck.set_aside, *inside]):
+        return True
+    rubber = any(b.name in ("HYPERELASTIC", "HYPERFOAM") for _, m in deck.blocks("MATERIAL") for b in m.options)
+    return rubber or any(meaning(b.name).why == meaning("PLASTIC").why for b in deck.set_aside)
 
 
 def read_static(deck: Outline, step: StepBlocks | None, nodes: Registry, transforms: Transforms) -> StaticStep | None:

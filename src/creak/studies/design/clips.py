@@ -30,9 +30,18 @@ def with_clips(model: Model, study: Study) -> tuple[Model, list[tuple[Play, str]
     InputError : unknown sets, parts or library names; no node near a place; values that are no law.
     """
     blocks, plays, notes = [], [], []
+    taken = {t.name or "-".join(t.node_sets) for t in study.config.connector} | {*study.config.contact}
     for i, table in enumerate(clips_of(study)):
         name = table.name or f"{study.config.clip[i].use or table.type}.{i + 1}"
         where = study.where("clip", i)
+        if name in taken:
+            raise InputError(
+                f"the name {name!r} is taken by another contact, connector or clip",
+                where=where,
+                expected="a name of its own: results tell places by it",
+                fix="Rename one of them.",
+            )
+        taken.add(name)
         model, ends, told = _ends(model, table, name, where)
         notes += told
         if table.type == "bushing":

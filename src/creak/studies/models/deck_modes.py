@@ -48,6 +48,8 @@ class DeckModes:
     """The assembly, free dofs only."""
     shapes: FloatArray = field(repr=False)
     """(n, n_mode) in the coordinates of `system`, mass-normalised."""
+    prestress: StaticStep | None = None
+    """The static step of the deck whose stress stiffens the structure in these modes."""
 
     def translations(self) -> Iterator[FloatArray]:
         """(n_node, 3) motion of all nodes, mode by mode, dependent and held nodes included; mass-normalised."""
@@ -115,6 +117,7 @@ def deck_modes(
         model,
         system,
         found.shapes,
+        step,
     )
 
 

@@ -13,7 +13,7 @@ from creak.assembly.coupling import couple
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
-from creak.errors import InputError
+from creak.errors import CreakError, InputError
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.modes import Modes, modes
 from creak.model.dofs import PER_NODE
@@ -27,7 +27,7 @@ from creak.reduction.massless_boundary import massless_boundary
 from creak.reduction.modal import support_motion
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
 from creak.studies.models.substructures import UNREDUCED, Partition, partition
-from creak.studies.models.superelements import Reduced, reduce_substructure, with_all_modes
+from creak.studies.models.superelements import KEPT, Reduced, reduce_substructure, with_all_modes
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
 from creak.studies.warned import Warned
@@ -76,7 +76,8 @@ def reduce_model(
     Parameters
     ----------
     store : folder of saved superelements to take unchanged ones from.
-    made : is handed every superelement as soon as it is there.
+    made : is handed every superelement as soon as it is there, its factor included. With it a part that cannot be
+        reduced does not keep the others from it: the first one's error comes at the end.
 
     Raises
     ------
@@ -140,15 +141,24 @@ def _by_parts(
     made: Callable[[Reduced], None] | None,
 ) -> _Made:
     cut = partition(setup, reference, gaps)
-    superelements, notes = [], []
+    superelements, notes, failed = [], [], []
     for sub in cut.substructures:
         if sub.stays:
             continue
-        reduced, more = reduce_substructure(setup, sub, store, progress)
+        try:
+            reduced, more = reduce_substructure(setup, sub, store, progress)
+        except CreakError as error:
+            if made is None:
+                raise
+            failed.append(error)
+            continue
         superelements.append(reduced)
         if made is not None:
             made(reduced)
+        reduced.inside.release(above=KEPT)
         notes += more
+    if failed:
+        raise failed[0]
     _check_modes(setup, superelements)
     return _together(setup, reference, cut, superelements, notes, progress)
 

@@ -22,6 +22,7 @@ from creak.formats.superelement_file import (
     read_superelement_file,
     write_superelement_file,
 )
+from creak.linalg.memory import OutOfMemory
 from creak.linalg.modes import Modes
 from creak.model.dofs import dofs_of, nodes_of
 from creak.model.mesh import Model
@@ -78,7 +79,7 @@ class Reduced:
 def reduce_substructure(
     setup: Setup, sub: Substructure, folder: Path | None, progress: Progress
 ) -> tuple[Reduced, list[str]]:
-    """One superelement, from the store or made anew, and notes for people.
+    """One superelement, from the store or made anew, and notes for people; it still holds the factor that made it.
 
     Raises
     ------
@@ -95,6 +96,8 @@ def reduce_substructure(
     else:
         try:
             basis = fixed_interface_basis(inside, sub.shape, f_max, count, progress)
+        except OutOfMemory:
+            raise
         except NumericalError as error:
             raise InputError(
                 str(error),
@@ -103,7 +106,6 @@ def reduce_substructure(
                 fix="Couple it at more nodes, or add a node set to [reduction] retain.",
             ) from error
         matrices = reduced_matrices(sub.part, basis, progress, watched=_watched(setup, sub))
-    inside.release(above=KEPT)
     system = reduced_system(sub.part, *truncated(basis, matrices, table.f_max))
     return Reduced(sub, system, inside, basis, matrices, made_from, saved is not None), notes
 

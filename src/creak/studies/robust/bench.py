@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +53,8 @@ class Draw:
     """Dotted key -> value."""
     fields: Mapping[str, FloatArray]
     """Contact -> (m,) gaps of its channels."""
+    factors: Mapping[str, float] = field(default_factory=dict)
+    """Contact -> factor on the stiffness that its elements give."""
 
 
 @dataclass(frozen=True)
@@ -207,7 +209,7 @@ def excursion_of(silent: FlowRun, window: tuple[float, float]) -> FloatArray:
 def variant_of(bench: Bench, draw: Draw) -> Variant:
     """Channels, loads and, where its damping is another, the System of a draw."""
     study = drawn_study(bench.setup.study, draw.values)
-    setup = changed_setup(bench.setup, study, draw.fields)
+    setup = changed_setup(bench.setup, study, draw.fields, draw.factors)
     setup = started(setup, bench.reference, lambda *_: None)
     place = {name: k for k, name in enumerate(setup.contacts.names)}
     kept = [place[name] for name in bench.gaps.names if name in place]

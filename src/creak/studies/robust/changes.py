@@ -49,21 +49,21 @@ def _scales(system: System) -> bool:
     return d.modal_values is not None and d.extra is None and d.alpha == 0.0 and d.beta == 0.0
 
 
-def changed_setup(setup: Setup, study: Study, fields: Mapping[str, FloatArray]) -> Setup:
+def changed_setup(
+    setup: Setup, study: Study, fields: Mapping[str, FloatArray], factors: Mapping[str, float] | None = None
+) -> Setup:
     """The setup of a study that differs in numbers as `keeps_model` lets pass; its deck is not read again.
 
     Parameters
     ----------
-    setup : before its static start. fields : contact -> (m,) gaps of its channels.
+    setup : before its static start. fields : contact -> (m,) gaps of its channels. factors : contact -> factor on the
+        stiffness of its channels.
     """
     before = setup.study.config
-    contacts = [
-        _contact(setup, name, study, fields.get(name)) if before.contact[name] != table or name in fields else None
-        for name, table in study.config.contact.items()
-    ]
-    whole = setup.contacts
-    if any(piece is not None for piece in contacts):
-        whole = _put(setup.contacts, [piece for piece in contacts if piece is not None])
+    by = factors or {}
+    other = [n for n, t in study.config.contact.items() if before.contact[n] != t or n in fields or n in by]
+    contacts = [_contact(setup, name, study, fields.get(name), by.get(name, 1.0)) for name in other]
+    whole = _put(setup.contacts, contacts) if contacts else setup.contacts
     connectors = setup.connectors
     if (before.connector, before.clip) != (study.config.connector, study.config.clip):
         model, clips, _ = with_clips(setup.model, study)
@@ -91,7 +91,7 @@ def _put(whole: GapOperator, pieces: Sequence[GapOperator]) -> GapOperator:
     return joined.select(np.array([place[name] for name in whole.names], dtype=np.int64))
 
 
-def _contact(setup: Setup, name: str, study: Study, field: FloatArray | None) -> GapOperator:
+def _contact(setup: Setup, name: str, study: Study, field: FloatArray | None, factor: float) -> GapOperator:
     """The channels of one contact by the numbers of another study."""
     piece = setup.contacts.select(_of(setup.contacts, name))
     old, new = setup.study.config.contact[name], study.config.contact[name]
@@ -101,7 +101,8 @@ def _contact(setup: Setup, name: str, study: Study, field: FloatArray | None) ->
     elif isinstance(new.clearance, int | float) and new.clearance != old.clearance:
         gap0 = np.full(piece.m, float(new.clearance))
     press_fit = any(s.press_fit for s in study.config.static)
-    piece = replace(piece, gap0=gap0 if press_fit else np.maximum(gap0, 0.0))
+    stiffness = factor * piece.stiffness
+    piece = replace(piece, gap0=gap0 if press_fit else np.maximum(gap0, 0.0), stiffness=stiffness)
     if new == old:
         return piece
     law, where = contact_law(new, study.where("contact", name)), study.where("contact", name)

@@ -42,8 +42,13 @@ class Cause:
 
     @property
     def contact(self) -> str:
-        """The contact of a field."""
+        """The contact that the key is of."""
         return self.key.split(".")[1]
+
+    @property
+    def is_factor(self) -> bool:
+        """Whether it multiplies a stiffness that the elements give ("auto"), which the study has no number for."""
+        return self.of.relative and math.isnan(self.nominal)
 
     def values(self, unit: FloatArray) -> FloatArray:
         """(n,) numbers, or (n, m) gaps, from points (n, D) of the unit cube."""
@@ -55,7 +60,7 @@ class Cause:
         x = u[:, 0]
         if d.type == "seed":
             return np.floor(x * SEEDS)
-        scale = self.nominal if d.relative else 1.0
+        scale = self.nominal if d.relative and not self.is_factor else 1.0
         base = 1.0 if d.relative else self.nominal
         if d.type == "uniform":
             assert d.low is not None
@@ -149,7 +154,7 @@ def _nominal(key: str, of: Distribution, given: Any, value: Any, where: str) -> 
         return float(found)
     of_itself = of.type in ("uniform", "seed") or of.mean is not None or of.median is not None
     if found is None or isinstance(found, str):
-        if of.relative and found == "auto":
+        if of.relative and found == "auto" and key.startswith("contact.") and key.endswith(".stiffness"):
             return math.nan
         if of_itself and not of.relative:
             return math.nan

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -97,10 +97,9 @@ def run_draws(
     design = Design(causes, whole_power(n), indices, study.config.scatter.seed)
     points = design.points()
     values = tuple(cause.values(points) for cause in causes)
+    numbers = [(c, v) for c, v in zip(causes, values, strict=True) if v.ndim == 1 and not c.is_factor]
     for end in (np.argmin, np.argmax):
-        drawn_study(
-            study, {c.key: _number(c, v, int(end(v))) for c, v in zip(causes, values, strict=True) if v.ndim == 1}
-        )
+        drawn_study(study, {c.key: _number(c, v, int(end(v))) for c, v in numbers})
     places = places_of(channels)
     width = 1 + len(places) * (len(FIGURES) + len(FACTORS)) + channels.m
     identity = new_identity(setup.study, setup.deck_sha256)
@@ -175,7 +174,7 @@ def _marched(
     progress(f"{len(groups)} reductions, as {' and '.join(again)} change the model", 0, 1)
     for own, group in groups.items():
         study = drawn_study(setup.study, dict(zip(again, own, strict=True)))
-        rest = [Draw(d.number, {k: v for k, v in d.values.items() if k not in again}, d.fields) for d in group]
+        rest = [replace(d, values={k: v for k, v in d.values.items() if k not in again}) for d in group]
         bench = _bench(set_up(study), rest, lambda *_: None)
         for number, seen in march_draws(bench, channels, rest, threads):
             yield number, seen.record()
@@ -192,7 +191,7 @@ def _bench(setup: Setup, draws: list[Draw], progress: Progress, keep: Path | Non
         gapped = draw.fields or any(key.startswith(("contact.", "static.")) for key in draw.values)
         if not gapped and not (loaded and k < TRIED):
             continue
-        other = changed_setup(setup, drawn_study(setup.study, draw.values), draw.fields)
+        other = changed_setup(setup, drawn_study(setup.study, draw.values), draw.fields, draw.factors)
         lowest = np.minimum(lowest, other.contacts.gap0 - setup.contacts.gap0)
         if loaded and k < TRIED and linear is not None:
             other = started(other, reference, lambda *_: None)
@@ -214,13 +213,15 @@ def _fields(setup: Setup) -> dict[str, tuple[tuple[str, ...], FloatArray, FloatA
 
 
 def _draw(causes: tuple[Cause, ...], values: tuple[FloatArray, ...], number: int) -> Draw:
-    numbers, fields = {}, {}
+    numbers, fields, factors = {}, {}, {}
     for cause, column in zip(causes, values, strict=True):
         if column.ndim == 2:
             fields[cause.contact] = column[number]
+        elif cause.is_factor:
+            factors[cause.contact] = float(column[number])
         else:
             numbers[cause.key] = _number(cause, column, number)
-    return Draw(number, numbers, fields)
+    return Draw(number, numbers, fields, factors)
 
 
 def _number(cause: Cause, column: FloatArray, k: int) -> float | int:

@@ -140,6 +140,19 @@ def test_mistakes(tmp_path, old, new, told):
         read(tmp_path, FASTENER.replace(old, new) + BEAMS.replace("BEAM", "SPRUNG") * ("ELSET" in new))
 
 
+@pytest.mark.parametrize("text", [FASTENER, SPRUNG])
+def test_mass_at_the_reference_nodes(tmp_path, text):
+    model = read(tmp_path, text.replace("NAME=P\n", "NAME=P, MASS=1e-6\n"))
+    (block,) = [b for b in model.blocks if b.kind == "mass"]
+    assert model.nodes.ids[block.nodes_idx[:, 0]].tolist() == [901, 902]
+    assert block.section.mass == 1e-6
+    assert block.part == 0
+    ids = np.concatenate([b.ids for b in model.blocks])
+    assert len(set(ids.tolist())) == ids.size
+    with pytest.raises(InputError, match="MASS of the fastener is -1"):
+        read(tmp_path, text.replace("NAME=P\n", "NAME=P, MASS=-1\n"))
+
+
 def test_what_is_left_out_is_listed(tmp_path):
-    model = read(tmp_path, FASTENER.replace("NAME=P\n", "NAME=P, MASS=1e-6\n"))
-    assert [(u.keyword, u.changes_answer) for u in model.unread] == [("*FASTENER PROPERTY, MASS", True)]
+    model = read(tmp_path, FASTENER.replace("PROPERTY=P,", "PROPERTY=P, COUPLING=STRUCTURAL,"))
+    assert [(u.keyword, u.changes_answer) for u in model.unread] == [("*FASTENER, COUPLING=STRUCTURAL", True)]

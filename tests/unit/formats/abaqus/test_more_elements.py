@@ -172,3 +172,12 @@ def test_display_bodies_are_left_out(read):
     assert "SHOWN" not in model.element_sets
     assert [u.keyword for u in model.unread] == ["*DISPLAY BODY"]
     assert not model.unread[0].changes_answer
+
+
+@pytest.mark.parametrize("kind", ["S4", "S4T", "S4RS", "S4RSW"])
+def test_names_of_the_same_shell(read, kind):
+    text = SQUARE + f"*ELEMENT, TYPE={kind}, ELSET=P\n1, 1,2,3,4\n*SHELL SECTION, ELSET=P, MATERIAL=M\n1.\n" + STEEL
+    model = read(text)
+    assert [b.kind for b in model.blocks] == ["quad4"]
+    assert [u.keyword for u in model.unread] == (["*ELEMENT, TYPE=S4T"] if kind == "S4T" else [])
+    assert not any(u.changes_answer for u in model.unread)

@@ -139,7 +139,9 @@ def _part(folder: Path) -> str:
     return clipped(folder, "").model.parts[0].name
 
 
+TWICE = f'[[clip]]\nname = "hook"\ntype = "stop"\n{UP}stiffness = 1\n'
 REFUSED = {
+    "one name": (TWICE + TWICE, "the name 'hook' is taken"),
     "no type": (f"[[clip]]\n{UP}", "give type .*or use"),
     "unknown": (f'[[clip]]\nuse = "example-trim-slip"\n{UP}', "unknown clip .*example-trim-clip"),
     "no place": ('[[clip]]\ntype = "stop"\naxis = [0, 0, 1]\nstiffness = 1\n', "give either nodes, or at and parts"),

@@ -184,6 +184,23 @@ def test_every_number_that_keeps_the_model_changes_it_as_the_study_does(tmp_path
     assert abs(again.contacts.G - made.contacts.G).max() == 0.0
     field = np.linspace(0.1, 0.9, setup.contacts.m)
     assert np.array_equal(changed_setup(setup, setup.study, {"tip": field}).contacts.gap0, field)
+    stiffer = changed_setup(setup, setup.study, {}, {"tip": 1.5}).contacts
+    assert stiffer.stiffness == pytest.approx(1.5 * setup.contacts.stiffness)
+
+
+def test_a_stiffness_of_the_elements_scatters_by_a_factor(tmp_path):
+    """Neither study nor deck has a number for it: each channel's own is multiplied."""
+    text = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.02") + (
+        '[scatter.vary]\n"contact.tip.stiffness" = { type = "uniform", low = 0.5, high = 2, relative = true }\n'
+    )
+    found = creak.robust(write_strips(tmp_path, None, text), 4, indices=False, threads=1).draws
+    values = found.values[0]
+    assert 0.5 <= values.min() < values.max() <= 2.0
+    assert found.design.causes[0].is_factor
+    draw = job._draw(found.design.causes, found.values, 2)
+    assert draw.factors == {"tip": values[2]}
+    assert not draw.values
+    assert not found.reduced_again
 
 
 def test_what_is_finished_is_not_run_again(tmp_path, monkeypatch):

@@ -1,0 +1,76 @@
+"""Memory that is free, and the refusal of what would not fit, before it starts."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from creak.errors import InputError, NumericalError
+
+GB = 1e9
+OVERRIDE = "CREAK_MEMORY_GB"
+"""Environment variable: gigabytes to count on instead of what the system says is free."""
+MEMINFO, GROUP = Path("/proc/meminfo"), Path("/sys/fs/cgroup")
+
+
+class OutOfMemory(NumericalError):
+    """Something would not fit into memory."""
+
+
+def free_bytes() -> float:
+    """Memory that this process may still take, swap included; infinite where the system does not say.
+
+    Raises
+    ------
+    InputError : the environment variable `OVERRIDE` is no positive number.
+    """
+    given = os.environ.get(OVERRIDE, "").strip()
+    if given:
+        return GB * _positive(given)
+    return min(_of_machine(), _of_group())
+
+
+def require(needed: float, what: str, fix: str) -> None:
+    """Refuse what needs more bytes than are free.
+
+    Raises
+    ------
+    OutOfMemory : with both figures, what to do and how to go on all the same.
+    """
+    free = free_bytes()
+    if needed > free:
+        raise OutOfMemory(
+            f"memory does not hold {what}: {needed / GB:.3g} GB are needed, {free / GB:.3g} GB are free. {fix} "
+            f"To try all the same, set {OVERRIDE}={needed / GB * 1.01:.3g} in the environment."
+        )
+
+
+def _positive(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not value > 0.0:
+        raise InputError(f"{OVERRIDE}={text!r}", expected="a positive number of gigabytes", fix="Change or unset it.")
+    return value
+
+
+def _of_machine() -> float:
+    try:
+        lines = [line.split() for line in MEMINFO.read_text().splitlines()]
+    except OSError:  # not Linux
+        return float("inf")
+    kilobytes = {words[0].rstrip(":"): float(words[1]) for words in lines if len(words) > 1}
+    if "MemAvailable" not in kilobytes:
+        return float("inf")
+    return 1024.0 * (kilobytes["MemAvailable"] + kilobytes.get("SwapFree", 0.0))
+
+
+def _of_group() -> float:
+    """What a container's limit leaves; pages of files do not count, they are given back."""
+    try:
+        limit, used = ((GROUP / name).read_text().strip() for name in ("memory.max", "memory.current"))
+        figures = dict(line.split() for line in (GROUP / "memory.stat").read_text().splitlines())
+    except OSError:  # no container, or one that does not tell
+        return float("inf")
+    return float("inf") if limit == "max" else float(limit) - float(used) + float(figures.get("inactive_file", 0))

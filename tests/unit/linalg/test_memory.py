@@ -1,0 +1,71 @@
+"""What would not fit into memory is refused before it starts, with figures and a way out."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from creak.errors import InputError
+from creak.linalg import memory
+from creak.linalg.complex_factor import complex_factor
+from creak.linalg.factor import factor
+from creak.linalg.memory import OVERRIDE, OutOfMemory, free_bytes
+from creak.linalg.mkl import has_pardiso
+
+SIDE = 60
+
+
+def grid() -> sp.csr_matrix:
+    """Five-point Laplacian on a square."""
+    line = sp.diags([-1.0, 2.0, -1.0], [-1, 0, 1], shape=(SIDE, SIDE))
+    return sp.csr_matrix(sp.kronsum(line, line))
+
+
+@pytest.mark.skipif(not has_pardiso(), reason="SuperLU does not tell what it will need")
+@pytest.mark.parametrize("make", [factor, complex_factor], ids=["real", "complex"])
+def test_a_factor_that_does_not_fit_is_refused_and_the_user_can_insist(make, monkeypatch):
+    A = grid()
+    monkeypatch.setenv(OVERRIDE, "0.0001")
+    with pytest.raises(OutOfMemory, match=r"factor of 3,600 equations: .* GB are needed, 0\.0001 GB are free") as said:
+        make(A)
+    assert "reduce with substructures" in str(said.value)
+    insisted = re.search(rf"set {OVERRIDE}=(\S+) ", str(said.value))
+    assert insisted is not None
+    monkeypatch.setenv(OVERRIDE, insisted[1])
+    b = np.ones(A.shape[0])
+    np.testing.assert_allclose(A @ make(A).solve(b), b, atol=1e-9)
+
+
+@pytest.mark.skipif(not has_pardiso(), reason="SuperLU does not tell what it will need")
+def test_the_prediction_is_that_of_the_factor(monkeypatch):
+    asked = []
+    monkeypatch.setattr("creak.linalg.factor.require", lambda needed, *_: asked.append(needed))
+    made = factor(grid())
+    assert made.nbytes < asked[0] < 2.0 * made.nbytes + 1e6  # its entries, and work space of PARDISO
+
+
+@pytest.mark.parametrize("value", ["much", "0", "-3", "nan"])
+def test_gigabytes_that_are_none(value, monkeypatch):
+    monkeypatch.setenv(OVERRIDE, value)
+    with pytest.raises(InputError, match="a positive number of gigabytes"):
+        free_bytes()
+
+
+def test_what_the_machine_and_a_container_leave(monkeypatch, tmp_path):
+    monkeypatch.delenv(OVERRIDE, raising=False)
+    info = tmp_path / "meminfo"
+    info.write_text("MemTotal: 9000000 kB\nMemAvailable: 3000000 kB\nSwapFree: 1000000 kB\nHugePages_Total: 0\n")
+    monkeypatch.setattr(memory, "MEMINFO", info)
+    monkeypatch.setattr(memory, "GROUP", tmp_path)
+    assert free_bytes() == 4e6 * 1024
+    for name, text in (("max", "max\n"), ("current", "2000000000\n"), ("stat", "anon 5\ninactive_file 500000000\n")):
+        (tmp_path / f"memory.{name}").write_text(text)
+    assert free_bytes() == 4e6 * 1024
+    (tmp_path / "memory.max").write_text("3000000000\n")
+    assert free_bytes() == 1.5e9
+    monkeypatch.setattr(memory, "MEMINFO", tmp_path / "none")
+    monkeypatch.setattr(memory, "GROUP", tmp_path / "none")
+    assert free_bytes() == float("inf")
