@@ -3,8 +3,10 @@
 Between two kicks the motion is exact: its energy changes by the work of the loads, less what the dampers took. What
 the scheme leaves over comes from the kicks alone: a channel of force p at the mean rate r of its kick takes h p r out
 of the motion, and that is to be what springs store, dampers and friction take. For a linear spring the scheme keeps
-T + V - h^2/8 p' W p exactly, W the inverse mass at the channels (Hairer, Lubich, Wanner, Geometric Numerical
-Integration, 2006, I.1.4 and XIII.5.3): the last term is booked with the contact.
+T + V - h^2/8 p' (W F + 2 a) exactly, with the kicks F of all channels, W the inverse mass there, and a constant
+acceleration a of the gaps between the kicks (Hairer, Lubich, Wanner, Geometric Numerical Integration, 2006, I.1.4 and
+XIII.5.3 for a = 0; with it the sum over the kicks is that of the trapezoidal rule): the last term is booked with the
+contact.
 """
 
 from __future__ import annotations
@@ -13,6 +15,7 @@ import math
 
 import numba
 
+from creak.dynamics.flow_kicks import held_by_kick
 from creak.dynamics.flow_model import BEGUN, GIVEN
 from creak.dynamics.modal_books import at_supports, carried, in_channels
 from creak.dynamics.modal_model import (
@@ -91,17 +94,6 @@ def work_on_light(model, now, after):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def held_by_kick(W, h, force, m):  # type: ignore[no-untyped-def]
-    """h^2/8 p' W p: what a kick still holds in its middle. Springs and motion keep their sum but for it."""
-    held = 0.0
-    for i in range(m):
-        if force[i] != 0.0:
-            for j in range(m):
-                held += force[i] * W[i, j] * force[j]
-    return 0.125 * h * h * held
-
-
-@numba.njit(cache=True)
 def book_flow(model, drive, h, now, after, light):  # type: ignore[no-untyped-def]
     """Works of a step on the way from now to after; `drive`: amplitudes of the load columns as cubics from its start.
 
@@ -141,14 +133,24 @@ def complete(model, laws, W, h, x):  # type: ignore[no-untyped-def]
     kinetic, strain, light = stored(model, x)
     more_kinetic, more_strain = carried(model, x)
     e[KINETIC], e[STRAIN] = kinetic + more_kinetic, strain + more_strain
-    e[CONTACT] = in_channels(model, laws, x.gap) - held_by_kick(W, h, x.force, x.gap.size)
+    e[CONTACT] = in_contact(model, laws, W, h, x)
     e[DAMPING] = e[GIVEN] - (kinetic + strain - light)
     spent = e[DAMPING] + e[CONTACT_DAMPING] + e[FRICTION]
     e[SCHEME] = e[EXTERNAL] + e[BEGUN] - (e[KINETIC] + e[STRAIN] + e[CONTACT]) - spent
 
 
 @numba.njit(cache=True)
-def begin_books(model, laws, x):  # type: ignore[no-untyped-def]
+def in_contact(model, laws, W, h, x):  # type: ignore[no-untyped-def]
+    """Energy of the springs in the middle of a kick."""
+    energy = in_channels(model, laws, x.gap)
+    for i in range(x.gap.size):
+        if x.force[i] != 0.0:
+            energy -= held_by_kick(laws, W, h, x, i)
+    return energy
+
+
+@numba.njit(cache=True)
+def begin_books(model, laws, W, h, x):  # type: ignore[no-untyped-def]
     """Take the energy of the first instant as given."""
     columns(model, x)
     at_supports(model, x)
@@ -156,6 +158,7 @@ def begin_books(model, laws, x):  # type: ignore[no-untyped-def]
     more_kinetic, more_strain = carried(model, x)
     e = x.energy
     fill(e, 0.0)
-    e[KINETIC], e[STRAIN], e[CONTACT] = kinetic + more_kinetic, strain + more_strain, in_channels(model, laws, x.gap)
+    e[KINETIC], e[STRAIN] = kinetic + more_kinetic, strain + more_strain
+    e[CONTACT] = in_contact(model, laws, W, h, x)
     e[GIVEN] = kinetic + strain - light
     e[BEGUN] = e[KINETIC] + e[STRAIN] + e[CONTACT]

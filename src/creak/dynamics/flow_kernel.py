@@ -12,7 +12,7 @@ import numpy as np
 
 from creak.dynamics.closing import dips
 from creak.dynamics.flow_books import book_flow, complete
-from creak.dynamics.flow_kicks import book_half, book_slack, lessen, press
+from creak.dynamics.flow_kicks import book_half, book_slack, lessen, press, settled
 from creak.dynamics.flow_lasting import PATIENCE, held_together, hold, rests, same_set
 from creak.dynamics.flow_model import GIVEN
 from creak.dynamics.flow_motion import (
@@ -82,7 +82,7 @@ def advance(  # type: ignore[no-untyped-def]
             look_gaps(model, after)
         book_half(model, laws, W, h, now, share, after.energy)
     if model.damped:
-        book_slack(laws, h, now, after.energy)
+        book_slack(laws, h, now, after, after.energy)
     if level == levels and model.presses:
         if springs:
             look_closed(model, after)
@@ -137,6 +137,8 @@ def flow_chunk(  # type: ignore[no-untyped-def]
                     inverse = held_together(laws, B, pressing)
                 held = hold(model, laws, slope, P[level], B, inverse, pressing, gain, D, course, h, now, after)
                 calm = calm + 1 if held else 0
+                if held:
+                    settled(W, H / parts, after)
             if not held:
                 level, h = advance(
                     model,

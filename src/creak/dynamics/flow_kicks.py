@@ -1,13 +1,16 @@
 """Kicks of the channels in compiled code: forces at an instant, half of their impulse before it and half after.
 
-Laws with a damper or friction act on the velocity that the kick itself leaves behind (`THETA` of it), in one problem
-for all channels that press. Where a channel has closed in the step before an instant, or opens in the step after it,
-the half of its kick on that side is lessened to its share of the step in contact, such that it takes from the motion,
-or gives back, just what its spring then holds (with the h^2/8 p W p of the kick itself, `flow_books`): else the kink of
-the law at zero would create or destroy up to (omega_c h)^2 / 4 of the energy of a touch, at random.
+Laws with a damper or friction act on the velocity that the kick itself leaves behind, in one problem for all channels
+that press: on that in its middle and, so that nothing jitters, `THETA` - 1/2 of what it has more than the kick before.
+Where a channel has closed in the step before an instant, or opens in the step after it, the half of its kick on that
+side gets the share that takes from the motion, or gives back, just what its spring then holds (with what the kick
+itself holds, `held_by_kick`), up to `MOST`: else the kink of the law at zero would create or destroy up to
+(omega_c h)^2 / 4 of the energy of a touch, at random.
 """
 
 from __future__ import annotations
+
+import math
 
 import numba
 
@@ -17,10 +20,13 @@ from creak.dynamics.flow_motion import look_along, quiet
 from creak.dynamics.modal_model import CONTACT_DAMPING, DONE, EXTERNAL, FAST, FRICTION, acts, fill, put
 
 THETA = 0.6
-"""Share of a kick that the laws see: 1/2 conserves the energy of a sticking channel but lets it jitter, 1 stops it."""
+"""Share of a kick that the laws see, less THETA - 1/2 of the kick before: 1/2 conserves the energy of a channel that
+sticks but lets it jitter."""
 RATE = 1e5
 """Rates of a kick over the displacements that stand for them in the problem of the channels, times h: so large that
 these displacements do not stretch the springs."""
+MOST = 2.0
+"""Largest share of half a kick."""
 SWEEPS = 3
 """Of the shares of channels that close or open together."""
 
@@ -33,10 +39,13 @@ def press(model, laws, A, W, light, gain, h, now, after, share):  # type: ignore
     if not model.presses or after.gap.min() >= 0.0:
         return DONE
     look_along(model, after)
+    drifted(laws, W, h, now, share, after)
     if model.damped or after.sliding.size or light:
         put(after.force, 0, now.force)
         put(after.stuck, 0, now.stuck)
-        slip, rate = h * after.rate[m:], after.rate[:m].copy()
+        seen = after.rate.copy()
+        turn_rates(laws, W, (0.5 - THETA) * h, now.force, share, seen)
+        slip, rate = h * seen[m:], seen[:m].copy()
         code = solve_step(A, after.gap.copy(), rate, RATE / h, slip, RATE, h, laws, after.stuck, after.force)
         if code != DONE:
             return code
@@ -45,7 +54,7 @@ def press(model, laws, A, W, light, gain, h, now, after, share):  # type: ignore
             if after.gap[i] < 0.0:
                 after.force[i] = spring_force(laws, i, after.gap[i])
     if model.damped:
-        book_slack(laws, h, after, after.energy)
+        book_slack(laws, -h, after, now, after.energy)
     if not acts(after.force, 0, after.force.size):
         return DONE
     closing = False
@@ -71,6 +80,30 @@ def press(model, laws, A, W, light, gain, h, now, after, share):  # type: ignore
         if after.force[laws.rubs[i // 2]] > 0.0 and not after.stuck[i // 2]:
             after.sliding[i] = after.rate[m + i]
     return DONE
+
+
+@numba.njit(cache=True)
+def drifted(laws, W, h, now, share, after):  # type: ignore[no-untyped-def]
+    """Change of the rates of closed gaps since the instant before; share: of the second half of a kick there.
+
+    Where a gap was open then, by the mean of both rates: that of the step.
+    """
+    fill(after.drift, 0.0)
+    for i in range(after.drift.size):
+        if after.gap[i] < 0.0 and now.force[i] > 0.0:
+            after.drift[i] = after.rate[i] - now.rate[i] - 0.5 * h * felt(laws, W, i, now.force, share)
+        elif after.gap[i] < 0.0:
+            after.drift[i] = 2.0 * (after.rate[i] - (after.gap[i] - now.gap[i]) / h)
+
+
+@numba.njit(cache=True)
+def settled(W, h, x):  # type: ignore[no-untyped-def]
+    """The drift of gaps at rest: what their kicks undo."""
+    for i in range(x.drift.size):
+        x.drift[i] = 0.0
+        for j in range(x.force.size):
+            if x.force[j] != 0.0:
+                x.drift[i] -= h * W[i, j] * x.force[j]
 
 
 @numba.njit(cache=True)
@@ -101,11 +134,23 @@ def share_out(laws, W, h, x, other, sign, share):  # type: ignore[no-untyped-def
                 continue
             spring = spring_force(laws, i, x.gap[i])
             rate = x.rate[i] + 0.25 * h * felt(laws, W, i, x.force, share)
-            holds = spring_energy(laws, i, x.gap[i]) - 0.125 * h * h * spring * W[i, i] * spring
-            if sign * rate > 0.0 and 0.5 * h * spring * abs(rate) > holds:
-                share[i] = max(holds / (0.5 * h * spring * abs(rate)), 0.0)
+            holds = spring_energy(laws, i, x.gap[i]) - held_by_kick(laws, W, h, x, i)
+            if sign * rate > 0.0:
+                share[i] = min(max(holds, 0.0) / (0.5 * h * spring * abs(rate)), MOST)
             else:
                 share[i] = 1.0
+
+
+@numba.njit(cache=True)
+def held_by_kick(laws, W, h, x, i):  # type: ignore[no-untyped-def]
+    """h^2/8 p (W F + 2 a): what a kick holds in its middle of the energy of spring i, force p; a h is the drift.
+
+    Springs and motion keep their sum but for it where a is constant.
+    """
+    pull = 2.0 * h * x.drift[i]
+    for j in range(x.force.size):
+        pull += h * h * W[i, j] * x.force[j]
+    return 0.125 * pull * spring_force(laws, i, x.gap[i])
 
 
 @numba.njit(cache=True)
@@ -183,8 +228,15 @@ def book_half(model, laws, W, h, x, share, energy):  # type: ignore[no-untyped-d
 
 
 @numba.njit(cache=True)
-def book_slack(laws, h, x, energy):  # type: ignore[no-untyped-def]
-    """What a spring gives in half a step to its own damper where it unloads faster than that lets it go: no force."""
+def book_slack(laws, h, x, other, energy):  # type: ignore[no-untyped-def]
+    """What a spring gives in half a step to its own damper where it unloads faster than that lets it go: no force.
+
+    h: the step, negative for the half before the instant. other: the instant at the end of the step on that side; where
+    the channel is open there, the spring gives all that it holds.
+    """
     for i in range(x.gap.size):
         if x.force[i] == 0.0 and x.gap[i] < 0.0:
-            energy[CONTACT_DAMPING] += 0.5 * h * spring_force(laws, i, x.gap[i]) * x.rate[i]
+            if other.gap[i] > 0.0:
+                energy[CONTACT_DAMPING] += math.copysign(spring_energy(laws, i, x.gap[i]), h)
+            else:
+                energy[CONTACT_DAMPING] += 0.5 * abs(h) * spring_force(laws, i, x.gap[i]) * x.rate[i]

@@ -173,7 +173,7 @@ class FlowRun:
         """Steps near contact, and what channels do within one."""
         gaps, resolution = self.gaps, self._resolution
         self.steps: FlowSteps = flow_steps(self.form, gaps.laws, self.H, resolution)
-        self.model = filtered(self.form, self.steps.mollifier, gaps.resting)
+        self.model = filtered(self.form, self.steps.mollifier, self.steps.h, gaps.resting)
         if gaps.preload is not None:
             self.model = self.model._replace(gap0=gaps.with_stiffness(self.steps.laws.stiffness).gap0)
         h, m, k = self.steps.h, self.model.m, self.model.k
@@ -266,7 +266,7 @@ class FlowRun:
 
     def start(self) -> FlowState:
         x = self._start()
-        begin_books(self.model, self.steps.laws, x)
+        begin_books(self.model, self.steps.laws, self.W, self.steps.h, x)
         return x
 
     def _start(self) -> FlowState:
@@ -290,6 +290,7 @@ class FlowRun:
         if model.presses and rest.any() and still:
             x.force[:] = rest
             x.F[:] = x.force @ model.push
+            x.drift[:] = -h * (self.W[:m] @ rest)
         elif model.presses and x.gap.min(initial=0.0) < 0.0:
             slip, rate = h * x.rate[m:], x.rate[:m].copy()
             with one_blas_thread():

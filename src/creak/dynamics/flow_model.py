@@ -82,6 +82,8 @@ class FlowState(NamedTuple):
     gap: FloatArray
     rate: FloatArray
     """(m + 2 f,) of gaps and along the rubbing channels; after `press` that in the middle of the kick."""
+    drift: FloatArray
+    """(m,) what the motion between the last two kicks changed of the rates of closed gaps."""
     sliding: FloatArray
     """(2 f,) slip velocity."""
     stuck: BoolArray
@@ -185,26 +187,30 @@ def of_modal(
     )
 
 
-def filtered(form: FlowForm, mollifier: FloatArray, rest: FloatArray) -> FlowModel:
+def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) -> FlowModel:
     """The model whose channels see and push the pairs through the filter (n,), as does what balances them at rest.
+
+    A kick works h v on a pair of speed v; the springs see half of its way from the kick before to the kick after,
+    v sin(omega h) / omega. So a pair is pushed by sin(omega h) / (omega h) less than it is seen, and gets what the
+    springs give; else it would get (omega h)^2 / 6 more, out of nothing.
 
     Parameters
     ----------
-    rest : (m + 2 f,) channel forces at rest.
+    h : step near contact, s. rest : (m + 2 f,) channel forces at rest.
     """
-    model, both = form.model, np.concatenate([mollifier, mollifier])
+    model, pushed = form.model, mollifier * np.sinc(form.omega * h / np.pi)
 
-    def through(A: FloatArray, begin: int, end: int) -> FloatArray:
-        return np.ascontiguousarray(A * both[begin:end])
+    def through(A: FloatArray, by: FloatArray, begin: int, end: int) -> FloatArray:
+        return np.ascontiguousarray(A * np.concatenate([by, by])[begin:end])
 
-    rates = through(model.rates, model.v0, model.v1)
+    rates = through(model.rates, pushed, model.v0, model.v1)
     if form.root.ndim == 1:
         push = rates
     else:
         push = np.ascontiguousarray((rates @ form.root) @ form.root.T)
     m, constant = model.gap0.size, model.order == CONSTANT
     load, load_u, load_v = model.load.copy(), model.load_u.copy(), model.load_v.copy()
-    rows = through(model.rows, model.u0, model.u1)
+    rows = through(model.rows, mollifier, model.u0, model.u1)
     for j in np.flatnonzero(constant):
         own = slice(0, m) if model.column[j] == 0 else slice(m, rest.size)
         load[j], load_u[j], load_v[j] = -rest[own] @ push[own], -rest[own] @ rows[own], -rest[own] @ rates[own]
@@ -221,6 +227,7 @@ def resting(model: FlowModel, loads: Loads) -> FlowState:
         np.zeros(channels),
         np.zeros(m),
         np.zeros(channels),
+        np.zeros(m),
         np.zeros(f2),
         np.ones(f2 // 2, dtype=np.bool_),
         np.zeros((3, n_s)),

@@ -90,7 +90,8 @@ def flow_steps(form: FlowForm, laws: LawArrays, H: float, resolution: Resolution
             fix='Give a stiffness that the material can have, or stiffness = "hard".',
         )
     band, top = _bands(form.omega)
-    reach = np.stack([_reach(form, band, top, math.ldexp(H, -n)) for n in range(levels + 1)])
+    slow = mollifier * (1.0 - np.sinc(form.omega * math.ldexp(H, -levels) / np.pi))
+    reach = np.stack([_reach(form, band, top, math.ldexp(H, -n), slow) for n in range(levels + 1)])
     return FlowSteps(H, levels, laws, mollifier, band, np.ascontiguousarray(reach))
 
 
@@ -149,15 +150,16 @@ def _bands(omega: FloatArray) -> tuple[IntArray, int]:
     return band, int(band.max(initial=0)) + 1
 
 
-def _reach(form: FlowForm, band: IntArray, count: int, h: float) -> FloatArray:
+def _reach(form: FlowForm, band: IntArray, count: int, h: float, slow: FloatArray) -> FloatArray:
     """(n_band, m) bound of |gap - cubic| / sqrt(2 E) of each band in a step h.
 
     A pair of energy E moves a gap g within A = sqrt(2 E squares). The cubic through values and slopes at both ends is
-    off by at most h^4 max |d^4 g / dt^4| / 384 = A (omega h)^4 / 384, and never by more than A (2 + omega h / 4). Over
-    a band: Cauchy-Schwarz.
+    off by at most h^4 max |d^4 g / dt^4| / 384 = A (omega h)^4 / 384, and never by more than A (2 + omega h / 4).
+    Slopes that are by the share `slow` (n,) too small (`flow_model.filtered`) add h / 4 times that. Over a band:
+    Cauchy-Schwarz.
     """
     x = form.omega * h
-    off = np.minimum(x**4 / 384.0, 2.0 + 0.25 * x)
+    off = np.minimum(x**4 / 384.0, 2.0 + 0.25 * x) + 0.25 * slow * x
     squares = form.squares * off**2
     return np.stack([np.sqrt(squares[:, band == b].sum(axis=1)) for b in range(count)])
 

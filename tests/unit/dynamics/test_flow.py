@@ -266,9 +266,9 @@ def test_output_and_whole_coordinates_are_those_of_the_instants():
     assert history.force.max() > 0.0
 
 
-@pytest.mark.parametrize("seed", [*range(24), 156, 192])
+@pytest.mark.parametrize("seed", [*range(24), 156, 192, 371, 406, 656])
 def test_random_systems_create_no_energy_in_contact(seed):
     """Any law, with or without friction, dampers and damping that couples modes: what comes out is what went in."""
     history = random_run(seed)
     assert (history.force >= 0.0).all()
-    assert created_of_contact(history) < LIMIT
+    assert created_of_contact(history) < 0.25 * LIMIT
