@@ -24,7 +24,7 @@ def bash(creak, monkeypatch, words):
 @pytest.mark.parametrize(
     ("words", "offered"),
     [
-        ("creak r", ["run", "report", "reduce"]),
+        ("creak r", ["run", "report", "robust", "reduce"]),
         ("creak mo", ["modes"]),
         ("creak run --conv", ["--converge"]),
         ("creak new deck.inp --units ", ["mm-t-s", "m-kg-s"]),

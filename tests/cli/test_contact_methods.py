@@ -51,6 +51,7 @@ def test_hard_contact_with_friction_on_a_massless_boundary(tmp_path, monkeypatch
         ('main = "OVER"\n', 'main = "OVER"\nstiffness = "hard"\nfriction = 0.3\n'),
         ("[reduction]\n", '[reduction]\nmethod = "massless-boundary"\n'),
         ("[time]\n", '[time]\nintegrator = "massless-boundary"\n'),
+        ("step = 5e-4", "step = 2.5e-4"),
         ("[time]", "[reference]\nrun = false\n[time]"),
     )
     status, summary = run(tmp_path, study, monkeypatch)

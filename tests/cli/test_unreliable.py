@@ -60,9 +60,9 @@ def test_a_sound_run_has_no_reason_against_it(creak, tmp_path):
 
 @pytest.mark.parametrize(("substeps", "sound"), [(1, False), (20, True)])
 def test_a_light_strip_on_a_heavy_frame(creak, tmp_path, substeps, sound):
-    """All that the strip holds is a millionth of the work that moves its frame; unresolved, its impulse is 30 times too large."""
+    """All that the strip holds is a millionth of the work that moves its frame; unresolved, contact throws it about."""
     law = "" if sound else '\nstiffness = "hard"'
-    study = SOUND.replace("0.05", "0.1").replace("5e-4", f"5e-4\nsubsteps = {substeps}")
+    study = SOUND.replace("0.05", "0.1" if sound else "0.2").replace("5e-4", f"5e-4\nsubsteps = {substeps}")
     path = write_strips(tmp_path, heavy_root(), study.replace('main = "OVER"', f'main = "OVER"{law}'))
     said = creak("run", path, "--quiet", "--out", tmp_path / "out")
     run = json.loads((tmp_path / "out" / "summary.json").read_text())["runs"]["reduced"]

@@ -93,7 +93,7 @@ def test_file_loads_nothing_from_elsewhere_and_leaves_no_part_behind(result_of, 
 def test_an_old_report_survives_a_failure(result_of, tmp_path):
     path = tmp_path / "report.html"
     path.write_text("old")
-    with pytest.raises(KeyError, match="runs"):
+    with pytest.raises(KeyError, match="verification"):
         write_report(result_of("both runs"), {}, path)
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]

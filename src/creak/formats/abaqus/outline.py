@@ -62,8 +62,10 @@ class Outline:
                     yield scope, block
 
     def note(self, block: Block, why: str, *, changes: bool, what: str = "") -> None:
-        """List something that creak does not use."""
-        self.unread.append(Unread(what or f"*{block.name}", block.where, changes, why))
+        """List something that creak does not use, once however often it is looked at."""
+        entry = Unread(what or f"*{block.name}", block.where, changes, why)
+        if entry not in self.unread:
+            self.unread.append(entry)
 
 
 def outline(blocks: Iterable[Block]) -> Outline:
