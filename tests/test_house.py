@@ -61,7 +61,9 @@ def test_newest_and_lowest_leave_out_little():
     files = list((TESTS / "unit").rglob("test_*.py"))
     once = [p for p in files if re.search(r"mark\.once", p.read_text(encoding="utf-8"))]
     assert 0 < len(once) <= len(files) / 10
-    assert (ROOT / "Makefile").read_text(encoding="utf-8").count("-m 'not once' tests/unit tests/packaging") == 1
+    assert (ROOT / "Makefile").read_text(encoding="utf-8").count(
+        "-m 'not once and not slow' $(UNIT) tests/packaging"
+    ) == 1
 
 
 def test_check_runs_the_unit_tests():
