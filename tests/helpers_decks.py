@@ -75,3 +75,22 @@ def write_strips(folder: Path, deck: str | None = None, study: str = STUDY) -> P
     path = folder / "study.toml"
     path.write_text(study, encoding="utf-8")
     return path
+
+
+STOP = """*NODE
+1, 0., 0., 0.
+*ELEMENT, TYPE=MASS, ELSET=M
+1, 1
+*MASS, ELSET=M
+100.
+*ELEMENT, TYPE=SPRING1, ELSET=K
+2, 1
+*SPRING, ELSET=K
+1
+10000.
+*NSET, NSET=TIP
+1
+*INITIAL CONDITIONS, TYPE=VELOCITY
+TIP, 1, 1.0
+"""
+"""A mass of 100 on a spring of 1e4, moving at 1 along x."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from creak.cli.main import main
-from helpers_decks import STUDY, write_strips
+from helpers_decks import STOP, STUDY, write_strips
 
 
 def creak(monkeypatch, *arguments):
@@ -117,22 +117,6 @@ def test_node_to_surface_and_output_interval(tmp_path, monkeypatch):
         assert np.isin([13, 26, 39], file["runs/reduced/node_ids"][:]).all()
 
 
-STOP = """*NODE
-1, 0., 0., 0.
-*ELEMENT, TYPE=MASS, ELSET=M
-1, 1
-*MASS, ELSET=M
-100.
-*ELEMENT, TYPE=SPRING1, ELSET=K
-2, 1
-*SPRING, ELSET=K
-1
-10000.
-*NSET, NSET=TIP
-1
-*INITIAL CONDITIONS, TYPE=VELOCITY
-TIP, 1, 1.0
-"""
 STOP_STUDY = """[model]
 deck = "strips.inp"
 units = "m-kg-s"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -116,6 +116,10 @@ class GapOperator:
         """(m,) channels that can carry a force at rest; the others are only watched, or damp."""
         curved = np.zeros(self.m, dtype=bool) if self.curves is None else self.curves.of >= 0
         return np.asarray(curved | (self.stiffness > 0.0))
+
+    def of_groups(self, names: Container[str]) -> BoolArray:
+        """(m,) channels of these contacts and connectors."""
+        return np.array([name in names for name in self.group], dtype=bool)
 
     def without_force(self) -> GapOperator:
         """The same gaps, watched but never pressing."""

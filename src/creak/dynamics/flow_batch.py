@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from itertools import islice
 from typing import TypeVar
 
 from creak.assembly.system import System
@@ -63,7 +64,7 @@ def march_many(
     with one_blas_thread(), ThreadPoolExecutor(count) as pool:
         try:
             while True:
-                for variant in _some(rest, 2 * count - len(under_way)):
+                for variant in islice(rest, 2 * count - len(under_way)):
                     under_way[pool.submit(one, variant)] = variant.number
                 if not under_way:
                     return
@@ -71,8 +72,3 @@ def march_many(
                     yield under_way.pop(future), future.result()
         finally:  # an interruption waits for what is marching, not for what is in the queue
             pool.shutdown(cancel_futures=True)
-
-
-def _some(variants: Iterator[Variant], count: int) -> Iterator[Variant]:
-    for _, variant in zip(range(count), variants, strict=False):
-        yield variant

@@ -122,6 +122,9 @@ class Part:
     aliases: tuple[str, ...] = ()
     """Other names of the part: the *PART of its only instance."""
 
+    def has(self, node_idx: int) -> bool:
+        return bool((self.nodes_idx == node_idx).any())
+
 
 @dataclass(frozen=True)
 class Unread:

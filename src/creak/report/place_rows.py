@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from creak.model.plain_mesh import Mesh
 from creak.model.units import Units
 from creak.report.checks import RUN_WORDS
@@ -123,4 +121,4 @@ def _motion(place: Place, motions: Animations) -> int | None:
 
 
 def _part_name(model: Mesh, node_idx: int) -> str:
-    return next((p.name for p in model.parts if np.isin(node_idx, p.nodes_idx).any()), "")
+    return next((p.name for p in model.parts if p.has(node_idx)), "")

@@ -19,6 +19,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.model.dofs import TRANSLATIONS, node_dofs, nodes_of
 from creak.model.materials import PointMass, Spring
 from creak.model.mesh import ElementBlock, Model
+from creak.model.units import UNITS
 from creak.reduction.diagonal import diagonalise
 from creak.studies.cause.decompose import Cause
 from creak.studies.file.config import DampingTable
@@ -76,7 +77,7 @@ def candidates(setup: Setup, gaps: GapOperator, place: Place, cause: Cause, mass
     ----------
     mass : of the whole model.
     """
-    name, mine = place.contact, np.array([g == place.contact for g in gaps.group])
+    name, mine = place.contact, gaps.of_groups({place.contact})
     clearance = float(gaps.gap0[mine].mean())
     if clearance > 0.0 and gaps.preload is None:
         yield _wider(name, GAP * clearance, setup)
@@ -100,18 +101,17 @@ def _same(what: GapOperator) -> GapOperator:
 
 
 def _wider(name: str, by: float, setup: Setup) -> Change:
-    length = "mm" if setup.study.config.model.units == "mm-t-s" else "m"
+    length = UNITS[setup.study.config.model.units].length
 
     def of(gaps: GapOperator) -> GapOperator:
-        return replace(gaps, gap0=gaps.gap0 + by * np.array([g == name for g in gaps.group], dtype=float))
+        return replace(gaps, gap0=gaps.gap0 + by * gaps.of_groups({name}))
 
     return Change("gap", f"{by:.3g} {length} more gap at {name}", of, None, lambda s: _with_gaps(s, of))
 
 
 def _softer(name: str) -> Change:
     def of(gaps: GapOperator) -> GapOperator:
-        mine = np.array([g == name for g in gaps.group], dtype=bool)
-        return gaps.with_stiffness(np.where(mine, SOFTER * gaps.stiffness, gaps.stiffness))
+        return gaps.with_stiffness(np.where(gaps.of_groups({name}), SOFTER * gaps.stiffness, gaps.stiffness))
 
     return Change(
         "stiffness", f"contact {1 / SOFTER:.0f} times softer at {name}", of, None, lambda s: _with_gaps(s, of)
@@ -144,7 +144,7 @@ def _more_damping(setup: Setup) -> Change:
 
 
 def _heavier(setup: Setup, node: int, mass: float) -> Change:
-    kg = 1e3 if setup.study.config.model.units == "mm-t-s" else 1.0
+    kg = UNITS[setup.study.config.model.units].to_kg
     labels = node_dofs(np.array([node]), TRANSLATIONS)
 
     def of(system: System) -> System:
@@ -170,7 +170,7 @@ def _fastener(setup: Setup, node: int, other: int) -> Change:
         ElementBlock("spring2", np.array([0]), np.array([[node, other]]), Spring("ADDED", d, d, k), -1)
         for d in (1, 2, 3)
     ]
-    unit = "N/mm" if units == "mm-t-s" else "N/m"
+    unit = UNITS[units].stiffness
     words = f"a fastener of {k:g} {unit} from {node_name(setup.model, node)} to {node_name(setup.model, other)}"
     return Change("fastener", words, _same, of, lambda s: _with_blocks(s, blocks), same_modes=False)
 
@@ -182,7 +182,7 @@ def _with_blocks(setup: Setup, blocks: list[ElementBlock]) -> Setup:
 
 
 def _part(model: Model, node: int) -> int:
-    return next((i for i, p in enumerate(model.parts) if np.isin(node, p.nodes_idx).any()), -1)
+    return next((i for i, p in enumerate(model.parts) if p.has(node)), -1)
 
 
 def _again(
@@ -228,5 +228,5 @@ def _ends(gaps: GapOperator, channel: int) -> tuple[int, int] | None:
 
 def node_name(model: Model, node_idx: int) -> str:
     """Node and its part, for sentences."""
-    part = next((p.name for p in model.parts if np.isin(node_idx, p.nodes_idx).any()), "")
+    part = next((p.name for p in model.parts if p.has(node_idx)), "")
     return f"node {model.nodes.label(node_idx)}{f' of {part}' if part else ''}"

@@ -66,11 +66,10 @@ def find_changes(
     if isinstance(sound, Sound):
         ear = _Ear(sound.listeners[0], sound.band.high, METRES[setup.study.config.model.units])
     rows = None if ear is None else radiation(run.system, ear.listener, ear.metre)
-    base = _histories(setup, run.system, result.gaps)
     shown, out = list(zip(places, causes, strict=True))[:MOST_PLACES], {}
     for done, (place, cause) in enumerate(shown):
         progress("changes that would help", done, len(shown))
-        now = effect_of(result, place, run.system, result.gaps, base, ear, rows)
+        now = effect_of(result, place, run.system, result.gaps, run.history, ear, rows)
         tried: list[tuple[Change, Effect]] = []
         for change in candidates(setup, result.gaps, place, cause, result.reference.system.stats.mass):
             effect = predicted(result, place, change, run.system, ear, rows)
@@ -86,10 +85,6 @@ def find_changes(
     return out
 
 
-def _histories(setup: Setup, system: System, gaps: GapOperator) -> History:
-    return marched(setup, system, gaps, setup.loads, np.zeros(0, dtype=np.int64))
-
-
 def predicted(
     result: StudyResult, place: Place, change: Change, system: System, ear: _Ear | None, rows: PressureRows | None
 ) -> Effect | None:
@@ -99,7 +94,7 @@ def predicted(
     if not is_modal(changed):
         return None
     try:
-        history = _histories(result.setup, changed, gaps)
+        history = marched(result.setup, changed, gaps, result.setup.loads, np.zeros(0, dtype=np.int64))
     except Stopped:
         return None
     if ear is not None and not change.same_modes:
@@ -136,8 +131,7 @@ def effect_of(
 ) -> Effect:
     """What the channels of a place do in a run, found by their nodes."""
     setup, window = result.setup, result.window
-    mine = np.array([g == place.contact for g in gaps.group], dtype=bool) & np.isin(gaps.nodes_idx, place.nodes_idx)
-    channels = np.flatnonzero(mine)
+    channels = np.flatnonzero(gaps.of_groups({place.contact}) & np.isin(gaps.nodes_idx, place.nodes_idx))
     inside = (history.time >= window[0]) & (history.time <= window[1])
     impulse = (history.weights * inside) @ history.force
     v, count = setup.study.config.verification, 0

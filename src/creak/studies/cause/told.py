@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from creak.contact.gap_operator import GapOperator
+from creak.model.units import UNITS
 from creak.studies.cause.changes import Change, Effect
 from creak.studies.cause.decompose import EXCITATION, REST, Cause
 from creak.studies.cause.driven import driven_level
@@ -49,7 +50,7 @@ def cause_dict(cause: Cause, setup: Setup, gaps: GapOperator) -> dict[str, Any]:
         "with_supports": direct,
         "parts": [{"name": name, "closing": -moved} for name, moved in cause.parts],
     }
-    return found | {"words": cause_words(found, "mm" if setup.study.config.model.units == "mm-t-s" else "m")}
+    return found | {"words": cause_words(found, UNITS[setup.study.config.model.units].length)}
 
 
 def cause_words(cause: dict[str, Any], length: str) -> str:

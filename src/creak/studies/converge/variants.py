@@ -119,8 +119,7 @@ def scaled_contact(gaps: GapOperator, channels: IntArray, factor: float) -> GapO
 def _scaled(result: StudyResult) -> IntArray:
     """Channels of contact pairs with a finite stiffness or a curve."""
     contacts = set(result.setup.contacts.group)
-    mine = np.array([g in contacts for g in result.gaps.group], dtype=bool)
-    return np.flatnonzero(mine & np.isfinite(result.gaps.stiffness))
+    return np.flatnonzero(result.gaps.of_groups(contacts) & np.isfinite(result.gaps.stiffness))
 
 
 def _base_variant(result: StudyResult) -> Variant:

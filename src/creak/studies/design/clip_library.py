@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import ValidationError
 
 from creak.errors import InputError, suggest
-from creak.model.units import METRES
+from creak.model.units import METRES, UnitsName
 from creak.studies.file.design.clip_tables import ClipTable, ClipValues
 from creak.studies.file.reader import Study, explain, read_toml
 from creak.studies.file.table import Table
@@ -19,7 +19,7 @@ OWN = Path(__file__).with_name("clips.toml")
 class ClipFile(Table):
     """A library of clips."""
 
-    units: Literal["mm-t-s", "m-kg-s"]
+    units: UnitsName
     """Of all its values."""
     clip: dict[str, ClipValues]
     """[clip.NAME]"""

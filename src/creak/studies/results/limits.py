@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from creak.model.units import UNITS
 from creak.studies.file.eline_tables import LimitTable
 from creak.studies.file.quantities import in_base, length_in
 
@@ -60,7 +61,7 @@ def _of_places(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[s
 def _of_lines(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     found, units = summary["elines"], summary["units"]
     lines = [] if found is None else found["lines"]
-    length = "mm" if units == "mm-t-s" else "m"
+    length = UNITS[units].length
     for name, key in (("tolerance", "margin"), ("in_plane", "in_plane")):
         text = getattr(limit, name)
         if text is None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -157,7 +157,8 @@ def march_draws(
     channels : all of the study, kept or not: what figures and impulses stand for.
     """
     places, (start, end) = places_of(channels), bench.window
-    at = np.array([{name: k for k, name in enumerate(channels.names)}[name] for name in bench.gaps.names])
+    place = {name: k for k, name in enumerate(channels.names)}
+    at = np.array([place[name] for name in bench.gaps.names])
     v = bench.setup.study.config.verification
 
     def look(variant: Variant, history: History | Stopped) -> Seen:
@@ -184,7 +185,7 @@ def places_of(channels: GapOperator) -> tuple[str, ...]:
 
 
 def _slack(bench: Bench, variant: Variant, places: tuple[str, ...]) -> FloatArray:
-    gaps, group = variant.gaps, np.array(variant.gaps.group, dtype=object)
+    gaps = variant.gaps
     slack = np.full((len(places), len(FACTORS)), np.inf)
     if gaps.resting.any() or (gaps.gap0[gaps.can_press()] < 0.0).any():
         return np.full_like(slack, np.nan)
@@ -193,7 +194,7 @@ def _slack(bench: Bench, variant: Variant, places: tuple[str, ...]) -> FloatArra
         alone = bench.silent.again(gaps.without_force(), variant.loads, variant.system)
         excursion = excursion_of(alone, bench.window)
     for k, place in enumerate(places):
-        own = np.flatnonzero(group == place)
+        own = np.flatnonzero(gaps.of_groups({place}))
         if own.size:
             slack[k] = (gaps.gap0[own, None] + excursion[own, None] * np.array(FACTORS)).min(axis=0)
     return slack
@@ -223,7 +224,7 @@ def variant_of(bench: Bench, draw: Draw) -> Variant:
 
 def drawn_study(study: Study, values: Mapping[str, Any]) -> Study:
     """The study with drawn numbers, checked as any change is."""
-    return with_changes(replace(study, config=study.config), values) if values else study
+    return with_changes(study, values) if values else study
 
 
 def lowest_between(g: FloatArray) -> FloatArray:

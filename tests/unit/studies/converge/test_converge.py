@@ -39,24 +39,8 @@ from creak.studies.results.summary import summarise
 from creak.studies.run import job as running
 from creak.studies.run.job import run_study
 from creak.verify.events import Event
-from helpers_decks import STUDY, write_strips
+from helpers_decks import STOP, STUDY, write_strips
 
-STOP = """*NODE
-1, 0., 0., 0.
-*ELEMENT, TYPE=MASS, ELSET=M
-1, 1
-*MASS, ELSET=M
-100.
-*ELEMENT, TYPE=SPRING1, ELSET=K
-2, 1
-*SPRING, ELSET=K
-1
-10000.
-*NSET, NSET=TIP
-1
-*INITIAL CONDITIONS, TYPE=VELOCITY
-TIP, 1, 1.0
-"""
 STOP_STUDY = """[model]
 deck = "strips.inp"
 units = "m-kg-s"
