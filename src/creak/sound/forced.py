@@ -35,7 +35,7 @@ LOWEST = 20.0
 FADE = 0.85
 """Share of the band from which the sound fades out to its end."""
 HIGHEST = 0.4
-"""Of the rate, up to which delays between samples are right."""
+"""Of the rate of the forces, up to which means over their intervals tell them."""
 STIFF = 4.0
 """Frequency of a mode over the end of the band from which its motion follows the force by two terms of a series."""
 BLOCK = 4_000_000
@@ -54,7 +54,7 @@ class Modes:
 
 
 def sound_of_forces(
-    modes: Modes, force: FloatArray, groups: Sequence[IntArray], rows: PressureRows, band: float
+    modes: Modes, force: FloatArray, rate: float, groups: Sequence[IntArray], rows: PressureRows, band: float
 ) -> FloatArray:
     """Pressure (n_listener, n_group, n) in Pa that each group of forces makes by itself, at rest before.
 
@@ -62,12 +62,12 @@ def sound_of_forces(
 
     Parameters
     ----------
-    force : (n, n_force) means over the sampling intervals around each instant, at `rows.rate`.
-    groups : columns of `force`. band : Hz.
+    force : (n, n_force) means over the sampling intervals around each instant. rate : theirs, Hz, and of the pressure.
+    groups : columns of `force`. rows : right up to the band; their own rate may be lower. band : Hz.
 
     Raises
     ------
-    InputError : shapes that do not fit; a band that is not above 20 Hz and below .4 of the rate.
+    InputError : shapes that do not fit; a band that is not above 20 Hz and within .4 of the rate and that of the rows.
     """
     n, count = force.shape
     if modes.push.shape != (count, modes.m.size) or rows.rows.shape[2] != modes.m.size:
@@ -75,16 +75,17 @@ def sound_of_forces(
             f"forces {force.shape}, their rows {modes.push.shape}, rows of {rows.rows.shape[2]} modes",
             expected=f"({n}, n_force), (n_force, {modes.m.size}) and {modes.m.size}",
         )
-    if not LOWEST < band <= HIGHEST * rows.rate:
-        raise InputError(f"a band up to {band:g} Hz", expected=f"{LOWEST:g} to {HIGHEST * rows.rate:g} Hz")
-    width = rows.rate / (band * (1.0 - FADE))
-    front, whole = int(BEFORE * width), n + int(TAIL * rows.rate)
+    highest = min(HIGHEST * rate, rows.band)
+    if not LOWEST < band <= highest:
+        raise InputError(f"a band up to {band:g} Hz", expected=f"{LOWEST:g} to {highest:g} Hz")
+    width = rate / (band * (1.0 - FADE))
+    front, whole = int(BEFORE * width), n + int(TAIL * rate)
     size = next_fast_len(front + whole + int(max(PAD * n, AFTER * width)), real=True)
-    sigma = DECAY * rows.rate / size
-    weight = np.exp(-sigma / rows.rate * np.arange(front + whole))
-    freq = np.arange(size // 2 + 1) * (rows.rate / size)
+    sigma = DECAY * rate / size
+    weight = np.exp(-sigma / rate * np.arange(front + whole))
+    freq = np.arange(size // 2 + 1) * (rate / size)
     used = np.flatnonzero(freq < band)
-    s, gain = sigma + 2j * np.pi * freq[used], _high_end(freq[used], band) / np.sinc(freq[used] / rows.rate)
+    s, gain = sigma + 2j * np.pi * freq[used], _high_end(freq[used], band) / np.sinc(freq[used] / rate)
     F = np.empty((used.size, count), dtype=complex)
     for j in range(count):
         F[:, j] = rfft(np.concatenate([np.zeros(front), force[:, j] * weight[front : front + n]]), size)[used]
@@ -108,7 +109,7 @@ def sound_of_forces(
             for g, columns in enumerate(groups):
                 P[g, used[here]] = each[:, columns].sum(axis=1)
         for g in range(len(groups)):
-            found[listener, g] = _without_lows((irfft(P[g], size)[: front + whole] / weight)[front:], rows.rate)[:n]
+            found[listener, g] = _without_lows((irfft(P[g], size)[: front + whole] / weight)[front:], rate)[:n]
     return found
 
 

@@ -17,6 +17,7 @@ from creak.model.units import METRES
 from creak.progress import Progress
 from creak.sound.forced import sound_of_forces
 from creak.sound.rayleigh import PressureRows
+from creak.sound.zwicker_tables import RATE
 from creak.studies.cause.changes import Change, Effect, candidates
 from creak.studies.cause.decompose import Cause, marched
 from creak.studies.cause.told import change_dict
@@ -65,7 +66,7 @@ def find_changes(
     ear = None
     if isinstance(sound, Sound):
         ear = _Ear(sound.listeners[0], sound.band.high, METRES[setup.study.config.model.units])
-    rows = None if ear is None else radiation(run.system, ear.listener, ear.metre)
+    rows = None if ear is None else radiation(run.system, ear.listener, ear.metre, ear.band)
     shown, out = list(zip(places, causes, strict=True))[:MOST_PLACES], {}
     for done, (place, cause) in enumerate(shown):
         progress("changes that would help", done, len(shown))
@@ -98,7 +99,7 @@ def predicted(
     except Stopped:
         return None
     if ear is not None and not change.same_modes:
-        rows = radiation(changed, ear.listener, ear.metre)
+        rows = radiation(changed, ear.listener, ear.metre, ear.band)
     return effect_of(result, place, changed, gaps, history, ear, rows)
 
 
@@ -116,7 +117,7 @@ def checked_by_run(
     run = main_run(again.runs)
     if run is None or again.stopped is not None or not is_modal(run.system):
         return again.stopped or "damping couples the modes"
-    rows = None if ear is None else radiation(run.system, ear.listener, ear.metre)
+    rows = None if ear is None else radiation(run.system, ear.listener, ear.metre, ear.band)
     return effect_of(again, place, run.system, again.gaps, run.history, ear, rows)
 
 
@@ -158,7 +159,7 @@ def _heard(
     source = source_of(system, gaps, history)
     if not source.channel.size:
         return 0.0, 0.0
-    own, rest = sound_of_forces(source.modes, source.force, source.groups([channels]), rows, ear.band)[0]
+    own, rest = sound_of_forces(source.modes, source.force, RATE, source.groups([channels]), rows, ear.band)[0]
     background = background_of(setup.study)
     both = [heard_of(x, window, background) for x in (own, own + rest)]
     return tuple(h.n5 if background is None else h.n5_added for h in both)  # type: ignore[return-value]

@@ -114,10 +114,10 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     listeners = given or _ear(result, run, source, band.high)
     if not listeners:
         return "none: no part with shells or solids moves"
-    rows = [radiation(run.system, listener, metre) for listener in listeners]
+    rows = [radiation(run.system, listener, metre, band.high) for listener in listeners]
     offline = clock.process_time() - offline
     groups = source.groups(places)
-    pressure = np.concatenate([sound_of_forces(source.modes, source.force, groups, r, band.high) for r in rows])
+    pressure = np.concatenate([sound_of_forces(source.modes, source.force, RATE, groups, r, band.high) for r in rows])
     pressure[:, -1] = pressure.sum(axis=1)
     heard = [[heard_of(x, result.window, background) for x in of_one] for of_one in pressure]
     order = sorted(range(len(places)), key=lambda k: heard[0][k].rank, reverse=True)

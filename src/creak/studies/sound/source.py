@@ -27,6 +27,8 @@ SAMPLES = 24
 """Facets of each part at which its motion is looked at."""
 INSTANTS = 256
 """Frequencies at which it is."""
+PER_BAND = 4.0
+"""Samples per second of a listener's rows over the band: few, as each costs a back-substitution in every part."""
 
 
 @dataclass(frozen=True)
@@ -61,13 +63,14 @@ def source_of(system: System, gaps: GapOperator, history: History) -> Source:
     return Source(modes, force, np.concatenate([touched, np.repeat(rubbing, 2)[along]]))
 
 
-def radiation(system: System, listener: Listener, metre: float) -> PressureRows:
-    """What each mode's acceleration sends to a listener, Pa at 48 kHz."""
+def radiation(system: System, listener: Listener, metre: float, band: float) -> PressureRows:
+    """What each mode's acceleration sends to a listener, Pa, up to the end of the band, Hz."""
     skin = listener.skin
     nodes, row = np.unique(skin.nodes_idx, return_inverse=True)
     points = np.zeros((nodes.size, 3))
     points[row.ravel()] = skin.corners.reshape(-1, 3)
-    weights, start = pressure_weights(points * metre, listener.position * metre, float(RATE))
+    rate = PER_BAND * band
+    weights, start = pressure_weights(points * metre, listener.position * metre, rate, band)
     areas = np.zeros((nodes.size, 3))
     each = skin.shares[:, :, None] * skin.toward(listener.position)[:, None]
     np.add.at(areas, row.ravel(), each.reshape(-1, 3))
@@ -76,7 +79,7 @@ def radiation(system: System, listener: Listener, metre: float) -> PressureRows:
     out = sp.csr_array((areas.ravel() * metre**3, (np.repeat(np.arange(nodes.size), 3), np.arange(3 * nodes.size))))
     moves = np.isin(labels, system.labels)
     A = sp.csr_matrix((weights @ out)[:, np.flatnonzero(moves)])
-    return PressureRows(to_dense(system.combined(A, labels[moves])[0])[None], np.array([start]), float(RATE))
+    return PressureRows(to_dense(system.combined(A, labels[moves])[0])[None], np.array([start]), rate, band)
 
 
 def loudest(system: System, source: Source, skin: Skin, band: float) -> int | None:
