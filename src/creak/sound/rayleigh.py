@@ -205,21 +205,14 @@ def pressure(rows: PressureRows, acceleration: FloatArray) -> FloatArray:
     return found
 
 
-def power_matrix(areas: FloatArray, shapes: FloatArray, *, medium: Medium = AIR) -> FloatArray:
-    """(n_mode, n_mode) B of the equivalent radiated power P = q' B q' in W: rho c sum of area and normal velocity^2.
+def equivalent_power(areas: FloatArray, velocity: FloatArray, *, medium: Medium = AIR) -> FloatArray:
+    """Equivalent radiated power (n,) in W: rho c sum of area and normal velocity^2.
 
-    As if every part radiated like a piston much larger than the wavelength: a bound below coincidence, without
+    As if every piece radiated like a piston much larger than the wavelength: a bound below coincidence, without
     direction or distance.
 
     Parameters
     ----------
-    areas : (n, 3) from `area_vectors`. shapes : (n, 3, n_mode).
+    areas : (k,) m^2. velocity : (n, k) along the normals, m/s.
     """
-    size = np.linalg.norm(areas, axis=1)
-    normal = volume_shapes(areas, shapes) / np.sqrt(np.where(size > 0.0, size, 1.0))[:, None]
-    return np.asarray(medium.density * medium.speed * normal.T @ normal)
-
-
-def equivalent_power(matrix: FloatArray, velocity: FloatArray) -> FloatArray:
-    """Equivalent radiated power (n,) in W at modal velocities (n, n_mode), with B from `power_matrix`."""
-    return np.asarray(np.einsum("nm,nm->n", velocity @ matrix, velocity))
+    return np.asarray(medium.density * medium.speed * (velocity**2 @ areas))

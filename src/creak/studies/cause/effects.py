@@ -15,9 +15,6 @@ from creak.dynamics.stopped import Stopped
 from creak.errors import CreakError
 from creak.model.units import METRES
 from creak.progress import Progress
-from creak.sound.forced import sound_of_forces
-from creak.sound.rayleigh import PressureRows
-from creak.sound.zwicker_tables import RATE
 from creak.studies.cause.changes import Change, Effect, candidates
 from creak.studies.cause.decompose import Cause, marched
 from creak.studies.cause.told import change_dict
@@ -28,7 +25,8 @@ from creak.studies.run.job import StudyResult, events_in, run_study
 from creak.studies.sound.background import background_of
 from creak.studies.sound.heard import Sound, heard_of
 from creak.studies.sound.listeners import Listener
-from creak.studies.sound.source import radiation, source_of
+from creak.studies.sound.radiation import Radiation, pressure_of, radiation
+from creak.studies.sound.source import source_of
 from creak.verify.events import find_events
 
 MOST_PLACES = 3
@@ -66,14 +64,14 @@ def find_changes(
     ear = None
     if isinstance(sound, Sound):
         ear = _Ear(sound.listeners[0], sound.band.high, METRES[setup.study.config.model.units])
-    rows = None if ear is None else radiation(run.system, ear.listener, ear.metre, ear.band)
+    to = _radiation(run.system, ear)
     shown, out = list(zip(places, causes, strict=True))[:MOST_PLACES], {}
     for done, (place, cause) in enumerate(shown):
         progress("changes that would help", done, len(shown))
-        now = effect_of(result, place, run.system, result.gaps, run.history, ear, rows)
+        now = effect_of(result, place, run.system, result.gaps, run.history, to)
         tried: list[tuple[Change, Effect]] = []
         for change in candidates(setup, result.gaps, place, cause, result.reference.system.stats.mass):
-            effect = predicted(result, place, change, run.system, ear, rows)
+            effect = predicted(result, place, change, run.system, ear, to)
             if effect is not None:
                 tried.append((change, effect))
         tried.sort(key=lambda t: (t[1].rank, t[1].impulse))
@@ -87,7 +85,7 @@ def find_changes(
 
 
 def predicted(
-    result: StudyResult, place: Place, change: Change, system: System, ear: _Ear | None, rows: PressureRows | None
+    result: StudyResult, place: Place, change: Change, system: System, ear: _Ear | None, to: Radiation | None
 ) -> Effect | None:
     """On the reduced model; None where that cannot be marched."""
     gaps = change.of_gaps(result.gaps)
@@ -98,9 +96,13 @@ def predicted(
         history = marched(result.setup, changed, gaps, result.setup.loads, np.zeros(0, dtype=np.int64))
     except Stopped:
         return None
-    if ear is not None and not change.same_modes:
-        rows = radiation(changed, ear.listener, ear.metre, ear.band)
-    return effect_of(result, place, changed, gaps, history, ear, rows)
+    if not change.same_modes:
+        to = _radiation(changed, ear)
+    return effect_of(result, place, changed, gaps, history, to)
+
+
+def _radiation(system: System, ear: _Ear | None) -> Radiation | None:
+    return None if ear is None else radiation(system, ear.listener, ear.metre, ear.band)
 
 
 def checked_by_run(
@@ -117,8 +119,8 @@ def checked_by_run(
     run = main_run(again.runs)
     if run is None or again.stopped is not None or not is_modal(run.system):
         return again.stopped or "damping couples the modes"
-    rows = None if ear is None else radiation(run.system, ear.listener, ear.metre, ear.band)
-    return effect_of(again, place, run.system, again.gaps, run.history, ear, rows)
+    to = _radiation(run.system, ear)
+    return effect_of(again, place, run.system, again.gaps, run.history, to)
 
 
 def effect_of(
@@ -127,8 +129,7 @@ def effect_of(
     system: System,
     gaps: GapOperator,
     history: History,
-    ear: _Ear | None,
-    rows: PressureRows | None,
+    to: Radiation | None,
 ) -> Effect:
     """What the channels of a place do in a run, found by their nodes."""
     setup, window = result.setup, result.window
@@ -140,8 +141,8 @@ def effect_of(
         own = replace(history, gap=history.gap[:, channels], force=history.force[:, channels])
         count = len(events_in(find_events(own, gaps.select(channels), v.merge, v.f_max), window))
     heard: tuple[float | None, float | None] = (None, None)
-    if ear is not None and rows is not None:
-        heard = _heard(setup, window, system, gaps, history, channels, ear, rows)
+    if to is not None:
+        heard = _heard(setup, window, system, gaps, history, channels, to)
     return Effect(count, float(impulse[channels].sum()), float(impulse.sum()), *heard)
 
 
@@ -152,14 +153,13 @@ def _heard(
     gaps: GapOperator,
     history: History,
     channels: np.ndarray,
-    ear: _Ear,
-    rows: PressureRows,
+    to: Radiation,
 ) -> tuple[float | None, float | None]:
     """N5 of the channels and of all, as places are ranked by it."""
     source = source_of(system, gaps, history)
     if not source.channel.size:
         return 0.0, 0.0
-    own, rest = sound_of_forces(source.modes, source.force, RATE, source.groups([channels]), rows, ear.band)[0]
+    own, rest = pressure_of(source, source.groups([channels]), to)
     background = background_of(setup.study)
     both = [heard_of(x, window, background) for x in (own, own + rest)]
     return tuple(h.n5 if background is None else h.n5_added for h in both)  # type: ignore[return-value]
