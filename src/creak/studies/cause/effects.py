@@ -36,7 +36,7 @@ KEPT = 3
 
 
 @dataclass(frozen=True)
-class _Ear:
+class Ear:
     """The first listener of a run's sound."""
 
     listener: Listener
@@ -59,21 +59,11 @@ def find_changes(
     ----------
     check : make a full run, with a reduction of its own, of each change that is kept.
     """
-    setup, run = result.setup, main_run(result.runs)
-    assert run is not None
-    ear = None
-    if isinstance(sound, Sound):
-        ear = _Ear(sound.listeners[0], sound.band.high, METRES[setup.study.config.model.units])
-    to = _radiation(run.system, ear)
+    ear = ear_of(result, sound)
     shown, out = list(zip(places, causes, strict=True))[:MOST_PLACES], {}
     for done, (place, cause) in enumerate(shown):
         progress("changes that would help", done, len(shown))
-        now = effect_of(result, place, run.system, result.gaps, run.history, to)
-        tried: list[tuple[Change, Effect]] = []
-        for change in candidates(setup, result.gaps, place, cause, result.reference.system.stats.mass):
-            effect = predicted(result, place, change, run.system, ear, to)
-            if effect is not None:
-                tried.append((change, effect))
+        now, tried = try_changes(result, place, cause, ear)
         tried.sort(key=lambda t: (t[1].rank, t[1].impulse))
         helps = [t for t in tried if t[1].rank < now.rank or t[1].impulse < now.impulse]
         best = [t for i, t in enumerate(helps) if t[0].kind not in {u[0].kind for u in helps[:i]}][:KEPT]
@@ -84,8 +74,31 @@ def find_changes(
     return out
 
 
+def ear_of(result: StudyResult, sound: Sound | str | None) -> Ear | None:
+    """The first listener of the run's sound; None without sound."""
+    if not isinstance(sound, Sound):
+        return None
+    return Ear(sound.listeners[0], sound.band.high, METRES[result.setup.study.config.model.units])
+
+
+def try_changes(
+    result: StudyResult, place: Place, cause: Cause, ear: Ear | None
+) -> tuple[Effect, list[tuple[Change, Effect]]]:
+    """The place as it is, and with each change that can be marched, on the reduced model."""
+    run = main_run(result.runs)
+    assert run is not None
+    to = _radiation(run.system, ear)
+    now = effect_of(result, place, run.system, result.gaps, run.history, to)
+    tried = []
+    for change in candidates(result.setup, result.gaps, place, cause, result.reference.system.stats.mass):
+        effect = predicted(result, place, change, run.system, ear, to)
+        if effect is not None:
+            tried.append((change, effect))
+    return now, tried
+
+
 def predicted(
-    result: StudyResult, place: Place, change: Change, system: System, ear: _Ear | None, to: Radiation | None
+    result: StudyResult, place: Place, change: Change, system: System, ear: Ear | None, to: Radiation | None
 ) -> Effect | None:
     """On the reduced model; None where that cannot be marched."""
     gaps = change.of_gaps(result.gaps)
@@ -101,12 +114,12 @@ def predicted(
     return effect_of(result, place, changed, gaps, history, to)
 
 
-def _radiation(system: System, ear: _Ear | None) -> Radiation | None:
+def _radiation(system: System, ear: Ear | None) -> Radiation | None:
     return None if ear is None else radiation(system, ear.listener, ear.metre, ear.band)
 
 
 def checked_by_run(
-    result: StudyResult, place: Place, change: Change, ear: _Ear | None, progress: Progress
+    result: StudyResult, place: Place, change: Change, ear: Ear | None, progress: Progress
 ) -> Effect | str:
     """The effect in a run of the changed model, reduced anew; why there is none."""
     setup = change.of_setup(result.setup)
