@@ -17,7 +17,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.dynamics.modal_model import put
 
-CLOSE = 1e-4
+CLOSE = 1e-5
 """Of the largest value since contact last changed."""
 
 
