@@ -18,9 +18,9 @@ from creak.elements.quad4_geometry import (
     shape_derivatives,
     tangents,
 )
-from creak.elements.quad4_membrane import condensed, membrane_stiffness, membrane_strains
-from creak.elements.shell_common import mean_normal, shell_mass, stressed_stiffness, weighted_gram
-from creak.elements.shell_rigidity import Rigidity, rigidity
+from creak.elements.quad4_membrane import condensed, condensed_load, membrane_stiffness, membrane_strains
+from creak.elements.shell_common import mean_normal, shell_mass, stressed_stiffness, weighted_gram, weighted_sum
+from creak.elements.shell_rigidity import Rigidity, heat_resultants, rigidity
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import COMMON, Own
 
@@ -137,6 +137,28 @@ def geometric_stiffness(
     edges = surface.inverse @ np.stack([by_r, by_s], axis=1)
     slopes = surface.inverse @ shape_derivatives(points)
     return stressed_stiffness(coords, mean_normal(coords), slopes, edges, mean[:, [[0, 2], [2, 1]], 0], surface.weights)
+
+
+def heat_load(coords: FloatArray, section: ShellSection | GeneralShell, own: Own, rise: FloatArray) -> FloatArray:
+    """N on the membrane strains, M on the curvature; the enhanced modes, which see both where B is, condensed out.
+
+    Splitting the energy as the stiffness does, A (e + A^-1 B k)^2 + (D - B A^-1 B) k^2, the first takes N along with
+    B A^-1 N, the second M - B A^-1 N. What varies of the curvature within an element has no mean: M, which is all but
+    constant there, does no work on it.
+    """
+    points, weights = gauss_square(2)
+    surface = evaluate(coords, points, weights)
+    stiff = rigidity(section, surface.axes, own, shape(points))
+    N, M = heat_resultants(section, surface.axes, own, shape(points), rise)
+    operator, bent = membrane_strains(coords, surface), curvature(coords, surface)
+    if stiff.B is None:
+        full, load = weighted_gram(operator, stiff.A, surface.weights), weighted_sum(operator, N, surface.weights)
+    else:
+        both = np.concatenate([operator, np.pad(bent, ((0, 0), (0, 0), (0, 0), (0, 5)))], axis=2)
+        taken = (stiff.B @ np.linalg.solve(stiff.A, N[..., None]))[..., 0]
+        full = weighted_gram(both, replace(stiff, D=stiff.D - _neutral(stiff)).coupled, surface.weights)
+        load, M = weighted_sum(both, np.concatenate([N, taken], axis=2), surface.weights), M - taken
+    return condensed_load(full, load, 24) + weighted_sum(bent, M, surface.weights)
 
 
 def _neutral(stiff: Rigidity) -> FloatArray:

@@ -1,4 +1,4 @@
-"""DAREA, FORCE, MOMENT, LOAD and SPCD of one set -> forces and motions of dofs."""
+"""DAREA, FORCE, MOMENT, LOAD, GRAV and SPCD of one set -> forces and motions of dofs, gravity."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.coordinate_systems import axes_at
@@ -14,8 +15,8 @@ from creak.formats.nastran.deck import Deck
 Dof = tuple[int, int]
 """Node row and global dof 1..6."""
 _NOT_READ = (
-    "FORCE1, FORCE2, MOMENT1, MOMENT2, PLOAD, PLOAD1, PLOAD2, PLOAD4, GRAV, RFORCE, SLOAD, ACCEL, ACCEL1, SPCR, TEMP,"
-    "TEMPD, TEMPP1, TEMPRB, DEFORM"
+    "FORCE1, FORCE2, MOMENT1, MOMENT2, PLOAD, PLOAD1, PLOAD2, PLOAD4, PLOADB3, PLOADX1, RFORCE, RFORCE1, SLOAD, ACCEL,"
+    "ACCEL1, SPCR"
 )
 NOT_READ = tuple(name.strip() for name in _NOT_READ.split(","))
 """Loads of a set that creak does not know."""
@@ -29,7 +30,9 @@ class LoadSet:
 
     forces: dict[Dof, float] = field(default_factory=dict)
     motion: dict[Dof, float] = field(default_factory=dict)
+    gravity: FloatArray = field(default_factory=lambda: np.zeros(3))
     where: str = ""
+    """Of its first card; empty: the deck has none."""
 
 
 def load_set(deck: Deck, identifier: int, user: Card) -> LoadSet:
@@ -39,8 +42,7 @@ def load_set(deck: Deck, identifier: int, user: Card) -> LoadSet:
     ------
     InputError : no card of the set, or one of a kind that creak does not read.
     """
-    found = LoadSet()
-    _add(deck, identifier, 1.0, found, 0)
+    found = static_set(deck, identifier)
     for card in deck.cards("LSEQ"):
         if deck.case.loadset and card.integer(0) == deck.case.loadset and card.integer(1) == identifier:
             _add(deck, card.integer(2), 1.0, found, 0)
@@ -50,6 +52,25 @@ def load_set(deck: Deck, identifier: int, user: Card) -> LoadSet:
             where=user.where,
             expected="DAREA, FORCE, MOMENT or SPCD cards of this set",
         )
+    if found.gravity.any():
+        raise InputError(
+            f"GRAV of load set {identifier} is not read by creak in a transient load",
+            where=found.where,
+            expected="DAREA, FORCE, MOMENT and SPCD",
+            fix="Put it into a static subcase before the transient, or write the load as forces on grids.",
+        )
+    return found
+
+
+def static_set(deck: Deck, identifier: int) -> LoadSet:
+    """The loads of a set as LOAD in the case control takes them, with no card where there are none.
+
+    Raises
+    ------
+    InputError : a load of a kind that creak does not read.
+    """
+    found = LoadSet()
+    _add(deck, identifier, 1.0, found, 0)
     return found
 
 
@@ -59,10 +80,10 @@ def _add(deck: Deck, identifier: int, factor: float, found: LoadSet, depth: int)
             raise InputError(
                 f"{card.name} of load set {identifier} is not read by creak",
                 where=card.where,
-                expected="DAREA, FORCE, MOMENT and SPCD",
+                expected="DAREA, FORCE, MOMENT, GRAV and SPCD",
                 fix="Write the load as forces on grids.",
             )
-    for card in deck.cards("DAREA", "FORCE", "MOMENT", "SPCD", "LOAD"):
+    for card in deck.cards("DAREA", "FORCE", "MOMENT", "SPCD", "GRAV", "LOAD"):
         if card.integer(0) != identifier:
             continue
         found.where = found.where or card.where
@@ -74,6 +95,10 @@ def _add(deck: Deck, identifier: int, factor: float, found: LoadSet, depth: int)
                     _add(deck, card.integer(i + 1), factor * card.real(1, 1.0) * card.real(i), found, depth + 1)
         elif card.name in ("FORCE", "MOMENT"):
             _add_vector(deck, card, factor, found)
+        elif card.name == "GRAV":
+            direction = np.array([card.real(i, 0.0) for i in (3, 4, 5)])
+            axes = axes_at(deck.system(card.integer(1, 0), card), np.zeros(3))
+            found.gravity = found.gravity + factor * card.real(2) * (axes @ direction)
         else:
             _add_components(deck, card, factor, found)
 
