@@ -45,19 +45,19 @@ def heat_of(model: Model, study: Study) -> Heat | None:
     nothing = np.full(model.nodes.count, np.nan)
     heat = Heat(nothing, nothing.copy(), nothing.copy())
     _put(heat.otherwise, model.initial_temperature)
-    found = False
+    found, of_deck = False, np.zeros(model.nodes.count, dtype=bool)
     for k, table in enumerate(study.config.static):
         if table.temperature is not None:
             nodes, value = _given(model, study, k)
             heat.value[nodes] = value
             heat.reference[nodes] = np.nan if table.reference is None else table.reference
-            found = True
-    for k in range(len(study.config.static)):
+            of_deck[nodes], found = False, True
         loads = deck_loads(model, study, k)
         if loads is not None and loads.temperature is not None:
             _put(heat.value, loads.temperature)
-            heat.otherwise[np.isnan(heat.otherwise)] = 0.0
-            found = True
+            heat.reference[loads.temperature.nodes_idx] = np.nan
+            of_deck[loads.temperature.nodes_idx], found = True, True
+    heat.otherwise[of_deck & np.isnan(heat.otherwise)] = 0.0
     return heat if found else None
 
 
