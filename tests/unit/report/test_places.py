@@ -112,8 +112,11 @@ def test_a_place_may_only_squeak(result):
     force, gap = np.zeros_like(h.force), np.abs(h.gap) + 0.1
     force[:, j], gap[:, j] = 1.0, -0.01
     start = result.window[0] + 1e-3
-    slip = SlipEvent(result.gaps.group[j], "", node(result, label), start, start + 1e-3, 0.1, 1.0, 1.0, ())
-    late = replace(slip, t_start=result.window[1] + 1.0)
+    slip = SlipEvent(
+        result.gaps.group[j], "", node(result, label), start, start + 1e-3, 0.1, 1.0, 1.0, ((start, start + 1e-3),)
+    )
+    end = result.window[1] + 1.0
+    late = replace(slip, t_start=end, slips=((end, end + 1e-3),))
     squeaks = replace(run, history=replace(h, force=force, gap=gap), slips=(slip, late))
     places = find_places(result, squeaks)
     assert [(p.events, p.slips, p.force, p.number) for p in places] == [((), (slip,), 0.0, 1)]
