@@ -86,7 +86,7 @@ def heat_forces(model: Model, heat: Heat) -> FloatArray:
     """(6 n_node,) forces of the heated elements on their nodes."""
     forces = np.zeros((model.nodes.count, PER_NODE))
     for block, rise in _heated(model, heat):
-        each = block_heat_load(block, model.nodes.coords, rise)
+        each = block_heat_load(block, model.nodes.coords, rise, form=model.mass_form)
         np.add.at(forces, block.nodes_idx, each.reshape(*block.nodes_idx.shape, PER_NODE))
     return forces.ravel()
 
