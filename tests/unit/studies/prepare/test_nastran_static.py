@@ -141,6 +141,7 @@ REFUSED = {
         CARDS + "TLOAD1,7,10,,,8\nTABLED1,8\n,0.,1.,1.,1.,ENDT\n",
         "GRAV",
     ),
+    "its stress too": (BEFORE.replace("TSTEP", "IC(STATSUB,DIFFK) = 1\nTSTEP"), CARDS, "STATSUB"),
     "its stress": (BEFORE.replace("TSTEP", "STATSUB = 1\nTSTEP"), CARDS, "STATSUB"),
     "heat in time": ("SPC = 1\nSUBCASE 1\nTSTEP = 5\nTEMP(LOAD) = 20\n", CARDS, "TEMPERATURE\\(LOAD\\)"),
 }
@@ -160,6 +161,17 @@ def test_a_study_is_refused_only_the_loads_that_it_names(tmp_path):
         study(tmp_path, by_number(30), cards)
     with pytest.raises(InputError, match="no static loads '99'"):
         study(tmp_path, by_number(99), cards)
+    for more, match in (
+        ("LOAD,30,1.,1.,77\n", "uses load set 77, which is not defined"),
+        ("GRAV,30,,9.81\n", "no direction"),
+    ):
+        with pytest.raises(InputError, match=match):
+            study(tmp_path, by_number(30), CARDS + more)
+
+
+def test_a_later_table_replaces_temperatures_of_the_deck(tmp_path):
+    tables = by_number(20) + "[[static]]\ntemperature = 40\nreference = 10\n"
+    starts_and_stays(study(tmp_path, tables), 0, GROWTH * 30.0 / WARM)
 
 
 def test_loads_of_the_transient_subcase_are_told(tmp_path):
