@@ -90,6 +90,7 @@ docs: $(VENV)/docs.stamp
 	$(BIN)/python -m tools.commands_page
 	$(BIN)/python -m tools.study_page
 	$(BIN)/python -m tools.evidence_pages
+	$(BIN)/python -m benchmarks.ranking --out docs/ranking.json
 	$(BIN)/python -m tools.gallery
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 	@echo "open build/site/index.html"
@@ -102,6 +103,7 @@ verification: $(VENV)/dev.stamp
 evidence: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks.evidence
 	$(BIN)/python -m tools.evidence_pages
+	$(BIN)/python -m benchmarks.ranking --out docs/ranking.json
 
 bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks
@@ -111,6 +113,7 @@ bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks.deck_size
 	$(BIN)/python -m benchmarks.modes_cost
 	$(BIN)/python -m benchmarks.modes_peers
+	$(BIN)/python -m benchmarks.sound
 
 dist: $(VENV)/dev.stamp
 	rm -rf dist
