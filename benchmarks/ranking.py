@@ -5,8 +5,8 @@
 * false alarms and misses of the linear E-line at 40 mm, loads A2 to A4 and eight seeds of the phases;
 * the changes that are tried for load A4 at 40 mm: as predicted on the reduced model, and by full runs.
 
-`--out docs/ranking.json` keeps the record; `--tables docs/ranking.json` prints the tables of docs/sound.md and
-docs/elines.md.
+`--out docs/ranking.json` keeps the record, part by part; `--tables docs/ranking.json` prints what docs/sound.md and
+docs/elines.md have of it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import argparse
 import json
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -83,36 +83,37 @@ def changes(study: creak.Study) -> list[dict[str, Any]]:
     return [change_dict(c, now, e, checked_by_run(result, places[0], c, ear, lambda *_: None)) for c, e in tried]
 
 
-def measured(folder: Path, mesh_size: float, coarse: float, seeds: Sequence[int]) -> dict[str, Any]:
-    """All of it."""
-    tell = sys.stderr.write
-    record: dict[str, Any] = {
-        "made": stamp(),
-        "mesh_size": mesh_size,
-        "coarse": coarse,
-        "play": PLAY,
-        "ranked": {},
-        "settling": {},
-    }
-    for load in LOADS:
-        record["ranked"][load] = places(door(folder / load, mesh_size, load))
-        tell(f"{load}: {record['ranked'][load]}\n")
-    record["ranked"][WITH_PLAY] = places(door(folder / "play", mesh_size, "A3", PLAY))
-    tell(f"play: {record['ranked'][WITH_PLAY]}\n")
-    for model, play in (("A3", None), (WITH_PLAY, PLAY)):
-        base = door(folder / model, mesh_size, "A3", play)
-        record["settling"][model] = {
-            name: places(creak.change_study(base, what)) if what else record["ranked"][model]
-            for name, what in SETTLING.items()
-        }
-        tell(f"settling: {record['settling'][model]}\n")
-    record["alarms"] = []
-    for load in LOADS:
-        study = door(folder / f"{load}c", coarse, load)
-        record["alarms"] += [alarms(study, load, seed) for seed in seeds]
-        tell(f"alarms: {record['alarms'][-len(seeds) :]}\n")
-    record["changes"] = changes(door(folder / "A4c", coarse, "A4"))
-    return record
+def ranked(folder: Path, mesh_size: float) -> dict[str, Any]:
+    """Places under each load, and with play in the hooks."""
+    found = {load: places(door(folder / load, mesh_size, load)) for load in LOADS}
+    return found | {WITH_PLAY: places(door(folder / "play", mesh_size, "A3", PLAY))}
+
+
+def settling(folder: Path, mesh_size: float) -> dict[str, Any]:
+    """Places of load A3 as the study is, with more modes, with contact resolved finer."""
+    base = door(folder / "A3", mesh_size, "A3")
+    return {name: places(creak.change_study(base, what) if what else base) for name, what in SETTLING.items()}
+
+
+def called(folder: Path, mesh_size: float) -> list[dict[str, Any]]:
+    """Linear against contact under each load and seed."""
+    studies = {load: door(folder / load, mesh_size, load) for load in LOADS}
+    return [alarms(study, load, seed) for load, study in studies.items() for seed in SEEDS]
+
+
+def changed(folder: Path, mesh_size: float) -> list[dict[str, Any]]:
+    """Changes under load A4."""
+    return changes(door(folder / "A4", mesh_size, "A4"))
+
+
+PARTS: Mapping[str, Callable[[Path, float], Any]] = {
+    "ranked": ranked,
+    "settling": settling,
+    "alarms": called,
+    "changes": changed,
+}
+MESH_SIZES = {"ranked": 20.0, "settling": 20.0, "alarms": 40.0, "changes": 40.0}
+"""mm"""
 
 
 def order(found: Sequence[Mapping[str, Any]], key: str) -> list[int]:
@@ -121,41 +122,54 @@ def order(found: Sequence[Mapping[str, Any]], key: str) -> list[int]:
 
 
 def tables(record: Mapping[str, Any]) -> str:
-    """Markdown of docs/sound.md (ranking, settling, changes) and of docs/elines.md (alarms)."""
-    lines = [f"<!-- {record['made']['command']}, {record['made']['commit']}, {record['made']['date']} -->", ""]
-    lines += [
-        "| load | place | events | force, N | impulse, N s | N5, sone | by force, impulse, N5 |",
-        "|" + "---|" * 7,
-    ]
-    every = [(load, p) for load, found in record["ranked"].items() for p in found["places"]]
-    ranks = list(zip(*(order([p for _, p in every], key) for key in BY), strict=True))
-    for (load, p), rank in zip(every, ranks, strict=True):
-        figures = f"{p['events']} | {p['force']:.3g} | {p['impulse']:.3g} | {p['n5']:.3g}"
-        lines.append(f"| {load} | {p['name']} | {figures} | {', '.join(map(str, rank))} |")
-    lines += ["", f"| run | place | N5, sone | {' | '.join([*SETTLING][1:])} |", "|" + "---|" * 5]
-    for model, runs in record["settling"].items():
-        for k, place in enumerate(sorted(p["name"] for p in runs["as it is"]["places"])):
-            values = [next((p["n5"] for p in r["places"] if p["name"] == place), None) for r in runs.values()]
-            moved = [f"{100 * (v / values[0] - 1):+.2g} %" if v else "gone" for v in values[1:]]
-            lines.append(f"| {'' if k else model} | {place} | {values[0]:.3g} | {' | '.join(moved)} |")
-    lines += ["", "| change | place, now | predicted | full run | all places, now | predicted | full run |"]
+    """Markdown of docs/sound.md, and of docs/elines.md (alarms), of the parts that there are."""
+    return "\n\n".join("\n".join(TABLES[part](record[part]["found"])) for part in PARTS if part in record) + "\n"
+
+
+def _ranked_table(found: Mapping[str, Any]) -> list[str]:
+    lines = ["| load | place | events | force, N | impulse, N s | N5, sone | by force, impulse, N5 |", "|" + "---|" * 7]
+    for load, run in found.items():
+        ranks = zip(*(order(run["places"], key) for key in BY), strict=True)
+        for p, rank in zip(run["places"], ranks, strict=True):
+            figures = f"{p['events']} | {p['force']:.3g} | {p['impulse']:.3g} | {p['n5']:.3g}"
+            lines.append(f"| {load} | {p['name']} | {figures} | {', '.join(map(str, rank))} |")
+    return lines
+
+
+def _settling_table(found: Mapping[str, Any]) -> list[str]:
+    lines = [f"| place | N5, sone | {' | '.join([*SETTLING][1:])} |", "|" + "---|" * 4]
+    runs = [{p["name"]: p["n5"] for p in run["places"]} for run in found.values()]
+    for place, n5 in runs[0].items():
+        moved = [f"{100 * (run[place] / n5 - 1):+.2g} %" if place in run else "gone" for run in runs[1:]]
+        lines.append(f"| {place} | {n5:.3f} | {' | '.join(moved)} |")
+    return lines
+
+
+def _alarms_table(found: Sequence[Mapping[str, Any]]) -> list[str]:
+    lines = ["| load | runs | line called and touched | points called | touched | false alarms | misses |"]
     lines.append("|" + "---|" * 7)
-    for c in record["changes"]:
-        checked = c["checked"] if isinstance(c["checked"], Mapping) else {"n5": None, "total_n5": None}
-        figures = " | ".join(_known(e[key]) for key in ("n5", "total_n5") for e in (c["now"], c["predicted"], checked))
-        lines.append(f"| {c['words']} | {figures} |")
-    lines += [
-        "",
-        "| load | runs | linear and contact | false alarms | misses | points called, touched | wrongly | missed |",
-    ]
-    lines.append("|" + "---|" * 8)
     for load in LOADS:
-        own = [a for a in record["alarms"] if a["load"] == load]
-        word = [sum(a["outcome"] == name for a in own) for name in ("both", "false alarm", "miss")]
-        point = [sum(a[key] for a in own) for key in ("linear", "contact", "false_alarms", "misses")]
-        both = " | ".join(map(str, word))
-        lines.append(f"| {load} | {len(own)} | {both} | {point[0]}, {point[1]} | {point[2]} | {point[3]} |")
-    return "\n".join(lines) + "\n"
+        own = [a for a in found if a["load"] == load]
+        both = sum(a["outcome"] == "both" for a in own)
+        points = " | ".join(str(sum(a[key] for a in own)) for key in ("linear", "contact", "false_alarms", "misses"))
+        lines.append(f"| {load} | {len(own)} | {both} | {points} |")
+    return lines
+
+
+def _changes_table(found: Sequence[Mapping[str, Any]]) -> list[str]:
+    lines = ["| change | N5 of the place | predicted | full run |", "|" + "---|" * 4]
+    for c in found:
+        checked = c["checked"] if isinstance(c["checked"], Mapping) else {"n5": None}
+        lines.append(f"| {c['words']} | {' | '.join(_known(e['n5']) for e in (c['now'], c['predicted'], checked))} |")
+    return lines
+
+
+TABLES: Mapping[str, Callable[[Any], list[str]]] = {
+    "ranked": _ranked_table,
+    "settling": _settling_table,
+    "alarms": _alarms_table,
+    "changes": _changes_table,
+}
 
 
 def _known(value: float | None) -> str:
@@ -165,19 +179,21 @@ def _known(value: float | None) -> str:
 def main() -> None:
     """Measure and write, or print tables of a record."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.ranking")
-    parser.add_argument("--mesh-size", type=float, default=20.0, help="mm")
-    parser.add_argument("--coarse", type=float, default=40.0, help="mm, of the many runs")
-    parser.add_argument("--seeds", type=int, default=len(SEEDS))
-    parser.add_argument("--out", type=Path, help="JSON file for the figures")
+    parser.add_argument("--part", choices=PARTS, action="append", help="one of them, again for more; else all")
+    parser.add_argument("--out", type=Path, help="JSON file for the figures; other parts in it stay")
     parser.add_argument("--tables", type=Path, help="print the tables of such a file")
     given = parser.parse_args()
-    if given.tables is None:
+    if given.tables is not None:
+        sys.stdout.write(tables(json.loads(given.tables.read_text(encoding="utf-8"))))
+        return
+    record = json.loads(given.out.read_text(encoding="utf-8")) if given.out is not None and given.out.exists() else {}
+    for part in given.part or PARTS:
+        made = stamp()
         with tempfile.TemporaryDirectory() as folder:
-            record = measured(Path(folder), given.mesh_size, given.coarse, range(1, given.seeds + 1))
+            found = PARTS[part](Path(folder), MESH_SIZES[part])
+        record[part] = {"made": made, "mesh_size": MESH_SIZES[part], "found": found}
         if given.out is not None:
             given.out.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
-    else:
-        record = json.loads(given.tables.read_text(encoding="utf-8"))
     sys.stdout.write(tables(record))
 
 

@@ -32,13 +32,16 @@ SWEEPS = 3
 
 
 @numba.njit(cache=True)
-def press(model, laws, A, W, light, gain, h, now, after, share):  # type: ignore[no-untyped-def]
-    """Channel forces at an instant, and the first half of their kick; 0 or the code of the contact solver."""
+def press(model, laws, A, W, light, gain, h, now, after, share, watched):  # type: ignore[no-untyped-def]
+    """Channel forces at an instant, and the first half of their kick; 0 or the code of the contact solver.
+
+    watched: (m,) channels whose gaps are those of the motion; the others are open.
+    """
     m = model.gap0.size
     quiet(after)
     if not model.presses or after.gap.min() >= 0.0:
         return DONE
-    look_along(model, after)
+    look_along(model, laws, watched, after)
     drifted(laws, W, h, now, share, after)
     if model.damped or after.sliding.size or light:
         put(after.force, 0, now.force)
@@ -99,11 +102,11 @@ def drifted(laws, W, h, now, share, after):  # type: ignore[no-untyped-def]
 @numba.njit(cache=True)
 def settled(W, h, x):  # type: ignore[no-untyped-def]
     """The drift of gaps at rest: what their kicks undo."""
-    for i in range(x.drift.size):
-        x.drift[i] = 0.0
-        for j in range(x.force.size):
-            if x.force[j] != 0.0:
-                x.drift[i] -= h * W[i, j] * x.force[j]
+    fill(x.drift, 0.0)
+    for j in range(x.force.size):
+        if x.force[j] != 0.0:
+            for i in range(x.drift.size):
+                x.drift[i] -= h * W[j, i] * x.force[j]
 
 
 @numba.njit(cache=True)
@@ -200,7 +203,7 @@ def turn_rates(laws, W, by, force, share, rate):  # type: ignore[no-untyped-def]
         if force[j] != 0.0:
             p = by * weight(laws, share.size, share, j) * force[j]
             for i in range(rate.size):
-                rate[i] += W[i, j] * p
+                rate[i] += W[j, i] * p
 
 
 @numba.njit(cache=True)

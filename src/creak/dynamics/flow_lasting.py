@@ -16,6 +16,7 @@ import numba
 import numpy as np
 
 from creak.dynamics.closing import dips
+from creak.dynamics.flow_block import gap_of, look_near, under_way
 from creak.dynamics.flow_model import GIVEN
 from creak.dynamics.flow_motion import fly, look, settle_supports
 from creak.dynamics.modal_model import EXTERNAL, FAST, fill
@@ -58,15 +59,14 @@ def held_together(laws, B, pressing):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def hold(model, laws, slope, P, B, inverse, pressing, gain, D, course, h, now, after):  # type: ignore[no-untyped-def]
+def hold(model, laws, slope, P, B, inverse, pressing, gain, D, course, h, now, after, block):  # type: ignore[no-untyped-def]
     """A step of lasting contact; False, and nothing is done, where the set of channels would change in it."""
     fly(model, P, gain, D, now, after, False)
     settle_supports(course, h, after)
-    look(model, after)
     n, m = pressing.size, now.gap.size
-    right, mean = np.empty(n), np.empty(n)
+    right, mean, u = np.empty(n), np.empty(n), after.x.reshape(after.x.size)[model.u0 : model.u1]
     for a in range(n):
-        right[a] = -after.gap[pressing[a]]
+        right[a] = -gap_of(model, pressing[a], u, after)
         for b in range(n):
             right[a] -= (0.5 - LOSS) * B[pressing[a], pressing[b]] * now.force[pressing[b]]
     p1 = np.dot(inverse, right)
@@ -79,9 +79,12 @@ def hold(model, laws, slope, P, B, inverse, pressing, gain, D, course, h, now, a
     add(D[0], after.F, 1.0)
     fly(model, P, gain, D, now, after, False)
     add(D[0], after.F, -1.0)
-    look(model, after)
+    if under_way(block):
+        look_near(block, model, now, after, h, True)
+    else:
+        look(model, after)
     for i in range(m):
-        watched = slope[i] > 0.0 and now.force[i] <= 0.0
+        watched = slope[i] > 0.0 and now.force[i] <= 0.0 and block.is_near[i]
         if watched and dips(now.gap[i], h * now.rate[i], after.gap[i], h * after.rate[i]):
             return False
     fill(after.force, 0.0)

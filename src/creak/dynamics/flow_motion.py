@@ -173,10 +173,12 @@ def look_closed(model, after):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True)
-def look_along(model, after):  # type: ignore[no-untyped-def]
-    """Rates along the rubbing channels."""
+def look_along(model, laws, watched, after):  # type: ignore[no-untyped-def]
+    """Rates along the rubbing channels of contacts that are watched (m,)."""
     m, v = after.gap.size, after.x.reshape(after.x.size)[model.v0 : model.v1]
     for i in range(m, after.rate.size):
+        if not watched[laws.rubs[(i - m) // 2]]:
+            continue
         after.rate[i] = dot(model.rates[i], v)
         for j in range(after.support.shape[1]):
             after.rate[i] += model.rows_s[i, j] * after.support[1, j]
