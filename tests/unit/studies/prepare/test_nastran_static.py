@@ -68,6 +68,17 @@ def test_a_transient_starts_from_the_static_subcase(tmp_path, case):
     starts_and_stays(set_up_deck(deck(tmp_path, text)), dof, place)
 
 
+def test_heat_closes_a_gap_of_the_deck(tmp_path):
+    """The bar presses with (alpha dT L - gap)/(L/EA + 1/k)."""
+    gap, k = 0.05, 5000.0
+    wall = f"GRID,20,,{LENGTH + 1.0},0.,0.,,123456\nCGAP,50,50,{N + 1},20\nPGAP,50,{gap},,{k}\n"
+    force = (GROWTH - gap) / (LENGTH / (MODULUS * SIDE**2) + 1.0 / k)
+    setup = set_up_deck(deck(tmp_path, CASES["heat"][0], CARDS + wall))
+    starts_and_stays(setup, 0, gap + force / k)
+    (run,) = run_study(setup, lambda *_: None).runs.values()
+    assert run.history.force[:, 0] == pytest.approx(np.full(run.history.time.size, force), rel=1e-3)
+
+
 def test_tref_goes_before_the_initial_temperature(tmp_path):
     path = deck(tmp_path, CASES["heat"][0], CARDS.replace(f"{ALPHA},\n", f"{ALPHA},50.\n"))
     starts_and_stays(set_up_deck(path), 0, GROWTH * 30.0 / WARM)
