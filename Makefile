@@ -10,7 +10,7 @@ LOWEST := build/lowest
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 PARALLEL   := -n 2 --dist loadfile
 
-.PHONY: demo test check licences lint docs evidence verification bench dist clean \
+.PHONY: demo test check licences lint kernels docs evidence verification bench dist clean \
   $(foreach step,test install demo unit,$(step)-newest $(step)-lowest)
 .DELETE_ON_ERROR:
 
@@ -80,6 +80,10 @@ licences: $(VENV)/dev.stamp
 	for python in $(LOWEST)/bin/python $(NEWEST)/bin/python $(BIN)/python; do \
 	  if test -x $$python; then $$python -m tools.licences_page || exit 1; fi; \
 	done
+
+# The kernels of the default run, for both processes of the tests.
+kernels: $(VENV)/dev.stamp
+	$(ONE_THREAD) $(BIN)/python -c "from creak.dynamics.flow_march import compile_flow; compile_flow()"
 
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check .

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.dynamics.compiled import inner
 from creak.dynamics.flow_motion import band_energies
 from creak.dynamics.modal_model import acts, dot
 
@@ -62,7 +62,7 @@ def new_block(length: int, off: FloatArray, width: FloatArray) -> Block:
     return Block(length, off, width, near, is_near, mark, np.zeros(2), np.zeros(m), np.zeros(m))
 
 
-@numba.njit(cache=True)
+@inner
 def open_block(block, model, slope, band, D, energy, course, h, time, used, at, now):  # type: ignore[no-untyped-def]
     """Begin a block at the instant `now`, as long as it takes the fewest looks, where that is worth it.
 
@@ -89,7 +89,7 @@ def open_block(block, model, slope, band, D, energy, course, h, time, used, at, 
     block.left[0], block.left[1] = budget, time
 
 
-@numba.njit(cache=True)
+@inner
 def may_close_within(block, n, model, slope, energy, course, h, now):  # type: ignore[no-untyped-def]
     """Channels that may close in the n-th length of blocks, put down in the block; their number, and the budget."""
     m, T, off, lowest = now.gap.size, (block.length >> n) * h, block.off[n], block.gap
@@ -115,12 +115,12 @@ def may_close_within(block, n, model, slope, energy, course, h, now):  # type: i
     return count, budget - h * forces
 
 
-@numba.njit(cache=True)
+@inner
 def under_way(block):  # type: ignore[no-untyped-def]
     return block.mark[NEAR] >= 0
 
 
-@numba.njit(cache=True)
+@inner
 def ends(block, h, at, after):  # type: ignore[no-untyped-def]
     """Does the block end at the instant `after`, where steps (h long) have led to part `at`?"""
     for j in range(after.force.size):
@@ -128,7 +128,7 @@ def ends(block, h, at, after):  # type: ignore[no-untyped-def]
     return at >= block.mark[END] or block.left[0] <= 0.0 or not acts(after.force, 0, after.force.size)
 
 
-@numba.njit(cache=True)
+@inner
 def close_block(block, model, after):  # type: ignore[no-untyped-def]
     """Look at the gaps that were left out, and at all rates of open channels."""
     u = after.x.reshape(after.x.size)[model.u0 : model.u1]
@@ -138,7 +138,7 @@ def close_block(block, model, after):  # type: ignore[no-untyped-def]
     look_open(model, after)
 
 
-@numba.njit(cache=True)
+@inner
 def amend(block, table, used, time, after):  # type: ignore[no-untyped-def]
     """Gaps that were left out, in the rows of a block that ended at `after`: cubics through its ends."""
     T = time - block.left[1]
@@ -154,13 +154,13 @@ def amend(block, table, used, time, after):  # type: ignore[no-untyped-def]
         block.is_near[i] = True
 
 
-@numba.njit(cache=True)
+@inner
 def cubic(x, g0, d0, g1, d1):  # type: ignore[no-untyped-def]
     """At x from 0 to 1, through values g and slopes d at both ends."""
     return g0 + x * (d0 + x * (3.0 * (g1 - g0) - 2.0 * d0 - d1 + x * (2.0 * (g0 - g1) + d0 + d1)))
 
 
-@numba.njit(cache=True)
+@inner
 def look_near(block, model, now, after, h, rated):  # type: ignore[no-untyped-def]
     """Gaps, and their rates where asked for, of the channels that may close; the others go on in straight lines."""
     for i in range(after.gap.size):
@@ -174,7 +174,7 @@ def look_near(block, model, now, after, h, rated):  # type: ignore[no-untyped-de
             after.rate[i] = rate_of(model, i, z[model.v0 : model.v1], after)
 
 
-@numba.njit(cache=True)
+@inner
 def look_open(model, after):  # type: ignore[no-untyped-def]
     """Rates of the channels without force."""
     v = after.x.reshape(after.x.size)[model.v0 : model.v1]
@@ -183,7 +183,7 @@ def look_open(model, after):  # type: ignore[no-untyped-def]
             after.rate[i] = rate_of(model, i, v, after)
 
 
-@numba.njit(cache=True)
+@inner
 def gap_of(model, i, u, after):  # type: ignore[no-untyped-def]
     gap = model.gap0[i] + dot(model.rows[i], u)
     for j in range(after.support.shape[1]):
@@ -191,7 +191,7 @@ def gap_of(model, i, u, after):  # type: ignore[no-untyped-def]
     return gap
 
 
-@numba.njit(cache=True)
+@inner
 def rate_of(model, i, v, after):  # type: ignore[no-untyped-def]
     rate = dot(model.rates[i], v)
     for j in range(after.support.shape[1]):

@@ -11,6 +11,7 @@ import numba
 import numpy as np
 
 from creak.dynamics.closing import dips
+from creak.dynamics.compiled import inner
 from creak.dynamics.flow_block import APART, KNOWN, amend, close_block, ends, look_near, open_block, under_way
 from creak.dynamics.flow_books import book_flow, complete
 from creak.dynamics.flow_kicks import book_half, book_slack, lessen, press, settled
@@ -36,7 +37,7 @@ FULL = -2
 """Code: no room left in the table."""
 
 
-@numba.njit(cache=True)
+@inner
 def may_close(now, after, h, reach, energy, slope):  # type: ignore[no-untyped-def]
     """Can a gap that has a law reach zero in a step without contact? reach (n_band, m), energy (n_band,)."""
     for i in range(now.gap.size):
@@ -51,7 +52,7 @@ def may_close(now, after, h, reach, energy, slope):  # type: ignore[no-untyped-d
     return False
 
 
-@numba.njit(cache=True)
+@inner
 def advance(  # type: ignore[no-untyped-def]
     model,
     laws,

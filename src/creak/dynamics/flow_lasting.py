@@ -12,14 +12,14 @@ taken: those belong to the kicks.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from creak.dynamics.closing import dips
+from creak.dynamics.compiled import inner, inner_fast
 from creak.dynamics.flow_block import gap_of, look_near, under_way
 from creak.dynamics.flow_model import GIVEN
 from creak.dynamics.flow_motion import fly, look, settle_supports
-from creak.dynamics.modal_model import EXTERNAL, FAST, fill
+from creak.dynamics.modal_model import EXTERNAL, fill
 
 PATIENCE = 25
 """Long steps that the same channels press before one is taken: touches are over by then, their force is followed."""
@@ -27,7 +27,7 @@ LOSS = 0.02
 """Of what a spring's force changes by in a step this share acts too late."""
 
 
-@numba.njit(cache=True)
+@inner
 def same_set(now, after):  # type: ignore[no-untyped-def]
     """Do the same channels press at both instants, and at least one?"""
     any_presses = False
@@ -38,7 +38,7 @@ def same_set(now, after):  # type: ignore[no-untyped-def]
     return any_presses
 
 
-@numba.njit(cache=True)
+@inner
 def rests(model, now):  # type: ignore[no-untyped-def]
     """Does every channel that presses do so at rest?"""
     for i in range(now.gap.size):  # noqa: SIM110 (compiled)
@@ -47,7 +47,7 @@ def rests(model, now):  # type: ignore[no-untyped-def]
     return True
 
 
-@numba.njit(cache=True)
+@inner
 def held_together(laws, B, pressing):  # type: ignore[no-untyped-def]
     """(1 / k + w B)^-1 over the channels that press."""
     C = np.empty((pressing.size, pressing.size))
@@ -58,7 +58,7 @@ def held_together(laws, B, pressing):  # type: ignore[no-untyped-def]
     return np.ascontiguousarray(np.linalg.inv(C))
 
 
-@numba.njit(cache=True)
+@inner
 def hold(model, laws, slope, P, B, inverse, pressing, gain, D, course, h, now, after, block):  # type: ignore[no-untyped-def]
     """A step of lasting contact; False, and nothing is done, where the set of channels would change in it."""
     fly(model, P, gain, D, now, after, False)
@@ -103,7 +103,7 @@ def hold(model, laws, slope, P, B, inverse, pressing, gain, D, course, h, now, a
     return True
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@inner_fast
 def push_by(model, pressing, p, F):  # type: ignore[no-untyped-def]
     """F += push' p"""
     for a in range(pressing.size):
@@ -112,7 +112,7 @@ def push_by(model, pressing, p, F):  # type: ignore[no-untyped-def]
             F[i] += force * row[i]
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@inner_fast
 def add(to, what, times):  # type: ignore[no-untyped-def]
     """to += times what"""
     for i in range(to.size):

@@ -63,19 +63,27 @@ HEATED: dict[str, Heated] = {
 """Kinds of elements that expand; layers of glue, springs, masses and given matrices do not."""
 
 
-def block_heat_load(block: ElementBlock, coords: FloatArray, rise: FloatArray) -> FloatArray:
+SOFTENED: dict[str, Heated] = {"quad4": shell_quad4.softened_heat_load}
+"""Of kinds that have another stiffness with lumped or linear mass."""
+
+
+def block_heat_load(
+    block: ElementBlock, coords: FloatArray, rise: FloatArray, *, form: str = "consistent"
+) -> FloatArray:
     """(n_elem, d) forces of a block on its nodes, rigid arms (which do not expand) included.
 
     Parameters
     ----------
     coords : (n_node, 3) of all nodes of the model. rise : (n_elem, n_node_per_element) above what strains nothing.
+    form : of the mass, as of `block_matrices`.
     """
+    heated = HEATED[block.kind] if form == "consistent" else SOFTENED.get(block.kind, HEATED[block.kind])
     out = np.zeros((block.ids.size, 6 * block.nodes_idx.shape[1]))
     for start in range(0, block.ids.size, CHUNK):
         rows = slice(start, start + CHUNK)
         own, x = block.own.take(rows), coords[block.nodes_idx[rows]]
         x = x if own.arms is None else x + own.arms
-        forces = HEATED[block.kind](x, block.section, own, rise[rows])
+        forces = heated(x, block.section, own, rise[rows])
         if own.arms is not None:
             each = arm_matrix(own.arms.reshape(-1, 3)).transpose(0, 2, 1) @ forces.reshape(-1, 6, 1)
             forces = each.reshape(forces.shape)

@@ -29,6 +29,9 @@ DRILLING = 1e-3
 stay free of locking; at 1e-1 both lock. The drilling rotations have natural frequencies of about
 sqrt(12 DRILLING G/rho)/(2 pi t): 54 kHz in 1 mm of steel, 5 kHz in 3 mm of a stiff plastic."""
 
+DILATION = np.array([1.0, 1.0, 0.0])
+"""e11, e22, 2 e12 of a growth by the same share in all directions."""
+
 
 def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
     """Stiffness of four-node shells, flat or warped.
@@ -145,11 +148,31 @@ def heat_load(coords: FloatArray, section: ShellSection | GeneralShell, own: Own
     Splitting the energy as the stiffness does, A (e + A^-1 B k)^2 + (D - B A^-1 B) k^2, the first takes N along with
     B A^-1 N, the second M - B A^-1 N. What varies of the curvature within an element has no mean: M, which is all but
     constant there, does no work on it.
+
+    The mean of the strains without stress is a dilation u = m x, which a warped element takes up without stress though
+    its assumed strains are not m everywhere: it comes as K u, and what N and M have besides as above.
     """
+    return _heat_load(coords, section, own, rise, softened=False)
+
+
+def softened_heat_load(
+    coords: FloatArray, section: ShellSection | GeneralShell, own: Own, rise: FloatArray
+) -> FloatArray:
+    """The same of elements with `softened_stiffness`."""
+    return _heat_load(coords, section, own, rise, softened=True)
+
+
+def _heat_load(
+    coords: FloatArray, section: ShellSection | GeneralShell, own: Own, rise: FloatArray, *, softened: bool
+) -> FloatArray:
     points, weights = gauss_square(2)
     surface = evaluate(coords, points, weights)
     stiff = rigidity(section, surface.axes, own, shape(points))
     N, M = heat_resultants(section, surface.axes, own, shape(points), rise)
+    free = np.linalg.solve(np.broadcast_to(stiff.A, (*N.shape, 3)), N[..., None])[..., 0]
+    m = (0.5 * surface.weights * (free[..., 0] + free[..., 1])).sum(axis=1) / surface.weights.sum(axis=1)
+    N = N - m[:, None, None] * (stiff.A @ DILATION)
+    M = M if stiff.B is None else M - m[:, None, None] * (stiff.B @ DILATION)
     operator, bent = membrane_strains(coords, surface), curvature(coords, surface)
     if stiff.B is None:
         full, load = weighted_gram(operator, stiff.A, surface.weights), weighted_sum(operator, N, surface.weights)
@@ -158,7 +181,10 @@ def heat_load(coords: FloatArray, section: ShellSection | GeneralShell, own: Own
         taken = (stiff.B @ np.linalg.solve(stiff.A, N[..., None]))[..., 0]
         full = weighted_gram(both, replace(stiff, D=stiff.D - _neutral(stiff)).coupled, surface.weights)
         load, M = weighted_sum(both, np.concatenate([N, taken], axis=2), surface.weights), M - taken
-    return condensed_load(full, load, 24) + weighted_sum(bent, M, surface.weights)
+    grown = np.zeros((len(coords), 4, 6))
+    grown[:, :, :3] = m[:, None, None] * (coords - coords.mean(axis=1, keepdims=True))
+    dilated = (_stiffness(coords, section, own, softened=softened) @ grown.reshape(len(coords), 24, 1))[..., 0]
+    return dilated + condensed_load(full, load, 24) + weighted_sum(bent, M, surface.weights)
 
 
 def _neutral(stiff: Rigidity) -> FloatArray:

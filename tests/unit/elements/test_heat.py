@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.elements.heat import HEATED, block_heat_load, expands
+from creak.elements.heat import HEATED, SOFTENED, block_heat_load, expands
 from creak.elements.registry import FORMULATIONS
 from creak.model.elasticity import lamina, orthotropic
 from creak.model.expansion import Expansion, isotropic_expansion
@@ -45,10 +45,12 @@ SOLIDS = [k for k in HEATED if k not in ("quad4", "tri3", "beam2", "truss2")]
 def unbalanced(kind: str, coords, elements, section, u, rise, own=COMMON) -> float:
     """|K u - f| over |f| of all elements, u (n_node, 6)."""
     x = coords[elements]
-    f = HEATED[kind](x, section, own, rise[elements])
     formulation = FORMULATIONS[kind]
     worst = 0.0
-    for stiffness in filter(None, (formulation.stiffness, formulation.softened)):
+    for stiffness, heated in ((formulation.stiffness, HEATED), (formulation.softened, SOFTENED)):
+        if stiffness is None:
+            continue
+        f = heated[kind](x, section, own, rise[elements])
         Ku = (stiffness(x, section, own) @ u[elements].reshape(len(elements), -1, 1))[..., 0]
         worst = max(worst, float(np.abs(Ku - f).max() / np.abs(f).max()))
     return worst
@@ -95,6 +97,14 @@ def test_free_plates_expand_without_stress(kind, shape):
     own = Own(axis1=np.tile(axis, (len(elements), 1)))
     section = laminate("S", [Ply(CARBON, 0.1), Ply(CARBON, 0.1)])
     assert unbalanced(kind, coords, elements, section, expanded(coords, strain), rise, own) < 1e-9
+
+
+def test_free_warped_shells_expand_without_stress():
+    coords, elements, turn = shell_mesh("quad")
+    coords = coords + 0.3 * np.cos(2.0 * coords @ turn[:, :1]) * turn[:, 2]
+    u, rise = expanded(coords, ALPHA * RISE * np.eye(3)), np.full(len(coords), RISE)
+    for section in (ShellSection("S", STEEL, 0.2), homogeneous_shell("S", STEEL, 0.2, 0.3)):
+        assert unbalanced("quad4", coords, elements, section, u, rise) < 1e-9
 
 
 @pytest.mark.parametrize(("kind", "shape"), [("quad4", "quad"), ("tri3", "tri")])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from creak.errors import InputError
 from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.numbers import floats
 from creak.model.expansion import Expansion, isotropic_expansion
@@ -27,6 +28,14 @@ def read_expansion(material: str, option: Block) -> Expansion | None:
     if option.has("USER") or option.has("DEPENDENCIES") or option.has("FIELD") or kind not in _COUNTS:
         return isotropic_expansion(0.0, flaw=f"{what} is none by constants, TYPE=ISO or ORTHO")
     count = _COUNTS[kind]
+    short = next((where for fields, where in option.rows() if len([f for f in fields if f]) < count), "")
+    if short:
+        raise InputError(
+            f"*EXPANSION of {material} has fewer than {count} coefficients",
+            expected=f"{count} for TYPE={kind}",
+            where=short,
+            fix="Complete the line.",
+        )
     rows = [floats(fields, where, f"coefficient of {what}", count) for fields, where in option.rows()]
     if not rows:
         return isotropic_expansion(0.0, flaw=f"{what} has no data line")

@@ -172,6 +172,8 @@ def _subcases(case: list[Line]) -> tuple[Commands, Subcases]:
         kind = (found.group(2) or "").strip("() ").upper()
         if key == "IC" and kind.startswith("STATSUB"):
             key = STATIC_START
+            if "DIFFK" in kind:
+                commands["STATSUB"] = (value, line)
         commands[key] = (value, line)
         if key == "TEMPERATURE":
             kinds = {"": ("LOAD",), "BOTH": ("LOAD",), "INIT": ("INITIAL",)}.get(kind[:4], (kind,))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,7 +11,7 @@ from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.coordinate_systems import axes_at
-from creak.formats.nastran.deck import Deck
+from creak.formats.nastran.deck import Deck, referred
 
 Dof = tuple[int, int]
 """Node row and global dof 1..6."""
@@ -21,6 +22,7 @@ _NOT_READ = (
 NOT_READ = tuple(name.strip() for name in _NOT_READ.split(","))
 """Loads of a set that creak does not know."""
 READ = ("DAREA", "FORCE", "MOMENT", "LOAD", "SPCD", "LSEQ")
+_OF_SETS = ("DAREA", "FORCE", "MOMENT", "SPCD", "GRAV", "LOAD", *NOT_READ)
 DEPTH = 20
 
 
@@ -42,10 +44,11 @@ def load_set(deck: Deck, identifier: int, user: Card) -> LoadSet:
     ------
     InputError : no card of the set, or one of a kind that creak does not read.
     """
-    found = static_set(deck, identifier)
+    cards = cards_by_set(deck, *_OF_SETS)
+    found = static_set(deck, identifier, cards)
     for card in deck.cards("LSEQ"):
         if deck.case.loadset and card.integer(0) == deck.case.loadset and card.integer(1) == identifier:
-            _add(deck, card.integer(2), 1.0, found, 0)
+            _add(deck, cards, card.integer(2), 1.0, found, 0)
     if not found.where:
         raise InputError(
             f"{user.name} {user.text(0)} uses load set {identifier}, which is not defined",
@@ -62,41 +65,59 @@ def load_set(deck: Deck, identifier: int, user: Card) -> LoadSet:
     return found
 
 
-def static_set(deck: Deck, identifier: int) -> LoadSet:
+def static_set(deck: Deck, identifier: int, cards: Cards | None = None) -> LoadSet:
     """The loads of a set as LOAD in the case control takes them, with no card where there are none.
+
+    Parameters
+    ----------
+    cards : those of all sets, `cards_by_set`; None: they are looked up.
 
     Raises
     ------
     InputError : a load of a kind that creak does not read.
     """
     found = LoadSet()
-    _add(deck, identifier, 1.0, found, 0)
+    _add(deck, cards_by_set(deck, *_OF_SETS) if cards is None else cards, identifier, 1.0, found, 0)
     return found
 
 
-def _add(deck: Deck, identifier: int, factor: float, found: LoadSet, depth: int) -> None:
-    for card in deck.cards(*NOT_READ):
-        if card.text(0) == str(identifier):
+Cards = Mapping[str, Sequence[Card]]
+"""Of each set, by its number as it is written."""
+
+
+def cards_by_set(deck: Deck, *names: str) -> dict[str, list[Card]]:
+    """Cards of these names by the number in their first field."""
+    found: dict[str, list[Card]] = {}
+    for card in deck.cards(*names):
+        found.setdefault(str(card.integer(0)) if card.is_integer(0) else card.text(0), []).append(card)
+    return found
+
+
+def _add(deck: Deck, cards: Cards, identifier: int, factor: float, found: LoadSet, depth: int) -> None:
+    for card in cards.get(str(identifier), ()):
+        if card.name in NOT_READ:
             raise InputError(
                 f"{card.name} of load set {identifier} is not read by creak",
                 where=card.where,
                 expected="DAREA, FORCE, MOMENT, GRAV and SPCD",
                 fix="Write the load as forces on grids.",
             )
-    for card in deck.cards("DAREA", "FORCE", "MOMENT", "SPCD", "GRAV", "LOAD"):
-        if card.integer(0) != identifier:
-            continue
+    for card in cards.get(str(identifier), ()):
         found.where = found.where or card.where
         if card.name == "LOAD":
             if depth > DEPTH:
                 raise InputError(f"LOAD {identifier} refers to itself", where=card.where, fix="Remove the reference.")
             for i in range(2, len(card.fields), 2):
                 if card.text(i + 1):
-                    _add(deck, card.integer(i + 1), factor * card.real(1, 1.0) * card.real(i), found, depth + 1)
+                    other = referred(cards, str(card.integer(i + 1)), card, "load set", "FORCE, MOMENT, GRAV or SPCD")
+                    share = factor * card.real(1, 1.0) * card.real(i)
+                    _add(deck, cards, other[0].integer(0), share, found, depth + 1)
         elif card.name in ("FORCE", "MOMENT"):
             _add_vector(deck, card, factor, found)
         elif card.name == "GRAV":
             direction = np.array([card.real(i, 0.0) for i in (3, 4, 5)])
+            if not direction.any():
+                raise InputError(f"GRAV {identifier} has no direction", where=card.where, expected="N1, N2, N3")
             axes = axes_at(deck.system(card.integer(1, 0), card), np.zeros(3))
             found.gravity = found.gravity + factor * card.real(2) * (axes @ direction)
         else:

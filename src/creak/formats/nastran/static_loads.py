@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import NoReturn
 
 import numpy as np
@@ -11,7 +10,7 @@ from creak.errors import InputError
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.case_control import StaticCase
 from creak.formats.nastran.deck import Deck
-from creak.formats.nastran.load_sets import NOT_READ, READ, LoadSet, static_set
+from creak.formats.nastran.load_sets import NOT_READ, READ, Cards, LoadSet, cards_by_set, static_set
 from creak.model.steps import NodeTemperatures, PointLoad, Prescribed, StaticLoads
 
 HEAT = ("TEMP", "TEMPD")
@@ -24,9 +23,9 @@ _LOADS = tuple(name for name in (*READ, "GRAV", *NOT_READ) if name not in ("DARE
 
 def named_loads(deck: Deck) -> dict[str, StaticLoads]:
     """Loads and temperatures of each set under its number; one that creak cannot read has a flaw."""
-    cards = deck.cards(*_LOADS, *HEAT, *HEAT_NOT_READ)
-    ids = {number for card in cards for number in _set_ids(card)}
-    return {str(i): _tried(deck, i, i) for i in sorted(ids)}
+    loads, heat = cards_by_set(deck, *_LOADS), _heat_by_set(deck)
+    numbers = sorted({int(key) for key in (*loads, *heat) if key.isdigit()})
+    return {str(n): _tried(deck, n, loads, heat) for n in numbers}
 
 
 def subcase_loads(deck: Deck, case: StaticCase) -> StaticLoads:
@@ -44,15 +43,15 @@ def subcase_loads(deck: Deck, case: StaticCase) -> StaticLoads:
             expected="the same",
             fix="Hold in the static subcase what the transient one holds.",
         )
-    loads = _loads(deck, case.load, case.temperature, case.where)
-    for number, kind in ((case.load, "LOAD"), (case.temperature, "TEMPERATURE")):
-        if number and not any(number in _set_ids(c) for c in deck.cards(*(_LOADS if kind == "LOAD" else HEAT))):
+    loads, heat = cards_by_set(deck, *_LOADS), _heat_by_set(deck)
+    for number, kind, known in ((case.load, "LOAD", loads), (case.temperature, "TEMPERATURE", heat)):
+        if number and str(number) not in known:
             raise InputError(
                 f"{kind} = {number} in the case control, but no card has this number",
                 where=case.where,
                 expected="GRAV, FORCE, MOMENT, SPCD or LOAD cards" if kind == "LOAD" else "TEMP or TEMPD cards",
             )
-    return loads
+    return _loads(deck, static_set(deck, case.load, loads), case.load, _warm(deck, case.temperature, heat), case.where)
 
 
 def temperatures(deck: Deck, number: int) -> NodeTemperatures | None:
@@ -62,16 +61,29 @@ def temperatures(deck: Deck, number: int) -> NodeTemperatures | None:
     ------
     InputError : a gradient, or an unknown grid.
     """
-    refused = next((c for c in deck.cards(*HEAT_NOT_READ) if c.text(0) == str(number)), None)
-    if refused is not None:
-        _refuse_gradient(refused, number)
-    found: dict[int, float] = {}
+    return _warm(deck, number, _heat_by_set(deck)) if number else None
+
+
+def _heat_by_set(deck: Deck) -> dict[str, list[Card]]:
+    """Cards of each set; a TEMPD gives up to four sets a temperature."""
+    found = cards_by_set(deck, "TEMP", *HEAT_NOT_READ)
     for card in deck.cards("TEMPD"):
         for i in range(0, len(card.fields), 2):
-            if card.text(i) == str(number):
-                found.update(dict.fromkeys(deck.grids.row_of.values(), card.real(i + 1)))
-    for card in deck.cards("TEMP"):
-        if card.integer(0) == number:
+            if card.text(i):
+                found.setdefault(str(card.integer(i)), []).append(card)
+    return found
+
+
+def _warm(deck: Deck, number: int, cards: Cards) -> NodeTemperatures | None:
+    found: dict[int, float] = {}
+    mine = cards.get(str(number), ())
+    for card in sorted(mine, key=lambda c: c.name != "TEMPD"):
+        if card.name in HEAT_NOT_READ:
+            _refuse_gradient(card, number)
+        if card.name == "TEMPD":
+            at = next(i for i in range(0, len(card.fields), 2) if card.text(i) and card.integer(i) == number)
+            found.update(dict.fromkeys(deck.grids.row_of.values(), card.real(at + 1)))
+        else:
             for i in (1, 3, 5):
                 if card.text(i):
                     found[deck.grids.row(card.integer(i), card)] = card.real(i + 1)
@@ -89,21 +101,14 @@ def _refuse_gradient(card: Card, number: int) -> NoReturn:
     )
 
 
-def _set_ids(card: Card) -> Iterable[int]:
-    if card.name == "TEMPD":
-        return [card.integer(i) for i in range(0, len(card.fields), 2) if card.text(i)]
-    return [card.integer(0)] if card.is_integer(0) else []
-
-
-def _tried(deck: Deck, load: int, temperature: int) -> StaticLoads:
+def _tried(deck: Deck, number: int, loads: Cards, heat: Cards) -> StaticLoads:
     try:
-        return _loads(deck, load, temperature, "")
+        return _loads(deck, static_set(deck, number, loads), number, _warm(deck, number, heat), "")
     except InputError as error:
         return StaticLoads((0.0, 0.0, 0.0), (), error.where, flaw=error)
 
 
-def _loads(deck: Deck, load: int, temperature: int, where: str) -> StaticLoads:
-    found = static_set(deck, load) if load else LoadSet()
+def _loads(deck: Deck, found: LoadSet, load: int, warm: NodeTemperatures | None, where: str) -> StaticLoads:
     x, y, z = found.gravity.tolist()
     forces, moved = [], []
     for (dof, value), rows in by_value(found.forces).items():
@@ -111,7 +116,6 @@ def _loads(deck: Deck, load: int, temperature: int, where: str) -> StaticLoads:
     for (dof, value), rows in by_value(found.motion).items():
         nodes = np.array(rows, dtype=np.int64)
         moved.append(Prescribed(nodes, dof, "displacement", value, "", _name(deck, rows, load), found.where))
-    warm = temperatures(deck, temperature) if temperature else None
     return StaticLoads((x, y, z), tuple(forces), where or found.where, warm, tuple(moved))
 
 

@@ -45,19 +45,19 @@ def heat_of(model: Model, study: Study) -> Heat | None:
     nothing = np.full(model.nodes.count, np.nan)
     heat = Heat(nothing, nothing.copy(), nothing.copy())
     _put(heat.otherwise, model.initial_temperature)
-    found = False
+    found, of_deck = False, np.zeros(model.nodes.count, dtype=bool)
     for k, table in enumerate(study.config.static):
         if table.temperature is not None:
             nodes, value = _given(model, study, k)
             heat.value[nodes] = value
             heat.reference[nodes] = np.nan if table.reference is None else table.reference
-            found = True
-    for k in range(len(study.config.static)):
+            of_deck[nodes], found = False, True
         loads = deck_loads(model, study, k)
         if loads is not None and loads.temperature is not None:
             _put(heat.value, loads.temperature)
-            heat.otherwise[np.isnan(heat.otherwise)] = 0.0
-            found = True
+            heat.reference[loads.temperature.nodes_idx] = np.nan
+            of_deck[loads.temperature.nodes_idx], found = True, True
+    heat.otherwise[of_deck & np.isnan(heat.otherwise)] = 0.0
     return heat if found else None
 
 
@@ -86,7 +86,7 @@ def heat_forces(model: Model, heat: Heat) -> FloatArray:
     """(6 n_node,) forces of the heated elements on their nodes."""
     forces = np.zeros((model.nodes.count, PER_NODE))
     for block, rise in _heated(model, heat):
-        each = block_heat_load(block, model.nodes.coords, rise)
+        each = block_heat_load(block, model.nodes.coords, rise, form=model.mass_form)
         np.add.at(forces, block.nodes_idx, each.reshape(*block.nodes_idx.shape, PER_NODE))
     return forces.ravel()
 

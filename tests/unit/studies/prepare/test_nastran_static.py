@@ -68,6 +68,17 @@ def test_a_transient_starts_from_the_static_subcase(tmp_path, case):
     starts_and_stays(set_up_deck(deck(tmp_path, text)), dof, place)
 
 
+def test_heat_closes_a_gap_of_the_deck(tmp_path):
+    """The bar presses with (alpha dT L - gap)/(L/EA + 1/k)."""
+    gap, k = 0.05, 5000.0
+    wall = f"GRID,20,,{LENGTH + 1.0},0.,0.,,123456\nCGAP,50,50,{N + 1},20\nPGAP,50,{gap},,{k}\n"
+    force = (GROWTH - gap) / (LENGTH / (MODULUS * SIDE**2) + 1.0 / k)
+    setup = set_up_deck(deck(tmp_path, CASES["heat"][0], CARDS + wall))
+    starts_and_stays(setup, 0, gap + force / k)
+    (run,) = run_study(setup, lambda *_: None).runs.values()
+    assert run.history.force[:, 0] == pytest.approx(np.full(run.history.time.size, force), rel=1e-3)
+
+
 def test_tref_goes_before_the_initial_temperature(tmp_path):
     path = deck(tmp_path, CASES["heat"][0], CARDS.replace(f"{ALPHA},\n", f"{ALPHA},50.\n"))
     starts_and_stays(set_up_deck(path), 0, GROWTH * 30.0 / WARM)
@@ -141,6 +152,7 @@ REFUSED = {
         CARDS + "TLOAD1,7,10,,,8\nTABLED1,8\n,0.,1.,1.,1.,ENDT\n",
         "GRAV",
     ),
+    "its stress too": (BEFORE.replace("TSTEP", "IC(STATSUB,DIFFK) = 1\nTSTEP"), CARDS, "STATSUB"),
     "its stress": (BEFORE.replace("TSTEP", "STATSUB = 1\nTSTEP"), CARDS, "STATSUB"),
     "heat in time": ("SPC = 1\nSUBCASE 1\nTSTEP = 5\nTEMP(LOAD) = 20\n", CARDS, "TEMPERATURE\\(LOAD\\)"),
 }
@@ -160,6 +172,17 @@ def test_a_study_is_refused_only_the_loads_that_it_names(tmp_path):
         study(tmp_path, by_number(30), cards)
     with pytest.raises(InputError, match="no static loads '99'"):
         study(tmp_path, by_number(99), cards)
+    for more, match in (
+        ("LOAD,30,1.,1.,77\n", "uses load set 77, which is not defined"),
+        ("GRAV,30,,9.81\n", "no direction"),
+    ):
+        with pytest.raises(InputError, match=match):
+            study(tmp_path, by_number(30), CARDS + more)
+
+
+def test_a_later_table_replaces_temperatures_of_the_deck(tmp_path):
+    tables = by_number(20) + "[[static]]\ntemperature = 40\nreference = 10\n"
+    starts_and_stays(study(tmp_path, tables), 0, GROWTH * 30.0 / WARM)
 
 
 def test_loads_of_the_transient_subcase_are_told(tmp_path):

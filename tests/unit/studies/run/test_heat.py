@@ -203,6 +203,7 @@ REFUSED = {
     "no expansion": (HEAT, EXPANDS, "strains nothing"),
     "not warmer": (HEAT.replace("80.0", "20.0"), "", "strains nothing"),
     "by temperature": (HEAT, ("\n1.2e-05,\n", "\n1.2e-05, 0.\n1.3e-05, 100.\n"), "depends on temperature"),
+    "too few": (HEAT, ("*EXPANSION,", "*EXPANSION, TYPE=ORTHO,"), "fewer than 3 coefficients"),
     "by subroutine": (HEAT, ("*EXPANSION,", "*EXPANSION, USER,"), "is none by constants"),
     "unknown part": (HEAT + 'part = "DOOR"\n', "", "unknown part 'DOOR'"),
     "unknown node": ('[[static]]\ntemperature = "warm.csv"\nreference = 20\n', "", "unknown node 77"),
