@@ -1,8 +1,10 @@
 """Records that a benchmark writes and the package shows: each says where it comes from."""
 
+import json
 import re
+from pathlib import Path
 
-from benchmarks import unreduced
+from benchmarks import ranking, unreduced
 from benchmarks.stamp import command, stamp
 
 from creak_thesis.report.numbers import million
@@ -32,3 +34,13 @@ def test_the_record_of_million_dofs_has_what_the_benchmark_writes():
     assert re.search(r"--out src/\S+/million\.json", found["made"]["command"])
     for run in found["runs"]:
         assert run["integrator"]
+
+
+def test_tables_of_the_docs_are_those_of_the_ranking_record():
+    docs = Path(__file__).parents[3] / "docs"
+    record = json.loads((docs / "ranking.json").read_text(encoding="utf-8"))
+    assert record.keys() == ranking.PARTS.keys()
+    pages = {part: (docs / ("elines.md" if part == "alarms" else "sound.md")).read_text("utf-8") for part in record}
+    for part, of in record.items():
+        assert of["made"].keys() == FIELDS
+        assert "\n".join(ranking.TABLES[part](of["found"])) in pages[part]
