@@ -10,7 +10,7 @@ LOWEST := build/lowest
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 PARALLEL   := -n 2 --dist loadfile
 
-.PHONY: demo test check licences lint docs evidence verification bench dist clean \
+.PHONY: demo test check licences lint kernels docs evidence verification bench dist clean \
   $(foreach step,test install demo unit,$(step)-newest $(step)-lowest)
 .DELETE_ON_ERROR:
 
@@ -81,6 +81,10 @@ licences: $(VENV)/dev.stamp
 	  if test -x $$python; then $$python -m tools.licences_page || exit 1; fi; \
 	done
 
+# The kernels of the default run, for both processes of the tests.
+kernels: $(VENV)/dev.stamp
+	$(ONE_THREAD) $(BIN)/python -c "from creak.dynamics.flow_march import compile_flow; compile_flow()"
+
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check --quiet .
@@ -90,6 +94,7 @@ docs: $(VENV)/docs.stamp
 	$(BIN)/python -m tools.commands_page
 	$(BIN)/python -m tools.study_page
 	$(BIN)/python -m tools.evidence_pages
+	$(BIN)/python -m benchmarks.ranking --out docs/ranking.json
 	$(BIN)/python -m tools.gallery
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 	@echo "open build/site/index.html"
@@ -102,6 +107,7 @@ verification: $(VENV)/dev.stamp
 evidence: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks.evidence
 	$(BIN)/python -m tools.evidence_pages
+	$(BIN)/python -m benchmarks.ranking --out docs/ranking.json
 
 bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks
@@ -111,6 +117,7 @@ bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks.deck_size
 	$(BIN)/python -m benchmarks.modes_cost
 	$(BIN)/python -m benchmarks.modes_peers
+	$(BIN)/python -m benchmarks.sound
 
 dist: $(VENV)/dev.stamp
 	rm -rf dist

@@ -16,7 +16,7 @@ from creak.report.html import write_report
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.results.summary import summarise
-from creak.studies.run.job import run_study
+from creak.studies.run.job import StudyResult, run_study
 
 MULTISINE = '{ type = "multisine", f_min = 20, f_max = 100, amplitude = 0.25, period = 0.15, seed = 3 }'
 FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"]
@@ -29,12 +29,18 @@ def study() -> str:
 
 
 @pytest.fixture(scope="session")
-def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """report.html of a run with recorded motion."""
+def strips(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyResult, Path]:
+    """A run with recorded motion, and its folder."""
     folder = tmp_path_factory.mktemp("browser")
     (folder / "plates.inp").write_text(plates())
     (folder / "study.toml").write_text(study())
-    result = run_study(set_up(read_study(folder / "study.toml")), lambda *_: None, record=True)
+    return run_study(set_up(read_study(folder / "study.toml")), lambda *_: None, record=True), folder
+
+
+@pytest.fixture(scope="session")
+def report(strips: tuple[StudyResult, Path]) -> Path:
+    """Its report.html."""
+    result, folder = strips
     write_report(result, summarise(result), folder / "report.html")
     return folder / "report.html"
 

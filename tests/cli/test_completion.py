@@ -28,7 +28,7 @@ def bash(creak, monkeypatch, words):
         ("creak mo", ["modes"]),
         ("creak run --conv", ["--converge"]),
         ("creak new deck.inp --units ", ["mm-t-s", "m-kg-s"]),
-        ("creak example ", ["door"]),
+        ("creak example ", ["door", "cockpit"]),
     ],
 )
 def test_bash(creak, monkeypatch, words, offered):

@@ -136,6 +136,33 @@ def test_other_modes_make_a_saved_superelement_stale(study, tmp_path, monkeypatc
     assert text.count("stale (other modes are asked for); reduced again") == 2
 
 
+def test_a_superelement_that_retains_more_serves_runs_that_need_less(study, tmp_path, monkeypatch, capsys):
+    """Reduced with all channels kept; a run whose pre-check keeps fewer takes it, and finds what its own would."""
+    study.write_text(study.read_text().replace('secondary = "TIPS"', 'secondary = "UNDER"'))
+    few = ("--set", "precheck.margin=0.001")
+    assert creak(monkeypatch, capsys, "run", study, "--out", tmp_path / "own", *few)[0] == 0
+    assert creak(monkeypatch, capsys, "reduce", study, "--quiet", "--set", "precheck.margin=100")[0] == 0
+    status, text = creak(monkeypatch, capsys, "run", study, "--out", tmp_path / "taken", *few)
+    assert status == 0
+    assert text.count("which retains more dofs than the run needs") == 2
+    own, taken = (summary(tmp_path / name)["runs"]["reduced"] for name in ("own", "taken"))
+    assert taken["retained"] > own["retained"]
+    assert taken["channels"] == own["channels"]
+    assert taken["max_force"] == pytest.approx(own["max_force"], rel=0.02)
+    assert taken["impulse_total"] == pytest.approx(own["impulse_total"], rel=0.02)
+
+
+def test_a_wider_superelement_of_another_part_is_left_alone(study, tmp_path, monkeypatch, capsys):
+    assert creak(monkeypatch, capsys, "reduce", study, "--quiet", "--set", "precheck.margin=100")[0] == 0
+    with h5py.File(tmp_path / "superelements" / "LOWER.h5") as file:
+        before = json.loads(file.attrs["made_from"])
+    (tmp_path / "strips.inp").write_text(tip_deck().replace("MATERIAL=STEEL\n1.5,", "MATERIAL=STEEL\n1.6,"))
+    status, text = creak(monkeypatch, capsys, "run", study, "--out", tmp_path / "out", "--set", "precheck.margin=0.001")
+    assert status == 0
+    assert "superelement LOWER: the saved one in LOWER.h5 is stale (its stiffness changed" in text
+    assert before["creak"]
+
+
 @pytest.mark.parametrize("keep", [0.0, 0.3, 0.9])
 def test_file_cut_short_is_refused(keep, study, tmp_path, monkeypatch, capsys):
     assert creak(monkeypatch, capsys, "reduce", study, "--quiet")[0] == 0

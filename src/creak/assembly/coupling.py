@@ -103,7 +103,7 @@ def couple(
         return A @ T, to_dense(A @ T_s)
 
     def combine(B: Matrix, labels: IntArray) -> tuple[Matrix, Matrix]:
-        A = B @ rows(labels)
+        A = rows.combined(sp.csc_matrix(B), labels)
         return A @ T, to_dense(A @ T_s)
 
     def whole(q: FloatArray, s: FloatArray) -> FloatArray:
@@ -162,6 +162,12 @@ class _Stacked:
         at = np.flatnonzero(mine)
         R = sp.coo_matrix(sp.csr_matrix(self.systems[k].rows(labels[at])[0]))
         return sp.csr_matrix((R.data, (at[R.row], R.col)), shape=(labels.size, self.systems[k].n))
+
+    def combined(self, B: Matrix, labels: IntArray) -> Matrix:
+        """B (m, k) times the rows of k labels, each System's combinations by itself: its rows may be dear."""
+        owner = self.owner(labels)
+        each = [s.combined(B[:, owner == k], labels[owner == k])[0] for k, s in enumerate(self.systems)]
+        return sp.hstack([sp.csr_matrix(A) for A in each], format="csr")
 
     def ties(self) -> Matrix:
         """E with E q_all = 0: the owner's motion minus that of every other System that offers the dof.

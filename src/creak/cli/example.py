@@ -40,3 +40,25 @@ def door(
     for path in write_door(mesh_size, out, coarsen, load, hook_play):
         typer.echo(f"wrote {path}")
     typer.echo(f"next: creak run {quote(str(out / 'door.toml'))}")
+
+
+@app.command("cockpit")
+def cockpit(
+    mesh_size: float = typer.Option(10.0, "--mesh-size", help="Element size, mm (20 to 4)."),
+    load: float = typer.Option(1.0, "--load", help="Factor on the road's acceleration."),
+    seed: int = typer.Option(1, "--seed", help="Of the road's random phases."),
+    out: Path = typer.Option(Path("cockpit"), "--out", help="Folder to write cockpit.inp and the study into."),
+) -> None:
+    """Write a piece of a cockpit on a rough road: several places that rattle or squeak, to be ranked.
+
+    Example: creak example cockpit --out cockpit
+    """
+    from creak.cli.output import writable_file, writable_folder
+    from creak_thesis.cockpit import FILES, write_cockpit
+
+    writable_folder(out)
+    for name in FILES:
+        writable_file(out / name, stream=False)
+    for path in write_cockpit(mesh_size, out, load, seed):
+        typer.echo(f"wrote {path}")
+    typer.echo(f"next: creak run {quote(str(out / 'cockpit.toml'))}")

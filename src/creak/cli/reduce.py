@@ -10,6 +10,7 @@ import typer
 
 from creak.cli.details import setup_detail, tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
+from creak.cli.run import changed_study
 from creak.errors import CreakError, InputError, suggest
 
 if TYPE_CHECKING:
@@ -24,6 +25,13 @@ def reduce(
     study_file: Path = typer.Argument(..., metavar="STUDY.toml", help="The study whose parts to reduce."),
     out: Path | None = typer.Option(
         None, "--out", help="Folder for the superelements; default: superelements/ beside the study, where run looks."
+    ),
+    changes: list[str] = typer.Option(
+        [],
+        "--set",
+        metavar="KEY=VALUE",
+        help="Reduce the study with another value, as contact.flange.clearance=2.5: runs with larger clearances take "
+        "the superelements too. Repeatable.",
     ),
     export: list[str] = typer.Option(
         [], "--export", help="Also write them as op4, dmig, abaqus, matrix-market or npz, into the same folder."
@@ -45,7 +53,7 @@ def reduce(
     from creak.studies.prepare.setup import set_up
 
     _check_formats(export)
-    study = read_study(study_file)
+    study = changed_study(study_file, changes) if changes else read_study(study_file)
     _check_method(study)
     folder = out if out is not None else store_of(study)
     writable_folder(folder)

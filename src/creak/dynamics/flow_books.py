@@ -15,6 +15,7 @@ import math
 
 import numba
 
+from creak.dynamics.compiled import inner, inner_fast
 from creak.dynamics.flow_kicks import held_by_kick
 from creak.dynamics.flow_model import BEGUN, GIVEN
 from creak.dynamics.modal_books import at_supports, carried, in_channels
@@ -23,7 +24,6 @@ from creak.dynamics.modal_model import (
     CONTACT_DAMPING,
     DAMPING,
     EXTERNAL,
-    FAST,
     FRICTION,
     KINETIC,
     SCHEME,
@@ -37,7 +37,7 @@ GAUSS = math.sqrt(0.6)
 """Place of the outer points of Gauss's rule with three, from the middle, in half steps."""
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@inner_fast
 def stored(model, x):  # type: ignore[no-untyped-def]
     """Kinetic and strain energy, and how much of it is strain of coordinates without mass."""
     kinetic = strain = light = 0.0
@@ -56,7 +56,7 @@ def stored(model, x):  # type: ignore[no-untyped-def]
     return 0.5 * kinetic, 0.5 * strain, 0.5 * light
 
 
-@numba.njit(cache=True)
+@inner
 def columns(model, x):  # type: ignore[no-untyped-def]
     """Products of the load columns with the motion."""
     z = x.x.reshape(x.x.size)
@@ -65,7 +65,7 @@ def columns(model, x):  # type: ignore[no-untyped-def]
         x.dots[1, j] = dot(model.load_v[j], z[model.v0 : model.v1])
 
 
-@numba.njit(cache=True)
+@inner
 def work_of_loads(drive, h, now, after):  # type: ignore[no-untyped-def]
     """Integral of the load columns' amplitudes (cubics) against their motion (the cubic through both ends)."""
     work = 0.0
@@ -80,7 +80,7 @@ def work_of_loads(drive, h, now, after):  # type: ignore[no-untyped-def]
     return work
 
 
-@numba.njit(cache=True)
+@inner
 def work_on_light(model, now, after):  # type: ignore[no-untyped-def]
     """Trapezoidal work of the loads on coordinates without mass."""
     work = 0.0
@@ -93,7 +93,7 @@ def work_on_light(model, now, after):  # type: ignore[no-untyped-def]
     return work
 
 
-@numba.njit(cache=True)
+@inner
 def book_flow(model, drive, h, now, after, light):  # type: ignore[no-untyped-def]
     """Works of a step on the way from now to after; `drive`: amplitudes of the load columns as cubics from its start.
 
@@ -126,7 +126,7 @@ def book_flow(model, drive, h, now, after, light):  # type: ignore[no-untyped-de
     e[EXTERNAL] += external
 
 
-@numba.njit(cache=True)
+@inner
 def complete(model, laws, W, h, x):  # type: ignore[no-untyped-def]
     """The energy columns of an instant from the works so far; h: the step near contact."""
     e = x.energy
@@ -139,7 +139,7 @@ def complete(model, laws, W, h, x):  # type: ignore[no-untyped-def]
     e[SCHEME] = e[EXTERNAL] + e[BEGUN] - (e[KINETIC] + e[STRAIN] + e[CONTACT]) - spent
 
 
-@numba.njit(cache=True)
+@inner
 def in_contact(model, laws, W, h, x):  # type: ignore[no-untyped-def]
     """Energy of the springs in the middle of a kick."""
     energy = in_channels(model, laws, x.gap)

@@ -11,6 +11,8 @@ import numba
 import numpy as np
 
 from creak.dynamics.closing import dips
+from creak.dynamics.compiled import inner
+from creak.dynamics.flow_block import APART, KNOWN, amend, close_block, ends, look_near, open_block, under_way
 from creak.dynamics.flow_books import book_flow, complete
 from creak.dynamics.flow_kicks import book_half, book_slack, lessen, press, settled
 from creak.dynamics.flow_lasting import PATIENCE, held_together, hold, rests, same_set
@@ -35,7 +37,7 @@ FULL = -2
 """Code: no room left in the table."""
 
 
-@numba.njit(cache=True)
+@inner
 def may_close(now, after, h, reach, energy, slope):  # type: ignore[no-untyped-def]
     """Can a gap that has a law reach zero in a step without contact? reach (n_band, m), energy (n_band,)."""
     for i in range(now.gap.size):
@@ -50,9 +52,28 @@ def may_close(now, after, h, reach, energy, slope):  # type: ignore[no-untyped-d
     return False
 
 
-@numba.njit(cache=True)
+@inner
 def advance(  # type: ignore[no-untyped-def]
-    model, laws, slope, P, W, springs, gain, band, reach, D, course, energy, share, H, at, level, kicked, now, after
+    model,
+    laws,
+    slope,
+    P,
+    W,
+    springs,
+    gain,
+    band,
+    reach,
+    D,
+    course,
+    energy,
+    share,
+    H,
+    at,
+    level,
+    kicked,
+    now,
+    after,
+    block,
 ):
     """Motion up to the next instant: as long a step as no gap can close in, with what is left of a kick; (level, h)."""
     levels = P.shape[0] - 1
@@ -69,6 +90,9 @@ def advance(  # type: ignore[no-untyped-def]
         h = H / (1 << level)
         fly(model, P[level], gain, D, now, after, kicked)
         settle_supports(course, h, after)
+        if under_way(block):
+            look_near(block, model, now, after, h, not springs)
+            break
         look_gaps(model, after)
         if level == levels or not model.presses:
             break
@@ -79,21 +103,45 @@ def advance(  # type: ignore[no-untyped-def]
     if kicked:
         if lessen(model, laws, W, gain, h, now, after, share):
             fly(model, P[level], gain, D, now, after, kicked)
-            look_gaps(model, after)
+            if under_way(block):
+                look_near(block, model, now, after, h, not springs)
+            else:
+                look_gaps(model, after)
         book_half(model, laws, W, h, now, share, after.energy)
     if model.damped:
         book_slack(laws, h, now, after, after.energy)
     if level == levels and model.presses:
         if springs:
             look_closed(model, after)
-        else:
+        elif not under_way(block):
             look_rates(model, after)
     return level, h
 
 
 @numba.njit(cache=True, nogil=True)
 def flow_chunk(  # type: ignore[no-untyped-def]
-    model, laws, slope, P, A, W, B, lasting, gain, light, band, reach, cone, now, after, out, H, begin, end, every, used
+    model,
+    laws,
+    slope,
+    P,
+    A,
+    W,
+    B,
+    lasting,
+    gain,
+    light,
+    band,
+    reach,
+    block,
+    cone,
+    now,
+    after,
+    out,
+    H,
+    begin,
+    end,
+    every,
+    used,
 ):
     """March from flight step `begin` to `end`; `used` rows of the table are taken (`flow_rows`).
 
@@ -129,13 +177,17 @@ def flow_chunk(  # type: ignore[no-untyped-def]
         while at < parts:
             kicked, held = acts(now.force, 0, now.force.size), False
             put(after.energy, 0, now.energy)
+            if kicked and block.length > 0 and not under_way(block) and at % APART == 0:
+                open_block(
+                    block, model, slope, band, D, energy, course, H / parts, (step + at / parts) * H, used, at, now
+                )
             if kicked and lasting <= levels and at % (parts >> lasting) == 0 and calm >= patience:
                 level, h = lasting, H / (1 << lasting)
                 if calm == patience:
                     look_rates(model, now)
                     pressing = np.flatnonzero(now.force[: now.gap.size])
                     inverse = held_together(laws, B, pressing)
-                held = hold(model, laws, slope, P[level], B, inverse, pressing, gain, D, course, h, now, after)
+                held = hold(model, laws, slope, P[level], B, inverse, pressing, gain, D, course, h, now, after, block)
                 calm = calm + 1 if held else 0
                 if held:
                     settled(W, H / parts, after)
@@ -160,6 +212,7 @@ def flow_chunk(  # type: ignore[no-untyped-def]
                     kicked,
                     now,
                     after,
+                    block,
                 )
             for j in range(n_x):
                 after.amplitude[j] = value(drive[j], h)
@@ -167,7 +220,7 @@ def flow_chunk(  # type: ignore[no-untyped-def]
             if held:
                 code = DONE
             elif level == levels:
-                code = press(model, laws, A, W, light, gain, h, now, after, share)
+                code = press(model, laws, A, W, light, gain, h, now, after, share, block.is_near)
                 if code != DONE:
                     return code, step, used, kept, swapped, step * H + (at + 1) * h
                 if springs and not acts(after.force, 0, after.force.size):
@@ -187,6 +240,10 @@ def flow_chunk(  # type: ignore[no-untyped-def]
                     shift(course[order, j], h)
             at += parts >> level
             then = (step + at / parts) * H
+            over = under_way(block) and ends(block, h, at, after)
+            if over:
+                close_block(block, model, after)
+            block.mark[KNOWN] = over
             if not np.isfinite(after.gap.sum() + after.energy[GIVEN]):
                 return NOT_FINITE, step, used, kept, swapped, then
             changed = changes(now, after)
@@ -195,6 +252,8 @@ def flow_chunk(  # type: ignore[no-untyped-def]
                 write(out, used, time, now)
                 restart(cone, time, now, edge or changed)
                 used += 1
+            if over:
+                amend(block, out.table, used, then, after)
             now, after, time, edge = after, now, then, changed
             swapped = not swapped
             written = at == parts

@@ -12,12 +12,11 @@ from __future__ import annotations
 
 import math
 
-import numba
-
 from creak.contact.step_problem import solve_step, spring_energy, spring_force
+from creak.dynamics.compiled import inner, inner_fast
 from creak.dynamics.flow_model import GIVEN
 from creak.dynamics.flow_motion import look_along, quiet
-from creak.dynamics.modal_model import CONTACT_DAMPING, DONE, EXTERNAL, FAST, FRICTION, acts, fill, put
+from creak.dynamics.modal_model import CONTACT_DAMPING, DONE, EXTERNAL, FRICTION, acts, fill, put
 
 THETA = 0.6
 """Share of a kick that the laws see, less THETA - 1/2 of the kick before: 1/2 conserves the energy of a channel that
@@ -31,14 +30,17 @@ SWEEPS = 3
 """Of the shares of channels that close or open together."""
 
 
-@numba.njit(cache=True)
-def press(model, laws, A, W, light, gain, h, now, after, share):  # type: ignore[no-untyped-def]
-    """Channel forces at an instant, and the first half of their kick; 0 or the code of the contact solver."""
+@inner
+def press(model, laws, A, W, light, gain, h, now, after, share, watched):  # type: ignore[no-untyped-def]
+    """Channel forces at an instant, and the first half of their kick; 0 or the code of the contact solver.
+
+    watched: (m,) channels whose gaps are those of the motion; the others are open.
+    """
     m = model.gap0.size
     quiet(after)
     if not model.presses or after.gap.min() >= 0.0:
         return DONE
-    look_along(model, after)
+    look_along(model, laws, watched, after)
     drifted(laws, W, h, now, share, after)
     if model.damped or after.sliding.size or light:
         put(after.force, 0, now.force)
@@ -82,7 +84,7 @@ def press(model, laws, A, W, light, gain, h, now, after, share):  # type: ignore
     return DONE
 
 
-@numba.njit(cache=True)
+@inner
 def drifted(laws, W, h, now, share, after):  # type: ignore[no-untyped-def]
     """Change of the rates of closed gaps since the instant before; share: of the second half of a kick there.
 
@@ -96,17 +98,17 @@ def drifted(laws, W, h, now, share, after):  # type: ignore[no-untyped-def]
             after.drift[i] = 2.0 * (after.rate[i] - (after.gap[i] - now.gap[i]) / h)
 
 
-@numba.njit(cache=True)
+@inner
 def settled(W, h, x):  # type: ignore[no-untyped-def]
     """The drift of gaps at rest: what their kicks undo."""
-    for i in range(x.drift.size):
-        x.drift[i] = 0.0
-        for j in range(x.force.size):
-            if x.force[j] != 0.0:
-                x.drift[i] -= h * W[i, j] * x.force[j]
+    fill(x.drift, 0.0)
+    for j in range(x.force.size):
+        if x.force[j] != 0.0:
+            for i in range(x.drift.size):
+                x.drift[i] -= h * W[j, i] * x.force[j]
 
 
-@numba.njit(cache=True)
+@inner
 def lessen(model, laws, W, gain, h, now, after, share):  # type: ignore[no-untyped-def]
     """Shares of the second half of a kick where channels open in the step that it begins; True if there are any.
 
@@ -122,7 +124,7 @@ def lessen(model, laws, W, gain, h, now, after, share):  # type: ignore[no-untyp
     return opening
 
 
-@numba.njit(cache=True)
+@inner
 def share_out(laws, W, h, x, other, sign, share):  # type: ignore[no-untyped-def]
     """Shares of half a kick of the channels that are open at the `other` end of the step, gaps (m,).
 
@@ -141,7 +143,7 @@ def share_out(laws, W, h, x, other, sign, share):  # type: ignore[no-untyped-def
                 share[i] = 1.0
 
 
-@numba.njit(cache=True)
+@inner
 def held_by_kick(laws, W, h, x, i):  # type: ignore[no-untyped-def]
     """h^2/8 p (W F + 2 a): what a kick holds in its middle of the energy of spring i, force p; a h is the drift.
 
@@ -153,13 +155,13 @@ def held_by_kick(laws, W, h, x, i):  # type: ignore[no-untyped-def]
     return 0.125 * pull * spring_force(laws, i, x.gap[i])
 
 
-@numba.njit(cache=True)
+@inner
 def weight(laws, m, share, j):  # type: ignore[no-untyped-def]
     """Share of channel force j: friction has that of its pressure."""
     return share[j] if j < m else share[laws.rubs[(j - m) // 2]]
 
 
-@numba.njit(cache=True)
+@inner
 def felt(laws, W, i, force, share):  # type: ignore[no-untyped-def]
     """(W (share force))_i"""
     total = 0.0
@@ -169,7 +171,7 @@ def felt(laws, W, i, force, share):  # type: ignore[no-untyped-def]
     return total
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@inner_fast
 def force_on(model, laws, force, share, F):  # type: ignore[no-untyped-def]
     """F = push' (share force)"""
     fill(F, 0.0)
@@ -180,7 +182,7 @@ def force_on(model, laws, force, share, F):  # type: ignore[no-untyped-def]
                 F[i] += p * push[i]
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@inner_fast
 def strike(model, gain, light, after):  # type: ignore[no-untyped-def]
     """Half a kick on the coordinates; those without mass move at once."""
     F, z = after.F, after.x.reshape(after.x.size)[model.p0 : model.p1]
@@ -193,17 +195,17 @@ def strike(model, gain, light, after):  # type: ignore[no-untyped-def]
                 u[i] += F[i] / model.k[i]
 
 
-@numba.njit(cache=True)
+@inner
 def turn_rates(laws, W, by, force, share, rate):  # type: ignore[no-untyped-def]
     """rate += by W (share force)"""
     for j in range(force.size):
         if force[j] != 0.0:
             p = by * weight(laws, share.size, share, j) * force[j]
             for i in range(rate.size):
-                rate[i] += W[i, j] * p
+                rate[i] += W[j, i] * p
 
 
-@numba.njit(cache=True)
+@inner
 def book_half(model, laws, W, h, x, share, energy):  # type: ignore[no-untyped-def]
     """What half a kick gives to modes, supports, dampers and friction; x.rate: in the middle of the whole kick.
 
@@ -227,7 +229,7 @@ def book_half(model, laws, W, h, x, share, energy):  # type: ignore[no-untyped-d
             energy[CONTACT_DAMPING] -= impulse * (x.force[j] - spring_force(laws, j, x.gap[j])) * rate
 
 
-@numba.njit(cache=True)
+@inner
 def book_slack(laws, h, x, other, energy):  # type: ignore[no-untyped-def]
     """What a spring gives in half a step to its own damper where it unloads faster than that lets it go: no force.
 

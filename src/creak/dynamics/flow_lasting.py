@@ -12,13 +12,14 @@ taken: those belong to the kicks.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from creak.dynamics.closing import dips
+from creak.dynamics.compiled import inner, inner_fast
+from creak.dynamics.flow_block import gap_of, look_near, under_way
 from creak.dynamics.flow_model import GIVEN
 from creak.dynamics.flow_motion import fly, look, settle_supports
-from creak.dynamics.modal_model import EXTERNAL, FAST, fill
+from creak.dynamics.modal_model import EXTERNAL, fill
 
 PATIENCE = 25
 """Long steps that the same channels press before one is taken: touches are over by then, their force is followed."""
@@ -26,7 +27,7 @@ LOSS = 0.02
 """Of what a spring's force changes by in a step this share acts too late."""
 
 
-@numba.njit(cache=True)
+@inner
 def same_set(now, after):  # type: ignore[no-untyped-def]
     """Do the same channels press at both instants, and at least one?"""
     any_presses = False
@@ -37,7 +38,7 @@ def same_set(now, after):  # type: ignore[no-untyped-def]
     return any_presses
 
 
-@numba.njit(cache=True)
+@inner
 def rests(model, now):  # type: ignore[no-untyped-def]
     """Does every channel that presses do so at rest?"""
     for i in range(now.gap.size):  # noqa: SIM110 (compiled)
@@ -46,7 +47,7 @@ def rests(model, now):  # type: ignore[no-untyped-def]
     return True
 
 
-@numba.njit(cache=True)
+@inner
 def held_together(laws, B, pressing):  # type: ignore[no-untyped-def]
     """(1 / k + w B)^-1 over the channels that press."""
     C = np.empty((pressing.size, pressing.size))
@@ -57,16 +58,15 @@ def held_together(laws, B, pressing):  # type: ignore[no-untyped-def]
     return np.ascontiguousarray(np.linalg.inv(C))
 
 
-@numba.njit(cache=True)
-def hold(model, laws, slope, P, B, inverse, pressing, gain, D, course, h, now, after):  # type: ignore[no-untyped-def]
+@inner
+def hold(model, laws, slope, P, B, inverse, pressing, gain, D, course, h, now, after, block):  # type: ignore[no-untyped-def]
     """A step of lasting contact; False, and nothing is done, where the set of channels would change in it."""
     fly(model, P, gain, D, now, after, False)
     settle_supports(course, h, after)
-    look(model, after)
     n, m = pressing.size, now.gap.size
-    right, mean = np.empty(n), np.empty(n)
+    right, mean, u = np.empty(n), np.empty(n), after.x.reshape(after.x.size)[model.u0 : model.u1]
     for a in range(n):
-        right[a] = -after.gap[pressing[a]]
+        right[a] = -gap_of(model, pressing[a], u, after)
         for b in range(n):
             right[a] -= (0.5 - LOSS) * B[pressing[a], pressing[b]] * now.force[pressing[b]]
     p1 = np.dot(inverse, right)
@@ -79,9 +79,12 @@ def hold(model, laws, slope, P, B, inverse, pressing, gain, D, course, h, now, a
     add(D[0], after.F, 1.0)
     fly(model, P, gain, D, now, after, False)
     add(D[0], after.F, -1.0)
-    look(model, after)
+    if under_way(block):
+        look_near(block, model, now, after, h, True)
+    else:
+        look(model, after)
     for i in range(m):
-        watched = slope[i] > 0.0 and now.force[i] <= 0.0
+        watched = slope[i] > 0.0 and now.force[i] <= 0.0 and block.is_near[i]
         if watched and dips(now.gap[i], h * now.rate[i], after.gap[i], h * after.rate[i]):
             return False
     fill(after.force, 0.0)
@@ -100,7 +103,7 @@ def hold(model, laws, slope, P, B, inverse, pressing, gain, D, course, h, now, a
     return True
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@inner_fast
 def push_by(model, pressing, p, F):  # type: ignore[no-untyped-def]
     """F += push' p"""
     for a in range(pressing.size):
@@ -109,7 +112,7 @@ def push_by(model, pressing, p, F):  # type: ignore[no-untyped-def]
             F[i] += force * row[i]
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@inner_fast
 def add(to, what, times):  # type: ignore[no-untyped-def]
     """to += times what"""
     for i in range(to.size):

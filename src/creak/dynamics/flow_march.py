@@ -16,13 +16,14 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.contact.step_problem import solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.chunks import Chunk, march_chunks
+from creak.dynamics.flow_block import FEWEST, STEPS, Block, new_block
 from creak.dynamics.flow_books import begin_books
 from creak.dynamics.flow_coupled import can_couple, coupled_modes
 from creak.dynamics.flow_kernel import FULL, flow_chunk
 from creak.dynamics.flow_kicks import RATE, THETA
 from creak.dynamics.flow_model import FlowForm, FlowState, filtered, resting, single_modes
 from creak.dynamics.flow_propagator import Q0
-from creak.dynamics.flow_resolution import SETTLED, FlowSteps, Resolution, flow_steps, steepest
+from creak.dynamics.flow_resolution import SETTLED, FlowSteps, Resolution, flow_steps, seen_through, steepest, straight
 from creak.dynamics.flow_rows import new_cone
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, at_rest
@@ -155,6 +156,7 @@ class FlowRun:
 
     def _open_log(self) -> None:
         observed, output_every, whole_at, watched = self._kept_of
+        self.block = self._block()
         self.cone = new_cone(2 * self.gaps.m + 2 * (self.model.rows.shape[0] - self.gaps.m))
         self.log = Recorder(
             self.system,
@@ -196,6 +198,16 @@ class FlowRun:
         self.P = np.stack([self.form.flow(self.H / 2**level) for level in range(self.steps.levels + 1)])
         self.lasting, self.B = self._lasting(resolution)
         self.slope = steepest(self.steps.laws)
+
+    def _block(self) -> Block:
+        """Blocks of contact: none where coordinates without mass move at once."""
+        steps, levels = self.steps, self.steps.levels
+        few = self.gaps.m < FEWEST or self.light or not self.model.presses
+        lengths = [n for n in STEPS if 2 ** max(levels - self.lasting, 0) <= n <= 2**levels]
+        width = np.linalg.norm(seen_through(self.form, steps.mollifier), axis=1)
+        none = few or not lengths
+        off = np.stack([straight(self.form, steps, n * steps.h) for n in lengths or STEPS])
+        return new_block(0 if none else lengths[0], off, width)
 
     def _lasting(self, resolution: Resolution) -> tuple[int, FloatArray]:
         """Level of the steps of lasting contact and what a constant force moves in one; where all laws are lines."""
@@ -252,6 +264,7 @@ class FlowRun:
             self.light,
             self.steps.band,
             self.steps.reach,
+            self.block,
             self.cone,
             now,
             after,

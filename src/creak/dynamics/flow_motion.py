@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
-from creak.dynamics.modal_model import CONSTANT, FAST, FORCE, acts, dot, fill, put
+from creak.dynamics.compiled import inner, inner_fast
+from creak.dynamics.modal_model import CONSTANT, FORCE, acts, dot, fill, put
 
 SINGLE = 9
 """Rows of a propagator of single modes; one of pairs has 20."""
 
 
-@numba.njit(cache=True)
+@inner
 def cubic_through(a, b, c, d, third, out):  # type: ignore[no-untyped-def]
     """Value and three derivatives at the first of four samples `third` apart."""
     out[0] = a
@@ -20,7 +20,7 @@ def cubic_through(a, b, c, d, third, out):  # type: ignore[no-untyped-def]
     out[3] = (-a + 3.0 * b - 3.0 * c + d) / (third * third * third)
 
 
-@numba.njit(cache=True)
+@inner
 def shift(p, h):  # type: ignore[no-untyped-def]
     """Value and derivatives of a cubic, h later, in place."""
     p[0] += h * (p[1] + h * (0.5 * p[2] + h / 6.0 * p[3]))
@@ -28,13 +28,13 @@ def shift(p, h):  # type: ignore[no-untyped-def]
     p[2] += h * p[3]
 
 
-@numba.njit(cache=True)
+@inner
 def value(p, h):  # type: ignore[no-untyped-def]
     """A cubic, h later."""
     return p[0] + h * (p[1] + h * (0.5 * p[2] + h / 6.0 * p[3]))
 
 
-@numba.njit(cache=True)
+@inner
 def load_step(model, row, third, course, drive, D):  # type: ignore[no-untyped-def]
     """Cubics of supports (3, n_support, 4), load columns (n_x, 4) and loads (4, p1 - p0) over a flight step."""
     for order in range(3):
@@ -58,7 +58,7 @@ def load_step(model, row, third, course, drive, D):  # type: ignore[no-untyped-d
             add_column(drive[j], model.load[j], D)
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@inner_fast
 def add_column(drive, column, D):  # type: ignore[no-untyped-def]
     """D += drive (4,) times column."""
     a, b, c, d = drive
@@ -71,7 +71,7 @@ def add_column(drive, column, D):  # type: ignore[no-untyped-def]
         D3[i] += d * x
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@inner_fast
 def shift_loads(D, h):  # type: ignore[no-untyped-def]
     """Loads, h later."""
     D0, D1, D2, D3 = D[0], D[1], D[2], D[3]
@@ -83,7 +83,7 @@ def shift_loads(D, h):  # type: ignore[no-untyped-def]
         D2[i] = d2 + h * d3
 
 
-@numba.njit(cache=True)
+@inner
 def fly(model, P, gain, D, now, after, kicked):  # type: ignore[no-untyped-def]
     """z after the second half of a kick (force F on the coordinates) and the exact motion of a step."""
     if P.shape[0] == SINGLE:
@@ -92,7 +92,7 @@ def fly(model, P, gain, D, now, after, kicked):  # type: ignore[no-untyped-def]
         fly_pairs(P, gain, D, now, after, kicked)
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@inner_fast
 def fly_single(P, gain, D, now, after, kicked):  # type: ignore[no-untyped-def]
     """u, v of single modes."""
     u0, v0, u1, v1 = now.x[0], now.x[1], after.x[0], after.x[1]
@@ -107,7 +107,7 @@ def fly_single(P, gain, D, now, after, kicked):  # type: ignore[no-untyped-def]
         v1[i] = vu[i] * u + vv[i] * v + q0[i] * d0 + q1[i] * d1 + q2[i] * d2 + q3[i] * d3
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@inner_fast
 def fly_pairs(P, gain, D, now, after, kicked):  # type: ignore[no-untyped-def]
     """Both members of pairs."""
     n, a0, b0, a1, b1, F = now.x.shape[1], now.x[0], now.x[1], after.x[0], after.x[1], now.F
@@ -125,7 +125,7 @@ def fly_pairs(P, gain, D, now, after, kicked):  # type: ignore[no-untyped-def]
         a1[i], b1[i] = to_a, to_b
 
 
-@numba.njit(cache=True)
+@inner
 def settle_supports(course, h, after):  # type: ignore[no-untyped-def]
     """Motion of the supports at the end of a step."""
     for order in range(3):
@@ -133,14 +133,14 @@ def settle_supports(course, h, after):  # type: ignore[no-untyped-def]
             after.support[order, j] = value(course[order, j], h)
 
 
-@numba.njit(cache=True)
+@inner
 def look(model, after):  # type: ignore[no-untyped-def]
     """Gaps of a motion, and their rates."""
     look_gaps(model, after)
     look_rates(model, after)
 
 
-@numba.njit(cache=True)
+@inner
 def look_gaps(model, after):  # type: ignore[no-untyped-def]
     """Gaps of a motion."""
     m, z = after.gap.size, after.x.reshape(after.x.size)
@@ -151,7 +151,7 @@ def look_gaps(model, after):  # type: ignore[no-untyped-def]
             after.gap[i] += model.rows_s[i, j] * after.support[0, j]
 
 
-@numba.njit(cache=True)
+@inner
 def look_rates(model, after):  # type: ignore[no-untyped-def]
     """Rates of the gaps of a motion."""
     m, z = after.gap.size, after.x.reshape(after.x.size)
@@ -161,7 +161,7 @@ def look_rates(model, after):  # type: ignore[no-untyped-def]
             after.rate[i] += model.rows_s[i, j] * after.support[1, j]
 
 
-@numba.njit(cache=True)
+@inner
 def look_closed(model, after):  # type: ignore[no-untyped-def]
     """Rates of the closed channels: all that a kick of springs is made from."""
     v = after.x.reshape(after.x.size)[model.v0 : model.v1]
@@ -172,17 +172,19 @@ def look_closed(model, after):  # type: ignore[no-untyped-def]
                 after.rate[i] += model.rows_s[i, j] * after.support[1, j]
 
 
-@numba.njit(cache=True)
-def look_along(model, after):  # type: ignore[no-untyped-def]
-    """Rates along the rubbing channels."""
+@inner
+def look_along(model, laws, watched, after):  # type: ignore[no-untyped-def]
+    """Rates along the rubbing channels of contacts that are watched (m,)."""
     m, v = after.gap.size, after.x.reshape(after.x.size)[model.v0 : model.v1]
     for i in range(m, after.rate.size):
+        if not watched[laws.rubs[(i - m) // 2]]:
+            continue
         after.rate[i] = dot(model.rates[i], v)
         for j in range(after.support.shape[1]):
             after.rate[i] += model.rows_s[i, j] * after.support[1, j]
 
 
-@numba.njit(cache=True)
+@inner
 def quiet(after):  # type: ignore[no-untyped-def]
     """No channel forces."""
     fill(after.force, 0.0)
@@ -191,7 +193,7 @@ def quiet(after):  # type: ignore[no-untyped-def]
     fill(after.stuck, True)
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@inner_fast
 def band_energies(model, band, D, x, out):  # type: ignore[no-untyped-def]
     """sqrt(2 E) of the motion about its quasi-static place, by band."""
     fill(out, 0.0)

@@ -90,7 +90,7 @@ def flow_steps(form: FlowForm, laws: LawArrays, H: float, resolution: Resolution
             fix='Give a stiffness that the material can have, or stiffness = "hard".',
         )
     band, top = _bands(form.omega)
-    slow = mollifier * (1.0 - np.sinc(form.omega * math.ldexp(H, -levels) / np.pi))
+    slow = _too_small(form, mollifier, math.ldexp(H, -levels))
     reach = np.stack([_reach(form, band, top, math.ldexp(H, -n), slow) for n in range(levels + 1)])
     return FlowSteps(H, levels, laws, mollifier, band, np.ascontiguousarray(reach))
 
@@ -159,7 +159,26 @@ def _reach(form: FlowForm, band: IntArray, count: int, h: float, slow: FloatArra
     Cauchy-Schwarz.
     """
     x = form.omega * h
-    off = np.minimum(x**4 / 384.0, 2.0 + 0.25 * x) + 0.25 * slow * x
+    return _by_band(form, band, count, np.minimum(x**4 / 384.0, 2.0 + 0.25 * x) + 0.25 * slow * x)
+
+
+def straight(form: FlowForm, steps: FlowSteps, T: float) -> FloatArray:
+    """(n_band, m) bound of |gap - straight line from its start| / sqrt(2 E) of each band in T s.
+
+    A pair of energy E is off by at most A min((omega T)^2 / 2, 2 + omega T), A as for a cubic through both ends;
+    slopes that are too small add their share of A omega T.
+    """
+    x = form.omega * T
+    off = np.minimum(0.5 * x * x, 2.0 + x) + _too_small(form, steps.mollifier, steps.h) * x
+    return _by_band(form, steps.band, steps.reach.shape[1], off)
+
+
+def _too_small(form: FlowForm, mollifier: FloatArray, h: float) -> FloatArray:
+    """(n,) by which share the rates of a gap are too small (`flow_model.filtered`)."""
+    return np.asarray(mollifier * (1.0 - np.sinc(form.omega * h / np.pi)))
+
+
+def _by_band(form: FlowForm, band: IntArray, count: int, off: FloatArray) -> FloatArray:
     squares = form.squares * off**2
     return np.stack([np.sqrt(squares[:, band == b].sum(axis=1)) for b in range(count)])
 

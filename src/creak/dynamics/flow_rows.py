@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.dynamics.compiled import inner
 from creak.dynamics.modal_model import put
 
 CLOSE = 1e-5
@@ -42,13 +42,13 @@ def new_cone(width: int) -> Cone:
     return Cone(np.zeros(1), *(np.zeros(width) for _ in range(6)))
 
 
-@numba.njit(cache=True)
+@inner
 def courses(x, out):  # type: ignore[no-untyped-def]
     """Gaps, forces and sliding of an instant side by side."""
     put(out, put(out, put(out, 0, x.gap), x.force), x.sliding)
 
 
-@numba.njit(cache=True)
+@inner
 def restart(cone, time, x, fresh):  # type: ignore[no-untyped-def]
     """The instant x is kept; `fresh`: contact changes there."""
     cone.at[0] = time
@@ -58,7 +58,7 @@ def restart(cone, time, x, fresh):  # type: ignore[no-untyped-def]
         cone.top[j] = abs(cone.tip[j]) if fresh else max(cone.top[j], abs(cone.tip[j]))
 
 
-@numba.njit(cache=True)
+@inner
 def changes(now, after):  # type: ignore[no-untyped-def]
     """Does a channel open, close, stick or slip between two instants?"""
     for i in range(now.gap.size):
@@ -70,7 +70,7 @@ def changes(now, after):  # type: ignore[no-untyped-def]
     return False
 
 
-@numba.njit(cache=True)
+@inner
 def bends(cone, time, now, time_after, after):  # type: ignore[no-untyped-def]
     """Is no line left from the last kept instant to `after` that passes all others, `now` the last of them?"""
     courses(now, cone.now)

@@ -81,8 +81,7 @@ def _split(system: System, keep: FloatArray, V: FloatArray) -> System:
     def side(A: Matrix) -> FloatArray:
         return np.vstack([keep[:, None] * to_dense(A), np.zeros((r, sup.count))])
 
-    def rows(labels: IntArray) -> tuple[Matrix, Matrix]:
-        A, A_s = system.rows(labels)
+    def split(A: Matrix, A_s: Matrix) -> tuple[Matrix, Matrix]:
         return np.hstack([to_dense(A) * keep, np.asarray(A @ V)]), A_s
 
     def whole(q: FloatArray, s: FloatArray) -> FloatArray:
@@ -92,9 +91,9 @@ def _split(system: System, keep: FloatArray, V: FloatArray) -> System:
     return replace(
         system,
         name=f"{system.name}, faded",
-        rows=rows,
+        rows=lambda labels: split(*system.rows(labels)),
         whole=whole,
-        combine=None,
+        combine=lambda B, labels: split(*system.combined(B, labels)),
         M=Diagonal(np.concatenate([system.M.diagonal(), np.zeros(r)])),
         K=Diagonal(np.concatenate([system.K.diagonal(), np.ones(r)])),
         damping=replace(d, modal_shapes=W),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.elements.geometry import in_chunks, require_sound, rotate_to_global, unit
+from creak.elements.geometry import in_chunks, require_sound, rotate_to_global, turn_to_global, unit
 from creak.model.materials import BeamSection
 from creak.model.mesh import COMMON, Own
 
@@ -95,6 +95,17 @@ def geometric_stiffness(coords: FloatArray, section: BeamSection, own: Own, u: F
     return rotate_to_global(_off_axis(local, section, section.centroid), frame)
 
 
+def heat_load(coords: FloatArray, section: BeamSection, own: Own, rise: FloatArray) -> FloatArray:
+    """EA alpha dT [-t; t] at the centroid, dT the mean; no gradient over the section."""
+    _, frame = _line(coords, section, own)
+    expansion = section.material.expansion
+    alpha = 0.0 if expansion is None else expansion.strain[0]
+    force = section.material.youngs_modulus * section.area * alpha * rise.mean(axis=1)
+    local = np.zeros((len(coords), 12))
+    local[:, AXIAL] = force[:, None] * np.array([-1.0, 1.0])
+    return turn_to_global(local @ _lever(section, section.centroid), frame)
+
+
 def _slope_products(length: FloatArray, phi: FloatArray) -> FloatArray:
     """(n, 4, 4) integral of w' w' on (w1, theta1, w2, theta2), exact with three points."""
     at, weights = np.polynomial.legendre.leggauss(3)
@@ -142,13 +153,18 @@ def _off_axis(local: FloatArray, section: BeamSection, point: tuple[float, float
     """
     if not any((*section.centroid, *section.shear_centre)):
         return local
+    T = _lever(section, point)
+    return np.asarray(T.T @ local @ T, dtype=np.float64)
+
+
+def _lever(section: BeamSection, point: tuple[float, float]) -> FloatArray:
+    """(12, 12) motion of the centroid (axial) and of `point` (across) from that of the nodes' line."""
     c, s = np.cos(section.angle), np.sin(section.angle)
     turn = np.array([[c, s], [-s, c]])
     (c1, c2), (s1, s2) = turn @ np.array(section.centroid), turn @ np.array(point)
     one = np.eye(6)
     one[0, 4], one[0, 5], one[1, 3], one[2, 3] = c2, -c1, -s2, s1
-    T = np.kron(np.eye(2), one)
-    return np.asarray(T.T @ local @ T, dtype=np.float64)
+    return np.asarray(np.kron(np.eye(2), one), dtype=np.float64)
 
 
 def _shear_ratios(section: BeamSection, length: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -132,3 +132,8 @@ def rotate_to_global(local: FloatArray, frame: FloatArray) -> FloatArray:
     swapped = np.ascontiguousarray(right.transpose(0, 2, 1))
     both = (swapped.reshape(n, d * d // 3, 3) @ frame).reshape(n, d, d)
     return both.transpose(0, 2, 1)
+
+
+def turn_to_global(local: FloatArray, frame: FloatArray) -> FloatArray:
+    """T' f of vectors (n, 3 m) in local axes with rows `frame` (n, 3, 3)."""
+    return np.asarray((local.reshape(len(local), -1, 3) @ frame).reshape(local.shape), dtype=np.float64)

@@ -52,6 +52,13 @@ def condensed(full: FloatArray, n_kept: int) -> FloatArray:
     return np.asarray(kept - coupling.transpose(0, 2, 1) @ np.linalg.solve(inner, coupling), dtype=np.float64)
 
 
+def condensed_load(full: FloatArray, load: FloatArray, n_kept: int) -> FloatArray:
+    """(n, n_kept): loads (n, d) that act on what `condensed` keeps."""
+    kept, coupling, inner = load[:, :n_kept], full[:, n_kept:, :n_kept], full[:, n_kept:, n_kept:]
+    held = np.linalg.solve(inner, load[:, n_kept:, None])
+    return np.asarray(kept - (coupling.transpose(0, 2, 1) @ held)[..., 0], dtype=np.float64)
+
+
 def tied_strains(coords: FloatArray, points: FloatArray) -> FloatArray:
     """Covariant membrane strains that do not lock on warped elements.
 

@@ -30,6 +30,11 @@ def weighted_gram(operator: FloatArray, material: FloatArray, weights: FloatArra
     return flat.transpose(0, 2, 1) @ scaled.reshape(n, n_point * m, d)
 
 
+def weighted_sum(operator: FloatArray, stress: FloatArray, weights: FloatArray) -> FloatArray:
+    """Sum over the points of w B' s: operator (n, n_point, m, d), stress (n, n_point, m) -> (n, d)."""
+    return np.asarray(np.einsum("ngmd,ngm->nd", operator, stress * weights[..., None]), dtype=np.float64)
+
+
 def shell_mass(
     coords: FloatArray,
     normal: FloatArray,

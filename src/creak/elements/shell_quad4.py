@@ -18,9 +18,9 @@ from creak.elements.quad4_geometry import (
     shape_derivatives,
     tangents,
 )
-from creak.elements.quad4_membrane import condensed, membrane_stiffness, membrane_strains
-from creak.elements.shell_common import mean_normal, shell_mass, stressed_stiffness, weighted_gram
-from creak.elements.shell_rigidity import Rigidity, rigidity
+from creak.elements.quad4_membrane import condensed, condensed_load, membrane_stiffness, membrane_strains
+from creak.elements.shell_common import mean_normal, shell_mass, stressed_stiffness, weighted_gram, weighted_sum
+from creak.elements.shell_rigidity import Rigidity, heat_resultants, rigidity
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import COMMON, Own
 
@@ -28,6 +28,9 @@ DRILLING = 1e-3
 """Drilling stiffness as a share of G t. Up to 1e-3 the pinched hemisphere and a twisted beam of t/L = 1/3750
 stay free of locking; at 1e-1 both lock. The drilling rotations have natural frequencies of about
 sqrt(12 DRILLING G/rho)/(2 pi t): 54 kHz in 1 mm of steel, 5 kHz in 3 mm of a stiff plastic."""
+
+DILATION = np.array([1.0, 1.0, 0.0])
+"""e11, e22, 2 e12 of a growth by the same share in all directions."""
 
 
 def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
@@ -137,6 +140,51 @@ def geometric_stiffness(
     edges = surface.inverse @ np.stack([by_r, by_s], axis=1)
     slopes = surface.inverse @ shape_derivatives(points)
     return stressed_stiffness(coords, mean_normal(coords), slopes, edges, mean[:, [[0, 2], [2, 1]], 0], surface.weights)
+
+
+def heat_load(coords: FloatArray, section: ShellSection | GeneralShell, own: Own, rise: FloatArray) -> FloatArray:
+    """N on the membrane strains, M on the curvature; the enhanced modes, which see both where B is, condensed out.
+
+    Splitting the energy as the stiffness does, A (e + A^-1 B k)^2 + (D - B A^-1 B) k^2, the first takes N along with
+    B A^-1 N, the second M - B A^-1 N. What varies of the curvature within an element has no mean: M, which is all but
+    constant there, does no work on it.
+
+    The mean of the strains without stress is a dilation u = m x, which a warped element takes up without stress though
+    its assumed strains are not m everywhere: it comes as K u, and what N and M have besides as above.
+    """
+    return _heat_load(coords, section, own, rise, softened=False)
+
+
+def softened_heat_load(
+    coords: FloatArray, section: ShellSection | GeneralShell, own: Own, rise: FloatArray
+) -> FloatArray:
+    """The same of elements with `softened_stiffness`."""
+    return _heat_load(coords, section, own, rise, softened=True)
+
+
+def _heat_load(
+    coords: FloatArray, section: ShellSection | GeneralShell, own: Own, rise: FloatArray, *, softened: bool
+) -> FloatArray:
+    points, weights = gauss_square(2)
+    surface = evaluate(coords, points, weights)
+    stiff = rigidity(section, surface.axes, own, shape(points))
+    N, M = heat_resultants(section, surface.axes, own, shape(points), rise)
+    free = np.linalg.solve(np.broadcast_to(stiff.A, (*N.shape, 3)), N[..., None])[..., 0]
+    m = (0.5 * surface.weights * (free[..., 0] + free[..., 1])).sum(axis=1) / surface.weights.sum(axis=1)
+    N = N - m[:, None, None] * (stiff.A @ DILATION)
+    M = M if stiff.B is None else M - m[:, None, None] * (stiff.B @ DILATION)
+    operator, bent = membrane_strains(coords, surface), curvature(coords, surface)
+    if stiff.B is None:
+        full, load = weighted_gram(operator, stiff.A, surface.weights), weighted_sum(operator, N, surface.weights)
+    else:
+        both = np.concatenate([operator, np.pad(bent, ((0, 0), (0, 0), (0, 0), (0, 5)))], axis=2)
+        taken = (stiff.B @ np.linalg.solve(stiff.A, N[..., None]))[..., 0]
+        full = weighted_gram(both, replace(stiff, D=stiff.D - _neutral(stiff)).coupled, surface.weights)
+        load, M = weighted_sum(both, np.concatenate([N, taken], axis=2), surface.weights), M - taken
+    grown = np.zeros((len(coords), 4, 6))
+    grown[:, :, :3] = m[:, None, None] * (coords - coords.mean(axis=1, keepdims=True))
+    dilated = (_stiffness(coords, section, own, softened=softened) @ grown.reshape(len(coords), 24, 1))[..., 0]
+    return dilated + condensed_load(full, load, 24) + weighted_sum(bent, M, surface.weights)
 
 
 def _neutral(stiff: Rigidity) -> FloatArray:

@@ -8,7 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.elements.geometry import require_sound
-from creak.model.elasticity import plane_stress
+from creak.model.elasticity import plane_stress, sheet_stress
 from creak.model.laminates import SHEAR_CORRECTION
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Own
@@ -116,7 +116,34 @@ def material_angle(axes: FloatArray, axis1: FloatArray | None) -> FloatArray:
 
 def turned(matrix: FloatArray, angle: FloatArray) -> FloatArray:
     """T' matrix T (..., 3, 3): from axes at `angle` (...) to the axes the angle is measured from."""
+    T = _strain_turn(angle)
+    return np.asarray(T.swapaxes(-1, -2) @ matrix @ T, dtype=np.float64)
+
+
+def _strain_turn(angle: FloatArray) -> FloatArray:
     c, s = np.cos(angle), np.sin(angle)
     rows = [(c * c, s * s, c * s), (s * s, c * c, -c * s), (-2 * c * s, 2 * c * s, c * c - s * s)]
-    T = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-    return np.asarray(T.swapaxes(-1, -2) @ matrix @ T, dtype=np.float64)
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def heat_resultants(
+    section: ShellSection | GeneralShell, axes: FloatArray, own: Own, shapes: FloatArray, rise: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """N, M (n, n_point, 3) that hold shells as they are against a rise in temperature.
+
+    Parameters
+    ----------
+    axes, own, shapes : as of `rigidity`. rise : (n, n_node) at the nodes, constant through the thickness.
+    """
+    ratio = np.ones((1, 1)) if own.thickness is None else own.thickness @ shapes.T
+    rise = rise @ shapes.T
+    if isinstance(section, ShellSection):
+        force = sheet_stress(section.material) * section.thickness
+        N = (rise * ratio)[..., None] * force
+        return N, np.zeros_like(N)
+    if section.expansion is None:
+        return np.zeros((*rise.shape, 3)), np.zeros((*rise.shape, 3))
+    turn = _strain_turn(material_angle(axes, own.axis1)).swapaxes(-1, -2)
+    return turn @ section.expansion.force * (rise * ratio)[..., None], turn @ section.expansion.moment * (
+        rise * ratio**2
+    )[..., None]

@@ -13,11 +13,12 @@ from creak.elements.geometry import (
     in_chunks,
     require_sound,
     rotate_to_global,
+    turn_to_global,
     unit,
 )
 from creak.elements.quad4_membrane import condensed
 from creak.elements.shell_common import mean_normal, shell_mass, stressed_stiffness
-from creak.elements.shell_rigidity import Rigidity, rigidity
+from creak.elements.shell_rigidity import Rigidity, heat_resultants, rigidity
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import COMMON, Own
 
@@ -44,16 +45,33 @@ def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own
     def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         frame, plane = _to_plane(piece)
         stiff = _one_each(rigidity(section, frame[:, None], mine, CENTRE))
-        local = np.zeros((piece.shape[0], 20, 20))
-        local[:, MEMBRANE_DOFS[:, None], MEMBRANE_DOFS] = _membrane(plane, stiff)
-        local[:, PLATE_DOFS[:, None], PLATE_DOFS] = _plate(plane, stiff)
-        if stiff.B is not None:
-            across = _coupling(plane, stiff.B)
-            local[:, MEMBRANE_DOFS[:, None], PLATE_DOFS] += across
-            local[:, PLATE_DOFS[:, None], MEMBRANE_DOFS] += across.transpose(0, 2, 1)
-        return rotate_to_global(condensed(local, 18), frame)
+        return rotate_to_global(condensed(_local(plane, stiff), 18), frame)
 
     return in_chunks(kernel, coords, 18, own)
+
+
+def _local(plane: FloatArray, stiff: Rigidity) -> FloatArray:
+    """(n, 20, 20) in local axes, with the two rotations of the bubble."""
+    local = np.zeros((plane.shape[0], 20, 20))
+    local[:, MEMBRANE_DOFS[:, None], MEMBRANE_DOFS] = _membrane(plane, stiff)
+    local[:, PLATE_DOFS[:, None], PLATE_DOFS] = _plate(plane, stiff)
+    if stiff.B is not None:
+        across = _coupling(plane, stiff.B)
+        local[:, MEMBRANE_DOFS[:, None], PLATE_DOFS] += across
+        local[:, PLATE_DOFS[:, None], MEMBRANE_DOFS] += across.transpose(0, 2, 1)
+    return local
+
+
+def heat_load(coords: FloatArray, section: ShellSection | GeneralShell, own: Own, rise: FloatArray) -> FloatArray:
+    """Of the mean rise: N on the mean membrane strain, M on the mean curvature."""
+    frame, plane = _to_plane(coords)
+    N, M = (r[:, 0, :, None] for r in heat_resultants(section, frame[:, None], own, CENTRE, rise))
+    local = np.zeros((len(coords), 20))
+    local[:, MEMBRANE_DOFS] = (_force_lumping(plane) @ N)[..., 0]
+    if M.any():
+        mean = _mean_curvature(plane).transpose(0, 2, 1)
+        local[:, PLATE_DOFS] = _plane_area(plane)[:, None] * (mean @ M)[..., 0]
+    return turn_to_global(local[:, :18], frame)
 
 
 def geometric_stiffness(
@@ -223,11 +241,16 @@ def _coupling(plane: FloatArray, B: FloatArray) -> FloatArray:
     The membrane's basic part has that constant strain, so membrane, coupling and bending together are the
     energy of one field and positive wherever [A B; B D] is.
     """
+    return np.asarray(_force_lumping(plane) @ B @ _mean_curvature(plane), dtype=np.float64)
+
+
+def _mean_curvature(plane: FloatArray) -> FloatArray:
+    """(n, 3, 11): mean over the element; the bubble, whose slopes have no mean, has no part in it."""
     points, weights = gauss_triangle()
     jacobian = np.stack([plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]], axis=1)
     inverse = np.linalg.inv(jacobian).astype(np.float64)
-    curvature = sum(w * _curvature(inverse, point) for point, w in zip(points, weights, strict=True))
-    return np.asarray(_force_lumping(plane) @ B @ curvature, dtype=np.float64)
+    each = [w * _curvature(inverse, point) for point, w in zip(points, weights, strict=True)]
+    return np.asarray(sum(each), dtype=np.float64)
 
 
 def _plate(plane: FloatArray, stiff: Rigidity) -> FloatArray:

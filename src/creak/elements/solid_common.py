@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.elements.geometry import DEGENERATE, in_chunks, material_frames, require_sound
-from creak.elements.shell_common import weighted_gram
+from creak.elements.shell_common import weighted_gram, weighted_sum
 from creak.model.elasticity import hooke
 from creak.model.materials import AnisotropicMaterial, Material, SolidSection
 from creak.model.mesh import COMMON, Own
@@ -44,6 +44,34 @@ def elasticity(material: Material | AnisotropicMaterial, own: Own) -> FloatArray
         return D
     T = strain_rotation(material_frames(own, len(own.axis1)))
     return np.asarray(T.transpose(0, 2, 1) @ D @ T, dtype=np.float64)[:, None]
+
+
+def heat_stress(material: Material | AnisotropicMaterial, own: Own) -> FloatArray:
+    """D alpha in global axes, (6,) or (n, 1, 6): the stress that holds solids as they are against one degree."""
+    if material.expansion is None:
+        return np.zeros(6)
+    stress = hooke(material) @ np.array(material.expansion.strain)
+    if own.axis1 is None:
+        return np.asarray(stress, dtype=np.float64)
+    T = strain_rotation(material_frames(own, len(own.axis1)))
+    return np.asarray(T.transpose(0, 2, 1) @ stress, dtype=np.float64)[:, None]
+
+
+def heat_load(
+    coords: FloatArray, section: SolidSection, own: Own, reference: Reference, rise: FloatArray
+) -> FloatArray:
+    """f = integral of B' D alpha dT of displacements alone, (n, 6 n_node); dT interpolated as the displacements."""
+    inverse, det = jacobians(coords, reference.slopes)
+    stress = heat_stress(section.material, own) * (rise @ reference.shapes.T)[..., None]
+    return without_turns(weighted_sum(strains(inverse @ reference.slopes), stress, det * reference.weights))
+
+
+def without_turns(forces: FloatArray) -> FloatArray:
+    """(n, 6 n_node) from forces on the translations (n, 3 n_node)."""
+    n, d = forces.shape
+    out = np.zeros((n, d // 3, 6))
+    out[:, :, :3] = forces.reshape(n, d // 3, 3)
+    return out.reshape(n, 2 * d)
 
 
 def strain_rotation(frames: FloatArray) -> FloatArray:

@@ -5,17 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.elements.geometry import in_chunks, material_frames, rotate_to_global
-from creak.elements.shell_common import weighted_gram
+from creak.elements.geometry import in_chunks, material_frames, rotate_to_global, turn_to_global
+from creak.elements.shell_common import weighted_gram, weighted_sum
 from creak.elements.solid_common import (
     Reference,
     consistent_mass,
     elasticity,
+    heat_stress,
     isoparametric_stiffness,
     jacobians,
     require_volume,
     strains,
     with_rotations,
+    without_turns,
 )
 from creak.elements.solid_hex8 import CORNERS
 from creak.model.materials import SolidSection
@@ -106,6 +108,32 @@ def reduced_shear_stiffness(coords: FloatArray, section: SolidSection, own: Own 
         return with_rotations(rotate_to_global(K, frames))
 
     return in_chunks(kernel, coords, 120, own)
+
+
+def reduced_shear_heat_load(coords: FloatArray, section: SolidSection, own: Own, rise: FloatArray) -> FloatArray:
+    """integral of B' D alpha dT with the points of `reduced_shear_stiffness`."""
+    frames = element_axes(coords)
+    local, material = coords @ frames.transpose(0, 2, 1), material_frames(own, len(coords))
+    axes = material @ frames.transpose(0, 2, 1)
+    mine = Own(axis1=axes[:, 0], axis2=axes[:, 1])
+    whole = np.broadcast_to(heat_stress(section.material, mine), (len(coords), 1, 6))
+    direct = _direct_stress(section, mine, whole)
+    total = np.zeros((len(coords), 60))
+    for rule, stress in ((TWENTY_SEVEN, direct), (EIGHT, whole - direct)):
+        inverse, det = jacobians(local, rule.slopes)
+        at_points = stress * (rise @ rule.shapes.T)[..., None]
+        total += weighted_sum(strains(inverse @ rule.slopes), at_points, det * rule.weights)
+    return without_turns(turn_to_global(total, frames))
+
+
+def _direct_stress(section: SolidSection, own: Own, whole: FloatArray) -> FloatArray:
+    """(n, 1, 6) the share of D alpha (n, 1, 6) that direct strains make of direct strains."""
+    D = elasticity(section.material, own)
+    D = np.broadcast_to(D, (len(whole), 1, 6, 6))
+    strain = np.linalg.solve(D, whole[..., None])[..., :3, :]
+    out = np.zeros_like(whole)
+    out[..., :3] = (D[..., :3, :3] @ strain)[..., 0]
+    return out
 
 
 def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:

@@ -6,15 +6,18 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.elements.geometry import in_chunks
-from creak.elements.shell_common import weighted_gram
+from creak.elements.quad4_membrane import condensed_load
+from creak.elements.shell_common import weighted_gram, weighted_sum
 from creak.elements.solid_common import (
     Reference,
     consistent_mass,
     elasticity,
+    heat_stress,
     jacobians,
     require_volume,
     strains,
     with_rotations,
+    without_turns,
 )
 from creak.model.materials import SolidSection
 from creak.model.mesh import COMMON, Own
@@ -80,6 +83,15 @@ def stress(coords: FloatArray, section: SolidSection, own: Own, u: FloatArray) -
     full = weighted_gram(operator, D, det)
     modes = -np.linalg.solve(full[:, 24:, 24:], full[:, 24:, :24] @ u[:, :, None])
     return np.asarray((D @ (operator @ np.concatenate([u[:, :, None], modes], axis=1)[:, None]))[..., 0])
+
+
+def heat_load(coords: FloatArray, section: SolidSection, own: Own, rise: FloatArray) -> FloatArray:
+    """integral of B' D alpha dT, the inner modes condensed out."""
+    inverse, det = jacobians(coords, GAUSS.slopes)
+    operator = np.concatenate([strains(inverse @ GAUSS.slopes), _incompatible(coords, det)], axis=3)
+    stress = heat_stress(section.material, own) * (rise @ GAUSS.shapes.T)[..., None]
+    full = weighted_gram(operator, elasticity(section.material, own), det)
+    return without_turns(condensed_load(full, weighted_sum(operator, stress, det), 24))
 
 
 def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:

@@ -65,3 +65,15 @@ def geometric_stiffness(coords: FloatArray, section: TrussSection, own: Own, u: 
     out = np.zeros((len(coords), 12, 12))
     out[:, TRANSLATIONS[:, None], TRANSLATIONS] = np.block([[G, -G], [-G, G]])
     return out
+
+
+def heat_load(coords: FloatArray, section: TrussSection, own: Own, rise: FloatArray) -> FloatArray:
+    """EA alpha dT [-t; t] on the translations, dT the mean."""
+    line = coords[:, 1] - coords[:, 0]
+    t = line / np.linalg.norm(line, axis=1)[:, None]
+    expansion = section.material.expansion
+    alpha = 0.0 if expansion is None else expansion.strain[0]
+    force = section.material.youngs_modulus * section.area * alpha * rise.mean(axis=1)
+    out = np.zeros((len(coords), 12))
+    out[:, TRANSLATIONS] = force[:, None] * np.concatenate([-t, t], axis=1)
+    return out

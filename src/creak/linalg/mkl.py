@@ -1,10 +1,13 @@
-"""Intel's MKL, where it is installed: found by pypardiso, called through ctypes with 32-bit integers."""
+"""Intel's MKL, where it is installed: found as pypardiso finds it, called through ctypes with 32-bit integers."""
 
 from __future__ import annotations
 
 import ctypes
 import functools
 import importlib.util
+import os
+import sys
+from pathlib import Path
 from typing import Any
 
 
@@ -19,12 +22,29 @@ class MatrixKind(ctypes.Structure):
     _fields_ = (("type", ctypes.c_int), ("mode", ctypes.c_int), ("diag", ctypes.c_int))
 
 
+def _at_its_place() -> Any:
+    """The library of the wheel `mkl`; None elsewhere. pypardiso looks through all folders of the environment, twice."""
+    if os.environ.get("PYPARDISO_MKL_RT"):
+        return None
+    for folder in ("lib", "Library/bin"):
+        for path in sorted(Path(sys.prefix, folder).glob("*mkl_rt*"), key=lambda p: len(p.name)):
+            try:
+                return ctypes.CDLL(str(path))
+            except OSError:
+                continue
+    return None
+
+
+def _found_by_pypardiso() -> Any:
+    from pypardiso import PyPardisoSolver
+
+    return PyPardisoSolver().libmkl
+
+
 @functools.cache
 def mkl_library() -> Any:
     """The library, with the types of the functions that creak calls."""
-    from pypardiso import PyPardisoSolver
-
-    library = PyPardisoSolver().libmkl
+    library = _at_its_place() or _found_by_pypardiso()
     i, d, p = ctypes.c_int, ctypes.c_double, ctypes.c_void_p
     library.cblas_dgemm.argtypes = [i] * 6 + [d, p, i, p, i, d, p, i]
     library.cblas_dtrsm.argtypes = [i] * 7 + [d, p, i, p, i]

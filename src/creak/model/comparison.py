@@ -16,7 +16,7 @@ from creak.model.mesh import ElementBlock, Model, Surface, some_of
 
 DIRECTION_TOLERANCE = 1e-15
 """Between unit vectors: directions pass through a normalisation, everything else is compared bit by bit."""
-_PLACES = ("where", "source")
+_PLACES = ("where", "source", "expansion")
 _FOR_WRITERS = ("plies", "bottom", "constants", "profile", "dimensions")
 """What sections keep of where their values came from."""
 

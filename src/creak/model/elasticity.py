@@ -8,6 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.model.expansion import IN_PLANE
 from creak.model.materials import AnisotropicMaterial, AnyMaterial, Material, SheetMaterial
 
 SOFTEST = 1e-12
@@ -96,18 +97,35 @@ def sheet_matrices(material: AnyMaterial) -> tuple[FloatArray, FloatArray]:
     if isinstance(material, Material):
         return plane_stress(material), material.shear_modulus * np.eye(2)
     flexibility = np.linalg.inv(material.elasticity)
-    in_plane, shear = np.array([0, 1, 3]), np.array([5, 4])
+    shear = np.array([5, 4])
     return (
-        np.linalg.inv(flexibility[np.ix_(in_plane, in_plane)]),
+        np.linalg.inv(flexibility[np.ix_(IN_PLANE, IN_PLANE)]),
         np.linalg.inv(flexibility[np.ix_(shear, shear)]),
     )
 
 
+def sheet_stress(material: AnyMaterial) -> FloatArray:
+    """(3,) s11, s22, s12 that hold a sheet in plane stress as it is against one degree; zero without expansion."""
+    if material.expansion is None:
+        return np.zeros(3)
+    return np.asarray(sheet_matrices(material)[0] @ np.array(material.expansion.strain)[IN_PLANE], dtype=np.float64)
+
+
 def turned_sheet(matrix: FloatArray, angle: float) -> FloatArray:
     """In-plane (3, 3) matrix of a sheet whose axis 1 stands at `angle` (radian) to the axis 1 of the result."""
-    c, s = np.cos(angle), np.sin(angle)
-    T = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]])
+    T = _strain_turn(angle)
     return np.asarray(T.T @ matrix @ T, dtype=np.float64)
+
+
+def turned_stress(stress: FloatArray, angle: float) -> FloatArray:
+    """In-plane stress (3,) of a sheet whose axis 1 stands at `angle` (radian) to the axis 1 of the result."""
+    return np.asarray(_strain_turn(angle).T @ stress, dtype=np.float64)
+
+
+def _strain_turn(angle: float) -> FloatArray:
+    """(3, 3) strains (shear doubled) in axes at `angle` from those in the axes it is measured from."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]])
 
 
 def turned_shear(matrix: FloatArray, angle: float) -> FloatArray:

@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.model.elasticity import sheet_matrices, turned_shear, turned_sheet
+from creak.model.elasticity import sheet_matrices, sheet_stress, turned_shear, turned_sheet, turned_stress
+from creak.model.expansion import ShellExpansion, joined
 from creak.model.materials import AnyMaterial, GeneralShell, Ply
 
-__all__ = ["Ply", "homogeneous_shell", "laminate", "shifted"]
+__all__ = ["Ply", "homogeneous_shell", "laminate", "sheet_expansion", "shifted"]
 
 SHEAR_CORRECTION = 5.0 / 6.0
 """Of a homogeneous section (Reissner)."""
@@ -50,7 +51,25 @@ def laminate(name: str, plies: Sequence[Ply], bottom: float | None = None, added
     middle = GeneralShell(
         name, A, B, D, _shear_stiffness(z, Q, G, A, B, D), mass + added_mass, moment, inertia, total, 0.0, alpha, beta
     )
+    middle = replace(middle, expansion=_expansion(plies, z))
     return replace(shifted(middle, offset), plies=tuple(plies), bottom=z0)
+
+
+def sheet_expansion(material: AnyMaterial, thickness: float) -> ShellExpansion | None:
+    """Of one material through the thickness, its middle at the nodes; None: it does not expand."""
+    heat = material.expansion
+    if heat is None:
+        return None
+    return ShellExpansion(thickness * sheet_stress(material), np.zeros(3), heat.reference, heat.flaw)
+
+
+def _expansion(plies: Sequence[Ply], z: FloatArray) -> ShellExpansion | None:
+    """N, M = integral of Q alpha (1, z) dz about the middle (Jones, eq. 4.100-4.101); None: no ply expands."""
+    if all(p.material.expansion is None for p in plies):
+        return None
+    stress = np.array([turned_stress(sheet_stress(p.material), p.angle) for p in plies])
+    force, moment = (((z[1:] ** n - z[:-1] ** n) / n) @ stress for n in (1, 2))
+    return ShellExpansion(force, moment, *joined([p.material.expansion for p in plies]))
 
 
 def shifted(shell: GeneralShell, height: float) -> GeneralShell:
@@ -58,7 +77,7 @@ def shifted(shell: GeneralShell, height: float) -> GeneralShell:
 
     A, B + h A, D + 2 h B + h^2 A, and the same of the mass.
     """
-    h, m = height, shell.mass
+    h, m, heat = height, shell.mass, shell.expansion
     return GeneralShell(
         shell.name,
         shell.A,
@@ -72,6 +91,7 @@ def shifted(shell: GeneralShell, height: float) -> GeneralShell:
         shell.offset + h,
         shell.alpha,
         shell.beta,
+        expansion=None if heat is None else replace(heat, moment=heat.moment + h * heat.force),
     )
 
 

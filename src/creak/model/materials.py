@@ -8,6 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.model.expansion import Expansion, ShellExpansion
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,8 @@ class Material:
     """Mass-proportional damping, 1/s: C = alpha M + beta K."""
     beta: float = 0.0
     """Stiffness-proportional damping, s."""
+    expansion: Expansion | None = None
+    """None: heat does not strain it."""
 
     @property
     def shear_modulus(self) -> float:
@@ -43,6 +46,7 @@ class AnisotropicMaterial:
     """Mass-proportional damping, 1/s."""
     beta: float = 0.0
     """Stiffness-proportional damping, s."""
+    expansion: Expansion | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +65,7 @@ class SheetMaterial:
     """Stiffness-proportional damping, s."""
     constants: tuple[float, ...] = ()
     """E1, E2, nu12, G12, G13, G23 that the matrices were made of, for writers; empty: not known."""
+    expansion: Expansion | None = None
 
 
 AnyMaterial = Material | AnisotropicMaterial | SheetMaterial
@@ -122,6 +127,8 @@ class GeneralShell:
     """Height z of the first ply's lower face."""
     rigid: bool = False
     """Of elements of a rigid body, which have neither mass nor strain: its stiffness is for contact alone."""
+    expansion: ShellExpansion | None = None
+    """None: heat does not strain it."""
 
     def __post_init__(self) -> None:
         if not all(np.isfinite(m).all() for m in (self.A, self.B, self.D, self.S, self.rotary_inertia)):

@@ -11,7 +11,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.model.constraints import Constraint, Fixed
 from creak.model.materials import Section
-from creak.model.steps import StaticStep
+from creak.model.steps import NodeTemperatures, StaticLoads, StaticStep
 
 
 @dataclass(frozen=True)
@@ -158,6 +158,10 @@ class Model:
     """Mass of structural elements: consistent, lumped or linear; see `elements.mass_forms`."""
     prestress: StaticStep | None = None
     """The static step before the deck's modes that they start from, where creak can follow it."""
+    initial_temperature: NodeTemperatures | None = None
+    """At which nothing is strained, but for materials that say their own; None: the deck gives none."""
+    static_loads: Mapping[str, StaticLoads] = field(default_factory=dict)
+    """Loads of the deck that a run may start under, by name."""
 
     @property
     def n_elements(self) -> int:

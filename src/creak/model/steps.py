@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.errors import InputError
 from creak.model.constraints import Fixed
 
 
@@ -160,6 +161,16 @@ class DynamicStep:
     """file:line of the data line, under `time`."""
 
 
+@dataclass(frozen=True, eq=False)
+class NodeTemperatures:
+    """Temperatures of some nodes."""
+
+    nodes_idx: IntArray
+    """(k,)"""
+    value: FloatArray
+    """(k,)"""
+
+
 @dataclass(frozen=True)
 class StaticLoads:
     """What acts before the step and goes on through it: the run starts from the equilibrium under it."""
@@ -168,6 +179,12 @@ class StaticLoads:
     """length / time^2, on all mass."""
     forces: tuple[PointLoad, ...]
     where: str
+    temperature: NodeTemperatures | None = None
+    """None: no heat acts."""
+    moved: tuple[Prescribed, ...] = ()
+    """Displacements of dofs that are held there."""
+    flaw: InputError | None = None
+    """Why creak cannot use these loads, raised where they are used."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.damping import Damping
-from creak.assembly.system import Rows, System, momentum_fit, no_supports, to_dense
+from creak.assembly.system import Combine, Rows, System, momentum_fit, no_supports, to_dense
 from creak.linalg.dense_product import symmetric
 from creak.linalg.modes import Modes, modes
 from creak.linalg.sparse_product import BlockProduct
@@ -271,6 +271,7 @@ def reduced_system(system: System, basis: Basis, matrices: Matrices) -> System:
         K=matrices.K,
         damping=Damping(system.damping.alpha, system.damping.beta, matrices.C),
         rows=_rows(system.rows, basis, matrices.static),
+        combine=_combined(system, basis, matrices.static),
         supports=no_supports(basis.n),
         coordinates=np.concatenate([labels, np.full(n_m, -1, dtype=np.int64)]),
         velocity=velocity,
@@ -351,23 +352,36 @@ def _static_rows(basis: Basis, A_i: Matrix) -> FloatArray:
 
 
 def _rows(full: Rows, basis: Basis, static: StaticRows) -> Rows:
-    inside, n_m = basis.inside, basis.fixed.omega2.size
-
     def rows(labels: IntArray) -> tuple[Matrix, Matrix]:
         A, A_s = full(labels)
-        A = sp.csr_matrix(A)
-        A_b, A_i = A[:, inside.b] @ basis.P, sp.csr_matrix(A[:, inside.i])
-        inner = np.flatnonzero(np.diff(A_i.indptr))
-        if inner.size == 0:
-            return sp.hstack([A_b, sp.csr_matrix((labels.size, n_m))], format="csr"), A_s
-        R = np.zeros((labels.size, basis.n))
-        R[:, : basis.n_boundary] = A_b.toarray()
-        known = np.isin(A_i.indices, static.at)
-        lacking = np.add.reduceat(~known, A_i.indptr[inner]) > 0
-        kept, new = inner[~lacking], inner[lacking]
-        R[kept, : basis.n_boundary] += A_i[kept][:, static.at] @ static.values
-        R[new, : basis.n_boundary] += _static_rows(basis, A_i[new])
-        R[inner, basis.n_boundary :] = A_i[inner] @ basis.fixed.shapes
-        return sp.csr_matrix(R), A_s
+        return sp.csr_matrix(_through(sp.csr_matrix(A), basis, static)), A_s
 
     return rows
+
+
+def _combined(system: System, basis: Basis, static: StaticRows) -> Combine:
+    """Combinations first: a back-substitution for each, not for each row that goes into it."""
+
+    def combine(B: Matrix, labels: IntArray) -> tuple[Matrix, Matrix]:
+        A, A_s = system.combined(B, labels)
+        return _through(sp.csr_matrix(A), basis, static), A_s
+
+    return combine
+
+
+def _through(A: Matrix, basis: Basis, static: StaticRows) -> Matrix:
+    """A (k, n_full) times the basis: (k, n)."""
+    inside, n_m = basis.inside, basis.fixed.omega2.size
+    A_b, A_i = A[:, inside.b] @ basis.P, sp.csr_matrix(A[:, inside.i])
+    inner = np.flatnonzero(np.diff(A_i.indptr))
+    if inner.size == 0:
+        return sp.hstack([A_b, sp.csr_matrix((A.shape[0], n_m))], format="csr")
+    R = np.zeros((A.shape[0], basis.n))
+    R[:, : basis.n_boundary] = A_b.toarray()
+    known = np.isin(A_i.indices, static.at)
+    lacking = np.add.reduceat(~known, A_i.indptr[inner]) > 0
+    kept, new = inner[~lacking], inner[lacking]
+    R[kept, : basis.n_boundary] += A_i[kept][:, static.at] @ static.values
+    R[new, : basis.n_boundary] += _static_rows(basis, A_i[new])
+    R[inner, basis.n_boundary :] = A_i[inner] @ basis.fixed.shapes
+    return R

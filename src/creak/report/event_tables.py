@@ -217,8 +217,8 @@ def slip_table(result: Found, units: Units) -> Table | None:
 
 
 def slips_in(slips: tuple[SlipEvent, ...], window: tuple[float, float]) -> list[SlipEvent]:
-    """Stick-slip events that start inside a time window."""
-    return [e for e in slips if window[0] <= e.t_start <= window[1]]
+    """Stick-slip events of which a slip begins inside a time window."""
+    return [e for e in slips if any(window[0] <= start <= window[1] for start, _ in e.slips)]
 
 
 def squeak_table(result: Found, units: Units) -> Table | None:

@@ -34,8 +34,8 @@ class PlaceRow:
     """N5 and Nmax of its own sound, sone."""
     bar: float
     """N5 over that of the loudest, %."""
-    cause: str
-    """In words; empty: none was told."""
+    cause: list[str]
+    """In words: sources, modes, parts; empty: none was told."""
     changes: list[str]
     """What would help."""
     audio: str
@@ -99,16 +99,22 @@ def _row(
         place.number,
         f"{place.contact}, node {model.nodes.label(place.node_idx)}{f' of {part}' if part else ''}",
         detail,
-        number(len(place.events)) + (f", {plural(len(place.slips), 'slip')}" if place.slips else ""),
-        number(place.force, 3),
-        number(place.speed, 3),
+        _count(place),
+        number(place.force, 3) if place.events else "–",
+        number(place.speed, 3) if place.events else "–",
         (number(told["n5"], 3), number(told["n_max"], 3)),
         100.0 * (told["n5"] or 0.0) / loudest if loudest else 0.0,
-        "" if told["cause"] is None else told["cause"]["words"],
+        [] if told["cause"] is None else told["cause"]["words"].split("; "),
         [] if told["cause"] is None else told["cause"].get("changes_words", []),
         audio,
         _motion(place, motions),
     )
+
+
+def _count(place: Place) -> str:
+    """Events, and slips where it squeaks."""
+    slips = plural(place.slip_count, "slip") if place.slips else ""
+    return ", ".join(text for text in (number(len(place.events)) if place.events or not slips else "", slips) if text)
 
 
 def _motion(place: Place, motions: Animations) -> int | None:

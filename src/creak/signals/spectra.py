@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from creak.arrays import ComplexArray, FloatArray
 
@@ -31,5 +30,7 @@ def low_pass(x: FloatArray, step: float, f_max: float) -> FloatArray:
     """
     if f_max >= 0.45 / step or x.shape[0] < 16:
         return x
+    from scipy.signal import butter, sosfiltfilt  # half a second, which runs and commands without filters do not pay
+
     sections = butter(4, 2.0 * f_max * step, output="sos")
     return np.asarray(sosfiltfilt(sections, x, axis=0, padtype="constant", padlen=min(x.shape[0] - 1, 100)))

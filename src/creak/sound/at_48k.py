@@ -6,7 +6,6 @@ from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import firwin, resample_poly
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
@@ -39,6 +38,8 @@ def at_48k(pressure: ArrayLike, rate: float) -> FloatArray:
         return x
     up, down = ratio.numerator, ratio.denominator
     larger = max(up, down)
+    from scipy.signal import firwin, resample_poly  # see `signals.spectra.low_pass`
+
     taps = firwin(2 * HALF_WIDTH * larger + 1, 1.0 / larger, window=("kaiser", KAISER))
     return np.asarray(resample_poly(x, up, down, window=taps), dtype=np.float64)
 

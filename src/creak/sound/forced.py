@@ -35,9 +35,11 @@ LOWEST = 20.0
 FADE = 0.85
 """Share of the band from which the sound fades out to its end."""
 HIGHEST = 0.4
-"""Of the rate, up to which delays between samples are right."""
+"""Of the rate of the forces, up to which means over their intervals tell them."""
 STIFF = 4.0
 """Frequency of a mode over the end of the band from which its motion follows the force by two terms of a series."""
+FEW, LEAST = 4, 256
+"""Samples of a velocity per line of its spectrum, and the fewest."""
 BLOCK = 4_000_000
 """Complex numbers worked on at a time."""
 
@@ -54,7 +56,7 @@ class Modes:
 
 
 def sound_of_forces(
-    modes: Modes, force: FloatArray, groups: Sequence[IntArray], rows: PressureRows, band: float
+    modes: Modes, force: FloatArray, rate: float, groups: Sequence[IntArray], rows: PressureRows, band: float
 ) -> FloatArray:
     """Pressure (n_listener, n_group, n) in Pa that each group of forces makes by itself, at rest before.
 
@@ -62,54 +64,111 @@ def sound_of_forces(
 
     Parameters
     ----------
-    force : (n, n_force) means over the sampling intervals around each instant, at `rows.rate`.
-    groups : columns of `force`. band : Hz.
+    force : (n, n_force) means over the sampling intervals around each instant. rate : theirs, Hz, and of the pressure.
+    groups : columns of `force`. rows : right up to the band; their own rate may be lower. band : Hz.
 
     Raises
     ------
-    InputError : shapes that do not fit; a band that is not above 20 Hz and below .4 of the rate.
+    InputError : shapes that do not fit; a band that is not above 20 Hz and within .4 of the rate and that of the rows.
     """
     n, count = force.shape
-    if modes.push.shape != (count, modes.m.size) or rows.rows.shape[2] != modes.m.size:
-        raise InputError(
-            f"forces {force.shape}, their rows {modes.push.shape}, rows of {rows.rows.shape[2]} modes",
-            expected=f"({n}, n_force), (n_force, {modes.m.size}) and {modes.m.size}",
-        )
-    if not LOWEST < band <= HIGHEST * rows.rate:
-        raise InputError(f"a band up to {band:g} Hz", expected=f"{LOWEST:g} to {HIGHEST * rows.rate:g} Hz")
-    width = rows.rate / (band * (1.0 - FADE))
-    front, whole = int(BEFORE * width), n + int(TAIL * rows.rate)
-    size = next_fast_len(front + whole + int(max(PAD * n, AFTER * width)), real=True)
-    sigma = DECAY * rows.rate / size
-    weight = np.exp(-sigma / rows.rate * np.arange(front + whole))
-    freq = np.arange(size // 2 + 1) * (rows.rate / size)
-    used = np.flatnonzero(freq < band)
-    s, gain = sigma + 2j * np.pi * freq[used], _high_end(freq[used], band) / np.sinc(freq[used] / rows.rate)
-    F = np.empty((used.size, count), dtype=complex)
-    for j in range(count):
-        F[:, j] = rfft(np.concatenate([np.zeros(front), force[:, j] * weight[front : front + n]]), size)[used]
-    F *= gain[:, None]
+    _checked(modes, force, rows.rows.shape[2])
+    _in_band(band, min(HIGHEST * rate, rows.band))
+    on = _transformed(force, rate, band)
     slow = modes.k <= modes.m * (2.0 * np.pi * STIFF * band) ** 2
     push = np.ascontiguousarray(modes.push[:, slow].T)
     m, c, k = modes.m[slow], modes.c[slow], modes.k[slow]
     found = np.zeros((rows.rows.shape[0], len(groups), n))
+    tail = slice(on.front, on.front + n + int(TAIL * rate))
     for listener, (taps, start) in enumerate(zip(rows.rows, rows.start.tolist(), strict=True)):
         late = (start + np.arange(taps.shape[0])) / rows.rate
-        P = np.zeros((len(groups), freq.size), dtype=complex)
+        P = np.zeros((len(groups), on.size // 2 + 1), dtype=complex)
         still = _stiff(modes, ~slow, taps)
         flexible = np.ascontiguousarray(taps[:, slow])
-        for here in _blocks(used.size, m.size + late.size + count):
-            z = s[here, None]
+        for here in _blocks(on.used.size, m.size + late.size + count):
+            z = on.s[here, None]
             delay = np.exp(-z * late)
             each = _by_real(_by_real(delay, flexible) * (z * z / ((m * z + c) * z + k)), push)
             for power, table in still:
                 each += z**power * _by_real(delay, table)
-            each *= F[here]
+            each *= on.F[here]
             for g, columns in enumerate(groups):
-                P[g, used[here]] = each[:, columns].sum(axis=1)
+                P[g, on.used[here]] = each[:, columns].sum(axis=1)
         for g in range(len(groups)):
-            found[listener, g] = _without_lows((irfft(P[g], size)[: front + whole] / weight)[front:], rows.rate)[:n]
+            found[listener, g] = _without_lows(irfft(P[g], on.size)[tail] * on.growth(tail, rate), rate)[:n]
     return found
+
+
+def velocity_of_forces(
+    modes: Modes, force: FloatArray, rate: float, rows: FloatArray, band: float
+) -> tuple[FloatArray, FloatArray]:
+    """Times (n,) and velocities (n, k) of the motion `rows` (k, n_mode) under all forces, 20 Hz to the band's end.
+
+    The times are as few as the band asks for. Parameters and errors as `sound_of_forces`.
+    """
+    _checked(modes, force, rows.shape[1])
+    _in_band(band, HIGHEST * rate)
+    on = _transformed(force, rate, band)
+    size = next_fast_len(max(FEW * on.used.size, LEAST), real=True)
+    V = np.zeros((size // 2 + 1, rows.shape[0]), dtype=complex)
+    for here in _blocks(on.used.size, modes.m.size + rows.shape[0]):
+        z = on.s[here, None]
+        moved = _by_real(on.F[here], modes.push) * (z / ((modes.m * z + modes.c) * z + modes.k))
+        V[on.used[here]] = _by_real(moved, rows.T) * (size / on.size)
+    slow = rate * size / on.size
+    first, last = (round(slow / rate * k) for k in (on.front, on.front + force.shape[0] + int(TAIL * rate)))
+    found = irfft(V, size, axis=0)[first:last] * on.growth(slice(first, last), slow)[:, None]
+    time = np.arange(first, last) / slow - on.front / rate
+    within = time <= (force.shape[0] - 1) / rate
+    return time[within], np.stack([_without_lows(x, slow) for x in found.T], axis=1)[within]
+
+
+@dataclass(frozen=True)
+class _Transformed:
+    """Forces on a line beside the imaginary axis."""
+
+    size: int
+    front: int
+    """Samples of silence before them."""
+    used: IntArray
+    s: np.ndarray
+    """(n_used,) rad/s."""
+    F: np.ndarray
+    """(n_used, n_force), faded out at the end of the band."""
+
+    def growth(self, at: slice, rate: float) -> FloatArray:
+        """What the weight took from samples, at a rate."""
+        return np.asarray(np.exp(self.s[0].real / rate * np.arange(at.start, at.stop)))
+
+
+def _transformed(force: FloatArray, rate: float, band: float) -> _Transformed:
+    n, count = force.shape
+    width = rate / (band * (1.0 - FADE))
+    front, whole = int(BEFORE * width), n + int(TAIL * rate)
+    size = next_fast_len(front + whole + int(max(PAD * n, AFTER * width)), real=True)
+    sigma = DECAY * rate / size
+    weight = np.exp(-sigma / rate * np.arange(front, front + n))
+    freq = np.arange(size // 2 + 1) * (rate / size)
+    used = np.flatnonzero(freq < band)
+    F = np.empty((used.size, count), dtype=complex)
+    for j in range(count):
+        F[:, j] = rfft(np.concatenate([np.zeros(front), force[:, j] * weight]), size)[used]
+    F *= (_high_end(freq[used], band) / np.sinc(freq[used] / rate))[:, None]
+    return _Transformed(size, front, used, sigma + 2j * np.pi * freq[used], F)
+
+
+def _checked(modes: Modes, force: FloatArray, n_mode: int) -> None:
+    n, count = force.shape
+    if modes.push.shape != (count, modes.m.size) or n_mode != modes.m.size:
+        raise InputError(
+            f"forces {force.shape}, their rows {modes.push.shape}, rows of {n_mode} modes",
+            expected=f"({n}, n_force), (n_force, {modes.m.size}) and {modes.m.size}",
+        )
+
+
+def _in_band(band: float, highest: float) -> None:
+    if not LOWEST < band <= highest:
+        raise InputError(f"a band up to {band:g} Hz", expected=f"{LOWEST:g} to {highest:g} Hz")
 
 
 def _stiff(modes: Modes, which: BoolArray, taps: FloatArray) -> list[tuple[int, FloatArray]]:

@@ -17,10 +17,10 @@ from scipy.fft import irfft, next_fast_len, rfft
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 
-TAPS = 32
-"""Samples that a delay between two samples is spread over."""
-KAISER = 8.0
-"""Window of their sinc: within 1e-3 up to .8 of half the sampling rate."""
+FALLEN = 120.0
+"""dB by which the images of a delay between two samples are down."""
+HIGHEST = 0.4
+"""Of the sampling rate, up to which delays between samples are right."""
 BLOCK = 4
 """Length of a block of the running convolution, in filter lengths."""
 FULL = {True: 2.0, False: 4.0}
@@ -50,6 +50,8 @@ class PressureRows:
     """(n_listener,) delay of the first tap in samples; below 0 where a listener is nearer than a delay is spread."""
     rate: float
     """Hz."""
+    band: float
+    """Hz, up to which they are right."""
 
 
 def area_vectors(points: FloatArray, faces: IntArray) -> FloatArray:
@@ -87,13 +89,12 @@ def pressure_rows(
     """Filters from modal accelerations to pressure.
 
     Exact for a flat surface in a rigid baffle; for a gently curved one as far as its own shadow and echo are weak.
-    Nodes must be closer than a sixth of the shortest wavelength, of sound and in the plate. Frequencies up to
-    .4 `rate`.
+    Nodes must be closer than a sixth of the shortest wavelength, of sound and in the plate.
 
     Parameters
     ----------
     points : (n, 3) m. volumes : (n, n_mode) from `volume_shapes`. listeners : (n_listener, 3) m. rate : Hz of the
-        accelerations.
+        accelerations. Frequencies up to .4 of it.
     baffled : False: free in space, a sum of monopoles, for sources small beside the wavelength that breathe.
 
     Raises
@@ -108,25 +109,33 @@ def pressure_rows(
         )
     if not points.size or not all(np.isfinite(given).all() for given in (points, volumes, at)):
         raise InputError("points, volumes or listeners without or with infinite numbers", expected="finite numbers")
-    weights = [pressure_weights(points, here, rate, medium=medium, baffled=baffled) for here in at]
+    band = HIGHEST * rate
+    weights = [pressure_weights(points, here, rate, band, medium=medium, baffled=baffled) for here in at]
     count = max(w.shape[0] for w, _ in weights)
     rows = np.zeros((at.shape[0], count, volumes.shape[1]))
     for k, (w, _) in enumerate(weights):
         rows[k, : w.shape[0]] = w @ volumes
     first = np.array([start for _, start in weights], dtype=np.int64)
-    return PressureRows(rows, first, rate)
+    return PressureRows(rows, first, rate, band)
 
 
 def pressure_weights(
-    points: FloatArray, listener: FloatArray, rate: float, *, medium: Medium = AIR, baffled: bool = True
+    points: FloatArray,
+    listener: FloatArray,
+    rate: float,
+    band: float,
+    *,
+    medium: Medium = AIR,
+    baffled: bool = True,
 ) -> tuple[sp.csr_array, int]:
     """(n_tap, n) what the volume acceleration of each point sends to a listener, and the delay of the first tap.
 
-    Parameters as `pressure_rows`, which multiplies it with the volumes of modes; a large model does so by itself.
+    Parameters as `pressure_rows`, which multiplies it with the volumes of modes; a large model does so by itself. The
+    fewer taps, the lower the `rate`: a few times the `band`, Hz, up to which delays between samples are right.
 
     Raises
     ------
-    InputError : a listener on the surface.
+    InputError : a listener on the surface; a band that is not below half the rate.
     """
     distances = np.linalg.norm(listener - points, axis=1)
     if distances.min() <= 0.0:
@@ -134,20 +143,32 @@ def pressure_weights(
             f"a listener at {listener.tolist()} is on the radiating surface",
             fix="Move it off, by a node spacing at least.",
         )
+    if not 0.0 < band < 0.5 * rate:
+        raise InputError(f"a band up to {band:g} Hz at {rate:g} Hz", expected="below half the rate")
+    taps, beta = _kaiser(band / rate)
     delays = distances * (rate / medium.speed)
-    first = int(np.floor(delays.min())) - TAPS // 2 + 1
-    count = int(np.floor(delays.max())) + TAPS // 2 - first + 1
+    first = int(np.floor(delays.min())) - taps // 2 + 1
+    count = int(np.floor(delays.max())) + taps // 2 - first + 1
     scale = medium.density / (FULL[baffled] * math.pi)
-    return (_spread(delays - first, count) @ sp.diags_array(scale / distances)).tocsr(), first
+    return (_spread(delays - first, count, taps, beta) @ sp.diags_array(scale / distances)).tocsr(), first
 
 
-def _spread(delay: FloatArray, count: int) -> sp.csr_array:
+def _kaiser(band: float) -> tuple[int, float]:
+    """Samples that a delay is spread over, an even number, and the window of their sinc, of a band over the rate.
+
+    Kaiser's formula for images, from 1 - band on, that are `FALLEN` down.
+    """
+    taps = 1.0 + (FALLEN - 7.95) / (2.285 * 2.0 * math.pi * (1.0 - 2.0 * band))
+    return 2 * math.ceil(0.5 * taps), 0.1102 * (FALLEN - 8.7)
+
+
+def _spread(delay: FloatArray, count: int, taps: int, beta: float) -> sp.csr_array:
     """(count, n) weights that shift by each delay (n,), in samples: sinc under a Kaiser window."""
     whole = np.floor(delay).astype(np.int64)
-    offset = np.arange(TAPS) - (TAPS // 2 - 1)
+    offset = np.arange(taps) - (taps // 2 - 1)
     x = offset[:, None] - (delay - whole)
-    inside = np.sqrt(np.maximum(1.0 - (x / (TAPS / 2)) ** 2, 0.0))
-    weight = np.sinc(x) * np.i0(KAISER * inside) / np.i0(KAISER)
+    inside = np.sqrt(np.maximum(1.0 - (x / (taps / 2)) ** 2, 0.0))
+    weight = np.sinc(x) * np.i0(beta * inside) / np.i0(beta)
     weight /= weight.sum(axis=0)
     column = np.broadcast_to(np.arange(delay.size), weight.shape)
     place = (weight.ravel(), ((whole + offset[:, None]).ravel(), column.ravel()))
@@ -184,21 +205,14 @@ def pressure(rows: PressureRows, acceleration: FloatArray) -> FloatArray:
     return found
 
 
-def power_matrix(areas: FloatArray, shapes: FloatArray, *, medium: Medium = AIR) -> FloatArray:
-    """(n_mode, n_mode) B of the equivalent radiated power P = q' B q' in W: rho c sum of area and normal velocity^2.
+def equivalent_power(areas: FloatArray, velocity: FloatArray, *, medium: Medium = AIR) -> FloatArray:
+    """Equivalent radiated power (n,) in W: rho c sum of area and normal velocity^2.
 
-    As if every part radiated like a piston much larger than the wavelength: a bound below coincidence, without
+    As if every piece radiated like a piston much larger than the wavelength: a bound below coincidence, without
     direction or distance.
 
     Parameters
     ----------
-    areas : (n, 3) from `area_vectors`. shapes : (n, 3, n_mode).
+    areas : (k,) m^2. velocity : (n, k) along the normals, m/s.
     """
-    size = np.linalg.norm(areas, axis=1)
-    normal = volume_shapes(areas, shapes) / np.sqrt(np.where(size > 0.0, size, 1.0))[:, None]
-    return np.asarray(medium.density * medium.speed * normal.T @ normal)
-
-
-def equivalent_power(matrix: FloatArray, velocity: FloatArray) -> FloatArray:
-    """Equivalent radiated power (n,) in W at modal velocities (n, n_mode), with B from `power_matrix`."""
-    return np.asarray(np.einsum("nm,nm->n", velocity @ matrix, velocity))
+    return np.asarray(medium.density * medium.speed * (velocity**2 @ areas))

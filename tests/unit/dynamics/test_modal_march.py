@@ -367,6 +367,8 @@ def test_fading_modes_keep_static_answers():
     static = V @ ((V.T @ G.T) / soft.K.d[:, None])
     np.testing.assert_allclose(static, np.linalg.solve(K, G.T), rtol=1e-9)
     np.testing.assert_allclose(soft.recover(np.eye(soft.n)), V, atol=1e-12)
+    np.testing.assert_allclose(soft.combined(G, np.arange(30))[0], G @ V, atol=1e-12)
+    assert soft.combine is not None
     assert soft.n == small.n + 2
     sigma = participation(np.sqrt(small.K.d[:6]), 2.0 * np.pi * small.stats.first_left_out)
     np.testing.assert_allclose(V[:, :6], small.rows(np.arange(30))[0][:, :6] * np.sqrt(sigma), rtol=1e-12)

@@ -298,3 +298,21 @@ def test_motion_at_watched_dofs_needs_no_factor(monkeypatch):
     np.testing.assert_allclose(watched.rows(labels[:-4])[0].toarray(), plain[:-4].toarray(), atol=1e-12)
     with pytest.raises(AssertionError, match="back-substitution"):
         watched.rows(labels)
+
+
+def test_a_combination_costs_one_back_substitution(monkeypatch):
+    """Of all motion of two joined parts: the same as through the rows, and nothing is solved for each of those."""
+    system = diagonalise(joined(two_beams(), NO_DAMPING, 3))
+    B = np.random.default_rng(4).standard_normal((2, system.labels.size))
+    wanted = B @ to_dense(system.rows(system.labels)[0])
+    solve, solved = Inside.solve, []
+
+    def counted(self: Inside, f: np.ndarray) -> np.ndarray:
+        solved.append(f.shape[1])
+        return solve(self, f)
+
+    monkeypatch.setattr(Inside, "solve", counted)
+    found, carried = system.combined(B, system.labels)
+    np.testing.assert_allclose(to_dense(found), wanted, rtol=1e-10, atol=1e-12 * np.abs(wanted).max())
+    assert carried.shape == (2, 0)
+    assert 0 < sum(solved) <= 2 * 2

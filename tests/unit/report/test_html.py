@@ -117,6 +117,21 @@ def test_title_is_escaped(full):
     assert "<h1>Two plates &lt;test&gt;</h1>" in full
 
 
+def test_causes_stand_below_the_list_as_its_clauses(result_of):
+    """Not in the column of the place, which is narrow."""
+    result = result_of("reduced only")
+    summary = summarise(result)
+    told = summary["runs"]["reduced"]["places"]
+    assert told
+    told[0]["cause"] = {"words": "closed by <b>; most through 9 Hz", "changes_words": ["more gap: N5 2 -> 1 sone"]}
+    html = own_text(report_text(found_of(result), summary))
+    assert "closed by" not in html[html.index('<table class="places') : html.index('<div class="causes">')]
+    below = html[html.index('<div class="causes">') : html.index('<section id="checks">')]
+    clauses = ("Closed by &lt;b&gt;", "Most through 9 Hz", "more gap: N5 2 -&gt; 1 sone")
+    assert [f"<li>{c}</li>" in below for c in clauses] == [True] * 3
+    assert below.count("<details") == 1
+
+
 def test_a_single_run_is_said_to_be_unchecked(result_of):
     html = report_of(result_of("reduced only"))
     assert "The unreduced model was not run" in html

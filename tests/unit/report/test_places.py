@@ -8,6 +8,7 @@ import pytest
 
 from creak.model.units import UNITS
 from creak.report.event_csv import event_csv
+from creak.report.event_tables import slips_in
 from creak.report.found import found_of
 from creak.studies.results import places as module
 from creak.studies.results.places import find_places, place_of
@@ -112,10 +113,19 @@ def test_a_place_may_only_squeak(result):
     force, gap = np.zeros_like(h.force), np.abs(h.gap) + 0.1
     force[:, j], gap[:, j] = 1.0, -0.01
     start = result.window[0] + 1e-3
-    slip = SlipEvent(result.gaps.group[j], "", node(result, label), start, start + 1e-3, 0.1, 1.0, 1.0, ())
-    late = replace(slip, t_start=result.window[1] + 1.0)
+    slip = SlipEvent(
+        result.gaps.group[j], "", node(result, label), start, start + 1e-3, 0.1, 1.0, 1.0, ((start, start + 1e-3),)
+    )
+    end = result.window[1] + 1.0
+    late = replace(slip, t_start=end, slips=((end, end + 1e-3),))
     squeaks = replace(run, history=replace(h, force=force, gap=gap), slips=(slip, late))
     places = find_places(result, squeaks)
     assert [(p.events, p.slips, p.force, p.number) for p in places] == [((), (slip,), 0.0, 1)]
     rattles = replace(pressed, slips=(slip,))
     assert [(len(p.events), p.slips) for p in find_places(result, rattles)] == [(1, (slip,))]
+
+
+def test_a_chain_of_slips_is_shown_where_one_of_them_begins_in_the_window():
+    chain = SlipEvent("trim", "trim:1", 0, 0.1, 0.7, 0.2, 1.0, 1.0, ((0.1, 0.2), (0.6, 0.7)))
+    assert slips_in((chain,), (0.5, 1.0)) == [chain]
+    assert slips_in((chain,), (0.25, 0.5)) == []

@@ -63,7 +63,7 @@ def test_piston_on_a_spring_struck_by_a_half_sine(measured):
     )
     exact = in_band(exact)
     modes = Modes(*(np.array([x]) for x in (MASS, DAMPING, STIFFNESS)), np.array([[1.0]]))
-    found = sound_of_forces(modes, means(TIME)[:, None], [np.array([0])], piston(), BAND)[0, 0]
+    found = sound_of_forces(modes, means(TIME)[:, None], RATE, [np.array([0])], piston(), BAND)[0, 0]
     error = np.abs(found - exact).max() / np.abs(exact).max()
     measured(
         "sound",
@@ -81,7 +81,7 @@ def test_rigid_and_undamped_modes_do_not_come_around():
     )
     force = np.column_stack([means(TIME), means(TIME)])
     rows = pressure_rows(np.zeros((1, 3)), np.array([[1e-2, 1e-2]]), np.array([[0, 0, HEIGHT]]), RATE)
-    free, rings = sound_of_forces(modes, force, [np.array([0]), np.array([1])], rows, BAND)[0]
+    free, rings = sound_of_forces(modes, force, RATE, [np.array([0]), np.array([1])], rows, BAND)[0]
     gain = AIR.density * 1e-2 / (2 * np.pi * HEIGHT)
     exact = in_band(gain * half_sine(TIME - HEIGHT / AIR.speed) / 2.0)
     np.testing.assert_allclose(free, exact, atol=2e-3 * np.abs(exact).max())
@@ -100,9 +100,9 @@ def test_stiff_modes_by_their_series(monkeypatch):
     modes = Modes(np.ones(4), 0.02 * omega, omega**2, rng.normal(size=(1, 4)))
     rows = pressure_rows(np.zeros((1, 3)), rng.normal(size=(1, 4)), np.array([[0, 0, HEIGHT]]), RATE)
     force = means(TIME)[:, None]
-    short = sound_of_forces(modes, force, [np.array([0])], rows, BAND)
+    short = sound_of_forces(modes, force, RATE, [np.array([0])], rows, BAND)
     monkeypatch.setattr(forced, "STIFF", np.inf)
-    whole = sound_of_forces(modes, force, [np.array([0])], rows, BAND)
+    whole = sound_of_forces(modes, force, RATE, [np.array([0])], rows, BAND)
     np.testing.assert_allclose(short, whole, atol=1e-4 * np.abs(whole).max())
     assert np.abs(short - whole).max() > 0.0
 
@@ -114,7 +114,7 @@ def test_groups_add_up_and_no_force_is_silence():
     rows = pressure_rows(np.zeros((1, 3)), np.ones((1, 2)), np.array([[0, 0, 1.0]]), RATE)
     force = means(TIME)[:, None] * np.array([1.0, -2.0, 0.0])
     one, two, none, both = sound_of_forces(
-        modes, force, [np.array([0]), np.array([1]), np.array([2]), np.array([0, 1, 2])], rows, BAND
+        modes, force, RATE, [np.array([0]), np.array([1]), np.array([2]), np.array([0, 1, 2])], rows, BAND
     )[0]
     np.testing.assert_allclose(one + two, both, atol=1e-12 * np.abs(both).max())
     assert not none.any()
@@ -130,4 +130,4 @@ def test_a_band_that_cannot_be_computed_is_refused(band):
     modes = Modes(np.ones(1), np.ones(1), np.ones(1), np.ones((1, 1)))
     rows = pressure_rows(np.zeros((1, 3)), np.ones((1, 1)), np.array([[0, 0, 1.0]]), RATE)
     with pytest.raises(InputError, match="a band up to"):
-        sound_of_forces(modes, np.zeros((100, 1)), [np.array([0])], rows, band)
+        sound_of_forces(modes, np.zeros((100, 1)), RATE, [np.array([0])], rows, band)

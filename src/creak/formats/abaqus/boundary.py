@@ -117,7 +117,9 @@ def read_initial_velocity(deck: Outline, nodes: Registry) -> list[tuple[int, int
         kind = block.need("TYPE").upper()
         if kind != "VELOCITY":
             harmless = kind in ("TEMPERATURE", "CONTACT")
-            why = "creak has no temperatures" if kind == "TEMPERATURE" else "creak reads TYPE=VELOCITY"
+            why = "creak reads TYPE=VELOCITY"
+            if kind == "TEMPERATURE":
+                why = "it acts only together with temperatures: *TEMPERATURE of a *STATIC step, a study's [[static]]"
             deck.note(block, why, changes=not harmless, what=f"*INITIAL CONDITIONS, TYPE={kind}")
             continue
         for fields, where in block.rows():

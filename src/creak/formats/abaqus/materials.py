@@ -8,12 +8,14 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
+from creak.formats.abaqus.expansion import read_expansion
 from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.numbers import floats, positive, to_float
 from creak.formats.abaqus.outline import Outline
 from creak.formats.abaqus.rubber import small_strain
 from creak.formats.abaqus.temperatures import at_temperature
 from creak.model.elasticity import lamina, orthotropic, require_stable, symmetric
+from creak.model.expansion import Expansion
 from creak.model.materials import AnisotropicMaterial, AnyMaterial, Material, SheetMaterial
 
 
@@ -37,6 +39,7 @@ class RawMaterial:
     density: float | None
     alpha: float
     beta: float
+    expansion: Expansion | None = None
 
 
 def read_materials(deck: Outline) -> dict[str, RawMaterial]:
@@ -141,7 +144,7 @@ def find_any_material(name: str, materials: dict[str, RawMaterial], where: str) 
             fix=f"Add {lacks} after its *MATERIAL line.",
         )
     common = (raw.density, raw.alpha, raw.beta)
-    values, at = raw.elastic.values, raw.elastic.where
+    values, at, heat = raw.elastic.values, raw.elastic.where, raw.expansion
     if raw.elastic.kind == TRACTION:
         raise InputError(
             f"material {raw.name!r} is *ELASTIC, TYPE=TRACTION, which cohesive elements alone have",
@@ -150,15 +153,15 @@ def find_any_material(name: str, materials: dict[str, RawMaterial], where: str) 
             fix="Give E and nu.",
         )
     if raw.elastic.kind == "ISOTROPIC":
-        return Material(raw.name, values[0], values[1], *common)
+        return Material(raw.name, values[0], values[1], *common, heat)
     if raw.elastic.kind == "LAMINA":
         E1, E2, nu12, G12, G13, G23 = values
-        return SheetMaterial(raw.name, *lamina(E1, E2, nu12, G12, G13, G23, where=at), *common, values)
+        return SheetMaterial(raw.name, *lamina(E1, E2, nu12, G12, G13, G23, where=at), *common, values, heat)
     if raw.elastic.kind == "ENGINEERING CONSTANTS":
         E, nu, G = values[:3], values[3:6], values[6:9]
         matrix = orthotropic((E[0], E[1], E[2]), (nu[0], nu[1], nu[2]), (G[0], G[1], G[2]), where=at)
-        return AnisotropicMaterial(raw.name, matrix, *common)
-    return AnisotropicMaterial(raw.name, _stiffness(raw.elastic), *common)
+        return AnisotropicMaterial(raw.name, matrix, *common, heat)
+    return AnisotropicMaterial(raw.name, _stiffness(raw.elastic), *common, heat)
 
 
 def _stiffness(elastic: Elastic) -> FloatArray:
@@ -178,6 +181,7 @@ def _material(deck: Outline, name: str, block: Block) -> RawMaterial:
     elastic: Elastic | None = None
     density: float | None = None
     alpha = beta = 0.0
+    heat: Expansion | None = None
     for option in block.options:
         if option.name == "ELASTIC":
             elastic = _elastic(deck, name, option)
@@ -191,7 +195,9 @@ def _material(deck: Outline, name: str, block: Block) -> RawMaterial:
             density = positive(fields[0], where, f"density of material {name!r}")
         elif option.name == "DAMPING":
             alpha, beta = _damping(name, option)
-    return RawMaterial(name, block.where, elastic, density, alpha, beta)
+        elif option.name == "EXPANSION":
+            heat = read_expansion(name, option)
+    return RawMaterial(name, block.where, elastic, density, alpha, beta, heat)
 
 
 TRACTION = "TRACTION"

@@ -33,6 +33,7 @@ from creak.formats.abaqus.sections import read_sections
 from creak.formats.abaqus.sets import read_sets
 from creak.formats.abaqus.steps import read_run
 from creak.formats.abaqus.surfaces import RawSurface, read_surfaces
+from creak.formats.abaqus.temperatures import node_temperatures
 from creak.formats.abaqus.ties import read_ties
 from creak.formats.abaqus.transforms import held_along_axes, note_transformed, read_transforms
 from creak.formats.deck.refusals import reading
@@ -142,6 +143,7 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
         initial_velocity=tuple(velocity),
         unread=tuple(deck.unread),
         prestress=prestress,
+        initial_temperature=node_temperatures(deck, node_names),
     )
     return model, run
 

@@ -13,6 +13,7 @@ from creak.formats.abaqus.loads import along_global_axes, step_loads, step_motio
 from creak.formats.abaqus.names import Registry
 from creak.formats.abaqus.numbers import to_float
 from creak.formats.abaqus.outline import Outline, StepBlocks
+from creak.formats.abaqus.temperatures import heated
 from creak.formats.abaqus.transforms import Transforms
 from creak.formats.abaqus.used import list_params
 from creak.model.constraints import Fixed
@@ -20,7 +21,7 @@ from creak.model.dofs import node_dofs
 from creak.model.mesh import Unread
 from creak.model.steps import Amplitude, PointLoad, Prescribed, StaticLoads
 
-USED = ("STATIC", "BOUNDARY", "CLOAD", "DLOAD")
+USED = ("STATIC", "BOUNDARY", "CLOAD", "DLOAD", "TEMPERATURE")
 _STEP = "NAME, NLGEOM, INC, AMPLITUDE, UNSYMM, EXTRAPOLATION, CONVERT SDI, SOLVER"
 
 
@@ -70,7 +71,8 @@ def read_static(
     _check_goes_on(dynamic, gravity, bool(forces), elements, count)
     loads = along_global_axes(forces, transforms)
     first = steps[0].block.where if steps else ""
-    return StaticLoads((float(gravity[0]), float(gravity[1]), float(gravity[2])), loads, where or first), fixed
+    warm = heated(deck, [b for step in steps for b in step.blocks if b.name == "TEMPERATURE"], nodes)
+    return StaticLoads((float(gravity[0]), float(gravity[1]), float(gravity[2])), loads, where or first, warm), fixed
 
 
 def _no_amplitude(block: Block) -> None:

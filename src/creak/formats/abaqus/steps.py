@@ -15,6 +15,7 @@ from creak.formats.abaqus.loads import along_global_axes, check_global, step_loa
 from creak.formats.abaqus.names import Registry, lookup
 from creak.formats.abaqus.numbers import positive, to_float
 from creak.formats.abaqus.outline import Outline, StepBlocks
+from creak.formats.abaqus.static_steps import USED as OF_STATIC
 from creak.formats.abaqus.static_steps import check_same_supports, is_static, read_static
 from creak.formats.abaqus.transforms import Transforms
 from creak.formats.abaqus.used import list_params
@@ -179,13 +180,14 @@ def _relist(deck: Outline, step: StepBlocks, statics: list[StepBlocks]) -> None:
         used = block.name in contact.KEYWORDS or block.name == "AMPLITUDE"
         if meaning(block.name).why in _OURS and not used:
             deck.note(block, "of contact creak reads pairs of surfaces and their *SURFACE INTERACTION", changes=True)
-    used_here = (*_USED, "DLOAD") if statics else _USED
-    for block in [*step.blocks, *(b for s in statics for b in s.blocks)]:
+    given: list[tuple[Block, tuple[str, ...]]] = [(b, (*_USED, "DLOAD") if statics else _USED) for b in step.blocks]
+    given += [(b, (*_USED, *OF_STATIC)) for s in statics for b in s.blocks]
+    for block, used_here in given:
         known = meaning(block.name)
         if known.why in _OUTPUT or block.name in _CONTROLS:
             why = "creak writes its own results" if known.why in _OUTPUT else "it controls the job, not the model"
             deck.note(block, why, changes=False)
-        elif block.name not in used_here and not (block.name == "STATIC" and statics):
+        elif block.name not in used_here:
             deck.note(block, "creak does not read this keyword of a step", changes=True)
 
 

@@ -16,6 +16,7 @@ from creak.formats.abaqus.materials import (
 from creak.formats.abaqus.numbers import positive
 from creak.formats.abaqus.outline import Outline, Scope
 from creak.model.elasticity import plane_stress, sheet_matrices
+from creak.model.laminates import sheet_expansion
 from creak.model.materials import AnisotropicMaterial, GeneralShell, Material, SolidSection
 
 Materials = dict[str, RawMaterial]
@@ -52,6 +53,7 @@ def read_membrane_section(scope: Scope, block: Block, materials: Materials) -> G
         thickness=t,
         alpha=material.alpha,
         beta=material.beta,
+        expansion=sheet_expansion(material, t),
     )
 
 

@@ -56,7 +56,7 @@ def _same(a: AnyMaterial, b: AnyMaterial) -> bool:
 
 
 def material_lines(material: AnyMaterial) -> list[str]:
-    """*MATERIAL with *ELASTIC, *DENSITY and *DAMPING.
+    """*MATERIAL with *ELASTIC, *DENSITY, *DAMPING and *EXPANSION.
 
     Raises
     ------
@@ -78,7 +78,17 @@ def material_lines(material: AnyMaterial) -> list[str]:
         "*DENSITY",
         number(material.density),
         *(damping if material.alpha or material.beta else []),
+        *_expansion(material),
     ]
+
+
+def _expansion(material: AnyMaterial) -> list[str]:
+    """*EXPANSION; nothing for one that depends on temperature or shears. A TREF is left to the initial temperature."""
+    heat = material.expansion
+    if heat is None or heat.flaw or any(heat.strain[3:]):
+        return []
+    a, b, c = heat.strain[:3]
+    return ["*EXPANSION", number(a)] if a == b == c else ["*EXPANSION, TYPE=ORTHO", numbers((a, b, c))]
 
 
 def triangle(matrix: FloatArray) -> list[float]:

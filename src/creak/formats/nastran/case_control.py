@@ -35,6 +35,18 @@ _OF_RUN = ("DLOAD", "TSTEP", "TSTEPNL", "LOADSET", *_OUTPUT)
 
 
 @dataclass(frozen=True)
+class StaticCase:
+    """A subcase of statics that a transient starts from."""
+
+    load: int
+    """LOAD"""
+    temperature: int
+    """TEMPERATURE(LOAD), or of both kinds."""
+    spc: int
+    where: str
+
+
+@dataclass(frozen=True)
 class CaseControl:
     """What of one subcase (and above it) bears on the model: the first that has a METHOD, else the first."""
 
@@ -64,6 +76,10 @@ class CaseControl:
     given: bool = False
     """Whether there is a case control section."""
     where: str = ""
+    initial_temperature: int = 0
+    """TEMPERATURE(INITIAL)"""
+    static: StaticCase | None = None
+    """Of the deck's own run; None: it starts without strain."""
 
 
 def read_case_control(executive: list[Line], case: list[Line], own_run: bool = False) -> CaseControl:
@@ -77,14 +93,18 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
     ------
     InputError : SPC, MPC or IC is not a number.
     """
-    commands, unread = _subcase_of_modes(case, own_run)
+    above, subcases = _subcases(case)
+    at, unread = _taken(subcases, own_run)
+    commands = above | (subcases[at][2] if subcases else {})
+    static = _static(above, subcases, at, commands, unread) if own_run else None
     ids = {key: _identifier(commands, key) for key in ("SPC", "MPC", "IC", "DLOAD", "TSTEP", "LOADSET", "NSM")}
     ids["TSTEP"] = ids["TSTEP"] or _identifier(commands, "TSTEPNL")
     sets = {number: _ids(text) for number, text in _sets(case).items()}
     unread += [Unread(key, line.where, True, UNFOLLOWED) for key, (_, line) in commands.items() if key in _CHANGES]
     matrices = {key: commands[key][0] for key in _MATRICES if key in commands}
     used = {"SPC", "MPC", "IC", "NSM", "SET", "BCONTACT", "BGSET", *_MATRICES, *(_OF_RUN if own_run else ())}
-    rest = [key for key in commands if key not in _CHANGES | used]
+    used |= {"TEMPERATURE", HEAT, "LOAD", STATIC_START} if own_run else set()
+    rest = [key for key in commands if key not in _CHANGES | used and "(" not in key]
     if rest:
         who = "creak has output of its own" if own_run else "the study file defines loads, analysis and output"
         why = f"{who} ({', '.join(rest)})"
@@ -112,6 +132,8 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
         tuple(unread),
         bool(case or executive),
         (case or executive)[0].where if case or executive else "",
+        _initial_temperature(above, subcases),
+        static,
     )
 
 
@@ -125,13 +147,16 @@ def _solution(executive: list[Line]) -> str:
     return next((m.group(1).upper() for m in found if m), "")
 
 
-def _subcase_of_modes(case: list[Line], own_run: bool) -> tuple[dict[str, tuple[str, Line]], list[Unread]]:
-    """Commands above the subcases and of one of them; the other subcases as unread.
+Commands = dict[str, tuple[str, Line]]
+Subcases = list[tuple[str, Line, Commands]]
+STATIC_START = "IC(STATSUB)"
+HEAT = "TEMPERATURE(LOAD)"
 
-    It is the first that has a METHOD (those before it are statics that it may start from by STATSUB), else the first.
-    """
-    above: dict[str, tuple[str, Line]] = {}
-    subcases: list[tuple[str, Line, dict[str, tuple[str, Line]]]] = []
+
+def _subcases(case: list[Line]) -> tuple[Commands, Subcases]:
+    """Commands above the subcases, and those of each."""
+    above: Commands = {}
+    subcases: Subcases = []
     commands, go_on = above, False
     for line in case:
         text = line.text.split("$")[0].rstrip()
@@ -143,15 +168,75 @@ def _subcase_of_modes(case: list[Line], own_run: bool) -> tuple[dict[str, tuple[
         if key in ("SUBCASE", "SUBCOM", "SYM", "REPCASE"):
             commands = {}
             subcases.append((f"{key} {value}", line, commands))
-        else:
-            commands[key] = (value, line)
-    with_method = (i for i, (_, _, own) in enumerate(subcases) if "METHOD" in own)
-    taken = 0 if own_run else next(with_method, 0)
-    why = "creak takes the first subcase" + (" that has a METHOD" if taken else "")
-    unread = [Unread(name, line.where, False, why) for i, (name, line, _) in enumerate(subcases) if i != taken]
-    prestressed = [(i, own["STATSUB"][1]) for i, (_, _, own) in enumerate(subcases) if "STATSUB" in own]
-    unread += [Unread("STATSUB", line.where, True, UNFOLLOWED) for i, line in prestressed if i != taken]
-    return above | (subcases[taken][2] if subcases else {}), unread
+            continue
+        kind = (found.group(2) or "").strip("() ").upper()
+        if key == "IC" and kind.startswith("STATSUB"):
+            key = STATIC_START
+            if "DIFFK" in kind:
+                commands["STATSUB"] = (value, line)
+        commands[key] = (value, line)
+        if key == "TEMPERATURE":
+            kinds = {"": ("LOAD",), "BOTH": ("LOAD",), "INIT": ("INITIAL",)}.get(kind[:4], (kind,))
+            commands.update({f"{key}({k})": (value, line) for k in kinds})
+    return above, subcases
+
+
+def _taken(subcases: Subcases, own_run: bool) -> tuple[int, list[Unread]]:
+    """Row of the subcase that is followed; the others as unread.
+
+    Of the deck's own run it is the first that has a TSTEP or DLOAD. Else the first that has a METHOD (those before it
+    are statics that it may start from by STATSUB). Else the first.
+    """
+    wanted = {"TSTEP", "TSTEPNL", "DLOAD"} if own_run else {"METHOD"}
+    at = next((i for i, (_, _, own) in enumerate(subcases) if wanted & own.keys()), 0)
+    why = "creak takes the first subcase" + (f" that has a {'TSTEP' if own_run else 'METHOD'}" if at else "")
+    unread = [Unread(name, line.where, False, why) for i, (name, line, _) in enumerate(subcases) if i != at]
+    stressed = [(i, own["STATSUB"][1]) for i, (_, _, own) in enumerate(subcases) if "STATSUB" in own]
+    unread += [Unread("STATSUB", line.where, True, UNFOLLOWED) for i, line in stressed if i != at]
+    return at, unread
+
+
+def _static(
+    above: Commands, subcases: Subcases, transient: int, commands: Commands, unread: list[Unread]
+) -> StaticCase | None:
+    """The subcase that IC(STATSUB) or STATSUB names, else the one before the transient that has loads and no times.
+
+    Raises
+    ------
+    InputError : there is no such subcase.
+    """
+    named = next((key for key in (STATIC_START, "STATSUB") if key in commands), "")
+    at = next((i for i in range(transient - 1, -1, -1) if {"LOAD", HEAT} & subcases[i][2].keys()), -1)
+    if named:
+        number = _identifier(commands, named)
+        at = next((i for i, s in enumerate(subcases) if s[0] == f"SUBCASE {number}" and i != transient), -1)
+        if at < 0:
+            raise InputError(
+                f"{named} = {number}, but there is no such subcase beside the transient one",
+                where=commands[named][1].where,
+                expected="the number of a static subcase",
+                fix="Correct the number.",
+            )
+    for key in ("LOAD", HEAT) if at < 0 else ():
+        if key in commands:
+            heat = key == HEAT
+            why = "static loads act in a transient only from a static subcase before it, or by LSEQ, as in Nastran"
+            why = "temperatures act only from a static subcase before the transient" if heat else why
+            unread.append(Unread(key, commands[key][1].where, heat, why))
+    if at < 0:
+        return None
+    name, line, own = subcases[at]
+    unread[:] = [u for u in unread if (u.keyword, u.where) != (name, line.where)]
+    both = above | own
+    load, heated, spc = (_identifier(both, key) for key in ("LOAD", HEAT, "SPC"))
+    return StaticCase(load, heated, spc, line.where)
+
+
+def _initial_temperature(above: Commands, subcases: Subcases) -> int:
+    """TEMPERATURE(INITIAL), the first that the deck takes anywhere."""
+    key = "TEMPERATURE(INITIAL)"
+    every = [above, *(own for _, _, own in subcases)]
+    return next((_identifier(c, key) for c in every if key in c), 0)
 
 
 def _key(word: str) -> str:

@@ -17,6 +17,7 @@ from creak.formats.nastran.grids import Grids
 from creak.model.materials import Section
 from creak.model.mesh import Unread
 
+K = TypeVar("K", int, str)
 T = TypeVar("T")
 
 
@@ -205,7 +206,7 @@ def unique_cards(cards: Iterator[Card], what: str) -> dict[int, Card]:
     return found
 
 
-def referred(found: Mapping[int, T], identifier: int, user: Card, what: str, names: str) -> T:
+def referred(found: Mapping[K, T], identifier: K, user: Card, what: str, names: str) -> T:
     """What stands under this id, that `user` refers to.
 
     Raises

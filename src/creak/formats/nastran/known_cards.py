@@ -28,7 +28,7 @@ _HARMLESS = {
         "SPCD, SPCR, ACCEL, ACCEL1, LOADCYN, LOADCYH, TABLED1, TABLED2, TABLED3, TABLED4, TABLED5, TABLEH1, TABRND1,"
         "TABRNDG, RANDPS, RANDT1, RCROSS, NOLIN1, NOLIN2, NOLIN3, NOLIN4"
     ),
-    "gravity does not act on modes; a study takes it from its [[static]] gravity, not from the deck": "GRAV",
+    "gravity does not act on modes; a study takes it from its [[static]] gravity or deck_loads": "GRAV",
     "the study file defines the time axis": (
         "TSTEP, TSTEPNL, TSTEP1, NLPARM, NLPCI, NLSTEP, NLADAPT, NLOUT, NLCNTL, NLCNTLG, NLCNTL2, FREQ, FREQ1,"
         "FREQ2, FREQ3, FREQ4, FREQ5, FREQV"
@@ -38,7 +38,7 @@ _HARMLESS = {
         "SEBULK, SESET, SEELT, SEEXCLD, SELABEL, SELOC, SEUSET, SEUSET1, USET, USET1, SESUP, DYNRED, BNDFIX, BNDFIX1,"
         "BNDFREE, BNDFRE1"
     ),
-    "temperatures load statics only; materials that depend on them are told apart": (
+    "temperatures load statics only, in a study's [[static]]; materials that depend on them are told apart": (
         "TEMP, TEMPD, TEMPP1, TEMPP3, TEMPRB, TEMPAX, TEMPBC, TEMPN1, TEMPF, TEMPG, TABLEM1, TABLEM2, TABLEM3,"
         "TABLEM4, TABLEST"
     ),

@@ -1,25 +1,28 @@
-"""DAREA, FORCE, MOMENT, LOAD and SPCD of one set -> forces and motions of dofs."""
+"""DAREA, FORCE, MOMENT, LOAD, GRAV and SPCD of one set -> forces and motions of dofs, gravity."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.coordinate_systems import axes_at
-from creak.formats.nastran.deck import Deck
+from creak.formats.nastran.deck import Deck, referred
 
 Dof = tuple[int, int]
 """Node row and global dof 1..6."""
 _NOT_READ = (
-    "FORCE1, FORCE2, MOMENT1, MOMENT2, PLOAD, PLOAD1, PLOAD2, PLOAD4, GRAV, RFORCE, SLOAD, ACCEL, ACCEL1, SPCR, TEMP,"
-    "TEMPD, TEMPP1, TEMPRB, DEFORM"
+    "FORCE1, FORCE2, MOMENT1, MOMENT2, PLOAD, PLOAD1, PLOAD2, PLOAD4, PLOADB3, PLOADX1, RFORCE, RFORCE1, SLOAD, ACCEL,"
+    "ACCEL1, SPCR"
 )
 NOT_READ = tuple(name.strip() for name in _NOT_READ.split(","))
 """Loads of a set that creak does not know."""
 READ = ("DAREA", "FORCE", "MOMENT", "LOAD", "SPCD", "LSEQ")
+_OF_SETS = ("DAREA", "FORCE", "MOMENT", "SPCD", "GRAV", "LOAD", *NOT_READ)
 DEPTH = 20
 
 
@@ -29,7 +32,9 @@ class LoadSet:
 
     forces: dict[Dof, float] = field(default_factory=dict)
     motion: dict[Dof, float] = field(default_factory=dict)
+    gravity: FloatArray = field(default_factory=lambda: np.zeros(3))
     where: str = ""
+    """Of its first card; empty: the deck has none."""
 
 
 def load_set(deck: Deck, identifier: int, user: Card) -> LoadSet:
@@ -39,41 +44,82 @@ def load_set(deck: Deck, identifier: int, user: Card) -> LoadSet:
     ------
     InputError : no card of the set, or one of a kind that creak does not read.
     """
-    found = LoadSet()
-    _add(deck, identifier, 1.0, found, 0)
+    cards = cards_by_set(deck, *_OF_SETS)
+    found = static_set(deck, identifier, cards)
     for card in deck.cards("LSEQ"):
         if deck.case.loadset and card.integer(0) == deck.case.loadset and card.integer(1) == identifier:
-            _add(deck, card.integer(2), 1.0, found, 0)
+            _add(deck, cards, card.integer(2), 1.0, found, 0)
     if not found.where:
         raise InputError(
             f"{user.name} {user.text(0)} uses load set {identifier}, which is not defined",
             where=user.where,
             expected="DAREA, FORCE, MOMENT or SPCD cards of this set",
         )
+    if found.gravity.any():
+        raise InputError(
+            f"GRAV of load set {identifier} is not read by creak in a transient load",
+            where=found.where,
+            expected="DAREA, FORCE, MOMENT and SPCD",
+            fix="Put it into a static subcase before the transient, or write the load as forces on grids.",
+        )
     return found
 
 
-def _add(deck: Deck, identifier: int, factor: float, found: LoadSet, depth: int) -> None:
-    for card in deck.cards(*NOT_READ):
-        if card.text(0) == str(identifier):
+def static_set(deck: Deck, identifier: int, cards: Cards | None = None) -> LoadSet:
+    """The loads of a set as LOAD in the case control takes them, with no card where there are none.
+
+    Parameters
+    ----------
+    cards : those of all sets, `cards_by_set`; None: they are looked up.
+
+    Raises
+    ------
+    InputError : a load of a kind that creak does not read.
+    """
+    found = LoadSet()
+    _add(deck, cards_by_set(deck, *_OF_SETS) if cards is None else cards, identifier, 1.0, found, 0)
+    return found
+
+
+Cards = Mapping[str, Sequence[Card]]
+"""Of each set, by its number as it is written."""
+
+
+def cards_by_set(deck: Deck, *names: str) -> dict[str, list[Card]]:
+    """Cards of these names by the number in their first field."""
+    found: dict[str, list[Card]] = {}
+    for card in deck.cards(*names):
+        found.setdefault(str(card.integer(0)) if card.is_integer(0) else card.text(0), []).append(card)
+    return found
+
+
+def _add(deck: Deck, cards: Cards, identifier: int, factor: float, found: LoadSet, depth: int) -> None:
+    for card in cards.get(str(identifier), ()):
+        if card.name in NOT_READ:
             raise InputError(
                 f"{card.name} of load set {identifier} is not read by creak",
                 where=card.where,
-                expected="DAREA, FORCE, MOMENT and SPCD",
+                expected="DAREA, FORCE, MOMENT, GRAV and SPCD",
                 fix="Write the load as forces on grids.",
             )
-    for card in deck.cards("DAREA", "FORCE", "MOMENT", "SPCD", "LOAD"):
-        if card.integer(0) != identifier:
-            continue
+    for card in cards.get(str(identifier), ()):
         found.where = found.where or card.where
         if card.name == "LOAD":
             if depth > DEPTH:
                 raise InputError(f"LOAD {identifier} refers to itself", where=card.where, fix="Remove the reference.")
             for i in range(2, len(card.fields), 2):
                 if card.text(i + 1):
-                    _add(deck, card.integer(i + 1), factor * card.real(1, 1.0) * card.real(i), found, depth + 1)
+                    other = referred(cards, str(card.integer(i + 1)), card, "load set", "FORCE, MOMENT, GRAV or SPCD")
+                    share = factor * card.real(1, 1.0) * card.real(i)
+                    _add(deck, cards, other[0].integer(0), share, found, depth + 1)
         elif card.name in ("FORCE", "MOMENT"):
             _add_vector(deck, card, factor, found)
+        elif card.name == "GRAV":
+            direction = np.array([card.real(i, 0.0) for i in (3, 4, 5)])
+            if not direction.any():
+                raise InputError(f"GRAV {identifier} has no direction", where=card.where, expected="N1, N2, N3")
+            axes = axes_at(deck.system(card.integer(1, 0), card), np.zeros(3))
+            found.gravity = found.gravity + factor * card.real(2) * (axes @ direction)
         else:
             _add_components(deck, card, factor, found)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +12,7 @@ from creak.errors import InputError
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.deck import Deck, referred, unique_cards
 from creak.model.elasticity import lamina, require_stable
+from creak.model.expansion import Expansion
 from creak.model.materials import AnisotropicMaterial, AnyMaterial, Material, SheetMaterial
 
 MATERIALS = ("MAT1", "MAT2", "MAT8", "MAT9")
@@ -109,6 +110,15 @@ def _density(deck: Deck, card: Card, i: int) -> float:
     return card.real(i, 0.0) * deck.mass_factor
 
 
+def _expansion(card: Card, fields: Sequence[int | None], reference: int) -> Expansion | None:
+    """Coefficients in these fields, in the order of `Expansion`, and TREF; None where all are blank or zero."""
+    some = [0.0 if i is None else card.real(i, 0.0) for i in fields]
+    if not any(some):
+        return None
+    a, b, c, d, e, f = [*some, *[0.0] * 6][:6]
+    return Expansion((a, b, c, d, e, f), card.real(reference) if card.text(reference) else None)
+
+
 def _mat1(deck: Deck, card: Card) -> Elastic:
     """Isotropic; of E, G and nu the third follows from two: G = E/(2(1+nu))."""
     name = f"MAT1 {card.integer(0)}"
@@ -141,7 +151,8 @@ def _mat1(deck: Deck, card: Card) -> Elastic:
             what="MAT1, G",
         )
     alpha, beta = _damping(deck, card, 7)
-    return Elastic(Material(name, E, nu, _density(deck, card, 4), alpha, beta), factor, flaw)
+    heat = _expansion(card, (5, 5, 5), 6)
+    return Elastic(Material(name, E, nu, _density(deck, card, 4), alpha, beta, heat), factor, flaw)
 
 
 def _upper(card: Card, first: int, n: int) -> FloatArray:
@@ -160,7 +171,8 @@ def _mat2(deck: Deck, card: Card) -> Elastic:
     G = _upper(card, 1, 3)
     alpha, beta = _damping(deck, card, 12)
     rho = _density(deck, card, 7)
-    return Elastic(SheetMaterial(f"MAT2 {card.integer(0)}", G, G[:2, :2], rho, alpha, beta))
+    heat = _expansion(card, (8, 9, None, 10), 11)
+    return Elastic(SheetMaterial(f"MAT2 {card.integer(0)}", G, G[:2, :2], rho, alpha, beta, expansion=heat))
 
 
 def _mat8(deck: Deck, card: Card) -> Elastic:
@@ -177,7 +189,9 @@ def _mat8(deck: Deck, card: Card) -> Elastic:
     alpha, beta = _damping(deck, card, 16)
     rho = _density(deck, card, 7)
     given = (E1, E2, nu12, G12, G1z, G2z)
-    return Elastic(SheetMaterial(f"MAT8 {card.integer(0)}", in_plane, shear, rho, alpha, beta, given))
+    return Elastic(
+        SheetMaterial(f"MAT8 {card.integer(0)}", in_plane, shear, rho, alpha, beta, given, _expansion(card, (8, 9), 10))
+    )
 
 
 def _mat9(deck: Deck, card: Card) -> Elastic:
@@ -186,7 +200,8 @@ def _mat9(deck: Deck, card: Card) -> Elastic:
     require_stable(G, card.where)
     alpha, beta = _damping(deck, card, 30)
     rho = _density(deck, card, 22)
-    return Elastic(AnisotropicMaterial(f"MAT9 {card.integer(0)}", G, rho, alpha, beta))
+    heat = _expansion(card, (23, 24, 25, 26, 27, 28), 29)
+    return Elastic(AnisotropicMaterial(f"MAT9 {card.integer(0)}", G, rho, alpha, beta, heat))
 
 
 _READERS: dict[str, Callable[[Deck, Card], Elastic]] = {"MAT1": _mat1, "MAT2": _mat2, "MAT8": _mat8, "MAT9": _mat9}

@@ -31,9 +31,9 @@ from creak.formats.nastran.rigid import read_rigid
 from creak.formats.nastran.sets import element_sets, node_sets, surfaces
 from creak.formats.nastran.shells import read_shells
 from creak.formats.nastran.solids import read_solids
+from creak.formats.nastran.static_loads import named_loads, temperatures
 from creak.formats.nastran.supports import read_initial_velocity, read_supports, support_sets
-from creak.formats.nastran.transient import CARDS as OF_RUN
-from creak.formats.nastran.transient import read_transient
+from creak.formats.nastran.transient import cards_of, read_transient
 from creak.model.mesh import ElementBlock, Model, Own, Unread
 from creak.model.steps import DeckRun
 
@@ -91,7 +91,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     fixed, skew = read_supports(deck, permanent)
     run = read_transient(deck, fixed) if own_run else None
     gaps = list_gaps(deck) if run is None else {}
-    used = {"CGAP", "PGAP"} if run is None else OF_RUN
+    used = {"CGAP", "PGAP"} if run is None else cards_of(run)
     list_unread(deck, used | OF_GLUE if glue else used, own_run=own_run)
     parts, of_node = read_parts(deck, [*constraints, *skew], set(range(n_own, len(deck.grids.ids))))
     blocks = _blocks(deck, of_node)
@@ -112,6 +112,8 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
         fixed=tuple(fixed) if run is None else run.step.fixed,
         initial_velocity=read_initial_velocity(deck),
         unread=tuple(deck.unread),
+        initial_temperature=temperatures(deck, deck.case.initial_temperature),
+        static_loads=named_loads(deck) if run is None else {},
         mass_form="lumped" if deck.param("COUPMASS", -1.0) <= 0.0 else "linear",
     )
     return model, run

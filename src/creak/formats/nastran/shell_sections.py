@@ -12,8 +12,9 @@ from creak.errors import InputError
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.deck import Deck
 from creak.formats.nastran.materials import CONSISTENT, STIFF, Materials
-from creak.model.elasticity import plane_stress, sheet_matrices
-from creak.model.laminates import Ply, laminate
+from creak.model.elasticity import plane_stress, sheet_matrices, sheet_stress
+from creak.model.expansion import ShellExpansion
+from creak.model.laminates import Ply, laminate, sheet_expansion
 from creak.model.materials import AnyMaterial, GeneralShell, Material, SheetMaterial, ShellSection
 
 WEAK = 1e-6
@@ -29,7 +30,9 @@ def sheet_of(materials: Materials, identifier: int, user: Card) -> AnyMaterial:
     in_plane = plane_stress(material)
     in_plane[2, 2] *= found.shear_factor
     shear = material.shear_modulus * found.shear_factor * np.eye(2)
-    return SheetMaterial(material.name, in_plane, shear, material.density, material.alpha, material.beta)
+    return SheetMaterial(
+        material.name, in_plane, shear, material.density, material.alpha, material.beta, expansion=material.expansion
+    )
 
 
 def shell_section(deck: Deck, card: Card, materials: Materials, thickness: float) -> ShellSection | GeneralShell:
@@ -111,15 +114,25 @@ def _moduli(
             what="PSHELL without MID1 or MID2",
         )
     rotary = base.density * t**3 / 12.0 if sheets[1] else 0.0
+    mass, heat = base.density * t + nsm, _expansion(t, sheets[0], sheets[3])
     return GeneralShell(
-        f"PSHELL {card.integer(0)}", A, B, D, S, base.density * t + nsm, 0.0, rotary, t, 0.0, base.alpha, base.beta
+        f"PSHELL {card.integer(0)}", A, B, D, S, mass, 0.0, rotary, t, 0.0, base.alpha, base.beta, expansion=heat
     )
 
 
+def _expansion(t: float, membrane: AnyMaterial | None, coupling: AnyMaterial | None) -> ShellExpansion | None:
+    """N = T G1 a1, M = -T^2 G4 a4; that of MID4 is made for it (as PCOMP's equivalent cards are)."""
+    heat = None if membrane is None else sheet_expansion(membrane, t)
+    if heat is None or coupling is None:
+        return heat
+    return replace(heat, moment=-t * t * sheet_stress(coupling))
+
+
 def _pcomp(deck: Deck, card: Card, materials: Materials) -> GeneralShell:
-    """Plies from the bottom Z0 (default: half the thickness below the grids) up; LAM = SYM mirrors them."""
-    if card.real(5, 0.0) and card.name == "PCOMP":
-        deck.note(card, "creak leaves out the temperature TREF", changes=False, what="PCOMP, TREF")
+    """Plies from the bottom Z0 (default: half the thickness below the grids) up; LAM = SYM mirrors them.
+
+    TREF of the card stands for those of its materials, as in Nastran.
+    """
     plies = _plies(card, materials)
     name = f"{card.name} {card.integer(0)}"
     if not plies:
@@ -130,7 +143,10 @@ def _pcomp(deck: Deck, card: Card, materials: Materials) -> GeneralShell:
     elif lam:
         deck.note(card, f"creak reads LAM blank and SYM, not {lam}", changes=True, what=f"{card.name}, LAM={lam}")
     bottom = card.real(1) if card.text(1) else None
-    return laminate(name, plies, bottom, _added_mass(deck, card, 2))
+    made = laminate(name, plies, bottom, _added_mass(deck, card, 2))
+    if made.expansion is None:
+        return made
+    return replace(made, expansion=replace(made.expansion, reference=card.real(5, 0.0), flaw=""))
 
 
 def _plies(card: Card, materials: Materials) -> list[Ply]:

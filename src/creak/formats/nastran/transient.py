@@ -12,6 +12,8 @@ from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.deck import Deck, referred, unique_cards
 from creak.formats.nastran.gaps import read_gaps
 from creak.formats.nastran.load_sets import READ, LoadSet, load_set
+from creak.formats.nastran.static_loads import CARDS as OF_STATIC
+from creak.formats.nastran.static_loads import by_value, subcase_loads
 from creak.formats.nastran.time_functions import TABLES, amplitude_of
 from creak.model.constraints import Fixed
 from creak.model.mesh import Unread
@@ -36,6 +38,13 @@ KINDS = {
 """TYPE of TLOAD1 and TLOAD2."""
 CARDS = {"TSTEP", "TSTEPNL", "TLOAD1", "TLOAD2", "DLOAD", "CGAP", "PGAP", *READ, *TABLES}
 """Read for the deck's own run."""
+
+
+def cards_of(run: DeckRun) -> set[str]:
+    """What is read for a run."""
+    return CARDS | (OF_STATIC if run.static is not None else set())
+
+
 WITH_STOPS = -0.05
 """Alpha of HHT where gaps close; without gaps it is 0, the mean acceleration."""
 MOST = 1e7
@@ -52,6 +61,7 @@ class _Term:
 
 def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
     """The run: TSTEP of one length, TLOAD1 and TLOAD2 with DLOAD, gaps as stops; what SPCD moves is not held.
+    It starts from the loads of a static subcase before it.
 
     SOL 112 is run in all dofs instead of modes; SOL 129, with TSTEPNL, linear but for its gaps. creak integrates by HHT
     with alpha = 0 (with gaps -0.05) where Nastran has Newmark's method with beta = 1/3; both are of second order in the
@@ -82,6 +92,8 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
         amplitudes[amplitude.name] = amplitude
         _excite(deck, term, amplitude.name, moved, loads)
     stops = read_gaps(deck)
+    static = None if case.static is None else subcase_loads(deck, case.static)
+    held = moved if static is None else [*moved, *static.moved]
     step = DynamicStep(
         f"SOL {case.solution}",
         case.where,
@@ -90,13 +102,13 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
         True,
         WITH_STOPS if stops else 0.0,
         "",
-        fixed=tuple(_without(fixed, moved)),
+        fixed=tuple(_without(fixed, held)),
         moved=tuple(moved),
         loads=tuple(loads),
         output_sets=case.output,
         places={"time": where, "dynamic": where},
     )
-    return DeckRun(step, amplitudes, {}, (), stops=stops)
+    return DeckRun(step, amplitudes, {}, (), stops=stops, static=static)
 
 
 def _steps(deck: Deck) -> tuple[int, float, str]:
@@ -173,7 +185,7 @@ def _excite(deck: Deck, term: _Term, amplitude: str, moved: list[Prescribed], lo
             expected="TYPE DISP, VELO or ACCE",
             fix="Give the type of the motion.",
         )
-    for (dof, value), rows in _by_value(found.motion if kind != "force" else found.forces).items():
+    for (dof, value), rows in by_value(found.motion if kind != "force" else found.forces).items():
         name = f"GRID {deck.grids.ids[rows[0]]}" if len(rows) == 1 else f"SET {card.integer(1)}"
         nodes, scaled = np.array(rows, dtype=np.int64), term.factor * value
         if kind == "force":
@@ -181,13 +193,6 @@ def _excite(deck: Deck, term: _Term, amplitude: str, moved: list[Prescribed], lo
         else:
             moved.append(Prescribed(nodes, dof, kind, scaled, amplitude, name, card.where))
     _check_motion_once(moved, found)
-
-
-def _by_value(values: dict[tuple[int, int], float]) -> dict[tuple[int, float], list[int]]:
-    found: dict[tuple[int, float], list[int]] = {}
-    for (row, dof), value in values.items():
-        found.setdefault((dof, value), []).append(row)
-    return found
 
 
 def _check_motion_once(moved: Sequence[Prescribed], found: LoadSet) -> None:

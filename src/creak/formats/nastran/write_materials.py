@@ -87,12 +87,12 @@ class Materials:
         InputError : the material is none that a MAT card can say.
         """
         name, fields = _card_of(material)
-        return self._put(name, fields, material)
+        return self._put(name, [*fields, *_expansion(name, material)], material)
 
     def sheet_id(self, material: AnyMaterial) -> int:
         """Of a material of shells, in plane stress."""
         name, fields = _card_of(_as_sheet(material) if isinstance(material, AnisotropicMaterial) else material)
-        return self._put(name, fields, material)
+        return self._put(name, [*fields, *_expansion(name, material)], material)
 
     def matrix_id(self, matrix: FloatArray, density: float, like: GeneralShell) -> int:
         """Of a MAT2 with a given (3, 3) matrix, or a (2, 2) matrix of transverse shear, damped as `like`."""
@@ -138,6 +138,19 @@ def _card_of(material: AnyMaterial) -> tuple[str, list[Field]]:
         why = "its transverse shear is neither that of MAT1, of MAT8 nor of MAT2"
         raise unwritable(f"material {material.name!r}", why)
     return "MAT2", [*_upper(material.in_plane), rho]
+
+
+_STRAINS = {"MAT1": (0,), "MAT2": (0, 1, 3), "MAT8": (0, 1), "MAT9": (0, 1, 2, 3, 4, 5)}
+"""Which strains of `Expansion` follow the density on a card, before TREF."""
+
+
+def _expansion(name: str, material: AnyMaterial) -> list[Field]:
+    """A, A1, ... and TREF; nothing for an expansion that depends on temperature, or of a MAT1 that is not the same in
+    all directions."""
+    heat = material.expansion
+    if heat is None or heat.flaw or (name == "MAT1" and len(set(heat.strain[:3])) > 1):
+        return []
+    return [*(heat.strain[i] for i in _STRAINS[name]), heat.reference]
 
 
 def _upper(matrix: FloatArray) -> Iterable[float]:

@@ -133,7 +133,8 @@ def _same(a: GeneralShell, b: GeneralShell) -> bool:
 def _plies(section: GeneralShell, materials: Materials, added: float) -> list[Field]:
     total = sum(p.thickness for p in section.plies)
     bottom = None if section.bottom == -0.5 * total else section.bottom
-    fields: list[Field] = [bottom, added or None, None, None, None, None, None]
+    heat = section.expansion
+    fields: list[Field] = [bottom, added or None, None, None, heat.reference if heat else None, None, None]
     for p in section.plies:
         degrees = inverted(math.radians, p.angle, math.degrees(p.angle))
         fields += [materials.sheet_id(p.material), p.thickness, degrees, None]

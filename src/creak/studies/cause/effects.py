@@ -15,8 +15,6 @@ from creak.dynamics.stopped import Stopped
 from creak.errors import CreakError
 from creak.model.units import METRES
 from creak.progress import Progress
-from creak.sound.forced import sound_of_forces
-from creak.sound.rayleigh import PressureRows
 from creak.studies.cause.changes import Change, Effect, candidates
 from creak.studies.cause.decompose import Cause, marched
 from creak.studies.cause.told import change_dict
@@ -27,7 +25,8 @@ from creak.studies.run.job import StudyResult, events_in, run_study
 from creak.studies.sound.background import background_of
 from creak.studies.sound.heard import Sound, heard_of
 from creak.studies.sound.listeners import Listener
-from creak.studies.sound.source import radiation, source_of
+from creak.studies.sound.radiation import Radiation, pressure_of, radiation
+from creak.studies.sound.source import source_of
 from creak.verify.events import find_events
 
 MOST_PLACES = 3
@@ -37,7 +36,7 @@ KEPT = 3
 
 
 @dataclass(frozen=True)
-class _Ear:
+class Ear:
     """The first listener of a run's sound."""
 
     listener: Listener
@@ -60,21 +59,11 @@ def find_changes(
     ----------
     check : make a full run, with a reduction of its own, of each change that is kept.
     """
-    setup, run = result.setup, main_run(result.runs)
-    assert run is not None
-    ear = None
-    if isinstance(sound, Sound):
-        ear = _Ear(sound.listeners[0], sound.band.high, METRES[setup.study.config.model.units])
-    rows = None if ear is None else radiation(run.system, ear.listener, ear.metre)
+    ear = ear_of(result, sound)
     shown, out = list(zip(places, causes, strict=True))[:MOST_PLACES], {}
     for done, (place, cause) in enumerate(shown):
         progress("changes that would help", done, len(shown))
-        now = effect_of(result, place, run.system, result.gaps, run.history, ear, rows)
-        tried: list[tuple[Change, Effect]] = []
-        for change in candidates(setup, result.gaps, place, cause, result.reference.system.stats.mass):
-            effect = predicted(result, place, change, run.system, ear, rows)
-            if effect is not None:
-                tried.append((change, effect))
+        now, tried = try_changes(result, place, cause, ear)
         tried.sort(key=lambda t: (t[1].rank, t[1].impulse))
         helps = [t for t in tried if t[1].rank < now.rank or t[1].impulse < now.impulse]
         best = [t for i, t in enumerate(helps) if t[0].kind not in {u[0].kind for u in helps[:i]}][:KEPT]
@@ -85,8 +74,31 @@ def find_changes(
     return out
 
 
+def ear_of(result: StudyResult, sound: Sound | str | None) -> Ear | None:
+    """The first listener of the run's sound; None without sound."""
+    if not isinstance(sound, Sound):
+        return None
+    return Ear(sound.listeners[0], sound.band.high, METRES[result.setup.study.config.model.units])
+
+
+def try_changes(
+    result: StudyResult, place: Place, cause: Cause, ear: Ear | None
+) -> tuple[Effect, list[tuple[Change, Effect]]]:
+    """The place as it is, and with each change that can be marched, on the reduced model."""
+    run = main_run(result.runs)
+    assert run is not None
+    to = _radiation(run.system, ear)
+    now = effect_of(result, place, run.system, result.gaps, run.history, to)
+    tried = []
+    for change in candidates(result.setup, result.gaps, place, cause, result.reference.system.stats.mass):
+        effect = predicted(result, place, change, run.system, ear, to)
+        if effect is not None:
+            tried.append((change, effect))
+    return now, tried
+
+
 def predicted(
-    result: StudyResult, place: Place, change: Change, system: System, ear: _Ear | None, rows: PressureRows | None
+    result: StudyResult, place: Place, change: Change, system: System, ear: Ear | None, to: Radiation | None
 ) -> Effect | None:
     """On the reduced model; None where that cannot be marched."""
     gaps = change.of_gaps(result.gaps)
@@ -97,13 +109,17 @@ def predicted(
         history = marched(result.setup, changed, gaps, result.setup.loads, np.zeros(0, dtype=np.int64))
     except Stopped:
         return None
-    if ear is not None and not change.same_modes:
-        rows = radiation(changed, ear.listener, ear.metre)
-    return effect_of(result, place, changed, gaps, history, ear, rows)
+    if not change.same_modes:
+        to = _radiation(changed, ear)
+    return effect_of(result, place, changed, gaps, history, to)
+
+
+def _radiation(system: System, ear: Ear | None) -> Radiation | None:
+    return None if ear is None else radiation(system, ear.listener, ear.metre, ear.band)
 
 
 def checked_by_run(
-    result: StudyResult, place: Place, change: Change, ear: _Ear | None, progress: Progress
+    result: StudyResult, place: Place, change: Change, ear: Ear | None, progress: Progress
 ) -> Effect | str:
     """The effect in a run of the changed model, reduced anew; why there is none."""
     setup = change.of_setup(result.setup)
@@ -116,8 +132,8 @@ def checked_by_run(
     run = main_run(again.runs)
     if run is None or again.stopped is not None or not is_modal(run.system):
         return again.stopped or "damping couples the modes"
-    rows = None if ear is None else radiation(run.system, ear.listener, ear.metre)
-    return effect_of(again, place, run.system, again.gaps, run.history, ear, rows)
+    to = _radiation(run.system, ear)
+    return effect_of(again, place, run.system, again.gaps, run.history, to)
 
 
 def effect_of(
@@ -126,8 +142,7 @@ def effect_of(
     system: System,
     gaps: GapOperator,
     history: History,
-    ear: _Ear | None,
-    rows: PressureRows | None,
+    to: Radiation | None,
 ) -> Effect:
     """What the channels of a place do in a run, found by their nodes."""
     setup, window = result.setup, result.window
@@ -139,8 +154,8 @@ def effect_of(
         own = replace(history, gap=history.gap[:, channels], force=history.force[:, channels])
         count = len(events_in(find_events(own, gaps.select(channels), v.merge, v.f_max), window))
     heard: tuple[float | None, float | None] = (None, None)
-    if ear is not None and rows is not None:
-        heard = _heard(setup, window, system, gaps, history, channels, ear, rows)
+    if to is not None:
+        heard = _heard(setup, window, system, gaps, history, channels, to)
     return Effect(count, float(impulse[channels].sum()), float(impulse.sum()), *heard)
 
 
@@ -151,14 +166,13 @@ def _heard(
     gaps: GapOperator,
     history: History,
     channels: np.ndarray,
-    ear: _Ear,
-    rows: PressureRows,
+    to: Radiation,
 ) -> tuple[float | None, float | None]:
     """N5 of the channels and of all, as places are ranked by it."""
     source = source_of(system, gaps, history)
     if not source.channel.size:
         return 0.0, 0.0
-    own, rest = sound_of_forces(source.modes, source.force, source.groups([channels]), rows, ear.band)[0]
+    own, rest = pressure_of(source, source.groups([channels]), to)
     background = background_of(setup.study)
     both = [heard_of(x, window, background) for x in (own, own + rest)]
     return tuple(h.n5 if background is None else h.n5_added for h in both)  # type: ignore[return-value]

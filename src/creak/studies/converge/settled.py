@@ -74,7 +74,7 @@ def _of_convergence(c: Convergence) -> Verdict:
     few = len(open_ones) <= max(1.0, (1.0 - ENOUGH) * len(c.events)) if c.events else True
     new = max(c.new.values(), default=0)
     if few and not whole and new <= max(1.0, (1.0 - ENOUGH) * len(c.events)):
-        return Verdict(SETTLED, tuple(f"event at {e.event.t_start:.4f} s: {_open(e)}" for e in open_ones))
+        return Verdict(SETTLED, _exceptions(open_ones, len(c.events)))
     reasons = _reasons(c, open_ones, whole, new)
     if c.statistics and all(_alike(s) for s in c.statistics.values()) and c.chaotic:
         return Verdict(
@@ -86,6 +86,17 @@ def _of_convergence(c: Convergence) -> Verdict:
             ),
         )
     return Verdict(UNSETTLED, reasons)
+
+
+def _exceptions(open_ones: list[EventSettling], count: int) -> tuple[str, ...]:
+    """The few events that have not settled, in a sentence: the hardest of them is told."""
+    if not open_ones:
+        return ()
+    hardest = max(open_ones, key=lambda e: e.event.force_place)
+    said = f"event at {hardest.event.t_start:.4f} s: {_open(hardest)}"
+    if len(open_ones) == 1:
+        return (said,)
+    return (f"{len(open_ones)} of {count} events have not, the hardest of them the {said}",)
 
 
 def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settling], new: int) -> tuple[str, ...]:
@@ -110,10 +121,14 @@ def _open(e: EventSettling) -> str:
     return e.problem or ", ".join(
         f"{name.replace('_', ' ')} to {1e3 * f.settled_to:.2g} ms"
         if name in TIMES
-        else f"{name.replace('_', ' ')} to {100.0 * f.settled_to:.2g} %"
+        else f"{name.replace('_', ' ')} to {_percent(f.settled_to)} %"
         for name, f in e.figures.items()
         if not f.settled
     )
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g}" if abs(share) < 0.995 else f"{100.0 * share:.0f}"
 
 
 def _alike(s: EventStatistics) -> bool:

@@ -45,7 +45,7 @@ def _completed(table: ClipTable, known: dict[str, dict[str, Any]], where: str) -
     name = table.use or ""
     if name not in known:
         raise InputError(f"unknown clip {name!r}", where=where, expected=", ".join(known), fix=suggest(name, known))
-    own = table.model_dump(exclude_unset=True, exclude={"use"})
+    own = table.model_dump(exclude_unset=True, exclude_none=True, exclude={"use"})
     given = dict(known[name])
     for key, other in (("stiffness", "table"), ("table", "stiffness")):
         if key in own:

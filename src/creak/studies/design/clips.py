@@ -112,6 +112,6 @@ def _play(table: ClipTable, ends: tuple[str, ...], name: str, where: str) -> Pla
     if table.type == "pull-out":
         lower, preload = 0.0, table.ageing * (table.pull_out or 0.0)
     elif table.type != "play":
-        upper = table.gap
+        upper = table.gap or 0.0
     law = ContactLaw(stiffness, curve, damping, preload=preload, where=where)
     return Play(name, ends, 1, lower, upper, law, direction)

@@ -74,7 +74,7 @@ def nearest_nodes(
     ------
     InputError : an unknown part; no node within the distance; two nodes at one place, or one nearest to two.
     """
-    among = _nodes_of(model, part, where)
+    among = nodes_of_part(model, part, where)
     points, coords = np.array(near, dtype=np.float64).reshape(-1, 3), model.nodes.coords[among]
     size = float(np.linalg.norm(np.ptp(model.nodes.coords, axis=0)))
     reach = within if within is not None else REACH * size
@@ -104,7 +104,8 @@ def nearest_nodes(
     return rows.astype(np.int64), float(off[:, 0].max())
 
 
-def _nodes_of(model: Model, part: str | None, where: str) -> IntArray:
+def nodes_of_part(model: Model, part: str | None, where: str) -> IntArray:
+    """Node rows of a part by its name; of the model where none is named."""
     if part is None:
         return np.arange(model.nodes.count)
     for p in model.parts:

@@ -33,7 +33,7 @@ def with_supports(model: Model, study: Study) -> tuple[Model, list[str]]:
         if table.hold:
             nodes = model.node_set(table.nodes, where=study.where("support", name, "nodes"))
             added = [Fixed(nodes, tuple(DOFS.index(dof) + 1 for dof in table.hold), where)]
-        kept = [_without(f, freed) for f in model.fixed]
+        kept = [without(f, freed) for f in model.fixed]
         model = replace(model, fixed=(*(f for pieces in kept for f in pieces), *added))
         told = [f"{freed.size} dofs of the deck freed"] if freed.size else []
         told += [f"{', '.join(table.hold)} of {added[0].nodes_idx.size} nodes held"] if added else []
@@ -81,8 +81,8 @@ def _check_axes(model: Model, nodes: IntArray, table: SupportTable, where: str) 
             )
 
 
-def _without(fixed: Fixed, freed: IntArray) -> list[Fixed]:
-    """What is left of a support: nodes that keep the same dofs together."""
+def without(fixed: Fixed, freed: IntArray) -> list[Fixed]:
+    """What is left of a support without the dof labels `freed`: nodes that keep the same dofs together."""
     if not freed.size or not np.isin(_labels(fixed), freed).any():
         return [fixed]
     left: dict[tuple[int, ...], list[int]] = {}

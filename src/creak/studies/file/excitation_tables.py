@@ -58,9 +58,13 @@ class ExcitationTable(Table):
         return self
 
 
+LOADS = ("gravity", "force", "displacement", "temperature", "deck_loads", "press_fit")
+"""Of which a [[static]] table has one."""
+
+
 class StaticTable(Table):
-    """[[static]]: a load that acts before the run and goes on through it; give one of gravity, force, displacement and
-    press_fit. The run starts from the equilibrium under all of them, with contact."""
+    """[[static]]: a load that acts before the run and goes on through it; give one of gravity, force, displacement,
+    temperature and press_fit. The run starts from the equilibrium under all of them, with contact."""
 
     gravity: tuple[Finite, Finite, Finite] | None = None
     """length/time^2: acceleration of gravity on all mass, [0, 0, -9810] in mm and s where z is up."""
@@ -72,25 +76,45 @@ class StaticTable(Table):
     press_fit: Literal[True] | None = None
     """true: surfaces that overlap (in the deck, or by a negative clearance) press each other apart; without it their
     gap is set to 0 without strain."""
+    temperature: Finite | str | None = None
+    """degrees: of all nodes, or those of part or node_set; or a CSV file with the header node,temperature, relative to
+    the study file. A later table replaces earlier ones on its nodes; nodes of none stay as they are."""
+    reference: Finite | None = None
+    """degrees without strain; default: those of the deck (TREF, *INITIAL CONDITIONS)."""
+    part: str | None = None
+    """Part that has the temperature."""
+    deck_loads: Annotated[int, Field(ge=1)] | str | None = None
+    """A set of loads of a Nastran deck: GRAV, FORCE, MOMENT, LOAD, SPCD, TEMP and TEMPD cards of that number."""
     node_set: str | None = None
-    """Nodes of a force or displacement."""
+    """Nodes of a force, displacement or temperature."""
     dof: Dof | None = None
-    """Its direction."""
+    """Direction of a force or displacement."""
 
     @model_validator(mode="after")
     def _one_load(self) -> StaticTable:
-        given = [k for k in ("gravity", "force", "displacement", "press_fit") if getattr(self, k) is not None]
+        given = [k for k in LOADS if getattr(self, k) is not None]
         if len(given) != 1:
             raise ValueError(
-                f"gives {' and '.join(given) or 'no load'}: give one of gravity, force, displacement and "
-                "press_fit, the others in [[static]] tables of their own"
+                f"gives {' and '.join(given) or 'no load'}: give one of {', '.join(LOADS[:-1])} and {LOADS[-1]}, the "
+                "others in [[static]] tables of their own"
             )
-        at_nodes = given[0] in ("force", "displacement")
+        at_nodes, heat = given[0] in ("force", "displacement"), given[0] == "temperature"
         if at_nodes and (self.node_set is None or self.dof is None):
             raise ValueError(f"{given[0]} needs node_set and dof")
-        if not at_nodes and (self.node_set is not None or self.dof is not None):
+        if not heat and (self.reference is not None or self.part is not None):
+            raise ValueError(f"{given[0]} knows neither reference nor part, which belong to a temperature")
+        if not at_nodes and not heat and (self.node_set is not None or self.dof is not None):
             raise ValueError(f"{given[0]} acts on the whole model: leave out node_set and dof")
+        if heat:
+            self._check_heat()
         zero = self.force == 0.0 or (self.gravity is not None and not any(self.gravity))
         if zero:
             raise ValueError(f"{given[0]} is zero: it loads nothing")
         return self
+
+    def _check_heat(self) -> None:
+        if self.dof is not None:
+            raise ValueError("a temperature has no dof: leave it out")
+        places = [k for k in ("part", "node_set") if getattr(self, k) is not None]
+        if len(places) > 1 or (places and isinstance(self.temperature, str)):
+            raise ValueError("give one of part, node_set and a file with the temperature of each node")

@@ -21,6 +21,7 @@ PLACES = (
     ("material_pairs",),
     ("background", "file"),
     ("clips",),
+    ("static", "*", "temperature"),
     ("reduction", "interface", "deck"),
 )
 """Keys of a study whose strings are paths."""
@@ -38,6 +39,9 @@ def map_paths(
             out[key] = value
         elif isinstance(value, Mapping):
             out[key] = map_paths(value, change, here)
+        elif isinstance(value, list | tuple):
+            rows = (*here, "*")
+            out[key] = [map_paths(row, change, rows) if isinstance(row, Mapping) else row for row in value]
         else:
             out[key] = change(here, value) if here in PLACES and isinstance(value, str) else value
     return out

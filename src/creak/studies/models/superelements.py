@@ -88,9 +88,13 @@ def reduce_substructure(
     table = setup.study.config.reduction
     most = table.f_max * (MODES_FACTOR if setup.study.config.time.exact else 1.0)
     f_max, count = (None, 0) if table.method == "guyan" else (most, None)
-    inside = Inside(sub.part, sub.boundary)
     made_from = fingerprints(sub, f"{table.method} {most if count is None else 0:g}")
     saved, notes = _from_store(folder, sub.part.name, made_from)
+    wider = None if saved is not None or folder is None else _wider(folder, sub, setup.model, made_from)
+    if wider is not None:
+        sub, saved = wider
+        made_from, notes = dict(saved.made_from), [_wider_note(sub)]
+    inside = Inside(sub.part, sub.boundary)
     if saved is not None:
         basis, matrices = _restored(inside, saved)
     else:
@@ -186,6 +190,35 @@ def _from_store(
     if saved.made_from != made_from:  # replaced by another process since
         return None, [f"superelement {name}: the saved one in {path.name} is stale; reduced again"]
     return saved, [f"superelement {name}: taken from {path.name}"]
+
+
+def _wider(
+    folder: Path, sub: Substructure, model: Model, made_from: Mapping[str, str]
+) -> tuple[Substructure, SavedSuperelement] | None:
+    """A saved superelement of the part that retains all that is asked for and more, and the substructure it is of.
+
+    It serves as well: contact that a change brings closer than the pre-check allows needs no new reduction then.
+    """
+    path = _path(folder, sub.part.name)
+    if sub.shape is not None or not path.exists():
+        return None
+    before = read_made_from(path)
+    if any(before.get(key) != made_from[key] for key in made_from if key != "retained"):
+        return None
+    saved = read_superelement_file(path)
+    ids, dofs = row_names(sub.part, model)
+    row_of = {pair: row for row, pair in enumerate(zip(ids.tolist(), dofs.tolist(), strict=True))}
+    named = [pair for pair in zip(saved.node_ids.tolist(), saved.dofs.tolist(), strict=True) if pair[0]]
+    boundary = np.unique([row_of.get(pair, -1) for pair in named]).astype(np.int64)
+    wider = replace(sub, boundary=boundary)
+    if not np.isin(sub.boundary, boundary).all() or _hash(boundary) != saved.made_from["retained"]:
+        return None
+    return wider, saved
+
+
+def _wider_note(sub: Substructure) -> str:
+    name = sub.part.name
+    return f"superelement {name}: taken from {_path(Path(), name).name}, which retains more dofs than the run needs"
 
 
 def _restored(inside: Inside, saved: SavedSuperelement) -> tuple[Basis, Matrices]:

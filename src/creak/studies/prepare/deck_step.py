@@ -29,6 +29,8 @@ WATCHED = 1000
 """Nodes of an output set up to which their motion is kept."""
 LOWEST = 1e-3
 """Hz; a run that is not compared with a reduced one needs no modes."""
+STATIC = "STATIC"
+"""Name of the loads that a deck's own run starts under."""
 WHOLE = 1e-6
 """Share of an increment by which the period may miss a whole number of them."""
 
@@ -77,7 +79,7 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t
         "contact": _contacts(model, run, places, notes),
         "connector": _connectors(run, sets, places),
         "excitation": _excitations(run, sets, places),
-        "static": _static(run, sets, places),
+        "static": _static(run, places),
         "time": _time(run, notes),
         "output": {"nodes": _watched(model, run.step, notes)},
         "reduction": {"method": "none"},
@@ -86,7 +88,9 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t
     }
     config = _checked(tables, path, places)
     study = DeckStudy(path, config, config.model_dump_json(indent=2, exclude_defaults=True), places=places)
-    setup = set_up_model(study, replace(model, node_sets={**model.node_sets, **sets}), ignore, free=True)
+    loads = model.static_loads if run.static is None else {STATIC: run.static}
+    model = replace(model, node_sets={**model.node_sets, **sets}, static_loads=loads)
+    setup = set_up_model(study, model, ignore, free=True)
     notes = [*_steps_note(run), *notes, *_jumps(setup), *setup.notes]
     return replace(setup, notes=notes, deck_sha256=decks_sha256(study))
 
@@ -201,21 +205,12 @@ def _excitations(
     return result
 
 
-def _static(run: DeckRun, sets: dict[str, IntArray], places: dict[tuple[str | int, ...], str]) -> list[dict[str, Any]]:
-    """Loads of the steps before; the nodes of each force become a node set."""
+def _static(run: DeckRun, places: dict[tuple[str | int, ...], str]) -> list[dict[str, Any]]:
+    """Loads of the steps before, which the model has under `STATIC`."""
     if run.static is None:
         return []
     places["static",] = run.static.where
-    result: list[dict[str, Any]] = []
-    if any(run.static.gravity):
-        result.append({"gravity": run.static.gravity})
-    for load in run.static.forces:
-        if load.value:
-            name = f"{load.name} {DOFS[load.dof - 1]} static {len(result) + 1}"
-            sets[name.upper()] = load.nodes_idx
-            places["static", len(result)] = load.where
-            result.append({"force": load.value, "node_set": name, "dof": DOFS[load.dof - 1]})
-    return result
+    return [{"deck_loads": STATIC}]
 
 
 def _signal(run: DeckRun, entry: Prescribed | PointLoad) -> dict[str, Any]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import FloatArray, IntArray
 from creak.assembly.coupling import Driven, labels_of
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
@@ -15,7 +16,8 @@ from creak.model.mesh import Model
 from creak.model.units import UNITS
 from creak.signals import sources
 from creak.signals.vibration import RandomVibration
-from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
+from creak.studies.design.deck_loads import deck_loads
+from creak.studies.file.excitation_tables import ExcitationTable
 from creak.studies.file.reader import Study
 from creak.studies.file.signals.course import RecordTable, TableTable, columns
 from creak.studies.file.signals.vibration import PsdTable, check_density
@@ -52,35 +54,49 @@ def driven_dofs(model: Model, study: Study) -> Driven:
                     fix="Drive each dof once.",
                 )
             seen[label] = name
-    for place, moved in moved_before(study):
-        nodes = model.node_set(moved.node_set or "", where=study.where("static", place, "node_set"))
-        own = labels_of(nodes, DOFS.index(moved.dof or "x") + 1)
-        by = {seen.get(label) for label in own.tolist()}
+    for moved in moved_before(model, study):
+        by = {seen.get(label) for label in moved.labels.tolist()}
         whole = next(
-            (name for name in by if name is not None and np.array_equal(np.sort(labels[name]), np.sort(own))), ""
+            (name for name in by if name is not None and np.array_equal(np.sort(labels[name]), np.sort(moved.labels))),
+            "",
         )
         if len(by) == 1 and whole:
             continue
         if by != {None}:
             raise InputError(
                 f"the nodes of this displacement are moved in part by {' and '.join(sorted(filter(None, by)))}",
-                where=study.where("static", place),
+                where=moved.where,
                 expected="nodes that nothing else moves, or all those of one excitation",
                 fix="Divide the node set.",
             )
-        labels[static_name(place)] = own
-        seen |= dict.fromkeys(own.tolist(), static_name(place))
+        labels[moved.name] = moved.labels
+        seen |= dict.fromkeys(moved.labels.tolist(), moved.name)
     return Driven(labels)
 
 
-def moved_before(study: Study) -> list[tuple[int, StaticTable]]:
-    """The static displacements with their places among the static loads."""
-    return [(k, t) for k, t in enumerate(study.config.static) if t.displacement is not None]
+@dataclass(frozen=True, eq=False)
+class StaticMotion:
+    """Dofs that are moved before the run and held there."""
+
+    name: str
+    """Of their coordinate, where no excitation moves them."""
+    labels: IntArray
+    value: float
+    where: str
 
 
-def static_name(place: int) -> str:
-    """Of the coordinate that a static displacement moves."""
-    return f"static.{place + 1}"
+def moved_before(model: Model, study: Study) -> list[StaticMotion]:
+    """The static displacements, of tables and of the deck's loads that they name."""
+    found = []
+    for k, table in enumerate(study.config.static):
+        if table.displacement is not None:
+            nodes = model.node_set(table.node_set or "", where=study.where("static", k, "node_set"))
+            labels = labels_of(nodes, DOFS.index(table.dof or "x") + 1)
+            found.append(StaticMotion(f"static.{k + 1}", labels, table.displacement, study.where("static", k)))
+        for j, m in enumerate(getattr(deck_loads(model, study, k), "moved", ())):
+            labels = labels_of(m.nodes_idx, m.dof)
+            found.append(StaticMotion(f"static.{k + 1}.{j + 1}", labels, m.value, m.where))
+    return found
 
 
 MOST_STEPS = 100_000_000

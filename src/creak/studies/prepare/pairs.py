@@ -10,13 +10,11 @@ import numpy as np
 from creak.arrays import IntArray
 from creak.contact.facets import nodes_of
 from creak.contact.pair import ContactPair
-from creak.errors import InputError, suggest
 from creak.model.contact_law import ContactLaw, Coulomb
 from creak.model.mesh import Model
-from creak.studies.design.named_nodes import node_labels
+from creak.studies.design.nodal_table import Column, nodal_values
 from creak.studies.file.contact_tables import ContactTable, FrictionTable
 from creak.studies.file.reader import Study
-from creak.studies.file.tables import read_rows
 
 STIFFNESS = {"auto": None, "hard": math.inf}
 
@@ -81,51 +79,5 @@ def read_clearances(path: Path, model: Model, nodes: IntArray, surface: str, whe
     InputError : no such file, wrong header, no rows; a row without node, with an unknown node, with one that is not
         on the surface or was there before, or with a clearance that is no finite number.
     """
-    rows = read_rows(path, where, "table of clearances", ["node", "clearance"])
-    known = node_labels(model, nodes)
-    result: dict[int, float] = {}
-    for line, row in rows:
-        node, value = _node(row, f"{path}:{line}", known, model, surface), _number(row, f"{path}:{line}")
-        if node in result:
-            raise InputError(
-                f"node {row[0].strip()} has a second row",
-                where=f"{path}:{line}",
-                expected="one row for each node",
-                fix="Remove one of them.",
-            )
-        result[node] = value
-    if not result:
-        raise InputError("the table has no rows", where=path, expected="node,clearance lines", fix="Add them.")
-    return result
-
-
-def _node(row: list[str], where: str, known: dict[str, int], model: Model, surface: str) -> int:
-    label = row[0].strip().upper()
-    if not label:
-        raise InputError("a row without a node", where=where, expected="node,clearance", fix="Name the node.")
-    if label not in known:
-        exists = label in {str(i) for i in model.nodes.ids.tolist()} or "." in label
-        what = f"node {row[0].strip()} is not on {surface!r}" if exists else f"unknown node {row[0].strip()}"
-        raise InputError(
-            what,
-            where=where,
-            expected=f"a node of the secondary surface {surface!r}",
-            fix=suggest(label, known) if len(known) < 10_000 else "Correct the label.",
-        )
-    return known[label]
-
-
-def _number(row: list[str], where: str) -> float:
-    text = row[1].strip() if len(row) > 1 else ""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(
-            f"the clearance of node {row[0].strip()} is {text!r}",
-            where=where,
-            expected="a finite number",
-            fix="Repair the row, or remove it to keep the geometric gap.",
-        )
-    return value
+    column = Column("clearance", f"on {surface!r}", f"a node of the secondary surface {surface!r}", "the geometric gap")
+    return nodal_values(path, model, nodes, column, where)

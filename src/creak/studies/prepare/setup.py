@@ -24,6 +24,8 @@ from creak.formats.decks import read_model
 from creak.model.contact_law import ContactLaw
 from creak.model.mesh import Model
 from creak.studies.design.clips import with_clips
+from creak.studies.design.deck_loads import freed_where_moved
+from creak.studies.design.heat import check_heat
 from creak.studies.design.named_nodes import with_named_nodes
 from creak.studies.design.supports import check_driven, with_supports
 from creak.studies.file.identity import decks_sha256
@@ -114,6 +116,7 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
     """
     stop_on_unread(model, ignore)
     model, told = with_named_nodes(model, study)
+    model = freed_where_moved(model, study)
     model, held = with_supports(model, study)
     model, clips, placed = with_clips(model, study)
     study = with_flight_steps(study)
@@ -132,7 +135,8 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
     notes += drive_warnings(model, study.config, loads, driven, rayleigh, highest_frequency(study))
     superelements = imported_superelements(model, study, rayleigh, override)
     check_static(model, study, driven, loads)
-    notes += gravity_warnings(study)
+    notes += gravity_warnings(model, study)
+    notes += check_heat(model, study, bool(superelements))
     if not connectors.has_dampers:
         notes += undamped_warnings(model, study.config, superelements)
     notes += _check_held(model, driven, connectors, superelements, free)

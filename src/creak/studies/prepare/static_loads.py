@@ -14,9 +14,10 @@ from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.model.dofs import node_and_dof
 from creak.model.mesh import Model
+from creak.studies.design.deck_loads import deck_loads
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS
-from creak.studies.prepare.excitation import moved_before, static_name
+from creak.studies.prepare.excitation import moved_before
 from creak.studies.prepare.unit_check import SYSTEMS
 from creak.studies.warned import Warned
 
@@ -44,30 +45,35 @@ class StaticStart:
         return np.where(self.labels[row] == labels, self.displacement[row], 0.0)
 
 
-def static_forces(model: Model, study: Study) -> list[tuple[int, IntArray, float]]:
-    """Place, physical dof labels and value of each static force."""
+def static_forces(model: Model, study: Study) -> list[tuple[str, IntArray, float]]:
+    """Where it stands, physical dof labels and value of each static force."""
     found = []
     for k, t in enumerate(study.config.static):
         if t.force is not None:
             nodes = model.node_set(t.node_set or "", where=study.where("static", k, "node_set"))
-            found.append((k, labels_of(nodes, DOFS.index(t.dof or "x") + 1), t.force))
+            found.append((study.where("static", k), labels_of(nodes, DOFS.index(t.dof or "x") + 1), t.force))
+        elif (loads := deck_loads(model, study, k)) is not None:
+            found += [(p.where, labels_of(p.nodes_idx, p.dof), p.value) for p in loads.forces if p.value]
     return found
 
 
-def static_gravity(study: Study) -> FloatArray:
+def static_gravity(model: Model, study: Study) -> FloatArray:
     """(3,) sum of the accelerations of gravity."""
-    return np.array([t.gravity for t in study.config.static if t.gravity is not None]).reshape(-1, 3).sum(axis=0)
+    taken = (deck_loads(model, study, k) for k in range(len(study.config.static)))
+    of_deck = [loads.gravity for loads in taken if loads is not None]
+    own = [t.gravity for t in study.config.static if t.gravity is not None]
+    return np.array([*own, *of_deck]).reshape(-1, 3).sum(axis=0)
 
 
-def static_supports(study: Study, driven: Driven, labels: dict[int, IntArray]) -> FloatArray:
-    """(n_support,) static displacement of the prescribed coordinates; labels: of each static displacement."""
+def static_supports(model: Model, study: Study, driven: Driven) -> FloatArray:
+    """(n_support,) static displacement of the prescribed coordinates."""
     s = np.zeros(len(driven.names))
-    for place, table in moved_before(study):
-        name = static_name(place)
+    for moved in moved_before(model, study):
+        name = moved.name
         if name not in driven.labels:
-            own = np.sort(labels[place])
+            own = np.sort(moved.labels)
             name = next(n for n, x in driven.labels.items() if np.array_equal(np.sort(x), own))
-        s[driven.names.index(name)] += table.displacement or 0.0
+        s[driven.names.index(name)] += moved.value
     return s
 
 
@@ -75,31 +81,29 @@ def check_static(model: Model, study: Study, driven: Driven, loads: Loads) -> No
     """Raise InputError for static loads that do nothing or contradict the supports."""
     held = {label for f in model.fixed for e in fixed_equations(f) for label in e.labels}
     moved = {int(x) for labels in driven.labels.values() for x in labels}
-    for place, labels, _ in static_forces(model, study):
+    for where, labels, _ in static_forces(model, study):
         if all(int(x) in held | moved for x in labels):
             raise InputError(
                 "this static force acts where the model is held or its motion prescribed: it loads nothing",
-                where=study.where("static", place),
+                where=where,
                 expected="nodes that are free to move",
                 fix="Name other nodes, or another dof.",
             )
-    for place, table in moved_before(study):
-        nodes = model.node_set(table.node_set or "", where=study.where("static", place, "node_set"))
-        own = labels_of(nodes, DOFS.index(table.dof or "x") + 1)
-        taken = [int(x) for x in own if int(x) in held]
+    for motion in moved_before(model, study):
+        taken = [int(x) for x in motion.labels if int(x) in held]
         if taken:
+            node, dof = node_and_dof(taken[0])
             raise InputError(
-                f"a static displacement moves node {model.nodes.label(node_and_dof(taken[0])[0])} {table.dof}, "
-                "which the deck holds",
-                where=study.where("static", place),
+                f"a static displacement moves node {model.nodes.label(node)} {DOFS[dof - 1]}, which the deck holds",
+                where=motion.where,
                 expected="nodes that the deck does not hold in this dof",
                 fix="Take the dof out of the deck's boundary condition: the displacement holds it.",
             )
 
 
-def gravity_warnings(study: Study) -> list[str]:
+def gravity_warnings(model: Model, study: Study) -> list[str]:
     """Gravity far from the earth's, as in a wrong unit."""
-    size = float(np.linalg.norm(static_gravity(study)))
+    size = float(np.linalg.norm(static_gravity(model, study)))
     system = SYSTEMS[study.config.model.units]
     usual = EARTH / system.length
     if not size or usual / UNUSUAL <= size <= usual * UNUSUAL:

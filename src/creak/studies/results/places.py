@@ -37,12 +37,17 @@ class Place:
     events: tuple[Event, ...]
     """Events of these channels alone, micro-contacts merged as everywhere; none where the place only squeaks."""
     slips: tuple[SlipEvent, ...] = ()
-    """Stick-slip events that begin there."""
+    """Stick-slip events there, with those of their slips that begin in the window."""
 
     @property
     def force(self) -> float:
         """Worst low-passed force of its channels together."""
         return max((e.force_place for e in self.events), default=0.0)
+
+    @property
+    def slip_count(self) -> int:
+        """Slips that begin in the window."""
+        return sum(len(e.slips) for e in self.slips)
 
     @property
     def speed(self) -> float:
@@ -109,8 +114,9 @@ def _with_slips(places: list[Place], result: StudyResult, run: Run, touched: Int
     for slip in run.slips:
         here = np.flatnonzero(nodes[touched] == slip.node_idx)
         mine = [k for k in here.tolist() if group[int(touched[k])] == slip.group]
-        if mine and result.window[0] <= slip.t_start <= result.window[1]:
-            own.setdefault(int(patch[mine[0]]), []).append(slip)
+        begun = tuple(s for s in slip.slips if result.window[0] <= s[0] <= result.window[1])
+        if mine and begun:
+            own.setdefault(int(patch[mine[0]]), []).append(replace(slip, slips=begun))
     out = list(places)
     for p, slips in own.items():
         channels = touched[patch == p]

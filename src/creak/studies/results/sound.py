@@ -40,7 +40,7 @@ def sound_summary(sound: Sound | str | None, places: Sequence[Place]) -> dict[st
     if isinstance(sound, str):
         return {"missing": sound}
     every = []
-    for listener, heard in zip(sound.listeners, sound.heard, strict=True):
+    for listener, heard, compact in zip(sound.listeners, sound.heard, sound.compact, strict=True):
         *single, together = heard
         own = zip(places, single, strict=True)
         every.append(
@@ -49,6 +49,7 @@ def sound_summary(sound: Sound | str | None, places: Sequence[Place]) -> dict[st
                 "position": listener.position.tolist(),
                 "given": listener.given,
                 "parts": list(listener.parts),
+                "compact": list(compact),
                 **_figures(together),
                 "places": [{"name": place_name(p), **_figures(h), "share": _share(h, single)} for p, h in own],
             }
@@ -57,6 +58,7 @@ def sound_summary(sound: Sound | str | None, places: Sequence[Place]) -> dict[st
         **{key: value for key, value in every[0].items() if key != "places"},
         "run": sound.run,
         "beside_background": sound.heard[0][-1].n5_added is not None,
+        "equivalent_power": dict(sound.equivalent_power),
         "rate": RATE,
         "band": {
             "low": sound.band.low,

@@ -191,7 +191,7 @@ def _place(p: Place, run: Run, model: Model, sound: Sound | str | None) -> dict[
         "contact": p.contact,
         "nodes": model.nodes.ids[p.nodes_idx].tolist(),
         "events": len(p.events),
-        "slips": len(p.slips),
+        "slips": p.slip_count,
         "impulse": p.impulse,
         "force": p.force,
         "closing_speed": p.speed,

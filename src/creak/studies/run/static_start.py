@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray, Matrix
-from creak.assembly.coupling import labels_of
 from creak.assembly.part import Rayleigh, assemble_blocks
 from creak.assembly.system import System
 from creak.contact.gap_operator import join
@@ -22,9 +21,8 @@ from creak.dynamics.history import ENERGIES, History
 from creak.errors import InputError
 from creak.model.dofs import node_dofs
 from creak.progress import Progress
-from creak.studies.file.table import DOFS
+from creak.studies.design.heat import heat_forces, heat_of
 from creak.studies.models.reference import ReferenceModel, build_reference, observed_labels
-from creak.studies.prepare.excitation import moved_before
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.static_loads import StaticStart, static_forces, static_gravity, static_supports
 
@@ -57,7 +55,13 @@ def started(setup: Setup, reference: ReferenceModel, progress: Progress) -> Setu
         )
     progress(STAGE, 0, 1)
     gaps = join([setup.contacts, setup.connectors])
-    found = equilibrium(reference.system, reference.stiffness, gaps, _load(setup, reference), _supports(setup))
+    found = equilibrium(
+        reference.system,
+        reference.stiffness,
+        gaps,
+        _load(setup, reference),
+        static_supports(setup.model, setup.study, setup.driven),
+    )
     progress(STAGE, 1, 1)
     system = reference.system
     start = StaticStart(found, system.labels, system.recover(found.q, found.support), gaps.names)
@@ -71,12 +75,17 @@ def _load(setup: Setup, reference: ReferenceModel) -> FloatArray:
     """(n,) forces of the static loads on the coordinates of the unreduced model."""
     system = reference.system
     f = np.zeros(system.n)
-    gravity = static_gravity(setup.study)
+    gravity = static_gravity(setup.model, setup.study)
     if gravity.any():
         for labels, M in _carriers(setup, reference):
             f += np.asarray(system.rows(labels)[0].T @ rigid_load(labels, M, gravity)).ravel()
     for _, labels, value in static_forces(setup.model, setup.study):
         f += value * np.asarray(system.rows(labels)[0].sum(axis=0)).ravel()
+    heat = heat_of(setup.model, setup.study)
+    if heat is not None:
+        forces = heat_forces(setup.model, heat)
+        labels = np.flatnonzero(forces)
+        f += np.asarray(system.rows(labels)[0].T @ forces[labels]).ravel()
     return f
 
 
@@ -97,15 +106,6 @@ def _carriers(setup: Setup, reference: ReferenceModel) -> Iterator[tuple[IntArra
     if blocks:
         labels = node_dofs(np.unique(np.concatenate([b.nodes_idx.ravel() for b in blocks])))
         yield labels, assemble_blocks(setup.model, blocks, labels, Rayleigh(0.0, 0.0), override=True).M
-
-
-def _supports(setup: Setup) -> FloatArray:
-    """(n_support,) displacement of the prescribed coordinates."""
-    labels = {
-        k: labels_of(setup.model.node_set(t.node_set or ""), DOFS.index(t.dof or "x") + 1)
-        for k, t in moved_before(setup.study)
-    }
-    return static_supports(setup.study, setup.driven, labels)
 
 
 def _note(setup: Setup, found: Equilibrium) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,7 @@ from creak.errors import InputError
 from creak.formats.wav import full_scale_for, full_scale_level
 from creak.model.skin import skin_of
 from creak.model.units import METRES
-from creak.sound.forced import LOWEST, sound_of_forces
+from creak.sound.forced import LOWEST
 from creak.sound.loudness import Loudness, added_loudness, loudness
 from creak.sound.third_octave import a_weighted_level, third_octave_levels
 from creak.sound.zwicker_tables import RATE
@@ -24,11 +24,15 @@ from creak.studies.run.job import Run, StudyResult
 from creak.studies.sound.background import background_of
 from creak.studies.sound.band import Band, band_of
 from creak.studies.sound.listeners import Listener, ear_off, listeners_of
-from creak.studies.sound.source import Source, loudest, radiation, source_of
+from creak.studies.sound.parts import equivalent_levels, faces_of_parts
+from creak.studies.sound.radiation import pressure_of, radiation
+from creak.studies.sound.source import source_of
 
 SHORTEST = 0.05
 """s, a window below which there is no loudness to speak of."""
 SINGLE = np.float32
+MOST_PARTS = 6
+"""Of equivalent radiated power in the notes."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +82,11 @@ class Sound:
     cpu_s: float
     """Without what is made once for a model and its listeners."""
     offline_cpu_s: float
-    """That: default listener and pressure rows."""
+    """That: rows of parts and listeners."""
+    equivalent_power: Mapping[str, float]
+    """Part -> dB re 1 pW of its mean equivalent radiated power over the window, loudest first."""
+    compact: tuple[tuple[str, ...], ...]
+    """Listener by listener, the parts that it hears as compact bodies."""
     notes: tuple[str, ...]
 
     @property
@@ -111,17 +119,23 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
         return f"none: nothing above {band.high:.0f} Hz can be believed ({band.limit})"
     source = source_of(run.system, result.gaps, run.history)
     offline = clock.process_time()
-    listeners = given or _ear(result, run, source, band.high)
+    faces = faces_of_parts(run.system, skin, metre)
+    offline = clock.process_time() - offline
+    levels = equivalent_levels(source, faces, band.high, result.window)
+    listeners = given or tuple(ear_off(setup.model, skin, part, c.model.units) for part in [*levels][:1])
     if not listeners:
         return "none: no part with shells or solids moves"
-    rows = [radiation(run.system, listener, metre) for listener in listeners]
-    offline = clock.process_time() - offline
+    before = clock.process_time()
+    to = [radiation(run.system, listener, metre, band.high) for listener in listeners]
+    offline += clock.process_time() - before
     groups = source.groups(places)
-    pressure = np.concatenate([sound_of_forces(source.modes, source.force, groups, r, band.high) for r in rows])
+    pressure = np.stack([pressure_of(source, groups, one) for one in to])
     pressure[:, -1] = pressure.sum(axis=1)
     heard = [[heard_of(x, result.window, background) for x in of_one] for of_one in pressure]
     order = sorted(range(len(places)), key=lambda k: heard[0][k].rank, reverse=True)
     pressure = pressure[:, [*order, len(places)]]
+    power = {setup.model.parts[part].name: level for part, level in levels.items()}
+    compact = tuple(tuple(setup.model.parts[b.part].name for b in one.bodies) for one in to)
     return Sound(
         run.name,
         tuple(listeners),
@@ -133,7 +147,9 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
         clock.perf_counter() - wall,
         clock.process_time() - cpu - offline,
         offline,
-        tuple(_notes(listeners, band, heard, beside=background is not None)),
+        power,
+        compact,
+        tuple(_notes(listeners, band, heard, power, compact, beside=background is not None)),
     )
 
 
@@ -147,14 +163,6 @@ def _why_not(result: StudyResult, run: Run | None, given: bool, places: Sequence
     if float(run.history.time[-1]) < SHORTEST:
         return f"none: the run is shorter than {SHORTEST:g} s"
     return "" if given or places else "none: nothing touches in the window"
-
-
-def _ear(result: StudyResult, run: Run, source: Source, band: float) -> tuple[Listener, ...]:
-    skin = skin_of(result.setup.model)
-    part = loudest(run.system, source, skin, band)
-    if part is None:
-        return ()
-    return (ear_off(result.setup.model, skin, part, result.setup.study.config.model.units),)
 
 
 def heard_of(pressure: FloatArray, window: tuple[float, float], background: FloatArray | None) -> Heard:
@@ -180,7 +188,15 @@ def _n5_and_most(total: FloatArray) -> tuple[float, float]:
     return float(np.percentile(total, 95.0)), float(total.max())
 
 
-def _notes(listeners: Sequence[Listener], band: Band, heard: Sequence[Sequence[Heard]], *, beside: bool) -> list[str]:
+def _notes(
+    listeners: Sequence[Listener],
+    band: Band,
+    heard: Sequence[Sequence[Heard]],
+    power: Mapping[str, float],
+    compact: Sequence[Sequence[str]],
+    *,
+    beside: bool,
+) -> list[str]:
     said = []
     for listener in listeners:
         at = ", ".join(f"{x:.4g}" for x in listener.position)
@@ -193,6 +209,15 @@ def _notes(listeners: Sequence[Listener], band: Band, heard: Sequence[Sequence[H
         f"sound: believed from {band.low:.0f} to {band.high:.0f} Hz, ended by the {WHAT[band.limit]}; "
         "nothing outside is in it. Contact forces alone make it; panels count as set in a wall, none shadows another"
     )
+    if power:
+        levels = ", ".join(f"{name} {level:.0f} dB" for name, level in [*power.items()][:MOST_PARTS])
+        said.append(f"sound: equivalent radiated power of contact, re 1 pW: {levels}")
+    small = dict.fromkeys(name for names in compact for name in names)
+    if small:
+        said.append(
+            f"sound: {', '.join(small)} compact, smaller than a sixth of the shortest wavelength: acceleration noise "
+            "of the sphere of the same volume, without a wall"
+        )
     if beside:
         said.append(
             "sound: places are ranked by the loudness that they add to the study's [background], N of both less N of "

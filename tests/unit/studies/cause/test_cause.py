@@ -119,7 +119,7 @@ def test_predicted_changes_hold_in_a_full_run(result, places, causes, measured):
     place, cause = next((p, c) for p, c in zip(places, causes, strict=True) if p.contact == "tip")
     every = list(candidates(found.setup, found.gaps, place, cause, found.reference.system.stats.mass))
     assert [c.kind for c in every][:4] == ["gap", "stiffness", "damping", "mass"]
-    now = effect_of(found, place, result.main.system, found.gaps, result.history, None, None)
+    now = effect_of(found, place, result.main.system, found.gaps, result.history, None)
     worst = 0.0
     for change in (next(c for c in every if c.kind == kind) for kind in ("mass", "fastener", "damping")):
         effect = predicted(found, place, change, result.main.system, None, None)

@@ -323,6 +323,25 @@ def test_absent_events_are_not_settled_and_new_ones_are_counted():
     assert any("h/4 1" in text for text in findings(c))
 
 
+@pytest.mark.parametrize(
+    ("open_ones", "said"),
+    [
+        ({}, ()),
+        ({3: 0.4}, ("event at 3.0000 s: force to 150 %",)),
+        ({3: 0.4, 7: 1.6}, ("2 of 60 events have not, the hardest of them the event at 7.0000 s: force to 25 %",)),
+    ],
+)
+def test_few_events_that_have_not_settled_are_told_in_one_sentence(open_ones, said):
+    """1 N in all runs, 2 N at 7 s and 3 N at 9 s; the finest has the forces of the table."""
+    force = {t: {7: 2.0, 9: 3.0}.get(t, 1.0) for t in range(60)}
+    before = [event(float(t), force=f) for t, f in force.items()]
+    last = [event(float(t), force=f) for t, f in (force | open_ones).items()]
+    c = assess(outcomes(base=before, h2=before, h4=last), "reduced", (0.0, 60.0), 0.01)
+    assert not c.chaotic
+    verdict = _of_convergence(c)
+    assert (verdict.word, verdict.reasons) == ("settled", said)
+
+
 def test_dense_events_are_compared_by_their_distributions():
     """50 events in a second: single ones scatter by 30 %, the samples are the same in another order."""
     rng = np.random.default_rng(0)

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from creak.errors import InputError
+from creak.studies.design.clip_library import clips_of
+from creak.studies.file.config import StudyConfig
+from creak.studies.file.design.scatter_tables import Distribution
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.static_start import begin
@@ -171,3 +176,31 @@ def test_what_cannot_be_meant_is_refused(tmp_path, case):
     tables, match = REFUSED[case]
     with pytest.raises(InputError, match=match):
         clipped(tmp_path, tables)
+
+
+@pytest.mark.parametrize(
+    "clip",
+    [
+        'type = "bushing"\nnodes = "TIP"\nstiffness = [1, 1, 1, 0, 0, 0]',
+        f'type = "play"\n{UP}upper = 0.3\nstiffness = 50',
+        f'type = "pull-out"\n{UP}stiffness = 50\npull_out = 2',
+        f'type = "stop"\n{UP}gap = 0.4\nstiffness = 50\ndamping = 0.1',
+        f'type = "foam"\n{UP}table = [[0, 0], [1, 2]]',
+        f'use = "example-rubber-stop"\n{UP}',
+    ],
+)
+def test_clips_are_the_same_after_results_or_draws_wrote_them_down(clip, tmp_path):
+    """All keys are then given, unused ones as none."""
+    setup = clipped(tmp_path, f"[[clip]]\n{clip}\n")
+    config = setup.study.config
+    again = StudyConfig.model_validate(config.model_dump(mode="json", by_alias=True))
+    assert again == config
+    assert clips_of(replace(setup.study, config=again)) == clips_of(setup.study)
+
+
+@pytest.mark.parametrize(
+    "given", ['type = "normal"\nmean = 3\nsigma = 0.1', 'type = "uniform"\nlow = 1\nhigh = 2', 'type = "seed"']
+)
+def test_distributions_are_the_same_after_they_were_written_down(given):
+    one = Distribution.model_validate(tomllib.loads(given))
+    assert Distribution.model_validate(one.model_dump(mode="json")) == one

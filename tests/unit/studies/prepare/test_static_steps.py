@@ -93,7 +93,11 @@ def test_what_the_run_cannot_start_from_is_refused(tmp_path, case):
 
 
 def test_what_is_not_read_of_a_static_step_is_listed(tmp_path):
-    with pytest.raises(InputError, match="TEMPERATURE"):
-        set_up(tmp_path, static("*TEMPERATURE\nTIP, 80.\n") + dynamic())
+    with pytest.raises(InputError, match="FIELD"):
+        set_up(tmp_path, static("*FIELD\nTIP, 80.\n") + dynamic())
+    with pytest.raises(InputError, match="\\*TEMPERATURE"):
+        set_up(tmp_path, static(DOWN) + dynamic("*TEMPERATURE\nTIP, 80.\n"))
+    notes = set_up(tmp_path, static("*TEMPERATURE\nTIP, 80.\n") + dynamic()).notes
+    assert any("the temperature of the deck strains nothing" in note for note in notes)
     with pytest.raises(InputError, match="NLGEOM"):
         set_up(tmp_path, static(DOWN).replace("*STEP", "*STEP, NLGEOM") + dynamic())

@@ -16,6 +16,7 @@ from creak.contact.laws.parameters import Friction
 from creak.dynamics.history import ENERGIES
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
+from creak.studies.results.places import find_places
 from creak.studies.results.save import MARGIN, save
 from creak.studies.results.summary import summarise
 from creak.studies.run.job import StudyResult, run_study
@@ -64,6 +65,20 @@ def written(rubbed, tmp_path_factory) -> Path:
 
 def trapezoid(file: h5py.File, path: str) -> np.ndarray:
     return integrate.trapezoid(file[path][:], file["runs/reduced/time"][:], axis=0)
+
+
+# --- places ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_squeak_that_began_before_the_window_is_at_its_place(rubbed):
+    """A chain of slips through the whole run, as a trim that never comes to rest has."""
+    (name, run), *_ = rubbed.runs.items()
+    chain = tuple(find_slips(run.history, rubbed.gaps, 1.0))
+    assert [len(e.slips) for e in chain] == [20]
+    middle = 0.5 * run.history.time[-1]
+    for window, found in (((middle, 2 * middle), 10), ((0.0, 0.5 * chain[0].t_start), 0)):
+        late = replace(rubbed, window=window, runs={name: replace(run, slips=chain)})
+        assert sum(p.slip_count for p in find_places(late, late.runs[name])) == found
 
 
 # --- summary.json ---------------------------------------------------------------------------------------------------

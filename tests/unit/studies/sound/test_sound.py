@@ -17,6 +17,8 @@ import creak
 from creak.errors import InputError
 from creak.formats.stored_sound import read_sound
 from creak.formats.wav import read_wav
+from creak.model.materials import SolidSection
+from creak.model.mesh import Nodes, Part
 from creak.model.skin import skin_of
 from creak.report.sound_parts import loudness_figure, players
 from creak.sound.forced import faded
@@ -26,7 +28,9 @@ from creak.studies.sound.heard import Sound, hear
 from creak.studies.sound.listeners import listeners_of
 from creak.studies.sound.source import source_of
 from helpers_cli import caller
+from helpers_core import STEEL, block
 from helpers_decks import STUDY, write_strips
+from helpers_solids import solid_mesh
 
 LISTENER = '[listener.driver]\nposition = [60, 200, 500]\nparts = "LOWER"\n'
 BASE = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.2\n[reference]\nrun = false\n").replace("0.05,", "0.1,")
@@ -46,24 +50,42 @@ def result(folder):
     return result
 
 
-def own_sound(result) -> np.ndarray:
-    """All contact at the listener: modes marched sample by sample with their exponential, nodes summed with delays."""
-    run, model = result.main, result.found.setup.model
+def marched(result) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity and acceleration (n, n_mode) of the modes at 48 kHz, sample by sample with their exponential."""
+    run = result.main
     source = source_of(run.system, result.found.gaps, run.history)
     rate, modes = 48_000.0, source.modes
     load = source.force @ modes.push
-    acceleration = np.empty_like(load)
+    velocity, acceleration = np.empty_like(load), np.empty_like(load)
     A = np.zeros((modes.m.size, 4, 4))
     A[:, 0, 1] = A[:, 2, 3] = 1.0
     A[:, 1, :3] = np.column_stack([-modes.k, -modes.c, np.ones_like(modes.m)]) / modes.m[:, None]
     step, x = sla.expm(A / rate)[:, :2], np.zeros((modes.m.size, 2))
     slope = np.diff(load, axis=0, append=load[-1:]) * rate
     for i, f in enumerate(load):
-        acceleration[i] = (f - modes.c * x[:, 1] - modes.k * x[:, 0]) / modes.m
+        velocity[i], acceleration[i] = x[:, 1], (f - modes.c * x[:, 1] - modes.k * x[:, 0]) / modes.m
         x = np.einsum("mij,mj->mi", step, np.column_stack([x, f, slope[i]]))
+    return velocity, acceleration
+
+
+def in_band(x: np.ndarray, result) -> np.ndarray:
+    """(n, ...) without what the fades take."""
+    n = 4 * x.shape[0]
+    gain = faded(np.fft.rfftfreq(n, 1 / 48_000.0), result.sound.band.high)
+    return np.fft.irfft((np.fft.rfft(x, n, axis=0).T * gain).T, n, axis=0)[: x.shape[0]]
+
+
+@pytest.fixture(scope="module")
+def modal(result):
+    return marched(result)
+
+
+def own_sound(result, acceleration) -> np.ndarray:
+    """All contact at the listener: nodes summed with delays."""
+    run, model = result.main, result.found.setup.model
     skin = skin_of(model)
     skin = skin.select(skin.part == [p.name for p in model.parts].index("LOWER"))
-    listener, time = np.array([60.0, 200.0, 500.0]), np.arange(load.shape[0]) / rate
+    listener, time = np.array([60.0, 200.0, 500.0]), np.arange(acceleration.shape[0]) / 48_000.0
     found = np.zeros(time.size)
     for corners, nodes, area in zip(skin.corners, skin.nodes_idx, skin.areas, strict=True):
         normal = area * np.sign(area @ (listener - corners.mean(axis=0))) * 1e-6
@@ -74,18 +96,43 @@ def own_sound(result) -> np.ndarray:
             moved = acceleration @ (normal @ run.system.rows(labels)[0]) * 1e-3 / 4
             r = np.linalg.norm(listener - x) * 1e-3
             found += AIR.density / (2 * np.pi * r) * np.interp(time - r / AIR.speed, time, moved, left=0.0)
-    n = 4 * time.size
-    gain = faded(np.fft.rfftfreq(n, 1 / rate), result.sound.band.high)
-    return np.fft.irfft(np.fft.rfft(found, n) * gain, n)[: time.size]
+    return in_band(found, result)
 
 
-def test_sound_against_a_march_of_the_modes_and_a_sum_over_nodes(result):
+def test_sound_against_a_march_of_the_modes_and_a_sum_over_nodes(result, modal):
     assert isinstance(result.sound, Sound)
     found = result.sound.pressure[0, -1]
-    exact = own_sound(result)
+    exact = own_sound(result, modal[1])
     middle = slice(0, int(0.9 * found.size))  # the other way ends with a jump, which its fades spread
     assert np.abs(exact).max() > 0.01
     assert np.abs(found - exact)[middle].max() < 0.03 * np.abs(exact).max()  # straight lines between delayed samples
+
+
+def test_equivalent_power_against_all_facets_of_the_march(result, modal, measured):
+    """rho c sum of A v^2 over the window, of every facet by its nodes: some facets stand for all within 1 dB."""
+    run, setup = result.main, result.found.setup
+    skin, velocity = skin_of(setup.model), in_band(modal[0], result)
+    first, last = (round(48_000 * t) for t in result.found.window)
+    found = result.summary["sound"]["equivalent_power"]
+    assert list(found) == sorted(found, key=lambda name: -found[name])
+    for k, part in enumerate(setup.model.parts):
+        power, own = 0.0, skin.select(skin.part == k)
+        for nodes, area in zip(own.nodes_idx, own.areas, strict=True):
+            size = np.linalg.norm(area)
+            labels = 6 * np.repeat(nodes, 3) + np.tile(np.arange(3), 4)
+            there = np.isin(labels, run.system.labels)
+            row = (np.tile(area / size, 4) / 4)[there] @ run.system.rows(labels[there])[0]
+            speed = 1e-3 * velocity[first:last:8] @ row
+            power += AIR.density * AIR.speed * size * 1e-6 * (speed**2).mean()
+        level = 10 * np.log10(power / 1e-12)
+        measured(
+            "sound",
+            "equivalent radiated power of a part by 24 facets: level off that of all",
+            abs(found[part.name] - level),
+            at_most=1.0,
+            unit="dB",
+            source="march of the modes, every facet",
+        )
 
 
 def test_places_have_what_they_sound_like(result):
@@ -133,6 +180,32 @@ def test_without_a_listener_an_ear_off_the_loudest_panel(result):
     assert not ear.given
     assert ear.position == pytest.approx([60.0, 10.0, 601.75], abs=1.0)  # above the upper strip
     assert "loudest panel" in sound.notes[0]
+
+
+def test_a_compact_part_is_told_and_is_no_panel(result):
+    """A cube beside the strips that nothing moves: named, and all else sounds as it did."""
+    model = result.found.setup.model
+    coords, elements = solid_mesh((1, 1, 1), (8.0, 8.0, 8.0))
+    first = model.nodes.count
+    nodes = Nodes(np.arange(1, first + 9), np.vstack([model.nodes.coords, coords + [300.0, 0.0, 0.0]]))
+    cube = block("hex8", elements + first, SolidSection("STEEL", STEEL), len(model.parts), 10_000)
+    parts = (*model.parts, Part("CUBE", np.arange(first, first + 8)))
+    more = replace(model, nodes=nodes, blocks=(*model.blocks, cube), parts=parts)
+    tables = result.found.setup.study.config.model_copy(update={"listener": {}})
+    study = replace(result.found.setup.study, config=tables)
+    places = [p.channels for p in find_places(result.found, result.main)]
+    alone, beside = (
+        hear(replace(result.found, setup=replace(result.found.setup, model=m, study=study)), places)
+        for m in (model, more)
+    )
+    assert isinstance(alone, Sound)
+    assert isinstance(beside, Sound)
+    assert alone.compact == ((),)
+    assert beside.compact == (("CUBE",),)
+    assert any("CUBE compact" in note for note in beside.notes)
+    assert list(beside.equivalent_power) == list(alone.equivalent_power)  # at rest: none
+    np.testing.assert_array_equal(beside.listeners[0].position, alone.listeners[0].position)
+    np.testing.assert_allclose(beside.pressure, alone.pressure, atol=1e-6 * np.abs(alone.pressure).max())
 
 
 @pytest.mark.parametrize(

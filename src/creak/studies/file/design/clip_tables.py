@@ -38,8 +38,9 @@ class ClipValues(Table):
     """length: play, limit of the motion of the second node against the first along the axis."""
     upper: Finite | None = None
     """length; one of both limits may be left out."""
-    gap: Finite = 0.0
-    """length: stop, foam: motion along the axis before it touches; below 0: it is squeezed at the deck's geometry."""
+    gap: Finite | None = None
+    """length: stop, foam: motion along the axis before it touches, default 0; below 0: it is squeezed at the deck's
+    geometry."""
     pull_out: Positive | None = None
     """force along the axis at which a pull-out clip begins to leave its seat."""
     source: str | None = None
@@ -50,7 +51,7 @@ class ClipValues(Table):
         if self.type is None:
             return self
         every = dict.fromkeys(key for keys in KEYS.values() for key in keys)
-        foreign = [key for key in every if key in self.model_fields_set and key not in KEYS[self.type]]
+        foreign = [key for key in every if getattr(self, key) is not None and key not in KEYS[self.type]]
         if foreign:
             raise ValueError(f"a {self.type} clip has no {foreign[0]}: it takes {', '.join(KEYS[self.type])}")
         for key in ("stiffness", "damping"):

@@ -49,7 +49,7 @@ class Distribution(Table):
             "field": {"mean", "sigma", "tolerance", "low", "high", "length"},
             "seed": set[str](),
         }[self.type]
-        foreign = sorted(self.model_fields_set - takes - {"type"})
+        foreign = sorted(k for k in self.model_fields_set - takes - {"type"} if getattr(self, k) not in (None, False))
         if foreign:
             raise ValueError(f"a {self.type} distribution has no {foreign[0]}")
         if self.type in ("normal", "lognormal", "field") and (self.sigma is None) == (self.tolerance is None):

@@ -1,0 +1,51 @@
+"""Static loads that the deck has: which of them a study takes, and what they free."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from creak.errors import InputError, suggest
+from creak.model.dofs import node_dofs
+from creak.model.mesh import Model
+from creak.model.steps import StaticLoads
+from creak.studies.design.supports import without
+from creak.studies.file.reader import Study
+
+
+def deck_loads(model: Model, study: Study, place: int) -> StaticLoads | None:
+    """The loads of the deck that a [[static]] table names; None where it names none.
+
+    Raises
+    ------
+    InputError : the deck has none of that name, or creak cannot read them.
+    """
+    given = study.config.static[place].deck_loads
+    if given is None:
+        return None
+    name = str(given)
+    if name not in model.static_loads:
+        raise InputError(
+            f"the deck has no static loads {name!r}",
+            where=study.where("static", place, "deck_loads"),
+            expected=", ".join(model.static_loads) or "a Nastran deck with load sets",
+            fix=suggest(name, model.static_loads),
+        )
+    loads = model.static_loads[name]
+    if loads.flaw is not None:
+        raise loads.flaw
+    return loads
+
+
+def freed_where_moved(model: Model, study: Study) -> Model:
+    """The model without the supports at dofs that loads of the deck move: they hold them at another place."""
+    labels = [
+        node_dofs(m.nodes_idx, (m.dof,))
+        for k in range(len(study.config.static))
+        for m in getattr(deck_loads(model, study, k), "moved", ())
+    ]
+    if not labels:
+        return model
+    freed = np.unique(np.concatenate(labels))
+    return replace(model, fixed=tuple(piece for f in model.fixed for piece in without(f, freed)))
