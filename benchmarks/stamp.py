@@ -35,7 +35,7 @@ def commit() -> str:
 
 
 def _git(*words: str) -> str:
-    folder = Path(__file__).parent
+    folder = Path(__file__).resolve().parents[1]  # paths are told from it
     return subprocess.run(["git", *words], cwd=folder, capture_output=True, text=True, check=True).stdout.strip()
 
 

@@ -2,10 +2,11 @@
 
 import json
 import re
+import subprocess
 from pathlib import Path
 
 from benchmarks import ranking, unreduced
-from benchmarks.stamp import command, stamp
+from benchmarks.stamp import command, commit, stamp
 
 from creak_thesis.report.numbers import million
 
@@ -18,6 +19,19 @@ def test_a_stamp_has_no_empty_field():
     assert all(made.values())
     assert re.fullmatch(r"[0-9a-f]{7,}\+?|unknown", made["commit"])
     assert re.fullmatch(r"\d{4}-\d\d-\d\d", made["date"])
+
+
+def test_changed_sources_mark_a_record(monkeypatch):
+    """Paths that git is asked for are those of the whole repository."""
+    asked = []
+
+    def run(words, cwd, **_):
+        asked.append([Path(cwd) / word for word in words[words.index("--") + 1 :]] if "--" in words else [])
+        return subprocess.CompletedProcess(words, 0, stdout=" M src/creak/version.py\n" if asked[-1] else "abcdef1\n")
+
+    monkeypatch.setattr(subprocess, "run", run)
+    assert commit() == "abcdef1+"
+    assert all(path.is_dir() for path in asked[-1])
 
 
 def test_a_command_is_given_without_paths_of_the_interpreter():
