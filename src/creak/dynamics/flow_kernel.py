@@ -13,7 +13,7 @@ import numpy as np
 from creak.dynamics.closing import dips
 from creak.dynamics.compiled import inner
 from creak.dynamics.flow_block import APART, KNOWN, amend, close_block, ends, look_near, open_block, under_way
-from creak.dynamics.flow_books import book_flow, complete
+from creak.dynamics.flow_books import as_springs_saw, book_flow, complete
 from creak.dynamics.flow_kicks import book_half, book_slack, lessen, press, settled
 from creak.dynamics.flow_lasting import PATIENCE, held_together, hold, rests, same_set
 from creak.dynamics.flow_model import GIVEN
@@ -31,7 +31,7 @@ from creak.dynamics.flow_motion import (
     value,
 )
 from creak.dynamics.flow_rows import bends, changes, restart
-from creak.dynamics.modal_model import DONE, NOT_FINITE, acts, put, write
+from creak.dynamics.modal_model import DONE, NOT_FINITE, acts, fill, put, write
 
 FULL = -2
 """Code: no room left in the table."""
@@ -233,6 +233,11 @@ def flow_chunk(  # type: ignore[no-untyped-def]
                 quiet(after)
                 calm = 0
             book_flow(model, drive, h, now, after, light)
+            fill(after.before, np.inf)
+            if level == levels and not held:
+                put(after.before, 0, now.gap)
+                if not light:
+                    as_springs_saw(laws, h, now, after)
             for j in range(n_x):
                 shift(drive[j], h)
             for order in range(3):

@@ -84,6 +84,8 @@ class FlowState(NamedTuple):
     """(m + 2 f,) of gaps and along the rubbing channels; after `press` that in the middle of the kick."""
     drift: FloatArray
     """(m,) what the motion between the last two kicks changed of the rates of closed gaps."""
+    before: FloatArray
+    """(m,) gaps one step near contact before; infinite after any other step."""
     sliding: FloatArray
     """(2 f,) slip velocity."""
     stuck: BoolArray
@@ -228,6 +230,7 @@ def resting(model: FlowModel, loads: Loads) -> FlowState:
         np.zeros(m),
         np.zeros(channels),
         np.zeros(m),
+        np.full(m, np.inf),
         np.zeros(f2),
         np.ones(f2 // 2, dtype=np.bool_),
         np.zeros((3, n_s)),

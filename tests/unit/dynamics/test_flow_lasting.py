@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from creak.dynamics.flow_march import SAMPLES, simulate_flow
 from creak.dynamics.flow_resolution import SETTLED, finer
@@ -68,3 +69,34 @@ def test_finer_steps_change_neither_times_nor_impulses(history):
     for a, b in zip(found, exact, strict=True):
         assert a.t_start == pytest.approx(b.t_start, abs=1e-4)
         assert a.impulse == pytest.approx(b.impulse, rel=1e-3)
+
+
+@pytest.mark.parametrize(("alpha", "beta", "damper"), [(20.0, 0.0, 0.0), (20.0, 1e-4, 0.0), (20.0, 1e-5, 30.0)])
+def test_energy_books_of_damped_modes_that_press(alpha, beta, damper):
+    """Against an ODE solver: what modes that are damped within a step take, and no energy out of nothing."""
+    n, k, stop = 4, 1e7, 1e-7
+    M, K = chain(n, 0.01, 1e8)
+    system, C = diagonalise(system_of(M, K, alpha=alpha, beta=beta)), alpha * M + beta * K
+    end, push = 0.03, lambda t: -200.0 * np.clip(t / 0.01, 0.0, 1.0) * (1.0 + 0.5 * np.sin(2.0 * np.pi * 60.0 * t))
+    time = np.linspace(0.0, end, 120 * SAMPLES + 1)
+    loads = Loads(time, np.zeros((3, time.size, 0)), push(time)[:, None], (np.array([1]),))
+    gaps = channels(np.eye(n)[[3]], stop, k, damping=damper)
+    history = simulate_flow(system, gaps, loads, observed=np.arange(n))
+
+    def slope(t, x):
+        u, v = x[:n], x[n : 2 * n]
+        gap, rate = stop + u[3], v[3]
+        spring = max(-k * gap, 0.0)
+        force = max(spring - damper * rate, 0.0) if gap < 0.0 else 0.0
+        f = -K @ u - C @ v
+        f[1] += push(t)
+        f[3] += force
+        return np.concatenate([v, f / np.diag(M), [v @ C @ v, -(force - spring) * rate, push(t) * v[1]]])
+
+    found = solve_ivp(slope, (0.0, end), np.zeros(2 * n + 3), "LSODA", rtol=1e-8, atol=1e-14, max_step=1e-5)
+    damping, contact_damping, external = found.y[-3:, -1]
+    energy = dict(zip(ENERGIES, history.energy[-1], strict=True))
+    assert energy["external"] == pytest.approx(external, rel=0.02)
+    assert energy["damping"] == pytest.approx(damping, rel=0.05, abs=1e-3 * external)
+    assert energy["contact_damping"] == pytest.approx(contact_damping, rel=0.05, abs=1e-4 * external)
+    assert abs(energy["scheme"]) < 5e-3 * external
