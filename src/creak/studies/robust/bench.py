@@ -14,7 +14,7 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow_batch import Variant, march_many
-from creak.dynamics.flow_march import FlowRun
+from creak.dynamics.flow_march import SAMPLES, FlowRun
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.errors import InputError, NumericalError
@@ -26,7 +26,7 @@ from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.models.superelements import save_superelement, store_of
 from creak.studies.prepare.output_steps import shown_window
 from creak.studies.prepare.setup import Setup
-from creak.studies.prepare.watched import watched
+from creak.studies.prepare.watched import silent_channels
 from creak.studies.robust.changes import changed_setup, with_damping
 from creak.studies.run.integrate import flowing, output_times, resolution_of, scheme_of
 from creak.studies.run.precheck import with_linear_gaps
@@ -165,9 +165,10 @@ def make_bench(
     system, why_not = flowing(reduced.system)
     if system is None:
         raise NumericalError(f"the reduced model cannot be marched by exact flow{why_not}")
-    base = FlowRun(system, gaps, setup.loads, resolution_of(setup), NOTHING, 1, None, watched(setup, gaps))
+    resolution, every = resolution_of(setup), setup.loads.n_step // SAMPLES
+    base = FlowRun(system, gaps, setup.loads, resolution, NOTHING, every, None, silent_channels(setup, gaps))
     window = shown_window(setup.study, output_times(setup))
-    silent = FlowRun(system, gaps.without_force(), setup.loads, resolution_of(setup), NOTHING, 1, None, None)
+    silent = FlowRun(system, gaps.without_force(), setup.loads, resolution, NOTHING, every, None, None)
     excursion = excursion_of(silent, window)
     return Bench(before, reference, gaps, system, base, silent, window, excursion, (*reduced.notes, *notes), lowest)
 
