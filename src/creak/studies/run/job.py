@@ -135,7 +135,7 @@ def run_study(
     if c.time.exact:
         compile_flow()
     progress(COMPILE, 1, 1)
-    setup, built = begin(setup, progress)
+    setup, built = begin(setup, progress, store)
     reference, gaps, notes = prepare(setup, progress, built)
     runs: dict[str, Run] = {}
     kept = gaps.m
