@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from creak.studies.file.reader import read_study
-from creak.studies.models import reference
+from creak.studies.models import reference as whole
 from creak.studies.prepare.setup import set_up
 from creak.studies.results.summary import summarise
 from creak.studies.run.job import run_study
@@ -95,8 +95,8 @@ def test_no_factor_of_the_whole_is_held_while_parts_are_reduced(tmp_path, monkey
             alive.extend(ref() for ref in made)
             raise Enough
 
-    regular_factor = reference.regular_factor
-    monkeypatch.setattr(reference, "regular_factor", factor)
+    regular_factor = whole.regular_factor
+    monkeypatch.setattr(whole, "regular_factor", factor)
     path = write_strips(tmp_path, study=STUDY)
     for start in (run_study, reduce_alone):
         with pytest.raises(Enough):
