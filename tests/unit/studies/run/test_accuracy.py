@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -104,6 +105,20 @@ def test_each_thing_that_may_matter_is_varied_once(found):
     assert list(found.convergence.outcomes) == [BASE, FINER, SOFTER, STIFFER, MORE_MODES]
     modes = found.convergence.outcomes[MORE_MODES].variant
     assert modes.f_max == 1.5 * found.found.setup.study.config.reduction.f_max
+
+
+def test_every_place_says_how_far_it_has_settled(found):
+    """What is followed of a place is what a run of its own says of it, N5 included; the largest change is told."""
+    setup = replace(found.found.setup, refined=2.0)
+    alone = setup.study.config.reference.model_copy(update={"run": False})
+    finer = run_setup(setup.with_tables(reference=alone), converge=False)
+    place, again = (r.summary["runs"]["reduced"]["places"][0] for r in (found, finer))
+    for name, figure in found.convergence.places[0].items():
+        assert figure.values[FINER] == pytest.approx(again[name], rel=3e-3), name  # flight steps half as long there
+        assert figure.values[BASE] == pytest.approx(place[name], rel=1e-12), name
+        assert place["settled_to"][name] == max(map(abs, figure.changes.values())), name
+    assert place["settled_to"].keys() == {"events", "impulse", "force", "closing_speed", "n5"}
+    assert "N5" in " ".join(found.summary["convergence"]["findings"])
 
 
 def test_every_event_says_how_far_it_has_settled(found):
