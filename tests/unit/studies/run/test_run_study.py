@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import gc
 import json
+import weakref
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from creak.studies.file.reader import read_study
+from creak.studies.models import reference as whole
 from creak.studies.prepare.setup import set_up
 from creak.studies.results.summary import summarise
 from creak.studies.run.job import run_study
@@ -71,6 +74,45 @@ def test_summary_has_what_the_design_promises(summary):
     assert {"mac", "frequencies", "nrmse", "events"} <= set(verification)
     assert set(verification["nrmse"]) == {"x", "y", "z", "all"}
     assert summary["seeds"] == {"root": 3}
+
+
+class Enough(Exception):
+    """Parts are being reduced."""
+
+
+def test_no_factor_of_the_whole_is_held_while_parts_are_reduced(tmp_path, monkeypatch):
+    """It is the largest piece of memory there is."""
+    made, alive = [], []
+
+    def factor(K):
+        found = regular_factor(K)
+        made.append(weakref.ref(found))
+        return found
+
+    def look(what: str, done: int, total: int) -> None:
+        if what.endswith("constraint modes"):
+            gc.collect()
+            alive.extend(ref() for ref in made)
+            raise Enough
+
+    regular_factor = whole.regular_factor
+    monkeypatch.setattr(whole, "regular_factor", factor)
+    path = write_strips(tmp_path, study=STUDY)
+    for start in (run_study, reduce_alone):
+        with pytest.raises(Enough):
+            start(set_up(read_study(path)), look)
+    assert len(made) == 2
+    assert alive == [None] * 3  # one of the first, two of the second
+
+
+def reduce_alone(setup, look) -> None:
+    """As `creak reduce`."""
+    from creak.cli.reduce import _reduced
+
+    class Quiet:
+        progress = staticmethod(look)
+
+    _reduced(setup, setup.study.path.parent / "out", Quiet())
 
 
 def test_both_runs_have_the_same_channels_and_steps(summary):
