@@ -16,9 +16,9 @@ import numpy as np
 
 from creak.dynamics.closing import dips
 from creak.dynamics.compiled import inner, inner_fast
-from creak.dynamics.flow_block import gap_of, look_near, under_way
+from creak.dynamics.flow_block import look_near, under_way
 from creak.dynamics.flow_model import GIVEN
-from creak.dynamics.flow_motion import fly, look, settle_supports
+from creak.dynamics.flow_motion import fly, gap_of, look, settle_supports
 from creak.dynamics.modal_model import EXTERNAL, fill
 
 PATIENCE = 25

@@ -10,6 +10,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 from creak.model.constraints import Fixed
+from creak.model.dofs import node_dofs
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,10 @@ class Prescribed:
     name: str
     """As the deck names the nodes."""
     where: str
+
+    @property
+    def labels(self) -> IntArray:
+        return node_dofs(self.nodes_idx, (self.dof,))
 
 
 @dataclass(frozen=True)

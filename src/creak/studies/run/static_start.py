@@ -54,7 +54,8 @@ def started(setup: Setup, reference: ReferenceModel, progress: Progress) -> Setu
             fix="Hold it, by a weak spring if need be, or leave out [[static]].",
         )
     progress(STAGE, 0, 1)
-    gaps = join([setup.contacts, setup.connectors])
+    given = setup.contacts, setup.connectors
+    gaps = join(given)
     found = equilibrium(
         reference.system,
         reference.stiffness,
@@ -64,11 +65,19 @@ def started(setup: Setup, reference: ReferenceModel, progress: Progress) -> Setu
     )
     progress(STAGE, 1, 1)
     system = reference.system
-    start = StaticStart(found, system.labels, system.recover(found.q, found.support), gaps.names)
+    start = StaticStart(found, system.labels, system.recover(found.q, found.support), gaps.names, given)
     now, m = found.on(gaps), setup.contacts.m
     contacts, connectors = (now.select(np.arange(a, b)) for a, b in ((0, m), (m, gaps.m)))
     notes = [*setup.notes, _note(setup, found)]
     return replace(setup, contacts=contacts, connectors=connectors, static=start, notes=notes)
+
+
+def unstarted(setup: Setup) -> Setup:
+    """The setup before its static loads."""
+    if setup.static is None:
+        return setup
+    contacts, connectors = setup.static.before
+    return replace(setup, contacts=contacts, connectors=connectors, static=None)
 
 
 def _load(setup: Setup, reference: ReferenceModel) -> FloatArray:

@@ -12,8 +12,8 @@ from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Model
 from creak.model.shell_facets import SHELL_FACETS
 from creak.model.skin import Skin
-from creak.sound.forced import HIGHEST, LOWEST
-from creak.sound.rayleigh import AIR
+from creak.sound.forced import LOWEST
+from creak.sound.rayleigh import AIR, HIGHEST
 from creak.sound.zwicker_tables import RATE
 from creak.studies.models.reduced import ReducedModel
 from creak.studies.run.integrate import shortest_step

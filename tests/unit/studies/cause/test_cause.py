@@ -117,7 +117,7 @@ def test_predicted_changes_hold_in_a_full_run(result, places, causes, measured):
     """Mass and fastener change the modes: the reduced model with a low-rank change against one reduced anew."""
     found = result.found
     place, cause = next((p, c) for p, c in zip(places, causes, strict=True) if p.contact == "tip")
-    every = list(candidates(found.setup, found.gaps, place, cause, found.reference.system.stats.mass))
+    every = list(candidates(found, place, cause))
     assert [c.kind for c in every][:4] == ["gap", "stiffness", "damping", "mass"]
     now = effect_of(found, place, result.main.system, found.gaps, result.history, None)
     worst = 0.0
