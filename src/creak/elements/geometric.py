@@ -15,8 +15,11 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.elements import (
     beam2,
+    beam3,
     shell_quad4,
+    shell_quad8,
     shell_tri3,
+    shell_tri6,
     solid_hex8,
     solid_hex20,
     truss2,
@@ -67,7 +70,10 @@ def _on_translations(pairs: FloatArray) -> FloatArray:
 GEOMETRIC: dict[str, Stressed] = {
     "quad4": shell_quad4.geometric_stiffness,
     "tri3": shell_tri3.geometric_stiffness,
+    "quad8": shell_quad8.geometric_stiffness,
+    "tri6": shell_tri6.geometric_stiffness,
     "beam2": beam2.geometric_stiffness,
+    "beam3": beam3.geometric_stiffness,
     "truss2": truss2.geometric_stiffness,
     "hex8": _hex8,
     "hex20s": _solid(solid_hex20.EIGHT),

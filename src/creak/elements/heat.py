@@ -15,8 +15,11 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.elements import (
     beam2,
+    beam3,
     shell_quad4,
+    shell_quad8,
     shell_tri3,
+    shell_tri6,
     solid_hex8,
     solid_hex20,
     truss2,
@@ -44,7 +47,10 @@ def _solid(reference: Reference) -> Heated:
 HEATED: dict[str, Heated] = {
     "quad4": shell_quad4.heat_load,
     "tri3": shell_tri3.heat_load,
+    "quad8": shell_quad8.heat_load,
+    "tri6": shell_tri6.heat_load,
     "beam2": beam2.heat_load,
+    "beam3": beam3.heat_load,
     "truss2": truss2.heat_load,
     "hex8": solid_hex8.heat_load,
     "hex20s": solid_hex20.reduced_shear_heat_load,

@@ -73,6 +73,8 @@ class PointLoad:
     amplitude: str
     name: str
     where: str
+    spread: bool = False
+    """Whether it is a share of a pressure, which may act on held dofs too."""
 
 
 @dataclass(frozen=True)

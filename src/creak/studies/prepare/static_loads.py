@@ -48,15 +48,16 @@ class StaticStart:
         return np.where(self.labels[row] == labels, self.displacement[row], 0.0)
 
 
-def static_forces(model: Model, study: Study) -> list[tuple[str, IntArray, float]]:
-    """Where it stands, physical dof labels and value of each static force."""
+def static_forces(model: Model, study: Study, *, spread: bool = True) -> list[tuple[str, IntArray, float]]:
+    """Where it stands, physical dof labels and value of each static force; those of a pressure where `spread`."""
     found = []
     for k, t in enumerate(study.config.static):
         if t.force is not None:
             nodes = model.node_set(t.node_set or "", where=study.where("static", k, "node_set"))
             found.append((study.where("static", k), labels_of(nodes, DOFS.index(t.dof or "x") + 1), t.force))
     for _, loads in loads_taken(model, study):
-        found += [(p.where, labels_of(p.nodes_idx, p.dof), p.value) for p in loads.forces if p.value]
+        mine = [p for p in loads.forces if p.value and (spread or not p.spread)]
+        found += [(p.where, labels_of(p.nodes_idx, p.dof), p.value) for p in mine]
     return found
 
 
@@ -83,7 +84,7 @@ def check_static(model: Model, study: Study, driven: Driven, loads: Loads) -> No
     """Raise InputError for static loads that do nothing or contradict the supports."""
     held = {label for f in model.fixed for e in fixed_equations(f) for label in e.labels}
     moved = {int(x) for labels in driven.labels.values() for x in labels}
-    for where, labels, _ in static_forces(model, study):
+    for where, labels, _ in static_forces(model, study, spread=False):
         if all(int(x) in held | moved for x in labels):
             raise InputError(
                 "this static force acts where the model is held or its motion prescribed: it loads nothing",

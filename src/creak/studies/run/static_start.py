@@ -88,8 +88,12 @@ def _load(setup: Setup, reference: ReferenceModel) -> FloatArray:
     if gravity.any():
         for labels, M in _carriers(setup, reference):
             f += np.asarray(system.rows(labels)[0].T @ rigid_load(labels, M, gravity)).ravel()
-    for _, labels, value in static_forces(setup.model, setup.study):
-        f += value * np.asarray(system.rows(labels)[0].sum(axis=0)).ravel()
+    acting = static_forces(setup.model, setup.study)
+    if acting:
+        labels, at = np.unique(np.concatenate([labels for _, labels, _ in acting]), return_inverse=True)
+        values = np.repeat([value for _, _, value in acting], [labels.size for _, labels, _ in acting])
+        total = np.bincount(at.reshape(-1), weights=values, minlength=labels.size)
+        f += np.asarray(system.rows(labels)[0].T @ total).ravel()
     heat = heat_of(setup.model, setup.study)
     if heat is not None:
         forces = heat_forces(setup.model, heat)
