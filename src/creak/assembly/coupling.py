@@ -17,7 +17,7 @@ from creak.assembly.elimination import LinearEquation, eliminate, principal, tra
 from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
 from creak.assembly.system import Stats, Supports, System, dense_if_full, to_dense
 from creak.linalg.dense_product import symmetric
-from creak.model.dofs import dof_label, dofs_of, node_dofs, nodes_of
+from creak.model.dofs import dofs_of, node_dofs, nodes_of
 from creak.model.mesh import Model
 
 
@@ -307,4 +307,4 @@ def _extra_corner(T_s: Matrix, C: SideBySide | None, n: int) -> FloatArray:
 
 def labels_of(nodes_idx: IntArray, dof: int) -> IntArray:
     """Labels of one dof at several nodes."""
-    return np.array([dof_label(int(n), dof) for n in nodes_idx], dtype=np.int64)
+    return node_dofs(nodes_idx, (dof,))

@@ -15,7 +15,7 @@ from creak.studies.models import reference as whole
 from creak.studies.prepare.setup import set_up
 from creak.studies.results.summary import summarise
 from creak.studies.run.job import run_study
-from helpers_decks import STUDY, write_strips
+from helpers_decks import STUDY, two_strips, write_strips
 
 TIMINGS = ("wall_s", "cpu_s", "setup_s", "offline_cpu_s", "offline_wall_s", "peak_rss_gb")
 
@@ -124,3 +124,18 @@ def test_both_runs_have_the_same_channels_and_steps(summary):
     # Rayleigh-Ritz: reduced frequencies are upper bounds, to round-off of the eigensolvers.
     for reference, reduced in summary["verification"]["frequencies"]:
         assert reduced >= reference * (1 - 1e-7)
+
+
+def test_damping_that_couples_modes_passes_the_pre_check(tmp_path):
+    """A spring without damping between damped strips: the channels that the pre-check keeps see what all see."""
+    spring = "*ELEMENT, TYPE=SPRING2, ELSET=JOIN\n901, 18, 1018\n*SPRING, ELSET=JOIN\n3, 3\n4.0\n"
+    text = STUDY.replace("step = 5e-4\nperiods = 2", 'end = 0.1\naccuracy = "quick"\n[reference]\nrun = false')
+    text, impulses = text.replace("0.05,", "0.2,"), []
+    for name, more in (("checked", ""), ("every", "\n[precheck]\nenabled = false\n")):
+        (tmp_path / name).mkdir()
+        path = write_strips(tmp_path / name, two_strips() + spring, text + more)
+        run = run_study(set_up(read_study(path)), lambda *_: None).runs["reduced"]
+        assert "exact flow" in run.integrator
+        impulses.append(sum(e.impulse for e in run.events))
+    assert impulses[0] == pytest.approx(impulses[1], rel=1e-6)
+    assert impulses[0] > 0.0
