@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from creak.dynamics.compiled import inner, inner_fast
+from creak.dynamics.compiled import inner, inner_fast, with_arrays
 from creak.dynamics.modal_model import CONSTANT, FORCE, acts, dot, fill, put
 
 SINGLE = 9
@@ -133,6 +133,12 @@ def settle_supports(course, h, after):  # type: ignore[no-untyped-def]
             after.support[order, j] = value(course[order, j], h)
 
 
+@with_arrays
+def times(A, x, out):  # type: ignore[no-untyped-def]
+    """out = A x"""
+    np.dot(A, x, out)
+
+
 @inner
 def look(model, after):  # type: ignore[no-untyped-def]
     """Gaps of a motion, and their rates."""
@@ -144,7 +150,7 @@ def look(model, after):  # type: ignore[no-untyped-def]
 def look_gaps(model, after):  # type: ignore[no-untyped-def]
     """Gaps of a motion."""
     m, z = after.gap.size, after.x.reshape(after.x.size)
-    np.dot(model.rows[:m], z[model.u0 : model.u1], after.gap)
+    times(model.rows[:m], z[model.u0 : model.u1], after.gap)
     for i in range(m):
         after.gap[i] += model.gap0[i]
         for j in range(after.support.shape[1]):
@@ -155,7 +161,7 @@ def look_gaps(model, after):  # type: ignore[no-untyped-def]
 def look_rates(model, after):  # type: ignore[no-untyped-def]
     """Rates of the gaps of a motion."""
     m, z = after.gap.size, after.x.reshape(after.x.size)
-    np.dot(model.rates[:m], z[model.v0 : model.v1], after.rate[:m])
+    times(model.rates[:m], z[model.v0 : model.v1], after.rate[:m])
     for i in range(m):
         for j in range(after.support.shape[1]):
             after.rate[i] += model.rows_s[i, j] * after.support[1, j]

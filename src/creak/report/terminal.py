@@ -62,9 +62,9 @@ def place_table(summary: dict[str, Any]) -> list[list[str]]:
 def place_settled(place: dict[str, Any]) -> float | None:
     """Largest change of force, impulse and N5 of a place over the repeated runs, a share; None: not known."""
     to = place.get("settled_to") or {}
-    figures = ["impulse", "force", *(["n5"] if place["n5"] is not None else [])]
+    figures = [*(["impulse", "force"] if place["events"] else []), *(["n5"] if place["n5"] is not None else [])]
     known = [float(to[name]) for name in figures if to.get(name) is not None]
-    return max(known) if place["events"] and len(known) == len(figures) else None
+    return max(known) if known and len(known) == len(figures) else None
 
 
 def cause_lines(summary: dict[str, Any]) -> list[str]:

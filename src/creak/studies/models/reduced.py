@@ -155,7 +155,7 @@ def _by_parts(
         superelements.append(reduced)
         if made is not None:
             made(reduced)
-        reduced.inside.release(above=KEPT)
+        reduced.inside.release(above=KEPT if made is None else 0)  # who was handed it has checked it
         notes += more
     if failed:
         raise failed[0]
