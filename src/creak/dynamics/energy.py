@@ -9,7 +9,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import contact_energy, damper_work
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.history import ENERGIES
-from creak.dynamics.instant import Instant, Works
+from creak.dynamics.instant import Instant
 from creak.dynamics.state import LinearTerms
 
 Boundary = tuple[tuple[FloatArray, FloatArray], FloatArray, FloatArray, FloatArray]
@@ -50,9 +50,12 @@ class EnergyAudit:
         """Book one step; returns its row of the table, (len(ENERGIES),)."""
         forces, self._forces = self._forces, self._boundary(now)
         du, ds = now.x.u - before.x.u, now.support[0] - before.support[0]
-        works = now.works or self._trapezoidal(before, now, forces, du, ds)
-        self._damping += works.damping
-        self._external += works.external
+        if now.works is None:
+            damping, external = self._trapezoidal(before, now, forces, du, ds)
+        else:
+            damping, external = now.works.damping, now.works.external
+        self._damping += damping
+        self._external += external
         if self._held.any():
             self._external -= float(self._held @ (self._on.T @ du))
         if self._gaps.has_dampers:
@@ -65,7 +68,9 @@ class EnergyAudit:
         scheme = self._external + self._initial - sum(stored) - spent
         return np.array([*stored, self._damping, self._contact_damping, self._friction, self._external, scheme])
 
-    def _trapezoidal(self, before: Instant, now: Instant, forces: Boundary, du: FloatArray, ds: FloatArray) -> Works:
+    def _trapezoidal(
+        self, before: Instant, now: Instant, forces: Boundary, du: FloatArray, ds: FloatArray
+    ) -> tuple[float, float]:
         """Work of dampers and of the outside in a step with the boundary `forces` at its beginning."""
         (damper0, reaction0, momentum0, force0), (damper1, reaction1, momentum1, force1) = forces, self._forces
         h = (now.row - before.row) * self._t.loads.step
@@ -74,14 +79,18 @@ class EnergyAudit:
         external = float((0.5 * (reaction0 + reaction1) + (momentum1 - momentum0) / h) @ ds)
         if self._t.forced:
             external += 0.5 * float((force0 + force1) @ (self._t.B.T @ du[self._t.driven] + self._t.B_s.T @ ds))
-        return Works(damping, external)
+        return damping, external
 
     def _stored(self, now: Instant) -> tuple[float, float, float]:
         s, s_dot = now.support[0], now.support[1]
         sup, t, x = self._t.system.supports, self._t, now.x
-        kinetic = 0.5 * x.v @ x.Mv + x.v[t.driven] @ (t.M_qs @ s_dot) + 0.5 * s_dot @ sup.M_ss @ s_dot
-        strain = 0.5 * x.u @ x.Ku + x.u[t.driven] @ (t.K_qs @ s) + 0.5 * s @ sup.K_ss @ s
-        return float(kinetic), float(strain), self._in_channels(now.gap)
+        if now.works is None:
+            kinetic, strain = 0.5 * float(x.v @ x.Mv), 0.5 * float(x.u @ x.Ku)
+        else:
+            kinetic, strain = now.works.kinetic, now.works.strain
+        kinetic += float(x.v[t.driven] @ (t.M_qs @ s_dot) + 0.5 * s_dot @ sup.M_ss @ s_dot)
+        strain += float(x.u[t.driven] @ (t.K_qs @ s) + 0.5 * s @ sup.K_ss @ s)
+        return kinetic, strain, self._in_channels(now.gap)
 
     def _in_channels(self, gap: FloatArray) -> float:
         """Energy of the springs; a preload adds the potential of the force that balances it."""
