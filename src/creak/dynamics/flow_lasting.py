@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from creak.dynamics.books import EXTERNAL, GIVEN
 from creak.dynamics.closing import dips
 from creak.dynamics.compiled import inner, inner_fast
 from creak.dynamics.flow_block import gap_of, look_near, under_way
-from creak.dynamics.flow_model import GIVEN
 from creak.dynamics.flow_motion import fly, look, settle_supports
-from creak.dynamics.modal_model import EXTERNAL, fill
+from creak.dynamics.modal_model import fill
 
 PATIENCE = 25
 """Long steps that the same channels press before one is taken: touches are over by then, their force is followed."""
