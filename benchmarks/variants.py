@@ -90,10 +90,11 @@ def main() -> None:
             start, cpu = time.perf_counter(), time.process_time()
             seen = dict(march_draws(bench, channels, draws, threads))
             wall, cpu = time.perf_counter() - start, time.process_time() - cpu
-            each, ratio = wall / len(seen), one * len(seen) / wall
+            each, each_cpu = wall / len(seen), cpu / len(seen)
             say(
-                f"{threads} thread(s): {len(seen)} draws in {wall:.1f} s, {each:.2f} s each ({cpu / len(seen):.2f} s "
-                f"CPU), {ratio:.2f} times as fast as single runs ({one_cpu * len(seen) / cpu:.2f} by CPU); {MANY:,} would take {MANY * each / 3600.0:.2f} h\n"
+                f"{threads} thread(s): {len(seen)} draws in {wall:.1f} s, {each:.2f} s each ({each_cpu:.2f} s CPU), "
+                f"{one / each:.2f} times as fast as single runs ({one_cpu / each_cpu:.2f} by CPU); "
+                f"{MANY:,} would take {MANY * each / 3600.0:.2f} h\n"
             )
         say(f"largest memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.2f} GB\n")
 

@@ -173,9 +173,7 @@ def look_closed(model, after):  # type: ignore[no-untyped-def]
     v = after.x.reshape(after.x.size)[model.v0 : model.v1]
     for i in range(after.gap.size):
         if after.gap[i] < 0.0:
-            after.rate[i] = dot(model.rates[i], v)
-            for j in range(after.support.shape[1]):
-                after.rate[i] += model.rows_s[i, j] * after.support[1, j]
+            after.rate[i] = rate_of(model, i, v, after)
 
 
 @inner
@@ -183,11 +181,26 @@ def look_along(model, laws, watched, after):  # type: ignore[no-untyped-def]
     """Rates along the rubbing channels of contacts that are watched (m,)."""
     m, v = after.gap.size, after.x.reshape(after.x.size)[model.v0 : model.v1]
     for i in range(m, after.rate.size):
-        if not watched[laws.rubs[(i - m) // 2]]:
-            continue
-        after.rate[i] = dot(model.rates[i], v)
-        for j in range(after.support.shape[1]):
-            after.rate[i] += model.rows_s[i, j] * after.support[1, j]
+        if watched[laws.rubs[(i - m) // 2]]:
+            after.rate[i] = rate_of(model, i, v, after)
+
+
+@inner
+def gap_of(model, i, u, after):  # type: ignore[no-untyped-def]
+    """Gap of a channel."""
+    gap = model.gap0[i] + dot(model.rows[i], u)
+    for j in range(after.support.shape[1]):
+        gap += model.rows_s[i, j] * after.support[0, j]
+    return gap
+
+
+@inner
+def rate_of(model, i, v, after):  # type: ignore[no-untyped-def]
+    """Its rate."""
+    rate = dot(model.rates[i], v)
+    for j in range(after.support.shape[1]):
+        rate += model.rows_s[i, j] * after.support[1, j]
+    return rate
 
 
 @inner

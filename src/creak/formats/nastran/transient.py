@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from creak.errors import InputError
 from creak.formats.nastran.bulk_data import Card
-from creak.formats.nastran.deck import Deck, referred, unique_cards
+from creak.formats.nastran.deck import BY_FREQUENCY, Deck, referred, unique_cards
 from creak.formats.nastran.gaps import read_gaps
 from creak.formats.nastran.load_sets import READ, LoadSet, load_set
 from creak.formats.nastran.static_loads import CARDS as OF_STATIC
 from creak.formats.nastran.static_loads import by_value, subcase_loads
 from creak.formats.nastran.time_functions import TABLES, amplitude_of
-from creak.model.constraints import Fixed
+from creak.model.constraints import Fixed, without
 from creak.model.mesh import Unread
 from creak.model.steps import Amplitude, DeckRun, DynamicStep, PointLoad, Prescribed
 
@@ -74,11 +74,14 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
     case = deck.case
     if case.solution not in SOLUTIONS:
         what = f"SOL {case.solution}" if case.solution else "no SOL line"
+        fix = "Write a study that names the deck in [model]."
+        if case.solution in BY_FREQUENCY:
+            fix = "creak computes in time: `creak modes` finds the modes of a frequency response; " + fix
         raise InputError(
             f"the deck has {what}; creak runs SOL 109, SOL 112 and SOL 129 by themselves",
             where=case.where,
             expected="SOL 109, 112 or 129, or a study file (.toml)",
-            fix="Write a study that names the deck in [model].",
+            fix=fix,
         )
     if SOLUTIONS[case.solution] == "nonlinear":
         why = "the run is linear but for its gaps: small motion, elastic materials"
@@ -102,7 +105,7 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
         True,
         WITH_STOPS if stops else 0.0,
         "",
-        fixed=tuple(_without(fixed, held)),
+        fixed=without(fixed, np.concatenate([np.zeros(0, dtype=np.int64), *(m.labels for m in held)])),
         moved=tuple(moved),
         loads=tuple(loads),
         output_sets=case.output,
@@ -204,15 +207,3 @@ def _check_motion_once(moved: Sequence[Prescribed], found: LoadSet) -> None:
             expected="one motion for each dof",
             fix="Add the motions up in one table.",
         )
-
-
-def _without(fixed: Sequence[Fixed], moved: Sequence[Prescribed]) -> Iterator[Fixed]:
-    """What is held at zero: not what moves."""
-    driven = {(int(n), m.dof) for m in moved for n in m.nodes_idx}
-    for f in fixed:
-        by_dofs: dict[tuple[int, ...], list[int]] = {}
-        for node in f.nodes_idx.tolist():
-            by_dofs.setdefault(tuple(d for d in f.dofs if (node, d) not in driven), []).append(node)
-        for dofs, nodes in by_dofs.items():
-            if dofs:
-                yield replace(f, nodes_idx=np.array(nodes, dtype=np.int64), dofs=dofs)

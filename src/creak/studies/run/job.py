@@ -135,8 +135,7 @@ def run_study(
     if c.time.exact:
         compile_flow()
     progress(COMPILE, 1, 1)
-    setup, built = begin(setup, progress, store)
-    reference, gaps, notes = prepare(setup, progress, built)
+    setup, reference, gaps, notes = ready(setup, progress, store)
     runs: dict[str, Run] = {}
     kept = gaps.m
     reduced, health, stopped = None, {}, None
@@ -272,6 +271,19 @@ def step_warnings(setup: Setup, run: Run) -> list[str]:
         f"({short.t_end - short.t_start:.3g} s at {short.channel}, t = {short.t_start:.4g} s): its force is not "
         f"resolved; set [time] {key}, or compare with `creak run --converge`"
     ]
+
+
+def ready(
+    setup: Setup, progress: Progress, store: Path | None = None
+) -> tuple[Setup, ReferenceModel, GapOperator, list[str]]:
+    """The setup at its start, and what `prepare` gives; nothing holds the factor of the whole any longer.
+
+    Parameters
+    ----------
+    store : folder of saved superelements, beside which what was solved is kept.
+    """
+    setup, built = begin(setup, progress, store)
+    return (setup, *prepare(setup, progress, built))
 
 
 def prepare(

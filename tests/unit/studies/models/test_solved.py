@@ -126,10 +126,8 @@ def test_the_linear_run_is_that_of_another_gap_and_of_nothing_else(tmp_path, sto
     np.testing.assert_allclose(wider, gaps({"contact.tip.clearance": 0.4}, None), rtol=1e-12)
     others = [
         {"excitation.root.signal.seed": 4},
-        {"excitation.root.signal.amplitude": 0.06},
         {"damping.modal": 0.03},
         {"time.alpha": -0.1},
-        {"time.step": 1e-3},
         {"contact.tip.method": "node-to-surface"},
     ]
     for change in others:
