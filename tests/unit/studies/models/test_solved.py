@@ -29,7 +29,7 @@ class Maker:
 
     def __call__(self):
         self.times += 1
-        return {"a": np.arange(3.0), "told": np.array([np.nan, np.inf])}
+        return {"a": np.asfortranarray(np.arange(6.0).reshape(2, 3)), "told": np.array([np.nan, np.inf])}
 
 
 @pytest.fixture
@@ -46,6 +46,7 @@ def test_taken_where_all_is_the_same_and_made_where_anything_is_other(store, mon
     assert make.times == 1
     for name, array in first.items():
         np.testing.assert_array_equal(again[name], array)
+        assert again[name].strides == array.strides  # products sum in the same order: a second run is the first
     solved.solved(store, "coupled", ["K", "M"], make)
     solved.solved(store, "assembly", ["K2", "M"], make)
     solved.solved(store, "assembly", ["K", "M2"], make)
