@@ -10,6 +10,7 @@ import pytest
 
 from creak.cli.main import main
 from creak.errors import NumericalError
+from creak.formats import superelement_file
 from creak.formats.matrices.superelements import FORMATS, read_superelement
 from creak.linalg.memory import OutOfMemory
 from creak.studies.models import superelements
@@ -52,9 +53,12 @@ def test_run_uses_what_reduce_saved(study, tmp_path, monkeypatch, capsys):
     assert "ground check" in text  # the health report
     store = tmp_path / "superelements"
     assert sorted(p.name for p in store.glob("*.h5")) == ["LOWER.h5", "UPPER.h5"]
+    opened, real = [], superelement_file.opened_hdf5
+    monkeypatch.setattr(superelement_file, "opened_hdf5", lambda path: opened.append(path.name) or real(path))
     status, text = creak(monkeypatch, capsys, "run", study, "--out", tmp_path / "after")
     assert status == 0
     assert text.count("taken from") == 2
+    assert sorted(opened) == ["LOWER.h5", "UPPER.h5"]  # its checksum is that of a whole file: once is enough
     before, after = summary(tmp_path / "before"), summary(tmp_path / "after")
     for key in ("dof", "retained", "modes", "max_force", "impulse_total"):
         # The same matrices, read back to the bit.

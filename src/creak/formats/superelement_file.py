@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -68,17 +68,6 @@ def write_superelement_file(path: Path, saved: SavedSuperelement) -> None:
             file.create_dataset(key, data=getattr(saved, key))
 
 
-def read_made_from(path: Path) -> dict[str, str]:
-    """Only the fingerprints, to see whether the file still fits.
-
-    Raises
-    ------
-    InputError : not a superelement file, or cut short.
-    """
-    with _opened(path) as file:
-        return _text(file, "made_from")
-
-
 def read_superelement_file(path: Path) -> SavedSuperelement:
     """Read a saved superelement.
 
@@ -87,23 +76,41 @@ def read_superelement_file(path: Path) -> SavedSuperelement:
     InputError : not a superelement file, cut short, damaged, or of parts that do not fit together.
     """
     with _opened(path) as file:
-        names = [k for k in ("K", "M", "M_alone", "C") if k in file]
-        saved = SavedSuperelement(
-            str(file.attrs["name"]),
-            _text(file, "made_from"),
-            {k: _get(file, k) for k in names},
-            _get(file, "P"),
-            _array(file, "omega2", 1, "f"),
-            _array(file, "modes", 2, "f"),
-            float(file.attrs["first_left_out"]),
-            _array(file, "node_ids", 1, "iu"),
-            _array(file, "dofs", 1, "iu"),
-            _text(file, "about"),
-            _array(file, "static_at", 1, "iu"),
-            _array(file, "static_rows", 2, "f"),
-        )
-        _check(saved)
-        return saved
+        return _whole(file)
+
+
+def read_where_it_fits(
+    path: Path, fits: Callable[[Mapping[str, str]], bool]
+) -> tuple[Mapping[str, str], SavedSuperelement | None]:
+    """The fingerprints, and where these fit the superelement; the file is checked once.
+
+    Raises
+    ------
+    InputError : as `read_superelement_file`.
+    """
+    with _opened(path) as file:
+        made_from = _text(file, "made_from")
+        return made_from, _whole(file) if fits(made_from) else None
+
+
+def _whole(file: h5py.File) -> SavedSuperelement:
+    names = [k for k in ("K", "M", "M_alone", "C") if k in file]
+    saved = SavedSuperelement(
+        str(file.attrs["name"]),
+        _text(file, "made_from"),
+        {k: _get(file, k) for k in names},
+        _get(file, "P"),
+        _array(file, "omega2", 1, "f"),
+        _array(file, "modes", 2, "f"),
+        float(file.attrs["first_left_out"]),
+        _array(file, "node_ids", 1, "iu"),
+        _array(file, "dofs", 1, "iu"),
+        _text(file, "about"),
+        _array(file, "static_at", 1, "iu"),
+        _array(file, "static_rows", 2, "f"),
+    )
+    _check(saved)
+    return saved
 
 
 def _check(saved: SavedSuperelement) -> None:

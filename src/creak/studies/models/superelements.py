@@ -18,8 +18,8 @@ from creak.errors import InputError, NumericalError
 from creak.formats.safe_names import file_stem
 from creak.formats.superelement_file import (
     SavedSuperelement,
-    read_made_from,
     read_superelement_file,
+    read_where_it_fits,
     write_superelement_file,
 )
 from creak.linalg.memory import OutOfMemory
@@ -91,9 +91,10 @@ def reduce_substructure(
     f_max, count = (None, 0) if table.method == "guyan" else (most, None)
     made_from = fingerprints(sub, f"{table.method} {most if count is None else 0:g}")
     saved, notes = _from_store(folder, sub.part.name, made_from)
-    wider = None if saved is not None or folder is None else _wider(folder, sub, setup.model, made_from)
-    if wider is not None:
-        sub, saved = wider
+    if saved is not None and saved.made_from != made_from:
+        wider = _wider(saved, sub, setup.model)
+        sub, saved = (sub, None) if wider is None else (wider, saved)
+    if saved is not None and saved.made_from != made_from:
         made_from, notes = dict(saved.made_from), [_wider_note(sub)]
     inside = Inside(sub.part, sub.boundary)
     if saved is not None:
@@ -160,6 +161,7 @@ def shared_path(folder: Path, name: str, made_from: Mapping[str, str]) -> Path:
 def _from_store(
     folder: Path | None, name: str, made_from: Mapping[str, str]
 ) -> tuple[SavedSuperelement | None, list[str]]:
+    """What fits, or but for its retained dofs does, and notes for people."""
     if folder is None:
         return None, []
     shared = shared_path(folder, name, made_from)
@@ -170,39 +172,32 @@ def _from_store(
     path = _path(folder, name)
     if not path.exists():
         return None, []
-    before = read_made_from(path)
-    changed = [WORDS[key] for key in made_from if before.get(key) != made_from[key]]
-    if changed:
-        why = ", ".join(changed)
-        return None, [f"superelement {name}: the saved one in {path.name} is stale ({why}); reduced again"]
-    saved = read_superelement_file(path)
-    if saved.made_from != made_from:  # replaced by another process since
-        return None, [f"superelement {name}: the saved one in {path.name} is stale; reduced again"]
-    return saved, [f"superelement {name}: taken from {path.name}"]
+    before, found = read_where_it_fits(path, lambda found: _other(found, made_from) <= {"retained"})
+    changed = [WORDS[key] for key in made_from if key in _other(before, made_from)]
+    if not changed:
+        return found, [f"superelement {name}: taken from {path.name}"]
+    return found, [f"superelement {name}: the saved one in {path.name} is stale ({', '.join(changed)}); reduced again"]
 
 
-def _wider(
-    folder: Path, sub: Substructure, model: Model, made_from: Mapping[str, str]
-) -> tuple[Substructure, SavedSuperelement] | None:
-    """A saved superelement of the part that retains all that is asked for and more, and the substructure it is of.
+def _other(before: Mapping[str, str], made_from: Mapping[str, str]) -> set[str]:
+    """What has changed."""
+    return {key for key in made_from if before.get(key) != made_from[key]}
+
+
+def _wider(saved: SavedSuperelement, sub: Substructure, model: Model) -> Substructure | None:
+    """The substructure that a saved superelement is of, where it retains all that is asked for and more.
 
     It serves as well: contact that a change brings closer than the pre-check allows needs no new reduction then.
     """
-    path = _path(folder, sub.part.name)
-    if sub.shape is not None or not path.exists():
+    if sub.shape is not None:
         return None
-    before = read_made_from(path)
-    if any(before.get(key) != made_from[key] for key in made_from if key != "retained"):
-        return None
-    saved = read_superelement_file(path)
     ids, dofs = row_names(sub.part, model)
     row_of = {pair: row for row, pair in enumerate(zip(ids.tolist(), dofs.tolist(), strict=True))}
     named = [pair for pair in zip(saved.node_ids.tolist(), saved.dofs.tolist(), strict=True) if pair[0]]
     boundary = np.unique([row_of.get(pair, -1) for pair in named]).astype(np.int64)
-    wider = replace(sub, boundary=boundary)
     if not np.isin(sub.boundary, boundary).all() or digest_of(boundary) != saved.made_from["retained"]:
         return None
-    return wider, saved
+    return replace(sub, boundary=boundary)
 
 
 def _wider_note(sub: Substructure) -> str:
