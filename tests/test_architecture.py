@@ -355,3 +355,11 @@ def test_a_label_is_found_however_it_is_made(tmp_path):
     path = tmp_path / "made.py"
     path.write_text("\n".join([*made, "6 * n", "6.0 * x + 1", "[i] * 6 + [d]"]), encoding="utf-8")
     assert made_of_six(path) == made - {"6 * node + dof - 1"} | {"6 * node + dof"}
+
+
+def test_the_balance_of_energies_is_closed_in_one_place():
+    """Compiled marches and general ones keep the same book."""
+    found = {p.name for p in (ROOT / "dynamics").glob("*.py") if "[SCHEME] = " in p.read_text(encoding="utf-8")}
+    assert found == {"books.py"}
+    users = {p.name for p in (ROOT / "dynamics").glob("*.py") if "balance(e)" in p.read_text(encoding="utf-8")}
+    assert users == {"books.py", "energy.py", "modal_books.py", "flow_books.py"}

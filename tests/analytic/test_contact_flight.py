@@ -75,19 +75,18 @@ STEP = 1.0 / 30.0
 
 
 @cache
-def on_wall(n: int, parts: int, graded: int) -> History:
+def on_wall(n: int, parts: int) -> History:
     M, K = bar(n, LENGTH, E_A, RHO_A)
     gaps = channels(np.eye(1, n + 1), HEIGHT, 10.0 * E_A * n / LENGTH)
     system = system_of(M, K, velocity=np.full(n + 1, -SPEED))
     loads = at_rest(time_axis(1.4, STEP / parts))
-    return simulate_high_order(system, gaps, loads, HHT(), observed=np.arange(n + 1), substeps=parts, graded=graded)
+    return simulate_high_order(system, gaps, loads, HHT(), observed=np.arange(n + 1), substeps=parts)
 
 
-@pytest.mark.parametrize("graded", [1, 4])
-def test_bar_on_a_rigid_wall(graded, measured):
+def test_bar_on_a_rigid_wall(measured):
     """Contact .5 to 1.16667, impulse 200, leaves at +10."""
     n, parts = 200, 40
-    history = on_wall(n, parts, graded)
+    history = on_wall(n, parts)
     weights = history.weights @ history.force
     pressed = history.time[history.force[:, 0] > 0.0]
     # The smeared front and the penalty's compliance of dx / 10, as with HHT throughout (test_contact_bar).
@@ -107,7 +106,7 @@ def test_bar_on_a_rigid_wall(graded, measured):
 
 def test_flights_bring_the_bar_to_the_wall_in_seconds_of_steps():
     """15 flights before, 7 after, 21 divided steps between."""
-    history = on_wall(200, 40, 1)
+    history = on_wall(200, 40)
     long = np.diff(history.time) > 0.5 * STEP
     assert long.sum() >= 20
     assert history.time.size <= 22 + 21 * 40

@@ -6,10 +6,23 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator
-from creak.contact.step_problem import contact_energy, damper_work
+from creak.contact.step_problem import damper_work
+from creak.dynamics.books import (
+    CONTACT,
+    CONTACT_DAMPING,
+    DAMPING,
+    EXTERNAL,
+    FRICTION,
+    KINETIC,
+    SCHEME,
+    STRAIN,
+    balance,
+    in_channels,
+    new_book,
+    open_book,
+)
 from creak.dynamics.channels import ChannelMatrices
-from creak.dynamics.history import ENERGIES
-from creak.dynamics.instant import Instant, Works
+from creak.dynamics.instant import Instant
 from creak.dynamics.state import LinearTerms
 
 Boundary = tuple[tuple[FloatArray, FloatArray], FloatArray, FloatArray, FloatArray]
@@ -30,42 +43,43 @@ class EnergyAudit:
     def __init__(self, terms: LinearTerms, gaps: GapOperator, on: ChannelMatrices) -> None:
         self._t, self._gaps, self._on, self._laws = terms, gaps, on, gaps.laws
         self._rows_s = np.vstack([on.G_s, on.T_s])
-        self._preload = np.zeros(on.G_s.shape[1])
-        if gaps.preload is not None:
-            self._preload = on.G_s.T @ gaps.preload
+        self._balanced = np.zeros(gaps.m) if gaps.preload is None else gaps.preload
+        self._preload = on.G_s.T @ self._balanced
         self._held = gaps.resting[gaps.m :]
-        self._damping = self._contact_damping = self._friction = self._external = 0.0
-        self._initial = 0.0
+        self._book = new_book()
 
     def start(self, now: Instant) -> FloatArray:
         """Take the energy of the first instant as given; returns its row of the table."""
-        stored = self._stored(now)
-        self._initial = sum(stored)
+        e = self._book
+        e[KINETIC], e[STRAIN], e[CONTACT] = self._stored(now)
+        open_book(e)
         self._forces = self._boundary(now)
-        row = np.zeros(len(ENERGIES))
-        row[:3] = stored
-        return row
+        return e[: SCHEME + 1].copy()
 
     def step(self, before: Instant, now: Instant) -> FloatArray:
         """Book one step; returns its row of the table, (len(ENERGIES),)."""
-        forces, self._forces = self._forces, self._boundary(now)
+        e, forces, self._forces = self._book, self._forces, self._boundary(now)
         du, ds = now.x.u - before.x.u, now.support[0] - before.support[0]
-        works = now.works or self._trapezoidal(before, now, forces, du, ds)
-        self._damping += works.damping
-        self._external += works.external
+        if now.works is None:
+            damping, external = self._trapezoidal(before, now, forces, du, ds)
+        else:
+            damping, external = now.works.damping, now.works.external
+        e[DAMPING] += damping
+        e[EXTERNAL] += external
         if self._held.any():
-            self._external -= float(self._held @ (self._on.T @ du))
+            e[EXTERNAL] -= float(self._held @ (self._on.T @ du))
         if self._gaps.has_dampers:
-            self._contact_damping += float(damper_work(self._laws, before.gap, now.gap, now.force))
+            e[CONTACT_DAMPING] += float(damper_work(self._laws, before.gap, now.gap, now.force))
         if now.tau.any() or before.tau.any():
             slid = np.asarray(self._on.T @ du + self._on.T_s @ ds)
-            self._friction -= 0.5 * float((before.tau + now.tau) @ slid)
-        stored = self._stored(now)
-        spent = self._damping + self._contact_damping + self._friction
-        scheme = self._external + self._initial - sum(stored) - spent
-        return np.array([*stored, self._damping, self._contact_damping, self._friction, self._external, scheme])
+            e[FRICTION] -= 0.5 * float((before.tau + now.tau) @ slid)
+        e[KINETIC], e[STRAIN], e[CONTACT] = self._stored(now)
+        balance(e)
+        return e[: SCHEME + 1].copy()
 
-    def _trapezoidal(self, before: Instant, now: Instant, forces: Boundary, du: FloatArray, ds: FloatArray) -> Works:
+    def _trapezoidal(
+        self, before: Instant, now: Instant, forces: Boundary, du: FloatArray, ds: FloatArray
+    ) -> tuple[float, float]:
         """Work of dampers and of the outside in a step with the boundary `forces` at its beginning."""
         (damper0, reaction0, momentum0, force0), (damper1, reaction1, momentum1, force1) = forces, self._forces
         h = (now.row - before.row) * self._t.loads.step
@@ -74,20 +88,18 @@ class EnergyAudit:
         external = float((0.5 * (reaction0 + reaction1) + (momentum1 - momentum0) / h) @ ds)
         if self._t.forced:
             external += 0.5 * float((force0 + force1) @ (self._t.B.T @ du[self._t.driven] + self._t.B_s.T @ ds))
-        return Works(damping, external)
+        return damping, external
 
     def _stored(self, now: Instant) -> tuple[float, float, float]:
         s, s_dot = now.support[0], now.support[1]
         sup, t, x = self._t.system.supports, self._t, now.x
-        kinetic = 0.5 * x.v @ x.Mv + x.v[t.driven] @ (t.M_qs @ s_dot) + 0.5 * s_dot @ sup.M_ss @ s_dot
-        strain = 0.5 * x.u @ x.Ku + x.u[t.driven] @ (t.K_qs @ s) + 0.5 * s @ sup.K_ss @ s
-        return float(kinetic), float(strain), self._in_channels(now.gap)
-
-    def _in_channels(self, gap: FloatArray) -> float:
-        """Energy of the springs; a preload adds the potential of the force that balances it."""
-        springs = float(contact_energy(self._laws, gap))
-        balance = self._gaps.preload
-        return springs if balance is None else springs + float(balance @ (gap - self._gaps.gap0))
+        if now.works is None:
+            kinetic, strain = 0.5 * float(x.v @ x.Mv), 0.5 * float(x.u @ x.Ku)
+        else:
+            kinetic, strain = now.works.kinetic, now.works.strain
+        kinetic += float(x.v[t.driven] @ (t.M_qs @ s_dot) + 0.5 * s_dot @ sup.M_ss @ s_dot)
+        strain += float(x.u[t.driven] @ (t.K_qs @ s) + 0.5 * s @ sup.K_ss @ s)
+        return kinetic, strain, float(in_channels(self._laws, self._balanced, self._gaps.gap0, now.gap))
 
     def _boundary(self, now: Instant) -> Boundary:
         """Damper forces (of supports on q, all on s), reaction of the supports, its momentum, applied forces."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
@@ -12,56 +11,56 @@ from creak.arrays import IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
-from creak.dynamics.flight_step import FlightStep
+from creak.dynamics.collocation import radau_iia
+from creak.dynamics.flight_course import Course
+from creak.dynamics.flight_step import FlightStep, choose
 from creak.dynamics.history import History
 from creak.dynamics.instant import Instant
 from creak.dynamics.loads import Loads
 from creak.dynamics.scheme import Scheme
-from creak.dynamics.simulate import CondensedStepper, Progress, march
+from creak.dynamics.simulate import REFRESH, CondensedStepper, Progress, march
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.watch import Watched
-from creak.errors import InputError
+
+PIECES = 20
+"""Of a flight: where a gap may close in one, the flight ends at its beginning."""
+
+LEAD = 3
+"""Short steps that come before contact at the least: they tell its closing speed."""
 
 
 class FlightStepper:
-    """A step is taken whole by collocation of order 5, and divided where contact could occur in it.
+    """Flights by collocation, each as far as no gap can close, and short steps of `scheme` from there on.
 
-    That is where a channel presses at its beginning, or where the course of a gap, the quintic through its values,
-    rates and accelerations at both ends, comes to zero within its error (`closes_in_flight`). A divided step is first
-    tried in `graded` flights, if that is more than one; those of them in which contact could occur are taken sample by
-    sample by `scheme` with the equations of the channels.
+    The course of a gap in a flight is the polynomial of its stages (`Course`), less its error: where that comes to zero
+    in a piece of the flight, the flight ends before that piece. From there `scheme` goes sample by sample with the
+    equations of the channels, piece by piece until none of them presses, and a flight begins again. Output steps that
+    a flight passes are read from its course.
 
     A flight needs displacement and velocity alone, and its last stage fulfils the equation of motion, so a change of
     scheme carries no acceleration that does not belong to the forces: nothing has to wait for contact to fade.
     """
 
     def __init__(
-        self, system: System, gaps: GapOperator, loads: Loads, scheme: Scheme, substeps: int, graded: int = 1
+        self, system: System, gaps: GapOperator, loads: Loads, scheme: Scheme, substeps: int, flight: int | None = None
     ) -> None:
-        if graded < 1 or substeps % graded:
-            raise InputError(
-                f"a step of {substeps} samples in {graded} flights",
-                expected="a number that divides the samples",
-                where="graded",
-                fix="Take 1, or a divisor of substeps.",
-            )
         started = clock.perf_counter()
         self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
-        self._strides = (substeps, substeps // graded) if graded > 1 else (substeps,)
-        self._flights = [self._flight(0)]
+        rule, stride = choose(loads, substeps) if flight is None else (radau_iia(5), flight)
+        self._flight = FlightStep(self.terms, gaps, self.on, rule, stride)
+        self._ahead = np.unique(np.linspace(0, stride, PIECES + 1).round().astype(np.int64))
+        self._course: Course | None = None
+        self._free = self._closed = 0
+        self._flown_by = REFRESH - 1
         self._divided: CondensedStepper | None = None
         self.setup_s = clock.perf_counter() - started
 
-    def _flight(self, level: int) -> FlightStep:
-        return FlightStep(self.terms, self.gaps, self.on, self._strides[level])
-
     @property
     def residual(self) -> float:
-        """The largest seen by any of the schemes."""
-        parts = 0.0 if self._divided is None else self._divided.residual
-        return max(parts, *(flight.residual for flight in self._flights))
+        """The largest seen by either scheme."""
+        return max(0.0 if self._divided is None else self._divided.residual, self._flight.residual)
 
     def start(self) -> Instant:
         """The first instant, as `CondensedStepper` has it."""
@@ -69,32 +68,42 @@ class FlightStepper:
 
     def advance(self, now: Instant) -> Iterator[Instant]:
         """The instants up to the next output step."""
-        yield from self._cover(now, 0)
+        goal = (now.row // self.substeps + 1) * self.substeps
+        while now.row < goal:
+            if self._course is not None:
+                now = self._flown(self._course, goal)
+                yield now
+            elif now.row < self._closed or now.p.any():
+                for after in self._parts().advance(now):
+                    yield after
+                    now = after
+                if now.row >= self._closed and now.p.any():
+                    self._closed = now.row + int(self._ahead[1])
+            else:
+                self._begin(now)
 
-    def _cover(self, now: Instant, level: int) -> Iterator[Instant]:
-        """One step of this level: in flight, or by those of the level below."""
-        if not now.p.any():
-            if level == len(self._flights):
-                self._flights.append(self._flight(level))
-            after, closes = self._flights[level].step(now)
-            if not closes:
-                yield after
-                return
-        end = now.row + self._strides[level]
-        while now.row < end:
-            finer = level + 1 < len(self._strides)
-            for after in self._cover(now, level + 1) if finer else self._pressed(now, end):
-                yield after
-                now = after
+    def _begin(self, now: Instant) -> None:
+        """A flight from `now`, as far as no gap can close; `_closed`: how far contact is looked for behind it."""
+        course = self._flight.course(now)
+        ahead = now.row + self._ahead
+        ahead = ahead[: np.searchsorted(ahead, self.loads.n_step) + 1]
+        ahead[-1] = min(ahead[-1], self.loads.n_step)
+        pieces, last = course.opens_until(ahead - now.row), ahead.size - 1
+        self._free = int(ahead[pieces]) - (LEAD if pieces < last else 0)
+        self._closed = int(ahead[min(pieces + 1, last)])
+        self._course = course if self._free > now.row else None
 
-    def _pressed(self, now: Instant, end: int) -> Iterator[Instant]:
-        """Sample by sample with contact."""
-        K, M = self.terms.system.K, self.terms.system.M
-        now = replace(now, x=replace(now.x, Ka=np.asarray(K @ now.x.a), Ma=np.asarray(M @ now.x.a)))
-        while now.row < end:
-            for after in self._parts().advance(now):
-                yield after
-                now = after
+    def _flown(self, course: Course, goal: int) -> Instant:
+        """The next instant of a flight: its end, or an output step before."""
+        row = min(self._free, goal)
+        if row < self._free:
+            return course.at(row, False)
+        self._course, self._flown_by = None, self._flown_by + 1
+        after = course.at(row, True)
+        if self._flown_by >= REFRESH and row == course.begun.row + course.stride:
+            self._flight.refresh(after)
+            self._flown_by = 0
+        return after
 
     def _parts(self) -> CondensedStepper:
         if self._divided is None:
@@ -112,23 +121,29 @@ def simulate_high_order(
     output_every: int = 1,
     whole_at: IntArray | None = None,
     substeps: int = 1,
-    graded: int = 1,
+    flight: int | None = None,
     progress: Progress | None = None,
     watched: Watched | None = None,
 ) -> History:
-    """March the System through the loads: flights of `substeps` samples, contact at every sample (`FlightStepper`).
+    """March the System through the loads: flights, and contact at every sample (`FlightStepper`).
 
     Loads enter at the stages of a flight, interpolated between the samples (`StageLoads`).
 
     Parameters
     ----------
     scheme : of the steps with contact.
-    others : as for `simulate`.
-    graded : flights, dividing `substeps`, that a step near contact is first tried in.
+    others : as for `simulate`; an output step is `substeps` samples.
+    flight : samples of a flight of order 9; None: `flight_step.choose`.
 
     Raises
     ------
-    NumericalError, Stopped : as `simulate`. InputError : `graded` does not divide `substeps`.
+    NumericalError, Stopped : as `simulate`.
     """
-    stepper = FlightStepper(system, gaps, loads, scheme, substeps, graded)
-    return march(stepper, observed, output_every, progress, whole_at, watched)
+    return march(
+        FlightStepper(system, gaps, loads, scheme, substeps, flight),
+        observed,
+        output_every,
+        progress,
+        whole_at,
+        watched,
+    )

@@ -1,140 +1,109 @@
-"""One step without contact, of high order: two back-substitutions, one of them complex (`collocation`)."""
+"""One step without contact, of high order: a real back-substitution and one or two complex ones (`collocation`)."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from creak.arrays import ComplexArray, FloatArray
-from creak.assembly.system import System
+from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
-from creak.dynamics.closing import closes_in_flight
 from creak.dynamics.collocation import Collocation, radau_iia
-from creak.dynamics.instant import Instant, Works
-from creak.dynamics.simulate import REFRESH
+from creak.dynamics.flight_course import Course
+from creak.dynamics.instant import Instant
+from creak.dynamics.loads import Loads
 from creak.dynamics.stage_loads import StageLoads
-from creak.dynamics.state import LinearTerms, State
+from creak.dynamics.state import LinearTerms
 from creak.dynamics.step_matrix import PencilFactor
-from creak.dynamics.vector_kernels import right_sides, stage_powers, stages, times_four
+from creak.dynamics.vector_kernels import weighted
 
-UNKNOWN: FloatArray = np.zeros(0)
-"""Products with the acceleration, which flight does without."""
+LONG = 2.5
+"""Flight over output step under smooth loads: four in a period of the excitation where there are ten output steps."""
+SMOOTH = 1e-3
+"""Share of the loads that the polynomials through the stages of long flights may miss."""
+
+
+def choose(loads: Loads, substeps: int) -> tuple[Collocation, int]:
+    """Five stages and flights of `LONG` output steps, or three and one step where loads are not smooth enough for that.
+
+    Both resolve 300 Hz alike with output steps of 1 ms; long flights take two thirds of the back-substitutions.
+    """
+    rule, stride = radau_iia(5), round(LONG * substeps)
+    return (rule, stride) if missed(loads, rule.c, stride) <= SMOOTH else (radau_iia(3), substeps)
+
+
+def missed(loads: Loads, c: FloatArray, stride: int) -> float:
+    """What polynomials through the samples next to the stages leave of forces and accelerations, RMS over theirs."""
+    nodes = np.unique(np.rint(c * stride).astype(np.int64))
+    at = np.arange(stride + 1)
+    through = np.power.outer(at / stride, np.arange(nodes.size)) @ np.linalg.inv(
+        np.vander(nodes / stride, nodes.size, increasing=True)
+    )
+    most = 0.0
+    for course in (*loads.support[2].T, *loads.force.T):
+        count = (course.size - 1) // stride
+        whole = course[: count * stride].reshape(count, stride)
+        parts = np.hstack([whole, course[stride : count * stride + 1 : stride, None]])
+        size = float(np.linalg.norm(parts))
+        most = max(most, float(np.linalg.norm(parts - parts[:, nodes] @ through.T)) / size if size else 0.0)
+    return most
 
 
 class FlightStep:
     """Steps of `stride` samples of the loads."""
 
-    def __init__(self, terms: LinearTerms, gaps: GapOperator, on: ChannelMatrices, stride: int) -> None:
-        self.terms, self.gaps, self.on, self.stride = terms, gaps, on, stride
-        self.rule: Collocation = radau_iia()
-        rule, (real, pair) = self.rule, self.rule.poles
+    def __init__(
+        self, terms: LinearTerms, gaps: GapOperator, on: ChannelMatrices, rule: Collocation, stride: int
+    ) -> None:
+        self.terms, self.gaps, self.on, self.rule, self.stride = terms, gaps, on, rule, stride
         self.h = h = stride * terms.loads.step
-        system: System = terms.system
-        self._real = PencilFactor(system, 1.0 / real, h, h * h * real)
-        self._complex = PencilFactor(system, 1.0 / pair, h, h * h * pair)
-        self._loads = StageLoads(terms.loads, rule.c, stride)
-        self._damped = not system.damping.is_rayleigh or system.damping.alpha != 0.0 or system.damping.beta != 0.0
-        self._starts = (
-            float(rule.into_real.sum()),
-            float(h * rule.into_real @ rule.c),
-            complex(rule.into_complex.sum()),
-            complex(h * rule.into_complex @ rule.c),
-        )
-        self._in_v = h * rule.A @ rule.P
-        self._in_u = h * rule.A @ self._in_v
-        self._preload = np.zeros(on.G_s.shape[1]) if gaps.preload is None else on.G_s.T @ gaps.preload
+        poles = (rule.real, *rule.pairs.tolist())
+        self._into = (rule.into_real, *rule.into_pairs)
+        self._factors = [PencilFactor(terms.system, 1.0 / pole, h, h * h * pole) for pole in poles]
+        self._loads = StageLoads(going_on(terms.loads, stride), rule.c, stride)
         self.residual = 0.0
 
-    def step(self, now: Instant) -> tuple[Instant, bool]:
-        """The instant at the end if no channel presses, and whether one may on the way."""
+    def course(self, now: Instant) -> Course:
+        """The motion from `now` on while no channel presses."""
         t, rule, h, x = self.terms, self.rule, self.h, now.x
         support, force = self._loads(now.row)
-        driven = t.B @ force.T if t.forced else np.zeros((t.driven.size, 3))
+        driven = t.B @ force.T if t.forced else np.zeros((t.driven.size, rule.stages))
         outside = driven - t.M_qs @ support[2].T - t.C_qs @ support[1].T - t.K_qs @ support[0].T
         r = self.on.push(-(x.Cv + x.Ku), -self.gaps.resting)
-        b_real, b_complex = right_sides(r, x.Kv, *self._starts)
-        b_real[t.driven] += outside @ rule.into_real
-        b_complex[t.driven] += outside @ rule.into_complex
-        Y = self._real.solve(b_real), self._complex.solve(b_complex)
-        X, a = stages(x.u, x.v, *Y, h, self._in_u[2], self._in_v, rule.P[2])
-        end, powers = self._state(X, a)
-        works = self._works(now, Y, X, powers, support, force)
-        after = self._instant(now, end, support[:, 2], works)
-        if after.row // (REFRESH * self.stride) != now.row // (REFRESH * self.stride):
-            self._check(end, outside[:, 2])
-        return after, self.gaps.presses and self._closes(now, Y, support, after)
+        Y = np.empty((x.u.size, rule.stages))
+        for j, (factor, into) in enumerate(zip(self._factors, self._into, strict=True)):
+            b = weighted(r, x.Kv, into.sum(), h * into @ rule.c, np.empty(r.size, dtype=into.dtype))
+            b[t.driven] += outside @ into
+            y = factor.solve(b)
+            if j == 0:
+                Y[:, 0] = y
+            else:
+                Y[:, 2 * j - 1], Y[:, 2 * j] = y.real, y.imag
+        return Course(t, self.gaps, self.on, rule, self.stride, now, Y, (support, force))
 
-    def _state(self, X: FloatArray, a: FloatArray) -> tuple[State, FloatArray]:
-        """The end, and V' C V of all stages (3,)."""
-        t = self.terms
-        KX, MX = times_four(t.system.K, X), times_four(t.system.M, X)
-        CX = t.damped(X, MX, KX) if self._damped else np.zeros_like(X)
-        v, u, Kv, Ku, Mv, Cv = (
-            np.ascontiguousarray(A[:, k]) for A, k in ((X, 2), (X, 3), (KX, 2), (KX, 3), (MX, 2), (CX, 2))
-        )
-        return State(u, v, a, Ku, Kv, UNKNOWN, Mv, UNKNOWN, Cv), stage_powers(X, CX)
-
-    def _instant(self, now: Instant, end: State, support: FloatArray, works: Works) -> Instant:
-        on, m, f = self.on, self.gaps.m, self.gaps.rubbing
-        gap = self.gaps.gap0 + on.G @ end.u + on.G_s @ support[0]
-        rate = on.G @ end.v + on.G_s @ support[1]
-        return Instant(
-            now.row + self.stride,
-            end,
-            support,
-            np.asarray(gap),
-            np.asarray(rate),
-            np.zeros(m + 2 * f),
-            np.zeros(2 * f),
-            np.ones(f, dtype=bool),
-            works=works,
-        )
-
-    def _closes(self, now: Instant, Y: tuple[FloatArray, ComplexArray], support: FloatArray, after: Instant) -> bool:
-        """Whether any gap may close before the end of the step."""
-        on, h, c = self.on, self.h, self.rule.c
-        Gv = np.asarray(on.G @ now.x.v)
-        GY = np.column_stack((on.G @ Y[0], on.G @ Y[1].real, on.G @ Y[1].imag))
-        start = now.gap - on.G_s @ now.support[0]
-        inner = [start + c[k] * h * Gv + GY @ self._in_u[k] + on.G_s @ support[0, k] for k in range(2)]
-        a0, a1 = (np.asarray(on.G @ i.x.a + on.G_s @ i.support[2]) for i in (now, after))
-        rate0 = Gv + on.G_s @ now.support[1]
-        known = now.works is not None
-        return bool(closes_in_flight(np.stack([now.gap, *inner, after.gap]), rate0, after.rate, a0, a1, known, c, h))
-
-    def _works(
-        self,
-        now: Instant,
-        Y: tuple[FloatArray, ComplexArray],
-        X: FloatArray,
-        powers: FloatArray,
-        support: FloatArray,
-        force: FloatArray,
-    ) -> Works:
-        """Work of dampers and of the outside, by the quadrature of the scheme.
-
-        The balance then holds exactly but for the scheme's own dissipation, h^2 / 2 sum (W' M W + V' K V) of the third
-        differences of the stages, which is never negative, and for prescribed motion that no polynomial follows.
-        """
-        t, h, sup = self.terms, self.h, self.terms.system.supports
-        some = t.driven
-        y = np.column_stack((Y[0][some], Y[1][some].real, Y[1][some].imag))
-        v, w = X[some, :3], y @ self.rule.P.T
-        u = now.x.u[some, None] + h * now.x.v[some, None] * self.rule.c + y @ self._in_u.T
-        s, s_dot, s_dots = (x.T for x in support)
-        damper = t.C_qs.T @ v + t.C_ss @ s_dot
-        reaction = t.M_qs.T @ w + sup.M_ss @ s_dots + damper + t.K_qs.T @ u + sup.K_ss @ s + self._preload[:, None]
-        external = (reaction * s_dot).sum(axis=0)
-        if t.forced:
-            external += ((t.B.T @ v) * force.T).sum(axis=0)
-        damping = powers + ((t.C_qs @ s_dot) * v).sum(axis=0) + (damper * s_dot).sum(axis=0)
-        weights = h * self.rule.b
-        return Works(float(weights @ damping), float(weights @ external))
-
-    def _check(self, end: State, outside: FloatArray) -> None:
-        """Residual of the equation of motion at the end, as a fraction of its largest term."""
-        heavy, inner = np.asarray(self.terms.system.M @ end.a), end.Cv + end.Ku
+    def refresh(self, after: Instant) -> None:
+        """Products of the motion anew, so that round-off does not pile up, and the residual there."""
+        t, x = self.terms, after.x
+        K, M = t.system.K, t.system.M
+        x.Ku, x.Kv, x.Mv = np.asarray(K @ x.u), np.asarray(K @ x.v), np.asarray(M @ x.v)
+        x.Cv = t.damped(x.v, x.Mv, x.Kv)
+        outside = t.outside(after.row, after.support)
+        heavy, inner = np.asarray(M @ x.a), x.Cv + x.Ku
         left = self.on.push(heavy + inner, self.gaps.resting)
-        left[self.terms.driven] -= outside
-        largest = max(float(np.linalg.norm(term)) for term in (heavy, inner, outside))
+        left[t.driven] -= outside.load - outside.inertia
+        largest = max(float(np.linalg.norm(term)) for term in (heavy, inner, outside.load - outside.inertia))
         self.residual = max(self.residual, float(np.linalg.norm(left)) / largest if largest > 0.0 else 0.0)
+
+
+def going_on(loads: Loads, more: int) -> Loads:
+    """The same with `more` samples behind the last: forces as they are there, motion with the acceleration there.
+
+    For the last step of a run, of which only the part before the end counts.
+    """
+    t = loads.step * np.arange(1, more + 1)[:, None]
+    s, v, a = loads.support[:, -1]
+    beyond = np.stack([s + t * v + 0.5 * t * t * a, v + t * a, np.broadcast_to(a, (more, a.size))])
+    force = np.concatenate([loads.force, np.repeat(loads.force[-1:], more, axis=0)])
+    time = np.concatenate([loads.time, loads.time[-1] + t[:, 0]])
+    return replace(loads, time=time, support=np.concatenate([loads.support, beyond], axis=1), force=force)

@@ -18,23 +18,22 @@ import math
 import numba
 
 from creak.contact.step_problem import spring_force
-from creak.dynamics.compiled import inner, inner_fast
-from creak.dynamics.flow_kicks import held_by_kick
-from creak.dynamics.flow_model import BEGUN, GIVEN
-from creak.dynamics.modal_books import at_supports, carried, in_channels
-from creak.dynamics.modal_model import (
+from creak.dynamics.books import (
     CONTACT,
     CONTACT_DAMPING,
     DAMPING,
     EXTERNAL,
-    FRICTION,
+    GIVEN,
     KINETIC,
-    SCHEME,
     STRAIN,
-    VELOCITY,
-    dot,
-    fill,
+    balance,
+    in_channels,
+    open_book,
 )
+from creak.dynamics.compiled import inner, inner_fast
+from creak.dynamics.flow_kicks import held_by_kick
+from creak.dynamics.modal_books import at_supports, carried
+from creak.dynamics.modal_model import VELOCITY, dot, fill
 
 GAUSS = math.sqrt(0.6)
 """Place of the outer points of Gauss's rule with three, from the middle, in half steps."""
@@ -148,14 +147,13 @@ def complete(model, laws, W, h, x):  # type: ignore[no-untyped-def]
     e[KINETIC], e[STRAIN] = kinetic + more_kinetic, strain + more_strain
     e[CONTACT] = in_contact(model, laws, W, h, x)
     e[DAMPING] = e[GIVEN] - (kinetic + strain - light)
-    spent = e[DAMPING] + e[CONTACT_DAMPING] + e[FRICTION]
-    e[SCHEME] = e[EXTERNAL] + e[BEGUN] - (e[KINETIC] + e[STRAIN] + e[CONTACT]) - spent
+    balance(e)
 
 
 @inner
 def in_contact(model, laws, W, h, x):  # type: ignore[no-untyped-def]
     """Energy of the springs in the middle of a kick."""
-    energy = in_channels(model, laws, x.gap)
+    energy = in_channels(laws, model.preload, model.gap0, x.gap)
     for i in range(x.gap.size):
         if x.force[i] != 0.0:
             energy -= held_by_kick(laws, W, h, x, i)
@@ -174,4 +172,4 @@ def begin_books(model, laws, W, h, x):  # type: ignore[no-untyped-def]
     e[KINETIC], e[STRAIN] = kinetic + more_kinetic, strain + more_strain
     e[CONTACT] = in_contact(model, laws, W, h, x)
     e[GIVEN] = kinetic + strain - light
-    e[BEGUN] = e[KINETIC] + e[STRAIN] + e[CONTACT]
+    open_book(e)

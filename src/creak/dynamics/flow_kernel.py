@@ -13,13 +13,14 @@ import numba
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.dynamics.books import GIVEN
 from creak.dynamics.closing import dips
 from creak.dynamics.compiled import inner
 from creak.dynamics.flow_block import APART, KNOWN, amend, close_block, ends, look_near, open_block, under_way
 from creak.dynamics.flow_books import as_springs_saw, book_flow, complete
 from creak.dynamics.flow_kicks import book_half, book_slack, lessen, press, settled
 from creak.dynamics.flow_lasting import PATIENCE, Held, hold, hold_together, new_held, rests, same_set
-from creak.dynamics.flow_model import GIVEN, FlowModel
+from creak.dynamics.flow_model import FlowModel
 from creak.dynamics.flow_motion import (
     band_energies,
     fly,

@@ -13,10 +13,10 @@ from __future__ import annotations
 import math
 
 from creak.contact.step_problem import solve_step, spring_energy, spring_force
+from creak.dynamics.books import CONTACT_DAMPING, EXTERNAL, FRICTION, GIVEN
 from creak.dynamics.compiled import inner, inner_fast, with_arrays
-from creak.dynamics.flow_model import GIVEN
 from creak.dynamics.flow_motion import look_along, quiet
-from creak.dynamics.modal_model import CONTACT_DAMPING, DONE, EXTERNAL, FRICTION, acts, fill, put
+from creak.dynamics.modal_model import DONE, acts, fill, put
 
 THETA = 0.6
 """Share of a kick that the laws see, less THETA - 1/2 of the kick before: 1/2 conserves the energy of a channel that

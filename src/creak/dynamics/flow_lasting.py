@@ -17,12 +17,12 @@ from typing import NamedTuple
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.dynamics.books import EXTERNAL, GIVEN
 from creak.dynamics.closing import dips
 from creak.dynamics.compiled import inner, inner_fast, with_arrays
 from creak.dynamics.flow_block import look_near, under_way
-from creak.dynamics.flow_model import GIVEN
 from creak.dynamics.flow_motion import fly, gap_of, look, settle_supports, times
-from creak.dynamics.modal_model import EXTERNAL, fill
+from creak.dynamics.modal_model import fill
 
 PATIENCE = 25
 """Long steps that the same channels press before one is taken: touches are over by then, their force is followed."""

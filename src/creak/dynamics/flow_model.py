@@ -15,16 +15,13 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
+from creak.dynamics.books import SIZE
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.flow_propagator import propagator
 from creak.dynamics.loads import Loads
 from creak.dynamics.modal_model import CONSTANT, ModalModel
 from creak.dynamics.modal_setup import modal_model
 from creak.dynamics.state import LinearTerms
-
-GIVEN, BEGUN = 8, 9
-"""Behind the columns of the table in `FlowState.energy`: what coordinates with mass had at t = 0 and were given since
-by loads and kicks, and the whole energy at t = 0."""
 
 
 class FlowModel(NamedTuple):
@@ -101,7 +98,7 @@ class FlowState(NamedTuple):
     momentum: FloatArray
     """(n_support,) as in `MarchState`."""
     energy: FloatArray
-    """(10,) the columns of the table, then `GIVEN` and `BEGUN`."""
+    """The book (`books`)."""
 
 
 @dataclass(frozen=True)
@@ -242,5 +239,5 @@ def resting(model: FlowModel, loads: Loads) -> FlowState:
         np.zeros(n_s),
         np.zeros(n_s),
         np.zeros(n_s),
-        np.zeros(BEGUN + 1),
+        np.zeros(SIZE),
     )

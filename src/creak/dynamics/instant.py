@@ -10,10 +10,13 @@ from creak.dynamics.state import Outside, State
 
 @dataclass(frozen=True)
 class Works:
-    """Work done in the step that ends at an instant, where the step knows it better than its ends do."""
+    """Work in the step that ends at an instant, and energy there, where the step knows them better than its ends do."""
 
     damping: float
     external: float
+    kinetic: float
+    """Of the coordinates alone."""
+    strain: float
 
 
 @dataclass

@@ -4,22 +4,25 @@ from __future__ import annotations
 
 import numba
 
-from creak.contact.step_problem import contact_energy, damper_work
-from creak.dynamics.modal_model import (
-    ACCELERATION,
-    CONSTANT,
+from creak.contact.step_problem import damper_work
+from creak.dynamics.books import (
     CONTACT,
     CONTACT_DAMPING,
     DAMPING,
-    DISPLACEMENT,
     EXTERNAL,
+    FRICTION,
+    KINETIC,
+    STRAIN,
+    balance,
+    in_channels,
+    open_book,
+)
+from creak.dynamics.modal_model import (
+    ACCELERATION,
+    CONSTANT,
+    DISPLACEMENT,
     FAST,
     FORCE,
-    FRICTION,
-    INITIAL,
-    KINETIC,
-    SCHEME,
-    STRAIN,
     VELOCITY,
     acts,
     fill,
@@ -56,15 +59,6 @@ def massless_work(model, now, after):  # type: ignore[no-untyped-def]
             E1 += model.X[j, i] * after.amplitude[j]
         work += 0.5 * (E0 + E1) * (u1[i] - u0[i])
     return work
-
-
-@numba.njit(cache=True)
-def in_channels(model, laws, gap):  # type: ignore[no-untyped-def]
-    """Energy of the springs of the channels, and of what balances their preload."""
-    energy = contact_energy(laws, gap)
-    for i in range(gap.size):
-        energy += model.preload[i] * (gap[i] - model.gap0[i])
-    return energy
 
 
 @numba.njit(cache=True)
@@ -180,7 +174,7 @@ def book(model, step, laws, now, after, flown, slip):  # type: ignore[no-untyped
         damping += damped
     more_kinetic, more_strain = carried(model, after)
     e[KINETIC], e[STRAIN] = kinetic + more_kinetic, strain + more_strain
-    e[CONTACT] = in_channels(model, laws, after.gap)
+    e[CONTACT] = in_channels(laws, model.preload, model.gap0, after.gap)
     e[DAMPING] += damping
     e[EXTERNAL] += external
     if model.damped:
@@ -190,8 +184,7 @@ def book(model, step, laws, now, after, flown, slip):  # type: ignore[no-untyped
         slide(model, now, after, slip)
         for i in range(slip.size):
             e[FRICTION] -= 0.5 * (now.force[m + i] + after.force[m + i]) * slip[i]
-    spent = e[DAMPING] + e[CONTACT_DAMPING] + e[FRICTION]
-    e[SCHEME] = e[EXTERNAL] + e[INITIAL] - (e[KINETIC] + e[STRAIN] + e[CONTACT]) - spent
+    balance(e)
 
 
 @numba.njit(cache=True)
@@ -202,5 +195,5 @@ def start_books(model, laws, x):  # type: ignore[no-untyped-def]
     more_kinetic, more_strain = carried(model, x)
     fill(x.energy, 0.0)
     x.energy[KINETIC], x.energy[STRAIN] = kinetic + more_kinetic, strain + more_strain
-    x.energy[CONTACT] = in_channels(model, laws, x.gap)
-    x.energy[INITIAL] = x.energy[0] + x.energy[1] + x.energy[2]
+    x.energy[CONTACT] = in_channels(laws, model.preload, model.gap0, x.gap)
+    open_book(x.energy)

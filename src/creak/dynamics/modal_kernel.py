@@ -10,18 +10,16 @@ import numba
 import numpy as np
 
 from creak.contact.step_problem import solve_step
+from creak.dynamics.books import CONTACT, KINETIC, STRAIN
 from creak.dynamics.closing import closes_between
 from creak.dynamics.modal_books import book
 from creak.dynamics.modal_model import (
     ACCELERATION,
     CONSTANT,
-    CONTACT,
     DONE,
     FAST,
     FORCE,
-    KINETIC,
     NOT_FINITE,
-    STRAIN,
     acts,
     dot,
     fill,

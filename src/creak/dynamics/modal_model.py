@@ -8,13 +8,13 @@ import numba
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.dynamics.books import SCHEME
 
 FAST = {"reassoc", "contract", "nsz", "arcp"}
 """Sums in any order; infinities and NaN keep their meaning."""
 ACCELERATION, VELOCITY, DISPLACEMENT, FORCE, CONSTANT = 2, 1, 0, 3, 4
 """What drives a load column."""
 DONE, NOT_FINITE = 0, -1
-KINETIC, STRAIN, CONTACT, DAMPING, CONTACT_DAMPING, FRICTION, EXTERNAL, SCHEME, INITIAL = range(9)
 
 
 class ModalModel(NamedTuple):
@@ -73,7 +73,7 @@ class MarchState(NamedTuple):
     momentum: FloatArray
     """(n_support,) M_sq v + M_ss s'."""
     energy: FloatArray
-    """(9,) the columns of the table, then the energy at t = 0."""
+    """The book (`books`)."""
     recent: BoolArray
     """(1,) a channel pressed in the output step that ends here."""
 

@@ -7,17 +7,10 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.assembly.system import to_dense
 from creak.contact.gap_operator import GapOperator
+from creak.dynamics.books import SIZE
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal_model import (
-    ACCELERATION,
-    CONSTANT,
-    DISPLACEMENT,
-    FORCE,
-    VELOCITY,
-    MarchState,
-    ModalModel,
-)
+from creak.dynamics.modal_model import ACCELERATION, CONSTANT, DISPLACEMENT, FORCE, VELOCITY, MarchState, ModalModel
 from creak.dynamics.state import LinearTerms
 
 
@@ -74,6 +67,6 @@ def empty_state(model: ModalModel, loads: Loads) -> MarchState:
         np.zeros(n_s),
         np.zeros(n_s),
         np.zeros(n_s),
-        np.zeros(9),
+        np.zeros(SIZE),
         np.zeros(1, dtype=np.bool_),
     )

@@ -9,7 +9,7 @@ import numba
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import ComplexArray, FloatArray, IntArray, Matrix
+from creak.arrays import FloatArray, IntArray, Matrix
 
 CHUNK = 4096
 """Rows that stay in the cache while columns are added."""
@@ -96,72 +96,32 @@ def combination(W: FloatArray, columns: IntArray, factors: FloatArray) -> FloatA
     return total
 
 
-def times_four(A: Matrix, X: FloatArray) -> FloatArray:
-    """A X for X (n, 4) in C order: a sparse A is read once, its rows summed without a loop over the columns."""
-    if not sp.issparse(A):
+def times_few(A: Matrix, X: FloatArray) -> FloatArray:
+    """A X for X (n, k) in C order: with five columns a sparse A is read once, without a loop over the columns."""
+    if not sp.issparse(A) or X.shape[1] != 5:
         return np.ascontiguousarray(A @ X)
-    Y = np.empty((A.shape[0], 4))
-    _times_four(A.indptr, A.indices, A.data, X, Y)
+    Y = np.empty((A.shape[0], 5))
+    _times_five(A.indptr, A.indices, A.data, X, Y)
     return Y
 
 
 @numba.njit(cache=True, nogil=True)
-def _times_four(indptr: IntArray, indices: IntArray, data: FloatArray, X: FloatArray, Y: FloatArray) -> None:
+def _times_five(indptr: IntArray, indices: IntArray, data: FloatArray, X: FloatArray, Y: FloatArray) -> None:
     for i in range(Y.shape[0]):
-        a, b, c, d = 0.0, 0.0, 0.0, 0.0
+        a, b, c, d, e = 0.0, 0.0, 0.0, 0.0, 0.0
         for p in range(indptr[i], indptr[i + 1]):
             value, j = data[p], indices[p]
             a += value * X[j, 0]
             b += value * X[j, 1]
             c += value * X[j, 2]
             d += value * X[j, 3]
-        Y[i, 0], Y[i, 1], Y[i, 2], Y[i, 3] = a, b, c, d
+            e += value * X[j, 4]
+        Y[i, 0], Y[i, 1], Y[i, 2], Y[i, 3], Y[i, 4] = a, b, c, d, e
 
 
 @numba.njit(cache=True, nogil=True)
-def right_sides(
-    r: FloatArray, Kv: FloatArray, e_real: float, d_real: float, e_complex: complex, d_complex: complex
-) -> tuple[FloatArray, ComplexArray]:
-    """e r - d K v for a real and a complex pole, (n,) each."""
-    n = r.size
-    b_real, b_complex = np.empty(n), np.empty(n, dtype=np.complex128)
-    for i in range(n):
-        b_real[i] = e_real * r[i] - d_real * Kv[i]
-        b_complex[i] = e_complex * r[i] - d_complex * Kv[i]
-    return b_real, b_complex
-
-
-@numba.njit(cache=True, nogil=True)
-def stages(
-    u0: FloatArray,
-    v0: FloatArray,
-    w: FloatArray,
-    z: ComplexArray,
-    h: float,
-    in_u: FloatArray,
-    in_v: FloatArray,
-    in_a: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """(n, 4) velocities of three stages and displacement at the last, and (n,) acceleration there.
-
-    u = u0 + h v0 + in_u y, V_k = v0 + in_v[k] y, a = in_a y with y = (w, Re z, Im z).
-    """
-    n = u0.size
-    X, a = np.empty((n, 4)), np.empty(n)
-    for i in range(n):
-        x, y, q = w[i], z[i].real, z[i].imag
-        for k in range(3):
-            X[i, k] = v0[i] + in_v[k, 0] * x + in_v[k, 1] * y + in_v[k, 2] * q
-        X[i, 3] = u0[i] + h * v0[i] + in_u[0] * x + in_u[1] * y + in_u[2] * q
-        a[i] = in_a[0] * x + in_a[1] * y + in_a[2] * q
-    return X, a
-
-
-@numba.njit(cache=True, nogil=True)
-def stage_powers(V: FloatArray, CV: FloatArray) -> FloatArray:
-    """(3,) sums of the products of the first three columns."""
-    total = np.zeros(3)
-    for i in range(V.shape[0]):
-        for k in range(3):
-            total[k] += V[i, k] * CV[i, k]
-    return total
+def weighted(r, Kv, e, d, b):  # type: ignore[no-untyped-def]
+    """b = e r - d K v of a real or complex pole, (n,)."""
+    for i in range(r.size):
+        b[i] = e * r[i] - d * Kv[i]
+    return b

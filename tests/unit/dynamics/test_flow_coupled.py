@@ -114,7 +114,7 @@ def test_contact_agrees_with_radau():
     flown = fly(system, gaps, 0.2, 1e-3)
     time = 2e-6 * np.arange(100_001)
     loads = Loads(time, np.zeros((3, time.size, 0)), np.zeros((time.size, 0)))
-    stepped = simulate_high_order(system, gaps, loads, HHT(), observed=np.arange(8), substeps=50, graded=5)
+    stepped = simulate_high_order(system, gaps, loads, HHT(), observed=np.arange(8), substeps=50)
     a, b = (find_events(h, gaps, merge=1e-4, f_max=1e4) for h in (flown, stepped))
     assert len(a) == len(b) > 2
     for one, other in zip(a, b, strict=True):

@@ -16,6 +16,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.condensed import step_limited_stiffness
 from creak.dynamics.flight import simulate_high_order
+from creak.dynamics.flight_step import choose
 from creak.dynamics.flow_coupled import MOST, can_couple
 from creak.dynamics.flow_march import SAMPLES, simulate_flow
 from creak.dynamics.flow_resolution import SETTLED, Resolution, finer
@@ -35,8 +36,6 @@ from creak.studies.prepare.flight_steps import RESOLUTIONS
 from creak.studies.prepare.setup import Setup
 
 Report = Callable[[int, int], None]
-GRADED = 5
-"""Flights that a step of an unreduced model near contact is tried in before it is taken sample by sample."""
 HARD = 1e30
 """Stiffness in place of infinity before it is limited, force / length."""
 HALVINGS = 3
@@ -164,18 +163,18 @@ def _stepped(
     kept: Kept,
 ) -> tuple[History, System, str]:
     parts = _parts(setup, system, gaps)
-    springs = _with_springs(setup, system, gaps, parts)
+    springs, loads = _with_springs(setup, system, gaps, parts), divided_loads(setup, parts)
     history = simulate_high_order(
         system,
         springs,
-        divided_loads(setup, parts),
+        loads,
         IN_CONTACT,
         substeps=parts,
-        graded=GRADED,
         **kept,
     )
-    step = setup.study.config.time.step
-    return history, system, f"flights of order 5 of {step:.2g} s, HHT-alpha of {step / parts:.2g} s in contact"
+    rule, stride = choose(loads, parts)
+    how = f"flights of order {2 * rule.stages - 1} of {stride * loads.step:.2g} s"
+    return history, system, f"{how}, HHT-alpha of {loads.step:.2g} s in contact"
 
 
 def _parts(setup: Setup, system: System, gaps: GapOperator) -> int:
@@ -184,7 +183,7 @@ def _parts(setup: Setup, system: System, gaps: GapOperator) -> int:
     Halved, up to `HALVINGS` times, until the stiffest springs that a step carries are `CARRIED` of those of the study.
     """
     step, positions = setup.study.config.time.step, setup.model.nodes.coords[gaps.nodes_idx]
-    parts = GRADED * math.ceil(step / resolution_of(setup).stepped / GRADED)
+    parts = math.ceil(step / resolution_of(setup).stepped * (1.0 - 1e-9))
     springs = np.isfinite(gaps.stiffness) & (gaps.stiffness > 0.0)
     every = replace(gaps, step_limited=springs)
     for _ in range(HALVINGS if springs.any() else 0):
@@ -221,7 +220,7 @@ def simulate_settled(
         return simulate_flow(
             flows, gaps, refined(loads, SAMPLES), observed=observed, output_every=output_every, progress=progress
         )
-    parts = GRADED * math.ceil(loads.step / SETTLED.stepped / GRADED)
+    parts = math.ceil(loads.step / SETTLED.stepped * (1.0 - 1e-9))
     return simulate_high_order(
         system,
         gaps,
@@ -230,7 +229,6 @@ def simulate_settled(
         observed=observed,
         output_every=output_every,
         substeps=parts,
-        graded=GRADED,
         progress=progress,
     )
 
