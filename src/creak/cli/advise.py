@@ -180,7 +180,8 @@ def _step_row(s: StepAdvice, chosen: bool) -> list[str]:
 def _memory_rows(facts: Facts) -> list[list[str]]:
     taken = facts.memory
     peak = taken.run_peak
-    rows = [[f"{'* ' if s is peak else ''}{s.what}", f"{s.gb:.2g}", s.why] for s in (*taken.reduce, *taken.run)]
+    rows = [[f"{'* ' if s is peak else ''}{s.what}", f"{s.gb:.3g}", s.why] for s in taken.run]
+    rows.append(["creak reduce alone", f"{taken.reduce_peak.gb:.3g}", taken.reduce_peak.what])
     return [["", "GB", "of which"], *rows]
 
 

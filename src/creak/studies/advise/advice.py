@@ -65,7 +65,7 @@ def as_dict(advice: Advice) -> dict[str, Any]:
         "unreduced": dataclasses.asdict(f.unreduced),
         "steps": [dataclasses.asdict(s) for s in f.steps],
         "memory": {
-            "stages": [dataclasses.asdict(s) for s in (*f.memory.reduce, *f.memory.run)],
+            "stages": [dataclasses.asdict(s) for s in f.memory.run],
             "reduce_gb": f.memory.reduce_peak.gb,
             "run_gb": f.memory.run_peak.gb,
             "free_gb": f.memory.free_gb,
