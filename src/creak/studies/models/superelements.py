@@ -86,22 +86,19 @@ def reduce_substructure(
     ------
     InputError : the retained dofs do not hold the part, or its saved file is damaged.
     """
-    table = setup.study.config.reduction
-    most = table.f_max * (MODES_FACTOR if setup.study.config.time.exact else 1.0)
-    f_max, count = (None, 0) if table.method == "guyan" else (most, None)
-    made_from = fingerprints(sub, f"{table.method} {most if count is None else 0:g}")
-    saved, notes = _from_store(folder, sub.part.name, made_from)
-    if saved is not None and saved.made_from != made_from:
+    table, f_max, wanted = setup.study.config.reduction, _highest(setup), made_from(setup, sub)
+    saved, notes = _from_store(folder, sub.part.name, wanted)
+    if saved is not None and saved.made_from != wanted:
         wider = _wider(saved, sub, setup.model)
         sub, saved = (sub, None) if wider is None else (wider, saved)
-    if saved is not None and saved.made_from != made_from:
-        made_from, notes = dict(saved.made_from), [_wider_note(sub)]
+    if saved is not None and saved.made_from != wanted:
+        wanted, notes = dict(saved.made_from), [_wider_note(sub)]
     inside = Inside(sub.part, sub.boundary)
     if saved is not None:
         basis, matrices = _restored(inside, saved)
     else:
         try:
-            basis = fixed_interface_basis(inside, sub.shape, f_max, count, progress)
+            basis = fixed_interface_basis(inside, sub.shape, f_max, 0 if f_max is None else None, progress)
         except OutOfMemory:
             raise
         except NumericalError as error:
@@ -113,7 +110,7 @@ def reduce_substructure(
             ) from error
         matrices = reduced_matrices(sub.part, basis, progress, watched=_watched(setup, sub))
     system = reduced_system(sub.part, *truncated(basis, matrices, table.f_max))
-    return Reduced(sub, system, inside, basis, matrices, made_from, saved is not None), notes
+    return Reduced(sub, system, inside, basis, matrices, wanted, saved is not None), notes
 
 
 def with_all_modes(reduced: Reduced) -> Reduced:
@@ -130,6 +127,26 @@ def _watched(setup: Setup, sub: Substructure) -> IntArray:
 def store_of(study: Study) -> Path:
     """Where a study's superelements lie unless the user says otherwise."""
     return study.path.parent / "superelements"
+
+
+def _highest(setup: Setup) -> float | None:
+    """Frequency up to which fixed-interface modes are computed, Hz; None: none of them (Guyan)."""
+    c = setup.study.config
+    most = c.reduction.f_max * (MODES_FACTOR if c.time.exact else 1.0)
+    return None if c.reduction.method == "guyan" else most
+
+
+def made_from(setup: Setup, sub: Substructure) -> dict[str, str]:
+    """What the superelement of a substructure depends on in this study, each as a hash."""
+    return fingerprints(sub, f"{setup.study.config.reduction.method} {_highest(setup) or 0.0:g}")
+
+
+def is_saved(folder: Path, name: str, made_from: Mapping[str, str]) -> bool:
+    """Whether the folder has the superelement already."""
+    path = _path(folder, name)
+    if shared_path(folder, name, made_from).exists():
+        return True
+    return path.exists() and read_where_it_fits(path, lambda _: False)[0] == made_from
 
 
 def fingerprints(sub: Substructure, modes: str) -> dict[str, str]:
