@@ -23,7 +23,7 @@ from creak.studies.file.reader import Study, read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.prepare.watched import watched
 from creak.studies.robust import job
-from creak.studies.robust.bench import NOTHING, Bench, Draw, march_draws, variant_of
+from creak.studies.robust.bench import NOTHING, Bench, Draw, bench_of, march_draws, variant_of
 from creak.studies.robust.draws import make_causes
 from creak.studies.run.integrate import resolution_of
 from creak.verify.events import find_events
@@ -52,7 +52,7 @@ def make_draws(study: Study, count: int) -> tuple[Bench, list[Draw], job.GapOper
     unit = np.random.default_rng(1).random((count, causes[-1].columns.stop))
     draws = [Draw(k, {}, {"flange": field}) for k, field in enumerate(causes[0].values(unit))]
     channels = job.join([setup.contacts, setup.connectors])
-    return job._bench(setup, draws, silent), draws, channels
+    return bench_of(setup, draws, silent), draws, channels
 
 
 def single(bench: Bench, draw: Draw) -> tuple[float, int]:

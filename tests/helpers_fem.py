@@ -10,12 +10,13 @@ import scipy.linalg
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from creak.elements import shell_quad4, shell_tri3
+from creak.elements import shell_quad4, shell_quad8, shell_tri3, shell_tri6
 from creak.elements.free_sides import free_sides
 from creak.model.materials import Material, ShellSection
 from creak.model.mesh import Own
 
 KINDS = {"quad": shell_quad4, "tri": shell_tri3}
+QUADRATIC = {"quad8": shell_quad8, "tri6": shell_tri6}
 
 
 @dataclass
@@ -53,11 +54,25 @@ def shell_section(thickness: float, youngs_modulus: float, poisson_ratio: float,
 
 def grid(n_x: int, n_y: int, shape: Callable[[np.ndarray, np.ndarray], np.ndarray], kind: str = "quad") -> Mesh:
     """Structured mesh of the unit square mapped by `shape(xi, eta)` -> (..., 3)."""
+    if kind in QUADRATIC:
+        return _quadratic(n_x, n_y, shape, kind)
     xi, eta = np.meshgrid(np.linspace(0, 1, n_x + 1), np.linspace(0, 1, n_y + 1), indexing="ij")
     coords = np.asarray(shape(xi.ravel(), eta.ravel()), dtype=float)
     first = (np.arange(n_x)[:, None] * (n_y + 1) + np.arange(n_y)).ravel()
     quads = np.column_stack([first, first + n_y + 1, first + n_y + 2, first + 1])
     return with_kind(coords, quads, kind)
+
+
+def _quadratic(n_x: int, n_y: int, shape: Callable[[np.ndarray, np.ndarray], np.ndarray], kind: str) -> Mesh:
+    """Elements with middle nodes, which are where `shape` puts them."""
+    xi, eta = np.meshgrid(np.linspace(0, 1, 2 * n_x + 1), np.linspace(0, 1, 2 * n_y + 1), indexing="ij")
+    row = np.arange(xi.size).reshape(xi.shape)
+    at = [row[i : i + 2 * n_x - 1 : 2, j : j + 2 * n_y - 1 : 2].ravel() for i in range(3) for j in range(3)]
+    order = [[0, 6, 8, 2, 3, 7, 5, 1]] if kind == "quad8" else [[0, 6, 8, 3, 7, 4], [0, 8, 2, 4, 5, 1]]
+    elements = np.concatenate([np.stack([at[k] for k in one], axis=1) for one in order])
+    used, inverse = np.unique(elements, return_inverse=True)
+    coords = np.asarray(shape(xi.ravel(), eta.ravel()), dtype=float)[used]
+    return Mesh(coords, inverse.reshape(elements.shape), QUADRATIC[kind])
 
 
 def with_kind(coords: np.ndarray, quads: np.ndarray, kind: str) -> Mesh:

@@ -225,6 +225,7 @@ ROOMS = (
     "prepare",
     "design",
     "file",
+    "tasks",
 )
 """Rooms of studies/, the highest first."""
 

@@ -20,7 +20,7 @@ from creak.studies.sweep.case import run_case
 from creak.studies.sweep.cases import resolve
 from creak.studies.sweep.file import read_sweep
 from creak.studies.sweep.tasks import tasks_of
-from creak.studies.sweep.workers import THREADS
+from creak.studies.tasks.workers import THREADS
 from helpers_decks import STUDY, write_strips
 
 pytestmark = pytest.mark.slow
@@ -92,7 +92,7 @@ def test_a_finished_sweep_needs_no_workers(tmp_path, monkeypatch, capsys):
     out.mkdir()
     cases = resolve(read_sweep(path), out)
     run_case(tasks_of(cases, out)["seed=5"])
-    monkeypatch.setattr("creak.studies.sweep.workers.local_workers", None)
+    monkeypatch.setattr("creak.studies.tasks.workers.local_workers", None)
     assert creak(monkeypatch, "sweep", path, "--out", out) == 0
     assert "1 of 1 cases have results, 1 from before" in capsys.readouterr().out
     assert rows_of(out)["seed=5"]["status"] == "done"

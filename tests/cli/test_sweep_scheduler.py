@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from creak.studies.sweep.cluster import open_to_others
+from creak.studies.tasks.cluster import open_to_others
 from helpers_decks import write_strips
 
 TLS = "tls://127.0.0.1:1"
@@ -14,7 +14,7 @@ TLS = "tls://127.0.0.1:1"
 def sweep(creak, tmp_path, monkeypatch):
     """Runs a small sweep with the words given; no scheduler ever answers."""
     pytest.importorskip("distributed")
-    monkeypatch.setattr("creak.studies.sweep.cluster.WAIT", 0.5)
+    monkeypatch.setattr("creak.studies.tasks.cluster.WAIT", 0.5)
     write_strips(tmp_path)
     (tmp_path / "sweep.toml").write_text('base = "study.toml"\nseeds = [1]\n', encoding="utf-8")
     return lambda *words: creak("sweep", tmp_path / "sweep.toml", "--out", tmp_path / "out", *words)

@@ -150,7 +150,7 @@ def test_who_does_not_hold_the_key_is_turned_away(cluster, monkeypatch, capsys, 
             Client(f"{address}://127.0.0.1:{port}", security=security, timeout=3.0)
     write_strips(folder)
     (folder / "sweep.toml").write_text('base = "study.toml"\nseeds = [1]\n', encoding="utf-8")
-    monkeypatch.setattr("creak.studies.sweep.cluster.WAIT", 3.0)
+    monkeypatch.setattr("creak.studies.tasks.cluster.WAIT", 3.0)
     for more in ([], ["--tls-ca-file", ca, "--tls-cert", cert, "--tls-key", private]):
         said = caller(monkeypatch, capsys)(
             "sweep", folder / "sweep.toml", "--scheduler", f"tls://127.0.0.1:{port}", *more

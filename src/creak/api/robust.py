@@ -11,6 +11,7 @@ from creak.studies.file.reader import Study
 
 if TYPE_CHECKING:
     from creak.studies.robust.findings import Robustness
+    from creak.studies.tasks.queue import Runner
 
 
 def robust(
@@ -20,6 +21,7 @@ def robust(
     out: str | Path | None = None,
     indices: bool = True,
     threads: int | None = None,
+    runner: Runner | None = None,
     progress: Progress | None = None,
 ) -> Robustness:
     """Draw what the study's [scatter] says, march each draw on the model reduced once, and sum it up.
@@ -30,6 +32,8 @@ def robust(
     n : draws behind probabilities and spreads, made a power of two; Sobol indices take half as many more per cause.
     out : folder of the draws: each is kept as soon as it is finished, and never marched again.
     indices : whether to find Sobol indices. threads : default: the cores of this process.
+    runner : marches batches of draws on other machines instead, as `creak.studies.tasks.cluster.running_cluster` gives
+        one; all of them see the study, its deck and `out`.
     progress : called with (stage, done, total).
 
     Returns
@@ -47,7 +51,7 @@ def robust(
     read = study if isinstance(study, Study) else read_study(study)
     report = progress if progress is not None else _silent
     folder = None if out is None else Path(out)
-    return find(run_draws(read, n, report, folder, indices=indices, threads=threads))
+    return find(run_draws(read, n, report, folder, indices=indices, threads=threads, runner=runner))
 
 
 def _silent(stage: str, done: int, total: int) -> None:

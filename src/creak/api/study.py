@@ -164,6 +164,7 @@ def run_setup(
     from creak.studies.cause.found import causes_of
     from creak.studies.converge.variants import converge as repeat
     from creak.studies.models.superelements import store_of
+    from creak.studies.results.followed import followed
     from creak.studies.results.places import find_places
     from creak.studies.results.summary import summarise
     from creak.studies.run.compared import main_run
@@ -179,11 +180,11 @@ def run_setup(
         table = setup.study.config.time
         settles = table.exact and table.accuracy != "quick" and "reduced" in found.runs
         converge = settles and found.stopped is None and found.gaps.presses
-    convergence = repeat(found, report) if converge else None
     main = main_run(found.runs)
     report("sound", 0, 1)
     sound = hear(found, [] if main is None else [p.channels for p in find_places(found, main)])
     report("sound", 1, 1)
+    convergence = repeat(found, report, followed(found, sound)) if converge else None
     if isinstance(sound, Sound):
         found = replace(found, notes=[*found.notes, *sound.notes])
     elif setup.study.config.listener:

@@ -10,13 +10,14 @@ import scipy.linalg as sla
 import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
+from creak.assembly.congruent import SideBySide, congruent
 from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.damping import Damping
-from creak.assembly.elimination import LinearEquation, congruent, eliminate, principal, transformation
+from creak.assembly.elimination import LinearEquation, eliminate, principal, transformation
 from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
 from creak.assembly.system import Stats, Supports, System, dense_if_full, to_dense
 from creak.linalg.dense_product import symmetric
-from creak.model.dofs import dof_label, dofs_of, node_dofs, nodes_of
+from creak.model.dofs import dofs_of, node_dofs, nodes_of
 from creak.model.mesh import Model
 
 
@@ -65,36 +66,35 @@ def couple(
     T_all, independent = transformation(np.arange(n_q + len(names)), eliminate(equations, ends))
     is_support = independent >= n_q
     T, T_s = T_all[:n_q, ~is_support], T_all[:n_q, is_support]
+    own = independent[~is_support]
     between = _between_parts(model, common, override)
     R = None if between is None else rows(between.labels)
 
-    def added(A: Matrix, B: Matrix | None) -> Matrix:
-        return A if R is None or B is None else sp.csr_matrix(A + R.T @ B @ R)
+    def side_by_side(matrices: Sequence[Matrix], B: Matrix | None) -> SideBySide:
+        return SideBySide(matrices, None if R is None or B is None else sp.csr_matrix(R.T @ B @ R))
 
-    # Side by side the matrices of all parts take as much memory as the parts: one after the other.
-    M = added(_stack([s.M for s in systems]), between and between.M)
-    M_t, M_side, M_corner = congruent(T, M), _side(T, M, T_s), _corner(T_s, M)
+    M = side_by_side([s.M for s in systems], between and between.M)
+    M_t, M_side, M_corner = congruent(T, M, own), _side(T, M, T_s), _corner(T_s, M)
     alone = [s.M if s.M_alone is None else s.M_alone for s in systems]
     same = all(s.M_alone is None for s in systems)
-    M_start = M_side if same else _side(T, added(_stack(alone), between and between.M), T_s)
-    del M
-    K = added(_stack([s.K for s in systems]), between and between.K)
-    K_t, K_side, K_corner = congruent(T, K), _side(T, K, T_s), _corner(T_s, K)
-    del K
-    C = _stacked_extra(systems)
-    if between is not None and between.C is not None:
-        C = added(C if C is not None else sp.csr_matrix((n_q, n_q)), between.C)
+    M_start = M_side if same else _side(T, side_by_side(alone, between and between.M), T_s)
+    K = side_by_side([s.K for s in systems], between and between.K)
+    K_t, K_side, K_corner = congruent(T, K, own), _side(T, K, T_s), _corner(T_s, K)
+    C, C_between = _extras(systems), between and between.C
+    if C is None and C_between is not None:
+        C = [sp.csr_matrix((s.n, s.n)) for s in systems]
+    extra = None if C is None else side_by_side(C, C_between)
     active = _active(M_t, K_t)
     M_t, K_t, T = principal(M_t, active), principal(K_t, active), T[:, active]
-    coordinates = np.concatenate([s.coordinates for s in systems])[independent[~is_support][active]]
+    coordinates = np.concatenate([s.coordinates for s in systems])[own[active]]
     supports = Supports(
         names,
         M_side[active],
         K_side[active],
-        _extra_side(T, C, T_s),
+        _extra_side(T, extra, T_s),
         M_corner,
         K_corner,
-        _extra_corner(T_s, C, len(names)),
+        _extra_corner(T_s, extra, len(names)),
         M_start[active],
     )
 
@@ -109,8 +109,8 @@ def couple(
     def whole(q: FloatArray, s: FloatArray) -> FloatArray:
         return rows.recover(np.asarray(T @ q + T_s @ s))
 
-    velocity = np.concatenate([s.velocity for s in systems])[independent[~is_support][active]]
-    C_t = [] if C is None else [congruent(T, C)]
+    velocity = np.concatenate([s.velocity for s in systems])[own[active]]
+    C_t = [] if extra is None else [congruent(T, extra, own[active])]
     M_t, K_t, *C_t = _of_one_kind([_dense_if_full(A) for A in (M_t, K_t, *C_t)])
     damping = Damping(common.alpha, common.beta, C_t[0] if C_t else None)
     return System(
@@ -223,20 +223,11 @@ def _echelon(E: Matrix) -> Matrix:
     return sp.csr_matrix((np.concatenate([np.zeros(0), *data]), where, indptr), shape=(rank, E.shape[1]))
 
 
-def _stack(blocks: Sequence[Matrix]) -> Matrix:
-    """Block-diagonal; each block is moved to its columns, which costs far less than triplets."""
-    start = np.cumsum([0, *(b.shape[1] for b in blocks)]).tolist()
-    moved = [
-        sp.csr_matrix((A.data, A.indices + at, A.indptr), shape=(A.shape[0], start[-1]))
-        for A, at in zip(map(sp.csr_matrix, blocks), start, strict=False)
-    ]
-    return sp.vstack(moved, format="csr")
-
-
-def _stacked_extra(systems: Sequence[System]) -> Matrix | None:
+def _extras(systems: Sequence[System]) -> list[Matrix] | None:
+    """Each System's damping beyond Rayleigh's, None where no one has any."""
     if all(s.damping.extra is None for s in systems):
         return None
-    return _stack([s.damping.extra if s.damping.extra is not None else sp.csr_matrix((s.n, s.n)) for s in systems])
+    return [s.damping.extra if s.damping.extra is not None else sp.csr_matrix((s.n, s.n)) for s in systems]
 
 
 def _between_parts(model: Model, common: Rayleigh, override: bool) -> PartMatrices | None:
@@ -298,22 +289,22 @@ def _of_one_kind(matrices: list[Matrix]) -> list[Matrix]:
     return matrices if all(sp.issparse(A) for A in matrices) else [to_dense(A) for A in matrices]
 
 
-def _side(T: Matrix, A: Matrix, T_s: Matrix) -> FloatArray:
-    return to_dense(T.T @ (A @ T_s))
+def _side(T: Matrix, A: SideBySide, T_s: Matrix) -> FloatArray:
+    return to_dense(T.T @ A.times(T_s))
 
 
-def _corner(T_s: Matrix, A: Matrix) -> FloatArray:
-    return to_dense(T_s.T @ (A @ T_s))
+def _corner(T_s: Matrix, A: SideBySide) -> FloatArray:
+    return to_dense(T_s.T @ A.times(T_s))
 
 
-def _extra_side(T: Matrix, C: Matrix | None, T_s: Matrix) -> FloatArray:
+def _extra_side(T: Matrix, C: SideBySide | None, T_s: Matrix) -> FloatArray:
     return np.zeros((T.shape[1], T_s.shape[1])) if C is None else _side(T, C, T_s)
 
 
-def _extra_corner(T_s: Matrix, C: Matrix | None, n: int) -> FloatArray:
+def _extra_corner(T_s: Matrix, C: SideBySide | None, n: int) -> FloatArray:
     return np.zeros((n, n)) if C is None else _corner(T_s, C)
 
 
 def labels_of(nodes_idx: IntArray, dof: int) -> IntArray:
     """Labels of one dof at several nodes."""
-    return np.array([dof_label(int(n), dof) for n in nodes_idx], dtype=np.int64)
+    return node_dofs(nodes_idx, (dof,))

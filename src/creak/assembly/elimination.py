@@ -101,15 +101,6 @@ def transformation(labels: IntArray, solved: dict[int, Expression]) -> tuple[Mat
     return T, independent
 
 
-def congruent(T: Matrix, A: Matrix) -> Matrix:
-    """T' A T in CSR form, for T of `transformation`; A itself where T is square, so that nothing is dependent."""
-    if T.shape[0] == T.shape[1]:
-        return sp.csr_matrix(A)
-    B = sp.csr_matrix(T.T) @ (A @ T)
-    B.sort_indices()
-    return B
-
-
 def principal(A: Matrix, keep: IntArray) -> Matrix:
     """The rows and columns `keep` (sorted, each once) of a square matrix."""
     return A if keep.size == A.shape[0] else A[keep][:, keep]

@@ -9,9 +9,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
+from creak.assembly.congruent import SideBySide, congruent
 from creak.assembly.constraints import linear_equations
 from creak.assembly.damping import Damping
-from creak.assembly.elimination import congruent, eliminate, principal, transformation
+from creak.assembly.elimination import eliminate, principal, transformation
 from creak.assembly.node_blocks import NodeBlocks
 from creak.assembly.partition import shared_nodes
 from creak.assembly.system import Rows, Stats, System, no_supports
@@ -20,6 +21,7 @@ from creak.elements.free_sides import SHELLS, with_free_sides
 from creak.elements.geometric import GEOMETRIC
 from creak.elements.geometry import DegenerateElement
 from creak.errors import InputError
+from creak.linalg.threads import in_order
 from creak.model.constraints import Constraint, Equation
 from creak.model.dofs import PER_NODE, dof_label, dofs_of, node_dofs, nodes_of
 from creak.model.materials import (
@@ -34,8 +36,9 @@ from creak.model.materials import (
 )
 from creak.model.mesh import ElementBlock, Model
 
-CHUNK = 600_000
-"""Entries of element matrices made at a time; 8 bytes each, three times at most: they are summed in the caches."""
+CHUNK = 300_000
+"""Entries of element matrices made at a time; 8 bytes each, three times at most: they are summed in the caches.
+Each core makes a piece, and as many wait to be summed."""
 
 
 @dataclass(frozen=True)
@@ -105,17 +108,16 @@ def assemble_blocks(
     given = with_free_sides(given, _shells_beside(model, given, nodes))
     pattern = NodeBlocks([np.searchsorted(nodes, block.nodes_idx) for block in given], nodes.size)
     K, M, C = pattern.zeros(), pattern.zeros(), None
-    for block in given:
+    for block, rows, (Ke, Me, Ce) in _element_matrices(model, given, u):
+        at = np.searchsorted(nodes, block.nodes_idx[rows])
+        pattern.add(K, at, Ke)
+        pattern.add(M, at, Me)
         da, db, dashpot = _excess_damping(block, common, override)
-        for rows, (Ke, Me, Ce) in _element_matrices(model, block, u):
-            at = np.searchsorted(nodes, block.nodes_idx[rows])
-            pattern.add(K, at, Ke)
-            pattern.add(M, at, Me)
-            if da or db or dashpot:
-                C = pattern.zeros() if C is None else C
-                for factor, Ae in ((da, Me), (db, Ke), (1.0, Ce)):
-                    if factor and Ae is not None:
-                        pattern.add(C, at, Ae, factor)
+        if da or db or dashpot:
+            C = pattern.zeros() if C is None else C
+            for factor, Ae in ((da, Me), (db, Ke), (1.0, Ce)):
+                if factor and Ae is not None:
+                    pattern.add(C, at, Ae, factor)
     stiffness = pattern.matrix(K)
     del K
     return PartMatrices(labels, stiffness, pattern.matrix(M), None if C is None else pattern.matrix(C))
@@ -151,30 +153,42 @@ ElementMatrices = tuple[FloatArray, FloatArray, FloatArray | None]
 
 
 def _element_matrices(
-    model: Model, block: ElementBlock, u: FloatArray | None
-) -> Iterator[tuple[slice, ElementMatrices]]:
-    """Rows of the block and their matrices, some at a time.
+    model: Model, blocks: Sequence[ElementBlock], u: FloatArray | None
+) -> Iterator[tuple[ElementBlock, slice, ElementMatrices]]:
+    """Blocks, some of their rows and the matrices of these, in order; cores make the next ones meanwhile.
 
     Raises
     ------
-    InputError : elements whose geometry admits no stiffness, all with the same fault named at once.
+    InputError : elements whose geometry admits no stiffness, all of a block with the same fault named at once.
     """
-    size = max(1, CHUNK // (6 * block.nodes_idx.shape[1]) ** 2)
-    bad: list[tuple[int, str]] = []
-    for start in range(0, block.ids.size, size):
-        rows = slice(start, start + size)
-        try:
-            Ke, Me, Ce = block_matrices(block, rows, model.nodes.coords, form=model.mass_form)
-            if u is not None and block.kind in GEOMETRIC:
-                at = block.nodes_idx[rows]
-                Ke = Ke + GEOMETRIC[block.kind](model.nodes.coords[at], block.section, block.own.take(rows), u[at])
-        except DegenerateElement as error:
-            bad += [(start + row, error.reason) for row in error.rows.tolist()]
+    pieces = [(block, rows) for block in blocks for rows in _pieces(block)]
+    bad: list[tuple[ElementBlock, int, str]] = []
+    for (block, rows), made in zip(pieces, in_order(lambda piece: _made(model, *piece, u), pieces), strict=True):
+        if bad and bad[0][0] is not block:
+            break
+        if isinstance(made, DegenerateElement):
+            bad += [(block, rows.start + row, made.reason) for row in made.rows.tolist()]
         else:
-            yield rows, (Ke, Me, Ce)
+            yield block, rows, made
     if bad:
-        reason = bad[0][1]
-        raise _degenerate(block, block.ids[[row for row, why in bad if why == reason]], reason)
+        block, _, reason = bad[0]
+        raise _degenerate(block, block.ids[[row for _, row, why in bad if why == reason]], reason)
+
+
+def _pieces(block: ElementBlock) -> list[slice]:
+    size = max(1, CHUNK // (6 * block.nodes_idx.shape[1]) ** 2)
+    return [slice(start, start + size) for start in range(0, block.ids.size, size)]
+
+
+def _made(model: Model, block: ElementBlock, rows: slice, u: FloatArray | None) -> ElementMatrices | DegenerateElement:
+    try:
+        Ke, Me, Ce = block_matrices(block, rows, model.nodes.coords, form=model.mass_form)
+        if u is not None and block.kind in GEOMETRIC:
+            at = block.nodes_idx[rows]
+            Ke = Ke + GEOMETRIC[block.kind](model.nodes.coords[at], block.section, block.own.take(rows), u[at])
+    except DegenerateElement as error:
+        return error
+    return Ke, Me, Ce
 
 
 def _degenerate(block: ElementBlock, bad: IntArray, reason: str) -> InputError:
@@ -222,8 +236,9 @@ def part_system(
     matrices = assemble_blocks(model, blocks, labels, common, override, u)
     equations = [e for c in inside[part] for e in linear_equations(c, model.nodes.coords)]
     T, independent = transformation(labels, eliminate(equations))
-    K, M = (congruent(T, A) for A in (matrices.K, matrices.M))
-    C = None if matrices.C is None else congruent(T, matrices.C)
+    own = np.searchsorted(labels, independent)
+    K, M = (congruent(T, SideBySide([A]), own) for A in (matrices.K, matrices.M))
+    C = None if matrices.C is None else congruent(T, SideBySide([matrices.C]), own)
     needed = np.isin(independent, _outside_labels(model, across))
     keep = np.flatnonzero((K.diagonal() != 0.0) | (M.diagonal() != 0.0) | needed)
     K, M, T = principal(K, keep), principal(M, keep), T[:, keep]

@@ -15,9 +15,10 @@ from creak.elements.block_matrices import block_matrices
 from creak.model.dofs import dof_label, node_and_dof, node_dofs
 from creak.model.materials import Discrete, Spring, has_stiffness
 from creak.model.mesh import ElementBlock, Model
+from creak.model.shell_facets import SHELL_FACETS
 from creak.model.solid_faces import FACES
 
-STRUCTURAL = ("quad4", "tri3", "beam2", *FACES)
+STRUCTURAL = (*SHELL_FACETS, "beam2", "beam3", *FACES)
 FREE = 1e-9
 """A singular value below this share of the largest is a free motion."""
 

@@ -104,8 +104,7 @@ def _reduced(setup: Setup, folder: Path, output: Output) -> tuple[ReducedModel, 
     from creak.studies.models.health import check
     from creak.studies.models.reduced import reduce_model
     from creak.studies.models.superelements import save_superelement
-    from creak.studies.run.job import prepare
-    from creak.studies.run.static_start import begin
+    from creak.studies.run.job import ready
 
     checks: dict[str, Health] = {}
 
@@ -120,8 +119,7 @@ def _reduced(setup: Setup, folder: Path, output: Output) -> tuple[ReducedModel, 
             if not reduced.reused:
                 output.wrote(save_superelement(folder, reduced, setup.model, about))
 
-    setup, built = begin(setup, output.progress)
-    reference, gaps, notes = prepare(setup, output.progress, built)
+    setup, reference, gaps, notes = ready(setup, output.progress)
     try:
         return reduce_model(setup, reference, gaps, output.progress, folder, made), checks, notes
     except CreakError:

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
+from creak.cli.cluster import SCHEDULER, TLS_CA_FILE, TLS_CERT, TLS_KEY, check_cluster, checked_certificates
 from creak.cli.details import tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output, writable_folder
 
 if TYPE_CHECKING:
     from creak.studies.robust.findings import Robustness
+    from creak.studies.tasks.cluster import Certificates
+    from creak.studies.tasks.queue import Runner
 
 
 def robust(
@@ -24,6 +28,10 @@ def robust(
         True, "--indices/--no-indices", help="Sobol indices: half as many runs more for each cause."
     ),
     threads: int | None = typer.Option(None, "--threads", min=1, help="Default: all cores of this process."),
+    scheduler: str | None = SCHEDULER,
+    tls_ca_file: Path | None = TLS_CA_FILE,
+    tls_cert: Path | None = TLS_CERT,
+    tls_key: Path | None = TLS_KEY,
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,
     as_json: bool = AS_JSON,
@@ -41,15 +49,17 @@ def robust(
     from creak.report.robust_rows import write_draws
     from creak.studies.robust.job import LOG
 
+    certificates = checked_certificates(scheduler, "--threads", threads, tls_ca_file, tls_cert, tls_key)
     folder = out if out is not None else study_file.parent / "robust"
     with Output(quiet, verbose, as_json) as output:
         from creak.api.study import read_study
 
         study = read_study(study_file)
         writable_folder(folder)
-        with output.progress as progress:
+        check_cluster(scheduler, output)
+        with _runner(scheduler, certificates) as runner, output.progress as progress:
             try:
-                found = find(study, n, out=folder, indices=indices, threads=threads, progress=progress)
+                found = find(study, n, out=folder, indices=indices, threads=threads, runner=runner, progress=progress)
             except KeyboardInterrupt:
                 if (folder / LOG).exists():
                     output.wrote(folder / LOG)
@@ -72,6 +82,12 @@ def robust(
         _print(output, found)
         output.tell_written()
         output.result({**data, "written": [str(path) for path in output.written]})
+
+
+def _runner(scheduler: str | None, certificates: Certificates) -> AbstractContextManager[Runner | None]:
+    from creak.studies.tasks.cluster import running_cluster
+
+    return nullcontext() if scheduler is None else running_cluster(scheduler, certificates)
 
 
 def _print(output: Output, found: Robustness) -> None:

@@ -17,16 +17,17 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from creak.cli.cluster import SCHEDULER, TLS_CA_FILE, TLS_CERT, TLS_KEY, check_cluster, checked_certificates
 from creak.cli.console import Terminal
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Interrupted, Output, writable_file, writable_folder
-from creak.errors import InputError, NumericalError, Unreliable
+from creak.errors import NumericalError, Unreliable
 
 if TYPE_CHECKING:
     from creak.studies.run.job import StudyResult
     from creak.studies.sweep.case import Outcome
     from creak.studies.sweep.cases import Case
-    from creak.studies.sweep.cluster import Certificates
     from creak.studies.sweep.table import Row
+    from creak.studies.tasks.cluster import Certificates
 
 
 def sweep(
@@ -37,24 +38,10 @@ def sweep(
     workers: int | None = typer.Option(
         None, "--workers", min=1, help="Worker processes on this machine; default: one per core. They share the cores."
     ),
-    scheduler: str | None = typer.Option(
-        None, "--scheduler", metavar="ADDRESS", help="Run on the cluster of this dask scheduler instead."
-    ),
-    tls_ca_file: Path | None = typer.Option(
-        None,
-        "--tls-ca-file",
-        metavar="FILE",
-        help="Certificate of the authority of a tls:// scheduler, PEM; default: dask's own settings.",
-    ),
-    tls_cert: Path | None = typer.Option(
-        None, "--tls-cert", metavar="FILE", help="Certificate to show to a tls:// scheduler, PEM."
-    ),
-    tls_key: Path | None = typer.Option(
-        None,
-        "--tls-key",
-        metavar="FILE",
-        help="Private key of that certificate, PEM; default: it lies in the same file.",
-    ),
+    scheduler: str | None = SCHEDULER,
+    tls_ca_file: Path | None = TLS_CA_FILE,
+    tls_cert: Path | None = TLS_CERT,
+    tls_key: Path | None = TLS_KEY,
     dry_run: bool = typer.Option(False, "--dry-run", help="List the cases, run nothing."),
     reports: bool = typer.Option(True, "--reports/--no-reports", help="Write report.html of every case."),
     ignore: list[str] = IGNORE,
@@ -70,19 +57,10 @@ def sweep(
     """
     from creak.api.extras import need_report
     from creak.studies.sweep.cases import resolve
-    from creak.studies.sweep.cluster import Certificates, need_distributed, open_to_others
     from creak.studies.sweep.file import read_sweep
     from creak.studies.sweep.tasks import finished
 
-    if workers is not None and scheduler is not None:
-        raise InputError("--workers and --scheduler exclude each other", fix="A cluster has its own workers.")
-    certificates = Certificates(tls_ca_file, tls_cert, tls_key)
-    if scheduler is None and certificates.files:
-        raise InputError(
-            f"{next(iter(certificates.files))} without --scheduler",
-            expected="--scheduler tls://HOST:PORT",
-            fix="Workers on this machine need no certificates.",
-        )
+    certificates = checked_certificates(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
     output = Output(quiet, verbose, as_json)
     read = read_sweep(sweep_file)
     folder = out if out is not None else sweep_file.parent / f"{sweep_file.stem}_sweep"
@@ -94,13 +72,7 @@ def sweep(
     if dry_run:
         _list(output, cases, finished(cases, folder, rename=False))
         return
-    if scheduler is not None:
-        need_distributed()
-        if open_to_others(scheduler):
-            output.warn(
-                f"the scheduler {scheduler} is open: whoever reaches it, or its workers, can run code as their owner; "
-                "use certificates and tls://, see docs/sweeps.md"
-            )
+    check_cluster(scheduler, output)
     if reports:
         need_report("--no-reports")
     folder.mkdir(parents=True, exist_ok=True)
@@ -129,10 +101,10 @@ def _rows(
 ) -> list[Row]:
     from creak.formats.partials import remove_dead
     from creak.linalg.threads import cores
-    from creak.studies.sweep.cluster import running_cluster
     from creak.studies.sweep.table import Row, write_table
     from creak.studies.sweep.tasks import run_sweep, tasks_of
-    from creak.studies.sweep.workers import local_workers
+    from creak.studies.tasks.cluster import running_cluster
+    from creak.studies.tasks.workers import local_workers
 
     remove_dead(folder)
     tasks = tasks_of(cases, folder, ignore, write_case_report if reports else None)

@@ -11,10 +11,10 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.model.materials import AnisotropicMaterial, BeamSection, GeneralShell, Material, ShellSection
 from creak.model.mesh import ElementBlock, Model
+from creak.model.shell_facets import N_CORNER, SHELL_FACETS, facets_of_shells
 from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces, volumes
 
 SHEAR_CORRECTION = 5.0 / 6.0
-SHELLS = ("quad4", "tri3")
 FEATURE = np.cos(np.radians(45.0))
 """Faces of solids that turn by more than 45 degrees meet at an edge; their normals are not averaged across it."""
 NO_AREA = 1e-10
@@ -131,7 +131,7 @@ def nodes_of(model: Model, name: str, *, where: str) -> SecondaryNodes:
     if surface is None and members is None and name.upper() in model.node_sets:
         return _bare_nodes(model, np.unique(model.node_set(name, where=where)))
     if members is not None:
-        lines = np.array([model.blocks[row].kind in ("beam2", "truss2") for row in members[:, 0]], dtype=bool)
+        lines = np.array([model.blocks[row].kind in ("beam2", "beam3", "truss2") for row in members[:, 0]], dtype=bool)
         if lines.any() and lines.all():
             ends = [model.blocks[row].nodes_idx[element] for row, element in members]
             return _bare_nodes(model, np.unique(np.concatenate(ends)))
@@ -146,7 +146,7 @@ def _bare_nodes(model: Model, rows: IntArray) -> SecondaryNodes:
     for block in model.blocks:
         if isinstance(block.section, BeamSection):
             np.maximum.at(radius, block.nodes_idx, block.section.radius)
-        elif block.kind in SHELLS or block.kind in FACES:
+        elif block.kind in SHELL_FACETS or block.kind in FACES:
             other[block.nodes_idx] = True
     thickness = np.where(other, 0.0, 2.0 * radius)[rows]
     endless = np.full(rows.size, np.inf)
@@ -277,19 +277,20 @@ def _of_set(model: Model, members: IntArray) -> tuple[IntArray, IntArray]:
 
 def _gather(model: Model, pairs: IntArray, side: IntArray, name: str, where: str) -> Facets:
     """Facets of elements (block, row); `side` of a solid is the number of its face."""
+    count = np.array([len(SHELL_FACETS.get(block.kind, (0,))) for block in model.blocks])[pairs[:, 0]]
+    pairs, side = np.repeat(pairs, count, axis=0), np.repeat(side, count)
+    number = np.arange(pairs.shape[0]) - np.repeat(np.cumsum(count) - count, count)
     n = pairs.shape[0]
     nodes = np.zeros((n, 4), dtype=np.int64)
     thickness, stiffness, depth = np.zeros(n), np.zeros(n), np.zeros(n)
-    side = side.copy()
     for row in np.unique(pairs[:, 0]).tolist():
         block, mine = model.blocks[row], np.flatnonzero(pairs[:, 0] == row)
         element, section = pairs[mine, 1], block.section
         if block.kind in FACES:
             nodes[mine], stiffness[mine], depth[mine] = _faces(model, block, element, side[mine])
             side[mine] = 1
-        elif block.kind in SHELLS and isinstance(section, ShellSection | GeneralShell):
-            corner = block.nodes_idx[element]
-            nodes[mine] = corner[:, [0, 1, 2, -1]]
+        elif block.kind in SHELL_FACETS and isinstance(section, ShellSection | GeneralShell):
+            nodes[mine] = facets_of_shells(block.kind, block.nodes_idx[element])[np.arange(element.size), number[mine]]
             thickness[mine] = _thickness(model, block, element, side[mine], name, where)
             stiffness[mine] = _shear_stiffness(section)
         else:
@@ -321,7 +322,7 @@ def _thickness(
     ratio = np.ones(element.size) if own.thickness is None else own.thickness.mean(axis=1)
     offset = ratio * (section.offset if isinstance(section, GeneralShell) else 0.0)
     if own.arms is not None:
-        corner = model.nodes.coords[block.nodes_idx[element]]
+        corner = model.nodes.coords[block.nodes_idx[element, : N_CORNER[block.kind]]]
         normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, -1] - corner[:, 1])
         normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
         offset = offset + np.einsum("nx,nx->n", own.arms.mean(axis=1), normal)

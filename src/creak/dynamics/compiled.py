@@ -1,6 +1,9 @@
 """How functions are compiled that compiled code alone calls: without an entry for Python, a quarter of the time.
 
 Python must not call them (it would crash): what it calls is `numba.njit(cache=True)`, as in the rest of creak.
+
+They do not count who holds an array either: each count locks a line of the cache, in the march a quarter of its time,
+and more where threads share a model. So they make no arrays: what does is `with_arrays` and returns numbers.
 """
 
 from __future__ import annotations
@@ -11,7 +14,10 @@ import numba
 
 from creak.dynamics.modal_model import FAST
 
-_ALONE: dict[str, Any] = {"cache": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+_ALONE: dict[str, Any] = {"cache": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
 inner = numba.njit(**_ALONE)
 inner_fast = numba.njit(**_ALONE, fastmath=FAST)
 """Sums in any order."""
+_MAKING: dict[str, Any] = {"cache": True, "_nrt": True}
+with_arrays = numba.njit(**_MAKING)
+"""For functions that make arrays and are called by the others (`_nrt` goes on from caller to called)."""

@@ -16,8 +16,8 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.dynamics.compiled import inner
-from creak.dynamics.flow_motion import band_energies
-from creak.dynamics.modal_model import acts, dot
+from creak.dynamics.flow_motion import band_energies, gap_of, rate_of
+from creak.dynamics.modal_model import acts
 
 STEPS = (128, 64, 32, 16)
 """Steps near contact of a block."""
@@ -181,19 +181,3 @@ def look_open(model, after):  # type: ignore[no-untyped-def]
     for i in range(after.gap.size):
         if after.force[i] == 0.0:
             after.rate[i] = rate_of(model, i, v, after)
-
-
-@inner
-def gap_of(model, i, u, after):  # type: ignore[no-untyped-def]
-    gap = model.gap0[i] + dot(model.rows[i], u)
-    for j in range(after.support.shape[1]):
-        gap += model.rows_s[i, j] * after.support[0, j]
-    return gap
-
-
-@inner
-def rate_of(model, i, v, after):  # type: ignore[no-untyped-def]
-    rate = dot(model.rates[i], v)
-    for j in range(after.support.shape[1]):
-        rate += model.rows_s[i, j] * after.support[1, j]
-    return rate

@@ -48,8 +48,8 @@ def stored(model, x):  # type: ignore[no-untyped-def]
         for i in range(u.size):
             kinetic += model.m[i] * v[i] * v[i]
             strain += model.k[i] * u[i] * u[i]
-            if model.m[i] <= 0.0:
-                light += model.k[i] * u[i] * u[i]
+        for i in model.massless:
+            light += model.k[i] * u[i] * u[i]
     else:
         z = x.x.reshape(x.x.size)
         for i in range(model.kinetic.shape[0]):

@@ -7,16 +7,20 @@ halved, and its halves, down to the step near contact; only that one carries for
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numba
 import numpy as np
 
+from creak.arrays import FloatArray
 from creak.dynamics.books import GIVEN
 from creak.dynamics.closing import dips
 from creak.dynamics.compiled import inner
 from creak.dynamics.flow_block import APART, KNOWN, amend, close_block, ends, look_near, open_block, under_way
 from creak.dynamics.flow_books import as_springs_saw, book_flow, complete
 from creak.dynamics.flow_kicks import book_half, book_slack, lessen, press, settled
-from creak.dynamics.flow_lasting import PATIENCE, held_together, hold, rests, same_set
+from creak.dynamics.flow_lasting import PATIENCE, Held, hold, hold_together, new_held, rests, same_set
+from creak.dynamics.flow_model import FlowModel
 from creak.dynamics.flow_motion import (
     band_energies,
     fly,
@@ -37,6 +41,29 @@ FULL = -2
 """Code: no room left in the table."""
 
 
+class Desk(NamedTuple):
+    """Where a march works."""
+
+    course: FloatArray
+    """(3, n_support, 4)"""
+    drive: FloatArray
+    """(n_x, 4)"""
+    D: FloatArray
+    """(4, p1 - p0)"""
+    energy: FloatArray
+    """(n_band,)"""
+    share: FloatArray
+    """(m,)"""
+    together: Held
+
+
+def new_desk(model: FlowModel, bands: int, lasts: bool) -> Desk:
+    """For one march at a time; lasts: there may be lasting contact."""
+    m, n_support = model.gap0.size, model.support.shape[2]
+    course, drive, D = np.empty((3, n_support, 4)), np.empty((model.order.size, 4)), np.empty((4, model.p1 - model.p0))
+    return Desk(course, drive, D, np.empty(bands), np.ones(m), new_held(m if lasts else 0))
+
+
 @inner
 def may_close(now, after, h, reach, energy, slope):  # type: ignore[no-untyped-def]
     """Can a gap that has a law reach zero in a step without contact? reach (n_band, m), energy (n_band,)."""
@@ -50,6 +77,15 @@ def may_close(now, after, h, reach, energy, slope):  # type: ignore[no-untyped-d
         if g0 <= 0.0 or dips(g0, h * now.rate[i], g1, h * after.rate[i]):
             return True
     return False
+
+
+@inner
+def all_finite(after):  # type: ignore[no-untyped-def]
+    """Are gaps and work finite?"""
+    total = after.energy[GIVEN]
+    for i in range(after.gap.size):
+        total += after.gap[i]
+    return np.isfinite(total)
 
 
 @inner
@@ -118,8 +154,8 @@ def advance(  # type: ignore[no-untyped-def]
     return level, h
 
 
-@numba.njit(cache=True, nogil=True)
-def flow_chunk(  # type: ignore[no-untyped-def]
+@inner
+def march(  # type: ignore[no-untyped-def]
     model,
     laws,
     slope,
@@ -134,6 +170,7 @@ def flow_chunk(  # type: ignore[no-untyped-def]
     reach,
     block,
     cone,
+    desk,
     now,
     after,
     out,
@@ -155,20 +192,14 @@ def flow_chunk(  # type: ignore[no-untyped-def]
     motions kept, whether `after` holds the last state, and the time.
     """
     n_x, levels = model.order.size, P.shape[0] - 1
-    course, drive, D = np.empty((3, now.support.shape[1], 4)), np.empty((n_x, 4)), np.empty((4, model.p1 - model.p0))
-    energy, share = np.empty(reach.shape[1]), np.ones(now.gap.size)
+    course, drive, D, energy, share, together = desk.course, desk.drive, desk.D, desk.energy, desk.share, desk.together
     parts = 1 << levels
     springs = not (model.damped or light or now.sliding.size > 0)
     patience = PATIENCE * (parts >> lasting) if lasting <= levels else 0
     kept, whole_row, swapped, level = 0, 0, False, 0
     time, written, edge = begin * H, True, False
     restart(cone, time, now, True)
-    calm, pressing, inverse, held = (
-        patience if rests(model, now) else 0,
-        np.zeros(0, dtype=np.int64),
-        np.empty((0, 0)),
-        False,
-    )
+    calm, held = patience if rests(model, now) else 0, False
     for step in range(begin, end):
         if used + parts > out.table.shape[0]:
             return FULL, step, used, kept, swapped, step * H
@@ -185,9 +216,8 @@ def flow_chunk(  # type: ignore[no-untyped-def]
                 level, h = lasting, H / (1 << lasting)
                 if calm == patience:
                     look_rates(model, now)
-                    pressing = np.flatnonzero(now.force[: now.gap.size])
-                    inverse = held_together(laws, B, pressing)
-                held = hold(model, laws, slope, P[level], B, inverse, pressing, gain, D, course, h, now, after, block)
+                    hold_together(laws, B, now.force[: now.gap.size], together)
+                held = hold(model, laws, slope, P[level], B, together, gain, D, course, h, now, after, block)
                 calm = calm + 1 if held else 0
                 if held:
                     settled(W, H / parts, after)
@@ -249,7 +279,7 @@ def flow_chunk(  # type: ignore[no-untyped-def]
             if over:
                 close_block(block, model, after)
             block.mark[KNOWN] = over
-            if not np.isfinite(after.gap.sum() + after.energy[GIVEN]):
+            if not all_finite(after):
                 return NOT_FINITE, step, used, kept, swapped, then
             changed = changes(now, after)
             if not written and (edge or changed or bends(cone, time, now, then, after)):
@@ -276,3 +306,57 @@ def flow_chunk(  # type: ignore[no-untyped-def]
         if whole_row < out.whole_at.size and out.whole_at[whole_row] == step + 1:
             put(out.whole[whole_row], 0, now.x.reshape(now.x.size)[model.u0 : model.u1])
     return DONE, end, used, kept, swapped, end * H
+
+
+@numba.njit(cache=True, nogil=True)
+def flow_chunk(  # type: ignore[no-untyped-def]
+    model,
+    laws,
+    slope,
+    P,
+    A,
+    W,
+    B,
+    lasting,
+    gain,
+    light,
+    band,
+    reach,
+    block,
+    cone,
+    desk,
+    now,
+    after,
+    out,
+    H,
+    begin,
+    end,
+    every,
+    used,
+):
+    """`march`, for Python."""
+    return march(
+        model,
+        laws,
+        slope,
+        P,
+        A,
+        W,
+        B,
+        lasting,
+        gain,
+        light,
+        band,
+        reach,
+        block,
+        cone,
+        desk,
+        now,
+        after,
+        out,
+        H,
+        begin,
+        end,
+        every,
+        used,
+    )

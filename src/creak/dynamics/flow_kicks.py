@@ -14,7 +14,7 @@ import math
 
 from creak.contact.step_problem import solve_step, spring_energy, spring_force
 from creak.dynamics.books import CONTACT_DAMPING, EXTERNAL, FRICTION, GIVEN
-from creak.dynamics.compiled import inner, inner_fast
+from creak.dynamics.compiled import inner, inner_fast, with_arrays
 from creak.dynamics.flow_motion import look_along, quiet
 from creak.dynamics.modal_model import DONE, acts, fill, put
 
@@ -38,17 +38,12 @@ def press(model, laws, A, W, light, gain, h, now, after, share, watched):  # typ
     """
     m = model.gap0.size
     quiet(after)
-    if not model.presses or after.gap.min() >= 0.0:
+    if not (model.presses and any_closed(after)):
         return DONE
     look_along(model, laws, watched, after)
     drifted(laws, W, h, now, share, after)
     if model.damped or after.sliding.size or light:
-        put(after.force, 0, now.force)
-        put(after.stuck, 0, now.stuck)
-        seen = after.rate.copy()
-        turn_rates(laws, W, (0.5 - THETA) * h, now.force, share, seen)
-        slip, rate = h * seen[m:], seen[:m].copy()
-        code = solve_step(A, after.gap.copy(), rate, RATE / h, slip, RATE, h, laws, after.stuck, after.force)
+        code = solve_kick(laws, A, W, h, now, after, share)
         if code != DONE:
             return code
     else:
@@ -82,6 +77,27 @@ def press(model, laws, A, W, light, gain, h, now, after, share, watched):  # typ
         if after.force[laws.rubs[i // 2]] > 0.0 and not after.stuck[i // 2]:
             after.sliding[i] = after.rate[m + i]
     return DONE
+
+
+@inner
+def any_closed(after):  # type: ignore[no-untyped-def]
+    """Is any gap closed?"""
+    closed = False
+    for i in range(after.gap.size):
+        closed = closed or after.gap[i] < 0.0
+    return closed
+
+
+@with_arrays
+def solve_kick(laws, A, W, h, now, after, share):  # type: ignore[no-untyped-def]
+    """Forces of channels with dampers or friction, or on coordinates without mass; 0 or the code of their solver."""
+    m = after.gap.size
+    put(after.force, 0, now.force)
+    put(after.stuck, 0, now.stuck)
+    seen = after.rate.copy()
+    turn_rates(laws, W, (0.5 - THETA) * h, now.force, share, seen)
+    slip, rate = h * seen[m:], seen[:m].copy()
+    return solve_step(A, after.gap.copy(), rate, RATE / h, slip, RATE, h, laws, after.stuck, after.force)
 
 
 @inner

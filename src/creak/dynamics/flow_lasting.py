@@ -12,13 +12,16 @@ taken: those belong to the kicks.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from creak.arrays import FloatArray, IntArray
 from creak.dynamics.books import EXTERNAL, GIVEN
 from creak.dynamics.closing import dips
-from creak.dynamics.compiled import inner, inner_fast
-from creak.dynamics.flow_block import gap_of, look_near, under_way
-from creak.dynamics.flow_motion import fly, look, settle_supports
+from creak.dynamics.compiled import inner, inner_fast, with_arrays
+from creak.dynamics.flow_block import look_near, under_way
+from creak.dynamics.flow_motion import fly, gap_of, look, settle_supports, times
 from creak.dynamics.modal_model import fill
 
 PATIENCE = 25
@@ -47,29 +50,57 @@ def rests(model, now):  # type: ignore[no-untyped-def]
     return True
 
 
-@inner
-def held_together(laws, B, pressing):  # type: ignore[no-untyped-def]
-    """(1 / k + w B)^-1 over the channels that press."""
-    C = np.empty((pressing.size, pressing.size))
-    for a in range(pressing.size):
-        for b in range(pressing.size):
+class Held(NamedTuple):
+    """The channels that press in lasting contact."""
+
+    number: IntArray
+    """(1,) of them"""
+    pressing: IntArray
+    """(m,) which: the first `number` count, so of all that follows."""
+    inverse: FloatArray
+    """(m m,) (1 / k + w B)^-1, rows one after the other."""
+    right: FloatArray
+    end: FloatArray
+    mean: FloatArray
+    """(m,) right side, forces at the end of a step, their means."""
+
+
+def new_held(m: int) -> Held:
+    """For m channels."""
+    one = np.zeros(m)
+    return Held(np.zeros(1, dtype=np.int64), np.zeros(m, dtype=np.int64), np.zeros(m * m), one, one.copy(), one.copy())
+
+
+@with_arrays
+def hold_together(laws, B, force, held):  # type: ignore[no-untyped-def]
+    """The channels that press now."""
+    pressing = np.flatnonzero(force)
+    n = pressing.size
+    C = np.empty((n, n))
+    for a in range(n):
+        held.pressing[a] = pressing[a]
+        for b in range(n):
             C[a, b] = (0.5 + LOSS) * B[pressing[a], pressing[b]]
         C[a, a] += 1.0 / laws.stiffness[pressing[a]]
-    return np.ascontiguousarray(np.linalg.inv(C))
+    held.number[0] = n
+    inverse = np.linalg.inv(C)
+    for a in range(n):
+        for b in range(n):
+            held.inverse[a * n + b] = inverse[a, b]
 
 
 @inner
-def hold(model, laws, slope, P, B, inverse, pressing, gain, D, course, h, now, after, block):  # type: ignore[no-untyped-def]
+def hold(model, laws, slope, P, B, held, gain, D, course, h, now, after, block):  # type: ignore[no-untyped-def]
     """A step of lasting contact; False, and nothing is done, where the set of channels would change in it."""
     fly(model, P, gain, D, now, after, False)
     settle_supports(course, h, after)
-    n, m = pressing.size, now.gap.size
-    right, mean, u = np.empty(n), np.empty(n), after.x.reshape(after.x.size)[model.u0 : model.u1]
+    n, m, u = held.number[0], now.gap.size, after.x.reshape(after.x.size)[model.u0 : model.u1]
+    pressing, right, p1, mean = held.pressing[:n], held.right[:n], held.end[:n], held.mean[:n]
     for a in range(n):
         right[a] = -gap_of(model, pressing[a], u, after)
         for b in range(n):
             right[a] -= (0.5 - LOSS) * B[pressing[a], pressing[b]] * now.force[pressing[b]]
-    p1 = np.dot(inverse, right)
+    times(held.inverse[: n * n].reshape((n, n)), right, p1)
     for a in range(n):
         if p1[a] <= 0.0:
             return False

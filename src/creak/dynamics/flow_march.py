@@ -19,7 +19,7 @@ from creak.dynamics.chunks import Chunk, march_chunks
 from creak.dynamics.flow_block import FEWEST, STEPS, Block, new_block
 from creak.dynamics.flow_books import begin_books
 from creak.dynamics.flow_coupled import can_couple, coupled_modes
-from creak.dynamics.flow_kernel import FULL, flow_chunk
+from creak.dynamics.flow_kernel import FULL, flow_chunk, new_desk
 from creak.dynamics.flow_kicks import RATE, THETA
 from creak.dynamics.flow_model import FlowForm, FlowState, filtered, resting, single_modes
 from creak.dynamics.flow_propagator import Q0
@@ -151,13 +151,13 @@ class FlowRun:
             other.model = self.model._replace(**given)
         else:
             other._resolve()
-        other._open_log()
+        other._own_work()
+        other.log = self.log.again()
         return other
 
     def _open_log(self) -> None:
         observed, output_every, whole_at, watched = self._kept_of
-        self.block = self._block()
-        self.cone = new_cone(2 * self.gaps.m + 2 * (self.model.rows.shape[0] - self.gaps.m))
+        self._own_work()
         self.log = Recorder(
             self.system,
             self.on,
@@ -170,6 +170,12 @@ class FlowRun:
             watched,
             self.form.basis,
         )
+
+    def _own_work(self) -> None:
+        """What a run writes to while it goes on."""
+        self.block = self._block()
+        self.cone = new_cone(2 * self.gaps.m + 2 * (self.model.rows.shape[0] - self.gaps.m))
+        self.desk = new_desk(self.model, self.steps.reach.shape[1], self.lasting <= self.steps.levels)
 
     def _resolve(self) -> None:
         """Steps near contact, and what channels do within one."""
@@ -266,6 +272,7 @@ class FlowRun:
             self.steps.reach,
             self.block,
             self.cone,
+            self.desk,
             now,
             after,
             out,

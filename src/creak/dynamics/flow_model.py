@@ -60,6 +60,8 @@ class FlowModel(NamedTuple):
     m: FloatArray
     k: FloatArray
     """(n,) of single modes; 1 and 0 for pairs."""
+    massless: IntArray
+    """Single modes whose m is 0."""
     kinetic: FloatArray
     strain: FloatArray
     """(q, 2 n): energies are half the squares of these products with z; empty for single modes."""
@@ -180,6 +182,7 @@ def of_modal(
         modal.force,
         m,
         k,
+        np.flatnonzero(m <= 0.0),
         np.ascontiguousarray(forms[0]),
         np.ascontiguousarray(forms[1]),
         np.ascontiguousarray(forms[2]),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from creak.dynamics.compiled import inner, inner_fast
+from creak.dynamics.compiled import inner, inner_fast, with_arrays
 from creak.dynamics.modal_model import CONSTANT, FORCE, acts, dot, fill, put
 
 SINGLE = 9
@@ -133,6 +133,12 @@ def settle_supports(course, h, after):  # type: ignore[no-untyped-def]
             after.support[order, j] = value(course[order, j], h)
 
 
+@with_arrays
+def times(A, x, out):  # type: ignore[no-untyped-def]
+    """out = A x"""
+    np.dot(A, x, out)
+
+
 @inner
 def look(model, after):  # type: ignore[no-untyped-def]
     """Gaps of a motion, and their rates."""
@@ -144,7 +150,7 @@ def look(model, after):  # type: ignore[no-untyped-def]
 def look_gaps(model, after):  # type: ignore[no-untyped-def]
     """Gaps of a motion."""
     m, z = after.gap.size, after.x.reshape(after.x.size)
-    np.dot(model.rows[:m], z[model.u0 : model.u1], after.gap)
+    times(model.rows[:m], z[model.u0 : model.u1], after.gap)
     for i in range(m):
         after.gap[i] += model.gap0[i]
         for j in range(after.support.shape[1]):
@@ -155,7 +161,7 @@ def look_gaps(model, after):  # type: ignore[no-untyped-def]
 def look_rates(model, after):  # type: ignore[no-untyped-def]
     """Rates of the gaps of a motion."""
     m, z = after.gap.size, after.x.reshape(after.x.size)
-    np.dot(model.rates[:m], z[model.v0 : model.v1], after.rate[:m])
+    times(model.rates[:m], z[model.v0 : model.v1], after.rate[:m])
     for i in range(m):
         for j in range(after.support.shape[1]):
             after.rate[i] += model.rows_s[i, j] * after.support[1, j]
@@ -167,9 +173,7 @@ def look_closed(model, after):  # type: ignore[no-untyped-def]
     v = after.x.reshape(after.x.size)[model.v0 : model.v1]
     for i in range(after.gap.size):
         if after.gap[i] < 0.0:
-            after.rate[i] = dot(model.rates[i], v)
-            for j in range(after.support.shape[1]):
-                after.rate[i] += model.rows_s[i, j] * after.support[1, j]
+            after.rate[i] = rate_of(model, i, v, after)
 
 
 @inner
@@ -177,11 +181,26 @@ def look_along(model, laws, watched, after):  # type: ignore[no-untyped-def]
     """Rates along the rubbing channels of contacts that are watched (m,)."""
     m, v = after.gap.size, after.x.reshape(after.x.size)[model.v0 : model.v1]
     for i in range(m, after.rate.size):
-        if not watched[laws.rubs[(i - m) // 2]]:
-            continue
-        after.rate[i] = dot(model.rates[i], v)
-        for j in range(after.support.shape[1]):
-            after.rate[i] += model.rows_s[i, j] * after.support[1, j]
+        if watched[laws.rubs[(i - m) // 2]]:
+            after.rate[i] = rate_of(model, i, v, after)
+
+
+@inner
+def gap_of(model, i, u, after):  # type: ignore[no-untyped-def]
+    """Gap of a channel."""
+    gap = model.gap0[i] + dot(model.rows[i], u)
+    for j in range(after.support.shape[1]):
+        gap += model.rows_s[i, j] * after.support[0, j]
+    return gap
+
+
+@inner
+def rate_of(model, i, v, after):  # type: ignore[no-untyped-def]
+    """Its rate."""
+    rate = dot(model.rates[i], v)
+    for j in range(after.support.shape[1]):
+        rate += model.rows_s[i, j] * after.support[1, j]
+    return rate
 
 
 @inner

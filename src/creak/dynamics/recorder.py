@@ -6,6 +6,8 @@ hands them over one by one (`keep`).
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 import scipy.sparse as sp
 
@@ -47,10 +49,8 @@ class Recorder:
         basis: FloatArray | None = None,
         lean: bool = False,
     ) -> None:
-        n_step = loads.n_step // substeps
         self._m, self._f2, self._every = gaps.m, on.T.shape[0], every
         self._width = 1 + 2 * gaps.m + 2 * self._f2 + len(ENERGIES)
-        self._table, self.used = np.empty((n_step + 1, self._width)), 0
         self._basis, self._needed = basis, np.arange(system.n, dtype=np.int64)
         self._watch = None if watched is None else Watch(system, gaps, on, watched)
         wanted = [system.rows(observed), *on.tangents, *(() if self._watch is None else self._watch.rows)]
@@ -61,17 +61,32 @@ class Recorder:
         moves = any(abs(A).max() > 0.0 for A, _ in on.tangents if A.size)
         self._tangents = tuple(self._on_kept(rows) for rows in on.tangents) if moves else ()
         self._seen = () if self._watch is None else tuple(self._on_kept(rows) for rows in self._watch.rows)
-        n_out, self._steps = n_step // every + 1, 0
+        self._whole_at = np.zeros(0, dtype=np.int64) if whole_at is None else np.asarray(whole_at, dtype=np.int64)
+        self._whole_time = loads.time[self._whole_at * substeps]
+        self._sizes = loads.n_step // substeps, observed.size, width, system.supports.count
+        self._whole_width = system.n if basis is None else width
+        self._begin_tables()
+
+    def again(self) -> Recorder:
+        """For another run of the same System and channels at the same instants, which shares all but the tables."""
+        other = copy.copy(self)
+        if self._watch is not None:
+            other._watch = self._watch.again()
+        other._begin_tables()
+        return other
+
+    def _begin_tables(self) -> None:
+        n_step, n_observed, width, n_support = self._sizes
+        self._table, self.used = np.empty((n_step + 1, self._width)), 0
+        n_out, self._steps = n_step // self._every + 1, 0
         self._at, self._out, self._looked = np.zeros(n_out, dtype=np.int64), 0, 0
-        self._displacement, self._slip = np.zeros((n_out, observed.size)), np.zeros((n_out, gaps.m))
+        self._displacement, self._slip = np.zeros((n_out, n_observed)), np.zeros((n_out, self._m))
         room = int(np.clip(BUFFER_MEMORY // (8 * max(width, 1)), 1, n_step + 1))
         self.chunk = min(CHUNK, room)
         kept, self._filled = self.chunk + 1, 0
         self._ends = np.zeros(kept, dtype=np.int64)
-        self._u, self._s = np.zeros((kept, width)), np.zeros((kept, system.supports.count))
-        self._whole_at = np.zeros(0, dtype=np.int64) if whole_at is None else np.asarray(whole_at, dtype=np.int64)
-        self._whole_time = loads.time[self._whole_at * substeps]
-        self._whole = np.zeros((self._whole_at.size, system.n if basis is None else width))
+        self._u, self._s = np.zeros((kept, width)), np.zeros((kept, n_support))
+        self._whole = np.zeros((self._whole_at.size, self._whole_width))
         self.setup_s = 0.0
 
     def _on_kept(self, rows: tuple[Matrix, Matrix]) -> tuple[Matrix, Matrix]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,8 @@ class Watched:
     """(n_label,) physical dof labels that they follow from."""
     turn_names: tuple[str, ...]
     """(k,) places in words."""
+    slip: bool = True
+    """Whether tangential motion is looked at; else it is told as 0."""
 
 
 @dataclass(frozen=True)
@@ -50,17 +53,28 @@ class Watch:
 
     def __init__(self, system: System, gaps: GapOperator, on: ChannelMatrices, watched: Watched) -> None:
         self._watched, silent = watched, watched.silent
+        no_slip = np.zeros((0, system.n)), np.zeros((0, system.supports.count))
         self.rows: list[tuple[Matrix, FloatArray]] = [
-            *on.tangents,
+            *(on.tangents if watched.slip else (no_slip, no_slip)),
             _on(system, silent.G, silent.labels),
             _on(system, watched.turns, watched.turn_labels),
         ]
         """Of both tangents, the silent gaps (without their size at rest), the rotations: A q + A_s s."""
-        self._slip, self._slip_at = np.zeros(gaps.m), np.full(gaps.m, np.nan)
-        self._gap, self._gap_at = np.full(silent.m, np.inf), np.full(silent.m, np.nan)
-        k = len(watched.turn_names)
+        self._m = gaps.m
+        self._begin()
+
+    def again(self) -> Watch:
+        """For another run of the same System and channels, which shares the rows."""
+        other = copy.copy(self)
+        other._begin()
+        return other
+
+    def _begin(self) -> None:
+        m, silent, k = self._m, self._watched.silent.m, len(self._watched.turn_names)
+        self._slip, self._slip_at = np.zeros(m), np.full(m, np.nan)
+        self._gap, self._gap_at = np.full(silent, np.inf), np.full(silent, np.nan)
         self._turn, self._turn_at = np.zeros(k), np.full(k, np.nan)
-        self._time, self._slid, self._last = np.zeros(0), np.zeros((gaps.m, 0)), np.zeros((silent.m, 0))
+        self._time, self._slid, self._last = np.zeros(0), np.zeros((m, 0)), np.zeros((silent, 0))
 
     def see(self, time: FloatArray, pressed: BoolArray, motions: list[FloatArray]) -> None:
         """Whole steps in their order.
@@ -71,7 +85,8 @@ class Watch:
         motions : `rows` times the motion, (rows, k) each.
         """
         first, second, closed, turned = motions
-        self._see_slip(time, np.hypot(first, second), pressed.T)
+        if self._watched.slip:
+            self._see_slip(time, np.hypot(first, second), pressed.T)
         self._see_gaps(time, closed + self._watched.silent.gap0[:, None])
         angle = np.linalg.norm(turned.reshape(-1, 3, time.size), axis=1)
         _raise_to(self._turn, self._turn_at, angle, time)

@@ -15,18 +15,17 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.elements import (
     beam2,
+    beam3,
     shell_quad4,
+    shell_quad8,
     shell_tri3,
+    shell_tri6,
     solid_hex8,
     solid_hex20,
-    solid_pyramid5,
-    solid_tet4,
-    solid_tet10,
-    solid_wedge6,
-    solid_wedge15,
     truss2,
 )
 from creak.elements.solid_common import VOIGT, Reference, elasticity, jacobians, strains, with_rotations
+from creak.elements.solid_rules import SOLID_RULES
 from creak.model.materials import SolidSection
 from creak.model.mesh import Own
 
@@ -71,17 +70,14 @@ def _on_translations(pairs: FloatArray) -> FloatArray:
 GEOMETRIC: dict[str, Stressed] = {
     "quad4": shell_quad4.geometric_stiffness,
     "tri3": shell_tri3.geometric_stiffness,
+    "quad8": shell_quad8.geometric_stiffness,
+    "tri6": shell_tri6.geometric_stiffness,
     "beam2": beam2.geometric_stiffness,
+    "beam3": beam3.geometric_stiffness,
     "truss2": truss2.geometric_stiffness,
     "hex8": _hex8,
-    "wedge6": _solid(solid_wedge6.GAUSS),
-    "pyramid5": _solid(solid_pyramid5.TWO),
-    "tet4": _solid(solid_tet4.CENTRE),
-    "tet10": _solid(solid_tet10.FOUR),
-    "hex20": _solid(solid_hex20.TWENTY_SEVEN),
-    "hex20r": _solid(solid_hex20.EIGHT),
     "hex20s": _solid(solid_hex20.EIGHT),
-    "wedge15": _solid(solid_wedge15.NINE),
+    **{kind: _solid(rule) for kind, rule in SOLID_RULES.items()},
 }
 """Kinds of elements that have it; others must have none (`UNSTRESSED`) or stop."""
 

@@ -15,20 +15,19 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.elements import (
     beam2,
+    beam3,
     shell_quad4,
+    shell_quad8,
     shell_tri3,
+    shell_tri6,
     solid_hex8,
     solid_hex20,
-    solid_pyramid5,
-    solid_tet4,
-    solid_tet10,
-    solid_wedge6,
-    solid_wedge15,
     truss2,
 )
 from creak.elements.bushing import arm_matrix
 from creak.elements.geometry import CHUNK
 from creak.elements.solid_common import Reference, heat_load
+from creak.elements.solid_rules import SOLID_RULES
 from creak.model.materials import GeneralShell, Section, SolidSection
 from creak.model.mesh import ElementBlock, Own
 
@@ -48,17 +47,14 @@ def _solid(reference: Reference) -> Heated:
 HEATED: dict[str, Heated] = {
     "quad4": shell_quad4.heat_load,
     "tri3": shell_tri3.heat_load,
+    "quad8": shell_quad8.heat_load,
+    "tri6": shell_tri6.heat_load,
     "beam2": beam2.heat_load,
+    "beam3": beam3.heat_load,
     "truss2": truss2.heat_load,
     "hex8": solid_hex8.heat_load,
-    "wedge6": _solid(solid_wedge6.GAUSS),
-    "pyramid5": _solid(solid_pyramid5.TWO),
-    "tet4": _solid(solid_tet4.CENTRE),
-    "tet10": _solid(solid_tet10.FOUR),
-    "hex20": _solid(solid_hex20.TWENTY_SEVEN),
-    "hex20r": _solid(solid_hex20.EIGHT),
     "hex20s": solid_hex20.reduced_shear_heat_load,
-    "wedge15": _solid(solid_wedge15.NINE),
+    **{kind: _solid(rule) for kind, rule in SOLID_RULES.items()},
 }
 """Kinds of elements that expand; layers of glue, springs, masses and given matrices do not."""
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.elements import beam2, quad4_geometry
+from creak.elements import beam2, beam3, quad4_geometry
 from creak.elements.geometry import gauss_square
 from creak.elements.lumping import lumped
 from creak.elements.registry import FORMULATIONS
@@ -22,18 +22,26 @@ def mass_matrices(block: ElementBlock, x: FloatArray, own: Own, form: str) -> Fl
     * consistent: the element's own;
     * lumped: on the translations of the nodes, see `lumped`, and the inertia of beams about their axis;
     * linear: translations only, with linear shape functions. Of bars the mean of lumped and linear along the axis,
-      (5, 1; 1, 5) m/12, and across it cubic, or lumped where nothing resists bending (trusses, rods); solids as
-      consistent. This is the coupled mass of Nastran.
+      (5, 1; 1, 5) m/12, and across it cubic, or lumped where nothing resists bending (trusses, rods); solids,
+      and shells with middle nodes, as consistent. This is the coupled mass of Nastran.
 
     Discrete elements are as they are.
     """
     consistent = FORMULATIONS[block.kind].mass
     if form == "consistent" or not isinstance(block.section, Structural):
         return consistent(x, block.section, own)
+    if block.kind == "beam3":
+        return beam3.of_halves(x, own, lambda half, mine: _of_form(replace(block, kind="beam2"), half, mine, form))
+    return _of_form(block, x, own, form)
+
+
+def _of_form(block: ElementBlock, x: FloatArray, own: Own, form: str) -> FloatArray:
+    """Lumped or linear."""
+    consistent = FORMULATIONS[block.kind].mass
     if form == "lumped":
         matrix = lumped(consistent(x, block.section, own))
         return matrix + _lumped_twist(x, block.section) if isinstance(block.section, BeamSection) else matrix
-    if isinstance(block.section, ShellSection | GeneralShell):
+    if isinstance(block.section, ShellSection | GeneralShell) and block.kind in ("quad4", "tri3"):
         return linear_shell_mass(x, block.section, own)
     if isinstance(block.section, BeamSection) and (block.section.i11 or block.section.i22):
         return _bar_mass(x, block.section, own)

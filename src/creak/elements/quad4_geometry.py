@@ -49,9 +49,12 @@ def shape_derivatives(points: FloatArray) -> FloatArray:
 
 
 def tangents(coords: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Covariant base vectors dx/dr and dx/ds, each (n, n_point, 3)."""
-    both = np.einsum("gai,nic->angc", shape_derivatives(points), coords)
-    return both[0], both[1]
+    """Covariant base vectors dx/dr and dx/ds, each (n, n_point, 3): bilinear, so linear in s and in r."""
+    x = [coords[:, None, i] for i in range(4)]
+    r, s = points[:, 0, None], points[:, 1, None]
+    along_r, along_s = x[1] - x[0] + (x[2] - x[3]), x[3] - x[0] + (x[2] - x[1])
+    twist = x[0] - x[1] + (x[2] - x[3])
+    return 0.25 * (along_r + s * twist), 0.25 * (along_s + r * twist)
 
 
 def directors(coords: FloatArray) -> FloatArray:

@@ -31,12 +31,15 @@ from typing import Any
 from creak.arrays import FloatArray
 from creak.elements import (
     beam2,
+    beam3,
     bushing,
     cohesive,
     mass,
     nodal,
     shell_quad4,
+    shell_quad8,
     shell_tri3,
+    shell_tri6,
     solid_hex8,
     solid_hex20,
     solid_pyramid5,
@@ -68,7 +71,10 @@ class Formulation:
 FORMULATIONS: dict[str, Formulation] = {
     "quad4": Formulation(shell_quad4.stiffness, shell_quad4.mass, softened=shell_quad4.softened_stiffness),
     "tri3": Formulation(shell_tri3.stiffness, shell_tri3.mass),
+    "quad8": Formulation(shell_quad8.stiffness, shell_quad8.mass),
+    "tri6": Formulation(shell_tri6.stiffness, shell_tri6.mass),
     "beam2": Formulation(beam2.stiffness, beam2.mass),
+    "beam3": Formulation(beam3.stiffness, beam3.mass),
     "truss2": Formulation(truss2.stiffness, truss2.mass),
     "hex8": Formulation(solid_hex8.stiffness, solid_hex8.mass),
     "wedge6": Formulation(solid_wedge6.stiffness, solid_wedge6.mass),

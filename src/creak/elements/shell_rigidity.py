@@ -8,7 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.elements.geometry import require_sound
-from creak.model.elasticity import plane_stress, sheet_stress
+from creak.model.elasticity import plane_stress, sheet_stress, strain_turn
 from creak.model.laminates import SHEAR_CORRECTION
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Own
@@ -116,14 +116,8 @@ def material_angle(axes: FloatArray, axis1: FloatArray | None) -> FloatArray:
 
 def turned(matrix: FloatArray, angle: FloatArray) -> FloatArray:
     """T' matrix T (..., 3, 3): from axes at `angle` (...) to the axes the angle is measured from."""
-    T = _strain_turn(angle)
+    T = strain_turn(angle)
     return np.asarray(T.swapaxes(-1, -2) @ matrix @ T, dtype=np.float64)
-
-
-def _strain_turn(angle: FloatArray) -> FloatArray:
-    c, s = np.cos(angle), np.sin(angle)
-    rows = [(c * c, s * s, c * s), (s * s, c * c, -c * s), (-2 * c * s, 2 * c * s, c * c - s * s)]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def heat_resultants(
@@ -143,7 +137,7 @@ def heat_resultants(
         return N, np.zeros_like(N)
     if section.expansion is None:
         return np.zeros((*rise.shape, 3)), np.zeros((*rise.shape, 3))
-    turn = _strain_turn(material_angle(axes, own.axis1)).swapaxes(-1, -2)
+    turn = strain_turn(material_angle(axes, own.axis1)).swapaxes(-1, -2)
     return turn @ section.expansion.force * (rise * ratio)[..., None], turn @ section.expansion.moment * (
         rise * ratio**2
     )[..., None]

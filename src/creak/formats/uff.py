@@ -18,6 +18,8 @@ from creak.model.units import UNITS, UnitsName
 DESCRIPTORS = {
     "quad4": 94,
     "tri3": 91,
+    "quad8": 95,
+    "tri6": 92,
     "hex8": 115,
     "wedge6": 112,
     "tet4": 111,
@@ -27,11 +29,13 @@ DESCRIPTORS = {
 }
 """Finite element descriptors: thin shells and solids."""
 ORDER = {
+    "quad8": [0, 4, 1, 5, 2, 6, 3, 7],
+    "tri6": [0, 3, 1, 4, 2, 5],
     "tet10": [0, 4, 1, 5, 2, 6, 7, 8, 9, 3],
     **{kind: [0, 8, 1, 9, 2, 10, 3, 11, 16, 17, 18, 19, 4, 12, 5, 13, 6, 14, 7, 15] for kind in HEX20},
     "wedge15": [0, 6, 1, 7, 2, 8, 12, 13, 14, 3, 9, 4, 10, 5, 11],
 }
-"""Parabolic solids go round: corner, mid-side, corner, ... of the base, mid-sides between, then the top likewise."""
+"""Parabolic elements go round: corner, mid-side, corner, ...; solids so below, mid-sides between, then the top."""
 CODES = {"mm-t-s": (10, "mm (newton)"), "m-kg-s": (1, "Meter (newton)")}
 """Units code and its name; force is N in both."""
 SEGMENTS = 80
@@ -177,8 +181,9 @@ def _order(block: ElementBlock) -> IntArray:
 
 
 def _trace_lines(model: Model, labels: IntArray) -> Iterator[Iterator[str]]:
-    """Two-node elements, `SEGMENTS` to a trace line; node 0 lifts the pen."""
+    """Elements along lines, `SEGMENTS` to a trace line; node 0 lifts the pen."""
     pairs = [b.nodes_idx for b in model.blocks if b.nodes_idx.shape[1] == 2]
+    pairs += [b.nodes_idx[:, ends] for b in model.blocks if b.kind == "beam3" for ends in ([0, 1], [1, 2])]
     ends = labels[np.concatenate(pairs)] if pairs else np.zeros((0, 2), dtype=np.int64)
     drawn = np.column_stack([ends, np.zeros(len(ends), dtype=np.int64)])
     for number, start in enumerate(range(0, len(drawn), SEGMENTS), start=1):

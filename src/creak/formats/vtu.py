@@ -20,7 +20,10 @@ from creak.model.solid_faces import HEX20
 CELLS = {
     "quad4": 9,
     "tri3": 5,
+    "quad8": 23,
+    "tri6": 22,
     "beam2": 3,
+    "beam3": 4,
     "truss2": 3,
     "hex8": 12,
     "wedge6": 13,

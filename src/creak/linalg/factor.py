@@ -40,6 +40,11 @@ class Factor(Protocol):
     n_negative: int
     """Number of negative eigenvalues (Sylvester's inertia)."""
 
+    @property
+    def memory(self) -> float:
+        """Bytes that it holds."""
+        ...
+
     def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
         """x with A x = b; b is (n,) or (n, k).
 
@@ -73,6 +78,17 @@ def factor(A: Matrix, *, definite: bool = True) -> Factor:
     return _SuperLUFactor(A, definite)
 
 
+def refactor(old: Factor, A: Matrix) -> Factor:
+    """A factor L D L' of A in the place of `old`, one of those too, which is gone then.
+
+    Where A has the pattern of old's matrix its equations are neither ordered nor analysed again.
+    """
+    if isinstance(old, _PardisoFactor) and old.replaced(A):
+        return old
+    del old
+    return factor(A, definite=False)
+
+
 REGULAR = 1e-2
 """Largest relative error of a trial solution for which a matrix counts as regular."""
 
@@ -98,6 +114,7 @@ class _DiagonalFactor:
     def __init__(self, A: Diagonal, definite: bool) -> None:
         self._inverse = _inverted(A.d, definite)
         self.n_negative = int(np.count_nonzero(A.d < 0.0))
+        self.memory = float(self._inverse.nbytes)
 
     def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
         return self._inverse * b if b.ndim == 1 else self._inverse[:, None] * b
@@ -119,6 +136,7 @@ class _CholeskyFactor:
         if info > 0:  # the leading minor of this order is not positive
             row = int(info) - 1
             raise SingularMatrixError(row, f"dense matrix is not positive definite at row {row}")
+        self.memory = float(self._c.nbytes)
 
     def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
         return sla.cho_solve((self._c, True), b, check_finite=False)
@@ -132,6 +150,7 @@ class _DenseFactor:
             raise SingularMatrixError(-1, "dense matrix is singular to round-off")
         self.n_negative = int(np.count_nonzero(values < 0.0))
         self._lu = sla.lu_factor(A)
+        self.memory = float(self._lu[0].nbytes)
 
     def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
         return sla.lu_solve(self._lu, b, check_finite=False)
@@ -156,8 +175,18 @@ class _SuperLUFactor:
             row = int(self._lu.perm_c[np.flatnonzero(pivots < 0.0)[0]])
             raise SingularMatrixError(row, "sparse matrix is not positive definite")
 
+    @property
+    def memory(self) -> float:
+        return 12.0 * float(self._lu.nnz)
+
     def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
         return self._lu.solve(np.ascontiguousarray(b))
+
+
+def _upper(A: Any) -> Any:
+    upper = sp.triu(sp.csr_matrix(A), format="csr")
+    upper.sort_indices()
+    return upper
 
 
 class _PardisoFactor:
@@ -166,8 +195,7 @@ class _PardisoFactor:
     _ANALYSE, _FACTOR, _SOLVE, _RELEASE = 11, 22, 33, -1
 
     def __init__(self, A: Any, definite: bool) -> None:
-        upper = sp.triu(sp.csr_matrix(A), format="csr")
-        upper.sort_indices()
+        upper = _upper(A)
         self._n = int(upper.shape[0])
         if upper.diagonal().size and np.any(np.diff(upper.indptr) == 0):
             row = int(np.flatnonzero(np.diff(upper.indptr) == 0)[0])
@@ -190,10 +218,25 @@ class _PardisoFactor:
         require(1024.0 * float(self._iparm[16]), f"the factor of {self._n:,} equations", SMALLER)
         self._call(self._FACTOR, nothing, nothing, 1)
 
+    def replaced(self, A: Any) -> bool:
+        """Whether A has the pattern of the matrix; then the factor is that of A from now on."""
+        upper = _upper(A)
+        if not (np.array_equal(upper.indptr + 1, self._ia) and np.array_equal(upper.indices + 1, self._ja)):
+            return False
+        self._values = np.ascontiguousarray(upper.data, dtype=np.float64)
+        self._call(self._FACTOR, np.zeros(1), np.zeros(1), 1)
+        self.n_negative = int(self._iparm[22])
+        return True
+
     @property
     def nbytes(self) -> int:
         """Memory of the factor's entries, bytes; PARDISO's work space comes on top."""
         return 8 * self.nnz_factor
+
+    @property
+    def memory(self) -> float:
+        """Bytes that it holds: what PARDISO says, and the matrix."""
+        return 1024.0 * float(self._iparm[15] + self._iparm[16]) + 12.0 * self._values.size
 
     def _call(self, phase: int, b: FloatArray, x: FloatArray, n_rhs: int) -> None:
         def one(value: int) -> Any:

@@ -10,6 +10,7 @@ import scipy.linalg as sla
 from creak.arrays import FloatArray, IntArray
 from creak.linalg.dense_product import inner, product, right_solve, subtract_product, symmetric
 from creak.linalg.factor import Factor
+from creak.linalg.memory import require
 from creak.linalg.sparse_product import BlockProduct
 from creak.linalg.threads import one_blas_thread
 from creak.progress import Steps
@@ -38,6 +39,10 @@ MAX_PASSES = 8
 """Orthonormalisations of one block; two are enough but where columns are dependent."""
 ROWS = 8192
 """Rows of the basis turned into eigenvectors at a time."""
+WORK, DENSE = 8, 3
+"""Blocks beside the basis, and matrices of the size of T, that are there at a time."""
+FEWER = "Ask for fewer modes (a lower f_max or count), or cut the part into substructures."
+"""What to do where the vectors are too many."""
 
 
 @dataclass(frozen=True)
@@ -130,6 +135,8 @@ def lanczos(
     n = mass.n
     values = min(wanted + extra, n)
     width = min(block_width(values), n)
+    needed = basis_bytes(n, values, amid=inverse.n_negative > 0)
+    require(needed, f"the vectors that {wanted:,} modes of {n:,} equations take", FEWER)
     sought = _Sought(shift, inverse.n_negative, wanted, values, upper)
     krylov = _Krylov(inverse, mass, min(n, 3 * values + 4 * width))
     W, Z, _ = krylov.next_block(np.zeros((n, 0)), width, 0.0)
@@ -200,6 +207,13 @@ def _first_look(values: int, width: int, amid: bool) -> int:
 def _next_look(missing: int, width: int, amid: bool) -> int:
     """Vectors until the next look; with a shift amid the modes the last third of them converges all at once."""
     return width if amid else max(width, int(missing / CONVERGING))
+
+
+def basis_bytes(n: int, values: int, *, amid: bool = True) -> float:
+    """Memory that `values` eigenpairs of n equations take, the shift `amid` them or below: basis, blocks of work."""
+    width = block_width(values)
+    vectors = _first_look(values, width, amid)
+    return 8.0 * n * (min(vectors, n) + WORK * width) + DENSE * 8.0 * vectors**2
 
 
 def block_width(values: int) -> int:

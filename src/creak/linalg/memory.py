@@ -10,7 +10,7 @@ from creak.errors import InputError, NumericalError
 GB = 1e9
 OVERRIDE = "CREAK_MEMORY_GB"
 """Environment variable: gigabytes to count on instead of what the system says is free."""
-MEMINFO, GROUP = Path("/proc/meminfo"), Path("/sys/fs/cgroup")
+MEMINFO, GROUP, STATM = Path("/proc/meminfo"), Path("/sys/fs/cgroup"), Path("/proc/self/statm")
 
 
 class OutOfMemory(NumericalError):
@@ -28,6 +28,15 @@ def free_bytes() -> float:
     if given:
         return GB * _positive(given)
     return min(_of_machine(), _of_group())
+
+
+def held_bytes() -> float:
+    """Memory that this process has; 0 where the system does not say."""
+    try:
+        pages = STATM.read_text().split()[1]
+    except OSError:  # not Linux
+        return 0.0
+    return float(pages) * os.sysconf("SC_PAGE_SIZE")
 
 
 def require(needed: float, what: str, fix: str) -> None:

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, Matrix
 from creak.errors import NumericalError
 from creak.linalg.dense_product import inner, product, symmetric
-from creak.linalg.factor import Factor, SingularMatrixError, factor
+from creak.linalg.factor import Factor, SingularMatrixError, factor, refactor
 from creak.linalg.lanczos import Ritz, lanczos
 from creak.linalg.sparse_product import BlockProduct
 from creak.progress import Steps
@@ -126,9 +126,11 @@ def _lowest(
 
 def _below(pencil: _Pencil, shift: float, upper: float, inverse: Factor, free: bool, progress: Steps | None) -> Modes:
     """All modes below omega^2 = `upper` and the eigenvalue after them; their number is the inertia of K - upper M."""
-    wanted = factor(pencil.shifted(upper), definite=False).n_negative
+    counted = factor(pencil.shifted(upper), definite=False)
+    wanted = counted.n_negative
     amid = shift if wanted < MANY else AMID * upper
-    solver = inverse if amid == shift else factor(pencil.shifted(amid), definite=False)
+    solver = inverse if amid == shift else refactor(counted, pencil.shifted(amid))
+    del counted
     found = lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress)
     low = _refined(inverse, shift, pencil.mass, found, amid)
     after = found.lam[wanted] if found.lam.size > wanted else np.inf

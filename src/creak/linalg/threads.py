@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import lru_cache
+from typing import TypeVar
 
 from threadpoolctl import ThreadpoolController
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 def cores() -> int:
@@ -25,6 +30,24 @@ def pool() -> ThreadPoolExecutor:
 def _pool_of(process: int) -> ThreadPoolExecutor:
     """A process that was forked has none of its parent's threads: each has its own."""
     return ThreadPoolExecutor(cores())
+
+
+def in_order(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[Result]:
+    """`work` of each item by the threads of `pool`, in the order of the items; one more than cores is held at most.
+
+    Compiled loops and NumPy's let go of the interpreter; the result does not depend on the number of cores.
+    """
+    ahead: deque[Future[Result]] = deque()
+    try:
+        for item in items:
+            if len(ahead) == cores() + 1:
+                yield ahead.popleft().result()
+            ahead.append(pool().submit(work, item))
+        while ahead:
+            yield ahead.popleft().result()
+    finally:
+        for waiting in ahead:
+            waiting.cancel()
 
 
 @contextmanager

@@ -13,7 +13,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.model.dofs import ALL, TRANSLATIONS
+from creak.model.dofs import ALL, TRANSLATIONS, node_dofs
 
 
 @dataclass(frozen=True)
@@ -179,6 +179,24 @@ class Fixed:
     nodes_idx: IntArray
     dofs: tuple[int, ...]
     where: str = ""
+
+
+def held_labels(fixed: Sequence[Fixed]) -> IntArray:
+    """Dof labels that supports hold, as they come."""
+    return np.concatenate([np.zeros(0, dtype=np.int64), *(node_dofs(f.nodes_idx, f.dofs) for f in fixed)])
+
+
+def without(fixed: Sequence[Fixed], freed: IntArray) -> tuple[Fixed, ...]:
+    """What is left of supports without the dof labels `freed`: nodes that keep the same dofs together."""
+    out: list[Fixed] = []
+    for f in fixed:
+        left: dict[tuple[int, ...], list[int]] = {}
+        gone = np.isin(node_dofs(f.nodes_idx, f.dofs), freed).reshape(-1, len(f.dofs))
+        for node, row in zip(f.nodes_idx.tolist(), gone.tolist(), strict=True):
+            left.setdefault(tuple(d for d, away in zip(f.dofs, row, strict=True) if not away), []).append(node)
+        pieces = [Fixed(np.array(nodes, dtype=np.int64), dofs, f.where) for dofs, nodes in left.items() if dofs]
+        out += pieces if gone.any() else [f]
+    return tuple(out)
 
 
 def _with(node: int, nodes_idx: IntArray) -> IntArray:

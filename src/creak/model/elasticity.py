@@ -113,19 +113,20 @@ def sheet_stress(material: AnyMaterial) -> FloatArray:
 
 def turned_sheet(matrix: FloatArray, angle: float) -> FloatArray:
     """In-plane (3, 3) matrix of a sheet whose axis 1 stands at `angle` (radian) to the axis 1 of the result."""
-    T = _strain_turn(angle)
+    T = strain_turn(angle)
     return np.asarray(T.T @ matrix @ T, dtype=np.float64)
 
 
 def turned_stress(stress: FloatArray, angle: float) -> FloatArray:
     """In-plane stress (3,) of a sheet whose axis 1 stands at `angle` (radian) to the axis 1 of the result."""
-    return np.asarray(_strain_turn(angle).T @ stress, dtype=np.float64)
+    return np.asarray(strain_turn(angle).T @ stress, dtype=np.float64)
 
 
-def _strain_turn(angle: float) -> FloatArray:
-    """(3, 3) strains (shear doubled) in axes at `angle` from those in the axes it is measured from."""
+def strain_turn(angle: float | FloatArray) -> FloatArray:
+    """(..., 3, 3) strains (shear doubled) in axes at `angle` from those in the axes it is measured from."""
     c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]])
+    rows = [(c * c, s * s, c * s), (s * s, c * c, -c * s), (-2 * c * s, 2 * c * s, c * c - s * s)]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def turned_shear(matrix: FloatArray, angle: float) -> FloatArray:

@@ -8,9 +8,9 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.model.plain_mesh import Mesh
+from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
 from creak.model.solid_faces import FACES, faces_of, free_faces
 
-SHELLS = {"quad4": [0, 1, 2, 3], "tri3": [0, 1, 2, 2]}
 CORNERS = np.array([[0.25, 0.25, 0.25, 0.25], [1 / 3, 1 / 3, 1 / 6, 1 / 6]])
 """Share of each column of `Skin.nodes_idx` in the area of a quadrilateral, of a triangle."""
 
@@ -82,9 +82,9 @@ def skin_of(model: Mesh) -> Skin:
         part.append(np.full(free.shape[0], block.part, dtype=np.int64))
     of_solids = sum(p.size for p in part)
     for block in model.blocks:
-        if block.kind in SHELLS:
-            nodes.append(block.nodes_idx[:, SHELLS[block.kind]])
-            part.append(np.full(block.ids.size, block.part, dtype=np.int64))
+        if block.kind in SHELL_FACETS:
+            nodes.append(facets_of_shells(block.kind, block.nodes_idx).reshape(-1, 4))
+            part.append(np.full(nodes[-1].shape[0], block.part, dtype=np.int64))
     table = np.concatenate(nodes)
     return Skin(table, model.nodes.coords[table], np.concatenate(part), np.arange(table.shape[0]) < of_solids)
 

@@ -10,6 +10,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 from creak.model.constraints import Fixed
+from creak.model.dofs import node_dofs
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,10 @@ class Prescribed:
     """As the deck names the nodes."""
     where: str
 
+    @property
+    def labels(self) -> IntArray:
+        return node_dofs(self.nodes_idx, (self.dof,))
+
 
 @dataclass(frozen=True)
 class PointLoad:
@@ -68,6 +73,8 @@ class PointLoad:
     amplitude: str
     name: str
     where: str
+    spread: bool = False
+    """Whether it is a share of a pressure, which may act on held dofs too."""
 
 
 @dataclass(frozen=True)

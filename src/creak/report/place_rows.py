@@ -11,7 +11,7 @@ from creak.report.checks import RUN_WORDS
 from creak.report.found import Found
 from creak.report.scene import Animations
 from creak.report.sound_parts import players
-from creak.report.text import number, plural
+from creak.report.text import number, plural, share
 from creak.report.verdict import span
 from creak.studies.results.limits import limit_words
 from creak.studies.results.places import Place, near
@@ -32,6 +32,8 @@ class PlaceRow:
     speed: str
     heard: tuple[str, str]
     """N5 and Nmax of its own sound, sone."""
+    settled: tuple[str, str]
+    """What force and N5 have settled to."""
     bar: float
     """N5 over that of the loudest, %."""
     cause: list[str]
@@ -103,12 +105,18 @@ def _row(
         number(place.force, 3) if place.events else "–",
         number(place.speed, 3) if place.events else "–",
         (number(told["n5"], 3), number(told["n_max"], 3)),
+        (_settled(told, "force"), _settled(told, "n5")),
         100.0 * (told["n5"] or 0.0) / loudest if loudest else 0.0,
         [] if told["cause"] is None else told["cause"]["words"].split("; "),
         [] if told["cause"] is None else told["cause"].get("changes_words", []),
         audio,
         _motion(place, motions),
     )
+
+
+def _settled(told: dict[str, Any], figure: str) -> str:
+    to = (told.get("settled_to") or {}).get(figure)
+    return "" if to is None or not told[figure] else f"settled to {share(to)}"
 
 
 def _count(place: Place) -> str:

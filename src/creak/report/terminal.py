@@ -54,7 +54,17 @@ def place_table(summary: dict[str, Any]) -> list[list[str]]:
         columns += [(name, lambda p, key=key: _figure(p[key], ".3g")) for name, key in HEARD]  # type: ignore[misc]
     if any(p["n_max_added"] is not None for p in places):
         columns.append(("N5 added to background, sone", lambda p: _figure(p["n5_added"], ".3g")))
+    if any(place_settled(p) is not None for p in places):
+        columns.append(("settled to, %", lambda p: _percent(place_settled(p), ".2g", 100.0)))
     return [[name for name, _ in columns], *([text(p) for _, text in columns] for p in places[:MOST])]
+
+
+def place_settled(place: dict[str, Any]) -> float | None:
+    """Largest change of force, impulse and N5 of a place over the repeated runs, a share; None: not known."""
+    to = place.get("settled_to") or {}
+    figures = [*(["impulse", "force"] if place["events"] else []), *(["n5"] if place["n5"] is not None else [])]
+    known = [float(to[name]) for name in figures if to.get(name) is not None]
+    return max(known) if known and len(known) == len(figures) else None
 
 
 def cause_lines(summary: dict[str, Any]) -> list[str]:

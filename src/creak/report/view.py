@@ -9,9 +9,10 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.model.plain_mesh import Mesh
+from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
 from creak.model.solid_faces import FACES, faces_of, free_faces
 
-LINES = ("beam2", "truss2", "spring2")
+LINES = ("beam2", "beam3", "truss2", "spring2")
 EDGES_UP_TO = 8000
 """Facets up to which element edges are drawn."""
 
@@ -63,14 +64,9 @@ def facets_of(model: Mesh) -> Facets:
         nodes.append(faces)
         part.append(owner)
     for block in model.blocks:
-        if block.kind.startswith("quad"):
-            corners = [0, 1, 2, 3]
-        elif block.kind.startswith("tri"):
-            corners = [0, 1, 2, 2]
-        else:
-            continue
-        nodes.append(block.nodes_idx[:, corners])
-        part.append(np.full(block.ids.size, block.part, dtype=np.int64))
+        if block.kind in SHELL_FACETS:
+            nodes.append(facets_of_shells(block.kind, block.nodes_idx).reshape(-1, 4))
+            part.append(np.full(nodes[-1].shape[0], block.part, dtype=np.int64))
     return Facets(np.concatenate(nodes), np.concatenate(part))
 
 

@@ -19,7 +19,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError
-from creak.sound.rayleigh import PressureRows
+from creak.sound.rayleigh import HIGHEST, PressureRows
 
 DECAY = 10.0
 """sigma times the length of the padded record: 5e-5 of what is at its end comes around, where nothing is damped."""
@@ -34,8 +34,6 @@ LOWEST = 20.0
 """Hz, where hearing begins; faded out over the octave below."""
 FADE = 0.85
 """Share of the band from which the sound fades out to its end."""
-HIGHEST = 0.4
-"""Of the rate of the forces, up to which means over their intervals tell them."""
 STIFF = 4.0
 """Frequency of a mode over the end of the band from which its motion follows the force by two terms of a series."""
 FEW, LEAST = 4, 256

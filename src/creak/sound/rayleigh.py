@@ -20,7 +20,7 @@ from creak.errors import InputError
 FALLEN = 120.0
 """dB by which the images of a delay between two samples are down."""
 HIGHEST = 0.4
-"""Of the sampling rate, up to which delays between samples are right."""
+"""Of the sampling rate, up to which delays between samples are right, and means over its intervals tell a force."""
 BLOCK = 4
 """Length of a block of the running convolution, in filter lengths."""
 FULL = {True: 2.0, False: 4.0}

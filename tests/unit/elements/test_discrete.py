@@ -67,6 +67,9 @@ def test_every_kind_has_matrices_and_only_springs_have_dashpots():
     assert set(FORMULATIONS) == {
         "quad4",
         "tri3",
+        "quad8",
+        "tri6",
+        "beam3",
         "pyramid5",
         "coh6",
         "coh8",

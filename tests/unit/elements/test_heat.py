@@ -21,6 +21,7 @@ from creak.model.materials import (
     TrussSection,
 )
 from creak.model.mesh import COMMON, ElementBlock, Own
+from creak.model.solid_faces import FACES
 from helpers_fem import macneal_patch, random_rotation
 from helpers_solids import solid_mesh
 
@@ -39,7 +40,7 @@ WOOD = AnisotropicMaterial(
     5e-10,
     expansion=Expansion((4e-6, 3e-5, 6e-5, 0.0, 0.0, 0.0)),
 )
-SOLIDS = [k for k in HEATED if k not in ("quad4", "tri3", "beam2", "truss2")]
+SOLIDS = [k for k in HEATED if k in FACES]
 
 
 def unbalanced(kind: str, coords, elements, section, u, rise, own=COMMON) -> float:

@@ -33,7 +33,11 @@ MISTAKES = {
     "negative density": (" 7.85e-9,", " -7.85e-9,", "density of material 'Steel' is -7.85e-9"),
     "negative modulus": (" 210000., 0.3", " -1., 0.3", "Young's modulus of material 'Steel' is -1."),
     "incompressible": (" 210000., 0.3", " 1., 0.5", "Poisson's ratio of material 'Steel' is 0.5"),
-    "element type": ("TYPE=S4R", "TYPE=S8R", "unknown element type 'S8R'.*Did you mean 'S4R'"),
+    "element type": (
+        "TYPE=S4R",
+        "TYPE=S9R5",
+        "unknown element type 'S9R5': creak has no shell of nine nodes.*Did you mean 'S8R'",
+    ),
     "section on unknown set": (
         "ELSET=FRAME, MAT",
         "ELSET=FRAM, MAT",

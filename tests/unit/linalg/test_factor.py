@@ -8,7 +8,7 @@ import scipy.sparse as sp
 
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
-from creak.linalg.factor import SingularMatrixError, _SuperLUFactor, factor, regular_factor
+from creak.linalg.factor import SingularMatrixError, _PardisoFactor, _SuperLUFactor, factor, refactor, regular_factor
 from creak.linalg.mkl import has_pardiso
 
 
@@ -57,6 +57,33 @@ def test_inertia_counts_the_negative_eigenvalues(backend):
         shift = 0.5 * (values[k - 1] + values[k]) if 0 < k < 60 else (values[0] - 1 if k == 0 else values[-1] + 1)
         shifted = sp.csr_matrix(A - shift * sp.identity(60))
         assert BACKENDS[backend](shifted, False).n_negative == k
+
+
+@backends
+def test_another_matrix_in_the_place_of_the_first(backend):
+    """The inertia and the solution are those of a factor from the start; another pattern is no obstacle."""
+    A, x = spd(), np.random.default_rng(1).standard_normal((60, 3))
+    values = np.linalg.eigvalsh(A.toarray())
+    found = BACKENDS[backend](A, False)
+    for k, extra in ((20, 0.0), (41, 0.0), (41, 1e-3)):
+        B = sp.csr_matrix(A - 0.5 * (values[k - 1] + values[k]) * sp.identity(60))
+        B = B + sp.csr_matrix(([extra, extra], ([0, 59], [59, 0])), shape=B.shape) if extra else B
+        found = refactor(found, B.toarray() if backend == "dense" else B)
+        assert found.n_negative == k
+        np.testing.assert_allclose(found.solve(B @ x), x, atol=1e-9)
+
+
+@pytest.mark.skipif(not has_pardiso(), reason="SuperLU analyses with the numbers")
+def test_one_analysis_serves_a_pattern(monkeypatch):
+    phases: list[int] = []
+    call = _PardisoFactor._call
+    monkeypatch.setattr(
+        _PardisoFactor, "_call", lambda self, phase, *more: (phases.append(phase), call(self, phase, *more))
+    )
+    A = spd()
+    first = factor(A, definite=False)
+    assert refactor(first, sp.csr_matrix(A - 0.1 * sp.identity(60))) is first
+    assert phases == [11, 22, 22]
 
 
 @backends

@@ -12,15 +12,18 @@ from creak.errors import InputError
 from creak.linalg import memory
 from creak.linalg.complex_factor import complex_factor
 from creak.linalg.factor import factor
-from creak.linalg.memory import OVERRIDE, OutOfMemory, free_bytes
+from creak.linalg.lanczos import basis_bytes
+from creak.linalg.memory import OVERRIDE, OutOfMemory, free_bytes, held_bytes
 from creak.linalg.mkl import has_pardiso
+from creak.linalg.modes import modes
+from creak.studies.run.costs import Meter
 
 SIDE = 60
 
 
-def grid() -> sp.csr_matrix:
+def grid(side: int = SIDE) -> sp.csr_matrix:
     """Five-point Laplacian on a square."""
-    line = sp.diags([-1.0, 2.0, -1.0], [-1, 0, 1], shape=(SIDE, SIDE))
+    line = sp.diags([-1.0, 2.0, -1.0], [-1, 0, 1], shape=(side, side))
     return sp.csr_matrix(sp.kronsum(line, line))
 
 
@@ -45,6 +48,35 @@ def test_the_prediction_is_that_of_the_factor(monkeypatch):
     monkeypatch.setattr("creak.linalg.factor.require", lambda needed, *_: asked.append(needed))
     made = factor(grid())
     assert made.nbytes < asked[0] < 2.0 * made.nbytes + 1e6  # its entries, and work space of PARDISO
+
+
+def test_modes_that_do_not_fit_are_refused_before_any_is_computed(monkeypatch):
+    K, M = grid(), sp.identity(SIDE**2, format="csr")
+    monkeypatch.setattr("creak.linalg.factor.require", lambda *_: None)
+    monkeypatch.setenv(OVERRIDE, "0.004")
+    steps: list[int] = []
+    said = (
+        r"the vectors that 60 modes of 3,600 equations take: .* GB are needed, 0\.004 GB are free\. Ask for fewer modes"
+    )
+    with pytest.raises(OutOfMemory, match=said):
+        modes(K, M, count=60, progress=lambda done, _: steps.append(done))
+    assert steps == []
+
+
+@pytest.mark.once
+@pytest.mark.skipif(not (held_bytes() and has_pardiso()), reason="system or solver do not say what they hold")
+def test_modes_take_what_is_predicted():
+    """The largest resident memory of the process while they are computed, over what it held before: within 20 %."""
+    side = 110
+    K, M = grid(side), sp.identity(side**2, format="csr")
+    modes(grid(30), sp.identity(900, format="csr"), count=50)  # libraries and kernels
+    f_max = float(np.sqrt(1300.0 / side**2) / (2.0 * np.pi))  # 4 pi / n a mode (Weyl): some 100
+    held, meter = held_bytes(), Meter()
+    found = modes(K, M, f_max=f_max)
+    taken = meter.read().peak_rss_gb * 1024.0**3 - held
+    factors = 2.0 * factor(K).memory + 12.0 * K.nnz + 16.0 * M.nnz
+    assert 80 < found.omega2.size < 120
+    assert taken == pytest.approx(basis_bytes(side**2, found.omega2.size) + factors, rel=0.2)
 
 
 @pytest.mark.parametrize("value", ["much", "0", "-3", "nan"])

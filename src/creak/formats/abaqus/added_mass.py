@@ -23,6 +23,7 @@ from creak.model.materials import (
     Structural,
     TrussSection,
 )
+from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
 from creak.model.solid_faces import FACES, faces_of, volumes
 
 UNITS = ("TOTAL MASS", "MASS PER VOLUME", "MASS PER AREA", "MASS PER LENGTH")
@@ -136,9 +137,11 @@ def _volumes(rows: IntArray, elements: Elements, assigned: Assigned, coords: Flo
         table = elements.nodes_idx[rows[mine]]
         if kind in FACES:
             out[mine] = np.abs(volumes(coords[faces_of(str(kind), table)]))
-        elif kind in ("quad4", "tri3"):
-            x = coords[table[:, :4] if kind == "quad4" else table[:, [0, 1, 2, 2]]]
-            out[mine] = 0.5 * np.linalg.norm(np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]), axis=1)
+        elif kind in SHELL_FACETS:
+            x = coords[facets_of_shells(str(kind), table)]
+            out[mine] = 0.5 * np.linalg.norm(np.cross(x[:, :, 2] - x[:, :, 0], x[:, :, 3] - x[:, :, 1]), axis=2).sum(1)
+        elif kind == "beam3":
+            out[mine] = np.linalg.norm(np.diff(coords[table[:, :3]], axis=1), axis=2).sum(axis=1)
         else:
             out[mine] = np.linalg.norm(coords[table[:, 1]] - coords[table[:, 0]], axis=1)
         out[mine] *= size[mine]

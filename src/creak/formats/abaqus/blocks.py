@@ -13,6 +13,7 @@ from creak.formats.abaqus.parts import Partition
 from creak.formats.abaqus.sections import Assigned
 from creak.model.materials import AxialSpring, BeamSection, NodalMatrices
 from creak.model.mesh import ElementBlock, Own
+from creak.model.shell_facets import N_CORNER, SHELL_FACETS
 
 _KINDS = tuple(dict.fromkeys(t.kind for t in TYPES))
 _KIND_OF_TYPE = np.array([_KINDS.index(t.kind) for t in TYPES])
@@ -80,7 +81,10 @@ def _corners_only(own: Own, n_node: int) -> Own:
 
 def _check_geometry(block: ElementBlock, elements: Elements, rows: IntArray, coords: FloatArray) -> None:
     corner = coords[block.nodes_idx]
-    if block.kind in ("beam2", "truss2", "axial2"):
+    if block.kind == "beam3":
+        for half in ([0, 1], [1, 2]):
+            _check_geometry(replace(block, kind="beam2", nodes_idx=block.nodes_idx[:, half]), elements, rows, coords)
+    elif block.kind in ("beam2", "truss2", "axial2"):
         along = corner[:, 1] - corner[:, 0]
         size = np.linalg.norm(along, axis=1)
         _refuse(size <= _SMALL * np.abs(corner).max(), "has zero length", elements, rows)
@@ -89,9 +93,10 @@ def _check_geometry(block: ElementBlock, elements: Elements, rows: IntArray, coo
             across = np.linalg.norm(np.cross(along, axis), axis=1)
             parallel = across <= 1e-6 * size * np.linalg.norm(axis, axis=-1)
             _refuse(parallel, "lies along the direction of its section axis 1", elements, rows)
-    elif block.kind in ("quad4", "tri3"):
+    elif block.kind in SHELL_FACETS:
+        corner = corner[:, : N_CORNER[block.kind]]
         diagonals = (corner[:, 2] - corner[:, 0], corner[:, -1] - corner[:, 1])
-        if block.kind == "tri3":
+        if N_CORNER[block.kind] == 3:
             diagonals = (corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
         lengths = [np.linalg.norm(d, axis=1) for d in diagonals]
         size = lengths[0] * lengths[0] + lengths[1] * lengths[1]

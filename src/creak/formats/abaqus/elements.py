@@ -12,6 +12,7 @@ from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.names import Labels, Registry
 from creak.formats.abaqus.numbers import integer_table, to_label
 from creak.formats.abaqus.outline import Outline, Scope
+from creak.model.shell_facets import SHELL_FACETS
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ _SHELL = ("SHELL SECTION", "SHELL GENERAL SECTION")
 _BEAM, _SOLID, _CONTINUUM = ("BEAM SECTION", "BEAM GENERAL SECTION"), ("SOLID SECTION",), ("SHELL SECTION",)
 _MEMBRANE, _RIGID, _LAYER = ("MEMBRANE SECTION",), ("RIGID BODY",), ("COHESIVE SECTION",)
 _SKIN = "membranes keep a millionth of a shell's bending stiffness, so that no rotation is loose"
+_HALVES = "beams of three nodes are two straight ones, with exact shape functions and their consistent mass"
 TYPES: tuple[ElementType, ...] = (
     ElementType("S4", "quad4", 4, _SHELL),
     ElementType("S4R", "quad4", 4, _SHELL),
@@ -40,9 +42,17 @@ TYPES: tuple[ElementType, ...] = (
     ElementType("S4RS", "quad4", 4, _SHELL),
     ElementType("S4RSW", "quad4", 4, _SHELL),
     ElementType("S3RS", "tri3", 3, _SHELL),
+    ElementType("S8R", "quad8", 8, _SHELL),
+    ElementType("S8R5", "quad8", 8, _SHELL, "S8R5 (thin) is treated as S8R"),
+    ElementType("S8", "quad8", 8, _SHELL, "S8 is treated as S8R"),
+    ElementType("STRI65", "tri6", 6, _SHELL, "STRI65 (thin) is treated as a shell that shears a little"),
+    ElementType("S6", "tri6", 6, _SHELL),
     ElementType("M3D4", "quad4", 4, _MEMBRANE, _SKIN),
     ElementType("M3D4R", "quad4", 4, _MEMBRANE, _SKIN),
     ElementType("M3D3", "tri3", 3, _MEMBRANE, _SKIN),
+    ElementType("M3D8", "quad8", 8, _MEMBRANE, _SKIN),
+    ElementType("M3D8R", "quad8", 8, _MEMBRANE, _SKIN),
+    ElementType("M3D6", "tri6", 6, _MEMBRANE, _SKIN),
     ElementType("R3D4", "quad4", 4, _RIGID),
     ElementType("R3D3", "tri3", 3, _RIGID),
     ElementType(
@@ -54,6 +64,10 @@ TYPES: tuple[ElementType, ...] = (
     ),
     ElementType("B31H", "beam2", 2, _BEAM, "B31H is treated as B31"),
     ElementType("B33", "beam2", 2, _BEAM),
+    ElementType("B32", "beam3", 3, _BEAM, _HALVES),
+    ElementType("B32R", "beam3", 3, _BEAM, _HALVES),
+    ElementType("B32H", "beam3", 3, _BEAM, _HALVES),
+    ElementType("PIPE32", "beam3", 3, _BEAM, "PIPE32 is two straight beams: no pressure in the pipe"),
     ElementType("PIPE31", "beam2", 2, _BEAM, "PIPE31 is treated as B31: no pressure in the pipe"),
     ElementType("T3D2", "truss2", 2, _SOLID),
     ElementType("C3D8", "hex8", 8, _SOLID, "C3D8 is treated as C3D8I (incompatible modes): softer in bending"),
@@ -102,24 +116,27 @@ TYPES: tuple[ElementType, ...] = (
     ElementType("DASHPOT1", "spring1", 1, ("DASHPOT",)),
     ElementType("DASHPOT2", "spring2", 2, ("DASHPOT",)),
 )
-_WITH_TEMPERATURE = ("S4", "S4R", "S3", "S3R", "C3D8", "C3D8R", "C3D6", "C3D4", "C3D10M", "C3D20", "C3D20R")
+_WITH_TEMPERATURE = ("S4", "S4R", "S8R", "S3", "S3R", "C3D8", "C3D8R", "C3D6", "C3D4", "C3D10M", "C3D20", "C3D20R")
 TYPES += tuple(
     replace(t, name=f"{t.name}T", note=f"{t.name}T is treated as {t.name}: temperatures are left out")
     for t in TYPES
     if t.name in _WITH_TEMPERATURE
 )
 _OTHERS = {
-    **dict.fromkeys(("S8R", "S9R"), ("creak has no quadratic shell", "S4R")),
-    "STRI65": ("creak has no quadratic shell", "S3"),
-    **dict.fromkeys(("B32", "B31OS", "B32OS"), ("creak has straight beams of two nodes without warping", "B31")),
+    **dict.fromkeys(("S9R", "M3D9"), ("creak has no shell of nine nodes", "S8R")),
+    **dict.fromkeys(("B31OS", "B32OS", "ELBOW"), ("creak has beams without warping and ovalisation", "B31")),
     **dict.fromkeys(("B21", "B22", "B23", "CPS", "CPE", "CAX", "SAX"), ("creak's models are in space, not plane", "")),
     **dict.fromkeys(("GAP", "ITT"), ("contact is that of the study: a [[connector]] of type play", "")),
     **dict.fromkeys(("AC", "DC", "F3D", "FC"), ("creak has no fluids and no heat", "")),
 }
 """Beginnings of types that creak has not -> why, and what comes nearest."""
+_FAMILIES = (
+    "S3, S4, S8R, STRI65, B31, B32, T3D2, C3D4 to C3D20R, M3D4, R3D4, SC8R, COH3D8, MASS, SPRINGA, CONN3D2 or one of "
+    "their kin (`docs/abaqus_decks.md`)"
+)
 _TYPE_ROW = {t.name: k for k, t in enumerate(TYPES)}
 SOLIDS = ("hex8", "wedge6", "pyramid5", "tet4", "tet10", "hex20", "hex20r", "wedge15")
-STRUCTURAL = ("quad4", "tri3", "beam2", "truss2", "coh8", "coh6", *SOLIDS)
+STRUCTURAL = (*SHELL_FACETS, "beam2", "beam3", "truss2", "coh8", "coh6", *SOLIDS)
 
 
 @dataclass(frozen=True)
@@ -207,7 +224,7 @@ def type_row(block: Block) -> int:
         what, instead = next((pair for start, pair in _OTHERS.items() if name.startswith(start)), ("", ""))
         raise InputError(
             f"unknown element type {name!r}{f': {what}' if what else ''}",
-            expected=", ".join(_TYPE_ROW),
+            expected=_FAMILIES,
             where=block.where,
             fix=f"Did you mean {instead!r}?" if instead else suggest(name, _TYPE_ROW) if name else "",
         )
@@ -233,7 +250,7 @@ def _element_table_by_line(block: Block, kind: ElementType, scope: Scope, nodes:
     for fields, where, code in _joined_rows(block, kind.n_nodes + 1):
         ids.append(to_label(fields[0], where, "element label"))
         third.append(-1)
-        if kind.kind == "beam2" and len(fields) == kind.n_nodes + 2:
+        if kind.kind in ("beam2", "beam3") and len(fields) == kind.n_nodes + 2:
             third[-1] = _node_row(ids[-1], fields.pop(), scope, nodes, where)
         if len(fields) != kind.n_nodes + 1:
             raise InputError(

@@ -28,6 +28,7 @@ from creak.formats.abaqus.outline import Outline, outline
 from creak.formats.abaqus.own_data import Geometry
 from creak.formats.abaqus.parameters import with_parameters
 from creak.formats.abaqus.parts import read_parts
+from creak.formats.abaqus.pressures import Bodies
 from creak.formats.abaqus.prestress import list_prestress, read_static
 from creak.formats.abaqus.sections import read_sections
 from creak.formats.abaqus.sets import read_sets
@@ -117,10 +118,10 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
     constraints += read_links(deck, node_names, nodes.coords, place.transforms)
     constraints += read_ties(deck, nodes, elements, assigned, surfaces, node_names)
     note_transformed(deck, place.transforms, node_names)
-    count = int(elements.ids.size)
     run = None
     if own_step:
-        run = read_run(deck, with_short_names(surfaces), node_names, element_names, count, place.transforms)
+        bodies = Bodies(nodes.coords, elements, element_names, with_short_names(surfaces))
+        run = read_run(deck, node_names, bodies, place.transforms)
     static = list_prestress(deck) if run is None else None
     fixed = read_boundaries(deck, node_names) if run is None else list(run.step.fixed)
     fixed, skew = held_along_axes(fixed, place.transforms)
@@ -149,4 +150,5 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
 
 
 def _surfaces(raw: Mapping[str, RawSurface], place: IntArray) -> dict[str, Surface]:
-    return {name: Surface(s.name, place[s.element_rows], s.side, s.nodes_idx, s.where) for name, s in raw.items()}
+    named = {name: (s, *s.named) for name, s in raw.items()}
+    return {name: Surface(s.name, place[rows], side, s.nodes_idx, s.where) for name, (s, rows, side) in named.items()}

@@ -11,8 +11,8 @@ from creak.errors import InputError
 from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.loads import along_global_axes, step_loads, step_motion
 from creak.formats.abaqus.names import Registry
-from creak.formats.abaqus.numbers import to_float
 from creak.formats.abaqus.outline import Outline, StepBlocks
+from creak.formats.abaqus.pressures import Bodies, gravity_of, has_gravity, pressures_of
 from creak.formats.abaqus.temperatures import heated
 from creak.formats.abaqus.transforms import Transforms
 from creak.formats.abaqus.used import list_params
@@ -21,7 +21,8 @@ from creak.model.dofs import node_dofs
 from creak.model.mesh import Unread
 from creak.model.steps import Amplitude, PointLoad, Prescribed, StaticLoads
 
-USED = ("STATIC", "BOUNDARY", "CLOAD", "DLOAD", "TEMPERATURE")
+DISTRIBUTED = ("DLOAD", "DSLOAD")
+USED = ("STATIC", "BOUNDARY", "CLOAD", *DISTRIBUTED, "TEMPERATURE")
 _STEP = "NAME, NLGEOM, INC, AMPLITUDE, UNSYMM, EXTRAPOLATION, CONVERT SDI, SOLVER"
 
 
@@ -36,8 +37,7 @@ def read_static(
     dynamic: StepBlocks,
     held: Sequence[Fixed],
     nodes: Registry,
-    elements: Registry,
-    count: int,
+    bodies: Bodies,
     transforms: Transforms,
     amplitudes: Mapping[str, Amplitude],
 ) -> tuple[StaticLoads, tuple[Fixed, ...]]:
@@ -45,7 +45,7 @@ def read_static(
 
     Parameters
     ----------
-    steps : those of *STATIC, in order. held : by the model data. count : elements of the deck.
+    steps : those of *STATIC, in order. held : by the model data.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def read_static(
         moves.
     """
     gravity: FloatArray = np.zeros(3)
-    where, forces = "", list[PointLoad]()
+    where, forces, pressed = "", list[PointLoad](), dict[tuple[str, str], list[PointLoad]]()
     fixed = tuple(held)
     for step in steps:
         list_params(deck, step.block, _STEP)
@@ -66,10 +66,15 @@ def read_static(
         if any(b.option("OP", "MOD") == "NEW" for b in own):
             forces.clear()
         forces = _replaced(forces, step_loads(deck, own, nodes, amplitudes))
-        for block in [b for b in step.blocks if b.name == "DLOAD"]:
-            gravity, where = _gravity(block, elements, count), block.where
-    _check_goes_on(dynamic, gravity, bool(forces), elements, count)
-    loads = along_global_axes(forces, transforms)
+        if any(b.option("OP", "MOD") == "NEW" for b in step.blocks if b.name in DISTRIBUTED):
+            gravity, pressed = np.zeros(3), {}
+        for block in [b for b in step.blocks if b.name in DISTRIBUTED]:
+            where = block.where
+            pressed |= pressures_of(block, bodies)
+            if block.name == "DLOAD" and has_gravity(block):
+                gravity = gravity_of(block, bodies)
+    _check_goes_on(dynamic, gravity, bool(forces), bodies)
+    loads = (*along_global_axes(forces, transforms), *(load for found in pressed.values() for load in found))
     first = steps[0].block.where if steps else ""
     warm = heated(deck, [b for step in steps for b in step.blocks if b.name == "TEMPERATURE"], nodes)
     return StaticLoads((float(gravity[0]), float(gravity[1]), float(gravity[2])), loads, where or first, warm), fixed
@@ -110,43 +115,22 @@ def _replaced(before: list[PointLoad], now: Sequence[PointLoad]) -> list[PointLo
     return [*(load for load in before if (load.name, load.dof) not in new), *now]
 
 
-def _gravity(block: Block, elements: Registry, count: int) -> FloatArray:
-    """(3,) acceleration of the GRAV lines of a *DLOAD."""
-    total = np.zeros(3)
-    for fields, where in block.rows():
-        if len(fields) < 2 or fields[1].strip().upper() != "GRAV":
-            kind = fields[1].strip() if len(fields) > 1 else "nothing"
-            raise InputError(
-                f"*DLOAD of a *STATIC step with {kind}", expected="GRAV", where=where, fix="creak reads gravity alone."
-            )
-        name = fields[0].strip()
-        if name and elements.find(name, "", where).size < count:
-            raise InputError(
-                f"gravity on {name} alone, which are not all elements",
-                expected="all elements, or no set",
-                where=where,
-                fix="Leave the set out.",
-            )
-        numbers = [to_float(f, where, "gravity") for f in fields[2:6]]
-        if len(numbers) < 4 or not any(numbers[1:]):
-            raise InputError(
-                "gravity without magnitude and direction", expected="magnitude, x, y, z", where=where, fix="Add them."
-            )
-        direction = np.array(numbers[1:])
-        total += numbers[0] * direction / np.linalg.norm(direction)
-    return total
-
-
 def _check_goes_on(
     dynamic: StepBlocks,
     gravity: FloatArray,
     forces: bool,
-    elements: Registry,
-    count: int,
+    bodies: Bodies,
 ) -> None:
     """Raise InputError where the *DYNAMIC step changes the static loads."""
     for block in dynamic.blocks:
-        if block.name == "DLOAD" and not np.allclose(_gravity(block, elements, count), gravity, rtol=1e-9):
+        if block.name == "DLOAD" and pressures_of(block, bodies):
+            raise InputError(
+                "*DLOAD of the *DYNAMIC step with pressure, which creak does not read there",
+                expected="pressure in a *STATIC step before it, which goes on",
+                where=block.where,
+                fix="Move it there, or write what varies in time as *CLOAD.",
+            )
+        if block.name == "DLOAD" and not np.allclose(gravity_of(block, bodies), gravity, rtol=1e-9):
             raise InputError(
                 "*DLOAD of the *DYNAMIC step is another gravity than that of the *STATIC step",
                 expected="the same, or none",
@@ -181,7 +165,7 @@ def check_same_supports(
             where=where,
             fix="Hold in the *STATIC step what the *DYNAMIC step moves.",
         )
-    both = [int(x) for load in forces for x in node_dofs(load.nodes_idx, (load.dof,))]
+    both = [int(x) for load in forces if not load.spread for x in node_dofs(load.nodes_idx, (load.dof,))]
     again = [load for load in loads if set(both) & {int(x) for x in node_dofs(load.nodes_idx, (load.dof,))}]
     if again:
         raise InputError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NoReturn
 
 from creak.errors import InputError
@@ -15,6 +15,7 @@ from creak.formats.abaqus.loads import along_global_axes, check_global, step_loa
 from creak.formats.abaqus.names import Registry, lookup
 from creak.formats.abaqus.numbers import positive, to_float
 from creak.formats.abaqus.outline import Outline, StepBlocks
+from creak.formats.abaqus.pressures import Bodies
 from creak.formats.abaqus.static_steps import USED as OF_STATIC
 from creak.formats.abaqus.static_steps import check_same_supports, is_static, read_static
 from creak.formats.abaqus.transforms import Transforms
@@ -59,9 +60,7 @@ _DYNAMIC = (
 _STEP = "NAME, NLGEOM, INC, AMPLITUDE, UNSYMM, EXTRAPOLATION, CONVERT SDI, SOLVER, PERTURBATION"
 
 
-def read_run(
-    deck: Outline, surfaces: Iterable[str], nodes: Registry, elements: Registry, count: int, transforms: Transforms
-) -> DeckRun:
+def read_run(deck: Outline, nodes: Registry, bodies: Bodies, transforms: Transforms) -> DeckRun:
     """The first *DYNAMIC step with contact, amplitudes, motion and loads.
 
     Everything of it that creak does not use is listed in `deck.unread`, in place of what is listed there for a deck
@@ -69,8 +68,7 @@ def read_run(
 
     Parameters
     ----------
-    surfaces : their names.
-    elements, count : their names, and how many there are.
+    bodies : elements and surfaces.
     transforms : axes of the nodes that have their own.
 
     Raises
@@ -84,12 +82,12 @@ def read_run(
     blocks = [*deck.set_aside, *(b for s in deck.steps[: at + 1] for b in s.blocks)]
     amplitudes = read_amplitudes(deck, [b for b in blocks if b.name == "AMPLITUDE"])
     interactions = contact.read_interactions(deck, deck.set_aside)
-    pairs = contact.read_pairs(deck, deck.set_aside, interactions, surfaces)
+    pairs = contact.read_pairs(deck, deck.set_aside, interactions, bodies.surfaces)
     contact.list_node_areas(deck, pairs, interactions)
     held = model_boundaries(deck, nodes)
     static = None
     if statics:
-        static, still = read_static(deck, statics, step, held, nodes, elements, count, transforms, amplitudes)
+        static, still = read_static(deck, statics, step, held, nodes, bodies, transforms, amplitudes)
         held = list(still)
     dynamic = _dynamic(deck, step, at, held, nodes, transforms, amplitudes)
     if static is not None:

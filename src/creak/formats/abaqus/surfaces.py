@@ -14,13 +14,14 @@ from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.names import Registry, qualified, unique_in_order
 from creak.formats.abaqus.numbers import positive
 from creak.formats.abaqus.outline import Outline, Scope
+from creak.model.shell_facets import N_CORNER, SHELL_FACETS, facets_of_shells, sides_of_shells
 from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces
 
 _SIDES = {"": 0, "SPOS": 1, "SNEG": -1, "POS": 1, "NEG": -1, "S1": -1, "S2": 1}
 _EDGES = {"E1": 0, "E2": 1, "E3": 2, "E4": 3}
 _FACES = {f"S{k}": k for k in range(1, 7)}
 _NONE = np.zeros(0, dtype=np.int64)
-_IS_SHELL = np.array([t.kind in ("quad4", "tri3") for t in TYPES])
+_IS_SHELL = np.array([t.kind in SHELL_FACETS for t in TYPES])
 _IS_SOLID = np.array([t.kind in SOLIDS for t in TYPES])
 
 
@@ -30,7 +31,7 @@ class RawSurface:
 
     name: str
     element_rows: IntArray
-    """(n_facet,) shells and solids; empty for a surface of nodes or edges."""
+    """(n_facet,) shells and solids, those with several facets several times; empty for a surface of nodes or edges."""
     side: IntArray
     """(n_facet,) of shells +1, -1, or 0 for both sides; of solids the number 1 to 6 of the face."""
     nodes_idx: IntArray
@@ -42,6 +43,12 @@ class RawSurface:
     """(n_edge, 2) ends of the shell edges of a surface of edges."""
     corners: IntArray = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int64))
     """(n_facet, 4) node rows of the facets; a triangle repeats its third node. Faces of solids look outward."""
+
+    @property
+    def named(self) -> tuple[IntArray, IntArray]:
+        """Each element and side once, in order."""
+        _, first = np.unique(np.column_stack([self.element_rows, self.side]), axis=0, return_index=True)
+        return self.element_rows[np.sort(first)], self.side[np.sort(first)]
 
 
 def read_surfaces(
@@ -111,7 +118,7 @@ def _element_surface(
         solid = _IS_SOLID[elements.type_idx[rows]]
         shells = rows[~solid]
         if solid.any():
-            faces.append(_faces(rows[solid], label, where, elements))
+            faces.append(faces_named(rows[solid], label, where, elements))
         if not shells.size:
             continue
         if label in _EDGES:
@@ -136,7 +143,7 @@ def _element_surface(
     _, first = np.unique(chosen, axis=0, return_index=True)
     chosen = chosen[np.sort(first)]
     rows, side = np.concatenate([rows, chosen[:, 0]]), np.concatenate([side, chosen[:, 1]])
-    corners = _corners(elements, rows, side)
+    rows, side, corners = facets_of(elements, rows, side)
     nodes_idx, weights = tributary_areas(coords, corners)
     return RawSurface(name, rows, side, nodes_idx, weights, block.where, corners=corners)
 
@@ -162,7 +169,7 @@ def _shells_and_solids(token: str, scope: Scope, where: str, elements: Elements,
     return rows
 
 
-def _faces(rows: IntArray, label: str, where: str, elements: Elements) -> IntArray:
+def faces_named(rows: IntArray, label: str, where: str, elements: Elements) -> IntArray:
     """(k, 2) element row and number of the face: the one that `label` names, or all free ones."""
     if not label:
         return _free(rows, elements)
@@ -196,18 +203,23 @@ def _free(rows: IntArray, elements: Elements) -> IntArray:
         numbers = np.arange(1, len(FACES[kind]) + 1)
         found.append(np.column_stack([np.repeat(mine, numbers.size), np.tile(numbers, mine.size)]))
     chosen = np.concatenate(found).astype(np.int64)
-    return chosen[free_faces(_corners(elements, chosen[:, 0], chosen[:, 1]), every)]
+    return chosen[free_faces(facets_of(elements, chosen[:, 0], chosen[:, 1])[2], every)]
 
 
-def _corners(elements: Elements, rows: IntArray, side: IntArray) -> IntArray:
-    """(n, 4) node rows of shells, or of face number `side` of solids; a triangle repeats its third node."""
-    table = elements.nodes_idx[rows]
-    corners = np.where(table[:, :4] >= 0, table[:, :4], table[:, 2:3])
-    for kind in SOLIDS:
-        mine = np.flatnonzero(np.array([t.kind == kind for t in TYPES])[elements.type_idx[rows]])
-        face = np.array(FACES[kind])[side[mine] - 1]
-        corners[mine] = np.take_along_axis(table[mine], face, axis=1)
-    return corners
+def facets_of(elements: Elements, rows: IntArray, side: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Facets of shells, and faces number `side` of solids: rows, sides, (n, 4) node rows as of `RawSurface`."""
+    count = np.array([len(SHELL_FACETS.get(t.kind, "1")) for t in TYPES])[elements.type_idx[rows]]
+    number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    rows, side = np.repeat(rows, count), np.repeat(side, count)
+    table, of_type = elements.nodes_idx[rows], elements.type_idx[rows]
+    corners = np.zeros((rows.size, 4), dtype=np.int64)
+    for kind in (*SHELL_FACETS, *SOLIDS):
+        mine = np.flatnonzero(np.array([t.kind == kind for t in TYPES])[of_type])
+        if kind in SHELL_FACETS:
+            corners[mine] = facets_of_shells(kind, table[mine])[np.arange(mine.size), number[mine]] if mine.size else 0
+        else:
+            corners[mine] = np.take_along_axis(table[mine], np.array(FACES[kind])[side[mine] - 1], axis=1)
+    return rows, side, corners
 
 
 def _merged_sides(facets: Mapping[int, list[IntArray]]) -> tuple[IntArray, IntArray]:
@@ -241,19 +253,18 @@ def _edge_surface(
 ) -> RawSurface:
     pairs, lengths = [], []
     for rows, edge in edges:
-        table = elements.nodes_idx[rows]
-        n_nodes = (table[:, :4] >= 0).sum(axis=1)
-        if (n_nodes <= edge).any():
-            row = int(rows[int(np.argmax(n_nodes <= edge))])
-            raise InputError(
-                f"element {elements.ids[row]} has no edge E{edge + 1}",
-                where=block.where,
-                fix="Correct the edge.",
-            )
-        pair = np.stack([table[:, edge], table[np.arange(rows.size), (edge + 1) % n_nodes]], axis=1)
-        length = np.linalg.norm(coords[pair[:, 1]] - coords[pair[:, 0]], axis=1)
-        pairs.append(pair)
-        lengths.append(np.repeat(0.5 * length, 2))
+        for of_type in np.unique(elements.type_idx[rows]).tolist():
+            kind, mine = TYPES[of_type], rows[elements.type_idx[rows] == of_type]
+            if N_CORNER[kind.kind] <= edge:
+                raise InputError(
+                    f"element {elements.ids[mine[0]]} has no edge E{edge + 1}",
+                    where=block.where,
+                    fix="Correct the edge.",
+                )
+            pair = sides_of_shells(kind.kind, elements.nodes_idx[mine, : kind.n_nodes], edge).reshape(-1, 2)
+            length = np.linalg.norm(coords[pair[:, 1]] - coords[pair[:, 0]], axis=1)
+            pairs.append(pair)
+            lengths.append(np.repeat(0.5 * length, 2))
     ends = np.concatenate(pairs)
     nodes_idx, weights = _summed(ends.ravel(), np.concatenate(lengths))
     none = np.zeros(0, np.int64)

@@ -13,6 +13,7 @@ from creak.formats.abaqus.write_names import Scopes, listed, number
 from creak.formats.deck.refusals import unwritable
 from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling, RigidLink
 from creak.model.mesh import ElementBlock, Model, Surface
+from creak.model.shell_facets import facets_of_shells
 from creak.model.solid_faces import FACES, face_numbers, faces_of
 
 _SIDES = {1: "SPOS", -1: "SNEG", 0: ""}
@@ -131,8 +132,10 @@ def _corners(model: Model, surface: Surface) -> IntArray:
     for (b, r), side in zip(surface.facets.tolist(), surface.side.tolist(), strict=True):
         block = model.blocks[b]
         nodes = block.nodes_idx[r]
-        is_solid = block.kind in FACES
-        result.append(faces_of(block.kind, nodes[None])[0, side - 1] if is_solid else nodes[[0, 1, 2, nodes.size - 1]])
+        if block.kind in FACES:
+            result.append(faces_of(block.kind, nodes[None])[0, side - 1])
+        else:
+            result.extend(facets_of_shells(block.kind, nodes[None])[0])
     return np.array(result, dtype=np.int64)
 
 

@@ -18,7 +18,10 @@ from creak.model.mesh import ElementBlock, Model
 _TYPES = {
     "quad4": "S4",
     "tri3": "S3",
+    "quad8": "S8R",
+    "tri6": "STRI65",
     "beam2": "B31",
+    "beam3": "B32",
     "truss2": "T3D2",
     "hex8": "C3D8I",
     "wedge6": "C3D6",

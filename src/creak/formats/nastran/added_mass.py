@@ -11,6 +11,7 @@ from creak.errors import InputError
 from creak.formats.nastran.bulk_data import Card, id_list
 from creak.formats.nastran.deck import Deck, Group
 from creak.model.materials import BeamSection, GeneralShell, Section, ShellSection, TrussSection
+from creak.model.shell_facets import SHELL_FACETS
 
 CARDS = ("NSM", "NSM1", "NSML", "NSML1")
 READ = {*CARDS, "NSMADD"}
@@ -107,12 +108,14 @@ def _elements(deck: Deck, entry: _Entry) -> Iterator[tuple[int, tuple[float, boo
             owner = identifier if entry.kind in ("ELEMENT", "CONROD") else deck.property_of.get(identifier)
             if owner is not None and (entry.ids is None or owner in entry.ids):
                 x = np.array([deck.grids.place(row) for row in nodes])
-                yield identifier, (_area(x) if is_area else float(np.linalg.norm(x[1] - x[0])), is_area)
+                yield identifier, (_area(group.kind, x) if is_area else float(np.linalg.norm(x[1] - x[0])), is_area)
 
 
-def _area(x: np.ndarray) -> float:
-    """Of a quadrilateral from its diagonals; of a triangle x[2] stands for the fourth corner too."""
-    return 0.5 * float(np.linalg.norm(np.cross(x[2] - x[0], x[-1] - x[1])))
+def _area(kind: str, x: np.ndarray) -> float:
+    """Of the facets of a shell, from their diagonals."""
+    corners = x[np.array(SHELL_FACETS[kind])]
+    doubled = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    return 0.5 * float(np.linalg.norm(doubled, axis=1).sum())
 
 
 def _split(deck: Deck, more: dict[int, float]) -> None:

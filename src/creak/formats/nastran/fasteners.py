@@ -18,6 +18,7 @@ from creak.formats.nastran.materials import Materials
 from creak.model.constraints import Constraint, Equation
 from creak.model.materials import Bushing, PointMass
 from creak.model.projection import nearest_points
+from creak.model.shell_facets import SHELL_FACETS
 
 Patch = tuple[str, int, int]
 """PROP or ELEM and an id, or GRID, the element and its side."""
@@ -144,18 +145,19 @@ def _facets(deck: Deck, card: Card, patch: Patch, coords: FloatArray) -> tuple[I
     corners: list[list[int]] = []
     thickness: list[float] = []
     for group in deck.groups.values():
-        if group.kind not in ("quad4", "tri3"):
+        if group.kind not in SHELL_FACETS:
             continue
         for e, nodes in zip(group.ids, group.nodes, strict=True):
             if (e == identifier) if kind == "ONE" else deck.property_of.get(e) == wanted:
-                corners.append(nodes if len(nodes) == 4 else [*nodes, nodes[2]])
-                thickness.append(reach_of(group.section))
+                mine = [[nodes[i] for i in facet] for facet in SHELL_FACETS[group.kind]]
+                corners += mine
+                thickness += [reach_of(group.section)] * len(mine)
     if not corners:
         what = "property" if kind == "PROP" else "element"
         raise InputError(
             f"{card.name} {card.text(0)} joins {what} {identifier}, which has no shells",
             where=card.where,
-            expected="CQUAD4 or CTRIA3",
+            expected="CQUAD4, CTRIA3, CQUAD8 or CTRIA6",
         )
     return np.array(corners, dtype=np.int64), np.array(thickness)
 

@@ -14,6 +14,7 @@ from creak.formats.nastran.bulk_data import Card, id_list
 from creak.formats.nastran.deck import Deck, referred, unique_cards
 from creak.formats.nastran.optistruct import surface_elements
 from creak.model.constraints import Constraint
+from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
 from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces
 
 OPTISTRUCT = {"TIE", "CONTACT", "SURF"}
@@ -236,11 +237,10 @@ def _facets(deck: Deck, elements: set[int], faces: dict[int, list[int]]) -> _Reg
     groups = [(g, np.array(g.nodes, dtype=np.int64)) for g in deck.groups.values()]
     for group, nodes in groups:
         rows = [k for k, e in enumerate(group.ids) if e in elements]
-        if group.kind in ("quad4", "tri3") and rows:
-            table = nodes[rows] if group.kind == "quad4" else nodes[rows][:, [0, 1, 2, 2]]
-            corners.append(table)
-            thickness += [reach_of(group.section)] * len(rows)
-            solid += [False] * len(rows)
+        if group.kind in SHELL_FACETS and rows:
+            corners.append(facets_of_shells(group.kind, nodes[rows]).reshape(-1, 4))
+            thickness += [reach_of(group.section)] * len(corners[-1])
+            solid += [False] * len(corners[-1])
         elif group.kind in FACES:
             wanted.append(faces_of(group.kind, nodes[rows]).reshape(-1, 4))
             number = face_numbers(group.kind)

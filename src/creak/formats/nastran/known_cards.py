@@ -10,7 +10,8 @@ from creak.formats.nastran.deck import LINEAR, MODAL, Deck
 _READ = {
     "": (
         "GRID, GRDSET, SPOINT, CORD1R, CORD1C, CORD1S, CORD2R, CORD2C, CORD2S, PARAM, MAT1, MAT2, MAT8, MAT9,"
-        "PSHELL, PCOMP, PCOMPG, CQUAD4, CTRIA3, CQUADR, CTRIAR, CBAR, CBEAM, BAROR, BEAMOR, PBAR, PBARL, PBEAM,"
+        "PSHELL, PCOMP, PCOMPG, CQUAD4, CTRIA3, CQUADR, CTRIAR, CQUAD8, CTRIA6, CBAR,"
+        "CBEAM, BAROR, BEAMOR, PBAR, PBARL, PBEAM,"
         "PBEAML, CROD, PROD, CONROD, CTUBE, PTUBE, CHEXA, CPENTA, CTETRA, PSOLID, CONM1, CONM2, CMASS1, CMASS2,"
         "CMASS3, CMASS4, PMASS, CELAS1, CELAS2, CELAS3, CELAS4, PELAS, CDAMP1, CDAMP2, CDAMP3, CDAMP4, PDAMP, CVISC,"
         "PVISC, CBUSH, PBUSH, RBE1, RBE2, RBE3, RBAR, RROD, MPC, MPCADD, SPC, SPC1, SPCADD, TIC, SUPORT, SUPORT1,"
@@ -23,12 +24,13 @@ _READ = {
 _HARMLESS = {
     "creak finds the modes up to a frequency or a count of its own": "EIGR, EIGRL, EIGRA, EIGB, EIGC, EIGP, MODTRAK",
     "loads do not act on modes, and the study file defines the excitation": (
-        "FORCE, FORCE1, FORCE2, MOMENT, MOMENT1, MOMENT2, PLOAD, PLOAD1, PLOAD2, PLOAD4, PLOADB3, RFORCE,"
+        "FORCE, FORCE1, FORCE2, MOMENT, MOMENT1, MOMENT2, PLOAD1, PLOADB3, RFORCE,"
         "RFORCE1, LOAD, SLOAD, DEFORM, DLOAD, DAREA, DELAY, DPHASE, TLOAD1, TLOAD2, RLOAD1, RLOAD2, ACSRCE, LSEQ,"
         "SPCD, SPCR, ACCEL, ACCEL1, LOADCYN, LOADCYH, TABLED1, TABLED2, TABLED3, TABLED4, TABLED5, TABLEH1, TABRND1,"
         "TABRNDG, RANDPS, RANDT1, RCROSS, NOLIN1, NOLIN2, NOLIN3, NOLIN4"
     ),
     "gravity does not act on modes; a study takes it from its [[static]] gravity or deck_loads": "GRAV",
+    "pressure does not act on modes; a study takes it from its [[static]] deck_loads": "PLOAD, PLOAD2, PLOAD4",
     "the study file defines the time axis": (
         "TSTEP, TSTEPNL, TSTEP1, NLPARM, NLPCI, NLSTEP, NLADAPT, NLOUT, NLCNTL, NLCNTLG, NLCNTL2, FREQ, FREQ1,"
         "FREQ2, FREQ3, FREQ4, FREQ5, FREQV"
@@ -82,7 +84,6 @@ _CHANGES = {
         "CTRIAX, CHEXAL, PCOMPS, PCOMPLS, PBCOMP, PBRSECT, PBMSECT, PLPLANE, PLSOLID, CDAMP5, CBEAM3, PBEAM3,"
         "CIFHEX, CIFPENT, PCOMPP, STACK, PLY, CGAPG, RBODY, JOINTG, PJOINTG, CMBEAM, CSMSPH, CNTNLSUB"
     ),
-    "creak has no quadratic shells: export the mesh with corners only (CQUAD4, CTRIA3)": "CQUAD8, CTRIA6",
     "creak does not read this constraint": (
         "RBE2GS, RSPLINE, RSSCON, RTRPLT, RTRPLT1, RJOINT, SPCAX, MPCAX, SPCOFF, SPCOFF1, BLTMPC"
     ),

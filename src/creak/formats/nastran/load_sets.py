@@ -1,4 +1,4 @@
-"""DAREA, FORCE, MOMENT, LOAD, GRAV and SPCD of one set -> forces and motions of dofs, gravity."""
+"""DAREA, FORCE, MOMENT, LOAD, GRAV, SPCD and pressures of one set -> forces and motions of dofs, gravity."""
 
 from __future__ import annotations
 
@@ -12,17 +12,15 @@ from creak.errors import InputError
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.coordinate_systems import axes_at
 from creak.formats.nastran.deck import Deck, referred
+from creak.formats.nastran.pressures import CARDS as PRESSURES
 
 Dof = tuple[int, int]
 """Node row and global dof 1..6."""
-_NOT_READ = (
-    "FORCE1, FORCE2, MOMENT1, MOMENT2, PLOAD, PLOAD1, PLOAD2, PLOAD4, PLOADB3, PLOADX1, RFORCE, RFORCE1, SLOAD, ACCEL,"
-    "ACCEL1, SPCR"
-)
+_NOT_READ = "FORCE1, FORCE2, MOMENT1, MOMENT2, PLOAD1, PLOADB3, PLOADX1, RFORCE, RFORCE1, SLOAD, ACCEL,ACCEL1, SPCR"
 NOT_READ = tuple(name.strip() for name in _NOT_READ.split(","))
 """Loads of a set that creak does not know."""
 READ = ("DAREA", "FORCE", "MOMENT", "LOAD", "SPCD", "LSEQ")
-_OF_SETS = ("DAREA", "FORCE", "MOMENT", "SPCD", "GRAV", "LOAD", *NOT_READ)
+_OF_SETS = ("DAREA", "FORCE", "MOMENT", "SPCD", "GRAV", "LOAD", *PRESSURES, *NOT_READ)
 DEPTH = 20
 
 
@@ -33,6 +31,8 @@ class LoadSet:
     forces: dict[Dof, float] = field(default_factory=dict)
     motion: dict[Dof, float] = field(default_factory=dict)
     gravity: FloatArray = field(default_factory=lambda: np.zeros(3))
+    pressures: list[tuple[Card, float]] = field(default_factory=list)
+    """Cards of pressure and their factors."""
     where: str = ""
     """Of its first card; empty: the deck has none."""
 
@@ -55,9 +55,10 @@ def load_set(deck: Deck, identifier: int, user: Card) -> LoadSet:
             where=user.where,
             expected="DAREA, FORCE, MOMENT or SPCD cards of this set",
         )
-    if found.gravity.any():
+    if found.gravity.any() or found.pressures:
+        name = "GRAV" if found.gravity.any() else found.pressures[0][0].name
         raise InputError(
-            f"GRAV of load set {identifier} is not read by creak in a transient load",
+            f"{name} of load set {identifier} is not read by creak in a transient load",
             where=found.where,
             expected="DAREA, FORCE, MOMENT and SPCD",
             fix="Put it into a static subcase before the transient, or write the load as forces on grids.",
@@ -99,7 +100,7 @@ def _add(deck: Deck, cards: Cards, identifier: int, factor: float, found: LoadSe
             raise InputError(
                 f"{card.name} of load set {identifier} is not read by creak",
                 where=card.where,
-                expected="DAREA, FORCE, MOMENT, GRAV and SPCD",
+                expected="DAREA, FORCE, MOMENT, GRAV, PLOAD, PLOAD2, PLOAD4 and SPCD",
                 fix="Write the load as forces on grids.",
             )
     for card in cards.get(str(identifier), ()):
@@ -114,6 +115,8 @@ def _add(deck: Deck, cards: Cards, identifier: int, factor: float, found: LoadSe
                     _add(deck, cards, other[0].integer(0), share, found, depth + 1)
         elif card.name in ("FORCE", "MOMENT"):
             _add_vector(deck, card, factor, found)
+        elif card.name in PRESSURES:
+            found.pressures.append((card, factor))
         elif card.name == "GRAV":
             direction = np.array([card.real(i, 0.0) for i in (3, 4, 5)])
             if not direction.any():

@@ -10,9 +10,9 @@ from creak.formats.nastran.deck import Deck
 from creak.formats.nastran.optistruct import bulk_sets, named_surfaces, surface_elements
 from creak.formats.nastran.set_ids import plain_name
 from creak.model.mesh import ElementBlock, Surface
+from creak.model.shell_facets import SHELL_FACETS
 from creak.model.solid_faces import FACES, faces_of, free_faces
 
-_SHELLS = ("quad4", "tri3")
 _DOF_SETS = {
     "ASET": "ASET",
     "ASET1": "ASET",
@@ -90,7 +90,7 @@ def surfaces(blocks: tuple[ElementBlock, ...], sets: dict[str, IntArray]) -> dic
     free: dict[bytes, tuple[IntArray, IntArray]] = {}
     every = [faces_of(b.kind, b.nodes_idx).reshape(-1, 4) for b in blocks if b.kind in FACES]
     for name, places in sets.items():
-        shells = places[np.isin(places[:, 0], [i for i, b in enumerate(blocks) if b.kind in _SHELLS])]
+        shells = places[np.isin(places[:, 0], [i for i, b in enumerate(blocks) if b.kind in SHELL_FACETS])]
         key = places.tobytes()  # a property is there under its number and under its name
         if key not in free:
             free[key] = _free(blocks, places, every)

@@ -1,4 +1,4 @@
-"""CQUAD4, CTRIA3 (and CQUADR, CTRIAR) -> shell elements."""
+"""CQUAD4, CTRIA3 (and CQUADR, CTRIAR), CQUAD8, CTRIA6 -> shell elements."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from creak.formats.nastran.materials import Materials
 from creak.formats.nastran.shell_sections import is_directed, shell_section
 from creak.model.materials import GeneralShell, ShellSection
 
-_CORNERS = {"CQUAD4": 4, "CQUADR": 4, "CTRIA3": 3, "CTRIAR": 3}
-_KIND = {4: "quad4", 3: "tri3"}
+_CORNERS = {"CQUAD4": 4, "CQUADR": 4, "CTRIA3": 3, "CTRIAR": 3, "CQUAD8": 4, "CTRIA6": 3}
+_KIND = {4: "quad4", 3: "tri3", 8: "quad8", 6: "tri6"}
 SHELL_PROPERTIES = ("PSHELL", "PCOMP", "PCOMPG")
 
 
@@ -31,7 +31,14 @@ class _Fields:
     t1: int
 
 
-_AT = {4: _Fields(6, 7, 9, 10), 3: _Fields(5, 6, 9, 10)}
+_AT = {
+    "CQUAD4": _Fields(6, 7, 9, 10),
+    "CQUADR": _Fields(6, 7, 9, 10),
+    "CTRIA3": _Fields(5, 6, 9, 10),
+    "CTRIAR": _Fields(5, 6, 9, 10),
+    "CQUAD8": _Fields(14, 15, 16, 10),
+    "CTRIA6": _Fields(8, 9, 13, 10),
+}
 
 
 def read_shells(deck: Deck, materials: Materials) -> None:
@@ -59,24 +66,58 @@ def _add_shell(
     sections: dict[tuple[int, float], ShellSection | GeneralShell],
     materials: Materials,
 ) -> None:
-    pid, at = card.integer(1, card.integer(0)), _AT[n]
+    pid, at = card.integer(1, card.integer(0)), _AT[card.name]
     identifier = deck.new_element(card, pid)
     owner = referred(properties, pid, card, "property", ", ".join(SHELL_PROPERTIES))
-    nodes = deck.nodes(card, range(2, 2 + n))
-    corners = np.array([deck.grids.place(row) for row in nodes])
+    nodes = deck.nodes(card, range(2, 2 + _n_grids(card, n)))
+    corners = np.array([deck.grids.place(row) for row in nodes[:n]])
     own: dict[str, FloatArray] = {}
     thickness, t = _thicknesses(card, owner, n, at)
     if (pid, t) not in sections:
         sections[pid, t] = shell_section(deck, owner, materials, t)
     section = sections[pid, t]
     if thickness is not None:
-        own["thickness"] = thickness
+        own["thickness"] = thickness if len(nodes) == n else np.append(thickness, _between(thickness))
     normal = _normal(corners, card)
     if card.text(at.zoffs):
-        own["arms"] = np.tile(card.real(at.zoffs) * normal, (n, 1))
+        own["arms"] = card.real(at.zoffs) * _normals(deck, nodes, n, normal)
     if is_directed(section):
         own["axis1"] = _material_axis(deck, card, at.theta, corners, normal)
-    deck.add((pid, t), _KIND[n], section, identifier, nodes, card, **own)
+    deck.add((pid, t), _KIND[len(nodes)], section, identifier, nodes, card, **own)
+
+
+def _n_grids(card: Card, n: int) -> int:
+    """3, 4, 6 or 8: without any grid at the middles of its sides a CQUAD8 is a CQUAD4."""
+    if card.name not in ("CQUAD8", "CTRIA6"):
+        return n
+    given = [i for i in range(2 + n, 2 + 2 * n) if card.text(i) not in ("", "0")]
+    if given and len(given) < n:
+        raise InputError(
+            f"{card.name} {card.text(0)} has {n + len(given)} grids",
+            where=card.where,
+            expected=f"{n} grids or {2 * n}",
+            fix="Export the mesh with all mid-side grids or with none.",
+        )
+    return n + len(given)
+
+
+def _between(values: FloatArray) -> FloatArray:
+    """Mean of the values at the ends of each side."""
+    return 0.5 * (values + np.roll(values, -1, axis=0))
+
+
+def _normals(deck: Deck, nodes: list[int], n: int, normal: FloatArray) -> FloatArray:
+    """(n_node, 3) unit normals at the nodes; with middle nodes those of the parabolas along the sides."""
+    if len(nodes) == n:
+        return np.tile(normal, (n, 1))
+    x = np.array([deck.grids.place(row) for row in nodes])
+    ends, middle = x[:n], x[n:]
+    ahead = 4.0 * middle - 3.0 * ends - np.roll(ends, -1, axis=0)
+    back = 4.0 * np.roll(middle, 1, axis=0) - 3.0 * ends - np.roll(ends, 1, axis=0)
+    corner = np.cross(ahead, back)
+    corner /= np.linalg.norm(corner, axis=1)[:, None]
+    between = _between(corner)
+    return np.concatenate([corner, between / np.linalg.norm(between, axis=1)[:, None]])
 
 
 def _thicknesses(card: Card, owner: Card, n: int, at: _Fields) -> tuple[FloatArray | None, float]:

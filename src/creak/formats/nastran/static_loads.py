@@ -7,18 +7,21 @@ from typing import NoReturn
 import numpy as np
 
 from creak.errors import InputError
+from creak.formats.deck.pressure import point_loads
 from creak.formats.nastran.bulk_data import Card
 from creak.formats.nastran.case_control import StaticCase
 from creak.formats.nastran.deck import Deck
 from creak.formats.nastran.load_sets import NOT_READ, READ, Cards, LoadSet, cards_by_set, static_set
+from creak.formats.nastran.pressures import CARDS as PRESSURES
+from creak.formats.nastran.pressures import pressure_forces
 from creak.model.steps import NodeTemperatures, PointLoad, Prescribed, StaticLoads
 
 HEAT = ("TEMP", "TEMPD")
 HEAT_NOT_READ = ("TEMPP1", "TEMPP3", "TEMPRB", "TEMPF", "TEMPN1", "TEMPAX")
 """Gradients through shells and bars, and temperatures that functions give."""
-CARDS = {"GRAV", "LOAD", *HEAT}
+CARDS = {"GRAV", "LOAD", *PRESSURES, *HEAT}
 """Read for a static subcase."""
-_LOADS = tuple(name for name in (*READ, "GRAV", *NOT_READ) if name not in ("DAREA", "LSEQ"))
+_LOADS = tuple(name for name in (*READ, "GRAV", *PRESSURES, *NOT_READ) if name not in ("DAREA", "LSEQ"))
 
 
 def named_loads(deck: Deck) -> dict[str, StaticLoads]:
@@ -49,7 +52,7 @@ def subcase_loads(deck: Deck, case: StaticCase) -> StaticLoads:
             raise InputError(
                 f"{kind} = {number} in the case control, but no card has this number",
                 where=case.where,
-                expected="GRAV, FORCE, MOMENT, SPCD or LOAD cards" if kind == "LOAD" else "TEMP or TEMPD cards",
+                expected="GRAV, FORCE, MOMENT, PLOAD4, SPCD or LOAD cards" if kind == "LOAD" else "TEMP or TEMPD cards",
             )
     return _loads(deck, static_set(deck, case.load, loads), case.load, _warm(deck, case.temperature, heat), case.where)
 
@@ -116,6 +119,8 @@ def _loads(deck: Deck, found: LoadSet, load: int, warm: NodeTemperatures | None,
     for (dof, value), rows in by_value(found.motion).items():
         nodes = np.array(rows, dtype=np.int64)
         moved.append(Prescribed(nodes, dof, "displacement", value, "", _name(deck, rows, load), found.where))
+    if found.pressures:
+        forces += point_loads(*pressure_forces(deck, found.pressures), f"SET {load}", found.where)
     return StaticLoads((x, y, z), tuple(forces), where or found.where, warm, tuple(moved))
 
 

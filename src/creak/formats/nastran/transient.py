@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from creak.formats.nastran.load_sets import READ, LoadSet, load_set
 from creak.formats.nastran.static_loads import CARDS as OF_STATIC
 from creak.formats.nastran.static_loads import by_value, subcase_loads
 from creak.formats.nastran.time_functions import TABLES, amplitude_of
-from creak.model.constraints import Fixed
+from creak.model.constraints import Fixed, without
 from creak.model.mesh import Unread
 from creak.model.steps import Amplitude, DeckRun, DynamicStep, PointLoad, Prescribed
 
@@ -102,7 +102,7 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
         True,
         WITH_STOPS if stops else 0.0,
         "",
-        fixed=tuple(_without(fixed, held)),
+        fixed=without(fixed, np.concatenate([np.zeros(0, dtype=np.int64), *(m.labels for m in held)])),
         moved=tuple(moved),
         loads=tuple(loads),
         output_sets=case.output,
@@ -204,15 +204,3 @@ def _check_motion_once(moved: Sequence[Prescribed], found: LoadSet) -> None:
             expected="one motion for each dof",
             fix="Add the motions up in one table.",
         )
-
-
-def _without(fixed: Sequence[Fixed], moved: Sequence[Prescribed]) -> Iterator[Fixed]:
-    """What is held at zero: not what moves."""
-    driven = {(int(n), m.dof) for m in moved for n in m.nodes_idx}
-    for f in fixed:
-        by_dofs: dict[tuple[int, ...], list[int]] = {}
-        for node in f.nodes_idx.tolist():
-            by_dofs.setdefault(tuple(d for d in f.dofs if (node, d) not in driven), []).append(node)
-        for dofs, nodes in by_dofs.items():
-            if dofs:
-                yield replace(f, nodes_idx=np.array(nodes, dtype=np.int64), dofs=dofs)

@@ -25,6 +25,7 @@ from creak.model.materials import (
     Spring,
 )
 from creak.model.mesh import ElementBlock, Model
+from creak.model.shell_facets import N_CORNER
 from creak.model.solid_faces import HEX20
 
 _SOLIDS = {
@@ -36,7 +37,7 @@ _SOLIDS = {
     **dict.fromkeys(HEX20, "CHEXA"),
     "wedge15": "CPENTA",
 }
-_SHELLS = {"quad4": "CQUAD4", "tri3": "CTRIA3"}
+_SHELLS = {"quad4": "CQUAD4", "tri3": "CTRIA3", "quad8": "CQUAD8", "tri6": "CTRIA6"}
 NORMAL = 1e-9
 """Share by which arms may differ from ones along the normal, and directions from ones in the surface."""
 
@@ -118,7 +119,8 @@ def _each(model: Model, block: ElementBlock, name: str, pid: int) -> Iterator[st
 
 def _shells(model: Model, b: int, properties: Properties, systems: Systems) -> Iterator[str]:
     block = model.blocks[b]
-    x = model.nodes.coords[block.nodes_idx]
+    n = N_CORNER[block.kind]
+    x = model.nodes.coords[block.nodes_idx[:, :n]]
     general = isinstance(block.section, GeneralShell)
     pid = properties.put(b, _all(block), general and block.own.thickness is not None)
     normal = np.cross(x[:, 2] - x[:, 0], x[:, -1] - x[:, 1])
@@ -128,11 +130,25 @@ def _shells(model: Model, b: int, properties: Properties, systems: Systems) -> I
     base = getattr(block.section, "thickness", 0.0)
     labels = model.nodes.ids[block.nodes_idx].tolist()
     for k, identifier in enumerate(block.ids.tolist()):
-        fields: list[Field] = [identifier, pid, *labels[k], directions[k], heights[k]]
+        t: list[Field] = [None] * n
         if block.own.thickness is not None:
-            t = [_thickness(share, base) for share in block.own.thickness[k].tolist()]
-            fields += [*[None] * (10 - len(fields)), *t]
+            t = [_thickness(share, base) for share in _corner_shares(block, n)[k]]
+        place: list[Field] = [directions[k], heights[k]]
+        fields: list[Field] = [identifier, pid, *labels[k]]
+        if block.nodes_idx.shape[1] == n:
+            fields += place if t[0] is None else [*place, *[None] * (6 - n), *t]
+        else:
+            fields += [*t, *place] if n == 4 else [*place, *t]
         yield from card(_SHELLS[block.kind], fields)
+
+
+def _corner_shares(block: ElementBlock, n: int) -> list[list[float]]:
+    """Shares of the thickness at the corners; those at middle nodes must be the means between."""
+    assert block.own.thickness is not None
+    corner, middle = block.own.thickness[:, :n], block.own.thickness[:, n:]
+    if middle.size and np.abs(middle - 0.5 * (corner + np.roll(corner, -1, axis=1))).max() > NORMAL * corner.max():
+        raise unwritable(f"elements {block.ids[:3].tolist()}...", "T1 to T4 give no thickness at their middle nodes")
+    return list(corner.tolist())
 
 
 def _thickness(share: float, base: float) -> float:

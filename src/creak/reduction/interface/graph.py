@@ -8,6 +8,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.model.mesh import Model
+from creak.model.shell_facets import N_CORNER, sides_of_shells
 from creak.model.solid_faces import HEX20, MIDDLES
 
 
@@ -16,10 +17,20 @@ def _halves(kind: str, n_corner: int) -> tuple[tuple[int, int], ...]:
     return tuple(pair for k, (a, b) in enumerate(MIDDLES[kind], n_corner) for pair in ((a, k), (k, b)))
 
 
+def _pieces(kind: str, n_node: int) -> tuple[tuple[int, int], ...]:
+    """Halves of the sides of a shell with middle nodes."""
+    every = np.arange(n_node)[None]
+    halves = [sides_of_shells(kind, every, side)[0] for side in range(N_CORNER[kind])]
+    return tuple((int(a), int(b)) for a, b in np.concatenate(halves))
+
+
 EDGES = {
     "quad4": ((0, 1), (1, 2), (2, 3), (3, 0)),
     "tri3": ((0, 1), (1, 2), (2, 0)),
+    "quad8": _pieces("quad8", 8),
+    "tri6": _pieces("tri6", 6),
     "beam2": ((0, 1),),
+    "beam3": ((0, 1), (1, 2)),
     "truss2": ((0, 1),),
     "hex8": ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
     "wedge6": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),

@@ -64,6 +64,12 @@ def as_dict(advice: Advice) -> dict[str, Any]:
         "reductions": [dataclasses.asdict(o) for o in f.options],
         "unreduced": dataclasses.asdict(f.unreduced),
         "steps": [dataclasses.asdict(s) for s in f.steps],
+        "memory": {
+            "stages": [dataclasses.asdict(s) for s in (*f.memory.reduce, *f.memory.run)],
+            "reduce_gb": f.memory.reduce_peak.gb,
+            "run_gb": f.memory.run_peak.gb,
+            "free_gb": f.memory.free_gb,
+        },
         "advice": {
             "method": "none" if c.option is None else c.option.method,
             "f_max": None if c.option is None else c.option.f_max,

@@ -27,6 +27,7 @@ from creak.studies.advise.cost import (
     unreduced_cost,
 )
 from creak.studies.advise.evidence import Measured, measured, rule_of_thumb, step_evidence, steps
+from creak.studies.advise.memory import Memory, memory
 from creak.studies.advise.size import Counted, Sizes, sizes, sturm_counts
 from creak.studies.file.signals.course import RecordTable
 from creak.studies.models.reduced import WHOLE
@@ -109,6 +110,7 @@ class Facts:
     """s, length of the run."""
     gaps: GapOperator
     """Channels kept, connectors after contacts."""
+    memory: Memory
 
 
 def gather(setup: Setup, progress: Progress) -> Facts:
@@ -137,7 +139,9 @@ def gather(setup: Setup, progress: Progress) -> Facts:
     options = _options(setup, found, counted, fixed, whole, f, gaps)
     cost = unreduced_cost(reference.system, scheme, c.time.step, gaps.m)
     steps = _steps(setup, reference, gaps, scheme, f, options, cost, progress)
-    return Facts(excitation, channels, found, counted, options, cost, steps, float(setup.loads.time[-1]), gaps)
+    taken = memory(setup, reference, counted, found.parts, found.unknowns(c.reduction.f_max), gaps.m + 2 * gaps.rubbing)
+    end = float(setup.loads.time[-1])
+    return Facts(excitation, channels, found, counted, options, cost, steps, end, gaps, taken)
 
 
 def _checked(setup: Setup) -> Setup:

@@ -15,7 +15,7 @@ from creak.assembly.part import split_constraints
 from creak.assembly.partition import shared_nodes
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.linalg.factor import Factor, SingularMatrixError, factor, regular_factor
+from creak.linalg.factor import Factor, SingularMatrixError, factor, refactor, regular_factor
 from creak.linalg.modes import small_shift
 from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
@@ -41,6 +41,8 @@ class Counted:
     """The last factorisation."""
     column_s: float
     """A column of a back-substitution of `BLOCK`."""
+    memory: float = 0.0
+    """Bytes of the last factor."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,11 @@ class PartSize:
     held: bool
     """The retained dofs hold the part: without that there is no Craig-Bampton model of it."""
     unreduced: bool
+    inner: int = 0
+    """Dofs that are not retained."""
+    entries_K: int = 0
+    entries_M: int = 0
+    """Stored entries of the inner stiffness and mass."""
 
     @property
     def boundary(self) -> int:
@@ -102,26 +109,28 @@ def sizes(
 
 def sturm_counts(K: Matrix, M: Matrix, frequencies: Sequence[float]) -> Counted:
     """Number of modes below each frequency (Hz): the inertia of K - omega^2 M (Sylvester), no mode computed."""
-    below, seconds, column = {}, 0.0, 0.0
+    below, seconds, column, memory = {}, 0.0, 0.0, 0.0
     if K.shape[0] == 0:
         return Counted(dict.fromkeys(frequencies, 0), 0.0, 0.0)
+    found: Factor | None = None
     for f in frequencies:
         started = time.perf_counter()
-        found = _indefinite(K, M, (2.0 * np.pi * f) ** 2)
+        found = _indefinite(K, M, (2.0 * np.pi * f) ** 2, found)
         seconds = time.perf_counter() - started
-        below[f] = found.n_negative
+        below[f], memory = found.n_negative, found.memory
         if f == frequencies[-1]:
             b = np.asfortranarray(np.random.default_rng(5).standard_normal((K.shape[0], BLOCK)))
             started = time.perf_counter()
             found.solve(b)
             column = (time.perf_counter() - started) / BLOCK
-    return Counted(below, seconds, column)
+    return Counted(below, seconds, column, memory)
 
 
-def _indefinite(K: Matrix, M: Matrix, omega2: float) -> Factor:
-    """A factor of K - omega^2 M; a hit on an eigenvalue is stepped past."""
+def _indefinite(K: Matrix, M: Matrix, omega2: float, old: Factor | None) -> Factor:
+    """A factor of K - omega^2 M, in the place of an `old` one; a hit on an eigenvalue is stepped past."""
+    A = K - omega2 * M
     try:
-        return factor(K - omega2 * M, definite=False)
+        return factor(A, definite=False) if old is None else refactor(old, A)
     except SingularMatrixError:
         return factor(K - omega2 * (1.0 + 1e-6) * M, definite=False)
 
@@ -134,7 +143,8 @@ def _part_size(sub: Substructure, reasons: Sequence[tuple[str, IntArray]], frequ
     inside = Inside(part, sub.boundary)
     held = _held(inside)
     counted = sturm_counts(inside.K_ii, inside.M_ii, frequencies)
-    return PartSize(part.name, part.n, _by_reason(part, sub.boundary, reasons), counted, held, False)
+    retained, entries = _by_reason(part, sub.boundary, reasons), (int(inside.K_ii.nnz), int(inside.M_ii.nnz))
+    return PartSize(part.name, part.n, retained, counted, held, False, inside.i.size, *entries)
 
 
 def _held(inside: Inside) -> bool:

@@ -208,8 +208,19 @@ def warnings(setup: Setup, facts: Facts, option: Option | None) -> Iterator[str]
             "and its "
             'steps are slow. Use gap-modes, or interface = { type = "interpolation" } or "characteristic"'
         )
+    yield from _memory(facts)
     if option is not None and option.offline_s + facts.steps[0].reduced_s > facts.steps[0].unreduced_s:
         yield "one reduced run costs more than the unreduced one: a reduction pays for many runs only"
+
+
+def _memory(facts: Facts) -> Iterator[str]:
+    peak, free = facts.memory.run_peak, facts.memory.free_gb
+    if peak.gb > free:
+        yield (
+            f"memory: {peak.what} takes some {peak.gb:.2g} GB ({peak.why}), {free:.2g} GB are free: lower f_max, cut "
+            "the largest part into substructures, leave out the reference run where that is the peak, or take a "
+            "larger machine. What does not fit is refused when its turn comes, before it is made"
+        )
 
 
 def _load(facts: Facts) -> Iterator[str]:

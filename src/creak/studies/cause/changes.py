@@ -14,18 +14,21 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.part import Rayleigh
+from creak.assembly.rigid import unheld_parts
 from creak.assembly.system import System, to_dense
-from creak.contact.gap_operator import GapOperator
-from creak.model.dofs import TRANSLATIONS, node_dofs, nodes_of
-from creak.model.materials import PointMass, Spring
+from creak.contact.gap_operator import GapOperator, join
+from creak.model.dofs import PER_NODE, node_dofs, nodes_of
+from creak.model.materials import NodalMatrices
 from creak.model.mesh import ElementBlock, Model
 from creak.model.units import UNITS
 from creak.reduction.diagonal import diagonalise
 from creak.studies.cause.decompose import Cause
+from creak.studies.cause.fasteners import nearest_fastener, translations, without_fastener
 from creak.studies.file.config import DampingTable
-from creak.studies.models.reduced import with_damping
+from creak.studies.models.reduced import coupled_again, with_damping
 from creak.studies.prepare.setup import Setup
 from creak.studies.results.places import Place
+from creak.studies.run.job import StudyResult
 
 GAP = 0.1
 """Share of the clearance by which a gap is opened."""
@@ -53,6 +56,8 @@ class Change:
     of_setup: Callable[[Setup], Setup]
     same_modes: bool = True
     """The System's modes stay those that they were."""
+    blocks: tuple[ElementBlock, ...] = ()
+    """Elements that the whole model gets."""
 
 
 @dataclass(frozen=True)
@@ -70,30 +75,25 @@ class Effect:
         return self.impulse if self.n5 is None else self.n5
 
 
-def candidates(setup: Setup, gaps: GapOperator, place: Place, cause: Cause, mass: float) -> Iterator[Change]:
-    """All changes that are tried for a place.
-
-    Parameters
-    ----------
-    mass : of the whole model.
-    """
-    name, mine = place.contact, gaps.of_groups({place.contact})
-    clearance = float(gaps.gap0[mine].mean())
-    if clearance > 0.0 and gaps.preload is None:
+def candidates(result: StudyResult, place: Place, cause: Cause) -> Iterator[Change]:
+    """All changes that are tried for a place."""
+    setup, gaps, name = result.setup, result.gaps, place.contact
+    mine = gaps.of_groups({name})
+    own = gaps if setup.static is None else join(setup.static.before)
+    clearance = float(own.gap0[own.of_groups({name})].mean())
+    if clearance > 0.0 and own.preload is None:
         yield _wider(name, GAP * clearance, setup)
     springs = mine & np.isfinite(gaps.stiffness) & (gaps.stiffness > 0.0)
     if springs[place.channels].all() and gaps.curves is None:
         yield _softer(name)
     if _damps(setup):
         yield _more_damping(setup)
-    if setup.static is not None:
-        return
-    node = int(gaps.nodes_idx[cause.channel])
-    yield _heavier(setup, node, MASS * mass)
+    yield _heavier(setup, int(gaps.nodes_idx[cause.channel]), MASS * result.reference.system.stats.mass)
     for channel in _fastened(setup.model, gaps, mine, cause.channel):
         ends = _ends(gaps, channel)
         if ends is not None:
-            yield _fastener(setup, *ends)
+            yield _fastener(setup, ends)
+    yield from _moved(result, cause.channel)
 
 
 def _same(what: GapOperator) -> GapOperator:
@@ -145,34 +145,71 @@ def _more_damping(setup: Setup) -> Change:
 
 def _heavier(setup: Setup, node: int, mass: float) -> Change:
     kg = UNITS[setup.study.config.model.units].to_kg
-    labels = node_dofs(np.array([node]), TRANSLATIONS)
-
-    def of(system: System) -> System:
-        R, R_s = (to_dense(a) for a in system.rows(labels))
-        return _again(setup, system, mass * R.T @ R, mass * R.T @ R_s, mass * R_s.T @ R_s, mass=True)
-
-    block = ElementBlock("mass", np.array([0]), np.array([[node]]), PointMass("ADDED", mass), _part(setup.model, node))
+    M = np.zeros((PER_NODE, PER_NODE))
+    M[:3, :3] = mass * np.eye(3)
     words = f"{mass * kg:.3g} kg more at {node_name(setup.model, node)}"
-    return Change("mass", words, _same, of, lambda s: _with_blocks(s, [block]), same_modes=False)
+    return _with_matrices("mass", words, setup, (node,), np.zeros_like(M), M)
 
 
-def _fastener(setup: Setup, node: int, other: int) -> Change:
+def _fastener(setup: Setup, ends: tuple[int, int]) -> Change:
     units = setup.study.config.model.units
     k = FASTENER[units]
-    labels = node_dofs(np.array([node, other]), TRANSLATIONS)
-    D = np.hstack([np.eye(3), -np.eye(3)])
+    first, other = (node_name(setup.model, n) for n in ends)
+    words = f"a fastener of {k:g} {UNITS[units].stiffness} from {first} to {other}"
+    K = translations(k * np.eye(3))
+    return _with_matrices("fastener", words, setup, ends, K, np.zeros_like(K))
 
-    def of(system: System) -> System:
-        R, R_s = (D @ to_dense(a) for a in system.rows(labels))
-        return _again(setup, system, k * R.T @ R, k * R.T @ R_s, k * R_s.T @ R_s, mass=False)
 
-    blocks = [
-        ElementBlock("spring2", np.array([0]), np.array([[node, other]]), Spring("ADDED", d, d, k), -1)
-        for d in (1, 2, 3)
-    ]
-    unit = UNITS[units].stiffness
-    words = f"a fastener of {k:g} {unit} from {node_name(setup.model, node)} to {node_name(setup.model, other)}"
-    return Change("fastener", words, _same, of, lambda s: _with_blocks(s, blocks), same_modes=False)
+def _moved(result: StudyResult, channel: int) -> Iterator[Change]:
+    """The nearest fastener between the parts of a channel, put there; none where superelements are not joined."""
+    setup, gaps, reduced = result.setup, result.gaps, result.reduced
+    model, ends = setup.model, _ends(gaps, channel)
+    if ends is None or reduced is None or not reduced.superelements:
+        return
+    beyond = APART * float(np.linalg.norm(np.ptp(model.nodes.coords, axis=0)))
+    parts = tuple(_part(model, n) for n in ends)
+    old = nearest_fastener(model, (parts[0], parts[1]), model.nodes.coords[ends[0]], beyond)
+    if old is None:
+        return
+    less = without_fastener(model, old)
+    hard = gaps.stiffness[channel]
+    k = old.stiffness
+    if k is None:
+        k = (hard if 0.0 < hard < np.inf else FASTENER[setup.study.config.model.units]) * np.eye(3)
+    K = translations(k)
+
+    def rest(s: Setup) -> Setup:
+        return replace(s, model=without_fastener(s.model, old))
+
+    def apart(_: System) -> System:
+        return coupled_again(rest(setup), result.reference, gaps, reduced).system
+
+    a, b, c, d = (node_name(model, n) for n in (*old.nodes, *ends))
+    change = _with_matrices("moved", f"the fastener between {a} and {b} moved to {c} and {d}", setup, ends, K, 0.0 * K)
+    if unheld_parts(replace(less, blocks=(*less.blocks, *change.blocks)), setup.driven):
+        return
+    of, whole = change.of_system, change.of_setup
+    assert of is not None
+    yield replace(change, of_system=lambda s: of(apart(s)), of_setup=lambda s: whole(rest(s)))
+
+
+def _with_matrices(kind: str, words: str, setup: Setup, nodes: tuple[int, ...], K: FloatArray, M: FloatArray) -> Change:
+    """Stiffness and mass (d, d) added at some nodes."""
+    every = node_dofs(np.array(nodes))
+    active = np.flatnonzero(K.any(axis=0) | M.any(axis=0))
+    labels, k, m = every[active], K[np.ix_(active, active)], M[np.ix_(active, active)]
+    part = _part(setup.model, nodes[0]) if len(nodes) == 1 else -1
+    section = NodalMatrices("ADDED", K, M, np.zeros_like(K))
+    block = ElementBlock(f"nodal{len(nodes)}", np.array([0]), np.array([nodes]), section, part)
+    return Change(
+        kind,
+        words,
+        _same,
+        lambda system: _again(setup, system, labels, k, m),
+        lambda s: _with_blocks(s, [block]),
+        same_modes=False,
+        blocks=(block,),
+    )
 
 
 def _with_blocks(setup: Setup, blocks: list[ElementBlock]) -> Setup:
@@ -185,23 +222,20 @@ def _part(model: Model, node: int) -> int:
     return next((i for i, p in enumerate(model.parts) if p.has(node)), -1)
 
 
-def _again(
-    setup: Setup, system: System, own: FloatArray, side: FloatArray, corner: FloatArray, *, mass: bool
-) -> System:
-    """The reduced System with more mass or stiffness, in its new modes."""
+def _again(setup: Setup, system: System, labels: IntArray, k: FloatArray, m: FloatArray) -> System:
+    """The reduced System with more stiffness and mass (d, d) on physical dofs (d,), in its new modes."""
     sup, d = system.supports, replace(system.damping, modal_shapes=None, modal_values=None)
-    if mass:
-        supports = replace(
-            sup,
-            M_qs=to_dense(sup.M_qs) + side,
-            M_ss=sup.M_ss + corner,
-            M_start=to_dense(sup.M_start) + side,
-        )
-        changed = replace(system, M=to_dense(system.M) + own, K=to_dense(system.K), supports=supports, damping=d)
-    else:
-        supports = replace(sup, K_qs=to_dense(sup.K_qs) + side, K_ss=sup.K_ss + corner)
-        changed = replace(system, M=to_dense(system.M), K=to_dense(system.K) + own, supports=supports, damping=d)
-    return with_damping(setup, diagonalise(changed))
+    R, R_s = (to_dense(a) for a in system.rows(labels))
+    supports = replace(
+        sup,
+        K_qs=to_dense(sup.K_qs) + R.T @ k @ R_s,
+        K_ss=sup.K_ss + R_s.T @ k @ R_s,
+        M_qs=to_dense(sup.M_qs) + R.T @ m @ R_s,
+        M_ss=sup.M_ss + R_s.T @ m @ R_s,
+        M_start=to_dense(sup.M_start) + R.T @ m @ R_s,
+    )
+    M, K = to_dense(system.M) + R.T @ m @ R, to_dense(system.K) + R.T @ k @ R
+    return with_damping(setup, diagonalise(replace(system, M=M, K=K, supports=supports, damping=d)))
 
 
 def _fastened(model: Model, gaps: GapOperator, mine: np.ndarray, channel: int) -> list[int]:

@@ -10,6 +10,7 @@ from creak.studies.converge.settling import (
     FIGURES,
     FINER,
     LAST_TWO,
+    OF_PLACE,
     SETTLED,
     TIME_SHARE,
     TIMES,
@@ -57,6 +58,7 @@ def assess(
         FINER in outcomes,
         _parted(events),
         notes,
+        _places(outcomes, families),
     )
 
 
@@ -121,3 +123,17 @@ def _totals(outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]]) 
         key: _settling(key, {name: of(o) for name, o in whole.items()}, families, SETTLED, problem)
         for key, of in columns.items()
     }
+
+
+def _places(outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]]) -> tuple[dict[str, Settling], ...]:
+    """How far each figure of each place has settled, by the runs that reached their end."""
+    whole = {name: o for name, o in outcomes.items() if not o.stopped}
+    out = []
+    for k in range(len(outcomes[BASE].places)):
+        values = {
+            figure: {name: o.places[k][figure] for name, o in whole.items() if figure in o.places[k]}
+            for figure in OF_PLACE
+        }
+        problem = {f: "" if len(known) == len(outcomes) else "not known in all runs" for f, known in values.items()}
+        out.append({f: _settling(f, known, families, SETTLED, problem[f]) for f, known in values.items() if known})
+    return tuple(out)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.studies.converge.settling import ENOUGH, FIGURES, TIMES, Convergence, EventSettling, Settling
+from creak.studies.converge.settling import ENOUGH, FIGURES, OF_PLACE, TIMES, Convergence, EventSettling, Settling
 from creak.studies.converge.words import REMEDIES
 from creak.studies.run.job import Run, StudyResult
 from creak.verify.reliability import UNRELIABLE, reasons_against
@@ -147,6 +147,12 @@ def settled_to(e: EventSettling) -> dict[str, float | None]:
     if e.problem:
         return dict.fromkeys(KEYS.values())
     return {key: _known(e.figures[name].settled_to) for name, key in KEYS.items()}
+
+
+def place_settled_to(c: Convergence | None, number: int) -> dict[str, float | None]:
+    """The same of each figure of a place, by its number in the ranking: shares; None: not known."""
+    figures = c.places[number - 1] if c is not None and number <= len(c.places) else {}
+    return {name: _known(figures[name].settled_to) if name in figures else None for name in OF_PLACE}
 
 
 def _known(x: float) -> float | None:

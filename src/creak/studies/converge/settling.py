@@ -7,6 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.history import History
+from creak.studies.prepare.setup import Setup
 from creak.verify.events import Event
 from creak.verify.statistics import EventStatistics
 
@@ -41,6 +45,8 @@ FIGURES: dict[str, Callable[[Event], float]] = {
     "closing_speed": lambda e: e.closing_speed,
 }
 """What is followed of every event: s, s, low-passed peak force of its place, force s, length/s."""
+OF_PLACE = ("events", "impulse", "force", "closing_speed", "n5")
+"""What is followed of every place, over the verification window, as summary.json names it."""
 IN_TIME = ("tolerance", "step")
 """Families that change the resolution in time alone."""
 TIMES = ("start", "duration")
@@ -65,6 +71,16 @@ class Variant:
 
 
 @dataclass(frozen=True)
+class Followed:
+    """Places of the base run that are looked for in the repeated ones."""
+
+    base: tuple[dict[str, float], ...] = ()
+    """`OF_PLACE` of each in the base run; figures that are not known are left out."""
+    of: Callable[[Setup, System, GapOperator, History], tuple[dict[str, float], ...]] = lambda *_: ()
+    """The same in another run."""
+
+
+@dataclass(frozen=True)
 class Outcome:
     """What a run found: its events and the figures of the whole run."""
 
@@ -82,6 +98,8 @@ class Outcome:
     wall_s: float
     stopped: str | None = None
     """Why it ended early; None: it did not."""
+    places: tuple[dict[str, float], ...] = ()
+    """Figures of each place of the base run that is followed."""
 
     @property
     def force(self) -> float:
@@ -173,6 +191,8 @@ class Convergence:
     chaotic: bool
     """So many events part from run to run that single ones need not be the same in two exact solutions."""
     notes: tuple[str, ...]
+    places: tuple[dict[str, Settling], ...] = ()
+    """Figures of the first places of the base run, as they are ranked, and how far they have settled."""
 
     @property
     def finest(self) -> str:

@@ -23,6 +23,7 @@ from creak.studies.converge.settling import (
     TENFOLD,
     TWICE,
     Convergence,
+    Followed,
     Outcome,
     Variant,
 )
@@ -32,11 +33,12 @@ from creak.studies.prepare.excitation import sample_loads, time_axis
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.job import Run, StudyResult, march_run
 
+NO_PLACES = Followed()
 HALVED = 2.0
 """How much finer the contact is resolved with half the tolerance."""
 
 
-def converge(result: StudyResult, progress: Progress) -> Convergence:
+def converge(result: StudyResult, progress: Progress, places: Followed = NO_PLACES) -> Convergence:
     """Repeat the study's run and tell which of its figures have settled.
 
     Repeated is the run of the reduced model, or of the unreduced one where the study reduces nothing: with half and a
@@ -47,10 +49,14 @@ def converge(result: StudyResult, progress: Progress) -> Convergence:
     by what the mesh, the contact normals (found once), the damping and the pre-check (made with the base step, not
     repeated) say. Figures of single events that differ from run to run without trend are chaotic, not unconverged:
     `Convergence.statistics` compares the samples then.
+
+    Parameters
+    ----------
+    places : of the base run, what is followed of each.
     """
     base = result.runs.get("reduced") or result.runs["reference"]
     notes: list[str] = []
-    outcomes = {BASE: _outcome(_base_variant(result), base)}
+    outcomes = {BASE: _outcome(_base_variant(result), base, places.base)}
     if base.stopped is not None:
         notes.append(f"convergence was not looked at: the {base.stopped}")
     elif not result.gaps.presses:
@@ -58,7 +64,7 @@ def converge(result: StudyResult, progress: Progress) -> Convergence:
     else:
         variants, notes = plan(result)
         for variant in variants:
-            outcomes[variant.name] = _repeat(result, base, variant, progress)
+            outcomes[variant.name] = _repeat(result, base, variant, places, progress)
     notes += [o.stopped for o in outcomes.values() if o.stopped and o.variant.family]
     v, exact = result.setup.study.config.verification, result.setup.study.config.time.exact
     window = (0.0, float(base.history.time[-1])) if exact else result.window
@@ -127,7 +133,7 @@ def _base_variant(result: StudyResult) -> Variant:
     return Variant(BASE, "", c.time.step, f_max=None if result.reduced is None else c.reduction.f_max)
 
 
-def _repeat(result: StudyResult, base: Run, variant: Variant, progress: Progress) -> Outcome:
+def _repeat(result: StudyResult, base: Run, variant: Variant, places: Followed, progress: Progress) -> Outcome:
     """One run; one that cannot be made has no events and says why."""
 
     def report(stage: str, done: int, total: int) -> None:
@@ -138,7 +144,8 @@ def _repeat(result: StudyResult, base: Run, variant: Variant, progress: Progress
         system, reduced = _model(result, variant, setup, report)
         gaps = scaled_contact(result.gaps, _scaled(result), variant.stiffness)
         quiet = replace(setup, watched=np.zeros(0, dtype=np.int64))
-        return _outcome(variant, march_run(variant.name, quiet, system, gaps, report, reduced))
+        run = march_run(variant.name, quiet, system, gaps, report, reduced)
+        return _outcome(variant, run, places.of(setup, system, gaps, run.history))
     except CreakError as error:
         return Outcome(variant, (), 0.0, 0.0, 0.0, 0, 0.0, 0.0, f"{variant.name} was not run: {error}")
 
@@ -179,7 +186,7 @@ def _substeps(setup: Setup, base: Run) -> int:
     return max(table.substeps, round(table.step / float(steps.min())) if steps.size else 1)
 
 
-def _outcome(variant: Variant, run: Run) -> Outcome:
+def _outcome(variant: Variant, run: Run, places: tuple[dict[str, float], ...]) -> Outcome:
     h = run.history
     return Outcome(
         variant,
@@ -191,4 +198,5 @@ def _outcome(variant: Variant, run: Run) -> Outcome:
         float(h.time[-1]),
         run.cost.wall_s,
         run.stopped,
+        places,
     )

@@ -36,7 +36,7 @@ def findings(c: Convergence) -> list[str]:
     said = [_events_words(c)] if c.events else ["the base run has no events in the window to compare"]
     new = [f"{name} {n}" for name, n in c.new.items() if n]
     said += [f"events in the window that the base run does not have: {', '.join(new)}"] if new else []
-    said += _family_words(c) + [_total_words(t) for t in c.totals.values()]
+    said += _family_words(c) + [_total_words(t) for t in c.totals.values()] + _heard_words(c)
     if c.chaotic:
         rate = len(c.events) / (c.window[1] - c.window[0])
         said.append(
@@ -96,6 +96,21 @@ def _total_words(t: Settling) -> str:
     return f"whole run, {what}: {verdict} ({changes})"
 
 
+def _heard_words(c: Convergence) -> list[str]:
+    """How far what is heard of the places has settled."""
+    known = [(k, place["n5"]) for k, place in enumerate(c.places, start=1) if "n5" in place]
+    open_ones = [(k, f) for k, f in known if not f.settled]
+    if not known:
+        return []
+    if not open_ones:
+        most = max(f.settled_to for _, f in known)
+        return [f"N5 of {'the place' if len(known) == 1 else 'each place'}: settled (within {100 * most:.2g} %)"]
+    said = [
+        f"place {k} ({100 * f.settled_to:.2g} % by the {f.worst})" if f.worst else f"place {k}" for k, f in open_ones
+    ]
+    return [f"N5 has not settled at {', '.join(said)}; at {len(known) - len(open_ones)} of {len(known)} it has"]
+
+
 def _distribution_words(c: Convergence) -> list[str]:
     said = []
     for family, s in c.statistics.items():
@@ -131,6 +146,7 @@ def as_dict(c: Convergence) -> dict[str, Any]:
         "new": c.new,
         "settled": {name: c.settled_events(name) for name in FIGURES},
         "totals": {name: _settling_dict(t) for name, t in c.totals.items()},
+        "places": [{name: _settling_dict(f) for name, f in place.items()} for place in c.places],
         "chaotic": c.chaotic,
         "statistics": {
             family: {

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from creak.errors import InputError, suggest
-from creak.model.dofs import node_dofs
+from creak.model.constraints import without
 from creak.model.mesh import Model
 from creak.model.steps import StaticLoads
-from creak.studies.design.supports import without
 from creak.studies.file.reader import Study
 
 
@@ -38,14 +38,18 @@ def deck_loads(model: Model, study: Study, place: int) -> StaticLoads | None:
     return loads
 
 
+def loads_taken(model: Model, study: Study) -> Iterator[tuple[int, StaticLoads]]:
+    """Place of each [[static]] table that names loads of the deck, and these."""
+    for k in range(len(study.config.static)):
+        loads = deck_loads(model, study, k)
+        if loads is not None:
+            yield k, loads
+
+
 def freed_where_moved(model: Model, study: Study) -> Model:
     """The model without the supports at dofs that loads of the deck move: they hold them at another place."""
-    labels = [
-        node_dofs(m.nodes_idx, (m.dof,))
-        for k in range(len(study.config.static))
-        for m in getattr(deck_loads(model, study, k), "moved", ())
-    ]
+    labels = [m.labels for _, loads in loads_taken(model, study) for m in loads.moved]
     if not labels:
         return model
     freed = np.unique(np.concatenate(labels))
-    return replace(model, fixed=tuple(piece for f in model.fixed for piece in without(f, freed)))
+    return replace(model, fixed=without(model.fixed, freed))

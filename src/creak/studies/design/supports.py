@@ -9,7 +9,7 @@ import numpy as np
 from creak.arrays import IntArray
 from creak.assembly.coupling import Driven
 from creak.errors import InputError
-from creak.model.constraints import Equation, Fixed
+from creak.model.constraints import Equation, Fixed, held_labels, without
 from creak.model.dofs import node_and_dof, node_dofs
 from creak.model.mesh import Model
 from creak.studies.file.design.node_tables import SupportTable
@@ -33,8 +33,7 @@ def with_supports(model: Model, study: Study) -> tuple[Model, list[str]]:
         if table.hold:
             nodes = model.node_set(table.nodes, where=study.where("support", name, "nodes"))
             added = [Fixed(nodes, tuple(DOFS.index(dof) + 1 for dof in table.hold), where)]
-        kept = [without(f, freed) for f in model.fixed]
-        model = replace(model, fixed=(*(f for pieces in kept for f in pieces), *added))
+        model = replace(model, fixed=(*without(model.fixed, freed), *added))
         told = [f"{freed.size} dofs of the deck freed"] if freed.size else []
         told += [f"{', '.join(table.hold)} of {added[0].nodes_idx.size} nodes held"] if added else []
         notes.append(f"[support.{name}]: {' and '.join(told)}")
@@ -44,7 +43,7 @@ def with_supports(model: Model, study: Study) -> tuple[Model, list[str]]:
 def _freed(model: Model, table: SupportTable, where: str) -> IntArray:
     """Sorted dof labels that the deck holds and the table frees."""
     dofs = tuple(DOFS.index(dof) + 1 for dof in table.free)
-    held = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *map(_labels, model.fixed)]))
+    held = np.unique(held_labels(model.fixed))
     if not dofs:
         return held[:0]
     if table.nodes == "*":
@@ -81,24 +80,9 @@ def _check_axes(model: Model, nodes: IntArray, table: SupportTable, where: str) 
             )
 
 
-def without(fixed: Fixed, freed: IntArray) -> list[Fixed]:
-    """What is left of a support without the dof labels `freed`: nodes that keep the same dofs together."""
-    if not freed.size or not np.isin(_labels(fixed), freed).any():
-        return [fixed]
-    left: dict[tuple[int, ...], list[int]] = {}
-    for node in fixed.nodes_idx.tolist():
-        own = np.isin(node_dofs(np.array([node]), fixed.dofs), freed)
-        left.setdefault(tuple(d for d, gone in zip(fixed.dofs, own, strict=True) if not gone), []).append(node)
-    return [Fixed(np.array(nodes, dtype=np.int64), dofs, fixed.where) for dofs, nodes in left.items() if dofs]
-
-
-def _labels(fixed: Fixed) -> IntArray:
-    return node_dofs(fixed.nodes_idx, fixed.dofs)
-
-
 def check_driven(model: Model, study: Study, driven: Driven) -> None:
     """Raise InputError where an excitation moves what is held."""
-    held = np.concatenate([np.zeros(0, dtype=np.int64), *map(_labels, model.fixed)])
+    held = held_labels(model.fixed)
     for name, labels in driven.labels.items():
         both = labels[np.isin(labels, held)]
         if not both.size or name not in study.config.excitation:

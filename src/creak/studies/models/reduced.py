@@ -155,7 +155,7 @@ def _by_parts(
         superelements.append(reduced)
         if made is not None:
             made(reduced)
-        reduced.inside.release(above=KEPT)
+        reduced.inside.release(above=KEPT if made is None else 0)  # who was handed it has checked it
         notes += more
     if failed:
         raise failed[0]
@@ -189,12 +189,22 @@ def with_more_modes(
     setup: Setup, reference: ReferenceModel, gaps: GapOperator, reduced: ReducedModel, progress: Progress
 ) -> ReducedModel:
     """The same superelements with all modes that were computed, beyond f_max; nothing is reduced again."""
+    return _joined(setup, reference, gaps, [with_all_modes(r) for r in reduced.superelements], progress)
+
+
+def coupled_again(setup: Setup, reference: ReferenceModel, gaps: GapOperator, reduced: ReducedModel) -> ReducedModel:
+    """The same superelements joined by the links and springs of another setup; nothing is reduced again."""
+    return _joined(setup, reference, gaps, list(reduced.superelements), lambda stage, done, total: None)
+
+
+def _joined(
+    setup: Setup, reference: ReferenceModel, gaps: GapOperator, superelements: list[Reduced], progress: Progress
+) -> ReducedModel:
     wall, cpu = clock.perf_counter(), clock.process_time()
-    more = [with_all_modes(r) for r in reduced.superelements]
-    all_of_it = _together(setup, reference, partition(setup, reference, gaps), more, [], progress)
-    superelements, model, system, retained, kept, notes, coupled = all_of_it
+    all_of_it = _together(setup, reference, partition(setup, reference, gaps), superelements, [], progress)
+    every, model, system, retained, kept, notes, coupled = all_of_it
     wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
-    return ReducedModel(superelements, model, system, retained, kept, wall, cpu, notes, coupled)
+    return ReducedModel(every, model, system, retained, kept, wall, cpu, notes, coupled)
 
 
 def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -67,6 +68,19 @@ def build_reference(setup: Setup, progress: Progress) -> ReferenceModel:
     )
     R = support_motion(system, stiffness or held_factor(system))
     return ReferenceModel(tuple(parts), loose, damped(setup, system, found, R), found, R, stiffness)
+
+
+def rejoined(setup: Setup, reference: ReferenceModel, parts: Sequence[int]) -> ReferenceModel:
+    """The model joined as another setup has it, with its factor; only some parts are assembled again.
+
+    Modes and shapes stay those of before.
+    """
+    every = [
+        part_system(setup.model, i, setup.rayleigh, override=setup.override_damping) if i in parts else part
+        for i, part in enumerate(reference.parts)
+    ]
+    system = join_parts(setup, every, reference.loose)
+    return replace(reference, parts=tuple(every), system=system, stiffness=regular_factor(system.K))
 
 
 def join_parts(setup: Setup, parts: list[System], loose: System | None) -> System:

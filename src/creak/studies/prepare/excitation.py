@@ -16,7 +16,7 @@ from creak.model.mesh import Model
 from creak.model.units import UNITS
 from creak.signals import sources
 from creak.signals.vibration import RandomVibration
-from creak.studies.design.deck_loads import deck_loads
+from creak.studies.design.deck_loads import loads_taken
 from creak.studies.file.excitation_tables import ExcitationTable
 from creak.studies.file.reader import Study
 from creak.studies.file.signals.course import RecordTable, TableTable, columns
@@ -93,9 +93,10 @@ def moved_before(model: Model, study: Study) -> list[StaticMotion]:
             nodes = model.node_set(table.node_set or "", where=study.where("static", k, "node_set"))
             labels = labels_of(nodes, DOFS.index(table.dof or "x") + 1)
             found.append(StaticMotion(f"static.{k + 1}", labels, table.displacement, study.where("static", k)))
-        for j, m in enumerate(getattr(deck_loads(model, study, k), "moved", ())):
-            labels = labels_of(m.nodes_idx, m.dof)
-            found.append(StaticMotion(f"static.{k + 1}.{j + 1}", labels, m.value, m.where))
+    for k, loads in loads_taken(model, study):
+        found += [
+            StaticMotion(f"static.{k + 1}.{j + 1}", m.labels, m.value, m.where) for j, m in enumerate(loads.moved)
+        ]
     return found
 
 

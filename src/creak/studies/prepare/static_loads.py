@@ -9,12 +9,13 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.constraints import fixed_equations
 from creak.assembly.coupling import Driven, labels_of
+from creak.contact.gap_operator import GapOperator
 from creak.dynamics.equilibrium import Equilibrium
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.model.dofs import node_and_dof
 from creak.model.mesh import Model
-from creak.studies.design.deck_loads import deck_loads
+from creak.studies.design.deck_loads import loads_taken
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.excitation import moved_before
@@ -38,6 +39,8 @@ class StaticStart:
     """(n_label,) their motion from the deck's geometry."""
     names: tuple[str, ...]
     """(m,) channels, contacts first, connectors after."""
+    before: tuple[GapOperator, GapOperator]
+    """Contacts and connectors as they are without the loads."""
 
     def at(self, labels: IntArray) -> FloatArray:
         """Motion (k,) at some labels; 0 where nothing is known of one."""
@@ -45,22 +48,22 @@ class StaticStart:
         return np.where(self.labels[row] == labels, self.displacement[row], 0.0)
 
 
-def static_forces(model: Model, study: Study) -> list[tuple[str, IntArray, float]]:
-    """Where it stands, physical dof labels and value of each static force."""
+def static_forces(model: Model, study: Study, *, spread: bool = True) -> list[tuple[str, IntArray, float]]:
+    """Where it stands, physical dof labels and value of each static force; those of a pressure where `spread`."""
     found = []
     for k, t in enumerate(study.config.static):
         if t.force is not None:
             nodes = model.node_set(t.node_set or "", where=study.where("static", k, "node_set"))
             found.append((study.where("static", k), labels_of(nodes, DOFS.index(t.dof or "x") + 1), t.force))
-        elif (loads := deck_loads(model, study, k)) is not None:
-            found += [(p.where, labels_of(p.nodes_idx, p.dof), p.value) for p in loads.forces if p.value]
+    for _, loads in loads_taken(model, study):
+        mine = [p for p in loads.forces if p.value and (spread or not p.spread)]
+        found += [(p.where, labels_of(p.nodes_idx, p.dof), p.value) for p in mine]
     return found
 
 
 def static_gravity(model: Model, study: Study) -> FloatArray:
     """(3,) sum of the accelerations of gravity."""
-    taken = (deck_loads(model, study, k) for k in range(len(study.config.static)))
-    of_deck = [loads.gravity for loads in taken if loads is not None]
+    of_deck = [loads.gravity for _, loads in loads_taken(model, study)]
     own = [t.gravity for t in study.config.static if t.gravity is not None]
     return np.array([*own, *of_deck]).reshape(-1, 3).sum(axis=0)
 
@@ -81,7 +84,7 @@ def check_static(model: Model, study: Study, driven: Driven, loads: Loads) -> No
     """Raise InputError for static loads that do nothing or contradict the supports."""
     held = {label for f in model.fixed for e in fixed_equations(f) for label in e.labels}
     moved = {int(x) for labels in driven.labels.values() for x in labels}
-    for where, labels, _ in static_forces(model, study):
+    for where, labels, _ in static_forces(model, study, spread=False):
         if all(int(x) in held | moved for x in labels):
             raise InputError(
                 "this static force acts where the model is held or its motion prescribed: it loads nothing",

@@ -20,9 +20,18 @@ FLAT = 1e-6
 
 def watched(setup: Setup, gaps: GapOperator) -> Watched:
     """The channels of the contacts that are not among `gaps`, and the rotations of parts and of channel nodes."""
+    return Watched(_silent(setup, gaps), *_turns(setup.model, np.unique(gaps.nodes_idx)))
+
+
+def silent_channels(setup: Setup, gaps: GapOperator) -> Watched:
+    """Those channels alone."""
+    return Watched(_silent(setup, gaps), np.zeros((0, 0)), np.zeros(0, dtype=np.int64), (), slip=False)
+
+
+def _silent(setup: Setup, gaps: GapOperator) -> GapOperator:
     kept = set(gaps.names)
     silent = np.array([k for k, name in enumerate(setup.contacts.names) if name not in kept], dtype=np.int64)
-    return Watched(setup.contacts.select(silent).without_force(), *_turns(setup.model, np.unique(gaps.nodes_idx)))
+    return setup.contacts.select(silent).without_force()
 
 
 def watched_labels(setup: Setup) -> IntArray:

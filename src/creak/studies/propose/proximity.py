@@ -10,10 +10,10 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.contact.facets import SHELLS
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import ElementBlock, Model
 from creak.model.projection import nearest_points
+from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
 from creak.model.solid_faces import FACES, faces_of, free_faces
 
 LEAST = 0.05
@@ -82,7 +82,7 @@ def skin_of(model: Model, part: int) -> Skin:
     """Shells and free solid faces of a part."""
     first, pieces = element_numbers(model), []
     for row, block in enumerate(model.blocks):
-        if block.part == part and (block.kind in SHELLS or block.kind in FACES):
+        if block.part == part and (block.kind in SHELL_FACETS or block.kind in FACES):
             pieces.append(_skin_of_block(block, int(first[row])))
     if not pieces:
         none = np.zeros(0, dtype=np.int64)
@@ -97,13 +97,15 @@ def skin_of(model: Model, part: int) -> Skin:
 
 def _skin_of_block(block: ElementBlock, first: int) -> tuple[IntArray, IntArray, FloatArray, BoolArray]:
     n = block.ids.size
-    if block.kind in SHELLS:
+    if block.kind in SHELL_FACETS:
         section = block.section
         thickness = section.thickness if isinstance(section, ShellSection | GeneralShell) else 0.0
-        return block.nodes_idx[:, [0, 1, 2, -1]], first + np.arange(n), np.full(n, 0.5 * thickness), np.zeros(n, bool)
-    faces = faces_of(block.kind, block.nodes_idx)
+        faces, half, solid = facets_of_shells(block.kind, block.nodes_idx), 0.5 * thickness, False
+    else:
+        faces, half, solid = faces_of(block.kind, block.nodes_idx), 0.0, True
     m = n * faces.shape[1]
-    return faces.reshape(-1, 4), first + np.repeat(np.arange(n), faces.shape[1]), np.zeros(m), np.ones(m, bool)
+    number = first + np.repeat(np.arange(n), faces.shape[1])
+    return faces.reshape(-1, 4), number, np.full(m, half), np.full(m, solid)
 
 
 def tied_nodes(model: Model) -> BoolArray:
@@ -197,7 +199,7 @@ def numbers_of(model: Model, name: str) -> IntArray:
 
 def _sets_of_part(model: Model, part: int) -> Iterator[tuple[str, IntArray]]:
     """Surfaces first: of two equal ones the first is taken."""
-    usable = [b.part == part and (b.kind in SHELLS or b.kind in FACES) for b in model.blocks]
+    usable = [b.part == part and (b.kind in SHELL_FACETS or b.kind in FACES) for b in model.blocks]
     groups: Sequence[tuple[str, IntArray]] = [
         *((name, s.facets) for name, s in model.surfaces.items() if not s.is_node_based),
         *model.element_sets.items(),

@@ -12,7 +12,9 @@ from scipy.spatial import cKDTree
 
 from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
+from creak.dynamics.history import History
 from creak.model.plain_mesh import Mesh
+from creak.studies.prepare.setup import Setup
 from creak.studies.run.job import Run, StudyResult, events_in
 from creak.verify.events import Event, find_events
 from creak.verify.slips import SlipEvent
@@ -87,24 +89,44 @@ def _find(result: StudyResult, run: Run) -> tuple[Place, ...]:
     if not touched.size:
         return ()
     patch = _patches(model, gaps, touched)
-    names = np.full(gaps.m, "", dtype=object)
-    names[touched] = [f"{p}" for p in patch]
-    v = result.setup.study.config.verification
-    only = gaps.select(touched)
-    short = replace(h, gap=h.gap[:, touched], force=h.force[:, touched])
-    named = replace(only, group=tuple(names[touched].tolist()))
-    events = events_in(find_events(short, named, v.merge, v.f_max), result.window)
+    every = [touched[patch == p] for p in np.unique(patch).tolist()]
     places = []
-    for p in np.unique(patch).tolist():
-        own = tuple(e for e in events if e.group == f"{p}")
+    for channels, own in zip(every, events_at(every, result.setup, gaps, h, result.window), strict=True):
         if own:
-            channels = touched[patch == p]
             hardest = max(own, key=lambda e: e.force_peak_filtered)
-            contact = gaps.group[int(channels[0])]
-            places.append(Place(0, contact, channels, np.unique(gaps.nodes_idx[channels]), hardest.node_idx, own))
+            contact, rows = gaps.group[int(channels[0])], np.unique(gaps.nodes_idx[channels])
+            places.append(Place(0, contact, channels, rows, hardest.node_idx, tuple(own)))
     places = _with_slips(places, result, run, touched, patch)
     places.sort(key=lambda place: -place.force)
     return tuple(replace(place, number=k) for k, place in enumerate(places, start=1))
+
+
+def events_at(
+    groups: Sequence[IntArray], setup: Setup, gaps: GapOperator, history: History, window: tuple[float, float]
+) -> list[list[Event]]:
+    """Events of each group of channels by itself that begin in a window."""
+    every = np.concatenate([*groups, np.zeros(0, dtype=np.int64)])
+    if not every.size:
+        return [[] for _ in groups]
+    names = [f"{k}" for k, channels in enumerate(groups) for _ in channels]
+    only = replace(gaps.select(every), group=tuple(names))
+    own = replace(history, gap=history.gap[:, every], force=history.force[:, every])
+    v = setup.study.config.verification
+    events = events_in(find_events(own, only, v.merge, v.f_max), window)
+    return [[e for e in events if e.group == f"{k}"] for k in range(len(groups))]
+
+
+def channels_at(places: Sequence[Place], model: Mesh, gaps: GapOperator, history: History) -> list[IntArray]:
+    """Channels that touch at each place in another run: of its contact, at its nodes or beside them."""
+    touched = np.flatnonzero((history.force > 0.0).any(axis=0)).astype(np.int64)
+    at, place = model.nodes.coords, np.full(gaps.m, -1)
+    for contact in {p.contact for p in places}:
+        here = touched[gaps.of_groups({contact})[touched]]
+        own = [(k, p) for k, p in enumerate(places) if p.contact == contact]
+        number = np.concatenate([np.full(p.nodes_idx.size, k) for k, p in own])
+        away, nearest = cKDTree(at[np.concatenate([p.nodes_idx for _, p in own])]).query(at[gaps.nodes_idx[here]])
+        place[here] = np.where(away <= near(model), number[nearest], -1)
+    return [np.flatnonzero(place == k).astype(np.int64) for k in range(len(places))]
 
 
 def _with_slips(places: list[Place], result: StudyResult, run: Run, touched: IntArray, patch: IntArray) -> list[Place]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Model
-from creak.studies.converge.settled import KEYS, is_chaotic, settled_to, verdict_of
+from creak.studies.converge.settled import KEYS, is_chaotic, place_settled_to, settled_to, verdict_of
 from creak.studies.converge.settling import Convergence
 from creak.studies.converge.words import as_dict
 from creak.studies.results.elines import against_measured, measured_rates
@@ -152,7 +152,10 @@ def _run(
         "energies": dict(zip(ENERGIES, h.energy[-1].tolist(), strict=True)),
         "worst_residual": h.residual,
         "events": [_event(e, model) | {"settled_to": settled.get(id(e), unknown)} for e in run.events],
-        "places": [_place(p, run, model, sound) for p in heard_places(result, run, sound)],
+        "places": [
+            _place(p, run, model, sound) | {"settled_to": place_settled_to(mine, p.number)}
+            for p in heard_places(result, run, sound)
+        ],
         "slip_events": [_slip_event(e, model) for e in run.slips],
         "squeak_rate": squeak_rates(run.slips, result.window),
         "squeak": [_squeak(s, result, model) for s in run.squeaks],

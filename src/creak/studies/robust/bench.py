@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow_batch import Variant, march_many
-from creak.dynamics.flow_march import FlowRun
+from creak.dynamics.flow_march import SAMPLES, FlowRun
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.errors import InputError, NumericalError
@@ -23,10 +23,10 @@ from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import Study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
-from creak.studies.models.superelements import save_superelement
+from creak.studies.models.superelements import save_superelement, store_of
 from creak.studies.prepare.output_steps import shown_window
 from creak.studies.prepare.setup import Setup
-from creak.studies.prepare.watched import watched
+from creak.studies.prepare.watched import silent_channels
 from creak.studies.robust.changes import changed_setup, with_damping
 from creak.studies.run.integrate import flowing, output_times, resolution_of, scheme_of
 from creak.studies.run.precheck import with_linear_gaps
@@ -42,6 +42,8 @@ LEFT_OUT = 2.0
 FACTORS = (0.25, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0)
 """On the load, of the fragility curve."""
 NOTHING = np.zeros(0, dtype=np.int64)
+TRIED = 8
+"""Draws of the load whose linear runs the pre-check looks at."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,34 @@ class Bench:
     excursion: FloatArray
     """(m,) most that each kept channel closes without contact (0 or less), in the study's own load."""
     notes: tuple[str, ...]
+    lowest: FloatArray
+    """(m,) what it was made for: `lowest_of` its draws."""
+
+
+def bench_of(setup: Setup, draws: Sequence[Draw], progress: Progress, keep: Path | None = None) -> Bench:
+    """The model of a study with the channels that its draws need; `keep`: folder in which its superelements stay."""
+    reference = build_reference(setup, progress)
+    store = store_of(setup.study) if keep is None else keep
+    return make_bench(setup, reference, lowest_of(setup, reference, draws, progress), progress, store, keep is not None)
+
+
+def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw], progress: Progress) -> FloatArray:
+    """(m,) how far the gap of each contact channel falls below that of the study in any draw, 0 or less."""
+    lowest = np.zeros(setup.contacts.m)
+    loaded = any(not key.startswith(("contact.", "connector.", "clip.")) for d in draws for key in d.values)
+    begun = started(setup, reference, lambda *_: None) if loaded else setup
+    linear = with_linear_gaps(begun, reference, scheme_of(setup.study.config.time), progress).linear_gaps
+    for k, draw in enumerate(draws):
+        gapped = draw.fields or any(key.startswith(("contact.", "static.")) for key in draw.values)
+        if not gapped and not (loaded and k < TRIED):
+            continue
+        other = changed_setup(setup, drawn_study(setup.study, draw.values), draw.fields, draw.factors)
+        lowest = np.minimum(lowest, other.contacts.gap0 - setup.contacts.gap0)
+        if loaded and k < TRIED and linear is not None:
+            other = started(other, reference, lambda *_: None)
+            gaps = with_linear_gaps(other, reference, scheme_of(setup.study.config.time), lambda *_: None).linear_gaps
+            lowest = lowest if gaps is None else np.minimum(lowest, gaps - linear)
+    return lowest
 
 
 @none_ignored()
@@ -103,7 +133,7 @@ def make_bench(
 
     Parameters
     ----------
-    lowest : (m,) how far the gap of each contact channel falls below that of the study in any draw, 0 or less.
+    lowest : (m,) as `lowest_of`.
     store : folder of saved superelements. keep : whether new ones are saved there.
 
     Raises
@@ -135,16 +165,12 @@ def make_bench(
     system, why_not = flowing(reduced.system)
     if system is None:
         raise NumericalError(f"the reduced model cannot be marched by exact flow{why_not}")
-    base = FlowRun(system, gaps, setup.loads, resolution_of(setup), NOTHING, 1, None, watched(setup, gaps))
+    resolution, every = resolution_of(setup), setup.loads.n_step // SAMPLES
+    base = FlowRun(system, gaps, setup.loads, resolution, NOTHING, every, None, silent_channels(setup, gaps))
     window = shown_window(setup.study, output_times(setup))
-    silent = FlowRun(system, gaps.without_force(), setup.loads, resolution_of(setup), NOTHING, 1, None, None)
+    silent = FlowRun(system, gaps.without_force(), setup.loads, resolution, NOTHING, every, None, None)
     excursion = excursion_of(silent, window)
-    return Bench(before, reference, gaps, system, base, silent, window, excursion, (*reduced.notes, *notes))
-
-
-def unreduced(setup: Setup, progress: Progress) -> ReferenceModel:
-    """The unreduced model, with the factor that static starts of the draws take."""
-    return build_reference(setup, progress)
+    return Bench(before, reference, gaps, system, base, silent, window, excursion, (*reduced.notes, *notes), lowest)
 
 
 def march_draws(

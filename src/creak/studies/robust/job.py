@@ -15,30 +15,16 @@ from creak.formats.record_log import read_records, record_log
 from creak.progress import Progress
 from creak.studies.file.identity import new_identity, other_files_sha256
 from creak.studies.file.reader import Study
-from creak.studies.models.superelements import store_of
 from creak.studies.prepare.setup import Setup, set_up
-from creak.studies.robust.bench import (
-    FACTORS,
-    FIGURES,
-    Bench,
-    Draw,
-    drawn_study,
-    make_bench,
-    march_draws,
-    places_of,
-    unreduced,
-)
-from creak.studies.robust.changes import changed_setup, keeps_model
+from creak.studies.robust.batches import Batch, batches, march_batches
+from creak.studies.robust.bench import FACTORS, FIGURES, Draw, bench_of, drawn_study, march_draws, places_of
+from creak.studies.robust.changes import keeps_model
 from creak.studies.robust.draws import Cause, Design, make_causes, whole_power
-from creak.studies.run.integrate import scheme_of
-from creak.studies.run.precheck import with_linear_gaps
-from creak.studies.run.static_start import started
+from creak.studies.tasks.queue import Runner
 from creak.studies.warned import Warned
 from creak.version import version
 
 LOG = "draws.bin"
-TRIED = 8
-"""Draws of the load whose linear runs the pre-check looks at."""
 
 
 @dataclass(frozen=True)
@@ -78,12 +64,14 @@ def run_draws(
     *,
     indices: bool = True,
     threads: int | None = None,
+    runner: Runner | None = None,
 ) -> Draws:
     """Draw and march; with `out`, each finished draw is kept there and never marched again.
 
     Parameters
     ----------
     n : draws behind probabilities, made a power of two; indices take half as many more for each cause.
+    threads : of this process. runner : marches batches of draws elsewhere instead; its workers see `out`.
 
     Raises
     ------
@@ -117,7 +105,8 @@ def run_draws(
     missing = [k for k in range(design.total) if k not in found]
     if missing:
         keep = None if out is None else out / "superelements"
-        marched = _marched(setup, causes, values, missing, again, channels, progress, notes, threads, keep)
+        draws = [_draw(causes, values, k) for k in range(design.total)]
+        marched = _marched(setup, draws, missing, again, channels, progress, notes, threads, keep, runner)
         if path is None:
             found.update(marched)
         else:
@@ -147,8 +136,7 @@ def run_draws(
 
 def _marched(
     setup: Setup,
-    causes: tuple[Cause, ...],
-    values: tuple[FloatArray, ...],
+    draws: list[Draw],
     missing: list[int],
     again: tuple[str, ...],
     channels: GapOperator,
@@ -156,49 +144,41 @@ def _marched(
     notes: list[str],
     threads: int | None,
     keep: Path | None,
+    runner: Runner | None,
 ) -> Iterator[tuple[int, FloatArray]]:
-    """Number and record of each missing draw."""
-    draws = [_draw(causes, values, k) for k in missing]
+    """Number and record of each missing draw. Its model is the one that all draws need, missing or not."""
     if not again:
-        bench = _bench(setup, draws, progress, keep)
+        bench = bench_of(setup, draws, progress, keep)
         notes += bench.notes
-        for number, seen in march_draws(bench, channels, draws, threads):
+        left = [draws[k] for k in missing]
+        if runner is not None:
+            yield from march_batches(runner, batches(setup.study, left, bench.lowest, keep))
+            return
+        for number, seen in march_draws(bench, channels, left, threads):
             yield number, seen.record()
         return
     groups: dict[tuple[Any, ...], list[Draw]] = {}
     for draw in draws:
         groups.setdefault(tuple(draw.values[key] for key in again), []).append(draw)
+    wanted = set(missing)
+    groups = {own: group for own, group in groups.items() if any(d.number in wanted for d in group)}
     notes.append(
         Warned(f"{' and '.join(again)} change the model: it is set up and reduced {len(groups)} times for these draws")
     )
     progress(f"{len(groups)} reductions, as {' and '.join(again)} change the model", 0, 1)
+    work: list[Batch] = []
     for own, group in groups.items():
         study = drawn_study(setup.study, dict(zip(again, own, strict=True)))
-        rest = [replace(d, values={k: v for k, v in d.values.items() if k not in again}) for d in group]
-        bench = _bench(set_up(study), rest, lambda *_: None)
-        for number, seen in march_draws(bench, channels, rest, threads):
-            yield number, seen.record()
-
-
-def _bench(setup: Setup, draws: list[Draw], progress: Progress, keep: Path | None = None) -> Bench:
-    """The model of a study with the channels that its draws need; `keep`: folder in which its superelements stay."""
-    reference = unreduced(setup, progress)
-    lowest = np.zeros(setup.contacts.m)
-    loaded = any(not key.startswith(("contact.", "connector.", "clip.")) for d in draws for key in d.values)
-    begun = started(setup, reference, lambda *_: None) if loaded else setup
-    linear = with_linear_gaps(begun, reference, scheme_of(setup.study.config.time), progress).linear_gaps
-    for k, draw in enumerate(draws):
-        gapped = draw.fields or any(key.startswith(("contact.", "static.")) for key in draw.values)
-        if not gapped and not (loaded and k < TRIED):
+        every = [replace(d, values={k: v for k, v in d.values.items() if k not in again}) for d in group]
+        left = [d for d in every if d.number in wanted]
+        if runner is not None:
+            work += batches(study, left, every, None)
             continue
-        other = changed_setup(setup, drawn_study(setup.study, draw.values), draw.fields, draw.factors)
-        lowest = np.minimum(lowest, other.contacts.gap0 - setup.contacts.gap0)
-        if loaded and k < TRIED and linear is not None:
-            other = started(other, reference, lambda *_: None)
-            gaps = with_linear_gaps(other, reference, scheme_of(setup.study.config.time), lambda *_: None).linear_gaps
-            lowest = lowest if gaps is None else np.minimum(lowest, gaps - linear)
-    store = store_of(setup.study) if keep is None else keep
-    return make_bench(setup, reference, lowest, progress, store, keep is not None)
+        bench = bench_of(set_up(study), every, lambda *_: None)
+        for number, seen in march_draws(bench, channels, left, threads):
+            yield number, seen.record()
+    if runner is not None:
+        yield from march_batches(runner, work)
 
 
 def _fields(setup: Setup) -> dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]]:

@@ -234,12 +234,13 @@ def simulate_settled(
 
 
 def linear_run(setup: Setup, system: System, scheme: Scheme, progress: Report | None) -> History:
-    """Of the contacts' channels without any force, on a diagonal System; only gaps are kept."""
+    """Of the contacts' channels without any force, on a small System; only gaps are kept."""
     silent, nothing = setup.contacts.without_force(), np.zeros(0, dtype=np.int64)
     table = setup.study.config.time
     every = setup.loads.n_step // table.substeps
-    if table.exact:
-        return simulate_flow(system, silent, setup.loads, observed=nothing, output_every=every, progress=progress)
+    flows = flowing(system)[0] if table.exact else None
+    if flows is not None:
+        return simulate_flow(flows, silent, setup.loads, observed=nothing, output_every=every, progress=progress)
     return simulator(system)(
         system,
         silent,

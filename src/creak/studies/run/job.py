@@ -135,8 +135,7 @@ def run_study(
     if c.time.exact:
         compile_flow()
     progress(COMPILE, 1, 1)
-    setup, built = begin(setup, progress)
-    reference, gaps, notes = prepare(setup, progress, built)
+    setup, reference, gaps, notes = ready(setup, progress)
     runs: dict[str, Run] = {}
     kept = gaps.m
     reduced, health, stopped = None, {}, None
@@ -272,6 +271,12 @@ def step_warnings(setup: Setup, run: Run) -> list[str]:
         f"({short.t_end - short.t_start:.3g} s at {short.channel}, t = {short.t_start:.4g} s): its force is not "
         f"resolved; set [time] {key}, or compare with `creak run --converge`"
     ]
+
+
+def ready(setup: Setup, progress: Progress) -> tuple[Setup, ReferenceModel, GapOperator, list[str]]:
+    """The setup at its start, and what `prepare` gives; nothing holds the factor of the whole any longer."""
+    setup, built = begin(setup, progress)
+    return (setup, *prepare(setup, progress, built))
 
 
 def prepare(

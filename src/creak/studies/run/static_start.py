@@ -54,7 +54,8 @@ def started(setup: Setup, reference: ReferenceModel, progress: Progress) -> Setu
             fix="Hold it, by a weak spring if need be, or leave out [[static]].",
         )
     progress(STAGE, 0, 1)
-    gaps = join([setup.contacts, setup.connectors])
+    given = setup.contacts, setup.connectors
+    gaps = join(given)
     found = equilibrium(
         reference.system,
         reference.stiffness,
@@ -64,11 +65,19 @@ def started(setup: Setup, reference: ReferenceModel, progress: Progress) -> Setu
     )
     progress(STAGE, 1, 1)
     system = reference.system
-    start = StaticStart(found, system.labels, system.recover(found.q, found.support), gaps.names)
+    start = StaticStart(found, system.labels, system.recover(found.q, found.support), gaps.names, given)
     now, m = found.on(gaps), setup.contacts.m
     contacts, connectors = (now.select(np.arange(a, b)) for a, b in ((0, m), (m, gaps.m)))
     notes = [*setup.notes, _note(setup, found)]
     return replace(setup, contacts=contacts, connectors=connectors, static=start, notes=notes)
+
+
+def unstarted(setup: Setup) -> Setup:
+    """The setup before its static loads."""
+    if setup.static is None:
+        return setup
+    contacts, connectors = setup.static.before
+    return replace(setup, contacts=contacts, connectors=connectors, static=None)
 
 
 def _load(setup: Setup, reference: ReferenceModel) -> FloatArray:
@@ -79,8 +88,12 @@ def _load(setup: Setup, reference: ReferenceModel) -> FloatArray:
     if gravity.any():
         for labels, M in _carriers(setup, reference):
             f += np.asarray(system.rows(labels)[0].T @ rigid_load(labels, M, gravity)).ravel()
-    for _, labels, value in static_forces(setup.model, setup.study):
-        f += value * np.asarray(system.rows(labels)[0].sum(axis=0)).ravel()
+    acting = static_forces(setup.model, setup.study)
+    if acting:
+        labels, at = np.unique(np.concatenate([labels for _, labels, _ in acting]), return_inverse=True)
+        values = np.repeat([value for _, _, value in acting], [labels.size for _, labels, _ in acting])
+        total = np.bincount(at.reshape(-1), weights=values, minlength=labels.size)
+        f += np.asarray(system.rows(labels)[0].T @ total).ravel()
     heat = heat_of(setup.model, setup.study)
     if heat is not None:
         forces = heat_forces(setup.model, heat)

@@ -10,9 +10,10 @@ import numpy as np
 from creak.elements.shell_rigidity import areal_mass
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Model
-from creak.model.skin import SHELLS, Skin
-from creak.sound.forced import HIGHEST, LOWEST
-from creak.sound.rayleigh import AIR
+from creak.model.shell_facets import SHELL_FACETS
+from creak.model.skin import Skin
+from creak.sound.forced import LOWEST
+from creak.sound.rayleigh import AIR, HIGHEST
 from creak.sound.zwicker_tables import RATE
 from creak.studies.models.reduced import ReducedModel
 from creak.studies.run.integrate import shortest_step
@@ -77,7 +78,7 @@ def _of_mesh(model: Model, skin: Skin, metre: float) -> float:
     stiffness = np.full(model.nodes.count, np.inf)
     for block in model.blocks:
         section = block.section
-        if block.kind in SHELLS and isinstance(section, ShellSection | GeneralShell):
+        if block.kind in SHELL_FACETS and isinstance(section, ShellSection | GeneralShell):
             # The slowest bending wave of the shells around each node.
             np.minimum.at(stiffness, block.nodes_idx.ravel(), _bending(section))
     waves = np.where(skin.solid, np.inf, stiffness[skin.nodes_idx].min(axis=1))

@@ -8,13 +8,13 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray
-from creak.assembly.system import System, to_dense
+from creak.assembly.system import System
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.skin import Skin
 from creak.sound.forced import velocity_of_forces
 from creak.sound.rayleigh import equivalent_power
 from creak.sound.zwicker_tables import RATE
-from creak.studies.sound.source import Source
+from creak.studies.sound.source import Source, of_modes
 
 SAMPLES = 24
 """Facets of each part that stand for all of it: its level within 1 dB or so."""
@@ -46,9 +46,7 @@ def faces_of_parts(system: System, skin: Skin, metre: float) -> Faces:
     labels, column = np.unique(node_dofs(few.nodes_idx[:, 0], TRANSLATIONS), return_inverse=True)
     normal = (few.areas / np.maximum(size[looked], 1e-300)[:, None]).ravel()
     across = sp.csc_matrix((normal, (np.repeat(np.arange(few.count), 3), column.ravel())), (few.count, labels.size))
-    moves = np.isin(labels, system.labels)
-    A = sp.csr_matrix(across[:, np.flatnonzero(moves)])
-    return Faces(few.part, weight[looked] * metre**2, metre * to_dense(system.combined(A, labels[moves])[0]))
+    return Faces(few.part, weight[looked] * metre**2, metre * of_modes(system, across, labels))
 
 
 def equivalent_levels(source: Source, faces: Faces, band: float, window: tuple[float, float]) -> dict[int, float]:

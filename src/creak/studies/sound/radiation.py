@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
-from creak.assembly.system import System, to_dense
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.system import System
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.skin import Skin
 from creak.sound.acceleration_noise import acceleration_noise, equivalent_radius
@@ -17,7 +17,7 @@ from creak.sound.forced import sound_of_forces
 from creak.sound.rayleigh import AIR, PressureRows, pressure_weights
 from creak.sound.zwicker_tables import RATE
 from creak.studies.sound.listeners import Listener
-from creak.studies.sound.source import Source
+from creak.studies.sound.source import Source, of_modes
 
 PER_BAND = 4.0
 """Samples per second of a listener's rows over the band: few, as each costs a back-substitution in every part."""
@@ -78,14 +78,16 @@ def _panels(system: System, skin: Skin, position: FloatArray, metre: float, band
     weights, start = pressure_weights(points * metre, position * metre, rate, band)
     # Areas in m^2, motion in m.
     out = sp.csr_array((areas.ravel() * metre**3, (np.repeat(np.arange(nodes.size), 3), np.arange(3 * nodes.size))))
-    return PressureRows(_of_modes(system, weights @ out, nodes)[None], np.array([start]), rate, band)
+    return PressureRows(
+        of_modes(system, weights @ out, node_dofs(nodes, TRANSLATIONS))[None], np.array([start]), rate, band
+    )
 
 
 def _towards(system: System, skin: Skin, direction: FloatArray) -> FloatArray:
     """(1, n_mode) mean motion of facets along a direction, length."""
     size = np.linalg.norm(skin.areas, axis=1)
     nodes, _, share = _nodal(skin, (size / size.sum())[:, None] * direction)
-    return _of_modes(system, share.reshape(1, -1), nodes)
+    return of_modes(system, share.reshape(1, -1), node_dofs(nodes, TRANSLATIONS))
 
 
 def _nodal(skin: Skin, each: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -95,13 +97,6 @@ def _nodal(skin: Skin, each: FloatArray) -> tuple[IntArray, FloatArray, FloatArr
     points[row.ravel()] = skin.corners.reshape(-1, 3)
     np.add.at(found, row.ravel(), (skin.shares[:, :, None] * each[:, None]).reshape(-1, 3))
     return nodes, points, found
-
-
-def _of_modes(system: System, A: Matrix, nodes: IntArray) -> FloatArray:
-    """(k, n_mode) of combinations A (k, 3 n_node) of the motion of nodes."""
-    labels = node_dofs(nodes, TRANSLATIONS)
-    moves = np.isin(labels, system.labels)
-    return to_dense(system.combined(sp.csr_matrix(sp.csr_matrix(A)[:, np.flatnonzero(moves)]), labels[moves])[0])
 
 
 def pressure_of(source: Source, groups: Sequence[IntArray], to: Radiation) -> FloatArray:

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
@@ -48,3 +49,9 @@ def source_of(system: System, gaps: GapOperator, history: History) -> Source:
     rows = to_dense(channel_matrices(system, gaps).rows[np.concatenate([touched, gaps.m + along])])
     modes = Modes(*modal_matrices(system), rows)
     return Source(modes, force, np.concatenate([touched, np.repeat(rubbing, 2)[along]]))
+
+
+def of_modes(system: System, A: Matrix, labels: IntArray) -> FloatArray:
+    """(k, n_mode) of combinations A (k, n_label) of the motion of dof labels; what is held does not move."""
+    moves = np.isin(labels, system.labels)
+    return to_dense(system.combined(sp.csr_matrix(sp.csr_matrix(A)[:, np.flatnonzero(moves)]), labels[moves])[0])

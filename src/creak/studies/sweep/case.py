@@ -64,6 +64,14 @@ class Task:
     report: Report | None = None
     """Writes what else belongs into the folder."""
 
+    def run(self) -> Outcome:
+        return run_case(self)
+
+    def lost(self, why: str, start: float) -> Outcome:
+        """Its result where that is there, else `why`."""
+        record = finished_record(self.folder, self.id)
+        return ended(record) if record is not None else Outcome(FAILED, why, provenance(self, start))
+
 
 @dataclass(frozen=True)
 class Outcome:

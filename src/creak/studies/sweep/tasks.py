@@ -13,8 +13,8 @@ from creak.formats.partials import remove_dead
 from creak.studies.sweep.case import RECORD, Outcome, Report, Task, ended, finished_record
 from creak.studies.sweep.cases import Case
 from creak.studies.sweep.file import SweepFile
-from creak.studies.sweep.queue import Runner
 from creak.studies.sweep.table import Row, waiting, write_table
+from creak.studies.tasks.queue import Runner
 from creak.version import version
 
 EVERY = 10.0

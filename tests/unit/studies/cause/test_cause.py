@@ -18,7 +18,7 @@ from creak.studies.cause.found import causes_of
 from creak.studies.cause.told import cause_dict
 from creak.studies.results.sound import heard_places
 from creak.studies.results.summary import summarise
-from helpers_decks import STUDY, write_strips
+from helpers_decks import STUDY, two_strips, write_strips
 
 BASE = STUDY.replace("step = 5e-4\nperiods = 2", 'end = 0.2\naccuracy = "quick"\n[reference]\nrun = false\n')
 BASE = BASE.replace("f_max = 3000", "f_max = 1500").replace("0.05,", "0.08,")
@@ -117,7 +117,7 @@ def test_predicted_changes_hold_in_a_full_run(result, places, causes, measured):
     """Mass and fastener change the modes: the reduced model with a low-rank change against one reduced anew."""
     found = result.found
     place, cause = next((p, c) for p, c in zip(places, causes, strict=True) if p.contact == "tip")
-    every = list(candidates(found.setup, found.gaps, place, cause, found.reference.system.stats.mass))
+    every = list(candidates(found, place, cause))
     assert [c.kind for c in every][:4] == ["gap", "stiffness", "damping", "mass"]
     now = effect_of(found, place, result.main.system, found.gaps, result.history, None)
     worst = 0.0
@@ -164,3 +164,30 @@ def test_a_run_without_modes_says_why(result):
     causes, notes = causes_of(replace(result.found, reduced=None), result.sound, lambda *_: None, "predicted")
     assert causes == {}
     assert notes == ["no cause is told of the places: only a reduced model has few enough modes"]
+
+
+JOINED = """*ELEMENT, TYPE=SPRING2, ELSET=JOIN
+901, 18, 1018
+*SPRING, ELSET=JOIN
+3, 3
+4.0
+"""
+"""Between the strips, a third of the way to their tips."""
+
+
+def test_changes_hold_with_static_loads_and_a_fastener_is_moved(tmp_path):
+    """Under gravity each change has an equilibrium of its own, and a fastener can be put elsewhere: against full runs."""
+    weight = "\n[damping]\nmodal = 0.02\n\n[[static]]\ngravity = [0.0, 0.0, -9810.0]\n"
+    write_strips(tmp_path, two_strips() + JOINED, BASE + weight)
+    result = creak.run(creak.read_study(tmp_path / "study.toml"), converge=False, record=False)
+    found, place = result.found, heard_places(result.found, result.main, result.sound)[0]
+    cause = find_causes(found, [place])[0]
+    every = list(candidates(found, place, cause))
+    assert [c.kind for c in every][:4] == ["gap", "stiffness", "damping", "mass"]
+    assert "moved to" in next(c.words for c in every if c.kind == "moved")
+    now = effect_of(found, place, result.main.system, found.gaps, result.history, None)
+    for change in (c for c in every if c.kind in ("gap", "mass", "moved")):
+        effect = predicted(found, place, change, result.main.system, None, None)
+        checked = checked_by_run(found, place, change, None, lambda *_: None)
+        assert effect.total_impulse == pytest.approx(checked.total_impulse, abs=0.03 * now.total_impulse), change.words
+        assert effect.total_impulse != pytest.approx(now.total_impulse, rel=1e-3), change.words

@@ -137,7 +137,7 @@ def test_abaqus_and_nastran_sag_alike(tmp_path):
 
 
 REFUSED = {
-    "pressure": (BEFORE, CARDS + "PLOAD4,10,1,2.\n", "PLOAD4 of load set 10 is not read"),
+    "line load": (BEFORE, CARDS + "PLOAD1,10,1,FZ,FR,0.,2.\n", "PLOAD1 of load set 10 is not read"),
     "gradient": (
         BEFORE.replace("LOAD = 10", "TEMP(LOAD) = 20"),
         CARDS + "TEMPRB,20,1,80.\n",
@@ -166,9 +166,9 @@ def test_what_a_run_cannot_start_from_is_refused(tmp_path, case):
 
 
 def test_a_study_is_refused_only_the_loads_that_it_names(tmp_path):
-    cards = CARDS + "PLOAD4,30,1,2.\n"
+    cards = CARDS + "PLOAD1,30,1,FZ,FR,0.,2.\n"
     study(tmp_path, by_number(10), cards)
-    with pytest.raises(InputError, match="PLOAD4 of load set 30 is not read"):
+    with pytest.raises(InputError, match="PLOAD1 of load set 30 is not read"):
         study(tmp_path, by_number(30), cards)
     with pytest.raises(InputError, match="no static loads '99'"):
         study(tmp_path, by_number(99), cards)

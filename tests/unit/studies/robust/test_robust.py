@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,14 +17,15 @@ from creak.assembly.system import to_dense
 from creak.cli.main import main
 from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow_march import simulate_flow
-from creak.errors import InputError
+from creak.errors import InputError, NumericalError
 from creak.formats.record_log import read_records, record_log
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import set_up
 from creak.studies.robust import job
-from creak.studies.robust.bench import FACTORS, Draw, variant_of
+from creak.studies.robust.batches import batches
+from creak.studies.robust.bench import FACTORS, Draw, bench_of, variant_of
 from creak.studies.robust.changes import changed_setup
 from creak.studies.robust.draws import field_shapes
 from creak.studies.run.integrate import resolution_of
@@ -143,7 +146,7 @@ def test_draws_are_single_runs(found):
     study = draws.setup.study
     keys = [c.key for c in draws.design.causes]
     numbers = [Draw(k, {key: float(v[k]) for key, v in zip(keys, draws.values, strict=True)}, {}) for k in (3, 40, 60)]
-    bench = job._bench(draws.setup, numbers, lambda *_: None)
+    bench = bench_of(draws.setup, numbers, lambda *_: None)
     for draw in numbers:
         setup = set_up(with_changes(study, draw.values))
         variant = variant_of(bench, draw)
@@ -155,6 +158,10 @@ def test_draws_are_single_runs(found):
         shared = march_chunks(bench.base.again(variant.gaps, variant.loads), None)
         assert np.array_equal(alone.time, shared.time)
         assert np.array_equal(alone.force, shared.force)
+        kept = shared.force.copy()
+        again = march_chunks(bench.base.again(variant.gaps, variant.loads), None)
+        assert np.array_equal(again.force, kept)
+        assert np.array_equal(shared.force, kept)  # runs that share a model write to tables of their own
         impulse = alone.weights @ alone.force
         assert draws.impulse[draw.number] == pytest.approx(impulse, rel=1e-10, abs=0.0)
 
@@ -226,6 +233,59 @@ def test_what_is_finished_is_not_run_again(tmp_path, monkeypatch):
     assert creak.robust(path, 8, out=out, indices=False).draws.taken == 8
     path.write_text(STOPPED.replace("upper = 10.0", "upper = 10.5"), encoding="utf-8")
     assert creak.robust(path, 4, out=out, indices=False).draws.taken == 0
+
+
+def elsewhere(tasks):
+    """As workers on other machines do: what goes there and comes back is bytes."""
+    for task in tasks:
+        yield task.name, pickle.loads(pickle.dumps(pickle.loads(pickle.dumps(task)).run()))
+
+
+def test_batches_on_other_machines_are_the_same_draws(tmp_path, monkeypatch):
+    """To the last digit; what a batch brought is kept when the command ends before the others."""
+    monkeypatch.setattr("creak.studies.robust.batches.SIZE", 3)
+    path, out = stopped(tmp_path), tmp_path / "out"
+    whole = creak.robust(path, 8, indices=False, threads=1).draws
+
+    def stops(tasks):
+        yield next(elsewhere(tasks))
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        creak.robust(path, 8, out=out, indices=False, runner=stops)
+    again = creak.robust(path, 8, out=out, indices=False, runner=elsewhere).draws
+    assert again.taken == 3
+    for name in ("state", "figures", "slack", "impulse"):
+        assert np.array_equal(getattr(again, name), getattr(whole, name), equal_nan=True)
+
+
+def test_batches_of_models_of_their_own(tmp_path):
+    text = STOPPED.replace('"excitation.tip.signal.amplitude"', '"reduction.f_max"').replace(
+        f"low = {LOW}, high = {HIGH}", "low = 15000, high = 20000"
+    )
+    path = stopped(tmp_path, text)
+    here = creak.robust(path, 4, indices=False, threads=1).draws
+    there = creak.robust(path, 4, indices=False, runner=elsewhere).draws
+    assert np.array_equal(there.impulse, here.impulse)
+
+
+def test_a_batch_that_fails_is_told_after_the_others(tmp_path, monkeypatch):
+    """Another deck there than here; the worker of another batch is lost."""
+    monkeypatch.setattr("creak.studies.robust.batches.SIZE", 3)
+    path, out = stopped(tmp_path), tmp_path / "out"
+
+    def troubled(tasks):
+        first, second, third = tasks
+        yield first.name, first.lost("its worker process died every time", 0.0)
+        yield second.name, replace(second, id="another", files=("", "")).run()
+        yield third.name, third.run()
+
+    with pytest.raises(NumericalError, match="2 of 3 batches of draws have failed: its worker process died every time"):
+        creak.robust(path, 8, out=out, indices=False, runner=troubled)
+    assert creak.robust(path, 8, out=out, indices=False, threads=1).draws.taken == 2
+    batch = batches(read_study(path), [Draw(0, {}, {})], np.zeros(0), None)[0]
+    assert "does not see the deck" in replace(batch, files=("", "")).run().error
+    assert "were made with 0.0" in replace(batch, id="old", creak="0.0").run().error
 
 
 def test_a_number_that_changes_the_model_is_drawn_too(tmp_path):

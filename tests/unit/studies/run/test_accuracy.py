@@ -10,6 +10,7 @@ import pytest
 from creak.api.study import run, run_setup, set_up
 from creak.errors import InputError
 from creak.studies.converge.settling import BASE, FINER, LAST_TWO, MORE_MODES, SOFTER, STIFFER
+from creak.studies.converge.variants import repeated_setup
 from creak.studies.converge.words import REMEDIES
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.flight_steps import with_flight_steps
@@ -104,6 +105,21 @@ def test_each_thing_that_may_matter_is_varied_once(found):
     assert list(found.convergence.outcomes) == [BASE, FINER, SOFTER, STIFFER, MORE_MODES]
     modes = found.convergence.outcomes[MORE_MODES].variant
     assert modes.f_max == 1.5 * found.found.setup.study.config.reduction.f_max
+
+
+def test_every_place_says_how_far_it_has_settled(found):
+    """What is followed of a place is what a run of its own says of it, N5 included; the largest change is told."""
+    before = found.found.setup
+    setup = repeated_setup(before, found.convergence.outcomes[FINER].variant, before.study.config.time.substeps)
+    alone = setup.study.config.reference.model_copy(update={"run": False})
+    finer = run_setup(setup.with_tables(reference=alone), converge=False)
+    place, again = (r.summary["runs"]["reduced"]["places"][0] for r in (found, finer))
+    for name, figure in found.convergence.places[0].items():
+        assert figure.values[FINER] == pytest.approx(again[name], rel=1e-6), name
+        assert figure.values[BASE] == pytest.approx(place[name], rel=1e-12), name
+        assert place["settled_to"][name] == max(map(abs, figure.changes.values())), name
+    assert place["settled_to"].keys() == {"events", "impulse", "force", "closing_speed", "n5"}
+    assert "N5" in " ".join(found.summary["convergence"]["findings"])
 
 
 def test_every_event_says_how_far_it_has_settled(found):

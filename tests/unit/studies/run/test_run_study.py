@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import gc
 import json
+import weakref
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from creak.studies.file.reader import read_study
+from creak.studies.models import reference as whole
 from creak.studies.prepare.setup import set_up
 from creak.studies.results.summary import summarise
 from creak.studies.run.job import run_study
-from helpers_decks import STUDY, write_strips
+from helpers_decks import STUDY, two_strips, write_strips
 
 TIMINGS = ("wall_s", "cpu_s", "setup_s", "offline_cpu_s", "offline_wall_s", "peak_rss_gb")
 
@@ -73,6 +76,45 @@ def test_summary_has_what_the_design_promises(summary):
     assert summary["seeds"] == {"root": 3}
 
 
+class Enough(Exception):
+    """Parts are being reduced."""
+
+
+def test_no_factor_of_the_whole_is_held_while_parts_are_reduced(tmp_path, monkeypatch):
+    """It is the largest piece of memory there is."""
+    made, alive = [], []
+
+    def factor(K):
+        found = regular_factor(K)
+        made.append(weakref.ref(found))
+        return found
+
+    def look(what: str, done: int, total: int) -> None:
+        if what.endswith("constraint modes"):
+            gc.collect()
+            alive.extend(ref() for ref in made)
+            raise Enough
+
+    regular_factor = whole.regular_factor
+    monkeypatch.setattr(whole, "regular_factor", factor)
+    path = write_strips(tmp_path, study=STUDY)
+    for start in (run_study, reduce_alone):
+        with pytest.raises(Enough):
+            start(set_up(read_study(path)), look)
+    assert len(made) == 2
+    assert alive == [None] * 3  # one of the first, two of the second
+
+
+def reduce_alone(setup, look) -> None:
+    """As `creak reduce`."""
+    from creak.cli.reduce import _reduced
+
+    class Quiet:
+        progress = staticmethod(look)
+
+    _reduced(setup, setup.study.path.parent / "out", Quiet())
+
+
 def test_both_runs_have_the_same_channels_and_steps(summary):
     a, b = summary["runs"]["reduced"], summary["runs"]["reference"]
     assert a["channels"] == b["channels"] > 0
@@ -82,3 +124,18 @@ def test_both_runs_have_the_same_channels_and_steps(summary):
     # Rayleigh-Ritz: reduced frequencies are upper bounds, to round-off of the eigensolvers.
     for reference, reduced in summary["verification"]["frequencies"]:
         assert reduced >= reference * (1 - 1e-7)
+
+
+def test_damping_that_couples_modes_passes_the_pre_check(tmp_path):
+    """A spring without damping between damped strips: the channels that the pre-check keeps see what all see."""
+    spring = "*ELEMENT, TYPE=SPRING2, ELSET=JOIN\n901, 18, 1018\n*SPRING, ELSET=JOIN\n3, 3\n4.0\n"
+    text = STUDY.replace("step = 5e-4\nperiods = 2", 'end = 0.1\naccuracy = "quick"\n[reference]\nrun = false')
+    text, impulses = text.replace("0.05,", "0.2,"), []
+    for name, more in (("checked", ""), ("every", "\n[precheck]\nenabled = false\n")):
+        (tmp_path / name).mkdir()
+        path = write_strips(tmp_path / name, two_strips() + spring, text + more)
+        run = run_study(set_up(read_study(path)), lambda *_: None).runs["reduced"]
+        assert "exact flow" in run.integrator
+        impulses.append(sum(e.impulse for e in run.events))
+    assert impulses[0] == pytest.approx(impulses[1], rel=1e-6)
+    assert impulses[0] > 0.0

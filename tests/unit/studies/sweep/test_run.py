@@ -25,9 +25,9 @@ from creak.studies.run.job import run_study
 from creak.studies.sweep.case import Task, finished_record, publish, run_case
 from creak.studies.sweep.cases import resolve
 from creak.studies.sweep.file import SweepFile, read_sweep
-from creak.studies.sweep.queue import Queue
 from creak.studies.sweep.table import Row, columns, waiting, write_table
 from creak.studies.sweep.tasks import finished, tasks_of
+from creak.studies.tasks.queue import Queue
 from helpers_decks import STUDY, write_strips
 from helpers_stored import write_changed_json
 

@@ -11,7 +11,7 @@ import pytest
 from creak.studies.sweep.cases import resolve
 from creak.studies.sweep.file import read_sweep
 from creak.studies.sweep.tasks import tasks_of
-from creak.studies.sweep.workers import local_workers
+from creak.studies.tasks.workers import local_workers
 from helpers_decks import STUDY, write_strips
 from helpers_sweep import die, die_twice
 
@@ -39,7 +39,7 @@ def test_a_case_that_kills_its_worker_is_run_again(tasks, tmp_path):
 
 
 def test_a_case_that_always_kills_its_worker_has_failed_and_the_others_go_on(tasks, tmp_path, monkeypatch):
-    monkeypatch.setattr("creak.studies.sweep.workers.DEATHS", 2)
+    monkeypatch.setattr("creak.studies.tasks.workers.DEATHS", 2)
     bad = replace(tasks["seed=1"], report=die)
     with local_workers(1) as outcomes:
         found = dict(outcomes([bad, tasks["seed=2"]]))

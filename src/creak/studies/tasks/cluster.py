@@ -1,4 +1,4 @@
-"""A sweep on a dask cluster that is there already."""
+"""Jobs on a dask cluster that is there already."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 from creak.errors import InputError
-from creak.studies.sweep.case import Outcome, Task, run_case
-from creak.studies.sweep.queue import DIED, Queue, Runner, lost
+from creak.studies.tasks.queue import DIED, Ended, Job, Queue, Runner, run_job
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 WAIT = 30.0
 """s to wait for a scheduler."""
 RETRIES = 2
-"""Of a case whose worker was lost in a way that the scheduler does not see by itself."""
+"""Of a job whose worker was lost in a way that the scheduler does not see by itself."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def running_cluster(address: str, certificates: Certificates = Certificates()) -
                 expected="one at a time",
                 fix="Start the workers with: dask worker ADDRESS --nthreads 1",
             )
-        yield lambda tasks: outcomes(client, tasks)
+        yield partial(outcomes, client)
 
 
 def _security(address: str, certificates: Certificates) -> Security | None:
@@ -137,23 +137,23 @@ def _security(address: str, certificates: Certificates) -> Security | None:
     return security
 
 
-def outcomes(client: Client, tasks: Sequence[Task]) -> Iterator[tuple[str, Outcome]]:
-    """Yield (name, outcome) of every task as it ends.
+def outcomes(client: Client, tasks: Sequence[Job[Ended]]) -> Iterator[tuple[str, Ended]]:
+    """Yield (name, what it told) of every task as it ends.
 
-    No more tasks are handed out than there are workers: one that kills its worker takes no other along. A case
+    No more tasks are handed out than there are workers: one that kills its worker takes no other along. A task
     whose worker dies more often than the scheduler allows has failed.
     """
     from distributed import as_completed
 
     queue, start, most = Queue(list(tasks)), time.perf_counter(), 1
-    running: dict[str, Task] = {}
+    running: dict[str, Job[Ended]] = {}
     submitted = as_completed(raise_errors=False)
 
     def submit() -> None:
         nonlocal most
         most = max(most, len(client.scheduler_info(n_workers=-1)["workers"]))
         for task in queue.ready(most - len(running)):
-            future = client.submit(run_case, task, key=f"{task.name}-{task.id}", pure=False, retries=RETRIES)
+            future = client.submit(run_job, task, key=f"{task.name}-{task.id}", pure=False, retries=RETRIES)
             running[future.key] = task
             submitted.add(future)
 
@@ -167,10 +167,10 @@ def outcomes(client: Client, tasks: Sequence[Task]) -> Iterator[tuple[str, Outco
         yield task.name, outcome
 
 
-def _outcome(future: Future, task: Task, start: float) -> Outcome:
+def _outcome(future: Future, task: Job[Ended], start: float) -> Ended:
     if future.status == "finished":
-        outcome: Outcome = future.result()
+        outcome: Ended = future.result()
         return outcome
     error = future.exception() if future.status == "error" else None
     died = type(error).__name__ == "KilledWorker"
-    return lost(task, DIED if died else str(error or f"{future.status} by dask"), start)
+    return task.lost(DIED if died else str(error or f"{future.status} by dask"), start)

@@ -13,11 +13,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
-from typing import cast
+from typing import Any, cast
 
 from creak.linalg.threads import cores
-from creak.studies.sweep.case import Outcome, Task, run_case
-from creak.studies.sweep.queue import DEATHS, DIED, Queue, Runner, lost
+from creak.studies.tasks.queue import DEATHS, DIED, Ended, Job, Queue, Runner, run_job
 
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "BLIS_NUM_THREADS", "NUMBA_NUM_THREADS")
 TRIM = {"MALLOC_TRIM_THRESHOLD_": "65536"}
@@ -58,9 +57,9 @@ class _Pool:
         self._count = count
         self._environ = {**TRIM, **dict.fromkeys(THREADS, str(max(1, cores() // count)))}
         self._idle: list[Worker] = []
-        self._busy: dict[Connection, tuple[Worker, Task]] = {}
+        self._busy: dict[Connection, tuple[Worker, Job[Any]]] = {}
 
-    def outcomes(self, tasks: Sequence[Task]) -> Iterator[tuple[str, Outcome]]:
+    def outcomes(self, tasks: Sequence[Job[Ended]]) -> Iterator[tuple[str, Ended]]:
         queue, deaths, start = Queue(list(tasks)), Counter[str](), time.perf_counter()
         while True:
             for task in queue.ready(self._count - len(self._busy)):
@@ -70,7 +69,7 @@ class _Pool:
             for connection in wait(list(self._busy)):
                 worker, task = self._busy.pop(cast(Connection, connection))
                 try:
-                    outcome: Outcome = worker.connection.recv()
+                    outcome: Ended = worker.connection.recv()
                     self._idle.append(worker)
                 except (EOFError, OSError):
                     worker.end()
@@ -78,11 +77,11 @@ class _Pool:
                     if deaths[task.name] < DEATHS:
                         self._give(task)
                         continue
-                    outcome = lost(task, DIED, start)
+                    outcome = task.lost(DIED, start)
                 queue.ended(task)
                 yield task.name, outcome
 
-    def _give(self, task: Task) -> None:
+    def _give(self, task: Job[Any]) -> None:
         """To a worker that waits, or to a new one; workers that died while they waited are forgotten."""
         while True:
             worker = self._idle.pop() if self._idle else self._started()
@@ -120,10 +119,10 @@ def _work(connection: Connection) -> None:
     threading.Thread(target=_end_with_parent, daemon=True).start()
     while True:
         try:
-            task: Task = connection.recv()
+            task: Job[Any] = connection.recv()
         except EOFError:
             return
-        connection.send(run_case(task))
+        connection.send(run_job(task))
 
 
 def _end_with_parent() -> None:

@@ -1,0 +1,72 @@
+"""Options of the commands that can use a dask cluster."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from creak.cli.output import Output
+from creak.errors import InputError
+
+if TYPE_CHECKING:
+    from creak.studies.tasks.cluster import Certificates
+
+SCHEDULER = typer.Option(
+    None, "--scheduler", metavar="ADDRESS", help="Run on the cluster of this dask scheduler instead."
+)
+TLS_CA_FILE = typer.Option(
+    None,
+    "--tls-ca-file",
+    metavar="FILE",
+    help="Certificate of the authority of a tls:// scheduler, PEM; default: dask's own settings.",
+)
+TLS_CERT = typer.Option(None, "--tls-cert", metavar="FILE", help="Certificate to show to a tls:// scheduler, PEM.")
+TLS_KEY = typer.Option(
+    None,
+    "--tls-key",
+    metavar="FILE",
+    help="Private key of that certificate, PEM; default: it lies in the same file.",
+)
+
+
+def checked_certificates(
+    scheduler: str | None, own: str, given: int | None, ca: Path | None, cert: Path | None, key: Path | None
+) -> Certificates:
+    """What the options say of certificates.
+
+    Parameters
+    ----------
+    own : the option for this machine alone, and what was `given` there.
+
+    Raises
+    ------
+    InputError : options that exclude each other.
+    """
+    from creak.studies.tasks.cluster import Certificates
+
+    if given is not None and scheduler is not None:
+        raise InputError(f"{own} and --scheduler exclude each other", fix="A cluster has its own workers.")
+    certificates = Certificates(ca, cert, key)
+    if scheduler is None and certificates.files:
+        raise InputError(
+            f"{next(iter(certificates.files))} without --scheduler",
+            expected="--scheduler tls://HOST:PORT",
+            fix="Workers on this machine need no certificates.",
+        )
+    return certificates
+
+
+def check_cluster(scheduler: str | None, output: Output) -> None:
+    """Raise InputError where dask is missing for a scheduler; warn of one that is open to others."""
+    from creak.studies.tasks.cluster import need_distributed, open_to_others
+
+    if scheduler is None:
+        return
+    need_distributed()
+    if open_to_others(scheduler):
+        output.warn(
+            f"the scheduler {scheduler} is open: whoever reaches it, or its workers, can run code as their owner; "
+            "use certificates and tls://, see docs/sweeps.md"
+        )

@@ -1,0 +1,162 @@
+"""What a study takes of memory, stage by stage, told before it is run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from creak.linalg.lanczos import basis_bytes
+from creak.linalg.memory import GB, free_bytes, held_bytes
+from creak.studies.advise.size import Counted, PartSize
+from creak.studies.models.reduced import WHOLE
+from creak.studies.models.reference import ReferenceModel
+from creak.studies.models.superelements import KEPT, MODES_FACTOR
+from creak.studies.prepare.output_steps import output_every
+from creak.studies.prepare.setup import Setup
+
+STARTED, KERNELS = 310e6, 150e6
+"""Bytes of the interpreter with its libraries once they have solved something, and of the kernels of a run."""
+ENTRY, PRODUCT, UPPER = 12.0, 16.0, 6.0
+"""Bytes of a stored entry: in a matrix, in MKL's copy for products, in what PARDISO is handed of it."""
+STREAMED = 4 * 128
+"""Columns of constraint modes that are on their way at a time."""
+DENSE = 6
+"""Dense matrices of all unknowns while the reduced model is diagonalised."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A stretch of the work."""
+
+    what: str
+    gb: float
+    """Largest resident memory of the process in it."""
+    why: str
+    """The largest pieces."""
+
+
+@dataclass(frozen=True)
+class Memory:
+    """Of `creak run`; `creak reduce` ends before the runs."""
+
+    reduce: tuple[Stage, ...]
+    run: tuple[Stage, ...]
+    """What comes after it."""
+    free_gb: float
+    """Free here now, and what this process holds."""
+
+    @property
+    def reduce_peak(self) -> Stage:
+        """The stage that needs most of `creak reduce`."""
+        return max(self.reduce, key=lambda s: s.gb)
+
+    @property
+    def run_peak(self) -> Stage:
+        """The same of `creak run`."""
+        return max((*self.reduce, *self.run), key=lambda s: s.gb)
+
+
+def memory(
+    setup: Setup, reference: ReferenceModel, whole: Counted, parts: Sequence[PartSize], unknowns: int, rows: int
+) -> Memory:
+    """Peak memory of the study as it stands; held to measured peaks of the door (docs/benchmarks_modes.md).
+
+    Parameters
+    ----------
+    whole : modes of the assembly counted, with the memory of a factor of it. unknowns : of the reduced model.
+    rows : channel rows of the contact.
+    """
+    c, system = setup.study.config, reference.system
+    n, entries = system.n, system.K.nnz + system.M.nnz
+    shapes = 8.0 * n * (reference.modes.omega2.size + system.supports.count)
+    matrices = ENTRY * (entries + sum(p.K.nnz + p.M.nnz for p in reference.parts))
+    held = STARTED + matrices + shapes
+    assembly = ENTRY * system.K.nnz + PRODUCT * system.M.nnz + 2.0 * whole.memory
+    found = basis_bytes(n, reference.modes.omega2.size) - shapes
+    stages = [
+        _stage("assemble", held - shapes + whole.memory, K_and_M=matrices, factor=whole.memory),
+        _stage("modes of the assembly", held + assembly + found, K_and_M=matrices, two_factors=2.0 * whole.memory),
+    ]
+    method = c.reduction.method
+    if method in WHOLE:
+        kept = whole.below.get(c.reduction.f_max, 0)
+        basis = basis_bytes(n, kept)
+        stages.append(
+            _stage("modes for the reduction", held + assembly + basis, modes=basis, two_factors=2.0 * whole.memory)
+        )
+        held += whole.memory + 8.0 * n * (kept + 2 * rows)
+    elif method != "none":
+        factor = MODES_FACTOR if c.time.exact else 1.0
+        for part in (p for p in parts if not p.unreduced):
+            modes = 0 if method == "guyan" else round(modes_below(part.modes, c.reduction.f_max * factor))
+            stages.append(_reduction(part, modes, held))
+            held += _kept(part, modes)
+        dense = DENSE * 8.0 * unknowns**2
+        stages.append(_stage("couple and diagonalise", held + dense, dense_matrices=dense, parts=held))
+    return Memory(
+        tuple(stages), tuple(_runs(setup, reference, whole, unknowns, rows, held)), (free_bytes() + held_bytes()) / GB
+    )
+
+
+def modes_below(counted: Counted, f: float) -> float:
+    """Modes below f Hz; beyond the frequencies that were counted, by the power law of the last two."""
+    known = sorted((g, k) for g, k in counted.below.items() if k > 0)
+    if f in counted.below or not known:
+        return float(counted.below.get(f, 0))
+    (f_1, k_1), (f_2, k_2) = known[-2:] if len(known) > 1 else [(known[0][0] / 2.0, known[0][1] / 2.0), known[0]]
+    power = math.log(k_2 / k_1) / math.log(f_2 / f_1)
+    return float(k_2 * (f / f_2) ** power)
+
+
+def _reduction(part: PartSize, modes: int, held: float) -> Stage:
+    """Two factors and the Lanczos vectors, or constraint modes on their way; writing takes a copy of the modes."""
+    matrices, n = _inside(part), part.inner
+    basis, shapes = basis_bytes(n, modes), 8.0 * n * modes
+    lanczos = 2.0 * part.modes.memory + ENTRY * part.entries_K + basis
+    streamed = part.modes.memory + shapes + 8.0 * n * STREAMED
+    written = _kept(part, modes) - matrices + shapes
+    return _stage(
+        f"{part.name}: reduction",
+        held + matrices + max(lanczos, streamed, written),
+        modes=max(basis, 2.0 * shapes),
+        two_factors=2.0 * part.modes.memory,
+        before=held,
+    )
+
+
+def _inside(part: PartSize) -> float:
+    return ENTRY * (part.entries_K + part.entries_M) + PRODUCT * part.entries_M
+
+
+def _kept(part: PartSize, modes: int) -> float:
+    """What stays of a reduced part: its matrices and modes, and a factor that is not too large."""
+    factor = part.modes.memory if part.modes.memory <= KEPT else 0.0
+    return _inside(part) + 8.0 * part.inner * modes + factor + 3.0 * 8.0 * (part.boundary + modes) ** 2
+
+
+def _runs(
+    setup: Setup, reference: ReferenceModel, whole: Counted, unknowns: int, rows: int, held: float
+) -> Iterator[Stage]:
+    """The reduced run, and the unreduced one beside it where the study has one."""
+    c, system = setup.study.config, reference.system
+    instants = setup.loads.time.size / output_every(setup.study)
+    history = 8.0 * instants * (6.0 * setup.watched.size + 4.0 * rows)
+    held += KERNELS + history
+    yield _stage("run", held + DENSE * 8.0 * unknowns**2 + 8.0 * unknowns * rows, histories=history, before=held)
+    if c.reference.run or c.reduction.method == "none":
+        answers = 8.0 * system.n * rows
+        step = whole.memory + (ENTRY + UPPER) * system.K.nnz + PRODUCT * (system.K.nnz + system.M.nnz)
+        yield _stage(
+            "reference run",
+            held + step + answers + history,
+            factor=whole.memory,
+            answers_of_channels=answers,
+            before=held,
+        )
+
+
+def _stage(what: str, total: float, **pieces: float) -> Stage:
+    largest = sorted(pieces.items(), key=lambda piece: -piece[1])
+    words = ", ".join(f"{name.replace('_', ' ')} {size / GB:.2g} GB" for name, size in largest)
+    return Stage(what, total / GB, words)

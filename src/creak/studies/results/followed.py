@@ -1,0 +1,66 @@
+"""What each place of a run does in other runs of its model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.history import History
+from creak.dynamics.modal_coefficients import is_modal
+from creak.studies.converge.settling import OF_PLACE, Followed
+from creak.studies.prepare.setup import Setup
+from creak.studies.results.places import Place, channels_at, events_at
+from creak.studies.results.sound import heard_places
+from creak.studies.run.compared import main_run
+from creak.studies.run.job import StudyResult
+from creak.studies.sound.ear import Ear, ear_of, n5_of
+from creak.studies.sound.heard import Sound
+
+MOST_PLACES = 12
+"""Places, the first ones, that are followed."""
+
+
+@dataclass(frozen=True)
+class _Places:
+    """The places of the base run that are looked for in the repeated ones."""
+
+    places: tuple[Place, ...]
+    window: tuple[float, float]
+    ear: Ear | None
+    """Who hears them; None: there is no sound."""
+
+    def figures(
+        self, setup: Setup, system: System, gaps: GapOperator, history: History
+    ) -> tuple[dict[str, float], ...]:
+        """`OF_PLACE` of each place in a run; no N5 where there is no sound, or beyond what ISO 532-1 covers."""
+        if not self.places:
+            return ()
+        groups = channels_at(self.places, setup.model, gaps, history)
+        events = events_at(groups, setup, gaps, history, self.window)
+        here = [replace(p, events=tuple(own)) for p, own in zip(self.places, events, strict=True)]
+        heard: Sequence[float | None] = [None] * len(here)
+        if self.ear is not None and is_modal(system):
+            *heard, _ = n5_of(setup, self.window, system, gaps, history, groups, self.ear.hears(system))
+        return tuple(map(_figures, here, heard))
+
+
+def followed(result: StudyResult, sound: Sound | str | None) -> Followed:
+    """The first places of the run that is repeated, ranked as they are told."""
+    run = main_run(result.runs)
+    if run is None:
+        return Followed()
+    places = heard_places(result, run, sound)[:MOST_PLACES]
+    ear, heard = None, list[float | None]([None] * len(places))
+    if isinstance(sound, Sound) and sound.run == run.name:
+        ear, heard = ear_of(result.setup, sound), [h.rank[0] for h in sound.heard[0]]
+    base = tuple(_figures(p, n5) for p, n5 in zip(places, heard, strict=False))
+    return Followed(base, _Places(places, result.window, ear).figures)
+
+
+def _figures(place: Place, n5: float | None) -> dict[str, float]:
+    every = (float(len(place.events)), place.impulse, place.force, place.speed, n5)
+    return {name: x for name, x in zip(OF_PLACE, every, strict=True) if x is not None and np.isfinite(x)}

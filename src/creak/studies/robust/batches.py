@@ -1,0 +1,145 @@
+"""Draws on other machines: batches of them as jobs. Each worker makes the model once, from superelements all share."""
+
+from __future__ import annotations
+
+import socket
+import traceback
+import uuid
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.contact.gap_operator import GapOperator, join
+from creak.errors import CreakError, InputError, NumericalError
+from creak.studies.file.identity import decks_sha256, other_files_sha256
+from creak.studies.file.reader import Study
+from creak.studies.models.reference import build_reference
+from creak.studies.models.superelements import store_of
+from creak.studies.prepare.setup import set_up
+from creak.studies.robust.bench import Bench, Draw, lowest_of, make_bench, march_draws
+from creak.studies.tasks.queue import Runner
+from creak.version import version
+
+SIZE = 16
+"""Draws of a batch: what is lost with a worker."""
+
+
+@dataclass(frozen=True)
+class Marched:
+    """What became of a batch."""
+
+    records: tuple[tuple[int, FloatArray], ...]
+    """Number and record of each draw that ended."""
+    error: str = ""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Draws of one model, and what a worker needs to make it; all paths absolute."""
+
+    name: str
+    id: str
+    """Of the model: batches with the same one share it in their worker."""
+    study: Study
+    draws: tuple[Draw, ...]
+    of: FloatArray | tuple[Draw, ...]
+    """All draws of the model, in whatever batch they are, or `lowest_of` them."""
+    store: Path | None
+    """Folder in which superelements are kept; None: those beside the study are taken, none are kept."""
+    files: tuple[str, str]
+    """Digests of the decks and of the other files that the study names."""
+    creak: str
+    reference: Path | None = None
+
+    def run(self) -> Marched:
+        return run_batch(self)
+
+    def lost(self, why: str, start: float) -> Marched:
+        return Marched((), why)
+
+
+def batches(study: Study, draws: Sequence[Draw], of: FloatArray | Sequence[Draw], store: Path | None) -> list[Batch]:
+    """The draws of one model, `SIZE` to a batch; `of` as there."""
+    study = replace(study, path=study.path.resolve())
+    where, files = None if store is None else store.resolve(), (decks_sha256(study), other_files_sha256(study))
+    every = of if isinstance(of, np.ndarray) else tuple(of)
+    model = uuid.uuid4().hex
+    return [
+        Batch(f"draws from {own[0].number}", model, study, own, every, where, files, version())
+        for own in (tuple(draws[k : k + SIZE]) for k in range(0, len(draws), SIZE))
+    ]
+
+
+_made: dict[str, tuple[Bench, GapOperator]] = {}
+"""The last model of this worker, by `Batch.id`."""
+
+
+def run_batch(batch: Batch) -> Marched:
+    """March the draws of a batch, one after the other; errors become part of the outcome."""
+    records: list[tuple[int, FloatArray]] = []
+    try:
+        bench, channels = _model(batch)
+        records += [(number, seen.record()) for number, seen in march_draws(bench, channels, batch.draws, 1)]
+    except CreakError as problem:
+        return Marched(tuple(records), str(problem))
+    except MemoryError:
+        return Marched(tuple(records), f"out of memory on {socket.gethostname()}")
+    except Exception as problem:
+        at = traceback.extract_tb(problem.__traceback__)[-1]
+        return Marched(tuple(records), f"{type(problem).__name__}: {problem} ({Path(at.filename).name}:{at.lineno})")
+    return Marched(tuple(records))
+
+
+def _model(batch: Batch) -> tuple[Bench, GapOperator]:
+    if batch.id not in _made:
+        _made.clear()
+        _check(batch)
+        setup = set_up(batch.study)
+        channels = join([setup.contacts, setup.connectors])
+        reference = build_reference(setup, _silent)
+        lowest = batch.of if isinstance(batch.of, np.ndarray) else lowest_of(setup, reference, batch.of, _silent)
+        store = store_of(batch.study) if batch.store is None else batch.store
+        _made[batch.id] = make_bench(setup, reference, lowest, _silent, store, batch.store is not None), channels
+    return _made[batch.id]
+
+
+def _check(batch: Batch) -> None:
+    """Raise InputError where this machine has another creak, or other files, than the draws were made with."""
+    host = socket.gethostname()
+    if batch.creak != version():
+        raise InputError(
+            f"the worker on {host} has creak {version()}, the draws were made with {batch.creak}",
+            fix="Install the same version everywhere.",
+        )
+    if (decks_sha256(batch.study), other_files_sha256(batch.study)) != batch.files:
+        raise InputError(
+            f"the worker on {host} does not see the deck and the tables of {batch.study.path} as they were",
+            expected="study, deck and tables under the same path on all machines",
+            fix="Put them into a folder that all workers share.",
+        )
+
+
+def march_batches(runner: Runner, work: Sequence[Batch]) -> Iterator[tuple[int, FloatArray]]:
+    """Number and record of each draw as its batch ends.
+
+    Raises
+    ------
+    NumericalError : at the end, where batches have failed.
+    """
+    failed: list[str] = []
+    for _, marched in runner(work):
+        yield from marched.records
+        if marched.error:
+            failed.append(marched.error)
+    if failed:
+        raise NumericalError(
+            f"{len(failed)} of {len(work)} batches of draws have failed: {failed[0]}. "
+            "Draws that are finished are kept; the same command goes on from there"
+        )
+
+
+def _silent(stage: str, done: int, total: int) -> None:
+    """No progress."""

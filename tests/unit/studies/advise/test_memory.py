@@ -1,0 +1,90 @@
+"""Memory told before a run: what grows with what, and what is said where it does not suffice."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from creak.linalg.memory import OVERRIDE
+from creak.studies.advise.advice import advise as look
+from creak.studies.advise.advice import as_dict
+from creak.studies.advise.memory import Memory, memory, modes_below
+from creak.studies.advise.size import Counted, PartSize
+from creak.studies.file.reader import read_study
+from creak.studies.models.reference import ReferenceModel, build_reference
+from creak.studies.prepare.setup import Setup, set_up
+from helpers_decks import write_strips
+
+WHOLE = Counted({3000.0: 12}, 0.1, 0.001, 40e6)
+
+
+def part(name: str = "UPPER", scale: int = 1) -> PartSize:
+    """Of 30,000 dofs, 300 modes below 3 kHz."""
+    counted = Counted({1500.0: 100, 3000.0: 300}, 0.1, 0.001, 100e6)
+    n = 30_000 * scale
+    return PartSize(name, n, {"contact": 300}, counted, True, False, n - 300, 50 * n, 40 * n)
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory) -> tuple[Setup, ReferenceModel]:
+    setup = set_up(read_study(write_strips(tmp_path_factory.mktemp("strips"))))
+    return setup, build_reference(setup, lambda *_: None)
+
+
+def told(study: tuple[Setup, ReferenceModel], *parts: PartSize, method: str = "craig-bampton") -> Memory:
+    setup, reference = study
+    table = setup.study.config.reduction.model_copy(update={"method": method, "f_max": 3000.0})
+    return memory(setup.with_tables(reduction=table), reference, WHOLE, parts, 800, 40)
+
+
+def test_modes_between_and_beyond_what_was_counted():
+    counted = part().modes
+    assert modes_below(counted, 3000.0) == 300
+    assert modes_below(counted, 6000.0) == pytest.approx(900)  # three times for twice the frequency
+    assert modes_below(Counted({100.0: 0, 200.0: 8}, 0.0, 0.0), 400.0) == pytest.approx(16)
+    assert modes_below(Counted({100.0: 0}, 0.0, 0.0), 400.0) == 0
+
+
+def test_vectors_of_the_largest_part_are_the_peak(study):
+    """300 modes to 3 kHz, 570 with those beyond: 1.66 vectors each and 15 blocks of work of 24, 8 bytes a dof."""
+    found = told(study, part())
+    modes = 300 * 1.5 ** (1.0 / 0.6309297535714574) if study[0].study.config.time.exact else 300  # log 2 / log 3
+    vectors = 8.0 * 29_700 * (1.66 * modes + 15 * 24)
+    matrices, factors = 12.0 * 90 * 30_000 + 16.0 * 40 * 30_000 + 12.0 * 50 * 30_000, 2.0 * 100e6
+    small = told(study)
+    assert found.reduce_peak.what == "UPPER: reduction"
+    assert found.reduce_peak.gb - small.reduce[0].gb == pytest.approx((vectors + matrices + factors) / 1e9, rel=0.1)
+    assert "modes" in found.reduce_peak.why
+
+
+def test_what_a_part_leaves_is_held_while_the_next_is_reduced(study):
+    """Its modes, its inner matrices and a factor of less than 300 MB."""
+    one, two = told(study, part()), told(study, part(), part("LOWER"))
+    left = two.reduce_peak.gb - one.reduce_peak.gb
+    assert two.reduce_peak.what == "LOWER: reduction"
+    assert left == pytest.approx((8.0 * 29_700 * 300 + 28.0 * 40 * 30_000 + 12.0 * 50 * 30_000 + 100e6) / 1e9, rel=0.4)
+    large = replace(part(), modes=replace(part().modes, memory=400e6))
+    assert told(study, large, part("LOWER")).reduce[-1].gb < told(study, part(), part("LOWER")).reduce[-1].gb
+
+
+def test_other_methods(study):
+    """Guyan has no modes; modes of the assembly take no part; without a reduction only the runs are left."""
+    assert told(study, part(), method="guyan").reduce_peak.gb < told(study, part()).reduce_peak.gb
+    assert [s.what for s in told(study, part(), method="gap-modes").reduce][2:] == ["modes for the reduction"]
+    none = told(study, part(), method="none")
+    assert len(none.reduce) == 2
+    assert [s.what for s in none.run] == ["run", "reference run"]
+
+
+def test_a_study_that_does_not_fit_is_told_with_what_to_do(study, monkeypatch):
+    setup, _ = study
+    assert not any(w.startswith("memory") for w in look(setup, lambda *_: None).choice.warnings)
+    monkeypatch.setenv(OVERRIDE, "0.0005")
+    monkeypatch.setattr("creak.studies.advise.memory.held_bytes", lambda: 0.0)
+    monkeypatch.setattr("creak.linalg.factor.require", lambda *_: None)
+    advice = look(setup, lambda *_: None)
+    said = next(w for w in advice.choice.warnings if w.startswith("memory"))
+    assert "0.0005 GB are free: lower f_max" in said
+    data = as_dict(advice)["memory"]
+    assert data["run_gb"] == max(s["gb"] for s in data["stages"]) >= data["reduce_gb"] > data["free_gb"]
