@@ -13,11 +13,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from fuzz_decks import Tally, fuzz
 from fuzz_files import fuzz_files
 
-KINDS = ("abaqus", "nastran", "study", "files")
+KINDS = ("abaqus", "nastran", "study", "sweep", "files")
 
 
 def main() -> None:
-    """Damage `count` files, 3 in 10 Abaqus, Nastran and stored files each, 1 in 10 studies; exit 1 on a fault."""
+    """Damage `count` files: 3 in 10 Abaqus, Nastran, stored ones each, 1 in 20 studies, sweeps; exit 1 on a fault."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.fuzz")
     parser.add_argument("--count", type=int, default=10000, help="files in all")
     parser.add_argument("--first", type=int, default=0, help="first seed")
@@ -35,7 +35,8 @@ def main() -> None:
 
 def _shares(count: int) -> dict[str, int]:
     deck = 3 * count // 10
-    return {"abaqus": deck, "nastran": deck, "files": deck, "study": count - 3 * deck}
+    sweep = (count - 3 * deck) // 2
+    return {"abaqus": deck, "nastran": deck, "files": deck, "sweep": sweep, "study": count - 3 * deck - sweep}
 
 
 def _show(kind: str, count: int, tally: Tally, seconds: float) -> None:

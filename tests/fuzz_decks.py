@@ -29,12 +29,14 @@ from creak.cli.main import main
 from creak.errors import InputError, NumericalError
 from creak.formats.abaqus.reader import read_deck, read_deck_run
 from creak.formats.abaqus.writer import write_deck
-from creak.formats.nastran.reader import read_nastran
+from creak.formats.nastran.reader import read_nastran, read_nastran_run
 from creak.model.mesh import Model
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.excitation import period_of
 from creak.studies.prepare.setup import set_up
-from fuzz_samples import ABAQUS, NASTRAN, STRIPS, STUDIES
+from creak.studies.sweep.cases import checked, variants
+from creak.studies.sweep.file import read_sweep
+from fuzz_samples import ABAQUS, NASTRAN, STRIPS, STUDIES, SWEEPS
 
 LIMIT = 5.0
 """s"""
@@ -224,8 +226,11 @@ class Tally:
 
 
 def samples(kind: str) -> list[str]:
-    """The good files that are damaged: of abaqus, nastran or study."""
-    return {"abaqus": ABAQUS, "nastran": NASTRAN, "study": STUDIES}[kind]
+    """The good files that are damaged: of abaqus, nastran, study or sweep."""
+    return {"abaqus": ABAQUS, "nastran": NASTRAN, "study": STUDIES, "sweep": SWEEPS}[kind]
+
+
+FILES = {"abaqus": "deck.inp", "nastran": "deck.bdf", "study": "study.toml", "sweep": "sweep.toml"}
 
 
 def fuzz(kind: str, first: int, count: int) -> Tally:
@@ -234,6 +239,7 @@ def fuzz(kind: str, first: int, count: int) -> Tally:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "strips.inp").write_text(STRIPS, encoding="utf-8")
+        (folder / "study.toml").write_text(STUDIES[0], encoding="utf-8")
         for ending, word in (("inp", "*INCLUDE, INPUT="), ("bdf", "INCLUDE ")):
             (folder / f"deck2.{ending}").write_text(2 * f"{word}deck2.{ending}\n")
         for seed in range(first, first + count):
@@ -244,11 +250,11 @@ def fuzz(kind: str, first: int, count: int) -> Tally:
 def one(kind: str, seed: int, folder: Path, tally: Tally) -> None:
     """Damage and read one file."""
     rng = random.Random(f"{kind} {seed}")
-    path = folder / {"abaqus": "deck.inp", "nastran": "deck.bdf", "study": "study.toml"}[kind]
+    path = folder / FILES[kind]
     path.write_bytes(damaged(rng, rng.choice(samples(kind))))
     start = time.perf_counter()
     end = guarded(kind, seed, path, tally)
-    if kind != "study" and seed % EVERY == 0:
+    if kind in ("abaqus", "nastran") and seed % EVERY == 0:
         _through_the_command(kind, seed, path, end, tally)
     tally.add(end, time.perf_counter() - start)
 
@@ -265,7 +271,7 @@ def guarded(kind: str, seed: int, path: Path, tally: Tally) -> str:
             tally.faults.append(f"{kind} {seed}: the message is {text!r}")
         return (
             "InputError"
-            if path.name in text or "strips.inp" in text or kind in ("study", "files")
+            if path.name in text or "strips.inp" in text or kind in ("study", "sweep", "files")
             else "InputError without a place"
         )
     except NumericalError:
@@ -303,10 +309,28 @@ def _read_study(path: Path) -> str:
     return "study"
 
 
+def _read_nastran(path: Path) -> str:
+    model = read_nastran(path)
+    for loads in model.static_loads.values():
+        assert all(np.isfinite(f.value) for f in loads.forces)
+    if path.read_bytes().startswith(b"SOL 109"):
+        with contextlib.suppress(InputError):
+            read_nastran_run(path)
+    return assembled(model)
+
+
+def _read_sweep(path: Path) -> str:
+    sweep = read_sweep(path)
+    for variant in variants(sweep)[:20]:
+        checked(sweep, variant)
+    return "sweep"
+
+
 READERS: dict[str, Callable[[Path], str]] = {
     "abaqus": _read_abaqus,
-    "nastran": lambda path: assembled(read_nastran(path)),
+    "nastran": _read_nastran,
     "study": _read_study,
+    "sweep": _read_sweep,
 }
 
 

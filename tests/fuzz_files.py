@@ -12,10 +12,13 @@ import numpy as np
 
 from creak.formats.histories import read_histories
 from creak.formats.matrices.superelements import FORMATS, read_superelement, write_superelement
+from creak.formats.measured import is_measured, read_channels
 from creak.formats.superelement_file import SavedSuperelement, read_superelement_file, write_superelement_file
+from creak.formats.uff import DISPLACEMENT, Function, write_functions
 from creak.studies.file.tables import read_table
 from fuzz_decks import READERS, VALUES, Tally, guarded
 from helpers_matrices import random_superelement
+from helpers_rpc3 import COURSES, TIME, rpc3
 from helpers_stored import resealed, write_small_results
 
 WORDS = [*(v.encode() for v in VALUES), b"\0", b"\xff" * 8, b"9" * 5000, b"x" * 140_000, b"1e308", b'"', b"=1+1"]
@@ -66,7 +69,10 @@ def write_good(folder: Path) -> list[list[Path]]:
     write_superelement_file(superelement, saved)
     write_small_results(results)
     table.write_text("time,value\n" + "".join(f"{k / 10},{k}\n" for k in range(30)))
-    return [*found, [superelement], [results], [table]]
+    road, bench = folder / "road.rsp", folder / "bench.unv"
+    road.write_bytes(rpc3())
+    write_functions(bench, TIME, [Function("A", 17, 3, DISPLACEMENT, "Displacement", "mm", COURSES["Acc_X"])])
+    return [*found, [superelement], [results], [table], [road], [bench]]
 
 
 def damage(rng: random.Random, path: Path) -> None:
@@ -96,6 +102,8 @@ def _read(path: Path) -> str:
         read_histories(path)
     elif path.suffix == ".h5":
         read_superelement_file(path)
+    elif is_measured(path):
+        read_channels(path)
     elif path.name == "table.csv":
         read_table(path, "table")
     else:

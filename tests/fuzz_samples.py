@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fuzz_more_samples import FASTENED, LAYERS, OPTISTRUCT, STARTED, SWEEP
 from helpers_decks import STUDY, two_strips
 from helpers_dynamic_decks import stop_deck
 from helpers_same_model import abaqus_deck, mesh, nastran_deck
@@ -420,6 +421,7 @@ enabled = false
 modal = 0.01
 """
 
-ABAQUS = [INSTANCES, SOLIDS, abaqus_deck(mesh()), STRIPS, stop_deck()]
-NASTRAN = [CARDS, CARDS, FIXED_FIELD, nastran_deck(mesh())]
+ABAQUS = [INSTANCES, SOLIDS, abaqus_deck(mesh()), STRIPS, stop_deck(), LAYERS, FASTENED]
+NASTRAN = [CARDS, CARDS, FIXED_FIELD, nastran_deck(mesh()), STARTED, OPTISTRUCT]
 STUDIES = [STUDY, REDUCED]
+SWEEPS = [SWEEP]

@@ -97,6 +97,7 @@ def test_a_finished_sweep_needs_no_workers(tmp_path, monkeypatch, capsys):
     assert "1 of 1 cases have results, 1 from before" in capsys.readouterr().out
     assert rows_of(out)["seed=5"]["status"] == "done"
     assert (out / "sweep.h5").exists()
+    assert (out / "sweep.html").exists()
 
 
 def test_the_command_line_starts_without_dask():

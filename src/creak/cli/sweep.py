@@ -51,7 +51,8 @@ def sweep(
 ) -> None:
     """Run every case of a sweep: a folder each, all figures in sweep.csv and sweep.h5.
 
-    A case that has its result is not run again: after a stop the same command goes on.
+    It ends with a table, and with a page, sweep.html, that leads to the reports of the cases. A case that has its
+    result is not run again: after a stop the same command goes on.
 
     Example: creak sweep door_sweep.toml --workers 2
     """
@@ -65,7 +66,7 @@ def sweep(
     read = read_sweep(sweep_file)
     folder = out if out is not None else sweep_file.parent / f"{sweep_file.stem}_sweep"
     writable_folder(folder)
-    for name in ("sweep.csv", "sweep.h5"):
+    for name in ("sweep.csv", "sweep.h5", "sweep.html"):
         writable_file(folder / name, stream=False)
     cases = resolve(read, folder)
     output.detail(f"{len(cases)} cases of {read.base}; results in {folder}")
@@ -84,6 +85,7 @@ def sweep(
             raise Interrupted(
                 f"{progress.done} of {len(cases)} cases are finished, the same command goes on from there"
             ) from None
+    _show(output, read, rows, folder, reports)
     _finish(output, rows, folder, len(known))
 
 
@@ -136,6 +138,20 @@ def _list(output: Output, cases: Sequence[Case], known: dict[str, Outcome]) -> N
     output.result({"cases": [{"case": name, "status": word} for name, word in status.items()]})
 
 
+def _show(output: Output, read: Any, rows: Sequence[Row], folder: Path, reports: bool) -> None:
+    """The table on the terminal and, with reports, the page."""
+    output.wrote(folder / "sweep.csv", folder / "sweep.h5")
+    if not reports:
+        return
+    from creak.report.sweep_page import MOST, sweep_rows, write_sweep_page
+
+    write_sweep_page(read.config.title or read.path.name, rows, folder / "sweep.html")
+    output.wrote(folder / "sweep.html")
+    output.table("Cases", sweep_rows(rows)[: MOST + 1])
+    if len(rows) > MOST:
+        output.say(f"and {len(rows) - MOST} more, in {folder / 'sweep.csv'}")
+
+
 def _finish(output: Output, rows: Sequence[Row], folder: Path, known: int) -> None:
     from creak.studies.sweep.case import DONE
     from creak.verify.reliability import UNRELIABLE
@@ -145,7 +161,6 @@ def _finish(output: Output, rows: Sequence[Row], folder: Path, known: int) -> No
     output.say(f"{len(rows) - len(failed)} of {len(rows)} cases have results, {known} from before")
     for r in doubtful:
         output.warn(f"{r.case.name} is unreliable: {r.outcome.error}")
-    output.wrote(folder / "sweep.csv", folder / "sweep.h5")
     output.tell_written()
     output.result(
         {

@@ -12,7 +12,7 @@ from fuzz_decks import Tally, damaged, fuzz, one, samples
 
 pytestmark = pytest.mark.once
 
-COUNTS = {"abaqus": 200, "nastran": 200, "study": 80}
+COUNTS = {"abaqus": 200, "nastran": 200, "study": 80, "sweep": 40}
 
 
 @pytest.mark.parametrize("kind", COUNTS)
@@ -21,7 +21,7 @@ def test_damaged_files_end_in_a_model_or_a_message(kind, measured):
     assert tally.faults == []
     assert sum(tally.ended.values()) == COUNTS[kind]
     assert tally.ended["InputError"] > COUNTS[kind] // 4
-    assert sum(n for end, n in tally.ended.items() if end.startswith(("model", "study"))) > COUNTS[kind] // 20
+    assert sum(n for end, n in tally.ended.items() if end.startswith(("model", "study", "sweep"))) > COUNTS[kind] // 20
     measured(
         "decks",
         f"files damaged at random, {kind}: of {COUNTS[kind]} those that end otherwise than in a model or a message",
@@ -34,10 +34,11 @@ def test_damaged_files_end_in_a_model_or_a_message(kind, measured):
 @pytest.mark.parametrize("kind", COUNTS)
 def test_the_files_themselves_are_good(kind, tmp_path):
     (tmp_path / "strips.inp").write_text(fuzz_decks.STRIPS, encoding="utf-8")
+    (tmp_path / "study.toml").write_text(fuzz_decks.STUDIES[0], encoding="utf-8")
     for text in samples(kind):
-        path = tmp_path / {"abaqus": "deck.inp", "nastran": "deck.bdf", "study": "study.toml"}[kind]
+        path = tmp_path / fuzz_decks.FILES[kind]
         path.write_text(text, encoding="utf-8")
-        assert fuzz_decks.READERS[kind](path) in ("model", "study")
+        assert fuzz_decks.READERS[kind](path) in ("model", "study", "sweep")
 
 
 def test_damage_follows_from_the_seed():

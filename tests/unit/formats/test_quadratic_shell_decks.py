@@ -200,3 +200,10 @@ def test_files_for_viewers_have_quadratic_cells():
     )
     assert [DESCRIPTORS[kind] for kind in ("quad8", "tri6")] == [95, 92], "thin shell, parabolic"
     assert [ORDER[kind] for kind in ("quad8", "tri6")] == [[0, 4, 1, 5, 2, 6, 3, 7], [0, 3, 1, 4, 2, 5]]
+
+
+def test_beams_whose_middle_node_stands_last_are_refused(tmp_path):
+    text = "*NODE\n1, 0, 0, 0\n2, 10, 0, 0\n3, 20, 0, 0\n*ELEMENT, TYPE=B32, ELSET=P\n7, 1, 3, 2\n"
+    (tmp_path / "a.inp").write_text(f"{text}*BEAM SECTION, SECTION=RECT, ELSET=P, MATERIAL=M\n1., 2.\n0, 1, 0\n{STEEL}")
+    with pytest.raises(InputError, match=r"element 7 \(B32\) goes back on itself: its second node is the one in the"):
+        read_model(tmp_path / "a.inp")

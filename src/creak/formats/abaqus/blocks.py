@@ -82,6 +82,9 @@ def _corners_only(own: Own, n_node: int) -> Own:
 def _check_geometry(block: ElementBlock, elements: Elements, rows: IntArray, coords: FloatArray) -> None:
     corner = coords[block.nodes_idx]
     if block.kind == "beam3":
+        halves = np.diff(corner, axis=1)
+        back = np.einsum("ni,ni->n", halves[:, 0], halves[:, 1]) < 0.0
+        _refuse(back, "goes back on itself: its second node is the one in the middle", elements, rows)
         for half in ([0, 1], [1, 2]):
             _check_geometry(replace(block, kind="beam2", nodes_idx=block.nodes_idx[:, half]), elements, rows, coords)
     elif block.kind in ("beam2", "truss2", "axial2"):

@@ -28,6 +28,8 @@ MODAL = {
 """Solutions of linear dynamics."""
 LINEAR = MODAL | {"", "101", "SESTATIC", "105"}
 """Linear solutions; a deck without SOL is taken for one."""
+BY_FREQUENCY = ("108", "111", "SEDFREQ", "SEMFREQ")
+"""Frequency responses, in which springs may depend on the frequency."""
 WORDS = {"YES": 1.0, "NO": -1.0}
 """Values of parameters that may be words."""
 DISCRETE = ("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "CVISC")

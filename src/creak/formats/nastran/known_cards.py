@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from creak.formats.deck.catalogue import Catalogue, Meaning, listed
-from creak.formats.nastran.deck import LINEAR, MODAL, Deck
+from creak.formats.nastran.deck import BY_FREQUENCY, LINEAR, MODAL, Deck
 
 _READ = {
     "": (
@@ -96,8 +96,6 @@ _CHANGES = {
 }
 
 
-BY_FREQUENCY = ("108", "111", "SEDFREQ", "SEMFREQ")
-"""Solutions in which springs may depend on the frequency."""
 _TABLES_OF = {"PBUSHT": "PBUSH", "PELAST": "PELAS", "PDAMPT": "PDAMP"}
 _DEPENDS = {
     "its meaning hangs on the analysis": (

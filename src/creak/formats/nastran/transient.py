@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.errors import InputError
 from creak.formats.nastran.bulk_data import Card
-from creak.formats.nastran.deck import Deck, referred, unique_cards
+from creak.formats.nastran.deck import BY_FREQUENCY, Deck, referred, unique_cards
 from creak.formats.nastran.gaps import read_gaps
 from creak.formats.nastran.load_sets import READ, LoadSet, load_set
 from creak.formats.nastran.static_loads import CARDS as OF_STATIC
@@ -74,11 +74,14 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
     case = deck.case
     if case.solution not in SOLUTIONS:
         what = f"SOL {case.solution}" if case.solution else "no SOL line"
+        fix = "Write a study that names the deck in [model]."
+        if case.solution in BY_FREQUENCY:
+            fix = "creak computes in time: `creak modes` finds the modes of a frequency response; " + fix
         raise InputError(
             f"the deck has {what}; creak runs SOL 109, SOL 112 and SOL 129 by themselves",
             where=case.where,
             expected="SOL 109, 112 or 129, or a study file (.toml)",
-            fix="Write a study that names the deck in [model].",
+            fix=fix,
         )
     if SOLUTIONS[case.solution] == "nonlinear":
         why = "the run is linear but for its gaps: small motion, elastic materials"

@@ -165,6 +165,7 @@ def test_gaps_of_several_directions_and_by_a_system(tmp_path):
 
 REFUSED = {
     "another solution": (BULK, "", "103", "SOL 103"),
+    "frequency response": (BULK, "", "111", "SOL 111.*`creak modes` finds the modes of a frequency response"),
     "no such TSTEP": (BULK.replace("TSTEP,5", "TSTEP,6"), "", "109", "TSTEP = 5"),
     "two lengths": (BULK.replace("1.-3\n", "1.-3\n,,20,1.-4\n"), "", "109", "0.0001, 0.001"),
     "no such load": (BULK, "DLOAD = 7\n", "109", "dynamic load 7"),

@@ -1,0 +1,97 @@
+"""The cases of a sweep, as rows for terminal and page, and as one HTML file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from markupsafe import Markup
+
+from creak.formats.complete_file import write_text
+from creak.model.units import UNITS
+from creak.report.tables import Table
+from creak.report.templates import page_templates
+from creak.report.text import NONE, number, plural
+from creak.studies.sweep.figures import RUNS, unit_of
+from creak.studies.sweep.table import Row
+from creak.version import version
+
+FILES = Path(__file__).parent
+FIGURES = {"events": "events", "max_force": "largest force", "impulse_total": "impulse"}
+"""Of a run -> their names."""
+MOST = 40
+"""Rows in the terminal."""
+
+
+def write_sweep_page(title: str, rows: Sequence[Row], path: Path) -> None:
+    """Write the page as one self-contained HTML file, with links to the cases; it appears whole or not at all."""
+    head, *cells = sweep_rows(rows)
+    linked = [[_linked(row), *line[1:]] for row, line in zip(rows, cells, strict=True)]
+    text = (
+        page_templates("creak.report")
+        .get_template("sweep.html.j2")
+        .render(
+            version=version(),
+            title=title,
+            sentence=sentence(rows),
+            cases=Table(head, linked, text_columns=1 + len(rows[0].case.changes)),
+            errors=[f"{r.case.name}: {r.outcome.error}" for r in rows if r.outcome.error],
+            css=Markup((FILES / "report.css").read_text(encoding="utf-8")),
+        )
+    )
+    write_text(path, text)
+
+
+def sweep_rows(rows: Sequence[Row]) -> list[list[str]]:
+    """Header, and of each case its name, what it changes, how it ended and the figures of its run."""
+    run = next((r for r in RUNS if any(f"{r}.events" in row.outcome.record for row in rows)), RUNS[0])
+    units = next((row.outcome.record["units"] for row in rows if "units" in row.outcome.record), None)
+    keys = list(rows[0].case.changes)
+    short = [key.rpartition(".")[2] for key in keys]
+    names = [s if short.count(s) == 1 else key for s, key in zip(short, keys, strict=True)]
+    figures = [_with_unit(name, unit_of(key, units)) for key, name in FIGURES.items()]
+    seeded = any(row.case.seed is not None for row in rows) and len({row.case.seed for row in rows}) > 1
+    fitted = any(row.outcome.record.get("nrmse_all") is not None for row in rows)
+    head = ["case", *names, *["seed"] * seeded, "status", *figures, *["fit"] * fitted]
+    out = [head]
+    for row in rows:
+        record = row.outcome.record
+        cells = [row.case.name, *(_shown(row.case.changes[key]) for key in keys)]
+        cells += [_shown(row.case.seed)] * seeded
+        cells += [row.outcome.status, *(number(record.get(f"{run}.{key}")) for key in FIGURES)]
+        out.append([*cells, *[number(record.get("nrmse_all"))] * fitted])
+    return out
+
+
+def sentence(rows: Sequence[Row]) -> str:
+    """How many cases there are, and which is the quietest and the hardest."""
+    said = f"{plural(len(rows), 'case')}"
+    for run in RUNS:
+        known = [
+            (r.outcome.record[f"{run}.impulse_total"], r) for r in rows if f"{run}.impulse_total" in r.outcome.record
+        ]
+        known = [(value, r) for value, r in known if value is not None]
+        if len(known) > 1:
+            low, high = (choose(known, key=lambda pair: pair[0]) for choose in (min, max))
+            unit = UNITS[high[1].outcome.record["units"]].impulse
+            values = [f"{number(value)} {unit} ({r.case.name})" for value, r in (low, high)]
+            return f"{said}; impulse from {values[0]} to {values[1]}."
+    return f"{said}."
+
+
+def _linked(row: Row) -> Any:
+    if not row.outcome.record.get("case_wall_s"):
+        return row.case.name
+    return Markup('<a href="{}/report.html">{}</a>').format(quote(row.case.folder_name), row.case.name)
+
+
+def _with_unit(name: str, unit: str) -> str:
+    return f"{name}, {unit}" if unit else name
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return NONE
+    return f"{value:g}" if isinstance(value, float) else str(value)

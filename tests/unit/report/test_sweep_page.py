@@ -1,0 +1,46 @@
+"""The table and the page at the end of a sweep."""
+
+from __future__ import annotations
+
+import pytest
+
+from creak.report.sweep_page import sentence, sweep_rows, write_sweep_page
+from creak.studies.sweep.case import Outcome
+from creak.studies.sweep.cases import Case
+from creak.studies.sweep.table import Row
+
+
+def row(name: str, gap: float, impulse: float | None, status: str = "done", error: str = "") -> Row:
+    changes = {"contact.tip.clearance": gap, "contact.edge.clearance": 1.0, "reduction.f_max": 500}
+    case = Case(name, name, changes, None, "", "", "", None)
+    record = {"reduced.events": 3, "reduced.max_force": 2.5, "reduced.impulse_total": impulse, "units": "mm-t-s"}
+    record |= {"nrmse_all": 0.9987, "case_wall_s": 2.0}
+    return Row(case, Outcome(status, error, record if impulse is not None else {}))
+
+
+ROWS = [row("gap<.1>", 0.1, 0.5), row("b", 0.25, 2.0), row("c", 0.3, None, "failed", "it broke")]
+
+
+def test_rows_say_what_each_case_changes_and_how_it_ended():
+    head, *cells = sweep_rows(ROWS)
+    changed = ["contact.tip.clearance", "contact.edge.clearance", "f_max"]
+    assert head == ["case", *changed, "status", "events", "largest force, N", "impulse, N s", "fit"]
+    assert cells[0] == ["gap<.1>", "0.1", "1", "500", "done", "3", "2.500", "0.5000", "0.9987"]
+    assert cells[2][4] == "failed"
+    assert len(set(cells[2][5:])) == 1, "nothing is known of it"
+    assert sentence(ROWS) == "3 cases; impulse from 0.5000 N s (gap<.1>) to 2.000 N s (b)."
+
+
+def test_the_page_leads_to_the_cases_and_quotes_their_names(tmp_path):
+    write_sweep_page("A <b>sweep</b>", ROWS, tmp_path / "sweep.html")
+    text = (tmp_path / "sweep.html").read_text()
+    assert '<a href="gap%3C.1%3E/report.html">gap&lt;.1&gt;</a>' in text
+    assert "A &lt;b&gt;sweep&lt;/b&gt;" in text
+    assert "c: it broke" in text
+    assert 'href="c/report.html"' not in text, "it has no report"
+
+
+@pytest.mark.parametrize("seeds", [(1, 1, 1), (1, 2, 3)])
+def test_seeds_are_shown_where_they_differ(seeds):
+    rows = [Row(Case(r.case.name, "x", {}, s, "", "", "", None), r.outcome) for r, s in zip(ROWS, seeds, strict=True)]
+    assert ("seed" in sweep_rows(rows)[0]) == (len(set(seeds)) > 1)
