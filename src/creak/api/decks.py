@@ -63,7 +63,7 @@ def write_door(
 
     Parameters
     ----------
-    mesh_size : length of the elements' sides, mm, 3 to 40.
+    mesh_size : length of the elements' sides, mm, 2 to 40.
     coarsen : 1, 2 or 3 elements of the frame's flange merged into one along the contact line.
     load : A1 (no contact) to A4 (most contact).
     hook_play : play of the panel's hooks to either side, mm; None: they are rigid.

@@ -10,17 +10,21 @@ import typer
 from creak.cli.console import printable
 from creak.cli.details import setup_detail, tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, VERBOSE, Output
+from creak.errors import InputError
 from creak.words import duration, percent
 
 if TYPE_CHECKING:
     from creak.studies.advise.advice import Advice
     from creak.studies.advise.contact import StepAdvice
-    from creak.studies.advise.facts import Facts, Option
+    from creak.studies.advise.facts import Facts, Option, SoundCost
 
 
 def advise(
     study_file: Path = typer.Argument(..., metavar="STUDY.toml", help="The study to look at."),
     ignore: list[str] = IGNORE,
+    band: float | None = typer.Option(
+        None, "--band", metavar="HZ", help="Say what it takes that sound is believed up to this frequency."
+    ),
     quiet: bool = typer.Option(False, "--quiet", "-q", help="No progress; the lines of the study to change alone."),
     verbose: bool = VERBOSE,
     as_json: bool = AS_JSON,
@@ -33,12 +37,21 @@ def advise(
 
     Example: creak advise door/door.toml
     """
+    from creak.sound.forced import LOWEST
+    from creak.sound.rayleigh import HIGHEST
+    from creak.sound.zwicker_tables import RATE
     from creak.studies.advise.advice import advise as look
     from creak.studies.advise.advice import as_dict
     from creak.studies.file.reader import read_study
     from creak.studies.prepare.setup import set_up
     from creak.studies.warned import warnings_of
 
+    if band is not None and not LOWEST < band <= HIGHEST * RATE:
+        raise InputError(
+            f"a band that ends at {band:g} Hz",
+            where="--band",
+            expected=f"more than {LOWEST:g}, where hearing begins, up to {HIGHEST * RATE:g} Hz",
+        )
     told: set[str] = set()
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
@@ -46,7 +59,7 @@ def advise(
                 setup = set_up(read_study(study_file), ignore)
             setup_detail(output, setup)
             tell_warnings(output, setup.notes, told)
-            advice = look(setup, progress)
+            advice = look(setup, progress, band)
         _draw(output, advice)
         tell_notes(output, setup.notes, told)
         for text in advice.choice.warnings:
@@ -76,6 +89,8 @@ def _draw(output: Output, advice: Advice) -> None:
         rows = [STEP_HEAD, *(_step_row(s, s is choice.step) for s in facts.steps)]
         output.table("Time step (* advised)", rows, left=(0, len(STEP_HEAD) - 1))
     output.table("Memory of the study as it is (* peak)", _memory_rows(facts), left=(0, 2))
+    if facts.sound is not None:
+        output.table(f"Sound to {facts.sound.band:g} Hz", _sound_rows(facts.sound), left=(0, 1))
     for text in choice.because:
         output.say(f"- {text}")
 
@@ -104,6 +119,20 @@ def _part_rows(facts: Facts) -> list[list[str]]:
             ]
             for p in facts.sizes.parts
         ),
+    ]
+
+
+def _sound_rows(s: SoundCost) -> list[list[str]]:
+    o = s.option
+    mesh = "short enough" if s.finer <= 1.0 else f"{s.finer:.3g} times shorter, some {s.dof_times:.2g} times the dofs"
+    return [
+        ["", ""],
+        ["[reduction] f_max, twice that", f"{o.f_max:g} Hz"],
+        ["retained + modes, unknowns", f"{o.retained:,} + {o.modes:,}, {o.unknowns:,}"],
+        ["reduction on this mesh", duration(o.offline_s)],
+        ["a flight step", duration(o.step_s)],
+        ["this mesh is believed up to", f"{s.mesh:.4g} Hz"],
+        ["elements for that band", mesh],
     ]
 
 
@@ -180,7 +209,8 @@ def _step_row(s: StepAdvice, chosen: bool) -> list[str]:
 def _memory_rows(facts: Facts) -> list[list[str]]:
     taken = facts.memory
     peak = taken.run_peak
-    rows = [[f"{'* ' if s is peak else ''}{s.what}", f"{s.gb:.2g}", s.why] for s in (*taken.reduce, *taken.run)]
+    rows = [[f"{'* ' if s is peak else ''}{s.what}", f"{s.gb:.3g}", s.why] for s in taken.run]
+    rows.append(["creak reduce alone", f"{taken.reduce_peak.gb:.3g}", taken.reduce_peak.what])
     return [["", "GB", "of which"], *rows]
 
 

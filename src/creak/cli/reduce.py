@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
+from creak.cli.cluster import SCHEDULER, TLS_CA_FILE, TLS_CERT, TLS_KEY, check_cluster, checked_certificates
 from creak.cli.details import setup_detail, tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
 from creak.cli.run import changed_study
-from creak.errors import CreakError, InputError, suggest
+from creak.errors import CreakError, InputError, NumericalError, suggest
 
 if TYPE_CHECKING:
+    from creak.contact.gap_operator import GapOperator
     from creak.reduction.health import Health
     from creak.studies.file.reader import Study
     from creak.studies.models.reduced import ReducedModel
+    from creak.studies.models.reference import ReferenceModel
     from creak.studies.models.superelements import Reduced
     from creak.studies.prepare.setup import Setup
+    from creak.studies.tasks.cluster import Certificates
 
 
 def reduce(
@@ -36,6 +41,16 @@ def reduce(
     export: list[str] = typer.Option(
         [], "--export", help="Also write them as op4, dmig, abaqus, matrix-market or npz, into the same folder."
     ),
+    workers: int | None = typer.Option(
+        None,
+        "--workers",
+        min=1,
+        help="Reduce the parts in so many processes, which share the cores; default: in this one.",
+    ),
+    scheduler: str | None = SCHEDULER,
+    tls_ca_file: Path | None = TLS_CA_FILE,
+    tls_cert: Path | None = TLS_CERT,
+    tls_key: Path | None = TLS_KEY,
     ignore: list[str] = IGNORE,
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,
@@ -44,7 +59,7 @@ def reduce(
     """Reduce the parts of a study and save them; parts that did not change since the last time are kept.
 
     Each part is saved as soon as it is reduced: after Ctrl-C, a kill or a part that cannot be reduced, the same
-    command goes on from there.
+    command goes on from there. Workers, here or on a cluster, save into the same folder.
 
     Example: creak reduce door/door.toml --export op4
     """
@@ -52,6 +67,7 @@ def reduce(
     from creak.studies.models.superelements import store_of
     from creak.studies.prepare.setup import set_up
 
+    certificates = checked_certificates(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
     _check_formats(export)
     study = changed_study(study_file, changes) if changes else read_study(study_file)
     _check_method(study)
@@ -59,12 +75,14 @@ def reduce(
     writable_folder(folder)
     told: set[str] = set()
     with Output(quiet, verbose, as_json) as output:
+        check_cluster(scheduler, output)
         with output.progress as progress:
             with progress.phase("read the model and find the contacts"):
                 setup = set_up(study, ignore)
             setup_detail(output, setup)
             tell_warnings(output, setup.notes, told)
-            model, checks, notes = _reduced(setup, folder, output)
+            distribution = Distribution(workers, scheduler, certificates, tuple(ignore))
+            model, checks, notes = _reduced(setup, folder, output, distribution)
             _export(setup, model, folder, export, output)
         tell_notes(output, [*setup.notes, *notes, *model.notes], told)
         for r in model.superelements:
@@ -96,7 +114,19 @@ def _check_method(study: Study) -> None:
         )
 
 
-def _reduced(setup: Setup, folder: Path, output: Output) -> tuple[ReducedModel, dict[str, Health], list[str]]:
+@dataclass(frozen=True)
+class Distribution:
+    """Where the parts are reduced; in this process where nothing is said."""
+
+    workers: int | None = None
+    scheduler: str | None = None
+    certificates: Certificates | None = None
+    ignore: tuple[str, ...] = ()
+
+
+def _reduced(
+    setup: Setup, folder: Path, output: Output, distribution: Distribution = Distribution()
+) -> tuple[ReducedModel, dict[str, Health], list[str]]:
     """The superelements, their health, and notes.
 
     Each is checked and saved as soon as it is made: what stops the command later does not cost it.
@@ -109,23 +139,78 @@ def _reduced(setup: Setup, folder: Path, output: Output) -> tuple[ReducedModel, 
     checks: dict[str, Health] = {}
 
     def made(reduced: Reduced) -> None:
-        about: dict[str, Any] = {"deck": str(setup.model.source)}
+        name, about = reduced.system.name, dict[str, Any](deck=str(setup.model.source))
         try:
-            output.progress(f"{reduced.system.name}: check", 0, 1)
-            checks[reduced.system.name] = check(setup, reduced)
-            output.progress(f"{reduced.system.name}: check", 1, 1)
-            about["health"] = checks[reduced.system.name].as_dict()
+            if name not in checks:
+                output.progress(f"{name}: check", 0, 1)
+                checks[name] = check(setup, reduced)
+                output.progress(f"{name}: check", 1, 1)
+            about["health"] = checks[name].as_dict()
         finally:
             if not reduced.reused:
                 output.wrote(save_superelement(folder, reduced, setup.model, about))
 
     setup, reference, gaps, notes = ready(setup, output.progress)
     try:
-        return reduce_model(setup, reference, gaps, output.progress, folder, made), checks, notes
+        fresh = set[str]()
+        if distribution.workers is not None or distribution.scheduler is not None:
+            found = _elsewhere(setup, reference, gaps, folder, output, distribution)
+            fresh, checks = set(found), checks | found
+        return _told(reduce_model(setup, reference, gaps, output.progress, folder, made), fresh), checks, notes
     except CreakError:
         if checks:
             output.warn(f"saved: {', '.join(checks)}. The same command goes on from there")
         raise
+
+
+def _told(model: ReducedModel, fresh: set[str]) -> ReducedModel:
+    """The model, whose parts that workers have just saved do not count as taken from before."""
+    parts = tuple(replace(r, reused=r.reused and r.system.name not in fresh) for r in model.superelements)
+    taken = tuple(f"superelement {name}: taken from" for name in fresh)
+    return replace(model, superelements=parts, notes=[n for n in model.notes if not n.startswith(taken)])
+
+
+def _elsewhere(
+    setup: Setup,
+    reference: ReferenceModel,
+    gaps: GapOperator,
+    folder: Path,
+    output: Output,
+    distribution: Distribution,
+) -> dict[str, Health]:
+    """The health of the parts that workers reduced and saved.
+
+    Raises
+    ------
+    NumericalError : a part could not be reduced; the others are saved.
+    """
+    from creak.studies.models.part_jobs import part_jobs
+    from creak.studies.tasks.cluster import Certificates, running_cluster
+    from creak.studies.tasks.workers import local_workers
+
+    jobs = part_jobs(setup, reference, gaps, folder, distribution.ignore)
+    if not jobs:
+        return {}
+    checks: dict[str, Health] = {}
+    failed: dict[str, str] = {}
+    address, given = distribution.scheduler, distribution.certificates or Certificates()
+    count = min(distribution.workers or 1, len(jobs))
+    output.progress("reduce the parts in workers", 0, len(jobs))
+    with running_cluster(address, given) if address is not None else local_workers(count) as runner:
+        for done, (name, saved) in enumerate(runner(jobs), start=1):
+            output.progress("reduce the parts in workers", done, len(jobs))
+            if saved.error:
+                failed[name] = saved.error
+            if saved.health is not None:
+                checks[name] = saved.health
+            if saved.path is not None:
+                output.wrote(saved.path)
+    if failed:
+        if checks:
+            output.warn(f"saved: {', '.join(checks)}. The same command goes on from there")
+        lines = [f"  {name}: {error}" for name, error in failed.items()]
+        raise NumericalError("\n".join([f"{len(failed)} of {len(jobs)} parts could not be reduced", *lines]))
+    return checks
 
 
 def _export(setup: Setup, model: ReducedModel, folder: Path, export: Sequence[str], output: Output) -> None:

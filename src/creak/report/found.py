@@ -16,7 +16,7 @@ from creak.dynamics.history import History
 from creak.model.dofs import nodes_of
 from creak.model.plain_mesh import PlainMesh, plain_mesh
 from creak.reduction.health import health_rows
-from creak.report.motions import Motions, recorded_motions
+from creak.report.motions import ModeShapes, Motions, mode_shapes, recorded_motions
 from creak.report.provenance import provenance
 from creak.report.surface import Surface, surface_of
 from creak.sound.zwicker_tables import RATE
@@ -174,6 +174,8 @@ class Found:
     """E-lines in the main run and without contact; None: there are none."""
     sound: FoundSound | None = None
     """What is heard; None: nothing was."""
+    mode_shapes: ModeShapes | None = None
+    """Of the unreduced model; None: there are none to draw."""
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -219,6 +221,9 @@ def found_of(
         result.stopped,
         result.elines,
         _sound(sound),
+        mode_shapes(result.reference.system, result.reference.modes, setup.model.nodes.count, surface)
+        if animation_bytes > 0
+        else None,
     )
 
 

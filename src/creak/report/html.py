@@ -20,7 +20,7 @@ from creak.report.convergence import convergence_parts
 from creak.report.eline_figure import eline_figure
 from creak.report.eline_rows import eline_table, eline_words
 from creak.report.event_csv import event_csv
-from creak.report.found import Found, FoundRun, found_of
+from creak.report.found import Found, found_of
 from creak.report.picture import Loaded, contact_picture, data_uri, model_picture, standard_marks
 from creak.report.place_rows import place_parts
 from creak.report.sound_parts import loudness_figure
@@ -51,7 +51,7 @@ SECTIONS = {
     "provenance": "Provenance",
 }
 FILES = Path(__file__).parent
-SCRIPTS = ("viewer.js", "report.js")
+SCRIPTS = ("shaders.js", "viewer.js", "report.js")
 
 
 @dataclass(frozen=True)
@@ -240,7 +240,8 @@ def _contact_picture(result: Found, units: Units) -> Picture:
     run = main_run(result.runs)
     if run is None or result.gaps.m == 0:
         return Picture("", "No contact picture: there is no channel that can close.")
-    loaded = _impulses(result, run, units)
+    nodes, total = scene.node_impulses(result, run, (-np.inf, np.inf))
+    loaded = Loaded(nodes, total, f"impulse, {units.impulse}", units.impulse)
     if not loaded.values.any():
         return Picture("", "No contact picture: nothing touched during the run.")
     png = contact_picture(result.setup.model, loaded, outward(result.setup.contacts, result.setup.model.nodes.coords))
@@ -248,10 +249,3 @@ def _contact_picture(result: Found, units: Units) -> Picture:
         return Picture("", "No contact picture: the model has no extent to draw.")
     who = "reduced" if run.name == "reduced" else "unreduced"
     return Picture(data_uri(png), f"Where contact happened: impulse at each contact node over the whole {who} run.")
-
-
-def _impulses(result: Found, run: FoundRun, units: Units) -> Loaded:
-    nodes, row = np.unique(result.gaps.nodes_idx, return_inverse=True)
-    impulse = run.history.weights @ run.history.force
-    total = np.bincount(row, impulse, nodes.size).astype(np.float64)
-    return Loaded(nodes, total, f"impulse, {units.impulse}", units.impulse)

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.recovery import by_node, recovered
+from creak.assembly.system import System
+from creak.linalg.modes import Modes
 from creak.model.dofs import nodes_of
 from creak.report.surface import Surface
 from creak.studies.run.job import Run
@@ -19,6 +21,10 @@ from creak.verify.events import Event
 MOST_ANIMATIONS = 8
 LIMIT = 32767
 """Largest 16-bit number."""
+MOST_MODES, MODE_BYTES = 8, 2_000_000
+"""Mode shapes of a report, and characters that they may take."""
+RIGID = 1e-4
+"""Of the highest frequency computed, below which a mode is rigid motion."""
 LEFT_OUT = 0.01
 """Share of the largest displacement that the shapes of an animation may leave out anywhere."""
 ShortArray = NDArray[np.int16]
@@ -81,6 +87,36 @@ def recorded_motions(run: Run | None, n_node: int, surface: Surface | None, budg
             break
         shown.append(one)
     return Motions(tuple(shown), len(recording.motions), budget, still)
+
+
+@dataclass(frozen=True)
+class ModeShapes:
+    """The first elastic modes of the unreduced model on the nodes that are drawn."""
+
+    frequency: FloatArray
+    """(k,) Hz"""
+    shapes: ShortArray
+    """(k, 3 n) x, y, z of each node of the surface in turn, 16-bit shares of the largest."""
+
+
+def mode_shapes(system: System, modes: Modes, n_node: int, surface: Surface | None) -> ModeShapes | None:
+    """As many as `MOST_MODES`, and as fit into `MODE_BYTES` of a report; None: there are none, or nothing is drawn."""
+    if surface is None:
+        return None
+    elastic = np.flatnonzero(modes.frequencies > RIGID * modes.frequencies.max(initial=0.0))
+    most = min(MOST_MODES, MODE_BYTES // base64_size(6 * surface.nodes_idx.size))
+    chosen = elastic[:most]
+    if not chosen.size:
+        return None
+    still = np.zeros((system.supports.count, chosen.size))
+    u = [
+        by_node(x, system.labels, n_node)[:, surface.nodes_idx]
+        for _, x in recovered(system, np.asarray(modes.shapes[:, chosen]), still, block=4)
+    ]
+    flat = np.concatenate(u).reshape(chosen.size, -1)
+    largest = np.abs(flat).max(axis=1, keepdims=True)
+    shapes = np.round(flat * (LIMIT / np.where(largest > 0.0, largest, 1.0))).astype(np.int16)
+    return ModeShapes(modes.frequencies[chosen], shapes)
 
 
 def base64_size(size: int) -> int:

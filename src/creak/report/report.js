@@ -221,15 +221,41 @@ function buttons(host, view) {
   const marks = { contact: ["contact nodes", "#ffffff"], held: ["held", "#1b1f24"], driven: ["driven", "#009e73"] };
   Object.keys(scene().marks).forEach(name => make(marks[name][0], true, marks[name][1], toggle("marks:" + name)));
   make("edges", true, "", on => { view.edges = on; });
+  section(box, view);
   for (const [text, act] of [["front", () => view.front()], ["reset", () => view.reset()]]) {
     const b = document.createElement("button");
     b.type = "button"; b.className = "chip plain"; b.textContent = text; b.addEventListener("click", act); box.append(b);
   }
 }
 
+function short(value, digits) { return Number(value.toPrecision(digits)); }
+function scale(kind, most, unit) { return `<p><i class="${kind}"></i><span>0</span><span>${most} ${unit}</span></p>`; }
+
+// A section through the model: an axis, and how far along it.
+function section(box, view) {
+  const label = Object.assign(document.createElement("label"), { className: "chip", textContent: "section " });
+  const axis = document.createElement("select"), far = Object.assign(document.createElement("input"),
+    { type: "range", min: 0, max: 1, step: 0.005, value: 0.5, hidden: true });
+  ["none", "x", "y", "z"].forEach(name => axis.append(new Option(name, name)));
+  far.setAttribute("aria-label", "place of the section");
+  const cut = () => {
+    const k = ["x", "y", "z"].indexOf(axis.value);
+    far.hidden = k < 0; view.cut = k < 0 ? null : [k, Number(far.value)];
+    view.draw();
+  };
+  axis.addEventListener("change", cut); far.addEventListener("input", cut);
+  label.append(axis, far); box.append(label);
+}
+
 const overview = document.getElementById("view-places");
 if (overview) {
-  const begin = () => { views.places = viewer(overview, { label: "Model with the rattling places; arrow keys turn it, plus and minus zoom" }); };
+  const told = row => views.places && views.places.impulses.has(row) ? `, impulse ${short(views.places.impulses.get(row), 2)} ${overview.dataset.impulse}` : "";
+  const begin = () => {
+    views.places = viewer(overview, { label: "Model with the rattling places; arrow keys turn it, plus and minus zoom", told });
+    if (!views.places || !scene().impulse) return;
+    overview.append(Object.assign(document.createElement("div"), { className: "legend",
+      innerHTML: "impulse of a contact node" + scale("pressed", short(scene().impulse.largest, 3), overview.dataset.impulse) }));
+  };
   later(overview, () => requestAnimationFrame(() => setTimeout(begin, 0)));
   all("#places tr[data-place]").forEach(row => {
     const number = Number(row.dataset.place), say = on => () => views.places && views.places.look(on ? number : null);
@@ -240,10 +266,28 @@ if (overview) {
 const stage = document.getElementById("view-motion");
 if (stage) later(stage, () => setTimeout(player, 0));
 function player() {
-  const view = views.motion = viewer(stage, { label: "Motion around an event; arrow keys turn it, plus and minus zoom" });
+  const told = row => {
+    const a = view.animation, u = Math.hypot(...view.moved(row)) / view.exaggeration;
+    const k = Math.min(Math.round(view.frame), a.time.length - 1), j = a.nodes.indexOf(row);
+    const force = j < 0 ? "" : `, ${short(a.few[k * a.nodes.length + j] / 255 * a.peak, 2)} ${stage.dataset.force}`;
+    return a.mode ? `, ${short(100 * u / a.largest, 2)} % of the largest` : `, moved ${short(u, 3)} ${stage.dataset.length}${force}`;
+  };
+  const view = views.motion = viewer(stage, { label: "Motion of the model; arrow keys turn it, plus and minus zoom", told });
   if (!view) return;
+  const legend = stage.appendChild(Object.assign(document.createElement("div"), { className: "legend" }));
+  const tint = Object.assign(document.createElement("button"), { type: "button", className: "chip", textContent: "colour by displacement" });
+  tint.setAttribute("aria-pressed", "false");
+  tint.addEventListener("click", () => {
+    view.tinted = !view.tinted; tint.setAttribute("aria-pressed", view.tinted); explain(); view.draw();
+  });
+  document.getElementById(stage.dataset.parts).append(tint);
+  const explain = () => {
+    const a = view.animation, moved = a.mode ? ["100", "% of the largest"] : [short(a.largest, 3), stage.dataset.length];
+    legend.innerHTML = (view.tinted ? "displacement" + scale("moved", ...moved) : "")
+      + (a.mode ? "" : "contact force" + scale("pressed", short(a.peak, 3), stage.dataset.force));
+  };
   const motions = read("motions"), $ = id => document.getElementById(id);
-  const play = $("play"), slider = $("frame"), counter = $("frame-counter"), much = $("exaggeration"), told = $("exaggeration-told");
+  const play = $("play"), slider = $("frame"), counter = $("frame-counter"), much = $("exaggeration"), enlarged = $("exaggeration-told");
   let playing = false, last = 0;
   const size = view.radius;
   const show = () => {
@@ -252,13 +296,14 @@ function player() {
     const k = Math.min(Math.round(view.frame), a.time.length - 1), n = a.nodes.length;
     let force = 0;
     for (let j = 0; j < n; j++) force = Math.max(force, a.few[k * n + j]);
-    counter.textContent = `frame ${i + 1} of ${a.time.length}: ${a.time[i].toFixed(4)} s, largest contact force ${Number((force / 255 * a.peak).toPrecision(2))} ${stage.dataset.force}`;
-    if (wires.force) cursor(a.time[i]);
+    counter.textContent = a.mode ? `${a.label}: one period, size at will`
+      : `frame ${i + 1} of ${a.time.length}: ${a.time[i].toFixed(4)} s, largest contact force ${short(force / 255 * a.peak, 2)} ${stage.dataset.force}`;
+    if (wires.force && !a.mode) cursor(a.time[i]);
     view.draw();
   };
   const enlarge = () => {
     view.exaggeration = Math.pow(10, Number(much.value));
-    told.textContent = `${Number(view.exaggeration.toPrecision(2))} times`;
+    enlarged.textContent = `${short(view.exaggeration, 2)} times`;
     view.draw();
   };
   const choose = k => {
@@ -267,7 +312,7 @@ function player() {
     slider.max = a.time.length - 1;
     much.value = Math.max(0, Math.min(Number(much.max), Math.log10(0.08 * size / a.largest)));
     view.frame = Math.max(0, a.time.findIndex(t => t >= a.touch));
-    enlarge(); show();
+    explain(); enlarge(); show();
   };
   const tick = now => {
     if (!playing) return;

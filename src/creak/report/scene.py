@@ -19,10 +19,13 @@ from creak.report.view import front, outward
 from creak.studies.results.places import Place, place_of
 from creak.studies.run.compared import main_run
 
+MODE_SIZE, MODE_FRAMES = 0.05, 24
+"""Largest displacement of a mode over the size of the model, and frames of its period."""
+
 
 @dataclass(frozen=True)
 class Animations:
-    """The motions that go into a report, ready for JSON, and what to say about them."""
+    """The motions that go into a report, those around events first, ready for JSON, and what to say about them."""
 
     shown: list[dict[str, Any]]
     size: int
@@ -30,7 +33,7 @@ class Animations:
     words: str
     """How much there is, or why nothing."""
     spans: tuple[tuple[float, float], ...] = ()
-    """First and last instant of each, s."""
+    """First and last instant of each motion around an event, s."""
 
 
 def scene(result: Found) -> dict[str, Any] | None:
@@ -46,12 +49,14 @@ def scene(result: Found) -> dict[str, Any] | None:
         "centre": centre.tolist(),
         "scale": scale,
         "count": surface.nodes_idx.size,
+        "ids": _text(setup.model.nodes.ids[surface.nodes_idx].astype(np.int32)),
         "triangles": _text(surface.triangles.astype(np.uint32)),
         "edges": _text(surface.edges.astype(np.uint32)),
         "parts": [_part(result, row) for row in surface.parts.tolist()],
         "view": front(xyz, outward(setup.contacts, xyz)).matrix.T.tolist(),
         "marks": {name: surface.rows(nodes).tolist() for name, nodes in marks.items() if nodes.size},
         "places": [_place(p, surface) for p in result.places],
+        "impulse": _impulses(result, surface),
     }
 
 
@@ -60,9 +65,9 @@ def animations(result: Found, units: Units) -> Animations:
 
     Forces of contact nodes are 8-bit shares of the largest one.
     """
-    run, surface, motions = main_run(result.runs), result.surface, result.motions
+    run, surface, motions, modes = main_run(result.runs), result.surface, result.motions, _modes(result)
     if run is None or surface is None or motions.why:
-        return Animations([], 0, f"No animation: {motions.why}.")
+        return Animations(modes, 0, f"No motion around an event: {motions.why}.")
     shown: list[tuple[ShownMotion, dict[str, Any], int]] = []
     for motion in motions.shown:
         animation = _animation(run, result, surface, motion, units)
@@ -73,7 +78,32 @@ def animations(result: Found, units: Units) -> Animations:
     shown.sort(key=lambda one: -one[0].event.force_peak_filtered)
     used = sum(size for _, _, size in shown)
     spans = tuple((float(m.time[0]), float(m.time[-1])) for m, _, _ in shown)
-    return Animations([one for _, one, _ in shown], used, _words(len(shown), motions, used, surface), spans)
+    return Animations([*(one for _, one, _ in shown), *modes], used, _words(len(shown), motions, used, surface), spans)
+
+
+def _modes(result: Found) -> list[dict[str, Any]]:
+    """One period of each mode, its largest displacement a share of the model's size."""
+    found, surface = result.mode_shapes, result.surface
+    if found is None or surface is None:
+        return []
+    xyz = result.setup.model.nodes.coords[surface.nodes_idx]
+    largest = MODE_SIZE * float(np.ptp(xyz, axis=0).max())
+    phase = np.arange(MODE_FRAMES + 1) / MODE_FRAMES
+    return [
+        {
+            "label": f"mode {k} of the unreduced model, {number(float(f), 4)} Hz",
+            "mode": True,
+            "time": (phase / f).tolist(),
+            "largest": largest,
+            "amplitudes": (np.cos(2.0 * np.pi * phase)[:, None] * (largest / LIMIT)).tolist(),
+            "shapes": _text(shape),
+            "nodes": [],
+            "peak": 0.0,
+            "force": "",
+            "touch": 0.0,
+        }
+        for k, (f, shape) in enumerate(zip(found.frequency, found.shapes, strict=True), start=1)
+    ]
 
 
 def _words(shown: int, motions: Motions, used: int, surface: Surface) -> str:
@@ -125,6 +155,28 @@ def _forces(run: FoundRun, result: Found, motion: ShownMotion) -> tuple[IntArray
         here = h.force[rows[k] : max(rows[k + 1], rows[k] + 1), :][:, active].max(axis=0, initial=0.0)
         np.maximum.at(force[k], column, here)
     return nodes, force
+
+
+def node_impulses(result: Found, run: FoundRun, window: tuple[float, float]) -> tuple[IntArray, FloatArray]:
+    """Contact nodes, and the impulse of each in a window."""
+    h = run.history
+    inside = (h.time >= window[0]) & (h.time <= window[1])
+    nodes, row = np.unique(result.gaps.nodes_idx, return_inverse=True)
+    return nodes, np.bincount(row.ravel(), (h.weights * inside) @ h.force, minlength=nodes.size).astype(np.float64)
+
+
+def _impulses(result: Found, surface: Surface) -> dict[str, Any] | None:
+    """Impulse of the contact nodes of the main run in the window, 8-bit shares of the largest; None: none has any."""
+    run = main_run(result.runs)
+    if run is None:
+        return None
+    nodes, sums = node_impulses(result, run, result.window)
+    pressed = np.flatnonzero(sums > 0.0)
+    if not pressed.size:
+        return None
+    largest = float(sums.max())
+    shares = np.ceil(sums[pressed] * (255.0 / largest)).astype(np.uint8)
+    return {"nodes": surface.rows(nodes[pressed]).tolist(), "shares": _text(shares), "largest": largest}
 
 
 def _part(result: Found, row: list[int]) -> dict[str, Any]:

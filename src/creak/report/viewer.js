@@ -1,45 +1,5 @@
 // 3-D view of the model: shaded parts, edges, marks and motion, by WebGL 2; places are labels on top.
 "use strict";
-const FACES = `#version 300 es
-layout(location=0) in vec3 point; layout(location=1) in vec3 before; layout(location=2) in vec3 after;
-uniform mat3 turn; uniform vec4 frame; uniform vec2 size; uniform vec3 motion; uniform float nearer, dotsize;
-out vec3 seen;
-void main() {
-  vec3 p = turn * (point * frame.w + mix(before, after, motion.y) * motion.x - frame.xyz);
-  seen = p;
-  gl_Position = vec4(p.xy / size, -p.z * motion.z - nearer, 1.0);
-  gl_PointSize = dotsize;
-}`;
-const SHADE = `#version 300 es
-precision highp float;
-in vec3 seen; uniform vec4 colour; uniform float lit; out vec4 pixel;
-void main() {
-  vec3 n = normalize(cross(dFdx(seen), dFdy(seen)));
-  float bright = 0.56 + 0.5 * clamp(abs(dot(n, normalize(vec3(-0.35, 0.45, 0.82)))), 0.0, 1.0);
-  pixel = vec4(colour.rgb * mix(1.0, bright, lit), colour.a);
-}`;
-const DOTS = `#version 300 es
-layout(location=0) in vec3 point; layout(location=1) in vec3 before; layout(location=2) in vec3 after;
-layout(location=3) in float hot0; layout(location=4) in float hot1;
-uniform mat3 turn; uniform vec4 frame; uniform vec2 size; uniform vec3 motion; uniform float nearer, dotsize;
-out float hot;
-void main() {
-  vec3 p = turn * (point * frame.w + mix(before, after, motion.y) * motion.x - frame.xyz);
-  hot = mix(hot0, hot1, motion.y);
-  gl_Position = vec4(p.xy / size, -p.z * motion.z - nearer, 1.0);
-  gl_PointSize = dotsize * (1.0 + 1.6 * hot);
-}`;
-const ROUND = `#version 300 es
-precision highp float;
-in float hot; uniform vec4 colour; uniform vec4 rim; out vec4 pixel;
-void main() {
-  float r = length(gl_PointCoord - 0.5) * 2.0;
-  if (r > 1.0) discard;
-  vec3 warm = mix(vec3(0.97, 0.79, 0.28), vec3(0.80, 0.06, 0.16), hot);
-  vec3 inside = mix(colour.rgb, warm, step(0.02, hot));
-  pixel = vec4(mix(inside, rim.rgb, smoothstep(0.66, 0.78, r)), colour.a);
-}`;
-
 function bytesOf(text) {
   const raw = atob(text), out = new Uint8Array(raw.length);
   for (let i = 0; i < raw.length; i++) out[i] = raw.charCodeAt(i);
@@ -68,12 +28,14 @@ class Viewer {
   constructor(host, scene, options = {}) {
     this.host = host; this.scene = scene; this.hidden = new Set(); this.animation = null;
     this.frame = 0; this.exaggeration = 1; this.edges = true; this.onframe = options.onframe || (() => {});
+    this.tinted = false; this.cut = null; this.told = options.told || (() => "");
     this.canvas = document.createElement("canvas");
     this.canvas.tabIndex = 0; this.canvas.setAttribute("role", "img");
     this.canvas.setAttribute("aria-label", options.label || "Model in 3-D; arrow keys turn it, plus and minus zoom");
     this.overlay = document.createElementNS("http://www.w3.org/2000/svg", "svg");
     this.overlay.setAttribute("class", "overlay"); this.overlay.setAttribute("aria-hidden", "true");
-    host.replaceChildren(this.canvas, this.overlay);
+    this.tip = Object.assign(document.createElement("div"), { className: "tip", hidden: true });
+    host.replaceChildren(this.canvas, this.overlay, this.tip);
     this.gl = this.canvas.getContext("webgl2", { antialias: true, alpha: true, preserveDrawingBuffer: true });
     if (!this.gl) throw new Error("no WebGL 2");
     this.load(); this.reset(); this.labels(); this.listen();
@@ -94,6 +56,71 @@ class Viewer {
     for (let i = 0; i < this.points.length; i += 3)
       far = Math.max(far, Math.hypot(this.points[i], this.points[i + 1], this.points[i + 2]));
     this.radius = far * s.scale;
+    this.low = [0, 1, 2].map(k => this.extreme(k, Math.min)); this.high = [0, 1, 2].map(k => this.extreme(k, Math.max));
+    this.ids = new Int32Array(bytesOf(s.ids));
+    this.impulses = new Map();
+    if (!s.impulse) return;
+    const shares = new Uint8Array(bytesOf(s.impulse.shares)), every = new Uint8Array(s.count);
+    s.impulse.nodes.forEach((row, j) => { every[row] = shares[j]; this.impulses.set(row, shares[j] / 255 * s.impulse.largest); });
+    this.impulseBuffer = this.buffer(gl.ARRAY_BUFFER, every);
+  }
+
+  extreme(k, better) {
+    let found = this.points[k];
+    for (let i = k; i < this.points.length; i += 3) found = better(found, this.points[i]);
+    return found * this.scene.scale;
+  }
+
+  // Plane of the section: what lies beyond it along an axis of the model is not drawn.
+  plane() {
+    if (!this.cut) return [0, 0, 0, 1];
+    const [k, share] = this.cut, normal = [0, 0, 0];
+    normal[k] = 1;
+    return [...normal, this.low[k] + share * (this.high[k] - this.low[k])];
+  }
+
+  // Row of the part of each node, the first one that has it.
+  partOf() {
+    if (this.owner) return this.owner;
+    this.owner = new Int16Array(this.scene.count).fill(-1);
+    const corners = new Uint32Array(bytesOf(this.scene.triangles)), ends = new Uint32Array(bytesOf(this.scene.edges));
+    this.scene.parts.forEach((p, k) => {
+      const mine = row => { if (this.owner[row] < 0) this.owner[row] = k; };
+      corners.subarray(3 * p.triangles[0], 3 * (p.triangles[0] + p.triangles[1])).forEach(mine);
+      ends.subarray(2 * p.edges[0], 2 * (p.edges[0] + p.edges[1])).forEach(mine);
+    });
+    return this.owner;
+  }
+
+  // Row of the drawn node nearest to the reader within some pixels of a point of the screen; -1: none is there.
+  pick(x, y, within = 9) {
+    const T = this.turn(), { w, h, unit } = this.size(), c = this.target(), s = this.scene.scale, owner = this.partOf();
+    const plane = this.plane(), hidden = this.scene.parts.map(p => this.hidden.has(p.name));
+    let best = -1, nearest = -Infinity;
+    for (let row = 0; row < this.scene.count; row++) {
+      if (owner[row] < 0 || hidden[owner[row]]) continue;
+      const u = this.moved(row), at = [0, 1, 2].map(k => this.points[3 * row + k] * s + u[k]);
+      if (plane[0] * at[0] + plane[1] * at[1] + plane[2] * at[2] > plane[3]) continue;
+      const d = at.map((v, k) => v - c[k]), seen = k => T[k][0] * d[0] + T[k][1] * d[1] + T[k][2] * d[2];
+      if (Math.abs(w / 2 + seen(0) / unit / 2 - x) > within || Math.abs(h / 2 - seen(1) / unit / 2 - y) > within) continue;
+      if (seen(2) > nearest) { nearest = seen(2); best = row; }
+    }
+    return best;
+  }
+
+  // Node and part under the pointer, and what the page says of them.
+  point(e) {
+    if (this.pointing) return;
+    this.pointing = true;
+    requestAnimationFrame(() => {
+      this.pointing = false;
+      const box = this.host.getBoundingClientRect(), x = e.clientX - box.left, y = e.clientY - box.top;
+      const row = this.pick(x, y);
+      this.tip.hidden = row < 0;
+      if (row < 0) return;
+      this.tip.textContent = `node ${this.ids[row]} of ${this.scene.parts[this.owner[row]].name}${this.told(row)}`;
+      Object.assign(this.tip.style, { left: Math.min(x + 14, box.width - 190) + "px", top: Math.max(y - 30, 2) + "px" });
+    });
   }
 
   buffer(target, data) {
@@ -112,7 +139,7 @@ class Viewer {
     }
     gl.linkProgram(p);
     const at = name => gl.getUniformLocation(p, name);
-    return { p, at: Object.fromEntries(["turn", "frame", "size", "motion", "nearer", "dotsize", "colour", "lit", "rim"]
+    return { p, at: Object.fromEntries(["turn", "frame", "size", "motion", "nearer", "dotsize", "colour", "lit", "rim", "cut", "tinted"]
       .map(n => [n, at(n)])) };
   }
 
@@ -219,6 +246,8 @@ class Viewer {
     gl.uniformMatrix3fv(at.turn, true, T.flat());
     gl.uniform4f(at.frame, ...c, this.scene.scale);
     gl.uniform2f(at.size, half[0], half[1]);
+    gl.uniform4f(at.cut, ...this.plane());
+    gl.uniform1f(at.tinted, 0);
     gl.uniform3f(at.motion, a ? this.exaggeration * a.largest / 32767 : 0, this.frame - Math.floor(this.frame),
       0.25 / (this.radius || 1));
     gl.bindBuffer(gl.ARRAY_BUFFER, this.pointBuffer);
@@ -231,9 +260,10 @@ class Viewer {
     this.heated(false);
   }
 
-  // Dots grow and redden with the contact force.
+  // Dots grow and redden with the contact force; at rest, with the impulse of the window.
   heated(on) {
-    [3, 4].forEach((at, k) => this.attribute(at, this.heatBuffer, 1, this.gl.UNSIGNED_BYTE, this.rows[k], on && this.animation, true));
+    const moving = Boolean(this.animation), buffer = moving ? this.heatBuffer : this.impulseBuffer;
+    [3, 4].forEach((at, k) => this.attribute(at, buffer, 1, this.gl.UNSIGNED_BYTE, moving ? this.rows[k] : 0, on && buffer, true));
   }
 
   attribute(at, buffer, count, type, offset, on, share) {
@@ -247,12 +277,13 @@ class Viewer {
     const gl = this.gl, at = this.faces.at, seen = this.scene.parts.filter(p => !this.hidden.has(p.name));
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.triangleBuffer);
     gl.uniform1f(at.lit, 1); gl.uniform1f(at.nearer, 0); gl.uniform1f(at.dotsize, 1);
+    gl.uniform1f(at.tinted, this.tinted && this.animation ? 1 : 0);
     for (const p of seen) {
       gl.uniform4f(at.colour, ...rgb(p.colour), 1);
       if (p.triangles[1]) gl.drawElements(gl.TRIANGLES, 3 * p.triangles[1], gl.UNSIGNED_INT, 12 * p.triangles[0]);
     }
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.edgeBuffer);
-    gl.uniform1f(at.lit, 0); gl.uniform1f(at.nearer, 0.0006);
+    gl.uniform1f(at.lit, 0); gl.uniform1f(at.nearer, 0.0006); gl.uniform1f(at.tinted, 0);
     for (const p of seen) {
       const loose = p.triangles[1] === 0;
       gl.uniform4f(at.colour, ...(loose ? ink : [0.08, 0.1, 0.13]), loose ? 0.8 : 0.3);
@@ -331,7 +362,8 @@ class Viewer {
     ["pointerup", "pointercancel", "lostpointercapture"].forEach(n => c.addEventListener(n, end));
     c.addEventListener("pointermove", e => {
       const old = at.get(e.pointerId);
-      if (!old) return;
+      if (!old) { this.point(e); return; }
+      this.tip.hidden = true;
       const dx = e.clientX - old[0], dy = e.clientY - old[1];
       at.set(e.pointerId, [e.clientX, e.clientY]);
       if (at.size === 2) {
@@ -341,6 +373,7 @@ class Viewer {
       } else if (e.shiftKey || e.buttons === 2 || e.buttons === 4) this.pan(dx, dy);
       else this.orbit(-0.4 * dx, 0.4 * dy);
     });
+    c.addEventListener("pointerleave", () => { this.tip.hidden = true; });
     c.addEventListener("contextmenu", e => e.preventDefault());
     c.addEventListener("wheel", e => {
       if (document.activeElement !== c && !e.ctrlKey) return;

@@ -17,7 +17,7 @@ def write_door(
 
     Parameters
     ----------
-    mesh_size : length of the elements' sides, mm, from 3 to 40; 20 for a first run.
+    mesh_size : length of the elements' sides, mm, from 2 to 40; 20 for a first run.
     out : the folder; it is made if missing.
     coarsen : 1, 2 or 3 elements of the frame's flange merged into one along the contact line.
     load : name of one of `LOADS`.

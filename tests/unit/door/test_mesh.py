@@ -10,8 +10,10 @@ import pytest
 from creak.arrays import FloatArray, IntArray
 from creak_thesis.door import FINEST_MESH_SIZE, Door, build_door
 from creak_thesis.door import geometry as geo
+from creak_thesis.door.assembly import checked_mesh_size
 from creak_thesis.door.deck import mass
 from creak_thesis.door.mesh import PartMesh
+from creak_thesis.door.plastics import carrier_mesh
 
 pytestmark = pytest.mark.once
 
@@ -148,6 +150,13 @@ def test_node_count_grows_with_the_inverse_square_of_the_mesh_size() -> None:
     coarse, fine = door(20.0), door(10.0)
     # Rows and columns are whole numbers, at most 7 % off each way.
     assert fine.n_nodes / coarse.n_nodes == pytest.approx(4.0, rel=0.15)
+
+
+def test_the_smallest_elements_are_sound() -> None:
+    """The whole door has five million dofs at 2.03 mm; its carrier alone is quickly made."""
+    carrier = carrier_mesh(checked_mesh_size(2.03))
+    assert 6 * len(carrier.coords) > 600_000
+    assert corner_products(carrier).min() > 0.3
 
 
 def test_finest_mesh_has_the_size_of_the_benchmark() -> None:

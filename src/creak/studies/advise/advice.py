@@ -29,18 +29,22 @@ class Advice:
         return changes_toml(self.choice.changes)
 
 
-def advise(setup: Setup, progress: Progress) -> Advice:
+def advise(setup: Setup, progress: Progress, band: float | None = None) -> Advice:
     """Look at a study without running it.
 
     Errors are those that the same settings left on other structures (`advise_evidence`), not estimates for this one;
     `bound` alone holds for any. Costs are of this machine: a factorisation and back-substitutions of the model, and
     the memory a reduced step reads, both times counts. Expect a factor of two.
 
+    Parameters
+    ----------
+    band : Hz up to which sound is to be believed; what that takes is told too.
+
     Raises
     ------
     InputError : anything wrong in the study or the deck.
     """
-    facts = gather(setup, progress)
+    facts = gather(setup, progress, band)
     return Advice(facts, choose(setup, facts))
 
 
@@ -63,9 +67,10 @@ def as_dict(advice: Advice) -> dict[str, Any]:
         "coupled_dofs": f.sizes.coupled,
         "reductions": [dataclasses.asdict(o) for o in f.options],
         "unreduced": dataclasses.asdict(f.unreduced),
+        "sound": None if f.sound is None else dataclasses.asdict(f.sound) | {"dof_times": f.sound.dof_times},
         "steps": [dataclasses.asdict(s) for s in f.steps],
         "memory": {
-            "stages": [dataclasses.asdict(s) for s in (*f.memory.reduce, *f.memory.run)],
+            "stages": [dataclasses.asdict(s) for s in f.memory.run],
             "reduce_gb": f.memory.reduce_peak.gb,
             "run_gb": f.memory.run_peak.gb,
             "free_gb": f.memory.free_gb,

@@ -10,6 +10,11 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.scheme import Scheme
+from creak.model.mesh import Model
+from creak.model.shell_facets import SHELL_FACETS
+from creak.model.skin import skin_of
+from creak.model.solid_faces import FACES
+from creak.model.units import METRES
 from creak.reduction.health.estimate import error_bound
 from creak.studies.advise.contact import (
     StepAdvice,
@@ -37,6 +42,7 @@ from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.integrate import scheme_of
 from creak.studies.run.precheck import linear_gaps
+from creak.studies.sound.band import PER_MODE, finer_mesh, mesh_band
 
 MULTIPLES = (5.0, 8.0, 11.0, 15.0)
 """f_max of fixed-interface modes over the excitation that are looked at."""
@@ -95,6 +101,27 @@ class Option:
 
 
 @dataclass(frozen=True)
+class SoundCost:
+    """What it takes that sound is believed up to the end of a band."""
+
+    band: float
+    """Hz"""
+    option: Option
+    """Craig-Bampton with modes to twice the band, on the mesh as it is."""
+    mesh: float
+    """Hz up to which that mesh is fine enough."""
+    finer: float
+    """How many times shorter elements the band takes; 1: they are short enough."""
+    solid: float
+    """Share of the dofs that is in solids."""
+
+    @property
+    def dof_times(self) -> float:
+        """How many times the dofs a mesh of such elements has: shells by the square, solids by the cube."""
+        return (1.0 - self.solid) * self.finer**2 + self.solid * self.finer**3
+
+
+@dataclass(frozen=True)
 class Facts:
     """Everything that the advice rests on."""
 
@@ -111,13 +138,19 @@ class Facts:
     gaps: GapOperator
     """Channels kept, connectors after contacts."""
     memory: Memory
+    sound: SoundCost | None = None
+    """Of the band that was asked for."""
 
 
-def gather(setup: Setup, progress: Progress) -> Facts:
+def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts:
     """Assemble, find the assembly's modes, pre-check, count, time.
 
     Cost: that of the pre-check, four indefinite factorisations a part, three of the assembly, and for each step
     length two factorisations and a back-substitution per channel. No fixed-interface mode is computed.
+
+    Parameters
+    ----------
+    band : Hz up to which sound is to be believed; None: that is not looked at.
 
     Raises
     ------
@@ -131,7 +164,8 @@ def gather(setup: Setup, progress: Progress) -> Facts:
     reference = reference.without_factor()
     f, c = excitation.frequency, setup.study.config
     fixed = sorted({*(m * f for m in MULTIPLES), c.reduction.f_max})
-    found = sizes(setup, reference, gaps, fixed, progress)
+    heard = [] if band is None else [PER_MODE * band]
+    found = sizes(setup, reference, gaps, sorted({*fixed, *heard}), progress)
     whole = _whole_frequencies(setup, f)
     progress("count modes of the assembly", 0, 1)
     counted = sturm_counts(reference.system.K, reference.system.M, whole)
@@ -141,7 +175,8 @@ def gather(setup: Setup, progress: Progress) -> Facts:
     steps = _steps(setup, reference, gaps, scheme, f, options, cost, progress)
     taken = memory(setup, reference, counted, found.parts, found.unknowns(c.reduction.f_max), gaps.m + 2 * gaps.rubbing)
     end = float(setup.loads.time[-1])
-    return Facts(excitation, channels, found, counted, options, cost, steps, end, gaps, taken)
+    sound = None if band is None else _sound(setup, found, band, f, gaps)
+    return Facts(excitation, channels, found, counted, options, cost, steps, end, gaps, taken, sound)
 
 
 def _checked(setup: Setup) -> Setup:
@@ -209,28 +244,7 @@ def _options(
 ) -> tuple[Option, ...]:
     rows, cube = gaps.m + 2 * gaps.rubbing, eigen_cube_s()
     observed = 6.0 * setup.watched.size / output_every(setup.study)
-    possible = all(p.held for p in found.parts)
-    out = []
-    for f_max in fixed:
-        n = found.unknowns(f_max)
-        modes = sum(p.modes.below[f_max] for p in found.parts)
-        bound = float(error_bound(np.array([f]), f_max)[0])
-        out.append(
-            Option(
-                "craig-bampton",
-                f_max,
-                f_max / f,
-                sum(p.boundary for p in found.parts),
-                modes,
-                n,
-                superelements_s(found.parts, f_max, n, cube),
-                reduced_step_s(n, rows, observed),
-                bound,
-                rule_of_thumb(f_max / f),
-                measured("craig-bampton", f_max / f),
-                possible,
-            )
-        )
+    out = [_by_parts(found, f_max, f, rows, cube, observed) for f_max in fixed]
     for method in ("gap-modes", "massless-boundary"):
         for f_max in whole:
             modes = counted.below[f_max]
@@ -250,6 +264,44 @@ def _options(
                 )
             )
     return tuple(out)
+
+
+def _by_parts(found: Sizes, f_max: float, f: float, rows: int, cube: float, observed: float) -> Option:
+    n = found.unknowns(f_max)
+    return Option(
+        "craig-bampton",
+        f_max,
+        f_max / f,
+        sum(p.boundary for p in found.parts),
+        sum(p.modes.below[f_max] for p in found.parts),
+        n,
+        superelements_s(found.parts, f_max, n, cube),
+        reduced_step_s(n, rows, observed),
+        float(error_bound(np.array([f]), f_max)[0]),
+        rule_of_thumb(f_max / f),
+        measured("craig-bampton", f_max / f),
+        all(p.held for p in found.parts),
+    )
+
+
+def _sound(setup: Setup, found: Sizes, band: float, f: float, gaps: GapOperator) -> SoundCost:
+    """What a band that ends at `band` (Hz) takes."""
+    rows, observed = gaps.m + 2 * gaps.rubbing, 6.0 * setup.watched.size / output_every(setup.study)
+    model, metre = setup.model, METRES[setup.study.config.model.units]
+    skin = skin_of(model)
+    option = _by_parts(found, PER_MODE * band, f, rows, eigen_cube_s(), observed)
+    finer, solid = finer_mesh(model, skin, metre, band), _solid_share(model)
+    return SoundCost(band, option, mesh_band(model, skin, metre), finer, solid)
+
+
+def _solid_share(model: Model) -> float:
+    """Of the nodes of elements, those of solids alone."""
+    solid = [b.nodes_idx.ravel() for b in model.blocks if b.kind in FACES]
+    shell = [b.nodes_idx.ravel() for b in model.blocks if b.kind in SHELL_FACETS]
+    none = np.zeros(0, dtype=np.int64)
+    solids, shells = np.unique(np.concatenate([none, *solid])), np.unique(np.concatenate([none, *shell]))
+    alone = np.setdiff1d(solids, shells).size
+    return alone / (alone + shells.size) if alone else 0.0
 
 
 def _steps(

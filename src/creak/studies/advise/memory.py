@@ -23,6 +23,10 @@ STREAMED = 4 * 128
 """Columns of constraint modes that are on their way at a time."""
 DENSE = 6
 """Dense matrices of all unknowns while the reduced model is diagonalised."""
+CHECKED = 250
+"""Vectors of a part that its health check takes at a time."""
+UNRETURNED = 1.07
+"""Resident memory over what is asked for: freed pieces that the system does not get back at once."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +42,10 @@ class Stage:
 
 @dataclass(frozen=True)
 class Memory:
-    """Of `creak run`; `creak reduce` ends before the runs."""
+    """Stage by stage; `creak run` keeps the factors of small parts for the check of their superelements."""
 
     reduce: tuple[Stage, ...]
     run: tuple[Stage, ...]
-    """What comes after it."""
     free_gb: float
     """Free here now, and what this process holds."""
 
@@ -54,7 +57,7 @@ class Memory:
     @property
     def run_peak(self) -> Stage:
         """The same of `creak run`."""
-        return max((*self.reduce, *self.run), key=lambda s: s.gb)
+        return max(self.run, key=lambda s: s.gb)
 
 
 def memory(
@@ -86,17 +89,33 @@ def memory(
             _stage("modes for the reduction", held + assembly + basis, modes=basis, two_factors=2.0 * whole.memory)
         )
         held += whole.memory + 8.0 * n * (kept + 2 * rows)
-    elif method != "none":
-        factor = MODES_FACTOR if c.time.exact else 1.0
-        for part in (p for p in parts if not p.unreduced):
-            modes = 0 if method == "guyan" else round(modes_below(part.modes, c.reduction.f_max * factor))
-            stages.append(_reduction(part, modes, held))
-            held += _kept(part, modes)
+    reduced = [p for p in parts if not p.unreduced] if method not in (*WHOLE, "none") else []
+    counts = [0 if method == "guyan" else round(modes_below(p.modes, highest(setup))) for p in reduced]
+    alone, _ = _reductions(reduced, counts, held, unknowns, factors=False)
+    kept_too, left = _reductions(reduced, counts, held, unknowns, factors=True)
+    runs = tuple(_runs(setup, reference, whole, reduced, unknowns, rows, left))
+    free = (free_bytes() + held_bytes()) / GB
+    return Memory((*stages, *alone), (*stages, *kept_too, *runs), free)
+
+
+def highest(setup: Setup) -> float:
+    """Frequency up to which fixed-interface modes are computed, Hz."""
+    c = setup.study.config
+    return c.reduction.f_max * (MODES_FACTOR if c.time.exact else 1.0)
+
+
+def _reductions(
+    parts: Sequence[PartSize], counts: Sequence[int], held: float, unknowns: int, *, factors: bool
+) -> tuple[list[Stage], float]:
+    """The parts one after the other, and what is held after them; `factors`: with those of small parts."""
+    stages = []
+    for part, modes in zip(parts, counts, strict=True):
+        stages.append(_reduction(part, modes, held))
+        held += _kept(part, modes) - (0.0 if factors else _small(part))
+    if parts:
         dense = DENSE * 8.0 * unknowns**2
         stages.append(_stage("couple and diagonalise", held + dense, dense_matrices=dense, parts=held))
-    return Memory(
-        tuple(stages), tuple(_runs(setup, reference, whole, unknowns, rows, held)), (free_bytes() + held_bytes()) / GB
-    )
+    return stages, held
 
 
 def modes_below(counted: Counted, f: float) -> float:
@@ -131,32 +150,39 @@ def _inside(part: PartSize) -> float:
 
 def _kept(part: PartSize, modes: int) -> float:
     """What stays of a reduced part: its matrices and modes, and a factor that is not too large."""
-    factor = part.modes.memory if part.modes.memory <= KEPT else 0.0
-    return _inside(part) + 8.0 * part.inner * modes + factor + 3.0 * 8.0 * (part.boundary + modes) ** 2
+    return _inside(part) + 8.0 * part.inner * modes + _small(part) + 3.0 * 8.0 * (part.boundary + modes) ** 2
+
+
+def _small(part: PartSize) -> float:
+    return part.modes.memory if part.modes.memory <= KEPT else 0.0
 
 
 def _runs(
-    setup: Setup, reference: ReferenceModel, whole: Counted, unknowns: int, rows: int, held: float
+    setup: Setup,
+    reference: ReferenceModel,
+    whole: Counted,
+    parts: Sequence[PartSize],
+    unknowns: int,
+    rows: int,
+    held: float,
 ) -> Iterator[Stage]:
-    """The reduced run, and the unreduced one beside it where the study has one."""
+    """The reduced run, the check of the parts, and the unreduced run beside it where the study has one."""
     c, system = setup.study.config, reference.system
     instants = setup.loads.time.size / output_every(setup.study)
     history = 8.0 * instants * (6.0 * setup.watched.size + 4.0 * rows)
     held += KERNELS + history
     yield _stage("run", held + DENSE * 8.0 * unknowns**2 + 8.0 * unknowns * rows, histories=history, before=held)
+    if parts:
+        vectors = max(8.0 * p.inner * CHECKED + PRODUCT * p.entries_K for p in parts)
+        yield _stage("check of the superelements", held + vectors, vectors_of_the_largest=vectors, before=held)
     if c.reference.run or c.reduction.method == "none":
         answers = 8.0 * system.n * rows
         step = whole.memory + (ENTRY + UPPER) * system.K.nnz + PRODUCT * (system.K.nnz + system.M.nnz)
-        yield _stage(
-            "reference run",
-            held + step + answers + history,
-            factor=whole.memory,
-            answers_of_channels=answers,
-            before=held,
-        )
+        total = held - sum(_small(p) for p in parts) + step + answers + history
+        yield _stage("reference run", total, factor=whole.memory, answers_of_channels=answers, before=held)
 
 
 def _stage(what: str, total: float, **pieces: float) -> Stage:
     largest = sorted(pieces.items(), key=lambda piece: -piece[1])
     words = ", ".join(f"{name.replace('_', ' ')} {size / GB:.2g} GB" for name, size in largest)
-    return Stage(what, total / GB, words)
+    return Stage(what, (STARTED + UNRETURNED * (total - STARTED)) / GB, words)

@@ -110,6 +110,11 @@ def _full_part(setup: Setup, reference: ReferenceModel, pieces: Pieces, k: int) 
     return part_system(pieces.model, k, setup.rayleigh, override=setup.override_damping)
 
 
+def part_alone(setup: Setup, gaps: GapOperator, k: int) -> System:
+    """Part k of the model as `partition` cuts it, without the other parts."""
+    return part_system(_cut(setup, gaps).model, k, setup.rayleigh, override=setup.override_damping)
+
+
 def required(setup: Setup, model: Model) -> dict[str, IntArray]:
     """Why physical dofs always stay -> their labels, the strongest reason first."""
     none = np.zeros(0, dtype=np.int64)

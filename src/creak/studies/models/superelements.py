@@ -85,21 +85,18 @@ def reduce_substructure(
     ------
     InputError : the retained dofs do not hold the part, or its saved file is damaged.
     """
-    table = setup.study.config.reduction
-    most = table.f_max * (MODES_FACTOR if setup.study.config.time.exact else 1.0)
-    f_max, count = (None, 0) if table.method == "guyan" else (most, None)
-    made_from = fingerprints(sub, f"{table.method} {most if count is None else 0:g}")
-    saved, notes = _from_store(folder, sub.part.name, made_from)
-    wider = None if saved is not None or folder is None else _wider(folder, sub, setup.model, made_from)
+    table, f_max, found = setup.study.config.reduction, _highest(setup), made_from(setup, sub)
+    saved, notes = _from_store(folder, sub.part.name, found)
+    wider = None if saved is not None or folder is None else _wider(folder, sub, setup.model, found)
     if wider is not None:
         sub, saved = wider
-        made_from, notes = dict(saved.made_from), [_wider_note(sub)]
+        found, notes = dict(saved.made_from), [_wider_note(sub)]
     inside = Inside(sub.part, sub.boundary)
     if saved is not None:
         basis, matrices = _restored(inside, saved)
     else:
         try:
-            basis = fixed_interface_basis(inside, sub.shape, f_max, count, progress)
+            basis = fixed_interface_basis(inside, sub.shape, f_max, 0 if f_max is None else None, progress)
         except OutOfMemory:
             raise
         except NumericalError as error:
@@ -111,7 +108,7 @@ def reduce_substructure(
             ) from error
         matrices = reduced_matrices(sub.part, basis, progress, watched=_watched(setup, sub))
     system = reduced_system(sub.part, *truncated(basis, matrices, table.f_max))
-    return Reduced(sub, system, inside, basis, matrices, made_from, saved is not None), notes
+    return Reduced(sub, system, inside, basis, matrices, found, saved is not None), notes
 
 
 def with_all_modes(reduced: Reduced) -> Reduced:
@@ -128,6 +125,24 @@ def _watched(setup: Setup, sub: Substructure) -> IntArray:
 def store_of(study: Study) -> Path:
     """Where a study's superelements lie unless the user says otherwise."""
     return study.path.parent / "superelements"
+
+
+def _highest(setup: Setup) -> float | None:
+    """Frequency up to which fixed-interface modes are computed, Hz; None: none of them (Guyan)."""
+    c = setup.study.config
+    most = c.reduction.f_max * (MODES_FACTOR if c.time.exact else 1.0)
+    return None if c.reduction.method == "guyan" else most
+
+
+def made_from(setup: Setup, sub: Substructure) -> dict[str, str]:
+    """What the superelement of a substructure depends on in this study, each as a hash."""
+    return fingerprints(sub, f"{setup.study.config.reduction.method} {_highest(setup) or 0.0:g}")
+
+
+def is_saved(folder: Path, name: str, made_from: Mapping[str, str]) -> bool:
+    """Whether the folder has the superelement already."""
+    path = _path(folder, name)
+    return shared_path(folder, name, made_from).exists() or (path.exists() and read_made_from(path) == made_from)
 
 
 def fingerprints(sub: Substructure, modes: str) -> dict[str, str]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from creak.arrays import FloatArray
 from creak.elements.shell_rigidity import areal_mass
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Model
@@ -67,14 +68,29 @@ def band_of(model: Model, reduced: ReducedModel, f_max: float, run: Run, skin: S
     if not math.isfinite(first):  # not looked for, or every mode kept
         first = f_max if reduced.modes else 0.0
     step = shortest_step(run.history)
-    return Band(first / PER_MODE, _of_mesh(model, skin, metre), 1.0 / (PER_PERIOD * step) if step > 0.0 else math.inf)
+    return Band(first / PER_MODE, mesh_band(model, skin, metre), 1.0 / (PER_PERIOD * step) if step > 0.0 else math.inf)
 
 
-def _of_mesh(model: Model, skin: Skin, metre: float) -> float:
+def finer_mesh(model: Model, skin: Skin, metre: float, high: float) -> float:
+    """How many times shorter elements must be for a band that ends at `high`, Hz; 1 where they are short enough."""
+    if not skin.count:
+        return 1.0
+    bending, air = _limits(model, skin, metre)
+    # Bending waves shorten with the square root of the frequency, those in air with it.
+    return max(1.0, -_but_coarse(skin, -np.maximum(np.sqrt(high / bending), high / air)))
+
+
+def mesh_band(model: Model, skin: Skin, metre: float) -> float:
+    """Hz up to which the elements are short enough."""
     if not skin.count:
         return math.inf
+    bending, air = _limits(model, skin, metre)
+    return _but_coarse(skin, np.minimum(bending, air))
+
+
+def _limits(model: Model, skin: Skin, metre: float) -> tuple[FloatArray, FloatArray]:
+    """(n_facet,) Hz up to which each facet is short enough for bending waves, and for sound in air."""
     size = skin.size
-    limit = AIR.speed / (PER_WAVE * metre * size)
     stiffness = np.full(model.nodes.count, np.inf)
     for block in model.blocks:
         section = block.section
@@ -82,10 +98,14 @@ def _of_mesh(model: Model, skin: Skin, metre: float) -> float:
             # The slowest bending wave of the shells around each node.
             np.minimum.at(stiffness, block.nodes_idx.ravel(), _bending(section))
     waves = np.where(skin.solid, np.inf, stiffness[skin.nodes_idx].min(axis=1))
-    limit = np.minimum(limit, np.sqrt(waves) * 2.0 * math.pi / (PER_WAVE * size) ** 2)
-    order, area = np.argsort(limit), np.linalg.norm(skin.areas, axis=1)
+    return np.sqrt(waves) * 2.0 * math.pi / (PER_WAVE * size) ** 2, AIR.speed / (PER_WAVE * metre * size)
+
+
+def _but_coarse(skin: Skin, figure: FloatArray) -> float:
+    """The least of a figure of the facets, but for `COARSE` of the area."""
+    order, area = np.argsort(figure), np.linalg.norm(skin.areas, axis=1)
     passed = np.searchsorted(np.cumsum(area[order]), COARSE * area.sum())
-    return float(limit[order[min(int(passed), order.size - 1)]])
+    return float(figure[order[min(int(passed), order.size - 1)]])
 
 
 def _bending(section: ShellSection | GeneralShell) -> float:

@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 from creak.dynamics.scheme import HHT
+from creak.model.skin import skin_of
+from creak.sound.rayleigh import AIR
 from creak.studies.advise.advice import Advice, as_dict, changes_toml
 from creak.studies.advise.choice import choose
 from creak.studies.advise.contact import bounces, numerical_damping, period_error, rounded_step, substeps_for
@@ -23,6 +25,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import Setup, set_up
+from creak.studies.sound.band import finer_mesh
 from helpers_core import chain, channels, system_of
 from helpers_decks import STUDY, two_strips, write_strips
 
@@ -234,3 +237,17 @@ def test_bounds_are_above_what_the_door_left(facts):
     for option in facts.options:
         if option.method == "craig-bampton" and option.door is not None:
             assert option.door.frequency_error < option.bound
+
+
+def test_what_a_band_of_sound_takes(setup):
+    """Twice the band in modes; waves of bending shorten with the square root of the frequency, those in air with it."""
+    sound = gather(setup, quiet, 30_000.0).sound
+    D, m = 210_000.0 * 1.0**3 / (12.0 * (1.0 - 0.3**2)), 7.85e-9  # of the thinner strip
+    assert sound.mesh == pytest.approx(math.sqrt(D / m) * 2.0 * math.pi / (6.0 * 10.0) ** 2, rel=0.01)
+    air = 6.0 * 10.0e-3 / AIR.speed
+    skin = skin_of(setup.model)
+    assert finer_mesh(setup.model, skin, 1e-3, 5_000.0) == pytest.approx(math.sqrt(5_000.0 / sound.mesh), rel=1e-6)
+    assert finer_mesh(setup.model, skin, 1e-3, 0.9 * sound.mesh) == 1.0
+    assert sound.finer == pytest.approx(30_000.0 * air, rel=1e-6)
+    assert sound.option.f_max == 60_000.0
+    assert sound.dof_times == pytest.approx(sound.finer**2)

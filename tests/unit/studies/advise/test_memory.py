@@ -59,13 +59,15 @@ def test_vectors_of_the_largest_part_are_the_peak(study):
 
 
 def test_what_a_part_leaves_is_held_while_the_next_is_reduced(study):
-    """Its modes, its inner matrices and a factor of less than 300 MB."""
+    """Its modes and its inner matrices; in `creak run` a factor of less than 300 MB too, for the check."""
     one, two = told(study, part()), told(study, part(), part("LOWER"))
     left = two.reduce_peak.gb - one.reduce_peak.gb
     assert two.reduce_peak.what == "LOWER: reduction"
-    assert left == pytest.approx((8.0 * 29_700 * 300 + 28.0 * 40 * 30_000 + 12.0 * 50 * 30_000 + 100e6) / 1e9, rel=0.4)
+    assert left == pytest.approx((8.0 * 29_700 * 300 + 28.0 * 40 * 30_000 + 12.0 * 50 * 30_000) / 1e9, rel=0.4)
     large = replace(part(), modes=replace(part().modes, memory=400e6))
-    assert told(study, large, part("LOWER")).reduce[-1].gb < told(study, part(), part("LOWER")).reduce[-1].gb
+    small, without = told(study, part(), part("LOWER")), told(study, large, part("LOWER"))
+    assert small.run[-2].gb - without.run[-2].gb == pytest.approx(1.07 * 0.1)
+    assert small.reduce[-1].gb == without.reduce[-1].gb  # `creak reduce` has checked and saved the part by then
 
 
 def test_other_methods(study):
@@ -74,7 +76,7 @@ def test_other_methods(study):
     assert [s.what for s in told(study, part(), method="gap-modes").reduce][2:] == ["modes for the reduction"]
     none = told(study, part(), method="none")
     assert len(none.reduce) == 2
-    assert [s.what for s in none.run] == ["run", "reference run"]
+    assert [s.what for s in none.run][2:] == ["run", "reference run"]
 
 
 def test_a_study_that_does_not_fit_is_told_with_what_to_do(study, monkeypatch):

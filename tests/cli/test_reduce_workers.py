@@ -1,0 +1,133 @@
+"""Parts reduced by workers: the same files, one that fails loses no other, and the same command goes on."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from creak.assembly.system import to_dense
+from creak.errors import NumericalError
+from creak.formats.superelement_file import read_superelement_file
+from creak.studies.models import superelements
+from creak.studies.models.part_jobs import part_jobs
+from creak.studies.prepare.setup import set_up
+from creak.studies.run.job import ready
+from creak.studies.tasks import workers
+from helpers_decks import STUDY, two_strips, write_strips
+
+STUDY_OF_TIPS = STUDY.replace('secondary = "UNDER"', 'secondary = "TIPS"').replace("periods = 2", "periods = 1")
+"""Contact at the last quads only, so that much of each strip is inside."""
+
+
+@pytest.fixture
+def study(tmp_path):
+    deck = two_strips().replace("*SURFACE, NAME=UNDER", "*SURFACE, NAME=TIPS\n12, SNEG\n24, SNEG\n*SURFACE, NAME=UNDER")
+    return write_strips(tmp_path, deck, STUDY_OF_TIPS)
+
+
+@pytest.fixture
+def here(monkeypatch):
+    """Workers of this process; how many were asked for."""
+    asked: list[int] = []
+
+    @contextmanager
+    def local_workers(count: int):
+        asked.append(count)
+        yield lambda jobs: ((job.name, job.run()) for job in jobs)
+
+    monkeypatch.setattr(workers, "local_workers", local_workers)
+    return asked
+
+
+def matrices(folder) -> dict[str, np.ndarray]:
+    found = {}
+    for path in sorted(folder.glob("*.h5")):
+        saved = read_superelement_file(path)
+        found |= {f"{path.stem} {key}": to_dense(saved.matrices[key]) for key in ("K", "M")}
+        found[f"{path.stem} health"] = np.array(saved.about["health"]["good"])
+    return found
+
+
+def test_workers_save_what_one_process_would(creak, study, tmp_path, here):
+    assert creak("reduce", study, "--out", tmp_path / "one").status == 0
+    said = creak("reduce", study, "--out", tmp_path / "many", "--workers", "5", "--json")
+    assert said.status == 0
+    assert here == [2]  # no more than parts
+    one, many = matrices(tmp_path / "one"), matrices(tmp_path / "many")
+    assert list(one) == list(many)
+    assert len(one) == 6
+    for name, value in one.items():
+        np.testing.assert_array_equal(many[name], value)
+    told = json.loads(said.out)
+    assert {name: part["reused"] for name, part in told["superelements"].items()} == {"UPPER": False, "LOWER": False}
+    assert sorted(path.rsplit("/")[-1] for path in told["written"]) == ["LOWER.h5", "UPPER.h5"]
+    assert not any("taken from" in note for note in told["notes"])
+
+
+def test_nothing_is_left_to_do(creak, study, tmp_path, here):
+    assert creak("reduce", study, "--workers", "2", "--quiet").status == 0
+    said = creak("reduce", study, "--workers", "2")
+    assert said.status == 0
+    assert here == [2]
+    assert said.words.count("taken from") == 2
+
+
+def test_a_part_that_fails_does_not_lose_the_others(creak, study, tmp_path, monkeypatch, here):
+    real = superelements.fixed_interface_basis
+
+    def basis(inside, *rest):
+        if inside.name == "UPPER":
+            raise NumericalError("its retained dofs do not hold it")
+        return real(inside, *rest)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(superelements, "fixed_interface_basis", basis)
+        said = creak("reduce", study, "--workers", "2")
+    assert said.status == 1
+    assert "1 of 2 parts could not be reduced UPPER:" in said.words
+    assert "do not hold it" in said.words
+    assert "saved: LOWER. The same command goes on from there" in said.words
+    assert [p.name for p in (tmp_path / "superelements").iterdir()] == ["LOWER.h5"]
+    assert creak("reduce", study, "--workers", "2", "--quiet").status == 0
+    assert here == [2, 1]
+
+
+def test_a_worker_that_finds_another_deck_says_so(study, tmp_path):
+    """Or another version of creak: all that the superelement depends on is compared before it is made."""
+    from creak.studies.file.reader import read_study
+
+    setup, reference, gaps, _ = ready(set_up(read_study(study)), lambda *_: None)
+    jobs = part_jobs(setup, reference, gaps, tmp_path / "out")
+    assert sorted(job.name for job in jobs) == ["LOWER", "UPPER"]
+    deck = tmp_path / "strips.inp"
+    deck.write_text(deck.read_text().replace("210000", "200000"), encoding="utf-8")
+    saved = pickle.loads(pickle.dumps(jobs[0])).run()
+    assert saved.health is None
+    assert f"finds another part {jobs[0].name}" in saved.error
+    assert "its stiffness; expected the same creak, study and deck" in saved.error
+    assert not (tmp_path / "out").exists()
+    assert jobs[0].lost("its worker died", 0.0).error == "its worker died"
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--workers", "2", "--scheduler", "tcp://127.0.0.1:1"], "exclude each other"),
+        (["--tls-cert", "a.crt"], "--tls-cert without --scheduler"),
+        (["--workers", "0"], "--workers"),
+    ],
+)
+def test_options_that_do_not_fit(creak, study, words, told):
+    said = creak("reduce", study, *words)
+    assert said.status == 2
+    assert told in said.err
+
+
+@pytest.mark.slow
+def test_two_processes(creak, study, tmp_path):
+    assert creak("reduce", study, "--workers", "2", "--quiet").status == 0
+    assert sorted(p.name for p in (tmp_path / "superelements").iterdir()) == ["LOWER.h5", "UPPER.h5"]
