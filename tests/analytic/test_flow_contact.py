@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from creak.contact.gap_operator import GapOperator
 from creak.contact.laws.parameters import Friction
@@ -139,6 +140,46 @@ def test_ball_comes_to_rest(measured):
     np.testing.assert_allclose(speeds[1:] / speeds[:-1], 0.74, atol=0.03)
     lost = work(history, "contact_damping")
     assert lost == pytest.approx(m * g * (0.01 + m * g / k), rel=5e-3)
+
+
+def rebound(zeta: float) -> tuple[float, float]:
+    """Speed and phase omega t at which a mass leaves a damped spring that cannot pull, thrown at it with speed 1.
+
+    x = exp(-zeta t) sin(w t) / w, w^2 = 1 - zeta^2; it leaves where x + 2 zeta x' = 0.
+    """
+    w = np.sqrt(1.0 - zeta**2)
+    phase = (np.pi - np.arctan2(2.0 * zeta * w, 1.0 - 2.0 * zeta**2)) / w
+    speed = np.exp(-zeta * phase) * (np.cos(w * phase) - zeta / w * np.sin(w * phase))
+    return float(-speed), float(phase)
+
+
+@pytest.mark.parametrize("zeta", [0.2, 0.6, 0.8])
+def test_rebound_from_a_damped_spring(zeta, measured):
+    """Ten masses that touch at ten phases of a step: a damper's force is there at once, and never pulls."""
+    m, w, v, count = 1e-4, 1e5, 1.0, 10
+    h = 1e-3 / 512
+    # Steps near contact: a quarter of 1 / w, as a power of two of the flight step.
+    gaps = channels(np.eye(count), 1e-4 + np.arange(count) / count * v * h, w * w * m, 2.0 * zeta * w * m)
+    system = system_of(m * np.eye(count), np.zeros((count, count)), velocity=np.full(count, -v))
+    history = fly(system, gaps, 0.004)
+    leaving = (history.displacement[-1] - history.displacement[-2]) / STEP
+    exact, phase = rebound(zeta)
+    # By another way: LSODA on the same law.
+    law = lambda t, z: [z[1], -max(0.0, z[0] + 2.0 * zeta * z[1]) if z[0] > 0.0 else 0.0]  # noqa: E731
+    other = solve_ivp(law, (0.0, 2.0 * phase), [1e-9, 1.0], method="LSODA", rtol=1e-9, atol=1e-12, max_step=0.01)
+    assert exact == pytest.approx(-other.y[1, -1], rel=1e-3)
+    assert np.ptp(leaving) < 0.04 * exact
+    assert work(history, "contact_damping") == pytest.approx(0.5 * m * count * v**2 * (1.0 - exact**2), rel=0.01)
+    assert history.energy_created < 1e-3
+    measured(
+        "contact, exact flow",
+        f"rebound from a spring with {zeta:g} of critical damping",
+        leaving,
+        np.full(count, exact),
+        rel=0.06,
+        unit="m/s",
+        source="closed form",
+    )
 
 
 # --- bars -----------------------------------------------------------------------------------------------------------

@@ -5,7 +5,8 @@ that press: on that in its middle and, so that nothing jitters, `THETA` - 1/2 of
 Where a channel has closed in the step before an instant, or opens in the step after it, the half of its kick on that
 side gets the share that takes from the motion, or gives back, just what its spring then holds (with what the kick
 itself holds, `held_by_kick`), up to `MOST`: else the kink of the law at zero would create or destroy up to
-(omega_c h)^2 / 4 of the energy of a touch, at random.
+(omega_c h)^2 / 4 of the energy of a touch, at random. A spring's force grows from zero in that half step, a damper's is
+there at once: it acts for the time since the touch.
 """
 
 from __future__ import annotations
@@ -57,9 +58,11 @@ def press(model, laws, A, W, light, gain, h, now, after, share, watched):  # typ
     closing = False
     for i in range(m):
         share[i] = 1.0
-        closing = closing or (after.force[i] > 0.0 and now.gap[i] > 0.0)
+        closing = closing or (after.force[i] > 0.0 and now.gap[i] >= 0.0)
     if closing:
         share_out(laws, W, h, after, now.gap, -1.0, share)
+        if model.damped:
+            damp_from_touch(laws, h, now, after, share)
         force_on(model, laws, after.force, share, after.F)
     else:
         force_on(model, laws, after.force, share, after.F)
@@ -71,6 +74,8 @@ def press(model, laws, A, W, light, gain, h, now, after, share, watched):  # typ
                 after.gap[i] += A[i, j] * after.force[j]
     book_half(model, laws, W, -h, after, share, after.energy)
     if closing:
+        if model.damped:
+            book_touch(laws, W, h, now, after, share)
         fill(share, 1.0)
         force_on(model, laws, after.force, share, after.F)
     for i in range(after.sliding.size):
@@ -157,6 +162,39 @@ def share_out(laws, W, h, x, other, sign, share):  # type: ignore[no-untyped-def
                 share[i] = min(max(holds, 0.0) / (0.5 * h * spring * abs(rate)), MOST)
             else:
                 share[i] = 1.0
+
+
+@inner
+def since_touch(laws, h, i, now, after, rate):  # type: ignore[no-untyped-def]
+    """Time for which the damper of channel i has acted in the half step before an instant, over h / 2; -1: none closed.
+
+    rate: of the gap before its kick.
+    """
+    if after.force[i] <= 0.0 or now.gap[i] < 0.0 or laws.damping[i] == 0.0 or rate >= 0.0:
+        return -1.0
+    return min(2.0 * after.gap[i] / (h * rate), MOST)
+
+
+@inner
+def damp_from_touch(laws, h, now, after, share):  # type: ignore[no-untyped-def]
+    """Shares of the springs become those of the whole forces, in which dampers act since the touch."""
+    for i in range(share.size):
+        closed = since_touch(laws, h, i, now, after, after.rate[i])
+        if closed >= 0.0:
+            spring = spring_force(laws, i, after.gap[i])
+            share[i] = (share[i] * spring + closed * (after.force[i] - spring)) / after.force[i]
+
+
+@inner
+def book_touch(laws, W, h, now, after, share):  # type: ignore[no-untyped-def]
+    """What dampers took since a touch beyond their part of the share that was booked (`book_half`)."""
+    for i in range(share.size):
+        turned = h * felt(laws, W, i, after.force, share)
+        closed = since_touch(laws, h, i, now, after, after.rate[i] - 0.5 * turned)
+        if closed >= 0.0:
+            damper = after.force[i] - spring_force(laws, i, after.gap[i])
+            more = 0.5 * h * (closed - share[i]) * damper
+            after.energy[CONTACT_DAMPING] -= more * (after.rate[i] - 0.25 * turned)
 
 
 @inner

@@ -174,6 +174,16 @@ def test_what_the_step_cannot_resolve_is_gone_after_a_few_steps():
     assert history.energy[-1, :2].sum() < 1e-11
 
 
+@pytest.mark.parametrize("stiffness", [1e6, 1e8, 1e10])
+def test_ringing_does_not_swing_out_between_the_stages(stiffness):
+    """Chain set ringing up to 320 Hz, 3.2 and 32 kHz, flights of 2.5 ms with two output steps in them."""
+    M, K = chain(20, stiffness=stiffness)
+    v = np.random.default_rng(2).standard_normal(20)
+    history = run(system_of(M, K, beta=1e-7, velocity=v), at_rest(time_axis(0.05, 1e-5)), 100, flight=250)
+    assert history.energy_created < 1e-3
+    assert np.abs(history.displacement).max() < 0.05 * np.sqrt(1e6 / stiffness) + 20.0 * 0.05 * abs(v.mean())
+
+
 @pytest.mark.parametrize("substeps", [1, 10])
 def test_energy_balance_holds_to_the_dissipation_of_the_scheme(substeps, measured):
     """What is left over never falls, and falls with the ninth power of the step."""
