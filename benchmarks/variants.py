@@ -55,9 +55,9 @@ def make_draws(study: Study, count: int) -> tuple[Bench, list[Draw], job.GapOper
     return bench_of(setup, draws, silent), draws, channels
 
 
-def single(bench: Bench, draw: Draw) -> tuple[float, int]:
-    """Wall time of one run by itself, and its events."""
-    variant, start = variant_of(bench, draw), time.perf_counter()
+def single(bench: Bench, draw: Draw) -> tuple[float, float, int]:
+    """Wall and CPU time of one run by itself, and its events."""
+    variant, start, cpu = variant_of(bench, draw), time.perf_counter(), time.process_time()
     v = bench.setup.study.config.verification
     history = simulate_flow(
         bench.system,
@@ -68,7 +68,7 @@ def single(bench: Bench, draw: Draw) -> tuple[float, int]:
         watched=watched(bench.setup, variant.gaps),
     )
     events = len(find_events(history, variant.gaps, v.merge, v.f_max))
-    return time.perf_counter() - start, events
+    return time.perf_counter() - start, time.process_time() - cpu, events
 
 
 def main() -> None:
@@ -82,18 +82,19 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as made:
         bench, draws, channels = make_draws(scattered(given.door or Path(made), given.mesh_size), given.draws)
         alone = [single(bench, draw) for draw in draws[: given.singles]]
-        one = float(np.mean([t for t, _ in alone]))
+        one, one_cpu = (float(np.mean([run[k] for run in alone])) for k in (0, 1))
         say = sys.stdout.write
         say(f"{stamp()}\n{bench.system.n} modes, {bench.gaps.m} channels, {bench.base.n_step * bench.base.H:g} s\n")
-        say(f"single runs: {one:.2f} s each, {np.mean([n for _, n in alone]):.0f} events\n")
+        say(f"single runs: {one:.2f} s each ({one_cpu:.2f} s CPU), {np.mean([n for _, _, n in alone]):.0f} events\n")
         for threads in sorted({1, cores()}):
             start, cpu = time.perf_counter(), time.process_time()
             seen = dict(march_draws(bench, channels, draws, threads))
             wall, cpu = time.perf_counter() - start, time.process_time() - cpu
-            each, ratio = wall / len(seen), one * len(seen) / wall
+            each, each_cpu = wall / len(seen), cpu / len(seen)
             say(
-                f"{threads} thread(s): {len(seen)} draws in {wall:.1f} s, {each:.2f} s each ({cpu / len(seen):.2f} s "
-                f"CPU), {ratio:.2f} times as fast as single runs; {MANY:,} would take {MANY * each / 3600.0:.2f} h\n"
+                f"{threads} thread(s): {len(seen)} draws in {wall:.1f} s, {each:.2f} s each ({each_cpu:.2f} s CPU), "
+                f"{one / each:.2f} times as fast as single runs ({one_cpu / each_cpu:.2f} by CPU); "
+                f"{MANY:,} would take {MANY * each / 3600.0:.2f} h\n"
             )
         say(f"largest memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.2f} GB\n")
 

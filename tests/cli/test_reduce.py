@@ -51,7 +51,7 @@ def test_run_uses_what_reduce_saved(study, tmp_path, monkeypatch, capsys):
     assert status == 0
     assert "ground check" in text  # the health report
     store = tmp_path / "superelements"
-    assert sorted(p.name for p in store.iterdir()) == ["LOWER.h5", "UPPER.h5"]
+    assert sorted(p.name for p in store.glob("*.h5")) == ["LOWER.h5", "UPPER.h5"]
     status, text = creak(monkeypatch, capsys, "run", study, "--out", tmp_path / "after")
     assert status == 0
     assert text.count("taken from") == 2

@@ -59,6 +59,8 @@ def test_a_changed_run_is_that_of_a_file_with_the_value(study, creak):
         (("time.periods=1", "time.periods=2"), "twice"),
         (("contact.tip.friction=.2", "contact.tip={}"), "change the same"),
         (("contact.tip.main=NOWHERE",), "contact.tip.main = 'NOWHERE'"),
+        (("model.units=inch",), "model.units = 'inch'"),
+        (("excitation.root.signal={type='psd', unit='g/Hz', values=[[5,1],[50,1]], end=1}",), "unit"),
     ],
 )
 def test_a_change_that_cannot_be_made_is_named(study, creak, words, told):

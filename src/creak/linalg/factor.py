@@ -110,6 +110,24 @@ def regular_factor(A: Matrix) -> Factor | None:
     return found if error <= REGULAR * np.linalg.norm(x0) else None
 
 
+class LaterFactor:
+    """A factor of a positive definite matrix that is made when it is first asked for."""
+
+    n_negative = 0
+
+    def __init__(self, A: Matrix) -> None:
+        self._A, self._made = A, list[Factor]()
+
+    @property
+    def memory(self) -> float:
+        return sum(made.memory for made in self._made)
+
+    def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
+        if not self._made:
+            self._made.append(factor(self._A))
+        return self._made[0].solve(b, out)
+
+
 class _DiagonalFactor:
     def __init__(self, A: Diagonal, definite: bool) -> None:
         self._inverse = _inverted(A.d, definite)

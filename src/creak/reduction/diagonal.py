@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +17,11 @@ NO_MASS = 1e-13
 """Directions with less mass than this, each coordinate scaled by its own, count as massless."""
 
 
-def diagonalise(system: System) -> System:
+Split = tuple[FloatArray, FloatArray, FloatArray]
+"""omega^2 and Phi of the modes with mass, and the massless directions N."""
+
+
+def diagonalise(system: System, modes_of: Callable[[FloatArray, FloatArray], Split] | None = None) -> System:
     """K Phi = M Phi diag(omega^2), q = Phi eta with all modes: M = I, K = diag(omega^2).
 
     A step then costs O(n) instead of O(n^2). Returns the System unchanged where its damping would stay full.
@@ -25,14 +30,28 @@ def diagonalise(system: System) -> System:
     condensed rest (static condensation is exact without mass). Then M = diag(1.., 0..) and
     K = diag(omega^2.., 1..).
 
+    Parameters
+    ----------
+    modes_of : K, M (dense) -> their modes; None: `all_modes`.
+
     Raises
     ------
     NumericalError : a direction has neither mass nor stiffness.
     """
-    return system if system.damping.extra is not None else in_own_modes(system)
+    return system if system.damping.extra is not None else in_own_modes(system, modes_of)
 
 
-def in_own_modes(system: System) -> System:
+def all_modes(K: FloatArray, M: FloatArray) -> Split:
+    """All modes of dense K and M.
+
+    Raises
+    ------
+    NumericalError : a direction has neither mass nor stiffness.
+    """
+    return _split_modes(K, M) if _singular(M) else (*sla.eigh(K, M, driver="gvd"), np.zeros((K.shape[0], 0)))
+
+
+def in_own_modes(system: System, modes_of: Callable[[FloatArray, FloatArray], Split] | None = None) -> System:
     """`diagonalise` whatever the damping: C may couple the modes.
 
     Raises
@@ -40,7 +59,7 @@ def in_own_modes(system: System) -> System:
     NumericalError : a direction has neither mass nor stiffness.
     """
     K, M = to_dense(system.K), to_dense(system.M)
-    omega2, Phi, N = _split_modes(K, M) if _singular(M) else (*sla.eigh(K, M, driver="gvd"), np.zeros((system.n, 0)))
+    omega2, Phi, N = (modes_of or all_modes)(K, M)
     modal = project(replace(system, velocity=np.zeros(system.n)), np.hstack([Phi, N]))
     v = system.velocity
     return replace(
@@ -68,7 +87,7 @@ def _singular(M: FloatArray) -> bool:
     return bool(pivots.min(initial=1.0) < NO_MASS)
 
 
-def _split_modes(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _split_modes(K: FloatArray, M: FloatArray) -> Split:
     """omega^2 and Phi of the finite modes (Phi' M Phi = I), and the massless directions N (N' K N = I)."""
     d = _scales(M)
     mass, U = np.linalg.eigh(d[:, None] * M * d)

@@ -24,6 +24,8 @@ from creak.model.materials import AxialSpring, Bushing, PointMass
 from creak.model.mesh import ElementBlock, Nodes, Own, Part
 from creak.model.projection import nearest_points
 
+FLAT = 1e-12
+"""Area over the square of the longest edge below which a facet has none."""
 RIGID = ("BEAM", "WELD")
 """Connection types of rigid fasteners; without a *CONNECTOR SECTION a fastener is a BEAM."""
 
@@ -238,6 +240,13 @@ def _hung(block: Block, rows: IntArray, surface: RawSurface, radius: float, coor
         patch = np.union1d(surface.nodes_idx[close], surface.corners[facet])
         patch = patch[patch != row]
         across = np.cross(X[facet, 2] - X[facet, 0], X[facet, 3] - X[facet, 1])
+        if not float(np.linalg.norm(across)) > FLAT * edge * edge:
+            raise InputError(
+                f"the facet of surface {surface.name!r} nearest to a reference node of *FASTENER has no area",
+                where=block.where,
+                expected="a direction across the layers",
+                fix="Look for nodes of the surface that coincide.",
+            )
         coupling = DistributingCoupling(name, row, patch, np.ones(patch.size), (1, 2, 3, 4, 5, 6), block.where)
-        points.append(_Point(coupling, point, across / max(float(np.linalg.norm(across)), 1e-300)))
+        points.append(_Point(coupling, point, across / float(np.linalg.norm(across))))
     return points

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from inspect import signature
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
+import numpy as np
 from scipy import io, sparse
 
-from creak.arrays import Matrix
+from creak.arrays import FloatArray, Matrix
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
 from creak.formats.matrices.checks import check_size, checked, dense, read_text
@@ -15,14 +16,14 @@ from creak.formats.matrices.dof_map import read_dof_map, write_dof_map
 from creak.model.superelement import Superelement
 
 ENDINGS = ("_K.mtx", "_M.mtx", "_C.mtx", "_dofs.csv")
-SPARSE_ARRAY = {"spmatrix": False} if "spmatrix" in signature(io.mmread).parameters else {}
-"""From 1.18 on SciPy warns where one does not say which kind of sparse matrix is wanted."""
+WIDTH = {"array": 2, "coordinate": 3}
+"""Layout -> numbers of the line of sizes."""
 
 
 def read_matrix_market(path: Path, map_file: Path | None = None) -> Superelement:
     """Read the files of a superelement, given any one of them (or the common beginning of their names).
 
-    Format: https://math.nist.gov/MatrixMarket/formats.html, read by SciPy.
+    Format: https://math.nist.gov/MatrixMarket/formats.html.
 
     Raises
     ------
@@ -51,32 +52,79 @@ def _prefix(path: Path) -> Path:
 
 def _read(path: Path, key: str, n: int) -> Matrix:
     try:
-        check_size(_checked_shape(path), key, n, path)
-        matrix = io.mmread(path, **SPARSE_ARRAY)
-    except (ValueError, OverflowError, OSError, EOFError, StopIteration) as error:
+        return _matrix(read_text(path), lambda shape: check_size(shape, key, n, path))
+    except (ValueError, OverflowError, OSError) as error:
         raise InputError(
             f"this is no complete Matrix Market file ({error})", where=path, fix="Copy or write it again"
         ) from error
-    return sparse.csr_array(matrix) if sparse.issparse(matrix) else matrix
 
 
-def _checked_shape(path: Path) -> tuple[int, int]:
-    """Rows and columns; ValueError if the file is not real or has another number of entries than it announces.
+def _matrix(text: str, check: Callable[[tuple[int, int]], None]) -> Matrix:
+    """The matrix of a file's text; `check` sees its shape before anything is made of it.
 
-    SciPy fills the rest of an array that was cut off with zeros, and crashes at a zero byte.
+    SciPy's reader is not used: it crashes on damaged numbers, and fills an array that was cut off with zeros.
+
+    Raises
+    ------
+    ValueError : not real, a wrong number of entries, a place outside the matrix.
     """
-    text = read_text(path)
     if "\0" in text:
         raise ValueError("it holds zero bytes")
-    rows, columns, entries, layout, field, symmetry = io.mminfo(path)
+    lines = [line for line in text.splitlines() if line.strip() and not line.startswith("%")]
+    words = text.partition("\n")[0].lower().split()
+    if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"] or words[2] not in WIDTH or not lines:
+        raise ValueError("its first line does not say what it is")
+    layout, field, symmetry = words[2:]
     if field not in ("real", "integer"):
         raise ValueError(f"its entries are {field}, not real")
+    if symmetry not in ("general", "symmetric", "skew-symmetric"):
+        raise ValueError(f"it is {symmetry}")
+    size = [int(word) for word in lines[0].split()]
+    if len(size) != WIDTH[layout] or min(size) < 0:
+        raise ValueError(f"{lines[0].strip()!r} are no sizes"[:200])
+    rows, columns = size[:2]
+    check((rows, columns))
+    if symmetry != "general" and rows != columns:
+        raise ValueError(f"it is {symmetry} with {rows} rows and {columns} columns")
+    skew = 1 if symmetry == "skew-symmetric" else 0
+    entries = size[2] if layout == "coordinate" else rows * columns
+    if layout == "array" and symmetry != "general":
+        entries = rows * (rows + 1 - 2 * skew) // 2
+    if len(lines) - 1 != entries:
+        raise ValueError(f"it announces {entries} entries and has {len(lines) - 1}")
+    values = np.fromiter(_numbers(lines[1:], 1 if layout == "array" else 3), np.float64)
     if layout == "array":
-        entries = rows * columns if symmetry == "general" else rows * (rows + 1) // 2
-    lines = sum(1 for line in text.splitlines() if line.strip() and not line.startswith("%")) - 1
-    if lines != entries:
-        raise ValueError(f"it announces {entries} entries and has {lines}")
-    return rows, columns
+        return _of_columns(values, rows, columns, symmetry, skew)
+    values = values.reshape(-1, 3)
+    place = values[:, :2].astype(np.int64) - 1
+    if (place < 0).any() or (place >= [rows, columns]).any() or (place + 1 != values[:, :2]).any():
+        raise ValueError("an entry lies outside the matrix")
+    i, j = place.T
+    if symmetry != "general":
+        off = i != j
+        i, j = np.concatenate([i, j[off]]), np.concatenate([j, i[off]])
+        mirrored = -values[off, 2] if skew else values[off, 2]
+        return sparse.csr_array((np.concatenate([values[:, 2], mirrored]), (i, j)), shape=(rows, columns))
+    return sparse.csr_array((values[:, 2], (i, j)), shape=(rows, columns))
+
+
+def _numbers(lines: Iterable[str], width: int) -> Iterator[float]:
+    for line in lines:
+        words = line.split()
+        if len(words) != width or "_" in line:
+            raise ValueError(f"{line.strip()[:60]!r} is no entry")
+        yield from map(float, words)
+
+
+def _of_columns(values: FloatArray, rows: int, columns: int, symmetry: str, skew: int) -> FloatArray:
+    """A full matrix from its columns, of symmetric ones from the diagonal (skew: below it) down."""
+    out = np.zeros((rows, columns))
+    if symmetry == "general":
+        return values.reshape(columns, rows).T.copy()
+    j, i = np.triu_indices(rows, skew)
+    out[i, j] = values
+    out[j, i] = -values if skew else values
+    return out
 
 
 def write_matrix_market(superelement: Superelement, path: Path) -> list[Path]:

@@ -29,6 +29,7 @@ from creak.formats.nastran.parts import read_parts
 from creak.formats.nastran.points import read_points
 from creak.formats.nastran.rigid import read_rigid
 from creak.formats.nastran.sets import element_sets, node_sets, surfaces
+from creak.formats.nastran.shell_to_solid import read_shell_to_solid
 from creak.formats.nastran.shells import read_shells
 from creak.formats.nastran.solids import read_solids
 from creak.formats.nastran.static_loads import named_loads, temperatures
@@ -85,6 +86,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     read_points(deck)
     read_direct_matrices(deck)
     constraints += read_rigid(deck)
+    constraints += read_shell_to_solid(deck)
     glue = read_glue(deck)
     constraints += glue
     n_own = len(deck.grids.ids)

@@ -165,5 +165,12 @@ def _plies(card: Card, materials: Materials) -> list[Ply]:
                 where=card.place(i),
                 expected="a material and T > 0",
             )
-        plies.append(Ply(sheet_of(materials, mid, card), t, math.radians(card.real(i + 2, 0.0))))
+        material = sheet_of(materials, mid, card)
+        if not (np.diag(sheet_matrices(material)[1]) > 0.0).all():
+            raise InputError(
+                f"a ply of {card.name} {card.integer(0)} has material {mid}, which has no shear modulus",
+                where=card.place(i),
+                expected="G of MAT1, G1Z and G2Z of MAT8 above 0, or blank",
+            )
+        plies.append(Ply(material, t, math.radians(card.real(i + 2, 0.0))))
     return plies

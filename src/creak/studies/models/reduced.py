@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from creak.arrays import FloatArray
 from creak.assembly.coupling import couple
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
@@ -19,13 +20,14 @@ from creak.linalg.modes import Modes, modes
 from creak.model.dofs import PER_NODE
 from creak.model.mesh import Model
 from creak.progress import Progress
-from creak.reduction.diagonal import diagonalise
+from creak.reduction.diagonal import Split, all_modes, diagonalise
 from creak.reduction.gap_modes import gap_modes
 from creak.reduction.health.verdict import RULE
 from creak.reduction.interface.second_level import second_level
 from creak.reduction.massless_boundary import massless_boundary
 from creak.reduction.modal import support_motion
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
+from creak.studies.models.solved import digest_of, solved
 from creak.studies.models.substructures import UNREDUCED, Partition, partition
 from creak.studies.models.superelements import KEPT, Reduced, reduce_substructure, with_all_modes
 from creak.studies.prepare.excitation import highest_frequency
@@ -160,7 +162,7 @@ def _by_parts(
     if failed:
         raise failed[0]
     _check_modes(setup, superelements)
-    return _together(setup, reference, cut, superelements, notes, progress)
+    return _together(setup, reference, cut, superelements, notes, progress, store)
 
 
 def _together(
@@ -170,15 +172,24 @@ def _together(
     superelements: list[Reduced],
     notes: list[str],
     progress: Progress,
+    store: Path | None = None,
 ) -> _Made:
     """The superelements coupled with what stays unreduced, and diagonalised."""
+
+    def modes_of(K: FloatArray, M: FloatArray) -> Split:
+        def make() -> dict[str, FloatArray]:
+            return dict(zip(("omega2", "Phi", "N"), all_modes(K, M), strict=True))
+
+        kept = solved(store, "coupled", [digest_of(K), digest_of(M)], make)
+        return kept["omega2"], kept["Phi"], kept["N"]
+
     progress("couple and diagonalise", 0, 1)
     reduced = iter(superelements)
     systems = [sub.part if sub.stays else _own_interface(setup, cut, next(reduced)) for sub in cut.substructures]
     systems += [*setup.superelements, *([reference.loose] if reference.loose is not None else [])]
     coupled = couple(systems, cut.model, setup.driven, setup.rayleigh, override=setup.override_damping)
     coupled = _shared_interface(setup, cut, coupled)
-    system = with_damping(setup, diagonalise(coupled) if coupled.n <= DIAGONAL_LIMIT else coupled)
+    system = with_damping(setup, diagonalise(coupled, modes_of) if coupled.n <= DIAGONAL_LIMIT else coupled)
     progress("couple and diagonalise", 1, 1)
     retained = sum(r.system.stats.retained for r in superelements)
     kept = sum(r.system.stats.modes for r in superelements)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -12,11 +13,12 @@ from creak.assembly.coupling import couple
 from creak.assembly.part import loose_system, part_system
 from creak.assembly.system import System
 from creak.errors import InputError
-from creak.linalg.factor import Factor, factor, regular_factor
+from creak.linalg.factor import Factor, LaterFactor, factor, regular_factor
 from creak.linalg.modes import Modes, modes, small_shift
 from creak.model.dofs import node_dofs
 from creak.progress import Progress
 from creak.reduction.modal import support_motion, with_modal_damping
+from creak.studies.models.solved import digest_of, solved
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
 
@@ -41,14 +43,16 @@ class ReferenceModel:
     """A factor of K; None where the structure can move freely, or once it was given back."""
     linear_gaps: FloatArray | None = None
     """(m,) smallest gap of every contact channel in the pre-check; None where there was none."""
+    store: Path | None = None
+    """Folder in which what was solved is kept (`solved`)."""
 
     def without_factor(self) -> ReferenceModel:
         """The same with the memory of the factor given back: only whole-assembly reductions use it again."""
         return replace(self, stiffness=None)
 
 
-def build_reference(setup: Setup, progress: Progress) -> ReferenceModel:
-    """Assemble the parts, join them, and find the modes of the whole."""
+def build_reference(setup: Setup, progress: Progress, store: Path | None = None) -> ReferenceModel:
+    """Assemble the parts, join them, and find the modes of the whole, or take them from a run before (`solved`)."""
     count = len(setup.model.parts)
     parts = []
     for i in range(count):
@@ -57,17 +61,37 @@ def build_reference(setup: Setup, progress: Progress) -> ReferenceModel:
     loose = loose_system(setup.model, setup.rayleigh)
     progress("assemble", count, count)
     system = join_parts(setup, parts, loose)
-    stiffness = regular_factor(system.K)
-    found = modes(
-        system.K,
-        system.M,
-        f_max=modal_band(setup, system.n),
-        free=stiffness is None,
-        stiffness_factor=stiffness,
-        progress=lambda done, total: progress("modes of the assembly", done, total),
-    )
-    R = support_motion(system, stiffness or held_factor(system))
-    return ReferenceModel(tuple(parts), loose, damped(setup, system, found, R), found, R, stiffness)
+    stiffness, found, R = _solved(setup, system, progress, store)
+    return ReferenceModel(tuple(parts), loose, damped(setup, system, found, R), found, R, stiffness, store=store)
+
+
+def _solved(
+    setup: Setup, system: System, progress: Progress, store: Path | None
+) -> tuple[Factor | None, Modes, FloatArray]:
+    """A factor of K where it is regular, the modes, and the motion with the supports."""
+    f_max, made = modal_band(setup, system.n), list[Factor | None]()
+
+    def solve() -> dict[str, FloatArray]:
+        stiffness = regular_factor(system.K)
+        made.append(stiffness)
+        found = modes(
+            system.K,
+            system.M,
+            f_max=f_max,
+            free=stiffness is None,
+            stiffness_factor=stiffness,
+            progress=lambda done, total: progress("modes of the assembly", done, total),
+        )
+        told = [found.residual, found.sturm_ok, found.next_omega2, found.columns, stiffness is not None]
+        R = support_motion(system, stiffness or held_factor(system))
+        return {"omega2": found.omega2, "shapes": found.shapes, "R": R, "told": np.array(told, dtype=float)}
+
+    K, M, side = (digest_of(A) for A in (system.K, system.M, system.supports.K_qs))
+    kept = solved(store, "assembly", [K, M, side, repr(f_max)], solve)
+    residual, sturm_ok, following, columns, held = kept["told"].tolist()
+    found = Modes(kept["omega2"], kept["shapes"], residual, bool(sturm_ok), following, int(columns))
+    stiffness = made[0] if made else LaterFactor(system.K) if held else None
+    return stiffness, found, kept["R"]
 
 
 def rejoined(setup: Setup, reference: ReferenceModel, parts: Sequence[int]) -> ReferenceModel:
@@ -128,8 +152,7 @@ def static_shapes(setup: Setup, reference: ReferenceModel) -> FloatArray:
     ------
     InputError : there are forces, and only contact holds the structure.
     """
-    n = reference.system.n
-    B = np.zeros((n, len(setup.loads.force_labels)))
+    B = force_columns(setup, reference.system)
     if not B.shape[1]:
         return B
     if reference.stiffness is None:
@@ -140,10 +163,15 @@ def static_shapes(setup: Setup, reference: ReferenceModel) -> FloatArray:
             expected="supports that hold it without contact",
             fix='Use method = "craig-bampton".',
         )
-    for j, labels in enumerate(setup.loads.force_labels):
-        rows, _ = reference.system.rows(labels)
-        B[:, j] = np.asarray(rows.sum(axis=0)).ravel()
     return reference.stiffness.solve(np.asfortranarray(B))
+
+
+def force_columns(setup: Setup, system: System) -> FloatArray:
+    """B of the force excitations, (n, n_force)."""
+    B = np.zeros((system.n, len(setup.loads.force_labels)))
+    for j, labels in enumerate(setup.loads.force_labels):
+        B[:, j] = np.asarray(system.rows(labels)[0].sum(axis=0)).ravel()
+    return B
 
 
 def observed_labels(nodes_idx: IntArray) -> IntArray:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import IntArray, Matrix
+from creak.arrays import IntArray
 from creak.assembly.system import System
 from creak.errors import InputError, NumericalError
 from creak.formats.safe_names import file_stem
@@ -40,6 +40,7 @@ from creak.reduction.craig_bampton import (
 from creak.reduction.inside import Inside
 from creak.studies.file.reader import Study
 from creak.studies.models.reference import observed_labels
+from creak.studies.models.solved import digest_of
 from creak.studies.models.substructures import Substructure
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.watched import watched_labels
@@ -149,27 +150,15 @@ def fingerprints(sub: Substructure, modes: str) -> dict[str, str]:
     """What a superelement depends on, each as a hash."""
     part, extra = sub.part, sub.part.damping.extra
     return {
-        "stiffness": _hash(part.K),
-        "mass": _hash(part.M),
-        "damping": "" if extra is None else _hash(extra),
-        "dofs": _hash(part.coordinates),
-        "retained": _hash(sub.boundary),
-        "interface": "" if sub.shape is None else _hash(sub.shape),
+        "stiffness": digest_of(part.K),
+        "mass": digest_of(part.M),
+        "damping": "" if extra is None else digest_of(extra),
+        "dofs": digest_of(part.coordinates),
+        "retained": digest_of(sub.boundary),
+        "interface": "" if sub.shape is None else digest_of(sub.shape),
         "modes": modes,
         "creak": version(),
     }
-
-
-def _hash(A: Matrix | IntArray) -> str:
-    digest = hashlib.blake2b(digest_size=16)
-    if sp.issparse(A):
-        B = sp.csr_matrix(A)
-        B.sort_indices()
-        for part in (B.data, B.indices.astype(np.int64), B.indptr.astype(np.int64)):
-            digest.update(np.ascontiguousarray(part).data)
-    else:
-        digest.update(np.ascontiguousarray(A).data)
-    return digest.hexdigest()
 
 
 def _path(folder: Path, name: str) -> Path:
@@ -226,7 +215,7 @@ def _wider(
     named = [pair for pair in zip(saved.node_ids.tolist(), saved.dofs.tolist(), strict=True) if pair[0]]
     boundary = np.unique([row_of.get(pair, -1) for pair in named]).astype(np.int64)
     wider = replace(sub, boundary=boundary)
-    if not np.isin(sub.boundary, boundary).all() or _hash(boundary) != saved.made_from["retained"]:
+    if not np.isin(sub.boundary, boundary).all() or digest_of(boundary) != saved.made_from["retained"]:
         return None
     return wider, saved
 

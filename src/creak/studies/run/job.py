@@ -135,7 +135,7 @@ def run_study(
     if c.time.exact:
         compile_flow()
     progress(COMPILE, 1, 1)
-    setup, reference, gaps, notes = ready(setup, progress)
+    setup, reference, gaps, notes = ready(setup, progress, store)
     runs: dict[str, Run] = {}
     kept = gaps.m
     reduced, health, stopped = None, {}, None
@@ -273,9 +273,16 @@ def step_warnings(setup: Setup, run: Run) -> list[str]:
     ]
 
 
-def ready(setup: Setup, progress: Progress) -> tuple[Setup, ReferenceModel, GapOperator, list[str]]:
-    """The setup at its start, and what `prepare` gives; nothing holds the factor of the whole any longer."""
-    setup, built = begin(setup, progress)
+def ready(
+    setup: Setup, progress: Progress, store: Path | None = None
+) -> tuple[Setup, ReferenceModel, GapOperator, list[str]]:
+    """The setup at its start, and what `prepare` gives; nothing holds the factor of the whole any longer.
+
+    Parameters
+    ----------
+    store : folder of saved superelements, beside which what was solved is kept.
+    """
+    setup, built = begin(setup, progress, store)
     return (setup, *prepare(setup, progress, built))
 
 

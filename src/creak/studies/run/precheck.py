@@ -11,7 +11,8 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.scheme import Scheme
 from creak.progress import Progress
 from creak.reduction.modal import modal_system
-from creak.studies.models.reference import ReferenceModel, static_shapes
+from creak.studies.models.reference import ReferenceModel, force_columns, static_shapes
+from creak.studies.models.solved import digest_of, solved
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import nothing_closes
 from creak.studies.run.integrate import linear_run
@@ -51,8 +52,25 @@ def prechecked(setup: Setup, reference: ReferenceModel) -> tuple[GapOperator, li
 
 def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress) -> FloatArray:
     """(m,) smallest gap of every contact channel over a run without contact."""
-    R = reference.support_shapes
-    assert reference.stiffness is not None
-    system = modal_system(reference.system, reference.modes, R, static_shapes(setup, reference))
-    history = linear_run(setup, system, scheme, lambda done, total: progress("linear pre-check", done, total))
-    return np.asarray(history.gap.min(axis=0))
+
+    def run() -> dict[str, FloatArray]:
+        R = reference.support_shapes
+        assert reference.stiffness is not None
+        system = modal_system(reference.system, reference.modes, R, static_shapes(setup, reference))
+        history = linear_run(setup, system, scheme, lambda done, total: progress("linear pre-check", done, total))
+        return {"closes": np.asarray((history.gap - setup.contacts.gap0).min(axis=0))}
+
+    made_from = [] if reference.store is None else _made_from(setup, reference, scheme)
+    return np.asarray(setup.contacts.gap0 + solved(reference.store, "precheck", made_from, run)["closes"])
+
+
+def _made_from(setup: Setup, reference: ReferenceModel, scheme: Scheme) -> list[str]:
+    """All that the motion of the gaps without contact depends on; their size is not among it."""
+    system, loads, found, table = reference.system, setup.loads, reference.modes, setup.study.config.time
+    d, s, contacts = system.damping, system.supports, setup.contacts
+    matrices = [system.K, system.M, d.extra, d.modal_shapes, d.modal_values, s.M_qs, s.K_qs, s.C_qs, s.M_ss, s.K_ss]
+    matrices += [s.C_ss, s.M_start, system.velocity, found.omega2, found.shapes, reference.support_shapes]
+    matrices += [*system.combined(contacts.G, contacts.labels), force_columns(setup, system)]
+    matrices += [loads.time, loads.support, loads.force]
+    words = [repr(scheme), f"{d.alpha!r} {d.beta!r} {table.exact} {table.substeps} {contacts.m}"]
+    return [*words, *("" if A is None else f"{A.shape} {digest_of(A)}" for A in matrices)]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -29,9 +30,9 @@ from creak.studies.prepare.static_loads import StaticStart, static_forces, stati
 STAGE = "static start"
 
 
-def begin(setup: Setup, progress: Progress) -> tuple[Setup, ReferenceModel]:
+def begin(setup: Setup, progress: Progress, store: Path | None = None) -> tuple[Setup, ReferenceModel]:
     """The unreduced model, and the setup that starts from its static equilibrium where the study asks for one."""
-    reference = build_reference(setup, progress)
+    reference = build_reference(setup, progress, store)
     return started(setup, reference, progress), reference
 
 

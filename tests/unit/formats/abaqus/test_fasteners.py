@@ -10,6 +10,7 @@ from creak.elements.block_matrices import block_matrices
 from creak.errors import InputError
 from creak.formats.decks import read_model
 from creak.studies.models.deck_modes import deck_modes
+from fuzz_more_samples import FASTENED
 
 N = 6
 
@@ -156,3 +157,10 @@ def test_mass_at_the_reference_nodes(tmp_path, text):
 def test_what_is_left_out_is_listed(tmp_path):
     model = read(tmp_path, FASTENER.replace("PROPERTY=P,", "PROPERTY=P, COUPLING=STRUCTURAL,"))
     assert [(u.keyword, u.changes_answer) for u in model.unread] == [("*FASTENER, COUPLING=STRUCTURAL", True)]
+
+
+def test_a_facet_without_area_has_no_direction(tmp_path):
+    """A node of the only facet of the first layer lies on the one across."""
+    (tmp_path / "a.inp").write_text(FASTENED.replace(" 4, 0., 10., 0.", " 4, 10., 0., 0."))
+    with pytest.raises(InputError, match=r"surface 'SA' nearest to a reference node of \*FASTENER has no area"):
+        read_model(tmp_path / "a.inp")

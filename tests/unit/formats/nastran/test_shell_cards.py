@@ -213,3 +213,8 @@ def test_mistakes(tmp_path, prop, tail, message):
         return
     with pytest.raises(InputError, match=message):
         strip(tmp_path, prop, tail)
+
+
+def test_plies_need_a_shear_modulus(tmp_path):
+    with pytest.raises(InputError, match=r"a ply of PCOMP 1 has material 2, which has no shear modulus.*G of MAT1"):
+        strip(tmp_path, "PCOMP,1\n,2,1.,0.", extra="MAT1,2,7.+4,1.-80,.3,2.7-9")

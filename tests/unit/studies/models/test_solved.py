@@ -1,0 +1,137 @@
+"""Modes that were found once are found again where nothing that they hang on has changed, and only there."""
+
+from __future__ import annotations
+
+import shutil
+
+import numpy as np
+import pytest
+
+from creak.studies.file.changes import with_changes
+from creak.studies.file.reader import read_study
+from creak.studies.models import reference, solved
+from creak.studies.models.reference import build_reference
+from creak.studies.prepare.setup import set_up
+from creak.studies.run import precheck
+from creak.studies.run.integrate import scheme_of
+from helpers_decks import STUDY, write_strips
+
+
+def silent(*_):
+    """No progress."""
+
+
+class Maker:
+    """Counts how often it was asked."""
+
+    def __init__(self) -> None:
+        self.times = 0
+
+    def __call__(self):
+        self.times += 1
+        return {"a": np.asfortranarray(np.arange(6.0).reshape(2, 3)), "told": np.array([np.nan, np.inf])}
+
+
+@pytest.fixture
+def store(tmp_path):
+    folder = tmp_path / "superelements"
+    folder.mkdir()
+    return folder
+
+
+def test_taken_where_all_is_the_same_and_made_where_anything_is_other(store, monkeypatch):
+    make = Maker()
+    first = solved.solved(store, "assembly", ["K", "M"], make)
+    again = solved.solved(store, "assembly", ["K", "M"], make)
+    assert make.times == 1
+    for name, array in first.items():
+        np.testing.assert_array_equal(again[name], array)
+        assert again[name].strides == array.strides  # products sum in the same order: a second run is the first
+    solved.solved(store, "coupled", ["K", "M"], make)
+    solved.solved(store, "assembly", ["K2", "M"], make)
+    solved.solved(store, "assembly", ["K", "M2"], make)
+    assert make.times == 4
+    monkeypatch.setattr(solved, "version", lambda: "0.0")
+    solved.solved(store, "assembly", ["K", "M"], make)
+    assert make.times == 5
+
+
+def test_a_file_that_is_damaged_or_of_something_else_is_made_anew(store):
+    make = Maker()
+    solved.solved(store, "assembly", ["K"], make)
+    (path,) = (store / "solved").iterdir()
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-20] + bytes([whole[-20] ^ 1]) + whole[-19:])
+    solved.solved(store, "assembly", ["K"], make)
+    assert make.times == 2
+    assert path.read_bytes()[:512] == whole[:512]  # and is whole again
+    solved.solved(store, "assembly", ["other"], make)
+    (other,) = set((store / "solved").iterdir()) - {path}
+    shutil.copy(path, other)
+    solved.solved(store, "assembly", ["other"], make)
+    assert make.times == 4
+
+
+def test_nothing_is_kept_without_a_folder_and_not_more_than_a_few(store, tmp_path, monkeypatch):
+    make = Maker()
+    for where in (None, tmp_path / "none"):
+        solved.solved(where, "assembly", ["K"], make)
+    assert not (tmp_path / "none").exists()
+    for k in range(solved.KEPT + 2):
+        solved.solved(store, "assembly", [str(k)], make)
+    assert len(list((store / "solved").iterdir())) == solved.KEPT
+    monkeypatch.setattr(solved, "LARGEST", 8)
+    solved.solved(store, "large", ["K"], make)
+    assert not list((store / "solved").glob("large.*"))
+
+
+def test_a_second_run_finds_the_modes_of_the_assembly(tmp_path, store, monkeypatch):
+    """Neither modes nor factor are made again for another gap; another band or mass makes them."""
+    study = read_study(write_strips(tmp_path, study=STUDY))
+    first = build_reference(set_up(study), silent, store)
+    made = []
+    real = reference.modes
+    monkeypatch.setattr(reference, "modes", lambda *a, **k: made.append(1) or real(*a, **k))
+    setup = set_up(with_changes(study, {"contact.tip.clearance": 0.4}))
+    second = build_reference(setup, silent, store)
+    assert not made
+    assert second.modes.frequencies == pytest.approx(first.modes.frequencies, rel=1e-14)
+    np.testing.assert_array_equal(second.modes.shapes, first.modes.shapes)
+    np.testing.assert_array_equal(second.support_shapes, first.support_shapes)
+    assert second.modes.next_omega2 == first.modes.next_omega2
+    b = np.linspace(1.0, 2.0, second.system.n)
+    np.testing.assert_allclose(second.stiffness.solve(b), first.stiffness.solve(b), rtol=1e-9)
+    changes = {"damping.modal": 0.02}, {"verification.mac_f_max": 3000.0}
+    for change in changes:
+        build_reference(set_up(with_changes(study, change)), silent, store)
+    assert len(made) == len(changes)
+    deck = tmp_path / study.config.model.deck
+    deck.write_text(deck.read_text(encoding="utf-8").replace("7.85e-9", "7.86e-9"), encoding="utf-8")
+    build_reference(set_up(study), silent, store)
+    assert len(made) == len(changes) + 1
+
+
+def test_the_linear_run_is_that_of_another_gap_and_of_nothing_else(tmp_path, store, monkeypatch):
+    study = read_study(write_strips(tmp_path, study=STUDY))
+    made, real = [], precheck.linear_run
+    monkeypatch.setattr(precheck, "linear_run", lambda *a: made.append(1) or real(*a))
+
+    def gaps(changes, folder=store):
+        setup = set_up(with_changes(study, changes))
+        built = build_reference(setup, silent, folder)
+        return precheck.linear_gaps(setup, built, scheme_of(setup.study.config.time), silent)
+
+    gaps({})
+    wider = gaps({"contact.tip.clearance": 0.4})
+    assert len(made) == 1
+    np.testing.assert_allclose(wider, gaps({"contact.tip.clearance": 0.4}, None), rtol=1e-12)
+    others = [
+        {"excitation.root.signal.seed": 4},
+        {"damping.modal": 0.03},
+        {"time.alpha": -0.1},
+        {"contact.tip.method": "node-to-surface"},
+    ]
+    for change in others:
+        made.clear()
+        gaps(change)
+        assert len(made) == 1, change
