@@ -1,6 +1,7 @@
 """`creak report`: the page of an earlier run, from its files alone; and the motion and histories of that run."""
 
 import csv
+import json
 import re
 import shutil
 import xml.etree.ElementTree as ET
@@ -122,6 +123,26 @@ def test_histories_become_functions_of_a_universal_file(creak, folder, tmp_path)
         np.testing.assert_allclose(values, numbers, rtol=1e-12, atol=1e-99)
 
 
+def test_lines_and_places_become_points(creak, folder, tmp_path):
+    """Figures of the points against summary.json: of the worst point of the line, of the place, of all impulses."""
+    said = creak("convert", folder / "results.h5", tmp_path / "found.vtu")
+    assert said.status == 0, said.words
+    found, summary = arrays(tmp_path / "found.vtu"), json.loads((folder / "summary.json").read_text())
+    (line,), run = summary["elines"]["lines"], summary["runs"]["reduced"]
+    assert found["types"].size == found["eline"].size == len(found["Points"])
+    for key in ("linear", "contact"):
+        assert found[f"{key}_margin"].min() == pytest.approx(line[key]["margin"], rel=1e-12)
+    assert set(found["place"].astype(int)) - {0} == set(range(1, 1 + len(run["places"])))
+    first = found["place"] == 1
+    assert set(found["node"][first].astype(int)) == set(run["places"][0]["nodes"])
+    assert set(found["place_impulse"][first]) == {run["places"][0]["impulse"]}
+    assert found["impulse"].sum() == pytest.approx(run["impulse_total"], rel=1e-9)
+    assert np.isnan(found["place_force"][~(found["place"] > 0)]).all()
+    said = creak("convert", folder / "results.h5", tmp_path / "found.vtu", "--run", "reference")
+    assert said.status == 2
+    assert "those of the main run" in said.err
+
+
 def test_histories_become_a_table(creak, folder, tmp_path):
     said = creak("convert", folder / "results.h5", tmp_path / "histories.csv", "--run", "reference")
     assert said.status == 0, said.words
@@ -151,7 +172,7 @@ def test_histories_become_a_table(creak, folder, tmp_path):
     [
         (("results.h5", "histories.csv", "--run", "other"), "no run 'other'"),
         (("deck.inp", "histories.unv"), "cannot write a deck that ends in '.unv'"),
-        (("results.h5", "motion.vtu"), "cannot write results to motion.vtu"),
+        (("results.h5", "motion.vtk"), "cannot write results to motion.vtk"),
         (("deck.inp", "motion.pvd"), "expected results.h5"),
         (("results.h5", "motion.pvd", "--mass", "lumped"), "are for decks"),
         (("deck.inp", "deck.bdf", "--run", "reduced"), "--run reduced with a deck"),

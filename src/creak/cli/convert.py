@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MATRICES = {"npz": "npz", "mtx": "matrix-market", "op4": "op4", "dmig": "dmig"}
 """What --matrices takes -> name of the format."""
 RESULTS = (".h5", ".hdf5")
-OF_RESULTS = (".pvd", ".unv", ".uff", ".csv")
+OF_RESULTS = (".pvd", ".vtu", ".unv", ".uff", ".csv")
 """What results are written to."""
 
 
@@ -30,7 +30,7 @@ def convert(
     out: Path = typer.Argument(
         ...,
         metavar="OUT",
-        help="The deck to write, .inp, .bdf, .dat, .nas; or the matrices; of results .pvd, .unv, .csv.",
+        help="The deck to write, .inp, .bdf, .dat, .nas; or the matrices; of results .pvd, .vtu, .unv, .csv.",
     ),
     matrices: str | None = typer.Option(None, "--matrices", help="Write K, M and C instead: npz, mtx, op4 or dmig."),
     mass: str | None = typer.Option(
@@ -52,7 +52,8 @@ def convert(
 
     Of the results of a run with [output] field_interval it writes the motion of all nodes for ParaView: OUT.pvd with
     the times, and a folder of that name with a VTU for each instant. Of any results it writes the histories of watched
-    nodes and gap channels: OUT.csv with all of them, OUT.unv (data set 58) with translations and normal forces.
+    nodes and gap channels: OUT.csv with all of them, OUT.unv (data set 58) with translations and normal forces; and
+    OUT.vtu, E-lines and places as points with their figures.
 
     Example: creak convert plate.bdf plate.inp --mass consistent
 
@@ -70,7 +71,7 @@ def convert(
         _check(deck, out, matrices, mass)
     writable_file(out, stream=matrices is None and out.suffix.lower() != ".pvd")
     if of_run:
-        write = _write_motion if out.suffix.lower() == ".pvd" else _write_histories
+        write = {".pvd": _write_motion, ".vtu": _write_points}.get(out.suffix.lower(), _write_histories)
         write(deck, out, run, Output(quiet, verbose, as_json))
         return
     with Output(quiet, verbose, as_json) as output:
@@ -109,10 +110,12 @@ def _check_results(of_run: bool, out: Path, run: str | None, others: list[str | 
     if of_run and out.suffix.lower() not in OF_RESULTS:
         raise InputError(
             f"cannot write results to {out}",
-            expected=".pvd (motion for ParaView), .unv (histories for test software) or .csv (histories)",
+            expected=".pvd (motion) or .vtu (lines, places) for ParaView, .unv or .csv (histories)",
         )
-    if not of_run and out.suffix.lower() == ".pvd":
-        raise InputError("a .pvd holds the motion of a run", expected="results.h5 as IN")
+    if not of_run and out.suffix.lower() in (".pvd", ".vtu"):
+        raise InputError(f"a {out.suffix} holds what a run found", expected="results.h5 as IN")
+    if out.suffix.lower() == ".vtu" and run is not None:
+        raise InputError(f"--run {run} with {out.name}", expected="none: lines and places are those of the main run")
     if of_run and any(others):
         raise InputError("--matrices, --mass and --ignore are for decks", expected="none of them with results")
     if not of_run and run is not None:
@@ -131,6 +134,25 @@ def _write_motion(results: Path, out: Path, run: str | None, words: Output) -> N
         output.tell_written()
         output.say(f"{field.time.size} instants of the {field.run} run in {folder}")
         output.result({"run": field.run, "instants": field.time.size, "written": [str(out)], "folder": str(folder)})
+
+
+def _write_points(results: Path, out: Path, run: str | None, words: Output) -> None:
+    """E-lines and places as points for ParaView."""
+    from creak.formats.vtu import write_points
+    from creak.report.found_points import found_points
+    from creak.report.stored import read_found
+
+    with words as output:
+        with output.progress as progress, progress.phase(f"write {out.name}"):
+            found, summary = read_found(results.parent)
+            xyz, arrays = found_points(found, summary)
+            write_points(out, xyz, arrays)
+            output.wrote(out)
+        output.tell_written()
+        names = [] if found.elines is None else [line.name for line in found.elines.lines]
+        told = ", ".join(f"{k} {name}" for k, name in enumerate(names)) or "none"
+        output.say(f"{len(xyz)} points with {len(arrays)} figures each; places: {len(found.places)}; elines: {told}")
+        output.result({"points": len(xyz), "figures": list(arrays), "elines": names, "written": [str(out)]})
 
 
 def _write_histories(results: Path, out: Path, run: str | None, words: Output) -> None:

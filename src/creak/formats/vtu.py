@@ -71,6 +71,23 @@ def write_instant(path: Path, mesh: MeshText, time: float, displacement: FloatAr
         _write(file, mesh, {"TimeValue": [time]}, iter([("displacement", displacement)]))
 
 
+def write_points(path: Path, xyz: FloatArray, arrays: Mapping[str, FloatArray]) -> None:
+    """Write points (n, 3), a vertex each, with figures (n,) in double precision."""
+    count, rows, head = len(xyz), np.arange(len(xyz)), io.StringIO()
+    head.write(f'<Piece NumberOfPoints="{count}" NumberOfCells="{count}">\n<Points>\n')
+    _array(head, "Points", xyz.astype("<f8"))
+    head.write("</Points>\n<Cells>\n")
+    for name, values in (("connectivity", rows), ("offsets", rows + 1)):
+        _array(head, name, values.astype("<i8"))
+    _array(head, "types", np.full(count, VERTEX, dtype="u1"))
+    head.write("</Cells>\n")
+    figures = io.StringIO()
+    for name, values in arrays.items():
+        _array(figures, name, values.astype("<f8"))
+    with complete_file(path) as partial, partial.open("w", encoding="ascii") as file:
+        _write(file, MeshText(head.getvalue(), figures.getvalue()), {}, iter(()))
+
+
 @dataclass(frozen=True)
 class MeshText:
     """What files of one mesh have in common, as they say it."""

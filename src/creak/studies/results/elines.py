@@ -202,31 +202,34 @@ def _line_dict(row: LineRow, model: Mesh) -> dict[str, Any]:
     }
 
 
+def point_columns(found: LineFindings) -> dict[str, FloatArray]:
+    """Figures (p,) of the points in each run that there is, lengths of the study: `linear_margin`, ..."""
+    measures = {"linear": found.linear, "contact": found.contact}
+    columns: dict[str, FloatArray] = {}
+    for name, m in measures.items():
+        if m is None:
+            continue
+        columns |= {
+            f"{name}_margin": margins(found, m.closing),
+            f"{name}_closing": m.closing,
+            f"{name}_closing_percentile": m.closing_percentile,
+            f"{name}_across": m.across,
+            f"{name}_along_x": m.along[:, 0],
+            f"{name}_along_y": m.along[:, 1],
+            f"{name}_in_plane": m.in_plane,
+            f"{name}_in_plane_percentile": m.in_plane_percentile,
+        }
+    return columns
+
+
 def point_csv(found: LineFindings, model: Mesh, length: str) -> str:
     """A line for each point: where it is, its frame, and its figures in both runs; lengths in `length`."""
-    out = io.StringIO()
+    out, columns = io.StringIO(), point_columns(found)
     writer = csv.writer(out, lineterminator="\n")
-    measures = {"linear": found.linear, "contact": found.contact}
-    there = {name: m for name, m in measures.items() if m is not None}
-    words = (
-        "margin",
-        "closing",
-        "closing_percentile",
-        "across",
-        "along_x",
-        "along_y",
-        "in_plane",
-        "in_plane_percentile",
-    )
     head = ["line", "node", "x", "y", "z", *(f"frame_{a}{b}" for a in "xyz" for b in "xyz"), "gap", "tolerance"]
-    head += [f"{name}_{word}" for name in there for word in words]
+    head += list(columns)
     writer.writerow([f"{h}_{length}" if k > 13 or 2 <= k < 5 else h for k, h in enumerate(head)])
-    columns = [
-        [margins(found, m.closing), m.closing, m.closing_percentile, m.across, *m.along.T, m.in_plane]
-        + [m.in_plane_percentile]
-        for m in there.values()
-    ]
-    flat = np.column_stack([c for some in columns for c in some])
+    flat = np.column_stack(list(columns.values()))
     for i, k in enumerate(found.line_of.tolist()):
         figures = [*found.position[i], *found.frames[i].ravel(), found.gap0[i], found.lines[k].tolerance, *flat[i]]
         name = found.lines[k].name
