@@ -154,12 +154,13 @@ def _drawn_parts(result: Found, units: Units) -> dict[str, Any]:
 
 def _motion_parts(result: Found, motions: scene.Animations, shape: dict[str, Any] | None) -> dict[str, Any]:
     run = main_run(result.runs)
+    every = [*motions.shown, *motions.modes]
     return {
         "has_scene": shape is not None,
         "scene": _script_json(shape),
-        "motions": motions.shown,
-        "motions_json": _script_json(motions.shown),
-        "motion_labels": [m["label"] for m in motions.shown],
+        "motions": every,
+        "motions_json": _script_json(every),
+        "motion_labels": [m["label"] for m in every],
         "motion_words": motions.words,
         "motion_run": "unreduced" if run is None else checks.RUN_WORDS[run.name],
         "size_words": f"Animations take {motions.size / 1e6:.2g} MB of this file." if motions.shown else "",

@@ -25,7 +25,7 @@ MODE_SIZE, MODE_FRAMES = 0.05, 24
 
 @dataclass(frozen=True)
 class Animations:
-    """The motions that go into a report, those around events first, ready for JSON, and what to say about them."""
+    """The motions that go into a report, ready for JSON, and what to say about them."""
 
     shown: list[dict[str, Any]]
     size: int
@@ -33,7 +33,9 @@ class Animations:
     words: str
     """How much there is, or why nothing."""
     spans: tuple[tuple[float, float], ...] = ()
-    """First and last instant of each motion around an event, s."""
+    """First and last instant of each, s."""
+    modes: tuple[dict[str, Any], ...] = ()
+    """A period of each mode shape, as `shown`."""
 
 
 def scene(result: Found) -> dict[str, Any] | None:
@@ -67,7 +69,7 @@ def animations(result: Found, units: Units) -> Animations:
     """
     run, surface, motions, modes = main_run(result.runs), result.surface, result.motions, _modes(result)
     if run is None or surface is None or motions.why:
-        return Animations(modes, 0, f"No motion around an event: {motions.why}.")
+        return Animations([], 0, f"No motion around an event: {motions.why}.", modes=modes)
     shown: list[tuple[ShownMotion, dict[str, Any], int]] = []
     for motion in motions.shown:
         animation = _animation(run, result, surface, motion, units)
@@ -78,18 +80,19 @@ def animations(result: Found, units: Units) -> Animations:
     shown.sort(key=lambda one: -one[0].event.force_peak_filtered)
     used = sum(size for _, _, size in shown)
     spans = tuple((float(m.time[0]), float(m.time[-1])) for m, _, _ in shown)
-    return Animations([*(one for _, one, _ in shown), *modes], used, _words(len(shown), motions, used, surface), spans)
+    words = _words(len(shown), motions, used, surface)
+    return Animations([one for _, one, _ in shown], used, words, spans, modes)
 
 
-def _modes(result: Found) -> list[dict[str, Any]]:
+def _modes(result: Found) -> tuple[dict[str, Any], ...]:
     """One period of each mode, its largest displacement a share of the model's size."""
     found, surface = result.mode_shapes, result.surface
     if found is None or surface is None:
-        return []
+        return ()
     xyz = result.setup.model.nodes.coords[surface.nodes_idx]
     largest = MODE_SIZE * float(np.ptp(xyz, axis=0).max())
     phase = np.arange(MODE_FRAMES + 1) / MODE_FRAMES
-    return [
+    return tuple(
         {
             "label": f"mode {k} of the unreduced model, {number(float(f), 4)} Hz",
             "mode": True,
@@ -103,7 +106,7 @@ def _modes(result: Found) -> list[dict[str, Any]]:
             "touch": 0.0,
         }
         for k, (f, shape) in enumerate(zip(found.frequency, found.shapes, strict=True), start=1)
-    ]
+    )
 
 
 def _words(shown: int, motions: Motions, used: int, surface: Surface) -> str:
