@@ -23,7 +23,7 @@ from creak.model.mesh import ElementBlock, Model
 from creak.model.units import UNITS
 from creak.reduction.diagonal import diagonalise
 from creak.studies.cause.decompose import Cause
-from creak.studies.cause.fasteners import nearest_fastener, translations, without_fastener
+from creak.studies.cause.fasteners import nearest_fastener, part_of, translations, without_fastener
 from creak.studies.file.config import DampingTable
 from creak.studies.models.reduced import coupled_again, with_damping
 from creak.studies.prepare.setup import Setup
@@ -167,9 +167,9 @@ def _moved(result: StudyResult, channel: int) -> Iterator[Change]:
     if ends is None or reduced is None or not reduced.superelements:
         return
     beyond = APART * float(np.linalg.norm(np.ptp(model.nodes.coords, axis=0)))
-    parts = tuple(_part(model, n) for n in ends)
+    parts = tuple(part_of(model, n) for n in ends)
     old = nearest_fastener(model, (parts[0], parts[1]), model.nodes.coords[ends[0]], beyond)
-    if old is None:
+    if old is None or (old.stiffness is not None and not old.stiffness.any()):
         return
     less = without_fastener(model, old)
     hard = gaps.stiffness[channel]
@@ -198,7 +198,7 @@ def _with_matrices(kind: str, words: str, setup: Setup, nodes: tuple[int, ...], 
     every = node_dofs(np.array(nodes))
     active = np.flatnonzero(K.any(axis=0) | M.any(axis=0))
     labels, k, m = every[active], K[np.ix_(active, active)], M[np.ix_(active, active)]
-    part = _part(setup.model, nodes[0]) if len(nodes) == 1 else -1
+    part = part_of(setup.model, nodes[0]) if len(nodes) == 1 else -1
     section = NodalMatrices("ADDED", K, M, np.zeros_like(K))
     block = ElementBlock(f"nodal{len(nodes)}", np.array([0]), np.array([nodes]), section, part)
     return Change(
@@ -216,10 +216,6 @@ def _with_blocks(setup: Setup, blocks: list[ElementBlock]) -> Setup:
     """More elements, damped as all others are: else the modes that are damped alike would no longer be."""
     model = replace(setup.model, blocks=(*setup.model.blocks, *blocks))
     return replace(setup, model=model, override_damping=True)
-
-
-def _part(model: Model, node: int) -> int:
-    return next((i for i, p in enumerate(model.parts) if p.has(node)), -1)
 
 
 def _again(setup: Setup, system: System, labels: IntArray, k: FloatArray, m: FloatArray) -> System:

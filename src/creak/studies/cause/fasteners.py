@@ -27,7 +27,7 @@ def nearest_fastener(model: Model, parts: tuple[int, int], point: FloatArray, be
     """The one between two parts that is nearest to a point, of those further than `beyond` from it."""
     found = []
     for pair in sorted({pair for _, pair in _pairs(model)}):
-        if {_part(model, n) for n in pair} != set(parts):
+        if {part_of(model, n) for n in pair} != set(parts):
             continue
         away = float(np.linalg.norm(model.nodes.coords[list(pair)].mean(axis=0) - point))
         if away > beyond:
@@ -47,6 +47,11 @@ def without_fastener(model: Model, fastener: Fastener) -> Model:
         blocks.append(some_of(block, kept) if own.any() else block)
     links = tuple(c for c in model.constraints if _ends(c.nodes) != fastener.nodes)
     return replace(model, blocks=tuple(b for b in blocks if b.ids.size), constraints=links)
+
+
+def part_of(model: Model, node: int) -> int:
+    """Row of the part that has a node, -1: none."""
+    return next((i for i, p in enumerate(model.parts) if p.has(node)), -1)
 
 
 def _pairs(model: Model) -> Iterator[tuple[object, tuple[int, int]]]:
@@ -71,10 +76,6 @@ def _between(block: ElementBlock, nodes: tuple[int, int]) -> np.ndarray:
     if block.part >= 0 or block.nodes_idx.shape[1] != 2:
         return np.zeros(block.ids.size, dtype=bool)
     return np.asarray((np.sort(block.nodes_idx, axis=1) == nodes).all(axis=1))
-
-
-def _part(model: Model, node: int) -> int:
-    return next((i for i, p in enumerate(model.parts) if p.has(node)), -1)
 
 
 def _stiffness(model: Model, nodes: tuple[int, int]) -> FloatArray | None:
