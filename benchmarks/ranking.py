@@ -25,7 +25,7 @@ from creak.studies.cause.decompose import find_causes
 from creak.studies.cause.effects import checked_by_run, try_changes
 from creak.studies.cause.told import change_dict
 from creak.studies.results.sound import heard_places
-from creak.studies.sound.ear import ear_of
+from creak.studies.sound.heard import Sound
 from creak_thesis.door import write_door
 
 LOADS, SEEDS, PLAY = ("A2", "A3", "A4"), range(1, 9), 0.2
@@ -78,7 +78,7 @@ def changes(study: creak.Study) -> list[dict[str, Any]]:
     """Every change that is tried of the first place: now, predicted, checked."""
     run = creak.run(study, converge=False, record=False)
     result, places = run.found, heard_places(run.found, run.main, run.sound)
-    causes, ear = find_causes(result, places), ear_of(result.setup, run.sound)
+    causes, ear = find_causes(result, places), run.sound.ear if isinstance(run.sound, Sound) else None
     assert not isinstance(causes, str), causes
     now, tried = try_changes(result, places[0], causes[0], ear)
     return [change_dict(c, now, e, checked_by_run(result, places[0], c, ear, lambda *_: None)) for c, e in tried]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import traceback
 from collections.abc import Iterable
+from pathlib import Path
 
 LONGEST = 600
 """Characters of each piece of a message: what it quotes may be a whole file."""
@@ -53,6 +55,12 @@ class Unreliable(NumericalError):
 
 class WriteError(CreakError):
     """A file could not be written, for instance because the disk is full; what was there before is as it was."""
+
+
+def unforeseen(problem: BaseException) -> str:
+    """What an error that nobody raised on purpose is, and where in the code it came up."""
+    at = traceback.extract_tb(problem.__traceback__)[-1]
+    return f"{type(problem).__name__}: {problem} ({Path(at.filename).name}:{at.lineno})"
 
 
 def suggest(name: str, known: Iterable[str]) -> str:

@@ -8,3 +8,7 @@ Progress = Callable[[str, int, int], None]
 """What is being done, how many steps are done, how many there are."""
 Steps = Callable[[int, int], None]
 """The same of one piece of work, which needs no name."""
+
+
+def silent(*_: object) -> None:
+    """No progress."""

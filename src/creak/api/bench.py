@@ -20,6 +20,7 @@ from creak.contact.step_problem import compile_kernels
 from creak.dynamics.flow_march import compile_flow
 from creak.dynamics.scheme import Scheme
 from creak.errors import InputError
+from creak.progress import silent
 from creak.studies.file.reader import Study, checked_study
 from creak.studies.models.reduced import ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
@@ -189,7 +190,7 @@ def make_bench(
     InputError : anything wrong in the study or the deck, or no channel at `at`. NumericalError : the modes could not
         be found.
     """
-    report = progress if progress is not None else _silent
+    report = progress if progress is not None else silent
     setup = set_up(study, ignore)
     positions = None if at is None else _positions(at)
     compile_kernels()
@@ -221,7 +222,3 @@ def _at(setup: Setup, positions: FloatArray) -> IntArray:
     if not found.size:
         raise InputError("no contact channel has its secondary node at a position of `at`")
     return found
-
-
-def _silent(stage: str, done: int, total: int) -> None:
-    """No progress."""

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from creak.api.study import read_study
-from creak.progress import Progress
+from creak.progress import Progress, silent
 from creak.studies.file.reader import Study
 
 if TYPE_CHECKING:
@@ -49,10 +49,6 @@ def robust(
     from creak.studies.robust.job import run_draws
 
     read = study if isinstance(study, Study) else read_study(study)
-    report = progress if progress is not None else _silent
+    report = progress if progress is not None else silent
     folder = None if out is None else Path(out)
     return find(run_draws(read, n, report, folder, indices=indices, threads=threads, runner=runner))
-
-
-def _silent(stage: str, done: int, total: int) -> None:
-    """No progress."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from creak.api.result import Result
 from creak.errors import InputError
 from creak.model.units import UnitsName
-from creak.progress import Progress
+from creak.progress import Progress, silent
 from creak.studies.file import reader as study_file
 from creak.studies.file.reader import Study
 from creak.studies.file.toml_text import toml_text
@@ -172,7 +172,7 @@ def run_setup(
     from creak.studies.sound.heard import Sound, hear
     from creak.studies.warned import Warned
 
-    report = progress if progress is not None else _silent
+    report = progress if progress is not None else silent
     store = store_of(setup.study) if superelements is None else Path(superelements)
     found = run_study(setup, report, store, record=record)
     told = converge is not False or changes != "none"
@@ -194,10 +194,6 @@ def run_setup(
         causes, said = causes_of(found, sound, report, changes)
         found = replace(found, notes=[*found.notes, *said])
     return Result(found, summarise(found, convergence, sound, causes), convergence, sound)
-
-
-def _silent(stage: str, done: int, total: int) -> None:
-    """No progress."""
 
 
 def plain(value: Any) -> Any:

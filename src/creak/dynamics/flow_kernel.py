@@ -309,54 +309,6 @@ def march(  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True)
-def flow_chunk(  # type: ignore[no-untyped-def]
-    model,
-    laws,
-    slope,
-    P,
-    A,
-    W,
-    B,
-    lasting,
-    gain,
-    light,
-    band,
-    reach,
-    block,
-    cone,
-    desk,
-    now,
-    after,
-    out,
-    H,
-    begin,
-    end,
-    every,
-    used,
-):
+def flow_chunk(*given):  # type: ignore[no-untyped-def]
     """`march`, for Python."""
-    return march(
-        model,
-        laws,
-        slope,
-        P,
-        A,
-        W,
-        B,
-        lasting,
-        gain,
-        light,
-        band,
-        reach,
-        block,
-        cone,
-        desk,
-        now,
-        after,
-        out,
-        H,
-        begin,
-        end,
-        every,
-        used,
-    )
+    return march(*given)

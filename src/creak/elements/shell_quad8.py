@@ -12,7 +12,7 @@ from creak.elements.geometry import gauss_square
 from creak.elements.quad4_geometry import CORNERS
 from creak.elements.quad4_geometry import shape as bilinear
 from creak.elements.shell_quadratic import Shape, shear_tying
-from creak.elements.solid_common import Reference
+from creak.elements.solid_common import Reference, serendipity
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import COMMON, Own
 
@@ -21,19 +21,8 @@ NODES = np.concatenate([CORNERS, 0.5 * (CORNERS + np.roll(CORNERS, -1, axis=0))]
 
 
 def reference(points: FloatArray, weights: FloatArray) -> Reference:
-    """Corners: h_i = (1 + r r_i)(1 + s s_i)(r r_i + s s_i - 1)/4; where r_i = 0: h_i = (1 - r^2)(1 + s s_i)/2."""
-    x = points[:, None, :]
-    corner = np.arange(8) < 4
-    factor = np.where(NODES == 0.0, 1.0 - x**2, 1.0 + x * NODES)
-    slope = np.where(NODES == 0.0, -2.0 * x, NODES + 0.0 * x)
-    cut = np.where(corner, (x * NODES).sum(axis=2) - 1.0, 1.0)
-    scale = np.where(corner, 0.25, 0.5)
-    product = factor.prod(axis=2)
-    slopes = [
-        scale * (slope[..., a] * factor[..., 1 - a] * cut + product * np.where(corner, NODES[:, a], 0.0))
-        for a in range(2)
-    ]
-    return Reference(points, weights, scale * product * cut, np.stack(slopes, axis=1))
+    """Shape functions at the points (n_point, 2)."""
+    return serendipity(NODES, points, weights)
 
 
 def _shear_space(points: FloatArray) -> FloatArray:

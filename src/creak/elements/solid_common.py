@@ -33,6 +33,31 @@ class Reference:
         return int(self.shapes.shape[1])
 
 
+def serendipity(nodes: FloatArray, points: FloatArray, weights: FloatArray) -> Reference:
+    """Shape functions of squares (d = 2) and cubes (3) with corners and the middles of their edges, at the points.
+
+    Corners: h_i = prod(1 + x x_i) (sum x x_i - d + 1) / 2^d; between them, where one x_i is 0:
+    h_i = (1 - x^2) prod(1 + y y_i) / 2^(d - 1) with y the others.
+
+    Parameters
+    ----------
+    nodes : (n_node, d) natural coordinates, corners first. points : (n_point, d).
+    """
+    d = nodes.shape[1]
+    x = points[:, None, :]
+    corner = np.arange(len(nodes)) < 2**d
+    factor = np.where(nodes == 0.0, 1.0 - x**2, 1.0 + x * nodes)
+    slope = np.where(nodes == 0.0, -2.0 * x, nodes + 0.0 * x)
+    cut = np.where(corner, (x * nodes).sum(axis=2) - (d - 1.0), 1.0)
+    scale = np.where(corner, 0.5**d, 0.5 ** (d - 1))
+    product = factor.prod(axis=2)
+    slopes = []
+    for axis in range(d):
+        others = np.delete(factor, axis, axis=2).prod(axis=2)
+        slopes.append(scale * (slope[..., axis] * others * cut + product * np.where(corner, nodes[:, axis], 0.0)))
+    return Reference(points, weights, scale * product * cut, np.stack(slopes, axis=1))
+
+
 VOIGT = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 """Axes of the six strains."""
 

@@ -15,6 +15,7 @@ from creak.elements.solid_common import (
     isoparametric_stiffness,
     jacobians,
     require_volume,
+    serendipity,
     strains,
     with_rotations,
     without_turns,
@@ -29,23 +30,8 @@ NODES = np.concatenate([CORNERS, CORNERS[np.array(MIDDLES["hex20"])].mean(axis=1
 
 
 def reference(points: FloatArray, weights: FloatArray) -> Reference:
-    """Shape functions at the points (n_point, 3).
-
-    Corners: h_i = (1 + r r_i)(1 + s s_i)(1 + t t_i)(r r_i + s s_i + t t_i - 2)/8; between them, where r_i = 0:
-    h_i = (1 - r^2)(1 + s s_i)(1 + t t_i)/4, and so on.
-    """
-    x = points[:, None, :]
-    corner = np.arange(20) < 8
-    factor = np.where(NODES == 0.0, 1.0 - x**2, 1.0 + x * NODES)
-    slope = np.where(NODES == 0.0, -2.0 * x, NODES + 0.0 * x)
-    cut = np.where(corner, (x * NODES).sum(axis=2) - 2.0, 1.0)
-    scale = np.where(corner, 0.125, 0.25)
-    product = factor.prod(axis=2)
-    slopes = []
-    for axis in range(3):
-        others = np.delete(factor, axis, axis=2).prod(axis=2)
-        slopes.append(scale * (slope[..., axis] * others * cut + product * np.where(corner, NODES[:, axis], 0.0)))
-    return Reference(points, weights, scale * product * cut, np.stack(slopes, axis=1))
+    """Shape functions at the points (n_point, 3)."""
+    return serendipity(NODES, points, weights)
 
 
 def _rule(n: int) -> Reference:

@@ -9,13 +9,12 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
-from creak.formats.abaqus.elements import TYPES, Elements
+from creak.formats.abaqus.elements import Elements
 from creak.formats.abaqus.lexer import Block
 from creak.formats.abaqus.names import Registry
 from creak.formats.abaqus.numbers import to_float
-from creak.formats.abaqus.surfaces import RawSurface, faces_named, facets_of
+from creak.formats.abaqus.surfaces import IS_SHELL, RawSurface, faces_named, facets_of
 from creak.formats.deck.pressure import Pressed, nodal_forces, point_loads
-from creak.model.shell_facets import SHELL_FACETS
 from creak.model.steps import PointLoad
 
 _FACES = {f"P{k}": f"S{k}" for k in range(1, 7)}
@@ -107,7 +106,7 @@ def _on(name: str, label: str, bodies: Bodies, where: str) -> tuple[IntArray, Fl
     if label in _FACES:
         chosen = faces_named(rows, _FACES[label], where, bodies.elements)
         return facets_of(bodies.elements, chosen[:, 0], chosen[:, 1])[2], -np.ones(len(chosen))
-    shell = np.array([t.kind in SHELL_FACETS for t in TYPES])[bodies.elements.type_idx[rows]]
+    shell = IS_SHELL[bodies.elements.type_idx[rows]]
     if not shell.all():
         row = int(rows[int(np.argmin(shell))])
         raise InputError(
@@ -129,7 +128,7 @@ def _on_surface(name: str, bodies: Bodies, where: str) -> tuple[IntArray, FloatA
             where=where,
             fix=suggest(name, bodies.surfaces),
         )
-    shell = np.array([t.kind in SHELL_FACETS for t in TYPES])[bodies.elements.type_idx[surface.element_rows]]
+    shell = IS_SHELL[bodies.elements.type_idx[surface.element_rows]]
     if (shell & (surface.side == 0)).any():
         raise InputError(
             f"*DSLOAD on surface {name!r}, whose shells have no side",

@@ -21,7 +21,7 @@ _SIDES = {"": 0, "SPOS": 1, "SNEG": -1, "POS": 1, "NEG": -1, "S1": -1, "S2": 1}
 _EDGES = {"E1": 0, "E2": 1, "E3": 2, "E4": 3}
 _FACES = {f"S{k}": k for k in range(1, 7)}
 _NONE = np.zeros(0, dtype=np.int64)
-_IS_SHELL = np.array([t.kind in SHELL_FACETS for t in TYPES])
+IS_SHELL = np.array([t.kind in SHELL_FACETS for t in TYPES])
 _IS_SOLID = np.array([t.kind in SOLIDS for t in TYPES])
 
 
@@ -157,7 +157,7 @@ def _shells_and_solids(token: str, scope: Scope, where: str, elements: Elements,
             fix="Name the elements.",
         )
     rows = names.find(token, scope.name, where)
-    fits = (_IS_SHELL | _IS_SOLID)[elements.type_idx[rows]]
+    fits = (IS_SHELL | _IS_SOLID)[elements.type_idx[rows]]
     if not fits.all():
         row = int(rows[int(np.argmin(fits))])
         raise InputError(

@@ -11,7 +11,7 @@ from creak.linalg.memory import GB, free_bytes, held_bytes
 from creak.studies.advise.size import Counted, PartSize
 from creak.studies.models.reduced import WHOLE
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.models.superelements import KEPT, MODES_FACTOR
+from creak.studies.models.superelements import KEPT, highest_mode
 from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.setup import Setup
 
@@ -90,18 +90,13 @@ def memory(
         )
         held += whole.memory + 8.0 * n * (kept + 2 * rows)
     reduced = [p for p in parts if not p.unreduced] if method not in (*WHOLE, "none") else []
-    counts = [0 if method == "guyan" else round(modes_below(p.modes, highest(setup))) for p in reduced]
+    most = highest_mode(setup)
+    counts = [0 if most is None else round(modes_below(p.modes, most)) for p in reduced]
     alone, _ = _reductions(reduced, counts, held, unknowns, factors=False)
     kept_too, left = _reductions(reduced, counts, held, unknowns, factors=True)
     runs = tuple(_runs(setup, reference, whole, reduced, unknowns, rows, left))
     free = (free_bytes() + held_bytes()) / GB
     return Memory((*stages, *alone), (*stages, *kept_too, *runs), free)
-
-
-def highest(setup: Setup) -> float:
-    """Frequency up to which fixed-interface modes are computed, Hz."""
-    c = setup.study.config
-    return c.reduction.f_max * (MODES_FACTOR if c.time.exact else 1.0)
 
 
 def _reductions(

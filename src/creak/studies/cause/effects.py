@@ -12,7 +12,7 @@ from creak.dynamics.history import History
 from creak.dynamics.modal_coefficients import is_modal
 from creak.dynamics.stopped import Stopped
 from creak.errors import CreakError
-from creak.progress import Progress
+from creak.progress import Progress, silent
 from creak.studies.cause.changes import Change, Effect, candidates
 from creak.studies.cause.decompose import Cause, marched
 from creak.studies.cause.told import change_dict
@@ -21,9 +21,9 @@ from creak.studies.results.places import Place, channels_at, events_at
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult, run_study
 from creak.studies.run.static_start import started, unstarted
-from creak.studies.sound.ear import Ear, ear_of, n5_of
+from creak.studies.sound.ear import n5_of
 from creak.studies.sound.heard import Sound
-from creak.studies.sound.radiation import Radiation
+from creak.studies.sound.radiation import Ear, Radiation
 
 MOST_PLACES = 3
 """Places, the loudest, for which changes are looked for."""
@@ -46,7 +46,7 @@ def find_changes(
     ----------
     check : make a full run, with a reduction of its own, of each change that is kept.
     """
-    ear = ear_of(result.setup, sound)
+    ear = sound.ear if isinstance(sound, Sound) else None
     shown, out = list(zip(places, causes, strict=True))[:MOST_PLACES], {}
     for done, (place, cause) in enumerate(shown):
         progress("changes that would help", done, len(shown))
@@ -102,7 +102,7 @@ def _gaps_with(result: StudyResult, change: Change) -> GapOperator:
     reference = result.reference
     if change.blocks or reference.stiffness is None:
         reference = rejoined(setup, reference, [b.part for b in change.blocks])
-    again = started(setup, reference, lambda stage, done, total: None)
+    again = started(setup, reference, silent)
     every = join([again.contacts, again.connectors])
     row = {name: i for i, name in enumerate(every.names)}
     return every.select(np.array([row[name] for name in result.gaps.names], dtype=np.int64))

@@ -21,7 +21,7 @@ from creak.linalg.modes import Modes, modes
 from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
 from creak.model.steps import StaticStep
-from creak.progress import Progress
+from creak.progress import Progress, silent
 from creak.reduction.effective_mass import EffectiveMass, effective_mass
 from creak.studies.models.prestress import displacements, driven_by, is_ignored, noted, require_known
 
@@ -65,7 +65,7 @@ def deck_modes(
     count: int | None = None,
     about: Sequence[float] = (0.0, 0.0, 0.0),
     ignore: Sequence[str] = (),
-    progress: Progress = lambda *_: None,
+    progress: Progress = silent,
 ) -> DeckModes:
     """Undamped modes K x = omega^2 M x of the structure as the deck's supports hold it.
 
@@ -147,7 +147,7 @@ def _joined_modes(
     driven: Driven,
     f_max: float | None,
     count: int | None,
-    progress: Progress = lambda *_: None,
+    progress: Progress = silent,
     *,
     stressed: bool = False,
 ) -> tuple[System, Modes]:

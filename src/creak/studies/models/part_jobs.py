@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import socket
-import traceback
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +12,8 @@ from typing import Any
 
 from creak.arrays import IntArray, Matrix
 from creak.contact.gap_operator import GapOperator
-from creak.errors import CreakError, InputError
+from creak.errors import CreakError, InputError, unforeseen
+from creak.progress import silent
 from creak.reduction.health import Health
 from creak.studies.file.reader import Study
 from creak.studies.models.health import check
@@ -85,7 +85,7 @@ def run_part(job: PartJob) -> Saved:
         part = part_alone(setup, job.gaps, job.number)
         sub = Substructure(part, job.boundary, job.shape, job.boundary[:0], False)
         _same(job, made_from(setup, sub))
-        reduced, _ = reduce_substructure(setup, sub, job.folder, _silent)
+        reduced, _ = reduce_substructure(setup, sub, job.folder, silent)
         health, about = None, dict[str, Any](deck=str(setup.model.source))
         try:
             health = check(setup, reduced)
@@ -98,8 +98,7 @@ def run_part(job: PartJob) -> Saved:
     except MemoryError:
         return Saved(None, None, f"out of memory on {socket.gethostname()}; use fewer workers")
     except Exception as problem:
-        at = traceback.extract_tb(problem.__traceback__)[-1]
-        return Saved(None, None, f"{type(problem).__name__}: {problem} ({Path(at.filename).name}:{at.lineno})")
+        return Saved(None, None, unforeseen(problem))
 
 
 def _same(job: PartJob, found: Mapping[str, str]) -> None:
@@ -115,7 +114,3 @@ def _same(job: PartJob, found: Mapping[str, str]) -> None:
 
 def _digest(wanted: Mapping[str, str]) -> str:
     return hashlib.blake2b(json.dumps(dict(wanted), sort_keys=True).encode(), digest_size=8).hexdigest()
-
-
-def _silent(*_: object) -> None:
-    """No progress."""

@@ -19,7 +19,7 @@ from creak.linalg.diagonal import Diagonal
 from creak.linalg.modes import Modes, modes
 from creak.model.dofs import PER_NODE
 from creak.model.mesh import Model
-from creak.progress import Progress
+from creak.progress import Progress, silent
 from creak.reduction.diagonal import Split, all_modes, diagonalise
 from creak.reduction.gap_modes import gap_modes
 from creak.reduction.health.verdict import RULE
@@ -205,7 +205,7 @@ def with_more_modes(
 
 def coupled_again(setup: Setup, reference: ReferenceModel, gaps: GapOperator, reduced: ReducedModel) -> ReducedModel:
     """The same superelements joined by the links and springs of another setup; nothing is reduced again."""
-    return _joined(setup, reference, gaps, list(reduced.superelements), lambda stage, done, total: None)
+    return _joined(setup, reference, gaps, list(reduced.superelements), silent)
 
 
 def _joined(

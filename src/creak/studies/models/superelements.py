@@ -86,7 +86,7 @@ def reduce_substructure(
     ------
     InputError : the retained dofs do not hold the part, or its saved file is damaged.
     """
-    table, f_max, wanted = setup.study.config.reduction, _highest(setup), made_from(setup, sub)
+    table, f_max, wanted = setup.study.config.reduction, highest_mode(setup), made_from(setup, sub)
     saved, notes = _from_store(folder, sub.part.name, wanted)
     if saved is not None and saved.made_from != wanted:
         wider = _wider(saved, sub, setup.model)
@@ -129,7 +129,7 @@ def store_of(study: Study) -> Path:
     return study.path.parent / "superelements"
 
 
-def _highest(setup: Setup) -> float | None:
+def highest_mode(setup: Setup) -> float | None:
     """Frequency up to which fixed-interface modes are computed, Hz; None: none of them (Guyan)."""
     c = setup.study.config
     most = c.reduction.f_max * (MODES_FACTOR if c.time.exact else 1.0)
@@ -138,7 +138,7 @@ def _highest(setup: Setup) -> float | None:
 
 def made_from(setup: Setup, sub: Substructure) -> dict[str, str]:
     """What the superelement of a substructure depends on in this study, each as a hash."""
-    return fingerprints(sub, f"{setup.study.config.reduction.method} {_highest(setup) or 0.0:g}")
+    return fingerprints(sub, f"{setup.study.config.reduction.method} {highest_mode(setup) or 0.0:g}")
 
 
 def is_saved(folder: Path, name: str, made_from: Mapping[str, str]) -> bool:

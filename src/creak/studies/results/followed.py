@@ -17,8 +17,9 @@ from creak.studies.results.places import Place, channels_at, events_at
 from creak.studies.results.sound import heard_places
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
-from creak.studies.sound.ear import Ear, ear_of, n5_of
+from creak.studies.sound.ear import n5_of
 from creak.studies.sound.heard import Sound
+from creak.studies.sound.radiation import Ear
 
 MOST_PLACES = 12
 """Places, the first ones, that are followed."""
@@ -56,7 +57,7 @@ def followed(result: StudyResult, sound: Sound | str | None) -> Followed:
     places = heard_places(result, run, sound)[:MOST_PLACES]
     ear, heard = None, list[float | None]([None] * len(places))
     if isinstance(sound, Sound) and sound.run == run.name:
-        ear, heard = ear_of(result.setup, sound), [h.rank[0] for h in sound.heard[0]]
+        ear, heard = sound.ear, [h.rank[0] for h in sound.heard[0]]
     base = tuple(_figures(p, n5) for p, n5 in zip(places, heard, strict=False))
     return Followed(base, _Places(places, result.window, ear).figures)
 

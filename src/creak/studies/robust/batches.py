@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import socket
-import traceback
 import uuid
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -13,7 +12,8 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator, join
-from creak.errors import CreakError, InputError, NumericalError
+from creak.errors import CreakError, InputError, NumericalError, unforeseen
+from creak.progress import silent
 from creak.studies.file.identity import decks_sha256, other_files_sha256
 from creak.studies.file.reader import Study
 from creak.studies.models.reference import build_reference
@@ -88,8 +88,7 @@ def run_batch(batch: Batch) -> Marched:
     except MemoryError:
         return Marched(tuple(records), f"out of memory on {socket.gethostname()}")
     except Exception as problem:
-        at = traceback.extract_tb(problem.__traceback__)[-1]
-        return Marched(tuple(records), f"{type(problem).__name__}: {problem} ({Path(at.filename).name}:{at.lineno})")
+        return Marched(tuple(records), unforeseen(problem))
     return Marched(tuple(records))
 
 
@@ -99,10 +98,10 @@ def _model(batch: Batch) -> tuple[Bench, GapOperator]:
         _check(batch)
         setup = set_up(batch.study)
         channels = join([setup.contacts, setup.connectors])
-        reference = build_reference(setup, _silent)
-        lowest = batch.of if isinstance(batch.of, np.ndarray) else lowest_of(setup, reference, batch.of, _silent)
+        reference = build_reference(setup, silent)
+        lowest = batch.of if isinstance(batch.of, np.ndarray) else lowest_of(setup, reference, batch.of, silent)
         store = store_of(batch.study) if batch.store is None else batch.store
-        _made[batch.id] = make_bench(setup, reference, lowest, _silent, store, batch.store is not None), channels
+        _made[batch.id] = make_bench(setup, reference, lowest, silent, store, batch.store is not None), channels
     return _made[batch.id]
 
 
@@ -139,7 +138,3 @@ def march_batches(runner: Runner, work: Sequence[Batch]) -> Iterator[tuple[int, 
             f"{len(failed)} of {len(work)} batches of draws have failed: {failed[0]}. "
             "Draws that are finished are kept; the same command goes on from there"
         )
-
-
-def _silent(stage: str, done: int, total: int) -> None:
-    """No progress."""

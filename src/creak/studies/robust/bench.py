@@ -18,7 +18,7 @@ from creak.dynamics.flow_march import SAMPLES, FlowRun
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.errors import InputError, NumericalError
-from creak.progress import Progress
+from creak.progress import Progress, silent
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import Study
 from creak.studies.models.reduced import reduce_model
@@ -110,7 +110,7 @@ def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw], pr
     """(m,) how far the gap of each contact channel falls below that of the study in any draw, 0 or less."""
     lowest = np.zeros(setup.contacts.m)
     loaded = any(not key.startswith(("contact.", "connector.", "clip.")) for d in draws for key in d.values)
-    begun = started(setup, reference, lambda *_: None) if loaded else setup
+    begun = started(setup, reference, silent) if loaded else setup
     linear = with_linear_gaps(begun, reference, scheme_of(setup.study.config.time), progress).linear_gaps
     for k, draw in enumerate(draws):
         gapped = draw.fields or any(key.startswith(("contact.", "static.")) for key in draw.values)
@@ -119,8 +119,8 @@ def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw], pr
         other = changed_setup(setup, drawn_study(setup.study, draw.values), draw.fields, draw.factors)
         lowest = np.minimum(lowest, other.contacts.gap0 - setup.contacts.gap0)
         if loaded and k < TRIED and linear is not None:
-            other = started(other, reference, lambda *_: None)
-            gaps = with_linear_gaps(other, reference, scheme_of(setup.study.config.time), lambda *_: None).linear_gaps
+            other = started(other, reference, silent)
+            gaps = with_linear_gaps(other, reference, scheme_of(setup.study.config.time), silent).linear_gaps
             lowest = lowest if gaps is None else np.minimum(lowest, gaps - linear)
     return lowest
 
@@ -237,7 +237,7 @@ def variant_of(bench: Bench, draw: Draw) -> Variant:
     """Channels, loads and, where its damping is another, the System of a draw."""
     study = drawn_study(bench.setup.study, draw.values)
     setup = changed_setup(bench.setup, study, draw.fields, draw.factors)
-    setup = started(setup, bench.reference, lambda *_: None)
+    setup = started(setup, bench.reference, silent)
     place = {name: k for k, name in enumerate(setup.contacts.names)}
     kept = [place[name] for name in bench.gaps.names if name in place]
     gaps = join([setup.contacts.select(np.array(kept, dtype=np.int64)), setup.connectors])

@@ -12,7 +12,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator, join
 from creak.formats.record_log import read_records, record_log
-from creak.progress import Progress
+from creak.progress import Progress, silent
 from creak.studies.file.identity import new_identity, other_files_sha256
 from creak.studies.file.reader import Study
 from creak.studies.prepare.setup import Setup, set_up
@@ -174,7 +174,7 @@ def _marched(
         if runner is not None:
             work += batches(study, left, every, None)
             continue
-        bench = bench_of(set_up(study), every, lambda *_: None)
+        bench = bench_of(set_up(study), every, silent)
         for number, seen in march_draws(bench, channels, left, threads):
             yield number, seen.record()
     if runner is not None:

@@ -1,48 +1,18 @@
-"""N5 at the first listener of a run, in other runs of its model: repeated ones, and those with a change."""
+"""N5 at a listener of a run, in other runs of its model: repeated ones, and those with a change."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 from creak.arrays import IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
-from creak.model.units import METRES
 from creak.studies.prepare.setup import Setup
 from creak.studies.sound.background import background_of
-from creak.studies.sound.heard import Sound, heard_of
-from creak.studies.sound.listeners import Listener
-from creak.studies.sound.radiation import Radiation, pressure_of, radiation
+from creak.studies.sound.heard import heard_of
+from creak.studies.sound.radiation import Radiation, pressure_of
 from creak.studies.sound.source import source_of
-
-
-@dataclass(frozen=True)
-class Ear:
-    """The first listener of a run's sound, and the end of its band."""
-
-    listener: Listener
-    band: float
-    """Hz"""
-    metre: float
-    """Of the model's length."""
-
-    known: dict[int, tuple[System, Radiation]] = field(default_factory=dict, compare=False, repr=False)
-    """By the System's id: what was made before."""
-
-    def hears(self, system: System) -> Radiation:
-        """What it hears of the modes of a System, in the band of the run; made once for each."""
-        if id(system) not in self.known:
-            self.known[id(system)] = system, radiation(system, self.listener, self.metre, self.band)
-        return self.known[id(system)][1]
-
-
-def ear_of(setup: Setup, sound: Sound | str | None) -> Ear | None:
-    """The first listener of a sound; None without one."""
-    if not isinstance(sound, Sound):
-        return None
-    return Ear(sound.listeners[0], sound.band.high, METRES[setup.study.config.model.units])
 
 
 def n5_of(

@@ -25,7 +25,7 @@ from creak.studies.sound.background import background_of
 from creak.studies.sound.band import Band, band_of
 from creak.studies.sound.listeners import Listener, ear_off, listeners_of
 from creak.studies.sound.parts import equivalent_levels, faces_of_parts
-from creak.studies.sound.radiation import pressure_of, radiation
+from creak.studies.sound.radiation import Ear, pressure_of
 from creak.studies.sound.source import source_of
 
 SHORTEST = 0.05
@@ -88,6 +88,8 @@ class Sound:
     compact: tuple[tuple[str, ...], ...]
     """Listener by listener, the parts that it hears as compact bodies."""
     notes: tuple[str, ...]
+    ear: Ear
+    """Of the first listener."""
 
     @property
     def full_scale_level(self) -> float:
@@ -126,7 +128,8 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     if not listeners:
         return "none: no part with shells or solids moves"
     before = clock.process_time()
-    to = [radiation(run.system, listener, metre, band.high) for listener in listeners]
+    ears = [Ear(listener, band.high, metre) for listener in listeners]
+    to = [ear.hears(run.system) for ear in ears]
     offline += clock.process_time() - before
     groups = source.groups(places)
     pressure = np.stack([pressure_of(source, groups, one) for one in to])
@@ -150,6 +153,7 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
         power,
         compact,
         tuple(_notes(listeners, band, heard, power, compact, beside=background is not None)),
+        ears[0],
     )
 
 

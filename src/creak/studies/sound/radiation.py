@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
@@ -55,6 +55,25 @@ class Radiation:
     """(n_body, 1, n_mode) mean motion of each body towards the listener, m; None without bodies."""
     band: float
     """Hz, up to which it holds."""
+
+
+@dataclass(frozen=True)
+class Ear:
+    """A listener, and the end of the band in which it hears."""
+
+    listener: Listener
+    band: float
+    """Hz"""
+    metre: float
+    """Of the model's length."""
+    known: dict[int, tuple[System, Radiation]] = field(default_factory=dict, compare=False, repr=False)
+    """By the System's id: what was made before."""
+
+    def hears(self, system: System) -> Radiation:
+        """What it hears of the modes of a System; made once for each."""
+        if id(system) not in self.known:
+            self.known[id(system)] = system, radiation(system, self.listener, self.metre, self.band)
+        return self.known[id(system)][1]
 
 
 def radiation(system: System, listener: Listener, metre: float, band: float) -> Radiation:

@@ -7,7 +7,6 @@ import platform
 import shutil
 import socket
 import time
-import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -18,12 +17,13 @@ import numpy as np
 import scipy
 from threadpoolctl import threadpool_info
 
-from creak.errors import CreakError, InputError, NumericalError
+from creak.errors import CreakError, InputError, NumericalError, unforeseen
 from creak.formats.complete_file import write_text
 from creak.formats.partials import partial_name
 from creak.formats.run_identity import RESULTS, SUMMARY, identity_in, identity_of
 from creak.formats.sealed_hdf5 import opened_hdf5
 from creak.formats.sealed_json import read_sealed, sealed_text
+from creak.progress import silent
 from creak.studies.file.reader import read_study
 from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.setup import set_up
@@ -97,8 +97,7 @@ def run_case(task: Task) -> Outcome:
     except MemoryError:
         error = "out of memory; use fewer workers, a coarser mesh or fewer outputs"
     except Exception as problem:
-        at = traceback.extract_tb(problem.__traceback__)[-1]
-        error = f"{type(problem).__name__}: {problem} ({Path(at.filename).name}:{at.lineno})"
+        error = unforeseen(problem)
     return Outcome(FAILED, error, provenance(task, start))
 
 
@@ -122,7 +121,7 @@ def _made(task: Task, start: float) -> dict[str, Any]:
         )
     setup = set_up(read_study(task.study), task.ignore)
     reference = None if task.reference is None else SharedReference(task.reference)
-    result = run_study(setup, lambda *_: None, task.superelements, reference)
+    result = run_study(setup, silent, task.superelements, reference)
     sharing = _keep_superelements(result, task.superelements)
     if result.stopped is not None:
         raise NumericalError(result.stopped)
