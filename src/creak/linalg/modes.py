@@ -26,7 +26,7 @@ AMID = 0.55
 LOW = 0.02
 """Modes below this share of the shift amid them are refined."""
 NOTHING = 1e-13
-"""Eigenvalues of K + s M, scaled to a diagonal of ones, below this share of the largest are none."""
+"""Below this share of the largest a term of the diagonal of K + s M, or its eigenvalue once scaled to ones, is none."""
 COLUMNS = 64
 """Modes whose residuals are measured at a time."""
 
@@ -192,10 +192,13 @@ def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray
     try:
         mu, x = sla.eigh(M, A)
     except np.linalg.LinAlgError:
-        scale = 1.0 / np.sqrt(np.where(A.diagonal() > 0.0, A.diagonal(), 1.0))
-        size, U = sla.eigh(scale[:, None] * A * scale)
+        diagonal = A.diagonal()
+        some = np.flatnonzero(diagonal > NOTHING * diagonal.max(initial=0.0))
+        scale = 1.0 / np.sqrt(diagonal[some])
+        size, U = sla.eigh(scale[:, None] * A[np.ix_(some, some)] * scale)
         held = size > NOTHING * size.max(initial=0.0)
-        basis = scale[:, None] * U[:, held] / np.sqrt(size[held])
+        basis = np.zeros((len(A), int(held.sum())))
+        basis[some] = scale[:, None] * U[:, held] / np.sqrt(size[held])
         mu, y = sla.eigh(symmetric(basis.T @ M @ basis))
         x = basis @ y
     finite = mu > 1e-14 * mu.max()

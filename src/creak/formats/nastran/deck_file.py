@@ -75,11 +75,17 @@ def read_deck_file(path: Path) -> DeckFile:
     if not reader.controlled:
         reader.without_cend()
     case = reader.lines["case"]
-    params = [line for line in case if _PARAM.match(line.text)]
+    params = [_in_fields(line) for line in case if _PARAM.match(line.text)]
     cards = cards_of([*params, *reader.lines["bulk"]])
     commands = [line for line in case if not _PARAM.match(line.text)]
     names = (reader.names, reader.set_names, reader.support_names)
     return DeckFile(reader.lines["executive"], commands, cards, *names, reader.others, reader.not_found)
+
+
+def _in_fields(line: Line) -> Line:
+    """A PARAM of the case control, whose words may stand anywhere, as a card."""
+    words = line.text.split("$")[0].split()
+    return Line(",".join(words), line.where) if len(words) == 3 and "," not in line.text else line
 
 
 def nastran_files(path: Path) -> list[Path]:

@@ -58,6 +58,16 @@ def test_condensed_mass_is_told_for_each_name_of_a_solution(tmp_path, solution):
 def test_dofs_may_stand_apart(tmp_path):
     model = read(tmp_path, BULK + "SPC1     1       12  6   2\n", "SPC = 1\n")
     assert model.fixed[-1].dofs == (1, 2, 6)
+    held = "GRDSET                                                  12 4 6\nGRID    9               0.      5.\n"
+    assert (1, 2, 4, 6) in [f.dofs for f in read(tmp_path, BULK + held).fixed]
+
+
+def test_words_of_a_parameter_of_the_case_control_stand_anywhere(tmp_path):
+    cards = BULK + "SPC1,1,123,2\n"
+    light, heavy = (read(tmp_path, cards, f"{line}\n") for line in ("param post 0", "  PARAM   wtmass  2.  $ twice"))
+    (mass,) = (b.section.material.density for b in light.blocks if b.kind == "truss2")
+    assert [b.section.material.density for b in heavy.blocks if b.kind == "truss2"] == [2.0 * mass]
+    assert not any(u.changes_answer for u in light.unread)
 
 
 def test_each_card_has_one_meaning():
