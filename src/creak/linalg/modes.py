@@ -9,6 +9,7 @@ import scipy.linalg as sla
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, Matrix
+from creak.errors import NumericalError
 from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, SingularMatrixError, factor, refactor
 from creak.linalg.lanczos import Ritz, lanczos
@@ -27,6 +28,8 @@ LOW = 0.02
 """Modes below this share of the shift amid them are refined."""
 NOTHING = 1e-13
 """Below this share of the largest a term of the diagonal of K + s M, or its eigenvalue once scaled to ones, is none."""
+NEGATIVE = 1e-9
+"""Eigenvalues of the same below minus this are more than round-off."""
 COLUMNS = 64
 """Modes whose residuals are measured at a time."""
 
@@ -187,7 +190,7 @@ def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray
 
     So are directions with neither mass nor stiffness, which take part in no mode: a bar that turns about itself.
     """
-    shift = float(np.trace(K) / np.trace(M)) if np.trace(M) > 0 else 1.0
+    shift = (float(np.trace(K) / np.trace(M)) if np.trace(M) > 0 else 0.0) or 1.0
     A = K + shift * M
     try:
         mu, x = sla.eigh(M, A)
@@ -196,12 +199,14 @@ def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray
         some = np.flatnonzero(diagonal > NOTHING * diagonal.max(initial=0.0))
         scale = 1.0 / np.sqrt(diagonal[some])
         size, U = sla.eigh(scale[:, None] * A[np.ix_(some, some)] * scale)
+        if diagonal.min() < -NOTHING * diagonal.max(initial=0.0) or size.min(initial=0.0) < -NEGATIVE:
+            raise NumericalError("mass or stiffness is not positive") from None
         held = size > NOTHING * size.max(initial=0.0)
         basis = np.zeros((len(A), int(held.sum())))
         basis[some] = scale[:, None] * U[:, held] / np.sqrt(size[held])
         mu, y = sla.eigh(symmetric(basis.T @ M @ basis))
         x = basis @ y
-    finite = mu > 1e-14 * mu.max()
+    finite = mu > 1e-14 * mu.max(initial=0.0)
     mu, x = mu[finite][::-1], x[:, finite][:, ::-1]
     return 1.0 / mu - shift, x / np.sqrt(mu)
 

@@ -223,7 +223,9 @@ def test_transverse_shear_stiffness_of_a_beam(read: Reader) -> None:
     assert (found.shear_area1, found.shear_area2) == pytest.approx((1000.0 / shear, 2000.0 / shear))
 
 
-def test_a_thick_pipe_is_a_hollow_cylinder(read: Reader) -> None:
+def test_a_thick_pipe_is_a_hollow_cylinder_and_names_may_be_long(read: Reader) -> None:
+    rect = "*BEAM SECTION, ELSET=B, MATERIAL=STEEL, SECTION={}\n 4., 2.\n"
+    assert beam(read, rect.format("RECTANGULAR")) == beam(read, rect.format("RECT"))
     found = beam(read, "*BEAM SECTION, ELSET=B, MATERIAL=STEEL, SECTION=THICK PIPE\n 3., 1.\n")
     assert (found.area, found.i11, found.torsion) == pytest.approx(math.pi * np.array([5.0, 65.0 / 4.0, 65.0 / 2.0]))
 

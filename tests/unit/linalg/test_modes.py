@@ -118,6 +118,14 @@ def test_directions_with_neither_mass_nor_stiffness_take_part_in_no_mode():
     np.testing.assert_allclose(both.omega2, modes(K, M, count=30).omega2, rtol=1e-9)
 
 
+def test_negative_mass_or_stiffness_is_an_error():
+    K, M, _ = long_chain(20)
+    for k, m in ((-1.0, 0.0), (0.0, -1.0)):
+        loose, light = (sp.csr_matrix(sp.block_diag([A, [[x]]])) for A, x in ((K, k), (M, m)))
+        with pytest.raises(NumericalError, match="not positive"):
+            modes(loose, light, count=3)
+
+
 def test_zero_stiffness_of_a_body_called_clamped_is_an_error():
     K = sp.csr_matrix(sp.block_diag([long_chain(700)[0], np.zeros((1, 1))]))
     with pytest.raises(NumericalError, match="is the body held"):

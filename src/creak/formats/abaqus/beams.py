@@ -29,6 +29,7 @@ def read_beam_section(scope: Scope, block: Block, materials: dict[str, RawMateri
     material = find_material(block.need("MATERIAL"), materials, block.where)
     rows = list(block.rows(blanks=True))
     name = block.need("SECTION").upper()
+    name = {"RECTANGULAR": "RECT", "CIRCULAR": "CIRC"}.get(name, name)
     shape, size = _shape(block, name, rows)
     return _section(scope, block, material, shape, rows, (name, size))
 

@@ -25,7 +25,7 @@ _NAMED = {
 
 
 def read_boundaries(deck: Outline, nodes: Registry) -> list[Fixed]:
-    """Dofs held at zero, in the model data and in the first step.
+    """Dofs held at zero, in the model data and in the first step, whose OP=NEW takes those of the model data away.
 
     Non-zero values in the step are left to the study's [excitation].
 
@@ -37,14 +37,9 @@ def read_boundaries(deck: Outline, nodes: Registry) -> list[Fixed]:
     for scope, block in deck.blocks("BOUNDARY"):
         note_rotated(deck, scope, block)
         result += _fixed(block, scope.name, nodes, in_step=False)
+    if any(block.option("OP", "MOD") == "NEW" for block in deck.step_boundaries):
+        result = []
     for block in deck.step_boundaries:
-        if block.option("OP", "MOD") == "NEW" and result:
-            deck.note(
-                block,
-                "creak keeps the boundary conditions of the model data",
-                changes=True,
-                what="*BOUNDARY, OP=NEW",
-            )
         result += _fixed(block, "", nodes, in_step=True)
     return result
 

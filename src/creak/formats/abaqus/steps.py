@@ -173,7 +173,7 @@ def _relist(deck: Outline, step: StepBlocks, statics: list[StepBlocks]) -> None:
     """List again what is left out, now that the deck's own contact, amplitudes and step are used."""
     ours = {b.where for b in deck.set_aside if meaning(b.name).why in _OURS}
     ours |= {b.where for s in deck.steps for b in (s.block, *s.blocks)}
-    deck.unread[:] = [u for u in deck.unread if u.where not in ours and u.keyword != "*BOUNDARY, OP=NEW"]
+    deck.unread[:] = [u for u in deck.unread if u.where not in ours]
     for block in deck.set_aside:
         used = block.name in contact.KEYWORDS or block.name == "AMPLITUDE"
         if meaning(block.name).why in _OURS and not used:

@@ -75,6 +75,16 @@ def test_op_new_releases_them(read):
     assert not any("OP=NEW" in u.keyword for u in model.unread)
 
 
+def test_op_new_of_a_step_that_a_study_defines_releases_them_too(tmp_path):
+    """Each block of the step says so; all of them hold."""
+    path = tmp_path / "deck.inp"
+    new = step("*BOUNDARY, OP=NEW\nROOT, 1, 2\n*BOUNDARY, OP=NEW\nTIP, 2\n").replace("*DYNAMIC", "*FREQUENCY\n4\n**")
+    path.write_text(cantilever_deck(new))
+    model = read_deck(path)
+    assert held_dofs(model) == [(0, 1), (0, 2), (8, 2)]
+    assert not any(u.changes_answer for u in model.unread)
+
+
 def test_a_moved_dof_is_not_held(read):
     model, run = read(cantilever_deck(step("*BOUNDARY, AMPLITUDE=RAMP\nROOT, 3, 3, 0.01\n"), RAMP, "ROOT, ENCASTRE\n"))
     assert (0, 3) not in held_dofs(model)
