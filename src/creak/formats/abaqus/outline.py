@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -172,6 +172,7 @@ class _Sorter:
             self.result.step_boundaries.append(block)
 
     def begin_step(self, block: Block) -> None:
+        block = replace(block, params={_spelled_out(name): value for name, value in block.params.items()})
         self.step, self.step_names, self.n_steps = block, [], self.n_steps + 1
         self.result.steps.append(StepBlocks(block))
 
@@ -288,6 +289,17 @@ def _not_open(block: Block) -> InputError:
         where=block.where,
         fix=f"Add *{begin} or delete this line.",
     )
+
+
+_OF_STEP = ("NAME", "NLGEOM", "INC", "AMPLITUDE", "UNSYMM", "EXTRAPOLATION", "CONVERTSDI", "SOLVER", "PERTURBATION")
+SHORTEST = 3
+"""Letters that an abbreviation has at least."""
+
+
+def _spelled_out(name: str) -> str:
+    """A parameter of *STEP in full, where what is written begins one alone (NLGEO)."""
+    whole = [known for known in _OF_STEP if known.startswith(name)]
+    return whole[0] if len(whole) == 1 and len(name) >= SHORTEST else name
 
 
 def _is_gravity(block: Block) -> bool:

@@ -21,6 +21,7 @@ def found(tmp_path, steps):
     ("steps", "changes", "words"),
     [
         ("*STEP, NLGEOM\n" + LOAD + "*STEP\n" + MODES, True, "stiffens the structure"),
+        ("*STEP, NLGEO=YES\n" + LOAD + "*STEP\n" + MODES, True, "stiffens the structure"),
         ("*STEP, NLGEOM=YES\n" + LOAD + "*STEP, NLGEOM=NO, PERTURBATION\n" + MODES, True, "stiffens the structure"),
         ("*STEP\n" + LOAD + "*STEP, PERTURBATION\n" + MODES, True, "CalculiX takes the stress"),
         ("*STEP\n" + LOAD + "*STEP, NLGEOM=NO, PERTURBATION\n" + MODES, False, "is linear"),
