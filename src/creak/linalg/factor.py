@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import sys
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
@@ -111,21 +112,36 @@ def regular_factor(A: Matrix) -> Factor | None:
 
 
 class LaterFactor:
-    """A factor of a positive definite matrix that is made when it is first asked for."""
+    """A factor of a positive definite matrix that is made when it is asked for, and again after it was given back."""
 
     n_negative = 0
 
-    def __init__(self, A: Matrix) -> None:
-        self._A, self._made = A, list[Factor]()
+    def __init__(self, make: Callable[[], Factor], made: Factor | None = None) -> None:
+        self._make, self._made = make, made
+
+    @property
+    def made(self) -> Factor:
+        """The factor itself."""
+        if self._made is None:
+            self._made = self._make()
+        return self._made
 
     @property
     def memory(self) -> float:
-        return sum(made.memory for made in self._made)
+        """Bytes that it holds now."""
+        return 0.0 if self._made is None else self._made.memory
+
+    @property
+    def nbytes(self) -> float:
+        """Bytes of its entries; infinite where that is not known or it is not there."""
+        return float(getattr(self._made, "nbytes", np.inf))
+
+    def release(self) -> None:
+        """Give its memory back."""
+        self._made = None
 
     def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
-        if not self._made:
-            self._made.append(factor(self._A))
-        return self._made[0].solve(b, out)
+        return self.made.solve(b, out)
 
 
 class _DiagonalFactor:

@@ -11,9 +11,11 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, Matrix
 from creak.errors import NumericalError
 from creak.linalg.dense_product import inner, product, symmetric
-from creak.linalg.factor import Factor, SingularMatrixError, factor, refactor
-from creak.linalg.lanczos import Ritz, lanczos
+from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, refactor
+from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
+from creak.linalg.memory import fits, free_bytes
 from creak.linalg.sparse_product import BlockProduct
+from creak.linalg.windows import in_windows, window_size
 from creak.progress import Steps
 
 DENSE_LIMIT = 600
@@ -105,8 +107,9 @@ def modes(
         return _dense_modes(K, M, f_max, count, free)
     shift = -small_shift(K, M) if free else 0.0
     pencil = _Pencil(K, M, BlockProduct(M))
+    inverse = stiffness_factor or LaterFactor(lambda: factor(pencil.shifted(shift)))
     try:
-        inverse = stiffness_factor or factor(pencil.shifted(shift))
+        _make_now(inverse)
     except SingularMatrixError as error:
         raise NumericalError(f"the stiffness matrix is singular at row {error.row}: is the body held?") from error
     if f_max is None:
@@ -125,16 +128,53 @@ def _lowest(
 
 
 def _below(pencil: _Pencil, shift: float, upper: float, inverse: Factor, free: bool, progress: Steps | None) -> Modes:
-    """All modes below omega^2 = `upper` and the eigenvalue after them; their number is the inertia of K - upper M."""
+    """All modes below omega^2 = `upper` and the eigenvalue after them; their number is the inertia of K - upper M.
+
+    Where memory is short, one factor is held at a time, and the modes are found window by window.
+    """
+    _make_room(inverse, inverse.memory)
     counted = factor(pencil.shifted(upper), definite=False)
     wanted = counted.n_negative
-    amid = shift if wanted < MANY else AMID * upper
-    solver = inverse if amid == shift else refactor(counted, pencil.shifted(amid))
-    del counted
-    found = lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress)
+    if wanted < MANY:
+        del counted
+        found, amid = (
+            lanczos(inverse, pencil.mass, shift, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress),
+            shift,
+        )
+    else:
+        _make_room(inverse, basis_bytes(pencil.mass.n, wanted + 1))
+        found, amid = _many(pencil, upper, counted, wanted, progress)
+        del counted
     low = _refined(inverse, shift, pencil.mass, found, amid)
     after = found.lam[wanted] if found.lam.size > wanted else np.inf
     return _checked(pencil, found.lam[:wanted], found.shapes, free, after=after, columns=found.columns + low)
+
+
+def _make_now(inverse: Factor) -> None:
+    if isinstance(inverse, LaterFactor):
+        _ = inverse.made
+
+
+def _make_room(inverse: Factor, needed: float) -> None:
+    """Give a factor that can be made again back where there is no memory for `needed` bytes beside it."""
+    if isinstance(inverse, LaterFactor) and not fits(needed):
+        inverse.release()
+
+
+def _many(pencil: _Pencil, upper: float, counted: Factor, wanted: int, progress: Steps | None) -> tuple[Ritz, float]:
+    """The modes with a factor amid them, or window by window where memory does not hold the vectors of all at once."""
+    n = pencil.mass.n
+    free = free_bytes()
+    if basis_bytes(n, wanted + 1) <= free:
+        amid = AMID * upper
+        solver = refactor(counted, pencil.shifted(amid))
+        return lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress), amid
+
+    def at(held: Factor | None, shift: float) -> Factor:
+        A = pencil.shifted(shift)
+        return factor(A, definite=False) if held is None else refactor(held, A)
+
+    return in_windows(at, counted, pencil.mass, wanted, upper, window_size(n, free), progress)
 
 
 def _refined(inverse: Factor, shift: float, mass: BlockProduct, found: Ritz, amid: float) -> int:

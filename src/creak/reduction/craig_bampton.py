@@ -284,8 +284,9 @@ def reduced_system(system: System, basis: Basis, matrices: Matrices) -> System:
 
 
 def _to_modes(basis: Basis, A_ib: Matrix) -> FloatArray:
-    """Phi' A_ib P, (n_mode, n_xi)."""
-    return np.asarray((A_ib @ basis.P).T @ basis.fixed.shapes).T
+    """Phi' A_ib P, (n_mode, n_xi); only rows of Phi that A_ib reaches are read."""
+    near = np.flatnonzero(np.diff(A_ib.indptr))
+    return np.asarray((A_ib[near] @ basis.P).T @ np.ascontiguousarray(basis.fixed.shapes[near])).T
 
 
 def _plus(A: FloatArray, columns: IntArray, more: FloatArray) -> FloatArray:
@@ -383,5 +384,6 @@ def _through(A: Matrix, basis: Basis, static: StaticRows) -> Matrix:
     kept, new = inner[~lacking], inner[lacking]
     R[kept, : basis.n_boundary] += A_i[kept][:, static.at] @ static.values
     R[new, : basis.n_boundary] += _static_rows(basis, A_i[new])
-    R[inner, basis.n_boundary :] = A_i[inner] @ basis.fixed.shapes
+    near = np.unique(A_i.indices)
+    R[inner, basis.n_boundary :] = A_i[inner][:, near] @ np.ascontiguousarray(basis.fixed.shapes[near])
     return R

@@ -71,8 +71,13 @@ def _solved(
     """A factor of K where it is regular, the modes, and the motion with the supports."""
     f_max, made = modal_band(setup, system.n), list[Factor | None]()
 
+    def again() -> Factor:
+        return factor(system.K)
+
     def solve() -> dict[str, FloatArray]:
-        stiffness = regular_factor(system.K)
+        regular = regular_factor(system.K)
+        stiffness = None if regular is None else LaterFactor(again, regular)
+        del regular
         made.append(stiffness)
         found = modes(
             system.K,
@@ -90,7 +95,7 @@ def _solved(
     kept = solved(store, "assembly", [K, M, side, repr(f_max)], solve)
     residual, sturm_ok, following, columns, held = kept["told"].tolist()
     found = Modes(kept["omega2"], kept["shapes"], residual, bool(sturm_ok), following, int(columns))
-    stiffness = made[0] if made else LaterFactor(system.K) if held else None
+    stiffness = made[0] if made else LaterFactor(again) if held else None
     return stiffness, found, kept["R"]
 
 

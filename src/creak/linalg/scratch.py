@@ -1,0 +1,43 @@
+"""Large blocks of columns: in memory where that holds them, else in a file that vanishes with them."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.linalg.memory import GB, OutOfMemory, fits
+
+RESERVE = 2e9
+"""Bytes of the disk that are left to others."""
+
+
+def vectors(n: int, k: int) -> FloatArray:
+    """(k, n), each row a vector, not filled; its memory is given back once nothing refers to it.
+
+    The file lies where `tempfile` puts files (TMPDIR) and has no name; the system keeps what fits of it in memory.
+
+    Raises
+    ------
+    OutOfMemory : neither memory nor disk holds it.
+    """
+    needed = 8.0 * n * k
+    return np.empty((k, n)) if fits(needed) else _on_disk(n, k)
+
+
+def _on_disk(n: int, k: int) -> FloatArray:
+    folder, needed = tempfile.gettempdir(), 8 * n * k
+    free = shutil.disk_usage(folder).free - RESERVE
+    if needed > free:
+        raise OutOfMemory(
+            f"neither memory nor {folder} holds {k:,} vectors of {n:,} numbers: {needed / GB:.3g} GB are needed, "
+            f"{max(free, 0.0) / GB:.3g} GB of the disk are free. Ask for fewer modes (a lower f_max), or set TMPDIR to "
+            "a folder with more space."
+        )
+    with tempfile.TemporaryFile(prefix="creak-", dir=folder) as file:
+        if hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(file.fileno(), 0, needed)  # a disk that fills up later would kill the process
+        return np.memmap(file, dtype=np.float64, mode="r+" if hasattr(os, "posix_fallocate") else "w+", shape=(k, n))
