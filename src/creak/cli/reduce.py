@@ -153,7 +153,8 @@ def _reduced(
         output.wrote(path)
         return with_modes_of_file(setup, reduced, path)
 
-    setup, reference, gaps, notes = ready(setup, output.progress)
+    alone = setup.study.config.reference.model_copy(update={"run": False})
+    setup, reference, gaps, notes = ready(setup.with_tables(reference=alone), output.progress)
     try:
         fresh = set[str]()
         if distribution.workers is not None or distribution.scheduler is not None:

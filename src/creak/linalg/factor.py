@@ -90,6 +90,11 @@ def refactor(old: Factor, A: Matrix) -> Factor:
     return factor(A, definite=False)
 
 
+def factor_bytes(A: Matrix) -> float:
+    """Memory of a factor of the sparse matrix A, from its analysis alone (a third of its time); 0 where not known."""
+    return _PardisoFactor(A, True, analyse_only=True).memory if has_pardiso() and A.shape[0] else 0.0
+
+
 REGULAR = 1e-2
 """Largest relative error of a trial solution for which a matrix counts as regular."""
 
@@ -228,7 +233,7 @@ class _PardisoFactor:
 
     _ANALYSE, _FACTOR, _SOLVE, _RELEASE = 11, 22, 33, -1
 
-    def __init__(self, A: Any, definite: bool) -> None:
+    def __init__(self, A: Any, definite: bool, *, analyse_only: bool = False) -> None:
         upper = _upper(A)
         self._n = int(upper.shape[0])
         if upper.diagonal().size and np.any(np.diff(upper.indptr) == 0):
@@ -242,6 +247,9 @@ class _PardisoFactor:
         self._iparm[[0, 1, 9, 17, 23]] = 1, 2, 12, -1, 0  # own settings, METIS, pivot 1e-12
         self._iparm[[7, 10, 12]] = 0, 0, 0  # no refinement, no scaling or matching: keep the inertia
         self._iparm[20] = 3  # pivots of 1 x 1 and 2 x 2, and no refinement of its own where one was perturbed
+        if analyse_only:
+            self._call(self._ANALYSE, np.zeros(1), np.zeros(1), 1)
+            return
         self._factorise(np.zeros(1))
         self.n_negative = int(self._iparm[22]) if not definite else 0
         self.nnz_factor = int(self._iparm[17])

@@ -113,6 +113,7 @@ def lanczos(
     skip: int = 0,
     lower: float = -np.inf,
     upper: float = np.inf,
+    width: int | None = None,
     progress: Steps | None = None,
 ) -> Ritz:
     """The `wanted` lowest eigenpairs of K x = lam M x, and `extra` eigenvalues more.
@@ -124,6 +125,7 @@ def lanczos(
     mass : product with M (n, n), positive semidefinite; A = inverse M is self-adjoint in its inner product.
     wanted, extra : number of eigenpairs, and of further eigenvalues without their vectors.
     skip, lower : so many lowest eigenpairs, none of them above `lower`, are left out; all lie below the shift.
+    width : of a block of vectors; default: `block_width`.
     upper : the `wanted` eigenvalues are known to be smaller than this; the search goes on until they are.
 
     Method: A Q_j = Q_j-1 R_j-1' + Q_j alpha_j + Q_j+1 R_j, with one product with M per block; theta = 1 / (lam -
@@ -137,9 +139,9 @@ def lanczos(
     """
     n = mass.n
     values = min(wanted + extra, n)
-    width = min(block_width(values), n)
+    width = min(width or block_width(values), n)
     below = inverse.n_negative - skip
-    needed = basis_bytes(n, values, amid=below > 0)
+    needed = basis_bytes(n, values, amid=below > 0, width=width)
     require(needed, f"the vectors that {wanted:,} modes of {n:,} equations take", FEWER)
     sought = _Sought(shift, below, wanted, values, lower, upper)
     krylov = _Krylov(inverse, mass, min(n, 3 * values + 4 * width))
@@ -217,9 +219,9 @@ def _next_look(missing: int, width: int, amid: bool) -> int:
     return width if amid else max(width, int(missing / CONVERGING))
 
 
-def basis_bytes(n: int, values: int, *, amid: bool = True) -> float:
+def basis_bytes(n: int, values: int, *, amid: bool = True, width: int | None = None) -> float:
     """Memory that `values` eigenpairs of n equations take, the shift `amid` them or below: basis, blocks of work."""
-    width = block_width(values)
+    width = width or block_width(values)
     vectors = _first_look(values, width, amid)
     return 8.0 * n * (min(vectors, n) + WORK * width) + DENSE * 8.0 * vectors**2
 

@@ -7,8 +7,9 @@ import shutil
 import tempfile
 
 import numpy as np
+import scipy.sparse as sp
 
-from creak.arrays import FloatArray
+from creak.arrays import FloatArray, Matrix
 from creak.linalg.memory import GB, OutOfMemory, fits
 
 RESERVE = 2e9
@@ -26,6 +27,21 @@ def vectors(n: int, k: int) -> FloatArray:
     """
     needed = 8.0 * n * k
     return np.empty((k, n)) if fits(needed) else _on_disk(n, k)
+
+
+def on_disk(A: Matrix) -> Matrix:
+    """A sparse matrix whose entries lie in such a file: the system takes their memory back where others need it.
+
+    Raises
+    ------
+    OutOfMemory : the disk does not hold it.
+    """
+    if not sp.issparse(A) or not A.nnz:
+        return A
+    A, shape = sp.csr_matrix(A), (1, -(-A.nnz // 2))
+    data, indices = _on_disk(A.nnz, 1)[0], _on_disk(shape[1], 1)[0].view(np.int32)[: A.nnz]
+    data[:], indices[:] = A.data, A.indices
+    return sp.csr_matrix((data, indices, A.indptr), shape=A.shape, copy=False)
 
 
 def _on_disk(n: int, k: int) -> FloatArray:

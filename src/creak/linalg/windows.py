@@ -24,6 +24,8 @@ FEWEST = 24
 """Modes of the smallest window."""
 SLACK = 12
 """Modes beyond a window among which its end is sought."""
+WIDTHS = (8, 16, 32, 64)
+"""Of a block of vectors: 8 take half the memory of 16, and in windows no more time; wider where modes were missed."""
 SPREAD = 1.5
 """Lanczos vectors of a window over those of as many lowest modes (measured: 1.3 to 1.6)."""
 AMID = 0.55
@@ -33,14 +35,24 @@ TRIALS = 8
 TWINS = 1e-7
 """Largest |x' M y| of modes x and y on either side of an end."""
 
+TOO_MANY = (
+    f"more than {SLACK} equal eigenvalues where a window of modes ends, since memory does not hold the vectors of all "
+    "modes at once. Ask for fewer modes, or give the process more memory."
+)
+
 At = Callable[[Factor | None, float], Factor]
 """The factor of K - shift M, in the place of the one given."""
+
+
+def window_bytes(n: int, modes: int = FEWEST) -> float:
+    """Memory that the Lanczos vectors of a window take, the smallest by default."""
+    return basis_bytes(n, int(SPREAD * (modes + SLACK)), width=WIDTHS[0])
 
 
 def window_size(n: int, free: float) -> int:
     """Most modes of a window whose Lanczos vectors `free` bytes hold; `FEWEST` where not even those fit."""
     most = FEWEST
-    while basis_bytes(n, int(SPREAD * (1.1 * most + SLACK))) <= free and most < n:
+    while window_bytes(n, int(1.1 * most)) <= free and most < n:
         most = int(1.1 * most)
     return most
 
@@ -65,16 +77,41 @@ def in_windows(
     del solver
     while lam.size < wanted:
         held, shift = _placed(at, held, lam, wanted, upper, most, rate)
-        found, last = _window(held, mass, lam, shift, wanted, upper, most, progress)
+        lowest = lowest if lam.size else shift
+        found, last, held, solved = _counted(at, held, mass, lam, shift, wanted, upper, most, progress)
         _check_end(mass, shapes[max(lam.size - SLACK, 0) : lam.size].T, found.shapes[:, :SLACK])
         shapes[lam.size : lam.size + last] = found.shapes[:, :last].T
         start = np.sqrt(max(lam[-1] if lam.size else 0.0, 0.0))
         rate = max((np.sqrt(max(found.lam[last - 1], 0.0)) - start) / last, 0.1 * rate)
-        lowest = lowest if lam.size else shift
-        columns += found.columns
+        columns += solved
         lam = np.concatenate([lam, found.lam if lam.size + last == wanted else found.lam[:last]])
         del found
     return Ritz(lam, shapes.T, columns), lowest
+
+
+def _counted(
+    at: At,
+    held: Factor,
+    mass: BlockProduct,
+    lam: FloatArray,
+    shift: float,
+    wanted: int,
+    upper: float,
+    most: int,
+    progress: Steps | None,
+) -> tuple[Ritz, int, Factor, int]:
+    """A window whose modes are as many as the inertia at its end says; with wider blocks where it missed some."""
+    solved = 0
+    for width in WIDTHS:
+        found, last = _window(held, mass, lam, shift, wanted, upper, most, width, progress)
+        solved += found.columns
+        if lam.size + last == wanted:
+            return found, last, held, solved
+        held = at(held, 0.5 * (found.lam[last - 1] + found.lam[last]))
+        if held.n_negative == lam.size + last:
+            return found, last, held, solved
+        held = at(held, shift)
+    raise NumericalError(TOO_MANY)
 
 
 def _placed(
@@ -107,6 +144,7 @@ def _window(
     wanted: int,
     upper: float,
     most: int,
+    width: int,
     progress: Steps | None,
 ) -> tuple[Ritz, int]:
     """Modes nearest to the shift beyond those found, and how many of them the window keeps."""
@@ -120,8 +158,11 @@ def _window(
 
     if left <= size + SLACK:
         above = upper * (1.0 + 1e-6)
-        return lanczos(held, mass, shift, left, extra=1, skip=skip, lower=lower, upper=above, progress=report), left
-    found = lanczos(held, mass, shift, size + SLACK, skip=skip, lower=lower, progress=report)
+        found = lanczos(
+            held, mass, shift, left, extra=1, skip=skip, lower=lower, upper=above, width=width, progress=report
+        )
+        return found, left
+    found = lanczos(held, mass, shift, size + SLACK, skip=skip, lower=lower, width=width, progress=report)
     return found, size + int(np.argmax(np.diff(found.lam[size - 1 :])))
 
 
@@ -130,7 +171,4 @@ def _check_end(mass: BlockProduct, before: FloatArray, after: FloatArray) -> Non
     if not before.shape[1] or not after.shape[1]:
         return
     if np.abs(inner(np.asfortranarray(before), mass(after))).max() > TWINS:
-        raise NumericalError(
-            f"more than {SLACK} equal eigenvalues where a window of modes ends, since memory does not hold the "
-            "vectors of all modes at once. Ask for fewer modes, or give the process more memory."
-        )
+        raise NumericalError(TOO_MANY)

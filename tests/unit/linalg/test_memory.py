@@ -15,15 +15,15 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray
 from creak.errors import InputError, NumericalError
-from creak.linalg import memory, scratch
+from creak.linalg import memory, scratch, windows
 from creak.linalg import modes as linalg_modes
 from creak.linalg.complex_factor import complex_factor
 from creak.linalg.factor import factor
-from creak.linalg.lanczos import basis_bytes
 from creak.linalg.memory import OVERRIDE, OutOfMemory, free_bytes, held_bytes
 from creak.linalg.mkl import has_pardiso
 from creak.linalg.modes import modes
-from creak.linalg.windows import FEWEST, SLACK, SPREAD, window_size
+from creak.linalg.sparse_product import BlockProduct
+from creak.linalg.windows import FEWEST, window_bytes, window_size
 
 SIDE = 60
 MEASURED = """
@@ -192,14 +192,22 @@ def test_windows_end_between_groups_of_equal_frequencies(monkeypatch):
     np.testing.assert_allclose(found.shapes.T @ found.shapes, np.eye(n), atol=1e-7)
 
 
-def test_a_group_that_no_window_holds_is_refused(monkeypatch):
-    """Forty equal chains: there is no end between equal frequencies."""
+def test_a_group_wider_than_blocks_is_found_by_wider_ones(monkeypatch):
+    """Forty equal chains: no window ends amid a group, and the inertia tells that blocks of 8 missed some of it."""
     K = sp.csr_matrix(sp.block_diag([sp.diags([-1.0, 2.0, -1.0], [-1, 0, 1], shape=(20, 20))] * 40))
     M = sp.identity(K.shape[0], format="csr")
-    f_max = float(np.sqrt(0.5 * line_values(20)[2:4].sum())) / (2.0 * np.pi)
+    exact = line_values(20)
+    f_max = float(np.sqrt(0.5 * exact[2:4].sum())) / (2.0 * np.pi)
     short_of_memory(monkeypatch, 30)
+    found = modes(K, M, f_max=f_max)
+    np.testing.assert_allclose(found.omega2, np.repeat(exact[:3], 40), rtol=1e-9)
+    np.testing.assert_allclose(found.shapes.T @ found.shapes, np.eye(120), atol=1e-7)
+
+
+def test_a_group_that_no_window_holds_is_refused():
+    K = sp.identity(700, format="csr")
     with pytest.raises(NumericalError, match="more than 12 equal eigenvalues"):
-        modes(K, M, f_max=f_max)
+        windows._check_end(BlockProduct(K), np.eye(700)[:, :3], np.eye(700)[:, 2:5])
 
 
 def test_one_factor_at_a_time_where_two_do_not_fit(monkeypatch):
@@ -238,5 +246,5 @@ def test_neither_memory_nor_disk(monkeypatch):
 def test_the_window_is_the_largest_that_memory_holds():
     n = 100_000
     size = window_size(n, 1e9)
-    assert basis_bytes(n, int(SPREAD * (size + SLACK))) <= 1e9 < basis_bytes(n, int(SPREAD * (1.2 * size + SLACK)))
+    assert window_bytes(n, size) <= 1e9 < window_bytes(n, int(1.2 * size))
     assert window_size(n, 0.0) == FEWEST
