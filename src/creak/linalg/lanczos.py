@@ -35,6 +35,8 @@ CONVERGING = 0.48
 """Eigenvalues that converge per new vector once the process has settled."""
 LOW = 1e-3
 """Modes far below the shift have nearly the same theta; their residual has to be smaller, down to this share."""
+LOOK = 0.03
+"""Vectors until the next look, at least, as a share of those that there are: its cost grows with their cube."""
 MAX_PASSES = 8
 """Orthonormalisations of one block; two are enough but where columns are dependent."""
 ROWS = 8192
@@ -165,7 +167,7 @@ def lanczos(
             order, missing = sought.select(theta, error, exhausted)
             if exhausted or missing == 0:
                 break
-            look = used + _next_look(missing, width, below > 0)
+            look = used + max(_next_look(missing, width, below > 0), int(LOOK * used))
     del W, Z
     if progress is not None:
         progress(wanted, wanted)

@@ -20,6 +20,10 @@ from creak.progress import Steps
 
 DENSE_LIMIT = 600
 """Up to this size the dense eigensolver is faster and simpler."""
+SHARE = 0.3
+"""From this share of all modes on the dense eigensolver is faster at any size, where memory holds its matrices."""
+DENSE_MATRICES = 5
+"""Of the size of K, that it takes."""
 RIGID = 0.02
 """Eigenvalues of a free body below this share of the shift are its rigid-body modes."""
 MANY = 32
@@ -123,6 +127,8 @@ def _lowest(
     """The `count` lowest modes; the inertia above the last one tells whether one was missed."""
     if count == 0:
         return Modes(np.zeros(0), np.zeros((pencil.mass.n, 0)), 0.0, True)
+    if dense_is_faster(pencil.mass.n, count):
+        return _by_dense(pencil, shift, count, inverse, free)
     found = lanczos(inverse, pencil.mass, shift, count, progress=progress)
     return _checked(pencil, found.lam, found.shapes, free, count=sturm, columns=found.columns)
 
@@ -135,6 +141,9 @@ def _below(pencil: _Pencil, shift: float, upper: float, inverse: Factor, free: b
     _make_room(inverse, inverse.memory)
     counted = factor(pencil.shifted(upper), definite=False)
     wanted = counted.n_negative
+    if dense_is_faster(pencil.mass.n, wanted):
+        del counted
+        return _by_dense(pencil, shift, wanted, inverse, free)
     if wanted < MANY:
         del counted
         found, amid = (
@@ -148,6 +157,30 @@ def _below(pencil: _Pencil, shift: float, upper: float, inverse: Factor, free: b
     low = _refined(inverse, shift, pencil.mass, found, amid)
     after = found.lam[wanted] if found.lam.size > wanted else np.inf
     return _checked(pencil, found.lam[:wanted], found.shapes, free, after=after, columns=found.columns + low)
+
+
+def dense_is_faster(n: int, wanted: int) -> bool:
+    """Whether `wanted` modes of n equations are so many that the dense eigensolver takes less time, and it fits.
+
+    Both costs grow with n^3 at a given share; that of Lanczos is mostly the eigenproblem of T, whose size is 1.7 to
+    2.7 times `wanted`.
+    """
+    return wanted > SHARE * n and fits(dense_bytes(n))
+
+
+def dense_bytes(n: int) -> float:
+    """Memory of the dense eigensolver."""
+    return DENSE_MATRICES * 8.0 * float(n) ** 2
+
+
+def _by_dense(pencil: _Pencil, shift: float, wanted: int, inverse: Factor, free: bool) -> Modes:
+    """The lowest modes by the dense eigensolver; the lowest of them, which its round-off blurs, are refined."""
+    lam, X = _dense_pairs(_full(pencil.K), _full(pencil.M))
+    after = lam[wanted] if lam.size > wanted else np.inf
+    found = Ritz(lam[:wanted].copy(), np.asfortranarray(X[:, :wanted]), 0)
+    del X
+    low = _refined(inverse, shift, pencil.mass, found, found.lam[-1])
+    return _checked(pencil, found.lam, found.shapes, free, after=after, columns=low)
 
 
 def _make_now(inverse: Factor) -> None:
@@ -205,18 +238,26 @@ def small_shift(K: Matrix, M: Matrix) -> float:
 
 
 def _dense_modes(K: Matrix, M: Matrix, f_max: float | None, count: int | None, free: bool) -> Modes:
-    dense_K, dense_M = (A.toarray() if hasattr(A, "toarray") else np.asarray(A) for A in (K, M))
+    dense_K, dense_M = _full(K), _full(M)
     if dense_K.shape[0] == 0:
         return Modes(np.zeros(0), np.zeros((0, 0)), 0.0, True, np.inf)
-    try:
-        omega2, shapes = sla.eigh(dense_K, dense_M)
-    except np.linalg.LinAlgError:
-        omega2, shapes = _massless_eigh(dense_K, dense_M)
+    omega2, shapes = _dense_pairs(dense_K, dense_M)
     keep = omega2 <= (2.0 * np.pi * f_max) ** 2 if f_max is not None else np.arange(omega2.size) < (count or 0)
     round_off = 100.0 * np.finfo(float).eps * float(np.abs(omega2).max(initial=0.0))
     after = float(omega2[~keep].min(initial=np.inf))
     pencil = _Pencil(dense_K, dense_M, BlockProduct(dense_M))
     return _checked(pencil, omega2[keep], shapes[:, keep], free, round_off=round_off, after=after)
+
+
+def _full(A: Matrix) -> FloatArray:
+    return np.asarray(A.toarray() if hasattr(A, "toarray") else A)
+
+
+def _dense_pairs(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
+    try:
+        return sla.eigh(K, M)
+    except np.linalg.LinAlgError:
+        return _massless_eigh(K, M)
 
 
 def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
