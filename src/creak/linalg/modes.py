@@ -14,6 +14,7 @@ from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, refactor
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
 from creak.linalg.memory import fits, free_bytes
+from creak.linalg.scratch import held_in_memory
 from creak.linalg.sparse_product import BlockProduct
 from creak.linalg.windows import in_windows, window_size
 from creak.progress import Steps
@@ -32,6 +33,8 @@ AMID = 0.55
 """The shift amid the modes, as a share of the highest eigenvalue (measured: .5 to .6 is best)."""
 LOW = 0.02
 """Modes below this share of the shift amid them are refined."""
+WINDOWS = 0.8
+"""Share of the free memory that modes take where they are found window by window."""
 COLUMNS = 64
 """Modes whose residuals are measured at a time."""
 
@@ -207,7 +210,8 @@ def _many(pencil: _Pencil, upper: float, counted: Factor, wanted: int, progress:
         A = pencil.shifted(shift)
         return factor(A, definite=False) if held is None else refactor(held, A)
 
-    return in_windows(at, counted, pencil.mass, wanted, upper, window_size(n, free), progress)
+    left = WINDOWS * free - (8.0 * n * wanted if held_in_memory(n, wanted) else 0.0)
+    return in_windows(at, counted, pencil.mass, wanted, upper, window_size(n, left), progress)
 
 
 def _refined(inverse: Factor, shift: float, mass: BlockProduct, found: Ritz, amid: float) -> int:

@@ -14,6 +14,15 @@ from creak.linalg.memory import GB, OutOfMemory, fits
 
 RESERVE = 2e9
 """Bytes of the disk that are left to others."""
+ROOM = 2.5
+"""Free memory over that of what is to stay in it."""
+SPARE = 8.0
+"""Free memory over that of a matrix below which its entries go to disk."""
+
+
+def held_in_memory(n: int, k: int) -> bool:
+    """Whether `vectors` come from memory: they leave most of it to others."""
+    return fits(ROOM * 8.0 * n * k)
 
 
 def vectors(n: int, k: int) -> FloatArray:
@@ -25,21 +34,19 @@ def vectors(n: int, k: int) -> FloatArray:
     ------
     OutOfMemory : neither memory nor disk holds it.
     """
-    needed = 8.0 * n * k
-    return np.empty((k, n)) if fits(needed) else _on_disk(n, k)
+    return np.empty((k, n)) if held_in_memory(n, k) else _on_disk(n, k)
 
 
-def on_disk(A: Matrix) -> Matrix:
-    """A sparse matrix whose entries lie in such a file: the system takes their memory back where others need it.
-
-    Raises
-    ------
-    OutOfMemory : the disk does not hold it.
-    """
-    if not sp.issparse(A) or not A.nnz:
+def spared(A: Matrix) -> Matrix:
+    """A sparse matrix as it is, or where memory is short with its entries in such a file: the system takes their memory
+    back when others need it. Where the disk does not hold them they stay."""
+    if not sp.issparse(A) or not A.nnz or A.indices.dtype != np.int32 or fits(SPARE * 12.0 * A.nnz):
         return A
-    A, shape = sp.csr_matrix(A), (1, -(-A.nnz // 2))
-    data, indices = _on_disk(A.nnz, 1)[0], _on_disk(shape[1], 1)[0].view(np.int32)[: A.nnz]
+    A = sp.csr_matrix(A)
+    try:
+        data, indices = _on_disk(A.nnz, 1)[0], _on_disk(-(-A.nnz // 2), 1)[0].view(np.int32)[: A.nnz]
+    except OutOfMemory:
+        return A
     data[:], indices[:] = A.data, A.indices
     return sp.csr_matrix((data, indices, A.indptr), shape=A.shape, copy=False)
 

@@ -9,6 +9,7 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.errors import NumericalError
 from creak.linalg.factor import Factor, LaterFactor, regular_factor
+from creak.linalg.scratch import spared
 from creak.linalg.sparse_product import BlockProduct
 
 
@@ -90,4 +91,4 @@ class Inside:
 
 def _blocks(A: Matrix, i: IntArray, b: IntArray) -> tuple[Matrix, Matrix, Matrix]:
     rows = A[i]
-    return rows[:, i], rows[:, b], A[b][:, b]
+    return spared(rows[:, i]), rows[:, b], A[b][:, b]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mmap
 import re
 import subprocess
 import sys
@@ -234,6 +235,24 @@ def test_one_factor_at_a_time_where_two_do_not_fit(monkeypatch):
     assert len(most) == 3
     np.testing.assert_array_equal(alone.omega2, both.omega2)
     np.testing.assert_array_equal(alone.shapes, both.shapes)
+
+
+def owner(A: Any) -> Any:
+    """Whose memory it is."""
+    while getattr(A, "base", None) is not None:
+        A = A.base
+    return A
+
+
+def test_a_matrix_on_disk_is_the_same(monkeypatch):
+    A = grid(20)
+    assert scratch.spared(A) is A
+    monkeypatch.setattr(scratch, "fits", lambda _: False)
+    B = scratch.spared(A)
+    assert all(isinstance(owner(x), mmap.mmap) for x in (B.data, B.indices))
+    np.testing.assert_array_equal(B.toarray(), A.toarray())
+    monkeypatch.setattr(scratch, "RESERVE", 1e18)
+    assert scratch.spared(A) is A
 
 
 def test_neither_memory_nor_disk(monkeypatch):

@@ -16,7 +16,7 @@ from creak.arrays import IntArray
 from creak.assembly.system import System
 from creak.linalg.factor import LaterFactor, factor, regular_factor
 from creak.linalg.modes import modes
-from creak.linalg.scratch import on_disk
+from creak.linalg.scratch import spared
 from creak.progress import Progress
 from creak.reduction.craig_bampton import fixed_interface_basis, reduced_matrices, reduced_system
 from creak.reduction.inside import Inside
@@ -39,13 +39,15 @@ SPREAD = 2.0
 def reference_of_parts(
     setup: Setup, parts: Sequence[System], loose: System | None, progress: Progress, store: Path | None = None
 ) -> ReferenceModel:
-    """Reduced parts, joined, with their modes in the band of the study; the matrices of the parts go to disk.
+    """Reduced parts, joined, with their modes in the band of the study.
+
+    The matrices of the unreduced parts go to disk where memory is short.
 
     Raises
     ------
     NumericalError : links and supports do not hold every part.
     """
-    parts = [replace(part, K=on_disk(part.K), M=on_disk(part.M)) for part in parts]
+    parts = [replace(part, K=spared(part.K), M=spared(part.M)) for part in parts]
     band = modal_band(setup, sum(part.n for part in parts))
     must = required_labels(setup, setup.model)
     seen = np.unique(np.concatenate([setup.contacts.labels, setup.connectors.labels, observed_labels(setup.watched)]))
