@@ -1,4 +1,4 @@
-"""The door from deck to reduced run, phase by phase, with memory: `python -m benchmarks.scale --mesh-size MM --out FOLDER`.
+"""The door from deck to reduced run, with memory: `python -m benchmarks.scale --mesh-size MM --out FOLDER`.
 
 Every phase writes a line to FOLDER/scale.log as it begins: wall and CPU seconds since the start, memory of the process
 that is its own and that which lies in files, their largest so far, and free memory. Stopped or killed, the same

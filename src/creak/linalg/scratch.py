@@ -40,9 +40,8 @@ def vectors(n: int, k: int) -> FloatArray:
 def spared(A: Matrix) -> Matrix:
     """A sparse matrix as it is, or where memory is short with its entries in such a file: the system takes their memory
     back when others need it. Where the disk does not hold them they stay."""
-    if not sp.issparse(A) or not A.nnz or A.indices.dtype != np.int32 or fits(SPARE * 12.0 * A.nnz):
+    if getattr(A, "format", "") != "csr" or not A.nnz or A.indices.dtype != np.int32 or fits(SPARE * 12.0 * A.nnz):
         return A
-    A = sp.csr_matrix(A)
     try:
         data, indices = _on_disk(A.nnz, 1)[0], _on_disk(-(-A.nnz // 2), 1)[0].view(np.int32)[: A.nnz]
     except OutOfMemory:
