@@ -49,6 +49,11 @@ COMPILE = "compile kernels (first run: a minute)"
 SHARE = 0.1
 """Longest step as a share of the shortest event."""
 
+WITHOUT_WHOLE = (
+    "memory does not hold a factor of the whole model: the linear pre-check is that of its parts, reduced to what "
+    "joins them, and modes of reduced and unreduced model are not compared"
+)
+
 ReferenceRun = Callable[[Setup, ReferenceModel, GapOperator, Progress], "Run"]
 
 
@@ -294,7 +299,8 @@ def prepare(
     kept, notes = prechecked(setup, reference)
     if setup.study.config.reduction.method not in WHOLE:
         reference = reference.without_factor()
-    return reference, join([kept, setup.connectors]), [*figures, *notes]
+    whole = [] if reference.of_parts is None else [WITHOUT_WHOLE]
+    return reference, join([kept, setup.connectors]), [*figures, *whole, *notes]
 
 
 def march_run(
