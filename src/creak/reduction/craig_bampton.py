@@ -383,5 +383,6 @@ def _through(A: Matrix, basis: Basis, static: StaticRows) -> Matrix:
     kept, new = inner[~lacking], inner[lacking]
     R[kept, : basis.n_boundary] += A_i[kept][:, static.at] @ static.values
     R[new, : basis.n_boundary] += _static_rows(basis, A_i[new])
-    R[inner, basis.n_boundary :] = A_i[inner] @ basis.fixed.shapes
+    touched = np.unique(A_i.indices)  # a product with all rows of the shapes copies them first
+    R[inner, basis.n_boundary :] = A_i[inner][:, touched] @ basis.fixed.shapes[touched]
     return R
