@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from creak.cli.head import SHOWN, folded, head_lines, shared_words, size_facts
 from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output
+from creak.model.units import UnitsName
 
 if TYPE_CHECKING:
     from creak.model.mesh import Model
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 def info(
     deck: Path = typer.Argument(..., metavar="DECK", help="The deck to look at."),
-    units: Literal["mm-t-s", "m-kg-s"] | None = typer.Option(
+    units: UnitsName | None = typer.Option(
         None, "--units", help="Units that the deck should be in: its materials, size and mass are checked for them."
     ),
     all_sets: bool = typer.Option(False, "--sets", help="All sets and surfaces; default: the first few of each."),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import typer
 from rich.box import SIMPLE_HEAD
@@ -15,6 +15,7 @@ from creak.cli.details import model_detail
 from creak.cli.output import IGNORE, JSON_FILE, QUIET, STDOUT, VERBOSE, Output, writable_file
 from creak.errors import InputError
 from creak.formats.destination import descriptor_of
+from creak.model.units import UnitsName
 
 if TYPE_CHECKING:
     from creak.arrays import FloatArray
@@ -32,7 +33,7 @@ def modes(
     about: str = typer.Option("0,0,0", "--about", metavar="X,Y,Z", help="Point of the rotations of effective mass."),
     vtk: Path | None = typer.Option(None, "--vtk", help="Write the shapes here (.vtu) for ParaView."),
     uff: Path | None = typer.Option(None, "--uff", help="Write the shapes here as a universal file (data set 55)."),
-    units: Literal["mm-t-s", "m-kg-s"] = typer.Option("mm-t-s", "--units", help="Units named in the universal file."),
+    units: UnitsName = typer.Option("mm-t-s", "--units", help="Units named in the universal file."),
     ignore: list[str] = IGNORE,
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,
@@ -86,7 +87,7 @@ def _write(
     found: DeckModes,
     vtk: Path | None,
     uff: Path | None,
-    units: Literal["mm-t-s", "m-kg-s"],
+    units: UnitsName,
     title: str,
 ) -> None:
     from creak.formats.uff import write_uff

@@ -6,13 +6,14 @@ import os
 from dataclasses import asdict
 from pathlib import Path
 from shlex import quote
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from creak.cli.details import model_detail, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_file
 from creak.errors import InputError
+from creak.model.units import UnitsName
 
 if TYPE_CHECKING:
     from creak.studies.propose.proposal import Proposal
@@ -24,7 +25,7 @@ def new(
     distance: float | None = typer.Option(
         None, "--distance", help="Surfaces nearer than this may touch; default: a hundredth of the model's size."
     ),
-    units: Literal["mm-t-s", "m-kg-s"] | None = typer.Option(
+    units: UnitsName | None = typer.Option(
         None, "--units", help="Units of the deck; default: guessed from materials and size."
     ),
     overwrite: bool = typer.Option(False, "--overwrite", help="Write over a study that is there."),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from creak.cli.details import list_unread, setup_detail, tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
 from creak.errors import InputError, NumericalError, Unreliable
+from creak.model.units import UnitsName
 
 if TYPE_CHECKING:
     from creak.studies.converge.settling import Convergence
@@ -37,7 +38,7 @@ def run(
     superelements: Path | None = typer.Option(
         None, "--superelements", help="Folder that `creak reduce` wrote; default: superelements/ beside the study."
     ),
-    units: Literal["mm-t-s", "m-kg-s"] = typer.Option(
+    units: UnitsName = typer.Option(
         "mm-t-s", "--units", help="Units of a deck that is run by itself, for the report; a study names its own."
     ),
     ignore: list[str] = IGNORE,
