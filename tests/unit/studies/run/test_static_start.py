@@ -139,6 +139,14 @@ def test_surfaces_that_overlap_are_pressed_apart(tmp_path, how):
         assert not one.events
 
 
+def test_a_press_fit_of_nothing_is_warned_of(tmp_path):
+    open_stop, squeezed = f"{STOP}lower = -1.0\n", f"{STOP}lower = 0.1\n"
+    for tables, wrong in ((open_stop, True), (squeezed, False)):
+        path = study(tmp_path, HELD, f"[[static]]\npress_fit = true\n{tables}")
+        told = [n for n in set_up(read_study(path)).notes if "press_fit: no surfaces overlap" in n]
+        assert bool(told) == wrong
+
+
 def test_a_force_opens_a_clip_with_preload(tmp_path):
     """It carries its preload until the tip has moved by preload / stiffness; from there the beam is alone."""
     preload = 2.0
