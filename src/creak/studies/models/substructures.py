@@ -211,7 +211,7 @@ def _substructure(
         line = contact
     line = line[np.isin(line, part.coordinates) & ~np.isin(nodes_of(line), nodes_of(must))]
     must = np.union1d(must, contact[~np.isin(contact, line)])
-    fixed = _touched(part, must)
+    fixed = touched(part, must)
     chosen = thinned(setup, reference, Line(part.name, model, line), part)
     if chosen.shape is None:
         kept = _coordinates(part, chosen.labels)
@@ -231,7 +231,7 @@ def _linked(setup: Setup, part: System, model: Model, must: IntArray) -> Substru
         *(np.array(e.labels) for f in model.fixed for e in fixed_equations(f)),
     ]
     line = np.setdiff1d(np.intersect1d(np.array(linked, dtype=np.int64), part.labels), np.concatenate(alone))
-    return Substructure(part, _touched(part, must), None, line, False)
+    return Substructure(part, touched(part, must), None, line, False)
 
 
 def _coordinates(part: System, labels: IntArray) -> IntArray:
@@ -241,7 +241,7 @@ def _coordinates(part: System, labels: IntArray) -> IntArray:
     return np.asarray(at, dtype=np.int64)
 
 
-def _touched(part: System, labels: IntArray) -> IntArray:
+def touched(part: System, labels: IntArray) -> IntArray:
     """Coordinates of the part that the labels depend on, and those without stiffness (free point masses)."""
     rows, _ = part.rows(labels)
     loose = np.flatnonzero(part.K.diagonal() == 0.0)
