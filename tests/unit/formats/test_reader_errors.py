@@ -162,6 +162,12 @@ def test_mistakes_with_instances(read: Reader, parts: str, old: str, new: str, m
         read(parts.replace(old, new, 1))
 
 
+def test_generated_nodes_are_the_reason_and_not_the_element_without_them(read: Reader, flat: str) -> None:
+    text = flat.replace(" 7, 10, 20,", " 7, 10, 21,") + "*NGEN\n 20, 30, 1\n"
+    with pytest.raises(InputError, match=r"\*NGEN is not read, so that nodes are missing .*element 7 uses node 21"):
+        read(text)
+
+
 def test_a_misspelled_keyword_is_pointed_out_with_the_error_it_causes(read: Reader, flat: str) -> None:
     with pytest.raises(
         InputError, match=r"uses node 10.*\*NODES at .*:4 is not a keyword that creak knows. Did you mean 'NODE'"

@@ -97,7 +97,10 @@ def _read(path: str | Path, made: Callable[[Outline], T]) -> T:
 def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRun | None]:
     """The model, and the step that is to be run by itself, if any is."""
     nodes, node_names = read_nodes(deck)
-    elements, element_names = read_elements(deck, node_names)
+    try:
+        elements, element_names = read_elements(deck, node_names)
+    except InputError as error:
+        raise _not_generated(deck, error) from None
     read_sets(deck, elements, node_names, element_names)
     surfaces = read_surfaces(deck, nodes.coords, elements, node_names, element_names)
     distributions = read_distributions(deck, element_names, elements.ids.size)
@@ -147,6 +150,22 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
         initial_temperature=node_temperatures(deck, node_names),
     )
     return model, run
+
+
+_GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY")
+
+
+def _not_generated(deck: Outline, error: InputError) -> InputError:
+    """An error of the elements, as what it comes from where the deck generates nodes."""
+    found = next((u for u in deck.unread if u.keyword.lstrip("*") in _GENERATORS), None)
+    if found is None:
+        return error
+    return InputError(
+        f"{found.keyword} is not read, so that nodes are missing ({error})",
+        where=found.where,
+        expected="all nodes and elements written out",
+        fix="Have your preprocessor write the flat deck.",
+    )
 
 
 def _surfaces(raw: Mapping[str, RawSurface], place: IntArray) -> dict[str, Surface]:
