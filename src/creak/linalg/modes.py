@@ -9,7 +9,6 @@ import scipy.linalg as sla
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, Matrix
-from creak.errors import NumericalError
 from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, refactor
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
@@ -35,6 +34,8 @@ LOW = 0.02
 """Modes below this share of the shift amid them are refined."""
 WINDOWS = 0.8
 """Share of the free memory that modes take where they are found window by window."""
+NOTHING = 1e-13
+"""Eigenvalues of K + s M, scaled to a diagonal of ones, below this share of the largest are none."""
 COLUMNS = 64
 """Modes whose residuals are measured at a time."""
 
@@ -118,7 +119,9 @@ def modes(
     try:
         _make_now(inverse)
     except SingularMatrixError as error:
-        raise NumericalError(f"the stiffness matrix is singular at row {error.row}: is the body held?") from error
+        raise SingularMatrixError(
+            error.row, f"the stiffness matrix is singular at row {error.row}: is the body held?"
+        ) from error
     if f_max is None:
         return _lowest(pencil, shift, min(int(count or 0), n), inverse, free, sturm, progress)
     return _below(pencil, shift, (2.0 * np.pi * f_max) ** 2, inverse, free, progress)
@@ -265,12 +268,21 @@ def _dense_pairs(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Eigenpairs when M is singular: solve M x = mu (K + s M) x and drop mu = 0 (infinite frequency)."""
+    """Eigenpairs when M is singular: solve M x = mu (K + s M) x and drop mu = 0 (infinite frequency).
+
+    So are directions with neither mass nor stiffness, which take part in no mode: a bar that turns about itself.
+    """
     shift = float(np.trace(K) / np.trace(M)) if np.trace(M) > 0 else 1.0
+    A = K + shift * M
     try:
-        mu, x = sla.eigh(M, K + shift * M)
-    except np.linalg.LinAlgError as error:
-        raise NumericalError("a degree of freedom has neither mass nor stiffness") from error
+        mu, x = sla.eigh(M, A)
+    except np.linalg.LinAlgError:
+        scale = 1.0 / np.sqrt(np.where(A.diagonal() > 0.0, A.diagonal(), 1.0))
+        size, U = sla.eigh(scale[:, None] * A * scale)
+        held = size > NOTHING * size.max(initial=0.0)
+        basis = scale[:, None] * U[:, held] / np.sqrt(size[held])
+        mu, y = sla.eigh(symmetric(basis.T @ M @ basis))
+        x = basis @ y
     finite = mu > 1e-14 * mu.max()
     mu, x = mu[finite][::-1], x[:, finite][:, ::-1]
     return 1.0 / mu - shift, x / np.sqrt(mu)

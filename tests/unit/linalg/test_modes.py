@@ -111,6 +111,14 @@ def test_massless_dofs_have_no_mode():
     np.testing.assert_allclose(found.omega2, np.linalg.eigvalsh(small), rtol=1e-8)
 
 
+def test_directions_with_neither_mass_nor_stiffness_take_part_in_no_mode():
+    """Two massless dofs joined to each other alone, as the twist of a bar that turns freely about itself."""
+    K, M, _ = long_chain(20)
+    pair = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    both = modes(sp.block_diag([K, pair]), sp.csr_matrix(sp.block_diag([M, np.zeros((2, 2))])), count=30)
+    np.testing.assert_allclose(both.omega2, modes(K, M, count=30).omega2, rtol=1e-9)
+
+
 def test_zero_stiffness_of_a_body_called_clamped_is_an_error():
     K = sp.csr_matrix(sp.block_diag([long_chain(700)[0], np.zeros((1, 1))]))
     with pytest.raises(NumericalError, match="is the body held"):

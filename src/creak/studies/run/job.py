@@ -12,8 +12,6 @@ import numpy as np
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.small_sliding import slip_warnings, turn_warnings
-from creak.contact.step_problem import compile_kernels
-from creak.dynamics.flow_march import compile_flow
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.formats.run_identity import RunIdentity
@@ -34,6 +32,7 @@ from creak.studies.run.dropped import MOST_RUNS, with_closed
 from creak.studies.run.elines import LineFindings, compare_lines, line_steps, measured
 from creak.studies.run.forced_step import limited
 from creak.studies.run.integrate import integrate, output_times, scheme_of
+from creak.studies.run.kernels import compile_for
 from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
 from creak.studies.run.precheck import prechecked, with_linear_gaps
 from creak.studies.run.static_start import begin, with_static
@@ -136,9 +135,7 @@ def run_study(
     """
     c = setup.study.config
     progress(COMPILE, 0, 1)
-    compile_kernels()
-    if c.time.exact:
-        compile_flow()
+    compile_for(setup)
     progress(COMPILE, 1, 1)
     setup, reference, gaps, notes = ready(setup, progress, store)
     runs: dict[str, Run] = {}
