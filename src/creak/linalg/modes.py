@@ -9,6 +9,7 @@ import scipy.linalg as sla
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, Matrix
+from creak.errors import NumericalError
 from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, refactor
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
@@ -279,6 +280,8 @@ def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray
     except np.linalg.LinAlgError:
         scale = 1.0 / np.sqrt(np.where(A.diagonal() > 0.0, A.diagonal(), 1.0))
         size, U = sla.eigh(scale[:, None] * A * scale)
+        if size.min(initial=0.0) < -NOTHING * size.max(initial=0.0):
+            raise NumericalError("mass or stiffness is not positive") from None
         held = size > NOTHING * size.max(initial=0.0)
         basis = scale[:, None] * U[:, held] / np.sqrt(size[held])
         mu, y = sla.eigh(symmetric(basis.T @ M @ basis))

@@ -145,7 +145,7 @@ def run_study(
         gaps, reduced, runs["reduced"], more = _reduced_run(setup, reference, gaps, progress, store, record)
         notes += [*more, *reduced.notes]
         try:
-            health = checked(setup, reduced, progress)
+            health = checked(setup, reduced, progress, store)
         except KeyboardInterrupt:
             stopped = "stopped while the superelements were checked"
         notes += [Warned(f"superelement {name}: {text}") for name, h in health.items() for text in h.findings.warnings]
