@@ -38,9 +38,16 @@ def vectors(n: int, k: int) -> FloatArray:
 
 
 def spared(A: Matrix) -> Matrix:
-    """A sparse matrix as it is, or where memory is short with its entries in such a file: the system takes their memory
-    back when others need it. Where the disk does not hold them they stay."""
-    if getattr(A, "format", "") != "csr" or not A.nnz or A.indices.dtype != np.int32 or fits(SPARE * 12.0 * A.nnz):
+    """A sparse matrix as it is, or `on_disk` where memory is short."""
+    return A if not sp.issparse(A) or fits(SPARE * 12.0 * A.nnz) else on_disk(A)
+
+
+def on_disk(A: Matrix) -> Matrix:
+    """A sparse matrix whose entries lie in such a file: the system takes their memory back when others need it.
+
+    Where the disk does not hold them they stay where they are.
+    """
+    if getattr(A, "format", "") != "csr" or not A.nnz or A.indices.dtype != np.int32:
         return A
     try:
         data, indices = _on_disk(A.nnz, 1)[0], _on_disk(-(-A.nnz // 2), 1)[0].view(np.int32)[: A.nnz]

@@ -24,12 +24,29 @@ class Inside:
         self.name = system.name
         self.b = np.unique(boundary).astype(np.int64)
         self.i = np.setdiff1d(np.arange(system.n), self.b)
-        K, M = sp.csr_matrix(system.K), sp.csr_matrix(system.M)
-        self.K_ii, self.K_ib, self.K_bb = _blocks(K, self.i, self.b)
-        self.M_ii, self.M_ib, self.M_bb = _blocks(M, self.i, self.b)
+        self._system = system
+        self._inner: dict[str, Matrix] = {}
+        self.K_ib, self.K_bb = _sides(sp.csr_matrix(system.K), self.i, self.b)
+        self.M_ib, self.M_bb = _sides(sp.csr_matrix(system.M), self.i, self.b)
         self._factor = LaterFactor(self._regular)
         self._stiffness: BlockProduct | None = None
         self._mass: BlockProduct | None = None
+
+    @property
+    def K_ii(self) -> Matrix:
+        """Stiffness of the inside; cut out anew after `release`."""
+        return self._block("K")
+
+    @property
+    def M_ii(self) -> Matrix:
+        """Mass of the inside."""
+        return self._block("M")
+
+    def _block(self, name: str) -> Matrix:
+        if name not in self._inner:
+            A = sp.csr_matrix(getattr(self._system, name))
+            self._inner[name] = spared(A[self.i][:, self.i])
+        return self._inner[name]
 
     @property
     def factor(self) -> LaterFactor:
@@ -66,9 +83,10 @@ class Inside:
         return self._mass
 
     def release(self, above: int = 0) -> None:
-        """Give the memory of the factor and of the products back, unless the factor has `above` bytes at most."""
+        """Give the memory of blocks, factor and products back, unless the factor has `above` bytes at most."""
         if self._factor.nbytes > above:
             self._factor.release()
+            self._inner.clear()
             self._stiffness = self._mass = None
 
     def solve(self, f: FloatArray) -> FloatArray:
@@ -89,6 +107,5 @@ class Inside:
         return np.flatnonzero(touches)
 
 
-def _blocks(A: Matrix, i: IntArray, b: IntArray) -> tuple[Matrix, Matrix, Matrix]:
-    rows = A[i]
-    return spared(rows[:, i]), rows[:, b], A[b][:, b]
+def _sides(A: Matrix, i: IntArray, b: IntArray) -> tuple[Matrix, Matrix]:
+    return A[i][:, b], A[b][:, b]

@@ -219,7 +219,8 @@ def _memory(facts: Facts) -> Iterator[str]:
         yield (
             f"memory: {peak.what} takes some {peak.gb:.2g} GB ({peak.why}), {free:.2g} GB are free: lower f_max, cut "
             "the largest part into substructures, leave out the reference run where that is the peak, or take a "
-            "larger machine. What does not fit is refused when its turn comes, before it is made"
+            "larger machine. Modes are found window by window then, in up to twice the time; what does not fit even "
+            "so is refused before it is made"
         )
 
 

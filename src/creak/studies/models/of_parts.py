@@ -14,9 +14,11 @@ import numpy as np
 
 from creak.arrays import IntArray
 from creak.assembly.system import System
+from creak.errors import NumericalError
 from creak.linalg.factor import LaterFactor, factor, regular_factor
+from creak.linalg.memory import OutOfMemory
 from creak.linalg.modes import modes
-from creak.linalg.scratch import spared
+from creak.linalg.scratch import on_disk
 from creak.progress import Progress
 from creak.reduction.craig_bampton import fixed_interface_basis, reduced_matrices, reduced_system
 from creak.reduction.inside import Inside
@@ -41,17 +43,22 @@ def reference_of_parts(
 ) -> ReferenceModel:
     """Reduced parts, joined, with their modes in the band of the study.
 
-    The matrices of the unreduced parts go to disk where memory is short.
+    The matrices of the unreduced parts go to disk.
 
     Raises
     ------
     NumericalError : links and supports do not hold every part.
     """
-    parts = [replace(part, K=spared(part.K), M=spared(part.M)) for part in parts]
+    parts = [replace(part, K=on_disk(part.K), M=on_disk(part.M)) for part in parts]
     band = modal_band(setup, sum(part.n for part in parts))
     must = required_labels(setup, setup.model)
     seen = np.unique(np.concatenate([setup.contacts.labels, setup.connectors.labels, observed_labels(setup.watched)]))
-    small = [_reduced(part, must, seen, SPREAD * band, progress) for part in parts]
+    try:
+        small = [_reduced(part, must, seen, SPREAD * band, progress) for part in parts]
+    except OutOfMemory:
+        raise
+    except NumericalError as error:
+        raise NumericalError(f"memory does not hold a factor of the whole model, and without it {error}") from error
     system = join_parts(setup, small, loose)
     free = system.n + sum(s.stats.internal - s.stats.modes for s in small)
     regular = regular_factor(system.K)

@@ -41,8 +41,9 @@ def room(parts: Sequence[System]) -> Room | None:
     factors = [factor_bytes(part.K) for part in parts]
     n, K, M = (sum(x) for x in zip(*((p.n, p.K.nnz, p.M.nnz) for p in parts), strict=True))
     whole = JOIN * ENTRY * (K + M) + _solving(n, K, M, sum(factors))
+    back = ENTRY * (K + M)  # the matrices of the parts go to disk then
     each = [
-        (ENTRY * (p.K.nnz + p.M.nnz) + _solving(p.n, p.K.nnz, p.M.nnz, size), p.name)
+        (ENTRY * (p.K.nnz + p.M.nnz) + _solving(p.n, p.K.nnz, p.M.nnz, size) - back, p.name)
         for p, size in zip(parts, factors, strict=True)
     ]
     return Room(whole, *max(each))
