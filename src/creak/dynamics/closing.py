@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
+
 import numba
-import numpy as np
 
 
 @numba.njit(cache=True)
@@ -36,7 +37,7 @@ def dips(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
         return True
     if d0 < 0.0 < d1:  # g' = 3 a x^2 + 2 b x + d0 changes sign: its root inside, in a form without cancellation
         a, b = 2.0 * (g0 - g1) + d0 + d1, -3.0 * (g0 - g1) - 2.0 * d0 - d1
-        q = b + np.sqrt(max(b * b - 3.0 * a * d0, 0.0))
+        q = b + math.sqrt(max(b * b - 3.0 * a * d0, 0.0))
         x = -d0 / q if q != 0.0 else 0.5
         if g0 + x * (d0 + x * (b + x * a)) <= 0.0:
             return True

@@ -92,27 +92,47 @@ def open_block(block, model, slope, band, D, energy, course, h, time, used, at, 
 @inner
 def may_close_within(block, n, model, slope, energy, course, h, now):  # type: ignore[no-untyped-def]
     """Channels that may close in the n-th length of blocks, put down in the block; their number, and the budget."""
-    m, T, off, lowest = now.gap.size, (block.length >> n) * h, block.off[n], block.gap
+    m, T, lowest = now.gap.size, (block.length >> n) * h, block.gap
     forces = 0.0
     for j in range(now.force.size):
         forces += abs(now.force[j]) * block.width[j]
     budget = MORE * T * forces
     for i in range(m):
-        lowest[i] = now.gap[i] + min(now.rate[i], 0.0) * T
-        for b in range(energy.size):
-            lowest[i] -= off[b, i] * energy[b]
-        for a in range(now.support.shape[1]):
-            lowest[i] -= 0.5 * T * T * abs(model.rows_s[i, a]) * (abs(course[2, a, 0]) + T * abs(course[2, a, 1]))
-        if slope[i] > 0.0 and lowest[i] <= 0.0 and now.force[i] <= 0.0:
-            budget += 0.5 * T * T * slope[i] * max(-now.rate[i], 0.0) * block.width[i]
+        lowest[i] = lowest_within(i, T, block.off[n], model, energy, course, now)
+        budget += new_impulse(i, T, slope, lowest[i], now) * block.width[i]
     count = 0
     for i in range(m):
-        can = lowest[i] <= block.width[i] * T * budget or now.force[i] > 0.0 or model.preload[i] > 0.0
-        block.is_near[i] = can and slope[i] > 0.0
+        block.is_near[i] = can_close(i, lowest[i], block.width[i] * T * budget, model, slope, now)
         if block.is_near[i]:
             block.near[count] = i
             count += 1
     return count, budget - h * forces
+
+
+@inner
+def lowest_within(i, T, off, model, energy, course, now):  # type: ignore[no-untyped-def]
+    """Bound of gap i in the next T without impulses; off (n_band, m)."""
+    lowest = now.gap[i] + min(now.rate[i], 0.0) * T
+    for b in range(energy.size):
+        lowest -= off[b, i] * energy[b]
+    for a in range(now.support.shape[1]):
+        lowest -= 0.5 * T * T * abs(model.rows_s[i, a]) * (abs(course[2, a, 0]) + T * abs(course[2, a, 1]))
+    return lowest
+
+
+@inner
+def new_impulse(i, T, slope, lowest, now):  # type: ignore[no-untyped-def]
+    """What the budget gets for a touch of channel i."""
+    if slope[i] > 0.0 and lowest <= 0.0 and now.force[i] <= 0.0:
+        return 0.5 * T * T * slope[i] * max(-now.rate[i], 0.0)
+    return 0.0
+
+
+@inner
+def can_close(i, lowest, reach, model, slope, now):  # type: ignore[no-untyped-def]
+    """May channel i press where impulses move its gap by at most `reach`?"""
+    can = lowest <= reach or now.force[i] > 0.0 or model.preload[i] > 0.0
+    return can and slope[i] > 0.0
 
 
 @inner

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from creak.dynamics.compiled import inner, inner_fast, with_arrays
@@ -229,4 +231,4 @@ def band_energies(model, band, D, x, out):  # type: ignore[no-untyped-def]
             w = b[i] - R[2, i] * D0[i] - R[3, i] * D0[n + i]
             out[band[i]] += y * y + w * w
     for i in range(out.size):
-        out[i] = np.sqrt(out[i])
+        out[i] = math.sqrt(out[i])

@@ -13,7 +13,8 @@ from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.chunks import march_chunks
-from creak.dynamics.flow_batch import Variant, march_many
+from creak.dynamics.flow_batch import Variant
+from creak.dynamics.flow_device import Device, march_anywhere
 from creak.dynamics.flow_march import SAMPLES, FlowRun
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
@@ -174,13 +175,19 @@ def make_bench(
 
 
 def march_draws(
-    bench: Bench, channels: GapOperator, draws: Iterable[Draw], threads: int | None = None
+    bench: Bench,
+    channels: GapOperator,
+    draws: Iterable[Draw],
+    threads: int | None = None,
+    device: Device = "cpu",
+    notes: list[str] | None = None,
 ) -> Iterator[tuple[int, Seen]]:
     """Number of a draw and what was seen in it, in the order in which they end.
 
     Parameters
     ----------
     channels : all of the study, kept or not: what figures and impulses stand for.
+    device, notes : as `march_anywhere`.
     """
     places, (start, end) = places_of(channels), bench.window
     place = {name: k for k, name in enumerate(channels.names)}
@@ -202,7 +209,8 @@ def march_draws(
         closed = history.extremes is not None and history.extremes.gap.min(initial=1.0) <= 0.0
         return Seen(LEFT_OUT if closed else 0.0, figures, _slack(bench, variant, places), impulse)
 
-    yield from march_many(bench.base, (variant_of(bench, draw) for draw in draws), look, threads)
+    variants = (variant_of(bench, draw) for draw in draws)
+    yield from march_anywhere(bench.base, variants, look, threads, device, notes)
 
 
 def places_of(channels: GapOperator) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator, join
+from creak.dynamics.flow_device import Device, check_device
 from creak.formats.record_log import read_records, record_log
 from creak.progress import Progress, silent
 from creak.studies.file.identity import new_identity, other_files_sha256
@@ -65,6 +66,7 @@ def run_draws(
     indices: bool = True,
     threads: int | None = None,
     runner: Runner | None = None,
+    device: Device = "auto",
 ) -> Draws:
     """Draw and march; with `out`, each finished draw is kept there and never marched again.
 
@@ -72,11 +74,13 @@ def run_draws(
     ----------
     n : draws behind probabilities, made a power of two; indices take half as many more for each cause.
     threads : of this process. runner : marches batches of draws elsewhere instead; its workers see `out`.
+    device : where draws are marched in this process: on a GPU, on the cores, or on what is there.
 
     Raises
     ------
-    InputError : anything wrong in the study, the deck or [scatter].
+    InputError : anything wrong in the study, the deck or [scatter]; a GPU is asked for and there is none.
     """
+    check_device(device)
     progress("read the model and find the contacts", 0, 1)
     setup = set_up(study)
     progress("read the model and find the contacts", 1, 1)
@@ -106,7 +110,7 @@ def run_draws(
     if missing:
         keep = None if out is None else out / "superelements"
         draws = [_draw(causes, values, k) for k in range(design.total)]
-        marched = _marched(setup, draws, missing, again, channels, progress, notes, threads, keep, runner)
+        marched = _marched(setup, draws, missing, again, channels, progress, notes, threads, keep, runner, device)
         if path is None:
             found.update(marched)
         else:
@@ -145,6 +149,7 @@ def _marched(
     threads: int | None,
     keep: Path | None,
     runner: Runner | None,
+    device: Device,
 ) -> Iterator[tuple[int, FloatArray]]:
     """Number and record of each missing draw. Its model is the one that all draws need, missing or not."""
     if not again:
@@ -154,7 +159,7 @@ def _marched(
         if runner is not None:
             yield from march_batches(runner, batches(setup.study, left, bench.lowest, keep))
             return
-        for number, seen in march_draws(bench, channels, left, threads):
+        for number, seen in march_draws(bench, channels, left, threads, device, notes):
             yield number, seen.record()
         return
     groups: dict[tuple[Any, ...], list[Draw]] = {}
@@ -164,6 +169,8 @@ def _marched(
     groups = {own: group for own, group in groups.items() if any(d.number in wanted for d in group)}
     who = f"{' and '.join(again)} change{'s' if len(again) == 1 else ''}"
     notes.append(Warned(f"{who} the model: it is set up and reduced {len(groups)} times for these draws"))
+    if device == "gpu":
+        notes.append(Warned("draws with a model of their own are marched on the cores"))
     progress(f"{len(groups)} reductions, as {who} the model", 0, 1)
     work: list[Batch] = []
     for own, group in groups.items():
