@@ -55,6 +55,15 @@ class Collocation:
     def stages(self) -> int:
         return int(self.c.size)
 
+    @property
+    def order(self) -> int:
+        return 2 * self.stages - 1
+
+    @property
+    def factors(self) -> int:
+        """What its factors take, in real ones."""
+        return self.stages
+
     def within(self, x: FloatArray, known: bool) -> FloatArray:
         """(3, k, s + 1) weights of (a0, W) in a, v / h and u / h^2 at shares x (k,) of the step, from rest.
 

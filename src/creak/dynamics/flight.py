@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from collections.abc import Iterator
 
@@ -22,8 +23,8 @@ from creak.dynamics.simulate import REFRESH, CondensedStepper, Progress, march
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.watch import Watched
 
-PIECES = 20
-"""Of a flight: where a gap may close in one, the flight ends at its beginning."""
+PIECES = 10
+"""Of a flight, an output step: where a gap may close in one, the flight ends at its beginning."""
 
 LEAD = 3
 """Short steps that come before contact at the least: they tell its closing speed."""
@@ -48,23 +49,27 @@ class FlightStepper:
         self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
-        rule, stride = choose(loads, substeps) if flight is None else (radau_iia(5), flight)
-        self._flight = FlightStep(self.terms, gaps, self.on, rule, stride)
-        self._ahead = np.unique(np.linspace(0, stride, PIECES + 1).round().astype(np.int64))
+        self._parts = CondensedStepper(system, gaps, loads, scheme)
+        if flight is None:
+            self.rule, self.stride, self.because = choose(loads, substeps, self._parts.solver.memory)
+        else:
+            self.rule, self.stride, self.because = radau_iia(5), flight, ""
+        self._flight = FlightStep(self.terms, gaps, self.on, self.rule, self.stride)
+        pieces = math.ceil(PIECES * self.stride / substeps)
+        self._ahead = np.unique(np.linspace(0, self.stride, pieces + 1).round().astype(np.int64))
         self._course: Course | None = None
         self._free = self._closed = 0
         self._flown_by = REFRESH - 1
-        self._divided: CondensedStepper | None = None
         self.setup_s = clock.perf_counter() - started
 
     @property
     def residual(self) -> float:
         """The largest seen by either scheme."""
-        return max(0.0 if self._divided is None else self._divided.residual, self._flight.residual)
+        return max(self._parts.residual, self._flight.residual)
 
     def start(self) -> Instant:
         """The first instant, as `CondensedStepper` has it."""
-        return self._parts().start()
+        return self._parts.start()
 
     def advance(self, now: Instant) -> Iterator[Instant]:
         """The instants up to the next output step."""
@@ -74,7 +79,7 @@ class FlightStepper:
                 now = self._flown(self._course, goal)
                 yield now
             elif now.row < self._closed or now.p.any():
-                for after in self._parts().advance(now):
+                for after in self._parts.advance(now):
                     yield after
                     now = after
                 if now.row >= self._closed and now.p.any():
@@ -104,11 +109,6 @@ class FlightStepper:
             self._flight.refresh(after)
             self._flown_by = 0
         return after
-
-    def _parts(self) -> CondensedStepper:
-        if self._divided is None:
-            self._divided = CondensedStepper(self.terms.system, self.gaps, self.loads, self.scheme)
-        return self._divided
 
 
 def simulate_high_order(

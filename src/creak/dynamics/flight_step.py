@@ -17,21 +17,34 @@ from creak.dynamics.stage_loads import StageLoads
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.step_matrix import PencilFactor
 from creak.dynamics.vector_kernels import weighted
+from creak.linalg.memory import free_bytes
 
-LONG = 2.0
-"""Flight over output step under smooth loads: five in a period of the excitation where there are ten output steps. With
-2.5 two clamped strips meet once too often (docs/numerics.md)."""
+RULES = ((5, 2.0), (3, 1.0))
+"""Stages, and flight over output step, the best first: five or ten flights in a period of the excitation where it has
+ten output steps. With two and a half instead of two, two clamped strips meet once too often (docs/numerics.md)."""
 SMOOTH = 1e-3
 """Share of the loads that the polynomials through the stages of long flights may miss."""
+NO_MORE = "; memory holds the factors of no higher order"
+"""Said where a rule is taken for want of memory."""
 
 
-def choose(loads: Loads, substeps: int) -> tuple[Collocation, int]:
-    """Five stages and flights of `LONG` output steps, or three and one step where loads are not smooth enough for that.
+def choose(loads: Loads, substeps: int, factor_bytes: float = 0.0) -> tuple[Collocation, int, str]:
+    """The best rule whose polynomials follow the loads and whose factors memory holds, its samples, and what to say.
 
-    With output steps of 1 ms long flights follow 300 Hz ten times as well, for five sixths of the back-substitutions.
+    The last rule is taken where none fits: its factors are refused as they are made (`linalg.memory`).
+
+    Parameters
+    ----------
+    factor_bytes : of a real factor.
     """
-    rule, stride = radau_iia(5), round(LONG * substeps)
-    return (rule, stride) if missed(loads, rule.c, stride) <= SMOOTH else (radau_iia(3), substeps)
+    free, short = free_bytes(), False
+    for stages, long in RULES:
+        rule, stride = radau_iia(stages), max(1, round(long * substeps))
+        fits = rule.factors * factor_bytes <= free
+        if (stages, long) == RULES[-1] or (fits and missed(loads, rule.c, stride) <= SMOOTH):
+            break
+        short = short or not fits
+    return rule, stride, NO_MORE if short else ""
 
 
 def missed(loads: Loads, c: FloatArray, stride: int) -> float:

@@ -52,6 +52,11 @@ class PencilFactor:
             self._U = self._factor.solve(W)
             self._core = np.linalg.inv(np.diag(1.0 / (c * d)) + W.T @ self._U)
 
+    @property
+    def memory(self) -> float:
+        """Bytes that the factor holds."""
+        return float(self._factor.memory)
+
     def solve(self, b: Any) -> Any:
         """x with S x = b; b is (n,) or (n, k)."""
         x = self._factor.solve(b)

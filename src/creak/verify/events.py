@@ -21,8 +21,8 @@ LONGEST = 5e-3
 """s: contact that is lost for longer makes another event, however long it lasts before and after."""
 TOUCHING = 1e-9
 """Share of its largest gap up to which a channel touches."""
-COARSER = 4.0
-"""Times the step of an onset from which the step before it is too long to tell the closing speed."""
+COARSER = 1.5
+"""Times the step of an onset from which the step before it is too long to tell how the gap closed in that."""
 
 
 @dataclass(frozen=True)
@@ -228,15 +228,17 @@ def _crossings(
 ) -> FloatArray:
     """Times at which gaps cross zero between an open and a closed instant, (k,).
 
-    `beyond` is the instant past the open one: the rate towards it tells where a gap that is then held at zero got
-    there.
+    `beyond` is the instant past the open one: the rate towards it tells where a gap got there that is then held at
+    zero, or at little less by a stiff spring.
     """
     time, step = history.time, history.time[closed] - history.time[opened]
     g0, g1 = history.gap[opened, channels], history.gap[closed, channels].copy()
-    hard = np.isinf(gaps.stiffness[channels])
-    if hard.any() and 0 <= beyond < time.size:
-        rate = (g0 - history.gap[beyond, channels]) / (time[opened] - time[beyond])
-        g1[hard] = np.minimum(g1, g0 + rate * step)[hard]
+    stopped = np.isinf(gaps.stiffness[channels])
+    if 0 <= beyond < time.size:
+        before = time[opened] - time[beyond]
+        rate = (g0 - history.gap[beyond, channels]) / before
+        stopped |= abs(before) <= COARSER * abs(step)
+        g1[stopped] = np.minimum(g1, g0 + rate * step)[stopped]
     drop = g0 - g1
     share = np.divide(g0, drop, out=np.full(channels.size, 0.5), where=drop != 0.0)
     return np.asarray(time[opened] + np.clip(share, 0.0, 1.0) * step)
@@ -246,7 +248,7 @@ def _closing_speed(history: History, touch: _Touch) -> float:
     """Speed of the gap at the onset.
 
     Of the parabola through the last three open gaps, or fewer where there are no more. Where the step of the onset is
-    much shorter than the one before it, its end takes the place of the first of them: the motion up to there is that
+    shorter than the one before it, its end takes the place of the first of them: the motion up to there is that
     of the open gap, as contact acts from there on; not so where contact is held at zero.
     """
     first, j, time, gap = touch.first, touch.leader, history.time, history.gap

@@ -222,8 +222,8 @@ def test_flights_are_long_under_smooth_loads_and_short_under_rough_ones():
     smooth = forces_on(time, PUSHED, np.cos(PI2 * 10.0 * time)[:, None] * FORCE)
     rough = forces_on(time, PUSHED, np.interp(time, np.arange(201) * 0.01, noise)[:, None] * FORCE)
     for loads, stages, stride in ((smooth, 5, 20), (rough, 3, 10)):
-        rule, samples = choose(loads, 10)
-        assert (rule.stages, samples) == (stages, stride)
+        rule, samples, said = choose(loads, 10)
+        assert (rule.stages, samples, said) == (stages, stride, "")
     fine = run(system, rough, 1)
     history = simulate_high_order(system, NO_CHANNELS, rough, HHT(), observed=np.arange(N), substeps=10)
     across = run(system, rough, 10, flight=25)
@@ -232,6 +232,20 @@ def test_flights_are_long_under_smooth_loads_and_short_under_rough_ones():
     assert off[0] < 1e-3 * np.abs(fine.displacement).max()
     assert off[1] > 5.0 * off[0]
     assert history.energy_created < 1e-9
+
+
+def test_fewer_factors_are_taken_where_memory_holds_no_more(monkeypatch):
+    """Order 9 takes what five real factors do, 5 three; where not even that fits the factors themselves refuse."""
+    time = time_axis(2.0, 1e-3)
+    smooth = forces_on(time, PUSHED, np.cos(PI2 * 10.0 * time)[:, None] * FORCE)
+    for gigabytes, stages in ((5.1, 5), (4.9, 3), (1.0, 3)):
+        monkeypatch.setenv("CREAK_MEMORY_GB", str(gigabytes))
+        rule, _, said = choose(smooth, 10, 1e9)
+        assert rule.stages == stages
+        assert ("memory" in said) == (stages < 5)
+    monkeypatch.setenv("CREAK_MEMORY_GB", "1e-9")
+    with pytest.raises(NumericalError, match="memory does not hold the factor"):
+        run(KINDS["rayleigh"](np.zeros(N)), pushed(10, 1))
 
 
 # --- prescribed motion -----------------------------------------------------------------------------------------------

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TypedDict
 
 import numpy as np
@@ -14,9 +12,8 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
-from creak.dynamics.condensed import step_limited_stiffness
-from creak.dynamics.flight import simulate_high_order
-from creak.dynamics.flight_step import choose
+from creak.dynamics.contact_steps import IN_CONTACT, steps_in_contact
+from creak.dynamics.flight import FlightStepper, simulate_high_order
 from creak.dynamics.flow_coupled import MOST, can_couple
 from creak.dynamics.flow_march import SAMPLES, simulate_flow
 from creak.dynamics.flow_resolution import SETTLED, Resolution, finer
@@ -27,7 +24,7 @@ from creak.dynamics.modal_march import simulate_modal
 from creak.dynamics.modal_massless import massless_substeps
 from creak.dynamics.modal_taper import tapered
 from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
-from creak.dynamics.simulate import simulate
+from creak.dynamics.simulate import march, simulate
 from creak.dynamics.watch import Watched
 from creak.reduction.diagonal import in_own_modes
 from creak.studies.file.config import TimeTable
@@ -37,15 +34,6 @@ from creak.studies.prepare.setup import Setup
 from creak.studies.run.kernels import needs_solver
 
 Report = Callable[[int, int], None]
-HARD = 1e30
-"""Stiffness in place of infinity before it is limited, force / length."""
-HALVINGS = 3
-"""Most halvings of their steps in contact."""
-CARRIED = 0.2
-"""Share of a contact spring that a step must carry: below it energy is created (two steel strips: 1.5 % of what contact
-takes up at .1, none at .3)."""
-IN_CONTACT = HHT(1.0 - math.sqrt(2.0))
-"""Of their steps in contact: dissipation where contact chatters, beyond 10 kHz, as Abaqus takes it for contact."""
 
 
 class Kept(TypedDict):
@@ -163,47 +151,12 @@ def _stepped(
     gaps: GapOperator,
     kept: Kept,
 ) -> tuple[History, System, str]:
-    parts = _parts(setup, system, gaps)
-    springs, loads = _with_springs(setup, system, gaps, parts), divided_loads(setup, parts)
-    history = simulate_high_order(
-        system,
-        springs,
-        loads,
-        IN_CONTACT,
-        substeps=parts,
-        **kept,
-    )
-    rule, stride = choose(loads, parts)
-    how = f"flights of order {2 * rule.stages - 1} of {stride * loads.step:.2g} s"
-    return history, system, f"{how}, HHT-alpha of {loads.step:.2g} s in contact"
-
-
-def _parts(setup: Setup, system: System, gaps: GapOperator) -> int:
-    """Steps in contact of a flight step: short enough that contact springs do not throw nodes back within a step.
-
-    Halved, up to `HALVINGS` times, until the stiffest springs that a step carries are `CARRIED` of those of the study.
-    """
-    step, positions = setup.study.config.time.step, setup.model.nodes.coords[gaps.nodes_idx]
-    parts = math.ceil(step / resolution_of(setup).stepped * (1.0 - 1e-9))
-    springs = np.isfinite(gaps.stiffness) & (gaps.stiffness > 0.0)
-    every = replace(gaps, step_limited=springs)
-    for _ in range(HALVINGS if springs.any() else 0):
-        carried = step_limited_stiffness(system, every, positions, IN_CONTACT, step / parts)
-        if float((carried / gaps.stiffness)[springs].min()) >= CARRIED:
-            break
-        parts *= 2
-    return parts
-
-
-def _with_springs(setup: Setup, system: System, gaps: GapOperator, parts: int) -> GapOperator:
-    """Hard channels as the stiffest springs that a step carries: none throws a node back within it."""
-    hard = np.isinf(gaps.stiffness)
-    if not hard.any():
-        return gaps
-    stiff = replace(gaps, stiffness=np.where(hard, HARD, gaps.stiffness), step_limited=hard)
-    positions, step = setup.model.nodes.coords[gaps.nodes_idx], setup.study.config.time.step
-    carried = step_limited_stiffness(system, stiff, positions, IN_CONTACT, step / parts)
-    return replace(gaps.with_stiffness(carried), step_limited=hard)
+    parts, springs = steps_in_contact(system, gaps, setup.study.config.time.step, resolution_of(setup).stepped)
+    stepper = FlightStepper(system, springs, divided_loads(setup, parts), IN_CONTACT, parts)
+    history = march(stepper, **kept)
+    h = stepper.loads.step
+    how = f"flights of order {stepper.rule.order} of {stepper.stride * h:.2g} s{stepper.because}"
+    return history, system, f"{how}, generalised-alpha of {h:.2g} s in contact"
 
 
 def simulate_settled(
@@ -221,10 +174,10 @@ def simulate_settled(
         return simulate_flow(
             flows, gaps, refined(loads, SAMPLES), observed=observed, output_every=output_every, progress=progress
         )
-    parts = math.ceil(loads.step / SETTLED.stepped * (1.0 - 1e-9))
+    parts, springs = steps_in_contact(system, gaps, loads.step, SETTLED.stepped)
     return simulate_high_order(
         system,
-        gaps,
+        springs,
         refined(loads, parts),
         IN_CONTACT,
         observed=observed,
