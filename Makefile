@@ -9,6 +9,7 @@ NEWEST := build/newest
 LOWEST := build/lowest
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 PARALLEL   := -n 2 --dist loadfile
+COMPILE    := "from creak.dynamics.flow_march import compile_flow; compile_flow(); compile_flow(solver=True)"
 
 .PHONY: demo test check licences lint kernels docs evidence verification bench dist clean \
   $(foreach step,test install demo unit,$(step)-newest $(step)-lowest)
@@ -67,6 +68,7 @@ demo-newest demo-lowest: demo-%:
 	@build/$*/bin/pip list --format=freeze --exclude-editable | paste -s -d ' ' -
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba build/$*/bin/creak example door --mesh-size 40 --out build/$*/door
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/creak run build/$*/door/door.toml --out build/$*/door/results
+	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/python -c $(COMPILE)
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/python -m pytest tests/unit/api/test_matrices.py
 
 # The whole suite runs with the newest versions that the default Python takes: on the newest Python what is read, written and drawn.
@@ -83,7 +85,7 @@ licences: $(VENV)/dev.stamp
 
 # The kernels of the default run, for both processes of the tests.
 kernels: $(VENV)/dev.stamp
-	$(ONE_THREAD) $(BIN)/python -c "from creak.dynamics.flow_march import compile_flow; compile_flow()"
+	$(ONE_THREAD) $(BIN)/python -c $(COMPILE)
 
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check .

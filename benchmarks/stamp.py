@@ -26,12 +26,15 @@ def stamp() -> dict[str, str]:
 
 
 def commit() -> str:
-    """Short name of the source's commit, with `+` where files were changed since; `unknown` outside a repository."""
+    """Short name of the source's commit, with `+` where sources were changed since; `unknown` outside a repository.
+
+    Records (JSON) are no sources: a benchmark writes them while it runs.
+    """
     try:
         name, changed = _git("rev-parse", "--short", "HEAD"), _git("status", "--porcelain", "--", "src", "benchmarks")
     except (OSError, subprocess.CalledProcessError):
         return "unknown"
-    return name + ("+" if changed else "")
+    return name + ("+" if any(not line.endswith(".json") for line in changed.splitlines()) else "")
 
 
 def _git(*words: str) -> str:

@@ -54,6 +54,7 @@ def test_a_changed_run_is_that_of_a_file_with_the_value(study, creak):
     ("words", "told"),
     [
         (("contact.tap.clearance=1",), "contact.tap"),
+        (("connector.0.stiffness=1",), "the study has no [[connector]]"),
         (("reduction.fmax=700",), "f_max"),
         (("reduction.f_max=lots",), "reduction.f_max"),
         (("time.periods=1", "time.periods=2"), "twice"),

@@ -16,8 +16,6 @@ from creak.api.study import change_study, plain, set_up
 from creak.arrays import ComplexArray, FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
-from creak.contact.step_problem import compile_kernels
-from creak.dynamics.flow_march import compile_flow
 from creak.dynamics.scheme import Scheme
 from creak.errors import InputError
 from creak.progress import silent
@@ -33,6 +31,7 @@ from creak.studies.run.agreement import ModeComparison, compare_modes, compare_s
 from creak.studies.run.forced_step import limited
 from creak.studies.run.integrate import output_times, scheme_of
 from creak.studies.run.job import Run, events_in, march_run, unreduced_run
+from creak.studies.run.kernels import compile_for
 from creak.studies.run.precheck import precheck
 from creak.studies.sweep.reference import SharedReference
 
@@ -193,9 +192,7 @@ def make_bench(
     report = progress if progress is not None else silent
     setup = set_up(study, ignore)
     positions = None if at is None else _positions(at)
-    compile_kernels()
-    if setup.study.config.time.exact:
-        compile_flow()
+    compile_for(setup)
     reference = build_reference(setup, report)
     if positions is None:
         kept, _ = precheck(setup, reference, scheme_of(setup.study.config.time), report)

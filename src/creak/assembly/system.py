@@ -133,7 +133,14 @@ class System:
         return self.labels if self.interface is None else self.interface
 
 
-def project(system: System, V: FloatArray, *, static: FloatArray | None = None, name: str = "") -> System:
+def project(
+    system: System,
+    V: FloatArray,
+    *,
+    static: FloatArray | None = None,
+    name: str = "",
+    known: tuple[Matrix, Matrix] | None = None,
+) -> System:
     """The System in coordinates eta, q = V eta + R s (Galerkin).
 
     M' = V' M V, M'_qs = V' (M R + M_qs), M'_ss = R' M R + R' M_qs + M_qs' R + M_ss; K and C alike.
@@ -141,6 +148,7 @@ def project(system: System, V: FloatArray, *, static: FloatArray | None = None, 
     Parameters
     ----------
     V : (n, r) basis. static : R, (n, n_support), motion that follows the supports; default 0.
+    known : M' and K' of the basis where they need not be made, as for modes.
     """
     sup = system.supports
     R = np.zeros((system.n, sup.count)) if static is None else static
@@ -179,8 +187,10 @@ def project(system: System, V: FloatArray, *, static: FloatArray | None = None, 
     def whole(q: FloatArray, s: FloatArray) -> FloatArray:
         return system.recover(np.asarray(V @ q) + R @ s, s)
 
-    M, K = (symmetric(V.T @ np.asarray(A @ V)) for A in (system.M, system.K))
-    velocity = momentum_fit(M, V.T @ np.asarray(system.M @ system.velocity))
+    M, K = known or (symmetric(V.T @ np.asarray(A @ V)) for A in (system.M, system.K))
+    velocity = np.zeros(V.shape[1])
+    if system.velocity.any():
+        velocity = momentum_fit(to_dense(M), V.T @ np.asarray(system.M @ system.velocity))
     coordinates = np.full(V.shape[1], -1, dtype=np.int64)
     return System(
         name or system.name,

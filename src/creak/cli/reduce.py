@@ -133,12 +133,12 @@ def _reduced(
     """
     from creak.studies.models.health import check
     from creak.studies.models.reduced import reduce_model
-    from creak.studies.models.superelements import save_superelement
+    from creak.studies.models.superelements import save_superelement, with_modes_of_file
     from creak.studies.run.job import ready
 
     checks: dict[str, Health] = {}
 
-    def made(reduced: Reduced) -> None:
+    def made(reduced: Reduced) -> Reduced:
         name, about = reduced.system.name, dict[str, Any](deck=str(setup.model.source))
         try:
             if name not in checks:
@@ -147,10 +147,14 @@ def _reduced(
                 output.progress(f"{name}: check", 1, 1)
             about["health"] = checks[name].as_dict()
         finally:
-            if not reduced.reused:
-                output.wrote(save_superelement(folder, reduced, setup.model, about))
+            path = None if reduced.reused else save_superelement(folder, reduced, setup.model, about)
+        if path is None:
+            return reduced
+        output.wrote(path)
+        return with_modes_of_file(setup, reduced, path)
 
-    setup, reference, gaps, notes = ready(setup, output.progress)
+    alone = setup.study.config.reference.model_copy(update={"run": False})
+    setup, reference, gaps, notes = ready(setup.with_tables(reference=alone), output.progress)
     try:
         fresh = set[str]()
         if distribution.workers is not None or distribution.scheduler is not None:

@@ -41,6 +41,10 @@ class Projection:
     """(n, 3) unit vectors."""
 
 
+Then = Callable[[Projection], Accept]
+"""Where points have met the surface -> which of their other meetings count."""
+
+
 @dataclass(frozen=True)
 class _Level:
     """Balls round the facets of the k-th generation of a binary tree, and cones round their normals."""
@@ -89,12 +93,19 @@ def project_along(
     points, directions : (n, 3), directions of unit length.
     limit : farthest distance of a meeting.
     """
-    return _project(points, main, limit, directions, accept)
+    return _project(points, main, limit, directions, accept)[0]
+
+
+def project_twice(
+    points: FloatArray, directions: FloatArray, main: Facets, limit: float, accept: Accept, then: Then
+) -> tuple[Projection, Projection]:
+    """`project_along`, and of the same meetings the nearest that `then` lets pass: points and lines are met once."""
+    return _project(points, main, limit, directions, accept, then)
 
 
 def project_closest(points: FloatArray, main: Facets, limit: float, accept: Accept | None = None) -> Projection:
     """Meet the main facets along their own normals; the nearest that `accept` lets pass."""
-    return _project(points, main, limit, None, accept)
+    return _project(points, main, limit, None, accept)[0]
 
 
 def facet_tree(main: Facets) -> FacetTree:
@@ -157,26 +168,50 @@ def _unit(vectors: FloatArray) -> FloatArray:
 
 
 def _project(
-    points: FloatArray, main: Facets, limit: float, directions: FloatArray | None, accept: Accept | None
-) -> Projection:
+    points: FloatArray,
+    main: Facets,
+    limit: float,
+    directions: FloatArray | None,
+    accept: Accept | None,
+    then: Then | None = None,
+) -> tuple[Projection, Projection]:
     n, tree, boxes = points.shape[0], facet_tree(main), _boxes(main.coords)
-    best = Projection(
-        np.zeros(n, dtype=bool), np.zeros(n, dtype=np.int64), np.zeros((n, 4)), np.full(n, np.inf), np.zeros((n, 3))
-    )
+    first, second = _none(n), _none(n)
     for begin in range(0, n, POINTS_AT_ONCE):
         row, facet = _candidates(points, directions, boxes, tree, limit, begin, min(begin + POINTS_AT_ONCE, n))
         along = None if directions is None else directions[row]
         shape, distance, normal, inside = meet_facets(points[row], main.coords[facet], main.is_triangle[facet], along)
         good = inside & (np.abs(distance) <= limit) & _converged(points[row], main, facet, shape, distance, normal)
-        if accept is not None:
-            good &= accept(row, facet, distance, normal)
-        hit = _nearest(np.flatnonzero(good), row, facet, np.abs(distance), main)
-        best.found[row[hit]] = True
-        best.facet[row[hit]] = facet[hit]
-        best.shape[row[hit]] = shape[hit]
-        best.distance[row[hit]] = distance[hit]
-        best.direction[row[hit]] = normal[hit]
-    return best
+        met = row, facet, shape, distance, normal
+        _keep(first, main, good if accept is None else good & accept(row, facet, distance, normal), *met)
+        if then is not None:
+            _keep(second, main, good & then(first)(row, facet, distance, normal), *met)
+    return first, second
+
+
+def _keep(
+    best: Projection,
+    main: Facets,
+    counts: BoolArray,
+    row: IntArray,
+    facet: IntArray,
+    shape: FloatArray,
+    distance: FloatArray,
+    normal: FloatArray,
+) -> None:
+    """Write the nearest meetings that count into `best`."""
+    hit = _nearest(np.flatnonzero(counts), row, facet, np.abs(distance), main)
+    best.found[row[hit]] = True
+    best.facet[row[hit]] = facet[hit]
+    best.shape[row[hit]] = shape[hit]
+    best.distance[row[hit]] = distance[hit]
+    best.direction[row[hit]] = normal[hit]
+
+
+def _none(n: int) -> Projection:
+    """Of n points that have met nothing yet."""
+    none = np.zeros(n, dtype=bool), np.zeros(n, dtype=np.int64)
+    return Projection(*none, np.zeros((n, 4)), np.full(n, np.inf), np.zeros((n, 3)))
 
 
 def _nearest(hit: IntArray, row: IntArray, facet: IntArray, distance: FloatArray, main: Facets) -> IntArray:

@@ -25,7 +25,7 @@ from creak.contact.pair import (
     reach,
     tangents_of,
 )
-from creak.contact.search import Accept, Projection, project_along
+from creak.contact.search import Accept, Projection, project_along, project_twice
 from creak.elements.geometry import gauss_triangle
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
@@ -77,12 +77,11 @@ def surface_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, li
     if given is not None:
         points = replace(points, normal=np.tile(-given, (points.weight.size, 1)))
     sides = _Sides(points, secondary, main, given is not None, limit)
-    meet = project_along(points.position, points.normal, main, limit, sides.accept)
-    if not meet.found.any():
+    walls = _walls(sides)
+    if not walls[0].found.any():
         raise never_face(pair, limit)
-    walls = _both_walls(sides, meet)
     if len(walls) == 1:
-        return _of_wall(model, pair, secondary, main, points, sides, meet)
+        return _of_wall(model, pair, secondary, main, points, sides, walls[0])
     operators, notes = [], []
     for k, wall in enumerate(walls, start=1):
         operator, more = _of_wall(
@@ -93,23 +92,27 @@ def surface_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, li
     return join(operators), notes
 
 
-def _both_walls(sides: _Sides, meet: Projection) -> list[Projection]:
+def _walls(sides: _Sides) -> list[Projection]:
     """Where the points meet the main surface; one by one for both sides of a secondary surface that lies between walls
     and touches with both, the nearer first."""
-    points, main, rows = sides.points, sides.main, np.arange(meet.found.size)
+    points, main = sides.points, sides.main
     two_sided = sides.secondary.side[points.facet] == 0
+    sought = points.position, points.normal, main, sides.limit, sides.accept
     if sides.given or not two_sided.any():
-        return [meet]
-    first = sides.sign(rows, meet.facet, meet.distance)
+        return [project_along(*sought)]
 
-    def accept(row: IntArray, facet: IntArray, distance: FloatArray, direction: FloatArray) -> BoolArray:
-        sign = sides.sign(row, facet, distance)
-        other = meet.found[row] & two_sided[row] & (sign * first[row] < 0.0) & (-sign * distance > 0.0)
-        return other & sides.accept(row, facet, distance, direction)
+    def then(meet: Projection) -> Accept:
+        def accept(row: IntArray, facet: IntArray, distance: FloatArray, direction: FloatArray) -> BoolArray:
+            sign, first = sides.sign(row, facet, distance), sides.sign(row, meet.facet[row], meet.distance[row])
+            other = meet.found[row] & two_sided[row] & (sign * first < 0.0) & (-sign * distance > 0.0)
+            return other & sides.accept(row, facet, distance, direction)
 
-    behind = project_along(points.position, points.normal, main, sides.limit, accept)
+        return accept
+
+    meet, behind = project_twice(*sought, then)
     if not behind.found.any():
         return [meet]
+    first = sides.sign(np.arange(meet.found.size), meet.facet, meet.distance)
     walls = [_chosen(meet, behind, first == sign) for sign in (1.0, -1.0)]
     return sorted(walls, key=lambda w: float(np.abs(w.distance[w.found]).mean()) if w.found.any() else np.inf)
 

@@ -204,7 +204,7 @@ def march(  # type: ignore[no-untyped-def]
         if used + parts > out.table.shape[0]:
             return FULL, step, used, kept, swapped, step * H
         load_step(model, 3 * step, H / 3.0, course, drive, D)
-        at = 0
+        at = np.int64(0)  # a plain 0 would have `advance` compiled twice
         while at < parts:
             kicked, held = acts(now.force, 0, now.force.size), False
             put(after.energy, 0, now.energy)

@@ -35,7 +35,8 @@ SWEEPS = 3
 def press(model, laws, A, W, light, gain, h, now, after, share, watched):  # type: ignore[no-untyped-def]
     """Channel forces at an instant, and the first half of their kick; 0 or the code of the contact solver.
 
-    watched: (m,) channels whose gaps are those of the motion; the others are open.
+    A: None where only springs press, on coordinates with mass: then no solver is compiled. watched: (m,) channels whose
+    gaps are those of the motion; the others are open.
     """
     m = model.gap0.size
     quiet(after)
@@ -43,14 +44,14 @@ def press(model, laws, A, W, light, gain, h, now, after, share, watched):  # typ
         return DONE
     look_along(model, laws, watched, after)
     drifted(laws, W, h, now, share, after)
-    if model.damped or after.sliding.size or light:
-        code = solve_kick(laws, A, W, h, now, after, share)
-        if code != DONE:
-            return code
-    else:
+    if A is None:
         for i in range(m):
             if after.gap[i] < 0.0:
                 after.force[i] = spring_force(laws, i, after.gap[i])
+    else:
+        code = solve_kick(laws, A, W, h, now, after, share)
+        if code != DONE:
+            return code
     if model.damped:
         book_slack(laws, -h, after, now, after.energy)
     if not acts(after.force, 0, after.force.size):
@@ -68,10 +69,11 @@ def press(model, laws, A, W, light, gain, h, now, after, share, watched):  # typ
         force_on(model, laws, after.force, share, after.F)
     strike(model, gain, light, after)
     turn_rates(laws, W, 0.5 * h, after.force, share, after.rate)
-    if light:
-        for j in range(after.force.size):
-            for i in range(m):
-                after.gap[i] += A[i, j] * after.force[j]
+    if A is not None:  # noqa: SIM102 (left out of what is compiled where it is None)
+        if light:
+            for j in range(after.force.size):
+                for i in range(m):
+                    after.gap[i] += A[i, j] * after.force[j]
     book_half(model, laws, W, -h, after, share, after.energy)
     if closing:
         if model.damped:

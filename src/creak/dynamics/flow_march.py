@@ -55,6 +55,7 @@ def simulate_flow(
     whole_at: IntArray | None = None,
     progress: Progress | None = None,
     watched: Watched | None = None,
+    solver: bool = False,
 ) -> History:
     """March a System with diagonal M, C, K by exact flow between contacts; contact by kick, exact motion, kick.
 
@@ -68,6 +69,8 @@ def simulate_flow(
     observed : (n_label,) physical dof labels whose displacement is kept every `output_every` flight steps.
     whole_at : sorted flight steps at which all coordinates are kept.
     watched : what is looked at at the end of every flight step.
+    solver : take the kernel with the solver of channels that rub or have dampers, as other runs beside this one do,
+        also where none is here; each of both kernels is compiled once.
 
     Raises
     ------
@@ -76,12 +79,15 @@ def simulate_flow(
     Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted, at the end of
         a chunk of steps); what was computed is in its `history`.
     """
-    run = FlowRun(system, gaps, loads, resolution, observed, output_every, whole_at, watched)
+    run = FlowRun(system, gaps, loads, resolution, observed, output_every, whole_at, watched, solver)
     return march_chunks(run, progress)
 
 
-def compile_flow() -> None:
-    """Compile now what a run would compile at its first step, by one step of a mass at rest."""
+def compile_flow(*, solver: bool = False) -> None:
+    """Compile now what a run would compile at its first step, by one step of a mass at rest.
+
+    solver: with that of channels that rub or have dampers.
+    """
     one, label = Diagonal(np.ones(1)), np.zeros(1, dtype=np.int64)
 
     def rows(labels: IntArray) -> tuple[FloatArray, FloatArray]:
@@ -89,7 +95,7 @@ def compile_flow() -> None:
 
     mass = System("at rest", one, one, Damping(), rows, no_supports(1), label, np.zeros(1), labels=label)
     time = np.linspace(0.0, 1e-3, SAMPLES + 1)
-    simulate_flow(mass, join([]), at_rest(time), observed=label)
+    simulate_flow(mass, join([]), at_rest(time), observed=label, solver=solver)
 
 
 SHARED = ("stiffness", "damping", "curve", "start", "x", "y", "scale", "rubs")
@@ -109,6 +115,7 @@ class FlowRun:
         output_every: int,
         whole_at: IntArray | None,
         watched: Watched | None,
+        solver: bool = False,
     ) -> None:
         self.started = clock.perf_counter()
         if loads.n_step % SAMPLES:
@@ -117,7 +124,7 @@ class FlowRun:
                 expected=f"a multiple of {SAMPLES}",
             )
         self.system, self.gaps, self.loads = system, gaps, loads
-        self._resolution, self._kept_of = resolution, (observed, output_every, whole_at, watched)
+        self._resolution, self._kept_of, self._solver = resolution, (observed, output_every, whole_at, watched), solver
         self.n_step, self.H = loads.n_step // SAMPLES, SAMPLES * loads.step
         self.on, self.terms = channel_matrices(system, gaps), LinearTerms(system, loads)
         self.form = form_of(system, self.on, self.terms, gaps)
@@ -133,7 +140,7 @@ class FlowRun:
         same = np.array_equal(gaps.resting, before.resting) and gaps.presses == before.presses
         same = same and gaps.has_dampers == before.has_dampers and np.array_equal(gaps.laws.rubs, before.laws.rubs)
         if not same or system is not None or loads.time.size != self.loads.time.size:
-            return FlowRun(system or self.system, gaps, loads, self._resolution, *self._kept_of)
+            return FlowRun(system or self.system, gaps, loads, self._resolution, *self._kept_of, self._solver)
         other = copy.copy(self)
         other.started = clock.perf_counter()
         other.gaps, other.loads, other.terms = gaps, loads, LinearTerms(self.system, loads)
@@ -206,6 +213,7 @@ class FlowRun:
             self.light = bool(np.any(squares @ give > 1e-12 * (squares @ (2.0 * h * self.gain))))
             static = symmetric((rows * give) @ rows.T)
         self._check_light()
+        self.solver = bool(self._solver or self.model.damped or self.gaps.rubbing or self.light)
         self.A = np.ascontiguousarray(static + THETA * h * h / RATE * self.W)
         self.P = np.stack([self.form.flow(self.H / 2**level) for level in range(self.steps.levels + 1)])
         self.lasting, self.B = self._lasting(resolution)
@@ -268,7 +276,7 @@ class FlowRun:
             self.steps.laws,
             self.slope,
             self.P,
-            self.A,
+            self.A if self.solver else None,
             self.W,
             self.B,
             self.lasting,

@@ -10,6 +10,10 @@ from creak.elements.shell_rigidity import areal_mass
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import COMMON, Own
 
+SPIN = 0.01
+"""Inertia about the normal as a share of that of bending, for drilling rotations that are held softly
+(`shell_quad4.DRILLING`): with all of it those of a sandwich or of foam have frequencies of some 100 Hz."""
+
 
 def weighted_gram(operator: FloatArray, material: FloatArray, weights: FloatArray) -> FloatArray:
     """Sum over the points of w B' D B.
@@ -43,11 +47,12 @@ def shell_mass(
     edge_shapes: FloatArray,
     section: ShellSection | GeneralShell,
     own: Own = COMMON,
+    spin: float = SPIN,
 ) -> FloatArray:
     """Consistent mass with a deflection that is quadratic along the edges, and rotary inertia.
 
     u = sum h_i u_i + n sum_e q_e w_e,   w_e = (1/8) n . (L_e x (theta_j - theta_i)),   L_e = x_j - x_i
-    M = integral of m N_u' N_u + I h_i h_j on the three rotations, m = rho t, I = rho t^3/12
+    M = integral of m N_u' N_u + I h_i h_j (1 - (1 - s) n n') on the rotations, m = rho t, I = rho t^3/12
 
     w_e is the deflection at the middle of an edge that the end rotations imply (linked interpolation:
     Zienkiewicz, Xu, Zeng, Samuelsson and Wiberg, Int. J. Numer. Meth. Eng. 36 (1993) 3043). It vanishes in
@@ -55,10 +60,9 @@ def shell_mass(
     takes away the error (kh)^2/12 that the bilinear mass puts on the frequency of a bending wave of
     number k on elements of length h.
 
-    The rotary inertia is isotropic, so it is the same in every frame. Its share about the shell normal is
-    not physical (a director has no inertia about itself); it is of the same small size as the bending
-    share and keeps M positive definite. Where the centre of mass lies at a height c above the nodes,
-    u + c theta x n stands for u, and I is about that centre.
+    A director has no inertia about itself: the share s = `spin` about the shell normal keeps M positive definite.
+    Where the centre of mass lies at a height c above the nodes, u + c theta x n stands for u, and I is about that
+    centre.
 
     Parameters
     ----------
@@ -92,8 +96,8 @@ def shell_mass(
     flat = operator.reshape(n, len(shapes), 3, 6 * n_node)
     out = weighted_gram(flat, density * np.eye(3), weights * ratio).reshape(n, n_node, 6, n_node, 6)
     products = np.einsum("ng,gi,gj->nij", weights * ratio**3, shapes, shapes, optimize=True)
-    for dof in (3, 4, 5):
-        out[:, :, dof, :, dof] += inertia * products
+    turning = np.eye(3) - (1.0 - spin) * normal[:, :, None] * normal[:, None]
+    out[:, :, 3:, :, 3:] += inertia * products[:, :, None, :, None] * turning[:, None, :, None]
     return out.reshape(n, 6 * n_node, 6 * n_node)
 
 

@@ -107,7 +107,7 @@ def _squeezed(matrix: FloatArray) -> FloatArray:
 
 
 def mass(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
-    """Consistent mass of flat triangular shells with rotary inertia, see `shell_mass`."""
+    """Consistent mass of flat triangular shells with rotary inertia, see `shell_mass`; drilling is stiff: all of it."""
     _require_area(coords)
     points, weights = gauss_triangle()
     r, s = points[:, 0], points[:, 1]
@@ -116,7 +116,7 @@ def mass(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = CO
 
     def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         area = _area(piece)[:, None] * weights
-        return shell_mass(piece, mean_normal(piece), area, shapes, edges, section, mine)
+        return shell_mass(piece, mean_normal(piece), area, shapes, edges, section, mine, spin=1.0)
 
     return in_chunks(kernel, coords, 18, own)
 

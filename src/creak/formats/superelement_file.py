@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,11 +17,15 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
-from creak.formats.hdf5_file import hdf5_file
+from creak.formats.hdf5_file import Hdf5, hdf5_file
 from creak.formats.sealed_hdf5 import Damaged, opened_hdf5
 
 VERSION = 3
 """Since 3 with a checksum."""
+ROWS = 1 << 26
+"""Bytes of modes that are written or checked at a time."""
+MAPPED = 500_000_000
+"""Bytes of modes from which on they stay in the file and are read where they are used."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +69,18 @@ def write_superelement_file(path: Path, saved: SavedSuperelement) -> None:
         file.attrs["first_left_out"] = saved.first_left_out
         for key, A in {**saved.matrices, "P": saved.shape}.items():
             _put(file, key, A)
-        for key in ("omega2", "modes", "node_ids", "dofs", "static_at", "static_rows"):
+        for key in ("omega2", "node_ids", "dofs", "static_at", "static_rows"):
             file.create_dataset(key, data=getattr(saved, key))
+        _put_rows(out, "modes", saved.modes)
+
+
+def _put_rows(out: Hdf5, key: str, A: FloatArray) -> None:
+    """A block of rows at a time: of a large array in another order no copy is made."""
+    stored = out.file.create_dataset(key, shape=A.shape, dtype=A.dtype)
+    step = max(ROWS // max(8 * A.shape[1], 1), 1)
+    for first in range(0, A.shape[0], step):
+        out.check(8 * (A.shape[0] - first) * A.shape[1])
+        stored[first : first + step] = A[first : first + step]
 
 
 def read_superelement_file(path: Path) -> SavedSuperelement:
@@ -101,7 +116,7 @@ def _whole(file: h5py.File) -> SavedSuperelement:
         {k: _get(file, k) for k in names},
         _get(file, "P"),
         _array(file, "omega2", 1, "f"),
-        _array(file, "modes", 2, "f"),
+        _modes(file),
         float(file.attrs["first_left_out"]),
         _array(file, "node_ids", 1, "iu"),
         _array(file, "dofs", 1, "iu"),
@@ -129,8 +144,22 @@ def _check(saved: SavedSuperelement) -> None:
         raise Damaged("static_at names coordinates that there are not")
     arrays = {**saved.matrices, "P": saved.shape, "omega2": saved.omega2, "modes": saved.modes}
     for key, A in {**arrays, "static_rows": saved.static_rows}.items():
-        if not np.isfinite(A.data if sp.issparse(A) else A).all():
+        if not _finite(A.data if sp.issparse(A) else A):
             raise Damaged(f"{key} has entries that are not finite")
+
+
+def _finite(A: FloatArray) -> bool:
+    step = max(ROWS // max(8 * A[:1].size, 1), 1)
+    return all(bool(np.isfinite(A[first : first + step]).all()) for first in range(0, A.shape[0], step))
+
+
+def _modes(file: h5py.File) -> FloatArray:
+    """The modes, or where they are many a view of the file, which the system reads piece by piece."""
+    stored = file.get("modes")
+    plain = isinstance(stored, h5py.Dataset) and stored.ndim == 2 and stored.dtype == np.dtype("<f8")
+    if not plain or stored.nbytes < MAPPED or sys.platform == "win32" or not stored.id.get_offset():
+        return _array(file, "modes", 2, "f")
+    return np.memmap(file.filename, "<f8", "r", stored.id.get_offset(), stored.shape)
 
 
 @contextmanager

@@ -35,6 +35,8 @@ CONVERGING = 0.48
 """Eigenvalues that converge per new vector once the process has settled."""
 LOW = 1e-3
 """Modes far below the shift have nearly the same theta; their residual has to be smaller, down to this share."""
+LOOK = 0.03
+"""Vectors until the next look, at least, as a share of those that there are: its cost grows with their cube."""
 MAX_PASSES = 8
 """Orthonormalisations of one block; two are enough but where columns are dependent."""
 ROWS = 8192
@@ -110,7 +112,10 @@ def lanczos(
     wanted: int,
     *,
     extra: int = 0,
+    skip: int = 0,
+    lower: float = -np.inf,
     upper: float = np.inf,
+    width: int | None = None,
     progress: Steps | None = None,
 ) -> Ritz:
     """The `wanted` lowest eigenpairs of K x = lam M x, and `extra` eigenvalues more.
@@ -121,6 +126,8 @@ def lanczos(
         `wanted` at most.
     mass : product with M (n, n), positive semidefinite; A = inverse M is self-adjoint in its inner product.
     wanted, extra : number of eigenpairs, and of further eigenvalues without their vectors.
+    skip, lower : so many lowest eigenpairs, none of them above `lower`, are left out; all lie below the shift.
+    width : of a block of vectors; default: `block_width`.
     upper : the `wanted` eigenvalues are known to be smaller than this; the search goes on until they are.
 
     Method: A Q_j = Q_j-1 R_j-1' + Q_j alpha_j + Q_j+1 R_j, with one product with M per block; theta = 1 / (lam -
@@ -134,15 +141,16 @@ def lanczos(
     """
     n = mass.n
     values = min(wanted + extra, n)
-    width = min(block_width(values), n)
-    needed = basis_bytes(n, values, amid=inverse.n_negative > 0)
+    width = min(width or block_width(values), n)
+    below = inverse.n_negative - skip
+    needed = basis_bytes(n, values, amid=below > 0, width=width)
     require(needed, f"the vectors that {wanted:,} modes of {n:,} equations take", FEWER)
-    sought = _Sought(shift, inverse.n_negative, wanted, values, upper)
+    sought = _Sought(shift, below, wanted, values, lower, upper)
     krylov = _Krylov(inverse, mass, min(n, 3 * values + 4 * width))
     W, Z, _ = krylov.next_block(np.zeros((n, 0)), width, 0.0)
     if W.shape[1] == 0:  # no mass at all
         return Ritz(np.zeros(0), np.zeros((n, 0)), krylov.columns)
-    T, back, look = np.zeros((0, 0)), np.zeros((0, W.shape[1])), _first_look(values, width, sought.below > 0)
+    T, back, look = np.zeros((0, 0)), np.zeros((0, W.shape[1])), _first_look(values, width, below > 0)
     while True:
         W, alpha = krylov.step(W, Z, back)
         scale = float(np.abs(T).max(initial=np.abs(alpha).max()))
@@ -159,7 +167,7 @@ def lanczos(
             order, missing = sought.select(theta, error, exhausted)
             if exhausted or missing == 0:
                 break
-            look = used + _next_look(missing, width, sought.below > 0)
+            look = used + max(_next_look(missing, width, below > 0), int(LOOK * used))
     del W, Z
     if progress is not None:
         progress(wanted, wanted)
@@ -172,9 +180,10 @@ class _Sought:
 
     shift: float
     below: int
-    """Modes below the shift."""
+    """Modes below the shift, without those that are left out."""
     wanted: int
     values: int
+    lower: float
     upper: float
 
     def select(self, theta: FloatArray, error: FloatArray, exhausted: bool) -> tuple[IntArray, int]:
@@ -188,13 +197,16 @@ class _Sought:
         away = np.divide(1.0, theta, out=np.zeros_like(theta), where=finite)
         weight = np.clip(np.abs(self.shift + away) * size, LOW, 1.0)
         good = finite & ((error <= TOLERANCE * size * weight) | exhausted)
-        under, over = (np.flatnonzero(p) for p in (good & (theta < 0.0), finite & (theta > 0.0)))
+        under, over = (np.flatnonzero(p) for p in (finite & (theta < 0.0), finite & (theta > 0.0)))
         under = under[np.argsort(away[under])]
+        under = under[max(under.size - self.below, 0) :]
         over = over[np.argsort(away[over])][: self.values - self.below]
-        missing = max(self.below - under.size, 0) + self.values - self.below - int(np.count_nonzero(good[over]))
         order = np.concatenate([under, over])
-        last = self.shift + away[order[self.wanted - 1]] if 0 < self.wanted <= order.size else -np.inf
-        return order, max(missing, int(last >= self.upper))
+        missing = self.values - int(np.count_nonzero(good[order]))
+        first, last = np.inf, -np.inf
+        if 0 < self.wanted <= order.size:
+            first, last = self.shift + away[order[[0, self.wanted - 1]]]
+        return order, max(missing, int(first <= self.lower), int(last >= self.upper))
 
 
 def _first_look(values: int, width: int, amid: bool) -> int:
@@ -209,9 +221,9 @@ def _next_look(missing: int, width: int, amid: bool) -> int:
     return width if amid else max(width, int(missing / CONVERGING))
 
 
-def basis_bytes(n: int, values: int, *, amid: bool = True) -> float:
+def basis_bytes(n: int, values: int, *, amid: bool = True, width: int | None = None) -> float:
     """Memory that `values` eigenpairs of n equations take, the shift `amid` them or below: basis, blocks of work."""
-    width = block_width(values)
+    width = width or block_width(values)
     vectors = _first_look(values, width, amid)
     return 8.0 * n * (min(vectors, n) + WORK * width) + DENSE * 8.0 * vectors**2
 

@@ -39,6 +39,11 @@ def held_bytes() -> float:
     return float(pages) * os.sysconf("SC_PAGE_SIZE")
 
 
+def fits(needed: float) -> bool:
+    """Whether so many bytes are free."""
+    return needed <= free_bytes()
+
+
 def require(needed: float, what: str, fix: str) -> None:
     """Refuse what needs more bytes than are free.
 

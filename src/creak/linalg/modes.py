@@ -11,13 +11,20 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, Matrix
 from creak.errors import NumericalError
 from creak.linalg.dense_product import inner, product, symmetric
-from creak.linalg.factor import Factor, SingularMatrixError, factor, refactor
-from creak.linalg.lanczos import Ritz, lanczos
+from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, refactor
+from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
+from creak.linalg.memory import fits, free_bytes
+from creak.linalg.scratch import held_in_memory
 from creak.linalg.sparse_product import BlockProduct
+from creak.linalg.windows import in_windows, window_size
 from creak.progress import Steps
 
 DENSE_LIMIT = 600
 """Up to this size the dense eigensolver is faster and simpler."""
+SHARE = 0.3
+"""From this share of all modes on the dense eigensolver is faster at any size, where memory holds its matrices."""
+DENSE_MATRICES = 5
+"""Of the size of K, that it takes."""
 RIGID = 0.02
 """Eigenvalues of a free body below this share of the shift are its rigid-body modes."""
 MANY = 32
@@ -26,6 +33,10 @@ AMID = 0.55
 """The shift amid the modes, as a share of the highest eigenvalue (measured: .5 to .6 is best)."""
 LOW = 0.02
 """Modes below this share of the shift amid them are refined."""
+WINDOWS = 0.8
+"""Share of the free memory that modes take where they are found window by window."""
+NOTHING = 1e-13
+"""Eigenvalues of K + s M, scaled to a diagonal of ones, below this share of the largest are none."""
 COLUMNS = 64
 """Modes whose residuals are measured at a time."""
 
@@ -105,10 +116,13 @@ def modes(
         return _dense_modes(K, M, f_max, count, free)
     shift = -small_shift(K, M) if free else 0.0
     pencil = _Pencil(K, M, BlockProduct(M))
+    inverse = stiffness_factor or LaterFactor(lambda: factor(pencil.shifted(shift)))
     try:
-        inverse = stiffness_factor or factor(pencil.shifted(shift))
+        _make_now(inverse)
     except SingularMatrixError as error:
-        raise NumericalError(f"the stiffness matrix is singular at row {error.row}: is the body held?") from error
+        raise SingularMatrixError(
+            error.row, f"the stiffness matrix is singular at row {error.row}: is the body held?"
+        ) from error
     if f_max is None:
         return _lowest(pencil, shift, min(int(count or 0), n), inverse, free, sturm, progress)
     return _below(pencil, shift, (2.0 * np.pi * f_max) ** 2, inverse, free, progress)
@@ -120,21 +134,88 @@ def _lowest(
     """The `count` lowest modes; the inertia above the last one tells whether one was missed."""
     if count == 0:
         return Modes(np.zeros(0), np.zeros((pencil.mass.n, 0)), 0.0, True)
+    if dense_is_faster(pencil.mass.n, count):
+        return _by_dense(pencil, shift, count, inverse, free)
     found = lanczos(inverse, pencil.mass, shift, count, progress=progress)
     return _checked(pencil, found.lam, found.shapes, free, count=sturm, columns=found.columns)
 
 
 def _below(pencil: _Pencil, shift: float, upper: float, inverse: Factor, free: bool, progress: Steps | None) -> Modes:
-    """All modes below omega^2 = `upper` and the eigenvalue after them; their number is the inertia of K - upper M."""
+    """All modes below omega^2 = `upper` and the eigenvalue after them; their number is the inertia of K - upper M.
+
+    Where memory is short, one factor is held at a time, and the modes are found window by window.
+    """
+    _make_room(inverse, inverse.memory)
     counted = factor(pencil.shifted(upper), definite=False)
     wanted = counted.n_negative
-    amid = shift if wanted < MANY else AMID * upper
-    solver = inverse if amid == shift else refactor(counted, pencil.shifted(amid))
-    del counted
-    found = lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress)
+    if dense_is_faster(pencil.mass.n, wanted):
+        del counted
+        return _by_dense(pencil, shift, wanted, inverse, free)
+    if wanted < MANY:
+        del counted
+        found, amid = (
+            lanczos(inverse, pencil.mass, shift, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress),
+            shift,
+        )
+    else:
+        _make_room(inverse, basis_bytes(pencil.mass.n, wanted + 1))
+        found, amid = _many(pencil, upper, counted, wanted, progress)
+        del counted
     low = _refined(inverse, shift, pencil.mass, found, amid)
     after = found.lam[wanted] if found.lam.size > wanted else np.inf
     return _checked(pencil, found.lam[:wanted], found.shapes, free, after=after, columns=found.columns + low)
+
+
+def dense_is_faster(n: int, wanted: int) -> bool:
+    """Whether `wanted` modes of n equations are so many that the dense eigensolver takes less time, and it fits.
+
+    Both costs grow with n^3 at a given share; that of Lanczos is mostly the eigenproblem of T, whose size is 1.7 to
+    2.7 times `wanted`.
+    """
+    return wanted > SHARE * n and fits(dense_bytes(n))
+
+
+def dense_bytes(n: int) -> float:
+    """Memory of the dense eigensolver."""
+    return DENSE_MATRICES * 8.0 * float(n) ** 2
+
+
+def _by_dense(pencil: _Pencil, shift: float, wanted: int, inverse: Factor, free: bool) -> Modes:
+    """The lowest modes by the dense eigensolver; the lowest of them, which its round-off blurs, are refined."""
+    lam, X = _dense_pairs(_full(pencil.K), _full(pencil.M))
+    after = lam[wanted] if lam.size > wanted else np.inf
+    found = Ritz(lam[:wanted].copy(), np.asfortranarray(X[:, :wanted]), 0)
+    del X
+    low = _refined(inverse, shift, pencil.mass, found, found.lam[-1])
+    return _checked(pencil, found.lam, found.shapes, free, after=after, columns=low)
+
+
+def _make_now(inverse: Factor) -> None:
+    if isinstance(inverse, LaterFactor):
+        _ = inverse.made
+
+
+def _make_room(inverse: Factor, needed: float) -> None:
+    """Give a factor that can be made again back where there is no memory for `needed` bytes beside it."""
+    if isinstance(inverse, LaterFactor) and not fits(needed):
+        inverse.release()
+
+
+def _many(pencil: _Pencil, upper: float, counted: Factor, wanted: int, progress: Steps | None) -> tuple[Ritz, float]:
+    """The modes with a factor amid them, or window by window where memory does not hold the vectors of all at once."""
+    n = pencil.mass.n
+    free = free_bytes()
+    if basis_bytes(n, wanted + 1) <= free:
+        amid = AMID * upper
+        solver = refactor(counted, pencil.shifted(amid))
+        return lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress), amid
+
+    def at(held: Factor | None, shift: float) -> Factor:
+        A = pencil.shifted(shift)
+        return factor(A, definite=False) if held is None else refactor(held, A)
+
+    left = WINDOWS * free - (8.0 * n * wanted if held_in_memory(n, wanted) else 0.0)
+    return in_windows(at, counted, pencil.mass, wanted, upper, window_size(n, left), progress)
 
 
 def _refined(inverse: Factor, shift: float, mass: BlockProduct, found: Ritz, amid: float) -> int:
@@ -165,13 +246,10 @@ def small_shift(K: Matrix, M: Matrix) -> float:
 
 
 def _dense_modes(K: Matrix, M: Matrix, f_max: float | None, count: int | None, free: bool) -> Modes:
-    dense_K, dense_M = (A.toarray() if hasattr(A, "toarray") else np.asarray(A) for A in (K, M))
+    dense_K, dense_M = _full(K), _full(M)
     if dense_K.shape[0] == 0:
         return Modes(np.zeros(0), np.zeros((0, 0)), 0.0, True, np.inf)
-    try:
-        omega2, shapes = sla.eigh(dense_K, dense_M)
-    except np.linalg.LinAlgError:
-        omega2, shapes = _massless_eigh(dense_K, dense_M)
+    omega2, shapes = _dense_pairs(dense_K, dense_M)
     keep = omega2 <= (2.0 * np.pi * f_max) ** 2 if f_max is not None else np.arange(omega2.size) < (count or 0)
     round_off = 100.0 * np.finfo(float).eps * float(np.abs(omega2).max(initial=0.0))
     after = float(omega2[~keep].min(initial=np.inf))
@@ -179,13 +257,35 @@ def _dense_modes(K: Matrix, M: Matrix, f_max: float | None, count: int | None, f
     return _checked(pencil, omega2[keep], shapes[:, keep], free, round_off=round_off, after=after)
 
 
-def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Eigenpairs when M is singular: solve M x = mu (K + s M) x and drop mu = 0 (infinite frequency)."""
-    shift = float(np.trace(K) / np.trace(M)) if np.trace(M) > 0 else 1.0
+def _full(A: Matrix) -> FloatArray:
+    return np.asarray(A.toarray() if hasattr(A, "toarray") else A)
+
+
+def _dense_pairs(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
     try:
-        mu, x = sla.eigh(M, K + shift * M)
-    except np.linalg.LinAlgError as error:
-        raise NumericalError("a degree of freedom has neither mass nor stiffness") from error
+        return sla.eigh(K, M)
+    except np.linalg.LinAlgError:
+        return _massless_eigh(K, M)
+
+
+def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Eigenpairs when M is singular: solve M x = mu (K + s M) x and drop mu = 0 (infinite frequency).
+
+    So are directions with neither mass nor stiffness, which take part in no mode: a bar that turns about itself.
+    """
+    shift = float(np.trace(K) / np.trace(M)) if np.trace(M) > 0 else 1.0
+    A = K + shift * M
+    try:
+        mu, x = sla.eigh(M, A)
+    except np.linalg.LinAlgError:
+        scale = 1.0 / np.sqrt(np.where(A.diagonal() > 0.0, A.diagonal(), 1.0))
+        size, U = sla.eigh(scale[:, None] * A * scale)
+        if size.min(initial=0.0) < -NOTHING * size.max(initial=0.0):
+            raise NumericalError("mass or stiffness is not positive") from None
+        held = size > NOTHING * size.max(initial=0.0)
+        basis = scale[:, None] * U[:, held] / np.sqrt(size[held])
+        mu, y = sla.eigh(symmetric(basis.T @ M @ basis))
+        x = basis @ y
     finite = mu > 1e-14 * mu.max()
     mu, x = mu[finite][::-1], x[:, finite][:, ::-1]
     return 1.0 / mu - shift, x / np.sqrt(mu)

@@ -91,7 +91,7 @@ class MklRows:
 
     def __init__(self, A: sp.csr_matrix) -> None:
         self._handle = ctypes.c_void_p()
-        self._indptr, self._indices = A.indptr.astype(np.int32), A.indices.astype(np.int32)
+        self._indptr, self._indices = (x.astype(np.int32, copy=False) for x in (A.indptr, A.indices))
         self._data = np.ascontiguousarray(A.data, dtype=np.float64)
         start = self._indptr.ctypes.data
         _accept(

@@ -70,6 +70,8 @@ class DistributingCoupling:
     weights: FloatArray
     dofs: tuple[int, ...] = ALL
     where: str = ""
+    turns_on_line: bool = False
+    """Whether nodes on a line leave the reference node free to turn about it, as in Abaqus; else they are refused."""
 
     @property
     def nodes(self) -> IntArray:
@@ -82,11 +84,12 @@ class DistributingCoupling:
     def equations(self, coords: FloatArray) -> Iterator[Equation]:
         """Weighted least-squares rigid motion of the cloud, moved to the reference node.
 
-        With S_k = [I, -(r_k x)] and A = sum w_k S_k' S_k: (u, theta)_ref = A^-1 sum w_k S_k' u_k.
+        With S_k = [I, -(r_k x)] and A = sum w_k S_k' S_k: (u, theta)_ref = A^-1 sum w_k S_k' u_k. Of nodes on a line
+        A has a null vector n, the turn about it: the same less n/n_j times row j, whose turn is free (|n_j| largest).
 
         Raises
         ------
-        InputError : the nodes lie on a line.
+        InputError : the nodes lie on a line (unless `turns_on_line`) or in a point.
         """
         r = coords[self.nodes_idx] - coords[self.ref_idx]
         S = np.zeros((self.nodes_idx.size, 3, 6))
@@ -96,20 +99,39 @@ class DistributingCoupling:
         S[:, 2, 3], S[:, 2, 4] = r[:, 1], -r[:, 0]
         weighted = S * self.weights[:, None, None]
         A = np.einsum("kia,kib->ab", weighted, S)
-        length = max(float(np.sqrt((r**2).sum(axis=1).mean())), 1e-300)
+        length = float(np.sqrt((r**2).sum(axis=1).mean())) or 1.0
         scale = np.array([1.0, 1.0, 1.0, length, length, length])
-        if np.linalg.cond(A / np.outer(scale, scale)) > 1e12:
+        values, vectors = np.linalg.eigh(A / np.outer(scale, scale))
+        held = values > 1e-12 * values[-1]
+        if np.count_nonzero(held) < (5 if self.turns_on_line else 6):
             raise InputError(
                 f"distributing coupling {self.name!r} has its {self.nodes_idx.size} node(s) on a line or in a point",
                 where=self.where,
                 expected="at least three nodes that span an area",
                 fix="Couple more nodes, or use a kinematic coupling.",
             )
-        weights = np.linalg.solve(A, weighted.transpose(2, 0, 1).reshape(6, -1))
+        basis = vectors[:, held] / scale[:, None]
+        weights = (basis / values[held]) @ (basis.T @ weighted.transpose(2, 0, 1).reshape(6, -1))
         nodes = _with(self.ref_idx, np.repeat(self.nodes_idx, 3))
-        for dof in self.dofs:
-            dofs = np.array([dof, *np.tile(TRANSLATIONS, self.nodes_idx.size).tolist()])
-            yield Equation(nodes, dofs, np.array([1.0, *(-weights[dof - 1]).tolist()]), self.where)
+        others = np.tile(TRANSLATIONS, self.nodes_idx.size).tolist()
+        if held.all():
+            for dof in self.dofs:
+                yield Equation(nodes, np.array([dof, *others]), np.array([1.0, *-weights[dof - 1]]), self.where)
+            return
+        turn = vectors[:, 0] / scale
+        free = 3 + int(np.abs(turn[3:]).argmax())
+        share = turn / turn[free]
+        nodes = _with(self.ref_idx, nodes)
+        for dof in (d for d in self.dofs if d != free + 1):
+            follow = weights[dof - 1] - share[dof - 1] * weights[free]
+            factors = np.array([1.0, -share[dof - 1], *-follow])
+            yield Equation(nodes, np.array([dof, free + 1, *others]), factors, self.where)
+
+
+def on_a_line(coords: FloatArray) -> bool:
+    """Whether points (n, 3) lie on a line or in a point, to 1e-6 of their extent."""
+    size = np.linalg.svd(coords - coords.mean(axis=0), compute_uv=False)
+    return bool(size.size < 2 or size[1] <= 1e-6 * size[0])
 
 
 @dataclass(frozen=True)

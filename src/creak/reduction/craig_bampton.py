@@ -12,6 +12,7 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.damping import Damping
 from creak.assembly.system import Combine, Rows, System, momentum_fit, no_supports, to_dense
 from creak.linalg.dense_product import symmetric
+from creak.linalg.memory import free_bytes
 from creak.linalg.modes import Modes, modes
 from creak.linalg.sparse_product import BlockProduct
 from creak.progress import Progress
@@ -19,6 +20,8 @@ from creak.reduction.inside import Inside
 
 COLUMNS = 128
 """Right-hand sides solved at a time."""
+FEWEST, STREAMED, SHARE = 16, 4, 0.25
+"""Where memory is short: columns at least, copies of them that are there at a time, and their share of what is free."""
 MOSTLY_FULL = 0.3
 """Reduced matrices with a larger share of entries are stored dense."""
 
@@ -183,7 +186,7 @@ def _static_terms(basis: Basis, extra: Matrix | None, keep: IntArray, report: Re
     inner = [np.zeros((n, n)) for _ in sides]
     modal = [np.zeros((basis.fixed.omega2.size, n)) for _ in sides]
     kept = np.zeros((keep.size, n))
-    for block in _blocks(n):
+    for block in _blocks(n, inside.i.size):
         X = -inside.solve(F[:, block].toarray(order="F"))
         X_near, kept[:, block] = X[near], X[keep]
         stiffness[:, block] = F_near @ X_near
@@ -197,9 +200,12 @@ def _static_terms(basis: Basis, extra: Matrix | None, keep: IntArray, report: Re
     return _Terms(columns, symmetric(stiffness), cross, [symmetric(A) for A in inner], modal, kept)
 
 
-def _blocks(n: int) -> Iterator[slice]:
-    for start in range(0, n, COLUMNS):
-        yield slice(start, min(start + COLUMNS, n))
+def _blocks(n: int, rows: int) -> Iterator[slice]:
+    """Of `COLUMNS`, or fewer where those of so many rows would take more than a share of the free memory."""
+    held = min(SHARE * free_bytes() / (STREAMED * 8.0 * max(rows, 1)), COLUMNS)
+    step = max(int(held), FEWEST)
+    for start in range(0, n, step):
+        yield slice(start, min(start + step, n))
 
 
 def reduced_matrices(
@@ -284,8 +290,9 @@ def reduced_system(system: System, basis: Basis, matrices: Matrices) -> System:
 
 
 def _to_modes(basis: Basis, A_ib: Matrix) -> FloatArray:
-    """Phi' A_ib P, (n_mode, n_xi)."""
-    return np.asarray((A_ib @ basis.P).T @ basis.fixed.shapes).T
+    """Phi' A_ib P, (n_mode, n_xi); only rows of Phi that A_ib reaches are read."""
+    near = np.flatnonzero(np.diff(A_ib.indptr))
+    return np.asarray((A_ib[near] @ basis.P).T @ np.ascontiguousarray(basis.fixed.shapes[near])).T
 
 
 def _plus(A: FloatArray, columns: IntArray, more: FloatArray) -> FloatArray:
@@ -346,7 +353,7 @@ def _static_rows(basis: Basis, A_i: Matrix) -> FloatArray:
     out = np.zeros((A_i.shape[0], basis.n_boundary))
     if A_i.shape[0]:
         F = sp.csr_matrix((basis.inside.K_ib @ basis.P).T)
-        for block in _blocks(A_i.shape[0]):
+        for block in _blocks(A_i.shape[0], A_i.shape[1]):
             out[block] = -np.asarray(F @ basis.inside.solve(A_i[block].T.toarray(order="F"))).T
     return out
 
@@ -383,5 +390,6 @@ def _through(A: Matrix, basis: Basis, static: StaticRows) -> Matrix:
     kept, new = inner[~lacking], inner[lacking]
     R[kept, : basis.n_boundary] += A_i[kept][:, static.at] @ static.values
     R[new, : basis.n_boundary] += _static_rows(basis, A_i[new])
-    R[inner, basis.n_boundary :] = A_i[inner] @ basis.fixed.shapes
+    near = np.unique(A_i.indices)
+    R[inner, basis.n_boundary :] = A_i[inner][:, near] @ np.ascontiguousarray(basis.fixed.shapes[near])
     return R

@@ -60,12 +60,14 @@ def in_own_modes(system: System, modes_of: Callable[[FloatArray, FloatArray], Sp
     """
     K, M = to_dense(system.K), to_dense(system.M)
     omega2, Phi, N = (modes_of or all_modes)(K, M)
-    modal = project(replace(system, velocity=np.zeros(system.n)), np.hstack([Phi, N]))
+    own = (
+        Diagonal(np.concatenate([np.ones(omega2.size), np.zeros(N.shape[1])])),
+        Diagonal(np.concatenate([np.maximum(omega2, 0.0), np.ones(N.shape[1])])),
+    )
+    modal = project(replace(system, velocity=np.zeros(system.n)), np.hstack([Phi, N]), known=own)
     v = system.velocity
     return replace(
         modal,
-        M=Diagonal(np.concatenate([np.ones(omega2.size), np.zeros(N.shape[1])])),
-        K=Diagonal(np.concatenate([np.maximum(omega2, 0.0), np.ones(N.shape[1])])),
         velocity=np.concatenate([Phi.T @ (M @ v), N.T @ (K @ v)]),
         stats=system.stats,
     )

@@ -8,7 +8,8 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.errors import NumericalError
-from creak.linalg.factor import Factor, regular_factor
+from creak.linalg.factor import Factor, LaterFactor, regular_factor
+from creak.linalg.scratch import spared
 from creak.linalg.sparse_product import BlockProduct
 
 
@@ -26,26 +27,29 @@ class Inside:
         K, M = sp.csr_matrix(system.K), sp.csr_matrix(system.M)
         self.K_ii, self.K_ib, self.K_bb = _blocks(K, self.i, self.b)
         self.M_ii, self.M_ib, self.M_bb = _blocks(M, self.i, self.b)
-        self._factor: Factor | None = None
+        self._factor = LaterFactor(self._regular)
         self._stiffness: BlockProduct | None = None
         self._mass: BlockProduct | None = None
 
     @property
-    def factor(self) -> Factor:
-        """A factor of K_ii.
+    def factor(self) -> LaterFactor:
+        """A factor of K_ii, there already.
 
         Raises
         ------
         NumericalError : the boundary does not hold the part (K_ii is singular).
         """
-        if self._factor is None:
-            self._factor = regular_factor(self.K_ii)
-        if self._factor is None:
+        _ = self._factor.made
+        return self._factor
+
+    def _regular(self) -> Factor:
+        found = regular_factor(self.K_ii)
+        if found is None:
             raise NumericalError(
                 f"part {self.name} cannot be reduced: its {self.b.size} retained dofs do not hold it (the stiffness "
                 "of the others is singular). Couple or support it, or retain more nodes."
             )
-        return self._factor
+        return found
 
     @property
     def stiffness(self) -> BlockProduct:
@@ -63,8 +67,9 @@ class Inside:
 
     def release(self, above: int = 0) -> None:
         """Give the memory of the factor and of the products back, unless the factor has `above` bytes at most."""
-        if self._factor is None or getattr(self._factor, "nbytes", np.inf) > above:
-            self._factor = self._stiffness = self._mass = None
+        if self._factor.nbytes > above:
+            self._factor.release()
+            self._stiffness = self._mass = None
 
     def solve(self, f: FloatArray) -> FloatArray:
         """K_ii^-1 f; f is (n_i,) or (n_i, k)."""
@@ -86,4 +91,4 @@ class Inside:
 
 def _blocks(A: Matrix, i: IntArray, b: IntArray) -> tuple[Matrix, Matrix, Matrix]:
     rows = A[i]
-    return rows[:, i], rows[:, b], A[b][:, b]
+    return spared(rows[:, i]), rows[:, b], A[b][:, b]

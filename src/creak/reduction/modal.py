@@ -79,9 +79,9 @@ def riding_system(system: System, modes: Modes, R: FloatArray, residual: Residua
     n_modes = modes.omega2.size
     mass = np.concatenate([np.ones(n_modes), heavy.astype(float)])
     stiffness = np.concatenate([modes.omega2, 1.0 / size**2])
-    small = project(replace(system, velocity=np.zeros(system.n)), V, static=R, name=name)
-    velocity = mass * np.asarray(V.T @ np.asarray(system.M @ system.velocity))
     M, K = Diagonal(mass), Diagonal(stiffness)
+    small = project(replace(system, velocity=np.zeros(system.n)), V, static=R, name=name, known=(M, K))
+    velocity = mass * np.asarray(V.T @ np.asarray(system.M @ system.velocity))
     dense = small.damping.extra is not None
     return replace(
         small,

@@ -109,7 +109,7 @@ def why_no_mac(result: Found) -> str:
     if "reduced" not in result.runs:
         return "there is no reduced model"
     if result.modes is None:
-        return "the study watches no nodes"
+        return "the study watches no nodes, or memory does not hold a factor of the whole model"
     return f"no mode lies below {tidy(result.setup.study.config.verification.mac_f_max)} Hz"
 
 

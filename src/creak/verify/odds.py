@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import beta
+from scipy.stats import beta, t
 
 from creak.arrays import BoolArray, FloatArray
 
 LEVEL = 0.95
-RESAMPLED = 400
-"""Bootstrap samples behind the bounds of an index."""
+UNSEEN = 2.0
+"""Two draws more that are off by this, one to either side, count in the bounds of an index: among few draws there may
+be none in which a cause matters."""
 
 
 @dataclass(frozen=True)
@@ -47,10 +49,12 @@ class Index:
     total_bounds: tuple[float, float]
 
 
-def sobol_index(A: FloatArray, B: FloatArray, mixed: FloatArray, seed: int = 1) -> Index | None:
+def sobol_index(A: FloatArray, B: FloatArray, mixed: FloatArray) -> Index | None:
     """Indices from three times n figures: draws A, draws B, and A with the cause from B; None: nothing varies.
 
-    First: mean(B (mixed - A)) / V with centred figures; total: mean((A - mixed)^2) / (2 V). Bounds of 95 %: bootstrap.
+    First: mean(B (mixed - A)) / V with centred figures; total: mean((A - mixed)^2) / (2 V). Bounds of 95 %: Student's t
+    of the quotient's linear part (the variance is drawn too) and of `UNSEEN`. They cover in 95 of 100 repeats where
+    either outcome of a figure of two values comes up ten times or more.
     Source: Saltelli et al., Comput. Phys. Commun. 181, 2010 (table 2, b and f).
     """
     known = np.isfinite(A) & np.isfinite(B) & np.isfinite(mixed)
@@ -59,18 +63,18 @@ def sobol_index(A: FloatArray, B: FloatArray, mixed: FloatArray, seed: int = 1) 
         return None
     middle = float(np.concatenate([A, B]).mean())
     A, B, mixed = A - middle, B - middle, mixed - middle
-    rows = np.random.default_rng(seed).integers(A.size, size=(RESAMPLED, A.size))
-    first, total = _shares(A[None], B[None], mixed[None])
-    many = _shares(A[rows], B[rows], mixed[rows])
-    bounds = [tuple(np.nanquantile(x, [0.025, 0.975]).tolist()) for x in many]
-    return Index(float(first[0]), bounds[0], float(total[0]), bounds[1])
+    square = 0.5 * (A**2 + B**2)
+    return Index(*_share(B * (mixed - A), square), *_share(0.5 * (A - mixed) ** 2, square))
 
 
-def _shares(A: FloatArray, B: FloatArray, mixed: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """First and total indices, row by row."""
-    variance = np.concatenate([A, B], axis=1).var(axis=1)
-    variance = np.where(variance > 0.0, variance, np.nan)
-    return (B * (mixed - A)).mean(axis=1) / variance, ((A - mixed) ** 2).mean(axis=1) / (2.0 * variance)
+def _share(part: FloatArray, square: FloatArray) -> tuple[float, tuple[float, float]]:
+    """mean(part) / mean(square) of n draws, and its bounds."""
+    n, variance = part.size, float(square.mean())
+    share = float(part.mean()) / variance
+    off = (part - share * square) / variance
+    square_error = float(off @ off + 2.0 * UNSEEN**2) / (n * (n - 1))
+    half = float(t.ppf(0.5 * (1.0 + LEVEL), n - 1)) * math.sqrt(square_error)
+    return share, (share - half, share + half)
 
 
 def shift_needed(slack: FloatArray, target: float, level: float = LEVEL) -> tuple[float, float, float]:

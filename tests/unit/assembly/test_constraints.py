@@ -90,6 +90,25 @@ def test_distributing_coupling_on_a_line_is_refused():
         list(linear_equations(DistributingCoupling("HINGE", 3, np.arange(3), np.ones(3)), line))
 
 
+def test_distributing_coupling_on_a_line_may_turn_about_it():
+    """Five equations, which rigid motion satisfies; what they carry is the force and the moment across the line."""
+    along, ref = np.array([1.0, 2.0, -2.0]) / 3.0, np.array([0.3, 1.0, 0.4])
+    coords = np.vstack([np.outer([0.0, 1.0, 2.5], along), ref])
+    constraint = DistributingCoupling("HINGE", 3, np.arange(3), np.array([1.0, 2.0, 1.0]), turns_on_line=True)
+    rows = []
+    for e in constraint.equations(coords):
+        rows.append(np.zeros(24))
+        np.add.at(rows[-1], 6 * e.nodes_idx + e.dofs - 1, e.coefficients)
+    C = np.array(rows)
+    assert np.linalg.matrix_rank(C) == 5
+    assert np.abs(C @ rigid_modes(coords)).max() < 1e-14
+    on_cloud = C[:, :18].reshape(5, 3, 6)[:, :, :3]
+    moment = np.cross(coords[:3], on_cloud).sum(axis=1)
+    assert np.abs(moment @ along).max() < 1e-14
+    with pytest.raises(InputError, match="in a point"):
+        list(constraint.equations(np.zeros((4, 3))))
+
+
 def test_equation_eliminates_its_first_term():
     model = cloud([Equation(np.array([0, 1, 2]), np.array([1, 1, 2]), np.array([2.0, -1.0, 3.0]))])
     system = part_system(model, 0, NO_DAMPING)

@@ -5,9 +5,11 @@ import re
 import subprocess
 from pathlib import Path
 
-from benchmarks import ranking, unreduced
+import pytest
+from benchmarks import evidence, ranking, unreduced
 from benchmarks.stamp import command, commit, stamp
 
+from creak.studies.advise.evidence import record
 from creak_thesis.report.numbers import million
 
 FIELDS = {"creak", "commit", "date", "machine", "command"}
@@ -21,16 +23,17 @@ def test_a_stamp_has_no_empty_field():
     assert re.fullmatch(r"\d{4}-\d\d-\d\d", made["date"])
 
 
-def test_changed_sources_mark_a_record(monkeypatch):
-    """Paths that git is asked for are those of the whole repository."""
+@pytest.mark.parametrize(("changed", "mark"), [("src/creak/version.py", "+"), ("src/creak/studies/evidence.json", "")])
+def test_changed_sources_mark_a_record(changed, mark, monkeypatch):
+    """Paths that git is asked for are those of the whole repository; the record itself is no source."""
     asked = []
 
     def run(words, cwd, **_):
         asked.append([Path(cwd) / word for word in words[words.index("--") + 1 :]] if "--" in words else [])
-        return subprocess.CompletedProcess(words, 0, stdout=" M src/creak/version.py\n" if asked[-1] else "abcdef1\n")
+        return subprocess.CompletedProcess(words, 0, stdout=f" M {changed}\n" if asked[-1] else "abcdef1\n")
 
     monkeypatch.setattr(subprocess, "run", run)
-    assert commit() == "abcdef1+"
+    assert commit() == f"abcdef1{mark}"
     assert all(path.is_dir() for path in asked[-1])
 
 
@@ -58,3 +61,9 @@ def test_tables_of_the_docs_are_those_of_the_ranking_record():
     for part, of in record.items():
         assert of["made"].keys() == FIELDS
         assert "\n".join(ranking.TABLES[part](of["found"])) in pages[part]
+
+
+def test_the_evidence_has_the_cases_that_the_benchmark_runs():
+    """Nothing that a page names would be missing from a record made today."""
+    for part, names in (("door", evidence.CASES), ("fine", evidence.FINE)):
+        assert {row["name"] for row in record()[part]["reductions"]} == {*names}

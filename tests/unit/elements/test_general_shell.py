@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 from creak.elements import shell_quad4
 from creak.elements.geometry import DegenerateElement
@@ -13,7 +14,7 @@ from creak.model.elasticity import lamina, turned_shear
 from creak.model.laminates import Ply, homogeneous_shell, laminate, shifted
 from creak.model.materials import GeneralShell, Material, SheetMaterial, ShellSection
 from creak.model.mesh import Own
-from helpers_fem import KINDS, Mesh, dof, frequencies, random_rotation, rectangle, rigid_modes
+from helpers_fem import KINDS, QUADRATIC, Mesh, dof, frequencies, random_rotation, rectangle, rigid_modes
 
 STEEL = Material("STEEL", 2e11, 0.3, 7800.0)
 CARBON = SheetMaterial("CARBON", *lamina(140e9, 10e9, 0.3, 5e9, 5e9, 3.5e9), 1600.0)
@@ -248,6 +249,20 @@ def test_antisymmetric_cross_ply_couples_bending_and_stretching(measured):
         source="Jones, 5.83-5.85",
     )
     assert expected < 0.8 * without
+
+
+@pytest.mark.parametrize("kind", [*KINDS, *QUADRATIC])
+def test_a_sandwich_has_no_modes_of_drilling_rotations(kind):
+    """Soft in its plane and of much inertia: the rotations about the normal stay out of its modes."""
+    face, core = Material("FACE", 5e9, 0.3, 1500.0), Material("CORE", 2e7, 0.3, 80.0)
+    section = laminate("S", [Ply(face, 5e-4), Ply(core, 15e-3), Ply(face, 5e-4)])
+    mesh = rectangle(4, 3, 0.8, 0.5, kind)
+    K, M = mesh.stiffness(section).toarray(), mesh.mass(section).toarray()
+    values, shapes = scipy.linalg.eigh(K, M, subset_by_value=(-np.inf, (2 * np.pi * 2000.0) ** 2))
+    drilling = shapes[5::6]
+    share = np.einsum("ik,ij,jk->k", drilling, M[5::6, 5::6], drilling)
+    assert values.size > 20
+    assert share[6:].max() < 0.01
 
 
 @BOTH

@@ -190,10 +190,11 @@ def test_orthotropic_terms_and_engineering_constants_agree(read: Reader) -> None
     lines = ", ".join(f"{v:.15g}" for v in terms[:8]) + f"\n {terms[8]}"
     solid = "*NODE\n 1, 0.\n 2, 1.\n 3, 0., 1.\n 4, 0., 0., 1.\n*ELEMENT, TYPE=C3D4, ELSET=S\n 1, 1, 2, 3, 4\n"
     text = f"*MATERIAL, NAME=W\n*ELASTIC, TYPE=ORTHOTROPIC\n {lines}\n*DENSITY\n 5.e-10\n*ORIENTATION, NAME=O\n 1., 0., 0., 0., 1., 0.\n*SOLID SECTION, ELSET=S, MATERIAL=W, ORIENTATION=O\n"
-    section = read(solid + text).blocks[0].section
-    assert isinstance(section, SolidSection)
-    assert isinstance(section.material, AnisotropicMaterial)
-    assert_allclose(section.material.elasticity, D, rtol=1e-9, atol=1e-9)
+    for kind in ("ORTHOTROPIC", "ORTHO"):
+        section = read(solid + text.replace("ORTHOTROPIC", kind)).blocks[0].section
+        assert isinstance(section, SolidSection)
+        assert isinstance(section.material, AnisotropicMaterial)
+        assert_allclose(section.material.elasticity, D, rtol=1e-9, atol=1e-9)
 
 
 def beam(read: Reader, text: str) -> BeamSection:
@@ -220,6 +221,11 @@ def test_transverse_shear_stiffness_of_a_beam(read: Reader) -> None:
     text = "*BEAM SECTION, ELSET=B, MATERIAL=STEEL, SECTION=CIRC\n 1.\n\n*TRANSVERSE SHEAR STIFFNESS\n 2000., 1000.\n"
     found, shear = beam(read, text), 210000.0 / 2.6
     assert (found.shear_area1, found.shear_area2) == pytest.approx((1000.0 / shear, 2000.0 / shear))
+
+
+def test_a_thick_pipe_is_a_hollow_cylinder(read: Reader) -> None:
+    found = beam(read, "*BEAM SECTION, ELSET=B, MATERIAL=STEEL, SECTION=THICK PIPE\n 3., 1.\n")
+    assert (found.area, found.i11, found.torsion) == pytest.approx(math.pi * np.array([5.0, 65.0 / 4.0, 65.0 / 2.0]))
 
 
 def test_box_and_i_sections(read: Reader) -> None:

@@ -116,6 +116,14 @@ def test_surface_without_faces_is_all_that_is_free(read: Reader) -> None:
     assert by_set == pytest.approx(free)
 
 
+def test_a_coupling_of_nodes_on_a_line_is_told(read: Reader) -> None:
+    text = DECK + "*NODE\n 90, 1., 1., 0.\n*NSET, NSET=TWO\n 1, 2\n*SURFACE, NAME=EDGE, TYPE=NODE\n TWO\n"
+    model = read(text + "*COUPLING, CONSTRAINT NAME=C, REF NODE=90, SURFACE=EDGE\n*DISTRIBUTING\n")
+    assert model.constraints[0].turns_on_line
+    (note,) = (u for u in model.unread if "on a line" in u.keyword)
+    assert not note.changes_answer
+
+
 def test_coupling_to_a_face_of_solids_weighs_by_area(read: Reader) -> None:
     text = DECK + "*NODE\n 90, 1., 1., 0.\n*SURFACE, NAME=FOOT\n 1, S1\n 2, S1\n"
     text += "*COUPLING, CONSTRAINT NAME=C, REF NODE=90, SURFACE=FOOT\n*DISTRIBUTING\n"

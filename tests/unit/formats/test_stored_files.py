@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import random
 import struct
+import sys
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -12,6 +14,7 @@ import pytest
 import scipy.sparse as sp
 
 from creak.errors import InputError
+from creak.formats import superelement_file as module
 from creak.formats.histories import read_histories
 from creak.formats.matrices.superelements import read_superelement, write_superelement
 from creak.formats.npz_arrays import read_arrays
@@ -62,6 +65,18 @@ def test_a_superelement_comes_back_as_it_was(saved, superelement_file):
         )
     np.testing.assert_array_equal(again.modes, saved.modes)
     assert (again.name, again.made_from, again.about) == (saved.name, saved.made_from, saved.about)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there a file that is mapped cannot be replaced")
+def test_many_modes_stay_in_the_file(saved, superelement_file, monkeypatch):
+    monkeypatch.setattr(module, "MAPPED", 0)
+    monkeypatch.setattr(module, "ROWS", 32)
+    again = read_superelement_file(superelement_file)
+    assert isinstance(again.modes, np.memmap)
+    np.testing.assert_array_equal(again.modes, saved.modes)
+    write_superelement_file(superelement_file, replace(saved, modes=np.asfortranarray(2.0 * saved.modes)))
+    np.testing.assert_array_equal(again.modes, saved.modes)  # the file of before, for as long as it is read
+    np.testing.assert_array_equal(read_superelement_file(superelement_file).modes, 2.0 * saved.modes)
 
 
 @pytest.mark.parametrize("read", [read_superelement_file, read_histories])

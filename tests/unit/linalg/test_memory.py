@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
+import mmap
 import re
 import subprocess
 import sys
+import weakref
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from creak.errors import InputError
-from creak.linalg import memory
+from creak.arrays import FloatArray
+from creak.errors import InputError, NumericalError
+from creak.linalg import memory, scratch, windows
+from creak.linalg import modes as linalg_modes
 from creak.linalg.complex_factor import complex_factor
 from creak.linalg.factor import factor
 from creak.linalg.memory import OVERRIDE, OutOfMemory, free_bytes, held_bytes
 from creak.linalg.mkl import has_pardiso
 from creak.linalg.modes import modes
+from creak.linalg.sparse_product import BlockProduct
+from creak.linalg.windows import FEWEST, window_bytes, window_size
 
 SIDE = 60
 MEASURED = """
@@ -120,3 +127,143 @@ def test_what_the_machine_and_a_container_leave(monkeypatch, tmp_path):
     monkeypatch.setattr(memory, "MEMINFO", tmp_path / "none")
     monkeypatch.setattr(memory, "GROUP", tmp_path / "none")
     assert free_bytes() == float("inf")
+
+
+def short_of_memory(monkeypatch, window: int = 0) -> list[tuple[int, int]]:
+    """Vectors of all modes do not fit, or those of a window of `window` modes alone; shapes go to disk.
+
+    Returns sizes of what went to disk.
+    """
+    stored: list[tuple[int, int]] = []
+    on_disk = scratch._on_disk
+
+    def told(n: int, k: int) -> FloatArray:
+        stored.append((n, k))
+        return on_disk(n, k)
+
+    monkeypatch.setattr(scratch, "_on_disk", told)
+    for owner in (scratch, linalg_modes):
+        monkeypatch.setattr(owner, "fits", lambda _: False)
+    monkeypatch.setattr(linalg_modes, "free_bytes", lambda: 0.0)
+    monkeypatch.setattr(linalg_modes, "window_size", lambda *_: window)
+    return stored
+
+
+@pytest.mark.parametrize("window", [24, 40])
+def test_modes_window_by_window_are_those_found_at_once(window, monkeypatch):
+    """Of a rectangle, whose frequencies lie apart."""
+    long, short = (sp.diags([-1.0, 2.0, -1.0], [-1, 0, 1], shape=(k, k)) for k in (40, 29))
+    K = sp.csr_matrix(sp.kronsum(long, 1.37 * short))
+    M = sp.identity(K.shape[0], format="csr")
+    exact = np.sort(np.add.outer(line_values(40), 1.37 * line_values(29)).ravel())
+    n = 110
+    f_max = float(np.sqrt(0.5 * (exact[n - 1] + exact[n]))) / (2.0 * np.pi)
+    at_once = modes(K, M, f_max=f_max)
+    stored = short_of_memory(monkeypatch, window)
+    seen: list[int] = []
+    found = modes(K, M, f_max=f_max, progress=lambda done, _: seen.append(done))
+    assert stored == [(K.shape[0], n)]
+    assert isinstance(found.shapes.base, np.memmap)
+    np.testing.assert_allclose(found.omega2, exact[:n], rtol=1e-10)
+    np.testing.assert_allclose(found.omega2, at_once.omega2, rtol=1e-10)
+    assert found.next_omega2 == pytest.approx(exact[n], rel=1e-10)
+    np.testing.assert_allclose(found.shapes.T @ found.shapes, np.eye(n), atol=1e-8)
+    np.testing.assert_allclose(np.abs(np.einsum("ij,ij->j", found.shapes, at_once.shapes)), 1.0, atol=1e-10)
+    assert found.residual < 1e-6
+    assert found.sturm_ok
+    assert seen == sorted(seen)
+    assert seen[-1] == n
+
+
+def line_values(n: int) -> FloatArray:
+    """Eigenvalues of n equal masses between two walls."""
+    return 4.0 * np.sin(np.arange(1, n + 1) * np.pi / (2 * (n + 1))) ** 2
+
+
+def test_windows_end_between_groups_of_equal_frequencies(monkeypatch):
+    """Five equal plates side by side: every frequency five times or ten."""
+    K = sp.csr_matrix(sp.block_diag([grid(16)] * 5))
+    M = sp.identity(K.shape[0], format="csr")
+    exact = np.sort(np.tile(np.add.outer(line_values(16), line_values(16)).ravel(), 5))
+    n = 110 + int(np.argmax(np.diff(exact[109:130])))
+    f_max = float(np.sqrt(0.5 * (exact[n - 1] + exact[n]))) / (2.0 * np.pi)
+    short_of_memory(monkeypatch, 30)
+    found = modes(K, M, f_max=f_max)
+    np.testing.assert_allclose(found.omega2, exact[:n], rtol=1e-9)
+    np.testing.assert_allclose(found.shapes.T @ found.shapes, np.eye(n), atol=1e-7)
+
+
+def test_a_group_wider_than_blocks_is_found_by_wider_ones(monkeypatch):
+    """Forty equal chains: no window ends amid a group, and the inertia tells that blocks of 8 missed some of it."""
+    K = sp.csr_matrix(sp.block_diag([sp.diags([-1.0, 2.0, -1.0], [-1, 0, 1], shape=(20, 20))] * 40))
+    M = sp.identity(K.shape[0], format="csr")
+    exact = line_values(20)
+    f_max = float(np.sqrt(0.5 * exact[2:4].sum())) / (2.0 * np.pi)
+    short_of_memory(monkeypatch, 30)
+    found = modes(K, M, f_max=f_max)
+    np.testing.assert_allclose(found.omega2, np.repeat(exact[:3], 40), rtol=1e-9)
+    np.testing.assert_allclose(found.shapes.T @ found.shapes, np.eye(120), atol=1e-7)
+
+
+def test_a_group_that_no_window_holds_is_refused():
+    K = sp.identity(700, format="csr")
+    with pytest.raises(NumericalError, match="more than 12 equal eigenvalues"):
+        windows._check_end(BlockProduct(K), np.eye(700)[:, :3], np.eye(700)[:, 2:5])
+
+
+def test_one_factor_at_a_time_where_two_do_not_fit(monkeypatch):
+    """The factor of K is given back before that of the inertia is made, and made again for the lowest modes."""
+    K, M = grid(), sp.identity(SIDE**2, format="csr")
+    f_max = float(np.sqrt(0.5)) / (2.0 * np.pi)
+    alive: weakref.WeakSet[Any] = weakref.WeakSet()
+    most: list[int] = []
+    real = linalg_modes.factor
+
+    def told(A, *, definite=True):
+        made = real(A, definite=definite)
+        alive.add(made)
+        most.append(len(alive))
+        return made
+
+    monkeypatch.setattr(linalg_modes, "factor", told)
+    both = modes(K, M, f_max=f_max)
+    assert max(most) == 2
+    most.clear()
+    monkeypatch.setattr(linalg_modes, "fits", lambda _: False)
+    alone = modes(K, M, f_max=f_max)
+    assert max(most) == 1
+    assert len(most) == 3
+    np.testing.assert_array_equal(alone.omega2, both.omega2)
+    np.testing.assert_array_equal(alone.shapes, both.shapes)
+
+
+def owner(A: Any) -> Any:
+    """Whose memory it is."""
+    while getattr(A, "base", None) is not None:
+        A = A.base
+    return A
+
+
+def test_a_matrix_on_disk_is_the_same(monkeypatch):
+    A = grid(20)
+    assert scratch.spared(A) is A
+    monkeypatch.setattr(scratch, "fits", lambda _: False)
+    B = scratch.spared(A)
+    assert all(isinstance(owner(x), mmap.mmap) for x in (B.data, B.indices))
+    np.testing.assert_array_equal(B.toarray(), A.toarray())
+    monkeypatch.setattr(scratch, "RESERVE", 1e18)
+    assert scratch.spared(A) is A
+
+
+def test_neither_memory_nor_disk(monkeypatch):
+    monkeypatch.setattr(scratch, "fits", lambda _: False)
+    monkeypatch.setattr(scratch, "RESERVE", 1e18)
+    with pytest.raises(OutOfMemory, match=r"neither memory nor .* holds 100 vectors of 50 numbers: .* set TMPDIR"):
+        scratch.vectors(50, 100)
+
+
+def test_the_window_is_the_largest_that_memory_holds():
+    n = 100_000
+    size = window_size(n, 1e9)
+    assert window_bytes(n, size) <= 1e9 < window_bytes(n, int(1.2 * size))
+    assert window_size(n, 0.0) == FEWEST

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 import scipy.linalg as sla
 import scipy.sparse as sp
 
 from creak.errors import NumericalError
+from creak.linalg import modes as linalg_modes
 from creak.linalg.modes import DENSE_LIMIT, modes
 from helpers_cantilever import SECTION, planar
 from helpers_core import NO_DAMPING, block, model_of, part_system, plate, shell, straight_beam
@@ -106,6 +109,14 @@ def test_massless_dofs_have_no_mode():
         Kd[np.ix_(gone, gone)], Kd[np.ix_(gone, keep)]
     )
     np.testing.assert_allclose(found.omega2, np.linalg.eigvalsh(small), rtol=1e-8)
+
+
+def test_directions_with_neither_mass_nor_stiffness_take_part_in_no_mode():
+    """Two massless dofs joined to each other alone, as the twist of a bar that turns freely about itself."""
+    K, M, _ = long_chain(20)
+    pair = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    both = modes(sp.block_diag([K, pair]), sp.csr_matrix(sp.block_diag([M, np.zeros((2, 2))])), count=30)
+    np.testing.assert_allclose(both.omega2, modes(K, M, count=30).omega2, rtol=1e-9)
 
 
 def test_zero_stiffness_of_a_body_called_clamped_is_an_error():
@@ -266,3 +277,24 @@ def test_shift_amid_the_modes_of_a_free_shell():
     assert amid.residual < 1e-6
     assert amid.next_omega2 == pytest.approx(below.omega2[50], rel=1e-7)
     assert amid.columns < 50 * 6
+
+
+@pytest.mark.parametrize("by", ["f_max", "count"])
+def test_a_large_share_of_all_modes_goes_to_the_dense_solver(by, shell_case, monkeypatch):
+    """The lowest come as Lanczos gives them: one inverse iteration takes the round-off of the dense solver away."""
+    K, M, exact = shell_case
+    n = int(0.32 * K.shape[0])
+    wanted: dict[str, Any] = {"count": n}
+    if by == "f_max":
+        wanted = {"f_max": float(np.sqrt(0.5 * (exact[n - 1] + exact[n]))) / (2.0 * np.pi)}
+    sparse = modes(K, M, count=40)
+    with monkeypatch.context() as within:
+        within.setattr(linalg_modes, "lanczos", lambda *_, **__: pytest.fail("Lanczos"))
+        found = modes(K, M, **wanted)
+    np.testing.assert_allclose(found.omega2, exact[:n], rtol=1e-5)
+    np.testing.assert_allclose(found.omega2[:40], sparse.omega2, rtol=1e-9)
+    np.testing.assert_allclose(found.shapes.T @ (M @ found.shapes), np.eye(n), atol=1e-9)
+    assert found.next_omega2 == pytest.approx(exact[n], rel=1e-9)
+    np.testing.assert_allclose(modes(K.toarray(), M.toarray(), **wanted).omega2, found.omega2, rtol=1e-5)
+    monkeypatch.setattr(linalg_modes, "fits", lambda _: False)
+    assert not linalg_modes.dense_is_faster(K.shape[0], n)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.stats import qmc
+from scipy.stats import norm, qmc
 
 from creak.verify.odds import counted, odds, shift_needed, sobol_index
 
@@ -43,6 +43,29 @@ def test_sobol_indices_of_ishigami():
         assert index.total == pytest.approx(total, abs=0.02)
         assert index.first_bounds[0] - 0.02 <= first <= index.first_bounds[1] + 0.02
     assert sobol_index(np.ones(8), np.ones(8), np.ones(8)) is None
+
+
+@pytest.mark.parametrize("n", [16, 64])
+def test_bounds_of_indices_cover_in_95_of_100_repeats(n):
+    """Of whether 18 a > g, a uniform in 0.4 .. 1 and g normal about 10, from 2 n even points; exact ones by quadrature."""
+
+    def closes(u):
+        return (18.0 * (0.4 + 0.6 * u[..., 1]) > 10.0 + 1.5 * norm.ppf(u[..., 0])).astype(float)
+
+    grid = (np.arange(1000) + 0.5) / 1000
+    every = closes(np.stack(np.meshgrid(grid, grid, indexing="ij"), axis=-1))
+    alone = every.mean(axis=1).var() / every.var(), every.mean(axis=0).var() / every.var()
+    hits = np.zeros(4)
+    for seed in range(100):
+        points = qmc.Sobol(4, seed=seed).random(n)
+        A, B = points[:, :2], points[:, 2:]
+        for k in range(2):
+            mixed = A.copy()
+            mixed[:, k] = B[:, k]
+            index = sobol_index(closes(A), closes(B), closes(mixed))
+            hits[2 * k] += index.first_bounds[0] <= alone[k] <= index.first_bounds[1]
+            hits[2 * k + 1] += index.total_bounds[0] <= 1.0 - alone[1 - k] <= index.total_bounds[1]
+    assert hits.min() >= 95
 
 
 def test_bounds_of_a_needed_shift_cover():

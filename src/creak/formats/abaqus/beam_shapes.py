@@ -23,6 +23,13 @@ def _pipe(size: Sequence[float]) -> CrossSection:
     return tube(outer, outer - wall, 0.53)
 
 
+def _thick_pipe(size: Sequence[float]) -> CrossSection:
+    outer, wall = size
+    if wall > outer:
+        raise ValueError(f"THICK PIPE with wall {wall:g} thicker than its radius {outer:g}")
+    return tube(outer, outer - wall, 0.89)
+
+
 def _box(size: Sequence[float]) -> CrossSection:
     """a along axis 1, b along axis 2; walls t1 = t3 at the sides, t2 = t4 above and below."""
     a, b, right, top, left, bottom = size
@@ -54,6 +61,7 @@ SHAPES: dict[str, tuple[int, Callable[[Sequence[float]], CrossSection]]] = {
     "RECT": (2, _rect),
     "CIRC": (1, _circ),
     "PIPE": (2, _pipe),
+    "THICK PIPE": (2, _thick_pipe),
     "BOX": (6, _box),
     "I": (7, _i),
 }

@@ -20,7 +20,7 @@ Rows = list[tuple[list[str], str]]
 
 
 def read_beam_section(scope: Scope, block: Block, materials: dict[str, RawMaterial]) -> BeamSection:
-    """*BEAM SECTION, SECTION=RECT, CIRC, PIPE, BOX or I; second line: direction of axis 1.
+    """*BEAM SECTION, SECTION=RECT, CIRC, PIPE, THICK PIPE, BOX or I; second line: direction of axis 1.
 
     Raises
     ------

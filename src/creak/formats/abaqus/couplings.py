@@ -17,7 +17,7 @@ from creak.formats.abaqus.outline import Outline, Scope
 from creak.formats.abaqus.sets import nodes_of
 from creak.formats.abaqus.surfaces import RawSurface
 from creak.formats.abaqus.transforms import Transforms
-from creak.model.constraints import Constraint, DistributingCoupling, Equation, KinematicCoupling
+from creak.model.constraints import Constraint, DistributingCoupling, Equation, KinematicCoupling, on_a_line
 
 
 def read_couplings(
@@ -220,7 +220,11 @@ def _coupling(
     weights = surface.weights[near & (surface.nodes_idx != ref_idx)]
     if not 0.0 < float(weights.sum()) < np.inf:
         raise InputError(f"surface {surface.name!r} has no area", where=block.where, fix="Check its elements.")
-    return [DistributingCoupling(name, ref_idx, coupled, weights, dofs, block.where)]
+    line = on_a_line(place.coords[coupled])
+    if line and coupled.size > 1:
+        why = "its nodes lie on a line: it passes no moment about that line, as in Abaqus"
+        deck.note(option, why, changes=False, what=f"*DISTRIBUTING {name} on a line")
+    return [DistributingCoupling(name, ref_idx, coupled, weights, dofs, block.where, turns_on_line=line)]
 
 
 def _within_radius(rows: IntArray, ref_idx: int, block: Block, place: Placement) -> BoolArray:

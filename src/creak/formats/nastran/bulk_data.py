@@ -88,8 +88,8 @@ class Card:
         return _INTEGER.fullmatch(self.text(i)) is not None
 
     def components(self, i: int, default: str | None = None) -> tuple[int, ...]:
-        """Field i as dofs: digits 1 to 6, each once; a blank or 0 without default is none."""
-        text = self.text(i) or (default or "")
+        """Field i as dofs: digits 1 to 6, each once, with blanks between them or none; a blank or 0 is none."""
+        text = "".join(self.text(i).split()) or (default or "")
         if text.strip("0") and not re.fullmatch("[1-6]+", text):
             raise self.wrong(i, "dofs, digits 1 to 6")
         return tuple(sorted({int(c) for c in text} - {0}))

@@ -142,9 +142,17 @@ def _output(commands: dict[str, tuple[str, Line]]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(f"SET_{int(text)}" for text in wanted if re.fullmatch("[0-9]{1,15}", text)))
 
 
+_OLD_SOLUTIONS = {
+    **{str(n): str(100 + n) for n in (1, 3, 5, 7, 8, 9, 10, 11, 12)},
+    **{"STATIC": "101", "STATICS": "101", "MODES": "103", "BUCKLING": "105"},
+}
+"""Rigid formats of NASTRAN, and words of MYSTRAN."""
+
+
 def _solution(executive: list[Line]) -> str:
     found = (re.match(r"\s*SOL\s+(\w+)", line.text, re.I) for line in executive)
-    return next((m.group(1).upper() for m in found if m), "")
+    solution = next((m.group(1).upper() for m in found if m), "")
+    return _OLD_SOLUTIONS.get(solution, solution)
 
 
 Commands = dict[str, tuple[str, Line]]

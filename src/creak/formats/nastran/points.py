@@ -208,18 +208,25 @@ def _add_bushing(deck: Deck, card: Card, properties: dict[int, Card]) -> None:
 
 
 def _bushing_values(deck: Deck, card: Card) -> tuple[FloatArray, FloatArray]:
-    """K and B lines of a PBUSH card; six values each."""
+    """K and B lines of a PBUSH card, six values each; a line may begin with its flag, one field early."""
     found = {"K": np.zeros(6), "B": np.zeros(6)}
-    for at in range(0, len(card.fields), 8):
-        flag = card.text(at + 1).upper()
-        values = [card.text(at + 2 + i) for i in range(6)]
+    for line in range(0, len(card.fields), 8):
+        at = line if line and card.text(line) else line + 1
+        flag = card.text(at).upper()
+        values = [card.text(at + 1 + i) for i in range(6)]
         if flag in found:
-            found[flag] = np.array([card.real(at + 2 + i, 0.0) for i in range(6)])
+            found[flag] = np.array([card.real(at + 1 + i, 0.0) for i in range(6)])
         elif flag == "M" and any(values):
             deck.note(card, "creak does not read the mass of a bushing", changes=True, what="PBUSH, M")
         elif flag == "GE" and any(values):
             deck.note(
                 card, "structural damping acts at a frequency only; give B instead", changes=False, what="PBUSH, GE"
+            )
+        elif flag not in ("GE", "RCV", "M") and (flag or any(values)):
+            raise InputError(
+                f"a line of PBUSH {card.text(0)} begins with {flag!r}",
+                where=card.where,
+                expected="K, B, GE, RCV or M",
             )
     return found["K"], found["B"]
 

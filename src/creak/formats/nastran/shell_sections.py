@@ -131,6 +131,8 @@ def _expansion(t: float, membrane: AnyMaterial | None, coupling: AnyMaterial | N
 def _pcomp(deck: Deck, card: Card, materials: Materials) -> GeneralShell:
     """Plies from the bottom Z0 (default: half the thickness below the grids) up; LAM = SYM mirrors them.
 
+    LAM = MEM has no bending, BEND no membrane (a millionth of it), SMEAR bends as a sheet of the mean modulus.
+
     TREF of the card stands for those of its materials, as in Nastran.
     """
     plies = _plies(card, materials)
@@ -138,15 +140,37 @@ def _pcomp(deck: Deck, card: Card, materials: Materials) -> GeneralShell:
     if not plies:
         raise InputError(f"{name} has no plies", where=card.where, expected="MID, T, THETA of each ply")
     lam = card.text(7).upper()
-    if lam == "SYM":
+    if lam in ("SYM", "SYMEM", "SYBEND", "SYSMEAR"):
         plies = [*plies, *reversed(plies)]
-    elif lam:
-        deck.note(card, f"creak reads LAM blank and SYM, not {lam}", changes=True, what=f"{card.name}, LAM={lam}")
+        lam = lam[2:] if lam != "SYM" else ""
+    if lam not in ("", *_PARTIAL):
+        why = f"creak reads LAM blank, SYM, MEM, BEND and SMEAR, not {lam}"
+        deck.note(card, why, changes=True, what=f"{card.name}, LAM={lam}")
     bottom = card.real(1) if card.text(1) else None
     made = laminate(name, plies, bottom, _added_mass(deck, card, 2))
+    if lam in _PARTIAL:
+        made = _partial(made, lam)
     if made.expansion is None:
         return made
     return replace(made, expansion=replace(made.expansion, reference=card.real(5, 0.0), flaw=""))
+
+
+_PARTIAL = ("MEM", "BEND", "SMEAR")
+
+
+def _partial(shell: GeneralShell, lam: str) -> GeneralShell:
+    """Of a laminate, what LAM leaves: no coupling, no shear, and membrane, bending or both of one mean modulus."""
+    even = shell.A * shell.thickness**2 / 12.0
+    A, D, S = {
+        "MEM": (shell.A, WEAK * even, WEAK * shell.S),
+        "BEND": (WEAK * shell.A, shell.D, STIFF * shell.S),
+        "SMEAR": (shell.A, even, STIFF * shell.S),
+    }[lam]
+    heat = shell.expansion
+    if heat is not None:
+        force = WEAK * heat.force if lam == "BEND" else heat.force
+        heat = replace(heat, force=force, moment=heat.moment if lam == "BEND" else np.zeros(3))
+    return replace(shell, A=A, B=np.zeros((3, 3)), D=D, S=S, plies=(), expansion=heat)
 
 
 def _plies(card: Card, materials: Materials) -> list[Ply]:

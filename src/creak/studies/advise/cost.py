@@ -12,6 +12,7 @@ import scipy.linalg as sla
 from creak.assembly.system import System
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.step_matrix import StepFactor
+from creak.linalg.modes import dense_is_faster
 from creak.linalg.threads import one_blas_thread
 from creak.studies.advise.size import Counted, PartSize
 
@@ -74,7 +75,8 @@ def superelements_s(parts: Sequence[PartSize], f_max: float, unknowns: int, cube
     total = cube_s * float(unknowns) ** 3
     for part in parts:
         total += part.modes.factor_s + 2.0 * STATIC * part.boundary * part.modes.column_s
-        total += lanczos_s(part.modes, f_max)
+        dense = dense_is_faster(part.inner, part.modes.below.get(f_max, 0))
+        total += cube_s * float(part.inner) ** 3 if dense else lanczos_s(part.modes, f_max)
     return total
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from creak.linalg.lanczos import basis_bytes
 from creak.linalg.memory import GB, free_bytes, held_bytes
+from creak.linalg.modes import dense_bytes, dense_is_faster
 from creak.studies.advise.size import Counted, PartSize
 from creak.studies.models.reduced import WHOLE
 from creak.studies.models.reference import ReferenceModel
@@ -127,6 +128,8 @@ def _reduction(part: PartSize, modes: int, held: float) -> Stage:
     """Two factors and the Lanczos vectors, or constraint modes on their way; writing takes a copy of the modes."""
     matrices, n = _inside(part), part.inner
     basis, shapes = basis_bytes(n, modes), 8.0 * n * modes
+    if dense_is_faster(n, modes):
+        basis = dense_bytes(n)
     lanczos = 2.0 * part.modes.memory + ENTRY * part.entries_K + basis
     streamed = part.modes.memory + shapes + 8.0 * n * STREAMED
     written = _kept(part, modes) - matrices + shapes

@@ -13,6 +13,8 @@ from creak.studies.file.toml_text import toml_text
 
 NAMED = ("contact", "excitation", "superelement", "nodes", "support")
 """Tables of named tables: a change may not invent a name."""
+LISTED = ("connector", "clip", "static")
+"""Lists of tables: a change goes to a row that there is."""
 SEEDED = ("multisine", "psd")
 """Signals with random phases."""
 
@@ -114,6 +116,8 @@ def _inside(table: Any, words: Sequence[str], depth: int, word: str) -> Any:
     else:
         if depth == 1 and words[0] in NAMED and word not in table:
             raise InputError(f"the study has no [{words[0]}.{word}]", fix=suggest(word, table))
+        if depth == 0 and word in LISTED and word not in table:
+            raise InputError(f"the study has no [[{word}]]")
         inner = table.setdefault(word, {})
     if not isinstance(inner, dict | list):
         raise InputError(f"{'.'.join(words[: depth + 1])} is not a table in the study, it is {inner!r}")

@@ -16,13 +16,14 @@ from creak.assembly.system import System
 from creak.errors import InputError, NumericalError
 from creak.formats.deck.unread import stop_on_unread
 from creak.formats.decks import read_model
-from creak.linalg.factor import regular_factor
+from creak.linalg.factor import SingularMatrixError, regular_factor
 from creak.linalg.modes import Modes, modes
 from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
 from creak.model.steps import StaticStep
 from creak.progress import Progress, silent
 from creak.reduction.effective_mass import EffectiveMass, effective_mass
+from creak.studies.models.dof_names import dof_name
 from creak.studies.models.prestress import displacements, driven_by, is_ignored, noted, require_known
 
 DEFAULT_COUNT = 20
@@ -157,15 +158,21 @@ def _joined_modes(
     progress("join the parts and factorise", 1, 1)
     if stressed and (stiffness is None or stiffness.n_negative):
         raise NumericalError("the structure buckles under the load of the static step before the modes")
-    found = modes(
-        system.K,
-        system.M,
-        f_max=f_max,
-        count=count,
-        free=stiffness is None,
-        stiffness_factor=stiffness,
-        progress=lambda done, total: progress("modes", done, total),
-    )
+    try:
+        found = modes(
+            system.K,
+            system.M,
+            f_max=f_max,
+            count=count,
+            free=stiffness is None,
+            stiffness_factor=stiffness,
+            progress=lambda done, total: progress("modes", done, total),
+        )
+    except SingularMatrixError as error:
+        if error.row < 0 or system.coordinates[error.row] < 0:
+            raise
+        at = dof_name(model, int(system.coordinates[error.row]))
+        raise NumericalError(f"{at} moves freely and has no mass: hold it, or join it to what is held") from error
     return system, found
 
 

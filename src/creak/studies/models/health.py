@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+from pydantic import TypeAdapter
+
+from creak.arrays import FloatArray
+from creak.formats.safe_names import file_stem
 from creak.progress import Progress
 from creak.reduction.health import Health, health
 from creak.studies.models.reduced import ReducedModel
+from creak.studies.models.solved import as_numbers, as_text, digest_of, solved
 from creak.studies.models.superelements import Reduced
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
@@ -15,22 +24,43 @@ and as long a search as a small reduction."""
 
 
 def checked(
-    setup: Setup, model: ReducedModel, progress: Progress, *, own_modes: bool | None = None
+    setup: Setup,
+    model: ReducedModel,
+    progress: Progress,
+    store: Path | None = None,
+    *,
+    own_modes: bool | None = None,
 ) -> dict[str, Health]:
     """The health of every superelement by name.
 
     Parameters
     ----------
+    store : folder of saved superelements, beside which what was found of the same ones before is kept.
     own_modes : compare free modes with those of the unreduced part; default: for parts up to `OWN_MODES_LIMIT` dofs.
     """
     out = {}
     count = len(model.superelements)
     for k, r in enumerate(model.superelements):
         progress("check superelements", k, count)
-        out[r.system.name] = check(setup, r, own_modes=own_modes)
+        out[r.system.name] = _kept(setup, r, store, own_modes)
         r.inside.release()
     progress("check superelements", count, count)
     return out
+
+
+def _kept(setup: Setup, reduced: Reduced, store: Path | None, own_modes: bool | None) -> Health:
+    """`check`, or what it said before of the same superelement."""
+
+    def make() -> dict[str, FloatArray]:
+        return {"health": as_numbers(json.dumps(asdict(check(setup, reduced, own_modes=own_modes))))}
+
+    part, made_from = reduced.substructure.part, list[str]()
+    if store is not None:
+        asked = [part.name, setup.study.config.reduction.f_max, highest_frequency(setup.study), own_modes]
+        matters = (setup.model.nodes.coords, part.labels, part.rows(part.labels)[0])
+        made_from = [json.dumps([asked, sorted(reduced.made_from.items())]), *map(digest_of, matters)]
+    found = solved(store, f"health_{file_stem(part.name)}", made_from, make)
+    return TypeAdapter(Health).validate_python(json.loads(as_text(found["health"])))
 
 
 def check(setup: Setup, reduced: Reduced, *, own_modes: bool | None = None) -> Health:

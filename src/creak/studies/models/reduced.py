@@ -71,14 +71,15 @@ def reduce_model(
     gaps: GapOperator,
     progress: Progress,
     store: Path | None = None,
-    made: Callable[[Reduced], None] | None = None,
+    made: Callable[[Reduced], Reduced] | None = None,
 ) -> ReducedModel:
     """Reduce as [reduction] says.
 
     Parameters
     ----------
     store : folder of saved superelements to take unchanged ones from.
-    made : is handed every superelement as soon as it is there, its factor included. With it a part that cannot be
+    made : is handed every superelement as soon as it is there, its factor included, and returns what is kept of it.
+        With it a part that cannot be
         reduced does not keep the others from it: the first one's error comes at the end.
 
     Raises
@@ -140,7 +141,7 @@ def _by_parts(
     gaps: GapOperator,
     progress: Progress,
     store: Path | None,
-    made: Callable[[Reduced], None] | None,
+    made: Callable[[Reduced], Reduced] | None,
 ) -> _Made:
     cut = partition(setup, reference, gaps)
     superelements, notes, failed = [], [], []
@@ -154,9 +155,9 @@ def _by_parts(
                 raise
             failed.append(error)
             continue
-        superelements.append(reduced)
         if made is not None:
-            made(reduced)
+            reduced = made(reduced)
+        superelements.append(reduced)
         reduced.inside.release(above=KEPT if made is None else 0)  # who was handed it has checked it
         notes += more
     if failed:

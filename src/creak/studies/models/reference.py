@@ -45,6 +45,13 @@ class ReferenceModel:
     """(m,) smallest gap of every contact channel in the pre-check; None where there was none."""
     store: Path | None = None
     """Folder in which what was solved is kept (`solved`)."""
+    of_parts: int | None = None
+    """Free dofs of the whole where memory does not hold that: `system` are its parts, reduced to what joins them."""
+
+    @property
+    def free_dof(self) -> int:
+        """Dofs of the whole that can move."""
+        return self.system.n if self.of_parts is None else self.of_parts
 
     def without_factor(self) -> ReferenceModel:
         """The same with the memory of the factor given back: only whole-assembly reductions use it again."""
@@ -53,14 +60,25 @@ class ReferenceModel:
 
 def build_reference(setup: Setup, progress: Progress, store: Path | None = None) -> ReferenceModel:
     """Assemble the parts, join them, and find the modes of the whole, or take them from a run before (`solved`)."""
+    return joined_reference(setup, *assembled(setup, progress), progress, store)
+
+
+def assembled(setup: Setup, progress: Progress) -> tuple[list[System], System | None]:
+    """The parts, and the nodes between them."""
     count = len(setup.model.parts)
     parts = []
     for i in range(count):
         progress("assemble", i, count)
         parts.append(part_system(setup.model, i, setup.rayleigh, override=setup.override_damping))
-    loose = loose_system(setup.model, setup.rayleigh)
-    progress("assemble", count, count)
+    return parts, loose_system(setup.model, setup.rayleigh)
+
+
+def joined_reference(
+    setup: Setup, parts: list[System], loose: System | None, progress: Progress, store: Path | None = None
+) -> ReferenceModel:
+    """Join the parts and find the modes of the whole."""
     system = join_parts(setup, parts, loose)
+    progress("assemble", len(parts), len(parts))
     stiffness, found, R = _solved(setup, system, progress, store)
     return ReferenceModel(tuple(parts), loose, damped(setup, system, found, R), found, R, stiffness, store=store)
 
@@ -71,8 +89,13 @@ def _solved(
     """A factor of K where it is regular, the modes, and the motion with the supports."""
     f_max, made = modal_band(setup, system.n), list[Factor | None]()
 
+    def again() -> Factor:
+        return factor(system.K)
+
     def solve() -> dict[str, FloatArray]:
-        stiffness = regular_factor(system.K)
+        regular = regular_factor(system.K)
+        stiffness = None if regular is None else LaterFactor(again, regular)
+        del regular
         made.append(stiffness)
         found = modes(
             system.K,
@@ -90,7 +113,7 @@ def _solved(
     kept = solved(store, "assembly", [K, M, side, repr(f_max)], solve)
     residual, sturm_ok, following, columns, held = kept["told"].tolist()
     found = Modes(kept["omega2"], kept["shapes"], residual, bool(sturm_ok), following, int(columns))
-    stiffness = made[0] if made else LaterFactor(system.K) if held else None
+    stiffness = made[0] if made else LaterFactor(again) if held else None
     return stiffness, found, kept["R"]
 
 

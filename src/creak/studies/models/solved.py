@@ -1,4 +1,4 @@
-"""Modes that an earlier run of the same matrices has left beside its superelements."""
+"""Modes and checks that an earlier run of the same matrices has left beside its superelements."""
 
 from __future__ import annotations
 
@@ -65,3 +65,13 @@ def digest_of(A: Matrix | IntArray) -> str:
     else:
         digest.update(np.ascontiguousarray(A).data)
     return digest.hexdigest()
+
+
+def as_numbers(text: str) -> FloatArray:
+    """A text as it is kept: its bytes."""
+    return np.frombuffer(text.encode(), dtype=np.uint8).astype(np.float64)
+
+
+def as_text(numbers: FloatArray) -> str:
+    """The text of `as_numbers`."""
+    return numbers.astype(np.uint8).tobytes().decode()

@@ -15,8 +15,9 @@ from creak.assembly.partition import Pieces, cut, shared_nodes
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.errors import InputError
-from creak.model.dofs import AXES, node_and_dof, node_dofs, nodes_of
+from creak.model.dofs import node_dofs, nodes_of
 from creak.model.mesh import Model
+from creak.studies.models.dof_names import dof_name
 from creak.studies.models.interface import Line, thinned
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.reduction_sets import reduction_set
@@ -146,7 +147,7 @@ def _chosen(setup: Setup) -> IntArray:
     taken = [int(x) for x in labels if int(x) in held]
     if taken:
         raise InputError(
-            f"cannot retain {_dof_name(setup.model, taken[0])}: a boundary condition holds it",
+            f"cannot retain {dof_name(setup.model, taken[0])}: a boundary condition holds it",
             where=where,
             expected="nodes that are free to move",
             fix="Take it out of the set; supports are retained by themselves.",
@@ -157,7 +158,7 @@ def _chosen(setup: Setup) -> IntArray:
     tied = np.intersect1d(labels, np.array(dependent, dtype=np.int64))
     if tied.size:
         raise InputError(
-            f"cannot retain {_dof_name(setup.model, int(tied[0]))}: a coupling or equation makes it dependent",
+            f"cannot retain {dof_name(setup.model, int(tied[0]))}: a coupling or equation makes it dependent",
             where=where,
             expected="independent nodes",
             fix="Retain the reference node that it follows.",
@@ -210,7 +211,7 @@ def _substructure(
         line = contact
     line = line[np.isin(line, part.coordinates) & ~np.isin(nodes_of(line), nodes_of(must))]
     must = np.union1d(must, contact[~np.isin(contact, line)])
-    fixed = _touched(part, must)
+    fixed = touched(part, must)
     chosen = thinned(setup, reference, Line(part.name, model, line), part)
     if chosen.shape is None:
         kept = _coordinates(part, chosen.labels)
@@ -230,7 +231,7 @@ def _linked(setup: Setup, part: System, model: Model, must: IntArray) -> Substru
         *(np.array(e.labels) for f in model.fixed for e in fixed_equations(f)),
     ]
     line = np.setdiff1d(np.intersect1d(np.array(linked, dtype=np.int64), part.labels), np.concatenate(alone))
-    return Substructure(part, _touched(part, must), None, line, False)
+    return Substructure(part, touched(part, must), None, line, False)
 
 
 def _coordinates(part: System, labels: IntArray) -> IntArray:
@@ -240,7 +241,7 @@ def _coordinates(part: System, labels: IntArray) -> IntArray:
     return np.asarray(at, dtype=np.int64)
 
 
-def _touched(part: System, labels: IntArray) -> IntArray:
+def touched(part: System, labels: IntArray) -> IntArray:
     """Coordinates of the part that the labels depend on, and those without stiffness (free point masses)."""
     rows, _ = part.rows(labels)
     loose = np.flatnonzero(part.K.diagonal() == 0.0)
@@ -262,11 +263,3 @@ def _shaped(part: System, fixed: IntArray, line: IntArray, labels: IntArray, sha
     )
     empty = np.zeros(0, dtype=np.int64)
     return Substructure(part, boundary, P, empty, False)
-
-
-def _dof_name(model: Model, label: int) -> str:
-    """`node 17 RZ of part FRAME`, for messages."""
-    node, dof = node_and_dof(label)
-    parts = [p.name for p in model.parts if np.isin(node, p.nodes_idx)]
-    of = f" of part {parts[0]}" if parts else ""
-    return f"node {model.nodes.label(node)} {AXES[dof - 1]}{of}"

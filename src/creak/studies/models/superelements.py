@@ -17,6 +17,7 @@ from creak.assembly.system import System
 from creak.errors import InputError, NumericalError
 from creak.formats.safe_names import file_stem
 from creak.formats.superelement_file import (
+    MAPPED,
     SavedSuperelement,
     read_superelement_file,
     read_where_it_fits,
@@ -268,6 +269,16 @@ def save_superelement(
         ),
     )
     return path
+
+
+def with_modes_of_file(setup: Setup, reduced: Reduced, path: Path) -> Reduced:
+    """The same, its modes read from its file where they are large: their memory is free for the next part."""
+    fixed = reduced.basis.fixed
+    if fixed.shapes.nbytes < MAPPED:
+        return reduced
+    basis = replace(reduced.basis, fixed=replace(fixed, shapes=read_superelement_file(path).modes))
+    kept = truncated(basis, reduced.matrices, setup.study.config.reduction.f_max)
+    return replace(reduced, basis=basis, system=reduced_system(reduced.substructure.part, *kept))
 
 
 def row_names(system: System, model: Model) -> tuple[IntArray, IntArray]:

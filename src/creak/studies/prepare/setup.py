@@ -40,7 +40,7 @@ from creak.studies.prepare.output_steps import check_outputs
 from creak.studies.prepare.pairs import contact_pair
 from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.start_check import drive_warnings, start_warnings, undamped_warnings
-from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings
+from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings, press_fit_warnings
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
 
@@ -136,6 +136,7 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
     superelements = imported_superelements(model, study, rayleigh, override)
     check_static(model, study, driven, loads)
     notes += gravity_warnings(model, study)
+    notes += press_fit_warnings(study, contacts, connectors)
     notes += check_heat(model, study, bool(superelements))
     if not connectors.has_dampers:
         notes += undamped_warnings(model, study.config, superelements)

@@ -118,3 +118,11 @@ def gravity_warnings(model: Model, study: Study) -> list[str]:
             f"{unit}/s2: is its unit as [model] units says?"
         )
     ]
+
+
+def press_fit_warnings(study: Study, contacts: GapOperator, connectors: GapOperator) -> list[str]:
+    """A press fit without anything that overlaps."""
+    where = next((study.where("static", k) for k, t in enumerate(study.config.static) if t.press_fit), None)
+    if where is None or min(contacts.gap0.min(initial=0.0), connectors.gap0.min(initial=0.0)) < 0.0:
+        return []
+    return [Warned(f"{where} press_fit: no surfaces overlap and no stop is squeezed, so nothing is pressed apart")]

@@ -101,7 +101,7 @@ def _model(result: StudyResult) -> dict[str, Any]:
         "nodes": model.nodes.count,
         "elements": model.n_elements,
         "dof": 6 * int(used.size),
-        "free_dof": result.reference.system.n,
+        "free_dof": result.reference.free_dof,
         "mass": result.reference.system.stats.mass,
         "parts": {
             p.name: {

@@ -167,12 +167,11 @@ def _marched(
         groups.setdefault(tuple(draw.values[key] for key in again), []).append(draw)
     wanted = set(missing)
     groups = {own: group for own, group in groups.items() if any(d.number in wanted for d in group)}
-    notes.append(
-        Warned(f"{' and '.join(again)} change the model: it is set up and reduced {len(groups)} times for these draws")
-    )
+    who = f"{' and '.join(again)} change{'s' if len(again) == 1 else ''}"
+    notes.append(Warned(f"{who} the model: it is set up and reduced {len(groups)} times for these draws"))
     if device == "gpu":
         notes.append(Warned("draws with a model of their own are marched on the cores"))
-    progress(f"{len(groups)} reductions, as {' and '.join(again)} change the model", 0, 1)
+    progress(f"{len(groups)} reductions, as {who} the model", 0, 1)
     work: list[Batch] = []
     for own, group in groups.items():
         study = drawn_study(setup.study, dict(zip(again, own, strict=True)))

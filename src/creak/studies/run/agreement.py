@@ -55,9 +55,9 @@ def compare_modes(
 ) -> ModeComparison | None:
     """MAC at the verification pairs, or at the watched and channel nodes where the study names no pairs.
 
-    Modes that do not move these nodes are left out.
+    Modes that do not move these nodes are left out. None without a reduced model, or without modes of the whole.
     """
-    if reduced is None:
+    if reduced is None or reference.of_parts is not None:
         return None
     f_max = setup.study.config.verification.mac_f_max
     nodes = np.unique(setup.pairs) if setup.pairs.size else np.union1d(setup.watched, gaps.retained_nodes)

@@ -34,6 +34,7 @@ from creak.studies.file.config import TimeTable
 from creak.studies.prepare.excitation import sample_loads, time_axis
 from creak.studies.prepare.flight_steps import RESOLUTIONS
 from creak.studies.prepare.setup import Setup
+from creak.studies.run.kernels import needs_solver
 
 Report = Callable[[int, int], None]
 HARD = 1e30
@@ -240,7 +241,15 @@ def linear_run(setup: Setup, system: System, scheme: Scheme, progress: Report | 
     every = setup.loads.n_step // table.substeps
     flows = flowing(system)[0] if table.exact else None
     if flows is not None:
-        return simulate_flow(flows, silent, setup.loads, observed=nothing, output_every=every, progress=progress)
+        return simulate_flow(
+            flows,
+            silent,
+            setup.loads,
+            observed=nothing,
+            output_every=every,
+            progress=progress,
+            solver=needs_solver(setup),
+        )
     return simulator(system)(
         system,
         silent,

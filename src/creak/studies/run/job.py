@@ -12,8 +12,6 @@ import numpy as np
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.small_sliding import slip_warnings, turn_warnings
-from creak.contact.step_problem import compile_kernels
-from creak.dynamics.flow_march import compile_flow
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.formats.run_identity import RunIdentity
@@ -34,6 +32,7 @@ from creak.studies.run.dropped import MOST_RUNS, with_closed
 from creak.studies.run.elines import LineFindings, compare_lines, line_steps, measured
 from creak.studies.run.forced_step import limited
 from creak.studies.run.integrate import integrate, output_times, scheme_of
+from creak.studies.run.kernels import compile_for
 from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
 from creak.studies.run.precheck import prechecked, with_linear_gaps
 from creak.studies.run.static_start import begin, with_static
@@ -49,6 +48,11 @@ COMPILE = "compile kernels (first run: a minute)"
 """A phase of its own: slow once, then kept on disk."""
 SHARE = 0.1
 """Longest step as a share of the shortest event."""
+
+WITHOUT_WHOLE = (
+    "memory does not hold a factor of the whole model: the linear pre-check is that of its parts, reduced to what "
+    "joins them, and modes of reduced and unreduced model are not compared"
+)
 
 ReferenceRun = Callable[[Setup, ReferenceModel, GapOperator, Progress], "Run"]
 
@@ -131,9 +135,7 @@ def run_study(
     """
     c = setup.study.config
     progress(COMPILE, 0, 1)
-    compile_kernels()
-    if c.time.exact:
-        compile_flow()
+    compile_for(setup)
     progress(COMPILE, 1, 1)
     setup, reference, gaps, notes = ready(setup, progress, store)
     runs: dict[str, Run] = {}
@@ -143,7 +145,7 @@ def run_study(
         gaps, reduced, runs["reduced"], more = _reduced_run(setup, reference, gaps, progress, store, record)
         notes += [*more, *reduced.notes]
         try:
-            health = checked(setup, reduced, progress)
+            health = checked(setup, reduced, progress, store)
         except KeyboardInterrupt:
             stopped = "stopped while the superelements were checked"
         notes += [Warned(f"superelement {name}: {text}") for name, h in health.items() for text in h.findings.warnings]
@@ -297,7 +299,8 @@ def prepare(
     kept, notes = prechecked(setup, reference)
     if setup.study.config.reduction.method not in WHOLE:
         reference = reference.without_factor()
-    return reference, join([kept, setup.connectors]), [*figures, *notes]
+    whole = [] if reference.of_parts is None else [WITHOUT_WHOLE]
+    return reference, join([kept, setup.connectors]), [*figures, *whole, *notes]
 
 
 def march_run(

@@ -23,7 +23,9 @@ from creak.errors import InputError
 from creak.model.dofs import node_dofs
 from creak.progress import Progress
 from creak.studies.design.heat import heat_forces, heat_of
-from creak.studies.models.reference import ReferenceModel, build_reference, observed_labels
+from creak.studies.models.of_parts import reference_of_parts
+from creak.studies.models.reference import ReferenceModel, assembled, joined_reference, observed_labels
+from creak.studies.models.room import only_parts_fit
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.static_loads import StaticStart, static_forces, static_gravity, static_supports
 
@@ -31,8 +33,17 @@ STAGE = "static start"
 
 
 def begin(setup: Setup, progress: Progress, store: Path | None = None) -> tuple[Setup, ReferenceModel]:
-    """The unreduced model, and the setup that starts from its static equilibrium where the study asks for one."""
-    reference = build_reference(setup, progress, store)
+    """The unreduced model, and the setup that starts from its static equilibrium where the study asks for one.
+
+    Where memory holds no factor of it: its parts, reduced to what joins them.
+
+    Raises
+    ------
+    OutOfMemory : not even those of its parts, or the study needs the whole.
+    """
+    parts, loose = assembled(setup, progress)
+    make = reference_of_parts if only_parts_fit(setup, parts) else joined_reference
+    reference = make(setup, parts, loose, progress, store)
     return started(setup, reference, progress), reference
 
 

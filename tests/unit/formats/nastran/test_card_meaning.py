@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from creak.errors import InputError
+from creak.formats.decks import read_model
 from creak.formats.nastran.known_cards import CHANGES, HARMLESS, READ
 from helpers_nastran import read
 
@@ -44,6 +45,19 @@ def test_meaning(tmp_path, cards, case, changes):
     name = cards.split(",")[0] if not cards.startswith("PARAM") else ",".join(cards.split(",")[:2])
     assert found.get(name) == changes
     assert not any(value for key, value in found.items() if key != name)
+
+
+@pytest.mark.parametrize("solution", ["103", "SEMODES", "MODES", "3", "3,1", "12"])
+def test_condensed_mass_is_told_for_each_name_of_a_solution(tmp_path, solution):
+    """Also for rigid formats of NASTRAN and words of MYSTRAN."""
+    path = tmp_path / "deck.bdf"
+    path.write_text(f"SOL {solution}\nCEND\nBEGIN BULK\n{BULK}ASET1,12 6,2\nDEBUG,185,1\nENDDATA\n")
+    assert {u.keyword: u.changes_answer for u in read_model(path).unread} == {"ASET1": True, "DEBUG": False}
+
+
+def test_dofs_may_stand_apart(tmp_path):
+    model = read(tmp_path, BULK + "SPC1     1       12  6   2\n", "SPC = 1\n")
+    assert model.fixed[-1].dofs == (1, 2, 6)
 
 
 def test_each_card_has_one_meaning():

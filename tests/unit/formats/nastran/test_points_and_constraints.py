@@ -87,6 +87,16 @@ def test_bushing_axes(tmp_path, orientation):
     assert u[1, 2] == pytest.approx(1.0 / 4.0 + 1.0 / 100.0)
 
 
+def test_lines_of_a_bushing(tmp_path):
+    """Flags stand in field 3; in field 2 they are understood, and others are refused."""
+    bulk = f"GRID,1\n{BLOCK}CBUSH,1,1,1,,,,,0\nPBUSH,1,K,1.,2.,3.,4.,5.,6.\n"
+    for line in (",,B,.5", ",B,.5"):
+        assert matrix(read(tmp_path, bulk + line), "C", 1)[0, 0] == 0.5
+    assert unread(read(tmp_path, bulk + ",,M,.5"))["PBUSH, M"]
+    with pytest.raises(InputError, match="a line of PBUSH 1 begins with 'RVC'"):
+        read(tmp_path, bulk + ",,RVC,.5")
+
+
 def test_bushing_without_orientation(tmp_path):
     bulk = "GRID,1\nGRID,2\nCBUSH,1,1,1,2\nPBUSH,1,K,3.,4.\nCONM2,9,2,,1.\n"
     with pytest.raises(InputError, match=r"CBUSH 1 has coincident grids \(or one\) and no CID"):

@@ -129,6 +129,31 @@ def test_material_direction(tmp_path, tail, angle):
     assert 0.5 * (u[row(model, 41), 0] + u[row(model, 141), 0]) == pytest.approx(wanted, rel=5e-3)
 
 
+@pytest.mark.parametrize(
+    ("lam", "pshell"), [("MEM", f"1,{T}"), ("BEND", f",{T},1"), ("SMEAR", f"1,{T},1"), ("SYSMEAR", f"1,{2 * T},1")]
+)
+def test_a_laminate_in_part_is_the_shell_of_these_materials(tmp_path, lam, pshell):
+    """Plies of one material: LAM leaves out what a PSHELL without MID1, MID2 or MID3 does."""
+    ply = f"1,{T / 2},0.,YES"
+    part = strip(tmp_path, f"PCOMP,1,,,,,,,{lam}\n,{ply},{ply}").blocks[0].section
+    whole = strip(tmp_path, f"PSHELL,1,{pshell}").blocks[0].section
+    for one, other in ((part.A, whole.A), (part.D, whole.D)):
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * np.abs(other).max())
+    assert not part.B.any()
+    assert part.mass == pytest.approx(whole.mass)
+
+
+def test_the_order_of_plies_counts_with_no_lam_and_not_with_smear(tmp_path):
+    soft = "MAT1,2,7.+3,,0.,2.7-9"
+    for lam, same in (("", False), ("SMEAR", True)):
+        one, other = (
+            strip(tmp_path, f"PCOMP,1,,,,,,,{lam}\n,{a},.5,0.,YES,{b},.5,0.,YES", extra=soft).blocks[0].section
+            for a, b in ((1, 2), (2, 1))
+        )
+        assert np.allclose(one.A, other.A)
+        assert np.allclose(one.B, other.B) == same
+
+
 def test_offset(tmp_path):
     """ZOFFS lifts the shell from its grids: u = P L/(E A) + P h^2 L/(E I), end slope P h L/(E I)."""
     h = 0.7

@@ -9,11 +9,13 @@ import pytest
 
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
-from creak.studies.models import reference, solved
+from creak.studies.models import health, reference, solved
+from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import set_up
 from creak.studies.run import precheck
 from creak.studies.run.integrate import scheme_of
+from creak.studies.run.job import ready
 from helpers_decks import STUDY, write_strips
 
 
@@ -135,3 +137,29 @@ def test_the_linear_run_is_that_of_another_gap_and_of_nothing_else(tmp_path, sto
         made.clear()
         gaps(change)
         assert len(made) == 1, change
+
+
+def test_what_was_checked_is_told_again_of_the_same_superelement_only(tmp_path, store, monkeypatch):
+    study = read_study(write_strips(tmp_path, study=STUDY))
+    made, real = [], health.check
+    monkeypatch.setattr(health, "check", lambda *a, **k: made.append(1) or real(*a, **k))
+
+    def found(changes, folder=store):
+        setup, built, gaps, _ = ready(set_up(with_changes(study, changes)), silent)
+        return health.checked(setup, reduce_model(setup, built, gaps, silent), silent, folder)
+
+    first = found({})
+    parts = len(first)
+    assert len(made) == parts > 1
+    assert found({"contact.tip.friction": 0.1}) == first  # to the last digit, and of the same types
+    assert len(made) == parts
+    assert found({}, None) == first
+    for change in ({"reduction.f_max": 9000.0}, {"excitation.root.signal.f_max": 50.0}):
+        made.clear()
+        found(change)
+        assert len(made) == parts, change
+    deck = tmp_path / study.config.model.deck
+    deck.write_text(deck.read_text(encoding="utf-8").replace("7.85e-9", "7.86e-9"), encoding="utf-8")
+    made.clear()
+    assert found({}) != first
+    assert len(made) == parts

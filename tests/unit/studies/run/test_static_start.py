@@ -95,6 +95,58 @@ def test_a_squeezed_clip_presses_the_beam_away(tmp_path):
     assert stop["force"] == pytest.approx(force, rel=EXACT)
 
 
+BLOCK, SOFT, OVERLAP, PER_AREA = 10.0, 2000.0, 0.02, 1e5
+"""Edge and modulus of two cubes that overlap, and the stiffness of their contact."""
+
+
+def overlapping_cubes() -> str:
+    """Cubes without lateral strain between two walls, the lower of 2 x 2 elements across, the upper of 3 x 3."""
+    nodes, elements, low, high = [], [], [], []
+    for n, z, name in ((2, 0.0, "LOWER"), (3, BLOCK - OVERLAP, "UPPER")):
+        at = np.arange((n + 1) ** 2 * 2).reshape(n + 1, n + 1, 2) + len(nodes) + 1
+        step = BLOCK / n
+        nodes += [f"{at[i, j, k]}, {i * step}, {j * step}, {z + k * BLOCK}\n" for i, j, k in np.ndindex(at.shape)]
+        elements.append(f"*ELEMENT, TYPE=C3D8, ELSET={name}\n")
+        for i, j in np.ndindex(n, n):
+            square = at[[i, i + 1, i + 1, i], [j, j, j + 1, j + 1]].T
+            elements.append(f"{100 * n + n * i + j}, {', '.join(map(str, square.ravel()))}\n")
+        low, high = low or at[:, :, 0].ravel().tolist(), at[:, :, 1].ravel().tolist()
+    return (
+        "".join(["*NODE\n", *nodes, *elements])
+        + "*NSET, NSET=WALLS\n"
+        + "".join(f"{k},\n" for k in [*low, *high])
+        + f"*NSET, NSET=ALL, GENERATE\n1, {len(nodes)}\n*SURFACE, NAME=TOP\nLOWER, S2\n*SURFACE, NAME=BOTTOM\nUPPER, S1\n"
+        + f"*MATERIAL, NAME=M\n*ELASTIC\n{SOFT}, 0.\n*DENSITY\n1e-9,\n*DAMPING, ALPHA=5., BETA=2.e-6\n"
+        + "*SOLID SECTION, ELSET=LOWER, MATERIAL=M\n*SOLID SECTION, ELSET=UPPER, MATERIAL=M\n"
+        + "*BOUNDARY\nWALLS, 3, 3\nALL, 1, 2\n"
+    )
+
+
+@pytest.mark.parametrize("how", ["geometry", "clearance"])
+def test_surfaces_that_overlap_are_pressed_apart(tmp_path, how):
+    """p = overlap / (2 L / E + 1 / k_A) between cubes whose meshes do not match; an overlap of the deck or the study's."""
+    deck, tables = overlapping_cubes(), f"[contact.fit]\nsecondary = 'BOTTOM'\nmain = 'TOP'\nstiffness = {PER_AREA}\n"
+    if how == "clearance":
+        tables += f"clearance = {-OVERLAP}\n"
+    rest = REST.replace("2000", "200000").replace("0.01", "0.001").replace("TIP", "WALLS")
+    result = run(tmp_path, deck, f"{tables}[[static]]\npress_fit = true\n", rest)
+    wanted = OVERLAP / (2.0 * BLOCK / SOFT + 1.0 / PER_AREA) * BLOCK**2
+    assert set(result.runs) == {"reduced", "reference"}
+    for one in result.runs.values():
+        force = one.history.force.sum(axis=1)
+        assert force[0] == pytest.approx(wanted, rel=EXACT)
+        assert np.abs(force - force[0]).max() <= 1e-9 * wanted
+        assert not one.events
+
+
+def test_a_press_fit_of_nothing_is_warned_of(tmp_path):
+    open_stop, squeezed = f"{STOP}lower = -1.0\n", f"{STOP}lower = 0.1\n"
+    for tables, wrong in ((open_stop, True), (squeezed, False)):
+        path = study(tmp_path, HELD, f"[[static]]\npress_fit = true\n{tables}")
+        told = [n for n in set_up(read_study(path)).notes if "press_fit: no surfaces overlap" in n]
+        assert bool(told) == wrong
+
+
 def test_a_force_opens_a_clip_with_preload(tmp_path):
     """It carries its preload until the tip has moved by preload / stiffness; from there the beam is alone."""
     preload = 2.0

@@ -1,0 +1,65 @@
+"""Large blocks of columns: in memory where that holds them, else in a file that vanishes with them."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import FloatArray, Matrix
+from creak.linalg.memory import GB, OutOfMemory, fits
+
+RESERVE = 2e9
+"""Bytes of the disk that are left to others."""
+ROOM = 2.5
+"""Free memory over that of what is to stay in it."""
+SPARE = 8.0
+"""Free memory over that of a matrix below which its entries go to disk."""
+
+
+def held_in_memory(n: int, k: int) -> bool:
+    """Whether `vectors` come from memory: they leave most of it to others."""
+    return fits(ROOM * 8.0 * n * k)
+
+
+def vectors(n: int, k: int) -> FloatArray:
+    """(k, n), each row a vector, not filled; its memory is given back once nothing refers to it.
+
+    The file lies where `tempfile` puts files (TMPDIR) and has no name; the system keeps what fits of it in memory.
+
+    Raises
+    ------
+    OutOfMemory : neither memory nor disk holds it.
+    """
+    return np.empty((k, n)) if held_in_memory(n, k) else _on_disk(n, k)
+
+
+def spared(A: Matrix) -> Matrix:
+    """A sparse matrix as it is, or where memory is short with its entries in such a file: the system takes their memory
+    back when others need it. Where the disk does not hold them they stay."""
+    if getattr(A, "format", "") != "csr" or not A.nnz or A.indices.dtype != np.int32 or fits(SPARE * 12.0 * A.nnz):
+        return A
+    try:
+        data, indices = _on_disk(A.nnz, 1)[0], _on_disk(-(-A.nnz // 2), 1)[0].view(np.int32)[: A.nnz]
+    except OutOfMemory:
+        return A
+    data[:], indices[:] = A.data, A.indices
+    return sp.csr_matrix((data, indices, A.indptr), shape=A.shape, copy=False)
+
+
+def _on_disk(n: int, k: int) -> FloatArray:
+    folder, needed = tempfile.gettempdir(), 8 * n * k
+    free = shutil.disk_usage(folder).free - RESERVE
+    if needed > free:
+        raise OutOfMemory(
+            f"neither memory nor {folder} holds {k:,} vectors of {n:,} numbers: {needed / GB:.3g} GB are needed, "
+            f"{max(free, 0.0) / GB:.3g} GB of the disk are free. Ask for fewer modes (a lower f_max), or set TMPDIR to "
+            "a folder with more space."
+        )
+    with tempfile.TemporaryFile(prefix="creak-", dir=folder) as file:
+        if hasattr(os, "posix_fallocate"):
+            os.posix_fallocate(file.fileno(), 0, needed)  # a disk that fills up later would kill the process
+        return np.memmap(file, dtype=np.float64, mode="r+" if hasattr(os, "posix_fallocate") else "w+", shape=(k, n))

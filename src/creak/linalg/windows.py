@@ -1,0 +1,174 @@
+"""The lowest modes, window by window: the Lanczos vectors of a few modes are held at a time, not those of all.
+
+Every window has a shift of its own, and the inertia of its factor says how many modes lie below it. Lanczos finds
+those nearest to it on either side; where they end, the next window goes on. Windows end where neighbours
+differ most, so that a mode belongs to one of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.errors import NumericalError
+from creak.linalg.dense_product import inner
+from creak.linalg.factor import Factor, SingularMatrixError
+from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
+from creak.linalg.scratch import vectors
+from creak.linalg.sparse_product import BlockProduct
+from creak.progress import Steps
+
+FEWEST = 24
+"""Modes of the smallest window."""
+SLACK = 12
+"""Modes beyond a window among which its end is sought."""
+WIDTHS = (8, 16, 32, 64)
+"""Of a block of vectors: 8 take half the memory of 16, and in windows no more time; wider where modes were missed."""
+SPREAD = 1.5
+"""Lanczos vectors of a window over those of as many lowest modes (measured: 1.3 to 1.6)."""
+AMID = 0.55
+"""Shift of the last window, as a share of its range of eigenvalues."""
+TRIALS = 8
+"""Shifts that are tried for a window."""
+TWINS = 1e-7
+"""Largest |x' M y| of modes x and y on either side of an end."""
+
+TOO_MANY = (
+    f"more than {SLACK} equal eigenvalues where a window of modes ends, since memory does not hold the vectors of all "
+    "modes at once. Ask for fewer modes, or give the process more memory."
+)
+
+At = Callable[[Factor | None, float], Factor]
+"""The factor of K - shift M, in the place of the one given."""
+
+
+def window_bytes(n: int, modes: int = FEWEST) -> float:
+    """Memory that the Lanczos vectors of a window take, the smallest by default."""
+    return basis_bytes(n, int(SPREAD * (modes + SLACK)), width=WIDTHS[0])
+
+
+def window_size(n: int, free: float) -> int:
+    """Most modes of a window whose Lanczos vectors `free` bytes hold; `FEWEST` where not even those fit."""
+    most = FEWEST
+    while window_bytes(n, int(1.1 * most)) <= free and most < n:
+        most = int(1.1 * most)
+    return most
+
+
+def in_windows(
+    at: At, solver: Factor, mass: BlockProduct, wanted: int, upper: float, most: int, progress: Steps | None = None
+) -> tuple[Ritz, float]:
+    """The `wanted` lowest eigenpairs of K x = lam M x, one eigenvalue more, and the lowest shift.
+
+    Parameters
+    ----------
+    solver : a factor of K - upper M, which is used up. upper : rad^2/s^2, above `wanted` eigenvalues.
+    most : modes of a window.
+
+    Raises
+    ------
+    NumericalError : a group of equal eigenvalues has no end to cut at, or modes are missing.
+    """
+    lam, shapes, columns, lowest = np.zeros(0), vectors(mass.n, wanted), 0, 0.0
+    rate = np.sqrt(upper) / wanted  # of frequency, per mode
+    held: Factor | None = solver
+    del solver
+    while lam.size < wanted:
+        held, shift = _placed(at, held, lam, wanted, upper, most, rate)
+        lowest = lowest if lam.size else shift
+        found, last, held, solved = _counted(at, held, mass, lam, shift, wanted, upper, most, progress)
+        _check_end(mass, shapes[max(lam.size - SLACK, 0) : lam.size].T, found.shapes[:, :SLACK])
+        shapes[lam.size : lam.size + last] = found.shapes[:, :last].T
+        start = np.sqrt(max(lam[-1] if lam.size else 0.0, 0.0))
+        rate = max((np.sqrt(max(found.lam[last - 1], 0.0)) - start) / last, 0.1 * rate)
+        columns += solved
+        lam = np.concatenate([lam, found.lam if lam.size + last == wanted else found.lam[:last]])
+        del found
+    return Ritz(lam, shapes.T, columns), lowest
+
+
+def _counted(
+    at: At,
+    held: Factor,
+    mass: BlockProduct,
+    lam: FloatArray,
+    shift: float,
+    wanted: int,
+    upper: float,
+    most: int,
+    progress: Steps | None,
+) -> tuple[Ritz, int, Factor, int]:
+    """A window whose modes are as many as the inertia at its end says; with wider blocks where it missed some."""
+    solved = 0
+    for width in WIDTHS:
+        found, last = _window(held, mass, lam, shift, wanted, upper, most, width, progress)
+        solved += found.columns
+        if lam.size + last == wanted:
+            return found, last, held, solved
+        held = at(held, 0.5 * (found.lam[last - 1] + found.lam[last]))
+        if held.n_negative == lam.size + last:
+            return found, last, held, solved
+        held = at(held, shift)
+    raise NumericalError(TOO_MANY)
+
+
+def _placed(
+    at: At, held: Factor | None, lam: FloatArray, wanted: int, upper: float, most: int, rate: float
+) -> tuple[Factor, float]:
+    """A factor, and its shift, with at most `most` modes between the last one found and that; half of them at best."""
+    low = max(lam[-1], 0.0) if lam.size else 0.0
+    final = low + AMID * (upper - low)
+    shift = final
+    if wanted - lam.size > most:
+        shift = min((np.sqrt(low) + 0.5 * most * rate) ** 2, final)
+    for left in reversed(range(TRIALS)):
+        try:
+            held = at(held, shift)
+        except SingularMatrixError:  # an eigenvalue, exactly
+            held, shift = None, low + (1.0 - 1e-6) * (shift - low)
+            continue
+        below = held.n_negative - lam.size
+        if below <= 0.75 * most or wanted - lam.size <= most or not left:
+            return held, shift
+        shift = (np.sqrt(low) + (np.sqrt(shift) - np.sqrt(low)) * 0.5 * most / below) ** 2
+    raise NumericalError("no shift was found between the modes")
+
+
+def _window(
+    held: Factor,
+    mass: BlockProduct,
+    lam: FloatArray,
+    shift: float,
+    wanted: int,
+    upper: float,
+    most: int,
+    width: int,
+    progress: Steps | None,
+) -> tuple[Ritz, int]:
+    """Modes nearest to the shift beyond those found, and how many of them the window keeps."""
+    skip = lam.size
+    left, size = wanted - skip, max(most, held.n_negative - skip + FEWEST // 2)
+    lower = float(lam[-1]) if skip else -np.inf
+
+    def report(done: int, _: int) -> None:
+        if progress is not None:
+            progress(skip + min(done, size, left), wanted)
+
+    if left <= size + SLACK:
+        above = upper * (1.0 + 1e-6)
+        found = lanczos(
+            held, mass, shift, left, extra=1, skip=skip, lower=lower, upper=above, width=width, progress=report
+        )
+        return found, left
+    found = lanczos(held, mass, shift, size + SLACK, skip=skip, lower=lower, width=width, progress=report)
+    return found, size + int(np.argmax(np.diff(found.lam[size - 1 :])))
+
+
+def _check_end(mass: BlockProduct, before: FloatArray, after: FloatArray) -> None:
+    """Raise NumericalError where a window has found modes of the one before again."""
+    if not before.shape[1] or not after.shape[1]:
+        return
+    if np.abs(inner(np.asfortranarray(before), mass(after))).max() > TWINS:
+        raise NumericalError(TOO_MANY)

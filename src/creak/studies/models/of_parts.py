@@ -1,0 +1,70 @@
+"""The model before its reduction where memory does not hold it as a whole: parts reduced to what joins them.
+
+The linear pre-check and the modes that are told come from it. Contact is not retained: what moves at the channels are
+static shapes and modes of the parts, kept as they were computed. One part is factorised at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from creak.arrays import IntArray
+from creak.assembly.system import System
+from creak.linalg.factor import LaterFactor, factor, regular_factor
+from creak.linalg.modes import modes
+from creak.linalg.scratch import spared
+from creak.progress import Progress
+from creak.reduction.craig_bampton import fixed_interface_basis, reduced_matrices, reduced_system
+from creak.reduction.inside import Inside
+from creak.reduction.modal import support_motion
+from creak.studies.models.reference import (
+    ReferenceModel,
+    damped,
+    held_factor,
+    join_parts,
+    modal_band,
+    observed_labels,
+)
+from creak.studies.models.substructures import required_labels, touched
+from creak.studies.prepare.setup import Setup
+
+SPREAD = 2.0
+"""Fixed-interface modes kept over the band whose modes are wanted: frequencies within some 0.1 % there."""
+
+
+def reference_of_parts(
+    setup: Setup, parts: Sequence[System], loose: System | None, progress: Progress, store: Path | None = None
+) -> ReferenceModel:
+    """Reduced parts, joined, with their modes in the band of the study.
+
+    The matrices of the unreduced parts go to disk where memory is short.
+
+    Raises
+    ------
+    NumericalError : links and supports do not hold every part.
+    """
+    parts = [replace(part, K=spared(part.K), M=spared(part.M)) for part in parts]
+    band = modal_band(setup, sum(part.n for part in parts))
+    must = required_labels(setup, setup.model)
+    seen = np.unique(np.concatenate([setup.contacts.labels, setup.connectors.labels, observed_labels(setup.watched)]))
+    small = [_reduced(part, must, seen, SPREAD * band, progress) for part in parts]
+    system = join_parts(setup, small, loose)
+    free = system.n + sum(s.stats.internal - s.stats.modes for s in small)
+    regular = regular_factor(system.K)
+    stiffness = None if regular is None else LaterFactor(lambda: factor(system.K), regular)
+    found = modes(system.K, system.M, f_max=band, free=stiffness is None, stiffness_factor=stiffness)
+    R = support_motion(system, stiffness or held_factor(system))
+    system = damped(setup, system, found, R)
+    return ReferenceModel(tuple(parts), loose, system, found, R, stiffness, store=store, of_parts=free)
+
+
+def _reduced(part: System, must: IntArray, seen: IntArray, f_max: float, progress: Progress) -> System:
+    inside = Inside(part, touched(part, np.intersect1d(must, part.labels)))
+    basis = fixed_interface_basis(inside, None, f_max, None, progress)
+    matrices = reduced_matrices(part, basis, progress, watched=np.intersect1d(seen, part.labels))
+    inside.release()
+    return reduced_system(part, basis, matrices)

@@ -1,0 +1,95 @@
+"""Whether a study fits into memory, told before anything is factorised: of the whole model, or of its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from creak.assembly.system import System
+from creak.linalg.factor import factor_bytes
+from creak.linalg.memory import GB, OVERRIDE, OutOfMemory, free_bytes
+from creak.linalg.windows import window_bytes
+from creak.studies.models.reduced import WHOLE
+from creak.studies.prepare.setup import Setup
+
+ENTRY, PRODUCT = 12.0, 16.0
+"""Bytes of a stored entry: in a matrix, in MKL's copy for products."""
+JOIN = 1.2
+"""Memory of joining the parts over that of K and M of the whole."""
+BOUND, POWER = 240.0, 4.0 / 3.0
+"""A factor of n equations takes at most BOUND n^POWER bytes (a solid cube), and the rest of the work twice that."""
+PLENTY = 0.3
+"""Share of the free memory up to which that bound needs no closer look."""
+
+
+@dataclass(frozen=True)
+class Room:
+    """Least memory that the work takes beyond what is held now, modes window by window and stored on disk; bytes."""
+
+    whole: float
+    """With a factor of the whole model."""
+    part: float
+    """With factors of one part at a time."""
+    largest: str
+    """The part that takes most."""
+
+
+def room(parts: Sequence[System]) -> Room | None:
+    """None where there is plainly enough. Costs the analysis of the parts, a third of the time of their factors."""
+    if not parts or 3.0 * sum(BOUND * part.n**POWER for part in parts) <= PLENTY * free_bytes():
+        return None
+    factors = [factor_bytes(part.K) for part in parts]
+    n, K, M = (sum(x) for x in zip(*((p.n, p.K.nnz, p.M.nnz) for p in parts), strict=True))
+    whole = JOIN * ENTRY * (K + M) + _solving(n, K, M, sum(factors))
+    each = [
+        (ENTRY * (p.K.nnz + p.M.nnz) + _solving(p.n, p.K.nnz, p.M.nnz, size), p.name)
+        for p, size in zip(parts, factors, strict=True)
+    ]
+    return Room(whole, *max(each))
+
+
+def _solving(n: int, K: int, M: int, factor: float) -> float:
+    """A factor of K - s M, which is there beside it, the product with M, and the vectors of the smallest window."""
+    return factor + ENTRY * K + PRODUCT * M + window_bytes(n)
+
+
+def only_parts_fit(setup: Setup, parts: Sequence[System]) -> bool:
+    """Whether memory holds the factors of the parts, one at a time, but not that of the whole.
+
+    Raises
+    ------
+    OutOfMemory : it does not hold what the study takes.
+    """
+    needed, free = room(parts), free_bytes()
+    if needed is None or needed.whole <= free:
+        return False
+    c = setup.study.config
+    why = next((text for text, there in _takes_the_whole(setup) if there), None)
+    if why is None and needed.part <= free:
+        return True
+    if why is None:
+        what, least = f"the reduction of part {needed.largest}", needed.part
+        fix = (
+            "Cut it into element sets by [reduction] substructures, use a coarser mesh, or a machine with more memory."
+        )
+    else:
+        what, least = f"a factor of the whole model, which {why} takes", needed.whole
+        also = f", or do without it: parts alone take {needed.part / GB:.3g} GB" if c.reduction.method != "none" else ""
+        fix = f"Use a coarser mesh or a machine with more memory{also}."
+    raise OutOfMemory(
+        f"memory does not hold {what}: at least {least / GB:.3g} GB are needed, {free / GB:.3g} GB are free. {fix} To "
+        f"try all the same, set {OVERRIDE}={least / GB * 1.01:.3g} in the environment."
+    )
+
+
+def _takes_the_whole(setup: Setup) -> list[tuple[str, bool]]:
+    """Words of the study that need the unreduced model."""
+    c = setup.study.config
+    return [
+        ('[reduction] method = "none"', c.reduction.method == "none"),
+        (f'[reduction] method = "{c.reduction.method}"', c.reduction.method in WHOLE),
+        ("[reference] run = true", c.reference.run),
+        ("[[static]]", bool(c.static)),
+        ("a forced [time] scheme", not c.time.exact),
+        ('[reduction] interface = "participation"', c.reduction.interface.type == "participation"),
+    ]

@@ -1,0 +1,68 @@
+"""Kernels compiled before a run: those that it needs, side by side where they do not hang on each other."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from creak.contact.step_problem import compile_kernels, solve_step
+from creak.dynamics.flow_march import compile_flow
+from creak.studies.prepare.setup import Setup
+
+ASIDE = "from creak.contact.step_problem import compile_kernels; compile_kernels()"
+
+
+def compile_for(setup: Setup) -> None:
+    """Compile what the runs of a study need; what was compiled before is read from numba's cache.
+
+    Springs alone press without a solver: that of dampers, friction and steps is compiled beside the march, by another
+    process, and only where the unreduced model or a state at rest takes it.
+    """
+    c = setup.study.config
+    if not c.time.exact:
+        compile_kernels()
+    elif needs_solver(setup):
+        compile_kernels()
+        compile_flow(solver=True)
+    elif not (c.reference.run or c.reduction.method == "none" or c.static or _starts_closed(setup)):
+        compile_flow()
+    else:
+        aside = None if _compiled() or os.cpu_count() == 1 else _started()
+        try:
+            compile_flow()
+            if aside is not None:
+                aside.wait()  # one that failed is made up for here
+            compile_kernels()
+        finally:
+            if aside is not None:
+                aside.kill()
+
+
+def needs_solver(setup: Setup) -> bool:
+    """Do channels rub, or have dampers?"""
+    return any(gaps.rubbing or gaps.has_dampers for gaps in (setup.contacts, setup.connectors))
+
+
+def _starts_closed(setup: Setup) -> bool:
+    return any(bool((gaps.gap0 < 0.0).any() or gaps.resting.any()) for gaps in (setup.contacts, setup.connectors))
+
+
+def _compiled() -> bool:
+    """Is the solver in numba's cache, for these sources or earlier ones?"""
+    folder = solve_step.stats.cache_path
+    return folder is not None and any(Path(folder).glob("step_problem.solve_step-*.nbi"))
+
+
+def _started() -> subprocess.Popen[bytes] | None:
+    """A process that compiles the solver; None where none can be started."""
+    try:
+        return subprocess.Popen(
+            [sys.executable, "-c", ASIDE],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+    except OSError:
+        return None

@@ -1,0 +1,119 @@
+"""Memory that does not hold the whole model: its parts do instead, or the study is refused before it starts."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from creak.linalg.factor import factor, factor_bytes
+from creak.linalg.memory import OVERRIDE, OutOfMemory
+from creak.linalg.mkl import has_pardiso
+from creak.studies.file.reader import read_study
+from creak.studies.models import room as module
+from creak.studies.models.reference import assembled, build_reference
+from creak.studies.models.room import Room, only_parts_fit, room
+from creak.studies.prepare.setup import Setup, set_up
+from creak.studies.run import static_start
+from creak.studies.run.job import WITHOUT_WHOLE, ready, run_study
+from helpers_decks import STUDY, write_strips
+
+ALONE = (
+    STUDY.replace("step = 5e-4\n", "").replace("periods = 2", 'end = 0.1\naccuracy = "quick"')
+    + "\n[reference]\nrun = false\n"
+)
+
+
+def quiet(stage: str, done: int, total: int) -> None:
+    """No progress."""
+
+
+@pytest.fixture(scope="module")
+def setup(tmp_path_factory) -> Setup:
+    return set_up(read_study(write_strips(tmp_path_factory.mktemp("strips"), None, ALONE)))
+
+
+def changed(setup: Setup, table: str, **values: object) -> Setup:
+    return setup.with_tables(**{table: getattr(setup.study.config, table).model_copy(update=values)})
+
+
+@pytest.mark.skipif(not has_pardiso(), reason="SuperLU does not tell what it will need")
+def test_the_analysis_tells_the_memory_of_the_factor(setup):
+    K = build_reference(setup, quiet).system.K
+    assert factor_bytes(K) == pytest.approx(factor(K).memory, rel=0.05)
+
+
+def test_a_small_model_is_not_looked_at(setup, monkeypatch):
+    parts, _ = assembled(setup, quiet)
+    monkeypatch.setattr(module, "factor_bytes", lambda _: pytest.fail("analysed"))
+    assert room(parts) is None
+    assert not only_parts_fit(setup, parts)
+
+
+def test_the_whole_takes_more_than_its_largest_part(setup, monkeypatch):
+    parts, _ = assembled(setup, quiet)
+    monkeypatch.setattr(module, "PLENTY", 0.0)
+    monkeypatch.setattr(module, "factor_bytes", lambda K: 100.0 * K.nnz)
+    found = room(parts)
+    assert found is not None
+    K, M = (sum(getattr(p, name).nnz for p in parts) for name in "KM")
+    assert found.largest in {p.name for p in parts}
+    assert found.whole > 100.0 * K + 1.2 * 12.0 * (K + M)
+    assert found.whole > 1.5 * found.part > 50.0 * K
+
+
+def test_the_motion_before_contact_is_that_of_the_whole(setup, monkeypatch):
+    """Modes, gaps of the linear run and dofs; the reduced model, and what it does, are the same but for round-off."""
+    _, whole, gaps, _ = ready(setup, quiet)
+    plain = run_study(setup, quiet)
+    monkeypatch.setattr(static_start, "only_parts_fit", lambda *_: True)
+    _, parts, kept, notes = ready(setup, quiet)
+    assert parts.system.n < 0.7 * whole.system.n
+    assert parts.free_dof == whole.free_dof == whole.system.n
+    assert WITHOUT_WHOLE in notes
+    n = whole.modes.omega2.size
+    np.testing.assert_allclose(parts.modes.frequencies[:n], whole.modes.frequencies, rtol=2e-3)
+    moved = np.abs(whole.linear_gaps - setup.contacts.gap0)
+    np.testing.assert_allclose(parts.linear_gaps, whole.linear_gaps, atol=1e-3 * moved.max())
+    assert kept.names == gaps.names
+    alone = run_study(setup, quiet)
+    a, b = (r.runs["reduced"].history for r in (plain, alone))
+    assert alone.modes is None
+    assert plain.modes is not None
+    np.testing.assert_allclose(b.force.max(axis=0), a.force.max(axis=0), rtol=1e-6, atol=1e-6 * a.force.max())
+    assert a.force.max() > 0.0
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({}, r"does not hold the reduction of part UPPER: at least 2 GB are needed, 1 GB are free\. Cut it into"),
+        ({"reference": {"run": True}}, r"\[reference\] run = true takes: at least 3 GB .* parts alone take 2 GB"),
+        ({"reduction": {"method": "gap-modes"}}, r"\[reduction\] method = \"gap-modes\" takes"),
+        (
+            {"reduction": {"method": "none"}},
+            r"\[reduction\] method = \"none\" takes: at least 3 GB .* more memory\. To",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_refused_before_it_starts(change, words, setup, monkeypatch):
+    for table, values in change.items():
+        setup = changed(setup, table, **values)
+    monkeypatch.setenv(OVERRIDE, "1")
+    monkeypatch.setattr(module, "room", lambda _: Room(3e9, 2e9, "UPPER"))
+    monkeypatch.setattr(static_start, "joined_reference", lambda *_: pytest.fail("started"))
+    with pytest.raises(OutOfMemory, match=words) as said:
+        ready(setup, quiet)
+    insisted = re.search(rf"set {OVERRIDE}=(\S+) ", str(said.value))
+    assert insisted is not None
+    monkeypatch.setenv(OVERRIDE, insisted[1])
+    assert only_parts_fit(setup, ()) == (not change)
+
+
+def test_parts_alone_where_the_whole_does_not_fit(setup, monkeypatch):
+    monkeypatch.setattr(module, "room", lambda _: Room(3e9, 2e9, "UPPER"))
+    monkeypatch.setenv(OVERRIDE, "2.5")
+    assert only_parts_fit(setup, ())
+    monkeypatch.setenv(OVERRIDE, "3.5")
+    assert not only_parts_fit(setup, ())
