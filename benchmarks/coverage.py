@@ -21,7 +21,7 @@ import numpy as np
 from rich.console import Console
 
 from benchmarks.door import silent
-from creak.dynamics.modal_march import simulate_modal
+from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.scheme import generalised_alpha
 from creak.studies.converge.settled import settled_to, verdict_of
 from creak.studies.converge.settling import FIGURES, SETTLED, TIME_LIMIT, TIMES, change

@@ -19,7 +19,7 @@ from benchmarks.door import SCHEME, silent
 from benchmarks.reduction import Row, reduction_cost
 from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import compile_kernels
-from creak.dynamics.modal_march import simulate_modal
+from creak.dynamics.modal.march import simulate_modal
 from creak.model.dofs import node_dofs
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model

@@ -9,8 +9,8 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.formats.abaqus.write_conditions import runs
-from creak.formats.abaqus.write_names import vector
+from creak.formats.abaqus.write.conditions import runs
+from creak.formats.abaqus.write.names import vector
 from creak.formats.abaqus.writer import deck_lines
 from creak.model.constraints import Constraint, KinematicCoupling, RigidLink
 from creak.model.materials import NodalMatrices, ShellSection, Spring

@@ -16,7 +16,7 @@ from creak.assembly.damping import Damping
 from creak.assembly.system import System, no_supports
 from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator
 from creak.contact.laws.parameters import Curves, Friction
-from creak.dynamics.flow_march import SAMPLES, simulate_flow
+from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.linalg.diagonal import Diagonal

@@ -19,7 +19,7 @@ import numpy as np
 
 from benchmarks.stamp import stamp
 from creak.dynamics.chunks import march_chunks
-from creak.dynamics.flow_march import simulate_flow
+from creak.dynamics.flow.march import simulate_flow
 from creak.linalg.threads import cores
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import Study, read_study

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from creak.formats.histories import read_histories
 from creak.formats.matrices.superelements import FORMATS, read_superelement, write_superelement
-from creak.formats.measured import is_measured, read_channels
-from creak.formats.superelement_file import SavedSuperelement, read_superelement_file, write_superelement_file
-from creak.formats.uff import DISPLACEMENT, Function, write_functions
+from creak.formats.measured.files import is_measured, read_channels
+from creak.formats.measured.histories import read_histories
+from creak.formats.measured.uff import DISPLACEMENT, Function, write_functions
+from creak.formats.stored.superelement import SavedSuperelement, read_superelement_file, write_superelement_file
 from creak.studies.file.tables import read_table
 from fuzz_decks import READERS, VALUES, Tally, guarded
 from helpers_matrices import random_superelement

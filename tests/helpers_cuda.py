@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from creak.dynamics.flow_march import SAMPLES, FlowRun
-from creak.dynamics.flow_resolution import Resolution
+from creak.dynamics.flow.march import SAMPLES, FlowRun
+from creak.dynamics.flow.resolution import Resolution
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.reduction.diagonal import diagonalise
@@ -70,8 +70,9 @@ def simulate(names: list[str]) -> dict[str, np.ndarray]:
     from numba.cuda.simulator.kernel import BlockThread
     from numba.cuda.simulator.kernelapi import FakeCUDAModule
 
-    from creak.dynamics import flow_cuda, flow_cuda_block
-    from creak.dynamics import flow_cuda_kernel as kernel
+    from creak.dynamics.cuda import block as flow_cuda_block
+    from creak.dynamics.cuda import kernel
+    from creak.dynamics.cuda import march as flow_cuda
 
     threads = 4
     barrier = threading.Barrier(threads)

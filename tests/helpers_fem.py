@@ -10,8 +10,11 @@ import scipy.linalg
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from creak.elements import shell_quad4, shell_quad8, shell_tri3, shell_tri6
 from creak.elements.free_sides import free_sides
+from creak.elements.shells import quad4 as shell_quad4
+from creak.elements.shells import quad8 as shell_quad8
+from creak.elements.shells import tri3 as shell_tri3
+from creak.elements.shells import tri6 as shell_tri6
 from creak.model.materials import Material, ShellSection
 from creak.model.mesh import Own
 

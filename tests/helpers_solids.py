@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from creak.elements import solid_tet10
 from creak.elements.registry import FORMULATIONS
+from creak.elements.solids import tet10 as solid_tet10
 from creak.model.solid_faces import FACES, MIDDLES
 from helpers_fem import Mesh
 

@@ -13,9 +13,9 @@ import h5py
 import numpy as np
 
 from creak.formats.complete_file import complete_file
-from creak.formats.hdf5_file import hdf5_file
-from creak.formats.sealed_hdf5 import seal
-from creak.formats.sealed_json import KEY, sealed_text
+from creak.formats.stored.hdf5 import hdf5_file
+from creak.formats.stored.sealed_hdf5 import seal
+from creak.formats.stored.sealed_json import KEY, sealed_text
 
 
 @contextmanager

@@ -19,8 +19,8 @@ import numpy as np
 
 import creak
 from creak.errors import InputError
-from creak.formats.histories import read_histories
-from creak.formats.run_identity import META
+from creak.formats.measured.histories import read_histories
+from creak.formats.stored.run_identity import META
 
 STEPS = {"open": 1, "write": 150, "ftruncate": 1, "fsync": 1, "replace": 1, "unlink": 1, "rename": 1}
 """Calls of the system after which the writer is killed: each of them, or each of so many."""

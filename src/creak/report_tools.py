@@ -6,13 +6,13 @@ space between a number and its unit, `palette` holds the colours; a `Trace` is a
 
 from __future__ import annotations
 
-from creak.report import palette
-from creak.report.axes import Trace, axis, base_layout, line, plain, stacked
-from creak.report.picture import Marks, Panel, data_uri, model_picture, panels_picture
-from creak.report.tables import Table
+from creak.report.figures import palette
+from creak.report.figures.axes import Trace, axis, base_layout, line, plain, stacked
+from creak.report.figures.picture import Marks, Panel, data_uri, model_picture, panels_picture
+from creak.report.figures.view import Facets, View, facets_of, front, outward
+from creak.report.tables.run import Table
 from creak.report.templates import page_templates
-from creak.report.text import NONE, THIN, fixed, number, percent, plural, tidy, times
-from creak.report.view import Facets, View, facets_of, front, outward
+from creak.report.words.text import NONE, THIN, fixed, number, percent, plural, tidy, times
 
 __all__ = [
     "NONE",

@@ -1,4 +1,4 @@
-"""Numbers and lists in plain words, for messages, advice and the terminal; pages have `report.text`."""
+"""Numbers and lists in plain words, for messages, advice and the terminal; pages have `report.words.text`."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from creak.dynamics.flight import simulate_high_order
+from creak.dynamics.flight.stepper import simulate_high_order
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import at_rest
 from creak.dynamics.scheme import HHT

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from creak.contact.gap_operator import GapOperator
 from creak.contact.laws.parameters import Friction
-from creak.dynamics.flow_march import SAMPLES, simulate_flow
+from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
 from creak.reduction.diagonal import diagonalise

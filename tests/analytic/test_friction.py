@@ -11,7 +11,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.contact.laws.parameters import Friction
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal_march import simulate_modal
+from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.linalg.diagonal import Diagonal

@@ -11,10 +11,10 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads, at_rest
-from creak.dynamics.modal_coefficients import MasslessBoundary
-from creak.dynamics.modal_march import simulate_modal
-from creak.dynamics.modal_massless import massless_substeps
-from creak.dynamics.modal_taper import tapered
+from creak.dynamics.modal.coefficients import MasslessBoundary
+from creak.dynamics.modal.march import simulate_modal
+from creak.dynamics.modal.massless import massless_substeps
+from creak.dynamics.modal.taper import tapered
 from creak.linalg.modes import modes
 from creak.reduction.massless_boundary import massless_boundary
 from creak.reduction.modal import with_modal_damping

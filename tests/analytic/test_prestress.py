@@ -7,8 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from creak.elements import solid_hex8, solid_hex20, solid_tet10
 from creak.elements.geometric import GEOMETRIC
+from creak.elements.solids import hex8 as solid_hex8
+from creak.elements.solids import hex20 as solid_hex20
+from creak.elements.solids import tet10 as solid_tet10
 from creak.errors import InputError, NumericalError
 from creak.model.materials import Material, SolidSection, TrussSection
 from creak.model.mesh import Own

@@ -10,8 +10,8 @@ import pytest
 
 from creak.cli.main import main
 from creak.errors import NumericalError
-from creak.formats import superelement_file
 from creak.formats.matrices.superelements import FORMATS, read_superelement
+from creak.formats.stored import superelement as superelement_file
 from creak.linalg.memory import OutOfMemory
 from creak.studies.models import superelements
 from helpers_decks import STUDY, two_strips, write_strips

@@ -11,7 +11,7 @@ import pytest
 
 from creak.assembly.system import to_dense
 from creak.errors import NumericalError
-from creak.formats.superelement_file import read_superelement_file
+from creak.formats.stored.superelement import read_superelement_file
 from creak.studies.models import superelements
 from creak.studies.models.part_jobs import part_jobs
 from creak.studies.prepare.setup import set_up

@@ -15,11 +15,11 @@ from creak.assembly.coupling import Driven
 from creak.assembly.part import Rayleigh, part_system
 from creak.assembly.system import to_dense
 from creak.formats.matrices.superelements import read_superelement
-from creak.formats.nastran.bulk_data import Card
-from creak.formats.nastran.coordinate_systems import read_systems
-from creak.formats.nastran.deck_file import read_deck_file
-from creak.formats.nastran.grids import Grids, read_grids
+from creak.formats.nastran.mesh.coordinate_systems import read_systems
+from creak.formats.nastran.mesh.grids import Grids, read_grids
 from creak.formats.nastran.reader import read_nastran
+from creak.formats.nastran.text.bulk_data import Card
+from creak.formats.nastran.text.deck_file import read_deck_file
 from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
 from creak.reduction.craig_bampton import craig_bampton

@@ -16,7 +16,7 @@ import pytest
 from pydantic import BaseModel
 
 import creak
-from creak.formats.results import ContactRecord, Field, RunRecord, put_results
+from creak.formats.stored.results import ContactRecord, Field, RunRecord, put_results
 from creak.studies.file.config import StudyConfig
 from helpers_docs import ROOT, tool
 from helpers_measured import Measured, merge, place

@@ -13,10 +13,10 @@ from creak.contact.laws.parameters import Friction
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.history import ENERGIES
 from creak.dynamics.loads import at_rest
-from creak.dynamics.modal_coefficients import MasslessBoundary
-from creak.dynamics.modal_march import simulate_modal
-from creak.dynamics.modal_massless import FRACTION, massless_substeps
-from creak.dynamics.modal_taper import tapered
+from creak.dynamics.modal.coefficients import MasslessBoundary
+from creak.dynamics.modal.march import simulate_modal
+from creak.dynamics.modal.massless import FRACTION, massless_substeps
+from creak.dynamics.modal.taper import tapered
 from creak.reduction.diagonal import diagonalise
 from creak.reduction.massless_boundary import massless_boundary
 from helpers_core import chain, channels, system_of

@@ -10,7 +10,7 @@ from creak.api.saved import SavedResult, open_result
 from creak.errors import InputError
 
 if TYPE_CHECKING:
-    from creak.report.comparison import Comparison, Side
+    from creak.report.tables.comparison import Comparison, Side
 
 
 def compare(a: str | Path | Result | SavedResult, b: str | Path | Result | SavedResult) -> Comparison:
@@ -27,7 +27,7 @@ def compare(a: str | Path | Result | SavedResult, b: str | Path | Result | Saved
     ------
     InputError : a folder without a result, the same folder twice, results in different units or without a run.
     """
-    from creak.report.comparison import compare_results
+    from creak.report.tables.comparison import compare_results
 
     names = [Path(x).resolve().name if isinstance(x, str | Path) else x.summary["title"] or "result" for x in (a, b)]
     if isinstance(a, str | Path) and isinstance(b, str | Path) and Path(a).resolve() == Path(b).resolve():
@@ -40,8 +40,8 @@ def compare(a: str | Path | Result | SavedResult, b: str | Path | Result | Saved
 
 
 def _side(name: str, result: str | Path | Result | SavedResult) -> Side:
-    from creak.report.comparison import Side
     from creak.report.found import found_of
+    from creak.report.tables.comparison import Side
 
     if isinstance(result, Result):
         return Side(name, found_of(result.found), result.summary)

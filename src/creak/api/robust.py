@@ -10,7 +10,7 @@ from creak.progress import Progress, silent
 from creak.studies.file.reader import Study
 
 if TYPE_CHECKING:
-    from creak.dynamics.flow_device import Device
+    from creak.dynamics.cuda.device import Device
     from creak.studies.robust.findings import Robustness
     from creak.studies.tasks.queue import Runner
 

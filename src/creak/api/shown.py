@@ -26,7 +26,7 @@ COLUMNS = {
     "closing_speed": "speed",
     "touches": "",
 }
-"""Column of a table of events -> its unit, or the attribute of `report.text.Units` that names it."""
+"""Column of a table of events -> its unit, or the attribute of `report.words.text.Units` that names it."""
 ROWS = 10
 """Events that a notebook shows."""
 
@@ -139,8 +139,8 @@ def figure(found: Found, kind: Kind) -> Any:
     import plotly.graph_objects as go
 
     from creak.model.units import UNITS
-    from creak.report.figures import energy_figure, force_figure, spectra_figure
-    from creak.report.gap_figures import gap_figure
+    from creak.report.figures.gaps import gap_figure
+    from creak.report.figures.run import energy_figure, force_figure, spectra_figure
 
     makers = {"force": force_figure, "gap": gap_figure, "spectra": spectra_figure, "energy": energy_figure}
     if kind not in makers:

@@ -13,7 +13,7 @@ from creak.cli.run import results_name
 from creak.errors import InputError
 
 if TYPE_CHECKING:
-    from creak.report.comparison import Comparison
+    from creak.report.tables.comparison import Comparison
     from creak.studies.file.reader import Study
 
 

@@ -124,7 +124,7 @@ def _check_results(of_run: bool, out: Path, run: str | None, others: list[str | 
 
 def _write_motion(results: Path, out: Path, run: str | None, words: Output) -> None:
     """The motion of a run as a series for ParaView."""
-    from creak.formats.motion_series import motion_field, write_series
+    from creak.formats.measured.motion_series import motion_field, write_series
 
     with words as output:
         with output.progress as progress:
@@ -157,7 +157,7 @@ def _write_points(results: Path, out: Path, run: str | None, words: Output) -> N
 
 def _write_histories(results: Path, out: Path, run: str | None, words: Output) -> None:
     """Watched nodes and gap channels of a run over time."""
-    from creak.formats.histories import read_histories, write_csv, write_universal
+    from creak.formats.measured.histories import read_histories, write_csv, write_universal
 
     with words as output:
         with output.progress as progress:

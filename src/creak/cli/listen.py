@@ -27,7 +27,7 @@ def listen(
 
     Example: creak listen RESULTS --out FOLDER
     """
-    from creak.formats.stored_sound import read_sound, write_sound
+    from creak.formats.stored.sound import read_sound, write_sound
     from creak.formats.wav import full_scale_level
 
     target = out if out is not None else folder / "sound"

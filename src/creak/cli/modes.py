@@ -90,7 +90,7 @@ def _write(
     units: UnitsName,
     title: str,
 ) -> None:
-    from creak.formats.uff import write_uff
+    from creak.formats.measured.uff import write_uff
     from creak.formats.vtu import write_vtu
 
     if vtk is not None:

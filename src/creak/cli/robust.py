@@ -49,8 +49,8 @@ def robust(
     from creak.api.extras import missing_for_report, no_report_text
     from creak.api.robust import robust as find
     from creak.formats.complete_file import write_text
-    from creak.formats.sealed_json import sealed_text
-    from creak.report.robust_rows import write_draws
+    from creak.formats.stored.sealed_json import sealed_text
+    from creak.report.tables.robust import write_draws
     from creak.studies.robust.job import LOG
 
     certificates = checked_certificates(scheduler, "--threads", threads, tls_ca_file, tls_cert, tls_key)
@@ -106,7 +106,7 @@ def _runner(scheduler: str | None, certificates: Certificates) -> AbstractContex
 
 
 def _print(output: Output, found: Robustness) -> None:
-    from creak.report import robust_rows as rows
+    from creak.report.tables import robust as rows
 
     output.table("Places", rows.place_rows(found))
     if found.indices:

@@ -160,8 +160,8 @@ def results_name(study: Study | Path) -> str:
 
 
 def _print_tables(output: Output, summary: dict[str, Any]) -> None:
-    from creak.report.eline_rows import eline_words
-    from creak.report.terminal import cause_lines, place_table, run_rows, verification_rows
+    from creak.report.tables.elines import eline_words
+    from creak.report.words.terminal import cause_lines, place_table, run_rows, verification_rows
     from creak.studies.results.limits import limit_words
 
     output.table("Runs", run_rows(summary))
@@ -187,7 +187,7 @@ def _tell_verdict(output: Output, summary: dict[str, Any]) -> None:
 
 def _print_convergence(output: Output, convergence: Convergence, summary: dict[str, Any]) -> None:
     from creak.model.units import UNITS
-    from creak.report.convergence import ON_TERMINAL, run_rows, settled_rows
+    from creak.report.tables.convergence import ON_TERMINAL, run_rows, settled_rows
 
     output.table("Convergence: the runs", run_rows(convergence, UNITS[summary["units"]]))
     rows = settled_rows(convergence)

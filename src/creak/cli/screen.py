@@ -27,7 +27,7 @@ def screen(
     """
     from creak.formats.complete_file import write_text
     from creak.model.units import UNITS
-    from creak.report.eline_rows import screen_rows
+    from creak.report.tables.elines import screen_rows
     from creak.studies.file.reader import read_study
     from creak.studies.prepare.setup import set_up
     from creak.studies.results.elines import RISK, as_dict, line_rows, point_csv

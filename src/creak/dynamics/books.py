@@ -1,8 +1,8 @@
 """The book of energies that every march keeps: its columns, what channels store, and how the balance is closed.
 
 A march brings what is stored in its coordinates and the works of a step, by the quadrature of its own scheme:
-trapezoidal where that is the scheme's (`energy`, `modal_books`), by the stages of a flight (`flight_course`), exact
-between kicks (`flow_books`). Everything else is here, once, for compiled and general marches.
+trapezoidal where that is the scheme's (`energy`, `modal.books`), by the stages of a flight (`flight.course`), exact
+between kicks (`flow.books`). Everything else is here, once, for compiled and general marches.
 """
 
 from __future__ import annotations

@@ -7,10 +7,10 @@ from typing import NamedTuple, Protocol, TypeVar
 
 from creak.arrays import FloatArray
 from creak.contact.step_problem import failure
-from creak.dynamics.flow_model import FlowState
+from creak.dynamics.flow.model import FlowState
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal_model import DONE, NOT_FINITE, MarchState, Output
+from creak.dynamics.modal.model import DONE, NOT_FINITE, MarchState, Output
 from creak.dynamics.recorder import Recorder
 from creak.dynamics.simulate import Progress
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped

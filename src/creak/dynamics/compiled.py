@@ -12,7 +12,7 @@ from typing import Any
 
 import numba
 
-from creak.dynamics.modal_model import FAST
+from creak.dynamics.modal.model import FAST
 
 _ALONE: dict[str, Any] = {"cache": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
 inner = numba.njit(**_ALONE)

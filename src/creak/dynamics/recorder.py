@@ -15,11 +15,11 @@ from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
-from creak.dynamics.flow_model import FlowState
+from creak.dynamics.flow.model import FlowState
 from creak.dynamics.history import ENERGIES, History, split_columns
 from creak.dynamics.instant import Instant
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal_model import MarchState, Output
+from creak.dynamics.modal.model import MarchState, Output
 from creak.dynamics.watch import Watch, Watched
 
 CHUNK = 2_000

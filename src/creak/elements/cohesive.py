@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.elements import quad4_geometry
 from creak.elements.geometry import DEGENERATE, gauss_square, in_chunks, require_sound, unit
-from creak.elements.shell_common import weighted_gram
-from creak.elements.shell_rigidity import ACROSS
-from creak.elements.solid_common import with_rotations
+from creak.elements.shells import quad4_geometry
+from creak.elements.shells.common import weighted_gram
+from creak.elements.shells.rigidity import ACROSS
+from creak.elements.solids.common import with_rotations
 from creak.model.materials import AnisotropicMaterial, SolidSection
 from creak.model.mesh import COMMON, Own
 

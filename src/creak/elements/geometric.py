@@ -13,19 +13,11 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.elements import (
-    beam2,
-    beam3,
-    shell_quad4,
-    shell_quad8,
-    shell_tri3,
-    shell_tri6,
-    solid_hex8,
-    solid_hex20,
-    truss2,
-)
-from creak.elements.solid_common import VOIGT, Reference, elasticity, jacobians, strains, with_rotations
-from creak.elements.solid_rules import SOLID_RULES
+from creak.elements import beam2, beam3, truss2
+from creak.elements.shells import quad4, quad8, tri3, tri6
+from creak.elements.solids import hex8, hex20
+from creak.elements.solids.common import VOIGT, Reference, elasticity, jacobians, strains, with_rotations
+from creak.elements.solids.rules import SOLID_RULES
 from creak.model.materials import SolidSection
 from creak.model.mesh import Own
 
@@ -47,9 +39,9 @@ def _solid(reference: Reference) -> Stressed:
 
 
 def _hex8(coords: FloatArray, section: SolidSection, own: Own, u: FloatArray) -> FloatArray:
-    inverse, det = jacobians(coords, solid_hex8.GAUSS.slopes)
-    stress = solid_hex8.stress(coords, section, own, u[:, :, :3].reshape(len(u), 24))
-    return _of_stress(inverse @ solid_hex8.GAUSS.slopes, stress, det)
+    inverse, det = jacobians(coords, hex8.GAUSS.slopes)
+    stress = hex8.stress(coords, section, own, u[:, :, :3].reshape(len(u), 24))
+    return _of_stress(inverse @ hex8.GAUSS.slopes, stress, det)
 
 
 def _of_stress(gradient: FloatArray, stress: FloatArray, volume: FloatArray) -> FloatArray:
@@ -68,15 +60,15 @@ def _on_translations(pairs: FloatArray) -> FloatArray:
 
 
 GEOMETRIC: dict[str, Stressed] = {
-    "quad4": shell_quad4.geometric_stiffness,
-    "tri3": shell_tri3.geometric_stiffness,
-    "quad8": shell_quad8.geometric_stiffness,
-    "tri6": shell_tri6.geometric_stiffness,
+    "quad4": quad4.geometric_stiffness,
+    "tri3": tri3.geometric_stiffness,
+    "quad8": quad8.geometric_stiffness,
+    "tri6": tri6.geometric_stiffness,
     "beam2": beam2.geometric_stiffness,
     "beam3": beam3.geometric_stiffness,
     "truss2": truss2.geometric_stiffness,
     "hex8": _hex8,
-    "hex20s": _solid(solid_hex20.EIGHT),
+    "hex20s": _solid(hex20.EIGHT),
     **{kind: _solid(rule) for kind, rule in SOLID_RULES.items()},
 }
 """Kinds of elements that have it; others must have none (`UNSTRESSED`) or stop."""

@@ -13,21 +13,13 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.elements import (
-    beam2,
-    beam3,
-    shell_quad4,
-    shell_quad8,
-    shell_tri3,
-    shell_tri6,
-    solid_hex8,
-    solid_hex20,
-    truss2,
-)
+from creak.elements import beam2, beam3, truss2
 from creak.elements.bushing import arm_matrix
 from creak.elements.geometry import CHUNK
-from creak.elements.solid_common import Reference, heat_load
-from creak.elements.solid_rules import SOLID_RULES
+from creak.elements.shells import quad4, quad8, tri3, tri6
+from creak.elements.solids import hex8, hex20
+from creak.elements.solids.common import Reference, heat_load
+from creak.elements.solids.rules import SOLID_RULES
 from creak.model.materials import GeneralShell, Section, SolidSection
 from creak.model.mesh import ElementBlock, Own
 
@@ -45,21 +37,21 @@ def _solid(reference: Reference) -> Heated:
 
 
 HEATED: dict[str, Heated] = {
-    "quad4": shell_quad4.heat_load,
-    "tri3": shell_tri3.heat_load,
-    "quad8": shell_quad8.heat_load,
-    "tri6": shell_tri6.heat_load,
+    "quad4": quad4.heat_load,
+    "tri3": tri3.heat_load,
+    "quad8": quad8.heat_load,
+    "tri6": tri6.heat_load,
     "beam2": beam2.heat_load,
     "beam3": beam3.heat_load,
     "truss2": truss2.heat_load,
-    "hex8": solid_hex8.heat_load,
-    "hex20s": solid_hex20.reduced_shear_heat_load,
+    "hex8": hex8.heat_load,
+    "hex20s": hex20.reduced_shear_heat_load,
     **{kind: _solid(rule) for kind, rule in SOLID_RULES.items()},
 }
 """Kinds of elements that expand; layers of glue, springs, masses and given matrices do not."""
 
 
-SOFTENED: dict[str, Heated] = {"quad4": shell_quad4.softened_heat_load}
+SOFTENED: dict[str, Heated] = {"quad4": quad4.softened_heat_load}
 """Of kinds that have another stiffness with lumped or linear mass."""
 
 

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.elements import beam2, beam3, quad4_geometry
+from creak.elements import beam2, beam3
 from creak.elements.geometry import gauss_square
 from creak.elements.lumping import lumped
 from creak.elements.registry import FORMULATIONS
-from creak.elements.shell_rigidity import areal_mass
+from creak.elements.shells import quad4_geometry
+from creak.elements.shells.rigidity import areal_mass
 from creak.model.materials import BeamSection, GeneralShell, ShellSection, Structural, TrussSection
 from creak.model.mesh import ElementBlock, Own
 

@@ -29,28 +29,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from creak.arrays import FloatArray
-from creak.elements import (
-    beam2,
-    beam3,
-    bushing,
-    cohesive,
-    mass,
-    nodal,
-    shell_quad4,
-    shell_quad8,
-    shell_tri3,
-    shell_tri6,
-    solid_hex8,
-    solid_hex20,
-    solid_pyramid5,
-    solid_tet4,
-    solid_tet10,
-    solid_wedge6,
-    solid_wedge15,
-    spring,
-    spring_axial,
-    truss2,
-)
+from creak.elements import beam2, beam3, bushing, cohesive, mass, nodal, spring, spring_axial, truss2
+from creak.elements.shells import quad4, quad8, tri3, tri6
+from creak.elements.solids import hex8, hex20, pyramid5, tet4, tet10, wedge6, wedge15
 from creak.model.mesh import Own
 
 Matrices = Callable[[FloatArray, Any, Own], FloatArray]
@@ -69,24 +50,24 @@ class Formulation:
 
 
 FORMULATIONS: dict[str, Formulation] = {
-    "quad4": Formulation(shell_quad4.stiffness, shell_quad4.mass, softened=shell_quad4.softened_stiffness),
-    "tri3": Formulation(shell_tri3.stiffness, shell_tri3.mass),
-    "quad8": Formulation(shell_quad8.stiffness, shell_quad8.mass),
-    "tri6": Formulation(shell_tri6.stiffness, shell_tri6.mass),
+    "quad4": Formulation(quad4.stiffness, quad4.mass, softened=quad4.softened_stiffness),
+    "tri3": Formulation(tri3.stiffness, tri3.mass),
+    "quad8": Formulation(quad8.stiffness, quad8.mass),
+    "tri6": Formulation(tri6.stiffness, tri6.mass),
     "beam2": Formulation(beam2.stiffness, beam2.mass),
     "beam3": Formulation(beam3.stiffness, beam3.mass),
     "truss2": Formulation(truss2.stiffness, truss2.mass),
-    "hex8": Formulation(solid_hex8.stiffness, solid_hex8.mass),
-    "wedge6": Formulation(solid_wedge6.stiffness, solid_wedge6.mass),
-    "pyramid5": Formulation(solid_pyramid5.stiffness, solid_pyramid5.mass),
+    "hex8": Formulation(hex8.stiffness, hex8.mass),
+    "wedge6": Formulation(wedge6.stiffness, wedge6.mass),
+    "pyramid5": Formulation(pyramid5.stiffness, pyramid5.mass),
     "coh6": Formulation(cohesive.stiffness, cohesive.mass),
     "coh8": Formulation(cohesive.stiffness, cohesive.mass),
-    "tet4": Formulation(solid_tet4.stiffness, solid_tet4.mass),
-    "tet10": Formulation(solid_tet10.stiffness, solid_tet10.mass),
-    "hex20": Formulation(solid_hex20.stiffness, solid_hex20.mass),
-    "hex20r": Formulation(solid_hex20.reduced_stiffness, solid_hex20.mass),
-    "hex20s": Formulation(solid_hex20.reduced_shear_stiffness, solid_hex20.mass),
-    "wedge15": Formulation(solid_wedge15.stiffness, solid_wedge15.mass),
+    "tet4": Formulation(tet4.stiffness, tet4.mass),
+    "tet10": Formulation(tet10.stiffness, tet10.mass),
+    "hex20": Formulation(hex20.stiffness, hex20.mass),
+    "hex20r": Formulation(hex20.reduced_stiffness, hex20.mass),
+    "hex20s": Formulation(hex20.reduced_shear_stiffness, hex20.mass),
+    "wedge15": Formulation(wedge15.stiffness, wedge15.mass),
     "mass": Formulation(mass.stiffness, mass.mass),
     "rotary": Formulation(mass.stiffness, mass.mass),
     "spring1": Formulation(spring.stiffness, spring.mass, spring.damping),

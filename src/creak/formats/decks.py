@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from creak.formats import endings
-from creak.formats.abaqus.lexer import abaqus_files
 from creak.formats.abaqus.reader import read_deck, read_deck_run
-from creak.formats.nastran.deck_file import nastran_files
+from creak.formats.abaqus.text.lexer import abaqus_files
 from creak.formats.nastran.reader import read_nastran, read_nastran_run
+from creak.formats.nastran.text.deck_file import nastran_files
 from creak.model.mesh import Model
 from creak.model.steps import DeckRun
 

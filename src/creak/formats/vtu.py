@@ -61,7 +61,7 @@ def write_vtu(path: Path, model: Mesh, frequencies: Sequence[float], shapes: Ite
 def write_instant(path: Path, mesh: MeshText, time: float, displacement: FloatArray) -> None:
     """Write the mesh and its motion at one instant: point array `displacement` (n_node, 3) in single precision.
 
-    The file is one of a folder that is complete or absent (`creak.formats.motion_series`).
+    The file is one of a folder that is complete or absent (`creak.formats.measured.motion_series`).
 
     Parameters
     ----------

@@ -9,11 +9,11 @@ from typing import Any
 from markupsafe import Markup, escape
 
 from creak.formats.complete_file import write_text
-from creak.report import palette
-from creak.report.comparison import Comparison, Figure, Side
-from creak.report.tables import Table
+from creak.report.figures import palette
+from creak.report.tables.comparison import Comparison, Figure, Side
+from creak.report.tables.run import Table
 from creak.report.templates import page_templates
-from creak.report.text import NONE, number, percent, plural
+from creak.report.words.text import NONE, number, percent, plural
 from creak.version import version
 
 FILES = Path(__file__).parent

@@ -16,9 +16,9 @@ from creak.dynamics.history import History
 from creak.model.dofs import nodes_of
 from creak.model.plain_mesh import PlainMesh, plain_mesh
 from creak.reduction.health import health_rows
-from creak.report.motions import ModeShapes, Motions, mode_shapes, recorded_motions
-from creak.report.provenance import provenance
-from creak.report.surface import Surface, surface_of
+from creak.report.figures.motions import ModeShapes, Motions, mode_shapes, recorded_motions
+from creak.report.figures.surface import Surface, surface_of
+from creak.report.words.provenance import provenance
 from creak.sound.zwicker_tables import RATE
 from creak.studies.converge.settling import Convergence
 from creak.studies.file.config import StudyConfig

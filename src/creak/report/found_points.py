@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.report.figures.scene import node_impulses
 from creak.report.found import Found
-from creak.report.scene import node_impulses
 from creak.studies.results.elines import point_columns
 from creak.studies.run.compared import main_run
 

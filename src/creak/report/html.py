@@ -13,19 +13,25 @@ import numpy as np
 from markupsafe import Markup, escape
 
 from creak.formats.complete_file import write_text
-from creak.formats.run_identity import META
+from creak.formats.stored.run_identity import META
 from creak.model.units import UNITS, Units
-from creak.report import checks, event_tables, figures, gap_figures, method, palette, scene, tables, verdict
-from creak.report.convergence import convergence_parts
-from creak.report.eline_figure import eline_figure
-from creak.report.eline_rows import eline_table, eline_words
-from creak.report.event_csv import event_csv
+from creak.report.figures import gaps as gap_figures
+from creak.report.figures import palette, scene
+from creak.report.figures import run as figures
+from creak.report.figures.elines import eline_figure
+from creak.report.figures.picture import Loaded, contact_picture, data_uri, model_picture, standard_marks
+from creak.report.figures.view import outward
 from creak.report.found import Found, found_of
-from creak.report.picture import Loaded, contact_picture, data_uri, model_picture, standard_marks
-from creak.report.place_rows import place_parts
 from creak.report.sound_parts import loudness_figure
+from creak.report.tables import checks
+from creak.report.tables import events as event_tables
+from creak.report.tables import run as tables
+from creak.report.tables.convergence import convergence_parts
+from creak.report.tables.elines import eline_table, eline_words
+from creak.report.tables.event_csv import event_csv
+from creak.report.tables.places import place_parts
 from creak.report.templates import page_templates
-from creak.report.view import outward
+from creak.report.words import method, verdict
 from creak.studies.results.elines import line_rows, point_csv
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult

@@ -11,9 +11,9 @@ from markupsafe import Markup
 
 from creak.formats.complete_file import write_text
 from creak.model.units import UNITS
-from creak.report import palette
-from creak.report.robust_rows import index_rows, place_rows, sentence
-from creak.report.tables import Table
+from creak.report.figures import palette
+from creak.report.tables.robust import index_rows, place_rows, sentence
+from creak.report.tables.run import Table
 from creak.report.templates import page_templates
 from creak.studies.robust.bench import FACTORS
 from creak.studies.robust.findings import Robustness

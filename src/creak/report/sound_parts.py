@@ -12,11 +12,11 @@ from scipy.signal import resample_poly
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.report import palette
-from creak.report.axes import Trace, axis, base_layout, plain
-from creak.report.figures import Figure
+from creak.report.figures import palette
+from creak.report.figures.axes import Trace, axis, base_layout, plain
+from creak.report.figures.run import Figure
 from creak.report.found import Found, FoundSound
-from creak.report.text import number
+from creak.report.words.text import number
 from creak.sound.loudness import loudness
 from creak.verify.events import Event
 

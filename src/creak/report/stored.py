@@ -11,11 +11,11 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.results import reading
-from creak.formats.run_identity import AGAIN, RESULTS, SUMMARY, identity_in, identity_of, of_two_runs
-from creak.formats.sealed_hdf5 import Damaged, opened_hdf5
-from creak.formats.sealed_json import read_sealed
-from creak.formats.tree import read_tree, write_tree
+from creak.formats.stored.results import reading
+from creak.formats.stored.run_identity import AGAIN, RESULTS, SUMMARY, identity_in, identity_of, of_two_runs
+from creak.formats.stored.sealed_hdf5 import Damaged, opened_hdf5
+from creak.formats.stored.sealed_json import read_sealed
+from creak.formats.stored.tree import read_tree, write_tree
 from creak.report.found import Found, FoundRun, FoundSound
 from creak.studies.run.compared import compare_events
 from creak.verify.matching import EventMatch

@@ -11,9 +11,9 @@ from markupsafe import Markup
 
 from creak.formats.complete_file import write_text
 from creak.model.units import UNITS
-from creak.report.tables import Table
+from creak.report.tables.run import Table
 from creak.report.templates import page_templates
-from creak.report.text import NONE, number, plural
+from creak.report.words.text import NONE, number, plural
 from creak.studies.sweep.figures import RUNS, unit_of
 from creak.studies.sweep.table import Row
 from creak.version import version

@@ -24,7 +24,7 @@ function motionOf(a) {
 function rgb(hex) { return [1, 3, 5].map(k => parseInt(hex.slice(k, k + 2), 16) / 255); }
 
 class Viewer {
-  // host: element that gets the canvas; scene: as creak.report.scene makes it.
+  // host: element that gets the canvas; scene: as creak.report.figures.scene makes it.
   constructor(host, scene, options = {}) {
     this.host = host; this.scene = scene; this.hidden = new Set(); this.animation = null;
     this.frame = 0; this.exaggeration = 1; this.edges = true; this.onframe = options.onframe || (() => {});

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.dynamics.contact_steps import FINEST, IN_CONTACT, RESOLVED, steps_in_contact
-from creak.dynamics.flight import simulate_high_order
+from creak.dynamics.flight.contact_steps import FINEST, IN_CONTACT, RESOLVED, steps_in_contact
+from creak.dynamics.flight.stepper import simulate_high_order
 from creak.dynamics.history import History
 from creak.dynamics.loads import at_rest
 from creak.dynamics.scheme import Scheme

@@ -11,8 +11,8 @@ import scipy.linalg as sla
 
 from creak.assembly.damping import Damping
 from creak.assembly.part import Rayleigh
-from creak.dynamics.flight import FlightStepper, simulate_high_order
-from creak.dynamics.flight_step import choose
+from creak.dynamics.flight.step import choose
+from creak.dynamics.flight.stepper import FlightStepper, simulate_high_order
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads, at_rest
 from creak.dynamics.scheme import HHT

@@ -9,12 +9,12 @@ from benchmarks.random_contact import LIMIT, random_run
 
 from creak.assembly.part import Rayleigh
 from creak.dynamics.channels import channel_matrices
-from creak.dynamics.flow_march import SAMPLES, form_of, simulate_flow
-from creak.dynamics.flow_propagator import propagator
-from creak.dynamics.flow_resolution import FINE, QUICK, SETTLED, Resolution, flow_steps
+from creak.dynamics.flow.march import SAMPLES, form_of, simulate_flow
+from creak.dynamics.flow.propagator import propagator
+from creak.dynamics.flow.resolution import FINE, QUICK, SETTLED, Resolution, flow_steps
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal_march import simulate_modal
+from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.scheme import HHT
 from creak.dynamics.state import LinearTerms
 from creak.errors import InputError

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.dynamics import flow_march
-from creak.dynamics.flow_march import SAMPLES, simulate_flow
+from creak.dynamics.flow import march as flow_march
+from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.reduction.diagonal import diagonalise

@@ -62,8 +62,8 @@ def test_the_kernel_compiles_for_devices(monkeypatch):
     from numba import cuda, typeof
     from numba.cuda import dispatcher
 
-    from creak.dynamics import flow_cuda
-    from creak.dynamics.flow_cuda_kernel import march_block
+    from creak.dynamics.cuda import march as flow_cuda
+    from creak.dynamics.cuda.kernel import march_block
 
     runs = helpers_cuda.many_stops()
     given = flow_cuda.launch_of(runs, flow_cuda.THREADS)
@@ -79,7 +79,7 @@ def base():
 
 
 def test_runs_that_a_device_takes(base):
-    from creak.dynamics.flow_cuda import alike, out_of_scope
+    from creak.dynamics.cuda.march import alike, out_of_scope
 
     assert out_of_scope(base) == ""
     softer = base.again(replace(base.gaps, stiffness=np.full(2, 3.9e4)), base.loads)
@@ -90,7 +90,7 @@ def test_runs_that_a_device_takes(base):
 
 
 def test_laws_that_a_core_has_to_march(base):
-    from creak.dynamics.flow_cuda import out_of_scope
+    from creak.dynamics.cuda.march import out_of_scope
 
     damped = channels(np.eye(2, helpers_cuda.N), 1e-3, 1e4, damping=1.0)
     assert out_of_scope(base.again(damped, base.loads)) == "dampers of contacts"
@@ -99,7 +99,7 @@ def test_laws_that_a_core_has_to_march(base):
 
 
 def test_memory_of_a_run_counts_its_table_and_its_motion(base):
-    from creak.dynamics.flow_cuda import bytes_of
+    from creak.dynamics.cuda.march import bytes_of
 
     table = base.rows(base.n_step) * (1 + 2 * base.gaps.m) * 8
     motion = base.n_step * base.model.m.size * 8

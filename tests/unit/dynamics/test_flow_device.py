@@ -9,10 +9,10 @@ import pytest
 
 from creak.cli.main import main
 from creak.contact.laws.parameters import Friction
-from creak.dynamics import flow_device
 from creak.dynamics.chunks import march_chunks
-from creak.dynamics.flow_batch import Variant
-from creak.dynamics.flow_device import march_anywhere
+from creak.dynamics.cuda import device as flow_device
+from creak.dynamics.cuda.device import march_anywhere
+from creak.dynamics.flow.batch import Variant
 from helpers_cuda import two_stops
 from helpers_refusal import refusal
 
@@ -27,7 +27,7 @@ def base():
 @pytest.fixture
 def device(monkeypatch):
     """A device with room for two runs at once; the launches that it got."""
-    from creak.dynamics import flow_cuda
+    from creak.dynamics.cuda import march as flow_cuda
 
     launches = []
 
@@ -76,7 +76,7 @@ def test_contact_in_other_steps_is_a_launch_of_its_own(base, device):
 
 
 def test_a_device_that_fails_leaves_its_runs_to_the_cores(base, device, monkeypatch):
-    from creak.dynamics import flow_cuda
+    from creak.dynamics.cuda import march as flow_cuda
 
     def fails(runs):
         raise flow_cuda.FAILURES[0]("out of memory\nmore of it")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from creak.dynamics.flow_march import SAMPLES, simulate_flow
-from creak.dynamics.flow_resolution import SETTLED, finer
+from creak.dynamics.flow.march import SAMPLES, simulate_flow
+from creak.dynamics.flow.resolution import SETTLED, finer
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
 from creak.reduction.diagonal import diagonalise

@@ -9,7 +9,7 @@ from creak.assembly.coupling import Driven
 from creak.assembly.part import Rayleigh
 from creak.dynamics.history import ENERGIES
 from creak.dynamics.loads import Loads, at_rest, follow
-from creak.dynamics.modal_march import simulate_modal
+from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.dynamics.stopped import Interrupted

@@ -15,9 +15,9 @@ from creak.contact.gap_operator import GapOperator
 from creak.contact.laws.parameters import Curves, Friction
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads, at_rest
-from creak.dynamics.modal_coefficients import MasslessBoundary, exact_step, is_modal
-from creak.dynamics.modal_march import simulate_modal
-from creak.dynamics.modal_taper import participation, tapered
+from creak.dynamics.modal.coefficients import MasslessBoundary, exact_step, is_modal
+from creak.dynamics.modal.march import simulate_modal
+from creak.dynamics.modal.taper import participation, tapered
 from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
 from creak.dynamics.simulate import simulate
 from creak.dynamics.stopped import Diverged

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics import flow_march, modal_march
-from creak.dynamics.flow_march import simulate_flow
-from creak.dynamics.flow_resolution import SETTLED
+from creak.dynamics.flow import march as flow_march
+from creak.dynamics.flow.march import simulate_flow
+from creak.dynamics.flow.resolution import SETTLED
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal_march import simulate_modal
+from creak.dynamics.modal import march as modal_march
+from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.scheme import HHT
 from creak.reduction.diagonal import diagonalise
 from helpers_core import chain, channels, system_of

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.loads import at_rest
-from creak.dynamics.modal_march import simulate_modal
+from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.dynamics.watch import Watch, Watched

@@ -70,7 +70,7 @@ def test_bar_pulled_off_its_material_axes_has_the_young_modulus_of_that_directio
 
 def uniaxial_strain(own: Own) -> np.ndarray:
     """Strain tensor of a stress along x such that exx = 1e-3, from the rotated flexibility."""
-    from creak.elements.solid_common import elasticity
+    from creak.elements.solids.common import elasticity
 
     flexibility = np.linalg.inv(elasticity(WOOD, Own(own.axis1[:1], own.axis2[:1]))[0, 0])
     e = flexibility[:, 0] * 1e-3 / flexibility[0, 0]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from creak.elements import shell_quad4
 from creak.elements.geometry import DegenerateElement
+from creak.elements.shells import quad4 as shell_quad4
 from creak.model.elasticity import lamina, turned_shear
 from creak.model.laminates import Ply, homogeneous_shell, laminate, shifted
 from creak.model.materials import GeneralShell, Material, SheetMaterial, ShellSection

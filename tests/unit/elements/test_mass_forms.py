@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 
-from creak.elements import shell_quad4
 from creak.elements.block_matrices import block_matrices
+from creak.elements.shells import quad4 as shell_quad4
 from creak.model.materials import BeamSection, Material, PointMass, ShellSection, SolidSection, TrussSection
 from creak.model.mesh import ElementBlock, Own
 

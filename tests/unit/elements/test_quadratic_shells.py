@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from benchmarks_shell import ROOF, THIN_PLATES, scordelis_lo, thick_plate, thin_plate
-from creak.elements import beam3, shell_quad8
+from creak.elements import beam3
 from creak.elements.geometric import GEOMETRIC
 from creak.elements.geometry import DegenerateElement
 from creak.elements.heat import HEATED
 from creak.elements.lumping import lumped
-from creak.elements.shell_common import SPIN
+from creak.elements.shells import quad8 as shell_quad8
+from creak.elements.shells.common import SPIN
 from creak.model.expansion import Expansion
 from creak.model.laminates import homogeneous_shell
 from creak.model.materials import BeamSection, Material, ShellSection

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.elements import solid_hex20, solid_wedge15
 from creak.elements.geometry import gauss_triangle
 from creak.elements.lumping import lumped
+from creak.elements.solids import hex20 as solid_hex20
+from creak.elements.solids import wedge15 as solid_wedge15
 from creak.model.materials import Material, SolidSection
 from creak.model.mesh import Own
 from creak.model.solid_faces import MIDDLES

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from creak.elements.geometry import CHUNK, DegenerateElement
-from creak.elements.shell_common import SPIN
+from creak.elements.shells.common import SPIN
 from creak.errors import CreakError
 from helpers_fem import (
     KINDS,

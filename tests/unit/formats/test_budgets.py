@@ -9,11 +9,11 @@ import tracemalloc
 import pytest
 
 from creak.errors import InputError, shortened
-from creak.formats.abaqus.lexer import lex
-from creak.formats.abaqus.numbers import to_float
 from creak.formats.abaqus.reader import read_deck
-from creak.formats.nastran.bulk_data import ids_among
+from creak.formats.abaqus.text.lexer import lex
+from creak.formats.abaqus.text.numbers import to_float
 from creak.formats.nastran.reader import read_nastran
+from creak.formats.nastran.text.bulk_data import ids_among
 from creak.studies.file.reader import read_study
 from creak.studies.file.tables import read_table
 from creak.studies.sweep.cases import MOST_CASES, changed, variants

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from creak.errors import WriteError
-from creak.formats import hdf5_file as piece
 from creak.formats.complete_file import Unfinished, complete_file
-from creak.formats.hdf5_file import hdf5_file
+from creak.formats.stored import hdf5 as piece
+from creak.formats.stored.hdf5 import hdf5_file
 from helpers_disk import small_disk
 
 
@@ -114,7 +114,7 @@ from pathlib import Path
 import numpy as np
 from creak.errors import WriteError
 from creak.formats.complete_file import complete_file
-from creak.formats.hdf5_file import hdf5_file
+from creak.formats.stored.hdf5 import hdf5_file
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 try:
     with complete_file(Path(sys.argv[1])) as partial, hdf5_file(partial) as out:

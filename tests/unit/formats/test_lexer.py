@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from creak.errors import InputError
-from creak.formats.abaqus.lexer import lex
+from creak.formats.abaqus.text.lexer import lex
 
 
 def _write(path: Path, text: str) -> Path:

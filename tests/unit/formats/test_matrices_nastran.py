@@ -11,7 +11,7 @@ from creak.errors import InputError
 from creak.formats.matrices.nastran_dmig import read_dmig
 from creak.formats.matrices.nastran_op4 import read_op4
 from creak.formats.matrices.op4_file import read_op4_matrices, write_op4_matrices
-from creak.formats.nastran.bulk_data import read_cards
+from creak.formats.nastran.text.bulk_data import read_cards
 
 K = np.array([[4.0, -1.5, 0.0, 2.0], [-1.5, 9.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0], [2.0, 0.0, 0.0, 7.5]])
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from creak.errors import InputError
-from creak.formats.measured import chosen_channel, read_channels
-from creak.formats.uff import DISPLACEMENT, Function, write_functions
+from creak.formats.measured.files import chosen_channel, read_channels
+from creak.formats.measured.uff import DISPLACEMENT, Function, write_functions
 from creak.studies.file.reader import read_study
 from creak.studies.file.tables import read_signal
 from creak.studies.prepare.setup import set_up

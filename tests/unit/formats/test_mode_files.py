@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from creak.formats.abaqus.reader import read_deck
-from creak.formats.uff import write_uff
+from creak.formats.measured.uff import write_uff
 from creak.formats.vtu import write_vtu
 from helpers_uff import data_sets, fields
 from helpers_vtu import arrays

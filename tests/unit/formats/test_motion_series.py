@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from creak.errors import InputError
-from creak.formats import motion_series
 from creak.formats.complete_file import complete_file
-from creak.formats.hdf5_file import hdf5_file
-from creak.formats.motion_series import motion_field, write_series
-from creak.formats.tree import write_tree
+from creak.formats.measured import motion_series
+from creak.formats.measured.motion_series import motion_field, write_series
+from creak.formats.stored.hdf5 import hdf5_file
+from creak.formats.stored.tree import write_tree
 from creak.model.mesh import Nodes, Part
 from creak.model.plain_mesh import PlainBlock, PlainMesh
 from helpers_stored import changed_hdf5

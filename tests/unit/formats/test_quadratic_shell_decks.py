@@ -10,8 +10,8 @@ import pytest
 from creak.contact.facets import facets_of, nodes_of
 from creak.errors import InputError
 from creak.formats.decks import read_model
+from creak.formats.measured.uff import DESCRIPTORS, ORDER
 from creak.formats.nastran.writer import write_nastran
-from creak.formats.uff import DESCRIPTORS, ORDER
 from creak.formats.vtu import CELLS
 from creak.model.shell_facets import facets_of_shells
 from creak.studies.models.deck_modes import deck_modes

@@ -14,9 +14,9 @@ from creak.contact.facets import facets_of
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.abaqus.writer import write_deck
+from creak.formats.measured.uff import write_uff
 from creak.formats.nastran.reader import read_nastran
 from creak.formats.nastran.writer import write_nastran
-from creak.formats.uff import write_uff
 from creak.formats.vtu import write_vtu
 from creak.model.comparison import difference
 from creak.model.mesh import Model

@@ -12,7 +12,7 @@ import pytest
 from typing_extensions import TypeAliasType
 
 from creak.arrays import ComplexArray, FloatArray, IntArray
-from creak.formats.tree import BIG, read_tree, write_tree
+from creak.formats.stored.tree import BIG, read_tree, write_tree
 
 T = TypeVar("T", bound=np.generic)
 Named = TypeAliasType("Named", np.ndarray[Any, np.dtype[T]], type_params=(T,))

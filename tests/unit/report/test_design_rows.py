@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from creak.report.method import _clip, _support
+from creak.report.words.method import _clip, _support
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.node_tables import SupportTable
 

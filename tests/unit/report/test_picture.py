@@ -5,8 +5,8 @@ import io
 import numpy as np
 from matplotlib.image import imread
 
-from creak.report.picture import Loaded, contact_picture, model_picture, standard_marks
-from creak.report.view import cut_up, facets_of, front, three_quarter
+from creak.report.figures.picture import Loaded, contact_picture, model_picture, standard_marks
+from creak.report.figures.view import cut_up, facets_of, front, three_quarter
 
 NO_SIDE = np.zeros(3)
 

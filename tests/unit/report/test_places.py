@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from creak.model.units import UNITS
-from creak.report.event_csv import event_csv
-from creak.report.event_tables import slips_in
 from creak.report.found import found_of
+from creak.report.tables.event_csv import event_csv
+from creak.report.tables.events import slips_in
 from creak.studies.results import places as module
 from creak.studies.results.places import find_places, place_of
 from creak.studies.results.summary import summarise

@@ -8,9 +8,9 @@ import pytest
 from small_study import plates, study_text
 
 from creak.model.units import UNITS
+from creak.report.figures.motions import LEFT_OUT, shapes_of
+from creak.report.figures.scene import animations, scene
 from creak.report.found import found_of
-from creak.report.motions import LEFT_OUT, shapes_of
-from creak.report.scene import animations, scene
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.run import motion

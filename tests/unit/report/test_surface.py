@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from creak.report.surface import surface_of
-from creak.report.view import facets_of
+from creak.report.figures.surface import surface_of
+from creak.report.figures.view import facets_of
 
 NONE = np.zeros(0, dtype=np.int64)
 

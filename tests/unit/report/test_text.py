@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from creak.report.axes import peaks_kept, thinned
-from creak.report.text import MINUS, NONE, THIN, fixed, four, number, percent, ratio, share, tidy, times
+from creak.report.figures.axes import peaks_kept, thinned
+from creak.report.words.text import MINUS, NONE, THIN, fixed, four, number, percent, ratio, share, tidy, times
 
 
 @pytest.mark.parametrize(

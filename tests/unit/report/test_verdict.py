@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from creak.model.units import UNITS
-from creak.report.checks import checks, moving_axes
 from creak.report.found import found_of
-from creak.report.text import THIN
-from creak.report.verdict import penetration, sentence, warnings
+from creak.report.tables.checks import checks, moving_axes
+from creak.report.words.text import THIN
+from creak.report.words.verdict import penetration, sentence, warnings
 from creak.studies.results.summary import summarise
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 from creak.contact.gap_operator import GapOperator, join
-from creak.dynamics.flow_march import SAMPLES, simulate_flow
+from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
 from creak.reduction.diagonal import diagonalise

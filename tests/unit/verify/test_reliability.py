@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from creak.dynamics.history import ENERGIES, History
-from creak.dynamics.modal_march import simulate_modal
+from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.scheme import HHT
 from creak.dynamics.watch import Extremes
 from creak.reduction.diagonal import diagonalise

@@ -8,35 +8,35 @@ from typing import TypeVar
 
 from creak.arrays import IntArray
 from creak.errors import InputError
-from creak.formats.abaqus.added_mass import with_added_mass
-from creak.formats.abaqus.blocks import make_blocks
-from creak.formats.abaqus.boundary import read_boundaries, read_initial_velocity
-from creak.formats.abaqus.couplings import Placement, read_couplings
-from creak.formats.abaqus.distributions import read_distributions
-from creak.formats.abaqus.elements import read_elements
-from creak.formats.abaqus.fasteners import extended, read_fasteners, spring_blocks
-from creak.formats.abaqus.joints import joint_constraints
-from creak.formats.abaqus.keywords import misspelled
-from creak.formats.abaqus.lexer import lex
-from creak.formats.abaqus.links import read_links
-from creak.formats.abaqus.materials import read_materials
-from creak.formats.abaqus.names import with_short_names
-from creak.formats.abaqus.nodal_thickness import read_nodal_thickness
-from creak.formats.abaqus.nodes import read_nodes
-from creak.formats.abaqus.orientations import read_orientations
-from creak.formats.abaqus.outline import Outline, outline
-from creak.formats.abaqus.own_data import Geometry
-from creak.formats.abaqus.parameters import with_parameters
-from creak.formats.abaqus.parts import read_parts
-from creak.formats.abaqus.pressures import Bodies
-from creak.formats.abaqus.prestress import list_prestress, read_static
-from creak.formats.abaqus.sections import read_sections
-from creak.formats.abaqus.sets import read_sets
-from creak.formats.abaqus.steps import read_run
-from creak.formats.abaqus.surfaces import RawSurface, read_surfaces
-from creak.formats.abaqus.temperatures import node_temperatures
-from creak.formats.abaqus.ties import read_ties
-from creak.formats.abaqus.transforms import held_along_axes, note_transformed, read_transforms
+from creak.formats.abaqus.joints.couplings import Placement, read_couplings
+from creak.formats.abaqus.joints.fasteners import extended, read_fasteners, spring_blocks
+from creak.formats.abaqus.joints.links import read_links
+from creak.formats.abaqus.joints.rigid import joint_constraints
+from creak.formats.abaqus.joints.ties import read_ties
+from creak.formats.abaqus.loads.boundary import read_boundaries, read_initial_velocity
+from creak.formats.abaqus.loads.pressures import Bodies
+from creak.formats.abaqus.loads.prestress import list_prestress, read_static
+from creak.formats.abaqus.loads.steps import read_run
+from creak.formats.abaqus.loads.temperatures import node_temperatures
+from creak.formats.abaqus.mesh.blocks import make_blocks
+from creak.formats.abaqus.mesh.elements import read_elements
+from creak.formats.abaqus.mesh.nodes import read_nodes
+from creak.formats.abaqus.mesh.parts import read_parts
+from creak.formats.abaqus.mesh.sets import read_sets
+from creak.formats.abaqus.mesh.surfaces import RawSurface, read_surfaces
+from creak.formats.abaqus.mesh.transforms import held_along_axes, note_transformed, read_transforms
+from creak.formats.abaqus.sections.added_mass import with_added_mass
+from creak.formats.abaqus.sections.assigned import read_sections
+from creak.formats.abaqus.sections.distributions import read_distributions
+from creak.formats.abaqus.sections.materials import read_materials
+from creak.formats.abaqus.sections.nodal_thickness import read_nodal_thickness
+from creak.formats.abaqus.sections.orientations import read_orientations
+from creak.formats.abaqus.sections.own_data import Geometry
+from creak.formats.abaqus.text.keywords import misspelled
+from creak.formats.abaqus.text.lexer import lex
+from creak.formats.abaqus.text.names import with_short_names
+from creak.formats.abaqus.text.outline import Outline, outline
+from creak.formats.abaqus.text.parameters import with_parameters
 from creak.formats.deck.refusals import reading
 from creak.model.mesh import Model, Surface
 from creak.model.steps import DeckRun

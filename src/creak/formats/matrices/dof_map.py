@@ -11,8 +11,8 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
-from creak.formats.csv_rows import csv_rows
 from creak.formats.matrices.checks import read_text
+from creak.formats.measured.csv_rows import csv_rows
 from creak.model.superelement import Superelement
 
 HEADER = ("node", "dof", "x", "y", "z")

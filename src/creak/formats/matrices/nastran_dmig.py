@@ -15,7 +15,7 @@ from creak.formats.complete_file import complete_file
 from creak.formats.matrices import nastran_points as nastran
 from creak.formats.matrices.checks import by_node, checked, compact, first_of, reordered, with_structural
 from creak.formats.matrices.nastran_op4 import DAMPING, MASS, STIFFNESS, STRUCTURAL
-from creak.formats.nastran.bulk_data import Card, free_card, read_cards, real
+from creak.formats.nastran.text.bulk_data import Card, free_card, read_cards, real
 from creak.model.superelement import Superelement
 
 SQUARE, SYMMETRIC = 1, 6

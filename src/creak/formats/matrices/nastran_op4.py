@@ -12,7 +12,7 @@ from creak.formats.matrices import nastran_points as nastran
 from creak.formats.matrices.checks import by_node, checked, first_of, reordered, with_structural
 from creak.formats.matrices.dof_map import beside, read_dof_map
 from creak.formats.matrices.op4_file import read_op4_matrices, write_op4_matrices
-from creak.formats.nastran.bulk_data import free_card
+from creak.formats.nastran.text.bulk_data import free_card
 from creak.model.superelement import Superelement
 
 STIFFNESS = ("KXX", "KAA", "KAAX")

@@ -11,8 +11,8 @@ from scipy import sparse
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
-from creak.formats.nastran.bulk_data import Card, free_card, id_list, read_cards, real
-from creak.formats.nastran.coordinate_systems import axes_at, point_in_basic, read_systems
+from creak.formats.nastran.mesh.coordinate_systems import axes_at, point_in_basic, read_systems
+from creak.formats.nastran.text.bulk_data import Card, free_card, id_list, read_cards, real
 from creak.model.dofs import ALL, ROTATIONS, TRANSLATIONS
 from creak.model.superelement import Superelement
 

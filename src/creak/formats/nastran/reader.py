@@ -10,31 +10,31 @@ import numpy as np
 from creak.arrays import IntArray
 from creak.errors import InputError
 from creak.formats.deck.refusals import reading
-from creak.formats.nastran.added_mass import add_mass
-from creak.formats.nastran.bars import read_bars
-from creak.formats.nastran.bulk_data import Card
-from creak.formats.nastran.case_control import read_case_control
-from creak.formats.nastran.coordinate_systems import read_systems
-from creak.formats.nastran.deck import Deck, Group
-from creak.formats.nastran.deck_file import DeckFile, read_deck_file
-from creak.formats.nastran.direct_matrices import read_direct_matrices
-from creak.formats.nastran.fasteners import read_fasteners
-from creak.formats.nastran.gaps import list_gaps
-from creak.formats.nastran.glue import CARDS as OF_GLUE
-from creak.formats.nastran.glue import read_glue
-from creak.formats.nastran.grids import Permanent, read_grids
-from creak.formats.nastran.known_cards import CARDS, list_unread
-from creak.formats.nastran.materials import read_materials
-from creak.formats.nastran.parts import read_parts
-from creak.formats.nastran.points import read_points
-from creak.formats.nastran.rigid import read_rigid
-from creak.formats.nastran.sets import element_sets, node_sets, surfaces
-from creak.formats.nastran.shell_to_solid import read_shell_to_solid
-from creak.formats.nastran.shells import read_shells
-from creak.formats.nastran.solids import read_solids
-from creak.formats.nastran.static_loads import named_loads, temperatures
-from creak.formats.nastran.supports import read_initial_velocity, read_supports, support_sets
-from creak.formats.nastran.transient import cards_of, read_transient
+from creak.formats.nastran.joints.direct_matrices import read_direct_matrices
+from creak.formats.nastran.joints.fasteners import read_fasteners
+from creak.formats.nastran.joints.gaps import list_gaps
+from creak.formats.nastran.joints.glue import CARDS as OF_GLUE
+from creak.formats.nastran.joints.glue import read_glue
+from creak.formats.nastran.joints.points import read_points
+from creak.formats.nastran.joints.rigid import read_rigid
+from creak.formats.nastran.joints.shell_to_solid import read_shell_to_solid
+from creak.formats.nastran.loads.static_loads import named_loads, temperatures
+from creak.formats.nastran.loads.supports import read_initial_velocity, read_supports, support_sets
+from creak.formats.nastran.loads.transient import cards_of, read_transient
+from creak.formats.nastran.mesh.bars import read_bars
+from creak.formats.nastran.mesh.coordinate_systems import read_systems
+from creak.formats.nastran.mesh.grids import Permanent, read_grids
+from creak.formats.nastran.mesh.parts import read_parts
+from creak.formats.nastran.mesh.sets import element_sets, node_sets, surfaces
+from creak.formats.nastran.mesh.shells import read_shells
+from creak.formats.nastran.mesh.solids import read_solids
+from creak.formats.nastran.sections.added_mass import add_mass
+from creak.formats.nastran.sections.materials import read_materials
+from creak.formats.nastran.text.bulk_data import Card
+from creak.formats.nastran.text.case_control import read_case_control
+from creak.formats.nastran.text.deck import Deck, Group
+from creak.formats.nastran.text.deck_file import DeckFile, read_deck_file
+from creak.formats.nastran.text.known_cards import CARDS, list_unread
 from creak.model.mesh import ElementBlock, Model, Own, Unread
 from creak.model.steps import DeckRun
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from creak.errors import InputError
 from creak.formats.nastran.reader import read_nastran
-from creak.formats.nastran.write_conditions import (
+from creak.formats.nastran.write.conditions import (
     MATRICES,
     SET,
     added_matrices,
@@ -18,13 +18,13 @@ from creak.formats.nastran.write_conditions import (
     matrix_lines,
     support_lines,
 )
-from creak.formats.nastran.write_elements import Systems, element_lines, is_conm1
-from creak.formats.nastran.write_equivalent import equivalent
-from creak.formats.nastran.write_fields import card
-from creak.formats.nastran.write_materials import Materials, damping_of
-from creak.formats.nastran.write_numbers import numbered
-from creak.formats.nastran.write_properties import Properties
-from creak.formats.nastran.write_sets import labels, set_lines, with_surface_sets
+from creak.formats.nastran.write.elements import Systems, element_lines, is_conm1
+from creak.formats.nastran.write.equivalent import equivalent
+from creak.formats.nastran.write.fields import card
+from creak.formats.nastran.write.materials import Materials, damping_of
+from creak.formats.nastran.write.numbers import numbered
+from creak.formats.nastran.write.properties import Properties
+from creak.formats.nastran.write.sets import labels, set_lines, with_surface_sets
 from creak.formats.written_deck import write_checked
 from creak.model.comparison import difference
 from creak.model.constraints import Equation

@@ -7,7 +7,7 @@ import uuid
 from collections.abc import Iterable
 from pathlib import Path
 
-from creak.formats.run_identity import RunIdentity
+from creak.formats.stored.run_identity import RunIdentity
 from creak.studies.file.paths import DECKS, deck_files, map_paths
 from creak.studies.file.reader import Study
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
-from creak.formats.csv_rows import csv_rows
-from creak.formats.measured import chosen_channel, is_measured
+from creak.formats.measured.csv_rows import csv_rows
+from creak.formats.measured.files import chosen_channel, is_measured
 from creak.model.magnitude import LARGEST, computable
 
 

@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import CreakError
-from creak.formats.solved_file import read_solved, write_solved
+from creak.formats.stored.solved import read_solved, write_solved
 from creak.version import version
 
 LARGEST = 200_000_000

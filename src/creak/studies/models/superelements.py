@@ -16,7 +16,7 @@ from creak.arrays import IntArray
 from creak.assembly.system import System
 from creak.errors import InputError, NumericalError
 from creak.formats.safe_names import file_stem
-from creak.formats.superelement_file import (
+from creak.formats.stored.superelement import (
     MAPPED,
     SavedSuperelement,
     read_superelement_file,

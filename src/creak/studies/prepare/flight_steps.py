@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from creak.dynamics.flow_march import SAMPLES
-from creak.dynamics.flow_resolution import FINE, QUICK, SETTLED, Resolution
+from creak.dynamics.flow.march import SAMPLES
+from creak.dynamics.flow.resolution import FINE, QUICK, SETTLED, Resolution
 from creak.studies.file.reader import Study
 from creak.studies.file.signals.course import RecordTable, TableTable
 from creak.studies.file.tables import read_signal

@@ -10,7 +10,7 @@ import numpy as np
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
-from creak.dynamics.modal_coefficients import is_modal
+from creak.dynamics.modal.coefficients import is_modal
 from creak.studies.converge.settling import OF_PLACE, Followed
 from creak.studies.prepare.setup import Setup
 from creak.studies.results.places import Place, channels_at, events_at

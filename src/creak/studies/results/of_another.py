@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from creak.errors import InputError
-from creak.formats.run_identity import SUMMARY
+from creak.formats.stored.run_identity import SUMMARY
 
 
 def refuse_other_study(folder: Path, study: str) -> None:

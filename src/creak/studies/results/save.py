@@ -16,13 +16,13 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.recovery import by_node, recovered
 from creak.dynamics.history import ENERGIES, History
 from creak.formats.complete_file import files_together, write_bytes, write_text
-from creak.formats.csv_rows import plain_row
 from creak.formats.destination import destination
+from creak.formats.measured.csv_rows import plain_row
 from creak.formats.partials import remove_dead
-from creak.formats.results import ContactRecord, Field, RunRecord, put_results
-from creak.formats.run_identity import CONVERGENCE, REPORT, RESULTS, SUMMARY, stale_files, write_identity
-from creak.formats.sealed_json import sealed_text
-from creak.formats.tree import write_tree
+from creak.formats.stored.results import ContactRecord, Field, RunRecord, put_results
+from creak.formats.stored.run_identity import CONVERGENCE, REPORT, RESULTS, SUMMARY, stale_files, write_identity
+from creak.formats.stored.sealed_json import sealed_text
+from creak.formats.stored.tree import write_tree
 from creak.model.plain_mesh import PlainMesh, plain_mesh
 from creak.signals.resampling import cell_means
 from creak.studies.converge.settling import Convergence

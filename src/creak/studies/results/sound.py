@@ -8,7 +8,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from creak.formats.tree import COMPRESSED
+from creak.formats.stored.tree import COMPRESSED
 from creak.sound.zwicker_tables import RATE
 from creak.studies.results.places import Place, find_places, ranked
 from creak.studies.run.job import Run, StudyResult

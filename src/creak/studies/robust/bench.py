@@ -13,9 +13,9 @@ from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.chunks import march_chunks
-from creak.dynamics.flow_batch import Variant
-from creak.dynamics.flow_device import Device, march_anywhere
-from creak.dynamics.flow_march import SAMPLES, FlowRun
+from creak.dynamics.cuda.device import Device, march_anywhere
+from creak.dynamics.flow.batch import Variant
+from creak.dynamics.flow.march import SAMPLES, FlowRun
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.errors import InputError, NumericalError

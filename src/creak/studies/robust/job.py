@@ -11,8 +11,8 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator, join
-from creak.dynamics.flow_device import Device, check_device
-from creak.formats.record_log import read_records, record_log
+from creak.dynamics.cuda.device import Device, check_device
+from creak.formats.stored.record_log import read_records, record_log
 from creak.progress import Progress, silent
 from creak.studies.file.identity import new_identity, other_files_sha256
 from creak.studies.file.reader import Study

@@ -12,17 +12,17 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
-from creak.dynamics.contact_steps import IN_CONTACT, steps_in_contact
-from creak.dynamics.flight import FlightStepper, simulate_high_order
-from creak.dynamics.flow_coupled import MOST, can_couple
-from creak.dynamics.flow_march import SAMPLES, simulate_flow
-from creak.dynamics.flow_resolution import SETTLED, Resolution, finer
+from creak.dynamics.flight.contact_steps import IN_CONTACT, steps_in_contact
+from creak.dynamics.flight.stepper import FlightStepper, simulate_high_order
+from creak.dynamics.flow.coupled import MOST, can_couple
+from creak.dynamics.flow.march import SAMPLES, simulate_flow
+from creak.dynamics.flow.resolution import SETTLED, Resolution, finer
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, refined
-from creak.dynamics.modal_coefficients import MasslessBoundary, is_modal
-from creak.dynamics.modal_march import simulate_modal
-from creak.dynamics.modal_massless import massless_substeps
-from creak.dynamics.modal_taper import tapered
+from creak.dynamics.modal.coefficients import MasslessBoundary, is_modal
+from creak.dynamics.modal.march import simulate_modal
+from creak.dynamics.modal.massless import massless_substeps
+from creak.dynamics.modal.taper import tapered
 from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
 from creak.dynamics.simulate import march, simulate
 from creak.dynamics.watch import Watched

@@ -14,7 +14,7 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.contact.small_sliding import slip_warnings, turn_warnings
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
-from creak.formats.run_identity import RunIdentity
+from creak.formats.stored.run_identity import RunIdentity
 from creak.progress import Progress
 from creak.reduction.health import Health
 from creak.studies.file.identity import new_identity

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from creak.contact.step_problem import compile_kernels, solve_step
-from creak.dynamics.flow_march import compile_flow
+from creak.dynamics.flow.march import compile_flow
 from creak.studies.prepare.setup import Setup
 
 ASIDE = "from creak.contact.step_problem import compile_kernels; compile_kernels()"

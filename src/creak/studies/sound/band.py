@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.elements.shell_rigidity import areal_mass
+from creak.elements.shells.rigidity import areal_mass
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Model
 from creak.model.shell_facets import SHELL_FACETS

@@ -20,9 +20,9 @@ from threadpoolctl import threadpool_info
 from creak.errors import CreakError, InputError, NumericalError, unforeseen
 from creak.formats.complete_file import write_text
 from creak.formats.partials import partial_name
-from creak.formats.run_identity import RESULTS, SUMMARY, identity_in, identity_of
-from creak.formats.sealed_hdf5 import opened_hdf5
-from creak.formats.sealed_json import read_sealed, sealed_text
+from creak.formats.stored.run_identity import RESULTS, SUMMARY, identity_in, identity_of
+from creak.formats.stored.sealed_hdf5 import opened_hdf5
+from creak.formats.stored.sealed_json import read_sealed, sealed_text
 from creak.progress import silent
 from creak.studies.file.reader import read_study
 from creak.studies.models.superelements import save_superelement

@@ -12,8 +12,8 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.dynamics.watch import Extremes
 from creak.formats.complete_file import complete_file
-from creak.formats.npz_arrays import read_arrays
-from creak.formats.sealed_hdf5 import Damaged
+from creak.formats.stored.npz_arrays import read_arrays
+from creak.formats.stored.sealed_hdf5 import Damaged
 from creak.progress import Progress
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup

@@ -13,8 +13,8 @@ import h5py
 import numpy as np
 
 from creak.formats.complete_file import complete_file
-from creak.formats.csv_rows import plain_cell, plain_row
-from creak.formats.hdf5_file import hdf5_file
+from creak.formats.measured.csv_rows import plain_cell, plain_row
+from creak.formats.stored.hdf5 import hdf5_file
 from creak.studies.sweep.case import NOT_RUN, Outcome
 from creak.studies.sweep.cases import Case, shown
 from creak.studies.sweep.figures import OF_A_RUN, OF_EVENTS, RUNS, unit_of

@@ -10,7 +10,7 @@ import pytest
 
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
-from creak.formats.abaqus.write_sections import inverted
+from creak.formats.abaqus.write.sections import inverted
 from creak.formats.abaqus.writer import write_deck
 from creak.model.comparison import difference
 from creak.model.materials import Material, ShellSection

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.formats.abaqus.beam_shapes import SHAPES as ABAQUS
+from creak.formats.abaqus.sections.beam_shapes import SHAPES as ABAQUS
 from creak.formats.deck.catalogue import Catalogue, Meaning, listed
 from creak.formats.deck.cross_section import composed, principal
 from creak.formats.deck.parts import NO_LINKS, Rows, join_neighbours, number_points
-from creak.formats.nastran.bar_shapes import SHAPES as NASTRAN
+from creak.formats.nastran.sections.bar_shapes import SHAPES as NASTRAN
 
 
 @pytest.mark.parametrize(

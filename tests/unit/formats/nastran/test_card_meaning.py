@@ -6,7 +6,7 @@ import pytest
 
 from creak.errors import InputError
 from creak.formats.decks import read_model
-from creak.formats.nastran.known_cards import CHANGES, HARMLESS, READ
+from creak.formats.nastran.text.known_cards import CHANGES, HARMLESS, READ
 from helpers_nastran import read
 
 BULK = "GRID,1,,0.,0.,0.,,123456\nGRID,2,,1.,0.,0.\nCROD,1,1,1,2\nPROD,1,1,1.\nMAT1,1,2.+5,,.3,1.-9\n"

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from creak.errors import InputError
-from creak.formats.nastran.bulk_data import Line, cards_of, id_list
-from creak.formats.nastran.coordinate_systems import point_in_basic, read_systems
+from creak.formats.nastran.mesh.coordinate_systems import point_in_basic, read_systems
 from creak.formats.nastran.reader import read_nastran
+from creak.formats.nastran.text.bulk_data import Line, cards_of, id_list
 from helpers_nastran import read, unread
 
 BULK = "GRID,1,,0.\nGRID,2,,1.\nCROD,1,1,1,2\nPROD,1,1,3.\nMAT1,1,2.+5,,.3,1.-9\n"

@@ -9,7 +9,7 @@ import pytest
 
 import creak
 from creak.dynamics.loads import Loads
-from creak.report.terminal import cause_lines
+from creak.report.words.terminal import cause_lines
 from creak.studies.cause.changes import candidates
 from creak.studies.cause.decompose import CONTACT, EXCITATION, REST, find_causes
 from creak.studies.cause.driven import driven_level

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.dynamics.flow_march import SAMPLES, simulate_flow
-from creak.dynamics.flow_resolution import SETTLED as RESOLUTION
-from creak.dynamics.flow_resolution import finer
+from creak.dynamics.flow.march import SAMPLES, simulate_flow
+from creak.dynamics.flow.resolution import SETTLED as RESOLUTION
+from creak.dynamics.flow.resolution import finer
 from creak.dynamics.loads import Loads
 from creak.reduction.diagonal import diagonalise
 from creak.studies.converge.compared import assess

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from creak.formats import superelement_file
+from creak.formats.stored import superelement as superelement_file
 from creak.studies.file.reader import read_study
 from creak.studies.models import superelements
 from creak.studies.models.reduced import reduce_model

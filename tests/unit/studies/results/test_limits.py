@@ -7,7 +7,7 @@ import pytest
 
 import creak
 from creak.report.html import report_text
-from creak.report.terminal import place_table
+from creak.report.words.terminal import place_table
 from creak.sound.zwicker_tables import BANDS
 from creak.studies.results.limits import judged, limit_words
 from creak.studies.results.places import find_places, ranked

@@ -16,8 +16,8 @@ import pytest
 
 import creak
 from creak.errors import WriteError
-from creak.formats.histories import read_histories
-from creak.formats.motion_series import motion_field
+from creak.formats.measured.histories import read_histories
+from creak.formats.measured.motion_series import motion_field
 from creak.formats.partials import partial_name
 from creak.studies.file.identity import decks_sha256, files_sha256
 from creak.studies.file.reader import read_study

@@ -16,9 +16,9 @@ import creak
 from creak.assembly.system import to_dense
 from creak.cli.main import main
 from creak.dynamics.chunks import march_chunks
-from creak.dynamics.flow_march import simulate_flow
+from creak.dynamics.flow.march import simulate_flow
 from creak.errors import InputError, NumericalError
-from creak.formats.record_log import read_records, record_log
+from creak.formats.stored.record_log import read_records, record_log
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
 from creak.studies.models.reference import build_reference

@@ -10,8 +10,8 @@ import pytest
 
 import creak
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.flow_march import SAMPLES, FlowRun, simulate_flow
-from creak.dynamics.flow_resolution import SETTLED
+from creak.dynamics.flow.march import SAMPLES, FlowRun, simulate_flow
+from creak.dynamics.flow.resolution import SETTLED
 from creak.dynamics.loads import Loads
 from creak.reduction.diagonal import diagonalise
 from creak.studies.file.reader import read_study
@@ -76,7 +76,7 @@ def test_the_process_beside_compiles_what_is_looked_for(monkeypatch, tmp_path):
 
 
 def test_springs_move_the_same_with_the_solver_and_without():
-    """Both kernels march one model of springs alone; the solver's stands on 1e-5 of its rates (`flow_kicks.RATE`)."""
+    """Both kernels march one model of springs alone; the solver's stands on 1e-5 of its rates (`flow.kicks.RATE`)."""
     M, K = chain(4, 0.01, 2e4)
     system = diagonalise(system_of(M, K, alpha=20.0))
     time = 1e-3 / SAMPLES * np.arange(SAMPLES * 60 + 1)

@@ -15,7 +15,7 @@ from scipy.io import wavfile
 
 import creak
 from creak.errors import InputError
-from creak.formats.stored_sound import read_sound
+from creak.formats.stored.sound import read_sound
 from creak.formats.wav import read_wav
 from creak.model.materials import SolidSection
 from creak.model.mesh import Nodes, Part

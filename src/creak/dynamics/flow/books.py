@@ -1,0 +1,175 @@
+"""The energies of a march by exact flow.
+
+Between two kicks the motion is exact: its energy changes by the work of the loads, less what the dampers took. What
+the scheme leaves over comes from the kicks alone: a channel of force p at the mean rate r of its kick takes h p r out
+of the motion, and that is to be what springs store, dampers and friction take. For a linear spring the scheme keeps
+T + V - h^2/8 p' (W F + 2 a) exactly, with the kicks F of all channels, W the inverse mass there, and a constant
+acceleration a of the gaps between the kicks (Hairer, Lubich, Wanner, Geometric Numerical Integration, 2006, I.1.4 and
+XIII.5.3 for a = 0; with it the sum over the kicks is that of the trapezoidal rule): the last term is booked with the
+contact. Damping between two kicks breaks that: what a kick gives to modes that are damped within a step they lose in
+it, and the springs see nothing of it. The motion is right, h p r is not what the springs gave: `as_springs_saw` puts
+their own motion, (g(t + h) - g(t - h)) / 2, in its place.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba
+
+from creak.contact.step_problem import spring_force
+from creak.dynamics.books import (
+    CONTACT,
+    CONTACT_DAMPING,
+    DAMPING,
+    EXTERNAL,
+    GIVEN,
+    KINETIC,
+    STRAIN,
+    balance,
+    in_channels,
+    open_book,
+)
+from creak.dynamics.compiled import inner, inner_fast
+from creak.dynamics.flow.kicks import held_by_kick
+from creak.dynamics.modal.books import at_supports, carried
+from creak.dynamics.modal.model import VELOCITY, dot, fill
+
+GAUSS = math.sqrt(0.6)
+"""Place of the outer points of Gauss's rule with three, from the middle, in half steps."""
+
+
+@inner_fast
+def stored(model, x):  # type: ignore[no-untyped-def]
+    """Kinetic and strain energy, and how much of it is strain of coordinates without mass."""
+    kinetic = strain = light = 0.0
+    if model.kinetic.shape[0] == 0:
+        u, v = x.x[0], x.x[1]
+        for i in range(u.size):
+            kinetic += model.m[i] * v[i] * v[i]
+            strain += model.k[i] * u[i] * u[i]
+        for i in model.massless:
+            light += model.k[i] * u[i] * u[i]
+    else:
+        z = x.x.reshape(x.x.size)
+        for i in range(model.kinetic.shape[0]):
+            kinetic += dot(model.kinetic[i], z) ** 2
+            strain += dot(model.strain[i], z) ** 2
+    return 0.5 * kinetic, 0.5 * strain, 0.5 * light
+
+
+@inner
+def columns(model, x):  # type: ignore[no-untyped-def]
+    """Products of the load columns with the motion."""
+    z = x.x.reshape(x.x.size)
+    for j in range(model.order.size):
+        x.dots[0, j] = dot(model.load_u[j], z[model.u0 : model.u1])
+        x.dots[1, j] = dot(model.load_v[j], z[model.v0 : model.v1])
+
+
+@inner
+def work_of_loads(drive, h, now, after):  # type: ignore[no-untyped-def]
+    """Integral of the load columns' amplitudes (cubics) against their motion (the cubic through both ends)."""
+    work = 0.0
+    for j in range(drive.shape[0]):
+        w0, w1, r0, r1 = now.dots[0, j], after.dots[0, j], h * now.dots[1, j], h * after.dots[1, j]
+        for q in range(3):
+            x = 0.5 + 0.5 * GAUSS * (q - 1)
+            t = x * h
+            load = drive[j, 0] + t * (drive[j, 1] + t * (0.5 * drive[j, 2] + t / 6.0 * drive[j, 3]))
+            rate = 6.0 * x * (1.0 - x) * (w1 - w0) + (1.0 - x) * (1.0 - 3.0 * x) * r0 + x * (3.0 * x - 2.0) * r1
+            work += (4.0 if q == 1 else 2.5) / 9.0 * load * rate
+    return work
+
+
+@inner
+def work_on_light(model, now, after):  # type: ignore[no-untyped-def]
+    """Trapezoidal work of the loads on coordinates without mass."""
+    work = 0.0
+    for i in range(model.m.size):
+        if model.m[i] <= 0.0:
+            load = 0.0
+            for j in range(model.order.size):
+                load += model.load[j, i] * (now.amplitude[j] + after.amplitude[j])
+            work += 0.5 * load * (after.x[0, i] - now.x[0, i])
+    return work
+
+
+@inner
+def book_flow(model, drive, h, now, after, light):  # type: ignore[no-untyped-def]
+    """Works of a step on the way from now to after; `drive`: amplitudes of the load columns as cubics from its start.
+
+    Those of its kicks were booked with them (`flow.kicks.book_half`).
+    """
+    e = after.energy
+    columns(model, after)
+    at_supports(model, after)
+    loads = work_of_loads(drive, h, now, after)
+    k0, s0 = carried(model, now)
+    k1, s1 = carried(model, after)
+    external = k1 + s1 - k0 - s0 + loads
+    for i in range(now.gap.size):
+        external += model.preload[i] * (after.gap[i] - now.gap[i])
+    given = loads
+    for a in range(now.support.shape[1]):
+        ds = after.support[0, a] - now.support[0, a]
+        for b in range(now.support.shape[1]):
+            moved = 0.5 * (now.support[1, b] + after.support[1, b]) * model.C_ss[a, b] * ds
+            given += moved
+            external += moved
+        for j in range(model.order.size):
+            if model.order[j] == VELOCITY and model.column[j] == a:
+                moved = (now.dots[1, j] + after.dots[1, j]) * ds
+                given -= moved
+                external -= moved
+    if light:
+        given -= work_on_light(model, now, after)
+    e[GIVEN] += given
+    e[EXTERNAL] += external
+
+
+@inner
+def as_springs_saw(laws, h, now, after):  # type: ignore[no-untyped-def]
+    """What the kicks at `now` gave by the motion of springs and dampers, of channels closed before and after it."""
+    for i in range(now.gap.size):
+        if now.force[i] > 0.0 and now.before[i] < 0.0 and after.gap[i] < 0.0:
+            more = 0.5 * (after.gap[i] - now.before[i]) - h * now.rate[i]
+            after.energy[GIVEN] += now.force[i] * more
+            after.energy[CONTACT_DAMPING] -= (now.force[i] - spring_force(laws, i, now.gap[i])) * more
+
+
+@inner
+def complete(model, laws, W, h, x):  # type: ignore[no-untyped-def]
+    """The energy columns of an instant from the works so far; h: the step near contact."""
+    e = x.energy
+    kinetic, strain, light = stored(model, x)
+    more_kinetic, more_strain = carried(model, x)
+    e[KINETIC], e[STRAIN] = kinetic + more_kinetic, strain + more_strain
+    e[CONTACT] = in_contact(model, laws, W, h, x)
+    e[DAMPING] = e[GIVEN] - (kinetic + strain - light)
+    balance(e)
+
+
+@inner
+def in_contact(model, laws, W, h, x):  # type: ignore[no-untyped-def]
+    """Energy of the springs in the middle of a kick."""
+    energy = in_channels(laws, model.preload, model.gap0, x.gap)
+    for i in range(x.gap.size):
+        if x.force[i] != 0.0:
+            energy -= held_by_kick(laws, W, h, x, i)
+    return energy
+
+
+@numba.njit(cache=True)
+def begin_books(model, laws, W, h, x):  # type: ignore[no-untyped-def]
+    """Take the energy of the first instant as given."""
+    columns(model, x)
+    at_supports(model, x)
+    kinetic, strain, light = stored(model, x)
+    more_kinetic, more_strain = carried(model, x)
+    e = x.energy
+    fill(e, 0.0)
+    e[KINETIC], e[STRAIN] = kinetic + more_kinetic, strain + more_strain
+    e[CONTACT] = in_contact(model, laws, W, h, x)
+    e[GIVEN] = kinetic + strain - light
+    open_book(e)

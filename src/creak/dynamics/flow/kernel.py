@@ -1,0 +1,314 @@
+"""The march by exact flow in compiled code: halved near contact, kicked where it presses.
+
+A flight step is taken whole where no gap can close in it, by a bound that holds between the samples. Else it is
+halved, and its halves, down to the step near contact; only that one carries forces: kick, exact motion, kick
+(`flow.kicks`).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.dynamics.books import GIVEN
+from creak.dynamics.closing import dips
+from creak.dynamics.compiled import inner
+from creak.dynamics.flow.block import APART, KNOWN, amend, close_block, ends, look_near, open_block, under_way
+from creak.dynamics.flow.books import as_springs_saw, book_flow, complete
+from creak.dynamics.flow.kicks import book_half, book_slack, lessen, press, settled
+from creak.dynamics.flow.lasting import PATIENCE, Held, hold, hold_together, new_held, rests, same_set
+from creak.dynamics.flow.model import FlowModel
+from creak.dynamics.flow.motion import (
+    band_energies,
+    fly,
+    load_step,
+    look_closed,
+    look_gaps,
+    look_rates,
+    quiet,
+    settle_supports,
+    shift,
+    shift_loads,
+    value,
+)
+from creak.dynamics.flow.rows import bends, changes, restart
+from creak.dynamics.modal.model import DONE, NOT_FINITE, acts, fill, put, write
+
+FULL = -2
+"""Code: no room left in the table."""
+
+
+class Desk(NamedTuple):
+    """Where a march works."""
+
+    course: FloatArray
+    """(3, n_support, 4)"""
+    drive: FloatArray
+    """(n_x, 4)"""
+    D: FloatArray
+    """(4, p1 - p0)"""
+    energy: FloatArray
+    """(n_band,)"""
+    share: FloatArray
+    """(m,)"""
+    together: Held
+
+
+def new_desk(model: FlowModel, bands: int, lasts: bool) -> Desk:
+    """For one march at a time; lasts: there may be lasting contact."""
+    m, n_support = model.gap0.size, model.support.shape[2]
+    course, drive, D = np.empty((3, n_support, 4)), np.empty((model.order.size, 4)), np.empty((4, model.p1 - model.p0))
+    return Desk(course, drive, D, np.empty(bands), np.ones(m), new_held(m if lasts else 0))
+
+
+@inner
+def may_close(now, after, h, reach, energy, slope):  # type: ignore[no-untyped-def]
+    """Can a gap that has a law reach zero in a step without contact? reach (n_band, m), energy (n_band,)."""
+    for i in range(now.gap.size):
+        if slope[i] <= 0.0:
+            continue
+        off = 0.0
+        for b in range(reach.shape[0]):
+            off += reach[b, i] * energy[b]
+        g0, g1 = now.gap[i] - off, after.gap[i] - off
+        if g0 <= 0.0 or dips(g0, h * now.rate[i], g1, h * after.rate[i]):
+            return True
+    return False
+
+
+@inner
+def all_finite(after):  # type: ignore[no-untyped-def]
+    """Are gaps and work finite?"""
+    total = after.energy[GIVEN]
+    for i in range(after.gap.size):
+        total += after.gap[i]
+    return np.isfinite(total)
+
+
+@inner
+def advance(  # type: ignore[no-untyped-def]
+    model,
+    laws,
+    slope,
+    P,
+    W,
+    springs,
+    gain,
+    band,
+    reach,
+    D,
+    course,
+    energy,
+    share,
+    H,
+    at,
+    level,
+    kicked,
+    now,
+    after,
+    block,
+):
+    """Motion up to the next instant: as long a step as no gap can close in, with what is left of a kick; (level, h)."""
+    levels = P.shape[0] - 1
+    parts = 1 << levels
+    if not model.presses:
+        level = 0
+    elif kicked:
+        level = levels
+    elif level > 0 and at % (parts >> (level - 1)) == 0:
+        level -= 1
+    if model.presses and level < levels:
+        band_energies(model, band, D, now, energy)
+    while True:
+        h = H / (1 << level)
+        fly(model, P[level], gain, D, now, after, kicked)
+        settle_supports(course, h, after)
+        if under_way(block):
+            look_near(block, model, now, after, h, not springs)
+            break
+        look_gaps(model, after)
+        if level == levels or not model.presses:
+            break
+        look_rates(model, after)
+        if not may_close(now, after, h, reach[level], energy, slope):
+            break
+        level += 1
+    if kicked:
+        if lessen(model, laws, W, gain, h, now, after, share):
+            fly(model, P[level], gain, D, now, after, kicked)
+            if under_way(block):
+                look_near(block, model, now, after, h, not springs)
+            else:
+                look_gaps(model, after)
+        book_half(model, laws, W, h, now, share, after.energy)
+    if model.damped:
+        book_slack(laws, h, now, after, after.energy)
+    if level == levels and model.presses:
+        if springs:
+            look_closed(model, after)
+        elif not under_way(block):
+            look_rates(model, after)
+    return level, h
+
+
+@inner
+def march(  # type: ignore[no-untyped-def]
+    model,
+    laws,
+    slope,
+    P,
+    A,
+    W,
+    B,
+    lasting,
+    gain,
+    light,
+    band,
+    reach,
+    block,
+    cone,
+    desk,
+    now,
+    after,
+    out,
+    H,
+    begin,
+    end,
+    every,
+    used,
+):
+    """March from flight step `begin` to `end`; `used` rows of the table are taken (`flow.rows`).
+
+    lasting: level of the steps of lasting contact, B (m, m) what a constant force moves in one; beyond the last: none.
+    Channels that press at rest count as lasting from the start. Where only springs press, rates of open channels are
+    looked at when nothing presses any more: half of what is read of the model near contact.
+
+    Returns
+    -------
+    code (0 done, -1 not finite, -2 the table is full, else of the contact solver), flight steps done, rows taken,
+    motions kept, whether `after` holds the last state, and the time.
+    """
+    n_x, levels = model.order.size, P.shape[0] - 1
+    course, drive, D, energy, share, together = desk.course, desk.drive, desk.D, desk.energy, desk.share, desk.together
+    parts = 1 << levels
+    springs = not (model.damped or light or now.sliding.size > 0)
+    patience = PATIENCE * (parts >> lasting) if lasting <= levels else 0
+    kept, whole_row, swapped, level = 0, 0, False, 0
+    time, written, edge = begin * H, True, False
+    restart(cone, time, now, True)
+    calm, held = patience if rests(model, now) else 0, False
+    for step in range(begin, end):
+        if used + parts > out.table.shape[0]:
+            return FULL, step, used, kept, swapped, step * H
+        load_step(model, 3 * step, H / 3.0, course, drive, D)
+        at = np.int64(0)  # a plain 0 would have `advance` compiled twice
+        while at < parts:
+            kicked, held = acts(now.force, 0, now.force.size), False
+            put(after.energy, 0, now.energy)
+            if kicked and block.length > 0 and not under_way(block) and at % APART == 0:
+                open_block(
+                    block, model, slope, band, D, energy, course, H / parts, (step + at / parts) * H, used, at, now
+                )
+            if kicked and lasting <= levels and at % (parts >> lasting) == 0 and calm >= patience:
+                level, h = lasting, H / (1 << lasting)
+                if calm == patience:
+                    look_rates(model, now)
+                    hold_together(laws, B, now.force[: now.gap.size], together)
+                held = hold(model, laws, slope, P[level], B, together, gain, D, course, h, now, after, block)
+                calm = calm + 1 if held else 0
+                if held:
+                    settled(W, H / parts, after)
+            if not held:
+                level, h = advance(
+                    model,
+                    laws,
+                    slope,
+                    P,
+                    W,
+                    springs,
+                    gain,
+                    band,
+                    reach,
+                    D,
+                    course,
+                    energy,
+                    share,
+                    H,
+                    at,
+                    level,
+                    kicked,
+                    now,
+                    after,
+                    block,
+                )
+            for j in range(n_x):
+                after.amplitude[j] = value(drive[j], h)
+            shift_loads(D, h)
+            if held:
+                code = DONE
+            elif level == levels:
+                code = press(model, laws, A, W, light, gain, h, now, after, share, block.is_near)
+                if code != DONE:
+                    return code, step, used, kept, swapped, step * H + (at + 1) * h
+                if springs and not acts(after.force, 0, after.force.size):
+                    look_rates(model, after)
+                if not same_set(now, after):
+                    calm = 0
+                elif calm < patience:
+                    calm += 1
+            else:
+                quiet(after)
+                calm = 0
+            book_flow(model, drive, h, now, after, light)
+            fill(after.before, np.inf)
+            if level == levels and not held:
+                put(after.before, 0, now.gap)
+                if not light:
+                    as_springs_saw(laws, h, now, after)
+            for j in range(n_x):
+                shift(drive[j], h)
+            for order in range(3):
+                for j in range(course.shape[1]):
+                    shift(course[order, j], h)
+            at += parts >> level
+            then = (step + at / parts) * H
+            over = under_way(block) and ends(block, h, at, after)
+            if over:
+                close_block(block, model, after)
+            block.mark[KNOWN] = over
+            if not all_finite(after):
+                return NOT_FINITE, step, used, kept, swapped, then
+            changed = changes(now, after)
+            if not written and (edge or changed or bends(cone, time, now, then, after)):
+                complete(model, laws, W, H / parts, now)
+                write(out, used, time, now)
+                restart(cone, time, now, edge or changed)
+                used += 1
+            if over:
+                amend(block, out.table, used, then, after)
+            now, after, time, edge = after, now, then, changed
+            swapped = not swapped
+            written = at == parts
+        complete(model, laws, W, H / parts, now)
+        write(out, used, time, now)
+        restart(cone, time, now, edge)
+        used += 1
+        if (step + 1) % every == 0:
+            out.at[kept] = used - 1
+            put(out.u[kept], 0, now.x.reshape(now.x.size)[model.u0 : model.u1])
+            put(out.s[kept], 0, now.support[0])
+            kept += 1
+        while whole_row < out.whole_at.size and out.whole_at[whole_row] < step + 1:
+            whole_row += 1
+        if whole_row < out.whole_at.size and out.whole_at[whole_row] == step + 1:
+            put(out.whole[whole_row], 0, now.x.reshape(now.x.size)[model.u0 : model.u1])
+    return DONE, end, used, kept, swapped, end * H
+
+
+@numba.njit(cache=True, nogil=True)
+def flow_chunk(*given):  # type: ignore[no-untyped-def]
+    """`march`, for Python."""
+    return march(*given)

@@ -1,0 +1,349 @@
+"""Time integration of diagonal Systems by exact flow, with contact resolved in its own time scale."""
+
+from __future__ import annotations
+
+import copy
+import time as clock
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.damping import Damping
+from creak.assembly.system import System, no_supports
+from creak.contact.gap_operator import GapOperator, join
+from creak.contact.step_problem import solve_channels
+from creak.dynamics.channels import ChannelMatrices, channel_matrices
+from creak.dynamics.chunks import Chunk, march_chunks
+from creak.dynamics.flow.block import FEWEST, STEPS, Block, new_block
+from creak.dynamics.flow.books import begin_books
+from creak.dynamics.flow.coupled import can_couple, coupled_modes
+from creak.dynamics.flow.kernel import FULL, flow_chunk, new_desk
+from creak.dynamics.flow.kicks import RATE, THETA
+from creak.dynamics.flow.model import FlowForm, FlowState, filtered, resting, single_modes
+from creak.dynamics.flow.propagator import Q0
+from creak.dynamics.flow.resolution import SETTLED, FlowSteps, Resolution, flow_steps, seen_through, steepest, straight
+from creak.dynamics.flow.rows import new_cone
+from creak.dynamics.history import History
+from creak.dynamics.loads import Loads, at_rest
+from creak.dynamics.modal.coefficients import is_modal, modal_matrices
+from creak.dynamics.modal.model import CONSTANT, DONE, FORCE, Output
+from creak.dynamics.recorder import Recorder
+from creak.dynamics.simulate import Progress
+from creak.dynamics.state import LinearTerms
+from creak.dynamics.watch import Watched
+from creak.errors import InputError
+from creak.linalg.dense_product import symmetric
+from creak.linalg.diagonal import Diagonal
+from creak.linalg.threads import one_blas_thread
+
+SAMPLES = 3
+"""Samples of the loads in a flight step: a cubic goes through them and the next."""
+ROWS = 4_096
+"""Rows of the table that a chunk has room for beside those of its flight steps."""
+
+
+def simulate_flow(
+    system: System,
+    gaps: GapOperator,
+    loads: Loads,
+    *,
+    resolution: Resolution = SETTLED,
+    observed: IntArray,
+    output_every: int = 1,
+    whole_at: IntArray | None = None,
+    progress: Progress | None = None,
+    watched: Watched | None = None,
+    solver: bool = False,
+) -> History:
+    """March a System with diagonal M, C, K by exact flow between contacts; contact by kick, exact motion, kick.
+
+    A flight step is `SAMPLES` samples of the loads long, which follow a cubic over it. It is halved, and its halves,
+    where a gap may close, by a bound that misses nothing between the samples, down to steps that resolve the contact
+    springs (`flow.resolution`). Laws are used as they are; hard contact is a spring of `flow.resolution.HARD_CONTACT`.
+
+    Parameters
+    ----------
+    resolution : of contact in time.
+    observed : (n_label,) physical dof labels whose displacement is kept every `output_every` flight steps.
+    whole_at : sorted flight steps at which all coordinates are kept.
+    watched : what is looked at at the end of every flight step.
+    solver : take the kernel with the solver of channels that rub or have dampers, as other runs beside this one do,
+        also where none is here; each of both kernels is compiled once.
+
+    Raises
+    ------
+    InputError : the System is not diagonal; the loads are no whole number of flight steps; contact too stiff to be
+        resolved; friction or a damper on coordinates without mass.
+    Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted, at the end of
+        a chunk of steps); what was computed is in its `history`.
+    """
+    run = FlowRun(system, gaps, loads, resolution, observed, output_every, whole_at, watched, solver)
+    return march_chunks(run, progress)
+
+
+def compile_flow(*, solver: bool = False) -> None:
+    """Compile now what a run would compile at its first step, by one step of a mass at rest.
+
+    solver: with that of channels that rub or have dampers.
+    """
+    one, label = Diagonal(np.ones(1)), np.zeros(1, dtype=np.int64)
+
+    def rows(labels: IntArray) -> tuple[FloatArray, FloatArray]:
+        return np.ones((labels.size, 1)), np.zeros((labels.size, 0))
+
+    mass = System("at rest", one, one, Damping(), rows, no_supports(1), label, np.zeros(1), labels=label)
+    time = np.linspace(0.0, 1e-3, SAMPLES + 1)
+    simulate_flow(mass, join([]), at_rest(time), observed=label, solver=solver)
+
+
+SHARED = ("stiffness", "damping", "curve", "start", "x", "y", "scale", "rubs")
+"""Of the laws: what the resolution of contact hangs on. Friction coefficients are not among them."""
+
+
+class FlowRun:
+    """Arrays of one run, as `simulate_flow`; `again` makes others of the same channels, which share them."""
+
+    def __init__(
+        self,
+        system: System,
+        gaps: GapOperator,
+        loads: Loads,
+        resolution: Resolution,
+        observed: IntArray,
+        output_every: int,
+        whole_at: IntArray | None,
+        watched: Watched | None,
+        solver: bool = False,
+    ) -> None:
+        self.started = clock.perf_counter()
+        if loads.n_step % SAMPLES:
+            raise InputError(
+                f"{loads.n_step} samples of the loads are no whole number of flight steps",
+                expected=f"a multiple of {SAMPLES}",
+            )
+        self.system, self.gaps, self.loads = system, gaps, loads
+        self._resolution, self._kept_of, self._solver = resolution, (observed, output_every, whole_at, watched), solver
+        self.n_step, self.H = loads.n_step // SAMPLES, SAMPLES * loads.step
+        self.on, self.terms = channel_matrices(system, gaps), LinearTerms(system, loads)
+        self.form = form_of(system, self.on, self.terms, gaps)
+        self._resolve()
+        self._open_log()
+
+    def again(self, gaps: GapOperator, loads: Loads, system: System | None = None) -> FlowRun:
+        """A run of the same System with other numbers of the same channels, and other loads at the same instants.
+
+        What these do not touch is shared, nothing is written to: runs may go side by side.
+        """
+        before = self.gaps
+        same = np.array_equal(gaps.resting, before.resting) and gaps.presses == before.presses
+        same = same and gaps.has_dampers == before.has_dampers and np.array_equal(gaps.laws.rubs, before.laws.rubs)
+        if not same or system is not None or loads.time.size != self.loads.time.size:
+            return FlowRun(system or self.system, gaps, loads, self._resolution, *self._kept_of, self._solver)
+        other = copy.copy(self)
+        other.started = clock.perf_counter()
+        other.gaps, other.loads, other.terms = gaps, loads, LinearTerms(self.system, loads)
+        given: dict[str, Any] = {
+            "gap0": gaps.gap0.astype(float),
+            "support": np.ascontiguousarray(loads.support, dtype=float),
+            "force": np.ascontiguousarray(loads.force, dtype=float),
+        }
+        other.form = replace(self.form, model=self.form.model._replace(**given))
+        if all(np.array_equal(getattr(gaps.laws, key), getattr(before.laws, key)) for key in SHARED):
+            friction = {key: getattr(gaps.laws, key) for key in ("mu_static", "mu_kinetic", "decay")}
+            other.steps = replace(self.steps, laws=self.steps.laws._replace(**friction))
+            if gaps.preload is not None:
+                given["gap0"] = gaps.with_stiffness(other.steps.laws.stiffness).gap0
+            other.model = self.model._replace(**given)
+        else:
+            other._resolve()
+        other._own_work()
+        other.log = self.log.again()
+        return other
+
+    @property
+    def keeps_whole(self) -> bool:
+        """Are all coordinates kept at some steps?"""
+        whole_at = self._kept_of[2]
+        return whole_at is not None and whole_at.size > 0
+
+    def _open_log(self) -> None:
+        observed, output_every, whole_at, watched = self._kept_of
+        self._own_work()
+        self.log = Recorder(
+            self.system,
+            self.on,
+            self.gaps,
+            self.loads,
+            SAMPLES,
+            observed,
+            output_every,
+            whole_at,
+            watched,
+            self.form.basis,
+        )
+
+    def _own_work(self) -> None:
+        """What a run writes to while it goes on."""
+        self.block = self._block()
+        self.cone = new_cone(2 * self.gaps.m + 2 * (self.model.rows.shape[0] - self.gaps.m))
+        self.desk = new_desk(self.model, self.steps.reach.shape[1], self.lasting <= self.steps.levels)
+
+    def _resolve(self) -> None:
+        """Steps near contact, and what channels do within one."""
+        gaps, resolution = self.gaps, self._resolution
+        self.steps: FlowSteps = flow_steps(self.form, gaps.laws, self.H, resolution)
+        self.model = filtered(self.form, self.steps.mollifier, self.steps.h, gaps.resting)
+        if gaps.preload is not None:
+            self.model = self.model._replace(gap0=gaps.with_stiffness(self.steps.laws.stiffness).gap0)
+        h, m, k = self.steps.h, self.model.m, self.model.k
+        heavy = m > 0.0
+        self.gain = np.where(heavy, 0.5 * h / np.where(heavy, m, 1.0), 0.0)
+        if self.form.basis is not None:
+            self.gain = np.full(2 * m.size, 0.5 * h)
+        n = self.model.rows.shape[0] if self.model.presses else 0  # nothing presses: no compliance
+        rows, rates, push = self.model.rows[:n], self.model.rates[:n], self.model.push[:n]
+        self.W = symmetric((push * (2.0 / h * self.gain)) @ rates.T)
+        self.light = not heavy.all()
+        static = np.zeros_like(self.W)
+        if self.light:
+            give = np.where(heavy, 0.0, 1.0 / np.where(heavy, 1.0, k))
+            squares = self.model.rows**2
+            self.light = bool(np.any(squares @ give > 1e-12 * (squares @ (2.0 * h * self.gain))))
+            static = symmetric((rows * give) @ rows.T)
+        self._check_light()
+        self.solver = bool(self._solver or self.model.damped or self.gaps.rubbing or self.light)
+        self.A = np.ascontiguousarray(static + THETA * h * h / RATE * self.W)
+        self.P = np.stack([self.form.flow(self.H / 2**level) for level in range(self.steps.levels + 1)])
+        self.lasting, self.B = self._lasting(resolution)
+        self.slope = steepest(self.steps.laws)
+
+    def _block(self) -> Block:
+        """Blocks of contact: none where coordinates without mass move at once."""
+        steps, levels = self.steps, self.steps.levels
+        few = self.gaps.m < FEWEST or self.light or not self.model.presses
+        lengths = [n for n in STEPS if 2 ** max(levels - self.lasting, 0) <= n <= 2**levels]
+        width = np.linalg.norm(seen_through(self.form, steps.mollifier), axis=1)
+        none = few or not lengths
+        off = np.stack([straight(self.form, steps, n * steps.h) for n in lengths or STEPS])
+        return new_block(0 if none else lengths[0], off, width)
+
+    def _lasting(self, resolution: Resolution) -> tuple[int, FloatArray]:
+        """Level of the steps of lasting contact and what a constant force moves in one; where all laws are lines."""
+        levels, model = self.steps.levels, self.model
+        level = next((n for n in range(levels) if self.H / 2**n <= resolution.longest), levels)
+        at_rest = self.gaps.preload is not None and bool(self.gaps.preload.any())
+        curved = bool((self.steps.laws.curve >= 0).any())
+        if (
+            (level + 3 > levels and not at_rest)
+            or model.damped
+            or self.gaps.rubbing
+            or self.light
+            or curved
+            or not model.presses
+        ):
+            return levels + 1, np.zeros_like(self.W)
+        n, Q = model.m.size, self.P[level]
+        if self.form.basis is None:
+            moved = model.push * Q[Q0 + 1]
+        else:
+            a, b = model.push[:, :n], model.push[:, n:]
+            moved = np.hstack([a * Q[4] + b * Q[5], a * Q[6] + b * Q[7]])
+        return level, np.ascontiguousarray(model.rows @ moved.T)
+
+    def _check_light(self) -> None:
+        if self.light and (self.gaps.rubbing or self.model.damped):
+            raise InputError(
+                "friction or a damper acts on coordinates without mass",
+                where=self.system.name,
+                expected="contact nodes that have mass",
+                fix='Reduce by "craig-bampton".',
+            )
+
+    def rows(self, steps: int) -> int:
+        return max(steps, ROWS) + 2**self.steps.levels
+
+    def kept(self, x: FlowState) -> FloatArray:
+        return np.asarray(x.x.ravel()[self.model.u0 : self.model.u1])
+
+    def empty(self) -> FlowState:
+        return resting(self.model, self.loads)
+
+    def chunk(self, now: FlowState, after: FlowState, out: Output, begin: int, end: int) -> Chunk:
+        code, *others = flow_chunk(
+            self.model,
+            self.steps.laws,
+            self.slope,
+            self.P,
+            self.A if self.solver else None,
+            self.W,
+            self.B,
+            self.lasting,
+            self.gain,
+            self.light,
+            self.steps.band,
+            self.steps.reach,
+            self.block,
+            self.cone,
+            self.desk,
+            now,
+            after,
+            out,
+            self.H,
+            begin,
+            end,
+            1,
+            self.log.used,
+        )
+        return Chunk(DONE if code == FULL else code, *others)
+
+    def start(self) -> FlowState:
+        x = self._start()
+        begin_books(self.model, self.steps.laws, self.W, self.steps.h, x)
+        return x
+
+    def _start(self) -> FlowState:
+        """u = 0, the System's initial velocity, and the channel forces that go with them."""
+        model, terms = self.model, self.terms
+        x = resting(model, self.loads)
+        x.support[:] = self.loads.support[:, 0]
+        for j, (order, column) in enumerate(zip(model.order, model.column, strict=True)):
+            loads = {FORCE: self.loads.force[0], CONSTANT: np.ones(2)}
+            x.amplitude[j] = loads[order][column] if order >= FORCE else x.support[order, column]
+        x.x[:] = self.form.start(terms.inside_at_rest(0), self.system.velocity + terms.inside_at_rest(1))
+        massless = model.m <= 0.0
+        if massless.any():
+            x.x[1, massless] = 0.0
+            x.x[0, massless] = (model.load.T @ x.amplitude)[massless] / model.k[massless]
+        m, z, h = self.gaps.m, x.x.ravel(), self.steps.h
+        x.gap[:] = model.gap0 + model.rows[:m] @ z[model.u0 : model.u1] + model.rows_s[:m] @ x.support[0]
+        x.rate[:] = model.rates @ z[model.v0 : model.v1] + model.rows_s @ x.support[1]
+        rest = self.gaps.resting
+        still = np.array_equal(x.gap, model.gap0) and not np.any((x.gap < 0.0) & (rest[:m] <= 0.0))
+        if model.presses and rest.any() and still:
+            x.force[:] = rest
+            x.F[:] = x.force @ model.push
+            x.drift[:] = -h * (self.W[:m] @ rest)
+        elif model.presses and x.gap.min(initial=0.0) < 0.0:
+            slip, rate = h * x.rate[m:], x.rate[:m].copy()
+            with one_blas_thread():
+                solve_channels(self.A, x.gap.copy(), rate, RATE / h, slip, RATE, h, self.steps.laws, x.stuck, x.force)
+            x.F[:] = x.force @ model.push
+            if massless.any():
+                x.x[0, massless] += x.F[massless] / model.k[massless]
+            if self.light:
+                x.gap[:] += self.A[:m] @ x.force
+        return x
+
+
+def form_of(system: System, on: ChannelMatrices, terms: LinearTerms, gaps: GapOperator) -> FlowForm:
+    """Single modes where damping leaves them so, pairs of complex modes where it couples them.
+
+    Raises
+    ------
+    InputError : M or K is not diagonal, damping acts on coordinates without mass, or it couples too many modes.
+    """
+    if is_modal(system) or not can_couple(system):
+        return single_modes(*modal_matrices(system), on, terms, gaps)
+    return coupled_modes(system, on, terms, gaps)

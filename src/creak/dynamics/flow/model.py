@@ -1,0 +1,243 @@
+"""A System as exact flow sees it: single coordinates or pairs of them that move by themselves between contacts.
+
+The state z (2 n) holds n pairs. In a diagonal System a pair is displacement and velocity of a mode; in one whose
+damping couples modes it belongs to a pair of complex modes (`flow.coupled`). Compiled code sees both through rows on
+slices of z: `rows` give gaps from z[u0:u1], `rates` their rates from z[v0:v1], and forces act on z[p0:p1] by `push`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.books import SIZE
+from creak.dynamics.channels import ChannelMatrices
+from creak.dynamics.flow.propagator import propagator
+from creak.dynamics.loads import Loads
+from creak.dynamics.modal.model import CONSTANT, ModalModel
+from creak.dynamics.modal.setup import modal_model
+from creak.dynamics.state import LinearTerms
+
+
+class FlowModel(NamedTuple):
+    """Arrays of a System for compiled code; those of the supports and load columns as in `ModalModel`."""
+
+    u0: int
+    u1: int
+    v0: int
+    v1: int
+    p0: int
+    p1: int
+    rows: FloatArray
+    """(m + 2 f, u1 - u0)"""
+    rates: FloatArray
+    """(m + 2 f, v1 - v0)"""
+    push: FloatArray
+    """(m + 2 f, p1 - p0)"""
+    rows_s: FloatArray
+    """(m + 2 f, n_support)"""
+    gap0: FloatArray
+    preload: FloatArray
+    presses: bool
+    damped: bool
+    load: FloatArray
+    """(n_x, p1 - p0) what each load column of amplitude 1 does."""
+    load_u: FloatArray
+    load_v: FloatArray
+    """(n_x, u1 - u0), (n_x, v1 - v0): displacement and velocity that the loads work on."""
+    order: IntArray
+    column: IntArray
+    M_ss: FloatArray
+    C_ss: FloatArray
+    K_ss: FloatArray
+    support: FloatArray
+    force: FloatArray
+    m: FloatArray
+    k: FloatArray
+    """(n,) of single modes; 1 and 0 for pairs."""
+    massless: IntArray
+    """Single modes whose m is 0."""
+    kinetic: FloatArray
+    strain: FloatArray
+    """(q, 2 n): energies are half the squares of these products with z; empty for single modes."""
+    still: FloatArray
+    """(4, n) z at rest under loads, pair by pair, of loads on the pair; empty for single modes."""
+
+
+class FlowState(NamedTuple):
+    """Everything that is known at one instant."""
+
+    x: FloatArray
+    """(2, n): z"""
+    F: FloatArray
+    """(p1 - p0,) channel forces on the coordinates."""
+    force: FloatArray
+    """(m + 2 f,)"""
+    gap: FloatArray
+    rate: FloatArray
+    """(m + 2 f,) of gaps and along the rubbing channels; after `press` that in the middle of the kick."""
+    drift: FloatArray
+    """(m,) what the motion between the last two kicks changed of the rates of closed gaps."""
+    before: FloatArray
+    """(m,) gaps one step near contact before; infinite after any other step."""
+    sliding: FloatArray
+    """(2 f,) slip velocity."""
+    stuck: BoolArray
+    support: FloatArray
+    """(3, n_support)"""
+    amplitude: FloatArray
+    dots: FloatArray
+    """(2, n_x) load columns times displacement, velocity."""
+    damper: FloatArray
+    reaction: FloatArray
+    momentum: FloatArray
+    """(n_support,) as in `MarchState`."""
+    energy: FloatArray
+    """The book (`books`)."""
+
+
+@dataclass(frozen=True)
+class FlowForm:
+    """A System for exact flow, before its channels are filtered."""
+
+    model: FlowModel
+    omega: FloatArray
+    """(n,) speed of each pair, rad/s: bound of |z'| / |z|; 0 where motion is a polynomial of time."""
+    squares: FloatArray
+    """(m, n) squares of what a pair of energy 1/2 can do to a gap."""
+    root: FloatArray
+    """(n,) or (2 n, 2 n): mobility of the channels W = (rates root) (rates root)'."""
+    flow: Callable[[float], FloatArray]
+    """Propagator of a step: (9, n) as `propagator`, or (20, n) of pairs: exponential, then four integrals of it."""
+    basis: FloatArray | None
+    """(n, 2 n) coordinates of the System from z; None: the first n of z."""
+    start: Callable[[FloatArray, FloatArray], FloatArray]
+    """z (2, n) of coordinates and their velocities."""
+
+    def spread(self, rates: FloatArray) -> FloatArray:
+        """rates times the root of the mobility."""
+        return np.asarray(rates * self.root if self.root.ndim == 1 else rates @ self.root)
+
+
+def single_modes(
+    m: FloatArray, c: FloatArray, k: FloatArray, on: ChannelMatrices, terms: LinearTerms, gaps: GapOperator
+) -> FlowForm:
+    """A diagonal System."""
+    modal, n, heavy = modal_model(m, c, k, on, terms, gaps), m.size, m > 0.0
+    mass = np.where(heavy, m, 1.0)
+    omega = np.sqrt(np.where(heavy, k / mass, 0.0))
+    moves = (omega > 0.0) & (k > 0.0)
+    empty = np.zeros((0, 0))
+    model = of_modal(
+        modal, ((0, n), (n, 2 * n), (n, 2 * n)), (modal.rows,) * 3, (modal.X,) * 3, m, k, (empty, empty, empty)
+    )
+    share = np.where(moves, 1.0 / np.where(moves, k, 1.0), 0.0)
+    return FlowForm(
+        model,
+        omega,
+        modal.rows[: gaps.m] ** 2 * share,
+        np.where(heavy, 1.0 / np.sqrt(mass), 0.0),
+        lambda h: propagator(m, c, k, h),
+        None,
+        lambda u, v: np.stack([u, v]),
+    )
+
+
+def of_modal(
+    modal: ModalModel,
+    slices: tuple[tuple[int, int], tuple[int, int], tuple[int, int]],
+    rows: tuple[FloatArray, FloatArray, FloatArray],
+    loads: tuple[FloatArray, FloatArray, FloatArray],
+    m: FloatArray,
+    k: FloatArray,
+    forms: tuple[FloatArray, FloatArray, FloatArray],
+) -> FlowModel:
+    """What a ModalModel knows of supports and loads, with slices, rows and load columns (u, v, push; push, u, v)."""
+    return FlowModel(
+        *slices[0],
+        *slices[1],
+        *slices[2],
+        np.ascontiguousarray(rows[0]),
+        np.ascontiguousarray(rows[1]),
+        np.ascontiguousarray(rows[2]),
+        modal.rows_s,
+        modal.gap0,
+        modal.preload,
+        modal.presses,
+        modal.damped,
+        np.ascontiguousarray(loads[0]),
+        np.ascontiguousarray(loads[1]),
+        np.ascontiguousarray(loads[2]),
+        modal.order,
+        modal.column,
+        modal.M_ss,
+        modal.C_ss,
+        modal.K_ss,
+        modal.support,
+        modal.force,
+        m,
+        k,
+        np.flatnonzero(m <= 0.0),
+        np.ascontiguousarray(forms[0]),
+        np.ascontiguousarray(forms[1]),
+        np.ascontiguousarray(forms[2]),
+    )
+
+
+def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) -> FlowModel:
+    """The model whose channels see and push the pairs through the filter (n,), as does what balances them at rest.
+
+    A kick works h v on a pair of speed v; the springs see half of its way from the kick before to the kick after,
+    v sin(omega h) / omega. So a pair is pushed by sin(omega h) / (omega h) less than it is seen, and gets what the
+    springs give; else it would get (omega h)^2 / 6 more, out of nothing.
+
+    Parameters
+    ----------
+    h : step near contact, s. rest : (m + 2 f,) channel forces at rest.
+    """
+    model, pushed = form.model, mollifier * np.sinc(form.omega * h / np.pi)
+
+    def through(A: FloatArray, by: FloatArray, begin: int, end: int) -> FloatArray:
+        return np.ascontiguousarray(A * np.concatenate([by, by])[begin:end])
+
+    rates = through(model.rates, pushed, model.v0, model.v1)
+    if form.root.ndim == 1:
+        push = rates
+    else:
+        push = np.ascontiguousarray((rates @ form.root) @ form.root.T)
+    m, constant = model.gap0.size, model.order == CONSTANT
+    load, load_u, load_v = model.load.copy(), model.load_u.copy(), model.load_v.copy()
+    rows = through(model.rows, mollifier, model.u0, model.u1)
+    for j in np.flatnonzero(constant):
+        own = slice(0, m) if model.column[j] == 0 else slice(m, rest.size)
+        load[j], load_u[j], load_v[j] = -rest[own] @ push[own], -rest[own] @ rows[own], -rest[own] @ rates[own]
+    return model._replace(rows=rows, rates=rates, push=push, load=load, load_u=load_u, load_v=load_v)
+
+
+def resting(model: FlowModel, loads: Loads) -> FlowState:
+    """An instant at rest without supports' motion."""
+    n, channels, m = model.m.size, model.rows.shape[0], model.gap0.size
+    n_s, n_x, f2 = loads.support.shape[2], model.order.size, channels - m
+    return FlowState(
+        np.zeros((2, n)),
+        np.zeros(model.p1 - model.p0),
+        np.zeros(channels),
+        np.zeros(m),
+        np.zeros(channels),
+        np.zeros(m),
+        np.full(m, np.inf),
+        np.zeros(f2),
+        np.ones(f2 // 2, dtype=np.bool_),
+        np.zeros((3, n_s)),
+        np.zeros(n_x),
+        np.zeros((2, n_x)),
+        np.zeros(n_s),
+        np.zeros(n_s),
+        np.zeros(n_s),
+        np.zeros(SIZE),
+    )

@@ -1,0 +1,234 @@
+"""Motion between two kicks in compiled code: loads of a step, exact flow, what the channels see of it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from creak.dynamics.compiled import inner, inner_fast, with_arrays
+from creak.dynamics.modal.model import CONSTANT, FORCE, acts, dot, fill, put
+
+SINGLE = 9
+"""Rows of a propagator of single modes; one of pairs has 20."""
+
+
+@inner
+def cubic_through(a, b, c, d, third, out):  # type: ignore[no-untyped-def]
+    """Value and three derivatives at the first of four samples `third` apart."""
+    out[0] = a
+    out[1] = (-11.0 * a + 18.0 * b - 9.0 * c + 2.0 * d) / (6.0 * third)
+    out[2] = (2.0 * a - 5.0 * b + 4.0 * c - d) / (third * third)
+    out[3] = (-a + 3.0 * b - 3.0 * c + d) / (third * third * third)
+
+
+@inner
+def shift(p, h):  # type: ignore[no-untyped-def]
+    """Value and derivatives of a cubic, h later, in place."""
+    p[0] += h * (p[1] + h * (0.5 * p[2] + h / 6.0 * p[3]))
+    p[1] += h * (p[2] + 0.5 * h * p[3])
+    p[2] += h * p[3]
+
+
+@inner
+def value(p, h):  # type: ignore[no-untyped-def]
+    """A cubic, h later."""
+    return p[0] + h * (p[1] + h * (0.5 * p[2] + h / 6.0 * p[3]))
+
+
+@inner
+def load_step(model, row, third, course, drive, D):  # type: ignore[no-untyped-def]
+    """Cubics of supports (3, n_support, 4), load columns (n_x, 4) and loads (4, p1 - p0) over a flight step."""
+    for order in range(3):
+        for j in range(course.shape[1]):
+            s = model.support[order]
+            cubic_through(s[row, j], s[row + 1, j], s[row + 2, j], s[row + 3, j], third, course[order, j])
+    fill(D[0], 0.0)
+    fill(D[1], 0.0)
+    fill(D[2], 0.0)
+    fill(D[3], 0.0)
+    for j in range(drive.shape[0]):
+        if model.order[j] == CONSTANT:
+            fill(drive[j], 0.0)
+            drive[j, 0] = 1.0
+        elif model.order[j] == FORCE:
+            f, q = model.force, model.column[j]
+            cubic_through(f[row, q], f[row + 1, q], f[row + 2, q], f[row + 3, q], third, drive[j])
+        else:
+            put(drive[j], 0, course[model.order[j], model.column[j]])
+        if acts(drive[j], 0, 4):
+            add_column(drive[j], model.load[j], D)
+
+
+@inner_fast
+def add_column(drive, column, D):  # type: ignore[no-untyped-def]
+    """D += drive (4,) times column."""
+    a, b, c, d = drive
+    D0, D1, D2, D3 = D[0], D[1], D[2], D[3]
+    for i in range(column.size):
+        x = column[i]
+        D0[i] += a * x
+        D1[i] += b * x
+        D2[i] += c * x
+        D3[i] += d * x
+
+
+@inner_fast
+def shift_loads(D, h):  # type: ignore[no-untyped-def]
+    """Loads, h later."""
+    D0, D1, D2, D3 = D[0], D[1], D[2], D[3]
+    half, sixth = 0.5 * h, h / 6.0
+    for i in range(D0.size):
+        d0, d1, d2, d3 = D0[i], D1[i], D2[i], D3[i]
+        D0[i] = d0 + h * (d1 + h * (0.5 * d2 + sixth * d3))
+        D1[i] = d1 + h * (d2 + half * d3)
+        D2[i] = d2 + h * d3
+
+
+@inner
+def fly(model, P, gain, D, now, after, kicked):  # type: ignore[no-untyped-def]
+    """z after the second half of a kick (force F on the coordinates) and the exact motion of a step."""
+    if P.shape[0] == SINGLE:
+        fly_single(P, gain, D, now, after, kicked)
+    else:
+        fly_pairs(P, gain, D, now, after, kicked)
+
+
+@inner_fast
+def fly_single(P, gain, D, now, after, kicked):  # type: ignore[no-untyped-def]
+    """u, v of single modes."""
+    u0, v0, u1, v1 = now.x[0], now.x[1], after.x[0], after.x[1]
+    uu, uv, vu, vv, q0, q1, q2, q3, q4 = P[0], P[1], P[2], P[3], P[4], P[5], P[6], P[7], P[8]
+    D0, D1, D2, D3, F = D[0], D[1], D[2], D[3], now.F
+    for i in range(u0.size):
+        u, v = u0[i], v0[i]
+        if kicked:
+            v += gain[i] * F[i]
+        d0, d1, d2, d3 = D0[i], D1[i], D2[i], D3[i]
+        u1[i] = uu[i] * u + uv[i] * v + q1[i] * d0 + q2[i] * d1 + q3[i] * d2 + q4[i] * d3
+        v1[i] = vu[i] * u + vv[i] * v + q0[i] * d0 + q1[i] * d1 + q2[i] * d2 + q3[i] * d3
+
+
+@inner_fast
+def fly_pairs(P, gain, D, now, after, kicked):  # type: ignore[no-untyped-def]
+    """Both members of pairs."""
+    n, a0, b0, a1, b1, F = now.x.shape[1], now.x[0], now.x[1], after.x[0], after.x[1], now.F
+    for i in range(n):
+        a, b = a0[i], b0[i]
+        if kicked:
+            a += gain[i] * F[i]
+            b += gain[n + i] * F[n + i]
+        to_a = P[0, i] * a + P[1, i] * b
+        to_b = P[2, i] * a + P[3, i] * b
+        for r in range(4):
+            da, db, q = D[r, i], D[r, n + i], 4 * (r + 1)
+            to_a += P[q, i] * da + P[q + 1, i] * db
+            to_b += P[q + 2, i] * da + P[q + 3, i] * db
+        a1[i], b1[i] = to_a, to_b
+
+
+@inner
+def settle_supports(course, h, after):  # type: ignore[no-untyped-def]
+    """Motion of the supports at the end of a step."""
+    for order in range(3):
+        for j in range(course.shape[1]):
+            after.support[order, j] = value(course[order, j], h)
+
+
+@with_arrays
+def times(A, x, out):  # type: ignore[no-untyped-def]
+    """out = A x"""
+    np.dot(A, x, out)
+
+
+@inner
+def look(model, after):  # type: ignore[no-untyped-def]
+    """Gaps of a motion, and their rates."""
+    look_gaps(model, after)
+    look_rates(model, after)
+
+
+@inner
+def look_gaps(model, after):  # type: ignore[no-untyped-def]
+    """Gaps of a motion."""
+    m, z = after.gap.size, after.x.reshape(after.x.size)
+    times(model.rows[:m], z[model.u0 : model.u1], after.gap)
+    for i in range(m):
+        after.gap[i] += model.gap0[i]
+        for j in range(after.support.shape[1]):
+            after.gap[i] += model.rows_s[i, j] * after.support[0, j]
+
+
+@inner
+def look_rates(model, after):  # type: ignore[no-untyped-def]
+    """Rates of the gaps of a motion."""
+    m, z = after.gap.size, after.x.reshape(after.x.size)
+    times(model.rates[:m], z[model.v0 : model.v1], after.rate[:m])
+    for i in range(m):
+        for j in range(after.support.shape[1]):
+            after.rate[i] += model.rows_s[i, j] * after.support[1, j]
+
+
+@inner
+def look_closed(model, after):  # type: ignore[no-untyped-def]
+    """Rates of the closed channels: all that a kick of springs is made from."""
+    v = after.x.reshape(after.x.size)[model.v0 : model.v1]
+    for i in range(after.gap.size):
+        if after.gap[i] < 0.0:
+            after.rate[i] = rate_of(model, i, v, after)
+
+
+@inner
+def look_along(model, laws, watched, after):  # type: ignore[no-untyped-def]
+    """Rates along the rubbing channels of contacts that are watched (m,)."""
+    m, v = after.gap.size, after.x.reshape(after.x.size)[model.v0 : model.v1]
+    for i in range(m, after.rate.size):
+        if watched[laws.rubs[(i - m) // 2]]:
+            after.rate[i] = rate_of(model, i, v, after)
+
+
+@inner
+def gap_of(model, i, u, after):  # type: ignore[no-untyped-def]
+    """Gap of a channel."""
+    gap = model.gap0[i] + dot(model.rows[i], u)
+    for j in range(after.support.shape[1]):
+        gap += model.rows_s[i, j] * after.support[0, j]
+    return gap
+
+
+@inner
+def rate_of(model, i, v, after):  # type: ignore[no-untyped-def]
+    """Its rate."""
+    rate = dot(model.rates[i], v)
+    for j in range(after.support.shape[1]):
+        rate += model.rows_s[i, j] * after.support[1, j]
+    return rate
+
+
+@inner
+def quiet(after):  # type: ignore[no-untyped-def]
+    """No channel forces."""
+    fill(after.force, 0.0)
+    fill(after.F, 0.0)
+    fill(after.sliding, 0.0)
+    fill(after.stuck, True)
+
+
+@inner_fast
+def band_energies(model, band, D, x, out):  # type: ignore[no-untyped-def]
+    """sqrt(2 E) of the motion about its quasi-static place, by band."""
+    fill(out, 0.0)
+    a, b, D0, m, k, n = x.x[0], x.x[1], D[0], model.m, model.k, x.x.shape[1]
+    if model.still.shape[0] == 0:
+        for i in range(n):
+            if k[i] > 0.0 and m[i] > 0.0:
+                y = a[i] - D0[i] / k[i]
+                out[band[i]] += m[i] * b[i] * b[i] + k[i] * y * y
+    else:
+        R = model.still
+        for i in range(n):
+            y = a[i] - R[0, i] * D0[i] - R[1, i] * D0[n + i]
+            w = b[i] - R[2, i] * D0[i] - R[3, i] * D0[n + i]
+            out[band[i]] += y * y + w * w
+    for i in range(out.size):
+        out[i] = math.sqrt(out[i])

@@ -1,0 +1,188 @@
+"""How finely contact is resolved: its own time scale, filtered channels, and bounds that hold between samples.
+
+Near contact a step is kick, exact motion, kick. With the gaps read and the forces applied through a filter phi(omega h)
+that vanishes from omega h = pi on that is the mollified impulse method: symplectic, second order, and stable whatever
+the frequencies of the modes, as long as the contact springs are resolved, omega_c h < 2. What flexibility the filter
+takes away is at most (omega_c h / pi)^2 of that of the springs, .6 % at omega_c h = 1/4. Source: Garcia-Archilla,
+Sanz-Serna, Skeel, SIAM J. Sci. Comput. 20, 1998 (MOLLY); Hairer, Lubich, Wanner, Geometric Numerical Integration, 2006,
+XIII.1.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as sla
+
+from creak.arrays import FloatArray, IntArray
+from creak.contact.laws.parameters import LawArrays
+from creak.dynamics.flow.model import FlowForm
+from creak.errors import InputError
+
+HARD_CONTACT = 2e-5
+"""s that a hard contact takes to reverse the motion of a channel's own mass."""
+DEEPEST = 30
+"""Most halvings of a flight step."""
+BAND = 2.0
+"""Ratio of the frequencies that bound a band."""
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """What is resolved how finely; `settled`, `quick` and `fine` are the choices of [time] accuracy."""
+
+    contact: float
+    """Largest product of a step near contact and the frequency of the contact springs."""
+    longest: float
+    """Longest step near contact, s."""
+    stepped: float
+    """Step near contact of Systems that are not diagonal, s."""
+
+
+QUICK, SETTLED, FINE = Resolution(0.5, 4e-5, 2e-5), Resolution(0.25, 1e-5, 1e-5), Resolution(0.0625, 2.5e-6, 2.5e-6)
+
+
+@dataclass(frozen=True)
+class FlowSteps:
+    """The steps of a run: a flight step H and its halvings, the last of which is the step near contact."""
+
+    H: float
+    """s"""
+    levels: int
+    """H / 2^levels is the step near contact."""
+    laws: LawArrays
+    """With the stiffness of hard channels."""
+    mollifier: FloatArray
+    """(n,) what the channels see of each mode, `mollify(omega h)` with the step near contact."""
+    band: IntArray
+    """(n,) band of each mode."""
+    reach: FloatArray
+    """(levels + 1, n_band, m): largest distance between a gap and the cubic through its ends, over sqrt(2 energy)."""
+
+    @property
+    def h(self) -> float:
+        """Step near contact, s."""
+        return float(math.ldexp(self.H, -self.levels))
+
+
+def flow_steps(form: FlowForm, laws: LawArrays, H: float, resolution: Resolution) -> FlowSteps:
+    """Steps of a run whose flight steps are H (s) long.
+
+    Raises
+    ------
+    InputError : the contact springs are so stiff that a flight step would have to be halved more than `DEEPEST` times.
+    """
+    laws = _with_hard(form, laws)
+    slopes = steepest(laws)
+    levels, mollifier = 0, np.ones(form.omega.size)
+    for levels in range(DEEPEST + 1):
+        h = math.ldexp(H, -levels)
+        mollifier = mollify(form.omega * h)
+        if h <= resolution.longest and contact_frequency(form, mollifier, slopes) * h <= resolution.contact:
+            break
+    else:
+        whole = contact_frequency(form, np.ones(form.omega.size), slopes)
+        raise InputError(
+            f"a contact stiffness of {slopes.max():.3g} on the mass at its channel oscillates at {whole:.3g} rad/s",
+            expected="contact that can be resolved in time",
+            fix='Give a stiffness that the material can have, or stiffness = "hard".',
+        )
+    band, top = _bands(form.omega)
+    slow = _too_small(form, mollifier, math.ldexp(H, -levels))
+    reach = np.stack([_reach(form, band, top, math.ldexp(H, -n), slow) for n in range(levels + 1)])
+    return FlowSteps(H, levels, laws, mollifier, band, np.ascontiguousarray(reach))
+
+
+def mollify(x: FloatArray) -> FloatArray:
+    """phi(omega h): 1 up to 1, then falling smoothly to 0 at pi."""
+    fall = np.clip((x - 1.0) / (np.pi - 1.0), 0.0, 1.0)
+    return np.asarray(np.cos(0.5 * np.pi * fall) ** 2)
+
+
+def steepest(laws: LawArrays) -> FloatArray:
+    """(m,) largest slope of the law of each channel, force / length."""
+    slopes = laws.stiffness.copy()
+    for i in np.flatnonzero(laws.curve >= 0):
+        part = slice(laws.start[laws.curve[i]], laws.start[laws.curve[i] + 1])
+        slopes[i] = laws.scale[i] * float(np.max(np.diff(laws.y[part]) / np.diff(laws.x[part])))
+    return slopes
+
+
+def contact_frequency(form: FlowForm, mollifier: FloatArray, slopes: FloatArray) -> float:
+    """omega_c (rad/s) of the contact springs against the mass at their channels, seen through the filter (n,).
+
+    omega_c^2 = largest eigenvalue of k^(1/2) W k^(1/2).
+    """
+    acts = slopes > 0.0
+    if not acts.any():
+        return 0.0
+    B = np.sqrt(slopes[acts])[:, None] * seen_through(form, mollifier)[: slopes.size][acts]
+    size = int(acts.sum())
+    value = sla.eigh(B @ B.T, eigvals_only=True, subset_by_index=[size - 1, size - 1])[0]
+    return math.sqrt(max(float(value), 0.0))
+
+
+def seen_through(form: FlowForm, mollifier: FloatArray) -> FloatArray:
+    """(m + 2 f, ...) root of the mobility of the channels: W = seen seen'."""
+    model, both = form.model, np.concatenate([mollifier, mollifier])
+    return form.spread(model.rates * both[model.v0 : model.v1])
+
+
+def _with_hard(form: FlowForm, laws: LawArrays) -> LawArrays:
+    """Hard channels as springs that reverse the motion of their own mass within `HARD_CONTACT`."""
+    hard = (laws.stiffness == np.inf) & (laws.curve < 0)
+    if not hard.any():
+        return laws
+    give = (seen_through(form, np.ones(form.omega.size))[: hard.size] ** 2).sum(axis=1)
+    spring = (np.pi / HARD_CONTACT) ** 2 / np.where(give > 0.0, give, np.inf)
+    return laws._replace(stiffness=np.where(hard, spring, laws.stiffness), damping=np.where(hard, 0.0, laws.damping))
+
+
+def _bands(omega: FloatArray) -> tuple[IntArray, int]:
+    """Band of each mode by its frequency, and their number; the first holds what does not oscillate."""
+    moving = omega > 0.0
+    band = np.zeros(omega.size, dtype=np.int64)
+    if moving.any():
+        low = float(omega[moving].min())
+        band[moving] = 1 + np.floor(np.log(omega[moving] / low) / math.log(BAND)).astype(np.int64)
+    return band, int(band.max(initial=0)) + 1
+
+
+def _reach(form: FlowForm, band: IntArray, count: int, h: float, slow: FloatArray) -> FloatArray:
+    """(n_band, m) bound of |gap - cubic| / sqrt(2 E) of each band in a step h.
+
+    A pair of energy E moves a gap g within A = sqrt(2 E squares). The cubic through values and slopes at both ends is
+    off by at most h^4 max |d^4 g / dt^4| / 384 = A (omega h)^4 / 384, and never by more than A (2 + omega h / 4).
+    Slopes that are by the share `slow` (n,) too small (`flow.model.filtered`) add h / 4 times that. Over a band:
+    Cauchy-Schwarz.
+    """
+    x = form.omega * h
+    return _by_band(form, band, count, np.minimum(x**4 / 384.0, 2.0 + 0.25 * x) + 0.25 * slow * x)
+
+
+def straight(form: FlowForm, steps: FlowSteps, T: float) -> FloatArray:
+    """(n_band, m) bound of |gap - straight line from its start| / sqrt(2 E) of each band in T s.
+
+    A pair of energy E is off by at most A min((omega T)^2 / 2, 2 + omega T), A as for a cubic through both ends;
+    slopes that are too small add their share of A omega T.
+    """
+    x = form.omega * T
+    off = np.minimum(0.5 * x * x, 2.0 + x) + _too_small(form, steps.mollifier, steps.h) * x
+    return _by_band(form, steps.band, steps.reach.shape[1], off)
+
+
+def _too_small(form: FlowForm, mollifier: FloatArray, h: float) -> FloatArray:
+    """(n,) by which share the rates of a gap are too small (`flow.model.filtered`)."""
+    return np.asarray(mollifier * (1.0 - np.sinc(form.omega * h / np.pi)))
+
+
+def _by_band(form: FlowForm, band: IntArray, count: int, off: FloatArray) -> FloatArray:
+    squares = form.squares * off**2
+    return np.stack([np.sqrt(squares[:, band == b].sum(axis=1)) for b in range(count)])
+
+
+def finer(resolution: Resolution, by: float) -> Resolution:
+    """The same with steps near contact that are shorter by a factor."""
+    return Resolution(resolution.contact / by, resolution.longest / by, resolution.stepped / by)

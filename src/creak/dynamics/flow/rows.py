@@ -1,0 +1,87 @@
+"""Which instants of a march are kept, in compiled code: as many as the course of contact needs, not as many as steps.
+
+Kept are the ends of flight steps, both sides of every change of contact (a channel opens, closes, sticks, slips), the
+largest force between two changes, and so many instants besides that straight lines through them pass all others within
+`CLOSE` of the largest value since the last change, for gap, force and sliding of every channel. The lines are found on
+the way: the slopes that from the last kept instant on pass within reach of all since form a cone; where an instant
+leaves it, the one before is kept (swinging door: Bristol, ISA Adv. Instrum. 45, 1990).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.dynamics.compiled import inner
+from creak.dynamics.modal.model import put
+
+CLOSE = 1e-5
+"""Of the largest value since contact last changed."""
+
+
+class Cone(NamedTuple):
+    """Slopes that are still possible from the last kept instant."""
+
+    at: FloatArray
+    """(1,) its time, s"""
+    tip: FloatArray
+    """(w,) gaps, forces, sliding there."""
+    low: FloatArray
+    high: FloatArray
+    top: FloatArray
+    """(w,) largest values since contact last changed."""
+    now: FloatArray
+    after: FloatArray
+    """(w,) at both ends of the step."""
+
+
+def new_cone(width: int) -> Cone:
+    """For `width` columns."""
+    return Cone(np.zeros(1), *(np.zeros(width) for _ in range(6)))
+
+
+@inner
+def courses(x, out):  # type: ignore[no-untyped-def]
+    """Gaps, forces and sliding of an instant side by side."""
+    put(out, put(out, put(out, 0, x.gap), x.force), x.sliding)
+
+
+@inner
+def restart(cone, time, x, fresh):  # type: ignore[no-untyped-def]
+    """The instant x is kept; `fresh`: contact changes there."""
+    cone.at[0] = time
+    courses(x, cone.tip)
+    for j in range(cone.tip.size):
+        cone.low[j], cone.high[j] = -np.inf, np.inf
+        cone.top[j] = abs(cone.tip[j]) if fresh else max(cone.top[j], abs(cone.tip[j]))
+
+
+@inner
+def changes(now, after):  # type: ignore[no-untyped-def]
+    """Does a channel open, close, stick or slip between two instants?"""
+    for i in range(now.gap.size):
+        if (now.force[i] > 0.0) != (after.force[i] > 0.0):
+            return True
+    for i in range(now.stuck.size):  # noqa: SIM110 (compiled)
+        if now.stuck[i] != after.stuck[i]:
+            return True
+    return False
+
+
+@inner
+def bends(cone, time, now, time_after, after):  # type: ignore[no-untyped-def]
+    """Is no line left from the last kept instant to `after` that passes all others, `now` the last of them?"""
+    courses(now, cone.now)
+    courses(after, cone.after)
+    bent, m = False, now.gap.size
+    for j in range(cone.tip.size):
+        largest = m <= j < m + now.force.size and cone.now[j] >= cone.top[j] and cone.after[j] < cone.now[j]
+        cone.top[j] = max(cone.top[j], abs(cone.now[j]))
+        off, passed = CLOSE * cone.top[j], time - cone.at[0]
+        cone.low[j] = max(cone.low[j], (cone.now[j] - off - cone.tip[j]) / passed)
+        cone.high[j] = min(cone.high[j], (cone.now[j] + off - cone.tip[j]) / passed)
+        slope = (cone.after[j] - cone.tip[j]) / (time_after - cone.at[0])
+        bent = bent or largest or slope < cone.low[j] or slope > cone.high[j]
+    return bent

@@ -1,0 +1,57 @@
+"""Five-node pyramid."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import roots_jacobi
+
+from creak.arrays import FloatArray
+from creak.elements.geometry import gauss_square
+from creak.elements.solids.common import Reference, consistent_mass, isoparametric_stiffness
+from creak.model.materials import SolidSection
+from creak.model.mesh import COMMON, Own
+
+CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
+def reference(points: FloatArray, weights: FloatArray) -> Reference:
+    """h_i = [(1 + r_i r)(1 + s_i s) - t + r_i s_i r s t / (1 - t)] / 4 at the base (r, s = -1, 1; t = 0), h_5 = t."""
+    r, s, t = points.T[:, :, None]
+    ri, si = CORNERS.T
+    up = 1.0 / (1.0 - t)
+    base = 0.25 * ((1.0 + ri * r) * (1.0 + si * s) - t + ri * si * r * s * t * up)
+    by_r = 0.25 * (ri * (1.0 + si * s) + ri * si * s * t * up)
+    by_s = 0.25 * (si * (1.0 + ri * r) + ri * si * r * t * up)
+    by_t = 0.25 * (-1.0 + ri * si * r * s * up**2)
+    zero, one = np.zeros_like(t), np.ones_like(t)
+    top = np.stack([np.concatenate(pair, axis=1) for pair in ((by_r, zero), (by_s, zero), (by_t, one))], axis=1)
+    return Reference(points, weights, np.concatenate([base, t], axis=1), top)
+
+
+def _rule(n: int) -> Reference:
+    """n Gauss points along each side of the base, shrunk with it towards the apex, times n along the axis with the
+    weight (1 - t)^2 (Gauss-Jacobi)."""
+    plane, share = gauss_square(n)
+    x, w = roots_jacobi(n, 2.0, 0.0)
+    t, weight = 0.5 * (x + 1.0), w / 8.0
+    points = [np.column_stack([plane * (1.0 - a), np.full(len(plane), a)]) for a in t]
+    return reference(np.concatenate(points), np.concatenate([share * b for b in weight]))
+
+
+TWO, THREE = _rule(2), _rule(3)
+
+
+def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
+    """K = integral of B' D B.
+
+    A fill-in element between hexahedra and tetrahedra, whose faces it fits: like the tetrahedron it is too stiff in
+    bending and in nearly incompressible material. Source: Bedrosian, Int. J. Numer. Meth. Eng. 35 (1992) 95.
+
+    Nodes: the base 1-2-3-4, turning right-handed towards the apex, then the apex. The rotations have no stiffness.
+    """
+    return isoparametric_stiffness(coords, section, TWO, own)
+
+
+def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
+    """Consistent mass, see `consistent_mass`."""
+    return consistent_mass(coords, section, THREE, own)

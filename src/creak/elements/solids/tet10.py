@@ -1,0 +1,67 @@
+"""Ten-node tetrahedron."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.elements.solids.common import Reference, consistent_mass, isoparametric_stiffness
+from creak.model.materials import SolidSection
+from creak.model.mesh import COMMON, Own
+
+EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+"""Corners between which nodes 5 to 10 lie."""
+CORNER_SLOPES = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 1.0]])
+
+
+def reference(points: FloatArray, weights: FloatArray) -> Reference:
+    """h_i = L_i (2 L_i - 1) at the corners and 4 L_i L_j between them, L = (1 - r - s - t, r, s, t)."""
+    L = np.column_stack([1.0 - points.sum(axis=1), points])
+    shapes = [L[:, i] * (2.0 * L[:, i] - 1.0) for i in range(4)] + [4.0 * L[:, i] * L[:, j] for i, j in EDGES]
+    slopes = [(4.0 * L[:, i, None] - 1.0) * CORNER_SLOPES[:, i] for i in range(4)]
+    slopes += [4.0 * (L[:, i, None] * CORNER_SLOPES[:, j] + L[:, j, None] * CORNER_SLOPES[:, i]) for i, j in EDGES]
+    return Reference(points, weights, np.stack(shapes, axis=1), np.stack(slopes, axis=2))
+
+
+def _four_points() -> Reference:
+    """Rule of degree two: Hammer and Stroud (1956)."""
+    a, b = (5.0 - np.sqrt(5.0)) / 20.0, (5.0 + 3.0 * np.sqrt(5.0)) / 20.0
+    return reference((np.full((4, 4), a) + (b - a) * np.eye(4))[:, 1:], np.full(4, 1.0 / 24.0))
+
+
+def _fourteen_points() -> Reference:
+    """Rule of degree five with positive weights: Walkington (2000)."""
+    orbits = ((0.31088591926330060980, 0.018781320953002641800), (0.092735250310891226402, 0.012248840519393658257))
+    edge, edge_weight = 0.045503704125649649492, 0.0070910034628469110730
+    points, weights = [], []
+    for a, w in orbits:
+        barycentric = np.full((4, 4), a) + (1.0 - 4.0 * a) * np.eye(4)
+        points.append(barycentric[:, 1:])
+        weights += [w] * 4
+    pairs = [(i, j) for i in range(4) for j in range(i)]
+    barycentric = np.full((6, 4), edge)
+    for row, pair in enumerate(pairs):
+        barycentric[row, list(pair)] = 0.5 - edge
+    points.append(barycentric[:, 1:])
+    return reference(np.concatenate(points), np.array([*weights, *[edge_weight] * 6]))
+
+
+FOUR = _four_points()
+FOURTEEN = _fourteen_points()
+
+
+def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
+    """K = integral of B' D B with four points, exact where the edges are straight and the middle nodes centred.
+
+    Good in bending with one element through the thickness; stiff near incompressibility. Source: Zienkiewicz and
+    Taylor, The Finite Element Method, vol. 1 (2000), chapter 8.
+
+    Nodes: corners 1 to 4 (the fourth on the side to which 1-2-3 turn right-handed), then the middles of 1-2, 2-3, 3-1,
+    1-4, 2-4, 3-4. The rotations have no stiffness.
+    """
+    return isoparametric_stiffness(coords, section, FOUR, own)
+
+
+def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
+    """Consistent mass with fourteen points, exact where the edges are straight, see `consistent_mass`."""
+    return consistent_mass(coords, section, FOURTEEN, own)

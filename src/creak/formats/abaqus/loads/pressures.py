@@ -1,0 +1,139 @@
+"""*DLOAD and *DSLOAD: gravity, and pressure on shells and faces of solids."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.errors import InputError, suggest
+from creak.formats.abaqus.mesh.elements import Elements
+from creak.formats.abaqus.mesh.surfaces import IS_SHELL, RawSurface, faces_named, facets_of
+from creak.formats.abaqus.text.lexer import Block
+from creak.formats.abaqus.text.names import Registry
+from creak.formats.abaqus.text.numbers import to_float
+from creak.formats.deck.pressure import Pressed, nodal_forces, point_loads
+from creak.model.steps import PointLoad
+
+_FACES = {f"P{k}": f"S{k}" for k in range(1, 7)}
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """What gravity and pressure act on."""
+
+    coords: FloatArray
+    elements: Elements
+    names: Registry
+    """Elements and their sets."""
+    surfaces: Mapping[str, RawSurface]
+
+    @property
+    def count(self) -> int:
+        return int(self.elements.ids.size)
+
+
+def gravity_of(block: Block, bodies: Bodies) -> FloatArray:
+    """(3,) acceleration of the GRAV lines of a *DLOAD.
+
+    Raises
+    ------
+    InputError : on some of the elements, without magnitude or direction.
+    """
+    total = np.zeros(3)
+    for fields, where in block.rows():
+        if _label(fields) != "GRAV":
+            continue
+        name = fields[0].strip()
+        if name and bodies.names.find(name, "", where).size < bodies.count:
+            raise InputError(
+                f"gravity on {name} alone, which are not all elements",
+                expected="all elements, or no set",
+                where=where,
+                fix="Leave the set out.",
+            )
+        numbers = [to_float(f, where, "gravity") for f in fields[2:6]]
+        if len(numbers) < 4 or not any(numbers[1:]):
+            raise InputError(
+                "gravity without magnitude and direction", expected="magnitude, x, y, z", where=where, fix="Add them."
+            )
+        direction = np.array(numbers[1:])
+        total += numbers[0] * direction / np.linalg.norm(direction)
+    return total
+
+
+def has_gravity(block: Block) -> bool:
+    """Whether a *DLOAD has a GRAV line."""
+    return any(_label(fields) == "GRAV" for fields, _ in block.rows())
+
+
+def pressures_of(block: Block, bodies: Bodies) -> dict[tuple[str, str], list[PointLoad]]:
+    """Forces of each line of pressure under its set (surface) and label: P along the normal of shells, P1 to P6 into
+    faces of solids; of *DSLOAD P, onto the side of the surface.
+
+    Raises
+    ------
+    InputError : another load, an unknown set or surface, elements that do not have it, a shell surface without a side.
+    """
+    found: dict[tuple[str, str], list[PointLoad]] = {}
+    for fields, where in block.rows():
+        label, name = _label(fields), fields[0].strip().upper()
+        if label == "GRAV" and block.name == "DLOAD":
+            continue
+        if label != "P" and (label not in _FACES or block.name == "DSLOAD"):
+            raise InputError(
+                f"*{block.name} with {fields[1].strip() if len(fields) > 1 else 'nothing'}",
+                expected="GRAV, P, or P1 to P6" if block.name == "DLOAD" else "P",
+                where=where,
+                fix="creak reads gravity and pressure: write others as forces at nodes.",
+            )
+        value = to_float(fields[2] if len(fields) > 2 else "", where, "pressure")
+        corners, sign = _on_surface(name, bodies, where) if block.name == "DSLOAD" else _on(name, label, bodies, where)
+        pressed = Pressed(corners, np.repeat(sign[:, None] * value, 4, axis=1), np.full((len(corners), 3), np.nan))
+        loads = point_loads(*nodal_forces(pressed, bodies.coords), f"{name} {label}", where)
+        found.setdefault((name, label), []).extend(loads)
+    return found
+
+
+def _label(fields: list[str]) -> str:
+    return fields[1].strip().upper() if len(fields) > 1 else ""
+
+
+def _on(name: str, label: str, bodies: Bodies, where: str) -> tuple[IntArray, FloatArray]:
+    rows = bodies.names.find(name, "", where)
+    if label in _FACES:
+        chosen = faces_named(rows, _FACES[label], where, bodies.elements)
+        return facets_of(bodies.elements, chosen[:, 0], chosen[:, 1])[2], -np.ones(len(chosen))
+    shell = IS_SHELL[bodies.elements.type_idx[rows]]
+    if not shell.all():
+        row = int(rows[int(np.argmin(shell))])
+        raise InputError(
+            f"*DLOAD P on element {bodies.elements.ids[row]} ({bodies.elements.of(row).name}), which is no shell",
+            expected="shells; P1 to P6 on solids",
+            where=where,
+            fix="Correct the label.",
+        )
+    corners = facets_of(bodies.elements, rows, np.zeros_like(rows))[2]
+    return corners, np.ones(len(corners))
+
+
+def _on_surface(name: str, bodies: Bodies, where: str) -> tuple[IntArray, FloatArray]:
+    surface = bodies.surfaces.get(name)
+    if surface is None or not surface.element_rows.size:
+        raise InputError(
+            f"*DSLOAD on unknown surface {name!r}" if surface is None else f"*DSLOAD on {name!r}, which has no facets",
+            expected="a surface of shells or faces of solids",
+            where=where,
+            fix=suggest(name, bodies.surfaces),
+        )
+    shell = IS_SHELL[bodies.elements.type_idx[surface.element_rows]]
+    if (shell & (surface.side == 0)).any():
+        raise InputError(
+            f"*DSLOAD on surface {name!r}, whose shells have no side",
+            expected="SPOS or SNEG",
+            where=where,
+            fix="Name the side in *SURFACE.",
+        )
+    return surface.corners, np.where(shell, -surface.side, -1.0)

@@ -1,0 +1,154 @@
+"""*NONSTRUCTURAL MASS: mass smeared over elements."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.errors import InputError
+from creak.formats.abaqus.mesh.elements import TYPES, Elements
+from creak.formats.abaqus.sections.assigned import Assigned
+from creak.formats.abaqus.text.lexer import Block
+from creak.formats.abaqus.text.names import Registry
+from creak.formats.abaqus.text.numbers import positive
+from creak.formats.abaqus.text.outline import Outline
+from creak.model.materials import (
+    BeamSection,
+    GeneralShell,
+    Section,
+    ShellSection,
+    SolidSection,
+    Structural,
+    TrussSection,
+)
+from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
+from creak.model.solid_faces import FACES, faces_of, volumes
+
+UNITS = ("TOTAL MASS", "MASS PER VOLUME", "MASS PER AREA", "MASS PER LENGTH")
+
+
+def with_added_mass(
+    deck: Outline, elements: Elements, names: Registry, assigned: Assigned, coords: FloatArray
+) -> Assigned:
+    """Sections with the mass of every *NONSTRUCTURAL MASS, each as a higher density of its elements.
+
+    TOTAL MASS is spread in proportion to the elements' mass, or to their volume (DISTRIBUTION=VOLUME PROPORTIONAL).
+
+    Raises
+    ------
+    InputError : unknown set or units, no value, mass per area of elements that are no shells and the like.
+    """
+    for scope, block in deck.blocks("NONSTRUCTURAL MASS"):
+        rows = np.unique(names.find(block.need("ELSET"), scope.name, block.where))
+        rows = rows[[isinstance(assigned.sections[s], Structural) for s in assigned.section_idx[rows]]]
+        lines = list(block.rows())
+        units = block.need("UNITS").upper()
+        if units not in UNITS or not lines or not rows.size:
+            raise InputError(
+                f"*NONSTRUCTURAL MASS, UNITS={units} on {rows.size} structural elements",
+                expected=f"UNITS={', '.join(UNITS)}, a set with shells, beams or solids and a value",
+                where=block.where,
+                fix="Correct the keyword.",
+            )
+        value = positive(lines[0][0][0], lines[0][1], "nonstructural mass")
+        assigned = _added(block, units, value, rows, elements, assigned, coords)
+    return assigned
+
+
+def _added(
+    block: Block, units: str, value: float, rows: IntArray, elements: Elements, assigned: Assigned, coords: FloatArray
+) -> Assigned:
+    section_of = assigned.section_idx[rows]
+    used = np.unique(section_of)
+    proportional = block.option("DISTRIBUTION", "MASS PROPORTIONAL") == "MASS PROPORTIONAL"
+    if units == "TOTAL MASS":
+        volume = _volumes(rows, elements, assigned, coords)
+        weight = np.array([density(assigned.sections[s]) if proportional else 1.0 for s in section_of])
+        value /= float(volume @ weight)
+    sections, section_idx, own = list(assigned.sections), assigned.section_idx.copy(), dict(assigned.own)
+    for s in used.tolist():
+        section = assigned.sections[s]
+        if units == "TOTAL MASS":
+            more = value * density(section) if proportional else value
+        else:
+            more = value / _per_volume(block, units, section)
+        mine = rows[section_of == s]
+        every = np.flatnonzero(section_idx == s)
+        if s in own:
+            old = own[s]
+            own[len(sections)] = old.take(np.searchsorted(every, mine))
+            own[s] = old.take(np.flatnonzero(~np.isin(every, mine)))
+        section_idx[mine] = len(sections)
+        sections.append(denser(section, more))
+    return replace(assigned, sections=tuple(sections), section_idx=section_idx, own=own)
+
+
+def density(section: Section) -> float:
+    """Mass per volume."""
+    if isinstance(section, GeneralShell):
+        return section.mass / section.thickness
+    if isinstance(section, BeamSection):
+        return section.material.density + section.line_mass / section.area
+    return section.material.density if isinstance(section, Structural) else 0.0
+
+
+def denser(section: Section, more: float) -> Section:
+    """The section with `more` mass per volume."""
+    if isinstance(section, GeneralShell):
+        factor = 1.0 + more * section.thickness / section.mass
+        return replace(
+            section,
+            mass=factor * section.mass,
+            first_moment=factor * section.first_moment,
+            rotary_inertia=factor * section.rotary_inertia,
+        )
+    if isinstance(section, SolidSection):
+        return replace(section, material=replace(section.material, density=section.material.density + more))
+    if isinstance(section, ShellSection | BeamSection | TrussSection):
+        return replace(section, material=replace(section.material, density=section.material.density + more))
+    return section
+
+
+def _per_volume(block: Block, units: str, section: Section) -> float:
+    """Area or length of the section per volume, inverted: thickness, area, or one."""
+    if units == "MASS PER VOLUME":
+        return 1.0
+    if units == "MASS PER AREA" and isinstance(section, ShellSection | GeneralShell):
+        return section.thickness
+    if units == "MASS PER LENGTH" and isinstance(section, BeamSection | TrussSection):
+        return section.area
+    raise InputError(
+        f"*NONSTRUCTURAL MASS, UNITS={units} on elements that have none of it",
+        expected="mass per area on shells, per length on beams and trusses",
+        where=block.where,
+        fix="Name a set of one kind of element.",
+    )
+
+
+def _volumes(rows: IntArray, elements: Elements, assigned: Assigned, coords: FloatArray) -> FloatArray:
+    """(n,) volumes of structural elements."""
+    out = np.zeros(rows.size)
+    kinds = np.array([t.kind for t in TYPES])[elements.type_idx[rows]]
+    size = np.array([_cross_size(assigned.sections[s]) for s in assigned.section_idx[rows]])
+    for kind in np.unique(kinds):
+        mine = np.flatnonzero(kinds == kind)
+        table = elements.nodes_idx[rows[mine]]
+        if kind in FACES:
+            out[mine] = np.abs(volumes(coords[faces_of(str(kind), table)]))
+        elif kind in SHELL_FACETS:
+            x = coords[facets_of_shells(str(kind), table)]
+            out[mine] = 0.5 * np.linalg.norm(np.cross(x[:, :, 2] - x[:, :, 0], x[:, :, 3] - x[:, :, 1]), axis=2).sum(1)
+        elif kind == "beam3":
+            out[mine] = np.linalg.norm(np.diff(coords[table[:, :3]], axis=1), axis=2).sum(axis=1)
+        else:
+            out[mine] = np.linalg.norm(coords[table[:, 1]] - coords[table[:, 0]], axis=1)
+        out[mine] *= size[mine]
+    return out
+
+
+def _cross_size(section: Section) -> float:
+    if isinstance(section, ShellSection | GeneralShell):
+        return section.thickness
+    return section.area if isinstance(section, BeamSection | TrussSection) else 1.0

@@ -1,0 +1,302 @@
+"""Section and property keywords -> the section of every element."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.errors import InputError
+from creak.formats.abaqus.joints.connectors import Connectors, read_connectors
+from creak.formats.abaqus.joints.points import (
+    read_dashpot,
+    read_mass,
+    read_rotary_inertia,
+    read_spring,
+    turned_point,
+    turned_spring,
+)
+from creak.formats.abaqus.joints.rigid import Connector
+from creak.formats.abaqus.mesh.elements import SOLIDS, TYPES, Elements
+from creak.formats.abaqus.sections.beams import read_beam_general_section, read_beam_section
+from creak.formats.abaqus.sections.materials import RawMaterial, find_material, find_solid_material
+from creak.formats.abaqus.sections.own_data import Geometry, constant_frame, own_data
+from creak.formats.abaqus.sections.shells import read_shell_general_section, read_shell_section
+from creak.formats.abaqus.sections.thin import (
+    read_cohesive_section,
+    read_continuum_shell,
+    read_membrane_section,
+    rigid_section,
+)
+from creak.formats.abaqus.text.lexer import Block
+from creak.formats.abaqus.text.names import Registry
+from creak.formats.abaqus.text.numbers import positive
+from creak.formats.abaqus.text.outline import Outline, Scope
+from creak.model.materials import (
+    AxialSpring,
+    BeamSection,
+    Bushing,
+    NodalMatrices,
+    PointMass,
+    Section,
+    SolidSection,
+    Spring,
+    TrussSection,
+)
+from creak.model.mesh import COMMON, Own
+
+Materials = dict[str, RawMaterial]
+_Reader = Callable[[Scope, Block, Materials], Section]
+
+
+@dataclass(frozen=True)
+class Assigned:
+    """Sections and which element has which."""
+
+    sections: tuple[Section, ...]
+    section_idx: IntArray
+    """(n_elem,) rows into `sections`."""
+    own: Mapping[int, Own]
+    """Row into `sections` -> what its elements, in ascending rows of the element table, have of their own."""
+    connectors: tuple[Connector, ...] = ()
+    """Connectors with rigid components."""
+
+    def own_of(self, rows: IntArray) -> Own:
+        """Of elements (ascending rows of the element table) that share one section."""
+        section = int(self.section_idx[rows[0]])
+        if section not in self.own:
+            return COMMON
+        return self.own[section].take(np.searchsorted(np.flatnonzero(self.section_idx == section), rows))
+
+
+def read_sections(
+    deck: Outline, elements: Elements, names: Registry, materials: Materials, geometry: Geometry
+) -> Assigned:
+    """Read every section keyword and give each element its section.
+
+    Raises
+    ------
+    InputError : unknown set, material or orientation, bad dimensions, wrong element type, an element with two
+        sections or none.
+    """
+    sections: list[Section] = []
+    own: dict[int, Own] = {}
+    places: list[str] = []
+    section_idx = np.full(elements.ids.size, -1, dtype=np.int64)
+    for scope, block in deck.blocks(*_READERS):
+        rows = names.find(block.need("ELSET"), scope.name, block.where)
+        _check_types(block, rows, elements)
+        _check_free(block, rows, section_idx, elements, places)
+        section = _reader(block, rows, elements)(scope, block, materials)
+        frame = constant_frame(deck, scope, block, geometry) if isinstance(section, Spring) else None
+        if isinstance(section, NodalMatrices) or (isinstance(section, PointMass) and block.get("ORIENTATION")):
+            turn = constant_frame(deck, scope, block, geometry)
+            section = section if turn is None else turned_point(section, turn)
+        for some, kind in _kinds(section, np.sort(rows), elements, frame):
+            section_idx[some] = len(sections)
+            mine = own_data(deck, scope, block, kind, elements, some, geometry)
+            if mine is not COMMON:
+                own[len(sections)] = mine
+            sections.append(kind)
+            places.append(block.where)
+    _add_rigid(deck, elements, names, section_idx, sections, places, materials, geometry.coords)
+    connectors = read_connectors(deck, elements, names, geometry.orientations, geometry.coords)
+    _add_connectors(connectors, elements, section_idx, sections, places, own)
+    _check_all(elements, section_idx)
+    return Assigned(tuple(sections), section_idx, own, connectors.rigid)
+
+
+def _kinds(
+    section: Section, rows: IntArray, elements: Elements, frame: FloatArray | None
+) -> list[tuple[IntArray, Section]]:
+    """The section as each type of its elements has it: B33 is rigid in shear, SPRINGA acts along its line."""
+    names = np.array([t.name for t in TYPES])[elements.type_idx[rows]]
+    if isinstance(section, BeamSection):
+        other: Section = replace(section, shear_area1=0.0, shear_area2=0.0)
+        mask = names == "B33"
+    elif isinstance(section, Spring):
+        other = AxialSpring(section.name, section.stiffness, section.damping)
+        mask = np.isin(names, AXIAL)
+        if not section.dof1 and not mask.all():
+            raise InputError(
+                f"springs or dashpots of type {names[~mask][0]} without a degree of freedom",
+                expected="a first data line with it",
+                where=elements.where(int(rows[~mask][0])),
+                fix="Only SPRINGA and DASHPOTA have a blank first line.",
+            )
+        if frame is not None and not mask.all():
+            n_node = np.array([t.n_nodes for t in TYPES])[elements.type_idx[rows]]
+            pairs: list[tuple[IntArray, Section]] = [(rows[mask], other)]
+            pairs += [(rows[~mask & (n_node == n)], turned_spring(section, frame, n)) for n in (1, 2)]
+            return [(some, kind) for some, kind in pairs if some.size]
+    else:
+        return [(rows, section)]
+    both: list[tuple[IntArray, Section]] = [(rows[~mask], section), (rows[mask], other)]
+    return [(some, kind) for some, kind in both if some.size]
+
+
+def _add_rigid(
+    deck: Outline,
+    elements: Elements,
+    names: Registry,
+    section_idx: IntArray,
+    sections: list[Section],
+    places: list[str],
+    materials: Materials,
+    coords: FloatArray,
+) -> None:
+    """*RIGID BODY is the section of its rigid elements."""
+    rigid = np.array([t.sections == ("RIGID BODY",) for t in TYPES])
+    for scope, block in deck.blocks("RIGID BODY"):
+        rows = names.find(block.need("ELSET"), scope.name, block.where) if block.has("ELSET") else np.zeros(0, np.int64)
+        rows = rows[rigid[elements.type_idx[rows]] & (section_idx[rows] < 0)]
+        for n_node in (3, 4):
+            some = rows[np.array([t.n_nodes for t in TYPES])[elements.type_idx[rows]] == n_node]
+            if some.size:
+                section_idx[some] = len(sections)
+                corners = coords[elements.nodes_idx[some, :n_node]]
+                sections.append(rigid_section(deck, block, corners, materials))
+                places.append(block.where)
+
+
+def _add_connectors(
+    connectors: Connectors,
+    elements: Elements,
+    section_idx: IntArray,
+    sections: list[Section],
+    places: list[str],
+    own: dict[int, Own],
+) -> None:
+    for made in connectors.sections:
+        _check_free(made.block, made.rows, section_idx, elements, places)
+        section_idx[made.rows] = len(sections)
+        if made.own is not COMMON:
+            own[len(sections)] = made.own
+        sections.append(made.section)
+        places.append(made.block.where)
+
+
+def read_truss_section(scope: Scope, block: Block, materials: Materials) -> Section:
+    """*SOLID SECTION of trusses: area on the data line, 1 when there is none."""
+    material = find_material(block.need("MATERIAL"), materials, block.where)
+    rows = list(block.rows())
+    area = positive(rows[0][0][0], rows[0][1], "area of the truss") if rows else 1.0
+    return TrussSection(block.get("ELSET"), material, area)
+
+
+def read_solid_section(scope: Scope, block: Block, materials: Materials) -> Section:
+    """*SOLID SECTION of solids: homogeneous; what the data line says (a thickness of plane elements) is not used."""
+    for param in ("COMPOSITE", "SYMMETRIC", "LAYUP"):
+        if block.has(param):
+            raise InputError(
+                f"*SOLID SECTION with {param} is not supported",
+                expected="one material",
+                where=block.where,
+                fix="Give every material its elements and a section of its own.",
+            )
+    return SolidSection(block.get("ELSET"), find_solid_material(block.need("MATERIAL"), materials, block.where))
+
+
+def _reader(block: Block, rows: IntArray, elements: Elements) -> _Reader:
+    """What reads a section; those of trusses and of continuum shells have the keywords of others."""
+    if _is_truss(block, rows, elements):
+        return read_truss_section
+    continuum = np.array([t.kind in SOLIDS for t in TYPES])[elements.type_idx[rows]]
+    if block.name == "SHELL SECTION" and continuum.any():
+        if not continuum.all():
+            raise InputError(
+                f"*SHELL SECTION, ELSET={block.get('ELSET')} holds both shells and continuum shells",
+                expected="one kind",
+                where=block.where,
+                fix="Make two sections of it.",
+            )
+        return read_continuum_shell
+    return _READERS[block.name]
+
+
+def _is_truss(block: Block, rows: IntArray, elements: Elements) -> bool:
+    """Is this the *SOLID SECTION of trusses?
+
+    Raises
+    ------
+    InputError : it holds trusses and solids.
+    """
+    if block.name != "SOLID SECTION" or not rows.size:
+        return False
+    solid = np.array([t.kind in SOLIDS for t in TYPES])[elements.type_idx[rows]]
+    if solid.any() and not solid.all():
+        raise InputError(
+            f"*SOLID SECTION, ELSET={block.get('ELSET')} holds both solids and trusses",
+            expected="one kind",
+            where=block.where,
+            fix="Make two sections of it.",
+        )
+    return not solid.any()
+
+
+AXIAL = ("SPRINGA", "DASHPOTA")
+"""Types that act along the line between their nodes."""
+
+
+def _nothing(scope: Scope, block: Block, materials: Materials) -> Section:
+    """The element of a *DISTRIBUTING COUPLING has neither stiffness nor mass."""
+    return Bushing(block.get("ELSET"), np.zeros((6, 6)), np.zeros((6, 6)))
+
+
+_READERS: dict[str, _Reader] = {
+    "SHELL SECTION": read_shell_section,
+    "SHELL GENERAL SECTION": read_shell_general_section,
+    "DISTRIBUTING COUPLING": _nothing,
+    "BEAM SECTION": read_beam_section,
+    "BEAM GENERAL SECTION": read_beam_general_section,
+    "SOLID SECTION": read_solid_section,
+    "MASS": read_mass,
+    "ROTARY INERTIA": read_rotary_inertia,
+    "SPRING": read_spring,
+    "DASHPOT": read_dashpot,
+    "MEMBRANE SECTION": read_membrane_section,
+    "COHESIVE SECTION": read_cohesive_section,
+}
+
+
+def _check_types(block: Block, rows: IntArray, elements: Elements) -> None:
+    for row_type in np.unique(elements.type_idx[rows]):
+        row = int(rows[int(np.argmax(elements.type_idx[rows] == row_type))])
+        kind = elements.of(row)
+        if block.name not in kind.sections:
+            raise InputError(
+                f"*{block.name}, ELSET={block.get('ELSET')} holds element {elements.ids[row]} of type {kind.name}",
+                expected=f"*{' or *'.join(kind.sections)} for {kind.name}",
+                where=block.where,
+                fix="Leave the element out of the set, or use the right section.",
+            )
+
+
+def _check_free(block: Block, rows: IntArray, section_idx: IntArray, elements: Elements, places: list[str]) -> None:
+    taken = section_idx[rows] >= 0
+    if taken.any():
+        row = int(rows[int(np.argmax(taken))])
+        raise InputError(
+            f"element {elements.ids[row]} gets a second section; the first is at {places[int(section_idx[row])]}",
+            expected="one section for each element",
+            where=block.where,
+            fix="Make the element sets disjoint.",
+        )
+
+
+def _check_all(elements: Elements, section_idx: IntArray) -> None:
+    without = np.flatnonzero(section_idx < 0)
+    if without.size == 0:
+        return
+    kind = elements.of(int(without[0]))
+    same = without[elements.type_idx[without] == elements.type_idx[without[0]]]
+    shown = ", ".join(str(i) for i in elements.ids[same[:5]]) + (", ..." if same.size > 5 else "")
+    count = f"{same.size} element{'s' if same.size > 1 else ''}"
+    raise InputError(
+        f"{count} of type {kind.name} ha{'ve' if same.size > 1 else 's'} no section: {shown}",
+        expected=f"*{' or *'.join(kind.sections)} with an ELSET that holds each of them",
+        where=elements.where(int(without[0])),
+        fix=f"Add *{kind.sections[0]} for them.",
+    )

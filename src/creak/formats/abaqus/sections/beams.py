@@ -1,0 +1,186 @@
+"""*BEAM SECTION and *BEAM GENERAL SECTION."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from creak.errors import InputError, suggest
+from creak.formats.abaqus.sections.beam_shapes import SHAPES
+from creak.formats.abaqus.sections.materials import RawMaterial, check_poisson, find_material
+from creak.formats.abaqus.text.lexer import Block
+from creak.formats.abaqus.text.numbers import floats, positive, to_float
+from creak.formats.abaqus.text.outline import Scope
+from creak.formats.deck.cross_section import CrossSection, principal
+from creak.model.materials import BeamSection, Material
+
+Rows = list[tuple[list[str], str]]
+
+
+def read_beam_section(scope: Scope, block: Block, materials: dict[str, RawMaterial]) -> BeamSection:
+    """*BEAM SECTION, SECTION=RECT, CIRC, PIPE, THICK PIPE, BOX or I; second line: direction of axis 1.
+
+    Raises
+    ------
+    InputError : unknown shape, bad dimensions, zero axis.
+    """
+    material = find_material(block.need("MATERIAL"), materials, block.where)
+    rows = list(block.rows(blanks=True))
+    name = block.need("SECTION").upper()
+    name = {"RECTANGULAR": "RECT", "CIRCULAR": "CIRC"}.get(name, name)
+    shape, size = _shape(block, name, rows)
+    return _section(scope, block, material, shape, rows, (name, size))
+
+
+def read_beam_general_section(scope: Scope, block: Block, materials: dict[str, RawMaterial]) -> BeamSection:
+    """*BEAM GENERAL SECTION: dimensions or A, I11, I12, I22, J; axis 1; E, G. Density on the keyword line.
+
+    *CENTROID and *SHEAR CENTER after it move these points off the nodes.
+
+    Raises
+    ------
+    InputError : unknown shape, missing density or moduli, second moments of no section, bad values.
+    """
+    shape = block.option("SECTION", "GENERAL")
+    rows = list(block.rows(blanks=True))
+    found, size = _general(block, rows) if shape == "GENERAL" else _shape(block, shape, rows)
+    found = replace(
+        found,
+        centroid=_point(block, "CENTROID", found.centroid),
+        shear_centre=_point(block, "SHEAR CENTER", found.shear_centre),
+    )
+    name = f"{block.get('ELSET')}-E-G"
+    density = positive(block.get("DENSITY"), block.where, "DENSITY of the beam section")
+    if len(rows) < 3:
+        raise InputError(
+            f"*BEAM GENERAL SECTION has {len(rows)} data lines",
+            expected="three: properties; axis 1; E, G",
+            where=block.where,
+            fix="Add the missing lines; the axis line may be blank.",
+        )
+    fields, where = rows[2]
+    young, shear = (
+        positive(f, where, what)
+        for f, what in zip([*fields, "", ""][:2], ("Young's modulus", "shear modulus"), strict=True)
+    )
+    nu = young / (2.0 * shear) - 1.0
+    check_poisson(nu, name, where)
+    return _section(scope, block, Material(name, young, nu, density), found, rows, (shape, size))
+
+
+def _section(
+    scope: Scope,
+    block: Block,
+    material: Material,
+    shape: CrossSection,
+    rows: Rows,
+    given: tuple[str, tuple[float, ...]],
+) -> BeamSection:
+    """The section with shear areas k A; the second moments turned to principal axes."""
+    if not shape.sound or shape.i12**2 >= shape.i11 * shape.i22:
+        raise InputError(
+            "the beam section has an area or second moment that is zero, negative or too large",
+            where=block.where,
+            fix="Correct its dimensions.",
+        )
+    i1, i2, angle = principal(shape.i11, shape.i22, shape.i12)
+    along1, along2 = _shear_areas(block, shape, material)
+    if angle:
+        along1 = along2 = 0.5 * (along1 + along2)
+    return BeamSection(
+        block.get("ELSET"),
+        material,
+        shape.area,
+        i1,
+        i2,
+        shape.torsion,
+        _axis1(scope, rows),
+        shape.radius,
+        along1,
+        along2,
+        angle,
+        shape.centroid,
+        shape.shear_centre,
+        profile=given[0],
+        dimensions=given[1],
+    )
+
+
+def _shear_areas(block: Block, shape: CrossSection, material: Material) -> tuple[float, float]:
+    """k A along axes 1 and 2, or K13/G and K23/G of *TRANSVERSE SHEAR STIFFNESS (K23, K13)."""
+    for option in block.options:
+        if option.name == "TRANSVERSE SHEAR STIFFNESS":
+            rows = list(option.rows())
+            fields, where = rows[0] if rows else ([], option.where)
+            k23 = positive(fields[0] if fields else "", where, "shear stiffness K23")
+            k13 = positive(fields[1], where, "shear stiffness K13") if len(fields) > 1 and fields[1] else k23
+            return k13 / material.shear_modulus, k23 / material.shear_modulus
+    return shape.shear_factor * shape.area, shape.shear_factor * shape.area
+
+
+def _point(block: Block, keyword: str, default: tuple[float, float]) -> tuple[float, float]:
+    for option in block.options:
+        if option.name == keyword:
+            rows = list(option.rows())
+            if rows:
+                x, y = floats(*rows[0], f"coordinate of *{keyword}", 2)
+                return x, y
+    return default
+
+
+def _axis1(scope: Scope, rows: Rows) -> tuple[float, float, float]:
+    """Direction of axis 1 in global axes; (0, 0, -1) when not given."""
+    axis = np.array([0.0, 0.0, -1.0])
+    if len(rows) > 1 and rows[1][0]:
+        fields, where = rows[1]
+        axis = np.array([to_float(f, where, "direction of beam axis 1") for f in [*fields, "", ""][:3]])
+        if not 0.0 < float(np.linalg.norm(axis)) < math.inf:
+            raise InputError(
+                "the direction of beam axis 1 is zero",
+                expected="a direction x, y, z",
+                where=where,
+                fix="Give a direction across the beam.",
+            )
+    x, y, z = (float(v) for v in scope.rotation @ axis)
+    return x, y, z
+
+
+def _shape(block: Block, name: str, rows: Rows) -> tuple[CrossSection, tuple[float, ...]]:
+    """Properties and dimensions of a standard shape; its first dimension lies along axis 1."""
+    if name not in SHAPES:
+        raise InputError(
+            f"beam section {name!r} is not supported",
+            expected=f"{', '.join(SHAPES)} or GENERAL",
+            where=block.where,
+            fix=suggest(name, [*SHAPES, "GENERAL"]),
+        )
+    count, made = SHAPES[name]
+    fields, where = rows[0] if rows else ([], block.where)
+    first = 1 if name == "I" else 0  # the height of the node above the bottom may be anything
+    size = [to_float(f, where, "height of the node in the I section") for f in fields[:first]]
+    size += [positive(f, where, f"dimension of the {name} section") for f in [*fields, ""][first:count]]
+    if len(size) < count:
+        raise InputError(f"{name} needs {count} dimensions", where=where, fix="Complete the line.")
+    try:
+        return made(size), tuple(size)
+    except ValueError as error:
+        raise InputError(
+            str(error), expected="dimensions that leave a section", where=where, fix="Correct the line."
+        ) from None
+
+
+def _general(block: Block, rows: Rows) -> tuple[CrossSection, tuple[float, ...]]:
+    fields, where = rows[0] if rows else ([], block.where)
+    names = ("area", "I11", "I12", "I22", "J")
+    area, i11, i12, i22, torsion = floats(fields, where, "property of the beam section", 5)
+    for name, value in (("area", area), ("I11", i11), ("I22", i22), ("J", torsion)):
+        if value <= 0.0:
+            raise InputError(
+                f"{name} of the beam section is {value:g}",
+                expected="a number greater than zero",
+                where=where,
+                fix=f"Give {names}.",
+            )
+    return CrossSection(area, i11, i22, i12, torsion, shear_factor=1.0), (area, i11, i12, i22, torsion)

@@ -1,0 +1,119 @@
+"""Material directions, spring axes and nodal thickness of the elements of a section."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.errors import InputError, suggest
+from creak.formats.abaqus.mesh.elements import Elements
+from creak.formats.abaqus.sections.distributions import Distributions, find_distribution
+from creak.formats.abaqus.sections.nodal_thickness import at_elements
+from creak.formats.abaqus.sections.orientations import Orientations, find_orientation
+from creak.formats.abaqus.text.lexer import Block
+from creak.formats.abaqus.text.outline import Outline, Scope
+from creak.model.materials import AnisotropicMaterial, BeamSection, GeneralShell, Section, ShellSection, SolidSection
+from creak.model.mesh import COMMON, Own
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Where the elements are: for material directions and thicknesses."""
+
+    coords: FloatArray
+    """(n_node, 3)"""
+    orientations: Orientations
+    thickness: FloatArray
+    """(n_node,) *NODAL THICKNESS, NaN where there is none."""
+    distributions: Distributions = field(default_factory=dict)
+
+    def centres(self, elements: Elements, rows: IntArray) -> FloatArray:
+        """(n, 3) mean positions of the nodes of elements."""
+        table = elements.nodes_idx[rows]
+        used = (table >= 0)[:, :, None]
+        return np.asarray(np.where(used, self.coords[table], 0.0).sum(axis=1) / used.sum(axis=1), dtype=np.float64)
+
+
+def constant_frame(deck: Outline, scope: Scope, block: Block, at: Geometry) -> FloatArray | None:
+    """(3, 3) axes of *SPRING, *DASHPOT, *MASS: ORIENTATION= or a rotated instance; None for global axes."""
+    if block.get("ORIENTATION"):
+        orientation = find_orientation(block.get("ORIENTATION"), at.orientations, scope, deck, block.where)
+        if orientation.system.kind != "R":
+            raise InputError(
+                f"*{block.name} with an orientation that is not rectangular",
+                expected="SYSTEM=RECTANGULAR",
+                where=block.where,
+                fix="Give each direction an element and a rectangular system.",
+            )
+        return orientation.axes(np.zeros((1, 3)))[0]
+    return scope.rotation.T if scope.rotated else None
+
+
+def own_data(
+    deck: Outline, scope: Scope, block: Block, section: Section, elements: Elements, rows: IntArray, at: Geometry
+) -> Own:
+    """Material directions, beam axes by a third node and nodal thickness of the elements of one section."""
+    own = COMMON
+    solid = isinstance(section, SolidSection) and isinstance(section.material, AnisotropicMaterial)
+    solid = solid and block.name != "COHESIVE SECTION"
+    if block.get("ORIENTATION") and (solid or isinstance(section, GeneralShell)):
+        orientation = find_orientation(block.get("ORIENTATION"), at.orientations, scope, deck, block.where)
+        centres = at.centres(elements, rows)
+        if isinstance(section, GeneralShell):
+            own = Own(axis1=orientation.shell_axis1(rows, centres))
+        else:
+            axes = orientation.of_elements(rows, centres)
+            own = Own(axis1=axes[:, 0], axis2=axes[:, 1])
+    elif solid:
+        raise InputError(
+            f"the solids of *{block.name}, ELSET={block.get('ELSET')} have an anisotropic material and no axes",
+            expected="ORIENTATION= on the section",
+            where=block.where,
+            fix="Give *ORIENTATION and name it.",
+        )
+    elif scope.rotated and isinstance(section, GeneralShell):
+        own = Own(axis1=_default_direction(scope, elements, rows, at.coords))
+    third = elements.third[rows]
+    if isinstance(section, BeamSection) and (third >= 0).any():
+        toward = at.coords[third] - at.coords[elements.nodes_idx[rows, 0]]
+        own = Own(axis1=np.where((third >= 0)[:, None], toward, np.array(section.axis1)))
+    if isinstance(section, ShellSection | GeneralShell) and block.has("SHELL THICKNESS"):
+        given = _thicknesses(deck, scope, block, rows, at) / section.thickness
+        own = replace(own, thickness=np.tile(given, (1, elements.nodes_idx.shape[1])))
+    if isinstance(section, ShellSection | GeneralShell) and block.has("NODAL THICKNESS"):
+        thickness = at_elements(block, elements.nodes_idx[rows], at.thickness)
+        own = replace(own, thickness=thickness / section.thickness)
+    return own
+
+
+def _thicknesses(deck: Outline, scope: Scope, block: Block, rows: IntArray, at: Geometry) -> FloatArray:
+    """(n, 1) thickness of elements by SHELL THICKNESS=."""
+    name = block.need("SHELL THICKNESS")
+    found = find_distribution(name, at.distributions, scope, deck, ("LENGTH",), block.where)
+    if found is None:
+        raise InputError(
+            f"SHELL THICKNESS={name} of *{block.name} is no *DISTRIBUTION",
+            where=block.where,
+            fix=suggest(name, at.distributions),
+        )
+    values = found.values[rows]
+    if not (values > 0.0).all():
+        raise InputError(
+            f"distribution {name!r} gives {int((~(values > 0.0)).sum())} shell(s) of *{block.name} no thickness",
+            expected="lengths greater than zero: a default on its first data line, or a line for each element",
+            where=found.where,
+            fix="Add the elements.",
+        )
+    return values
+
+
+def _default_direction(scope: Scope, elements: Elements, rows: IntArray, coords: FloatArray) -> FloatArray:
+    """(n, 3) of a rotated instance: x of the part, or its z where x is within 0.1 degree of the normal."""
+    corner = coords[elements.nodes_idx[rows, :4]]
+    last = np.where((elements.nodes_idx[rows, 3] >= 0)[:, None], corner[:, 3], corner[:, 2])
+    normal = np.cross(corner[:, 2] - corner[:, 0], last - corner[:, 1])
+    x, z = scope.rotation[:, 0], scope.rotation[:, 2]
+    near = np.linalg.norm(np.cross(normal, x), axis=1) < 1.7e-3 * np.linalg.norm(normal, axis=1)
+    return np.where(near[:, None], z, x)

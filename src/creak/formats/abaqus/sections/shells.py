@@ -1,0 +1,147 @@
+"""*SHELL SECTION and *SHELL GENERAL SECTION."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from creak.errors import InputError
+from creak.formats.abaqus.sections.materials import RawMaterial, find_any_material
+from creak.formats.abaqus.text.lexer import Block
+from creak.formats.abaqus.text.numbers import floats, positive, to_float
+from creak.formats.abaqus.text.outline import Scope
+from creak.model.elasticity import require_stable, symmetric
+from creak.model.laminates import Ply, homogeneous_shell, laminate, shifted
+from creak.model.materials import GeneralShell, Material, ShellSection
+
+Materials = dict[str, RawMaterial]
+
+_OFFSETS = {"SPOS": 0.5, "SNEG": -0.5, "MID": 0.0, "MIDDLE": 0.0}
+"""Height of the nodes above the middle surface over the thickness."""
+
+
+def read_shell_section(scope: Scope, block: Block, materials: Materials) -> ShellSection | GeneralShell:
+    """*SHELL SECTION: one material and a thickness, or COMPOSITE with a line for each ply.
+
+    Raises
+    ------
+    InputError : unknown material, no thickness, an offset or a ply that creak cannot read.
+    """
+    section = _plies(block, materials) if block.has("COMPOSITE") else _homogeneous(block, materials)
+    return _with_shear(block, section)
+
+
+def read_shell_general_section(scope: Scope, block: Block, materials: Materials) -> ShellSection | GeneralShell:
+    """*SHELL GENERAL SECTION: MATERIAL= or COMPOSITE as *SHELL SECTION, or the 21 terms of the section's stiffness.
+
+    The terms are the columns of the upper triangle of [A B; B D] for N11, N22, N12, M11, M22, M12; DENSITY is the
+    mass per area, and the rotary inertia that of a sheet as thick as bending and membrane stiffness say.
+
+    Raises
+    ------
+    InputError : as `read_shell_section`; a matrix that is not positive definite, without *TRANSVERSE SHEAR STIFFNESS.
+    """
+    if block.has("MATERIAL") or block.has("COMPOSITE"):
+        return read_shell_section(scope, block, materials)
+    rows = list(block.rows())
+    values = [v for fields, where in rows[:3] for v in floats(fields, where, "term of the section stiffness", 8)][:21]
+    if len(values) < 21:
+        raise InputError(
+            "*SHELL GENERAL SECTION without MATERIAL= has not the 21 terms of its stiffness",
+            expected="three lines of 8, 8 and 5 numbers",
+            where=block.where,
+            fix="Complete the lines.",
+        )
+    full = symmetric(values, 6)
+    require_stable(full, block.where)
+    thickness = math.sqrt(12.0 * float(np.trace(full[3:5, 3:5])) / float(np.trace(full[:2, :2])))
+    mass = positive(block.get("DENSITY"), block.where, "DENSITY (mass per area) of the shell")
+    plain = GeneralShell(
+        block.get("ELSET"),
+        full[:3, :3],
+        full[:3, 3:],
+        full[3:, 3:],
+        np.zeros((2, 2)),
+        mass,
+        0.0,
+        mass * thickness**2 / 12.0,
+        thickness,
+    )
+    section = _with_shear(block, plain)
+    if isinstance(section, ShellSection) or not section.S.any():
+        raise InputError(
+            "*SHELL GENERAL SECTION by its stiffness has no transverse shear stiffness",
+            expected="*TRANSVERSE SHEAR STIFFNESS after it",
+            where=block.where,
+            fix="Add K11, K22, K12.",
+        )
+    return shifted(section, -_offset(block) * thickness)
+
+
+def _homogeneous(block: Block, materials: Materials) -> ShellSection | GeneralShell:
+    material = find_any_material(block.need("MATERIAL"), materials, block.where)
+    rows = list(block.rows())
+    if not rows and (block.has("NODAL THICKNESS") or block.has("SHELL THICKNESS")):
+        thickness = 1.0
+    elif not rows:
+        raise InputError(
+            f"*{block.name} has no data line", expected="a line with the thickness", where=block.where, fix="Add it."
+        )
+    else:
+        thickness = positive(rows[0][0][0], rows[0][1], "shell thickness")
+    offset = _offset(block)
+    if isinstance(material, Material) and not offset:
+        return ShellSection(block.get("ELSET"), material, thickness)
+    return homogeneous_shell(block.get("ELSET"), material, thickness, -offset * thickness)
+
+
+def _plies(block: Block, materials: Materials) -> GeneralShell:
+    """Lines: thickness, number of integration points, material, angle in degrees (from the section's axis 1)."""
+    plies: list[Ply] = []
+    for fields, where in block.rows():
+        _, _, name, angle = [*fields, "", "", ""][:4]
+        if angle[:1].isalpha() or angle.startswith("<"):
+            raise InputError(
+                f"ply {len(plies) + 1} has an orientation of its own, {angle!r}",
+                where=where,
+                expected="an angle in degrees from the section's ORIENTATION",
+                fix="Give the angle.",
+            )
+        material = find_any_material(name, materials, where)
+        turn = math.radians(to_float(angle, where, "angle of the ply"))
+        plies.append(Ply(material, positive(fields[0], where, "thickness of the ply"), turn))
+    if not plies:
+        raise InputError(
+            f"*{block.name}, COMPOSITE has no plies",
+            where=block.where,
+            fix="Add a data line for each ply.",
+            expected="thickness, integration points, material, angle",
+        )
+    if block.has("SYMMETRIC"):
+        plies += plies[::-1]
+    total = sum(p.thickness for p in plies)
+    return laminate(block.get("ELSET"), plies, -0.5 * total - _offset(block) * total)
+
+
+def _offset(block: Block) -> float:
+    """Height of the nodes above the middle surface, over the thickness."""
+    word = block.option("OFFSET", "0")
+    if word in _OFFSETS:
+        return _OFFSETS[word]
+    return to_float(word, block.where, "OFFSET of the shell section")
+
+
+def _with_shear(block: Block, section: ShellSection | GeneralShell) -> ShellSection | GeneralShell:
+    for option in block.options:
+        if option.name != "TRANSVERSE SHEAR STIFFNESS":
+            continue
+        rows = list(option.rows())
+        k11, k22, k12 = floats(*(rows[0] if rows else ([], option.where)), "transverse shear stiffness", 3)
+        S = np.array([[k11, k12], [k12, k22]])
+        require_stable(S, option.where)
+        if isinstance(section, ShellSection):
+            section = homogeneous_shell(section.name, section.material, section.thickness)
+        section = replace(section, S=S)
+    return section

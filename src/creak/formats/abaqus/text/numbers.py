@@ -1,0 +1,179 @@
+"""Numbers on data lines: a fast path for whole blocks, and single fields with errors that name the line."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.errors import InputError
+from creak.formats.abaqus.text.lexer import Block
+from creak.model.magnitude import LARGEST, computable
+
+_INTEGER = re.compile(r"[+-]?[0-9]{1,18}")
+_REAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([EeDd][+-]?[0-9]+)?")
+_NOT_FINITE = re.compile(r"[+-]?(nan|inf(inity)?)", re.IGNORECASE)
+MAX_LABEL = 10**15
+
+
+def to_int(field: str, where: str, what: str) -> int:
+    """An integer field.
+
+    Raises
+    ------
+    InputError : not an integer.
+    """
+    if not _INTEGER.fullmatch(field):
+        raise InputError(f"{what} is {field!r}", expected="an integer", where=where, fix="Correct the number.")
+    return int(field)
+
+
+def to_label(field: str, where: str, what: str) -> int:
+    """A node or element label: a positive integer.
+
+    Raises
+    ------
+    InputError : not a positive integer.
+    """
+    label = to_int(field, where, what)
+    if not 0 < label < MAX_LABEL:
+        raise InputError(f"{what} is {field}", expected="a positive integer", where=where, fix="Correct the label.")
+    return label
+
+
+def to_float(field: str, where: str, what: str) -> float:
+    """A real field; an empty field is 0, and 1.5D3 is 1500, as in Abaqus.
+
+    Raises
+    ------
+    InputError : not a finite number.
+    """
+    if not field:
+        return 0.0
+    if _REAL.fullmatch(field):
+        value = computable(float(field.upper().replace("D", "E")))
+        if math.isfinite(value):
+            return value
+    finite = "a finite number" if _NOT_FINITE.fullmatch(field) else "a number"
+    raise InputError(f"{what} is {field!r}", expected=finite, where=where, fix="Correct the number.")
+
+
+def positive(field: str, where: str, what: str) -> float:
+    """A real field greater than zero.
+
+    Raises
+    ------
+    InputError : not a number, or not positive.
+    """
+    value = to_float(field, where, what)
+    if not value > 0.0:
+        shown = field or "missing"
+        raise InputError(
+            f"{what} is {shown}",
+            expected="a number greater than zero",
+            where=where,
+            fix=f"Give a positive {what}.",
+        )
+    return value
+
+
+def floats(fields: Sequence[str], where: str, what: str, count: int) -> list[float]:
+    """The first `count` fields as numbers, missing ones 0."""
+    padded = [*fields, *[""] * count][:count]
+    return [to_float(f, where, what) for f in padded]
+
+
+def to_dof(field: str, where: str, *, what: str = "degree of freedom") -> int:
+    """A degree of freedom 1..6.
+
+    Raises
+    ------
+    InputError : anything else.
+    """
+    dof = to_int(field, where, what)
+    if not 1 <= dof <= 6:
+        raise InputError(
+            f"{what} is {dof}",
+            expected="1 to 6",
+            where=where,
+            fix="1, 2, 3 are the displacements and 4, 5, 6 the rotations.",
+        )
+    return dof
+
+
+def dof_range(fields: Sequence[str], where: str) -> tuple[int, ...]:
+    """`first[, last]` as a tuple of dofs; nothing at all means all six.
+
+    Raises
+    ------
+    InputError : not 1..6, or the last is below the first.
+    """
+    if not any(fields):
+        return (1, 2, 3, 4, 5, 6)
+    first = to_dof(fields[0], where, what="first degree of freedom")
+    last = first
+    if len(fields) > 1 and fields[1]:
+        last = to_dof(fields[1], where, what="last degree of freedom")
+    if last < first:
+        raise InputError(
+            f"degrees of freedom {first} to {last}",
+            expected="the last not below the first",
+            where=where,
+            fix="Swap the two numbers.",
+        )
+    return tuple(range(first, last + 1))
+
+
+def integer_table(block: Block, n_columns: int) -> IntArray | None:
+    """All data lines as an (n, n_columns) integer array, or None when the block is not that regular."""
+    fields = _regular_fields(block, n_columns)
+    if fields is None:
+        return None
+    try:
+        table = np.array(fields, dtype=np.int64).reshape(-1, n_columns)
+    except (ValueError, OverflowError):
+        return None
+    return table if table.min() > 0 and table.max() < MAX_LABEL else None
+
+
+def label_and_reals(block: Block, n_reals: int) -> tuple[IntArray, FloatArray] | None:
+    """All data lines as labels (n,) and finite numbers (n, n_reals), or None when not that regular."""
+    fields = _regular_fields(block, n_reals + 1)
+    if fields is None:
+        return None
+    step = n_reals + 1
+    try:
+        labels = np.array(fields[::step], dtype=np.int64)
+        del fields[::step]
+        reals = np.array(fields, dtype=np.float64).reshape(-1, n_reals)
+    except (ValueError, OverflowError):
+        return None
+    good = labels.min() > 0 and labels.max() < MAX_LABEL and bool((np.abs(reals) <= LARGEST).all())
+    return (labels, reals) if good else None
+
+
+def label_list(block: Block) -> IntArray | None:
+    """All fields of a block as labels in order, or None when some are not labels."""
+    text = ",".join(block.lines)
+    if "_" in text or not text.isascii():
+        return None
+    fields = [f for f in text.split(",") if f and not f.isspace()]
+    try:
+        labels = np.array(fields, dtype=np.int64)
+    except (ValueError, OverflowError):
+        return None
+    return labels if labels.size and labels.min() > 0 else None
+
+
+def _regular_fields(block: Block, n_columns: int) -> list[str] | None:
+    """Fields of a block whose lines all have `n_columns` of them, in one flat list."""
+    lines = block.lines
+    if lines and lines[0].endswith(","):
+        lines = [line.removesuffix(",") for line in lines]
+    if not lines or any(line.count(",") != n_columns - 1 for line in lines):
+        return None
+    text = ",".join(lines)
+    return text.split(",") if text.isascii() and "_" not in text and '"' not in text else None

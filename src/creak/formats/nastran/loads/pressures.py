@@ -1,0 +1,135 @@
+"""PLOAD, PLOAD2, PLOAD4: pressure on shells and faces of solids."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.errors import InputError
+from creak.formats.deck.pressure import Pressed, nodal_forces
+from creak.formats.nastran.mesh.coordinate_systems import axes_at
+from creak.formats.nastran.text.bulk_data import Card
+from creak.formats.nastran.text.deck import Deck
+from creak.model.shell_facets import N_CORNER, SHELL_FACETS
+from creak.model.solid_faces import FACES, face_numbers, faces_of
+
+CARDS = ("PLOAD", "PLOAD2", "PLOAD4")
+_NORMAL = (np.nan, np.nan, np.nan)
+Facet = tuple[list[int], list[float], Sequence[float]]
+"""Four node rows, pressures at them, direction."""
+
+
+def pressure_forces(deck: Deck, cards: Sequence[tuple[Card, float]]) -> tuple[IntArray, FloatArray]:
+    """Node rows and forces (k, 3) of cards, each with a factor.
+
+    On shells positive pressure acts along the normal (of PLOAD: by the order of its grids), on solids into them.
+
+    Raises
+    ------
+    InputError : an element that is neither a shell nor a solid, or not there; a face that the grids do not name; a
+        pressure that varies over the face of a solid, or beyond the surface (LDIR, SORL).
+    """
+    elements = {e: (g.kind, nodes) for g in deck.groups.values() for e, nodes in zip(g.ids, g.nodes, strict=True)}
+    facets: list[Facet] = []
+    for card, factor in cards:
+        if card.name == "PLOAD":
+            rows = [deck.grids.row(card.integer(i), card) for i in range(2, 6) if card.text(i)]
+            if len(rows) not in (3, 4):
+                raise InputError(f"PLOAD with {len(rows)} grids", where=card.where, expected="three or four")
+            facets.append((rows if len(rows) == 4 else [*rows, rows[2]], [factor * card.real(1)] * 4, _NORMAL))
+            continue
+        for element in _elements(card, elements):
+            facets += _of_element(deck, card, factor, *elements[element])
+    coords = np.array([deck.grids.place(row) for row in range(len(deck.grids.ids))])
+    corners = np.array([f[0] for f in facets], dtype=np.int64).reshape(-1, 4)
+    pressure, along = (np.array([f[k] for f in facets], dtype=np.float64) for k in (1, 2))
+    return nodal_forces(Pressed(corners, pressure.reshape(-1, 4), along.reshape(-1, 3)), coords)
+
+
+def _elements(card: Card, known: dict[int, tuple[str, list[int]]]) -> list[int]:
+    """The elements of a PLOAD2 or PLOAD4, of a range (THRU) those that there are."""
+    at = 2 if card.name == "PLOAD2" else 1
+    thru = 3 if card.name == "PLOAD2" else 6
+    if card.text(thru).upper() == "THRU":
+        first, last = card.integer(at), card.integer(thru + 1)
+        found = [e for e in known if first <= e <= last]
+    else:
+        named = range(2, len(card.fields)) if card.name == "PLOAD2" else [1]
+        found = [card.integer(i) for i in named if card.text(i)]
+    missing = [e for e in found if e not in known]
+    if missing or not found:
+        gone = missing[0] if missing else card.text(at)
+        raise InputError(
+            f"{card.name} {card.text(0)} presses element {gone}, which is not there",
+            where=card.where,
+            expected="shells or solids",
+        )
+    return found
+
+
+def _of_element(deck: Deck, card: Card, factor: float, kind: str, nodes: list[int]) -> list[Facet]:
+    along = _direction(deck, card)
+    if kind in SHELL_FACETS:
+        n = N_CORNER[kind]
+        p = _pressures(card, n)
+        p += [0.5 * (p[i] + p[(i + 1) % n]) for i in range(len(nodes) - n)]
+        return [([nodes[i] for i in f], [factor * p[i] for i in f], along) for f in SHELL_FACETS[kind]]
+    if kind not in FACES or card.name != "PLOAD4":
+        raise InputError(
+            f"{card.name} {card.text(0)} presses an element without such a surface",
+            where=card.where,
+            expected="a shell, or with PLOAD4 a solid",
+        )
+    p = _pressures(card, 4)
+    if len(set(p)) > 1:
+        raise InputError(
+            f"PLOAD4 {card.text(0)} varies over the face of a solid", where=card.where, expected="P1 alone"
+        )
+    inward = -1.0 if np.isnan(along[0]) else 1.0
+    return [(f, [factor * inward * p[0]] * 4, along) for f in _face(deck, card, kind, nodes)]
+
+
+def _face(deck: Deck, card: Card, kind: str, nodes: list[int]) -> list[list[int]]:
+    """Facets of the face that G1 and G3 (on it, at opposite corners; of CTETRA G4, not on it) name."""
+    named = [deck.grids.row(card.integer(i), card) for i in (6, 7) if card.text(i)]
+    every, number = faces_of(kind, np.array([nodes], dtype=np.int64))[0], face_numbers(kind)
+    fits = []
+    for face in range(1, int(number.max()) + 1):
+        mine = every[number == face]
+        inside = [row in mine for row in named]
+        wanted = [True, False] if kind.startswith("tet") else [True] * len(named)
+        is_triangle = bool((mine[:, 2] == mine[:, 3]).all())
+        if named and inside == wanted[: len(named)] and (len(named) > 1 or is_triangle):
+            fits.append(mine.tolist())
+    if len(fits) != 1:
+        raise InputError(
+            f"G1 and G3 of PLOAD4 {card.text(0)} name {len(fits)} faces of element {card.text(1)}",
+            where=card.where,
+            expected="a corner of the face and the one opposite (CTETRA: the one that is not on the face)",
+        )
+    return list(fits[0])
+
+
+def _pressures(card: Card, n: int) -> list[float]:
+    """At the corners: P1, where the others are blank."""
+    if card.name == "PLOAD2":
+        return [card.real(1)] * n
+    first = card.real(2)
+    return [card.real(2 + i, first) for i in range(n)]
+
+
+def _direction(deck: Deck, card: Card) -> Sequence[float]:
+    """N1, N2, N3 of a PLOAD4 as a unit vector; NaN: none."""
+    if card.name != "PLOAD4":
+        return _NORMAL
+    if any(card.text(i).upper() not in ("", word) for i, word in ((12, "SURF"), (13, "NORM"))):
+        raise InputError(
+            f"PLOAD4 {card.text(0)} has SORL or LDIR", where=card.where, expected="SURF and NORM", fix="Leave them out."
+        )
+    vector = np.array([card.real(i, 0.0) for i in (9, 10, 11)])
+    if not vector.any():
+        return _NORMAL
+    axes = axes_at(deck.system(card.integer(8, 0), card), np.zeros(3))
+    return list((axes @ (vector / np.linalg.norm(vector))).tolist())

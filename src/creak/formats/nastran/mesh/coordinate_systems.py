@@ -1,0 +1,157 @@
+"""Nastran coordinate systems CORD1 and CORD2 R, C, S and the places and frames of grids in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.errors import InputError
+from creak.formats.nastran.text.bulk_data import Card
+
+
+@dataclass(frozen=True)
+class CoordinateSystem:
+    """A rectangular (R), cylindrical (C: r, theta, z) or spherical (S: r, theta, phi; degrees) system."""
+
+    kind: str
+    origin: FloatArray
+    axes: FloatArray
+    """(3, 3), columns are the x, y and z axis in the basic frame."""
+
+
+BASIC = CoordinateSystem("R", np.zeros(3), np.eye(3))
+
+
+def point_in_basic(system: CoordinateSystem, coordinates: FloatArray) -> FloatArray:
+    """Place (3,) in the basic frame of a point given in a system."""
+    a, b, c = coordinates
+    if system.kind == "C":
+        local = np.array([a * np.cos(np.radians(b)), a * np.sin(np.radians(b)), c])
+    elif system.kind == "S":
+        theta, phi = np.radians(b), np.radians(c)
+        local = a * np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+    else:
+        local = np.array(coordinates, dtype=float)
+    return system.origin + system.axes @ local
+
+
+def axes_at(system: CoordinateSystem, place: FloatArray) -> FloatArray:
+    """(3, 3): columns are the displacement directions of a grid at this place: u_basic = axes u_local.
+
+    On the axis of a cylindrical or spherical system the angles are undefined; theta (and phi) = 0 is taken there.
+    """
+    if system.kind == "R":
+        return system.axes
+    x, y, z = system.axes.T @ (place - system.origin)
+    phi = np.arctan2(y, x)
+    around = np.array([-np.sin(phi), np.cos(phi), 0.0])
+    if system.kind == "C":
+        local = [np.array([np.cos(phi), np.sin(phi), 0.0]), around, np.array([0.0, 0.0, 1.0])]
+    else:
+        theta = np.arctan2(np.hypot(x, y), z)
+        outward = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
+        local = [outward, np.cross(around, outward), around]
+    return system.axes @ np.stack(local, axis=1)
+
+
+def read_systems(cards: list[Card]) -> dict[int, CoordinateSystem]:
+    """All systems of a deck by id; 0 is the basic system.
+
+    Raises
+    ------
+    InputError : a system is defined twice, refers to one (or to a grid) that is missing or to itself, or its three
+        points lie on a line.
+    """
+    grids = {card.integer(0): card for card in cards if card.name == "GRID"}
+    cp = next((card.integer(1, 0) for card in cards if card.name == "GRDSET"), 0)
+    resolver = _Resolver(_definitions(cards), grids, cp, {0: BASIC})
+    for identifier, definition in resolver.definitions.items():
+        resolver.system(identifier, definition.card, ())
+    return resolver.systems
+
+
+@dataclass(frozen=True)
+class _Definition:
+    """A CORD2 card, or one of the two systems of a CORD1 card."""
+
+    card: Card
+    kind: str
+    first: int
+    """Field after the id (and the reference system)."""
+    by_grids: bool
+
+
+def _definitions(cards: list[Card]) -> dict[int, _Definition]:
+    found: dict[int, _Definition] = {}
+    for card in cards:
+        if card.name not in ("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S"):
+            continue
+        by_grids = card.name[4] == "1"
+        starts = [i for i in (0, 4) if card.text(i)] if by_grids else [0]
+        for start in starts:
+            identifier = card.integer(start)
+            if identifier in found and found[identifier].card.fields != card.fields:
+                first = found[identifier].card.where
+                raise InputError(
+                    f"coordinate system {identifier} is defined twice, first at {first}",
+                    where=card.where,
+                    fix="Give one of them another id.",
+                )
+            found[identifier] = _Definition(card, card.name[-1], start + (1 if by_grids else 2), by_grids)
+    return found
+
+
+@dataclass(frozen=True)
+class _Resolver:
+    """Systems may rest on systems and, through CORD1, on grids, which rest on systems."""
+
+    definitions: dict[int, _Definition]
+    grids: dict[int, Card]
+    cp: int
+    systems: dict[int, CoordinateSystem]
+
+    def system(self, identifier: int, user: Card, above: tuple[int, ...]) -> CoordinateSystem:
+        if identifier in self.systems:
+            return self.systems[identifier]
+        if identifier in above or identifier not in self.definitions:
+            raise InputError(
+                f"{user.name} {user.integer(0)} refers to system {identifier}",
+                where=user.where,
+                expected="a CORD1 or CORD2 card of this deck that does not refer back",
+                fix="Add the missing card",
+            )
+        definition = self.definitions[identifier]
+        points = self._points(definition, (*above, identifier))
+        self.systems[identifier] = CoordinateSystem(definition.kind, points[0], _axes(points, definition.card))
+        return self.systems[identifier]
+
+    def _points(self, definition: _Definition, above: tuple[int, ...]) -> list[FloatArray]:
+        card, first = definition.card, definition.first
+        if definition.by_grids:
+            return [self._grid(card, card.integer(i), above) for i in range(first, first + 3)]
+        base = self.system(card.integer(1, 0), card, above)
+        return [
+            point_in_basic(base, np.array([card.real(i, 0.0) for i in range(j, j + 3)]))
+            for j in (first, first + 3, first + 6)
+        ]
+
+    def _grid(self, user: Card, identifier: int, above: tuple[int, ...]) -> FloatArray:
+        card = self.grids.get(identifier)
+        if card is None:
+            raise InputError(
+                f"{user.name} uses grid {identifier}, which is not defined", where=user.where, fix="Add its GRID card."
+            )
+        base = self.system(card.integer(1, self.cp), card, above)
+        return point_in_basic(base, np.array([card.real(i, 0.0) for i in (2, 3, 4)]))
+
+
+def _axes(points: list[FloatArray], card: Card) -> FloatArray:
+    """z from A to B, C in the xz-plane."""
+    z, in_plane = points[1] - points[0], points[2] - points[0]
+    y = np.cross(z, in_plane)
+    if np.linalg.norm(y) <= 1e-10 * np.linalg.norm(z) * np.linalg.norm(in_plane):
+        raise InputError(f"the three points of {card.name} {card.integer(0)} lie on a line", where=card.where)
+    z, y = z / np.linalg.norm(z), y / np.linalg.norm(y)
+    return np.stack([np.cross(y, z), y, z], axis=1)

@@ -1,0 +1,164 @@
+"""CQUAD4, CTRIA3 (and CQUADR, CTRIAR), CQUAD8, CTRIA6 -> shell elements."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.errors import InputError
+from creak.formats.nastran.mesh.coordinate_systems import axes_at
+from creak.formats.nastran.sections.materials import Materials
+from creak.formats.nastran.sections.shells import is_directed, shell_section
+from creak.formats.nastran.text.bulk_data import Card
+from creak.formats.nastran.text.deck import Deck, referred, unique_cards
+from creak.model.materials import GeneralShell, ShellSection
+
+_CORNERS = {"CQUAD4": 4, "CQUADR": 4, "CTRIA3": 3, "CTRIAR": 3, "CQUAD8": 4, "CTRIA6": 3}
+_KIND = {4: "quad4", 3: "tri3", 8: "quad8", 6: "tri6"}
+SHELL_PROPERTIES = ("PSHELL", "PCOMP", "PCOMPG")
+
+
+@dataclass(frozen=True)
+class _Fields:
+    """Where the fields of a shell element stand."""
+
+    theta: int
+    zoffs: int
+    flag: int
+    t1: int
+
+
+_AT = {
+    "CQUAD4": _Fields(6, 7, 9, 10),
+    "CQUADR": _Fields(6, 7, 9, 10),
+    "CTRIA3": _Fields(5, 6, 9, 10),
+    "CTRIAR": _Fields(5, 6, 9, 10),
+    "CQUAD8": _Fields(14, 15, 16, 10),
+    "CTRIA6": _Fields(8, 9, 13, 10),
+}
+
+
+def read_shells(deck: Deck, materials: Materials) -> None:
+    """Add all shell elements to the deck's groups.
+
+    Raises
+    ------
+    InputError : an unknown grid or property, an id twice, a thickness that is not positive.
+    """
+    properties = unique_cards(deck.cards(*SHELL_PROPERTIES), "property")
+    sections: dict[tuple[int, float], ShellSection | GeneralShell] = {}
+    for name, n in _CORNERS.items():
+        for card in deck.cards(name):
+            _add_shell(deck, card, n, properties, sections, materials)
+        for card in deck.cards(name) if name.endswith("R") else ():
+            deck.note(card, "read as the shell with the same corners", changes=False)
+            break
+
+
+def _add_shell(
+    deck: Deck,
+    card: Card,
+    n: int,
+    properties: dict[int, Card],
+    sections: dict[tuple[int, float], ShellSection | GeneralShell],
+    materials: Materials,
+) -> None:
+    pid, at = card.integer(1, card.integer(0)), _AT[card.name]
+    identifier = deck.new_element(card, pid)
+    owner = referred(properties, pid, card, "property", ", ".join(SHELL_PROPERTIES))
+    nodes = deck.nodes(card, range(2, 2 + _n_grids(card, n)))
+    corners = np.array([deck.grids.place(row) for row in nodes[:n]])
+    own: dict[str, FloatArray] = {}
+    thickness, t = _thicknesses(card, owner, n, at)
+    if (pid, t) not in sections:
+        sections[pid, t] = shell_section(deck, owner, materials, t)
+    section = sections[pid, t]
+    if thickness is not None:
+        own["thickness"] = thickness if len(nodes) == n else np.append(thickness, _between(thickness))
+    normal = _normal(corners, card)
+    if card.text(at.zoffs):
+        own["arms"] = card.real(at.zoffs) * _normals(deck, nodes, n, normal)
+    if is_directed(section):
+        own["axis1"] = _material_axis(deck, card, at.theta, corners, normal)
+    deck.add((pid, t), _KIND[len(nodes)], section, identifier, nodes, card, **own)
+
+
+def _n_grids(card: Card, n: int) -> int:
+    """3, 4, 6 or 8: without any grid at the middles of its sides a CQUAD8 is a CQUAD4."""
+    if card.name not in ("CQUAD8", "CTRIA6"):
+        return n
+    given = [i for i in range(2 + n, 2 + 2 * n) if card.text(i) not in ("", "0")]
+    if given and len(given) < n:
+        raise InputError(
+            f"{card.name} {card.text(0)} has {n + len(given)} grids",
+            where=card.where,
+            expected=f"{n} grids or {2 * n}",
+            fix="Export the mesh with all mid-side grids or with none.",
+        )
+    return n + len(given)
+
+
+def _between(values: FloatArray) -> FloatArray:
+    """Mean of the values at the ends of each side."""
+    return 0.5 * (values + np.roll(values, -1, axis=0))
+
+
+def _normals(deck: Deck, nodes: list[int], n: int, normal: FloatArray) -> FloatArray:
+    """(n_node, 3) unit normals at the nodes; with middle nodes those of the parabolas along the sides."""
+    if len(nodes) == n:
+        return np.tile(normal, (n, 1))
+    x = np.array([deck.grids.place(row) for row in nodes])
+    ends, middle = x[:n], x[n:]
+    ahead = 4.0 * middle - 3.0 * ends - np.roll(ends, -1, axis=0)
+    back = 4.0 * np.roll(middle, 1, axis=0) - 3.0 * ends - np.roll(ends, 1, axis=0)
+    corner = np.cross(ahead, back)
+    corner /= np.linalg.norm(corner, axis=1)[:, None]
+    between = _between(corner)
+    return np.concatenate([corner, between / np.linalg.norm(between, axis=1)[:, None]])
+
+
+def _thicknesses(card: Card, owner: Card, n: int, at: _Fields) -> tuple[FloatArray | None, float]:
+    """Thickness at the corners over that of the section (None: as the section), and that of a section without T."""
+    if owner.name != "PSHELL" or not any(card.fields[at.t1 : at.t1 + n]):
+        return None, 0.0
+    relative = card.integer(at.flag, 0) == 1
+    own = owner.real(2, 0.0)
+    if not own and (relative or not all(card.fields[at.t1 : at.t1 + n])):
+        raise InputError(
+            f"{card.name} {card.text(0)} lacks thicknesses that PSHELL {owner.text(0)} does not give",
+            where=card.where,
+            expected="T on PSHELL or T1 to T4",
+        )
+    values = np.array([card.real(at.t1 + i, 1.0 if relative else own) for i in range(n)])
+    if not (values > 0.0).all():
+        raise InputError(
+            f"{card.name} {card.text(0)} has a corner without thickness", where=card.where, expected="T1 to T4 > 0"
+        )
+    base = 1.0 if relative else own or float(values.mean())
+    return values / base, 0.0 if own else base
+
+
+def _normal(corners: FloatArray, card: Card) -> FloatArray:
+    (a, b, c), (d, e, f) = (corners[2] - corners[0]).tolist(), (corners[-1] - corners[1]).tolist()
+    normal = np.array([b * f - c * e, c * d - a * f, a * e - b * d])
+    size = math.sqrt(float(normal @ normal))
+    if not size > 1e-12 * (a * a + b * b + c * c + d * d + e * e + f * f):
+        raise InputError(
+            f"{card.name} {card.text(0)} has zero area",
+            where=card.where,
+            fix="Check the coordinates and the order of its grids.",
+        )
+    return normal / size
+
+
+def _material_axis(deck: Deck, card: Card, field: int, corners: FloatArray, normal: FloatArray) -> FloatArray:
+    """THETA (real): from side G1-G2 about the normal, degrees. MCID (integer): x axis of a system."""
+    if card.text(field) and card.is_integer(field):
+        return axes_at(deck.system(card.integer(field), card), corners.mean(axis=0))[:, 0]
+    angle = math.radians(card.real(field, 0.0))
+    side = corners[1] - corners[0]
+    side = side - (side @ normal) * normal
+    return np.cos(angle) * side + np.sin(angle) * np.cross(normal, side)

@@ -1,0 +1,202 @@
+"""PBARL and PBEAML: cross-sections by their dimensions.
+
+Axis 1 is y, in plane 1 (the orientation vector); axis 2 is z, in plane 2. Nastran's I1 is bending in plane 1, so i22.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from creak.errors import InputError
+from creak.formats.deck.cross_section import CrossSection, Rectangle, box, composed, rectangle, tube
+from creak.formats.nastran.text.bulk_data import Card
+
+
+def _bar(width: float, height: float) -> CrossSection:
+    """Width along z, height along y; torsion by Roark's series, shear factor 5/6."""
+    a, b = max(width, height), min(width, height)
+    torsion = a * b**3 * (1.0 / 3.0 - 0.21 * b / a * (1.0 - b**4 / (12.0 * a**4)))
+    return rectangle(height, width, torsion, 5.0 / 6.0)
+
+
+def _rod(r: float) -> CrossSection:
+    return tube(r, 0.0, 0.9)
+
+
+def _tube(outer: float, inner: float) -> CrossSection:
+    return tube(outer, inner, 0.5)
+
+
+def _box(width: float, height: float, flange: float, web: float) -> CrossSection:
+    """Width along z, height along y."""
+    return _box1(width, height, flange, flange, web, web)
+
+
+def _thin(parts: list[Rectangle]) -> CrossSection:
+    """Open section of rectangles (y, z of the centre, height along y, width along z)."""
+    return composed(parts, radius=0.5 * max(min(h, w) for _, _, h, w in parts))
+
+
+def _i(h: float, a: float, b: float, tw: float, ta: float, tb: float) -> CrossSection:
+    """Height, bottom and top flange widths, web, bottom and top flange thickness."""
+    web = h - ta - tb
+    return _thin([(0.5 * ta, 0.0, ta, a), (ta + 0.5 * web, 0.0, web, tw), (h - 0.5 * tb, 0.0, tb, b)])
+
+
+def _i1(flange: float, web: float, inner: float, height: float) -> CrossSection:
+    """DIM1 both flange overhangs together, DIM2 web, DIM3 height between the flanges, DIM4 total height."""
+    t = 0.5 * (height - inner)
+    return _i(height, flange + web, flange + web, web, t, t)
+
+
+def _channel(width: float, height: float, web: float, flange: float) -> CrossSection:
+    """CHAN: flange width, height, web and flange thickness; the web along y."""
+    mid = height - 2.0 * flange
+    return _thin(
+        [
+            (0.5 * flange, 0.5 * width, flange, width),
+            (0.5 * height, 0.5 * web, mid, web),
+            (height - 0.5 * flange, 0.5 * width, flange, width),
+        ]
+    )
+
+
+def _tee(width: float, height: float, flange: float, web: float) -> CrossSection:
+    stem = height - flange
+    return _thin([(0.5 * stem, 0.0, stem, web), (height - 0.5 * flange, 0.0, flange, width)])
+
+
+def _angle(width: float, height: float, flange: float, web: float) -> CrossSection:
+    """L: horizontal leg along z, vertical along y, their thicknesses."""
+    return _thin(
+        [
+            (0.5 * flange, 0.5 * width, flange, width),
+            (flange + 0.5 * (height - flange), 0.5 * web, height - flange, web),
+        ]
+    )
+
+
+def _tube2(outer: float, wall: float) -> CrossSection:
+    return _tube(outer, outer - wall)
+
+
+def _box1(width: float, height: float, top: float, bottom: float, left: float, right: float) -> CrossSection:
+    """Closed box with four walls of their own."""
+    return box(height, width, (top, right, bottom, left), radius=0.5 * min(width, height))
+
+
+def _chan1(flange: float, web: float, inner: float, height: float) -> CrossSection:
+    """CHAN1: overhang of the flanges, web, height between the flanges, total height."""
+    return _channel(flange + web, height, web, 0.5 * (height - inner))
+
+
+def _chan2(side: float, bottom: float, height: float, width: float) -> CrossSection:
+    """CHAN2: thickness of the sides and of the bottom, height of the sides, total width; the bottom along z."""
+    leg = height - bottom
+    return _thin(
+        [
+            (0.5 * bottom, 0.5 * width, bottom, width),
+            (bottom + 0.5 * leg, 0.5 * side, leg, side),
+            (bottom + 0.5 * leg, width - 0.5 * side, leg, side),
+        ]
+    )
+
+
+def _tee1(flange: float, web: float, flange_wall: float, web_wall: float) -> CrossSection:
+    """T1, a T on its side: height and thickness of the flange (along y), length and thickness of the web (along z)."""
+    return _thin([(0.0, 0.5 * flange_wall, flange, flange_wall), (0.0, flange_wall + 0.5 * web, web_wall, web)])
+
+
+def _tee2(width: float, height: float, flange: float, web: float) -> CrossSection:
+    """T2, a T upside down."""
+    stem = height - flange
+    return _thin([(0.5 * flange, 0.0, flange, width), (flange + 0.5 * stem, 0.0, stem, web)])
+
+
+def _aitch(inner: float, flanges: float, height: float, web: float) -> CrossSection:
+    """H: width between the flanges, both flanges together, their height, thickness of the web (along z)."""
+    t = 0.5 * flanges
+    at = 0.5 * (inner + t)
+    return _thin([(0.0, -at, height, t), (0.0, 0.0, web, inner), (0.0, at, height, t)])
+
+
+def _zed(flange: float, web: float, inner: float, height: float) -> CrossSection:
+    """Z: overhang of a flange, web, height between the flanges, total height; the upper flange towards -z."""
+    t = 0.5 * (height - inner)
+    at = 0.5 * (web + flange)
+    return _thin([(height - 0.5 * t, -at, t, flange), (0.5 * height, 0.0, height, web), (0.5 * t, at, t, flange)])
+
+
+def _hat(height: float, wall: float, top: float, brim: float) -> CrossSection:
+    """HAT: total height, wall, width of the top, overhang of each brim."""
+    side, at = height - 2.0 * wall, 0.5 * (top - wall)
+    foot = at - 0.5 * wall + 0.5 * (brim + wall)
+    return _thin(
+        [
+            (height - 0.5 * wall, 0.0, wall, top),
+            (0.5 * height, -at, side, wall),
+            (0.5 * height, at, side, wall),
+            (0.5 * wall, -foot, wall, brim + wall),
+            (0.5 * wall, foot, wall, brim + wall),
+        ]
+    )
+
+
+def _cross(width: float, web: float, height: float, wall: float) -> CrossSection:
+    """CROSS: both arms together, upright, its height, thickness of the arms."""
+    at = 0.5 * web + 0.25 * width
+    return _thin([(0.0, 0.0, height, web), (0.0, -at, wall, 0.5 * width), (0.0, at, wall, 0.5 * width)])
+
+
+SHAPES: dict[str, tuple[int, Callable[..., CrossSection]]] = {
+    "ROD": (1, _rod),
+    "TUBE": (2, _tube),
+    "BAR": (2, _bar),
+    "BOX": (4, _box),
+    "I": (6, _i),
+    "I1": (4, _i1),
+    "T": (4, _tee),
+    "CHAN": (4, _channel),
+    "L": (4, _angle),
+    "TUBE2": (2, _tube2),
+    "BOX1": (6, _box1),
+    "CHAN1": (4, _chan1),
+    "CHAN2": (4, _chan2),
+    "T1": (4, _tee1),
+    "T2": (4, _tee2),
+    "H": (4, _aitch),
+    "Z": (4, _zed),
+    "HAT": (4, _hat),
+    "CROSS": (4, _cross),
+}
+"""Number of dimensions and the section of each type."""
+OFF_CENTRE = {"T", "CHAN", "L", "CHAN1", "CHAN2", "T1", "T2", "HAT", "BOX1"}
+"""The shear centre is not the centroid; where Nastran puts it is not followed for bars, which have none."""
+
+
+def read_shape(card: Card, first: int) -> tuple[CrossSection, float]:
+    """The section of a PBARL or PBEAML card whose type stands in field 3, and the non-structural mass after it.
+
+    Raises
+    ------
+    InputError : an unknown type, a dimension that is missing or not positive.
+    """
+    kind = card.text(3).upper()
+    if kind not in SHAPES:
+        raise card.wrong(3, f"one of {', '.join(SHAPES)}", "Give the area and the moments on PBAR or PBEAM.")
+    n, make = SHAPES[kind]
+    dims = [card.real(first + i) for i in range(n)]
+    if any(not d > 0.0 for d in dims[: 1 if kind == "TUBE" else n]):
+        raise InputError(f"{card.name} {card.text(0)} has dimensions {dims}", where=card.where, expected="> 0")
+    try:
+        shape = make(*dims)
+        right = shape.sound
+    except ArithmeticError:  # no wall, or too large to compute with
+        right = False
+    if not right:
+        raise InputError(
+            f"{card.name} {card.text(0)}: dimensions {dims} make no {kind}",
+            where=card.where,
+            expected="walls thinner than the section",
+        )
+    return shape, card.real(first + n, 0.0)

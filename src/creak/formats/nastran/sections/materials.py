@@ -1,0 +1,207 @@
+"""MAT1, MAT2, MAT8 and MAT9 -> materials."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.errors import InputError
+from creak.formats.nastran.text.bulk_data import Card
+from creak.formats.nastran.text.deck import Deck, referred, unique_cards
+from creak.model.elasticity import lamina, require_stable
+from creak.model.expansion import Expansion
+from creak.model.materials import AnisotropicMaterial, AnyMaterial, Material, SheetMaterial
+
+MATERIALS = ("MAT1", "MAT2", "MAT8", "MAT9")
+CONSISTENT = 0.01
+"""Share by which G may differ from E/(2(1+nu)) before it is listed."""
+STIFF = 1e3
+"""A shell that is rigid in transverse shear gets this many times the shear modulus in the plane."""
+
+
+@dataclass(frozen=True)
+class Elastic:
+    """A material and what creak's isotropic material cannot hold."""
+
+    material: AnyMaterial
+    shear_factor: float = 1.0
+    """G of a MAT1 over E/(2(1+nu))."""
+    flaw: InputError | None = None
+    """Why only bars and rods may use it: E and G are those of no isotropic body."""
+
+
+@dataclass(frozen=True)
+class Materials:
+    """The materials of a deck by id."""
+
+    deck: Deck
+    cards: dict[int, Card]
+    found: dict[int, Elastic] = field(default_factory=dict)
+    """Those that were asked for."""
+
+    def _read(self, identifier: int, user: Card) -> Elastic:
+        referred(self.cards, identifier, user, "material", ", ".join(MATERIALS))
+        if identifier not in self.found:
+            card = self.cards[identifier]
+            self.found[identifier] = _READERS[card.name](self.deck, card)
+        return self.found[identifier]
+
+    def of(self, identifier: int, user: Card) -> Elastic:
+        """The material that a card of shells or solids refers to.
+
+        Raises
+        ------
+        InputError : it is not defined, a bad number, constants of no stable material.
+        """
+        found = self._read(identifier, user)
+        if found.flaw is not None:
+            raise found.flaw
+        return found
+
+    def isotropic(self, identifier: int, user: Card) -> tuple[Material, float]:
+        """A MAT1 and its shear factor, for bars, beams and rods."""
+        found = self._read(identifier, user)
+        if not isinstance(found.material, Material):
+            raise InputError(
+                f"{user.name} {user.text(0)} uses {self.cards[identifier].name} {identifier}",
+                where=user.where,
+                expected="a MAT1",
+            )
+        return found.material, found.shear_factor
+
+
+def read_materials(deck: Deck) -> Materials:
+    """The materials, read when something uses them; densities are multiplied by PARAM,WTMASS.
+
+    Structural damping GE becomes stiffness-proportional damping GE/W4 where PARAM,W4 is given, as in Nastran's
+    transient solutions; PARAM,G and W3 add to it, PARAM,ALPHA1 and ALPHA2 are Rayleigh's numbers.
+
+    Raises
+    ------
+    InputError : an id twice.
+    """
+    return Materials(deck, unique_cards(deck.cards(*MATERIALS), "material"))
+
+
+def _damping(deck: Deck, card: Card, ge: int) -> tuple[float, float]:
+    """alpha and beta; GE stands in field `ge`."""
+    beta, loss = deck.param("ALPHA2", 0.0), card.real(ge, 0.0)
+    if deck.param("W3", 0.0) > 0.0:
+        beta += deck.param("G", 0.0) / deck.param("W3", 0.0)
+    if loss and deck.param("W4", 0.0) > 0.0:
+        beta += loss / deck.param("W4", 0.0)
+    elif loss:
+        deck.note(
+            card,
+            "structural damping GE acts in time only at a frequency: give PARAM,W4, or [damping] in the "
+            "study; Nastran's transient solutions leave it out as well",
+            changes=False,
+            what=f"{card.name}, GE",
+        )
+    return deck.param("ALPHA1", 0.0), beta
+
+
+def _density(deck: Deck, card: Card, i: int) -> float:
+    if card.real(i, 0.0) < 0.0:
+        raise card.wrong(i, "a density of zero or more")
+    return card.real(i, 0.0) * deck.mass_factor
+
+
+def _expansion(card: Card, fields: Sequence[int | None], reference: int) -> Expansion | None:
+    """Coefficients in these fields, in the order of `Expansion`, and TREF; None where all are blank or zero."""
+    some = [0.0 if i is None else card.real(i, 0.0) for i in fields]
+    if not any(some):
+        return None
+    a, b, c, d, e, f = [*some, *[0.0] * 6][:6]
+    return Expansion((a, b, c, d, e, f), card.real(reference) if card.text(reference) else None)
+
+
+def _mat1(deck: Deck, card: Card) -> Elastic:
+    """Isotropic; of E, G and nu the third follows from two: G = E/(2(1+nu))."""
+    name = f"MAT1 {card.integer(0)}"
+    E, G, nu = (card.real(i) if card.text(i) else None for i in (1, 2, 3))
+    if E is None and G is None:
+        raise InputError(f"{name} has neither E nor G", where=card.where, expected="two of E, G and NU")
+    if E is None and G is not None:
+        nu = nu or 0.0
+        E = 2.0 * (1.0 + nu) * G
+    assert E is not None
+    if nu is None:
+        nu = E / (2.0 * G) - 1.0 if G else 0.0
+    flaw = None
+    if not E > 0.0 or not -1.0 < nu < 0.5:
+        flaw = InputError(
+            f"{name} has E = {E:g} and nu = {nu:g}",
+            where=card.where,
+            expected="E > 0 and -1 < nu < 0.5",
+            fix="Check E, G and NU.",
+        )
+        if not E > 0.0 or (G is not None and G < 0.0):
+            raise flaw
+        nu = 0.0
+    factor = 1.0 if G is None else G * 2.0 * (1.0 + nu) / E
+    if abs(factor - 1.0) > CONSISTENT and flaw is None:
+        deck.note(
+            card,
+            f"G is {factor:.4g} times E/(2(1+NU)); creak follows it in bars and shells, and takes E and NU in solids",
+            changes=False,
+            what="MAT1, G",
+        )
+    alpha, beta = _damping(deck, card, 7)
+    heat = _expansion(card, (5, 5, 5), 6)
+    return Elastic(Material(name, E, nu, _density(deck, card, 4), alpha, beta, heat), factor, flaw)
+
+
+def _upper(card: Card, first: int, n: int) -> FloatArray:
+    """Symmetric (n, n) from its upper triangle, row by row, from field `first` on."""
+    matrix = np.zeros((n, n))
+    at = first
+    for i in range(n):
+        for j in range(i, n):
+            matrix[i, j] = matrix[j, i] = card.real(at, 0.0)
+            at += 1
+    return matrix
+
+
+def _mat2(deck: Deck, card: Card) -> Elastic:
+    """Anisotropic sheet: G11 G12 G13 G22 G23 G33, RHO. As a shear material (MID3) G11, G12, G22 are used."""
+    G = _upper(card, 1, 3)
+    alpha, beta = _damping(deck, card, 12)
+    rho = _density(deck, card, 7)
+    heat = _expansion(card, (8, 9, None, 10), 11)
+    return Elastic(SheetMaterial(f"MAT2 {card.integer(0)}", G, G[:2, :2], rho, alpha, beta, expansion=heat))
+
+
+def _mat8(deck: Deck, card: Card) -> Elastic:
+    """Orthotropic sheet: E1 E2 NU12 G12 G1Z G2Z RHO; blank G1Z or G2Z: rigid in transverse shear."""
+    E1, E2, nu12, G12 = (card.real(i) for i in (1, 2, 3, 4))
+    if not min(E1, E2, G12) > 0.0:
+        raise InputError(
+            f"MAT8 {card.integer(0)} has E1 = {E1:g}, E2 = {E2:g} and G12 = {G12:g}",
+            where=card.where,
+            expected="positive moduli",
+        )
+    G1z, G2z = (card.real(i, 0.0) or STIFF * G12 for i in (5, 6))
+    in_plane, shear = lamina(E1, E2, nu12, G12, G1z, G2z, where=card.where)
+    alpha, beta = _damping(deck, card, 16)
+    rho = _density(deck, card, 7)
+    given = (E1, E2, nu12, G12, G1z, G2z)
+    return Elastic(
+        SheetMaterial(f"MAT8 {card.integer(0)}", in_plane, shear, rho, alpha, beta, given, _expansion(card, (8, 9), 10))
+    )
+
+
+def _mat9(deck: Deck, card: Card) -> Elastic:
+    """Anisotropic solid, 21 entries by rows, RHO; the order xx, yy, zz, xy, yz, zx is creak's own."""
+    G = _upper(card, 1, 6)
+    require_stable(G, card.where)
+    alpha, beta = _damping(deck, card, 30)
+    rho = _density(deck, card, 22)
+    heat = _expansion(card, (23, 24, 25, 26, 27, 28), 29)
+    return Elastic(AnisotropicMaterial(f"MAT9 {card.integer(0)}", G, rho, alpha, beta, heat))
+
+
+_READERS: dict[str, Callable[[Deck, Card], Elastic]] = {"MAT1": _mat1, "MAT2": _mat2, "MAT8": _mat8, "MAT9": _mat9}

@@ -1,0 +1,200 @@
+"""PSHELL and PCOMP -> shell sections."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.errors import InputError
+from creak.formats.nastran.sections.materials import CONSISTENT, STIFF, Materials
+from creak.formats.nastran.text.bulk_data import Card
+from creak.formats.nastran.text.deck import Deck
+from creak.model.elasticity import plane_stress, sheet_matrices, sheet_stress
+from creak.model.expansion import ShellExpansion
+from creak.model.laminates import Ply, laminate, sheet_expansion
+from creak.model.materials import AnyMaterial, GeneralShell, Material, SheetMaterial, ShellSection
+
+WEAK = 1e-6
+"""Bending of a membrane (and membrane of a plate) against that of a whole shell, so that no dof is left loose."""
+
+
+def sheet_of(materials: Materials, identifier: int, user: Card) -> AnyMaterial:
+    """A material as a sheet; a MAT1 whose G is its own keeps it."""
+    found = materials.of(identifier, user)
+    material = found.material
+    if not isinstance(material, Material) or abs(found.shear_factor - 1.0) <= CONSISTENT:
+        return material
+    in_plane = plane_stress(material)
+    in_plane[2, 2] *= found.shear_factor
+    shear = material.shear_modulus * found.shear_factor * np.eye(2)
+    return SheetMaterial(
+        material.name, in_plane, shear, material.density, material.alpha, material.beta, expansion=material.expansion
+    )
+
+
+def shell_section(deck: Deck, card: Card, materials: Materials, thickness: float) -> ShellSection | GeneralShell:
+    """The section of a PSHELL, PCOMP or PCOMPG card; `thickness` replaces a blank T of PSHELL.
+
+    Raises
+    ------
+    InputError : a missing thickness or material.
+    """
+    return _pshell(deck, card, materials, thickness) if card.name == "PSHELL" else _pcomp(deck, card, materials)
+
+
+def is_directed(section: ShellSection | GeneralShell) -> bool:
+    """Does the section need a material direction? Not where every in-plane turn leaves it as it is."""
+    if isinstance(section, ShellSection):
+        return False
+    S = section.S
+    round_shear = max(abs(S[0, 0] - S[1, 1]), abs(S[0, 1])) <= 1e-9 * np.abs(S).max(initial=1e-300)
+    return not round_shear or not all(_isotropic(m) for m in (section.A, section.B, section.D))
+
+
+def _isotropic(m: FloatArray) -> bool:
+    size = np.abs(m).max(initial=1e-300)
+    wanted = np.array([[m[0, 0], m[0, 1], 0.0], [m[0, 1], m[0, 0], 0.0], [0.0, 0.0, 0.5 * (m[0, 0] - m[0, 1])]])
+    return bool(np.abs(m - wanted).max() <= 1e-9 * size)
+
+
+def _pshell(deck: Deck, card: Card, materials: Materials, thickness: float) -> ShellSection | GeneralShell:
+    """N = T G1 e - T^2 G4 k, M = -T^2 G4 e + (12I/T^3) T^3/12 G2 k, Q = (TS/T) T G3 gamma, k = de/dz.
+
+    (Nastran's curvature has the other sign.) Without MID3, or with TS/T = 0, the shell is rigid in transverse shear.
+    """
+    mids = [card.integer(i, 0) for i in (1, 3, 5, 10)]
+    if card.text(4) and not card.real(4):
+        mids[1] = 0
+    if card.text(6) and not card.real(6):
+        mids[2] = 0
+    t = card.real(2, thickness) or thickness
+    if not t > 0.0:
+        raise InputError(f"PSHELL {card.integer(0)} has thickness {t:g}", where=card.where, expected="T > 0")
+    bending, shear = card.real(4, 1.0) or 1.0, card.real(6, 5.0 / 6.0) or 1.0
+    nsm = _added_mass(deck, card, 7)
+    name = f"PSHELL {card.integer(0)}"
+    first = next((m for m in mids[:2] if m > 0), 0)
+    if not first:
+        raise InputError(f"{name} has neither MID1 nor MID2", where=card.where, expected="a material")
+    base = sheet_of(materials, first, card)
+    plain = mids[1] == mids[0] and mids[2] > 0 and mids[3] == 0 and bending == 1.0 and abs(shear - 5.0 / 6.0) < 1e-4
+    if plain and isinstance(base, Material) and mids[2] == mids[0]:
+        return ShellSection(name, replace(base, density=base.density + nsm / t), t)
+    return _moduli(deck, card, materials, mids, t, bending, shear, nsm)
+
+
+def _added_mass(deck: Deck, card: Card, i: int) -> float:
+    if card.real(i, 0.0) < 0.0:
+        raise card.wrong(i, "a mass per area of zero or more")
+    return card.real(i, 0.0) * deck.mass_factor
+
+
+def _moduli(
+    deck: Deck, card: Card, materials: Materials, mids: list[int], t: float, bending: float, shear: float, nsm: float
+) -> GeneralShell:
+    sheets = [sheet_of(materials, m, card) if m > 0 else None for m in mids]
+    base = sheets[0] or sheets[1]
+    assert base is not None
+    zero, (in_plane, across) = np.zeros((3, 3)), sheet_matrices(base)
+    A = t * (sheet_matrices(sheets[0])[0] if sheets[0] else WEAK * in_plane)
+    D = t**3 / 12.0 * (bending * sheet_matrices(sheets[1])[0] if sheets[1] else WEAK * in_plane)
+    B = -t * t * sheet_matrices(sheets[3])[0] if sheets[3] else zero
+    S = shear * t * sheet_matrices(sheets[2])[1] if sheets[2] else STIFF * t * across
+    if sheets[1] is None:
+        S = WEAK * 5.0 / 6.0 * t * across
+    if sheets[0] is None or sheets[1] is None:
+        deck.note(
+            card,
+            "a shell without MID1 or MID2 keeps a millionth of the membrane or bending stiffness, so that "
+            "no dof is loose",
+            changes=False,
+            what="PSHELL without MID1 or MID2",
+        )
+    rotary = base.density * t**3 / 12.0 if sheets[1] else 0.0
+    mass, heat = base.density * t + nsm, _expansion(t, sheets[0], sheets[3])
+    return GeneralShell(
+        f"PSHELL {card.integer(0)}", A, B, D, S, mass, 0.0, rotary, t, 0.0, base.alpha, base.beta, expansion=heat
+    )
+
+
+def _expansion(t: float, membrane: AnyMaterial | None, coupling: AnyMaterial | None) -> ShellExpansion | None:
+    """N = T G1 a1, M = -T^2 G4 a4; that of MID4 is made for it (as PCOMP's equivalent cards are)."""
+    heat = None if membrane is None else sheet_expansion(membrane, t)
+    if heat is None or coupling is None:
+        return heat
+    return replace(heat, moment=-t * t * sheet_stress(coupling))
+
+
+def _pcomp(deck: Deck, card: Card, materials: Materials) -> GeneralShell:
+    """Plies from the bottom Z0 (default: half the thickness below the grids) up; LAM = SYM mirrors them.
+
+    LAM = MEM has no bending, BEND no membrane (a millionth of it), SMEAR bends as a sheet of the mean modulus.
+
+    TREF of the card stands for those of its materials, as in Nastran.
+    """
+    plies = _plies(card, materials)
+    name = f"{card.name} {card.integer(0)}"
+    if not plies:
+        raise InputError(f"{name} has no plies", where=card.where, expected="MID, T, THETA of each ply")
+    lam = card.text(7).upper()
+    if lam in ("SYM", "SYMEM", "SYBEND", "SYSMEAR"):
+        plies = [*plies, *reversed(plies)]
+        lam = lam[2:] if lam != "SYM" else ""
+    if lam not in ("", *_PARTIAL):
+        why = f"creak reads LAM blank, SYM, MEM, BEND and SMEAR, not {lam}"
+        deck.note(card, why, changes=True, what=f"{card.name}, LAM={lam}")
+    bottom = card.real(1) if card.text(1) else None
+    made = laminate(name, plies, bottom, _added_mass(deck, card, 2))
+    if lam in _PARTIAL:
+        made = _partial(made, lam)
+    if made.expansion is None:
+        return made
+    return replace(made, expansion=replace(made.expansion, reference=card.real(5, 0.0), flaw=""))
+
+
+_PARTIAL = ("MEM", "BEND", "SMEAR")
+
+
+def _partial(shell: GeneralShell, lam: str) -> GeneralShell:
+    """Of a laminate, what LAM leaves: no coupling, no shear, and membrane, bending or both of one mean modulus."""
+    even = shell.A * shell.thickness**2 / 12.0
+    A, D, S = {
+        "MEM": (shell.A, WEAK * even, WEAK * shell.S),
+        "BEND": (WEAK * shell.A, shell.D, STIFF * shell.S),
+        "SMEAR": (shell.A, even, STIFF * shell.S),
+    }[lam]
+    heat = shell.expansion
+    if heat is not None:
+        force = WEAK * heat.force if lam == "BEND" else heat.force
+        heat = replace(heat, force=force, moment=heat.moment if lam == "BEND" else np.zeros(3))
+    return replace(shell, A=A, B=np.zeros((3, 3)), D=D, S=S, plies=(), expansion=heat)
+
+
+def _plies(card: Card, materials: Materials) -> list[Ply]:
+    """PCOMP: MID T THETA SOUT by fours; PCOMPG: ply id, MID T THETA SOUT by lines of eight."""
+    width, skip = (4, 0) if card.name == "PCOMP" else (8, 1)
+    plies: list[Ply] = []
+    mid, t = 0, 0.0
+    for at in range(8, len(card.fields), width):
+        if not any(card.fields[at : at + width]):
+            continue
+        i = at + skip
+        mid, t = card.integer(i, mid), card.real(i + 1, t)
+        if not t > 0.0 or not mid:
+            raise InputError(
+                f"a ply of {card.name} {card.integer(0)} has material {mid} and thickness {t:g}",
+                where=card.place(i),
+                expected="a material and T > 0",
+            )
+        material = sheet_of(materials, mid, card)
+        if not (np.diag(sheet_matrices(material)[1]) > 0.0).all():
+            raise InputError(
+                f"a ply of {card.name} {card.integer(0)} has material {mid}, which has no shear modulus",
+                where=card.place(i),
+                expected="G of MAT1, G1Z and G2Z of MAT8 above 0, or blank",
+            )
+        plies.append(Ply(material, t, math.radians(card.real(i + 2, 0.0))))
+    return plies

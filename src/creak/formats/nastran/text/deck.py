@@ -1,0 +1,225 @@
+"""What the readers of single cards share: the cards by name, points, parameters, and the list of what was not used."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import TypeVar
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.errors import InputError
+from creak.formats.nastran.mesh.coordinate_systems import BASIC, CoordinateSystem
+from creak.formats.nastran.mesh.grids import Grids
+from creak.formats.nastran.text.bulk_data import Card
+from creak.formats.nastran.text.case_control import CaseControl
+from creak.model.materials import Section
+from creak.model.mesh import Unread
+
+K = TypeVar("K", int, str)
+T = TypeVar("T")
+
+
+MODAL = {
+    *("103", "107", "108", "109", "110", "111", "112", "SEMODES", "SEDCEIG", "SEMCEIG", "SEDFREQ", "SEMFREQ"),
+    *("SEDTRAN", "SEMTRAN"),
+}
+"""Solutions of linear dynamics."""
+LINEAR = MODAL | {"", "101", "SESTATIC", "105"}
+"""Linear solutions; a deck without SOL is taken for one."""
+BY_FREQUENCY = ("108", "111", "SEDFREQ", "SEMFREQ")
+"""Frequency responses, in which springs may depend on the frequency."""
+WORDS = {"YES": 1.0, "NO": -1.0}
+"""Values of parameters that may be words."""
+DISCRETE = ("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "CVISC")
+"""Elements that may share an id with an element of another kind."""
+
+
+@dataclass
+class Group:
+    """Elements of one kind and one section."""
+
+    kind: str
+    section: Section
+    ids: list[int] = field(default_factory=list)
+    nodes: list[list[int]] = field(default_factory=list)
+    where: str = ""
+    own: dict[str, list[FloatArray]] = field(default_factory=dict)
+    """axis1, axis2, thickness, arms: one entry for each element, or none at all."""
+
+
+@dataclass
+class Deck:
+    """The deck while it is read."""
+
+    by_name: dict[str, list[Card]]
+    case: CaseControl
+    systems: dict[int, CoordinateSystem]
+    grids: Grids
+    params: dict[str, Card]
+    unread: list[Unread] = field(default_factory=list)
+    groups: dict[tuple[object, ...], Group] = field(default_factory=dict)
+    """By a key that tells sections apart."""
+    element_at: dict[int, str] = field(default_factory=dict)
+    """Element id -> file and line."""
+    property_of: dict[int, int] = field(default_factory=dict)
+    """Element id -> property id, of elements that have one."""
+    further: int = 0
+    """Largest id given to an element beside those of the deck."""
+
+    def cards(self, *names: str) -> Iterator[Card]:
+        for name in names:
+            yield from self.by_name.get(name, [])
+
+    def note(self, card: Card, why: str, *, changes: bool, what: str = "") -> None:
+        """List something that creak does not use."""
+        entry = Unread(what or card.name, card.where, changes, why)
+        if not any(u.keyword == entry.keyword and u.why == why for u in self.unread):
+            self.unread.append(entry)
+
+    def param(self, name: str, default: float) -> float:
+        card = self.params.get(name)
+        if card is None:
+            return default
+        word = WORDS.get(card.text(1).upper())
+        return card.real(1) if word is None else word
+
+    @property
+    def mass_factor(self) -> float:
+        """PARAM,WTMASS: weight to mass."""
+        return self.param("WTMASS", 1.0)
+
+    def system(self, identifier: int, card: Card) -> CoordinateSystem:
+        """A coordinate system that a card uses.
+
+        Raises
+        ------
+        InputError : it is not defined.
+        """
+        if identifier == 0:
+            return BASIC
+        if identifier not in self.systems:
+            raise InputError(
+                f"{card.name} {card.text(0)} uses coordinate system {identifier}, which is not defined",
+                where=card.where,
+                fix="Add its CORD card.",
+            )
+        return self.systems[identifier]
+
+    def new_element(self, card: Card, pid: int | None = None) -> int:
+        """Id of an element, checked to be new.
+
+        Raises
+        ------
+        InputError : another element has this id.
+        """
+        identifier = card.integer(0)
+        if identifier in self.element_at and card.name in DISCRETE and self._once(card):
+            other = self.free_id()
+            why = (
+                f"its id is that of another element ({self.element_at[identifier]}) too: it is element {other} in creak"
+            )
+            self.note(card, why, changes=False, what=f"{card.name} {identifier}")
+            identifier = other
+        if identifier in self.element_at:
+            raise InputError(
+                f"element {identifier} ({card.name}) is defined twice, first at {self.element_at[identifier]}",
+                where=card.where,
+                fix="Give one of them another id.",
+            )
+        self.element_at[identifier] = card.where
+        if pid is not None:
+            self.property_of[identifier] = pid
+        return identifier
+
+    def nodes(self, card: Card, fields: range | tuple[int, ...]) -> list[int]:
+        """Rows of the grids in these fields.
+
+        Raises
+        ------
+        InputError : one is missing, not defined, a scalar point, or there twice.
+        """
+        rows = [self.grids.row(card.integer(i), card) for i in fields]
+        for i, row in zip(fields, rows, strict=True):
+            if row in self.grids.scalar:
+                raise InputError(
+                    f"{card.name} {card.text(0)} uses scalar point {card.text(i)}", where=card.where, expected="a GRID"
+                )
+        if len(set(rows)) < len(rows):
+            raise InputError(
+                f"{card.name} {card.text(0)} uses a grid twice",
+                where=card.where,
+                expected="distinct grids",
+                fix="A collapsed CQUAD4 is a CTRIA3, a collapsed CHEXA a CPENTA.",
+            )
+        return rows
+
+    def _once(self, card: Card) -> bool:
+        return sum(c.text(0) == card.text(0) for c in self.cards(card.name)) == 1
+
+    def free_id(self) -> int:
+        """An id that no element of the deck has."""
+        if not self.further:
+            cards = (card for name, cards in self.by_name.items() if name.startswith("C") for card in cards)
+            self.further = max((int(card.text(0)) for card in cards if card.is_integer(0)), default=0)
+        self.further += 1
+        return self.further
+
+    def add(
+        self,
+        key: tuple[object, ...],
+        kind: str,
+        section: Section,
+        identifier: int,
+        nodes: list[int],
+        card: Card,
+        **own: FloatArray,
+    ) -> None:
+        """Put an element into the group of its kind, section and of what it has of its own."""
+        full = (kind, *key, *sorted(own))
+        group = self.groups.get(full)
+        if group is None:
+            group = self.groups[full] = Group(kind, section, where=card.where, own={name: [] for name in own})
+        group.ids.append(identifier)
+        group.nodes.append(nodes)
+        for name, value in own.items():
+            group.own[name].append(np.asarray(value, dtype=np.float64))
+
+
+def unique_cards(cards: Iterator[Card], what: str) -> dict[int, Card]:
+    """Cards by their id; a card that is there twice with the same fields counts once.
+
+    Raises
+    ------
+    InputError : two different cards have one id.
+    """
+    found: dict[int, Card] = {}
+    for card in cards:
+        identifier = card.integer(0)
+        first = found.get(identifier)
+        if first is not None and (first.name, first.fields) != (card.name, card.fields):
+            raise InputError(
+                f"{what} {identifier} is defined twice, first at {first.where}",
+                where=card.where,
+                fix="Give one of them another id.",
+            )
+        found[identifier] = card
+    return found
+
+
+def referred(found: Mapping[K, T], identifier: K, user: Card, what: str, names: str) -> T:
+    """What stands under this id, that `user` refers to.
+
+    Raises
+    ------
+    InputError : there is none.
+    """
+    if identifier not in found:
+        raise InputError(
+            f"{user.name} {user.text(0)} uses {what} {identifier}, which is not defined",
+            where=user.where,
+            expected=f"a {names} card with this id",
+            fix="Add the card or correct the id.",
+        )
+    return found[identifier]

@@ -1,0 +1,171 @@
+"""Figures of the gaps: over time, and how close every channel came in the linear pre-check."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.model.units import Units
+from creak.report.figures import palette
+from creak.report.figures.axes import MOST_POINTS, Trace, axis, base_layout, line, plain, stacked
+from creak.report.figures.run import MOST_ROWS, Figure, groups_by_force, inside_window
+from creak.report.figures.surface import Surface
+from creak.report.figures.view import front, outward
+from creak.report.found import Found
+from creak.report.words.text import number, tidy
+
+MOST_OUTLINE = 5000
+"""Edges of the outline behind the map."""
+OPEN_GAPS = 4.0
+"""Gaps wider than this many clearances are cut off."""
+
+
+def gap_figure(result: Found, units: Units) -> Figure:
+    """Smallest gap of each contact over time, both runs; below zero the parts penetrate."""
+    groups = groups_by_force(result) or list(result.contacts)
+    if not groups or not result.runs:
+        return Figure(None, "No gaps: the study has no channel that can close.")
+    shown = groups[:MOST_ROWS]
+    height = 130 + 150 * len(shown)
+    layout = base_layout(height, legend=True)
+    layout["xaxis"] = axis("time, s", anchor=f"y{len(shown) if len(shown) > 1 else ''}", range=list(result.window))
+    data: list[Trace] = []
+    for row, group in enumerate(shown):
+        traces, low, high = _gap_row(result, group, row)
+        data += traces
+        pad = 0.08 * (high - low)
+        name = "yaxis" + (str(row + 1) if row else "")
+        layout[name] = axis(
+            f"{group}, {units.length}",
+            domain=stacked(row, len(shown)),
+            zeroline=True,
+            zerolinecolor=palette.MUTED,
+            range=[low - pad, high + pad],
+        )
+    caption = (
+        "Smallest gap of the channels of the contact at each instant. At zero the parts touch; how far it falls below "
+        "is how far the contact springs give way."
+    )
+    if not groups_by_force(result):
+        caption += " Nothing touched in the verification window."
+    return Figure({"data": data, "layout": layout}, caption, height)
+
+
+def _gap_row(result: Found, group: str, row: int) -> tuple[list[Trace], float, float]:
+    channels = [j for j, g in enumerate(result.gaps.group) if g == group]
+    contact = result.contacts.index(group)
+    traces, low, high = [], 0.0, 0.0
+    top = OPEN_GAPS * float(result.gaps.gap0[channels].mean())
+    for run in (n for n in palette.DRAWN if n in result.runs):
+        found = result.runs[run]
+        inside = inside_window(found.history, result.window)
+        time, gap = lowest_kept(found.time[inside], found.closest[inside, contact].astype(np.float64))
+        if gap.size:
+            low, high = min(low, float(gap.min())), max(high, float(gap.max()))
+        width = 3.2 if run == "reference" and len(result.runs) > 1 else 1.4
+        traces.append(line(time, gap, palette.RUN_NAMES[run], palette.RUNS[run], row=row, width=width, first=row == 0))
+    return traces, low, min(high, top) if top > 0.0 else (high or 1.0)
+
+
+def lowest_kept(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A record thinned to the lowest value of each stretch."""
+    stretch = -(-x.size // MOST_POINTS)
+    if stretch <= 1:
+        return x, y
+    n = x.size // stretch * stretch
+    low = y[:n].reshape(-1, stretch).argmin(axis=1)
+    row = np.arange(low.size)
+    return x[:n].reshape(-1, stretch)[row, low], y[:n].reshape(-1, stretch)[row, low]
+
+
+def precheck_figure(result: Found, units: Units) -> Figure:
+    """Every contact channel where it lies, coloured by the smallest gap of the linear run; those kept are ringed."""
+    setup, surface, smallest = result.setup, result.surface, result.linear_gaps
+    if smallest is None:
+        return Figure(None, _no_map(result))
+    xyz = setup.model.nodes.coords
+    view = front(xyz, outward(setup.contacts, xyz))
+    at = view.flat(xyz[setup.contacts.nodes_idx])
+    margin = setup.study.config.precheck.margin
+    kept = smallest <= margin
+    layout = base_layout(520)
+    every = at if surface is None else view.flat(xyz[surface.nodes_idx])
+    bare = {"showgrid": False, "showticklabels": False, "ticks": "", "showline": False, "constrain": "domain"}
+    layout["xaxis"] = axis("", scaleanchor="y", range=span_of(every[:, 0]), **bare)
+    layout["yaxis"] = axis("", range=span_of(every[:, 1]), **bare)
+    layout["margin"] = {"l": 8, "r": 8, "t": 20, "b": 8}
+    data = [] if surface is None else [outline(every, surface)]
+    data.append(_dots(result, at, smallest, kept, units))
+    caption = (
+        "How close every channel comes in a run without contact. Ringed: kept for the runs with contact, because the "
+        f"gap falls to the margin of {tidy(margin)} {units.length} or less; the others were left out. A gap below zero "
+        "means that the parts would pass through each other there."
+    )
+    return Figure({"data": data, "layout": layout}, caption, 520)
+
+
+def span_of(values: FloatArray) -> list[float]:
+    """A little more than the values, thin ones with some air."""
+    low, high = float(values.min()), float(values.max())
+    pad = 0.04 * (high - low) or 1.0
+    return [low - pad, high + pad]
+
+
+def _no_map(result: Found) -> str:
+    if not result.setup.contacts.m:
+        return "No map: the study has no contact pairs."
+    if not result.setup.study.config.precheck.enabled:
+        return "No map: the pre-check was switched off."
+    return "No map: only contact holds the structure, so there is no linear run without it."
+
+
+def outline(flat: FloatArray, surface: Surface) -> Trace:
+    edges = surface.outline
+    edges = edges[:: -(-len(edges) // MOST_OUTLINE)] if len(edges) else edges
+    gaps = np.full((len(edges), 1), np.nan)
+    x, y = (np.concatenate([flat[edges, k], gaps], axis=1).ravel() for k in (0, 1))
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "x": plain(x),
+        "y": plain(y),
+        "line": {"color": palette.GRID, "width": 1},
+        "hoverinfo": "skip",
+        "showlegend": False,
+    }
+
+
+def _dots(result: Found, at: FloatArray, smallest: FloatArray, kept: Any, units: Units) -> Trace:
+    c, nodes = result.setup.contacts, result.setup.model.nodes
+    order = np.argsort(-smallest, kind="stable")
+    words = [
+        f"{c.group[j]}, node {nodes.label(int(c.nodes_idx[j]))}<br>gap at rest {number(float(c.gap0[j]), 3)}, "
+        f"smallest {number(float(smallest[j]), 3)} {units.length}"
+        for j in order.tolist()
+    ]
+    low, high = (float(np.percentile(smallest, p)) for p in (0, 95))
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "x": plain(at[order, 0]),
+        "y": plain(at[order, 1]),
+        "text": words,
+        "hovertemplate": "%{text}<extra></extra>",
+        "showlegend": False,
+        "marker": {
+            "color": plain(smallest[order]),
+            "size": 8,
+            "cmin": low,
+            "cmax": high if high > low else low + 1.0,
+            "colorscale": [[0.0, "#4a0d42"], [0.35, "#b5173a"], [0.65, "#e8743b"], [1.0, "#f7c948"]],
+            "line": {"color": palette.INK, "width": [1.6 if k else 0.0 for k in kept[order].tolist()]},
+            "colorbar": {
+                "title": {"text": f"smallest gap, {units.length}", "side": "right"},
+                "thickness": 12,
+                "len": 0.9,
+                "outlinewidth": 0,
+            },
+        },
+    }

@@ -1,0 +1,194 @@
+"""The table of checks: the reduced model against the unreduced one, and the energy balance."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from creak.report.found import Found
+from creak.report.words.text import NONE, THIN, fixed, four, number, percent, plural, ratio, share, tidy
+from creak.studies.run.compared import event_statistics
+from creak.verify import nrmse
+from creak.verify.reliability import CONTACT_BAR, ENERGY_BAR
+from creak.verify.statistics import Distance, EventStatistics
+
+MAC_BAR = 0.99
+NRMSE_BAR = 0.99
+FORCE_BAR = 0.05
+ROUND_OFF = 1e-12
+"""Share of the energy put in up to which created energy is none."""
+RUN_WORDS = {"reduced": "reduced", "reference": "unreduced"}
+CREATED = {"energy_created": (ENERGY_BAR, "put in"), "energy_created_of_contact": (CONTACT_BAR, "that contact took up")}
+"""Figure of a run -> how much of which energy may have been created."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One line of the table of checks; `passed` is None where there was nothing to check."""
+
+    name: str
+    bar: str
+    found: str
+    passed: bool | None
+
+
+def checks(result: Found, summary: dict[str, Any]) -> list[Check]:
+    """The comparison with the unreduced model against the bars, and the energy balance."""
+    judged = [_events(result), _mean_force(result), _each_force(result)]
+    if result.events is not None and is_chaotic(summary):
+        judged = [*(_not_judged(check) for check in judged), *_statistics(event_statistics(result))]
+    return [_mac(result), _nrmse(result), *judged, _energy(summary)]
+
+
+def is_chaotic(summary: dict[str, Any]) -> bool:
+    """Whether the events of both runs are compared by their statistics, not one by one."""
+    return bool(summary["verification"]["events"]["statistics"]["chaotic"])
+
+
+def alarm(summary: dict[str, Any]) -> str:
+    """What makes the forces of a run worthless, whatever else agrees."""
+    if any(not finite(run) for run in summary["runs"].values()):
+        return " Do not rely on it: its figures are not finite. Shorten the step or soften the contact."
+    for key, (bar, what) in CREATED.items():
+        worst = max((run[key] for run in summary["runs"].values()), default=0.0)
+        if worst > bar:
+            return (
+                f" Do not rely on it: the time integration created {share(worst)} of the energy {what}. Shorten the "
+                "step, soften the contact or dissipate more."
+            )
+    return ""
+
+
+def finite(run: dict[str, Any]) -> bool:
+    """Whether the balance of a run is one of numbers."""
+    return all(value is not None for value in (*(run[key] for key in CREATED), *run["energies"].values()))
+
+
+def _not_judged(check: Check) -> Check:
+    """A comparison event by event where motion is chaotic: told, without a mark."""
+    return Check(check.name, check.bar, f"{check.found}; not judged, the motion is chaotic", None)
+
+
+def _statistics(s: EventStatistics) -> list[Check]:
+    """Rates and distributions, for motion in which two exact solutions part."""
+    a, b = s.rate
+    words = f"{number(b, 3)} per second, unreduced {number(a, 3)}"
+    spread = number(1.96 * float(np.sqrt(sum(s.count))) / s.length, 2)
+    checks = [Check("Event rate", f"within {spread} per second, 95{THIN}% of pairs of runs", words, s.rates_alike)]
+    for name, distance in (("force", s.force), ("impulse", s.impulse)):
+        checks.append(_distribution(f"Distribution of the event {name}", distance))
+    return checks
+
+
+def _distribution(name: str, distance: Distance | None) -> Check:
+    if distance is None:
+        return Check(name, NONE, "one run has no events", False)
+    bar = f"Kolmogorov-Smirnov distance at most {fixed(distance.critical, 3)}"
+    return Check(name, bar, fixed(distance.value, 3), distance.alike)
+
+
+def _mac(result: Found) -> Check:
+    name, bar = "Mode shapes, lowest MAC", f"at least {MAC_BAR}"
+    modes = result.modes
+    f_max = result.setup.study.config.verification.mac_f_max
+    if modes is None or modes.pairs.mac.size == 0:
+        return Check(name, bar, f"not compared: {why_no_mac(result)}", None)
+    worst = int(modes.pairs.mac.argmin())
+    mac = float(modes.pairs.mac[worst])
+    found = (
+        f"{four(mac)} (mode {worst + 1}, {number(float(modes.freq_reference[worst]), 3)} Hz; "
+        f"{plural(modes.pairs.mac.size, 'mode')} up to {tidy(f_max)} Hz)"
+    )
+    return Check(name, bar, found, mac >= MAC_BAR)
+
+
+def why_no_mac(result: Found) -> str:
+    """Why there are no mode shapes to compare."""
+    if "reduced" not in result.runs:
+        return "there is no reduced model"
+    if result.modes is None:
+        return "the study watches no nodes, or memory does not hold a factor of the whole model"
+    return f"no mode lies below {tidy(result.setup.study.config.verification.mac_f_max)} Hz"
+
+
+def _nrmse(result: Found) -> Check:
+    name, bar = "Relative motion, lowest NRMSE fit of x, y, z", f"at least {NRMSE_BAR}"
+    fit = result.spectra.nrmse if result.spectra is not None else {}
+    if not fit:
+        return Check(name, bar, f"not compared: {why_no_fit(result)}", None)
+    moving = [(value, a) for a in nrmse.AXES if (value := fit[a]) is not None]
+    if not moving:
+        return Check(name, bar, "not compared: the pairs do not move against each other", None)
+    value, axis = min(moving)
+    rest = "".join(f"; no motion along {a}" for a in nrmse.AXES if fit[a] is None)
+    found = f"{four(value)} ({axis}; all together {four(fit['all'])}{rest})"
+    return Check(name, bar, found, value >= NRMSE_BAR)
+
+
+def moving_axes(result: Found) -> list[str]:
+    """Axes along which the pairs of the reference move at all: the fit of mere round-off means nothing."""
+    spectra = result.spectra.spectra if result.spectra is not None else {}
+    of = spectra.get("reference", spectra.get("reduced"))
+    return [] if of is None else nrmse.moving_axes(of)
+
+
+def why_no_fit(result: Found) -> str:
+    """Why there is no NRMSE."""
+    if result.setup.pairs.size == 0:
+        return "the study names no verification pairs"
+    return "there is only one run"
+
+
+def _events(result: Found) -> Check:
+    name, match = "Contact events", result.events
+    limit = 1000.0 * result.setup.study.config.verification.event_tolerance
+    bar = f"all found within {tidy(limit)} ms, none added"
+    if match is None:
+        return Check(name, bar, "not compared: there is only one run", None)
+    total = len(match.pairs) + len(match.missed)
+    if total + len(match.extra) == 0:
+        return Check(name, bar, "no events in either run", True)
+    found = f"{len(match.pairs)} of {total} matched, {len(match.missed)} missed, {len(match.extra)} extra"
+    return Check(name, bar, found, not match.missed and not match.extra)
+
+
+def _mean_force(result: Found) -> Check:
+    name, bar = "Contact force, mean of the common events", f"within 5{THIN}%"
+    match = result.events
+    mean = match.amplitude_ratio_mean if match is not None else None
+    if match is None or mean is None:
+        return Check(name, bar, "not compared: no common events", None)
+    found = f"{percent(mean)} (low-passed peaks); impulse {percent(match.impulse_ratio_mean)}"
+    return Check(name, bar, found, abs(mean - 1.0) <= FORCE_BAR)
+
+
+def _each_force(result: Found) -> Check:
+    name, bar = "Contact force, event by event", f"each within 5{THIN}%"
+    match = result.events
+    if match is None or not match.pairs:
+        return Check(name, bar, "not compared: no common events", None)
+    count = len(match.pairs)
+    ratios = [ratio(b.force_place, a.force_place) for a, b in match.pairs]
+    worst = max((r for r in ratios if r is not None), key=lambda r: abs(r - 1.0), default=None)
+    found = f"{match.within_5_percent} of {count} (largest difference {percent(worst)})"
+    return Check(name, bar, found, match.within_5_percent == count)
+
+
+def _energy(summary: dict[str, Any]) -> Check:
+    name = "Energy created by the integration"
+    bar = f"at most {share(ENERGY_BAR)}, {share(CONTACT_BAR)} of what contact took up"
+    runs = summary["runs"]
+    if not runs:
+        return Check(name, bar, "no balance: there is no run", None)
+    found = "; ".join(f"{RUN_WORDS[name]} {_created(run)}" for name, run in runs.items())
+    return Check(name, bar, found, not alarm(summary))
+
+
+def _created(run: dict[str, Any]) -> str:
+    if not finite(run):
+        return "not finite"
+    of_all, of_contact = (run[key] for key in CREATED)
+    text = share(of_all) if of_all > ROUND_OFF else "none"
+    return f"{text}, {share(of_contact)} of what contact took up" if of_contact > ROUND_OFF else text

@@ -1,0 +1,287 @@
+"""Tables of contact events, their agreement and statistics, and of stick-slip events."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from creak.model.units import Units
+from creak.report.found import Found
+from creak.report.tables.checks import RUN_WORDS
+from creak.report.tables.run import Table
+from creak.report.words.text import NONE, fixed, number, percent, plural, ratio, share
+from creak.studies.results.elines import against_measured, measured_rates
+from creak.studies.run.compared import event_statistics, main_run
+from creak.studies.run.job import events_in
+from creak.verify.events import Event
+from creak.verify.slips import SlipEvent, squeak_rates
+
+MOST_EVENTS = 400
+"""Lines of the event table; all events are in summary.json."""
+
+
+def event_table(result: Found, units: Units) -> Table:
+    """Matched pairs, missed and extra events by time; the events of the only run where there is one."""
+    if result.events is None:
+        return _single_event_table(result, units)
+    match = result.events
+    lines: list[tuple[Event | None, Event | None]] = [
+        *match.pairs,
+        *((e, None) for e in match.missed),
+        *((None, e) for e in match.extra),
+    ]
+    lines.sort(key=lambda pair: (pair[0] or pair[1]).t_start)  # type: ignore[union-attr]
+    groups = [
+        ("", 3),
+        (f"peak, low-passed, {units.force}", 3),
+        (f"peak, raw, {units.force}", 2),
+        (f"impulse, {units.impulse}", 3),
+        ("duration, ms", 2),
+        (f"closing speed, {units.speed}", 2),
+        ("", 1),
+    ]
+    two, three = ["unred.", "red."], ["unred.", "red.", "diff."]
+    head = ["time, s", "where", "Δt, ms", *three, *two, *three, *two, *two, ""]
+    rows = [_pair_row(a, b, result) for a, b in lines[:MOST_EVENTS]]
+    flags = ["missed" if b is None else "extra" if a is None else "" for a, b in lines[:MOST_EVENTS]]
+    return Table(head, rows, 2, _cut(len(lines)), flags, groups)
+
+
+def _cut(count: int) -> str:
+    return f"The first {MOST_EVENTS} of {count} lines; summary.json holds all." if count > MOST_EVENTS else ""
+
+
+def _pair_row(a: Event | None, b: Event | None, result: Found) -> list[str]:
+    known = a or b
+    assert known is not None
+    apart = 1000.0 * (b.t_start - a.t_start) if a and b else None
+
+    def both(name: str, decimals: int, *, difference: bool) -> list[str]:
+        x, y = (None if e is None else float(getattr(e, name)) for e in (a, b))
+        cells = [_cell(x, decimals), _cell(y, decimals)]
+        return [*cells, percent(ratio(y, x))] if difference else cells
+
+    return [
+        fixed(known.t_start, 4),
+        where(known.group, known.node_idx, result),
+        fixed(apart, 2),
+        *both("force_peak_filtered", 3, difference=True),
+        *both("force_peak", 3, difference=False),
+        *both("impulse", 3, difference=True),
+        _duration(a),
+        _duration(b),
+        *both("closing_speed", 3, difference=False),
+        "missed" if b is None else "extra" if a is None else "",
+    ]
+
+
+def _cell(value: float | None, digits: int) -> str:
+    return number(value, digits)
+
+
+def _duration(e: Event | None) -> str:
+    """Milliseconds; below one step they are not resolved."""
+    if e is None:
+        return NONE
+    length = e.t_end - e.t_start
+    return f"< {number(1e3 * e.step, 2)}" if length < 0.999 * e.step else fixed(1e3 * length, 1)
+
+
+def where(group: str, node_idx: int, result: Found) -> str:
+    """Contact and node of an event."""
+    return f"{group}, node {result.setup.model.nodes.label(node_idx)}"
+
+
+def _single_event_table(result: Found, units: Units) -> Table:
+    run = main_run(result.runs)
+    events = events_in(run.events, result.window) if run else []
+    head = [
+        "time, s",
+        "where",
+        f"peak, low-passed, {units.force}",
+        f"peak, raw, {units.force}",
+        f"impulse, {units.impulse}",
+        "duration, ms",
+        f"closing speed, {units.speed}",
+        "touches",
+    ]
+    rows = [
+        [
+            fixed(e.t_start, 4),
+            where(e.group, e.node_idx, result),
+            number(e.force_peak_filtered, 3),
+            number(e.force_peak, 3),
+            number(e.impulse, 3),
+            _duration(e),
+            number(e.closing_speed, 3),
+            number(e.contacts),
+        ]
+        for e in events[:MOST_EVENTS]
+    ]
+    return Table(head, rows, 2, _cut(len(events)))
+
+
+def statistics_table(result: Found, units: Units) -> Table:
+    """Rates and distributions of the events in the window, run by run."""
+    names = [n for n in ("reference", "reduced") if n in result.runs]
+    length = result.window[1] - result.window[0]
+    columns = [_statistics(events_in(result.runs[n].events, result.window), length) for n in names]
+    labels = [
+        "events",
+        "events per second",
+        f"median peak, low-passed, {units.force}",
+        f"largest peak, low-passed, {units.force}",
+        f"median impulse, {units.impulse}",
+        f"sum of impulses, {units.impulse}",
+        "median duration, ms",
+    ]
+    rows = [[label, *(number(c[k]) for c in columns)] for k, label in enumerate(labels)]
+    if len(columns) == 2:
+        for k, row in enumerate(rows):
+            row.append(percent(ratio(columns[1][k], columns[0][k])))
+    head = ["", *(RUN_WORDS[n] for n in names)]
+    return Table([*head, "difference"] if len(columns) == 2 else head, rows, note=_distribution_words(result))
+
+
+def _distribution_words(result: Found) -> str:
+    """How far the distributions of both runs are apart."""
+    if result.events is None:
+        return ""
+    s = event_statistics(result)
+    if s.force is None or s.impulse is None:
+        return ""
+    return (
+        f"Kolmogorov-Smirnov distance of the two runs' distributions: {fixed(s.force.value, 3)} for peaks, "
+        f"{fixed(s.impulse.value, 3)} for impulses; two samples of one distribution stay below "
+        f"{fixed(s.force.critical, 3)} in 95 of 100 cases."
+    )
+
+
+def agreement_table(result: Found) -> Table | None:
+    """How well the common events agree, each and in the mean; None where the runs were not compared."""
+    match = result.events
+    if match is None or not match.pairs:
+        return None
+    time, force, impulse = match.time_error, match.force_error, match.impulse_error
+
+    def milliseconds(value: float | None) -> str:
+        return NONE if value is None else f"{number(1e3 * value, 2)} ms"
+
+    rows = [
+        ["start time", milliseconds(time.mean), milliseconds(time.percentile_95), milliseconds(time.bias)],
+        ["peak, low-passed", share(force.mean), share(force.percentile_95), percent(match.amplitude_ratio_mean)],
+        ["impulse", share(impulse.mean), share(impulse.percentile_95), percent(match.impulse_ratio_mean)],
+    ]
+    note = (
+        f"{share(match.recall)} of the unreduced model's events were found (recall); {share(match.precision)} of the "
+        "reduced model's events are real (precision)."
+    )
+    return Table(["common events", "mean error of each", "95 % stay below", "error of the mean"], rows, note=note)
+
+
+def slip_table(result: Found, units: Units) -> Table | None:
+    """Stick-slip events of the window in every run; None where nothing rubs."""
+    if not result.gaps.rubs:
+        return None
+    found = [(name, e) for name, run in result.runs.items() for e in slips_in(run.slips, result.window)]
+    found.sort(key=lambda item: (item[1].t_start, item[0]))
+    head = [
+        "time, s",
+        "where",
+        "run",
+        "slips",
+        "slips per second",
+        "duration, ms",
+        f"slip, {units.length}",
+        f"peak speed, {units.speed}",
+        f"friction work, {units.energy}",
+        f"force drop, {units.force}",
+        f"slips per {units.length}",
+    ]
+    rows = [
+        [
+            fixed(e.t_start, 4),
+            where(e.group, e.node_idx, result),
+            RUN_WORDS[name],
+            number(len(e.slips)),
+            number(e.rate, 3),
+            fixed(1e3 * (e.t_end - e.t_start), 1),
+            number(e.slip_length, 3),
+            number(e.speed_peak, 3),
+            number(e.friction_work, 3),
+            number(e.force_drop, 3),
+            number(e.per_length, 3),
+        ]
+        for name, e in found[:MOST_EVENTS]
+    ]
+    return Table(head, rows, 3, _cut(len(found)))
+
+
+def slips_in(slips: tuple[SlipEvent, ...], window: tuple[float, float]) -> list[SlipEvent]:
+    """Stick-slip events of which a slip begins inside a time window."""
+    return [e for e in slips if any(window[0] <= start <= window[1] for start, _ in e.slips)]
+
+
+def squeak_table(result: Found, units: Units) -> Table | None:
+    """Stick-slip of each pair in the window, beside what was measured of its materials; None where nothing slips."""
+    lines = {} if result.elines is None else {x.name: x for x in result.elines.lines if x.contact}
+    found = [(name, s) for name, run in result.runs.items() for s in run.squeaks]
+    if not found:
+        return None
+    head = [
+        "where",
+        "run",
+        "slips per second",
+        f"mean slip, {units.length}",
+        f"force drop, {units.force}",
+        f"energy, {units.energy}",
+        f"travel, {units.length}",
+        f"slips per {units.length}",
+        f"measured, 1/{units.length}",
+        "materials",
+    ]
+    rows = []
+    for name, s in found:
+        line = lines.get(s.group)
+        rates = measured_rates(line, result.setup.study.config.model.units)
+        told = NONE if rates is None else f"{number(rates[0], 3)} to {number(rates[1], 3)}"
+        word = against_measured(s.per_length, rates)
+        rows.append(
+            [
+                where(s.group, s.node_idx, result),
+                RUN_WORDS[name],
+                *(number(x, 3) for x in (s.rate, s.slip_length, s.force_drop, s.energy, s.travel, s.per_length)),
+                told if word is None else f"{told} ({word})",
+                NONE if line is None or line.pair is None else f"{line.material}: {line.pair.source}",
+            ]
+        )
+    return Table(head, rows, 2, "Of the channel whose slips take the most work; over the verification window.")
+
+
+def squeak_sentence(result: Found) -> str:
+    """How often each pair slips in the window."""
+    words = []
+    for name, run in result.runs.items():
+        rates = squeak_rates(run.slips, result.window)
+        words += [f"{RUN_WORDS[name]} {group} {number(rate, 3)}" for group, rate in rates.items()]
+    return f"Slips per second in the window: {'; '.join(words)}." if words else ""
+
+
+def _statistics(events: list[Event], length: float) -> list[float | None]:
+    if not events:
+        return [0, 0.0 if length > 0.0 else None, None, None, None, 0.0, None]
+    peak, impulse = (np.array([getattr(e, n) for e in events]) for n in ("force_peak_filtered", "impulse"))
+    duration = [e.t_end - e.t_start for e in events]
+    return [
+        len(events),
+        len(events) / length if length > 0.0 else None,
+        float(np.median(peak)),
+        float(peak.max()),
+        float(np.median(impulse)),
+        float(impulse.sum()),
+        1000.0 * float(np.median(duration)),
+    ]
+
+
+def counted_events(result: Found) -> str:
+    """How many events each run shows over its whole length."""
+    return "; ".join(f"{RUN_WORDS[name]} run: {plural(len(run.events), 'event')}" for name, run in result.runs.items())

@@ -1,0 +1,138 @@
+"""The ranked list of rattling places as words for the first screen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from creak.model.plain_mesh import Mesh
+from creak.model.units import Units
+from creak.report.figures.scene import Animations
+from creak.report.found import Found
+from creak.report.sound_parts import players
+from creak.report.tables.checks import RUN_WORDS
+from creak.report.words.text import number, plural, share
+from creak.report.words.verdict import span
+from creak.studies.results.limits import limit_words
+from creak.studies.results.places import Place, near
+from creak.studies.run.compared import main_run
+
+MOST_PLACES = 12
+
+
+@dataclass(frozen=True)
+class PlaceRow:
+    """A line of the list."""
+
+    number: int
+    where: str
+    detail: str
+    count: str
+    force: str
+    speed: str
+    heard: tuple[str, str]
+    """N5 and Nmax of its own sound, sone."""
+    settled: tuple[str, str]
+    """What force and N5 have settled to."""
+    bar: float
+    """N5 over that of the loudest, %."""
+    cause: list[str]
+    """In words: sources, modes, parts; empty: none was told."""
+    changes: list[str]
+    """What would help."""
+    audio: str
+    """Data URI of a WAV file; empty: none."""
+    motion: int | None
+    """Animation that shows its hardest recorded event."""
+
+
+def place_parts(result: Found, summary: dict[str, Any], motions: Animations, units: Units) -> dict[str, Any]:
+    """What the template needs of the places."""
+    places, run = result.places, main_run(result.runs)
+    told = [] if run is None else summary["runs"][run.name]["places"]
+    heard = any(p["level"] is not None for p in told)
+    audio = players(result)
+    loudest = max((p["n5"] or 0.0 for p in told), default=0.0)
+    rows = [
+        _row(result, p, t, motions, units, loudest, audio[k] if k < len(audio) - 1 else "")
+        for k, (p, t) in enumerate(zip(places[:MOST_PLACES], told, strict=False))
+    ]
+    cut = f"The first {MOST_PLACES} of {len(places)} places." if len(places) > MOST_PLACES else ""
+    return {
+        "places": rows,
+        "places_heard": heard,
+        "audio_all": audio[-1] if audio else "",
+        "places_words": _words(result, places, units, heard=heard),
+        "places_cut": cut,
+        "limits": limit_words(summary["limits"]),
+    }
+
+
+def _words(result: Found, places: tuple[Place, ...], units: Units, *, heard: bool) -> str:
+    run = main_run(result.runs)
+    if run is None or not result.gaps.m:
+        return "Nowhere: nothing can touch under this load."
+    if not places and run.events:
+        return f"Nowhere {span(result)}; over the whole run there are {plural(len(run.events), 'event')}."
+    if not places:
+        return "Nowhere: no contact event in the run."
+    first = "loudest" if heard else "hardest hit"
+    return (
+        f"{plural(len(places), 'place')} of the {RUN_WORDS[run.name]} run {span(result)}, the {first} first. "
+        f"Contact nodes that touch side by side, or within {number(near(result.setup.model), 2)} {units.length}, are "
+        "one place; forces are low-passed peaks of its nodes together."
+    )
+
+
+def _row(
+    result: Found,
+    place: Place,
+    told: dict[str, Any],
+    motions: Animations,
+    units: Units,
+    loudest: float,
+    audio: str,
+) -> PlaceRow:
+    model = result.setup.model
+    part = _part_name(model, place.node_idx)
+    xyz = ", ".join(number(float(x), 3) for x in model.nodes.coords[place.node_idx])
+    detail = f"{plural(int(place.nodes_idx.size), 'node')}; x, y, z = {xyz} {units.length}"
+    return PlaceRow(
+        place.number,
+        f"{place.contact}, node {model.nodes.label(place.node_idx)}{f' of {part}' if part else ''}",
+        detail,
+        _count(place),
+        number(place.force, 3) if place.events else "–",
+        number(place.speed, 3) if place.events else "–",
+        (number(told["n5"], 3), number(told["n_max"], 3)),
+        (_settled(told, "force"), _settled(told, "n5")),
+        100.0 * (told["n5"] or 0.0) / loudest if loudest else 0.0,
+        [] if told["cause"] is None else told["cause"]["words"].split("; "),
+        [] if told["cause"] is None else told["cause"].get("changes_words", []),
+        audio,
+        _motion(place, motions),
+    )
+
+
+def _settled(told: dict[str, Any], figure: str) -> str:
+    to = (told.get("settled_to") or {}).get(figure)
+    return "" if to is None or not told[figure] else f"settled to {share(to)}"
+
+
+def _count(place: Place) -> str:
+    """Events, and slips where it squeaks."""
+    slips = plural(place.slip_count, "slip") if place.slips else ""
+    return ", ".join(text for text in (number(len(place.events)) if place.events or not slips else "", slips) if text)
+
+
+def _motion(place: Place, motions: Animations) -> int | None:
+    """The animation that shows the hardest event of a place that any of them shows."""
+    for event in sorted(place.events, key=lambda e: -e.force_peak_filtered):
+        for k, (start, end) in enumerate(motions.spans):
+            if start <= event.t_start and event.t_end <= end:
+                return k
+    return None
+
+
+def _part_name(model: Mesh, node_idx: int) -> str:
+    return next((p.name for p in model.parts if p.has(node_idx)), "")

@@ -1,0 +1,82 @@
+"""What `creak robust` found, as rows for terminal and page, and all draws as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+
+from creak.formats.complete_file import write_text
+from creak.model.units import UNITS
+from creak.report.words.text import NONE, number
+from creak.studies.robust.bench import FAILED
+from creak.studies.robust.findings import SHOWN, Robustness
+from creak.studies.robust.job import saved_values
+from creak.verify.odds import Odds
+
+
+def odds_words(odds: Odds) -> str:
+    """`12 % (8 to 17)`."""
+    return f"{100.0 * odds.p:.3g} % ({100.0 * odds.low:.3g} to {100.0 * odds.high:.3g})"
+
+
+def place_rows(found: Robustness) -> list[list[str]]:
+    """Header and a row for each place."""
+    units = UNITS[found.draws.setup.study.config.model.units]
+    target = found.draws.setup.study.config.scatter.target
+    head = ["place", "rattles", "events", f"impulse, {units.force} s", f"force, {units.force}"]
+    rows = [[*head, f"gap for {100.0 * target:g} %, {units.length}"]]
+    for p in found.places:
+        spreads = (f"{number(s['median'])} (to {number(s['p95'])})" for s in (p.events, p.impulse, p.force))
+        rows.append([p.name, odds_words(p.rattle), *spreads, _need_words(found, p.name)])
+    return rows
+
+
+def _need_words(found: Robustness, place: str) -> str:
+    need = next(p.need for p in found.places if p.name == place)
+    if need is None or not np.isfinite(need.shift):
+        return NONE
+    if need.gap is not None:
+        top = need.gap - need.shift + need.high
+        return f"{number(need.gap)}" + (f" (to {number(top)})" if np.isfinite(top) else "")
+    return f"{need.shift:+.3g} everywhere"
+
+
+def index_rows(found: Robustness) -> list[list[str]]:
+    """Header and a row for each cause."""
+    names = [name for name in SHOWN if name in found.indices]
+    rows = [["cause", *names]]
+    for cause in found.draws.design.causes:
+        cells = (found.indices[name][cause.key] for name in names)
+        rows.append([cause.key, *(f"{i.first:.2f} ({i.total:.2f})" for i in cells)])
+    return rows
+
+
+def sentence(found: Robustness) -> str:
+    """The answer in one line."""
+    d = found.draws
+    text = f"it rattles in {odds_words(found.rattle)} of {found.rattle.n} draws"
+    leading = found.indices.get("force") or found.indices.get("rattle")
+    if leading:
+        key = max(leading, key=lambda k: leading[k].total)
+        text += f"; most of the scatter comes from {key}"
+    before = f", {d.taken} of them from before" if d.taken else ""
+    return f"{text}; {d.design.total} runs{before}"
+
+
+def write_draws(found: Robustness, path: Path) -> None:
+    """A row for each run: its block, the values that were drawn, and what came of it."""
+    d, text = found.draws, io.StringIO()
+    values = saved_values(d)
+    writer = csv.writer(text, lineterminator="\n")
+    totals = ("events", "impulse", "force", "speed")
+    writer.writerow(["run", "block", *values, *(f"{p}.{f}" for p in d.places for f in totals), "failed"])
+    half = d.design.n // 2
+    names = ["A", "B", *(f"A with {c.key} of B" for c in d.design.causes)]
+    for k in range(d.design.total):
+        figures = [repr(float(x)) for x in d.figures[k].ravel()]
+        drawn = [repr(float(v[k])) for v in values.values()]
+        writer.writerow([k, names[k // half], *drawn, *figures, int(d.state[k] == FAILED)])
+    write_text(path, text.getvalue())

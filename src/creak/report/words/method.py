@@ -1,0 +1,225 @@
+"""How the answer was computed, in words and as a list of parameters."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from creak.model.units import Units
+from creak.report.found import Found
+from creak.report.words.text import number, share, tidy
+from creak.studies.file.config import ReductionTable, TimeTable, VerificationTable
+from creak.studies.file.contact_tables import ContactTable, FrictionTable
+from creak.studies.file.design.clip_tables import ClipTable
+from creak.studies.file.design.node_tables import SupportTable
+from creak.studies.file.excitation_tables import ExcitationTable
+
+KINDS = {
+    "displacement": "enforced displacement",
+    "force": "force",
+    "velocity": "enforced velocity",
+    "acceleration": "base motion (acceleration)",
+}
+
+
+def paragraph(result: Found) -> str:
+    """The method of this study in a few sentences."""
+    c = result.setup.study.config
+    words = ["The structure is linear; only the gaps between parts, one scalar channel each, are not."]
+    words += _reduced(c.reduction)
+    if result.setup.contacts.m and c.precheck.enabled:
+        words.append(
+            "A linear run decided beforehand which contact channels can close at all; the others were left out of all "
+            "runs."
+        )
+    laws = _laws(list(c.contact.values()))
+    if c.time.exact:
+        words.append(
+            "Between contacts the modes move exactly; where a gap may close, steps are halved down to the time scale "
+            f"of the contact itself ({laws}). No step, stiffness or scheme was chosen by hand; the accuracy asked for "
+            f"is {c.time.accuracy!r}."
+        )
+    else:
+        words.append(
+            f"Time integration is {_scheme(c.time)} and a step of {tidy(1e3 * c.time.step)} ms, as the study says. The "
+            f"contact forces of each step are solved for exactly on the channels alone ({laws})."
+        )
+    words.append(
+        f"{_merging(c.verification)} count as one event. The raw peak of a penalty contact depends on step and "
+        f"stiffness; the peak low-passed at {tidy(c.verification.f_max)} Hz and the impulse do not, so these are "
+        "compared."
+    )
+    return " ".join(words)
+
+
+def _merging(v: VerificationTable) -> str:
+    """Which touches are one event."""
+    if v.merge is not None:
+        return f"Touches of one side less than {tidy(1e3 * v.merge)} ms apart"
+    return (
+        f"Touches of one side that are parted for less than {tidy(500.0 / v.f_max)} ms, which the low-pass cannot "
+        "show, or for less than they last"
+    )
+
+
+def _time(t: TimeTable) -> str:
+    """Accuracy, or step and scheme."""
+    return f"accuracy {t.accuracy}" if t.exact else f"step {tidy(1e3 * t.step)} ms, {_scheme(t)}"
+
+
+def _scheme(t: TimeTable) -> str:
+    """The time integration with its parameter."""
+    if t.integrator == "generalised-alpha":
+        return f"generalised-alpha with rho = {tidy(t.rho_inf)} at infinite frequency"
+    return f"HHT-alpha with alpha = {tidy(t.alpha)}" if t.integrator == "hht" else f"the {t.integrator} scheme"
+
+
+def _laws(contacts: list[ContactTable]) -> str:
+    """The laws that the channels of a study follow."""
+    words = ["springs that act in compression only"]
+    if any(t.overclosure is not None for t in contacts):
+        words.append("measured curves of pressure")
+    if any(t.stiffness == "hard" for t in contacts):
+        words.append("hard contact without penetration")
+    if any(isinstance(t.friction, FrictionTable) or t.friction for t in contacts):
+        words.append("Coulomb friction with sticking and sliding")
+    return ", ".join(words)
+
+
+def _reduced(t: ReductionTable) -> list[str]:
+    """What the reduction did."""
+    diagonal = "The result was then diagonalised, keeping all its coordinates."
+    if t.method == "none":
+        return []
+    if t.method in ("gap-modes", "massless-boundary"):
+        mass = "" if t.method == "gap-modes" else " whose own mass is neglected"
+        return [
+            f"The assembly was reduced to its modes up to {tidy(t.f_max)} Hz and one static shape per gap "
+            f"channel{mass}, so that contact is exact in statics. {diagonal}"
+        ]
+    modes = "nothing else (Guyan)" if t.method == "guyan" else f"its fixed-interface modes up to {tidy(t.f_max)} Hz"
+    return [
+        f"Each part was reduced to the degrees of freedom at links, supports, loads, contact and watched nodes, "
+        f"and {modes}. {diagonal}"
+    ]
+
+
+def parameters(result: Found, summary: dict[str, Any], units: Units) -> list[tuple[str, str]]:
+    """Name and value of what decides the answer."""
+    c, setup = result.setup.study.config, result.setup
+    rows = [
+        ("Study file", setup.study.path.name),
+        ("Deck", c.model.deck),
+        ("Units", f"{c.model.units}: {units.length}, {units.force}, s, energies in {units.energy}"),
+        ("Damping", _damping(result)),
+        *((f"Excitation {name}", _excitation(table, units)) for name, table in c.excitation.items()),
+        *((f"Contact {name}", _contact(result, name, units)) for name in c.contact),
+        *((f"Connector {t.name or '-'.join(t.node_sets)}", _connector(t, units)) for t in c.connector),
+        *((f"Clip {t.name or i}", _clip(t)) for i, t in enumerate(c.clip, start=1)),
+        *((f"Support {name}", _support(t)) for name, t in c.support.items()),
+        ("Reduction", _reduction(result, units)),
+        ("Pre-check", f"margin {tidy(c.precheck.margin)} {units.length}" if c.precheck.enabled else "off"),
+        ("Time", _time(c.time)),
+        ("Verification", _verification(result)),
+    ]
+    if summary.get("seeds"):
+        rows.append(("Seeds", ", ".join(f"{name} {seed}" for name, seed in summary["seeds"].items())))
+    return [*rows, ("creak", str(summary["creak"]))]
+
+
+def _damping(result: Found) -> str:
+    table, r = result.setup.study.config.damping, result.setup.rayleigh
+    if table.modal is not None:
+        return f"modal, {share(table.modal)} of critical"
+    source = "" if table.rayleigh is not None else " (deck)"
+    if not (r.alpha or r.beta):
+        return f"none{source}"
+    return f"Rayleigh, alpha {number(r.alpha)} 1/s, beta {number(r.beta)} s{source}"
+
+
+def _excitation(table: ExcitationTable, units: Units) -> str:
+    length, force = units.length, units.force
+    if table.dof.startswith("r"):
+        length, force = "rad", f"{units.force} {units.length}"
+    unit = {"displacement": length, "force": force, "acceleration": f"{length}/s²", "velocity": f"{length}/s"}[
+        table.kind
+    ]
+    return f"{KINDS[table.kind]} of {table.node_set} along {table.dof}: {table.signal.words(unit, tidy)}"
+
+
+def _contact(result: Found, name: str, units: Units) -> str:
+    t = result.setup.study.config.contact[name]
+    words = [f"{t.secondary} on {t.main}", t.method, _law(t, units)]
+    if t.damping and t.stiffness != "hard":
+        words.append(f"damping {tidy(t.damping)} {_per_area(t, f'{units.force} s/{units.length}', units)}")
+    if isinstance(t.clearance, str):
+        words.append(f"clearances of the table {t.clearance}")
+    elif t.clearance is not None:
+        words.append(f"clearance set to {tidy(t.clearance)} {units.length}")
+    if t.normal is not None:
+        words.append(f"normal ({', '.join(tidy(x) for x in t.normal)})")
+    return ", ".join([*words, _friction(t, units)])
+
+
+def _law(t: ContactTable, units: Units) -> str:
+    """How the contact answers to being closed."""
+    if t.overclosure is not None:
+        what = "pressure" if t.method == "surface-to-surface" else "force"
+        deep = f"{tidy(t.overclosure[-1][0])} {units.length}"
+        return f"{what} by a curve of {len(t.overclosure)} points up to {deep} deep"
+    if t.stiffness == "hard":
+        return "hard: no penetration at all"
+    if t.stiffness == "auto":
+        return "stiffness automatic, from the parent elements"
+    return f"stiffness {tidy(t.stiffness)} {_per_area(t, units.stiffness, units)}"
+
+
+def _per_area(t: ContactTable, unit: str, units: Units) -> str:
+    """The unit, per area for surface-to-surface: N/mm becomes N/mm³."""
+    return unit.replace(f"/{units.length}", f"/{units.length}³") if t.method == "surface-to-surface" else unit
+
+
+def _friction(t: ContactTable, units: Units) -> str:
+    if not isinstance(t.friction, FrictionTable):
+        return f"friction {tidy(t.friction)}" if t.friction else "no friction"
+    fall = f", falling over {tidy(t.friction.decay)} {units.length}/s" if t.friction.decay else ""
+    return f"friction {tidy(t.friction.static)} sticking, {tidy(t.friction.kinetic)} sliding{fall}"
+
+
+def _connector(t: Any, units: Units) -> str:
+    ends = " to ".join(t.node_sets) if len(t.node_sets) == 2 else f"{t.node_sets[0]} to ground"
+    lower, upper = (tidy(x) if x is not None else "free" for x in (t.lower, t.upper))
+    preload = f", preload {tidy(t.preload)} {units.force}" if t.preload else ""
+    return f"{ends}, {t.dof} from {lower} to {upper}, stiffness {tidy(t.stiffness)} {units.stiffness}{preload}"
+
+
+def _clip(t: ClipTable) -> str:
+    what = f"{t.use} of the library" if t.use else f"{t.type}"
+    ends = " to ".join(t.node_sets or t.part_names)
+    where = f"{ends}{'' if len(t.node_sets or t.part_names) == 2 else ' to ground'}"
+    given = [f"{key} {tidy(value)}" for key in ("stiffness", "pull_out") if isinstance(value := getattr(t, key), float)]
+    aged = [f"{100.0 * t.ageing:g} % left by age"] if t.ageing != 1.0 else []
+    return ", ".join([f"{what}, {where}", *given, *aged])
+
+
+def _support(t: SupportTable) -> str:
+    said = [f"{', '.join(t.free)} freed"] if t.free else []
+    said += [f"{', '.join(t.hold)} held"] if t.hold else []
+    return f"{t.nodes}: {' and '.join(said)}"
+
+
+def _reduction(result: Found, units: Units) -> str:
+    t = result.setup.study.config.reduction
+    if t.method == "none":
+        return "none: the unreduced model alone"
+    kept = f", mesh within {tidy(t.keep_out)} {units.length} of the contact left unreduced" if t.keep_out else ""
+    return f"{t.method}, modes up to {tidy(t.f_max)} Hz, interface {t.interface.type}{kept}"
+
+
+def _verification(result: Found) -> str:
+    v = result.setup.study.config.verification
+    start, end = result.window
+    return (
+        f"window {tidy(start)} to {tidy(end)} s, spectra and low-pass to {tidy(v.f_max)} Hz, modes to "
+        f"{tidy(v.mac_f_max)} Hz, events within {tidy(1e3 * v.event_tolerance)} ms, "
+        f"{result.setup.pairs.shape[0]} node pairs"
+    )
