@@ -148,10 +148,9 @@ def _reduced(
             about["health"] = checks[name].as_dict()
         finally:
             path = None if reduced.reused else save_superelement(folder, reduced, setup.model, about)
-        if path is None:
-            return reduced
-        output.wrote(path)
-        return with_modes_of_file(setup, reduced, path)
+            if path is not None:
+                output.wrote(path)
+        return reduced if path is None else with_modes_of_file(setup, reduced, path)
 
     alone = setup.study.config.reference.model_copy(update={"run": False})
     setup, reference, gaps, notes = ready(setup.with_tables(reference=alone), output.progress)
