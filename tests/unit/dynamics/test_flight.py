@@ -221,7 +221,7 @@ def test_flights_are_long_under_smooth_loads_and_short_under_rough_ones():
     noise = np.random.default_rng(3).standard_normal(201)
     smooth = forces_on(time, PUSHED, np.cos(PI2 * 10.0 * time)[:, None] * FORCE)
     rough = forces_on(time, PUSHED, np.interp(time, np.arange(201) * 0.01, noise)[:, None] * FORCE)
-    for loads, stages, stride in ((smooth, 5, 20), (rough, 3, 10)):
+    for loads, stages, stride in ((smooth, 5, 22), (rough, 3, 10)):
         rule, samples, said = choose(loads, 10)
         assert (rule.stages, samples, said) == (stages, stride, "")
     fine = run(system, rough, 1)

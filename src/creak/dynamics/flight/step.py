@@ -19,9 +19,9 @@ from creak.dynamics.step_matrix import PencilFactor
 from creak.dynamics.vector_kernels import weighted
 from creak.linalg.memory import free_bytes
 
-RULES = ((5, 2.0), (3, 1.0))
-"""Stages, and flight over output step, the best first: five or ten flights in a period of the excitation where it has
-ten output steps. With two and a half instead of two, two clamped strips meet once too often (docs/numerics.md)."""
+RULES = ((5, 2.25), (3, 1.0))
+"""Stages, and flight over output step, the best first: four or ten flights in a period of the excitation where it has
+ten output steps. With two and a half, two clamped strips meet once too often (docs/numerics.md)."""
 SMOOTH = 1e-3
 """Share of the loads that the polynomials through the stages of long flights may miss."""
 NO_MORE = "; memory holds the factors of no higher order"

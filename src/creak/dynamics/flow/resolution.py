@@ -41,7 +41,7 @@ class Resolution:
     """Step near contact of Systems that are not diagonal, s."""
 
 
-QUICK, SETTLED, FINE = Resolution(0.5, 4e-5, 2e-5), Resolution(0.25, 1e-5, 1e-5), Resolution(0.0625, 2.5e-6, 2.5e-6)
+QUICK, SETTLED, FINE = Resolution(0.5, 4e-5, 4e-5), Resolution(0.25, 1e-5, 2e-5), Resolution(0.0625, 2.5e-6, 5e-6)
 
 
 @dataclass(frozen=True)
