@@ -61,7 +61,7 @@ def test_the_lowest_versions_are_installed():
     assert {name: numbers(version) for name, version in found.items()} == {
         name: numbers(lowest()[name]) for name in found
     }
-    assert len(found) >= len(every()) - len(requirements("docs")) - 1  # no pypardiso beside x86-64
+    assert len(found) >= len(every()) - len(optional) - 1  # no pypardiso beside x86-64
 
 
 def is_installed(name: str) -> bool:

@@ -210,6 +210,13 @@ def test_stiffness_that_nothing_can_have_is_refused():
         fly(system_of(M, K), channels([[0.0, 1.0]], 0.0, 1e32), 0.01, 1e-3)
 
 
+def test_a_damper_without_a_spring_is_refused():
+    """It would never act: a channel presses by its spring."""
+    M, K = chain(2)
+    with pytest.raises(InputError, match="damper of 10 and no spring"):
+        fly(system_of(M, K), channels([[0.0, 1.0]], 0.0, 0.0, 10.0), 0.01, 1e-3)
+
+
 def test_friction_without_mass_is_refused():
     system = system_of(np.diag([1.0, 0.0]), np.diag([1e4, 1e4]))
     gaps = channels([[0.0, 1.0]], 0.0, 1e5, 10.0)

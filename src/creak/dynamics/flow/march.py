@@ -75,7 +75,7 @@ def simulate_flow(
     Raises
     ------
     InputError : the System is not diagonal; the loads are no whole number of flight steps; contact too stiff to be
-        resolved; friction or a damper on coordinates without mass.
+        resolved; friction or a damper on coordinates without mass; a damper without a spring.
     Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted, at the end of
         a chunk of steps); what was computed is in its `history`.
     """
@@ -213,6 +213,7 @@ class FlowRun:
             self.light = bool(np.any(squares @ give > 1e-12 * (squares @ (2.0 * h * self.gain))))
             static = symmetric((rows * give) @ rows.T)
         self._check_light()
+        self._check_dampers()
         self.solver = bool(self._solver or self.model.damped or self.gaps.rubbing or self.light)
         self.A = np.ascontiguousarray(static + THETA * h * h / RATE * self.W)
         self.P = np.stack([self.form.flow(self.H / 2**level) for level in range(self.steps.levels + 1)])
@@ -251,6 +252,17 @@ class FlowRun:
             a, b = model.push[:, :n], model.push[:, n:]
             moved = np.hstack([a * Q[4] + b * Q[5], a * Q[6] + b * Q[7]])
         return level, np.ascontiguousarray(model.rows @ moved.T)
+
+    def _check_dampers(self) -> None:
+        laws = self.gaps.laws
+        alone = np.flatnonzero((laws.damping > 0.0) & (laws.stiffness == 0.0) & (laws.curve < 0))
+        if alone.size:
+            raise InputError(
+                f"channel {alone[0]} has a damper of {laws.damping[alone[0]]:g} and no spring",
+                where=self.system.name,
+                expected="a stiffness or a curve: a damper acts while its spring presses",
+                fix="Give the channel a stiffness, or take its damper away.",
+            )
 
     def _check_light(self) -> None:
         if self.light and (self.gaps.rubbing or self.model.damped):
