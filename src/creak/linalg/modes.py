@@ -16,7 +16,7 @@ from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
 from creak.linalg.memory import fits, free_bytes
 from creak.linalg.scratch import held_in_memory
 from creak.linalg.sparse_product import BlockProduct
-from creak.linalg.windows import in_windows, window_size
+from creak.linalg.windows import AMID, in_windows, window_size
 from creak.progress import Steps
 
 DENSE_LIMIT = 600
@@ -29,8 +29,6 @@ RIGID = 0.02
 """Eigenvalues of a free body below this share of the shift are its rigid-body modes."""
 MANY = 32
 """From so many modes on a factor amid them pays."""
-AMID = 0.55
-"""The shift amid the modes, as a share of the highest eigenvalue (measured: .5 to .6 is best)."""
 LOW = 0.02
 """Modes below this share of the shift amid them are refined."""
 WINDOWS = 0.8

@@ -13,7 +13,7 @@ from creak.arrays import FloatArray, Matrix
 from creak.linalg.memory import GB, OutOfMemory, fits
 
 RESERVE = 2e9
-"""Bytes of the disk that are left to others."""
+"""Bytes of the disk that are left to others, or half of what is free where that is less."""
 ROOM = 2.5
 """Free memory over that of what is to stay in it."""
 SPARE = 8.0
@@ -57,13 +57,19 @@ def on_disk(A: Matrix) -> Matrix:
     return sp.csr_matrix((data, indices, A.indptr), shape=A.shape, copy=False)
 
 
+def disk_room(folder: str) -> float:
+    """Bytes that may be taken of the disk of a folder."""
+    free = shutil.disk_usage(folder).free
+    return max(free - RESERVE, 0.5 * free)
+
+
 def _on_disk(n: int, k: int) -> FloatArray:
     folder, needed = tempfile.gettempdir(), 8 * n * k
-    free = shutil.disk_usage(folder).free - RESERVE
-    if needed > free:
+    room = disk_room(folder)
+    if needed > room:
         raise OutOfMemory(
             f"neither memory nor {folder} holds {k:,} vectors of {n:,} numbers: {needed / GB:.3g} GB are needed, "
-            f"{max(free, 0.0) / GB:.3g} GB of the disk are free. Ask for fewer modes (a lower f_max), or set TMPDIR to "
+            f"{room / GB:.3g} GB of the disk may be taken. Ask for fewer modes (a lower f_max), or set TMPDIR to "
             "a folder with more space."
         )
     with tempfile.TemporaryFile(prefix="creak-", dir=folder) as file:

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import weakref
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -251,15 +252,21 @@ def test_a_matrix_on_disk_is_the_same(monkeypatch):
     B = scratch.spared(A)
     assert all(isinstance(owner(x), mmap.mmap) for x in (B.data, B.indices))
     np.testing.assert_array_equal(B.toarray(), A.toarray())
-    monkeypatch.setattr(scratch, "RESERVE", 1e18)
+    monkeypatch.setattr(scratch, "disk_room", lambda _: 0.0)
     assert scratch.spared(A) is A
 
 
 def test_neither_memory_nor_disk(monkeypatch):
     monkeypatch.setattr(scratch, "fits", lambda _: False)
-    monkeypatch.setattr(scratch, "RESERVE", 1e18)
+    monkeypatch.setattr(scratch, "disk_room", lambda _: 0.0)
     with pytest.raises(OutOfMemory, match=r"neither memory nor .* holds 100 vectors of 50 numbers: .* set TMPDIR"):
         scratch.vectors(50, 100)
+
+
+@pytest.mark.parametrize(("free", "room"), [(20e9, 18e9), (3e9, 1.5e9), (1e7, 5e6), (0.0, 0.0)])
+def test_a_disk_that_is_nearly_full_still_gives_half(free, room, monkeypatch):
+    monkeypatch.setattr(scratch.shutil, "disk_usage", lambda _: SimpleNamespace(free=free))
+    assert scratch.disk_room("anywhere") == room
 
 
 def test_the_window_is_the_largest_that_memory_holds():

@@ -124,11 +124,12 @@ def _sorted_out(
     others: list[Variant] = []
     for variant in group:
         run = base.again(variant.gaps, variant.loads, variant.system)
-        reason = out_of_scope(run)
-        if not reason and run.form.model.rows is not base.form.model.rows:
+        scope = out_of_scope(run)
+        reason = f"{scope} is not for the GPU" if scope else ""
+        if not scope and run.form.model.rows is not base.form.model.rows:
             reason = "damping or preload of their own"
         if reason:
-            reasons[f"{reason} is not for the GPU" if not reason.endswith("own") else reason] += 1
+            reasons[reason] += 1
             others.append(variant)
             continue
         same = next((launch for launch in launches if alike(launch[0][1], run)), None)

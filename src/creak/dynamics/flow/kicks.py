@@ -64,9 +64,7 @@ def press(model, laws, A, W, light, gain, h, now, after, share, watched):  # typ
         share_out(laws, W, h, after, now.gap, -1.0, share)
         if model.damped:
             damp_from_touch(laws, h, now, after, share)
-        force_on(model, laws, after.force, share, after.F)
-    else:
-        force_on(model, laws, after.force, share, after.F)
+    force_on(model, laws, after.force, share, after.F)
     strike(model, gain, light, after)
     turn_rates(laws, W, 0.5 * h, after.force, share, after.rate)
     if A is not None:  # noqa: SIM102 (left out of what is compiled where it is None)

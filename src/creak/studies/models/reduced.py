@@ -79,8 +79,7 @@ def reduce_model(
     ----------
     store : folder of saved superelements to take unchanged ones from.
     made : is handed every superelement as soon as it is there, its factor included, and returns what is kept of it.
-        With it a part that cannot be
-        reduced does not keep the others from it: the first one's error comes at the end.
+        With it a part that cannot be reduced does not keep the others from it: the first one's error comes at the end.
 
     Raises
     ------
