@@ -16,6 +16,7 @@ from creak.studies.file.reader import Study
 from creak.studies.file.toml_text import toml_text
 
 if TYPE_CHECKING:
+    from creak.dynamics.cuda.device import Device
     from creak.studies.prepare.setup import Setup
 
 Changes = Literal["none", "predicted", "checked"]
@@ -76,6 +77,7 @@ def run(
     ignore: Sequence[str] = (),
     progress: Progress | None = None,
     changes: Changes = "none",
+    device: Device = "auto",
 ) -> Result:
     """Run a study as `creak run` does: pre-check, reduction, both runs, verification.
 
@@ -91,6 +93,7 @@ def run(
     progress : called with (stage, done, total).
     changes : "predicted": look for single changes that quieten the first places, on the reduced model; "checked": and
         make a full run of each that is told.
+    device : where an unreduced model is solved: "gpu", "cpu", or "auto": on a GPU where there is one and it is large.
 
     Returns
     -------
@@ -99,7 +102,8 @@ def run(
 
     Raises
     ------
-    InputError : anything wrong in the study or the deck. NumericalError : a reduction or a factorisation failed.
+    InputError : anything wrong in the study or the deck; a GPU is asked for and there is none. NumericalError : a
+        reduction or a factorisation failed.
     """
     result = run_setup(
         set_up(study, ignore),
@@ -108,6 +112,7 @@ def run(
         converge=converge,
         record=record,
         changes=changes,
+        device=device,
     )
     if result.stopped is not None:
         warnings.warn(f"the study ended early: {result.stopped}", RuntimeWarning, stacklevel=2)
@@ -152,15 +157,18 @@ def run_setup(
     converge: bool | None = None,
     record: bool = True,
     changes: Changes = "none",
+    device: Device = "auto",
 ) -> Result:
     """Run what `set_up` made, parameters as `run`, and sum it up; nothing is warned of: look at the Result.
 
     Raises
     ------
-    InputError : what is asked for does not fit the model. NumericalError : a reduction or a factorisation failed.
+    InputError : what is asked for does not fit the model, or is not there. NumericalError : a reduction or a
+        factorisation failed.
     """
     from dataclasses import replace
 
+    from creak.dynamics.cuda.solver import check_solver
     from creak.studies.cause.found import causes_of
     from creak.studies.converge.variants import converge as repeat
     from creak.studies.models.superelements import store_of
@@ -174,7 +182,8 @@ def run_setup(
 
     report = progress if progress is not None else silent
     store = store_of(setup.study) if superelements is None else Path(superelements)
-    found = run_study(setup, report, store, record=record)
+    check_solver(device)
+    found = run_study(replace(setup, device=device), report, store, record=record)
     told = converge is not False or changes != "none"
     if converge is None:
         table = setup.study.config.time

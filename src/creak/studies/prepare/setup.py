@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -44,6 +45,9 @@ from creak.studies.prepare.static_loads import StaticStart, check_static, gravit
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
 
+if TYPE_CHECKING:
+    from creak.dynamics.cuda.device import Device
+
 METHODS = {"surface-to-surface": surface_to_surface, "node-to-surface": node_to_surface}
 
 
@@ -75,6 +79,8 @@ class Setup:
     """What the run starts from, once it was solved: contacts and connectors are then those of that state."""
     deck_sha256: str = ""
     """Of the decks, as `studies.identity.decks_sha256` has it; empty: the model came from no file."""
+    device: Device = "cpu"
+    """Where factors of unreduced runs are made."""
 
     def with_tables(self, **tables: Table) -> Setup:
         """The same setup with other tables of its study, of those that setting up does not look at."""
