@@ -26,7 +26,7 @@ T = TypeVar("T")
 NOT_INSTALLED = "nvmath-python is not installed"
 NO_ROOM = ("ALLOC_FAILED", "OUT_OF_MEMORY", "out of memory")
 """What cuDSS and the driver say where the memory of the device is too small."""
-TRIAL = 1e-9
+TRIAL = 1e-8
 """Largest error of a trial solution that a factor may have, over its largest entry."""
 
 
