@@ -14,7 +14,7 @@ from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, refactor
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
 from creak.linalg.memory import fits, free_bytes
-from creak.linalg.scratch import held_in_memory
+from creak.linalg.scratch import held_in_memory, spared
 from creak.linalg.sparse_product import BlockProduct
 from creak.linalg.windows import AMID, in_windows, window_size
 from creak.progress import Steps
@@ -75,8 +75,8 @@ class _Pencil:
     """The product with M."""
 
     def shifted(self, shift: float) -> Matrix:
-        """K - shift M."""
-        return self.K if shift == 0.0 else self.K - shift * self.M
+        """K - shift M; on disk where memory is short."""
+        return self.K if shift == 0.0 else spared(self.K - shift * self.M)
 
 
 def modes(
