@@ -29,6 +29,8 @@ RIGID = 0.02
 """Eigenvalues of a free body below this share of the shift are its rigid-body modes."""
 MANY = 32
 """From so many modes on a factor amid them pays."""
+MADE = 40.0
+"""Bytes of an entry while a factor is made: K - s M, s M, the upper triangle and its copy."""
 LOW = 0.02
 """Modes below this share of the shift amid them are refined."""
 WINDOWS = 0.8
@@ -145,7 +147,7 @@ def _below(pencil: _Pencil, shift: float, upper: float, inverse: Factor, free: b
 
     Where memory is short, one factor is held at a time, and the modes are found window by window.
     """
-    _make_room(inverse, inverse.memory)
+    _make_room(inverse, inverse.memory + MADE * getattr(pencil.K, "nnz", 0))
     counted = factor(pencil.shifted(upper), definite=False)
     wanted = counted.n_negative
     if dense_is_faster(pencil.mass.n, wanted):
