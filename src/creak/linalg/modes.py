@@ -29,6 +29,10 @@ RIGID = 0.02
 """Eigenvalues of a free body below this share of the shift are its rigid-body modes."""
 MANY = 32
 """From so many modes on a factor amid them pays."""
+FEW = 0.05
+"""Share of the free memory that a block of columns takes when residuals are looked at; there are six."""
+COPY = 2
+"""Numbers an entry takes in MKL's copy for products."""
 MADE = 40.0
 """Bytes of an entry while a factor is made: K - s M, s M, the upper triangle and its copy."""
 LOW = 0.02
@@ -322,9 +326,10 @@ def _checked(
 
 def _residual(pencil: _Pencil, omega2: FloatArray, shapes: FloatArray) -> float:
     """Largest |K x - omega^2 M x| / |K x| over the elastic modes, some columns at a time."""
-    stiffness, worst = BlockProduct(pencil.K), 0.0
-    for first in range(int(np.count_nonzero(omega2 <= 0.0)), omega2.size, COLUMNS):
-        some = slice(first, first + COLUMNS)
+    stiffness, worst = BlockProduct(pencil.K, own=held_in_memory(getattr(pencil.K, "nnz", 0), COPY)), 0.0
+    columns = int(min(max(FEW * free_bytes() / (8.0 * stiffness.n), 1), COLUMNS))
+    for first in range(int(np.count_nonzero(omega2 <= 0.0)), omega2.size, columns):
+        some = slice(first, first + columns)
         Kx, Mx = stiffness(shapes[:, some]), pencil.mass(shapes[:, some])
         size = np.linalg.norm(Kx, axis=0)
         Mx *= omega2[some]
