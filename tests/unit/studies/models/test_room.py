@@ -14,7 +14,8 @@ from creak.linalg.mkl import has_pardiso
 from creak.studies.file.reader import read_study
 from creak.studies.models import of_parts
 from creak.studies.models import room as module
-from creak.studies.models.reference import assembled, build_reference
+from creak.studies.models.outlines import assembled
+from creak.studies.models.reference import build_reference
 from creak.studies.models.room import Room, only_parts_fit, room
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run import static_start
@@ -47,14 +48,14 @@ def test_the_analysis_tells_the_memory_of_the_factor(setup):
 
 
 def test_a_small_model_is_not_looked_at(setup, monkeypatch):
-    parts, _ = assembled(setup, quiet)
+    parts = assembled(setup, quiet).parts
     monkeypatch.setattr(module, "factor_bytes", lambda _: pytest.fail("analysed"))
     assert room(parts) is None
     assert not only_parts_fit(setup, parts)
 
 
 def test_the_whole_takes_more_than_its_largest_part(setup, monkeypatch):
-    parts, _ = assembled(setup, quiet)
+    parts = assembled(setup, quiet).parts
     monkeypatch.setattr(module, "PLENTY", 0.0)
     monkeypatch.setattr(module, "factor_bytes", lambda K: 100.0 * K.nnz)
     found = room(parts)
