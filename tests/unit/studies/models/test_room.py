@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
+import weakref
+from functools import partial
 
 import numpy as np
 import pytest
 
+from creak.assembly.system import System
 from creak.errors import NumericalError
 from creak.linalg.factor import factor, factor_bytes
 from creak.linalg.memory import OVERRIDE, OutOfMemory
 from creak.linalg.mkl import has_pardiso
 from creak.studies.file.reader import read_study
-from creak.studies.models import of_parts
+from creak.studies.models import of_parts, outlines
 from creak.studies.models import room as module
 from creak.studies.models.outlines import assembled
 from creak.studies.models.reference import build_reference
@@ -104,7 +107,7 @@ def test_what_does_not_fit_is_refused_before_it_starts(change, words, setup, mon
     for table, values in change.items():
         setup = changed(setup, table, **values)
     monkeypatch.setenv(OVERRIDE, "1")
-    monkeypatch.setattr(module, "room", lambda _: Room(3e9, 2e9, "UPPER"))
+    monkeypatch.setattr(module, "room", lambda *_: Room(3e9, 2e9, "UPPER"))
     monkeypatch.setattr(static_start, "joined_reference", lambda *_: pytest.fail("started"))
     with pytest.raises(OutOfMemory, match=words) as said:
         ready(setup, quiet)
@@ -115,11 +118,32 @@ def test_what_does_not_fit_is_refused_before_it_starts(change, words, setup, mon
 
 
 def test_parts_alone_where_the_whole_does_not_fit(setup, monkeypatch):
-    monkeypatch.setattr(module, "room", lambda _: Room(3e9, 2e9, "UPPER"))
+    monkeypatch.setattr(module, "room", lambda *_: Room(3e9, 2e9, "UPPER"))
     monkeypatch.setenv(OVERRIDE, "2.5")
     assert only_parts_fit(setup, ())
     monkeypatch.setenv(OVERRIDE, "3.5")
     assert not only_parts_fit(setup, ())
+
+
+def test_no_matrix_of_a_part_stays_in_memory(setup, monkeypatch):
+    """Where only the parts fit, those of all of them would take as much as a factor."""
+    made, left = [], []
+    for owner, name in ((outlines, "part_system"), (of_parts, "_reduced")):
+        monkeypatch.setattr(owner, name, partial(_noted, getattr(owner, name), made, left))
+    monkeypatch.setattr(static_start, "only_parts_fit", lambda *_: True)
+    ready(setup, quiet)
+    assert len(left) == len(setup.model.parts)
+    assert not any(left)
+
+
+def _noted(call, made, left, first, *rest, **more):
+    """Matrices of the systems that `call` makes; those still there when it is given a system."""
+    if isinstance(first, System):
+        left.append([ref() for ref in made if ref() is not None])
+        return call(first, *rest, **more)
+    found = call(first, *rest, **more)
+    made.extend(weakref.ref(x) for x in (found.K.data, found.M.data))
+    return found
 
 
 def test_parts_that_only_contact_holds_need_the_whole(setup, monkeypatch):
