@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
+import numpy as np
+
+from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.linalg.factor import factor_bytes
 from creak.linalg.memory import GB, OVERRIDE, OutOfMemory, free_bytes
 from creak.linalg.windows import window_bytes
 from creak.studies.models.reduced import WHOLE
 from creak.studies.prepare.setup import Setup
+from creak.studies.solved import solved
 
 ENTRY, PRODUCT = 12.0, 16.0
 """Bytes of a stored entry: in a matrix, in MKL's copy for products."""
@@ -34,34 +39,44 @@ class Room:
     """The part that takes most."""
 
 
-def room(parts: Sequence[System]) -> Room | None:
-    """None where there is plainly enough. Costs the analysis of the parts, a third of the time of their factors."""
+def room(parts: Sequence[System], store: Path | None = None, key: str = "") -> Room | None:
+    """None where there is plainly enough. Costs the analysis of the parts, a third of the time of their factors.
+
+    Parameters
+    ----------
+    store : folder of saved superelements, beside which the analysis is kept. key : digest of all that the parts are.
+    """
     if not parts or 3.0 * sum(BOUND * part.n**POWER for part in parts) <= PLENTY * free_bytes():
         return None
-    factors = [factor_bytes(part.K) for part in parts]
-    n, K, M = (sum(x) for x in zip(*((p.n, p.K.nnz, p.M.nnz) for p in parts), strict=True))
-    whole = JOIN * ENTRY * (K + M) + _solving(n, K, M, sum(factors))
+    sizes = solved(store if key else None, "room", [key], lambda: {"sizes": _sizes(parts)})["sizes"]
+    n, K, M, factors = sizes.sum(axis=0).tolist()
+    whole = JOIN * ENTRY * (K + M) + _solving(n, K, M, factors)
     back = ENTRY * (K + M)  # the matrices of the parts go to disk then
     each = [
-        (ENTRY * (p.K.nnz + p.M.nnz) + _solving(p.n, p.K.nnz, p.M.nnz, size) - back, p.name)
-        for p, size in zip(parts, factors, strict=True)
+        (ENTRY * (own[1] + own[2]) + _solving(*own) - back, part.name)
+        for part, own in zip(parts, sizes.tolist(), strict=True)
     ]
     return Room(whole, *max(each))
 
 
-def _solving(n: int, K: int, M: int, factor: float) -> float:
+def _sizes(parts: Sequence[System]) -> FloatArray:
+    """(n_part, 4) dofs, entries of K and M, bytes of a factor of K."""
+    return np.array([[p.n, p.K.nnz, p.M.nnz, factor_bytes(p.K)] for p in parts], dtype=np.float64)
+
+
+def _solving(n: float, K: float, M: float, factor: float) -> float:
     """A factor of K - s M, which is there beside it, the product with M, and the vectors of the smallest window."""
-    return factor + ENTRY * K + PRODUCT * M + window_bytes(n)
+    return factor + ENTRY * K + PRODUCT * M + window_bytes(int(n))
 
 
-def only_parts_fit(setup: Setup, parts: Sequence[System]) -> bool:
+def only_parts_fit(setup: Setup, parts: Sequence[System], store: Path | None = None, key: str = "") -> bool:
     """Whether memory holds the factors of the parts, one at a time, but not that of the whole.
 
     Raises
     ------
     OutOfMemory : it does not hold what the study takes.
     """
-    needed, free = room(parts), free_bytes()
+    needed, free = room(parts, store, key), free_bytes()
     if needed is None or needed.whole <= free:
         return False
     c = setup.study.config
