@@ -117,6 +117,7 @@ def _solved(
     def shapes() -> dict[str, FloatArray]:
         if not every:
             solve()
+            made.clear()
         return every
 
     kept = solved(store, "assembly", [of.key, repr(f_max)], solve)
@@ -130,7 +131,7 @@ def _solved(
     found = later(Modes, whole, **known)
     if every:
         _ = found.shapes  # kept at once
-    stiffness = made[0] if made else LaterFactor(again) if held else None
+    stiffness = made.pop() if made else LaterFactor(again) if held else None
     return stiffness, found, kept["R"]
 
 
