@@ -79,6 +79,12 @@ def factor(A: Matrix, *, definite: bool = True) -> Factor:
     return _SuperLUFactor(A, definite)
 
 
+class Make(Protocol):
+    """How a matrix is factorised: `factor` or another way."""
+
+    def __call__(self, A: Matrix, *, definite: bool = True) -> Factor: ...
+
+
 def refactor(old: Factor, A: Matrix) -> Factor:
     """A factor L D L' of A in the place of `old`, one of those too, which is gone then.
 
@@ -99,7 +105,7 @@ REGULAR = 1e-2
 """Largest relative error of a trial solution for which a matrix counts as regular."""
 
 
-def regular_factor(A: Matrix) -> Factor | None:
+def regular_factor(A: Matrix, make: Make = factor) -> Factor | None:
     """A factor of the positive definite matrix A, or None where A is singular to working precision.
 
     Round-off turns the zero pivots of a body that can move freely into tiny ones of either sign, so a
@@ -108,7 +114,7 @@ def regular_factor(A: Matrix) -> Factor | None:
     ill-conditioned A keeps most digits. (A random x0 itself holds only sqrt(6 / n) of free motion.)
     """
     try:
-        found = factor(A)
+        found = make(A)
     except SingularMatrixError:
         return None
     x0 = found.solve(np.random.default_rng(7).standard_normal(A.shape[0]))

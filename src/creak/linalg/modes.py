@@ -14,9 +14,10 @@ from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, refactor
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
 from creak.linalg.memory import fits, free_bytes
+from creak.linalg.pieces import PieceFactor, Pieces, Shifted
 from creak.linalg.scratch import held_in_memory
 from creak.linalg.sparse_product import BlockProduct
-from creak.linalg.windows import AMID, in_windows, window_size
+from creak.linalg.windows import AMID, WIDTHS, in_windows, window_size
 from creak.progress import Steps
 
 DENSE_LIMIT = 600
@@ -73,6 +74,21 @@ class _Pencil:
     M: Matrix
     mass: BlockProduct
     """The product with M."""
+    pieces: Pieces | None = None
+    """How they are cut where memory does not hold a factor."""
+
+    def factor(self, shift: float, *, definite: bool) -> Factor:
+        """Of K - shift M."""
+        if self.pieces is None:
+            return factor(self.shifted(shift), definite=definite)
+        return PieceFactor(Shifted(self.K, self.M, shift), self.pieces, definite=definite)
+
+    def refactor(self, old: Factor, shift: float) -> Factor:
+        """Of K - shift M, indefinite, in the place of another one."""
+        if not isinstance(old, PieceFactor):
+            return refactor(old, self.shifted(shift))
+        old.replace(Shifted(self.K, self.M, shift))
+        return old
 
     def shifted(self, shift: float) -> Matrix:
         """K - shift M."""
@@ -88,6 +104,7 @@ def modes(
     free: bool = False,
     stiffness_factor: Factor | None = None,
     sturm: bool = True,
+    pieces: Pieces | None = None,
     progress: Steps | None = None,
 ) -> Modes:
     """All modes up to `f_max` (Hz), or the `count` lowest.
@@ -99,6 +116,7 @@ def modes(
     free : the body may have rigid-body modes: a small negative shift is used. A clamped K is factorised as is.
     stiffness_factor : a factor of K that already exists (clamped only).
     sturm : with `count`, compare with the inertia above the last mode, one more factorisation; `f_max` always does.
+    pieces : how K and M are cut where memory does not hold a factor of them.
 
     Raises
     ------
@@ -115,8 +133,8 @@ def modes(
     if n <= DENSE_LIMIT:
         return _dense_modes(K, M, f_max, count, free)
     shift = -small_shift(K, M) if free else 0.0
-    pencil = _Pencil(K, M, BlockProduct(M))
-    inverse = stiffness_factor or LaterFactor(lambda: factor(pencil.shifted(shift)))
+    pencil = _Pencil(K, M, BlockProduct(M), pieces)
+    inverse = stiffness_factor or LaterFactor(lambda: pencil.factor(shift, definite=True))
     try:
         _make_now(inverse)
     except SingularMatrixError as error:
@@ -146,7 +164,7 @@ def _below(pencil: _Pencil, shift: float, upper: float, inverse: Factor, free: b
     Where memory is short, one factor is held at a time, and the modes are found window by window.
     """
     _make_room(inverse, inverse.memory)
-    counted = factor(pencil.shifted(upper), definite=False)
+    counted = pencil.factor(upper, definite=False)
     wanted = counted.n_negative
     if dense_is_faster(pencil.mass.n, wanted):
         del counted
@@ -204,18 +222,26 @@ def _make_room(inverse: Factor, needed: float) -> None:
 def _many(pencil: _Pencil, upper: float, counted: Factor, wanted: int, progress: Steps | None) -> tuple[Ritz, float]:
     """The modes with a factor amid them, or window by window where memory does not hold the vectors of all at once."""
     n = pencil.mass.n
-    free = free_bytes()
+    free, above = free_bytes(), upper * (1.0 + 1e-6)
     if basis_bytes(n, wanted + 1) <= free:
-        amid = AMID * upper
-        solver = refactor(counted, pencil.shifted(amid))
-        return lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress), amid
+        amid, width = AMID * upper, _width(pencil, wanted + 1, free)
+        solver = pencil.refactor(counted, amid)
+        found = lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=above, width=width, progress=progress)
+        return found, amid
 
     def at(held: Factor | None, shift: float) -> Factor:
-        A = pencil.shifted(shift)
-        return factor(A, definite=False) if held is None else refactor(held, A)
+        return pencil.factor(shift, definite=False) if held is None else pencil.refactor(held, shift)
 
     left = WINDOWS * free - (8.0 * n * wanted if held_in_memory(n, wanted) else 0.0)
     return in_windows(at, counted, pencil.mass, wanted, upper, window_size(n, left), progress)
+
+
+def _width(pencil: _Pencil, values: int, free: float) -> int | None:
+    """Of a block: a solve in pieces costs nearly the same for many columns."""
+    if pencil.pieces is None:
+        return None
+    fitting = (width for width in WIDTHS if basis_bytes(pencil.mass.n, values, width=width) <= free)
+    return max(fitting, default=None)
 
 
 def _refined(inverse: Factor, shift: float, mass: BlockProduct, found: Ritz, amid: float) -> int:
@@ -313,8 +339,8 @@ def _checked(
     after = 0.0 if free and abs(after) < rigid else after
     sturm_ok = True
     if count and sp.issparse(K) and omega2.size and omega2.size < K.shape[0]:
-        above = pencil.shifted(omega2[-1] * (1.0 + 1e-6) + 1e-3 * scale)
-        sturm_ok = factor(above, definite=False).n_negative == omega2.size or _last_is_repeated(omega2)
+        above = pencil.factor(omega2[-1] * (1.0 + 1e-6) + 1e-3 * scale, definite=False)
+        sturm_ok = above.n_negative == omega2.size or _last_is_repeated(omega2)
     return Modes(omega2, shapes, _residual(pencil, omega2, shapes), sturm_ok, float(after), columns)
 
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.errors import NumericalError
-from creak.linalg.factor import Factor, LaterFactor, regular_factor
+from creak.linalg.factor import Factor, LaterFactor, factor, regular_factor
+from creak.linalg.pieces import PieceFactor, Pieces
 from creak.linalg.scratch import spared
 from creak.linalg.sparse_product import BlockProduct
+from creak.reduction.room import pieces_that_fit
 
 
 class Inside:
@@ -29,6 +33,7 @@ class Inside:
         self.K_ib, self.K_bb = _sides(sp.csr_matrix(system.K), self.i, self.b)
         self.M_ib, self.M_bb = _sides(sp.csr_matrix(system.M), self.i, self.b)
         self._factor = LaterFactor(self._regular)
+        self._pieces: list[Pieces | None] = []
         self._stiffness: BlockProduct | None = None
         self._mass: BlockProduct | None = None
 
@@ -59,8 +64,17 @@ class Inside:
         _ = self._factor.made
         return self._factor
 
+    @property
+    def pieces(self) -> Pieces | None:
+        """How the inside is cut where memory does not hold a factor of it; looked at once."""
+        if not self._pieces:
+            self._pieces.append(pieces_that_fit(self.K_ii, self.M_ii))
+        return self._pieces[0]
+
     def _regular(self) -> Factor:
-        found = regular_factor(self.K_ii)
+        cut = self.pieces
+        make = factor if cut is None else partial(PieceFactor, pieces=cut)
+        found = regular_factor(self.K_ii, make)
         if found is None:
             raise NumericalError(
                 f"part {self.name} cannot be reduced: its {self.b.size} retained dofs do not hold it (the stiffness "
