@@ -15,7 +15,7 @@ from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
 from creak.linalg.memory import fits, free_bytes
 from creak.linalg.pieces import PieceFactor, Pieces, Shifted
-from creak.linalg.scratch import held_in_memory
+from creak.linalg.scratch import held_in_memory, spared
 from creak.linalg.sparse_product import BlockProduct
 from creak.linalg.windows import AMID, WIDTHS, in_windows, window_size
 from creak.progress import Steps
@@ -30,6 +30,12 @@ RIGID = 0.02
 """Eigenvalues of a free body below this share of the shift are its rigid-body modes."""
 MANY = 32
 """From so many modes on a factor amid them pays."""
+FEW = 0.05
+"""Share of the free memory that a block of columns takes when residuals are looked at; there are six."""
+COPY = 2
+"""Numbers an entry takes in MKL's copy for products."""
+MADE = 40.0
+"""Bytes of an entry while a factor is made: K - s M, s M, the upper triangle and its copy."""
 LOW = 0.02
 """Modes below this share of the shift amid them are refined."""
 WINDOWS = 0.8
@@ -91,8 +97,8 @@ class _Pencil:
         return old
 
     def shifted(self, shift: float) -> Matrix:
-        """K - shift M."""
-        return self.K if shift == 0.0 else self.K - shift * self.M
+        """K - shift M; on disk where memory is short."""
+        return self.K if shift == 0.0 else spared(self.K - shift * self.M)
 
 
 def modes(
@@ -163,7 +169,8 @@ def _below(pencil: _Pencil, shift: float, upper: float, inverse: Factor, free: b
 
     Where memory is short, one factor is held at a time, and the modes are found window by window.
     """
-    _make_room(inverse, inverse.memory)
+    made = 0.0 if pencil.pieces is not None else MADE * getattr(pencil.K, "nnz", 0)
+    _make_room(inverse, inverse.memory + made)
     counted = pencil.factor(upper, definite=False)
     wanted = counted.n_negative
     if dense_is_faster(pencil.mass.n, wanted):
@@ -346,9 +353,10 @@ def _checked(
 
 def _residual(pencil: _Pencil, omega2: FloatArray, shapes: FloatArray) -> float:
     """Largest |K x - omega^2 M x| / |K x| over the elastic modes, some columns at a time."""
-    stiffness, worst = BlockProduct(pencil.K), 0.0
-    for first in range(int(np.count_nonzero(omega2 <= 0.0)), omega2.size, COLUMNS):
-        some = slice(first, first + COLUMNS)
+    stiffness, worst = BlockProduct(pencil.K, own=held_in_memory(getattr(pencil.K, "nnz", 0), COPY)), 0.0
+    columns = int(min(max(FEW * free_bytes() / (8.0 * stiffness.n), 1), COLUMNS))
+    for first in range(int(np.count_nonzero(omega2 <= 0.0)), omega2.size, columns):
+        some = slice(first, first + columns)
         Kx, Mx = stiffness(shapes[:, some]), pencil.mass(shapes[:, some])
         size = np.linalg.norm(Kx, axis=0)
         Mx *= omega2[some]

@@ -26,8 +26,8 @@ MOST = 64
 """Pieces at most."""
 JOINT = 2
 """Copies of S that are there while it is factorised."""
-ENTRY = 12.0
-"""Bytes of a stored entry."""
+ENTRY = 18.0
+"""Bytes of a stored entry beside the factor that is made of it: the matrix, its upper triangle."""
 WHAT, FIX = "what joins {count} pieces of {n:,} equations", "Use a coarser mesh or a machine with more memory."
 
 

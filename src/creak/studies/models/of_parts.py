@@ -6,7 +6,6 @@ static shapes and modes of the parts, kept as they were computed. One part is fa
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -39,17 +38,19 @@ SPREAD = 2.0
 
 
 def reference_of_parts(
-    setup: Setup, parts: Sequence[System], loose: System | None, progress: Progress, store: Path | None = None
+    setup: Setup, parts: list[System], loose: System | None, progress: Progress, store: Path | None = None
 ) -> ReferenceModel:
     """Reduced parts, joined, with their modes in the band of the study.
 
-    The matrices of the unreduced parts go to disk.
+    The matrices of the unreduced parts go to disk; in `parts` too, so that no one holds them in memory.
 
     Raises
     ------
     NumericalError : links and supports do not hold every part.
     """
-    parts = [replace(part, K=on_disk(part.K), M=on_disk(part.M)) for part in parts]
+    for k, part in enumerate(parts):
+        parts[k] = replace(part, K=on_disk(part.K), M=on_disk(part.M))
+    del part
     band = modal_band(setup, sum(part.n for part in parts))
     must = required_labels(setup, setup.model)
     seen = np.unique(np.concatenate([setup.contacts.labels, setup.connectors.labels, observed_labels(setup.watched)]))

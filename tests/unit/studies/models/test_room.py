@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
+import weakref
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from creak.assembly.system import System
 from creak.errors import NumericalError
 from creak.linalg.dissection import cut_once_more, whole
 from creak.linalg.factor import factor, factor_bytes
@@ -17,7 +20,7 @@ from creak.linalg.mkl import has_pardiso
 from creak.linalg.pieces import Pieces
 from creak.reduction import room as limits
 from creak.studies.file.reader import read_study
-from creak.studies.models import of_parts
+from creak.studies.models import of_parts, reference
 from creak.studies.models import room as module
 from creak.studies.models.reference import assembled, build_reference
 from creak.studies.models.room import Room, only_parts_fit, room
@@ -125,6 +128,27 @@ def test_parts_alone_where_the_whole_does_not_fit(setup, monkeypatch):
     assert only_parts_fit(setup, ())
     monkeypatch.setenv(OVERRIDE, "3.5")
     assert not only_parts_fit(setup, ())
+
+
+def test_no_matrix_of_a_part_stays_in_memory(setup, monkeypatch):
+    """Where only the parts fit, those of all of them would take as much as a factor."""
+    made, left = [], []
+    for owner, name in ((reference, "part_system"), (of_parts, "_reduced")):
+        monkeypatch.setattr(owner, name, partial(_noted, getattr(owner, name), made, left))
+    monkeypatch.setattr(static_start, "only_parts_fit", lambda *_: True)
+    ready(setup, quiet)
+    assert len(left) == len(setup.model.parts)
+    assert not any(left)
+
+
+def _noted(call, made, left, first, *rest, **more):
+    """Matrices of the systems that `call` makes; those still there when it is given a system."""
+    if isinstance(first, System):
+        left.append([ref() for ref in made if ref() is not None])
+        return call(first, *rest, **more)
+    found = call(first, *rest, **more)
+    made.extend(weakref.ref(x) for x in (found.K.data, found.M.data))
+    return found
 
 
 def test_parts_that_only_contact_holds_need_the_whole(setup, monkeypatch):
