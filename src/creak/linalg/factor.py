@@ -54,17 +54,19 @@ class Factor(Protocol):
         ...
 
 
-def factor(A: Matrix, *, definite: bool = True) -> Factor:
+def factor(A: Matrix, *, definite: bool = True, beside: float = 0.0) -> Factor:
     """Factorise the symmetric matrix A.
 
     Parameters
     ----------
     A : (n, n) Diagonal, ndarray or SciPy sparse; both triangles stored.
     definite : A should be positive definite (Cholesky). False: L D L', which also gives the inertia.
+    beside : bytes that have to fit beside the factor.
 
     Raises
     ------
     SingularMatrixError : a pivot vanished, or was negative although `definite`.
+    OutOfMemory : MKL foretells more than is free.
     NumericalError : a sparse matrix without rows.
     """
     if isinstance(A, Diagonal):
@@ -75,7 +77,7 @@ def factor(A: Matrix, *, definite: bool = True) -> Factor:
         why = "supports hold every node, or no element has stiffness or mass"
         raise NumericalError(f"the model has no degree of freedom that can move: {why}")
     if has_pardiso():
-        return _PardisoFactor(A, definite)
+        return _PardisoFactor(A, definite, beside=beside)
     return _SuperLUFactor(A, definite)
 
 
@@ -239,7 +241,7 @@ class _PardisoFactor:
 
     _ANALYSE, _FACTOR, _SOLVE, _RELEASE = 11, 22, 33, -1
 
-    def __init__(self, A: Any, definite: bool, *, analyse_only: bool = False) -> None:
+    def __init__(self, A: Any, definite: bool, *, analyse_only: bool = False, beside: float = 0.0) -> None:
         upper = _upper(A)
         self._n = int(upper.shape[0])
         if upper.diagonal().size and np.any(np.diff(upper.indptr) == 0):
@@ -256,14 +258,14 @@ class _PardisoFactor:
         if analyse_only:
             self._call(self._ANALYSE, np.zeros(1), np.zeros(1), 1)
             return
-        self._factorise(np.zeros(1))
+        self._factorise(np.zeros(1), beside)
         self.n_negative = int(self._iparm[22]) if not definite else 0
         self.nnz_factor = int(self._iparm[17])
 
-    def _factorise(self, nothing: FloatArray) -> None:
+    def _factorise(self, nothing: FloatArray, beside: float = 0.0) -> None:
         """Order the equations, refuse a factor that memory would not hold, make it."""
         self._call(self._ANALYSE, nothing, nothing, 1)
-        require(1024.0 * float(self._iparm[16]), f"the factor of {self._n:,} equations", SMALLER)
+        require(1024.0 * float(self._iparm[16]) + beside, f"the factor of {self._n:,} equations", SMALLER)
         self._call(self._FACTOR, nothing, nothing, 1)
 
     def replaced(self, A: Any) -> bool:

@@ -17,7 +17,7 @@ from creak.linalg.memory import fits, free_bytes
 from creak.linalg.pieces import PieceFactor, Pieces, Shifted
 from creak.linalg.scratch import held_in_memory, spared
 from creak.linalg.sparse_product import BlockProduct
-from creak.linalg.windows import AMID, WIDTHS, in_windows, window_size
+from creak.linalg.windows import AMID, in_windows, window_size
 from creak.progress import Steps
 
 DENSE_LIMIT = 600
@@ -229,26 +229,17 @@ def _make_room(inverse: Factor, needed: float) -> None:
 def _many(pencil: _Pencil, upper: float, counted: Factor, wanted: int, progress: Steps | None) -> tuple[Ritz, float]:
     """The modes with a factor amid them, or window by window where memory does not hold the vectors of all at once."""
     n = pencil.mass.n
-    free, above = free_bytes(), upper * (1.0 + 1e-6)
+    free = free_bytes()
     if basis_bytes(n, wanted + 1) <= free:
-        amid, width = AMID * upper, _width(pencil, wanted + 1, free)
+        amid = AMID * upper
         solver = pencil.refactor(counted, amid)
-        found = lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=above, width=width, progress=progress)
-        return found, amid
+        return lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress), amid
 
     def at(held: Factor | None, shift: float) -> Factor:
         return pencil.factor(shift, definite=False) if held is None else pencil.refactor(held, shift)
 
     left = WINDOWS * free - (8.0 * n * wanted if held_in_memory(n, wanted) else 0.0)
     return in_windows(at, counted, pencil.mass, wanted, upper, window_size(n, left), progress)
-
-
-def _width(pencil: _Pencil, values: int, free: float) -> int | None:
-    """Of a block: a solve in pieces costs nearly the same for many columns."""
-    if pencil.pieces is None:
-        return None
-    fitting = (width for width in WIDTHS if basis_bytes(pencil.mass.n, values, width=width) <= free)
-    return max(fitting, default=None)
 
 
 def _refined(inverse: Factor, shift: float, mass: BlockProduct, found: Ritz, amid: float) -> int:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.errors import NumericalError
-from creak.linalg.factor import Factor, LaterFactor, factor, regular_factor
-from creak.linalg.pieces import PieceFactor, Pieces
+from creak.linalg.factor import Factor, LaterFactor
+from creak.linalg.pieces import Pieces
 from creak.linalg.scratch import spared
 from creak.linalg.sparse_product import BlockProduct
-from creak.reduction.room import pieces_that_fit
+from creak.reduction.room import regular_factor_that_fits
 
 
 class Inside:
@@ -33,7 +31,7 @@ class Inside:
         self.K_ib, self.K_bb = _sides(sp.csr_matrix(system.K), self.i, self.b)
         self.M_ib, self.M_bb = _sides(sp.csr_matrix(system.M), self.i, self.b)
         self._factor = LaterFactor(self._regular)
-        self._pieces: list[Pieces | None] = []
+        self._pieces: Pieces | None = None
         self._stiffness: BlockProduct | None = None
         self._mass: BlockProduct | None = None
 
@@ -66,15 +64,13 @@ class Inside:
 
     @property
     def pieces(self) -> Pieces | None:
-        """How the inside is cut where memory does not hold a factor of it; looked at once."""
-        if not self._pieces:
-            self._pieces.append(pieces_that_fit(self.K_ii, self.M_ii))
-        return self._pieces[0]
+        """How the inside is cut where memory does not hold a factor of it; looked at when the first one is made."""
+        if self.i.size:
+            _ = self.factor
+        return self._pieces
 
     def _regular(self) -> Factor:
-        cut = self.pieces
-        make = factor if cut is None else partial(PieceFactor, pieces=cut)
-        found = regular_factor(self.K_ii, make)
+        found, self._pieces = regular_factor_that_fits(self.K_ii, self.M_ii, self._pieces)
         if found is None:
             raise NumericalError(
                 f"part {self.name} cannot be reduced: its {self.b.size} retained dofs do not hold it (the stiffness "

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import scipy.sparse as sp
 
 from creak.arrays import Matrix
-from creak.linalg.factor import factor_bytes
-from creak.linalg.memory import free_bytes
-from creak.linalg.pieces import Pieces, cut_to_fit
+from creak.linalg.factor import Factor, factor, factor_bytes, regular_factor
+from creak.linalg.memory import OutOfMemory, free_bytes
+from creak.linalg.pieces import PieceFactor, Pieces, cut_to_fit
 from creak.linalg.windows import window_bytes
 
 ENTRY, PRODUCT = 12.0, 16.0
@@ -48,3 +50,20 @@ def pieces_that_fit(K: Matrix, M: Matrix, free: float | None = None) -> Pieces |
     if needed + beside_factor(K.shape[0], K.nnz, M.nnz) <= free:
         return None
     return cut_to_fit(sp.csr_matrix(abs(K) + abs(M)), needed, free - beside_pieces(K.shape[0], M.nnz))
+
+
+def regular_factor_that_fits(K: Matrix, M: Matrix, cut: Pieces | None = None) -> tuple[Factor | None, Pieces | None]:
+    """`regular_factor` of K with room for its modes, and the pieces that it is one of, None where it is one of all.
+
+    `cut`: pieces, where they are known.
+
+    Raises
+    ------
+    OutOfMemory : K does not fit, in pieces neither.
+    """
+    if cut is None:
+        try:
+            return regular_factor(K, partial(factor, beside=beside_factor(K.shape[0], K.nnz, M.nnz))), None
+        except OutOfMemory:
+            cut = pieces_that_fit(K, M)
+    return regular_factor(K, factor if cut is None else partial(PieceFactor, pieces=cut)), cut

@@ -9,6 +9,8 @@ import scipy.sparse as sp
 from creak.assembly.system import System, to_dense
 from creak.errors import NumericalError
 from creak.linalg.dissection import cut_once_more, whole
+from creak.linalg.factor import factor
+from creak.linalg.memory import OutOfMemory
 from creak.linalg.pieces import Pieces
 from creak.model.constraints import RigidLink
 from creak.reduction.craig_bampton import craig_bampton
@@ -32,10 +34,15 @@ def in_pieces(K: sp.csr_matrix, M: sp.csr_matrix, count: int = COUNT) -> Pieces:
     return Pieces(found, (1.0,) * count, 1.0)
 
 
+def refused(A: sp.csr_matrix, **_: object) -> None:
+    raise OutOfMemory("too large")
+
+
 @pytest.fixture
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """Memory holds a factor of a piece alone."""
-    monkeypatch.setattr("creak.reduction.inside.pieces_that_fit", in_pieces)
+    monkeypatch.setattr("creak.reduction.room.factor", refused)
+    monkeypatch.setattr("creak.reduction.room.pieces_that_fit", in_pieces)
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +71,7 @@ def boundary(part: System) -> np.ndarray:
 def test_the_superelement_is_the_same(part, short, monkeypatch):
     b = boundary(part)
     found = craig_bampton(part, b, f_max=F_MAX)
-    monkeypatch.setattr("creak.reduction.inside.pieces_that_fit", lambda K, M: None)
+    monkeypatch.setattr("creak.reduction.room.factor", factor)
     expected = craig_bampton(part, b, f_max=F_MAX)
     n = expected.stats.retained
     assert found.stats.modes == expected.stats.modes > 40
@@ -91,7 +98,7 @@ def test_its_health_is_that_of_the_part_in_one(part, short, monkeypatch):
     coords = np.vstack([plate(LONG, WIDE, (0.52, 0.17))[0], [0.3, 0.05, 0.06]])
     told = health(part, reduced, inside, coords, f_excitation=100.0, own_modes=False)
     assert inside.pieces is not None
-    monkeypatch.setattr("creak.reduction.inside.pieces_that_fit", lambda K, M: None)
+    monkeypatch.setattr("creak.reduction.room.factor", factor)
     whole = Inside(part, b)
     expected = health(part, craig_bampton(part, b, f_max=F_MAX, inside=whole), whole, coords, own_modes=False)
     assert told.good, told.verdict

@@ -158,6 +158,10 @@ def test_parts_that_only_contact_holds_need_the_whole(setup, monkeypatch):
         ready(setup, quiet)
 
 
+def refused(A: sp.csr_matrix, **_: object) -> None:
+    raise OutOfMemory("too large")
+
+
 def halves(K: sp.csr_matrix, M: sp.csr_matrix) -> Pieces:
     """What `pieces_that_fit` finds where there is room for a half."""
     cut = cut_once_more(sp.csr_matrix(abs(K) + abs(M)), whole(K.shape[0]), len)
@@ -169,7 +173,8 @@ def test_a_run_whose_parts_are_reduced_in_pieces_is_the_same(setup, monkeypatch)
     """To round-off, which the bounces of a symmetric strip make larger; the user is told; the check has its verdict."""
     plain = run_study(setup, quiet)
     monkeypatch.setattr(static_start, "only_parts_fit", lambda *_: True)
-    monkeypatch.setattr("creak.reduction.inside.pieces_that_fit", halves)
+    monkeypatch.setattr(limits, "factor", refused)
+    monkeypatch.setattr(limits, "pieces_that_fit", halves)
     cut = run_study(setup, quiet)
     told = [note for note in cut.notes if note.startswith("part UPPER does not fit: 2 GB for its factor, 1 GB free")]
     assert len(told) == 1
