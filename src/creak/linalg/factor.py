@@ -240,13 +240,24 @@ class _PardisoFactor:
     """MKL PARDISO on the upper triangle: Cholesky (definite) or Bunch-Kaufman L D L'."""
 
     _ANALYSE, _FACTOR, _SOLVE, _RELEASE = 11, 22, 33, -1
+    _perm: IntArray = np.zeros(1, dtype=np.int32)
 
     def __init__(self, A: Any, definite: bool, *, analyse_only: bool = False, beside: float = 0.0) -> None:
         upper = _upper(A)
-        self._n = int(upper.shape[0])
         if upper.diagonal().size and np.any(np.diff(upper.indptr) == 0):
             row = int(np.flatnonzero(np.diff(upper.indptr) == 0)[0])
             raise SingularMatrixError(row, f"matrix has an empty row {row}")
+        self._given(upper, definite)
+        if analyse_only:
+            self._call(self._ANALYSE, np.zeros(1), np.zeros(1), 1)
+            return
+        self._factorise(np.zeros(1), beside)
+        self.n_negative = int(self._iparm[22]) if not definite else 0
+        self.nnz_factor = int(self._iparm[17])
+
+    def _given(self, upper: Any, definite: bool) -> None:
+        """The upper triangle in PARDISO's form, and its settings."""
+        self._n = int(upper.shape[0])
         self._values: FloatArray = np.ascontiguousarray(upper.data, dtype=np.float64)
         self._ia = (upper.indptr + 1).astype(np.int32)
         self._ja = (upper.indices + 1).astype(np.int32)
@@ -255,12 +266,6 @@ class _PardisoFactor:
         self._iparm[[0, 1, 9, 17, 23]] = 1, 2, 12, -1, 0  # own settings, METIS, pivot 1e-12
         self._iparm[[7, 10, 12]] = 0, 0, 0  # no refinement, no scaling or matching: keep the inertia
         self._iparm[20] = 3  # pivots of 1 x 1 and 2 x 2, and no refinement of its own where one was perturbed
-        if analyse_only:
-            self._call(self._ANALYSE, np.zeros(1), np.zeros(1), 1)
-            return
-        self._factorise(np.zeros(1), beside)
-        self.n_negative = int(self._iparm[22]) if not definite else 0
-        self.nnz_factor = int(self._iparm[17])
 
     def _factorise(self, nothing: FloatArray, beside: float = 0.0) -> None:
         """Order the equations, refuse a factor that memory would not hold, make it."""
@@ -307,7 +312,7 @@ class _PardisoFactor:
             pointer(self._values, f64),
             pointer(self._ia, i32),
             pointer(self._ja, i32),
-            pointer(np.zeros(1, dtype=np.int32), i32),
+            pointer(self._perm, i32),
             one(n_rhs),
             pointer(self._iparm, i32),
             one(0),

@@ -19,11 +19,12 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.linalg.dissection import Dissection, cut_once_more, whole
 from creak.linalg.factor import Factor, SingularMatrixError, factor, factor_bytes
 from creak.linalg.memory import require
+from creak.linalg.schur import schur_complement
 
-COLUMNS, WORK = 16, 3
-"""Right-hand sides of a piece at a time while S is made, and copies of them."""
-MOST = 64
-"""Pieces at most."""
+COLUMNS = 48
+"""Columns of a piece, on their way in a solve, that count with its factor."""
+MOST, FURTHER = 64, 3
+"""Pieces at most, and over the fewest that fit."""
 JOINT = 2
 """Copies of S that are there while it is factorised."""
 ENTRY = 18.0
@@ -37,11 +38,13 @@ class Pieces:
 
     dissection: Dissection
     factors: tuple[float, ...]
-    """Bytes of a factor of each piece, with the piece itself and columns on their way."""
+    """Bytes of a factor of each piece."""
     room: float
     """Bytes that factors of pieces may hold at a time."""
     instead: float = 0.0
     """Bytes of a factor of the whole."""
+    work: float = 0.0
+    """Bytes of a piece of the matrix while it is factorised, and of columns on their way."""
 
     @property
     def count(self) -> int:
@@ -53,14 +56,20 @@ class Pieces:
         return int(self.dissection.separator.size)
 
     @property
+    def made_again(self) -> float:
+        """Bytes of factors that a solve, there and back, makes again: at either end those stay that fit."""
+        ends = (np.cumsum(self.factors), np.cumsum(self.factors[::-1]))
+        return float(sum(end[-1] - max(end[end <= self.room], default=0.0) for end in ends))
+
+    @property
     def left(self) -> float:
         """Bytes that may be taken."""
-        return self.room + joint_bytes(self.joint)
+        return self.room + self.work + joint_bytes(self.joint)
 
     @property
     def bytes(self) -> float:
-        """Memory of the largest factor and of S."""
-        return max(self.factors) + joint_bytes(self.joint)
+        """Memory of the largest factor and of S, and what is there while they are made."""
+        return max(self.factors) + self.work + joint_bytes(self.joint)
 
 
 def joint_bytes(n: int) -> float:
@@ -69,29 +78,43 @@ def joint_bytes(n: int) -> float:
 
 
 def cut_to_fit(A: sp.csr_matrix, needed: float, room: float) -> Pieces | None:
-    """The fewest pieces with which the factor of a piece and S take `room` bytes at most; None where none do.
+    """Pieces with which the factor of a piece and S take `room` bytes at most; None where none do.
 
-    Costs the analysis of the pieces, a third of the time of their factors. `needed`: bytes of a factor of A.
+    The fewest do, but smaller ones leave less of the room empty, so that more factors stay: of up to `FURTHER` times as
+    many those are taken that have least made again. Costs the analysis of the pieces, a third of the time of their
+    factors each time. `needed`: bytes of a factor of A.
     """
-    found, known = whole(A.shape[0]), {(0, int(A.shape[0])): needed + ENTRY * A.nnz}
+    best: Pieces | None = None
+    found, fewest, n = whole(A.shape[0]), MOST, int(A.shape[0])
+    known = {(0, n): (needed, ENTRY * A.nnz + 8.0 * COLUMNS * n)}
 
-    def size(rows: IntArray) -> float:
+    def sizes_of(rows: IntArray) -> tuple[float, float]:
         key = int(rows[0]), rows.size
         if key not in known:
             piece = A[rows][:, rows]
-            known[key] = factor_bytes(piece) + ENTRY * piece.nnz + WORK * 8.0 * COLUMNS * rows.size
+            known[key] = factor_bytes(piece), ENTRY * piece.nnz + 8.0 * COLUMNS * rows.size
         return known[key]
 
+    def size(rows: IntArray) -> float:
+        return sizes_of(rows)[0]
+
     while len(found.pieces) < MOST:
-        sizes = tuple(size(rows) for rows in found.pieces)
+        sizes, works = zip(*(sizes_of(rows) for rows in found.pieces), strict=True)
         joint = joint_bytes(found.separator.size)
-        if max(sizes) + joint <= room:
-            return Pieces(found, sizes, room - joint, needed)
-        further = cut_once_more(A, found, size) if joint < room else None
+        if max(sizes) + max(works) + joint <= room:
+            here = Pieces(found, sizes, room - max(works) - joint, needed, max(works))
+            fewest = min(fewest, here.count)
+            if best is None or here.made_again < best.made_again:
+                best = here
+            if best.made_again == 0.0:
+                break
+        elif best is not None:
+            break
+        further = cut_once_more(A, found, size) if joint < room and len(sizes) < FURTHER * fewest else None
         if further is None:
-            return None
+            break
         found = further
-    return None
+    return best
 
 
 @dataclass(frozen=True)
@@ -185,13 +208,10 @@ class PieceFactor:
         self._A, self._held = A, dict[int, Factor]()
         self._list = [_piece(some, A.block(some, joined)) for some in rows]
         S, self.n_negative = np.asfortranarray(A.block(joined, joined).toarray()), 0
-        for k, piece in enumerate(self._list):
-            found = self._factor(k)
-            self.n_negative += found.n_negative
-            for start in range(0, piece.edge.size, COLUMNS):
-                some = slice(start, start + COLUMNS)
-                X = found.solve(piece.side[:, some].toarray(order="F"))
-                S[np.ix_(piece.edge, piece.edge[some])] -= piece.side.T @ X
+        for piece in self._list:
+            found, below = schur_complement(A.block(piece.rows, piece.rows), piece.side, definite=self._definite)
+            S[np.ix_(piece.edge, piece.edge)] += found
+            self.n_negative += below
         self._joint = factor(S) if self._definite else _SymmetricFactor(S)
         self.n_negative += self._joint.n_negative
 

@@ -8,6 +8,7 @@ import scipy.sparse as sp
 
 from creak.errors import NumericalError
 from creak.linalg import pieces as module
+from creak.linalg import schur
 from creak.linalg.dissection import Dissection, cut_once_more, whole
 from creak.linalg.factor import SingularMatrixError, factor, regular_factor
 from creak.linalg.memory import OVERRIDE, OutOfMemory
@@ -108,12 +109,12 @@ def test_one_factor_is_there_at_a_time_and_the_last_one_serves_again(held, monke
     A, made_of = grid(), list[int]()
     monkeypatch.setattr(module, "factor", lambda A, definite=True: made_of.append(A.shape[0]) or factor(A))
     made = PieceFactor(A, in_pieces(A, 4, held))
-    assert len(made_of) == 5  # the pieces and S
+    assert len(made_of) == 1  # S alone: the pieces give their share in it and are not kept
     b = np.ones(A.shape[0])
-    for _ in range(2):
+    for first in (held, 0, 0):  # nothing is held at first
         before = len(made_of)
         made.solve(b)
-        assert len(made_of) - before == 2 * (4 - held)
+        assert len(made_of) - before == 2 * (4 - held) + first
         assert len(made._held) == held
     nothing = np.zeros(A.shape[0])
     nothing[made._list[0].rows[0]] = 1.0  # one piece is loaded
@@ -147,18 +148,36 @@ def test_modes_are_those_of_the_whole(count):
 
 
 @pytest.mark.skipif(not has_pardiso(), reason="SuperLU does not tell what it will need")
-def test_the_fewest_pieces_that_fit_are_taken(monkeypatch):
+def test_pieces_are_cut_until_they_fit_and_least_is_made_again(monkeypatch):
     A = grid(64, dofs=6)
     needed = factor(A).memory
-    two = cut_to_fit(A, needed, 0.85 * needed)
+    two = cut_to_fit(A, needed, 0.95 * needed)
     more = cut_to_fit(A, needed, 0.7 * needed)
     assert two is not None
     assert more is not None
-    assert two.count == 2 < more.count
-    assert two.bytes <= 0.85 * needed
+    assert 1 < two.count <= 6
+    assert two.bytes <= 0.95 * needed
     assert more.bytes <= 0.7 * needed
+    assert two.made_again < 0.6 * needed  # halves: all of it
+    assert two.made_again < more.made_again
     assert cut_to_fit(A, needed, 0.02 * needed) is None
     monkeypatch.setenv(OVERRIDE, "1e-7")
-    with pytest.raises(OutOfMemory, match=r"what joins 2 pieces of 24,576 equations: .* GB are needed"):
+    with pytest.raises(OutOfMemory, match=r"what joins \d pieces of 24,576 equations: .* GB are needed"):
         PieceFactor(A, two)
     assert issubclass(OutOfMemory, NumericalError)
+
+
+@pytest.mark.parametrize("pardiso", [True, False])
+@pytest.mark.parametrize("shift", [0.0, 0.3])
+def test_the_schur_complement(shift, pardiso, monkeypatch):
+    """By PARDISO and column by column: equal to the dense formula, with the inertia of the inner block alone."""
+    if pardiso and not has_pardiso():
+        pytest.skip("no MKL")
+    monkeypatch.setattr(schur, "has_pardiso", lambda: pardiso)
+    A = (grid(12) - shift * sp.identity(144)).tocsr()
+    side = sp.random(144, 21, 0.1, random_state=5, format="csr")
+    S, below = schur.schur_complement(A, side, definite=shift == 0.0)
+    dense = A.toarray()
+    np.testing.assert_allclose(S, -side.T @ np.linalg.solve(dense, side.toarray()), atol=1e-12)
+    assert below == np.count_nonzero(np.linalg.eigvalsh(dense) < 0.0)
+    assert (below > 0) == (shift > 0.0)

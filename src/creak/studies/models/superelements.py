@@ -122,8 +122,8 @@ def _in_pieces(inside: Inside) -> list[str]:
         return []
     return [
         f"part {inside.name} does not fit: {cut.instead / GB:.2g} GB for its factor, {cut.left / GB:.2g} GB free for "
-        f"it. It is cut into {cut.count} pieces that {cut.joint:,} dofs join, factorised one at a time "
-        f"({cut.bytes / GB:.2g} GB): its superelement is the same, and takes longer"
+        f"it. It is cut into {cut.count} pieces that {cut.joint:,} dofs join, of which as many stay factorised as fit "
+        f"(one at least, {cut.bytes / GB:.2g} GB): its superelement is the same, and takes longer"
     ]
 
 
