@@ -204,6 +204,7 @@ def _elsewhere(
             output.progress("reduce the parts in workers", done, len(jobs))
             if saved.error:
                 failed[name] = saved.error
+            tell_notes(output, saved.notes, set())
             if saved.health is not None:
                 checks[name] = saved.health
             if saved.path is not None:

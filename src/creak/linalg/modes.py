@@ -15,6 +15,7 @@ from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, refactor
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
 from creak.linalg.memory import fits, free_bytes
+from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted
 from creak.linalg.scratch import held_in_memory, spared
 from creak.linalg.sparse_product import BlockProduct
 from creak.linalg.windows import AMID, in_windows, window_size
@@ -87,6 +88,21 @@ class _Pencil:
     M: Matrix
     mass: BlockProduct
     """The product with M."""
+    pieces: Pieces | None = None
+    """How they are cut where memory does not hold a factor."""
+
+    def factor(self, shift: float, *, definite: bool) -> Factor:
+        """Of K - shift M."""
+        if self.pieces is None:
+            return factor(self.shifted(shift), definite=definite)
+        return PieceFactor(Shifted(self.K, self.M, shift), self.pieces, definite=definite)
+
+    def refactor(self, old: Factor, shift: float) -> Factor:
+        """Of K - shift M, indefinite, in the place of another one."""
+        if not isinstance(old, PieceFactor):
+            return refactor(old, self.shifted(shift))
+        old.replace(Shifted(self.K, self.M, shift))
+        return old
 
     def shifted(self, shift: float) -> Matrix:
         """K - shift M; on disk where memory is short."""
@@ -102,6 +118,7 @@ def modes(
     free: bool = False,
     stiffness_factor: Factor | None = None,
     sturm: bool = True,
+    pieces: Pieces | None = None,
     progress: Steps | None = None,
 ) -> Modes:
     """All modes up to `f_max` (Hz), or the `count` lowest.
@@ -113,6 +130,7 @@ def modes(
     free : the body may have rigid-body modes: a small negative shift is used. A clamped K is factorised as is.
     stiffness_factor : a factor of K that already exists (clamped only).
     sturm : with `count`, compare with the inertia above the last mode, one more factorisation; `f_max` always does.
+    pieces : how K and M are cut where memory does not hold a factor of them.
 
     Raises
     ------
@@ -129,8 +147,8 @@ def modes(
     if n <= DENSE_LIMIT:
         return _dense_modes(K, M, f_max, count, free)
     shift = -small_shift(K, M) if free else 0.0
-    pencil = _Pencil(K, M, BlockProduct(M))
-    inverse = stiffness_factor or LaterFactor(lambda: factor(pencil.shifted(shift)))
+    pencil = _Pencil(K, M, BlockProduct(M), pieces)
+    inverse = stiffness_factor or LaterFactor(lambda: pencil.factor(shift, definite=True))
     try:
         _make_now(inverse)
     except SingularMatrixError as error:
@@ -159,8 +177,9 @@ def _below(pencil: _Pencil, shift: float, upper: float, inverse: Factor, free: b
 
     Where memory is short, one factor is held at a time, and the modes are found window by window.
     """
-    _make_room(inverse, inverse.memory + MADE * getattr(pencil.K, "nnz", 0))
-    counted = factor(pencil.shifted(upper), definite=False)
+    made = 0.0 if pencil.pieces is not None else MADE * getattr(pencil.K, "nnz", 0)
+    _make_room(inverse, inverse.memory + made)
+    counted = pencil.factor(upper, definite=False)
     wanted = counted.n_negative
     if dense_is_faster(pencil.mass.n, wanted):
         del counted
@@ -221,12 +240,11 @@ def _many(pencil: _Pencil, upper: float, counted: Factor, wanted: int, progress:
     free = free_bytes()
     if basis_bytes(n, wanted + 1) + 8.0 * n * wanted <= WINDOWS * free:
         amid = AMID * upper
-        solver = refactor(counted, pencil.shifted(amid))
+        solver = pencil.refactor(counted, amid)
         return lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress), amid
 
     def at(held: Factor | None, shift: float) -> Factor:
-        A = pencil.shifted(shift)
-        return factor(A, definite=False) if held is None else refactor(held, A)
+        return pencil.factor(shift, definite=False) if held is None else pencil.refactor(held, shift)
 
     left = WINDOWS * free - (8.0 * n * wanted if held_in_memory(n, wanted) else 0.0)
     return in_windows(at, counted, pencil.mass, wanted, upper, window_size(n, left), progress)
@@ -327,8 +345,8 @@ def _checked(
     after = 0.0 if free and abs(after) < rigid else after
     sturm_ok = True
     if count and sp.issparse(K) and omega2.size and omega2.size < K.shape[0]:
-        above = pencil.shifted(omega2[-1] * (1.0 + 1e-6) + 1e-3 * scale)
-        sturm_ok = factor(above, definite=False).n_negative == omega2.size or _last_is_repeated(omega2)
+        above = pencil.factor(omega2[-1] * (1.0 + 1e-6) + 1e-3 * scale, definite=False)
+        sturm_ok = above.n_negative == omega2.size or _last_is_repeated(omega2)
     return Modes(omega2, shapes, _residual(pencil, omega2, shapes), sturm_ok, float(after), columns)
 
 

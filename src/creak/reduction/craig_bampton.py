@@ -148,7 +148,8 @@ def _fixed_modes(inside: Inside, f_max: float | None, count: int | None, report:
     n = inside.i.size
     if n == 0 or count == 0:
         return Modes(np.zeros(0), np.zeros((n, 0)), 0.0, True, next_omega2=np.inf if n == 0 else np.nan)
-    return modes(inside.K_ii, inside.M_ii, f_max=f_max, count=count, stiffness_factor=inside.factor, progress=report)
+    K, M, held = inside.K_ii, inside.M_ii, inside.factor
+    return modes(K, M, f_max=f_max, count=count, stiffness_factor=held, pieces=inside.pieces, progress=report)
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,11 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.errors import NumericalError
-from creak.linalg.factor import Factor, LaterFactor, regular_factor
+from creak.linalg.factor import Factor, LaterFactor
+from creak.linalg.pieces.factor import Pieces
 from creak.linalg.scratch import spared
 from creak.linalg.sparse_product import BlockProduct
+from creak.reduction.room import regular_factor_that_fits
 
 
 class Inside:
@@ -29,6 +31,7 @@ class Inside:
         self._system = system
         self._inner: dict[str, Matrix] = {}
         self._factor = LaterFactor(self._regular)
+        self._pieces: Pieces | None = None
         self._stiffness: BlockProduct | None = None
         self._mass: BlockProduct | None = None
 
@@ -85,8 +88,15 @@ class Inside:
         _ = self._factor.made
         return self._factor
 
+    @property
+    def pieces(self) -> Pieces | None:
+        """How the inside is cut where memory does not hold a factor of it; looked at when the first one is made."""
+        if self.i.size:
+            _ = self.factor
+        return self._pieces
+
     def _regular(self) -> Factor:
-        found = regular_factor(self.K_ii)
+        found, self._pieces = regular_factor_that_fits(self.K_ii, self.M_ii, self._pieces)
         if found is None:
             raise NumericalError(
                 f"part {self.name} cannot be reduced: its {self.b.size} retained dofs do not hold it (the stiffness "

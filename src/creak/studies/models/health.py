@@ -67,11 +67,13 @@ def _kept(setup: Setup, reduced: Reduced, store: Path | None, own_modes: bool | 
 def check(setup: Setup, reduced: Reduced, *, own_modes: bool | None = None) -> Health:
     """The health of one superelement, see `checked`; with the factor that made it where that is still there."""
     part = reduced.substructure.part
+    if own_modes is None:
+        own_modes = part.n <= OWN_MODES_LIMIT and reduced.inside.pieces is None  # they take a factor of the part
     return health(
         part,
         reduced.system,
         reduced.inside,
         setup.model.nodes.coords,
         f_excitation=highest_frequency(setup.study) or None,
-        own_modes=part.n <= OWN_MODES_LIMIT if own_modes is None else own_modes,
+        own_modes=own_modes,
     )

@@ -29,7 +29,7 @@ from creak.formats.stored.superelement import (
     write_superelement_file,
 )
 from creak.later import later
-from creak.linalg.memory import OutOfMemory
+from creak.linalg.memory import GB, OutOfMemory
 from creak.linalg.modes import Modes
 from creak.model.dofs import PER_NODE, dofs_of, nodes_of
 from creak.model.mesh import Model
@@ -116,8 +116,21 @@ def reduce_substructure(
                 fix="Couple it at more nodes, or add a node set to [reduction] retain.",
             ) from error
         matrices = reduced_matrices(sub.part, basis, progress, watched=_watched(setup, sub))
+        notes += _in_pieces(inside)
     system = reduced_system(sub.part, *truncated(basis, matrices, table.f_max))
     return Reduced(sub, system, inside, basis, matrices, wanted, found is not None), notes
+
+
+def _in_pieces(inside: Inside) -> list[str]:
+    """What became of a part whose factor does not fit."""
+    cut = inside.pieces
+    if cut is None:
+        return []
+    return [
+        f"part {inside.name} does not fit: {cut.instead / GB:.2g} GB for its factor, {cut.left / GB:.2g} GB free for "
+        f"it. It is cut into {cut.count} pieces that {cut.joint:,} dofs join, of which as many stay factorised as fit "
+        f"(one at least, {cut.bytes / GB:.2g} GB): its superelement is the same, and takes longer"
+    ]
 
 
 def with_all_modes(reduced: Reduced) -> Reduced:
