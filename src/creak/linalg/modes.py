@@ -10,6 +10,7 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, Matrix
 from creak.errors import NumericalError
+from creak.later import later
 from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, refactor
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
@@ -70,6 +71,13 @@ class Modes:
     def frequencies(self) -> FloatArray:
         """(n_mode,) Hz."""
         return np.sqrt(np.maximum(self.omega2, 0.0)) / (2.0 * np.pi)
+
+
+def lowest(found: Modes, count: int) -> Modes:
+    """The first `count` of more modes; their shapes are looked up when they are asked for."""
+    known = {name: getattr(found, name) for name in ("residual", "sturm_ok", "columns")}
+    known |= {"omega2": found.omega2[:count], "next_omega2": float(found.omega2[count])}
+    return later(Modes, lambda: Modes(shapes=found.shapes[:, :count], **known), **known)
 
 
 @dataclass(frozen=True)

@@ -35,8 +35,9 @@ from creak.studies.advise.evidence import Measured, measured, rule_of_thumb, ste
 from creak.studies.advise.memory import Memory, memory
 from creak.studies.advise.size import Counted, Sizes, sizes, sturm_counts
 from creak.studies.file.signals.course import RecordTable
+from creak.studies.models.outlines import assembled
 from creak.studies.models.reduced import WHOLE
-from creak.studies.models.reference import ReferenceModel, assembled, joined_reference
+from creak.studies.models.reference import ReferenceModel, joined_reference
 from creak.studies.models.room import require_whole
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.output_steps import output_every
@@ -160,9 +161,9 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     """
     setup = _checked(setup)
     excitation = excitation_of(setup)
-    parts, loose = assembled(setup, progress)
-    require_whole(setup, parts)
-    reference = joined_reference(setup, parts, loose, progress)
+    of = assembled(setup, progress)
+    require_whole(setup, of.parts)
+    reference = joined_reference(setup, of, progress)
     scheme = scheme_of(setup.study.config.time)
     gaps, channels = _channels(setup, reference, scheme, progress)
     reference = reference.without_factor()

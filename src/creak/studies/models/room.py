@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
+import numpy as np
+
+from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.linalg.factor import factor_bytes
 from creak.linalg.memory import GB, OVERRIDE, OutOfMemory, free_bytes
@@ -12,6 +16,7 @@ from creak.linalg.pieces import Pieces
 from creak.reduction.room import ENTRY, beside_factor, beside_pieces, pieces_that_fit, plenty
 from creak.studies.models.reduced import WHOLE
 from creak.studies.prepare.setup import Setup
+from creak.studies.solved import solved
 
 JOIN = 1.2
 """Memory of joining the parts over that of K and M of the whole."""
@@ -31,36 +36,46 @@ class Room:
     """Those that it is cut into, where memory does not hold its factor."""
 
 
-def room(parts: Sequence[System]) -> Room | None:
-    """None where there is plainly enough. Costs the analysis of the parts, a third of the time of their factors."""
+def room(parts: Sequence[System], store: Path | None = None, key: str = "") -> Room | None:
+    """None where there is plainly enough. Costs the analysis of the parts, a third of the time of their factors.
+
+    Parameters
+    ----------
+    store : folder of saved superelements, beside which the analysis is kept. key : digest of all that the parts are.
+    """
     if plenty(*(part.n for part in parts)):
         return None
-    factors = [factor_bytes(part.K) for part in parts]
-    n, K, M = (sum(x) for x in zip(*((p.n, p.K.nnz, p.M.nnz) for p in parts), strict=True))
-    whole = JOIN * ENTRY * (K + M) + sum(factors) + beside_factor(n, K, M)
+    sizes = solved(store if key else None, "room", [key], lambda: {"sizes": _sizes(parts)})["sizes"]
+    n, K, M, factors = sizes.sum(axis=0).tolist()
+    whole = JOIN * ENTRY * (K + M) + factors + beside_factor(int(n), K, M)
     back = ENTRY * (K + M)  # the matrices of the parts go to disk then
-    each = [(*_of_part(p, size, back), p.name) for p, size in zip(parts, factors, strict=True)]
+    each = [(*_of_part(part, own, back), part.name) for part, own in zip(parts, sizes.tolist(), strict=True)]
     most, pieces, name = max(each, key=lambda part: part[0])
     return Room(whole, most, name, pieces)
 
 
-def _of_part(part: System, factor: float, back: float) -> tuple[float, Pieces | None]:
+def _sizes(parts: Sequence[System]) -> FloatArray:
+    """(n_part, 4) dofs, entries of K and M, bytes of a factor of K."""
+    return np.array([[p.n, p.K.nnz, p.M.nnz, factor_bytes(p.K)] for p in parts], dtype=np.float64)
+
+
+def _of_part(part: System, sizes: Sequence[float], back: float) -> tuple[float, Pieces | None]:
     """With its factor, or with that of the pieces that it is cut into."""
-    K, M, free = part.K.nnz, part.M.nnz, free_bytes()
-    matrices = ENTRY * (K + M) - back
+    _, K, M, factor = sizes
+    matrices, free = ENTRY * (K + M) - back, free_bytes()
     whole = matrices + factor + beside_factor(part.n, K, M)
     cut = None if whole <= free else pieces_that_fit(part.K, part.M, free - matrices)
     return (whole, None) if cut is None else (matrices + cut.bytes + beside_pieces(part.n, M), cut)
 
 
-def only_parts_fit(setup: Setup, parts: Sequence[System]) -> bool:
+def only_parts_fit(setup: Setup, parts: Sequence[System], store: Path | None = None, key: str = "") -> bool:
     """Whether memory holds the factors of the parts, one at a time, but not that of the whole.
 
     Raises
     ------
     OutOfMemory : it does not hold what the study takes.
     """
-    needed, free = room(parts), free_bytes()
+    needed, free = room(parts, store, key), free_bytes()
     if needed is None or needed.whole <= free:
         return False
     c = setup.study.config

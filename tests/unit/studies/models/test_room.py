@@ -20,9 +20,10 @@ from creak.linalg.mkl import has_pardiso
 from creak.linalg.pieces import Pieces
 from creak.reduction import room as limits
 from creak.studies.file.reader import read_study
-from creak.studies.models import of_parts, reference
+from creak.studies.models import of_parts, outlines
 from creak.studies.models import room as module
-from creak.studies.models.reference import assembled, build_reference
+from creak.studies.models.outlines import assembled
+from creak.studies.models.reference import build_reference
 from creak.studies.models.room import Room, only_parts_fit, room
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run import static_start
@@ -56,14 +57,14 @@ def test_the_analysis_tells_the_memory_of_the_factor(setup):
 
 
 def test_a_small_model_is_not_looked_at(setup, monkeypatch):
-    parts, _ = assembled(setup, quiet)
+    parts = assembled(setup, quiet).parts
     monkeypatch.setattr(module, "factor_bytes", lambda _: pytest.fail("analysed"))
     assert room(parts) is None
     assert not only_parts_fit(setup, parts)
 
 
 def test_the_whole_takes_more_than_its_largest_part(setup, monkeypatch):
-    parts, _ = assembled(setup, quiet)
+    parts = assembled(setup, quiet).parts
     monkeypatch.setattr(limits, "PLENTY", 0.0)
     monkeypatch.setattr(module, "factor_bytes", lambda K: 100.0 * K.nnz)
     found = room(parts)
@@ -112,7 +113,7 @@ def test_what_does_not_fit_is_refused_before_it_starts(change, words, setup, mon
     for table, values in change.items():
         setup = changed(setup, table, **values)
     monkeypatch.setenv(OVERRIDE, "1")
-    monkeypatch.setattr(module, "room", lambda _: Room(3e9, 2e9, "UPPER"))
+    monkeypatch.setattr(module, "room", lambda *_: Room(3e9, 2e9, "UPPER"))
     monkeypatch.setattr(static_start, "joined_reference", lambda *_: pytest.fail("started"))
     with pytest.raises(OutOfMemory, match=words) as said:
         ready(setup, quiet)
@@ -123,7 +124,7 @@ def test_what_does_not_fit_is_refused_before_it_starts(change, words, setup, mon
 
 
 def test_parts_alone_where_the_whole_does_not_fit(setup, monkeypatch):
-    monkeypatch.setattr(module, "room", lambda _: Room(3e9, 2e9, "UPPER"))
+    monkeypatch.setattr(module, "room", lambda *_: Room(3e9, 2e9, "UPPER"))
     monkeypatch.setenv(OVERRIDE, "2.5")
     assert only_parts_fit(setup, ())
     monkeypatch.setenv(OVERRIDE, "3.5")
@@ -133,7 +134,7 @@ def test_parts_alone_where_the_whole_does_not_fit(setup, monkeypatch):
 def test_no_matrix_of_a_part_stays_in_memory(setup, monkeypatch):
     """Where only the parts fit, those of all of them would take as much as a factor."""
     made, left = [], []
-    for owner, name in ((reference, "part_system"), (of_parts, "_reduced")):
+    for owner, name in ((outlines, "part_system"), (of_parts, "_reduced")):
         monkeypatch.setattr(owner, name, partial(_noted, getattr(owner, name), made, left))
     monkeypatch.setattr(static_start, "only_parts_fit", lambda *_: True)
     ready(setup, quiet)
