@@ -11,7 +11,7 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.errors import NumericalError
 from creak.linalg.factor import Factor, LaterFactor
-from creak.linalg.pieces import Pieces
+from creak.linalg.pieces.factor import Pieces
 from creak.linalg.scratch import spared
 from creak.linalg.sparse_product import BlockProduct
 from creak.reduction.room import regular_factor_that_fits

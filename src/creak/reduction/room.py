@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from creak.arrays import Matrix
 from creak.linalg.factor import Factor, factor, factor_bytes, regular_factor
 from creak.linalg.memory import OutOfMemory, free_bytes
-from creak.linalg.pieces import PieceFactor, Pieces, cut_to_fit
+from creak.linalg.pieces.factor import PieceFactor, Pieces, cut_to_fit
 from creak.linalg.windows import window_bytes
 
 ENTRY, PRODUCT = 12.0, 16.0

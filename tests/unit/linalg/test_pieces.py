@@ -7,14 +7,14 @@ import pytest
 import scipy.sparse as sp
 
 from creak.errors import NumericalError
-from creak.linalg import pieces as module
-from creak.linalg import schur
-from creak.linalg.dissection import Dissection, cut_once_more, whole
 from creak.linalg.factor import SingularMatrixError, factor, regular_factor
 from creak.linalg.memory import OVERRIDE, OutOfMemory
 from creak.linalg.mkl import has_pardiso
 from creak.linalg.modes import modes
-from creak.linalg.pieces import PieceFactor, Pieces, Shifted, cut_to_fit
+from creak.linalg.pieces import factor as module
+from creak.linalg.pieces import schur
+from creak.linalg.pieces.dissection import Dissection, cut_once_more, whole
+from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted, cut_to_fit
 
 SIDE = 40
 

@@ -8,10 +8,10 @@ import scipy.sparse as sp
 
 from creak.assembly.system import System, to_dense
 from creak.errors import NumericalError
-from creak.linalg.dissection import cut_once_more, whole
 from creak.linalg.factor import factor
 from creak.linalg.memory import OutOfMemory
-from creak.linalg.pieces import Pieces
+from creak.linalg.pieces.dissection import cut_once_more, whole
+from creak.linalg.pieces.factor import Pieces
 from creak.model.constraints import RigidLink
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.guyan import guyan

@@ -12,7 +12,7 @@ from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.linalg.factor import factor_bytes
 from creak.linalg.memory import GB, OVERRIDE, OutOfMemory, free_bytes
-from creak.linalg.pieces import Pieces
+from creak.linalg.pieces.factor import Pieces
 from creak.reduction.room import ENTRY, beside_factor, beside_pieces, pieces_that_fit, plenty
 from creak.studies.models.reduced import WHOLE
 from creak.studies.prepare.setup import Setup

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from creak.linalg.dissection import Dissection
 from creak.linalg.memory import OVERRIDE, OutOfMemory
-from creak.linalg.pieces import Pieces
+from creak.linalg.pieces.dissection import Dissection
+from creak.linalg.pieces.factor import Pieces
 from creak.studies.advise.advice import advise as look
 from creak.studies.advise.advice import as_dict
 from creak.studies.advise.memory import Memory, memory, modes_below

@@ -13,11 +13,11 @@ import scipy.sparse as sp
 
 from creak.assembly.system import System
 from creak.errors import NumericalError
-from creak.linalg.dissection import cut_once_more, whole
 from creak.linalg.factor import factor, factor_bytes
 from creak.linalg.memory import OVERRIDE, OutOfMemory, free_bytes
 from creak.linalg.mkl import has_pardiso
-from creak.linalg.pieces import Pieces
+from creak.linalg.pieces.dissection import cut_once_more, whole
+from creak.linalg.pieces.factor import Pieces
 from creak.reduction import room as limits
 from creak.studies.file.reader import read_study
 from creak.studies.models import of_parts, outlines

@@ -16,10 +16,10 @@ import scipy.sparse as sp
 from scipy.linalg.lapack import dsytrf, dsytrf_lwork, dsytrs
 
 from creak.arrays import FloatArray, IntArray, Matrix
-from creak.linalg.dissection import Dissection, cut_once_more, whole
 from creak.linalg.factor import Factor, SingularMatrixError, factor, factor_bytes
 from creak.linalg.memory import require
-from creak.linalg.schur import schur_complement
+from creak.linalg.pieces.dissection import Dissection, cut_once_more, whole
+from creak.linalg.pieces.schur import schur_complement
 
 COLUMNS = 48
 """Columns of a piece, on their way in a solve, that count with its factor."""
