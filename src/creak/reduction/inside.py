@@ -90,10 +90,12 @@ class Inside:
 
     @property
     def pieces(self) -> Pieces | None:
-        """How the inside is cut where memory does not hold a factor of it; looked at when the first one is made."""
-        if self.i.size:
-            _ = self.factor
+        """How the inside was cut where memory did not hold a factor of it; None as long as none was made, too."""
         return self._pieces
+
+    def in_one(self) -> bool:
+        """Whether memory holds a factor of the inside in one; it is made for that."""
+        return not self.i.size or (self.factor.memory > 0.0 and self._pieces is None)
 
     def _regular(self) -> Factor:
         found, self._pieces = regular_factor_that_fits(self.K_ii, self.M_ii, self._pieces)

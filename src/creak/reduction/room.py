@@ -25,12 +25,12 @@ def plenty(*sizes: int) -> bool:
     return 3.0 * sum(BOUND * float(n) ** POWER for n in sizes) <= PLENTY * free_bytes()
 
 
-def beside_factor(n: int, K: int, M: int) -> float:
+def beside_factor(n: int, K: float, M: float) -> float:
     """K - s M, the product with M, and the vectors of the smallest window; K, M: stored entries."""
     return ENTRY * K + PRODUCT * M + window_bytes(n)
 
 
-def beside_pieces(n: int, M: int) -> float:
+def beside_pieces(n: int, M: float) -> float:
     """The same where the factor is one of pieces, of which K - s M is made too."""
     return PRODUCT * M + window_bytes(n)
 

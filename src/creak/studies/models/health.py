@@ -68,7 +68,7 @@ def check(setup: Setup, reduced: Reduced, *, own_modes: bool | None = None) -> H
     """The health of one superelement, see `checked`; with the factor that made it where that is still there."""
     part = reduced.substructure.part
     if own_modes is None:
-        own_modes = part.n <= OWN_MODES_LIMIT and reduced.inside.pieces is None  # they take a factor of the part
+        own_modes = part.n <= OWN_MODES_LIMIT and reduced.inside.in_one()  # they take a factor of the part
     return health(
         part,
         reduced.system,

@@ -46,8 +46,8 @@ def room(parts: Sequence[System], store: Path | None = None, key: str = "") -> R
     if plenty(*(part.n for part in parts)):
         return None
     sizes = solved(store if key else None, "room", [key], lambda: {"sizes": _sizes(parts)})["sizes"]
-    n, K, M = sizes[:, :3].sum(axis=0).astype(int).tolist()
-    whole = JOIN * ENTRY * (K + M) + sizes[:, 3].sum() + beside_factor(n, K, M)
+    n, K, M, factors = sizes.sum(axis=0).tolist()
+    whole = JOIN * ENTRY * (K + M) + factors + beside_factor(int(n), K, M)
     back = ENTRY * (K + M)  # the matrices of the parts go to disk then
     each = [(*_of_part(part, own, back), part.name) for part, own in zip(parts, sizes.tolist(), strict=True)]
     most, pieces, name = max(each, key=lambda part: part[0])
@@ -61,11 +61,11 @@ def _sizes(parts: Sequence[System]) -> FloatArray:
 
 def _of_part(part: System, sizes: Sequence[float], back: float) -> tuple[float, Pieces | None]:
     """With its factor, or with that of the pieces that it is cut into."""
-    (n, K, M), factor, free = (int(x) for x in sizes[:3]), sizes[3], free_bytes()
-    matrices = ENTRY * (K + M) - back
-    whole = matrices + factor + beside_factor(n, K, M)
+    _, K, M, factor = sizes
+    matrices, free = ENTRY * (K + M) - back, free_bytes()
+    whole = matrices + factor + beside_factor(part.n, K, M)
     cut = None if whole <= free else pieces_that_fit(part.K, part.M, free - matrices)
-    return (whole, None) if cut is None else (matrices + cut.bytes + beside_pieces(n, M), cut)
+    return (whole, None) if cut is None else (matrices + cut.bytes + beside_pieces(part.n, M), cut)
 
 
 def only_parts_fit(setup: Setup, parts: Sequence[System], store: Path | None = None, key: str = "") -> bool:
