@@ -106,7 +106,7 @@ def run(
         reduction or a factorisation failed.
     """
     result = run_setup(
-        set_up(study, ignore),
+        set_up(study, ignore, superelements=superelements),
         progress,
         superelements=superelements,
         converge=converge,
@@ -121,18 +121,25 @@ def run(
     return result
 
 
-def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t-s") -> Setup:
+def set_up(
+    study: Study | str | Path,
+    ignore: Sequence[str] = (),
+    units: UnitsName = "mm-t-s",
+    superelements: str | Path | None = None,
+) -> Setup:
     """Read and check what a study, a study file or a deck with a transient step of its own asks for.
 
     Parameters
     ----------
     units : what the report calls the units of a deck that is run by itself.
+    superelements : as in `run`: beside saved ones the channels of contacts are kept.
 
     Raises
     ------
     InputError : anything wrong in the study or the deck.
     """
     from creak.formats.endings import is_deck
+    from creak.studies.file.identity import store_of
     from creak.studies.prepare import setup
     from creak.studies.prepare.deck_step import set_up_deck
     from creak.studies.sound.background import background_of
@@ -143,7 +150,7 @@ def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: UnitsNa
         if is_deck(path):
             return set_up_deck(path, ignore, units)
         study = read_study(path)
-    found = setup.set_up(study, ignore)
+    found = setup.set_up(study, ignore, store_of(study) if superelements is None else Path(superelements))
     listeners_of(found.model, found.study)
     background_of(found.study)
     return found
@@ -169,21 +176,23 @@ def run_setup(
     from dataclasses import replace
 
     from creak.dynamics.cuda.solver import check_solver
-    from creak.studies.cause.found import causes_of
-    from creak.studies.converge.variants import converge as repeat
-    from creak.studies.models.superelements import store_of
-    from creak.studies.results.followed import followed
-    from creak.studies.results.places import find_places
-    from creak.studies.results.summary import summarise
-    from creak.studies.run.compared import main_run
+    from creak.studies.file.identity import store_of
     from creak.studies.run.job import run_study
-    from creak.studies.sound.heard import Sound, hear
-    from creak.studies.warned import Warned
 
     report = progress if progress is not None else silent
     store = store_of(setup.study) if superelements is None else Path(superelements)
     check_solver(device)
     found = run_study(replace(setup, device=device), report, store, record=record)
+
+    from creak.studies.cause.found import causes_of  # what comes after the run is not waited for before it
+    from creak.studies.converge.variants import converge as repeat
+    from creak.studies.results.followed import followed
+    from creak.studies.results.places import find_places
+    from creak.studies.results.summary import summarise
+    from creak.studies.run.compared import main_run
+    from creak.studies.sound.heard import Sound, hear
+    from creak.studies.warned import Warned
+
     told = converge is not False or changes != "none"
     if converge is None:
         table = setup.study.config.time

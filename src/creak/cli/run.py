@@ -97,7 +97,7 @@ def run(
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
             with progress.phase("read the model and find the contacts"):
-                setup = set_up(given, ignore, units)
+                setup = set_up(given, ignore, units, superelements)
             setup_detail(output, setup)
             tell_warnings(output, setup.notes, told)
             result = run_setup(

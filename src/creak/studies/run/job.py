@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,9 +17,7 @@ from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.formats.stored.run_identity import RunIdentity
 from creak.progress import Progress
-from creak.reduction.health import Health
 from creak.studies.file.identity import new_identity
-from creak.studies.models.health import checked
 from creak.studies.models.reduced import WHOLE, ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference, observed_labels
 from creak.studies.prepare.output_steps import field_steps, output_every, shown_window
@@ -54,6 +52,9 @@ WITHOUT_WHOLE = (
     "memory does not hold a factor of the whole model: the linear pre-check is that of its parts, reduced to what "
     "joins them, and modes of reduced and unreduced model are not compared"
 )
+
+if TYPE_CHECKING:
+    from creak.reduction.health import Health
 
 ReferenceRun = Callable[[Setup, ReferenceModel, GapOperator, Progress], "Run"]
 
@@ -146,6 +147,8 @@ def run_study(
     reduced, health, stopped = None, {}, None
     if c.reduction.method != "none":
         gaps, reduced, runs["reduced"], more = _reduced_run(setup, reference, gaps, progress, store, record)
+        from creak.studies.models.health import checked  # what comes after the run is not waited for before it
+
         notes += [*more, *reduced.notes]
         try:
             health = checked(setup, reduced, progress, store)
