@@ -17,6 +17,7 @@ from creak.studies.file.toml_text import toml_text
 
 if TYPE_CHECKING:
     from creak.studies.prepare.setup import Setup
+    from creak.studies.run.checkpoint import Checkpoints
 
 Changes = Literal["none", "predicted", "checked"]
 
@@ -152,8 +153,13 @@ def run_setup(
     converge: bool | None = None,
     record: bool = True,
     changes: Changes = "none",
+    checkpoints: Checkpoints | None = None,
 ) -> Result:
     """Run what `set_up` made, parameters as `run`, and sum it up; nothing is warned of: look at the Result.
+
+    Parameters
+    ----------
+    checkpoints : from which an unreduced run goes on, and which it writes.
 
     Raises
     ------
@@ -174,7 +180,7 @@ def run_setup(
 
     report = progress if progress is not None else silent
     store = store_of(setup.study) if superelements is None else Path(superelements)
-    found = run_study(setup, report, store, record=record)
+    found = run_study(setup, report, store, record=record, checkpoints=checkpoints)
     told = converge is not False or changes != "none"
     if converge is None:
         table = setup.study.config.time
