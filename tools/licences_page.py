@@ -70,7 +70,8 @@ TAIL = """
   under licences of Intel: free to use and redistribute, not open source. Without it creak solves with SuperLU, which
   comes with SciPy.
 - `numba-cuda` (the extra `gpu`) compiles by NVVM and nvJitLink of NVIDIA's CUDA, which users install themselves: free
-  to use, not open source. Without it the cores do the same work.
+  to use, not open source. `nvmath-python` (the same extra) calls cuDSS of NVIDIA, which users install themselves too,
+  under NVIDIA's licence: free to use, not open source. Without them the cores do the same work.
 - Where `report.html` draws with plotly, it contains plotly.js (MIT), so that it opens offline.
 """
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from pathlib import Path
 
 
 @cache
@@ -15,3 +16,12 @@ def version() -> str:
         return installed("creak")
     except PackageNotFoundError:
         return "0+unknown"
+
+
+@cache
+def edition() -> str:
+    """The version; of a tree of sources also when one of them was last changed, as the version stays then."""
+    here = Path(__file__).parent
+    if not (here.parents[1] / "pyproject.toml").is_file():
+        return version()
+    return f"{version()} {max(path.stat().st_mtime_ns for path in here.rglob('*.py'))}"

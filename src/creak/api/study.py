@@ -16,6 +16,7 @@ from creak.studies.file.reader import Study
 from creak.studies.file.toml_text import toml_text
 
 if TYPE_CHECKING:
+    from creak.dynamics.cuda.device import Device
     from creak.studies.prepare.setup import Setup
 
 Changes = Literal["none", "predicted", "checked"]
@@ -76,6 +77,7 @@ def run(
     ignore: Sequence[str] = (),
     progress: Progress | None = None,
     changes: Changes = "none",
+    device: Device = "auto",
 ) -> Result:
     """Run a study as `creak run` does: pre-check, reduction, both runs, verification.
 
@@ -91,6 +93,7 @@ def run(
     progress : called with (stage, done, total).
     changes : "predicted": look for single changes that quieten the first places, on the reduced model; "checked": and
         make a full run of each that is told.
+    device : where an unreduced model is solved: "gpu", "cpu", or "auto": on a GPU where there is one and it is large.
 
     Returns
     -------
@@ -99,15 +102,17 @@ def run(
 
     Raises
     ------
-    InputError : anything wrong in the study or the deck. NumericalError : a reduction or a factorisation failed.
+    InputError : anything wrong in the study or the deck; a GPU is asked for and there is none. NumericalError : a
+        reduction or a factorisation failed.
     """
     result = run_setup(
-        set_up(study, ignore),
+        set_up(study, ignore, superelements=superelements),
         progress,
         superelements=superelements,
         converge=converge,
         record=record,
         changes=changes,
+        device=device,
     )
     if result.stopped is not None:
         warnings.warn(f"the study ended early: {result.stopped}", RuntimeWarning, stacklevel=2)
@@ -116,18 +121,25 @@ def run(
     return result
 
 
-def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t-s") -> Setup:
+def set_up(
+    study: Study | str | Path,
+    ignore: Sequence[str] = (),
+    units: UnitsName = "mm-t-s",
+    superelements: str | Path | None = None,
+) -> Setup:
     """Read and check what a study, a study file or a deck with a transient step of its own asks for.
 
     Parameters
     ----------
     units : what the report calls the units of a deck that is run by itself.
+    superelements : as in `run`: beside saved ones the channels of contacts are kept.
 
     Raises
     ------
     InputError : anything wrong in the study or the deck.
     """
     from creak.formats.endings import is_deck
+    from creak.studies.file.identity import store_of
     from creak.studies.prepare import setup
     from creak.studies.prepare.deck_step import set_up_deck
     from creak.studies.sound.background import background_of
@@ -138,7 +150,7 @@ def set_up(study: Study | str | Path, ignore: Sequence[str] = (), units: UnitsNa
         if is_deck(path):
             return set_up_deck(path, ignore, units)
         study = read_study(path)
-    found = setup.set_up(study, ignore)
+    found = setup.set_up(study, ignore, store_of(study) if superelements is None else Path(superelements))
     listeners_of(found.model, found.study)
     background_of(found.study)
     return found
@@ -152,29 +164,35 @@ def run_setup(
     converge: bool | None = None,
     record: bool = True,
     changes: Changes = "none",
+    device: Device = "auto",
 ) -> Result:
     """Run what `set_up` made, parameters as `run`, and sum it up; nothing is warned of: look at the Result.
 
     Raises
     ------
-    InputError : what is asked for does not fit the model. NumericalError : a reduction or a factorisation failed.
+    InputError : what is asked for does not fit the model, or is not there. NumericalError : a reduction or a
+        factorisation failed.
     """
     from dataclasses import replace
 
-    from creak.studies.cause.found import causes_of
+    from creak.dynamics.cuda.solver import check_solver
+    from creak.studies.file.identity import store_of
+    from creak.studies.run.job import run_study
+
+    report = progress if progress is not None else silent
+    store = store_of(setup.study) if superelements is None else Path(superelements)
+    check_solver(device)
+    found = run_study(replace(setup, device=device), report, store, record=record)
+
+    from creak.studies.cause.found import causes_of  # what comes after the run is not waited for before it
     from creak.studies.converge.variants import converge as repeat
-    from creak.studies.models.superelements import store_of
     from creak.studies.results.followed import followed
     from creak.studies.results.places import find_places
     from creak.studies.results.summary import summarise
     from creak.studies.run.compared import main_run
-    from creak.studies.run.job import run_study
     from creak.studies.sound.heard import Sound, hear
     from creak.studies.warned import Warned
 
-    report = progress if progress is not None else silent
-    store = store_of(setup.study) if superelements is None else Path(superelements)
-    found = run_study(setup, report, store, record=record)
     told = converge is not False or changes != "none"
     if converge is None:
         table = setup.study.config.time

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,11 +17,10 @@ from creak.assembly.elimination import eliminate, principal, transformation
 from creak.assembly.node_blocks import NodeBlocks
 from creak.assembly.partition import shared_nodes
 from creak.assembly.system import Rows, Stats, System, no_supports
-from creak.elements.block_matrices import block_matrices
 from creak.elements.free_sides import SHELLS, with_free_sides
-from creak.elements.geometric import GEOMETRIC
 from creak.elements.geometry import DegenerateElement
 from creak.errors import InputError
+from creak.later import later
 from creak.linalg.threads import in_order
 from creak.model.constraints import Constraint, Equation
 from creak.model.dofs import PER_NODE, dof_label, dofs_of, node_dofs, nodes_of
@@ -148,6 +148,15 @@ def _excess_damping(block: ElementBlock, common: Rayleigh, override: bool) -> tu
     return alpha - common.alpha, beta - common.beta, False
 
 
+def damps_by_itself(model: Model, common: Rayleigh, override: bool) -> bool:
+    """Whether anything of the model damps other than by the common Rayleigh numbers."""
+    return _any_excess(model.blocks, common, override)
+
+
+def _any_excess(blocks: Iterable[ElementBlock], common: Rayleigh, override: bool) -> bool:
+    return any(any(_excess_damping(block, common, override)) for block in blocks)
+
+
 ElementMatrices = tuple[FloatArray, FloatArray, FloatArray | None]
 """K, M, C (n, 6 k, 6 k)"""
 
@@ -181,6 +190,9 @@ def _pieces(block: ElementBlock) -> list[slice]:
 
 
 def _made(model: Model, block: ElementBlock, rows: slice, u: FloatArray | None) -> ElementMatrices | DegenerateElement:
+    from creak.elements.block_matrices import block_matrices  # a run whose parts are made later does without elements
+    from creak.elements.geometric import GEOMETRIC
+
     try:
         Ke, Me, Ce = block_matrices(block, rows, model.nodes.coords, form=model.mass_form)
         if u is not None and block.kind in GEOMETRIC:
@@ -230,12 +242,8 @@ def part_system(
     Couplings within the part are eliminated (u = T q); supports and links to other parts are not: these act
     later, on the full and on the reduced part alike. `u` (n_node, 6): static displacements whose stress stiffens it.
     """
-    inside, across = split_constraints(model)
-    labels = np.sort(node_dofs(model.parts[part].nodes_idx))
-    blocks = [b for b in model.blocks if b.part == part]
-    matrices = assemble_blocks(model, blocks, labels, common, override, u)
-    equations = [e for c in inside[part] for e in linear_equations(c, model.nodes.coords)]
-    T, independent = transformation(labels, eliminate(equations))
+    labels, T, independent, across = _independent(model, part)
+    matrices = assemble_blocks(model, _blocks(model, part), labels, common, override, u)
     own = np.searchsorted(labels, independent)
     K, M = (congruent(T, SideBySide([A]), own) for A in (matrices.K, matrices.M))
     C = None if matrices.C is None else congruent(T, SideBySide([matrices.C]), own)
@@ -244,18 +252,55 @@ def part_system(
     K, M, T = principal(K, keep), principal(M, keep), T[:, keep]
     C = None if C is None else principal(C, keep)
     translation = (dofs_of(labels) == 1).astype(np.float64)
-    return System(
-        name=model.parts[part].name,
-        M=M,
-        K=K,
-        damping=Damping(common.alpha, common.beta, C),
-        rows=_rows_of(labels, T, model.nodes.count),
-        supports=no_supports(keep.size),
-        coordinates=independent[keep],
-        velocity=_initial_velocity(model, independent[keep]),
-        stats=Stats(float(translation @ (matrices.M @ translation)), sum(b.ids.size for b in blocks)),
-        labels=labels,
-    )
+    mass = float(translation @ (matrices.M @ translation))
+    known = _known(model, part, labels, T, independent[keep], mass)
+    return System(M=M, K=K, damping=Damping(common.alpha, common.beta, C), **known)
+
+
+def outlined_part(
+    model: Model, part: int, common: Rayleigh, coordinates: IntArray, mass: float, *, override: bool = False
+) -> System:
+    """The System that `part_system` makes, its matrices only when they are asked for.
+
+    Parameters
+    ----------
+    coordinates, mass : those of that System.
+    """
+    labels, T, independent, _ = _independent(model, part)
+    T = T[:, np.searchsorted(independent, coordinates)]
+    known = {**_OTHERS, **_known(model, part, labels, T, coordinates, mass)}
+    if not _any_excess(_blocks(model, part), common, override):
+        known["damping"] = Damping(common.alpha, common.beta)
+    return later(System, lambda: part_system(model, part, common, override=override), **known)
+
+
+_OTHERS: dict[str, Any] = {f.name: f.default for f in fields(System) if f.default is not MISSING}
+"""What a part has none of."""
+
+
+def _known(model: Model, part: int, labels: IntArray, T: Matrix, coordinates: IntArray, mass: float) -> dict[str, Any]:
+    """All of a part but its matrices; T (n_label, n)."""
+    return {
+        "name": model.parts[part].name,
+        "rows": _rows_of(labels, T, model.nodes.count),
+        "supports": no_supports(coordinates.size),
+        "coordinates": coordinates,
+        "velocity": _initial_velocity(model, coordinates),
+        "stats": Stats(mass, sum(b.ids.size for b in _blocks(model, part))),
+        "labels": labels,
+    }
+
+
+def _blocks(model: Model, part: int) -> list[ElementBlock]:
+    return [b for b in model.blocks if b.part == part]
+
+
+def _independent(model: Model, part: int) -> tuple[IntArray, Matrix, IntArray, list[Constraint]]:
+    """Labels of a part, T of u = T q for the couplings within it, the labels of q; the other constraints."""
+    inside, across = split_constraints(model)
+    labels = np.sort(node_dofs(model.parts[part].nodes_idx))
+    equations = [e for c in inside[part] for e in linear_equations(c, model.nodes.coords)]
+    return labels, *transformation(labels, eliminate(equations)), across
 
 
 def loose_system(model: Model, common: Rayleigh) -> System | None:

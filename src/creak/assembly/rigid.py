@@ -11,7 +11,6 @@ from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.coupling import Driven
 from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import split_constraints
-from creak.elements.block_matrices import block_matrices
 from creak.model.dofs import dof_label, node_and_dof, node_dofs
 from creak.model.materials import Discrete, Spring, has_stiffness
 from creak.model.mesh import ElementBlock, Model
@@ -86,6 +85,8 @@ def _spring_equations(nodes: list[list[int]], spring: Spring) -> Iterable[Linear
 
 def _resisted_motions(block: ElementBlock, model: Model) -> Iterable[LinearEquation]:
     """The motions that each element of bushings and the like resists: eigenvectors of its stiffness."""
+    from creak.elements.block_matrices import block_matrices  # see `assembly.part`
+
     K = block_matrices(block, slice(None), model.nodes.coords)[0]
     values, vectors = np.linalg.eigh(K)
     dofs = node_dofs(block.nodes_idx.ravel()).reshape(len(K), -1)

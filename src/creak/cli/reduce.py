@@ -63,8 +63,8 @@ def reduce(
 
     Example: creak reduce door/door.toml --export op4
     """
+    from creak.studies.file.identity import store_of
     from creak.studies.file.reader import read_study
-    from creak.studies.models.superelements import store_of
     from creak.studies.prepare.setup import set_up
 
     certificates = checked_certificates(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
@@ -78,7 +78,7 @@ def reduce(
         check_cluster(scheduler, output)
         with output.progress as progress:
             with progress.phase("read the model and find the contacts"):
-                setup = set_up(study, ignore)
+                setup = set_up(study, ignore, folder)
             setup_detail(output, setup)
             tell_warnings(output, setup.notes, told)
             distribution = Distribution(workers, scheduler, certificates, tuple(ignore))
@@ -204,6 +204,7 @@ def _elsewhere(
             output.progress("reduce the parts in workers", done, len(jobs))
             if saved.error:
                 failed[name] = saved.error
+            tell_notes(output, saved.notes, set())
             if saved.health is not None:
                 checks[name] = saved.health
             if saved.path is not None:

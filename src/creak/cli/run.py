@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
@@ -66,6 +66,9 @@ def run(
         help="Megabytes that the 3-D motion of the hardest events may add to report.html; 0: none.",
     ),
     force: bool = typer.Option(False, "--force", help="Replace the results of another study."),
+    device: Literal["auto", "cpu", "gpu"] = typer.Option(
+        "auto", "--device", help="Where an unreduced model is solved; auto: on a GPU if there is one and it is large."
+    ),
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,
     as_json: bool = AS_JSON,
@@ -79,9 +82,11 @@ def run(
     """
     from creak.api.extras import missing_for_report, no_report_text
     from creak.api.study import run_setup, set_up
+    from creak.dynamics.cuda.solver import check_solver
     from creak.studies.results.of_another import refuse_other_study
     from creak.studies.results.save import check_folder
 
+    check_solver(device)
     given = changed_study(study_file, changes) if changes else study_file
     folder = out if out is not None else study_file.parent / results_name(given)
     writable_folder(folder)
@@ -92,7 +97,7 @@ def run(
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
             with progress.phase("read the model and find the contacts"):
-                setup = set_up(given, ignore, units)
+                setup = set_up(given, ignore, units, superelements)
             setup_detail(output, setup)
             tell_warnings(output, setup.notes, told)
             result = run_setup(
@@ -102,6 +107,7 @@ def run(
                 converge=converge,
                 record=animation_mb > 0.0,
                 changes="checked" if check_changes else "predicted" if changes_wanted else "none",
+                device=device,
             )
             progress("write results", 0, 2)
             page = None

@@ -14,6 +14,8 @@ from creak.contact.pair import (
     EDGE_ON,
     Channels,
     ContactPair,
+    Keep,
+    Wall,
     channels_from_rows,
     deepest,
     gap_normals,
@@ -24,6 +26,7 @@ from creak.contact.pair import (
     never_face,
     overlap,
     reach,
+    searched,
     tangents_of,
 )
 from creak.contact.search import Projection, project_along, project_closest
@@ -39,7 +42,7 @@ IN_FRONT = 1e-9
 """Share of the reach that a further wall must be away from a node whose own surface does not look at it."""
 
 
-def node_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, list[str]]:
+def node_to_surface(model: Model, pair: ContactPair, keep: Keep | None = None) -> tuple[GapOperator, list[str]]:
     """One channel per secondary node: g = g0 + n . (u_s - sum_j N_j u_j), n the main normal at the projection.
 
     The partner facet is found once, in the undeformed shape (small sliding); n is the study's normal where it
@@ -49,6 +52,10 @@ def node_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, list[
     partner are counted in a note. Pressure is not uniform on non-matching meshes; use `surface_to_surface` where that
     matters.
 
+    Parameters
+    ----------
+    keep : takes what was found of the same nodes and facets before; None: they are searched.
+
     Raises
     ------
     InputError : unknown or unfit surfaces; surfaces that never face each other; deep initial overclosure; a normal
@@ -56,32 +63,58 @@ def node_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, list[
     """
     secondary = nodes_of(model, pair.secondary, where=f"{pair.where} secondary")
     main = main_facets(model, pair)
-    meet, limit = _partners(model, pair, secondary.rows, main)
+    points, given = model.nodes.coords[secondary.rows], given_normal(pair)
+    limit, outward = max(reach(points), reach(main.coords)), _outward(model, pair, secondary)
+    depends_on = [points, outward, *vars(secondary).values(), *vars(main).values()]
+    depends_on.append(np.zeros(0) if given is None else given)
+    walls = searched(keep, depends_on, lambda: _searched(points, outward, secondary, main, given, limit))
+    if not walls:
+        raise never_face(pair, limit)
+    operators: list[GapOperator] = []
+    notes: list[str] = []
+    for k, (rows, channels) in enumerate(walls, start=1):
+        if pair.per_area:
+            channels = replace(channels, scale=_areas(model, pair, channels.nodes_idx))
+        own = pair if k == 1 else replace(pair, clearance=None)
+        wall, told = channels_from_rows(model, own, rows, channels)
+        operators.append(wall if k == 1 else replace(wall, names=tuple(f"{name}:{k}" for name in wall.names)))
+        notes += told
+    apart = secondary.rows[~np.isin(secondary.rows, main.nodes)]
+    notes += _facing_nothing(model, pair, np.setdiff1d(apart, walls[0][1].nodes_idx), limit)
+    return join(operators), notes
+
+
+def _searched(
+    points: FloatArray,
+    outward: FloatArray,
+    secondary: SecondaryNodes,
+    main: Facets,
+    given: FloatArray | None,
+    limit: float,
+) -> list[Wall]:
+    """The channels to each wall; none where the nodes face no facet."""
+    meet = _partners(points, given, main, limit)
     apart = ~np.isin(secondary.rows, main.nodes)
     found = np.flatnonzero(meet.found & apart)
     if not found.size:
-        raise never_face(pair, limit)
-    operator, notes = _channels(model, pair, secondary, main, meet, found)
-    operators, seen = [operator], [(found, _normals(main, meet, found))]
-    while pair.normal is None and len(operators) < MOST_WALLS:
-        other = _other_wall(model, pair, secondary, main, limit, seen)
+        return []
+    walls, seen = [_channels(secondary, main, meet, found, given)], [(found, _normals(main, meet, found))]
+    while given is None and len(walls) < MOST_WALLS:
+        other = _other_wall(points, outward, main, limit, seen)
         more = np.flatnonzero(other.found & apart)
         if not more.size:
             break
         seen.append((more, _normals(main, other, more)))
-        wall, told = _channels(model, replace(pair, clearance=None), secondary, main, other, more)
-        operators.append(replace(wall, names=tuple(f"{name}:{len(operators) + 1}" for name in wall.names)))
-        notes += told
-    notes += _facing_nothing(model, pair, secondary.rows[apart & ~meet.found], limit)
-    return join(operators), notes
+        walls.append(_channels(secondary, main, other, more, given))
+    return walls
 
 
 def _channels(
-    model: Model, pair: ContactPair, secondary: SecondaryNodes, main: Facets, meet: Projection, found: IntArray
-) -> tuple[GapOperator, list[str]]:
+    secondary: SecondaryNodes, main: Facets, meet: Projection, found: IntArray, given: FloatArray | None
+) -> Wall:
     """A channel for each node `found` to meet the main surface."""
     nodes, meet = secondary.rows[found], _subset(meet, found)
-    sides = main.side[meet.facet] if pair.normal is None else np.ones(nodes.size, dtype=np.int64)
+    sides = main.side[meet.facet] if given is None else np.ones(nodes.size, dtype=np.int64)
     distance, normal = gap_normals(meet, sides)
     channels = Channels(
         nodes_idx=nodes,
@@ -92,15 +125,14 @@ def _channels(
         stiffness=AUTO_FACTOR * np.minimum(secondary.normal_stiffness[found], main.normal_stiffness[meet.facet]),
         area=np.zeros(nodes.size),
         size=np.minimum(secondary.width[found], main.width[meet.facet]),
-        scale=_areas(model, pair, nodes) if pair.per_area else np.ones(nodes.size),
+        scale=np.ones(nodes.size),
     )
-    return channels_from_rows(model, pair, _rows(nodes, main, meet, normal), channels)
+    return _rows(nodes, main, meet, normal), channels
 
 
-def _partners(model: Model, pair: ContactPair, nodes: IntArray, main: Facets) -> tuple[Projection, float]:
-    """The main facet opposite each node, and how far it was looked for."""
-    points, normal = model.nodes.coords[nodes], given_normal(pair)
-    limit, behind = max(reach(points), reach(main.coords)), deepest(main)
+def _partners(points: FloatArray, normal: FloatArray | None, main: Facets, limit: float) -> Projection:
+    """The main facet opposite each point."""
+    behind = deepest(main)
 
     def accept(row: IntArray, facet: IntArray, distance: FloatArray, direction: FloatArray) -> BoolArray:
         inside = distance if normal is not None else distance * main.side[facet]
@@ -108,8 +140,8 @@ def _partners(model: Model, pair: ContactPair, nodes: IntArray, main: Facets) ->
         return good if normal is None else good & looks_along(main, facet, direction, EDGE_ON)
 
     if normal is None:
-        return project_closest(points, main, limit, accept), limit
-    return project_along(points, np.tile(normal, (nodes.size, 1)), main, limit, accept), limit
+        return project_closest(points, main, limit, accept)
+    return project_along(points, np.tile(normal, (points.shape[0], 1)), main, limit, accept)
 
 
 def _normals(main: Facets, meet: Projection, rows: IntArray) -> FloatArray:
@@ -118,18 +150,12 @@ def _normals(main: Facets, meet: Projection, rows: IntArray) -> FloatArray:
 
 
 def _other_wall(
-    model: Model,
-    pair: ContactPair,
-    secondary: SecondaryNodes,
-    main: Facets,
-    limit: float,
-    seen: list[tuple[IntArray, FloatArray]],
+    points: FloatArray, outward: FloatArray, main: Facets, limit: float, seen: list[tuple[IntArray, FloatArray]]
 ) -> Projection:
     """The nearest facet in front of each node that looks in a clearly different direction from those `seen`.
 
     Of surfaces with one side only walls that the node's own surface looks at count.
     """
-    points, outward = model.nodes.coords[secondary.rows], _outward(model, pair, secondary)
     before = np.full((len(seen), points.shape[0], 3), np.nan)
     for k, (rows, normals) in enumerate(seen):
         before[k, rows] = normals

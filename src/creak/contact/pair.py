@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import TypeVar
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from creak.errors import InputError
 from creak.model.contact_law import BY_THE_ELEMENTS, ContactLaw
 from creak.model.mesh import Model
 
+T = TypeVar("T")
+
 AUTO_FACTOR = 10.0
 """Penalty = 10 x the stiffness of the softer parent element, as Abaqus does."""
 REACH = 0.25
@@ -24,6 +27,8 @@ EDGE_ON = 0.05
 """A one-sided facet takes part along a given normal when their cosine is above this."""
 ROUND_OFF = 1e-9
 """Share of an element's width by which surfaces that touch may seem to overlap."""
+WHOLE = ("channel", "label", "nodes_idx")
+"""Fields of channels that are whole numbers."""
 SHOWN = 5
 """Nodes that a note names."""
 
@@ -72,6 +77,34 @@ class Channels:
     """(m,) width of the facets there."""
     scale: FloatArray
     """(m,) what turns the study's numbers into those of a channel: the area, or 1 for node-to-surface."""
+
+
+Arrays = dict[str, FloatArray]
+Keep = Callable[[Sequence[FloatArray | IntArray], Callable[[], Arrays]], Arrays]
+"""All that a search depends on, and the search -> what it finds, or what an earlier one has found."""
+Wall = tuple[ChannelRows, Channels]
+"""Channels to one wall of the main surface, before the study's numbers are laid over them."""
+
+
+def searched(
+    keep: Keep | None, inputs: Sequence[FloatArray | IntArray], search: Callable[[], list[Wall]]
+) -> list[Wall]:
+    """What a search finds, kept or not."""
+    if keep is None:
+        return search()
+    kept = keep(inputs, lambda: _flat(search()))
+    count = 1 + max((int(name.partition(".")[0]) for name in kept), default=-1)
+    return [(_unflat(ChannelRows, kept, k), _unflat(Channels, kept, k)) for k in range(count)]
+
+
+def _flat(walls: list[Wall]) -> Arrays:
+    return {f"{k}.{f.name}": getattr(of, f.name) for k, wall in enumerate(walls) for of in wall for f in fields(of)}
+
+
+def _unflat(kind: type[T], kept: Arrays, k: int) -> T:
+    """Rows, labels and nodes are whole numbers, which were kept as others are."""
+    values = {f.name: kept[f"{k}.{f.name}"] for f in fields(kind)}  # type: ignore[arg-type]
+    return kind(**{name: v.astype(np.int64) if name in WHOLE else v for name, v in values.items()})
 
 
 def reach(coords: FloatArray) -> float:

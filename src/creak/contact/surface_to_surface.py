@@ -15,6 +15,8 @@ from creak.contact.pair import (
     EDGE_ON,
     Channels,
     ContactPair,
+    Keep,
+    Wall,
     channels_from_rows,
     deepest,
     given_normal,
@@ -23,6 +25,7 @@ from creak.contact.pair import (
     never_face,
     overlap,
     reach,
+    searched,
     tangents_of,
 )
 from creak.contact.search import Accept, Projection, project_along, project_twice
@@ -53,7 +56,7 @@ class Points:
     facet: IntArray
 
 
-def surface_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, list[str]]:
+def surface_to_surface(model: Model, pair: ContactPair, keep: Keep | None = None) -> tuple[GapOperator, list[str]]:
     """One channel per secondary node: g_i = int N_i g dA / int N_i dA over the facets around it.
 
     The pointwise gap g is measured along the averaged secondary normal, less half of both thicknesses; the
@@ -65,6 +68,10 @@ def surface_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, li
     height of the element behind it. A surface that touches with both sides and lies between walls has a channel for
     each of them (NAME and NAME:2).
 
+    Parameters
+    ----------
+    keep : takes what was found of the same facets before; None: they are searched.
+
     Raises
     ------
     InputError : unknown or unfit surfaces; surfaces that never face each other; deep initial overclosure; a normal
@@ -73,23 +80,28 @@ def surface_to_surface(model: Model, pair: ContactPair) -> tuple[GapOperator, li
     secondary = facets_of(model, pair.secondary, where=f"{pair.where} secondary")
     main, given = main_facets(model, pair), given_normal(pair)
     limit = max(reach(secondary.coords), reach(main.coords))
+    depends_on = [*vars(secondary).values(), *vars(main).values(), np.zeros(0) if given is None else given]
+    walls = searched(keep, depends_on, lambda: _searched(secondary, main, given, limit))
+    if not walls:
+        raise never_face(pair, limit)
+    if len(walls) == 1:
+        return channels_from_rows(model, pair, *walls[0])
+    operators, notes = [], []
+    for k, wall in enumerate(walls, start=1):
+        operator, more = channels_from_rows(model, pair if k == 1 else replace(pair, clearance=None), *wall)
+        operators.append(operator if k == 1 else replace(operator, names=tuple(f"{n}:{k}" for n in operator.names)))
+        notes += more
+    return join(operators), notes
+
+
+def _searched(secondary: Facets, main: Facets, given: FloatArray | None, limit: float) -> list[Wall]:
+    """The channels to each wall; none where the surfaces never face each other."""
     points = _integration_points(secondary)
     if given is not None:
         points = replace(points, normal=np.tile(-given, (points.weight.size, 1)))
     sides = _Sides(points, secondary, main, given is not None, limit)
     walls = _walls(sides)
-    if not walls[0].found.any():
-        raise never_face(pair, limit)
-    if len(walls) == 1:
-        return _of_wall(model, pair, secondary, main, points, sides, walls[0])
-    operators, notes = [], []
-    for k, wall in enumerate(walls, start=1):
-        operator, more = _of_wall(
-            model, pair if k == 1 else replace(pair, clearance=None), secondary, main, points, sides, wall
-        )
-        operators.append(operator if k == 1 else replace(operator, names=tuple(f"{n}:{k}" for n in operator.names)))
-        notes += more
-    return join(operators), notes
+    return [_of_wall(secondary, main, points, sides, wall) for wall in walls] if walls[0].found.any() else []
 
 
 def _walls(sides: _Sides) -> list[Projection]:
@@ -128,9 +140,7 @@ def _fields(p: Projection) -> tuple[IntArray, FloatArray, FloatArray, FloatArray
     return p.facet, p.shape, p.distance, p.direction
 
 
-def _of_wall(
-    model: Model, pair: ContactPair, secondary: Facets, main: Facets, points: Points, sides: _Sides, meet: Projection
-) -> tuple[GapOperator, list[str]]:
+def _of_wall(secondary: Facets, main: Facets, points: Points, sides: _Sides, meet: Projection) -> Wall:
     """The channels of the points that meet the main surface."""
     found = meet.found
     sign = sides.sign(np.arange(found.size), meet.facet, meet.distance)
@@ -158,8 +168,7 @@ def _of_wall(
         size=_least(at[found], width[found], nodes.size)[keep],
         scale=area[keep],
     )
-    rows = _rows(secondary, main, points, meet.shape, meet.facet, normal, found, at, share, channel_of)
-    return channels_from_rows(model, pair, rows, channels)
+    return _rows(secondary, main, points, meet.shape, meet.facet, normal, found, at, share, channel_of), channels
 
 
 def _integration_points(facets: Facets) -> Points:

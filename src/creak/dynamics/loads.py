@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from creak.arrays import FloatArray, IntArray
 from creak.dynamics.scheme import Scheme
@@ -35,6 +34,8 @@ class Loads:
 
 def refined(loads: Loads, parts: int) -> Loads:
     """The same with `parts` samples for each, on a cubic spline through them (lines through fewer than four)."""
+    from scipy.interpolate import make_interp_spline  # see `signals.spectra.low_pass`
+
     own = loads.time - loads.time[0]
     time = loads.step / parts * np.arange(loads.n_step * parts + 1)
     kind = 3 if own.size > 3 else 1

@@ -22,7 +22,7 @@ from creak.dynamics.loads import Loads, follow
 from creak.dynamics.recorder import Recorder
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.state import LinearTerms, Outside, Predictor
-from creak.dynamics.step_matrix import StepFactor
+from creak.dynamics.step_matrix import Maker, StepFactor, on_cores
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.dynamics.watch import Watched
 from creak.errors import NumericalError
@@ -67,9 +67,11 @@ class _Trial:
 class _Gear:
     """Everything that depends on the step length."""
 
-    def __init__(self, system: System, gaps: GapOperator, on: ChannelMatrices, scheme: Scheme, h: float) -> None:
+    def __init__(
+        self, system: System, gaps: GapOperator, on: ChannelMatrices, scheme: Scheme, h: float, maker: Maker
+    ) -> None:
         self.h = h
-        self.solver = StepFactor(system, scheme, h)
+        self.solver = StepFactor(system, scheme, h, maker)
         self.contact = CondensedContact(gaps, on, self.solver, scheme, h) if gaps.presses else None
 
 
@@ -81,13 +83,22 @@ class CondensedStepper:
     it), or a gap reaches zero at its end or, by the cubic through gaps and gap rates at both ends, in its course.
     """
 
-    def __init__(self, system: System, gaps: GapOperator, loads: Loads, scheme: Scheme, substeps: int = 1) -> None:
+    def __init__(
+        self,
+        system: System,
+        gaps: GapOperator,
+        loads: Loads,
+        scheme: Scheme,
+        substeps: int = 1,
+        maker: Maker = on_cores,
+    ) -> None:
         started = clock.perf_counter()
         self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
         watched = gaps.without_force() if substeps > 1 else gaps
-        self._whole = _Gear(system, watched, self.on, scheme, substeps * loads.step)
+        self._maker = maker
+        self._whole = _Gear(system, watched, self.on, scheme, substeps * loads.step, maker)
         self._divided = self._whole if substeps == 1 else None
         self._rated = gaps.has_dampers or substeps > 1
         self.residual = 0.0
@@ -123,7 +134,7 @@ class CondensedStepper:
     def _gear(self) -> _Gear:
         if self._divided is None:
             system = self.terms.system
-            self._divided = _Gear(system, self.gaps, self.on, self.scheme, self.loads.step)
+            self._divided = _Gear(system, self.gaps, self.on, self.scheme, self.loads.step, self._maker)
         return self._divided
 
     def _trial(self, gear: _Gear, now: Instant) -> _Trial:
@@ -266,6 +277,7 @@ def simulate(
     substeps: int = 1,
     progress: Progress | None = None,
     watched: Watched | None = None,
+    maker: Maker = on_cores,
 ) -> History:
     """March the System through the loads with contact in the channels of `gaps`.
 
@@ -279,6 +291,7 @@ def simulate(
     whole_at : sorted steps at which all coordinates are kept, to recover the motion of every node later.
     substeps : a step is `substeps` samples of the loads long, and divided into as many near contact.
     watched : what is looked at at the end of every step.
+    maker : makes the factors.
 
     Raises
     ------
@@ -287,7 +300,12 @@ def simulate(
         computed is in its `history`.
     """
     return march(
-        CondensedStepper(system, gaps, loads, scheme, substeps), observed, output_every, progress, whole_at, watched
+        CondensedStepper(system, gaps, loads, scheme, substeps, maker),
+        observed,
+        output_every,
+        progress,
+        whole_at,
+        watched,
     )
 
 

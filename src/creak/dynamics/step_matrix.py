@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,15 @@ from creak.assembly.system import System
 from creak.dynamics.scheme import Scheme
 from creak.linalg.complex_factor import complex_factor
 from creak.linalg.factor import factor
+
+Maker = Callable[[Callable[[], Matrix], Callable[[Matrix], Any]], Any]
+"""Makes the factor of a matrix by the function for the cores, `on_cores`, or elsewhere, as `cuda.solver.Solver`. The
+matrix is made when it is asked for, and may be again."""
+
+
+def on_cores(matrix: Callable[[], Matrix], factorise: Callable[[Matrix], Any]) -> Any:
+    """The factor of a matrix on the cores."""
+    return factorise(matrix())
 
 
 def step_matrix(system: System, scheme: Scheme, h: float) -> Matrix:
@@ -40,11 +50,12 @@ def pencil(system: System, m: complex, c: complex, k: complex) -> Matrix:
 class PencilFactor:
     """Solves with m M + c C + k K; complex where m or k are. Modal damping enters as a low-rank update (Woodbury)."""
 
-    def __init__(self, system: System, m: complex, c: float, k: complex) -> None:
-        S = pencil(system, m, c, k)
-        S = sp.csr_matrix(S) if sp.issparse(S) else S
-        whole: Any = complex_factor(S) if isinstance(m, complex) or isinstance(k, complex) else factor(S)
-        self._factor = whole
+    def __init__(self, system: System, m: complex, c: float, k: complex, maker: Maker = on_cores) -> None:
+        def matrix() -> Matrix:
+            S = pencil(system, m, c, k)
+            return sp.csr_matrix(S) if sp.issparse(S) else S
+
+        self._factor = maker(matrix, complex_factor if isinstance(m, complex) or isinstance(k, complex) else factor)
         W, d = system.damping.modal_shapes, system.damping.modal_values
         self._U: Any = None
         if W is not None and d is not None and W.shape[1]:
@@ -68,5 +79,5 @@ class PencilFactor:
 class StepFactor(PencilFactor):
     """Solves with S of a scheme of the generalised-alpha family."""
 
-    def __init__(self, system: System, scheme: Scheme, h: float) -> None:
-        super().__init__(system, *_weights(scheme, h))
+    def __init__(self, system: System, scheme: Scheme, h: float, maker: Maker = on_cores) -> None:
+        super().__init__(system, *_weights(scheme, h), maker)

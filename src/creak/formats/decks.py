@@ -5,13 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from creak.formats import endings
-from creak.formats.abaqus.reader import read_deck, read_deck_run
-from creak.formats.abaqus.text.lexer import abaqus_files
-from creak.formats.nastran.reader import read_nastran, read_nastran_run
-from creak.formats.nastran.text.deck_file import nastran_files
 from creak.model.mesh import Model
 from creak.model.steps import DeckRun
 
@@ -20,7 +17,6 @@ from creak.model.steps import DeckRun
 class DeckFormat:
     """What creak can do with decks of one format."""
 
-    endings: tuple[str, ...]
     read: Callable[[Path], Model]
     """The model data."""
     read_run: Callable[[Path], tuple[Model, DeckRun]]
@@ -29,17 +25,32 @@ class DeckFormat:
     """The deck and what it includes, in reading order."""
 
 
-ABAQUS = DeckFormat((endings.ABAQUS,), read_deck, read_deck_run, abaqus_files)
-NASTRAN = DeckFormat(endings.NASTRAN, read_nastran, read_nastran_run, nastran_files)
-FORMATS = (ABAQUS, NASTRAN)
+@cache
+def _abaqus() -> DeckFormat:
+    from creak.formats.abaqus.reader import read_deck, read_deck_run  # a tenth of a second, as Nastran's
+    from creak.formats.abaqus.text.lexer import abaqus_files
+
+    return DeckFormat(read_deck, read_deck_run, abaqus_files)
+
+
+@cache
+def _nastran() -> DeckFormat:
+    from creak.formats.nastran.reader import read_nastran, read_nastran_run
+    from creak.formats.nastran.text.deck_file import nastran_files
+
+    return DeckFormat(read_nastran, read_nastran_run, nastran_files)
+
+
+FORMATS = (((endings.ABAQUS,), _abaqus), (endings.NASTRAN, _nastran))
+"""Endings, and what reads such decks."""
 LOOKED_AT = 1 << 16
 """Bytes of a deck of an unknown ending in which its format is looked for."""
 
 
 def format_of(path: Path) -> DeckFormat:
     """By the ending; of decks with any other ending by their first words."""
-    known = next((f for f in FORMATS if path.suffix.lower() in f.endings), None)
-    return known if known is not None else NASTRAN if _is_nastran(path) else ABAQUS
+    known = next((of for known, of in FORMATS if path.suffix.lower() in known), None)
+    return known() if known is not None else _nastran() if _is_nastran(path) else _abaqus()
 
 
 def _is_nastran(path: Path) -> bool:

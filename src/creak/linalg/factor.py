@@ -17,7 +17,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 from scipy.linalg.lapack import dpotrf
 
-from creak.arrays import FloatArray, Matrix
+from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.memory import require
@@ -54,17 +54,19 @@ class Factor(Protocol):
         ...
 
 
-def factor(A: Matrix, *, definite: bool = True) -> Factor:
+def factor(A: Matrix, *, definite: bool = True, beside: float = 0.0) -> Factor:
     """Factorise the symmetric matrix A.
 
     Parameters
     ----------
     A : (n, n) Diagonal, ndarray or SciPy sparse; both triangles stored.
     definite : A should be positive definite (Cholesky). False: L D L', which also gives the inertia.
+    beside : bytes that have to fit beside the factor.
 
     Raises
     ------
     SingularMatrixError : a pivot vanished, or was negative although `definite`.
+    OutOfMemory : MKL foretells more than is free.
     NumericalError : a sparse matrix without rows.
     """
     if isinstance(A, Diagonal):
@@ -75,8 +77,14 @@ def factor(A: Matrix, *, definite: bool = True) -> Factor:
         why = "supports hold every node, or no element has stiffness or mass"
         raise NumericalError(f"the model has no degree of freedom that can move: {why}")
     if has_pardiso():
-        return _PardisoFactor(A, definite)
+        return _PardisoFactor(A, definite, beside=beside)
     return _SuperLUFactor(A, definite)
+
+
+class Make(Protocol):
+    """How a matrix is factorised: `factor` or another way."""
+
+    def __call__(self, A: Matrix, *, definite: bool = True) -> Factor: ...
 
 
 def refactor(old: Factor, A: Matrix) -> Factor:
@@ -99,7 +107,7 @@ REGULAR = 1e-2
 """Largest relative error of a trial solution for which a matrix counts as regular."""
 
 
-def regular_factor(A: Matrix) -> Factor | None:
+def regular_factor(A: Matrix, make: Make = factor) -> Factor | None:
     """A factor of the positive definite matrix A, or None where A is singular to working precision.
 
     Round-off turns the zero pivots of a body that can move freely into tiny ones of either sign, so a
@@ -108,7 +116,7 @@ def regular_factor(A: Matrix) -> Factor | None:
     ill-conditioned A keeps most digits. (A random x0 itself holds only sqrt(6 / n) of free motion.)
     """
     try:
-        found = factor(A)
+        found = make(A)
     except SingularMatrixError:
         return None
     x0 = found.solve(np.random.default_rng(7).standard_normal(A.shape[0]))
@@ -232,13 +240,24 @@ class _PardisoFactor:
     """MKL PARDISO on the upper triangle: Cholesky (definite) or Bunch-Kaufman L D L'."""
 
     _ANALYSE, _FACTOR, _SOLVE, _RELEASE = 11, 22, 33, -1
+    _perm: IntArray = np.zeros(1, dtype=np.int32)
 
-    def __init__(self, A: Any, definite: bool, *, analyse_only: bool = False) -> None:
+    def __init__(self, A: Any, definite: bool, *, analyse_only: bool = False, beside: float = 0.0) -> None:
         upper = _upper(A)
-        self._n = int(upper.shape[0])
         if upper.diagonal().size and np.any(np.diff(upper.indptr) == 0):
             row = int(np.flatnonzero(np.diff(upper.indptr) == 0)[0])
             raise SingularMatrixError(row, f"matrix has an empty row {row}")
+        self._given(upper, definite)
+        if analyse_only:
+            self._call(self._ANALYSE, np.zeros(1), np.zeros(1), 1)
+            return
+        self._factorise(np.zeros(1), beside)
+        self.n_negative = int(self._iparm[22]) if not definite else 0
+        self.nnz_factor = int(self._iparm[17])
+
+    def _given(self, upper: Any, definite: bool) -> None:
+        """The upper triangle in PARDISO's form, and its settings."""
+        self._n = int(upper.shape[0])
         self._values: FloatArray = np.ascontiguousarray(upper.data, dtype=np.float64)
         self._ia = (upper.indptr + 1).astype(np.int32)
         self._ja = (upper.indices + 1).astype(np.int32)
@@ -247,17 +266,11 @@ class _PardisoFactor:
         self._iparm[[0, 1, 9, 17, 23]] = 1, 2, 12, -1, 0  # own settings, METIS, pivot 1e-12
         self._iparm[[7, 10, 12]] = 0, 0, 0  # no refinement, no scaling or matching: keep the inertia
         self._iparm[20] = 3  # pivots of 1 x 1 and 2 x 2, and no refinement of its own where one was perturbed
-        if analyse_only:
-            self._call(self._ANALYSE, np.zeros(1), np.zeros(1), 1)
-            return
-        self._factorise(np.zeros(1))
-        self.n_negative = int(self._iparm[22]) if not definite else 0
-        self.nnz_factor = int(self._iparm[17])
 
-    def _factorise(self, nothing: FloatArray) -> None:
+    def _factorise(self, nothing: FloatArray, beside: float = 0.0) -> None:
         """Order the equations, refuse a factor that memory would not hold, make it."""
         self._call(self._ANALYSE, nothing, nothing, 1)
-        require(1024.0 * float(self._iparm[16]), f"the factor of {self._n:,} equations", SMALLER)
+        require(1024.0 * float(self._iparm[16]) + beside, f"the factor of {self._n:,} equations", SMALLER)
         self._call(self._FACTOR, nothing, nothing, 1)
 
     def replaced(self, A: Any) -> bool:
@@ -295,7 +308,7 @@ class _PardisoFactor:
             self._values.ctypes.data,
             self._ia.ctypes.data,
             self._ja.ctypes.data,
-            one(0),
+            self._perm.ctypes.data,
             one(n_rhs),
             self._iparm.ctypes.data,
             one(0),

@@ -10,11 +10,13 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, Matrix
 from creak.errors import NumericalError
+from creak.later import later
 from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, refactor
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
 from creak.linalg.memory import fits, free_bytes
-from creak.linalg.scratch import held_in_memory
+from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted
+from creak.linalg.scratch import held_in_memory, spared
 from creak.linalg.sparse_product import BlockProduct
 from creak.linalg.windows import AMID, in_windows, window_size
 from creak.progress import Steps
@@ -29,6 +31,12 @@ RIGID = 0.02
 """Eigenvalues of a free body below this share of the shift are its rigid-body modes."""
 MANY = 32
 """From so many modes on a factor amid them pays."""
+FEW = 0.05
+"""Share of the free memory that a block of columns takes when residuals are looked at; there are six."""
+COPY = 2
+"""Numbers an entry takes in MKL's copy for products."""
+MADE = 40.0
+"""Bytes of an entry while a factor is made: K - s M, s M, the upper triangle and its copy."""
 LOW = 0.02
 """Modes below this share of the shift amid them are refined."""
 WINDOWS = 0.8
@@ -65,6 +73,13 @@ class Modes:
         return np.sqrt(np.maximum(self.omega2, 0.0)) / (2.0 * np.pi)
 
 
+def lowest(found: Modes, count: int) -> Modes:
+    """The first `count` of more modes; their shapes are looked up when they are asked for."""
+    known = {name: getattr(found, name) for name in ("residual", "sturm_ok", "columns")}
+    known |= {"omega2": found.omega2[:count], "next_omega2": float(found.omega2[count])}
+    return later(Modes, lambda: Modes(shapes=found.shapes[:, :count], **known), **known)
+
+
 @dataclass(frozen=True)
 class _Pencil:
     """K x = lam M x."""
@@ -73,10 +88,25 @@ class _Pencil:
     M: Matrix
     mass: BlockProduct
     """The product with M."""
+    pieces: Pieces | None = None
+    """How they are cut where memory does not hold a factor."""
+
+    def factor(self, shift: float, *, definite: bool) -> Factor:
+        """Of K - shift M."""
+        if self.pieces is None:
+            return factor(self.shifted(shift), definite=definite)
+        return PieceFactor(Shifted(self.K, self.M, shift), self.pieces, definite=definite)
+
+    def refactor(self, old: Factor, shift: float) -> Factor:
+        """Of K - shift M, indefinite, in the place of another one."""
+        if not isinstance(old, PieceFactor):
+            return refactor(old, self.shifted(shift))
+        old.replace(Shifted(self.K, self.M, shift))
+        return old
 
     def shifted(self, shift: float) -> Matrix:
-        """K - shift M."""
-        return self.K if shift == 0.0 else self.K - shift * self.M
+        """K - shift M; on disk where memory is short."""
+        return self.K if shift == 0.0 else spared(self.K - shift * self.M)
 
 
 def modes(
@@ -88,6 +118,7 @@ def modes(
     free: bool = False,
     stiffness_factor: Factor | None = None,
     sturm: bool = True,
+    pieces: Pieces | None = None,
     progress: Steps | None = None,
 ) -> Modes:
     """All modes up to `f_max` (Hz), or the `count` lowest.
@@ -99,6 +130,7 @@ def modes(
     free : the body may have rigid-body modes: a small negative shift is used. A clamped K is factorised as is.
     stiffness_factor : a factor of K that already exists (clamped only).
     sturm : with `count`, compare with the inertia above the last mode, one more factorisation; `f_max` always does.
+    pieces : how K and M are cut where memory does not hold a factor of them.
 
     Raises
     ------
@@ -115,8 +147,8 @@ def modes(
     if n <= DENSE_LIMIT:
         return _dense_modes(K, M, f_max, count, free)
     shift = -small_shift(K, M) if free else 0.0
-    pencil = _Pencil(K, M, BlockProduct(M))
-    inverse = stiffness_factor or LaterFactor(lambda: factor(pencil.shifted(shift)))
+    pencil = _Pencil(K, M, BlockProduct(M), pieces)
+    inverse = stiffness_factor or LaterFactor(lambda: pencil.factor(shift, definite=True))
     try:
         _make_now(inverse)
     except SingularMatrixError as error:
@@ -145,8 +177,9 @@ def _below(pencil: _Pencil, shift: float, upper: float, inverse: Factor, free: b
 
     Where memory is short, one factor is held at a time, and the modes are found window by window.
     """
-    _make_room(inverse, inverse.memory)
-    counted = factor(pencil.shifted(upper), definite=False)
+    made = 0.0 if pencil.pieces is not None else MADE * getattr(pencil.K, "nnz", 0)
+    _make_room(inverse, inverse.memory + made)
+    counted = pencil.factor(upper, definite=False)
     wanted = counted.n_negative
     if dense_is_faster(pencil.mass.n, wanted):
         del counted
@@ -205,14 +238,13 @@ def _many(pencil: _Pencil, upper: float, counted: Factor, wanted: int, progress:
     """The modes with a factor amid them, or window by window where memory does not hold the vectors of all at once."""
     n = pencil.mass.n
     free = free_bytes()
-    if basis_bytes(n, wanted + 1) <= free:
+    if basis_bytes(n, wanted + 1) + 8.0 * n * wanted <= WINDOWS * free:
         amid = AMID * upper
-        solver = refactor(counted, pencil.shifted(amid))
+        solver = pencil.refactor(counted, amid)
         return lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress), amid
 
     def at(held: Factor | None, shift: float) -> Factor:
-        A = pencil.shifted(shift)
-        return factor(A, definite=False) if held is None else refactor(held, A)
+        return pencil.factor(shift, definite=False) if held is None else pencil.refactor(held, shift)
 
     left = WINDOWS * free - (8.0 * n * wanted if held_in_memory(n, wanted) else 0.0)
     return in_windows(at, counted, pencil.mass, wanted, upper, window_size(n, left), progress)
@@ -313,16 +345,17 @@ def _checked(
     after = 0.0 if free and abs(after) < rigid else after
     sturm_ok = True
     if count and sp.issparse(K) and omega2.size and omega2.size < K.shape[0]:
-        above = pencil.shifted(omega2[-1] * (1.0 + 1e-6) + 1e-3 * scale)
-        sturm_ok = factor(above, definite=False).n_negative == omega2.size or _last_is_repeated(omega2)
+        above = pencil.factor(omega2[-1] * (1.0 + 1e-6) + 1e-3 * scale, definite=False)
+        sturm_ok = above.n_negative == omega2.size or _last_is_repeated(omega2)
     return Modes(omega2, shapes, _residual(pencil, omega2, shapes), sturm_ok, float(after), columns)
 
 
 def _residual(pencil: _Pencil, omega2: FloatArray, shapes: FloatArray) -> float:
     """Largest |K x - omega^2 M x| / |K x| over the elastic modes, some columns at a time."""
-    stiffness, worst = BlockProduct(pencil.K), 0.0
-    for first in range(int(np.count_nonzero(omega2 <= 0.0)), omega2.size, COLUMNS):
-        some = slice(first, first + COLUMNS)
+    stiffness, worst = BlockProduct(pencil.K, own=held_in_memory(getattr(pencil.K, "nnz", 0), COPY)), 0.0
+    columns = int(min(max(FEW * free_bytes() / (8.0 * stiffness.n), 1), COLUMNS))
+    for first in range(int(np.count_nonzero(omega2 <= 0.0)), omega2.size, columns):
+        some = slice(first, first + columns)
         Kx, Mx = stiffness(shapes[:, some]), pencil.mass(shapes[:, some])
         size = np.linalg.norm(Kx, axis=0)
         Mx *= omega2[some]

@@ -30,15 +30,16 @@ class BlockProduct:
     A is read once per block and every entry meets a whole row of X, so the product runs at the speed of the
     caches: X is turned into rows, multiplied by MKL where that is installed and by a loop of our own elsewhere, and
     turned back. Rows are shared among the cores; each row is summed by one of them in the order of its entries, so
-    the result does not depend on their number. What is not sparse is multiplied by its own `@`.
+    the result does not depend on their number. What is not sparse is multiplied by its own `@`. MKL makes a copy of its
+    own; without `own` there is none, and the loop multiplies.
     """
 
-    def __init__(self, A: Matrix) -> None:
+    def __init__(self, A: Matrix, *, own: bool = True) -> None:
         self.n = int(A.shape[0])
         self._A = sp.csr_matrix(A) if sp.issparse(A) else A
         self._cuts = _equal_work(self._A) if sp.issparse(A) else None
         self._kept = [np.empty(0), np.empty(0)]
-        self._mkl = MklRows(self._A) if sp.issparse(A) and A.nnz and has_pardiso() else None
+        self._mkl = MklRows(self._A) if own and sp.issparse(A) and A.nnz and has_pardiso() else None
 
     def __call__(self, X: FloatArray, out: FloatArray | None = None) -> FloatArray:
         """A X (m, k), Fortran order; put into `out` where that has the same shape, is in Fortran order and not X."""

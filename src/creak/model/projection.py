@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 
@@ -95,6 +94,8 @@ def nearest_points(points: FloatArray, X: FloatArray, triangle: BoolArray, limit
     points : (n, 3); X : (m, 4, 3) corners of the facets; triangle : (m,) true for triangles and edges.
     limit : reach; points farther from the surface than this are not found.
     """
+    from scipy.spatial import cKDTree  # a tenth of a second, which runs without it do not pay
+
     n, centre = points.shape[0], X.mean(axis=1)
     radius = np.linalg.norm(X - centre[:, None], axis=2).max(axis=1)
     corners, centres = cKDTree(X.reshape(-1, 3)), cKDTree(centre)

@@ -13,7 +13,7 @@ from creak.assembly.damping import Damping
 from creak.assembly.system import Combine, Rows, System, momentum_fit, no_supports, to_dense
 from creak.linalg.dense_product import symmetric
 from creak.linalg.memory import free_bytes
-from creak.linalg.modes import Modes, modes
+from creak.linalg.modes import Modes, lowest, modes
 from creak.linalg.sparse_product import BlockProduct
 from creak.progress import Progress
 from creak.reduction.inside import Inside
@@ -125,6 +125,8 @@ class StaticRows:
     """(k,) positions among the inner coordinates, rising."""
     values: FloatArray
     """(k, n_xi)"""
+    modes: FloatArray | None = None
+    """(k, n_mode) the fixed-interface modes there; None: they are read from the basis."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +148,8 @@ def _fixed_modes(inside: Inside, f_max: float | None, count: int | None, report:
     n = inside.i.size
     if n == 0 or count == 0:
         return Modes(np.zeros(0), np.zeros((n, 0)), 0.0, True, next_omega2=np.inf if n == 0 else np.nan)
-    return modes(inside.K_ii, inside.M_ii, f_max=f_max, count=count, stiffness_factor=inside.factor, progress=report)
+    K, M, held = inside.K_ii, inside.M_ii, inside.factor
+    return modes(K, M, f_max=f_max, count=count, stiffness_factor=held, pieces=inside.pieces, progress=report)
 
 
 @dataclass(frozen=True)
@@ -242,16 +245,10 @@ def truncated(basis: Basis, matrices: Matrices, f_max: float) -> tuple[Basis, Ma
     if kept == fixed.omega2.size:
         return basis, matrices
     n = basis.n_boundary + kept
-    fewer = replace(
-        fixed, omega2=fixed.omega2[:kept], shapes=fixed.shapes[:, :kept], next_omega2=float(fixed.omega2[kept])
-    )
-
-    def cut(A: Matrix) -> Matrix:
-        return A[:n, :n]
-
-    C = None if matrices.C is None else cut(matrices.C)
-    part = replace(matrices, K=cut(matrices.K), M=cut(matrices.M), M_alone=cut(matrices.M_alone), C=C)
-    return replace(basis, fixed=fewer), part
+    K, M, alone = (A[:n, :n] for A in (matrices.K, matrices.M, matrices.M_alone))
+    C = None if matrices.C is None else matrices.C[:n, :n]
+    there = None if matrices.static.modes is None else matrices.static.modes[:, :kept]
+    return replace(basis, fixed=lowest(fixed, kept)), Matrices(K, M, alone, C, replace(matrices.static, modes=there))
 
 
 def _inner(system: System, inside: Inside, labels: IntArray | None) -> IntArray:
@@ -265,9 +262,9 @@ def reduced_system(system: System, basis: Basis, matrices: Matrices) -> System:
     """The reduced System of a basis and its matrices, however they came about."""
     inside, n_xi, n_m = basis.inside, basis.n_boundary, basis.fixed.omega2.size
     labels = system.coordinates[inside.b] if _is_identity(basis.P) else np.full(n_xi, -1, dtype=np.int64)
-    momentum = np.asarray(system.M @ system.velocity)
     velocity = np.zeros(basis.n)
-    if momentum.any():
+    if system.velocity.any():
+        momentum = np.asarray(system.M @ system.velocity)
         velocity = momentum_fit(to_dense(matrices.M), basis.project(momentum[:, None])[:, 0])
     beyond = basis.fixed.next_omega2
     beyond = np.inf if np.isnan(beyond) else np.sqrt(beyond) / (2.0 * np.pi)
@@ -391,5 +388,12 @@ def _through(A: Matrix, basis: Basis, static: StaticRows) -> Matrix:
     R[kept, : basis.n_boundary] += A_i[kept][:, static.at] @ static.values
     R[new, : basis.n_boundary] += _static_rows(basis, A_i[new])
     near = np.unique(A_i.indices)
-    R[inner, basis.n_boundary :] = A_i[inner][:, near] @ np.ascontiguousarray(basis.fixed.shapes[near])
+    R[inner, basis.n_boundary :] = A_i[inner][:, near] @ _modes_at(near, basis, static)
     return R
+
+
+def _modes_at(near: IntArray, basis: Basis, static: StaticRows) -> FloatArray:
+    """(k, n_mode) fixed-interface modes at inner coordinates."""
+    if static.modes is not None and np.isin(near, static.at).all():
+        return np.ascontiguousarray(static.modes[np.searchsorted(static.at, near)])
+    return np.ascontiguousarray(basis.fixed.shapes[near])

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.errors import NumericalError
-from creak.linalg.factor import Factor, LaterFactor, regular_factor
+from creak.linalg.factor import Factor, LaterFactor
+from creak.linalg.pieces.factor import Pieces
 from creak.linalg.scratch import spared
 from creak.linalg.sparse_product import BlockProduct
+from creak.reduction.room import regular_factor_that_fits
 
 
 class Inside:
@@ -26,11 +30,36 @@ class Inside:
         self.i = np.setdiff1d(np.arange(system.n), self.b)
         self._system = system
         self._inner: dict[str, Matrix] = {}
-        self.K_ib, self.K_bb = _sides(sp.csr_matrix(system.K), self.i, self.b)
-        self.M_ib, self.M_bb = _sides(sp.csr_matrix(system.M), self.i, self.b)
         self._factor = LaterFactor(self._regular)
+        self._pieces: Pieces | None = None
         self._stiffness: BlockProduct | None = None
         self._mass: BlockProduct | None = None
+
+    @cached_property
+    def _sides(self) -> dict[str, tuple[Matrix, Matrix]]:
+        """A_ib and A_bb of stiffness and mass."""
+        both = {name: sp.csr_matrix(getattr(self._system, name)) for name in ("K", "M")}
+        return {name: (A[self.i][:, self.b], A[self.b][:, self.b]) for name, A in both.items()}
+
+    @property
+    def K_ib(self) -> Matrix:
+        """Stiffness of the inside against the boundary."""
+        return self._sides["K"][0]
+
+    @property
+    def K_bb(self) -> Matrix:
+        """Stiffness of the boundary."""
+        return self._sides["K"][1]
+
+    @property
+    def M_ib(self) -> Matrix:
+        """Mass of the inside against the boundary."""
+        return self._sides["M"][0]
+
+    @property
+    def M_bb(self) -> Matrix:
+        """Mass of the boundary."""
+        return self._sides["M"][1]
 
     @property
     def K_ii(self) -> Matrix:
@@ -59,8 +88,17 @@ class Inside:
         _ = self._factor.made
         return self._factor
 
+    @property
+    def pieces(self) -> Pieces | None:
+        """How the inside was cut where memory did not hold a factor of it; None as long as none was made, too."""
+        return self._pieces
+
+    def in_one(self) -> bool:
+        """Whether memory holds a factor of the inside in one; it is made for that."""
+        return not self.i.size or (self.factor.memory > 0.0 and self._pieces is None)
+
     def _regular(self) -> Factor:
-        found = regular_factor(self.K_ii)
+        found, self._pieces = regular_factor_that_fits(self.K_ii, self.M_ii, self._pieces)
         if found is None:
             raise NumericalError(
                 f"part {self.name} cannot be reduced: its {self.b.size} retained dofs do not hold it (the stiffness "
@@ -105,7 +143,3 @@ class Inside:
         """Positions in b of the boundary dofs that touch the inside; the others keep their own entries only."""
         touches = np.diff(self.K_ib.tocsc().indptr) + np.diff(self.M_ib.tocsc().indptr)
         return np.flatnonzero(touches)
-
-
-def _sides(A: Matrix, i: IntArray, b: IntArray) -> tuple[Matrix, Matrix]:
-    return A[i][:, b], A[b][:, b]

@@ -122,11 +122,8 @@ def with_modal_damping(system: System, modes: Modes, R: FloatArray, zeta: float,
         computed frequency: zeta omega / omega_b of critical, which goes on from zeta without a step.
     """
     W = np.asarray(system.M @ modes.shapes)
-    omega = np.sqrt(modes.omega2)
-    top = float(omega.max(initial=0.0))
-    beta = 2.0 * zeta / top if beyond and top > 0.0 else 0.0
-    d = 2.0 * zeta * omega - beta * modes.omega2
-    keep = d > ROUND_OFF * zeta * top
+    beta, d = modal_values(modes.omega2, zeta, beyond)
+    keep = d > 0.0
     damping = Damping(0.0, beta, system.damping.extra, W[:, keep], d[keep])
     relative = R.T @ W[:, keep]
     sup = system.supports
@@ -136,3 +133,12 @@ def with_modal_damping(system: System, modes: Modes, R: FloatArray, zeta: float,
         C_ss=sup.C_ss + (relative * d[keep]) @ relative.T,
     )
     return replace(system, damping=damping, supports=supports)
+
+
+def modal_values(omega2: FloatArray, zeta: float, beyond: bool) -> tuple[float, FloatArray]:
+    """beta, and 2 zeta omega - beta omega^2 of each mode, 0 where it is round-off; see `with_modal_damping`."""
+    omega = np.sqrt(omega2)
+    top = float(omega.max(initial=0.0))
+    beta = 2.0 * zeta / top if beyond and top > 0.0 else 0.0
+    d = 2.0 * zeta * omega - beta * omega2
+    return beta, np.where(d > ROUND_OFF * zeta * top, d, 0.0)

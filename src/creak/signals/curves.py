@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import PPoly
 
 from creak.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PPoly
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,8 @@ class Rounded:
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
         """d^order/dt^order at t (n_time,), order <= 2; order -1 and -2: integrals that start at zero at t = 0."""
         if self.time.size == 1:
+            from scipy.interpolate import PPoly  # see `signals.spectra.low_pass`
+
             constant = PPoly(np.array([[self.value[0]]]), np.array([0.0, 1.0]))
             return _evaluate(constant, t, order)
         h = np.diff(self.time)
@@ -110,6 +115,8 @@ Curve = SmoothStep | Rounded | Periodic
 
 def _with_ends(breaks: FloatArray, c: FloatArray) -> PPoly:
     """Pieces (degree + 1, k - 1) between k breaks, constant outside."""
+    from scipy.interpolate import PPoly  # see `signals.spectra.low_pass`
+
     h = breaks[-1] - breaks[-2]
     last = sum(c[-1 - i, -1] * h**i for i in range(c.shape[0]))
     ends = np.zeros((c.shape[0], 2))
@@ -120,6 +127,8 @@ def _with_ends(breaks: FloatArray, c: FloatArray) -> PPoly:
 
 def _joined(breaks: FloatArray, pieces: FloatArray, before: float) -> PPoly:
     """Piece k (degree 2 and below, highest first) starts at break k; constant `before` the first."""
+    from scipy.interpolate import PPoly  # see `signals.spectra.low_pass`
+
     lasts = np.diff(breaks, append=np.inf) > 1e-12 * np.ptp(breaks)
     breaks, pieces = breaks[lasts], pieces[lasts]
     x = np.concatenate([[breaks[0] - 1.0], breaks, [breaks[-1] + 1.0]])

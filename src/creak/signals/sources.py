@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import Akima1DInterpolator, CubicSpline
 
 from creak.arrays import FloatArray
 from creak.signals.curves import Curve, Periodic, Rounded, SmoothStep
@@ -143,6 +142,8 @@ def displacement_motion(signal: Signal, t: FloatArray) -> Motion:
         return _curve_motion(Rounded(signal.time, signal.value, signal.rounding), t, 0)
     if signal.time.size == 1:
         return Motion(np.full_like(t, signal.value[0]), np.zeros_like(t), np.zeros_like(t))
+    from scipy.interpolate import Akima1DInterpolator  # see `signals.spectra.low_pass`
+
     inside = np.clip(t, signal.time[0], signal.time[-1])
     moving = (t >= signal.time[0]) & (t <= signal.time[-1])
     spline = Akima1DInterpolator(signal.time, signal.value, method="makima")
@@ -197,6 +198,8 @@ def acceleration_motion(signal: Signal, t: FloatArray) -> Motion:
 
 
 def _record_motion(record: Record, t: FloatArray) -> Motion:
+    from scipy.interpolate import CubicSpline  # see `signals.spectra.low_pass`
+
     step = float(record.time[1] - record.time[0])
     u, v, a = integrate_twice(record.value, step, record.high_pass)
     at = np.clip(t, record.time[0], record.time[-1])

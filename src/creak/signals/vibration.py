@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from creak.arrays import FloatArray
 
@@ -69,6 +68,8 @@ class RandomVibration:
         count = self._even_samples(t)
         if count is not None:
             return np.asarray(self._one_period(order, count)[np.arange(t.size) % count])
+        from scipy.interpolate import CubicSpline  # see `signals.spectra.low_pass`
+
         count = int(2 ** np.ceil(np.log2(PER_PERIOD * self.frequency[-1] * self.duration)))
         x = self._one_period(order, count)
         at = np.linspace(0.0, self.duration, count + 1)
@@ -129,6 +130,8 @@ class SineSweep:
         return np.asarray(self.amplitude * (bend * np.cos(phi) - w**2 * np.sin(phi)))
 
     def _integral(self, t: FloatArray, times: int) -> FloatArray:
+        from scipy.interpolate import CubicSpline  # see `signals.spectra.low_pass`
+
         end = float(t.max(initial=0.0))
         count = max(8, int(np.ceil(PER_PERIOD * max(self.first, self.last) * end)))
         at = np.union1d(np.linspace(0.0, end, count + 1), [min(self.duration, end)])

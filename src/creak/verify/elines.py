@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
-from scipy.spatial.distance import pdist, squareform
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 
@@ -77,6 +75,9 @@ def largest_swing(path: FloatArray) -> tuple[float, FloatArray]:
     ----------
     path : (n, 2)
     """
+    from scipy.spatial import ConvexHull, QhullError  # see `signals.spectra.low_pass`
+    from scipy.spatial.distance import pdist, squareform
+
     about = path - path.mean(axis=0)
     try:
         corners = about[ConvexHull(about).vertices]

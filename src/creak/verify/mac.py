@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from creak.arrays import FloatArray, IntArray
 
@@ -43,6 +42,8 @@ def pair_modes(freq_ref: FloatArray, shapes_ref: FloatArray, freq_red: FloatArra
     n_ref = freq_ref.size
     if n_ref == 0 or freq_red.size == 0:
         return ModePairs(np.zeros(n_ref), matrix, np.full(n_ref, -1, dtype=np.int64))
+    from scipy.optimize import linear_sum_assignment  # see `signals.spectra.low_pass`
+
     allowed = np.abs(freq_red - freq_ref[:, None]) <= BAND * freq_ref[:, None] + 1e-9
     row, col = linear_sum_assignment(-np.where(allowed, matrix, -1.0))
     partner = np.full(n_ref, -1, dtype=np.int64)

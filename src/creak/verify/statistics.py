@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import gammaincinv
 
 from creak.arrays import FloatArray
 from creak.verify.events import Event
@@ -75,6 +74,8 @@ def rate_interval(count: int, length: float) -> tuple[float, float]:
     """
     if length <= 0.0:
         return 0.0, np.inf
+    from scipy.special import gammaincinv  # see `signals.spectra.low_pass`
+
     low = float(gammaincinv(count, 0.025)) if count else 0.0
     return low / length, float(gammaincinv(count + 1, 0.975)) / length
 

@@ -7,6 +7,7 @@ import pytest
 
 from creak.contact.node_to_surface import node_to_surface
 from creak.contact.pair import ContactPair
+from creak.model.contact_law import ContactLaw
 from creak.model.mesh import Model
 from helpers_contact import METHODS, T_HIGH, T_LOW, both, stacked
 from helpers_core import block, model_of, plate, shell, whole_block
@@ -111,3 +112,30 @@ def test_nodes_that_face_nothing_are_counted_and_named():
     assert note.startswith("[contact.stack] 15 node(s) of 'TOP' face no facet of 'LOW' within")
     assert "touch nothing: 56, 57" in note
     assert METHODS["node-to-surface"](stacked(), ContactPair("stack", "TOP", "LOW"))[1] == []
+
+
+@both
+def test_what_a_search_found_serves_other_numbers_and_no_other_shape(method):
+    """Clearance and law are laid over the same channels; a surface that moved is searched again."""
+    found: dict[bytes, dict[str, np.ndarray]] = {}
+
+    def keep(inputs, search):
+        key = b"".join(np.ascontiguousarray(A).tobytes() for A in inputs)
+        if key not in found:
+            found[key] = {name: np.asarray(A, dtype=np.float64) for name, A in search().items()}
+        return found[key]
+
+    for changes in ({}, {"clearance": 2e-3}, {"law": ContactLaw(1e4)}):
+        pair = ContactPair("slot", "TONGUE", "WALLS", **changes)
+        for _ in range(2):
+            kept, told = METHODS[method](slot(), pair, keep)
+            fresh, also_told = METHODS[method](slot(), pair)
+            assert (kept.names, told) == (fresh.names, also_told)
+            for name in ("gap0", "stiffness", "area", "size", "labels", "nodes_idx"):
+                np.testing.assert_array_equal(getattr(kept, name), getattr(fresh, name))
+            for A, B in zip((kept.G, *kept.tangents), (fresh.G, *fresh.tangents), strict=True):
+                assert (A != B).nnz == 0
+        assert len(found) == 1
+    for model, changes in ((slot(0.001), {}), (slot(sides=1), {}), (slot(), {"normal": (0.0, 0.0, 1.0)})):
+        METHODS[method](model, ContactPair("slot", "TONGUE", "WALLS", **changes), keep)
+    assert len(found) == 4

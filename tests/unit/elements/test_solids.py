@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.special import roots_jacobi
 
 from creak.elements.geometry import DegenerateElement
+from creak.elements.solids import pyramid5
 from creak.model.materials import Material, SolidSection
 from creak.model.mesh import COMMON
 from helpers_fem import dof, frequencies, random_rotation, rigid_modes, solve
@@ -224,3 +226,11 @@ def test_inverted_and_flat_elements_are_refused(kind):
         with pytest.raises(DegenerateElement, match="Jacobian not positive") as error:
             matrix(coords, STEEL, COMMON)
         assert error.value.rows.tolist() == [1, 2]
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_gauss_jacobi_of_pyramids(n):
+    x, w = (np.array(row) for row in pyramid5.GAUSS_JACOBI[n])
+    np.testing.assert_allclose(np.array([x, w]), roots_jacobi(n, 2.0, 0.0), rtol=1e-14)
+    for power in range(2 * n):  # exact up to degree 2 n - 1; the integral of (1 - x)^2 (1 - x)^k is 2^(k + 3) / (k + 3)
+        assert w @ (1.0 - x) ** power == pytest.approx(2.0 ** (power + 3) / (power + 3), rel=1e-13)

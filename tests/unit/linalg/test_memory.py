@@ -164,7 +164,8 @@ def test_modes_window_by_window_are_those_found_at_once(window, monkeypatch):
     stored = short_of_memory(monkeypatch, window)
     seen: list[int] = []
     found = modes(K, M, f_max=f_max, progress=lambda done, _: seen.append(done))
-    assert stored == [(K.shape[0], n)]
+    assert [size for size in stored if size[1] > 1] == [(K.shape[0], n)]
+    assert (sp.csr_matrix(K - M).nnz, 1) in stored  # entries of K - s M
     assert isinstance(found.shapes.base, np.memmap)
     np.testing.assert_allclose(found.omega2, exact[:n], rtol=1e-10)
     np.testing.assert_allclose(found.omega2, at_once.omega2, rtol=1e-10)
@@ -262,6 +263,15 @@ def test_neither_memory_nor_disk(monkeypatch):
     monkeypatch.setattr(scratch, "disk_room", lambda _: 0.0)
     with pytest.raises(OutOfMemory, match=r"neither memory nor .* holds 100 vectors of 50 numbers: .* set TMPDIR"):
         scratch.vectors(50, 100)
+
+
+def test_columns_are_set_aside_where_the_disk_holds_them(monkeypatch):
+    X = np.asfortranarray(np.random.default_rng(1).standard_normal((50, 7)))
+    kept = scratch.set_aside(X)
+    assert isinstance(owner(kept), mmap.mmap)
+    np.testing.assert_array_equal(kept, X)
+    monkeypatch.setattr(scratch, "disk_room", lambda _: 0.0)
+    assert scratch.set_aside(X) is X
 
 
 @pytest.mark.parametrize(("free", "room"), [(20e9, 18e9), (3e9, 1.5e9), (1e7, 5e6), (0.0, 0.0)])

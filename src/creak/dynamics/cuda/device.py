@@ -13,7 +13,7 @@ from creak.dynamics.flow.batch import Variant, march_many
 from creak.dynamics.flow.march import FlowRun
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
-from creak.errors import InputError
+from creak.errors import InputError, first_line
 from creak.linalg.memory import free_bytes
 from creak.linalg.threads import in_order, one_blas_thread
 
@@ -38,17 +38,12 @@ def no_gpu() -> str:
             return "no device or driver of CUDA was found"
         cuda.jit("void(float64[:])")(_nothing)
     except Exception as problem:  # whatever a broken installation of CUDA raises
-        return f"CUDA cannot be used: {_first_line(problem)}"
+        return f"CUDA cannot be used: {first_line(problem)}"
     return ""
 
 
 def _nothing(x: Any) -> None:
     """A kernel that says whether kernels can be compiled."""
-
-
-def _first_line(problem: Exception) -> str:
-    lines = str(problem).strip().splitlines()
-    return lines[0].rstrip(".:") if lines else type(problem).__name__
 
 
 def check_device(device: Device) -> None:
@@ -100,7 +95,7 @@ def march_anywhere(
                     with one_blas_thread():
                         histories = flow_cuda.march_together([run for _, run in part])
                 except flow_cuda.FAILURES as problem:
-                    reasons[f"the device failed ({_first_line(problem)})"] += len(part)
+                    reasons[f"the device failed ({first_line(problem)})"] += len(part)
                     others += [variant for variant, _ in part]
                     continue
                 pairs = [(variant, history) for (variant, _), history in zip(part, histories, strict=True)]

@@ -21,7 +21,7 @@ from creak.dynamics.channels import channel_matrices
 from creak.dynamics.condensed import response
 from creak.dynamics.flow.resolution import HARD_CONTACT, steepest
 from creak.dynamics.scheme import generalised_alpha
-from creak.dynamics.step_matrix import StepFactor
+from creak.dynamics.step_matrix import Maker, StepFactor, on_cores
 
 IN_CONTACT = generalised_alpha(0.0)
 """Of steps in contact."""
@@ -36,7 +36,9 @@ FINEST = 16
 """Most parts that a step is divided into for that."""
 
 
-def steps_in_contact(system: System, gaps: GapOperator, step: float, longest: float) -> tuple[int, GapOperator]:
+def steps_in_contact(
+    system: System, gaps: GapOperator, step: float, longest: float, maker: Maker = on_cores
+) -> tuple[int, GapOperator]:
     """Parts of `step` (s), each at most `longest` (s), and the channels with springs in place of hard contact.
 
     A hard channel is a spring that turns the mass that it moves within `longest` round in `HARD_CONTACT`, as exact flow
@@ -48,7 +50,7 @@ def steps_in_contact(system: System, gaps: GapOperator, step: float, longest: fl
         return parts, gaps
     h = step / parts
     some = gaps.select(can)
-    now, later = (_give(system, some, t) for t in (h, LATER * h))
+    now, later = (_give(system, some, t, maker) for t in (h, LATER * h))
     squared = (math.pi / HARD_CONTACT) ** 2
     hard = np.isinf(some.stiffness) & (np.array(some.laws.curve) < 0)
     springs = np.where(hard, squared / np.diagonal(now), steepest(some.laws))
@@ -64,8 +66,8 @@ def steps_in_contact(system: System, gaps: GapOperator, step: float, longest: fl
     return parts, replace(gaps.with_stiffness(stiffness), step_limited=limited)
 
 
-def _give(system: System, gaps: GapOperator, h: float) -> FloatArray:
+def _give(system: System, gaps: GapOperator, h: float, maker: Maker) -> FloatArray:
     """(m, m) what a force on one channel moves of the others within h, over h^2 / 2: the inverse of a mass."""
     rows = channel_matrices(system, gaps).G
-    answers, _ = response(StepFactor(system, IN_CONTACT, h), rows, keep=False)
+    answers, _ = response(StepFactor(system, IN_CONTACT, h, maker), rows, keep=False)
     return np.asarray(2.0 * IN_CONTACT.beta * (1.0 - IN_CONTACT.alpha_f) * answers)

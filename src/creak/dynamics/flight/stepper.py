@@ -21,6 +21,7 @@ from creak.dynamics.loads import Loads
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.simulate import REFRESH, CondensedStepper, Progress, march
 from creak.dynamics.state import LinearTerms
+from creak.dynamics.step_matrix import Maker, on_cores
 from creak.dynamics.watch import Watched
 
 PIECES = 10
@@ -43,18 +44,25 @@ class FlightStepper:
     """
 
     def __init__(
-        self, system: System, gaps: GapOperator, loads: Loads, scheme: Scheme, substeps: int, flight: int | None = None
+        self,
+        system: System,
+        gaps: GapOperator,
+        loads: Loads,
+        scheme: Scheme,
+        substeps: int,
+        flight: int | None = None,
+        maker: Maker = on_cores,
     ) -> None:
         started = clock.perf_counter()
         self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
-        self._parts = CondensedStepper(system, gaps, loads, scheme)
+        self._parts = CondensedStepper(system, gaps, loads, scheme, maker=maker)
         if flight is None:
             self.rule, self.stride, self.because = choose(loads, substeps, self._parts.solver.memory)
         else:
             self.rule, self.stride, self.because = radau_iia(5), flight, ""
-        self._flight = FlightStep(self.terms, gaps, self.on, self.rule, self.stride)
+        self._flight = FlightStep(self.terms, gaps, self.on, self.rule, self.stride, maker)
         pieces = math.ceil(PIECES * self.stride / substeps)
         self._ahead = np.unique(np.linspace(0, self.stride, pieces + 1).round().astype(np.int64))
         self._course: Course | None = None

@@ -39,3 +39,13 @@ def read_solved(path: Path, made_from: str) -> dict[str, FloatArray] | None:
             return {name: np.asarray(file[name][()], dtype=np.float64) for name in file}
     except (OSError, LookupError, TypeError, ValueError, ArithmeticError, RuntimeError):  # Damaged is a ValueError
         return None
+
+
+def as_numbers(text: str) -> FloatArray:
+    """A text as it is kept: its bytes."""
+    return np.frombuffer(text.encode(), dtype=np.uint8).astype(np.float64)
+
+
+def as_text(numbers: FloatArray) -> str:
+    """The text of `as_numbers`."""
+    return numbers.astype(np.uint8).tobytes().decode()

@@ -35,8 +35,10 @@ from creak.studies.advise.evidence import Measured, measured, rule_of_thumb, ste
 from creak.studies.advise.memory import Memory, memory
 from creak.studies.advise.size import Counted, Sizes, sizes, sturm_counts
 from creak.studies.file.signals.course import RecordTable
+from creak.studies.models.outlines import assembled
 from creak.studies.models.reduced import WHOLE
-from creak.studies.models.reference import ReferenceModel, build_reference
+from creak.studies.models.reference import ReferenceModel, joined_reference
+from creak.studies.models.room import require_whole
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.setup import Setup
@@ -155,10 +157,13 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     Raises
     ------
     InputError : anything wrong in the study or the deck.
+    OutOfMemory : memory does not hold a factor of the whole model; what `creak run` does then is told.
     """
     setup = _checked(setup)
     excitation = excitation_of(setup)
-    reference = build_reference(setup, progress)
+    of = assembled(setup, progress)
+    require_whole(setup, of.parts)
+    reference = joined_reference(setup, of, progress)
     scheme = scheme_of(setup.study.config.time)
     gaps, channels = _channels(setup, reference, scheme, progress)
     reference = reference.without_factor()

@@ -12,7 +12,6 @@ from creak.errors import InputError
 from creak.model.contact_law import ContactLaw
 from creak.model.materials import Bushing
 from creak.model.mesh import ElementBlock, Model, Own
-from creak.studies.design.clip_library import clips_of
 from creak.studies.design.named_nodes import nearest_nodes
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.reader import Study
@@ -29,6 +28,10 @@ def with_clips(model: Model, study: Study) -> tuple[Model, list[tuple[Play, str]
     ------
     InputError : unknown sets, parts or library names; no node near a place; values that are no law.
     """
+    if not study.config.clip:
+        return model, [], []
+    from creak.studies.design.clip_library import clips_of  # its tables take time to make
+
     blocks, plays, notes = [], [], []
     taken = {t.name or "-".join(t.node_sets) for t in study.config.connector} | {*study.config.contact}
     for i, table in enumerate(clips_of(study)):

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
@@ -74,6 +73,8 @@ def nearest_nodes(
     ------
     InputError : an unknown part; no node within the distance; two nodes at one place, or one nearest to two.
     """
+    from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
+
     among = nodes_of_part(model, part, where)
     points, coords = np.array(near, dtype=np.float64).reshape(-1, 3), model.nodes.coords[among]
     size = float(np.linalg.norm(np.ptp(model.nodes.coords, axis=0)))

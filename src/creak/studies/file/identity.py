@@ -14,6 +14,11 @@ from creak.studies.file.reader import Study
 BLOCK = 1 << 20
 
 
+def store_of(study: Study) -> Path:
+    """Where a study's superelements lie unless the user says otherwise."""
+    return study.path.parent / "superelements"
+
+
 def new_identity(study: Study, deck_sha256: str) -> RunIdentity:
     """The identity of a run that is made now."""
     return RunIdentity(uuid.uuid4().hex, hashlib.sha256(study.text.encode("utf-8")).hexdigest(), deck_sha256)

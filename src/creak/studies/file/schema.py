@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import json
+import textwrap
+from collections.abc import Iterator
 from typing import Any
 
 from creak.studies.file.config import StudyConfig
+from creak.studies.file.table import Table
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 SCHEMA_FILE = "creak-study.schema.json"
@@ -17,13 +22,44 @@ def study_schema() -> dict[str, Any]:
 
     Rules between keys (periods or end, not both) are not in it; `read_study` checks those.
     """
-    found = _without_titles(StudyConfig.model_json_schema())
+    found = _without_titles(_described(StudyConfig.model_json_schema()))
     return {"$schema": DIALECT, "title": "creak study file", **found}
 
 
 def schema_text() -> str:
     """The schema as it stands in its file."""
     return json.dumps(study_schema(), indent=2) + "\n"
+
+
+def _described(schema: dict[str, Any]) -> dict[str, Any]:
+    """The schema with the text below each key as its description; what reads studies does without them."""
+    tables = {kind.__name__: kind for kind in _below(Table)}
+    for name, found in [("StudyConfig", schema), *schema["$defs"].items()]:
+        texts = _texts(tables[name]) if name in tables else {}
+        for key, value in found.get("properties", {}).items():
+            if key in texts:
+                found["properties"][key] = dict(sorted({"description": texts[key], **value}.items()))
+    return schema
+
+
+def _below(kind: type[Table]) -> Iterator[type[Table]]:
+    for other in kind.__subclasses__():
+        yield other
+        yield from _below(other)
+
+
+def _texts(kind: type[Table]) -> dict[str, str]:
+    """Key -> the text below it, of a table and of those that it extends."""
+    found: dict[str, str] = {}
+    for base in reversed([k for k in kind.__mro__ if issubclass(k, Table)]):
+        (body,) = ast.parse(textwrap.dedent(inspect.getsource(base))).body
+        assert isinstance(body, ast.ClassDef)
+        for line, text in zip(body.body, body.body[1:], strict=False):
+            told = isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant)
+            if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name) and told:
+                found[line.target.id] = inspect.cleandoc(text.value.value)  # type: ignore[attr-defined]
+    aliases = {f.alias or name: name for name, f in kind.model_fields.items()}
+    return {key: found[name] for key, name in aliases.items() if name in found}
 
 
 def _without_titles(value: Any) -> Any:

@@ -24,9 +24,10 @@ DOFS: tuple[Dof, ...] = ("x", "y", "z", "rx", "ry", "rz")
 
 
 class Table(BaseModel):
-    """A table of the study; unknown keys are errors. The texts below the keys are the descriptions of its schema."""
+    """A table of the study; unknown keys are errors. The texts below the keys are the descriptions of its schema
+    (`studies.file.schema`)."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, str_strip_whitespace=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, str_strip_whitespace=True)
 
     @field_validator("*")
     @classmethod

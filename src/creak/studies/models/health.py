@@ -10,13 +10,14 @@ from pydantic import TypeAdapter
 
 from creak.arrays import FloatArray
 from creak.formats.safe_names import file_stem
+from creak.formats.stored.solved import as_numbers, as_text
 from creak.progress import Progress
 from creak.reduction.health import Health, health
 from creak.studies.models.reduced import ReducedModel
-from creak.studies.models.solved import as_numbers, as_text, digest_of, solved
 from creak.studies.models.superelements import Reduced
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
+from creak.studies.solved import digest_of, solved
 
 OWN_MODES_LIMIT = 40_000
 """Parts with more dofs are not solved again for their own free modes unless asked: a factorisation of the part,
@@ -66,11 +67,13 @@ def _kept(setup: Setup, reduced: Reduced, store: Path | None, own_modes: bool | 
 def check(setup: Setup, reduced: Reduced, *, own_modes: bool | None = None) -> Health:
     """The health of one superelement, see `checked`; with the factor that made it where that is still there."""
     part = reduced.substructure.part
+    if own_modes is None:
+        own_modes = part.n <= OWN_MODES_LIMIT and reduced.inside.in_one()  # they take a factor of the part
     return health(
         part,
         reduced.system,
         reduced.inside,
         setup.model.nodes.coords,
         f_excitation=highest_frequency(setup.study) or None,
-        own_modes=part.n <= OWN_MODES_LIMIT if own_modes is None else own_modes,
+        own_modes=own_modes,
     )

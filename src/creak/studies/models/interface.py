@@ -17,7 +17,6 @@ from creak.reduction.interface.graph import interface_graph
 from creak.reduction.interface.interpolation import interpolation
 from creak.reduction.interface.participation import participating
 from creak.reduction.interface.spacing import every_nth
-from creak.studies.models.deck_modes import model_modes
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.excitation import driven_dofs, highest_frequency
 from creak.studies.prepare.setup import Setup
@@ -92,6 +91,8 @@ def _coarse(setup: Setup, line: Line, labels: IntArray) -> Matrix:
 
 def coarse_modes(setup: Setup, coarse: Model) -> FloatArray:
     """(6 n_node, n_mode) modes of the coarse assembly, held and linked like the fine one."""
+    from creak.studies.models.deck_modes import model_modes  # full interfaces do without
+
     band = COARSE_BAND * highest_frequency(setup.study)
     system, found = model_modes(coarse, driven_dofs(coarse, setup.study), f_max=band)
     out = np.zeros((PER_NODE * coarse.nodes.count, found.omega2.size))

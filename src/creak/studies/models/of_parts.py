@@ -6,7 +6,6 @@ static shapes and modes of the parts, kept as they were computed. One part is fa
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,11 +17,12 @@ from creak.errors import NumericalError
 from creak.linalg.factor import LaterFactor, factor, regular_factor
 from creak.linalg.memory import OutOfMemory
 from creak.linalg.modes import modes
-from creak.linalg.scratch import on_disk
+from creak.linalg.scratch import on_disk, set_aside
 from creak.progress import Progress
 from creak.reduction.craig_bampton import fixed_interface_basis, reduced_matrices, reduced_system
 from creak.reduction.inside import Inside
 from creak.reduction.modal import support_motion
+from creak.studies.models.outlines import Assembled
 from creak.studies.models.reference import (
     ReferenceModel,
     damped,
@@ -38,18 +38,19 @@ SPREAD = 2.0
 """Fixed-interface modes kept over the band whose modes are wanted: frequencies within some 0.1 % there."""
 
 
-def reference_of_parts(
-    setup: Setup, parts: Sequence[System], loose: System | None, progress: Progress, store: Path | None = None
-) -> ReferenceModel:
+def reference_of_parts(setup: Setup, of: Assembled, progress: Progress, store: Path | None = None) -> ReferenceModel:
     """Reduced parts, joined, with their modes in the band of the study.
 
-    The matrices of the unreduced parts go to disk.
+    The matrices of the unreduced parts go to disk; in `of.parts` too, so that no one holds them in memory.
 
     Raises
     ------
     NumericalError : links and supports do not hold every part.
     """
-    parts = [replace(part, K=on_disk(part.K), M=on_disk(part.M)) for part in parts]
+    parts = of.parts
+    for k, part in enumerate(parts):
+        parts[k] = replace(part, K=on_disk(part.K), M=on_disk(part.M))
+    del part
     band = modal_band(setup, sum(part.n for part in parts))
     must = required_labels(setup, setup.model)
     seen = np.unique(np.concatenate([setup.contacts.labels, setup.connectors.labels, observed_labels(setup.watched)]))
@@ -59,19 +60,22 @@ def reference_of_parts(
         raise
     except NumericalError as error:
         raise NumericalError(f"memory does not hold a factor of the whole model, and without it {error}") from error
-    system = join_parts(setup, small, loose)
+    system = join_parts(setup, small, of.loose)
     free = system.n + sum(s.stats.internal - s.stats.modes for s in small)
     regular = regular_factor(system.K)
     stiffness = None if regular is None else LaterFactor(lambda: factor(system.K), regular)
     found = modes(system.K, system.M, f_max=band, free=stiffness is None, stiffness_factor=stiffness)
     R = support_motion(system, stiffness or held_factor(system))
     system = damped(setup, system, found, R)
-    return ReferenceModel(tuple(parts), loose, system, found, R, stiffness, store=store, of_parts=free)
+    kept = (None, store if of.key else None, free, of.marks, of.key)
+    return ReferenceModel(tuple(parts), of.loose, system, found, R, stiffness, *kept)
 
 
 def _reduced(part: System, must: IntArray, seen: IntArray, f_max: float, progress: Progress) -> System:
     inside = Inside(part, touched(part, np.intersect1d(must, part.labels)))
     basis = fixed_interface_basis(inside, None, f_max, None, progress)
+    if basis.fixed.shapes.size:  # they stay while the parts are reduced to their contacts
+        basis = replace(basis, fixed=replace(basis.fixed, shapes=set_aside(basis.fixed.shapes)))
     matrices = reduced_matrices(part, basis, progress, watched=np.intersect1d(seen, part.labels))
     inside.release()
     return reduced_system(part, basis, matrices)

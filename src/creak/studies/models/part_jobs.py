@@ -30,6 +30,7 @@ class Saved:
     health: Health | None
     path: Path | None
     error: str = ""
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -85,14 +86,14 @@ def run_part(job: PartJob) -> Saved:
         part = part_alone(setup, job.gaps, job.number)
         sub = Substructure(part, job.boundary, job.shape, job.boundary[:0], False)
         _same(job, made_from(setup, sub))
-        reduced, _ = reduce_substructure(setup, sub, job.folder, silent)
+        reduced, notes = reduce_substructure(setup, sub, job.folder, silent)
         health, about = None, dict[str, Any](deck=str(setup.model.source))
         try:
             health = check(setup, reduced)
             about["health"] = health.as_dict()
         finally:
             path = save_superelement(job.folder, reduced, setup.model, about)
-        return Saved(health, path)
+        return Saved(health, path, notes=tuple(notes))
     except CreakError as problem:
         return Saved(None, None, str(problem))
     except MemoryError:

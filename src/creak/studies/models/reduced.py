@@ -22,16 +22,15 @@ from creak.model.mesh import Model
 from creak.progress import Progress, silent
 from creak.reduction.diagonal import Split, all_modes, diagonalise
 from creak.reduction.gap_modes import gap_modes
-from creak.reduction.health.verdict import RULE
 from creak.reduction.interface.second_level import second_level
 from creak.reduction.massless_boundary import massless_boundary
 from creak.reduction.modal import support_motion
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
-from creak.studies.models.solved import digest_of, solved
 from creak.studies.models.substructures import UNREDUCED, Partition, partition
 from creak.studies.models.superelements import KEPT, Reduced, reduce_substructure, with_all_modes
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
+from creak.studies.solved import digest_of, solved
 from creak.studies.warned import Warned
 
 DIAGONAL_LIMIT = 6000
@@ -223,6 +222,8 @@ def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:
     c = setup.study.config.reduction
     if c.method == "guyan" or any(r.system.stats.modes for r in superelements):
         return
+    from creak.reduction.health.verdict import RULE  # its room is not waited for before the run
+
     first = min((r.system.stats.first_left_out for r in superelements), default=np.inf)
     if first > RULE * highest_frequency(setup.study):
         return

@@ -5,22 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.coupling import couple
-from creak.assembly.part import loose_system, part_system
-from creak.assembly.system import System
+from creak.assembly.part import part_system
+from creak.assembly.system import Stats, System
 from creak.errors import InputError
+from creak.later import later
 from creak.linalg.factor import Factor, LaterFactor, factor, regular_factor
 from creak.linalg.modes import Modes, modes, small_shift
 from creak.model.dofs import node_dofs
 from creak.progress import Progress
 from creak.reduction.modal import support_motion, with_modal_damping
-from creak.studies.models.solved import digest_of, solved
+from creak.studies.models.outlines import Assembled, Marks, assembled
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
+from creak.studies.solved import solved
 
 PRECHECK_BAND = 3.0
 """The linear pre-check uses the modes up to this multiple of the excitation's highest frequency."""
@@ -47,6 +50,10 @@ class ReferenceModel:
     """Folder in which what was solved is kept (`solved`)."""
     of_parts: int | None = None
     """Free dofs of the whole where memory does not hold that: `system` are its parts, reduced to what joins them."""
+    marks: tuple[Marks, ...] = ()
+    """Of each part; none where nothing is kept."""
+    key: str = ""
+    """Digest of all that stiffness and mass depend on; empty where nothing is kept."""
 
     @property
     def free_dof(self) -> int:
@@ -60,34 +67,31 @@ class ReferenceModel:
 
 def build_reference(setup: Setup, progress: Progress, store: Path | None = None) -> ReferenceModel:
     """Assemble the parts, join them, and find the modes of the whole, or take them from a run before (`solved`)."""
-    return joined_reference(setup, *assembled(setup, progress), progress, store)
+    return joined_reference(setup, assembled(setup, progress, store), progress, store)
 
 
-def assembled(setup: Setup, progress: Progress) -> tuple[list[System], System | None]:
-    """The parts, and the nodes between them."""
-    count = len(setup.model.parts)
-    parts = []
-    for i in range(count):
-        progress("assemble", i, count)
-        parts.append(part_system(setup.model, i, setup.rayleigh, override=setup.override_damping))
-    return parts, loose_system(setup.model, setup.rayleigh)
+def joined_reference(setup: Setup, of: Assembled, progress: Progress, store: Path | None = None) -> ReferenceModel:
+    """Join the parts and find the modes of the whole; parts that are assembled later are joined later."""
+    store = store if of.key else None
+    mass = sum(s.stats.mass for s in (*of.parts, *setup.superelements))
 
+    def join() -> System:
+        return join_parts(setup, of.parts, of.loose)
 
-def joined_reference(
-    setup: Setup, parts: list[System], loose: System | None, progress: Progress, store: Path | None = None
-) -> ReferenceModel:
-    """Join the parts and find the modes of the whole."""
-    system = join_parts(setup, parts, loose)
-    progress("assemble", len(parts), len(parts))
-    stiffness, found, R = _solved(setup, system, progress, store)
-    return ReferenceModel(tuple(parts), loose, damped(setup, system, found, R), found, R, stiffness, store=store)
+    system = later(System, join, stats=Stats(mass)) if of.later else join()
+    progress("assemble", len(of.parts), len(of.parts))
+    stiffness, found, R = _solved(setup, system, of, progress, store)
+    whole = later(System, lambda: damped(setup, system, found, R), stats=system.stats)
+    kept = (None, store, None, of.marks, of.key)
+    return ReferenceModel(tuple(of.parts), of.loose, whole, found, R, stiffness, *kept)
 
 
 def _solved(
-    setup: Setup, system: System, progress: Progress, store: Path | None
+    setup: Setup, system: System, of: Assembled, progress: Progress, store: Path | None
 ) -> tuple[Factor | None, Modes, FloatArray]:
     """A factor of K where it is regular, the modes, and the motion with the supports."""
-    f_max, made = modal_band(setup, system.n), list[Factor | None]()
+    f_max = modal_band(setup, sum(part.n for part in of.parts))
+    made, every = list[Factor | None](), dict[str, FloatArray]()
 
     def again() -> Factor:
         return factor(system.K)
@@ -107,13 +111,27 @@ def _solved(
         )
         told = [found.residual, found.sturm_ok, found.next_omega2, found.columns, stiffness is not None]
         R = support_motion(system, stiffness or held_factor(system))
-        return {"omega2": found.omega2, "shapes": found.shapes, "R": R, "told": np.array(told, dtype=float)}
+        every.update(shapes=found.shapes)
+        return {"omega2": found.omega2, "R": R, "told": np.array(told, dtype=float)}
 
-    K, M, side = (digest_of(A) for A in (system.K, system.M, system.supports.K_qs))
-    kept = solved(store, "assembly", [K, M, side, repr(f_max)], solve)
+    def shapes() -> dict[str, FloatArray]:
+        if not every:
+            solve()
+            made.clear()
+        return every
+
+    kept = solved(store, "assembly", [of.key, repr(f_max)], solve)
     residual, sturm_ok, following, columns, held = kept["told"].tolist()
-    found = Modes(kept["omega2"], kept["shapes"], residual, bool(sturm_ok), following, int(columns))
-    stiffness = made[0] if made else LaterFactor(again) if held else None
+    known: dict[str, Any] = {"omega2": kept["omega2"], "residual": residual, "sturm_ok": bool(sturm_ok)}
+    known |= {"next_omega2": following, "columns": int(columns)}
+
+    def whole() -> Modes:
+        return Modes(shapes=solved(store, "shapes", [of.key, repr(f_max)], shapes)["shapes"], **known)
+
+    found = later(Modes, whole, **known)
+    if every:
+        _ = found.shapes  # kept at once
+    stiffness = made.pop() if made else LaterFactor(again) if held else None
     return stiffness, found, kept["R"]
 
 
@@ -130,7 +148,7 @@ def rejoined(setup: Setup, reference: ReferenceModel, parts: Sequence[int]) -> R
     return replace(reference, parts=tuple(every), system=system, stiffness=regular_factor(system.K))
 
 
-def join_parts(setup: Setup, parts: list[System], loose: System | None) -> System:
+def join_parts(setup: Setup, parts: Sequence[System], loose: System | None) -> System:
     """Couple parts, full or reduced, by the model's links and supports."""
     systems = [*parts, *setup.superelements, *([loose] if loose is not None else [])]
     return couple(systems, setup.model, setup.driven, setup.rayleigh, override=setup.override_damping)

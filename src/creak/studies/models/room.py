@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
+import numpy as np
+
+from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.linalg.factor import factor_bytes
 from creak.linalg.memory import GB, OVERRIDE, OutOfMemory, free_bytes
-from creak.linalg.windows import window_bytes
+from creak.linalg.pieces.factor import Pieces
+from creak.reduction.room import ENTRY, beside_factor, beside_pieces, pieces_that_fit, plenty
 from creak.studies.models.reduced import WHOLE
 from creak.studies.prepare.setup import Setup
+from creak.studies.solved import solved
 
-ENTRY, PRODUCT = 12.0, 16.0
-"""Bytes of a stored entry: in a matrix, in MKL's copy for products."""
 JOIN = 1.2
 """Memory of joining the parts over that of K and M of the whole."""
-BOUND, POWER = 240.0, 4.0 / 3.0
-"""A factor of n equations takes at most BOUND n^POWER bytes (a solid cube), and the rest of the work twice that."""
-PLENTY = 0.3
-"""Share of the free memory up to which that bound needs no closer look."""
 
 
 @dataclass(frozen=True)
@@ -32,36 +32,50 @@ class Room:
     """With factors of one part at a time."""
     largest: str
     """The part that takes most."""
+    pieces: Pieces | None = None
+    """Those that it is cut into, where memory does not hold its factor."""
 
 
-def room(parts: Sequence[System]) -> Room | None:
-    """None where there is plainly enough. Costs the analysis of the parts, a third of the time of their factors."""
-    if not parts or 3.0 * sum(BOUND * part.n**POWER for part in parts) <= PLENTY * free_bytes():
+def room(parts: Sequence[System], store: Path | None = None, key: str = "") -> Room | None:
+    """None where there is plainly enough. Costs the analysis of the parts, a third of the time of their factors.
+
+    Parameters
+    ----------
+    store : folder of saved superelements, beside which the analysis is kept. key : digest of all that the parts are.
+    """
+    if plenty(*(part.n for part in parts)):
         return None
-    factors = [factor_bytes(part.K) for part in parts]
-    n, K, M = (sum(x) for x in zip(*((p.n, p.K.nnz, p.M.nnz) for p in parts), strict=True))
-    whole = JOIN * ENTRY * (K + M) + _solving(n, K, M, sum(factors))
+    sizes = solved(store if key else None, "room", [key], lambda: {"sizes": _sizes(parts)})["sizes"]
+    n, K, M, factors = sizes.sum(axis=0).tolist()
+    whole = JOIN * ENTRY * (K + M) + factors + beside_factor(int(n), K, M)
     back = ENTRY * (K + M)  # the matrices of the parts go to disk then
-    each = [
-        (ENTRY * (p.K.nnz + p.M.nnz) + _solving(p.n, p.K.nnz, p.M.nnz, size) - back, p.name)
-        for p, size in zip(parts, factors, strict=True)
-    ]
-    return Room(whole, *max(each))
+    each = [(*_of_part(part, own, back), part.name) for part, own in zip(parts, sizes.tolist(), strict=True)]
+    most, pieces, name = max(each, key=lambda part: part[0])
+    return Room(whole, most, name, pieces)
 
 
-def _solving(n: int, K: int, M: int, factor: float) -> float:
-    """A factor of K - s M, which is there beside it, the product with M, and the vectors of the smallest window."""
-    return factor + ENTRY * K + PRODUCT * M + window_bytes(n)
+def _sizes(parts: Sequence[System]) -> FloatArray:
+    """(n_part, 4) dofs, entries of K and M, bytes of a factor of K."""
+    return np.array([[p.n, p.K.nnz, p.M.nnz, factor_bytes(p.K)] for p in parts], dtype=np.float64)
 
 
-def only_parts_fit(setup: Setup, parts: Sequence[System]) -> bool:
+def _of_part(part: System, sizes: Sequence[float], back: float) -> tuple[float, Pieces | None]:
+    """With its factor, or with that of the pieces that it is cut into."""
+    _, K, M, factor = sizes
+    matrices, free = ENTRY * (K + M) - back, free_bytes()
+    whole = matrices + factor + beside_factor(part.n, K, M)
+    cut = None if whole <= free else pieces_that_fit(part.K, part.M, free - matrices)
+    return (whole, None) if cut is None else (matrices + cut.bytes + beside_pieces(part.n, M), cut)
+
+
+def only_parts_fit(setup: Setup, parts: Sequence[System], store: Path | None = None, key: str = "") -> bool:
     """Whether memory holds the factors of the parts, one at a time, but not that of the whole.
 
     Raises
     ------
     OutOfMemory : it does not hold what the study takes.
     """
-    needed, free = room(parts), free_bytes()
+    needed, free = room(parts, store, key), free_bytes()
     if needed is None or needed.whole <= free:
         return False
     c = setup.study.config
@@ -80,6 +94,32 @@ def only_parts_fit(setup: Setup, parts: Sequence[System]) -> bool:
     raise OutOfMemory(
         f"memory does not hold {what}: at least {least / GB:.3g} GB are needed, {free / GB:.3g} GB are free. {fix} To "
         f"try all the same, set {OVERRIDE}={least / GB * 1.01:.3g} in the environment."
+    )
+
+
+def require_whole(setup: Setup, parts: Sequence[System]) -> None:
+    """Refuse what takes a factor of the whole model where memory does not hold one, and foretell the way by parts.
+
+    Raises
+    ------
+    OutOfMemory : with what that way takes, or why there is none.
+    """
+    needed, free = room(parts), free_bytes()
+    if needed is None or needed.whole <= free:
+        return
+    why = next((text for text, there in _takes_the_whole(setup) if there), None)
+    cut = "" if needed.pieces is None else f", cut into {needed.pieces.count} pieces"
+    alone = f"{needed.part / GB:.3g} GB at least, for part {needed.largest}{cut}"
+    if why is not None:
+        way = f"{why} takes one too; without it parts alone would take {alone}"
+    elif needed.part <= free:
+        way = f"`creak run` and `creak reduce` go on all the same, with one part at a time: that takes {alone}"
+    else:
+        way = f"Nor does it hold one part at a time, which takes {alone}"
+    raise OutOfMemory(
+        f"memory does not hold a factor of the whole model, which advice takes: at least {needed.whole / GB:.3g} GB "
+        f"are needed, {free / GB:.3g} GB are free. {way}. To try all the same, set "
+        f"{OVERRIDE}={needed.whole / GB * 1.01:.3g} in the environment."
     )
 
 

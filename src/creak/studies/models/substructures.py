@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
 from creak.arrays import IntArray, Matrix
 from creak.assembly.constraints import fixed_equations, linear_equations
@@ -19,6 +18,7 @@ from creak.model.dofs import node_dofs, nodes_of
 from creak.model.mesh import Model
 from creak.studies.models.dof_names import dof_name
 from creak.studies.models.interface import Line, thinned
+from creak.studies.models.outlines import Marks
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.reduction_sets import reduction_set
 from creak.studies.prepare.setup import Setup
@@ -39,6 +39,8 @@ class Substructure:
     """Labels among the boundary that make up the interface, for interface modes."""
     stays: bool
     """Unreduced elements."""
+    marks: Marks | None = None
+    """Of a part whose matrices may not be there yet."""
 
 
 @dataclass(frozen=True)
@@ -64,12 +66,13 @@ def partition(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> Par
     _check_interface(setup, shared, contact)
     out = []
     for k, stays in enumerate(unreduced):
-        part = _full_part(setup, reference, pieces, k)
+        part, marks = _full_part(setup, reference, pieces, k)
         if stays:
             every = np.arange(part.n, dtype=np.int64)
             out.append(Substructure(part, every, None, every[:0], True))
         else:
-            out.append(_substructure(setup, reference, part, pieces.model, k, must, contact, shared))
+            sub = _substructure(setup, reference, part, marks, pieces.model, k, must, contact, shared)
+            out.append(replace(sub, marks=marks))
     return Partition(pieces.model, tuple(out))
 
 
@@ -93,13 +96,15 @@ def _cut(setup: Setup, gaps: GapOperator) -> Pieces:
 
 def near_elements(model: Model, nodes: IntArray, distance: float) -> list[IntArray]:
     """Rows of the elements of each block whose nodes all lie within `distance` of `nodes`: keep_out leaves them."""
+    from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
+
     away, _ = cKDTree(model.nodes.coords[nodes]).query(model.nodes.coords, distance_upper_bound=1.000001 * distance)
     near, none = np.isfinite(away), np.zeros(0, dtype=np.int64)
     return [np.flatnonzero(near[b.nodes_idx].all(axis=1)) if b.part >= 0 and b.ids.size else none for b in model.blocks]
 
 
-def _full_part(setup: Setup, reference: ReferenceModel, pieces: Pieces, k: int) -> System:
-    """The part's System; that of the reference where nothing was cut from it."""
+def _full_part(setup: Setup, reference: ReferenceModel, pieces: Pieces, k: int) -> tuple[System, Marks | None]:
+    """The part's System; that of the reference where nothing was cut from it, with its marks."""
     if k < len(reference.parts):
         whole = pieces.model is setup.model or all(
             a.ids.size == sum(b.ids.size for b in pieces.model.blocks if b.where == a.where and b.part == k)
@@ -107,8 +112,8 @@ def _full_part(setup: Setup, reference: ReferenceModel, pieces: Pieces, k: int) 
             if a.part == k
         )
         if whole and pieces.model.parts[k].nodes_idx.size == setup.model.parts[k].nodes_idx.size:
-            return reference.parts[k]
-    return part_system(pieces.model, k, setup.rayleigh, override=setup.override_damping)
+            return reference.parts[k], reference.marks[k] if reference.marks else None
+    return part_system(pieces.model, k, setup.rayleigh, override=setup.override_damping), None
 
 
 def part_alone(setup: Setup, gaps: GapOperator, k: int) -> System:
@@ -187,6 +192,7 @@ def _substructure(
     setup: Setup,
     reference: ReferenceModel,
     part: System,
+    marks: Marks | None,
     model: Model,
     k: int,
     must: IntArray,
@@ -206,12 +212,12 @@ def _substructure(
         line = node_dofs(line_nodes)
     elif setup.study.config.reduction.interface.type == "characteristic":
         must = np.union1d(must, contact)
-        return _linked(setup, part, model, must)
+        return _linked(setup, part, marks, model, must)
     else:
         line = contact
     line = line[np.isin(line, part.coordinates) & ~np.isin(nodes_of(line), nodes_of(must))]
     must = np.union1d(must, contact[~np.isin(contact, line)])
-    fixed = touched(part, must)
+    fixed = touched(part, must, marks)
     chosen = thinned(setup, reference, Line(part.name, model, line), part)
     if chosen.shape is None:
         kept = _coordinates(part, chosen.labels)
@@ -220,7 +226,7 @@ def _substructure(
     return _shaped(part, fixed, _coordinates(part, chosen.labels), chosen.labels, chosen.shape)
 
 
-def _linked(setup: Setup, part: System, model: Model, must: IntArray) -> Substructure:
+def _linked(setup: Setup, part: System, marks: Marks | None, model: Model, must: IntArray) -> Substructure:
     """Boundary as it is; the interface is what links to other parts, less supports, loads and contact."""
     linked = [x for c in split_constraints(model)[1] for e in linear_equations(c, model.nodes.coords) for x in e.labels]
     alone = [
@@ -231,7 +237,7 @@ def _linked(setup: Setup, part: System, model: Model, must: IntArray) -> Substru
         *(np.array(e.labels) for f in model.fixed for e in fixed_equations(f)),
     ]
     line = np.setdiff1d(np.intersect1d(np.array(linked, dtype=np.int64), part.labels), np.concatenate(alone))
-    return Substructure(part, touched(part, must), None, line, False)
+    return Substructure(part, touched(part, must, marks), None, line, False)
 
 
 def _coordinates(part: System, labels: IntArray) -> IntArray:
@@ -241,10 +247,10 @@ def _coordinates(part: System, labels: IntArray) -> IntArray:
     return np.asarray(at, dtype=np.int64)
 
 
-def touched(part: System, labels: IntArray) -> IntArray:
+def touched(part: System, labels: IntArray, marks: Marks | None = None) -> IntArray:
     """Coordinates of the part that the labels depend on, and those without stiffness (free point masses)."""
     rows, _ = part.rows(labels)
-    loose = np.flatnonzero(part.K.diagonal() == 0.0)
+    loose = np.flatnonzero(part.K.diagonal() == 0.0) if marks is None else marks.loose
     return np.union1d(sp.csr_matrix(rows).indices, loose).astype(np.int64)
 
 

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import shutil
+import weakref
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import NamedTemporaryFile
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import IntArray
+from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.errors import InputError, NumericalError
 from creak.formats.safe_names import file_stem
+from creak.formats.stored.boundary import Boundary, boundary_arrays, boundary_of, state_of
 from creak.formats.stored.superelement import (
     MAPPED,
     SavedSuperelement,
@@ -23,9 +28,10 @@ from creak.formats.stored.superelement import (
     read_where_it_fits,
     write_superelement_file,
 )
-from creak.linalg.memory import OutOfMemory
+from creak.later import later
+from creak.linalg.memory import GB, OutOfMemory
 from creak.linalg.modes import Modes
-from creak.model.dofs import dofs_of, nodes_of
+from creak.model.dofs import PER_NODE, dofs_of, nodes_of
 from creak.model.mesh import Model
 from creak.model.superelement import Superelement
 from creak.progress import Progress
@@ -39,12 +45,12 @@ from creak.reduction.craig_bampton import (
     truncated,
 )
 from creak.reduction.inside import Inside
-from creak.studies.file.reader import Study
+from creak.studies.models.outlines import marks_of
 from creak.studies.models.reference import observed_labels
-from creak.studies.models.solved import digest_of
 from creak.studies.models.substructures import Substructure
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.watched import watched_labels
+from creak.studies.solved import digest_of, solved
 from creak.version import version
 
 MODES_FACTOR = 1.5
@@ -88,15 +94,15 @@ def reduce_substructure(
     InputError : the retained dofs do not hold the part, or its saved file is damaged.
     """
     table, f_max, wanted = setup.study.config.reduction, highest_mode(setup), made_from(setup, sub)
-    saved, notes = _from_store(folder, sub.part.name, wanted)
-    if saved is not None and saved.made_from != wanted:
-        wider = _wider(saved, sub, setup.model)
-        sub, saved = (sub, None) if wider is None else (wider, saved)
-    if saved is not None and saved.made_from != wanted:
-        wanted, notes = dict(saved.made_from), [_wider_note(sub)]
+    found, notes = _from_store(folder, sub.part.name, wanted)
+    if found is not None and found.saved.made_from != wanted:
+        wider = _wider(found.saved, sub, setup.model)
+        sub, found = (sub, None) if wider is None else (wider, found)
+    if found is not None and found.saved.made_from != wanted:
+        wanted, notes = dict(found.saved.made_from), [_wider_note(sub)]
     inside = Inside(sub.part, sub.boundary)
-    if saved is not None:
-        basis, matrices = _restored(inside, saved)
+    if found is not None:
+        basis, matrices = _restored(inside, found)
     else:
         try:
             basis = fixed_interface_basis(inside, sub.shape, f_max, 0 if f_max is None else None, progress)
@@ -110,8 +116,21 @@ def reduce_substructure(
                 fix="Couple it at more nodes, or add a node set to [reduction] retain.",
             ) from error
         matrices = reduced_matrices(sub.part, basis, progress, watched=_watched(setup, sub))
+        notes += _in_pieces(inside)
     system = reduced_system(sub.part, *truncated(basis, matrices, table.f_max))
-    return Reduced(sub, system, inside, basis, matrices, wanted, saved is not None), notes
+    return Reduced(sub, system, inside, basis, matrices, wanted, found is not None), notes
+
+
+def _in_pieces(inside: Inside) -> list[str]:
+    """What became of a part whose factor does not fit."""
+    cut = inside.pieces
+    if cut is None:
+        return []
+    return [
+        f"part {inside.name} does not fit: {cut.instead / GB:.2g} GB for its factor, {cut.left / GB:.2g} GB free for "
+        f"it. It is cut into {cut.count} pieces that {cut.joint:,} dofs join, of which as many stay factorised as fit "
+        f"(one at least, {cut.bytes / GB:.2g} GB): its superelement is the same, and takes longer"
+    ]
 
 
 def with_all_modes(reduced: Reduced) -> Reduced:
@@ -123,11 +142,6 @@ def _watched(setup: Setup, sub: Substructure) -> IntArray:
     """Dofs of a part that a run writes down or looks at."""
     every = [observed_labels(setup.watched), watched_labels(setup), setup.elines.points.labels]
     return np.intersect1d(np.concatenate(every), sub.part.labels)
-
-
-def store_of(study: Study) -> Path:
-    """Where a study's superelements lie unless the user says otherwise."""
-    return study.path.parent / "superelements"
 
 
 def highest_mode(setup: Setup) -> float | None:
@@ -152,10 +166,10 @@ def is_saved(folder: Path, name: str, made_from: Mapping[str, str]) -> bool:
 
 def fingerprints(sub: Substructure, modes: str) -> dict[str, str]:
     """What a superelement depends on, each as a hash."""
-    part, extra = sub.part, sub.part.damping.extra
+    part, extra, marks = sub.part, sub.part.damping.extra, sub.marks or marks_of(sub.part)
     return {
-        "stiffness": digest_of(part.K),
-        "mass": digest_of(part.M),
+        "stiffness": marks.K,
+        "mass": marks.M,
         "damping": "" if extra is None else digest_of(extra),
         "dofs": digest_of(part.coordinates),
         "retained": digest_of(sub.boundary),
@@ -176,25 +190,55 @@ def shared_path(folder: Path, name: str, made_from: Mapping[str, str]) -> Path:
     return path.with_name(f"{path.stem}.{digest}.h5")
 
 
-def _from_store(
-    folder: Path | None, name: str, made_from: Mapping[str, str]
-) -> tuple[SavedSuperelement | None, list[str]]:
+def _from_store(folder: Path | None, name: str, made_from: Mapping[str, str]) -> tuple[Boundary | None, list[str]]:
     """What fits, or but for its retained dofs does, and notes for people."""
     if folder is None:
         return None, []
     shared = shared_path(folder, name, made_from)
     if shared.exists():
-        saved = read_superelement_file(shared)
-        if saved.made_from == made_from:
-            return saved, [f"superelement {name}: taken from {shared.name}"]
+        found = _boundary(folder, shared)
+        if found.saved.made_from == made_from:
+            return found, [f"superelement {name}: taken from {shared.name}"]
     path = _path(folder, name)
     if not path.exists():
         return None, []
-    before, found = read_where_it_fits(path, lambda found: _other(found, made_from) <= {"retained"})
-    changed = [WORDS[key] for key in made_from if key in _other(before, made_from)]
+    found = _boundary(folder, path)
+    other = _other(found.saved.made_from, made_from)
+    changed = [WORDS[key] for key in made_from if key in other]
     if not changed:
         return found, [f"superelement {name}: taken from {path.name}"]
-    return found, [f"superelement {name}: the saved one in {path.name} is stale ({', '.join(changed)}); reduced again"]
+    stale = f"superelement {name}: the saved one in {path.name} is stale ({', '.join(changed)}); reduced again"
+    return found if other <= {"retained"} else None, [stale]
+
+
+def _boundary(folder: Path, path: Path) -> Boundary:
+    """A saved superelement; as long as its file is not touched, its large modes are read only where they are needed.
+
+    Raises
+    ------
+    InputError : it is no superelement file, or a damaged one.
+    """
+    whole: list[SavedSuperelement] = []
+    state, held = state_of(path), os.open(path, os.O_RDONLY) if os.name == "posix" else -1
+
+    def read() -> SavedSuperelement:
+        if whole or held < 0 or state_of(path) == state:
+            return whole[0] if whole else read_superelement_file(path)
+        with NamedTemporaryFile(suffix=".h5") as copy, os.fdopen(os.dup(held), "rb") as file:
+            file.seek(0)  # as it was, though another lies in its place now
+            shutil.copyfileobj(file, copy)
+            copy.flush()
+            return read_superelement_file(Path(copy.name))
+
+    if held >= 0:
+        weakref.finalize(read, os.close, held)
+
+    def make() -> dict[str, FloatArray]:
+        whole.append(read_superelement_file(path))
+        return boundary_arrays(whole[0])
+
+    kind = f"boundary_{path.stem.replace('.', '_')}"
+    return boundary_of(solved(folder, kind, [state], make, most=1), read)
 
 
 def _other(before: Mapping[str, str], made_from: Mapping[str, str]) -> set[str]:
@@ -210,9 +254,10 @@ def _wider(saved: SavedSuperelement, sub: Substructure, model: Model) -> Substru
     if sub.shape is not None:
         return None
     ids, dofs = row_names(sub.part, model)
-    row_of = {pair: row for row, pair in enumerate(zip(ids.tolist(), dofs.tolist(), strict=True))}
-    named = [pair for pair in zip(saved.node_ids.tolist(), saved.dofs.tolist(), strict=True) if pair[0]]
-    boundary = np.unique([row_of.get(pair, -1) for pair in named]).astype(np.int64)
+    own, named = PER_NODE * ids + dofs, (PER_NODE * saved.node_ids + saved.dofs)[saved.node_ids > 0]
+    order = np.argsort(own, kind="stable")
+    row = order[np.maximum(np.searchsorted(own, named, side="right", sorter=order) - 1, 0)]
+    boundary = np.unique(np.where(own[row] == named, row, -1)).astype(np.int64)
     if not np.isin(sub.boundary, boundary).all() or digest_of(boundary) != saved.made_from["retained"]:
         return None
     return replace(sub, boundary=boundary)
@@ -223,14 +268,17 @@ def _wider_note(sub: Substructure) -> str:
     return f"superelement {name}: taken from {_path(Path(), name).name}, which retains more dofs than the run needs"
 
 
-def _restored(inside: Inside, saved: SavedSuperelement) -> tuple[Basis, Matrices]:
-    if (saved.shape.shape[0], saved.modes.shape[0]) != (inside.b.size, inside.i.size):
+def _restored(inside: Inside, found: Boundary) -> tuple[Basis, Matrices]:
+    saved = found.saved
+    if (saved.shape.shape[0], found.inner) != (inside.b.size, inside.i.size):
         raise InputError(
             f"the saved superelement {saved.name} is of a part of another size",
             fix="Delete it and reduce the part again.",
         )
-    fixed = Modes(saved.omega2, saved.modes, 0.0, True, next_omega2=saved.first_left_out)
-    m, static = saved.matrices, StaticRows(saved.static_at, saved.static_rows)
+    known: dict[str, Any] = {"omega2": saved.omega2, "residual": 0.0, "sturm_ok": True, "columns": 0}
+    known["next_omega2"] = saved.first_left_out
+    fixed = later(Modes, lambda: Modes(shapes=saved.modes, **known), **known)
+    m, static = saved.matrices, StaticRows(saved.static_at, saved.static_rows, found.modes)
     return Basis(inside, sp.csr_matrix(saved.shape), fixed), Matrices(m["K"], m["M"], m["M_alone"], m.get("C"), static)
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial import cKDTree
 
 from creak.arrays import FloatArray, IntArray
 from creak.contact.facets import facets_of, nodes_of
@@ -127,6 +126,8 @@ def _check_contact(study: Study, name: str) -> None:
 
 def _drawn(model: Model, study: Study, name: str) -> GapOperator:
     """Points of a line that the study draws."""
+    from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
+
     t = study.config.eline[name]
     places = None
     if t.points is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.coupling import Driven, labels_of
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
+from creak.formats.safe_names import file_stem
 from creak.model.dofs import node_and_dof
 from creak.model.mesh import Model
 from creak.model.units import UNITS
@@ -23,6 +25,7 @@ from creak.studies.file.signals.course import RecordTable, TableTable, columns
 from creak.studies.file.signals.vibration import PsdTable, check_density
 from creak.studies.file.table import DOFS
 from creak.studies.file.tables import read_signal, read_table
+from creak.studies.solved import digest_of_record, solved
 
 MOTIONS = {
     "displacement": sources.displacement_motion,
@@ -100,6 +103,8 @@ def moved_before(model: Model, study: Study) -> list[StaticMotion]:
     return found
 
 
+WORTH_KEEPING = 10_000
+"""Samples from which on a signal is kept for the next run."""
 MOST_STEPS = 100_000_000
 """Steps of a run, substeps counted; the loads of more do not fit into memory."""
 
@@ -162,8 +167,12 @@ def highest_frequency(study: Study) -> float:
     return highest
 
 
-def sample_loads(model: Model, study: Study, time: FloatArray) -> Loads:
+def sample_loads(model: Model, study: Study, time: FloatArray, store: Path | None = None) -> Loads:
     """All excitations at the steps.
+
+    Parameters
+    ----------
+    store : folder of saved superelements, beside which sampled signals are kept.
 
     Raises
     ------
@@ -172,15 +181,30 @@ def sample_loads(model: Model, study: Study, time: FloatArray) -> Loads:
     moving, forced = _prescribed(study), _forces(study)
     support = np.zeros((3, time.size, len(driven_dofs(model, study).names)))
     for j, (name, table) in enumerate(moving.items()):
-        motion = MOTIONS[table.kind](_signal(study, name, table), time)
-        support[:, :, j] = motion.displacement, motion.velocity, motion.acceleration
+        support[:, :, j] = _sampled(study, name, table, time, store)
     force = np.zeros((time.size, len(forced)))
     labels = []
     for j, (name, table) in enumerate(forced.items()):
         nodes = model.node_set(table.node_set, where=study.where("excitation", name, "node_set"))
-        force[:, j] = sources.force(_signal(study, name, table), time)
+        force[:, j] = _sampled(study, name, table, time, store)[0]
         labels.append(labels_of(nodes, DOFS.index(table.dof) + 1))
     return Loads(time, support, force, tuple(labels))
+
+
+def _sampled(study: Study, name: str, table: ExcitationTable, time: FloatArray, store: Path | None) -> FloatArray:
+    """(3, n_time) prescribed motion and its derivatives, or (1, n_time) force."""
+    signal = _signal(study, name, table)
+
+    def make() -> dict[str, FloatArray]:
+        if table.kind == "force":
+            return {"rows": sources.force(signal, time)[None]}
+        motion = MOTIONS[table.kind](signal, time)
+        return {"rows": np.stack([motion.displacement, motion.velocity, motion.acceleration])}
+
+    if store is None or time.size < WORTH_KEEPING:
+        return make()["rows"]
+    made_from = [digest_of_record([signal, table.kind, time])]
+    return solved(store, f"signal_{file_stem(name)}", made_from, make)["rows"]
 
 
 def _prescribed(study: Study) -> dict[str, ExcitationTable]:

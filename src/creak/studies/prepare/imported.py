@@ -13,7 +13,6 @@ from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import Rayleigh
 from creak.assembly.system import Stats, System, no_supports, to_dense
 from creak.errors import InputError
-from creak.formats.matrices.superelements import read_superelement
 from creak.model.dofs import dof_label
 from creak.model.mesh import Model
 from creak.model.superelement import Superelement
@@ -35,6 +34,10 @@ def imported_superelements(model: Model, study: Study, common: Rayleigh, overrid
     ------
     InputError : a file that cannot be read, or a node that the deck does not have or has elsewhere.
     """
+    if not study.config.superelement:
+        return ()
+    from creak.formats.matrices.superelements import read_superelement
+
     out = []
     for name, table in study.config.superelement.items():
         where = study.where("superelement", name)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +23,7 @@ from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.formats.deck.unread import stop_on_unread
 from creak.formats.decks import read_model
+from creak.formats.safe_names import file_stem
 from creak.model.contact_law import ContactLaw
 from creak.model.mesh import Model
 from creak.studies.design.clips import with_clips
@@ -41,8 +44,12 @@ from creak.studies.prepare.pairs import contact_pair
 from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.start_check import drive_warnings, start_warnings, undamped_warnings
 from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings, press_fit_warnings
+from creak.studies.solved import keep_in
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
+
+if TYPE_CHECKING:
+    from creak.dynamics.cuda.device import Device
 
 METHODS = {"surface-to-surface": surface_to_surface, "node-to-surface": node_to_surface}
 
@@ -75,6 +82,8 @@ class Setup:
     """What the run starts from, once it was solved: contacts and connectors are then those of that state."""
     deck_sha256: str = ""
     """Of the decks, as `studies.identity.decks_sha256` has it; empty: the model came from no file."""
+    device: Device = "cpu"
+    """Where factors of unreduced runs are made."""
 
     def with_tables(self, **tables: Table) -> Setup:
         """The same setup with other tables of its study, of those that setting up does not look at."""
@@ -83,19 +92,20 @@ class Setup:
 
 
 @none_ignored()
-def set_up(study: Study, ignore: Sequence[str] = ()) -> Setup:
+def set_up(study: Study, ignore: Sequence[str] = (), store: Path | None = None) -> Setup:
     """Read the deck, check the study against it, build the gap channels.
 
     Parameters
     ----------
     ignore : keywords of the deck that may go unread although they change the answer.
+    store : folder of saved superelements, beside which the channels of contacts are kept.
 
     Raises
     ------
     InputError : anything wrong in the study or the deck.
     """
     model = read_model(study.sibling(study.config.model.deck))
-    setup = replace(set_up_model(study, model, ignore), deck_sha256=decks_sha256(study))
+    setup = replace(set_up_model(study, model, ignore, store=store), deck_sha256=decks_sha256(study))
     c = study.config
     if any((c.excitation, c.connector, c.clip, c.static, setup.model.initial_velocity)):
         return setup
@@ -103,7 +113,9 @@ def set_up(study: Study, ignore: Sequence[str] = ()) -> Setup:
     return replace(setup, notes=[*setup.notes, idle])
 
 
-def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free: bool = False) -> Setup:
+def set_up_model(
+    study: Study, model: Model, ignore: Sequence[str] = (), *, free: bool = False, store: Path | None = None
+) -> Setup:
     """The same for a model that was read already.
 
     Parameters
@@ -125,8 +137,8 @@ def set_up_model(study: Study, model: Model, ignore: Sequence[str] = (), *, free
     time = time_axis(study)
     driven = driven_dofs(model, study)
     check_driven(model, study, driven)
-    loads = sample_loads(model, study, time)
-    contacts, notes = _contacts(model, study)
+    loads = sample_loads(model, study, time, store)
+    contacts, notes = _contacts(model, study, store)
     notes += [*told, *held, *placed]
     notes += start_warnings(model, study.config)
     plays = [*plays_of(study), *clips]
@@ -191,12 +203,13 @@ def check_frequencies(study: Study) -> None:
         )
 
 
-def _contacts(model: Model, study: Study) -> tuple[GapOperator, list[str]]:
+def _contacts(model: Model, study: Study, store: Path | None) -> tuple[GapOperator, list[str]]:
     operators: list[GapOperator] = []
     notes: list[str] = []
     for name, t in study.config.contact.items():
         try:
-            operator, more = METHODS[t.method](model, contact_pair(model, study, name))
+            pair = contact_pair(model, study, name)
+            operator, more = METHODS[t.method](model, pair, keep_in(store, f"contact_{file_stem(name)}"))
         except InputError as error:
             raise _in_file(study, name, error) from error
         operators.append(operator)

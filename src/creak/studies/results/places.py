@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
@@ -118,6 +117,8 @@ def events_at(
 
 def channels_at(places: Sequence[Place], model: Mesh, gaps: GapOperator, history: History) -> list[IntArray]:
     """Channels that touch at each place in another run: of its contact, at its nodes or beside them."""
+    from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
+
     touched = np.flatnonzero((history.force > 0.0).any(axis=0)).astype(np.int64)
     at, place = model.nodes.coords, np.full(gaps.m, -1)
     for contact in {p.contact for p in places}:
@@ -180,6 +181,8 @@ def _patches(model: Mesh, gaps: GapOperator, touched: IntArray) -> IntArray:
 
 def _close(xyz: FloatArray, distance: float) -> IntArray:
     """(k, 2) pairs of points no further apart; points in one place included."""
+    from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
+
     return cKDTree(xyz).query_pairs(distance * (1.0 + 1e-9), output_type="ndarray").astype(np.int64).reshape(-1, 2)
 
 

@@ -14,10 +14,9 @@ from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator, join
 from creak.errors import CreakError, InputError, NumericalError, unforeseen
 from creak.progress import silent
-from creak.studies.file.identity import decks_sha256, other_files_sha256
+from creak.studies.file.identity import decks_sha256, other_files_sha256, store_of
 from creak.studies.file.reader import Study
 from creak.studies.models.reference import build_reference
-from creak.studies.models.superelements import store_of
 from creak.studies.prepare.setup import set_up
 from creak.studies.robust.bench import Bench, Draw, lowest_of, make_bench, march_draws
 from creak.studies.tasks.queue import Runner

@@ -21,10 +21,11 @@ from creak.dynamics.stopped import Stopped
 from creak.errors import InputError, NumericalError
 from creak.progress import Progress, silent
 from creak.studies.file.changes import with_changes
+from creak.studies.file.identity import store_of
 from creak.studies.file.reader import Study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
-from creak.studies.models.superelements import save_superelement, store_of
+from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.output_steps import shown_window
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.watched import silent_channels

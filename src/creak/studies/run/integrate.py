@@ -25,6 +25,7 @@ from creak.dynamics.modal.massless import massless_substeps
 from creak.dynamics.modal.taper import tapered
 from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
 from creak.dynamics.simulate import march, simulate
+from creak.dynamics.step_matrix import Maker, on_cores
 from creak.dynamics.watch import Watched
 from creak.reduction.diagonal import in_own_modes
 from creak.studies.file.config import TimeTable
@@ -61,6 +62,7 @@ def integrate(
     whole_at: IntArray,
     progress: Report | None = None,
     watched: Watched | None = None,
+    maker: Maker = on_cores,
 ) -> tuple[History, System, str]:
     """March a System through the study's loads; the history, the System as it was marched, and how in a few words.
 
@@ -71,6 +73,7 @@ def integrate(
     Parameters
     ----------
     watched : what is looked at at every step, whatever is kept (`History.extremes`).
+    maker : makes the factors of steps that have some.
     """
     table = setup.study.config.time
     kept: Kept = {
@@ -84,16 +87,18 @@ def integrate(
         flows, why_not = flowing(system)
         if flows is not None:
             return _flown(setup, flows, gaps, kept)
-        history, system, how = _stepped(setup, system, gaps, kept)
+        history, system, how = _stepped(setup, system, gaps, kept, maker)
         return history, system, f"{how}{why_not}"
     if table.integrator == "massless-boundary" and is_modal(system) and _has_massless(system):
         return _massless(setup, system, gaps, kept)
+    factors = {} if is_modal(system) else {"maker": maker}
     history = simulator(system)(
         system,
         gaps,
         setup.loads,
         scheme_of(table),
         substeps=table.substeps,
+        **factors,
         **kept,
     )
     name = "generalised-alpha" if table.integrator == "generalised-alpha" else "HHT-alpha"
@@ -150,9 +155,10 @@ def _stepped(
     system: System,
     gaps: GapOperator,
     kept: Kept,
+    maker: Maker,
 ) -> tuple[History, System, str]:
-    parts, springs = steps_in_contact(system, gaps, setup.study.config.time.step, resolution_of(setup).stepped)
-    stepper = FlightStepper(system, springs, divided_loads(setup, parts), IN_CONTACT, parts)
+    parts, springs = steps_in_contact(system, gaps, setup.study.config.time.step, resolution_of(setup).stepped, maker)
+    stepper = FlightStepper(system, springs, divided_loads(setup, parts), IN_CONTACT, parts, maker=maker)
     history = march(stepper, **kept)
     h = stepper.loads.step
     how = f"flights of order {stepper.rule.order} of {stepper.stride * h:.2g} s{stepper.because}"

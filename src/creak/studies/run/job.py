@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.small_sliding import slip_warnings, turn_warnings
+from creak.dynamics.cuda.solver import Solver
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.formats.stored.run_identity import RunIdentity
 from creak.progress import Progress
-from creak.reduction.health import Health
 from creak.studies.file.identity import new_identity
-from creak.studies.models.health import checked
 from creak.studies.models.reduced import WHOLE, ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference, observed_labels
 from creak.studies.prepare.output_steps import field_steps, output_every, shown_window
@@ -54,6 +53,9 @@ WITHOUT_WHOLE = (
     "joins them, and modes of reduced and unreduced model are not compared"
 )
 
+if TYPE_CHECKING:
+    from creak.reduction.health import Health
+
 ReferenceRun = Callable[[Setup, ReferenceModel, GapOperator, Progress], "Run"]
 
 
@@ -82,6 +84,8 @@ class Run:
     """At the points of the E-lines; None where nobody asked for them."""
     squeaks: tuple[Squeak, ...] = ()
     """Stick-slip of each pair that rubs, in the verification window."""
+    notes: tuple[str, ...] = ()
+    """Which device made its factors, where there was one to choose."""
     places_known: dict[tuple[float, float], tuple[GapOperator, Any]] = field(
         default_factory=dict, init=False, compare=False, repr=False
     )
@@ -143,6 +147,8 @@ def run_study(
     reduced, health, stopped = None, {}, None
     if c.reduction.method != "none":
         gaps, reduced, runs["reduced"], more = _reduced_run(setup, reference, gaps, progress, store, record)
+        from creak.studies.models.health import checked  # what comes after the run is not waited for before it
+
         notes += [*more, *reduced.notes]
         try:
             health = checked(setup, reduced, progress, store)
@@ -160,6 +166,7 @@ def run_study(
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
         notes.append("no channel can close under this load: both runs are linear")
     notes += run_warnings(setup, gaps, runs)
+    notes += _device_notes(setup, runs)
     if runs and gaps.m and not any(run.history.force.any() for run in runs.values()):
         notes.append(never_closed(gaps, next(iter(runs.values())).history))
     window = shown_window(setup.study, output_times(setup))
@@ -235,6 +242,12 @@ def _only_run(
         gaps = closed[0]
         notes.append(closed[1])
     return gaps, run, [*notes, *more]
+
+
+def _device_notes(setup: Setup, runs: dict[str, Run]) -> list[str]:
+    """Which device made factors; where a GPU was asked for, that there were none."""
+    found = [f"{name} run: {text}" for name, run in runs.items() for text in run.notes]
+    return found or (["device gpu: no run needed a factor of a sparse matrix"] if setup.device == "gpu" else [])
 
 
 def _large_motions(gaps: GapOperator, history: History) -> list[str]:
@@ -322,7 +335,7 @@ def march_run(
     record : keep the motion around the hardest events. watch : look at what `prepare.watched` says at every step.
     lines : measure at the E-lines.
     """
-    meter, stopped, how = Meter(), None, ""
+    meter, stopped, how, solver = Meter(), None, "", Solver(setup.device)
     field = field_steps(setup.study, output_times(setup))
     on_trial = recorded_steps(setup, system.n) if record else NO_STEPS
     of_lines = line_steps(setup, system.n) if lines else NO_STEPS
@@ -336,6 +349,7 @@ def march_run(
             whole_at=np.union1d(np.union1d(field, on_trial), of_lines),
             progress=lambda done, total: progress(f"{name} run", done, total),
             watched=watched(setup, gaps) if watch else None,
+            maker=solver,
         )
     except Stopped as error:
         history, stopped = error.history, f"{name} run: {error}"
@@ -349,7 +363,8 @@ def march_run(
     at_lines = measured(setup, system, history, of_lines) if stopped is None else None
     squeaks = tuple(find_squeaks(history, gaps, shown_window(setup.study, output_times(setup))))
     left = at_steps(history, field)
-    return Run(name, system, left, events, cost, *size, slips, how, stopped, recording, at_lines, squeaks)
+    told = solver.told()
+    return Run(name, system, left, events, cost, *size, slips, how, stopped, recording, at_lines, squeaks, told)
 
 
 def unreduced_run(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> Run:

@@ -18,7 +18,8 @@ def compile_for(setup: Setup) -> None:
     """Compile what the runs of a study need; what was compiled before is read from numba's cache.
 
     Springs alone press without a solver: that of dampers, friction and steps is compiled beside the march, by another
-    process, and only where the unreduced model or a state at rest takes it.
+    process, and only where the unreduced model or a state at rest takes it, which read it from the cache once it is
+    there.
     """
     c = setup.study.config
     if not c.time.exact:
@@ -26,10 +27,10 @@ def compile_for(setup: Setup) -> None:
     elif needs_solver(setup):
         compile_kernels()
         compile_flow(solver=True)
-    elif not (c.reference.run or c.reduction.method == "none" or c.static or _starts_closed(setup)):
+    elif not (c.reference.run or c.reduction.method == "none" or c.static or _starts_closed(setup)) or _compiled():
         compile_flow()
     else:
-        aside = None if _compiled() or os.cpu_count() == 1 else _started()
+        aside = None if os.cpu_count() == 1 else _started()
         try:
             compile_flow()
             if aside is not None:
@@ -50,9 +51,10 @@ def _starts_closed(setup: Setup) -> bool:
 
 
 def _compiled() -> bool:
-    """Is the solver in numba's cache, for these sources or earlier ones?"""
-    folder = solve_step.stats.cache_path
-    return folder is not None and any(Path(folder).glob("step_problem.solve_step-*.nbi"))
+    """Is the solver in numba's cache, compiled after its source was last changed?"""
+    folder, source = solve_step.stats.cache_path, Path(solve_step.py_func.__code__.co_filename).stat().st_mtime
+    found = [] if folder is None else Path(folder).glob("step_problem.solve_step-*.nbi")
+    return any(path.stat().st_mtime >= source for path in found)
 
 
 def _started() -> subprocess.Popen[bytes] | None:

@@ -10,12 +10,13 @@ from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.scheme import Scheme
 from creak.progress import Progress
-from creak.reduction.modal import modal_system
-from creak.studies.models.reference import ReferenceModel, force_columns, static_shapes
-from creak.studies.models.solved import digest_of, solved
+from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import nothing_closes
 from creak.studies.run.integrate import linear_run
+from creak.studies.run.kernels import needs_solver
+from creak.studies.run.linear_model import linear_system, structure_of
+from creak.studies.solved import digest_of_record, solved
 
 
 def precheck(
@@ -54,9 +55,7 @@ def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: Scheme, progres
     """(m,) smallest gap of every contact channel over a run without contact."""
 
     def run() -> dict[str, FloatArray]:
-        R = reference.support_shapes
-        assert reference.stiffness is not None
-        system = modal_system(reference.system, reference.modes, R, static_shapes(setup, reference))
+        system = linear_system(setup, reference)
         history = linear_run(setup, system, scheme, lambda done, total: progress("linear pre-check", done, total))
         return {"closes": np.asarray((history.gap - setup.contacts.gap0).min(axis=0))}
 
@@ -66,11 +65,8 @@ def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: Scheme, progres
 
 def _made_from(setup: Setup, reference: ReferenceModel, scheme: Scheme) -> list[str]:
     """All that the motion of the gaps without contact depends on; their size is not among it."""
-    system, loads, found, table = reference.system, setup.loads, reference.modes, setup.study.config.time
-    d, s, contacts = system.damping, system.supports, setup.contacts
-    matrices = [system.K, system.M, d.extra, d.modal_shapes, d.modal_values, s.M_qs, s.K_qs, s.C_qs, s.M_ss, s.K_ss]
-    matrices += [s.C_ss, s.M_start, system.velocity, found.omega2, found.shapes, reference.support_shapes]
-    matrices += [*system.combined(contacts.G, contacts.labels), force_columns(setup, system)]
-    matrices += [loads.time, loads.support, loads.force]
-    words = [repr(scheme), f"{d.alpha!r} {d.beta!r} {table.exact} {table.substeps} {contacts.m}"]
-    return [*words, *("" if A is None else f"{A.shape} {digest_of(A)}" for A in matrices)]
+    table, contacts, loads = setup.study.config.time, setup.contacts, setup.loads
+    damping = [setup.rayleigh, setup.override_damping, setup.study.config.damping.modal]
+    driven = [loads.time, loads.support, loads.force]
+    asked = [contacts.G, repr(scheme), table.exact, table.substeps, needs_solver(setup)]
+    return [*structure_of(setup, reference), *(digest_of_record(one) for one in (damping, driven, asked))]

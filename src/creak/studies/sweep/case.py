@@ -119,7 +119,7 @@ def _made(task: Task, start: float) -> dict[str, Any]:
             expected="a folder that all workers share",
             fix="Name one with --out.",
         )
-    setup = set_up(read_study(task.study), task.ignore)
+    setup = set_up(read_study(task.study), task.ignore, task.superelements)
     reference = None if task.reference is None else SharedReference(task.reference)
     result = run_study(setup, silent, task.superelements, reference)
     sharing = _keep_superelements(result, task.superelements)

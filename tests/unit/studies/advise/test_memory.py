@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from creak.linalg.memory import OVERRIDE
+from creak.linalg.memory import OVERRIDE, OutOfMemory
+from creak.linalg.pieces.dissection import Dissection
+from creak.linalg.pieces.factor import Pieces
 from creak.studies.advise.advice import advise as look
 from creak.studies.advise.advice import as_dict
 from creak.studies.advise.memory import Memory, memory, modes_below
 from creak.studies.advise.size import Counted, PartSize
 from creak.studies.file.reader import read_study
 from creak.studies.models.reference import ReferenceModel, build_reference
+from creak.studies.models.room import Room
 from creak.studies.prepare.setup import Setup, set_up
 from helpers_decks import write_strips
 
@@ -85,8 +89,35 @@ def test_a_study_that_does_not_fit_is_told_with_what_to_do(study, monkeypatch):
     monkeypatch.setenv(OVERRIDE, "0.0005")
     monkeypatch.setattr("creak.studies.advise.memory.held_bytes", lambda: 0.0)
     monkeypatch.setattr("creak.linalg.factor.require", lambda *_: None)
+    monkeypatch.setattr("creak.studies.advise.facts.require_whole", lambda *_: None)
     advice = look(setup, lambda *_: None)
     said = next(w for w in advice.choice.warnings if w.startswith("memory"))
     assert "0.0005 GB are free: lower f_max" in said
     data = as_dict(advice)["memory"]
     assert data["run_gb"] == max(s["gb"] for s in data["stages"]) >= data["reduce_gb"] > data["free_gb"]
+
+
+@pytest.mark.parametrize(
+    ("run", "gb", "words"),
+    [
+        (
+            False,
+            2.5,
+            r"go on all the same, with one part at a time: that takes 2 GB at least, for part UPPER, cut into 3",
+        ),
+        (False, 1.5, r"Nor does it hold one part at a time, which takes 2 GB at least, for part UPPER"),
+        (True, 2.5, r"\[reference\] run = true takes one too; without it parts alone would take 2 GB at least"),
+    ],
+)
+def test_where_the_whole_does_not_fit_the_way_by_parts_is_foretold(study, run, gb, words, monkeypatch):
+    setup, _ = study
+    c = setup.study.config
+    exact = c.time.model_copy(update={"integrator": "exact", "step": None})
+    setup = setup.with_tables(reference=c.reference.model_copy(update={"run": run}), time=exact)
+    none = np.zeros(0, dtype=np.int64)
+    pieces = Pieces(Dissection((none,) * 3, none), (1e9,) * 3, 1e9)
+    monkeypatch.setattr("creak.studies.models.room.room", lambda _: Room(3e9, 2e9, "UPPER", pieces))
+    monkeypatch.setenv(OVERRIDE, str(gb))
+    with pytest.raises(OutOfMemory, match=words) as said:
+        look(setup, lambda *_: None)
+    assert "which advice takes: at least 3 GB are needed" in str(said.value)

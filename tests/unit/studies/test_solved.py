@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 import shutil
+from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 import pytest
 
+from creak.studies import solved
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
-from creak.studies.models import health, reference, solved
+from creak.studies.models import health, reference
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import set_up
@@ -53,7 +56,7 @@ def test_taken_where_all_is_the_same_and_made_where_anything_is_other(store, mon
     solved.solved(store, "assembly", ["K2", "M"], make)
     solved.solved(store, "assembly", ["K", "M2"], make)
     assert make.times == 4
-    monkeypatch.setattr(solved, "version", lambda: "0.0")
+    monkeypatch.setattr(solved, "edition", lambda: "0.0")
     solved.solved(store, "assembly", ["K", "M"], make)
     assert make.times == 5
 
@@ -163,3 +166,43 @@ def test_what_was_checked_is_told_again_of_the_same_superelement_only(tmp_path, 
     made.clear()
     assert found({}) != first
     assert len(made) == parts
+
+
+def others(value):
+    """Values that differ in one thing from `value`."""
+    if isinstance(value, np.ndarray):
+        if value.size:
+            one = value.copy()
+            one.flat[0] = not one.flat[0] if one.dtype == bool else one.flat[0] + 1
+            yield one
+        yield value[..., None]
+        yield value.astype(np.float32)
+    elif is_dataclass(value):
+        for f in fields(value):
+            if f.name != "where":
+                yield from (replace(value, **{f.name: x}) for x in others(getattr(value, f.name)))
+    elif isinstance(value, dict):
+        yield {**value, "ANOTHER": 1.0}
+        for key, one in value.items():
+            yield from ({**value, key: x} for x in others(one))
+    elif isinstance(value, tuple):
+        yield (*value, 1.0)
+        for k, one in enumerate(value):
+            yield from ((*value[:k], x, *value[k + 1 :]) for x in others(one))
+    else:
+        yield 1.25 if value is None or isinstance(value, str | bool) else value + 1
+
+
+def test_a_digest_tells_whatever_is_other_in_a_model(tmp_path):
+    model = set_up(read_study(write_strips(tmp_path, study=STUDY))).model
+    own, found = solved.digest_of_record(model), set()
+    assert own == solved.digest_of_record(copy.deepcopy(model))
+    changed = list(others(model))
+    assert len(changed) > 100
+    found = {solved.digest_of_record(x) for x in changed}
+    assert own not in found
+    assert len(found) > 0.9 * len(changed)
+    moved = replace(model, blocks=tuple(replace(b, where="elsewhere:7") for b in model.blocks))
+    assert solved.digest_of_record(moved) == own
+    with pytest.raises(TypeError, match="no digest of a function"):
+        solved.digest_of_record([others])

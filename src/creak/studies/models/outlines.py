@@ -1,0 +1,116 @@
+"""The parts of a model: assembled, or known from an earlier run and assembled when somebody asks for their matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.part import loose_system, outlined_part, part_system
+from creak.assembly.system import System
+from creak.elements.free_sides import SHELLS
+from creak.formats.stored.solved import as_numbers, as_text
+from creak.later import is_made
+from creak.model.mesh import Model
+from creak.progress import Progress
+from creak.studies.prepare.setup import Setup
+from creak.studies.solved import digest_of, digest_of_record, solved
+
+
+@dataclass(frozen=True)
+class Marks:
+    """What is asked of the matrices of a part that may not be there yet."""
+
+    K: str
+    """Digest of its entries."""
+    M: str
+    loose: IntArray
+    """Coordinates without stiffness."""
+
+
+@dataclass(frozen=True)
+class Assembled:
+    """The unreduced parts."""
+
+    parts: list[System]
+    loose: System | None
+    """Nodes between parts."""
+    marks: tuple[Marks, ...] = ()
+    """Of each part; none where nothing is kept."""
+    key: str = ""
+    """Digest of all that stiffness and mass of the joined parts depend on; empty where nothing is kept."""
+
+    @property
+    def later(self) -> bool:
+        """Whether a part is still to be assembled."""
+        return not all(is_made(part) for part in self.parts)
+
+
+def assembled(setup: Setup, progress: Progress, store: Path | None = None) -> Assembled:
+    """The parts of the model; where an earlier run of the same one has left their outlines, matrices come later."""
+    model, loose = setup.model, loose_system(setup.model, setup.rayleigh)
+    if store is None or not store.is_dir():
+        return Assembled(_assembled(setup, progress), loose)
+    made: list[System] = []
+
+    def make() -> dict[str, FloatArray]:
+        made.extend(_assembled(setup, progress))
+        return {f"{k}.{name}": A for k, part in enumerate(made) for name, A in _outline(part).items()}
+
+    kept = solved(store, "parts", [_key_of_parts(setup.model)], make)
+    marks = [_marks(kept, k) for k in range(len(model.parts))]
+    if not made:
+        for k in range(len(model.parts)):
+            at, mass = kept[f"{k}.coordinates"].astype(np.int64), float(kept[f"{k}.mass"][0])
+            made.append(outlined_part(model, k, setup.rayleigh, at, mass, override=setup.override_damping))
+    return Assembled(made, loose, tuple(marks), _key(setup))
+
+
+def marks_of(part: System) -> Marks:
+    """Of a part that is there."""
+    return Marks(digest_of(part.K), digest_of(part.M), np.flatnonzero(part.K.diagonal() == 0.0))
+
+
+def _assembled(setup: Setup, progress: Progress) -> list[System]:
+    count, parts = len(setup.model.parts), list[System]()
+    for i in range(count):
+        progress("assemble", i, count)
+        parts.append(part_system(setup.model, i, setup.rayleigh, override=setup.override_damping))
+    return parts
+
+
+def _key_of_parts(model: Model) -> str:
+    """Of what the parts are made of; names, and links of their own such as clips, are not among it."""
+    own = tuple(block for block in model.blocks if block.part >= 0 or block.kind in SHELLS)
+    return digest_of_record(_structure(replace(model, blocks=own)))
+
+
+def _key(setup: Setup) -> str:
+    imported = [_imported(s) for s in setup.superelements]
+    return digest_of_record([_structure(setup.model), setup.driven, imported])
+
+
+def _structure(model: Model) -> Model:
+    """Without the names of nodes, elements and surfaces, and without loads."""
+    return replace(
+        model, source="", node_sets={}, element_sets={}, surfaces={}, unread=(), prestress=None, static_loads={}
+    )
+
+
+def _imported(given: System) -> Sequence[object]:
+    """What a part that came as matrices is made of; its rows pick coordinates by their labels."""
+    return [given.name, given.M, given.K, given.damping, given.coordinates, given.velocity, given.labels]
+
+
+def _outline(part: System) -> dict[str, FloatArray]:
+    marks = marks_of(part)
+    numbers = {"coordinates": part.coordinates, "mass": np.array([part.stats.mass]), "loose": marks.loose}
+    texts = {"K": as_numbers(marks.K), "M": as_numbers(marks.M)}
+    return {name: np.asarray(A, dtype=np.float64) for name, A in {**numbers, **texts}.items()}
+
+
+def _marks(kept: dict[str, FloatArray], k: int) -> Marks:
+    return Marks(as_text(kept[f"{k}.K"]), as_text(kept[f"{k}.M"]), kept[f"{k}.loose"].astype(np.int64))
