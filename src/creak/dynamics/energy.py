@@ -44,6 +44,7 @@ class EnergyAudit:
         self._balanced = np.zeros(gaps.m) if gaps.preload is None else gaps.preload
         self._preload = on.G_s.T @ self._balanced
         self._held = gaps.resting[gaps.m :]
+        self._holds, self._damps = bool(self._held.any()), gaps.has_dampers
         self._book = new_book()
 
     def start(self, now: Instant) -> FloatArray:
@@ -72,9 +73,9 @@ class EnergyAudit:
             damping, external = now.works.damping, now.works.external
         e[DAMPING] += damping
         e[EXTERNAL] += external
-        if self._held.any():
+        if self._holds:
             e[EXTERNAL] -= float(self._held @ (self._on.T @ du))
-        if self._gaps.has_dampers:
+        if self._damps:
             e[CONTACT_DAMPING] += float(damper_work(self._laws, before.gap, now.gap, now.force))
         if now.tau.any() or before.tau.any():
             slid = np.asarray(self._on.T @ du + self._on.T_s @ ds)
