@@ -1,6 +1,8 @@
-"""Contact springs that a forced step can carry."""
+"""Contact springs that a forced step can carry, and events that it cannot follow."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,6 +12,10 @@ from creak.dynamics.condensed import step_limited_stiffness
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.integrate import scheme_of
+from creak.verify.events import Event
+
+SHARE = 0.1
+"""Longest step as a share of the shortest event."""
 
 
 def limited(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> tuple[GapOperator, list[str]]:
@@ -29,4 +35,20 @@ def _note_of_limit(gaps: GapOperator, stiffness: FloatArray, step: float) -> lis
     return [
         f"automatic contact stiffness: {lowered.size} of {gaps.m} channels lowered to what a step of {step:g} s "
         f"resolves (median {before:.3g} to {after:.3g}); a shorter step gives harder contact and less penetration"
+    ]
+
+
+def step_warnings(setup: Setup, events: Sequence[Event]) -> list[str]:
+    """A step longer than a tenth of the shortest contact event cannot follow its force."""
+    table, step = setup.study.config.time, setup.loads.step
+    if table.exact:
+        return []
+    short = min(events, key=lambda e: e.t_end - e.t_start, default=None)
+    if short is None or step <= SHARE * (short.t_end - short.t_start):
+        return []
+    key = "substeps" if table.integrator != "massless-boundary" else "step"
+    return [
+        f"the step near contact, {step:g} s, is longer than a tenth of the shortest event "
+        f"({short.t_end - short.t_start:.3g} s at {short.channel}, t = {short.t_start:.4g} s): its force is not "
+        f"resolved; set [time] {key}, or compare with `creak run --converge`"
     ]

@@ -31,7 +31,7 @@ from creak.studies.run.compared import compare_events, compared_setup, main_run
 from creak.studies.run.costs import Cost, Meter
 from creak.studies.run.dropped import MOST_RUNS, with_closed
 from creak.studies.run.elines import LineFindings, compare_lines, line_steps, measured
-from creak.studies.run.forced_step import limited
+from creak.studies.run.forced_step import limited, step_warnings
 from creak.studies.run.integrate import integrate, output_times, scheme_of
 from creak.studies.run.kernels import compile_for
 from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
@@ -47,8 +47,6 @@ from creak.verify.slips import SlipEvent, Squeak, find_slips, find_squeaks
 
 COMPILE = "compile kernels (first run: a minute)"
 """A phase of its own: slow once, then kept on disk."""
-SHARE = 0.1
-"""Longest step as a share of the shortest event."""
 
 WITHOUT_WHOLE = (
     "memory does not hold a factor of the whole model: the linear pre-check is that of its parts, reduced to what "
@@ -282,28 +280,12 @@ def run_warnings(setup: Setup, gaps: GapOperator, runs: dict[str, Run]) -> list[
         name: [
             *(f"{UNRELIABLE}: {reason}" for reason in reasons_against(run.history)),
             *_large_motions(gaps, run.history),
-            *step_warnings(setup, run),
+            *step_warnings(setup, run.events),
         ]
         for name, run in runs.items()
     }
     every = dict.fromkeys(text for texts in said.values() for text in texts)
     return [Warned(f"{' and '.join(n for n in said if text in said[n])} run: {text}") for text in every]
-
-
-def step_warnings(setup: Setup, run: Run) -> list[str]:
-    """A step longer than a tenth of the shortest contact event cannot follow its force."""
-    table, step = setup.study.config.time, setup.loads.step
-    if table.exact:
-        return []
-    short = min(run.events, key=lambda e: e.t_end - e.t_start, default=None)
-    if short is None or step <= SHARE * (short.t_end - short.t_start):
-        return []
-    key = "substeps" if table.integrator != "massless-boundary" else "step"
-    return [
-        f"the step near contact, {step:g} s, is longer than a tenth of the shortest event "
-        f"({short.t_end - short.t_start:.3g} s at {short.channel}, t = {short.t_start:.4g} s): its force is not "
-        f"resolved; set [time] {key}, or compare with `creak run --converge`"
-    ]
 
 
 def ready(

@@ -6,17 +6,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.damping import Damping
+from creak.assembly.part import damps_by_itself
+from creak.assembly.system import Supports, System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.scheme import Scheme
+from creak.linalg.diagonal import Diagonal
 from creak.progress import Progress
-from creak.studies.models.reference import ReferenceModel
+from creak.reduction.modal import modal_system, modal_values
+from creak.studies.models.reference import ReferenceModel, static_shapes
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import nothing_closes
 from creak.studies.run.integrate import linear_run
 from creak.studies.run.kernels import needs_solver
-from creak.studies.run.linear_model import linear_system, structure_of
 from creak.studies.solved import digest_of_record, solved
+
+SIDES = ("M_qs", "K_qs", "M_ss", "K_ss", "M_start")
+"""Of the supports."""
 
 
 def precheck(
@@ -70,3 +77,68 @@ def _made_from(setup: Setup, reference: ReferenceModel, scheme: Scheme) -> list[
     driven = [loads.time, loads.support, loads.force]
     asked = [contacts.G, repr(scheme), table.exact, table.substeps, needs_solver(setup)]
     return [*structure_of(setup, reference), *(digest_of_record(one) for one in (damping, driven, asked))]
+
+
+def linear_system(setup: Setup, reference: ReferenceModel) -> System:
+    """The small System of the pre-check: the modes of the assembly on the quasi-static motion of supports and forces.
+
+    It is kept without damping, which is laid over it: other damping and other loads need no matrix of the whole.
+
+    Where parts damp by themselves (dashpots, materials with other Rayleigh numbers), with all matrices of the whole.
+    """
+    own = any(s.damping.extra is not None for s in setup.superelements)
+    if own or damps_by_itself(setup.model, setup.rayleigh, setup.override_damping):
+        R = reference.support_shapes
+        return modal_system(reference.system, reference.modes, R, static_shapes(setup, reference))
+    made_from = [] if reference.store is None else structure_of(setup, reference)
+    kept = solved(reference.store, "linear", made_from, lambda: _undamped(setup, reference))
+    return _damped(setup, reference, kept)
+
+
+def structure_of(setup: Setup, reference: ReferenceModel) -> list[str]:
+    """Digests of all that the System depends on but damping."""
+    contacts = setup.contacts
+    asked: list[object] = [reference.key, reference.modes.omega2, setup.loads.force_labels, contacts.labels]
+    if reference.of_parts is not None:
+        asked += [reference.of_parts, setup.connectors.labels, setup.watched]  # their motion is kept of the parts
+    return [digest_of_record(asked)]
+
+
+def _undamped(setup: Setup, reference: ReferenceModel) -> dict[str, FloatArray]:
+    whole, found = reference.system, reference.modes
+    none = replace(whole.supports, C_qs=np.zeros_like(whole.supports.C_qs), C_ss=np.zeros_like(whole.supports.C_ss))
+    ones = Damping(modal_shapes=np.asarray(whole.M @ found.shapes), modal_values=np.ones(found.omega2.size))
+    bare = replace(whole, damping=ones, supports=none)
+    small = modal_system(bare, found, reference.support_shapes, static_shapes(setup, reference))
+    rows, rows_s = small.rows(setup.contacts.labels)
+    assert small.damping.modal_shapes is not None
+    numbers = {"m": small.M.diagonal(), "k": small.K.diagonal(), "velocity": small.velocity}
+    shapes = {"W": small.damping.modal_shapes, "rows": rows, "rows_s": rows_s}
+    return {**numbers, **shapes, **{name: np.asarray(getattr(small.supports, name)) for name in SIDES}}
+
+
+def _damped(setup: Setup, reference: ReferenceModel, kept: dict[str, FloatArray]) -> System:
+    n, names, labels = kept["m"].size, setup.driven.names, setup.contacts.labels
+    zeta, damping = setup.study.config.damping.modal, Damping(setup.rayleigh.alpha, setup.rayleigh.beta)
+    if zeta is not None:
+        beta, d = modal_values(reference.modes.omega2, zeta, beyond=True)
+        damping = Damping(0.0, beta, None, kept["W"][:, d > 0.0], d[d > 0.0])
+    side = {name: kept[name] for name in SIDES}
+    still = {"C_qs": np.zeros((n, len(names))), "C_ss": np.zeros((len(names), len(names)))}
+
+    def rows(wanted: IntArray) -> tuple[FloatArray, FloatArray]:
+        at = np.searchsorted(labels, wanted)
+        assert np.array_equal(labels[at], wanted), "only the channels of contacts are looked at"
+        return kept["rows"][at], kept["rows_s"][at]
+
+    return System(
+        "pre-check",
+        Diagonal(kept["m"]),
+        Diagonal(kept["k"]),
+        damping,
+        rows,
+        Supports(names, **side, **still),
+        np.full(n, -1, dtype=np.int64),
+        kept["velocity"],
+        labels=labels,
+    )
