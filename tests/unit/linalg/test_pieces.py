@@ -181,3 +181,11 @@ def test_the_schur_complement(shift, pardiso, monkeypatch):
     np.testing.assert_allclose(S, -side.T @ np.linalg.solve(dense, side.toarray()), atol=1e-12)
     assert below == np.count_nonzero(np.linalg.eigvalsh(dense) < 0.0)
     assert (below > 0) == (shift > 0.0)
+
+
+@pytest.mark.parametrize("definite", [True, False])
+def test_bodies_that_nothing_joins_are_solved_one_by_one(definite):
+    A = sp.block_diag([grid(12)] * 5, format="csr")
+    made, b = PieceFactor(A, in_pieces(A, 3), definite=definite), np.random.default_rng(6).standard_normal(A.shape[0])
+    assert made.n_negative == 0
+    np.testing.assert_allclose(A @ made.solve(b), b, atol=1e-12)

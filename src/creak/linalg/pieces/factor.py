@@ -25,8 +25,6 @@ COLUMNS = 48
 """Columns of a piece, on their way in a solve, that count with its factor."""
 MOST, FURTHER = 64, 3
 """Pieces at most, and over the fewest that fit."""
-JOINT = 2
-"""Copies of S that are there while it is factorised."""
 ENTRY = 18.0
 """Bytes of a stored entry beside the factor that is made of it: the matrix, its upper triangle."""
 WHAT, FIX = "what joins {count} pieces of {n:,} equations", "Use a coarser mesh or a machine with more memory."
@@ -68,13 +66,17 @@ class Pieces:
 
     @property
     def bytes(self) -> float:
-        """Memory of the largest factor and of S, and what is there while they are made."""
-        return max(self.factors) + self.work + joint_bytes(self.joint)
+        """Memory of S beside the largest factor with what is there while it is made, or beside the factor of S."""
+        return _bytes(self.joint, max(self.factors), self.work)
 
 
 def joint_bytes(n: int) -> float:
-    """Memory of S, n x n, while it is factorised."""
-    return JOINT * 8.0 * float(n) ** 2
+    """Memory of S, n x n, or of its factor."""
+    return 8.0 * float(n) ** 2
+
+
+def _bytes(joint: int, factor: float, work: float) -> float:
+    return joint_bytes(joint) + max(joint_bytes(joint), factor + work)
 
 
 def cut_to_fit(A: sp.csr_matrix, needed: float, room: float) -> Pieces | None:
@@ -101,7 +103,7 @@ def cut_to_fit(A: sp.csr_matrix, needed: float, room: float) -> Pieces | None:
     while len(found.pieces) < MOST:
         sizes, works = zip(*(sizes_of(rows) for rows in found.pieces), strict=True)
         joint = joint_bytes(found.separator.size)
-        if max(sizes) + max(works) + joint <= room:
+        if _bytes(found.separator.size, max(sizes), max(works)) <= room:
             here = Pieces(found, sizes, room - max(works) - joint, needed, max(works))
             fewest = min(fewest, here.count)
             if best is None or here.made_again < best.made_again:
@@ -203,7 +205,7 @@ class PieceFactor:
         """Factorise piece by piece and collect S."""
         rows, joined = self._pieces.dissection.pieces, self._pieces.dissection.separator
         n = joined.size + sum(some.size for some in rows)
-        require(joint_bytes(joined.size), WHAT.format(count=self._pieces.count, n=n), FIX)
+        require(2.0 * joint_bytes(joined.size), WHAT.format(count=self._pieces.count, n=n), FIX)
         A = given if isinstance(given, Shifted) else _Plain(sp.csr_matrix(given))
         self._A, self._held = A, dict[int, Factor]()
         self._list = [_piece(some, A.block(some, joined)) for some in rows]
