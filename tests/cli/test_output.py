@@ -182,7 +182,7 @@ def test_ctrl_c_before_anything_is_written_says_so(creak, folder, monkeypatch):
 
 
 def test_ctrl_c_after_the_reduced_run_keeps_it(creak, folder, monkeypatch):
-    monkeypatch.setattr("creak.studies.run.job.checked", ctrl_c)
+    monkeypatch.setattr("creak.studies.models.health.checked", ctrl_c)
     said = creak("run", *arguments("run", folder))
     assert said.status == 1
     assert "stopped while the superelements were checked" in said.err

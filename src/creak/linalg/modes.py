@@ -238,7 +238,7 @@ def _many(pencil: _Pencil, upper: float, counted: Factor, wanted: int, progress:
     """The modes with a factor amid them, or window by window where memory does not hold the vectors of all at once."""
     n = pencil.mass.n
     free = free_bytes()
-    if basis_bytes(n, wanted + 1) <= free:
+    if basis_bytes(n, wanted + 1) + 8.0 * n * wanted <= WINDOWS * free:
         amid = AMID * upper
         solver = pencil.refactor(counted, amid)
         return lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress), amid

@@ -37,6 +37,17 @@ def vectors(n: int, k: int) -> FloatArray:
     return np.empty((k, n)) if held_in_memory(n, k) else _on_disk(n, k)
 
 
+def set_aside(X: FloatArray) -> FloatArray:
+    """Columns X (n, k) in a file; as they are where the disk does not hold them."""
+    try:
+        kept = _on_disk(X.shape[0], X.shape[1])
+    except OutOfMemory:
+        return X
+    for row, column in zip(kept, X.T, strict=True):
+        row[:] = column
+    return kept.T
+
+
 def spared(A: Matrix) -> Matrix:
     """A sparse matrix as it is, or `on_disk` where memory is short."""
     return A if not sp.issparse(A) or fits(SPARE * 12.0 * A.nnz) else on_disk(A)

@@ -147,7 +147,7 @@ def test_wrong_studies_get_one_clear_message(tmp_path, call, text):
 
 
 def test_a_study_that_stops_early_warns(monkeypatch):
-    monkeypatch.setattr("creak.api.study.set_up", lambda *_: None)
+    monkeypatch.setattr("creak.api.study.set_up", lambda *_, **__: None)
     monkeypatch.setattr(
         "creak.api.study.run_setup", lambda *_, **__: SimpleNamespace(stopped="reduced run: diverged", unreliable=[])
     )

@@ -264,6 +264,15 @@ def test_neither_memory_nor_disk(monkeypatch):
         scratch.vectors(50, 100)
 
 
+def test_columns_are_set_aside_where_the_disk_holds_them(monkeypatch):
+    X = np.asfortranarray(np.random.default_rng(1).standard_normal((50, 7)))
+    kept = scratch.set_aside(X)
+    assert isinstance(owner(kept), mmap.mmap)
+    np.testing.assert_array_equal(kept, X)
+    monkeypatch.setattr(scratch, "disk_room", lambda _: 0.0)
+    assert scratch.set_aside(X) is X
+
+
 @pytest.mark.parametrize(("free", "room"), [(20e9, 18e9), (3e9, 1.5e9), (1e7, 5e6), (0.0, 0.0)])
 def test_a_disk_that_is_nearly_full_still_gives_half(free, room, monkeypatch):
     monkeypatch.setattr(scratch.shutil, "disk_usage", lambda _: SimpleNamespace(free=free))

@@ -17,7 +17,7 @@ from creak.errors import NumericalError
 from creak.linalg.factor import LaterFactor, factor, regular_factor
 from creak.linalg.memory import OutOfMemory
 from creak.linalg.modes import modes
-from creak.linalg.scratch import on_disk
+from creak.linalg.scratch import on_disk, set_aside
 from creak.progress import Progress
 from creak.reduction.craig_bampton import fixed_interface_basis, reduced_matrices, reduced_system
 from creak.reduction.inside import Inside
@@ -74,6 +74,8 @@ def reference_of_parts(setup: Setup, of: Assembled, progress: Progress, store: P
 def _reduced(part: System, must: IntArray, seen: IntArray, f_max: float, progress: Progress) -> System:
     inside = Inside(part, touched(part, np.intersect1d(must, part.labels)))
     basis = fixed_interface_basis(inside, None, f_max, None, progress)
+    if basis.fixed.shapes.size:  # they stay while the parts are reduced to their contacts
+        basis = replace(basis, fixed=replace(basis.fixed, shapes=set_aside(basis.fixed.shapes)))
     matrices = reduced_matrices(part, basis, progress, watched=np.intersect1d(seen, part.labels))
     inside.release()
     return reduced_system(part, basis, matrices)
