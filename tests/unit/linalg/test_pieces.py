@@ -160,7 +160,10 @@ def test_pieces_are_cut_until_they_fit_and_least_is_made_again(monkeypatch):
     assert more.bytes <= 0.7 * needed
     assert two.made_again < 0.6 * needed  # halves: all of it
     assert two.made_again < more.made_again
-    assert cut_to_fit(A, needed, 0.02 * needed) is None
+    least = cut_to_fit(A, needed, 0.02 * needed)
+    assert least is not None
+    assert not least.fits
+    assert least.bytes <= more.bytes
     monkeypatch.setenv(OVERRIDE, "1e-7")
     with pytest.raises(OutOfMemory, match=r"what joins \d pieces of 24,576 equations: .* GB are needed"):
         PieceFactor(A, two)

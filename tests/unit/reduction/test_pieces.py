@@ -44,7 +44,7 @@ def refused(A: sp.csr_matrix, **_: object) -> None:
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """Memory holds a factor of a piece alone."""
     monkeypatch.setattr("creak.reduction.room.factor", refused)
-    monkeypatch.setattr("creak.reduction.room.pieces_that_fit", in_pieces)
+    monkeypatch.setattr("creak.reduction.room.pieces_of", in_pieces)
 
 
 @pytest.fixture(scope="module")

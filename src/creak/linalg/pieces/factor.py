@@ -65,6 +65,11 @@ class Pieces:
         return self.room + self.work + joint_bytes(self.joint)
 
     @property
+    def fits(self) -> bool:
+        """Whether that is enough."""
+        return self.bytes <= self.left
+
+    @property
     def bytes(self) -> float:
         """Memory of S beside the largest factor with what is there while it is made, or beside the factor of S."""
         return _bytes(self.joint, max(self.factors), self.work)
@@ -80,13 +85,14 @@ def _bytes(joint: int, factor: float, work: float) -> float:
 
 
 def cut_to_fit(A: sp.csr_matrix, needed: float, room: float) -> Pieces | None:
-    """Pieces with which the factor of a piece and S take `room` bytes at most; None where none do.
+    """Pieces with which the factor of a piece and S take `room` bytes at most, or come closest; None: nothing to cut.
 
-    The fewest do, but smaller ones leave less of the room empty, so that more factors stay: of up to `FURTHER` times as
-    many those are taken that have least made again. Costs the analysis of the pieces, a third of the time of their
-    factors each time. `needed`: bytes of a factor of A.
+    The fewest would do, but smaller ones leave less of the room empty, so that more factors stay: of up to `FURTHER`
+    times as many those are taken that have least made again. Costs the analysis of the pieces, a third of the time of
+    their factors each time. `needed`: bytes of a factor of A.
     """
     best: Pieces | None = None
+    least: Pieces | None = None
     found, fewest, n = whole(A.shape[0]), MOST, int(A.shape[0])
     known = {(0, n): (needed, ENTRY * A.nnz + 8.0 * COLUMNS * n)}
 
@@ -103,20 +109,20 @@ def cut_to_fit(A: sp.csr_matrix, needed: float, room: float) -> Pieces | None:
     while len(found.pieces) < MOST:
         sizes, works = zip(*(sizes_of(rows) for rows in found.pieces), strict=True)
         joint = joint_bytes(found.separator.size)
-        if _bytes(found.separator.size, max(sizes), max(works)) <= room:
-            here = Pieces(found, sizes, room - max(works) - joint, needed, max(works))
+        here = Pieces(found, sizes, room - max(works) - joint, needed, max(works))
+        if here.fits:
             fewest = min(fewest, here.count)
             if best is None or here.made_again < best.made_again:
                 best = here
-            if best.made_again == 0.0:
-                break
-        elif best is not None:
-            break
-        further = cut_once_more(A, found, size) if joint < room and len(sizes) < FURTHER * fewest else None
+        if here.count > 1 and (least is None or here.bytes < least.bytes):
+            least = here
+        over = 2.0 * joint > (room if best is not None or least is None else least.bytes)
+        enough = best is not None and (best.made_again == 0.0 or not here.fits or here.count >= FURTHER * fewest)
+        further = None if over or enough else cut_once_more(A, found, size)
         if further is None:
             break
         found = further
-    return best
+    return best or least
 
 
 @dataclass(frozen=True)
