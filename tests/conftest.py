@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections import Counter
@@ -56,6 +57,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         config.hook.pytest_deselected(items=[i for i in items if i not in chosen])
     long = {i.path for i in kept if slow(i)}
     items[:] = sorted(kept, key=lambda i: i.path not in long)
+
+
+def pytest_collection_finish() -> None:
+    """What collection has made lives to the end: the garbage collector need not look at it again and again."""
+    gc.collect()
+    gc.freeze()
 
 
 def slow(item: pytest.Item) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -66,10 +67,16 @@ def files() -> list[Path]:
     return sorted(ROOT.rglob("*.py"))
 
 
+@cache
+def nodes_of(path: Path) -> tuple[ast.AST, ...]:
+    """Of the syntax tree of a file, which every rule looks at."""
+    return tuple(ast.walk(ast.parse(path.read_text(encoding="utf-8"), filename=str(path))))
+
+
 def imports_of(path: Path) -> list[Import]:
     """All imports of a file, also those inside functions; `from a import b` counts as a.b where that is a module."""
     found = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), filename=str(path))):
+    for node in nodes_of(path):
         if isinstance(node, ast.Import):
             found += [Import(path, node.lineno, alias.name) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -172,7 +179,7 @@ def test_numerics_do_not_print():
     for path in files():
         if folder_of(path) not in NUMERICS:
             continue
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in nodes_of(path):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in ("print", "input"):
                 bad.append(f"{path.relative_to(ROOT.parent)}:{node.lineno}: {node.func.id}()")
     assert not bad, "\n".join(["numerics never print", *bad])
@@ -183,7 +190,7 @@ def test_numerics_do_not_open_files():
     for path in files():
         if folder_of(path) not in NUMERICS:
             continue
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in nodes_of(path):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "open":
                 bad.append(f"{path.relative_to(ROOT.parent)}:{node.lineno}: open()")
     assert not bad, "\n".join(["numerics never open files", *bad])
@@ -193,7 +200,7 @@ def test_no_star_imports():
     bad = [
         f"{path.relative_to(ROOT.parent)}:{node.lineno}: from {node.module} import *"
         for path in files()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for node in nodes_of(path)
         if isinstance(node, ast.ImportFrom) and any(a.name == "*" for a in node.names)
     ]
     assert not bad, "\n".join(bad)
@@ -306,7 +313,7 @@ PUBLIC = {"creak.report_tools", "creak.stepping"}
 def private_names(path: Path) -> set[str]:
     """What a file takes of creak that is neither a name of `import creak` nor one of its public modules."""
     found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes_of(path):
         if isinstance(node, ast.Import):
             found |= {a.name for a in node.names if a.name.startswith("creak.")}
         elif isinstance(node, ast.ImportFrom) and node.module == "creak":
@@ -349,7 +356,7 @@ def made_of_six(path: Path) -> set[str]:
         return isinstance(node, ast.Constant) and node.value == 6 and isinstance(node.value, int)
 
     found: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes_of(path):
         match node:
             case ast.BinOp(left=left, op=ast.FloorDiv() | ast.Mod(), right=right) if six(right):
                 read = not isinstance(left, ast.Constant)

@@ -43,7 +43,9 @@ time left; elsewhere a phase gets a line once it has taken 2 s, then every 10 s 
 Pipes and character devices are written into, where the format is a stream (JSON, CSV, universal files, decks, HTML,
 VTU). Folders, sockets and block devices are refused before anything is computed.
 
-**Ctrl-C.** `creak run` ends the run under way and writes what it has; `creak reduce` saves the parts that are reduced;
+**Ctrl-C.** `creak run` ends the run under way and writes what it has; an unreduced run goes on from there when the same
+command is called again, and from its last checkpoint after a kill ([how](howto_results.md#a-run-that-was-stopped)).
+`creak reduce` saves the parts that are reduced;
 `creak sweep` and `creak thesis` go on from the finished cases when called again.
 
 **Memory.** A sparse factor that would not fit into the memory that is free (swap and a container's limit count) is

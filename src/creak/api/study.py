@@ -18,6 +18,7 @@ from creak.studies.file.toml_text import toml_text
 if TYPE_CHECKING:
     from creak.dynamics.cuda.device import Device
     from creak.studies.prepare.setup import Setup
+    from creak.studies.run.checkpoint import Checkpoints
 
 Changes = Literal["none", "predicted", "checked"]
 
@@ -165,8 +166,13 @@ def run_setup(
     record: bool = True,
     changes: Changes = "none",
     device: Device = "auto",
+    checkpoints: Checkpoints | None = None,
 ) -> Result:
     """Run what `set_up` made, parameters as `run`, and sum it up; nothing is warned of: look at the Result.
+
+    Parameters
+    ----------
+    checkpoints : from which an unreduced run goes on, and which it writes.
 
     Raises
     ------
@@ -182,7 +188,7 @@ def run_setup(
     report = progress if progress is not None else silent
     store = store_of(setup.study) if superelements is None else Path(superelements)
     check_solver(device)
-    found = run_study(replace(setup, device=device), report, store, record=record)
+    found = run_study(replace(setup, device=device), report, store, record=record, checkpoints=checkpoints)
 
     from creak.studies.cause.found import causes_of  # what comes after the run is not waited for before it
     from creak.studies.converge.variants import converge as repeat

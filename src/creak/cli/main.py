@@ -81,38 +81,29 @@ def _root(
 
 def main() -> NoReturn:
     """Run the command line; wrong input ends with status 2, a failed analysis with 1, one message each."""
-    console = Terminal(stderr=True, soft_wrap=True)
     try:
         with none_ignored():
             if app(prog_name="creak", standalone_mode=False) == CTRL_C:
                 raise Interrupted("nothing was written")
         sys.stdout.flush()
     except InputError as error:
-        console.print(f"creak: {error}", style="red")
-        sys.exit(WRONG_INPUT)
+        _end(str(error), WRONG_INPUT)
     except Interrupted as stop:
-        console.print(f"creak: stopped; {stop}", style="red")
-        sys.exit(FAILED)
+        _end(f"stopped; {stop}")
     except Unreliable as error:
-        console.print(f"creak: error: unreliable: {error}", style="red")
-        sys.exit(FAILED)
+        _end(f"error: unreliable: {error}")
     except WriteError as error:
-        console.print(f"creak: {error}", style="red")
-        sys.exit(FAILED)
+        _end(str(error))
     except CreakError as error:
-        console.print(f"creak: the analysis failed: {error}", style="red")
-        sys.exit(FAILED)
+        _end(f"the analysis failed: {error}")
     except KeyboardInterrupt:
-        console.print("creak: stopped; nothing was written", style="red")
-        sys.exit(FAILED)
+        _end("stopped; nothing was written")
     except MemoryError as error:
-        console.print(f"creak: the analysis failed: {_out_of_memory(error)}", style="red")
-        sys.exit(FAILED)
+        _end(f"the analysis failed: {_out_of_memory(error)}")
     except ModuleNotFoundError as error:
         if error.name not in REPORT:
             raise
-        console.print(f"creak: {no_report_text()}", style="red")
-        sys.exit(WRONG_INPUT)
+        _end(no_report_text(), WRONG_INPUT)
     except BrokenPipeError:
         _drop_stdout()
         sys.exit(FAILED)
@@ -121,20 +112,22 @@ def main() -> NoReturn:
             raise
         _drop_stdout()
         what = error.filename or "the output"
-        console.print(f"creak: cannot write {what}: {str(error.strerror).lower()}", style="red")
-        sys.exit(FAILED)
+        _end(f"cannot write {what}: {str(error.strerror).lower()}")
     except Exception as error:
         if type(error).__name__ == "NoArgsIsHelpError":
             typer.echo(str(error))
             sys.exit(WRONG_INPUT)
         if type(error).__name__ == "Abort":  # Ctrl-C, as older versions of Typer tell it
-            console.print("creak: stopped; nothing was written", style="red")
-            sys.exit(FAILED)
+            _end("stopped; nothing was written")
         if hasattr(error, "format_message"):  # a usage error of the command line itself
-            console.print(f"creak: {error.format_message()} Try: creak --help", style="red")
-            sys.exit(WRONG_INPUT)
+            _end(f"{error.format_message()} Try: creak --help", WRONG_INPUT)
         raise
     sys.exit(DONE)
+
+
+def _end(words: str, status: int = FAILED) -> NoReturn:
+    Terminal(stderr=True, soft_wrap=True).print(f"creak: {words}", style="red")
+    sys.exit(status)
 
 
 def _out_of_memory(error: MemoryError) -> str:

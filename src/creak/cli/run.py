@@ -75,8 +75,9 @@ def run(
 ) -> None:
     """Run a study: reduced and unreduced model, their comparison, summary.json, results.h5, report.html.
 
-    Ctrl-C during a run ends it there: what was computed until then is written. Earlier results of the same study are
-    replaced; those of another study are not, unless --force says so.
+    Ctrl-C during a run ends it there: what was computed until then is written. An unreduced run keeps a checkpoint
+    every five minutes beside the results: the same command goes on from it, after a kill as well. Earlier results of
+    the same study are replaced; those of another study are not, unless --force says so.
 
     Example: creak run door/door.toml --out door/results
     """
@@ -85,6 +86,7 @@ def run(
     from creak.dynamics.cuda.solver import check_solver
     from creak.studies.results.of_another import refuse_other_study
     from creak.studies.results.save import check_folder
+    from creak.studies.run.checkpoint import Checkpoints
 
     check_solver(device)
     given = changed_study(study_file, changes) if changes else study_file
@@ -94,6 +96,7 @@ def run(
     if not force:
         refuse_other_study(folder, study_file.name)
     told: set[str] = set()
+    checkpoints = Checkpoints(folder)
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
             with progress.phase("read the model and find the contacts"):
@@ -108,6 +111,7 @@ def run(
                 record=animation_mb > 0.0,
                 changes="checked" if check_changes else "predicted" if changes_wanted else "none",
                 device=device,
+                checkpoints=checkpoints,
             )
             progress("write results", 0, 2)
             page = None
@@ -117,6 +121,8 @@ def run(
                 progress("write results", 1, 2)
             finally:  # a page that cannot be drawn, or an interruption, does not cost the results
                 output.wrote(*result.save(folder, animation_mb, page))
+                if result.stopped is None:
+                    checkpoints.remove()
             progress("write results", 2, 2)
         list_unread(output, setup.model.unread)
         tell_notes(output, result.notes, told)

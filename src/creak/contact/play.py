@@ -39,6 +39,24 @@ class Play:
     """Unit vector of the motion; None: `dof`."""
 
 
+def nodes_of_ends(model: Model, names: tuple[str, ...], where: str) -> list[IntArray]:
+    """(n,) nodes of each end: one of each set belong together.
+
+    Raises
+    ------
+    InputError : unknown sets, sets of different size.
+    """
+    ends = [model.node_set(name, where=where) for name in names]
+    if len(ends) == 2 and ends[0].size != ends[1].size:
+        raise InputError(
+            f"node sets {names[0]!r} and {names[1]!r} have {ends[0].size} and {ends[1].size} nodes",
+            where=where,
+            expected="the same number, node by node",
+            fix="Make the sets equally long.",
+        )
+    return ends
+
+
 def play_channels(model: Model, play: Play, where: str) -> GapOperator:
     """Up to two channels per node (pair): gap = upper - r and gap = r - lower with r = u_B - u_A.
 
@@ -47,14 +65,7 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
     InputError : unknown sets, sets of different size, no limit at all, lower > upper; a preload with two limits, or
         with a limit other than zero.
     """
-    ends = [model.node_set(name, where=where) for name in play.nodes]
-    if len(ends) == 2 and ends[0].size != ends[1].size:
-        raise InputError(
-            f"node sets {play.nodes[0]!r} and {play.nodes[1]!r} have {ends[0].size} and {ends[1].size} nodes",
-            where=where,
-            expected="the same number, node by node",
-            fix="Make the sets equally long.",
-        )
+    ends = nodes_of_ends(model, play.nodes, where)
     limits = [("upper", -1.0, play.upper), ("lower", 1.0, play.lower)]
     sides = [(name, sign, value) for name, sign, value in limits if value is not None]
     if not sides:

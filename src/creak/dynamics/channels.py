@@ -39,17 +39,17 @@ class ChannelMatrices:
 
     @cached_property
     def _touched(self) -> tuple[IntArray, Matrix]:
-        """Coordinates that any channel acts on, and the columns of `rows` that belong to them."""
+        """Coordinates that any channel acts on, and the columns of `rows` that belong to them, transposed."""
         if not sp.issparse(self.G):
-            return np.arange(self.G.shape[1]), self.rows
+            return np.arange(self.G.shape[1]), self.rows.T
         touched = np.unique(self.rows.indices)
-        return touched, self.rows[:, touched]
+        return touched, self.rows[:, touched].T
 
     def push(self, r: FloatArray, force: FloatArray, weight: float = 1.0) -> FloatArray:
         """r + weight [G; T]' f, in place."""
         if force.any():
-            touched, rows = self._touched
-            r[touched] += weight * np.asarray(rows.T @ force)
+            touched, columns = self._touched
+            r[touched] += weight * np.asarray(columns @ force)
         return r
 
 

@@ -22,10 +22,8 @@ from creak.dynamics.books import (
     open_book,
 )
 from creak.dynamics.channels import ChannelMatrices
-from creak.dynamics.instant import Instant
+from creak.dynamics.instant import AuditState, Boundary, Instant
 from creak.dynamics.state import LinearTerms
-
-Boundary = tuple[tuple[FloatArray, FloatArray], FloatArray, FloatArray, FloatArray]
 
 
 class EnergyAudit:
@@ -46,6 +44,7 @@ class EnergyAudit:
         self._balanced = np.zeros(gaps.m) if gaps.preload is None else gaps.preload
         self._preload = on.G_s.T @ self._balanced
         self._held = gaps.resting[gaps.m :]
+        self._holds, self._damps = bool(self._held.any()), gaps.has_dampers
         self._book = new_book()
 
     def start(self, now: Instant) -> FloatArray:
@@ -55,6 +54,14 @@ class EnergyAudit:
         open_book(e)
         self._forces = self._boundary(now)
         return e[: SCHEME + 1].copy()
+
+    @property
+    def state(self) -> AuditState:
+        return AuditState(self._book, self._forces)
+
+    def resume(self, state: AuditState) -> None:
+        """Go on where another one was."""
+        self._book, self._forces = state.book, state.forces
 
     def step(self, before: Instant, now: Instant) -> FloatArray:
         """Book one step; returns its row of the table, (len(ENERGIES),)."""
@@ -66,9 +73,9 @@ class EnergyAudit:
             damping, external = now.works.damping, now.works.external
         e[DAMPING] += damping
         e[EXTERNAL] += external
-        if self._held.any():
+        if self._holds:
             e[EXTERNAL] -= float(self._held @ (self._on.T @ du))
-        if self._gaps.has_dampers:
+        if self._damps:
             e[CONTACT_DAMPING] += float(damper_work(self._laws, before.gap, now.gap, now.force))
         if now.tau.any() or before.tau.any():
             slid = np.asarray(self._on.T @ du + self._on.T_s @ ds)
@@ -102,7 +109,6 @@ class EnergyAudit:
         return kinetic, strain, float(in_channels(self._laws, self._balanced, self._gaps.gap0, now.gap))
 
     def _boundary(self, now: Instant) -> Boundary:
-        """Damper forces (of supports on q, all on s), reaction of the supports, its momentum, applied forces."""
         s, s_dot = now.support[:2]
         sup, t, x = self._t.system.supports, self._t, now.x
         force = t.loads.force[now.row]

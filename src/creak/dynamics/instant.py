@@ -1,10 +1,16 @@
-"""What is known of a run at one time."""
+"""What is known of a run at one time, and all that a march holds then, from which it can be taken up.
+
+Each piece of a march tells its `state` and takes it again by `resume`; what follows from the model, the channels and
+the loads is not among it. The arrays may be those of the march itself: they are to be written before it goes on.
+"""
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from typing import Protocol
 
-from creak.arrays import BoolArray, FloatArray
+from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.dynamics.state import Outside, State
 
 
@@ -54,3 +60,123 @@ class Instant:
     def tau(self) -> FloatArray:
         """(2 f,) friction forces."""
         return self.force[self.gap.size :]
+
+
+Boundary = tuple[tuple[FloatArray, FloatArray], FloatArray, FloatArray, FloatArray]
+"""Damper forces (of supports on q, all on s), reaction of the supports, its momentum, applied forces."""
+
+
+@dataclass(frozen=True)
+class FlightState:
+    """Of a stepper between two flights."""
+
+    stages: int
+    """Of the rule of its flights."""
+    samples: int
+    """Of the loads in a flight."""
+    because: str
+    """What is said of that choice."""
+    closed: int
+    """Sample up to which contact is looked for."""
+    flown_by: int
+    """Flights since the products were computed anew."""
+
+
+@dataclass(frozen=True)
+class StepperState:
+    """Of a stepper beside its instant."""
+
+    residual: float
+    flight: FlightState | None = None
+
+
+@dataclass(frozen=True)
+class AuditState:
+    """Of the books."""
+
+    book: FloatArray
+    forces: Boundary
+    """At the instant."""
+
+
+@dataclass(frozen=True)
+class WatchState:
+    """Extremes so far with their times, and the last motions that the next ones are seen with."""
+
+    slip: FloatArray
+    slip_at: FloatArray
+    gap: FloatArray
+    gap_at: FloatArray
+    turn: FloatArray
+    turn_at: FloatArray
+    time: FloatArray
+    slid: FloatArray
+    last: FloatArray
+
+
+@dataclass(frozen=True)
+class LogState:
+    """What was recorded, and what waits to become output."""
+
+    table: FloatArray
+    """(used, width) all instants."""
+    at: IntArray
+    """(n_out,) rows of the table at output steps."""
+    displacement: FloatArray
+    """(n_out, n_observed)"""
+    slip: FloatArray
+    """(n_out, m)"""
+    ends: IntArray
+    """(k,) rows of the table at the whole steps that wait."""
+    u: FloatArray
+    """(k, width) their motion."""
+    s: FloatArray
+    """(k, n_support)"""
+    whole: FloatArray
+    """(n_reached, n) all coordinates at the steps that ask for them."""
+    steps: int
+    """Whole steps that have become output."""
+    looked: int
+    """Row of the table up to which the watch has seen."""
+    watch: WatchState | None
+
+    @property
+    def done(self) -> int:
+        """Whole steps behind."""
+        return self.steps + int(self.ends.size)
+
+    @property
+    def time(self) -> float:
+        """s, of the last instant."""
+        return float(self.table[-1, 0])
+
+
+@dataclass(frozen=True)
+class Saved:
+    """A march at an instant."""
+
+    now: Instant
+    stepper: StepperState
+    audit: AuditState
+    log: LogState
+
+
+class Keeper(Protocol):
+    """What a march hands its state to, and takes one from."""
+
+    @property
+    def saved(self) -> Saved | None:
+        """Where an earlier march stopped; None: begin at the start."""
+        ...
+
+    def wanted(self, last: bool) -> bool:
+        """Whether it is time; `last`: the march is at its end."""
+        ...
+
+    def keep(self, saved: Saved) -> None:
+        """Keep it; raises KeyboardInterrupt where the run is to end here."""
+        ...
+
+    def heeding(self) -> AbstractContextManager[None]:
+        """In it, a wish to end the run waits for `keep`."""
+        ...

@@ -59,7 +59,7 @@ def follow(before: FloatArray, displacement: FloatArray, scheme: Scheme, h: floa
     s, v, a = before
     a1 = ((displacement - s) / h - v) / (scheme.beta * h) - (0.5 / scheme.beta - 1.0) * a
     v1 = v + h * ((1.0 - scheme.gamma) * a + scheme.gamma * a1)
-    return np.stack([displacement, v1, a1])
+    return np.array([displacement, v1, a1])
 
 
 def at_rest(time: FloatArray) -> Loads:

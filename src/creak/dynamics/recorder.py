@@ -17,7 +17,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.flow.model import FlowState
 from creak.dynamics.history import ENERGIES, History, split_columns
-from creak.dynamics.instant import Instant
+from creak.dynamics.instant import Instant, LogState
 from creak.dynamics.loads import Loads
 from creak.dynamics.modal.model import MarchState, Output
 from creak.dynamics.watch import Watch, Watched
@@ -88,6 +88,44 @@ class Recorder:
         self._u, self._s = np.zeros((kept, width)), np.zeros((kept, n_support))
         self._whole = np.zeros((self._whole_at.size, self._whole_width))
         self.setup_s = 0.0
+
+    @property
+    def state(self) -> LogState:
+        """Of a log that is kept instant by instant."""
+        n, k = self._out, self._filled
+        reached = int(np.searchsorted(self._whole_at, self._steps + k, side="right"))
+        return LogState(
+            self._table[: self.used],
+            self._at[:n],
+            self._displacement[:n],
+            self._slip[:n],
+            self._ends[:k],
+            self._u[:k],
+            self._s[:k],
+            self._whole[:reached],
+            self._steps,
+            self._looked,
+            None if self._watch is None else self._watch.state,
+        )
+
+    def resume(self, state: LogState) -> None:
+        """Go on where another one was, of the same System and channels at the same instants."""
+        self._grow(state.table.shape[0])
+        self.used, self._out, self._filled = state.table.shape[0], state.at.size, state.ends.size
+        self._table[: self.used] = state.table
+        for own, given in (
+            (self._at, state.at),
+            (self._displacement, state.displacement),
+            (self._slip, state.slip),
+            (self._ends, state.ends),
+            (self._u, state.u),
+            (self._s, state.s),
+            (self._whole, state.whole),
+        ):
+            own[: given.shape[0]] = given
+        self._steps, self._looked = state.steps, state.looked
+        if self._watch is not None and state.watch is not None:
+            self._watch.resume(state.watch)
 
     def _on_kept(self, rows: tuple[Matrix, Matrix]) -> tuple[Matrix, Matrix]:
         """Rows on the coordinates of the System as rows on what is kept."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from creak.dynamics.closing import closes_between
 from creak.dynamics.condensed import CondensedContact
 from creak.dynamics.energy import EnergyAudit
 from creak.dynamics.history import History
-from creak.dynamics.instant import Instant
+from creak.dynamics.instant import Instant, Keeper, Saved, StepperState
 from creak.dynamics.loads import Loads, follow
 from creak.dynamics.recorder import Recorder
 from creak.dynamics.scheme import Scheme
@@ -50,6 +51,19 @@ class Stepper(Protocol):
     def start(self) -> Instant: ...
 
     def advance(self, now: Instant) -> Iterator[Instant]: ...
+
+
+@runtime_checkable
+class Resumable(Protocol):
+    """What a stepper has besides where its marches can be taken up."""
+
+    def state(self, now: Instant) -> StepperState | None:
+        """What it holds beside `now`; None where `advance` cannot begin there."""
+        ...
+
+    def resume(self, state: StepperState) -> None:
+        """Go on where another one was."""
+        ...
 
 
 @dataclass
@@ -112,6 +126,14 @@ class CondensedStepper:
     def start(self) -> Instant:
         """The first instant: u = 0, the System's initial velocity, S a = f + G' p - C v - K u."""
         return first_instant(self.terms, self._whole.solver, self.scheme, self.gaps, self.on)
+
+    def state(self, now: Instant) -> StepperState | None:
+        """What it holds beside `now`; None within an output step."""
+        return None if now.row % self.substeps else StepperState(self.residual)
+
+    def resume(self, state: StepperState) -> None:
+        """Go on where another one was."""
+        self.residual = state.residual
 
     def advance(self, now: Instant) -> Iterator[Instant]:
         """The instants up to the next output step."""
@@ -316,8 +338,14 @@ def march(
     progress: Progress | None = None,
     whole_at: IntArray | None = None,
     watched: Watched | None = None,
+    keeper: Keeper | None = None,
 ) -> History:
-    """Drive a stepper through its loads, keeping output and the energy balance."""
+    """Drive a stepper through its loads, keeping output and the energy balance.
+
+    Parameters
+    ----------
+    keeper : of a stepper that is `Resumable`: where to go on from, and what is handed the state now and then.
+    """
     started = clock.perf_counter()
     gaps, loads, terms, substeps = stepper.gaps, stepper.loads, stepper.terms, stepper.substeps
     n_step = loads.n_step // substeps
@@ -325,17 +353,23 @@ def march(
         terms.system, stepper.on, gaps, loads, substeps, observed, output_every, whole_at, watched, lean=True
     )
     audit = EnergyAudit(terms, gaps, stepper.on)
-    now = stepper.start()
-    recorder.keep(loads.time[0], now, audit.start(now), 0)
+    saved = None if keeper is None else keeper.saved
+    if saved is None:
+        now = stepper.start()
+        recorder.keep(loads.time[0], now, audit.start(now), 0)
+    else:
+        now = _resumed(saved, stepper, audit, recorder)
     recorder.setup_s = stepper.setup_s + clock.perf_counter() - started
     try:
-        with one_blas_thread():
-            for n in range(1, n_step + 1):
+        with one_blas_thread(), nullcontext() if keeper is None else keeper.heeding():
+            for n in range(now.row // substeps + 1, n_step + 1):
                 for after in stepper.advance(now):
                     energy = audit.step(now, after)
                     now = after
                     ends = now.row == n * substeps
                     recorder.keep(loads.time[now.row], now, energy, n if ends else None)
+                    if keeper is not None and keeper.wanted(now.row == n_step * substeps):
+                        _hand_over(keeper, now, stepper, audit, recorder)
                 if not np.isfinite(energy).all():
                     raise Diverged(float(loads.time[now.row]), recorder.history(stepper.residual))
                 if progress is not None:
@@ -348,3 +382,19 @@ def march(
         why = f"at t = {loads.time[now.row]:.6g} s: {error}"
         raise Stopped(why, recorder.history(stepper.residual)) from error
     return recorder.history(stepper.residual)
+
+
+def _resumed(saved: Saved, stepper: Stepper, audit: EnergyAudit, recorder: Recorder) -> Instant:
+    """Everything as it was; the instant to go on from."""
+    assert isinstance(stepper, Resumable)
+    stepper.resume(saved.stepper)
+    audit.resume(saved.audit)
+    recorder.resume(saved.log)
+    return saved.now
+
+
+def _hand_over(keeper: Keeper, now: Instant, stepper: Stepper, audit: EnergyAudit, recorder: Recorder) -> None:
+    """Keep the march as it is at `now`, where it can go on from there."""
+    state = stepper.state(now) if isinstance(stepper, Resumable) else None
+    if state is not None and np.isfinite(audit.state.book).all():
+        keeper.keep(Saved(now, state, audit.state, recorder.state))

@@ -12,6 +12,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
+from creak.dynamics.instant import WatchState
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,26 @@ class Watch:
         self._gap, self._gap_at = np.full(silent, np.inf), np.full(silent, np.nan)
         self._turn, self._turn_at = np.zeros(k), np.full(k, np.nan)
         self._time, self._slid, self._last = np.zeros(0), np.zeros((m, 0)), np.zeros((silent, 0))
+
+    @property
+    def state(self) -> WatchState:
+        return WatchState(
+            self._slip,
+            self._slip_at,
+            self._gap,
+            self._gap_at,
+            self._turn,
+            self._turn_at,
+            self._time,
+            self._slid,
+            self._last,
+        )
+
+    def resume(self, state: WatchState) -> None:
+        """Go on where another one was."""
+        self._slip, self._slip_at, self._gap, self._gap_at = state.slip, state.slip_at, state.gap, state.gap_at
+        self._turn, self._turn_at = state.turn, state.turn_at
+        self._time, self._slid, self._last = state.time, state.slid, state.last
 
     def see(self, time: FloatArray, pressed: BoolArray, motions: list[FloatArray]) -> None:
         """Whole steps in their order.

@@ -298,27 +298,23 @@ class _PardisoFactor:
         def one(value: int) -> Any:
             return ctypes.byref(ctypes.c_int32(value))
 
-        def pointer(array: FloatArray | IntArray | Any, ctype: Any) -> Any:
-            return array.ctypes.data_as(ctypes.POINTER(ctype))
-
-        i32, f64 = ctypes.c_int32, ctypes.c_double
-        error = i32(0)
+        error = ctypes.c_int32(0)
         self._pardiso(
-            pointer(self._pt, ctypes.c_int64),
+            self._pt.ctypes.data,
             one(1),
             one(1),
             one(self._mtype),
             one(phase),
             one(self._n),
-            pointer(self._values, f64),
-            pointer(self._ia, i32),
-            pointer(self._ja, i32),
-            pointer(self._perm, i32),
+            self._values.ctypes.data,
+            self._ia.ctypes.data,
+            self._ja.ctypes.data,
+            self._perm.ctypes.data,
             one(n_rhs),
-            pointer(self._iparm, i32),
+            self._iparm.ctypes.data,
             one(0),
-            pointer(b, f64),
-            pointer(x, f64),
+            b.ctypes.data,
+            x.ctypes.data,
             ctypes.byref(error),
         )
         if error.value == -4:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 
+@functools.cache
 def has_pardiso() -> bool:
     """True where MKL, and with it the PARDISO solver, is installed."""
     return importlib.util.find_spec("pypardiso") is not None
@@ -48,7 +49,8 @@ def mkl_library() -> Any:
     i, d, p = ctypes.c_int, ctypes.c_double, ctypes.c_void_p
     library.cblas_dgemm.argtypes = [i] * 6 + [d, p, i, p, i, d, p, i]
     library.cblas_dtrsm.argtypes = [i] * 7 + [d, p, i, p, i]
-    library.cblas_dgemm.restype = library.cblas_dtrsm.restype = None
+    library.pardiso.argtypes = [p] * 16
+    library.cblas_dgemm.restype = library.cblas_dtrsm.restype = library.pardiso.restype = None
     library.mkl_sparse_d_create_csr.argtypes = [p, i, i, i, p, p, p, p]
     library.mkl_sparse_set_mm_hint.argtypes = [p, i, MatrixKind, i, i, i]
     library.mkl_sparse_optimize.argtypes = library.mkl_sparse_destroy.argtypes = [p]

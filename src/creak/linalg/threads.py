@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from functools import lru_cache
-from typing import TypeVar
+from functools import cache, lru_cache
+from typing import Any, TypeVar
 
 from threadpoolctl import ThreadpoolController
 
@@ -57,5 +57,13 @@ def one_blas_thread() -> Iterator[None]:
     A time step alternates short vector operations with back-substitutions. Two thread pools that wait for
     each other on the same cores cost several times what the second thread saves.
     """
-    with ThreadpoolController().select(internal_api=["openblas", "blis"]).limit(limits=1):
+    with _numpys_blas().limit(limits=1):
         yield
+
+
+@cache
+def _numpys_blas() -> Any:
+    """The libraries of NumPy and SciPy, looked for once: a search reads the whole map of the process's memory."""
+    import scipy.linalg  # noqa: F401  (brings SciPy's own)
+
+    return ThreadpoolController().select(internal_api=["openblas", "blis"])

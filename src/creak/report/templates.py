@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 
+@cache
 def page_templates(package: str) -> Environment:
     """The templates of a package, for HTML: everything is escaped, a name that is not given is an error."""
     return Environment(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from creak.arrays import ComplexArray, FloatArray
@@ -30,7 +32,15 @@ def low_pass(x: FloatArray, step: float, f_max: float) -> FloatArray:
     """
     if f_max >= 0.45 / step or x.shape[0] < 16:
         return x
-    from scipy.signal import butter, sosfiltfilt  # half a second, which runs and commands without filters do not pay
+    from scipy.signal import sosfiltfilt  # half a second, which runs and commands without filters do not pay
 
-    sections = butter(4, 2.0 * f_max * step, output="sos")
+    sections = _butterworth(2.0 * f_max * step)
     return np.asarray(sosfiltfilt(sections, x, axis=0, padtype="constant", padlen=min(x.shape[0] - 1, 100)))
+
+
+@lru_cache(maxsize=64)
+def _butterworth(edge: float) -> FloatArray:
+    """Second-order sections of order 4, edge as a share of the Nyquist frequency: events of a run share them."""
+    from scipy.signal import butter
+
+    return np.asarray(butter(4, edge, output="sos"))

@@ -49,8 +49,9 @@ def solved(
         try:
             write_solved(path, key, found)
             _forget(path.parent, kind, KEPT if most is None else most)
-        except (OSError, CreakError):
-            return found  # a folder that may only be read
+        except (OSError, CreakError):  # a folder that may only be read, a full disk
+            if path.parent.is_dir() and not any(path.parent.iterdir()):
+                path.parent.rmdir()
     return found
 
 

@@ -109,9 +109,8 @@ def support_point(support: Support) -> FloatArray:
 def face_point(mesh: PartMesh, place: FloatArray, free: BoolArray) -> FloatArray:
     """Point (3,) of a part's face at a place (x, z) of the template; y is that of the nearest quad."""
     x, z = float(geo.bow(place[0], place[1])), float(place[1])
-    centre = mesh.coords[mesh.quads].mean(axis=1)
-    distance = np.where(free, (centre[:, 0] - x) ** 2 + (centre[:, 2] - z) ** 2, np.inf)
-    return np.array([x, centre[int(np.argmin(distance)), 1], z])
+    distance = np.where(free, (mesh.centres[:, 0] - x) ** 2 + (mesh.centres[:, 2] - z) ** 2, np.inf)
+    return np.array([x, mesh.centres[int(np.argmin(distance)), 1], z])
 
 
 def free_quads(mesh: PartMesh, contact: IntArray) -> BoolArray:
@@ -120,11 +119,9 @@ def free_quads(mesh: PartMesh, contact: IntArray) -> BoolArray:
     return ~np.asarray(touches.any(axis=1), dtype=bool)
 
 
-def grip(name: str, mesh: PartMesh, point: FloatArray, radius: float, contact: IntArray) -> Patch:
-    """Patch around a point: the nodes within `radius` and those of the nearest quad, none in contact."""
-    free = free_quads(mesh, contact)
-    centre = mesh.coords[mesh.quads].mean(axis=1)
-    nearest = int(np.argmin(np.where(free, np.linalg.norm(centre - point, axis=1), np.inf)))
+def grip(name: str, mesh: PartMesh, point: FloatArray, radius: float, contact: IntArray, free: BoolArray) -> Patch:
+    """Patch around a point: the nodes within `radius` and those of the nearest free quad, none in contact."""
+    nearest = int(np.argmin(np.where(free, np.linalg.norm(mesh.centres - point, axis=1), np.inf)))
     near = np.flatnonzero(np.linalg.norm(mesh.coords - point, axis=1) <= radius)
     rows = np.union1d(np.setdiff1d(near, contact), mesh.quads[nearest])
     return Patch(name, mesh.name, point, rows.astype(np.int64))
@@ -144,6 +141,7 @@ def link_patches(meshes: Mapping[str, PartMesh], contact: Mapping[str, IntArray]
                     face_point(meshes[part], place, free[part]),
                     PATCH_RADIUS,
                     contact[part],
+                    free[part],
                 )
                 for part in (fastener.first, fastener.second)
             ]
@@ -153,4 +151,5 @@ def link_patches(meshes: Mapping[str, PartMesh], contact: Mapping[str, IntArray]
 
 def support_patches(frame: PartMesh, contact: IntArray) -> tuple[Patch, ...]:
     """The patch of every support, in the order of `SUPPORTS`."""
-    return tuple(grip(s.name, frame, support_point(s), MOUNT_RADIUS, contact) for s in SUPPORTS)
+    free = free_quads(frame, contact)
+    return tuple(grip(s.name, frame, support_point(s), MOUNT_RADIUS, contact, free) for s in SUPPORTS)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -47,6 +48,11 @@ class PartMesh:
     """Named subsets of the quads, (m,) each."""
     nodes: Mapping[str, IntArray]
     """Named rows of nodes."""
+
+    @cached_property
+    def centres(self) -> FloatArray:
+        """(m, 3) of the quads."""
+        return np.asarray(self.coords[self.quads].mean(axis=1))
 
     def nodes_of(self, tag: str) -> IntArray:
         """Rows of the nodes that the tagged quads use, sorted."""

@@ -156,6 +156,7 @@ def test_a_program_that_fails_says_why(tmp_path):
     assert modes_peers.row("x", 1, found, found)[-1] == found.failed
 
 
+@pytest.mark.slow
 def test_creak_runs_as_a_peer(tmp_path):
     path = strips(tmp_path)
     found = modes_peers.creak_run(path, 3, 1, tmp_path)

@@ -87,7 +87,7 @@ def test_few_candidates_are_tried_on_a_large_mesh(monkeypatch):
     """10,000 points over 100,000 facets: a few projections a point, whatever lies over the border."""
     from creak.contact import search
 
-    x = wavy(316)
+    main = facets(wavy(316))
     points = np.random.default_rng(0).uniform([-0.5, -0.5, 0.12], [1.5, 1.5, 0.3], (10_000, 3))
     tried = []
 
@@ -96,12 +96,12 @@ def test_few_candidates_are_tried_on_a_large_mesh(monkeypatch):
         return meet_facets(p, *args)
 
     monkeypatch.setattr(search, "meet_facets", counting)
-    met = project_along(points, np.tile([0.0, 0.0, -1.0], (10_000, 1)), facets(x), 0.5)
+    met = project_along(points, np.tile([0.0, 0.0, -1.0], (10_000, 1)), main, 0.5)
     inside = ((points[:, :2] > 0.0) & (points[:, :2] < 1.0)).all(axis=1)
     np.testing.assert_array_equal(met.found, inside)
     assert sum(tried) < 3 * inside.sum()
     tried.clear()
-    project_closest(points, facets(x), 0.5)
+    project_closest(points, main, 0.5)
     assert sum(tried) < 10 * inside.sum()
 
 

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 import pytest
 
-from creak_thesis.door import FINEST_MESH_SIZE, build_door
+from creak_thesis.door import FINEST_MESH_SIZE
 from creak_thesis.door import geometry as geo
 from creak_thesis.door.fasteners import SUPPORTS, fasteners
+from helpers_door import door
 
 pytestmark = pytest.mark.once
 
 sizes = pytest.mark.parametrize("mesh_size", [40.0, 27.0, 20.0, 13.0, 10.0, FINEST_MESH_SIZE, 3.5])
-door = cache(build_door)
 
 
 def test_fasteners_count_as_in_the_reference_door() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 import pytest
 
@@ -14,13 +12,13 @@ from creak_thesis.door.assembly import checked_mesh_size
 from creak_thesis.door.deck import mass
 from creak_thesis.door.mesh import PartMesh
 from creak_thesis.door.plastics import carrier_mesh
+from helpers_door import door
 
 pytestmark = pytest.mark.once
 
 TOTAL_MASS = 10.05
 BENCHMARK_DOF = 1_169_406
 sizes = pytest.mark.parametrize("mesh_size", [40.0, 20.0, 10.0])
-door = cache(build_door)
 
 
 def corner_products(part: PartMesh) -> FloatArray:
@@ -160,7 +158,7 @@ def test_the_smallest_elements_are_sound() -> None:
 
 
 def test_finest_mesh_has_the_size_of_the_benchmark() -> None:
-    assert build_door(FINEST_MESH_SIZE).n_dof == pytest.approx(BENCHMARK_DOF, rel=0.02)
+    assert door(FINEST_MESH_SIZE).n_dof == pytest.approx(BENCHMARK_DOF, rel=0.02)
 
 
 def test_panel_edge_is_two_rows_along_the_same_line_at_every_size() -> None:

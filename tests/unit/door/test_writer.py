@@ -12,8 +12,9 @@ from typer.testing import CliRunner
 
 from creak.cli.main import app
 from creak.errors import InputError
-from creak_thesis.door import LOAD, LOADS, build_door, write_door
+from creak_thesis.door import LOAD, LOADS, write_door
 from creak_thesis.door.deck import ALPHA, BETA, deck_text
+from helpers_door import door
 
 
 def test_writes_a_deck_and_a_study_and_nothing_else(tmp_path: Path) -> None:
@@ -86,7 +87,7 @@ def test_command_takes_the_load(given: list[str], load: str, tmp_path: Path) -> 
 
 
 def test_deck_defines_everything_once_and_refers_to_nothing_unknown() -> None:
-    text = deck_text(build_door(40.0))
+    text = deck_text(door(40.0))
     node_sets = re.findall(r"^\*NSET, NSET=(\w+)", text, re.M)
     assert len(set(node_sets)) == len(node_sets)
     assert set("ABCDEFG") <= set(node_sets)
@@ -98,19 +99,18 @@ def test_deck_defines_everything_once_and_refers_to_nothing_unknown() -> None:
 
 
 def test_deck_numbers_every_node_and_element_once() -> None:
-    door = build_door(40.0)
-    text = deck_text(door)
+    text = deck_text(door(40.0))
     blocks = re.findall(r"^\*(NODE|ELEMENT), [^\n]*\n((?:\d[^\n]*\n)+)", text, re.M)
     for kind, count in (
-        ("NODE", door.n_nodes),
-        ("ELEMENT", sum(p.quads.shape[0] + p.tris.shape[0] for p in door.parts)),
+        ("NODE", door(40.0).n_nodes),
+        ("ELEMENT", sum(p.quads.shape[0] + p.tris.shape[0] for p in door(40.0).parts)),
     ):
         labels = [line.split(",")[0] for k, body in blocks if k == kind for line in body.splitlines()]
         assert len(labels) == len(set(labels)) == count
 
 
 def test_lines_are_short_enough_for_other_readers() -> None:
-    lines = deck_text(build_door(40.0)).splitlines()
+    lines = deck_text(door(40.0)).splitlines()
     # Abaqus: 256 characters a line, 16 entries a data line, 80 characters a label.
     assert max(map(len, lines)) <= 256
     assert max(line.count(",") for line in lines if not line.startswith("*")) <= 15

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
@@ -15,6 +17,7 @@ KINETIC, STRAIN, CONTACT, DAMPING, CONTACT_DAMPING, FRICTION, EXTERNAL, SCHEME =
 N = 12
 
 
+@cache
 def rattling(h: float, alpha: float = -0.05, *, stiffness: float = 2e5, damper: float = 0.0) -> History:
     """A chain pushed against four stops on both sides."""
     M, K = chain(N)

@@ -256,8 +256,8 @@ def test_prescribed_motion_equals_a_fine_run(rayleigh):
     """Two cantilevers on a base that follows 24 lines up to 60 Hz; dashpot between their tips."""
     system = cantilevers(rayleigh, dashpot=0.4)
     gaps = gaps_between(1.0)
-    fine = multisine_base(time_axis(0.4, 4e-5), 5.0, 60.0, 1e-3)
-    coarse = multisine_base(time_axis(0.4, 2e-4), 5.0, 60.0, 1e-3)
+    fine = multisine_base(time_axis(0.2, 4e-5), 5.0, 60.0, 1e-3)
+    coarse = multisine_base(time_axis(0.2, 2e-4), 5.0, 60.0, 1e-3)
     a = simulate(system, gaps, fine, HHT(), observed=np.zeros(0, dtype=np.int64))
     b = simulate_high_order(system, gaps, coarse, HHT(), observed=np.zeros(0, dtype=np.int64), substeps=5)
     motion, rows = np.abs(a.gap - 1.0).max(), b.output_index

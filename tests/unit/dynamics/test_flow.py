@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 import scipy.linalg as sla
 from benchmarks.random_contact import LIMIT, random_run
 
 from creak.assembly.part import Rayleigh
+from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.flow.march import SAMPLES, form_of, simulate_flow
 from creak.dynamics.flow.propagator import propagator
@@ -133,23 +136,31 @@ def test_flight_needs_no_short_steps():
 # --- what happens between the samples -------------------------------------------------------------------------------
 
 
+def dipping(at: float, step: float, gap0: float, stiffness: float) -> tuple[History, GapOperator]:
+    """Modes at 5 and 400 Hz, both at their lowest at once at the time `at` where nothing is in their way."""
+    K = np.diag([(2 * np.pi * 5.0) ** 2, (2 * np.pi * 400.0) ** 2])
+    u = np.array([1e-3, 2e-4])
+    w = np.sqrt(np.diag(K))
+    start = [np.cos(x * at) for x in w], [-np.sin(x * at) * x for x in w]
+    system = system_of(np.eye(2), K, velocity=-u * -np.array(start[1]))
+    push = [lambda t, k=k, a=a: 0.0 * t + k * a for k, a in zip(np.diag(K), u * np.array(start[0]), strict=True)]
+    gaps = channels([[1.0, 1.0]], gap0, stiffness)
+    return fly(system, gaps, 0.2, step, push, [0, 1], every=round(1e-3 / step)), gaps
+
+
+@cache
+def lowest(at: float) -> tuple[float, float]:
+    """Of the free motion: how far down, when."""
+    free, _ = dipping(at, 1e-6, 1.0, 0.0)
+    return 1.0 - float(free.gap.min()), float(free.time[np.argmin(free.gap[:, 0])])
+
+
 @pytest.mark.parametrize("depth", [1e-7, 1e-6, 1e-5])
 @pytest.mark.parametrize("at", [0.1037, 0.1052, 0.10999])
 def test_a_touch_between_two_samples_is_found(depth, at):
     """A mode at 400 Hz on a slow one: its dip of `depth` m lasts a fraction of the flight step of 1 ms."""
-    K = np.diag([(2 * np.pi * 5.0) ** 2, (2 * np.pi * 400.0) ** 2])
-    u = np.array([1e-3, 2e-4])
-    w = np.sqrt(np.diag(K))
-    # Both modes at their lowest at once at the time `at`, without contact.
-    start = [np.cos(x * at) for x in w], [-np.sin(x * at) * x for x in w]
-    system = system_of(np.eye(2), K, velocity=-u * -np.array(start[1]))
-    push = [lambda t, k=k, a=a: 0.0 * t + k * a for k, a in zip(np.diag(K), u * np.array(start[0]), strict=True)]
-    free = fly(system, channels([[1.0, 1.0]], 1.0, 0.0), 0.2, 1e-6, push, [0, 1], every=1000)
-    lowest = free.gap.min() - 1.0
-    gap0 = -lowest - depth
-    gaps = channels([[1.0, 1.0]], gap0, 1e5)
-    history = fly(system, gaps, 0.2, 1e-3, push, [0, 1])
-    fine = free.time[np.argmin(free.gap[:, 0])]
+    down, fine = lowest(at)
+    history, gaps = dipping(at, 1e-3, down - depth, 1e5)
     events = find_events(history, gaps, merge=0.0, f_max=1e5)
     assert events
     assert min(abs(0.5 * (e.t_start + e.t_end) - fine) for e in events) < 2e-4

@@ -103,6 +103,7 @@ def test_forced_motion_keeps_its_energy_books():
     assert abs(took["scheme"]) < 1e-9 * took["damping"]
 
 
+@pytest.mark.slow
 def test_contact_agrees_with_radau():
     """Eight masses, dashpots on two, thrown at a stop: events of the independent scheme for any System."""
     M, K = chain(8, 0.05, 2e4)

@@ -15,6 +15,7 @@ pytestmark = pytest.mark.once
 COUNTS = {"abaqus": 200, "nastran": 200, "study": 80, "sweep": 40}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", COUNTS)
 def test_damaged_files_end_in_a_model_or_a_message(kind, measured):
     tally = fuzz(kind, 0, COUNTS[kind])

@@ -95,6 +95,7 @@ def test_modes_that_do_not_fit_are_refused_before_any_is_computed(monkeypatch):
     assert steps == []
 
 
+@pytest.mark.slow
 @pytest.mark.once
 @pytest.mark.skipif(not (held_bytes() and has_pardiso()), reason="system or solver do not say what they hold")
 def test_modes_take_what_is_predicted():

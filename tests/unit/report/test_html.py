@@ -4,6 +4,7 @@ import hashlib
 import json
 import re
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -44,13 +45,19 @@ def report_of(result) -> str:
 
 
 @pytest.fixture(scope="module")
-def full(result_of):
-    return report_of(result_of("both runs"))
+def page_of(result_of):
+    """The page of a case by its name."""
+    return cache(lambda case: report_of(result_of(case)))
+
+
+@pytest.fixture(scope="module")
+def full(page_of):
+    return page_of("both runs")
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_report_is_complete_and_figures_valid_for_every_kind_of_study(case, result_of):
-    html = report_of(result_of(case))
+def test_report_is_complete_and_figures_valid_for_every_kind_of_study(case, page_of):
+    html = page_of(case)
     for section in (
         "places",
         "checks",
@@ -132,15 +139,15 @@ def test_causes_stand_below_the_list_as_its_clauses(result_of):
     assert below.count("<details") == 1
 
 
-def test_a_single_run_is_said_to_be_unchecked(result_of):
-    html = report_of(result_of("reduced only"))
+def test_a_single_run_is_said_to_be_unchecked(page_of):
+    html = page_of("reduced only")
     assert "The unreduced model was not run" in html
     assert "not checked" in html
     assert "not compared: there is only one run" in html
 
 
-def test_absent_figures_are_explained_in_words(result_of):
-    html = report_of(result_of("no contact, no pairs"))
+def test_absent_figures_are_explained_in_words(page_of):
+    html = page_of("no contact, no pairs")
     assert "No spectra: the study names no verification pairs." in html
     assert "No contact forces: the study has no channel that can close." in html
     assert "The study has neither contacts nor connectors." in html
@@ -233,8 +240,8 @@ def test_notes_are_shown(result_of):
     assert "A made-up note" in report_of(replace(result, notes=["a made-up note"]))
 
 
-def test_warnings_come_first_and_a_run_without_contact_names_the_closest_approach(result_of):
-    html = report_of(result_of("no events"))
+def test_warnings_come_first_and_a_run_without_contact_names_the_closest_approach(result_of, page_of):
+    html = page_of("no events")
     h = result_of("no events").runs["reduced"].history
     assert 'id="alarms"' in html
     assert "the closest approach is" in html

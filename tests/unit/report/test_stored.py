@@ -85,11 +85,15 @@ def test_the_forces_are_those_of_every_instant(recorded, saved):
     np.testing.assert_array_equal(open_result(saved).runs["reduced"].force, recorded.history.force)
 
 
-def test_nothing_is_drawn_for_the_file(recorded, tmp_path, monkeypatch):
-    """Results of a machine without the packages of the report are enough for one that has them."""
+@pytest.mark.slow
+def test_what_stores_a_view_imports_nothing_that_draws():
     code = f"import sys, creak.report.stored; print(*[m for m in {REPORT} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""
+
+
+def test_nothing_is_drawn_for_the_file(recorded, tmp_path, monkeypatch):
+    """Results of a machine without the packages of the report are enough for one that has them."""
     monkeypatch.setitem(sys.modules, "plotly", None)
     recorded.save(tmp_path)
     with pytest.raises(InputError, match="not installed here"):

@@ -54,7 +54,7 @@ class Solver:
         if not why:
             try:
                 self._name = self._name or device_name()
-                found = Watched(CudssFactor(S), lambda: on_cores(matrix()), self._lost)
+                found = OnGpu(CudssFactor(S), lambda: on_cores(matrix()), self._lost)
             except DeviceFailed as problem:
                 why = str(problem)
             else:
@@ -78,7 +78,7 @@ class Solver:
         return (*there, *(f"factors on the cores: {n} ({why})" for why, n in self._reasons.items()))
 
 
-class Watched:
+class OnGpu:
     """A factor on a GPU; from the moment on that it fails one on the cores."""
 
     def __init__(self, found: CudssFactor, again: Callable[[], Any], lost: Callable[[str], None]) -> None:

@@ -24,7 +24,7 @@ so the ends are those of the step either way.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -69,19 +69,26 @@ class Collocation:
 
         known : a0, the acceleration at the beginning, counts.
         """
-        s = self.stages
-        nodes = np.concatenate([[0.0], self.c]) if known else self.c
-        j = np.arange(nodes.size)
-        of_node = np.linalg.inv(np.vander(nodes, nodes.size, increasing=True))
-        powers = np.power.outer(x, j)
-        once, twice = x[:, None] * powers / (j + 1), x[:, None] ** 2 * powers / ((j + 1) * (j + 2))
-        found = np.zeros((3, x.size, s + 1))
-        found[:, :, s + 1 - nodes.size :] = np.stack([powers, once, twice]) @ of_node
-        return found
+        return _within(self.stages, tuple(x.tolist()), known)
 
     def work(self, x: float) -> FloatArray:
         """(s,) weights of the stages in an integral from the beginning to share x of the step, over h."""
         return np.asarray(self.within(np.array([x]), False)[1, 0, 1:])
+
+
+@lru_cache(maxsize=1024)
+def _within(stages: int, shares: tuple[float, ...], known: bool) -> FloatArray:
+    """`Collocation.within`, kept: steps of a run ask for the same shares again and again."""
+    c, x = radau_iia(stages).c, np.array(shares)
+    nodes = np.concatenate([[0.0], c]) if known else c
+    j = np.arange(nodes.size)
+    of_node = np.linalg.inv(np.vander(nodes, nodes.size, increasing=True))
+    powers = np.power.outer(x, j)
+    once, twice = x[:, None] * powers / (j + 1), x[:, None] ** 2 * powers / ((j + 1) * (j + 2))
+    found = np.zeros((3, x.size, stages + 1))
+    found[:, :, stages + 1 - nodes.size :] = np.stack([powers, once, twice]) @ of_node
+    found.flags.writeable = False
+    return found
 
 
 @cache

@@ -44,7 +44,7 @@ def steps_in_contact(
     A hard channel is a spring that turns the mass that it moves within `longest` round in `HARD_CONTACT`, as exact flow
     has it.
     """
-    parts = math.ceil(step / longest * (1.0 - 1e-9))
+    parts = fewest_parts(step, longest)
     can = np.flatnonzero(gaps.can_press())
     if not can.size:
         return parts, gaps
@@ -64,6 +64,11 @@ def steps_in_contact(
     stiffness[can[hard]] = springs[hard]
     limited = np.isinf(gaps.stiffness)
     return parts, replace(gaps.with_stiffness(stiffness), step_limited=limited)
+
+
+def fewest_parts(step: float, longest: float) -> int:
+    """Of `step` (s), each at most `longest` (s)."""
+    return math.ceil(step / longest * (1.0 - 1e-9))
 
 
 def _give(system: System, gaps: GapOperator, h: float, maker: Maker) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.closing import first_closing
-from creak.dynamics.flight.collocation import Collocation
+from creak.dynamics.flight.collocation import Collocation, radau_iia
 from creak.dynamics.instant import Instant, Works
 from creak.dynamics.state import LinearTerms, State
 from creak.dynamics.vector_kernels import times_few
@@ -19,6 +19,36 @@ UNKNOWN: FloatArray = np.zeros(0)
 """Products that an instant within a step does without."""
 RINGING = 3e-2
 """Energy that sets the course apart from the stages, over the kinetic: 2e-3 at 300 Hz with 2.5 ms, .1 at 600 Hz."""
+
+
+@lru_cache(maxsize=1024)
+def weights_at(
+    stages: int, h: float, shares: tuple[float, ...], known: bool
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(k, 3 + s) weights of u0, v0, a0 and Y in accelerations, velocities and displacements at k shares of a step h.
+
+    Kept, since flights of a run ask for the same ones: not to be written to.
+    """
+    rule, x = radau_iia(stages), np.array(shares)
+    inner = rule.within(x, known)
+    inner = np.concatenate([inner[:, :, :1], inner[:, :, 1:] @ rule.P], axis=2)
+    a, v, u = (np.hstack([np.zeros((x.size, 2)), part]) for part in (inner[0], h * inner[1], h * h * inner[2]))
+    v[:, 1] = 1.0
+    u[:, 0], u[:, 1] = 1.0, h * x
+    for weights in (a, v, u):
+        weights.flags.writeable = False
+    return a, v, u
+
+
+@lru_cache(maxsize=1024)
+def through_stages(stages: int, h: float, share: float) -> tuple[FloatArray, FloatArray]:
+    """(3 + s,) weights of velocities and displacements at a share of a step h, by the stages alone; kept as well."""
+    rule = radau_iia(stages)
+    stage = rule.within(np.array([share]), False)[0, 0, 1:]
+    v, u = np.zeros((stages, 3 + stages)), np.zeros((stages, 3 + stages))
+    v[:, 1], v[:, 3:] = 1.0, h * rule.A @ rule.P
+    u[:, 0], u[:, 1], u[:, 3:] = 1.0, h * rule.c, h * h * rule.A @ rule.A @ rule.P
+    return stage @ v, stage @ u
 
 
 class Course:
@@ -59,7 +89,7 @@ class Course:
         gap = self.gaps.gap0 + u @ self._G.T + motion[0] @ self.on.G_s.T
         rate = v @ self._G.T + motion[1] @ self.on.G_s.T
         # The displacement by the stage velocities is less accurate by a degree: the difference stands for the error.
-        coarse = self._weights(x, False)[2]
+        coarse = self._weights(x, False)[2].copy()
         coarse[:, 3:] = h * h * self.rule.within(x, False)[1][:, 1:] @ self.rule.A @ self.rule.P
         off = np.abs((u - coarse) @ self._G.T)
         pieces = int(first_closing(gap - off, rate, np.diff(ahead) * self.terms.loads.step))
@@ -73,7 +103,7 @@ class Course:
         a, v, u = (w[0] for w in self._weights(np.array([ahead / self.stride]), self._known))
         support = t.loads.support[:, row]
         if not self._resolved:
-            v, u = self._through_stages(ahead / self.stride)
+            v, u = through_stages(self.rule.stages, self.h, ahead / self.stride)
         works = self._booked_until(ahead / self.stride, u, v)
         x = self._state(a, v, u, row) if whole else self._motion(v, u)
         m, f = self.gaps.m, self.gaps.rubbing
@@ -90,23 +120,8 @@ class Course:
         )
 
     def _weights(self, x: FloatArray, known: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """(k, 3 + s) weights of u0, v0, a0 and Y in accelerations, velocities and displacements at shares x (k,)."""
-        h = self.h
-        inner = self.rule.within(x, known)
-        inner = np.concatenate([inner[:, :, :1], inner[:, :, 1:] @ self.rule.P], axis=2)
-        a, v, u = (np.hstack([np.zeros((x.size, 2)), part]) for part in (inner[0], h * inner[1], h * h * inner[2]))
-        v[:, 1] = 1.0
-        u[:, 0], u[:, 1] = 1.0, h * x
-        return a, v, u
-
-    def _through_stages(self, x: float) -> tuple[FloatArray, FloatArray]:
-        """Weights of velocities and displacements at a share of the step, by the stages alone."""
-        s, h, P = self.rule.stages, self.h, self.rule.P
-        share = self.rule.within(np.array([x]), False)[0, 0, 1:]
-        v, u = np.zeros((s, 3 + s)), np.zeros((s, 3 + s))
-        v[:, 1], v[:, 3:] = 1.0, h * self.rule.A @ P
-        u[:, 0], u[:, 1], u[:, 3:] = 1.0, h * self.rule.c, h * h * self.rule.A @ self.rule.A @ P
-        return share @ v, share @ u
+        """As `weights_at`."""
+        return weights_at(self.rule.stages, self.h, tuple(x.tolist()), known)
 
     @cached_property
     def _resolved(self) -> bool:
@@ -121,7 +136,8 @@ class Course:
         apart, scale = 0.0, float(in_M[0, 0])
         for x in (0.5 * first, 0.5 * (first + second)):
             _, v, u = (w[0] for w in self._weights(np.array([x]), self._known))
-            dv, du = (a - b for a, b in zip((v, u), self._through_stages(x), strict=True))
+            by_stages = through_stages(self.rule.stages, self.h, float(x))
+            dv, du = (a - b for a, b in zip((v, u), by_stages, strict=True))
             apart = max(apart, float(dv[1:] @ in_M @ dv[1:] + du @ in_K @ du))
         for v in self._weights(self.rule.c, False)[1]:
             scale = max(scale, float(v[1:] @ in_M @ v[1:]))

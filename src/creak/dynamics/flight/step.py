@@ -28,16 +28,18 @@ NO_MORE = "; memory holds the factors of no higher order"
 """Said where a rule is taken for want of memory."""
 
 
-def choose(loads: Loads, substeps: int, factor_bytes: float = 0.0) -> tuple[Collocation, int, str]:
+def choose(
+    loads: Loads, substeps: int, factor_bytes: float = 0.0, free: float | None = None
+) -> tuple[Collocation, int, str]:
     """The best rule whose polynomials follow the loads and whose factors memory holds, its samples, and what to say.
 
     The last rule is taken where none fits: its factors are refused as they are made (`linalg.memory`).
 
     Parameters
     ----------
-    factor_bytes : of a real factor.
+    factor_bytes : of a real factor. free : bytes for them; None: those that are free now.
     """
-    free, short = free_bytes(), False
+    free, short = free_bytes() if free is None else free, False
     for stages, long in RULES:
         rule, stride = radau_iia(stages), max(1, round(long * substeps))
         fits = rule.factors * factor_bytes <= free

@@ -16,7 +16,7 @@ from creak.dynamics.flight.collocation import radau_iia
 from creak.dynamics.flight.course import Course
 from creak.dynamics.flight.step import FlightStep, choose
 from creak.dynamics.history import History
-from creak.dynamics.instant import Instant
+from creak.dynamics.instant import FlightState, Instant, StepperState
 from creak.dynamics.loads import Loads
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.simulate import REFRESH, CondensedStepper, Progress, march
@@ -41,6 +41,10 @@ class FlightStepper:
 
     A flight needs displacement and velocity alone, and its last stage fulfils the equation of motion, so a change of
     scheme carries no acceleration that does not belong to the forces: nothing has to wait for contact to fade.
+
+    Parameters
+    ----------
+    flight : samples of a flight of order 9. like : the rule of a run that is taken up. Neither: `flight.step.choose`.
     """
 
     def __init__(
@@ -52,13 +56,17 @@ class FlightStepper:
         substeps: int,
         flight: int | None = None,
         maker: Maker = on_cores,
+        like: StepperState | None = None,
     ) -> None:
         started = clock.perf_counter()
         self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
         self._parts = CondensedStepper(system, gaps, loads, scheme, maker=maker)
-        if flight is None:
+        if like is not None and like.flight is not None:
+            self.rule = radau_iia(like.flight.stages)
+            self.stride, self.because = like.flight.samples, like.flight.because
+        elif flight is None:
             self.rule, self.stride, self.because = choose(loads, substeps, self._parts.solver.memory)
         else:
             self.rule, self.stride, self.because = radau_iia(5), flight, ""
@@ -79,6 +87,19 @@ class FlightStepper:
         """The first instant, as `CondensedStepper` has it."""
         return self._parts.start()
 
+    def state(self, now: Instant) -> StepperState | None:
+        """What it holds beside `now`; None in a flight."""
+        if self._course is not None:
+            return None
+        flight = FlightState(self.rule.stages, self.stride, self.because, self._closed, self._flown_by)
+        return StepperState(self.residual, flight)
+
+    def resume(self, state: StepperState) -> None:
+        """Go on where another one of the same rule was."""
+        assert state.flight is not None
+        self._parts.resume(state)
+        self._closed, self._flown_by = state.flight.closed, state.flight.flown_by
+
     def advance(self, now: Instant) -> Iterator[Instant]:
         """The instants up to the next output step."""
         goal = (now.row // self.substeps + 1) * self.substeps
@@ -88,10 +109,10 @@ class FlightStepper:
                 yield now
             elif now.row < self._closed or now.p.any():
                 for after in self._parts.advance(now):
-                    yield after
                     now = after
-                if now.row >= self._closed and now.p.any():
-                    self._closed = now.row + int(self._ahead[1])
+                    if now.row >= self._closed and now.p.any():
+                        self._closed = now.row + int(self._ahead[1])
+                    yield now
             else:
                 self._begin(now)
 

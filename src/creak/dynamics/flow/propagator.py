@@ -20,6 +20,7 @@ import numpy as np
 import scipy.linalg as sla
 
 from creak.arrays import FloatArray
+from creak.dynamics.modal.damped import damped_waves
 
 SLOW = 0.5
 """omega h, and c h / m, below which S comes from its power series."""
@@ -68,12 +69,7 @@ def _by_series(damp: FloatArray, stiff: FloatArray, h: float) -> FloatArray:
 def _in_closed_form(damp: FloatArray, stiff: FloatArray, h: float) -> FloatArray:
     """(6, n) S_-1 to S_4 of under-, over- and critically damped modes."""
     delta = 0.5 * damp
-    root = np.sqrt((stiff - delta**2).astype(complex))
-    still = np.abs(root) * h < 1e-8
-    root = np.where(still, 1.0, root)
-    grow, fall = np.exp((1j * root - delta) * h), np.exp((-1j * root - delta) * h)
-    cosine = np.where(still, np.exp(-delta * h), (0.5 * (grow + fall)).real)
-    sine = np.where(still, h * np.exp(-delta * h), (0.5 * (grow - fall) / (1j * root)).real)
+    cosine, sine = damped_waves(delta, stiff, h)
     S = np.empty((6, damp.size))
     S[0], S[1] = cosine - delta * sine, sine
     for r in range(4):

@@ -18,6 +18,7 @@ import scipy.linalg as sla
 
 from creak.arrays import BoolArray, FloatArray
 from creak.assembly.system import System
+from creak.dynamics.modal.damped import damped_waves
 from creak.dynamics.scheme import Scheme
 from creak.errors import InputError
 from creak.linalg.diagonal import Diagonal
@@ -97,12 +98,7 @@ def _motion(m: FloatArray, c: FloatArray, k: FloatArray, h: float) -> FloatArray
 def _in_closed_form(m: FloatArray, c: FloatArray, k: FloatArray, h: float) -> FloatArray:
     """Under-, over- and critically damped modes with k > 0."""
     omega2, delta = k / m, 0.5 * c / m
-    root = np.sqrt((omega2 - delta**2).astype(complex))
-    small = np.abs(root) * h < 1e-8
-    root = np.where(small, 1.0, root)
-    grow, fall = np.exp((1j * root - delta) * h), np.exp((-1j * root - delta) * h)
-    cosine = np.where(small, np.exp(-delta * h), (0.5 * (grow + fall)).real)
-    sine = np.where(small, h * np.exp(-delta * h), (0.5 * (grow - fall) / (1j * root)).real)
+    cosine, sine = damped_waves(delta, omega2, h)
     uu, uv, vu, vv = cosine + delta * sine, sine, -omega2 * sine, cosine - delta * sine
     iu, iv = (omega2 * sine + 2.0 * delta * (1.0 - uu)) / omega2, (1.0 - vv - 2.0 * delta * uv) / omega2
     u_step = (1.0 - uu) / k

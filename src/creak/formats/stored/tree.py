@@ -20,7 +20,7 @@ COMPRESSED = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
 SMALL = np.iinfo(np.int32)
 
 
-def write_tree(group: h5py.Group, value: Any, skip: Collection[str] = ()) -> None:
+def write_tree(group: h5py.Group, value: Any, skip: Collection[str] = (), packed: bool = True) -> None:
     """Write the fields of a dataclass into a group, each under its name.
 
     The values decide: arrays are datasets, 64-bit integers as 32-bit ones where they fit; dataclasses, tuples and
@@ -29,11 +29,11 @@ def write_tree(group: h5py.Group, value: Any, skip: Collection[str] = ()) -> Non
 
     Parameters
     ----------
-    skip : fields of `value` that are left out.
+    skip : fields of `value` that are left out. packed : whether large arrays are compressed.
     """
     for field in fields(value):
         if field.name not in skip:
-            _write(group, field.name, getattr(value, field.name))
+            _write(group, field.name, getattr(value, field.name), packed)
 
 
 def read_tree(kind: type[T], group: h5py.Group, **given: Any) -> T:
@@ -82,20 +82,20 @@ def _holds_arrays(value: Any) -> bool:
     return isinstance(value, list | tuple) and any(_holds_arrays(one) for one in value)
 
 
-def _write(group: h5py.Group, name: str, value: Any) -> None:
+def _write(group: h5py.Group, name: str, value: Any, packed: bool) -> None:
     if value is None:
         return
     if isinstance(value, np.ndarray):
         data = _short(value)
-        group.create_dataset(name, data=data, **(COMPRESSED if data.size > BIG else {}))
+        group.create_dataset(name, data=data, **(COMPRESSED if packed and data.size > BIG else {}))
     elif not _holds_arrays(value):
         group.create_dataset(name, data=json.dumps(_plain(value)), dtype=h5py.string_dtype())
     elif is_dataclass(value):
-        write_tree(group.create_group(name), value)
+        write_tree(group.create_group(name), value, packed=packed)
     else:
         inner = group.create_group(name, track_order=True)
         for key, one in _items(value):
-            _write(inner, key, one)
+            _write(inner, key, one, packed)
 
 
 def _items(value: Any) -> Iterator[tuple[str, Any]]:

@@ -6,6 +6,9 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from creak.dynamics.condensed import COLUMNS, RESPONSE_MEMORY
+from creak.dynamics.flight.contact_steps import fewest_parts
+from creak.dynamics.flight.step import choose
 from creak.linalg.lanczos import basis_bytes
 from creak.linalg.memory import GB, free_bytes, held_bytes
 from creak.linalg.modes import dense_bytes, dense_is_faster
@@ -15,6 +18,8 @@ from creak.studies.models.reference import ReferenceModel
 from creak.studies.models.superelements import KEPT, highest_mode
 from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.setup import Setup
+from creak.studies.run.compared import compared_setup
+from creak.studies.run.integrate import divided_loads, resolution_of
 
 STARTED, KERNELS = 310e6, 150e6
 """Bytes of the interpreter with its libraries once they have solved something, and of the kernels of a run."""
@@ -26,6 +31,8 @@ DENSE = 6
 """Dense matrices of all unknowns while the reduced model is diagonalised."""
 CHECKED = 250
 """Vectors of a part that its health check takes at a time."""
+MARCHED = 60
+"""Vectors of an unreduced run in flight: its motion and stages with their products."""
 UNRETURNED = 1.07
 """Resident memory over what is asked for: freed pieces that the system does not get back at once."""
 
@@ -95,9 +102,9 @@ def memory(
     counts = [0 if most is None else round(modes_below(p.modes, most)) for p in reduced]
     alone, _ = _reductions(reduced, counts, held, unknowns, factors=False)
     kept_too, left = _reductions(reduced, counts, held, unknowns, factors=True)
-    runs = tuple(_runs(setup, reference, whole, reduced, unknowns, rows, left))
-    free = (free_bytes() + held_bytes()) / GB
-    return Memory((*stages, *alone), (*stages, *kept_too, *runs), free)
+    free = free_bytes() + held_bytes()
+    runs = tuple(_runs(setup, reference, whole, reduced, unknowns, rows, left, free))
+    return Memory((*stages, *alone), (*stages, *kept_too, *runs), free / GB)
 
 
 def _reductions(
@@ -163,6 +170,7 @@ def _runs(
     unknowns: int,
     rows: int,
     held: float,
+    free: float,
 ) -> Iterator[Stage]:
     """The reduced run, the check of the parts, and the unreduced run beside it where the study has one."""
     c, system = setup.study.config, reference.system
@@ -174,10 +182,30 @@ def _runs(
         vectors = max(8.0 * p.inner * CHECKED + PRODUCT * p.entries_K for p in parts)
         yield _stage("check of the superelements", held + vectors, vectors_of_the_largest=vectors, before=held)
     if c.reference.run or c.reduction.method == "none":
+        held -= sum(_small(p) for p in parts)
         answers = 8.0 * system.n * rows
-        step = whole.memory + (ENTRY + UPPER) * system.K.nnz + PRODUCT * (system.K.nnz + system.M.nnz)
-        total = held - sum(_small(p) for p in parts) + step + answers + history
-        yield _stage("reference run", total, factor=whole.memory, answers_of_channels=answers, before=held)
+        answers = answers if answers <= RESPONSE_MEMORY else 8.0 * system.n * COLUMNS
+        count = factors(compared_setup(setup), whole.memory, free - held)
+        made = (ENTRY + UPPER) * (1 if count < 3 else 2) * system.K.nnz
+        step = made + PRODUCT * (system.K.nnz + system.M.nnz) + 8.0 * MARCHED * system.n
+        total = held + count * whole.memory + step + answers + history
+        pieces = {f"{count} factors" if count > 1 else "factor": count * whole.memory, "answers of channels": answers}
+        yield _stage("reference run", total, **pieces, before=held)
+
+
+def factors(setup: Setup, factor_bytes: float, free: float) -> int:
+    """What an unreduced run holds, in real ones: that of its steps, and those of its flights, or of divided steps.
+
+    Parameters
+    ----------
+    factor_bytes : of a real one. free : bytes that they may take.
+    """
+    table = setup.study.config.time
+    if not table.exact:
+        return min(table.substeps, 2)
+    parts = fewest_parts(table.step, resolution_of(setup).stepped)
+    rule, _, _ = choose(divided_loads(setup, parts), parts, factor_bytes, free - factor_bytes)
+    return 1 + rule.factors
 
 
 def _stage(what: str, total: float, **pieces: float) -> Stage:

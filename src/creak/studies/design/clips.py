@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.contact.play import Play
+from creak.contact.play import Play, nodes_of_ends
 from creak.errors import InputError
 from creak.model.contact_law import ContactLaw
 from creak.model.materials import Bushing
@@ -69,15 +69,7 @@ def _ends(model: Model, table: ClipTable, name: str, where: str) -> tuple[Model,
 
 
 def _bushing(model: Model, table: ClipTable, ends: tuple[str, ...], name: str, where: str) -> ElementBlock:
-    rows = [model.node_set(end, where=where) for end in ends]
-    if len(rows) == 2 and rows[0].size != rows[1].size:
-        raise InputError(
-            f"node sets {ends[0]!r} and {ends[1]!r} have {rows[0].size} and {rows[1].size} nodes",
-            where=where,
-            expected="the same number, node by node",
-            fix="Make the sets equally long.",
-        )
-    nodes: IntArray = np.column_stack(rows)
+    nodes: IntArray = np.column_stack(nodes_of_ends(model, ends, where))
     stiffness, damping = np.array(table.stiffness, dtype=np.float64), np.array(table.damping or [0.0] * 6)
     first, second = _axes(table, stiffness, damping, where)
     own = Own(axis1=np.tile(first, (len(nodes), 1)), axis2=np.tile(second, (len(nodes), 1)))

@@ -18,13 +18,14 @@ from creak.dynamics.flow.coupled import MOST, can_couple
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.flow.resolution import SETTLED, Resolution, finer
 from creak.dynamics.history import History
+from creak.dynamics.instant import Keeper
 from creak.dynamics.loads import Loads, refined
 from creak.dynamics.modal.coefficients import MasslessBoundary, is_modal
 from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.modal.massless import massless_substeps
 from creak.dynamics.modal.taper import tapered
 from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
-from creak.dynamics.simulate import march, simulate
+from creak.dynamics.simulate import CondensedStepper, march, simulate
 from creak.dynamics.step_matrix import Maker, on_cores
 from creak.dynamics.watch import Watched
 from creak.reduction.diagonal import in_own_modes
@@ -63,6 +64,7 @@ def integrate(
     progress: Report | None = None,
     watched: Watched | None = None,
     maker: Maker = on_cores,
+    keeper: Keeper | None = None,
 ) -> tuple[History, System, str]:
     """March a System through the study's loads; the history, the System as it was marched, and how in a few words.
 
@@ -74,6 +76,7 @@ def integrate(
     ----------
     watched : what is looked at at every step, whatever is kept (`History.extremes`).
     maker : makes the factors of steps that have some.
+    keeper : takes the state of a march that goes instant by instant, or gives one back; compiled ones know none.
     """
     table = setup.study.config.time
     kept: Kept = {
@@ -87,20 +90,16 @@ def integrate(
         flows, why_not = flowing(system)
         if flows is not None:
             return _flown(setup, flows, gaps, kept)
-        history, system, how = _stepped(setup, system, gaps, kept, maker)
+        history, system, how = _stepped(setup, system, gaps, kept, maker, keeper)
         return history, system, f"{how}{why_not}"
     if table.integrator == "massless-boundary" and is_modal(system) and _has_massless(system):
         return _massless(setup, system, gaps, kept)
-    factors = {} if is_modal(system) else {"maker": maker}
-    history = simulator(system)(
-        system,
-        gaps,
-        setup.loads,
-        scheme_of(table),
-        substeps=table.substeps,
-        **factors,
-        **kept,
-    )
+    scheme = scheme_of(table)
+    if is_modal(system):
+        history = simulate_modal(system, gaps, setup.loads, scheme, substeps=table.substeps, **kept)
+    else:
+        stepper = CondensedStepper(system, gaps, setup.loads, scheme, table.substeps, maker)
+        history = march(stepper, **kept, keeper=keeper)
     name = "generalised-alpha" if table.integrator == "generalised-alpha" else "HHT-alpha"
     return history, system, name if table.substeps == 1 else f"{name}, {table.substeps} substeps near contact"
 
@@ -156,10 +155,13 @@ def _stepped(
     gaps: GapOperator,
     kept: Kept,
     maker: Maker,
+    keeper: Keeper | None,
 ) -> tuple[History, System, str]:
     parts, springs = steps_in_contact(system, gaps, setup.study.config.time.step, resolution_of(setup).stepped, maker)
-    stepper = FlightStepper(system, springs, divided_loads(setup, parts), IN_CONTACT, parts, maker=maker)
-    history = march(stepper, **kept)
+    saved = None if keeper is None else keeper.saved
+    like = None if saved is None else saved.stepper
+    stepper = FlightStepper(system, springs, divided_loads(setup, parts), IN_CONTACT, parts, like=like, maker=maker)
+    history = march(stepper, **kept, keeper=keeper)
     h = stepper.loads.step
     how = f"flights of order {stepper.rule.order} of {stepper.stride * h:.2g} s{stepper.because}"
     return history, system, f"{how}, generalised-alpha of {h:.2g} s in contact"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ from creak.dynamics.cuda.solver import Solver
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.formats.stored.run_identity import RunIdentity
-from creak.progress import Progress
+from creak.progress import Progress, Steps
 from creak.studies.file.identity import new_identity
 from creak.studies.models.reduced import WHOLE, ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference, observed_labels
@@ -25,6 +26,7 @@ from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import figure_warnings, never_closed
 from creak.studies.prepare.watched import watched
 from creak.studies.run.agreement import ModeComparison, SpectraComparison, compare_modes, compare_spectra
+from creak.studies.run.checkpoint import Checkpoints
 from creak.studies.run.compared import compare_events, compared_setup, main_run
 from creak.studies.run.costs import Cost, Meter
 from creak.studies.run.dropped import MOST_RUNS, with_closed
@@ -126,6 +128,7 @@ def run_study(
     reference_run: ReferenceRun | None = None,
     *,
     record: bool = False,
+    checkpoints: Checkpoints | None = None,
 ) -> StudyResult:
     """Pre-check, reduction, both runs, verification.
 
@@ -136,6 +139,7 @@ def run_study(
     store : folder of saved superelements; those that still fit are used instead of being made again.
     reference_run : makes the run of the unreduced model, or takes a saved one of the same model, channels and loads.
     record : keep the motion around the hardest events of the reduced run, or of the only one (`studies.motion`).
+    checkpoints : from which an unreduced run goes on, and which it writes.
     """
     c = setup.study.config
     progress(COMPILE, 0, 1)
@@ -158,11 +162,15 @@ def run_study(
     stopped = next((r.stopped for r in runs.values() if r.stopped), stopped)
     if stopped is None and (c.reference.run or reduced is None):
         if reduced is None:
-            gaps, runs["reference"], more = _only_run(setup, reference, gaps, progress, reference_run, record)
+            gaps, runs["reference"], more = _only_run(
+                setup, reference, gaps, progress, reference_run, record, checkpoints
+            )
             notes += more
         else:
-            runs["reference"] = (reference_run or unreduced_run)(compared_setup(setup), reference, gaps, progress)
+            make = reference_run or partial(unreduced_run, checkpoints=checkpoints)
+            runs["reference"] = make(compared_setup(setup), reference, gaps, progress)
         stopped = runs["reference"].stopped
+    notes += [] if checkpoints is None else checkpoints.notes
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
         notes.append("no channel can close under this load: both runs are linear")
     notes += run_warnings(setup, gaps, runs)
@@ -225,6 +233,7 @@ def _only_run(
     progress: Progress,
     reference_run: ReferenceRun | None,
     record: bool,
+    checkpoints: Checkpoints | None,
 ) -> tuple[GapOperator, Run, list[str]]:
     """The run of the unreduced model where there is no other, as `_reduced_run`."""
     notes: list[str] = []
@@ -232,7 +241,16 @@ def _only_run(
         gaps, more = limited(setup, reference, gaps)
         if record or reference_run is None:
             run = march_run(
-                "reference", setup, reference.system, gaps, progress, None, record=record, watch=True, lines=True
+                "reference",
+                setup,
+                reference.system,
+                gaps,
+                progress,
+                None,
+                record=record,
+                watch=True,
+                lines=True,
+                checkpoints=checkpoints,
             )
         else:
             run = reference_run(compared_setup(setup), reference, gaps, progress)
@@ -327,33 +345,41 @@ def march_run(
     record: bool = False,
     watch: bool = False,
     lines: bool = False,
+    checkpoints: Checkpoints | None = None,
 ) -> Run:
     """One run with its events and cost; one that stops early has them up to there.
 
     Parameters
     ----------
     record : keep the motion around the hardest events. watch : look at what `prepare.watched` says at every step.
-    lines : measure at the E-lines.
+    lines : measure at the E-lines. checkpoints : of an unreduced run.
     """
     meter, stopped, how, solver = Meter(), None, "", Solver(setup.device)
     field = field_steps(setup.study, output_times(setup))
     on_trial = recorded_steps(setup, system.n) if record else NO_STEPS
     of_lines = line_steps(setup, system.n) if lines else NO_STEPS
+    observed, whole_at = observed_labels(setup.watched), np.union1d(np.union1d(field, on_trial), of_lines)
+    seen, keeper = watched(setup, gaps) if watch else None, None
+    report: Steps = partial(progress, f"{name} run")
+    if checkpoints is not None:
+        keeper = checkpoints.of(name, setup, system.n, gaps, seen, observed, whole_at)
+        report = keeper.told(progress)
     try:
         history, system, how = integrate(
             setup,
             system,
             gaps,
-            observed=observed_labels(setup.watched),
+            observed=observed,
             output_every=output_every(setup.study),
-            whole_at=np.union1d(np.union1d(field, on_trial), of_lines),
-            progress=lambda done, total: progress(f"{name} run", done, total),
-            watched=watched(setup, gaps) if watch else None,
+            whole_at=whole_at,
+            progress=report,
+            watched=seen,
             maker=solver,
+            keeper=keeper,
         )
     except Stopped as error:
         history, stopped = error.history, f"{name} run: {error}"
-    cost = meter.read()
+    cost = meter.read() if keeper is None else keeper.cost
     system, history = with_static(setup, system, history)
     v = setup.study.config.verification
     events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge))
@@ -367,9 +393,15 @@ def march_run(
     return Run(name, system, left, events, cost, *size, slips, how, stopped, recording, at_lines, squeaks, told)
 
 
-def unreduced_run(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> Run:
+def unreduced_run(
+    setup: Setup,
+    reference: ReferenceModel,
+    gaps: GapOperator,
+    progress: Progress,
+    checkpoints: Checkpoints | None = None,
+) -> Run:
     """The run of the unreduced model."""
-    return march_run("reference", setup, reference.system, gaps, progress, None, watch=True)
+    return march_run("reference", setup, reference.system, gaps, progress, None, watch=True, checkpoints=checkpoints)
 
 
 def events_in(events: Sequence[Event], window: tuple[float, float]) -> list[Event]:

@@ -18,7 +18,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.models.room import Room
 from creak.studies.prepare.setup import Setup, set_up
-from helpers_decks import write_strips
+from helpers_decks import STUDY, write_strips
 
 WHOLE = Counted({3000.0: 12}, 0.1, 0.001, 40e6)
 
@@ -81,6 +81,39 @@ def test_other_methods(study):
     none = told(study, part(), method="none")
     assert len(none.reduce) == 2
     assert [s.what for s in none.run][2:] == ["run", "reference run"]
+
+
+@pytest.mark.parametrize(
+    ("time", "gigabytes", "factors"),
+    [
+        ({}, 100.0, 6),
+        ({}, 6.0, 4),
+        ({"integrator": "hht", "substeps": 1}, 6.0, 1),
+        ({"integrator": "hht", "substeps": 20}, 6.0, 2),
+    ],
+)
+def test_an_unreduced_run_holds_the_factors_of_its_flights(tmp_path, monkeypatch, time, gigabytes, factors):
+    """Of order 9 five beside that of the steps in contact, of order 5 three where memory holds no more; a forced
+    scheme has one for each length of its steps."""
+    monkeypatch.setenv(OVERRIDE, str(gigabytes))
+    monkeypatch.setattr("creak.studies.advise.memory.held_bytes", lambda: 0.0)
+    setup = set_up(read_study(write_strips(tmp_path, study=STUDY.replace("step = 5e-4\n", ""))))
+    table = setup.study.config.time.model_copy(update=time)
+    reference = build_reference(setup, lambda *_: None)
+    setup = setup.with_tables(time=table, reduction=setup.study.config.reduction.model_copy(update={"method": "none"}))
+    none, one = (memory(setup, reference, replace(WHOLE, memory=m), [], 800, 40).run[-1] for m in (0.0, 1e9))
+    assert one.what == "reference run"
+    assert one.gb - none.gb == pytest.approx(1.07 * factors)
+    assert ("factors" in one.why) == (factors > 1)
+
+
+def test_answers_that_are_not_kept_are_not_counted(study):
+    """Beyond 2 GB the responses of the channels are solved for, a block at a time."""
+    setup, reference = study
+    many = round(3e9 / (8 * reference.system.n))
+    few, more = (memory(setup, reference, WHOLE, [], 0, rows).run[-1].gb for rows in (many // 2, many))
+    histories = 2 * 1.07 * 8.0 * 4.0 * (many // 2) * setup.loads.time.size / 1e9
+    assert more - few < histories
 
 
 def test_a_study_that_does_not_fit_is_told_with_what_to_do(study, monkeypatch):

@@ -175,6 +175,7 @@ JOINED = """*ELEMENT, TYPE=SPRING2, ELSET=JOIN
 """Between the strips, a third of the way to their tips."""
 
 
+@pytest.mark.slow
 def test_changes_hold_with_static_loads_and_a_fastener_is_moved(tmp_path):
     """Under gravity each change has an equilibrium of its own, and a fastener can be put elsewhere: against full runs."""
     weight = "\n[damping]\nmodal = 0.02\n\n[[static]]\ngravity = [0.0, 0.0, -9810.0]\n"

@@ -16,6 +16,8 @@ from helpers_decks import STUDY, two_strips, write_strips
 from helpers_nastran_strips import strips
 
 TIPS = "*SURFACE, NAME=TIPS\n12, SNEG\n24, SNEG\n*ELSET, ELSET=HALF, GENERATE\n1001, 1006, 1\n1013, 1018, 1\n"
+ALONE = "\n[reference]\nrun = false\n"
+"""No unreduced run beside it."""
 
 
 def run(folder, reduction: str, more: str = "") -> StudyResult:
@@ -64,12 +66,12 @@ def test_a_massless_boundary_with_few_modes_warns(f_max, warns, tmp_path):
 
 
 def test_guyan_and_spacing_keep_fewer_dofs_and_run(tmp_path):
-    full = run(tmp_path, "[reduction]\nf_max = 6000\n")
-    static = run(tmp_path, '[reduction]\nmethod = "guyan"\n')
+    full = run(tmp_path, "[reduction]\nf_max = 6000\n", ALONE)
+    static = run(tmp_path, '[reduction]\nmethod = "guyan"\n', ALONE)
     assert static.runs["reduced"].modes == 0
-    spaced = run(tmp_path, '[reduction]\nf_max = 6000\ninterface = { type = "spacing", n = 2 }\n')
+    spaced = run(tmp_path, '[reduction]\nf_max = 6000\ninterface = { type = "spacing", n = 2 }\n', ALONE)
     assert spaced.runs["reduced"].retained < full.runs["reduced"].retained
-    some = run(tmp_path, '[reduction]\nf_max = 6000\ninterface = { type = "participation", eta = 0.5 }\n')
+    some = run(tmp_path, '[reduction]\nf_max = 6000\ninterface = { type = "participation", eta = 0.5 }\n', ALONE)
     assert some.runs["reduced"].retained < full.runs["reduced"].retained
 
 

@@ -284,7 +284,7 @@ def test_material_pairs_of_a_file(tmp_path):
 
 
 def rubbing(folder, friction):
-    """The lower strip rests on the upper one and its root is drawn along it."""
+    """The lower strip rests on the upper one and its root is drawn along it; the contact is soft, for long steps."""
     deck = two_strips(0.0).replace("ROOT_UPPER, 1, 2", "ROOT_UPPER, 2, 2")
     study = f"""title = "Rub"
 [model]
@@ -292,6 +292,7 @@ deck = "strips.inp"
 [contact.tip]
 secondary = "UNDER"
 main = "OVER"
+stiffness = 100.0
 clearance = 0.0
 friction = {friction}
 [excitation.along]

@@ -12,7 +12,7 @@ from creak.formats.abaqus.mesh.elements import Elements
 from creak.formats.abaqus.mesh.sets import nodes_of
 from creak.formats.abaqus.mesh.surfaces import RawSurface
 from creak.formats.abaqus.mesh.transforms import Transforms
-from creak.formats.abaqus.sections.orientations import Orientations, find_orientation
+from creak.formats.abaqus.sections.orientations import Orientations, constant_axes
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry, lookup, unique_in_order, with_short_names
 from creak.formats.abaqus.text.numbers import dof_range, positive
@@ -39,7 +39,7 @@ def read_couplings(
         result += _coupling(deck, scope, block, surfaces, nodes, place)
     for scope, block in deck.blocks("KINEMATIC COUPLING"):
         for found in _kinematic_coupling(scope, block, nodes):
-            result += _along_axes(found, _frame(deck, scope, block, place), place)
+            result += _along_axes(found, constant_axes(deck, scope, block, place.orientations), place)
             _note_transformed(deck, block, found, place)
     for scope, block in deck.blocks("DISTRIBUTING COUPLING"):
         result += _distributing_elements(scope, block, elements, nodes, element_names)
@@ -55,21 +55,6 @@ class Placement:
     coords: FloatArray
     orientations: Orientations
     transforms: Transforms
-
-
-def _frame(deck: Outline, scope: Scope, block: Block, place: Placement) -> FloatArray | None:
-    """(3, 3) axes of the coupling's dofs: ORIENTATION=, or those of a rotated instance; None for global ones."""
-    if not block.get("ORIENTATION"):
-        return scope.rotation.T if scope.rotated else None
-    orientation = find_orientation(block.get("ORIENTATION"), place.orientations, scope, deck, block.where)
-    if orientation.system.kind != "R":
-        raise InputError(
-            f"*{block.name} with an orientation that is not rectangular",
-            expected="SYSTEM=RECTANGULAR",
-            where=block.where,
-            fix="Use a rectangular system.",
-        )
-    return orientation.axes(np.zeros((1, 3)))[0]
 
 
 def _along_axes(c: KinematicCoupling, frame: FloatArray | None, place: Placement) -> list[Constraint]:
@@ -204,7 +189,7 @@ def _coupling(
         )
     option = block.options[0]
     dofs = _listed_dofs(option)
-    frame = _frame(deck, scope, block, place)
+    frame = constant_axes(deck, scope, block, place.orientations)
     near = _within_radius(surface.nodes_idx, ref_idx, block, place)
     coupled = _others(surface.nodes_idx[near], ref_idx, block)
     if option.name == "KINEMATIC":

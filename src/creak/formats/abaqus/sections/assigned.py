@@ -22,7 +22,8 @@ from creak.formats.abaqus.joints.rigid import Connector
 from creak.formats.abaqus.mesh.elements import SOLIDS, TYPES, Elements
 from creak.formats.abaqus.sections.beams import read_beam_general_section, read_beam_section
 from creak.formats.abaqus.sections.materials import RawMaterial, find_material, find_solid_material
-from creak.formats.abaqus.sections.own_data import Geometry, constant_frame, own_data
+from creak.formats.abaqus.sections.orientations import constant_axes
+from creak.formats.abaqus.sections.own_data import Geometry, own_data
 from creak.formats.abaqus.sections.shells import read_shell_general_section, read_shell_section
 from creak.formats.abaqus.sections.thin import (
     read_cohesive_section,
@@ -49,6 +50,7 @@ from creak.model.mesh import COMMON, Own
 
 Materials = dict[str, RawMaterial]
 _Reader = Callable[[Scope, Block, Materials], Section]
+EACH = "Give each direction an element and a rectangular system."
 
 
 @dataclass(frozen=True)
@@ -90,9 +92,9 @@ def read_sections(
         _check_types(block, rows, elements)
         _check_free(block, rows, section_idx, elements, places)
         section = _reader(block, rows, elements)(scope, block, materials)
-        frame = constant_frame(deck, scope, block, geometry) if isinstance(section, Spring) else None
+        frame = constant_axes(deck, scope, block, geometry.orientations, EACH) if isinstance(section, Spring) else None
         if isinstance(section, NodalMatrices) or (isinstance(section, PointMass) and block.get("ORIENTATION")):
-            turn = constant_frame(deck, scope, block, geometry)
+            turn = constant_axes(deck, scope, block, geometry.orientations, EACH)
             section = section if turn is None else turned_point(section, turn)
         for some, kind in _kinds(section, np.sort(rows), elements, frame):
             section_idx[some] = len(sections)

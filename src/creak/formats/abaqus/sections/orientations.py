@@ -141,6 +141,28 @@ def find_orientation(name: str, known: Orientations, scope: Scope, deck: Outline
     return found
 
 
+def constant_axes(
+    deck: Outline, scope: Scope, block: Block, known: Orientations, fix: str = "Use a rectangular system."
+) -> FloatArray | None:
+    """(3, 3) axes of all that a keyword makes: ORIENTATION= or a rotated instance; None for global ones.
+
+    Raises
+    ------
+    InputError : an orientation that is none, or not rectangular.
+    """
+    if not block.get("ORIENTATION"):
+        return scope.rotation.T if scope.rotated else None
+    orientation = find_orientation(block.get("ORIENTATION"), known, scope, deck, block.where)
+    if orientation.system.kind != "R":
+        raise InputError(
+            f"*{block.name} with an orientation that is not rectangular",
+            expected="SYSTEM=RECTANGULAR",
+            where=block.where,
+            fix=fix,
+        )
+    return orientation.axes(np.zeros((1, 3)))[0]
+
+
 def _orientation(scope: Scope, block: Block, nodes: Registry, coords: FloatArray) -> Orientation:
     kind = _KINDS.get(block.option("SYSTEM", "RECTANGULAR"))
     definition = block.option("DEFINITION", "COORDINATES")

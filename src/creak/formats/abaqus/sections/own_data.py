@@ -36,21 +36,6 @@ class Geometry:
         return np.asarray(np.where(used, self.coords[table], 0.0).sum(axis=1) / used.sum(axis=1), dtype=np.float64)
 
 
-def constant_frame(deck: Outline, scope: Scope, block: Block, at: Geometry) -> FloatArray | None:
-    """(3, 3) axes of *SPRING, *DASHPOT, *MASS: ORIENTATION= or a rotated instance; None for global axes."""
-    if block.get("ORIENTATION"):
-        orientation = find_orientation(block.get("ORIENTATION"), at.orientations, scope, deck, block.where)
-        if orientation.system.kind != "R":
-            raise InputError(
-                f"*{block.name} with an orientation that is not rectangular",
-                expected="SYSTEM=RECTANGULAR",
-                where=block.where,
-                fix="Give each direction an element and a rectangular system.",
-            )
-        return orientation.axes(np.zeros((1, 3)))[0]
-    return scope.rotation.T if scope.rotated else None
-
-
 def own_data(
     deck: Outline, scope: Scope, block: Block, section: Section, elements: Elements, rows: IntArray, at: Geometry
 ) -> Own:

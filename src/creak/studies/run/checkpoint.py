@@ -1,0 +1,203 @@
+"""Checkpoints of unreduced runs: what a run that was stopped or killed is taken up from, beside its results.
+
+A file belongs to one march: to the study with its decks and files, the version of creak, what is kept, and the
+channels, which grow where one closes that the pre-check had dropped. The first of its two digests is of all but those.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cached_property, partial
+from hashlib import blake2b
+from pathlib import Path
+from types import FrameType
+
+from creak.arrays import IntArray
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.instant import Saved
+from creak.dynamics.watch import Watched
+from creak.errors import CreakError
+from creak.formats.stored.checkpoint import read_checkpoint, write_checkpoint
+from creak.formats.stored.sealed_hdf5 import Damaged
+from creak.progress import Progress, Steps
+from creak.studies.file.identity import other_files_sha256
+from creak.studies.prepare.setup import Setup
+from creak.studies.run.costs import Cost, Meter
+from creak.studies.solved import digest_of
+from creak.studies.warned import Warned
+from creak.version import version
+
+EVERY = 300.0
+"""s of wall time between two checkpoints."""
+DEAR = 50.0
+"""Longer where writing one took more than a share of one in so many."""
+ENDING = ".checkpoint.h5"
+ASKS = (signal.SIGINT, signal.SIGTERM)
+"""Ctrl-C, and what batch systems send before they kill."""
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What a file holds."""
+
+    saved: Saved
+    cost: Cost
+    """Of the run until then."""
+
+
+class Checkpoints:
+    """Those of the runs of a study, in the folder of its results."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.notes: list[str] = []
+        """What the user should know of them."""
+        self._studies: set[str] = set()
+
+    def of(
+        self, name: str, setup: Setup, n: int, gaps: GapOperator, watched: Watched | None, *kept: IntArray
+    ) -> Checkpoint:
+        """That of one march.
+
+        Parameters
+        ----------
+        name : of the run. n : its coordinates. watched, kept : what it looks at and what it keeps.
+        """
+        study = setup.study
+        asked = [version(), name, repr(study.config.model_dump()), setup.deck_sha256, other_files_sha256(study)]
+        asked += [f"{n} {setup.refined!r}", *map(digest_of, kept)]
+        channels = [gaps.names, () if watched is None else watched.silent.names]
+        made_from = [blake2b(json.dumps(of).encode(), digest_size=8).hexdigest() for of in (asked, channels)]
+        self._studies.add(made_from[0])
+        others = [p for p in self.folder.glob(f"*{ENDING}") if f".{made_from[0]}." not in p.name]
+        path = self.folder / f"{name}_run.{'.'.join(made_from)}{ENDING}"
+        return Checkpoint(path, name, float(setup.loads.time[-1]), self.notes, others)
+
+    def remove(self) -> None:
+        """Those of this study; for when its results are complete."""
+        for study in self._studies:
+            for path in self.folder.glob(f"*_run.{study}.*{ENDING}"):
+                path.unlink(missing_ok=True)
+
+
+class Checkpoint:
+    """`dynamics.instant.Keeper` of one march: a file every `EVERY` s, and one where the run is asked to end.
+
+    Parameters
+    ----------
+    path : named after all that the march depends on. end : of the march, s. notes : takes what the user should know.
+    others : checkpoints of other studies that lie there.
+    """
+
+    def __init__(self, path: Path, name: str, end: float, notes: list[str], others: list[Path]) -> None:
+        self.path, self._name, self._end, self._notes, self._others = path, f"{name} run", end, notes, others
+        self._meter, self._asked, self._failed, self._written = Meter(), False, False, False
+        self._due, self._what = time.monotonic() + EVERY, self._name
+
+    @property
+    def saved(self) -> Saved | None:
+        return None if self._found is None else self._found.saved
+
+    @cached_property
+    def _found(self) -> Kept | None:
+        """What lies in the file; notes say what becomes of it."""
+        try:
+            found = read_checkpoint(self.path, self.path.name, Kept)
+        except Damaged as error:
+            self._warn(f"starts anew, its checkpoint {self.path} is damaged ({error})")
+            self._what = f"{self._name} anew (its checkpoint is damaged)"
+            return None
+        if found is not None:
+            self._what = f"{self._name} goes on at {_time(found)} s of {self._end:g} s"
+            self._notes.append(f"{self._what}, where an earlier one was stopped")
+        elif self._others:
+            names = ", ".join(path.name for path in self._others)
+            self._warn(
+                f"starts anew, {names} in {self.path.parent} belongs to another study, model or version of creak; "
+                "delete it unless you want to go on with that"
+            )
+            self._what = f"{self._name} anew (a checkpoint there is of another study)"
+        return found
+
+    def told(self, progress: Progress) -> Steps:
+        """What is told of the run while it goes on: of one that was taken up, from there."""
+        if self._found is None:
+            return partial(progress, self._what)
+        log = self._found.saved.log
+        progress(self._what, int(log.time >= self._end), 1)
+        return lambda done, total: progress(self._what, done - log.done, total - log.done)
+
+    @property
+    def cost(self) -> Cost:
+        """That of the whole run so far, what was taken up included."""
+        cost = self._meter.read()
+        if self._found is None:
+            return cost
+        before = self._found.cost
+        peak = max(before.peak_rss_gb, cost.peak_rss_gb)
+        return Cost(before.wall_s + cost.wall_s, before.cpu_s + cost.cpu_s, peak)
+
+    def wanted(self, last: bool) -> bool:
+        if last and (self._written or self._found is not None):
+            return True
+        return self._asked or time.monotonic() >= self._due
+
+    def keep(self, saved: Saved) -> None:
+        started, held = time.monotonic(), Kept(saved, self.cost)
+        try:
+            self._write(held)
+        except KeyboardInterrupt:  # it came in the middle of the file: once more, then the end
+            self._asked = True
+            self._write(held)
+        now = time.monotonic()
+        self._due = now + max(EVERY, DEAR * (now - started))
+        if self._asked:
+            if self._written:
+                self._notes.append(f"{self._name}: the same command goes on at {_time(held)} s ({self.path})")
+            raise KeyboardInterrupt
+
+    @contextmanager
+    def heeding(self) -> Iterator[None]:
+        """Ctrl-C and SIGTERM wait for the next `keep`; the second one does not."""
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        before = {ask: signal.getsignal(ask) for ask in ASKS}
+        heeded = [ask for ask, now in before.items() if callable(now) or (ask, now) == (signal.SIGTERM, signal.SIG_DFL)]
+        for ask in heeded:
+            signal.signal(ask, self._remember)
+        try:
+            yield
+        finally:
+            for ask in heeded:
+                signal.signal(ask, before[ask])
+        if self._asked:
+            raise KeyboardInterrupt
+
+    def _remember(self, number: int, frame: FrameType | None) -> None:
+        if self._asked:
+            raise KeyboardInterrupt
+        self._asked = True
+
+    def _write(self, held: Kept) -> None:
+        """The file; one that cannot be written costs nothing but a warning."""
+        try:
+            write_checkpoint(self.path, self.path.name, held)
+            self._written = True
+        except (CreakError, OSError) as error:
+            if not self._failed:
+                self._warn(f"goes on without a checkpoint: {error}")
+            self._failed = True
+
+    def _warn(self, text: str) -> None:
+        self._notes.append(Warned(f"{self._name} {text}"))
+
+
+def _time(held: Kept) -> str:
+    return f"{held.saved.log.time:.4g}"
