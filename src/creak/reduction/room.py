@@ -55,18 +55,23 @@ def pieces_of(K: Matrix, M: Matrix, free: float | None = None) -> Pieces | None:
     return cut if cut is not None and cut.bytes < needed else None
 
 
-def regular_factor_that_fits(K: Matrix, M: Matrix, cut: Pieces | None = None) -> tuple[Factor | None, Pieces | None]:
-    """`regular_factor` of K with room for its modes, and the pieces that it is one of, None where it is one of all.
+def regular_factor_that_fits(
+    K: Matrix, M: Matrix, cut: Pieces | None = None, *, first: bool = True
+) -> tuple[Factor | None, Pieces | None]:
+    """`regular_factor` of K, and the pieces that it is one of; None where it is one of all.
 
-    `cut`: pieces, where they are known.
+    Parameters
+    ----------
+    cut : pieces, where they are known. first : the modes are still to come, and what they take has to fit beside it.
 
     Raises
     ------
     OutOfMemory : K does not fit, in pieces neither.
     """
     if cut is None:
+        beside = beside_factor(K.shape[0], K.nnz, M.nnz) if first else 0.0
         try:
-            return regular_factor(K, partial(factor, beside=beside_factor(K.shape[0], K.nnz, M.nnz))), None
+            return regular_factor(K, partial(factor, beside=beside)), None
         except OutOfMemory:
             cut = pieces_of(K, M)
     return regular_factor(K, factor if cut is None else partial(PieceFactor, pieces=cut)), cut

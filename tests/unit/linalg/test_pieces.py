@@ -164,6 +164,9 @@ def test_pieces_are_cut_until_they_fit_and_least_is_made_again(monkeypatch):
     assert least is not None
     assert not least.fits
     assert least.bytes <= more.bytes
+    none = cut_to_fit(A, needed, -needed)
+    assert none is not None
+    assert none.bytes == least.bytes
     monkeypatch.setenv(OVERRIDE, "1e-7")
     with pytest.raises(OutOfMemory, match=r"what joins \d pieces of 24,576 equations: .* GB are needed"):
         PieceFactor(A, two)

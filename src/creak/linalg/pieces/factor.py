@@ -116,9 +116,9 @@ def cut_to_fit(A: sp.csr_matrix, needed: float, room: float) -> Pieces | None:
                 best = here
         if here.count > 1 and (least is None or here.bytes < least.bytes):
             least = here
-        over = 2.0 * joint > (room if best is not None or least is None else least.bytes)
+        most = room if best is not None else np.inf if least is None else least.bytes
         enough = best is not None and (best.made_again == 0.0 or not here.fits or here.count >= FURTHER * fewest)
-        further = None if over or enough else cut_once_more(A, found, size)
+        further = None if 2.0 * joint > most or enough else cut_once_more(A, found, size)
         if further is None:
             break
         found = further
