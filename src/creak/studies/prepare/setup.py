@@ -203,7 +203,7 @@ def check_frequencies(study: Study) -> None:
         )
 
 
-def _contacts(model: Model, study: Study, store: Path | None) -> tuple[GapOperator, list[str]]:
+def _contacts(model: Model, study: Study, store: Path | None = None) -> tuple[GapOperator, list[str]]:
     operators: list[GapOperator] = []
     notes: list[str] = []
     for name, t in study.config.contact.items():
