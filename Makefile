@@ -38,9 +38,9 @@ demo: $(VENV)/run.stamp
 test: $(VENV)/dev.stamp
 	$(ONE_THREAD) $(BIN)/python -m pytest $(PARALLEL)
 
-# After each edit: unit tests but for those that are marked slow; a test that takes more than three seconds is named.
+# After each edit: unit tests but for those that are marked slow; a test that takes more than two seconds is named.
 check: $(VENV)/dev.stamp
-	$(ONE_THREAD) $(BIN)/python -m pytest $(PARALLEL) --quick 3 tests/unit tests/test_architecture.py tests/test_house.py
+	$(ONE_THREAD) $(BIN)/python -m pytest $(PARALLEL) --quick 2 tests/unit tests/test_architecture.py tests/test_house.py
 
 # The newest release of everything, whatever was there before; then the demo at 40 mm, unit and packaging tests with it.
 test-newest:

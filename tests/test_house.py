@@ -69,7 +69,7 @@ def test_newest_and_lowest_leave_out_little():
 def test_check_runs_the_unit_tests():
     recipe = re.search(r"^check:.*\n\t(.*)", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     assert recipe
-    assert recipe[1].split("--quick 3 ")[1].split() == [
+    assert recipe[1].split("--quick 2 ")[1].split() == [
         "tests/unit",
         "tests/test_architecture.py",
         "tests/test_house.py",

@@ -353,12 +353,11 @@ def march(
         terms.system, stepper.on, gaps, loads, substeps, observed, output_every, whole_at, watched, lean=True
     )
     audit = EnergyAudit(terms, gaps, stepper.on)
-    saved = None if keeper is None else keeper.saved
-    if saved is None:
+    if keeper is None or keeper.saved is None:
         now = stepper.start()
         recorder.keep(loads.time[0], now, audit.start(now), 0)
     else:
-        now = _resumed(saved, stepper, audit, recorder)
+        now = _resumed(keeper.saved, stepper, audit, recorder)
     recorder.setup_s = stepper.setup_s + clock.perf_counter() - started
     try:
         with one_blas_thread(), nullcontext() if keeper is None else keeper.heeding():

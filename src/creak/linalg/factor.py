@@ -61,7 +61,7 @@ def factor(A: Matrix, *, definite: bool = True, beside: float = 0.0) -> Factor:
     ----------
     A : (n, n) Diagonal, ndarray or SciPy sparse; both triangles stored.
     definite : A should be positive definite (Cholesky). False: L D L', which also gives the inertia.
-    beside : bytes that have to fit beside the factor.
+    beside : bytes that have to fit beside all that the factor holds; 0: what is made yet has to.
 
     Raises
     ------
@@ -270,7 +270,8 @@ class _PardisoFactor:
     def _factorise(self, nothing: FloatArray, beside: float = 0.0) -> None:
         """Order the equations, refuse a factor that memory would not hold, make it."""
         self._call(self._ANALYSE, nothing, nothing, 1)
-        require(1024.0 * float(self._iparm[16]) + beside, f"the factor of {self._n:,} equations", SMALLER)
+        needed = self.memory + beside if beside else 1024.0 * float(self._iparm[16])
+        require(needed, f"the factor of {self._n:,} equations", SMALLER)
         self._call(self._FACTOR, nothing, nothing, 1)
 
     def replaced(self, A: Any) -> bool:

@@ -32,6 +32,7 @@ class Inside:
         self._inner: dict[str, Matrix] = {}
         self._factor = LaterFactor(self._regular)
         self._pieces: Pieces | None = None
+        self._first = True
         self._stiffness: BlockProduct | None = None
         self._mass: BlockProduct | None = None
 
@@ -95,10 +96,13 @@ class Inside:
 
     def in_one(self) -> bool:
         """Whether memory holds a factor of the inside in one; it is made for that."""
-        return not self.i.size or (self.factor.memory > 0.0 and self._pieces is None)
+        if self.i.size:
+            _ = self.factor
+        return self._pieces is None
 
     def _regular(self) -> Factor:
-        found, self._pieces = regular_factor_that_fits(self.K_ii, self.M_ii, self._pieces)
+        found, self._pieces = regular_factor_that_fits(self.K_ii, self.M_ii, self._pieces, first=self._first)
+        self._first = False
         if found is None:
             raise NumericalError(
                 f"part {self.name} cannot be reduced: its {self.b.size} retained dofs do not hold it (the stiffness "

@@ -35,8 +35,10 @@ def beside_pieces(n: int, M: float) -> float:
     return PRODUCT * M + window_bytes(n)
 
 
-def pieces_that_fit(K: Matrix, M: Matrix, free: float | None = None) -> Pieces | None:
+def pieces_of(K: Matrix, M: Matrix, free: float | None = None) -> Pieces | None:
     """How K x = lam M x is cut where a factor of K does not fit beside the rest; None where it does, or no cut helps.
+
+    Where pieces do not fit either those that come closest are told.
 
     Costs the analysis of K, a third of the time of its factor, and as much again for the pieces.
 
@@ -49,21 +51,27 @@ def pieces_that_fit(K: Matrix, M: Matrix, free: float | None = None) -> Pieces |
     free, needed = free_bytes() if free is None else free, factor_bytes(K)
     if needed + beside_factor(K.shape[0], K.nnz, M.nnz) <= free:
         return None
-    return cut_to_fit(sp.csr_matrix(abs(K) + abs(M)), needed, free - beside_pieces(K.shape[0], M.nnz))
+    cut = cut_to_fit(sp.csr_matrix(abs(K) + abs(M)), needed, free - beside_pieces(K.shape[0], M.nnz))
+    return cut if cut is not None and cut.bytes < needed else None
 
 
-def regular_factor_that_fits(K: Matrix, M: Matrix, cut: Pieces | None = None) -> tuple[Factor | None, Pieces | None]:
-    """`regular_factor` of K with room for its modes, and the pieces that it is one of, None where it is one of all.
+def regular_factor_that_fits(
+    K: Matrix, M: Matrix, cut: Pieces | None = None, *, first: bool = True
+) -> tuple[Factor | None, Pieces | None]:
+    """`regular_factor` of K, and the pieces that it is one of; None where it is one of all.
 
-    `cut`: pieces, where they are known.
+    Parameters
+    ----------
+    cut : pieces, where they are known. first : the modes are still to come, and what they take has to fit beside it.
 
     Raises
     ------
     OutOfMemory : K does not fit, in pieces neither.
     """
     if cut is None:
+        beside = beside_factor(K.shape[0], K.nnz, M.nnz) if first else 0.0
         try:
-            return regular_factor(K, partial(factor, beside=beside_factor(K.shape[0], K.nnz, M.nnz))), None
+            return regular_factor(K, partial(factor, beside=beside)), None
         except OutOfMemory:
-            cut = pieces_that_fit(K, M)
+            cut = pieces_of(K, M)
     return regular_factor(K, factor if cut is None else partial(PieceFactor, pieces=cut)), cut

@@ -83,6 +83,7 @@ def test_tree_finds_what_a_look_at_every_facet_finds(name, seed):
         np.testing.assert_allclose(np.abs(met.distance), expected, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_few_candidates_are_tried_on_a_large_mesh(monkeypatch):
     """10,000 points over 100,000 facets: a few projections a point, whatever lies over the border."""
     from creak.contact import search

@@ -71,7 +71,10 @@ def test_finer_steps_change_neither_times_nor_impulses(history):
         assert a.impulse == pytest.approx(b.impulse, rel=1e-3)
 
 
-@pytest.mark.parametrize(("alpha", "beta", "damper"), [(20.0, 0.0, 0.0), (20.0, 1e-4, 0.0), (20.0, 1e-5, 30.0)])
+@pytest.mark.parametrize(
+    ("alpha", "beta", "damper"),
+    [pytest.param(20.0, 0.0, 0.0, marks=pytest.mark.slow), (20.0, 1e-4, 0.0), (20.0, 1e-5, 30.0)],
+)
 def test_energy_books_of_damped_modes_that_press(alpha, beta, damper):
     """Against an ODE solver: what modes that are damped within a step take, and no energy out of nothing."""
     n, k, stop = 4, 1e7, 1e-7

@@ -160,7 +160,13 @@ def test_pieces_are_cut_until_they_fit_and_least_is_made_again(monkeypatch):
     assert more.bytes <= 0.7 * needed
     assert two.made_again < 0.6 * needed  # halves: all of it
     assert two.made_again < more.made_again
-    assert cut_to_fit(A, needed, 0.02 * needed) is None
+    least = cut_to_fit(A, needed, 0.02 * needed)
+    assert least is not None
+    assert not least.fits
+    assert least.bytes <= more.bytes
+    none = cut_to_fit(A, needed, -needed)
+    assert none is not None
+    assert none.bytes == least.bytes
     monkeypatch.setenv(OVERRIDE, "1e-7")
     with pytest.raises(OutOfMemory, match=r"what joins \d pieces of 24,576 equations: .* GB are needed"):
         PieceFactor(A, two)
@@ -181,3 +187,11 @@ def test_the_schur_complement(shift, pardiso, monkeypatch):
     np.testing.assert_allclose(S, -side.T @ np.linalg.solve(dense, side.toarray()), atol=1e-12)
     assert below == np.count_nonzero(np.linalg.eigvalsh(dense) < 0.0)
     assert (below > 0) == (shift > 0.0)
+
+
+@pytest.mark.parametrize("definite", [True, False])
+def test_bodies_that_nothing_joins_are_solved_one_by_one(definite):
+    A = sp.block_diag([grid(12)] * 5, format="csr")
+    made, b = PieceFactor(A, in_pieces(A, 3), definite=definite), np.random.default_rng(6).standard_normal(A.shape[0])
+    assert made.n_negative == 0
+    np.testing.assert_allclose(A @ made.solve(b), b, atol=1e-12)

@@ -8,11 +8,13 @@ import scipy.sparse as sp
 
 from creak.assembly.system import System, to_dense
 from creak.errors import NumericalError
-from creak.linalg.factor import factor
-from creak.linalg.memory import OutOfMemory
+from creak.linalg.factor import factor, factor_bytes
+from creak.linalg.memory import OVERRIDE, OutOfMemory
+from creak.linalg.mkl import has_pardiso
 from creak.linalg.pieces.dissection import cut_once_more, whole
 from creak.linalg.pieces.factor import Pieces
 from creak.model.constraints import RigidLink
+from creak.reduction import room as limits
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.guyan import guyan
 from creak.reduction.health import health
@@ -42,7 +44,7 @@ def refused(A: sp.csr_matrix, **_: object) -> None:
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """Memory holds a factor of a piece alone."""
     monkeypatch.setattr("creak.reduction.room.factor", refused)
-    monkeypatch.setattr("creak.reduction.room.pieces_that_fit", in_pieces)
+    monkeypatch.setattr("creak.reduction.room.pieces_of", in_pieces)
 
 
 @pytest.fixture(scope="module")
@@ -89,6 +91,24 @@ def test_the_superelement_is_the_same(part, short, monkeypatch):
     np.testing.assert_allclose(
         to_dense(found.rows(labels)[0])[:, :n], to_dense(expected.rows(labels)[0])[:, :n], atol=1e-9
     )
+
+
+@pytest.mark.skipif(not has_pardiso(), reason="SuperLU does not tell what it will need")
+def test_memory_alone_decides(part, monkeypatch):
+    """Too little for a factor in one, modes window by window besides: frequencies the same to 1e-8."""
+    b = boundary(part)
+    inside = Inside(part, b)
+    expected = craig_bampton(part, b, f_max=F_MAX, inside=inside)
+    K, M = inside.K_ii, inside.M_ii
+    monkeypatch.setattr(limits, "PLENTY", 0.0)
+    free = limits.beside_pieces(K.shape[0], M.nnz) + 0.95 * factor_bytes(K)
+    monkeypatch.setenv(OVERRIDE, f"{free / 1e9:.9f}")
+    inside = Inside(part, b)
+    found = craig_bampton(part, b, f_max=F_MAX, inside=inside)
+    assert inside.pieces is not None
+    assert inside.pieces.bytes < 0.95 * factor_bytes(K)
+    n = expected.stats.retained
+    np.testing.assert_allclose(found.K.diagonal()[n:], expected.K.diagonal()[n:], rtol=1e-8)
 
 
 def test_its_health_is_that_of_the_part_in_one(part, short, monkeypatch):

@@ -25,8 +25,6 @@ COLUMNS = 48
 """Columns of a piece, on their way in a solve, that count with its factor."""
 MOST, FURTHER = 64, 3
 """Pieces at most, and over the fewest that fit."""
-JOINT = 2
-"""Copies of S that are there while it is factorised."""
 ENTRY = 18.0
 """Bytes of a stored entry beside the factor that is made of it: the matrix, its upper triangle."""
 WHAT, FIX = "what joins {count} pieces of {n:,} equations", "Use a coarser mesh or a machine with more memory."
@@ -67,24 +65,34 @@ class Pieces:
         return self.room + self.work + joint_bytes(self.joint)
 
     @property
+    def fits(self) -> bool:
+        """Whether that is enough."""
+        return self.bytes <= self.left
+
+    @property
     def bytes(self) -> float:
-        """Memory of the largest factor and of S, and what is there while they are made."""
-        return max(self.factors) + self.work + joint_bytes(self.joint)
+        """Memory of S beside the largest factor with what is there while it is made, or beside the factor of S."""
+        return _bytes(self.joint, max(self.factors), self.work)
 
 
 def joint_bytes(n: int) -> float:
-    """Memory of S, n x n, while it is factorised."""
-    return JOINT * 8.0 * float(n) ** 2
+    """Memory of S, n x n, or of its factor."""
+    return 8.0 * float(n) ** 2
+
+
+def _bytes(joint: int, factor: float, work: float) -> float:
+    return joint_bytes(joint) + max(joint_bytes(joint), factor + work)
 
 
 def cut_to_fit(A: sp.csr_matrix, needed: float, room: float) -> Pieces | None:
-    """Pieces with which the factor of a piece and S take `room` bytes at most; None where none do.
+    """Pieces with which the factor of a piece and S take `room` bytes at most, or come closest; None: nothing to cut.
 
-    The fewest do, but smaller ones leave less of the room empty, so that more factors stay: of up to `FURTHER` times as
-    many those are taken that have least made again. Costs the analysis of the pieces, a third of the time of their
-    factors each time. `needed`: bytes of a factor of A.
+    The fewest would do, but smaller ones leave less of the room empty, so that more factors stay: of up to `FURTHER`
+    times as many those are taken that have least made again. Costs the analysis of the pieces, a third of the time of
+    their factors each time. `needed`: bytes of a factor of A.
     """
     best: Pieces | None = None
+    least: Pieces | None = None
     found, fewest, n = whole(A.shape[0]), MOST, int(A.shape[0])
     known = {(0, n): (needed, ENTRY * A.nnz + 8.0 * COLUMNS * n)}
 
@@ -101,20 +109,20 @@ def cut_to_fit(A: sp.csr_matrix, needed: float, room: float) -> Pieces | None:
     while len(found.pieces) < MOST:
         sizes, works = zip(*(sizes_of(rows) for rows in found.pieces), strict=True)
         joint = joint_bytes(found.separator.size)
-        if max(sizes) + max(works) + joint <= room:
-            here = Pieces(found, sizes, room - max(works) - joint, needed, max(works))
+        here = Pieces(found, sizes, room - max(works) - joint, needed, max(works))
+        if here.fits:
             fewest = min(fewest, here.count)
             if best is None or here.made_again < best.made_again:
                 best = here
-            if best.made_again == 0.0:
-                break
-        elif best is not None:
-            break
-        further = cut_once_more(A, found, size) if joint < room and len(sizes) < FURTHER * fewest else None
+        if here.count > 1 and (least is None or here.bytes < least.bytes):
+            least = here
+        most = room if best is not None else np.inf if least is None else least.bytes
+        enough = best is not None and (best.made_again == 0.0 or not here.fits or here.count >= FURTHER * fewest)
+        further = None if 2.0 * joint > most or enough else cut_once_more(A, found, size)
         if further is None:
             break
         found = further
-    return best
+    return best or least
 
 
 @dataclass(frozen=True)
@@ -203,7 +211,7 @@ class PieceFactor:
         """Factorise piece by piece and collect S."""
         rows, joined = self._pieces.dissection.pieces, self._pieces.dissection.separator
         n = joined.size + sum(some.size for some in rows)
-        require(joint_bytes(joined.size), WHAT.format(count=self._pieces.count, n=n), FIX)
+        require(2.0 * joint_bytes(joined.size), WHAT.format(count=self._pieces.count, n=n), FIX)
         A = given if isinstance(given, Shifted) else _Plain(sp.csr_matrix(given))
         self._A, self._held = A, dict[int, Factor]()
         self._list = [_piece(some, A.block(some, joined)) for some in rows]

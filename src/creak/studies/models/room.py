@@ -13,7 +13,7 @@ from creak.assembly.system import System
 from creak.linalg.factor import factor_bytes
 from creak.linalg.memory import GB, OVERRIDE, OutOfMemory, free_bytes
 from creak.linalg.pieces.factor import Pieces
-from creak.reduction.room import ENTRY, beside_factor, beside_pieces, pieces_that_fit, plenty
+from creak.reduction.room import ENTRY, beside_factor, beside_pieces, pieces_of, plenty
 from creak.studies.models.reduced import WHOLE
 from creak.studies.prepare.setup import Setup
 from creak.studies.solved import solved
@@ -64,7 +64,7 @@ def _of_part(part: System, sizes: Sequence[float], back: float) -> tuple[float, 
     _, K, M, factor = sizes
     matrices, free = ENTRY * (K + M) - back, free_bytes()
     whole = matrices + factor + beside_factor(part.n, K, M)
-    cut = None if whole <= free else pieces_that_fit(part.K, part.M, free - matrices)
+    cut = None if whole <= free else pieces_of(part.K, part.M, free - matrices)
     return (whole, None) if cut is None else (matrices + cut.bytes + beside_pieces(part.n, M), cut)
 
 
@@ -83,7 +83,7 @@ def only_parts_fit(setup: Setup, parts: Sequence[System], store: Path | None = N
     if why is None and needed.part <= free:
         return True
     if why is None:
-        what, least = f"the reduction of part {needed.largest}", needed.part
+        what, least = f"the reduction of part {needed.largest}{_cut(needed)}", needed.part
         fix = (
             "Cut it into element sets by [reduction] substructures, use a coarser mesh, or a machine with more memory."
         )
@@ -108,8 +108,7 @@ def require_whole(setup: Setup, parts: Sequence[System]) -> None:
     if needed is None or needed.whole <= free:
         return
     why = next((text for text, there in _takes_the_whole(setup) if there), None)
-    cut = "" if needed.pieces is None else f", cut into {needed.pieces.count} pieces"
-    alone = f"{needed.part / GB:.3g} GB at least, for part {needed.largest}{cut}"
+    alone = f"{needed.part / GB:.3g} GB at least, for part {needed.largest}{_cut(needed)}"
     if why is not None:
         way = f"{why} takes one too; without it parts alone would take {alone}"
     elif needed.part <= free:
@@ -121,6 +120,10 @@ def require_whole(setup: Setup, parts: Sequence[System]) -> None:
         f"are needed, {free / GB:.3g} GB are free. {way}. To try all the same, set "
         f"{OVERRIDE}={needed.whole / GB * 1.01:.3g} in the environment."
     )
+
+
+def _cut(needed: Room) -> str:
+    return "" if needed.pieces is None else f", cut into {needed.pieces.count} pieces"
 
 
 def _takes_the_whole(setup: Setup) -> list[tuple[str, bool]]:

@@ -126,9 +126,10 @@ def _in_pieces(inside: Inside) -> list[str]:
     cut = inside.pieces
     if cut is None:
         return []
+    free = max(cut.left, 0.0) / GB
     return [
-        f"part {inside.name} does not fit: {cut.instead / GB:.2g} GB for its factor, {cut.left / GB:.2g} GB free for "
-        f"it. It is cut into {cut.count} pieces that {cut.joint:,} dofs join, of which as many stay factorised as fit "
+        f"part {inside.name} does not fit: {cut.instead / GB:.2g} GB for its factor, {free:.2g} GB free for it. "
+        f"It is cut into {cut.count} pieces that {cut.joint:,} dofs join, of which as many stay factorised as fit "
         f"(one at least, {cut.bytes / GB:.2g} GB): its superelement is the same, and takes longer"
     ]
 

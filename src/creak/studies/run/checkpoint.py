@@ -13,7 +13,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property, partial
 from hashlib import blake2b
 from pathlib import Path
 from types import FrameType
@@ -99,12 +98,13 @@ class Checkpoint:
         self.path, self._name, self._end, self._notes, self._others = path, f"{name} run", end, notes, others
         self._meter, self._asked, self._failed, self._written = Meter(), False, False, False
         self._due, self._what = time.monotonic() + EVERY, self._name
+        found = self._found()
+        self.saved = None if found is None else found.saved
+        """Until the march has taken it."""
+        self._before = Cost(0.0, 0.0, 0.0) if found is None else found.cost
+        self._done = 0 if found is None else found.saved.log.done
+        self._at_end = found is not None and found.saved.log.time >= end
 
-    @property
-    def saved(self) -> Saved | None:
-        return None if self._found is None else self._found.saved
-
-    @cached_property
     def _found(self) -> Kept | None:
         """What lies in the file; notes say what becomes of it."""
         try:
@@ -127,24 +127,19 @@ class Checkpoint:
 
     def told(self, progress: Progress) -> Steps:
         """What is told of the run while it goes on: of one that was taken up, from there."""
-        if self._found is None:
-            return partial(progress, self._what)
-        log = self._found.saved.log
-        progress(self._what, int(log.time >= self._end), 1)
-        return lambda done, total: progress(self._what, done - log.done, total - log.done)
+        if self._done:
+            progress(self._what, int(self._at_end), 1)
+        return lambda done, total: progress(self._what, done - self._done, total - self._done)
 
     @property
     def cost(self) -> Cost:
         """That of the whole run so far, what was taken up included."""
-        cost = self._meter.read()
-        if self._found is None:
-            return cost
-        before = self._found.cost
-        peak = max(before.peak_rss_gb, cost.peak_rss_gb)
-        return Cost(before.wall_s + cost.wall_s, before.cpu_s + cost.cpu_s, peak)
+        before, now = self._before, self._meter.read()
+        peak = max(before.peak_rss_gb, now.peak_rss_gb)
+        return Cost(before.wall_s + now.wall_s, before.cpu_s + now.cpu_s, peak)
 
     def wanted(self, last: bool) -> bool:
-        if last and (self._written or self._found is not None):
+        if last and (self._written or self._done):
             return True
         return self._asked or time.monotonic() >= self._due
 
@@ -165,6 +160,7 @@ class Checkpoint:
     @contextmanager
     def heeding(self) -> Iterator[None]:
         """Ctrl-C and SIGTERM wait for the next `keep`; the second one does not."""
+        self.saved = None
         if threading.current_thread() is not threading.main_thread():
             yield
             return

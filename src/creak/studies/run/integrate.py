@@ -158,8 +158,7 @@ def _stepped(
     keeper: Keeper | None,
 ) -> tuple[History, System, str]:
     parts, springs = steps_in_contact(system, gaps, setup.study.config.time.step, resolution_of(setup).stepped, maker)
-    saved = None if keeper is None else keeper.saved
-    like = None if saved is None else saved.stepper
+    like = None if keeper is None or keeper.saved is None else keeper.saved.stepper
     stepper = FlightStepper(system, springs, divided_loads(setup, parts), IN_CONTACT, parts, like=like, maker=maker)
     history = march(stepper, **kept, keeper=keeper)
     h = stepper.loads.step

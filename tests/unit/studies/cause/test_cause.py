@@ -113,6 +113,7 @@ def test_a_mode_coincides_with_the_line_that_drives_it():
     assert level[1] < -80.0
 
 
+@pytest.mark.slow
 def test_predicted_changes_hold_in_a_full_run(result, places, causes, measured):
     """Mass and fastener change the modes: the reduced model with a low-rank change against one reduced anew."""
     found = result.found

@@ -164,7 +164,7 @@ def refused(A: sp.csr_matrix, **_: object) -> None:
 
 
 def halves(K: sp.csr_matrix, M: sp.csr_matrix) -> Pieces:
-    """What `pieces_that_fit` finds where there is room for a half."""
+    """What `pieces_of` finds where there is room for a half."""
     cut = cut_once_more(sp.csr_matrix(abs(K) + abs(M)), whole(K.shape[0]), len)
     assert cut is not None
     return Pieces(cut, (1e9, 1e9), 1e9, 2e9)
@@ -175,7 +175,7 @@ def test_a_run_whose_parts_are_reduced_in_pieces_is_the_same(setup, monkeypatch)
     plain = run_study(setup, quiet)
     monkeypatch.setattr(static_start, "only_parts_fit", lambda *_: True)
     monkeypatch.setattr(limits, "factor", refused)
-    monkeypatch.setattr(limits, "pieces_that_fit", halves)
+    monkeypatch.setattr(limits, "pieces_of", halves)
     cut = run_study(setup, quiet)
     told = [note for note in cut.notes if note.startswith("part UPPER does not fit: 2 GB for its factor, 1 GB free")]
     assert len(told) == 1
@@ -202,10 +202,10 @@ def test_a_part_whose_factor_does_not_fit_comes_in_pieces(setup, monkeypatch):
         monkeypatch.setenv(OVERRIDE, f"{bytes_ / 1e9:.9f}")
 
     free(rest + 1.1 * factor)
-    assert limits.pieces_that_fit(K, M) is None
+    assert limits.pieces_of(K, M) is None
     rest = limits.beside_pieces(part.n, M.nnz)
     free(rest + 0.9 * factor)
-    cut = limits.pieces_that_fit(K, M)
+    cut = limits.pieces_of(K, M)
     assert cut is not None
     assert cut.count > 1
     assert cut.instead == factor
@@ -215,6 +215,13 @@ def test_a_part_whose_factor_does_not_fit_comes_in_pieces(setup, monkeypatch):
     assert found.part <= free_bytes() < found.whole
     assert only_parts_fit(setup, [part])
     free(rest)
-    assert limits.pieces_that_fit(K, M) is None
-    with pytest.raises(OutOfMemory, match="does not hold the reduction of part PANEL: at least"):
+    least = limits.pieces_of(K, M)
+    assert least is not None
+    assert not least.fits
+    words = rf"does not hold the reduction of part PANEL, cut into {least.count} pieces: at least (\S+) GB"
+    with pytest.raises(OutOfMemory, match=words) as said:
         only_parts_fit(setup, [part])
+    insisted = re.search(rf"set {OVERRIDE}=(\S+) ", str(said.value))
+    assert insisted is not None
+    monkeypatch.setenv(OVERRIDE, insisted[1])
+    assert only_parts_fit(setup, [part])

@@ -126,6 +126,7 @@ def test_both_runs_have_the_same_channels_and_steps(summary):
         assert reduced >= reference * (1 - 1e-7)
 
 
+@pytest.mark.slow
 def test_damping_that_couples_modes_passes_the_pre_check(tmp_path):
     """A spring without damping between damped strips: the channels that the pre-check keeps see what all see."""
     spring = "*ELEMENT, TYPE=SPRING2, ELSET=JOIN\n901, 18, 1018\n*SPRING, ELSET=JOIN\n3, 3\n4.0\n"
