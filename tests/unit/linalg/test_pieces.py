@@ -15,6 +15,7 @@ from creak.linalg.pieces import factor as module
 from creak.linalg.pieces import schur
 from creak.linalg.pieces.dissection import Dissection, cut_once_more, whole
 from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted, cut_to_fit
+from creak.linalg.pieces.symmetric import SymmetricFactor
 
 SIDE = 40
 
@@ -195,3 +196,23 @@ def test_bodies_that_nothing_joins_are_solved_one_by_one(definite):
     made, b = PieceFactor(A, in_pieces(A, 3), definite=definite), np.random.default_rng(6).standard_normal(A.shape[0])
     assert made.n_negative == 0
     np.testing.assert_allclose(A @ made.solve(b), b, atol=1e-12)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 40, 120])
+@pytest.mark.parametrize("hollow", [False, True])
+def test_a_dense_indefinite_matrix_in_its_own_memory(n, hollow):
+    """Without a diagonal pivots come in blocks of two rows."""
+    A = np.random.default_rng(n).standard_normal((n, n))
+    A += A.T
+    if hollow and n > 1:
+        np.fill_diagonal(A, 0.0)
+    found = SymmetricFactor(np.asfortranarray(A))
+    b = np.random.default_rng(1).standard_normal((n, 3))
+    np.testing.assert_allclose(A @ found.solve(b), b, atol=1e-9)
+    np.testing.assert_allclose(A @ found.solve(b[:, 0]), b[:, 0], atol=1e-9)
+    assert found.n_negative == np.count_nonzero(np.linalg.eigvalsh(A) < 0.0)
+
+
+def test_a_dense_singular_matrix_is_refused():
+    with pytest.raises(SingularMatrixError, match="dense matrix is singular at row 0"):
+        SymmetricFactor(np.zeros((3, 3), order="F"))

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.linalg.lapack import dsytrf, dsytrf_lwork, dsytrs
 
 from creak.arrays import FloatArray, IntArray, Matrix
-from creak.linalg.factor import Factor, SingularMatrixError, factor, factor_bytes
+from creak.linalg.factor import Factor, factor, factor_bytes
 from creak.linalg.memory import require
 from creak.linalg.pieces.dissection import Dissection, cut_once_more, whole
 from creak.linalg.pieces.schur import schur_complement
+from creak.linalg.pieces.symmetric import SymmetricFactor
 
 COLUMNS = 48
 """Columns of a piece, on their way in a solve, that count with its factor."""
@@ -220,7 +220,7 @@ class PieceFactor:
             found, below = schur_complement(A.block(piece.rows, piece.rows), piece.side, definite=self._definite)
             S[np.ix_(piece.edge, piece.edge)] += found
             self.n_negative += below
-        self._joint = factor(S) if self._definite else _SymmetricFactor(S)
+        self._joint = factor(S) if self._definite else SymmetricFactor(S)
         self.n_negative += self._joint.n_negative
 
     def _order(self) -> Iterator[int]:
@@ -246,23 +246,3 @@ def _piece(rows: IntArray, block: sp.csr_matrix) -> _Piece:
     side = sp.csc_matrix(block)
     edge = np.flatnonzero(np.diff(side.indptr))
     return _Piece(rows, edge, sp.csr_matrix(side[:, edge]))
-
-
-class _SymmetricFactor:
-    """L D L' of a dense symmetric matrix with the pivots of Bunch and Kaufman; it takes the matrix's memory."""
-
-    def __init__(self, A: FloatArray) -> None:
-        self._ldl, self._pivots, info = A, np.zeros(0, dtype=np.int32), 0
-        if A.size:
-            work, _ = dsytrf_lwork(A.shape[0], lower=1)
-            self._ldl, self._pivots, info = dsytrf(A, lower=1, lwork=int(work), overwrite_a=1)
-        if info > 0:
-            raise SingularMatrixError(int(info) - 1, f"dense matrix is singular at row {int(info) - 1}")
-        single = self._pivots > 0  # a block of two rows has an eigenvalue of either sign
-        below = np.count_nonzero(self._ldl.diagonal()[single] < 0.0)
-        self.n_negative = int(below + np.count_nonzero(~single) // 2)
-        self.memory = float(self._ldl.nbytes)
-
-    def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
-        x, _ = dsytrs(self._ldl, self._pivots, b, lower=1)
-        return np.asarray(x)
