@@ -65,6 +65,14 @@ class Kill(BaseException):
 
 
 @pytest.fixture(autouse=True)
+def heard():
+    """Ctrl-C as in a terminal: who was started in the background ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture(autouse=True)
 def soon(monkeypatch):
     """A checkpoint every few steps, and no page, which takes longer than the run."""
     monkeypatch.setattr(Result, "page", lambda *_: "no page")
