@@ -14,7 +14,7 @@ from creak.later import later
 from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, refactor
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
-from creak.linalg.memory import fits, free_bytes
+from creak.linalg.memory import PRODUCT, fits, free_bytes
 from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted
 from creak.linalg.scratch import held_in_memory, spared
 from creak.linalg.sparse_product import BlockProduct
@@ -33,8 +33,6 @@ MANY = 32
 """From so many modes on a factor amid them pays."""
 FEW = 0.05
 """Share of the free memory that a block of columns takes when residuals are looked at; there are six."""
-COPY = 2
-"""Numbers an entry takes in MKL's copy for products."""
 MADE = 40.0
 """Bytes of an entry while a factor is made: K - s M, s M, the upper triangle and its copy."""
 LOW = 0.02
@@ -352,7 +350,7 @@ def _checked(
 
 def _residual(pencil: _Pencil, omega2: FloatArray, shapes: FloatArray) -> float:
     """Largest |K x - omega^2 M x| / |K x| over the elastic modes, some columns at a time."""
-    stiffness, worst = BlockProduct(pencil.K, own=held_in_memory(getattr(pencil.K, "nnz", 0), COPY)), 0.0
+    stiffness, worst = BlockProduct(pencil.K, own=held_in_memory(getattr(pencil.K, "nnz", 0), int(PRODUCT) // 8)), 0.0
     columns = int(min(max(FEW * free_bytes() / (8.0 * stiffness.n), 1), COLUMNS))
     for first in range(int(np.count_nonzero(omega2 <= 0.0)), omega2.size, columns):
         some = slice(first, first + columns)

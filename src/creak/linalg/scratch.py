@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, Matrix
-from creak.linalg.memory import GB, OutOfMemory, fits
+from creak.linalg.memory import ENTRY, GB, OutOfMemory, fits
 
 RESERVE = 2e9
 """Bytes of the disk that are left to others, or half of what is free where that is less."""
@@ -50,7 +50,7 @@ def set_aside(X: FloatArray) -> FloatArray:
 
 def spared(A: Matrix) -> Matrix:
     """A sparse matrix as it is, or `on_disk` where memory is short."""
-    return A if not sp.issparse(A) or fits(SPARE * 12.0 * A.nnz) else on_disk(A)
+    return A if not sp.issparse(A) or fits(SPARE * ENTRY * A.nnz) else on_disk(A)
 
 
 def on_disk(A: Matrix) -> Matrix:

@@ -8,12 +8,10 @@ import scipy.sparse as sp
 
 from creak.arrays import Matrix
 from creak.linalg.factor import Factor, factor, factor_bytes, regular_factor
-from creak.linalg.memory import OutOfMemory, free_bytes
+from creak.linalg.memory import ENTRY, PRODUCT, OutOfMemory, free_bytes
 from creak.linalg.pieces.factor import PieceFactor, Pieces, cut_to_fit
 from creak.linalg.windows import window_bytes
 
-ENTRY, PRODUCT = 12.0, 16.0
-"""Bytes of a stored entry: in a matrix, in MKL's copy for products."""
 BOUND, POWER = 240.0, 4.0 / 3.0
 """A factor of n equations takes at most BOUND n^POWER bytes (a solid cube), and the rest of the work twice that."""
 PLENTY = 0.3

@@ -5,13 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, TypeVar
 
-from creak.formats.complete_file import complete_file
-from creak.formats.stored.hdf5 import hdf5_file
+from creak.formats.stored.hdf5 import bound_file, is_bound
 from creak.formats.stored.sealed_hdf5 import Damaged, opened_hdf5
 from creak.formats.stored.tree import read_tree, write_tree
 
 T = TypeVar("T")
-VERSION = 1
+KIND, VERSION = "checkpoint", 1
 
 
 def write_checkpoint(path: Path, made_from: str, held: Any) -> None:
@@ -21,11 +20,8 @@ def write_checkpoint(path: Path, made_from: str, held: Any) -> None:
     ------
     InputError, WriteError : the folder cannot be written, or the disk is full.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with complete_file(path, stream=False) as partial, hdf5_file(partial) as out:
-        out.file.attrs["creak_checkpoint"] = VERSION
-        out.file.attrs["made_from"] = made_from
-        write_tree(out.file.create_group("held"), held, packed=False)
+    with bound_file(path, KIND, VERSION, made_from) as file:
+        write_tree(file.create_group("held"), held, packed=False)
 
 
 def read_checkpoint(path: Path, made_from: str, kind: type[T]) -> T | None:
@@ -39,7 +35,7 @@ def read_checkpoint(path: Path, made_from: str, kind: type[T]) -> T | None:
         return None
     try:
         with opened_hdf5(path) as file:
-            if (file.attrs["creak_checkpoint"], file.attrs["made_from"]) != (VERSION, made_from):
+            if not is_bound(file, KIND, VERSION, made_from):
                 return None
             return read_tree(kind, file["held"])
     except Damaged:

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import h5py
 
-from creak.formats.complete_file import Unfinished
+from creak.formats.complete_file import Unfinished, complete_file
 from creak.formats.interrupts import Interrupts, interrupts_later
 from creak.formats.stored.sealed_hdf5 import BLOCK, seal
 
@@ -54,6 +54,26 @@ def hdf5_file(partial: Path) -> Iterator[Hdf5]:
             sink.finish()
         finally:
             sink.close()
+
+
+@contextmanager
+def bound_file(path: Path, kind: str, version: int, made_from: str) -> Iterator[h5py.File]:
+    """Write a file of creak's, complete or absent, with what it was made from (`is_bound`).
+
+    Raises
+    ------
+    InputError, WriteError : the folder cannot be written, or the disk is full.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with complete_file(path, stream=False) as partial, hdf5_file(partial) as out:
+        out.file.attrs[f"creak_{kind}"] = version
+        out.file.attrs["made_from"] = made_from
+        yield out.file
+
+
+def is_bound(file: h5py.File, kind: str, version: int, made_from: str) -> bool:
+    """Whether a file is of that kind and was made from just that."""
+    return (file.attrs[f"creak_{kind}"], file.attrs["made_from"]) == (version, made_from)
 
 
 class _Sink:

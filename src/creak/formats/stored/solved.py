@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.formats.complete_file import complete_file
-from creak.formats.stored.hdf5 import hdf5_file
+from creak.formats.stored.hdf5 import bound_file, is_bound
 from creak.formats.stored.sealed_hdf5 import opened_hdf5
 
-VERSION = 1
+KIND, VERSION = "solved", 1
 
 
 def write_solved(path: Path, made_from: str, arrays: Mapping[str, FloatArray]) -> None:
@@ -22,19 +21,16 @@ def write_solved(path: Path, made_from: str, arrays: Mapping[str, FloatArray]) -
     ------
     InputError, WriteError : the folder cannot be written, or the disk is full.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with complete_file(path, stream=False) as partial, hdf5_file(partial) as out:
-        out.file.attrs["creak_solved"] = VERSION
-        out.file.attrs["made_from"] = made_from
+    with bound_file(path, KIND, VERSION, made_from) as file:
         for name, array in arrays.items():
-            out.file.create_dataset(name, data=array)
+            file.create_dataset(name, data=array)
 
 
 def read_solved(path: Path, made_from: str) -> dict[str, FloatArray] | None:
     """Name -> array; None where there is no such file, it is damaged, or it was made from something else."""
     try:
         with opened_hdf5(path) as file:
-            if (file.attrs["creak_solved"], file.attrs["made_from"]) != (VERSION, made_from):
+            if not is_bound(file, KIND, VERSION, made_from):
                 return None
             return {name: np.asarray(file[name][()], dtype=np.float64) for name in file}
     except (OSError, LookupError, TypeError, ValueError, ArithmeticError, RuntimeError):  # Damaged is a ValueError

@@ -10,7 +10,7 @@ from creak.dynamics.condensed import COLUMNS, RESPONSE_MEMORY
 from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flight.step import choose
 from creak.linalg.lanczos import basis_bytes
-from creak.linalg.memory import GB, free_bytes, held_bytes
+from creak.linalg.memory import ENTRY, GB, PRODUCT, free_bytes, held_bytes
 from creak.linalg.modes import dense_bytes, dense_is_faster
 from creak.studies.advise.size import Counted, PartSize
 from creak.studies.models.reduced import WHOLE
@@ -23,8 +23,8 @@ from creak.studies.run.integrate import divided_loads, resolution_of
 
 STARTED, KERNELS = 310e6, 150e6
 """Bytes of the interpreter with its libraries once they have solved something, and of the kernels of a run."""
-ENTRY, PRODUCT, UPPER = 12.0, 16.0, 6.0
-"""Bytes of a stored entry: in a matrix, in MKL's copy for products, in what PARDISO is handed of it."""
+UPPER = 6.0
+"""Bytes of a stored entry in what PARDISO is handed of it."""
 STREAMED = 4 * 128
 """Columns of constraint modes that are on their way at a time."""
 DENSE = 6

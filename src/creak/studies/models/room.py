@@ -11,9 +11,9 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.linalg.factor import factor_bytes
-from creak.linalg.memory import GB, OVERRIDE, OutOfMemory, free_bytes
+from creak.linalg.memory import ENTRY, GB, OVERRIDE, OutOfMemory, free_bytes
 from creak.linalg.pieces.factor import Pieces
-from creak.reduction.room import ENTRY, beside_factor, beside_pieces, pieces_of, plenty
+from creak.reduction.room import beside_factor, beside_pieces, pieces_of, plenty
 from creak.studies.models.reduced import WHOLE
 from creak.studies.prepare.setup import Setup
 from creak.studies.solved import solved
