@@ -20,7 +20,7 @@ from creak.reduction.inside import Inside
 
 COLUMNS = 128
 """Right-hand sides solved at a time."""
-FEWEST, STREAMED, SHARE = 16, 4, 0.25
+FEWEST, STREAMED, SHARE = 16, 6, 0.3
 """Where memory is short: columns at least, copies of them that are there at a time, and their share of what is free."""
 MOSTLY_FULL = 0.3
 """Reduced matrices with a larger share of entries are stored dense."""
@@ -82,7 +82,7 @@ def craig_bampton(
     Constraint modes are streamed `COLUMNS` at a time and not kept: with X = Psi P, the part of the reduced mass
     that needs them twice is X' M_ii X = -(K_ib P)' K_ii^-1 (M_ii X), a second back-substitution of the same block.
     Memory is that of the factor and the modes, however many dofs are retained; time is two back-substitutions a
-    column and the product Phi' M_ii X. Boundary dofs that do not touch the inside keep their own sparse entries and
+    column. Boundary dofs that do not touch the inside keep their own sparse entries and
     cost nothing: that is how elements stay unreduced.
 
     Parameters
@@ -187,20 +187,30 @@ def _static_terms(basis: Basis, extra: Matrix | None, keep: IntArray, report: Re
     F_near, sides_near = sp.csr_matrix(F)[near].T, [sp.csr_matrix(A)[near].T for A in sides]
     stiffness, cross = np.zeros((n, n)), [np.zeros((n, n)) for _ in sides]
     inner = [np.zeros((n, n)) for _ in sides]
-    modal = [np.zeros((basis.fixed.omega2.size, n)) for _ in sides]
+    modal = [_modal_mass(basis.fixed, F_near, near), *(np.zeros((basis.fixed.omega2.size, n)) for _ in sides[1:])]
     kept = np.zeros((keep.size, n))
+    if n and inside.i.size:
+        _ = inside.factor  # what is free is what is left beside it
     for block in _blocks(n, inside.i.size):
-        X = -inside.solve(F[:, block].toarray(order="F"))
+        X = inside.solve(F[:, block].toarray(order="F"))
+        np.negative(X, out=X)
         X_near, kept[:, block] = X[near], X[keep]
         stiffness[:, block] = F_near @ X_near
         for k, times in enumerate(products):
             cross[k][:, block] = sides_near[k] @ X_near
             momentum = times(X)
-            modal[k][:, block] = basis.fixed.shapes.T @ momentum
+            if k:
+                modal[k][:, block] = basis.fixed.shapes.T @ momentum
             inner[k][:, block] = -(F_near @ inside.solve(momentum)[near])
         if report is not None:
             report(block.stop, n)
     return _Terms(columns, symmetric(stiffness), cross, [symmetric(A) for A in inner], modal, kept)
+
+
+def _modal_mass(fixed: Modes, F_near: Matrix, near: IntArray) -> FloatArray:
+    """Phi' M_ii Psi P = -Phi' K_ib P / omega^2, from the rows of Phi `near` the boundary alone: K_ii Phi = M_ii Phi
+    omega^2."""
+    return np.asarray(F_near @ np.ascontiguousarray(fixed.shapes[near])).T / -fixed.omega2[:, None]
 
 
 def _blocks(n: int, rows: int) -> Iterator[slice]:
