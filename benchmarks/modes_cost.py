@@ -31,7 +31,7 @@ from creak.linalg import lanczos as lanczos_module
 from creak.linalg import modes as modes_module
 from creak.linalg.factor import Factor
 from creak.linalg.modes import Modes, modes
-from creak.reduction.craig_bampton import COLUMNS
+from creak.reduction.constraint_modes import COLUMNS
 from creak.studies.models.deck_modes import UNDAMPED
 from creak.studies.run.costs import Meter
 from creak_thesis.door import write_door

@@ -9,7 +9,8 @@ import numpy as np
 from benchmarks.door import Door
 from creak.assembly.system import System
 from creak.linalg.factor import Factor
-from creak.reduction.craig_bampton import COLUMNS, fixed_interface_basis, reduced_matrices
+from creak.reduction.constraint_modes import COLUMNS
+from creak.reduction.craig_bampton import fixed_interface_basis, reduced_matrices
 from creak.reduction.inside import Inside
 from creak.studies.models.substructures import partition
 from creak.studies.run.costs import Meter

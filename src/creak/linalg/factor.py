@@ -231,9 +231,15 @@ class _SuperLUFactor:
 
 
 def _upper(A: Any) -> Any:
-    upper = sp.triu(sp.csr_matrix(A), format="csr")
-    upper.sort_indices()
-    return upper
+    """The upper triangle of a symmetric matrix, columns rising in every row."""
+    A = sp.csr_matrix(A)
+    if not A.has_canonical_format:
+        A = A.copy()
+        A.sum_duplicates()
+    kept = A.indices >= np.repeat(np.arange(A.shape[0], dtype=A.indices.dtype), np.diff(A.indptr))
+    before = np.zeros(A.nnz + 1, dtype=A.indptr.dtype)
+    np.cumsum(kept, out=before[1:])
+    return sp.csr_matrix((A.data[kept], A.indices[kept], before[A.indptr]), shape=A.shape, copy=False)
 
 
 class _PardisoFactor:

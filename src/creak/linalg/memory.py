@@ -10,6 +10,8 @@ from creak.errors import InputError, NumericalError
 GB = 1e9
 ENTRY, PRODUCT = 12.0, 16.0
 """Bytes of a stored entry: in a sparse matrix, in MKL's copy of it for products."""
+MADE = 30.0
+"""Bytes of an entry of K while a factor is made: K - s M, where its upper triangle lies, and that triangle."""
 OVERRIDE = "CREAK_MEMORY_GB"
 """Environment variable: gigabytes to count on instead of what the system says is free."""
 MEMINFO, GROUP, STATM = Path("/proc/meminfo"), Path("/sys/fs/cgroup"), Path("/proc/self/statm")

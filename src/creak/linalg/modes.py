@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.linalg as sla
@@ -14,9 +15,9 @@ from creak.later import later
 from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, refactor
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
-from creak.linalg.memory import PRODUCT, fits, free_bytes
+from creak.linalg.memory import MADE, PRODUCT, fits, free_bytes
 from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted
-from creak.linalg.scratch import held_in_memory, spared
+from creak.linalg.scratch import column, held_in_memory, spared
 from creak.linalg.sparse_product import BlockProduct
 from creak.linalg.windows import AMID, in_windows, window_size
 from creak.progress import Steps
@@ -33,8 +34,6 @@ MANY = 32
 """From so many modes on a factor amid them pays."""
 FEW = 0.05
 """Share of the free memory that a block of columns takes when residuals are looked at; there are six."""
-MADE = 40.0
-"""Bytes of an entry while a factor is made: K - s M, s M, the upper triangle and its copy."""
 LOW = 0.02
 """Modes below this share of the shift amid them are refined."""
 WINDOWS = 0.8
@@ -103,8 +102,23 @@ class _Pencil:
         return old
 
     def shifted(self, shift: float) -> Matrix:
-        """K - shift M; on disk where memory is short."""
-        return self.K if shift == 0.0 else spared(self.K - shift * self.M)
+        """K - shift M; its entries on disk where memory is short."""
+        if shift == 0.0:
+            return self.K
+        if not self._is_alike:
+            return spared(self.K - shift * self.M)
+        entries = column(self.K.nnz)
+        np.multiply(self.M.data, -shift, out=entries)
+        entries += self.K.data
+        return sp.csr_matrix((entries, self.K.indices, self.K.indptr), shape=self.K.shape, copy=False)
+
+    @cached_property
+    def _is_alike(self) -> bool:
+        """K and M have their entries at the same places: the difference takes no more than its numbers."""
+        if not all(sp.issparse(A) and A.format == "csr" and A.has_canonical_format for A in (self.K, self.M)):
+            return False
+        same = (np.array_equal(getattr(self.K, of), getattr(self.M, of)) for of in ("indptr", "indices"))
+        return self.K.nnz == self.M.nnz and all(same)
 
 
 def modes(

@@ -37,6 +37,14 @@ def vectors(n: int, k: int) -> FloatArray:
     return np.empty((k, n)) if held_in_memory(n, k) else _on_disk(n, k)
 
 
+def column(n: int) -> FloatArray:
+    """(n,) numbers like one of `vectors`; in memory where the disk does not hold them either."""
+    try:
+        return vectors(n, 1)[0]
+    except OutOfMemory:
+        return np.empty(n)
+
+
 def set_aside(X: FloatArray) -> FloatArray:
     """Columns X (n, k) in a file; as they are where the disk does not hold them."""
     try:

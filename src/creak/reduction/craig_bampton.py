@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,20 +12,14 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.damping import Damping
 from creak.assembly.system import Combine, Rows, System, momentum_fit, no_supports, to_dense
 from creak.linalg.dense_product import symmetric
-from creak.linalg.memory import free_bytes
 from creak.linalg.modes import Modes, lowest, modes
 from creak.linalg.sparse_product import BlockProduct
-from creak.progress import Progress
+from creak.progress import Progress, Steps
+from creak.reduction.constraint_modes import Terms, blocks, static_terms
 from creak.reduction.inside import Inside
 
-COLUMNS = 128
-"""Right-hand sides solved at a time."""
-FEWEST, STREAMED, SHARE = 16, 6, 0.3
-"""Where memory is short: columns at least, copies of them that are there at a time, and their share of what is free."""
 MOSTLY_FULL = 0.3
 """Reduced matrices with a larger share of entries are stored dense."""
-
-Report = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -140,85 +134,16 @@ class Matrices:
     static: StaticRows
 
 
-def _stage(progress: Progress | None, name: str, stage: str) -> Report | None:
+def _stage(progress: Progress | None, name: str, stage: str) -> Steps | None:
     return None if progress is None else lambda done, total: progress(f"{name}: {stage}", done, total)
 
 
-def _fixed_modes(inside: Inside, f_max: float | None, count: int | None, report: Report | None) -> Modes:
+def _fixed_modes(inside: Inside, f_max: float | None, count: int | None, report: Steps | None) -> Modes:
     n = inside.i.size
     if n == 0 or count == 0:
         return Modes(np.zeros(0), np.zeros((n, 0)), 0.0, True, next_omega2=np.inf if n == 0 else np.nan)
     K, M, held = inside.K_ii, inside.M_ii, inside.factor
     return modes(K, M, f_max=f_max, count=count, stiffness_factor=held, pieces=inside.pieces, progress=report)
-
-
-@dataclass(frozen=True)
-class _Terms:
-    """Static terms on the boundary columns that touch the inside."""
-
-    columns: IntArray
-    """(n_c,) columns of P that reach the inside."""
-    stiffness: FloatArray
-    """(n_c, n_c) P' K_bi Psi P."""
-    cross: list[FloatArray]
-    """(n_c, n_c) P' A_bi Psi P for A = M and, where there is one, C."""
-    inner: list[FloatArray]
-    """(n_c, n_c) P' Psi' A_ii Psi P."""
-    modal: list[FloatArray]
-    """(n_mode, n_c) Phi' A_ii Psi P."""
-    kept: FloatArray
-    """(k, n_c) the rows of Psi P that were asked for."""
-
-
-def _static_terms(basis: Basis, extra: Matrix | None, keep: IntArray, report: Report | None) -> _Terms:
-    """One pass over the constraint modes; `keep`: inner coordinates whose motion is kept."""
-    inside, P = basis.inside, basis.P
-    F, H = sp.csc_matrix(inside.K_ib @ P), sp.csc_matrix(inside.M_ib @ P)
-    sides, products = [H], [inside.mass]
-    if extra is not None:
-        rows = extra[inside.i]
-        sides.append(sp.csc_matrix(rows[:, inside.b] @ P))
-        products.append(BlockProduct(rows[:, inside.i]))
-    touched = sum((np.diff(A.indptr) for A in (F, *sides)), np.zeros(P.shape[1], dtype=np.int64))
-    columns = np.flatnonzero(touched)
-    n = columns.size
-    F, sides = F[:, columns], [A[:, columns] for A in sides]
-    near = np.unique(np.concatenate([A.indices for A in (F, *sides)]))
-    F_near, sides_near = sp.csr_matrix(F)[near].T, [sp.csr_matrix(A)[near].T for A in sides]
-    stiffness, cross = np.zeros((n, n)), [np.zeros((n, n)) for _ in sides]
-    inner = [np.zeros((n, n)) for _ in sides]
-    modal = [_modal_mass(basis.fixed, F_near, near), *(np.zeros((basis.fixed.omega2.size, n)) for _ in sides[1:])]
-    kept = np.zeros((keep.size, n))
-    if n and inside.i.size:
-        _ = inside.factor  # what is free is what is left beside it
-    for block in _blocks(n, inside.i.size):
-        X = inside.solve(F[:, block].toarray(order="F"))
-        np.negative(X, out=X)
-        X_near, kept[:, block] = X[near], X[keep]
-        stiffness[:, block] = F_near @ X_near
-        for k, times in enumerate(products):
-            cross[k][:, block] = sides_near[k] @ X_near
-            momentum = times(X)
-            if k:
-                modal[k][:, block] = basis.fixed.shapes.T @ momentum
-            inner[k][:, block] = -(F_near @ inside.solve(momentum)[near])
-        if report is not None:
-            report(block.stop, n)
-    return _Terms(columns, symmetric(stiffness), cross, [symmetric(A) for A in inner], modal, kept)
-
-
-def _modal_mass(fixed: Modes, F_near: Matrix, near: IntArray) -> FloatArray:
-    """Phi' M_ii Psi P = -Phi' K_ib P / omega^2, from the rows of Phi `near` the boundary alone: K_ii Phi = M_ii Phi
-    omega^2."""
-    return np.asarray(F_near @ np.ascontiguousarray(fixed.shapes[near])).T / -fixed.omega2[:, None]
-
-
-def _blocks(n: int, rows: int) -> Iterator[slice]:
-    """Of `COLUMNS`, or fewer where those of so many rows would take more than a share of the free memory."""
-    held = min(SHARE * free_bytes() / (STREAMED * 8.0 * max(rows, 1)), COLUMNS)
-    step = max(int(held), FEWEST)
-    for start in range(0, n, step):
-        yield slice(start, min(start + step, n))
 
 
 def reduced_matrices(
@@ -231,7 +156,7 @@ def reduced_matrices(
     inside, P, omega2 = basis.inside, basis.P, basis.fixed.omega2
     extra = None if system.damping.extra is None else sp.csr_matrix(system.damping.extra)
     keep = _inner(system, inside, watched)
-    terms = _static_terms(basis, extra, keep, _stage(progress, inside.name, "constraint modes"))
+    terms = static_terms(inside, P, basis.fixed, extra, keep, _stage(progress, inside.name, "constraint modes"))
     c, unit = terms.columns, np.eye(omega2.size)
 
     def own(A_bb: Matrix) -> Matrix:
@@ -308,7 +233,7 @@ def _plus(A: FloatArray, columns: IntArray, more: FloatArray) -> FloatArray:
     return B
 
 
-def _reduced_damping(basis: Basis, terms: _Terms, extra: Matrix, own: Callable[[Matrix], Matrix]) -> Matrix:
+def _reduced_damping(basis: Basis, terms: Terms, extra: Matrix, own: Callable[[Matrix], Matrix]) -> Matrix:
     inside, Phi = basis.inside, basis.fixed.shapes
     rows = extra[inside.i]
     to_modes = _plus(_to_modes(basis, rows[:, inside.b]), terms.columns, terms.modal[1])
@@ -360,7 +285,7 @@ def _static_rows(basis: Basis, A_i: Matrix) -> FloatArray:
     out = np.zeros((A_i.shape[0], basis.n_boundary))
     if A_i.shape[0]:
         F = sp.csr_matrix((basis.inside.K_ib @ basis.P).T)
-        for block in _blocks(A_i.shape[0], A_i.shape[1]):
+        for block in blocks(A_i.shape[0], A_i.shape[1]):
             out[block] = -np.asarray(F @ basis.inside.solve(A_i[block].T.toarray(order="F"))).T
     return out
 

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 
 from creak.arrays import Matrix
 from creak.linalg.factor import Factor, factor, factor_bytes, regular_factor
-from creak.linalg.memory import ENTRY, PRODUCT, OutOfMemory, free_bytes
+from creak.linalg.memory import MADE, PRODUCT, OutOfMemory, free_bytes
 from creak.linalg.pieces.factor import PieceFactor, Pieces, cut_to_fit
 from creak.linalg.windows import window_bytes
 
@@ -24,8 +24,13 @@ def plenty(*sizes: int) -> bool:
 
 
 def beside_factor(n: int, K: float, M: float) -> float:
-    """K - s M, the product with M, and the vectors of the smallest window; K, M: stored entries."""
-    return ENTRY * K + PRODUCT * M + window_bytes(n)
+    """The product with M, and what K - s M takes until its factor is there or the vectors of the smallest window then.
+
+    Parameters
+    ----------
+    K, M : stored entries.
+    """
+    return PRODUCT * M + max(MADE * K, window_bytes(n))
 
 
 def beside_pieces(n: int, M: float) -> float:

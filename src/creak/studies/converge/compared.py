@@ -36,6 +36,7 @@ def assess(
     tolerance : events that start this close are the same, s.
     """
     families = {name: pair for name, pair in LAST_TWO.items() if set(pair) <= outcomes.keys()}
+    told = frozenset(name for name, pair in families.items() if not outcomes[pair[1]].variant.judged)
     samples = {
         name: compare_statistics(outcomes[a].events, outcomes[b].events, window) for name, (a, b) in families.items()
     }
@@ -44,7 +45,7 @@ def assess(
         for name, o in outcomes.items()
         if name != BASE
     }
-    events = _events(outcomes, matches, families, window, tolerance)
+    events = _events(outcomes, matches, families, told, window, tolerance)
     new = {name: len(match.extra) for name, match in matches.items()}
     return Convergence(
         model,
@@ -53,12 +54,12 @@ def assess(
         window,
         events,
         new,
-        _totals(outcomes, families),
+        _totals(outcomes, families, told),
         samples,
         FINER in outcomes,
         _parted(events),
         notes,
-        _places(outcomes, families),
+        _places(outcomes, families, told),
     )
 
 
@@ -66,6 +67,7 @@ def _events(
     outcomes: dict[str, Outcome],
     matches: dict[str, EventMatch],
     families: dict[str, tuple[str, str]],
+    told: frozenset[str],
     window: tuple[float, float],
     tolerance: float,
 ) -> tuple[EventSettling, ...]:
@@ -77,7 +79,7 @@ def _events(
         same = {BASE: event} | {name: p[id(event)] for name, p in partners.items() if id(event) in p}
         problem = _problem(event, same, outcomes, tolerance)
         figures = {
-            name: _settling(name, {run: of(e) for run, e in same.items()}, families, limits[name], problem)
+            name: _settling(name, {run: of(e) for run, e in same.items()}, families, told, limits[name], problem)
             for name, of in FIGURES.items()
         }
         found.append(EventSettling(event, problem, figures))
@@ -94,22 +96,29 @@ def _parted(events: tuple[EventSettling, ...]) -> bool:
 
 
 def _problem(event: Event, same: dict[str, Event], outcomes: dict[str, Outcome], tolerance: float) -> str:
-    """Runs without a partner of the event, and those that ended before it was over."""
-    early = [name for name, o in outcomes.items() if o.stopped and o.end < event.t_end + tolerance]
-    absent = [name for name in outcomes if name not in same and name not in early]
+    """Runs without a partner of the event, and those that ended before it was over; of those that decide."""
+    early = [n for n, o in outcomes.items() if o.variant.judged and o.stopped and o.end < event.t_end + tolerance]
+    absent = [n for n, o in outcomes.items() if o.variant.judged and n not in same and n not in early]
     said = [f"absent with {', '.join(absent)}"] if absent else []
     said += [f"{', '.join(early)} stopped before"] if early else []
     return "; ".join(said)
 
 
 def _settling(
-    name: str, values: dict[str, float], families: dict[str, tuple[str, str]], limit: float, problem: str = ""
+    name: str,
+    values: dict[str, float],
+    families: dict[str, tuple[str, str]],
+    told: frozenset[str],
+    limit: float,
+    problem: str = "",
 ) -> Settling:
     changes = {family: change(name, values.get(a), values.get(b)) for family, (a, b) in families.items()}
-    return Settling(name, values, changes, limit, problem)
+    return Settling(name, values, changes, limit, problem, told)
 
 
-def _totals(outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]]) -> dict[str, Settling]:
+def _totals(
+    outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]], told: frozenset[str]
+) -> dict[str, Settling]:
     """Figures of the whole run, of the runs that reached its end."""
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
     columns: dict[str, Callable[[Outcome], float]] = {
@@ -117,15 +126,17 @@ def _totals(outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]]) 
         "impulse": lambda o: o.impulse,
         "force": lambda o: o.force,
     }
-    short = ", ".join(name for name in outcomes if name not in whole)
+    short = ", ".join(name for name, o in outcomes.items() if name not in whole and o.variant.judged)
     problem = f"{short} stopped early" if short else ""
     return {
-        key: _settling(key, {name: of(o) for name, o in whole.items()}, families, SETTLED, problem)
+        key: _settling(key, {name: of(o) for name, o in whole.items()}, families, told, SETTLED, problem)
         for key, of in columns.items()
     }
 
 
-def _places(outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]]) -> tuple[dict[str, Settling], ...]:
+def _places(
+    outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]], told: frozenset[str]
+) -> tuple[dict[str, Settling], ...]:
     """How far each figure of each place has settled, by the runs that reached their end."""
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
     out = []
@@ -134,6 +145,8 @@ def _places(outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]]) 
             figure: {name: o.places[k][figure] for name, o in whole.items() if figure in o.places[k]}
             for figure in OF_PLACE
         }
-        problem = {f: "" if len(known) == len(outcomes) else "not known in all runs" for f, known in values.items()}
-        out.append({f: _settling(f, known, families, SETTLED, problem[f]) for f, known in values.items() if known})
+        problem = {f: "" if len(runs) == len(outcomes) else "not known in all runs" for f, runs in values.items()}
+        out.append(
+            {f: _settling(f, known, families, told, SETTLED, problem[f]) for f, known in values.items() if known}
+        )
     return tuple(out)

@@ -13,6 +13,8 @@ from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.statistics import EventStatistics, is_crowded, rate_interval
 
 SETTLED, STATISTICS, UNSETTLED = "settled", "statistics", "unsettled"
+FAINT = 0.1
+"""Force of the place over that of the hardest event, up to which an event that has not settled may be let be."""
 KEYS = {
     "start": "t_start",
     "duration": "duration",
@@ -70,11 +72,11 @@ def _of_convergence(c: Convergence) -> Verdict:
     if not c.families:
         return Verdict(UNSETTLED, c.notes)
     open_ones = [e for e in c.events if not e.settled]
-    whole = [t for t in c.totals.values() if not t.settled]
-    few = len(open_ones) <= max(1.0, (1.0 - ENOUGH) * len(c.events)) if c.events else True
-    new = max(c.new.values(), default=0)
-    if few and not whole and new <= max(1.0, (1.0 - ENOUGH) * len(c.events)):
-        return Verdict(SETTLED, _exceptions(open_ones, len(c.events)))
+    whole = [t for name, t in c.totals.items() if name != "events" and not t.settled]  # those are counted one by one
+    new = max((n for name, n in c.new.items() if c.outcomes[name].variant.judged), default=0)
+    few = max(1.0, (1.0 - ENOUGH) * len(c.events))
+    if not whole and new <= few and (len(open_ones) <= few or are_faint(open_ones, c)):
+        return Verdict(SETTLED, _exceptions(open_ones, c))
     reasons = _reasons(c, open_ones, whole, new)
     if c.statistics and all(_alike(s) for s in c.statistics.values()) and c.chaotic:
         return Verdict(
@@ -88,7 +90,23 @@ def _of_convergence(c: Convergence) -> Verdict:
     return Verdict(UNSETTLED, reasons)
 
 
-def _exceptions(open_ones: list[EventSettling], count: int) -> tuple[str, ...]:
+def are_faint(events: list[EventSettling], c: Convergence) -> bool:
+    """Whether events decide nothing: each is far below the hardest one, and together they carry next to nothing.
+
+    A tap of a hundredth of the hardest hit moves by its own 5 % where the motion moves by next to nothing.
+    """
+    force, impulse = _shares(events, c)
+    return force <= FAINT and impulse <= 1.0 - ENOUGH
+
+
+def _shares(events: list[EventSettling], c: Convergence) -> tuple[float, float]:
+    """Force of the place of the hardest of them over that of all events, and their part of the impulse."""
+    hardest, all_of_it = max(e.event.force_place for e in c.events), sum(e.event.impulse for e in c.events)
+    force, impulse = max(e.event.force_place for e in events), sum(e.event.impulse for e in events)
+    return force / hardest if hardest else 0.0, impulse / all_of_it if all_of_it else 0.0
+
+
+def _exceptions(open_ones: list[EventSettling], c: Convergence) -> tuple[str, ...]:
     """The few events that have not settled, in a sentence: the hardest of them is told."""
     if not open_ones:
         return ()
@@ -96,7 +114,11 @@ def _exceptions(open_ones: list[EventSettling], count: int) -> tuple[str, ...]:
     said = f"event at {hardest.event.t_start:.4f} s: {_open(hardest)}"
     if len(open_ones) == 1:
         return (said,)
-    return (f"{len(open_ones)} of {count} events have not, the hardest of them the {said}",)
+    faint = ""
+    if are_faint(open_ones, c):
+        force, impulse = _shares(open_ones, c)
+        faint = f" (none above {100.0 * force:.2g} % of the largest force, {100.0 * impulse:.2g} % of the impulse)"
+    return (f"{len(open_ones)} of {len(c.events)} events have not{faint}, the hardest of them the {said}",)
 
 
 def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settling], new: int) -> tuple[str, ...]:

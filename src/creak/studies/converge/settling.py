@@ -68,6 +68,8 @@ class Variant:
     """Factor on the stiffness of the contacts."""
     f_max: float | None = None
     """Hz, of the reduction; None: the model is not reduced."""
+    judged: bool = True
+    """False: a figure that the study gives is varied; what that changes is told, and nothing is unsettled by it."""
 
 
 @dataclass(frozen=True)
@@ -120,6 +122,8 @@ class Settling:
     limit: float
     problem: str = ""
     """Why it cannot be settled; empty: the changes decide."""
+    told: frozenset[str] = frozenset()
+    """Families that decide nothing."""
 
     @property
     def settled_to(self) -> float:
@@ -128,14 +132,14 @@ class Settling:
 
     @property
     def worst(self) -> str:
-        """The family that moves the figure most; empty where that is not known."""
-        known = {k: abs(v) for k, v in self.changes.items() if not np.isnan(v)}
+        """The family of those that decide that moves the figure most; empty where that is not known."""
+        known = {k: abs(v) for k, v in self.changes.items() if not np.isnan(v) and k not in self.told}
         return max(known, key=known.__getitem__) if known else ""
 
     @property
     def settled(self) -> bool:
         """The last refinements agree, and so do the base run and the finest one."""
-        changes = all(abs(x) <= self.limit_of(family) for family, x in self.changes.items())
+        changes = all(abs(x) <= self.limit_of(family) for family, x in self.changes.items() if family not in self.told)
         return not self.problem and bool(self.changes) and changes and not abs(self.base_error) > self.limit
 
     def limit_of(self, family: str) -> float:

@@ -34,6 +34,7 @@ from creak.studies.prepare.setup import Setup
 from creak.studies.run.job import Run, StudyResult, march_run
 
 NO_PLACES = Followed()
+GIVEN = "the contact stiffness is the study's own: what another one changes is told, and unsettles nothing"
 HALVED = 2.0
 """How much finer the contact is resolved with half the tolerance."""
 
@@ -78,13 +79,14 @@ def plan(result: StudyResult) -> tuple[list[Variant], list[str]]:
     base, notes = _base_variant(result), []
     h, quarter = base.step, 0.25 * base.step
     variants = [replace(base, name=name, family="step", step=x) for name, x in ((HALF, 0.5 * h), (QUARTER, quarter))]
-    softer = _scaled(result)
+    softer, own = _scaled(result), _is_given(result)
     hard = int(np.isinf(result.gaps.stiffness).sum())
     if softer.size:
         variants += [
-            replace(base, name=name, family="stiffness", step=quarter, stiffness=factor)
+            replace(base, name=name, family="stiffness", step=quarter, stiffness=factor, judged=not own)
             for name, factor in ((TWICE, 2.0), (TENFOLD, 10.0))
         ]
+    notes += [GIVEN] if softer.size and own else []
     if hard:
         notes.append(f"{hard} hard channels have no stiffness to vary and stay hard in all runs")
     if result.setup.connectors.m:
@@ -103,10 +105,12 @@ def _exact_plan(result: StudyResult) -> tuple[list[Variant], list[str]]:
     base, notes = _base_variant(result), []
     variants = [replace(base, name=FINER, family="tolerance", step=base.step / HALVED, refined=HALVED)]
     if _scaled(result).size:
+        own = _is_given(result)
         variants += [
-            replace(base, name=SOFTER, family="softer", stiffness=0.5),
-            replace(base, name=STIFFER, family="stiffer", stiffness=2.0),
+            replace(base, name=SOFTER, family="softer", stiffness=0.5, judged=not own),
+            replace(base, name=STIFFER, family="stiffer", stiffness=2.0, judged=not own),
         ]
+        notes += [GIVEN] if own else []
     if base.f_max is not None and result.setup.study.config.reduction.method != "guyan":
         variants.append(replace(base, name=MORE_MODES, family="modes", f_max=MODES_FACTOR * base.f_max))
     elif base.f_max is not None:
@@ -126,6 +130,12 @@ def _scaled(result: StudyResult) -> IntArray:
     """Channels of contact pairs with a finite stiffness or a curve."""
     contacts = set(result.setup.contacts.group)
     return np.flatnonzero(result.gaps.of_groups(contacts) & np.isfinite(result.gaps.stiffness))
+
+
+def _is_given(result: StudyResult) -> bool:
+    """Whether the study says how stiff every contact is, by a number or a curve."""
+    tables = result.setup.study.config.contact
+    return all(t.stiffness != "auto" or t.overclosure is not None for t in tables.values())
 
 
 def _base_variant(result: StudyResult) -> Variant:

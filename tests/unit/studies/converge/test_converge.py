@@ -342,6 +342,23 @@ def test_few_events_that_have_not_settled_are_told_in_one_sentence(open_ones, sa
     assert (verdict.word, verdict.reasons) == ("settled", said)
 
 
+@pytest.mark.parametrize(("faint", "word"), [(0.05, "settled"), (0.2, "unsettled")])
+def test_faint_events_decide_nothing(faint, word):
+    """8 hits of 1 N settle, 4 taps do not: they carry a part of the impulse like that of their force."""
+    hits = [event(float(t)) for t in range(8)]
+    taps = [event(t + 0.5, force=faint, impulse=faint * hits[0].impulse) for t in range(4)]
+    last = [replace(e, impulse=1.2 * e.impulse) for e in taps]
+    same = dict.fromkeys(("base", "h2", "h4", "k2"), hits + taps)
+    c = assess(outcomes(**same, k10=hits + last), "reduced", (0.0, 60.0), 0.01)
+    assert [e.settled for e in c.events].count(False) == 4
+    verdict = _of_convergence(c)
+    assert verdict.word == word
+    if word == "settled":
+        assert verdict.reasons[0].startswith(
+            "4 of 12 events have not (none above 5 % of the largest force, 2.4 % of the impulse), the hardest"
+        )
+
+
 def test_dense_events_are_compared_by_their_distributions():
     """50 events in a second: single ones scatter by 30 %, the samples are the same in another order."""
     rng = np.random.default_rng(0)

@@ -1,0 +1,92 @@
+"""Constraint modes of a part, streamed: what the reduced matrices need of Psi P, Psi = -K_ii^-1 K_ib."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import FloatArray, IntArray, Matrix
+from creak.linalg.dense_product import symmetric
+from creak.linalg.memory import free_bytes
+from creak.linalg.modes import Modes
+from creak.linalg.sparse_product import BlockProduct
+from creak.progress import Steps
+from creak.reduction.inside import Inside
+
+COLUMNS = 128
+"""Right-hand sides solved at a time."""
+FEWEST, STREAMED, SHARE = 16, 6, 0.3
+"""Where memory is short: columns at least, copies of them that are there at a time, and their share of what is free."""
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Static terms on the boundary columns that touch the inside."""
+
+    columns: IntArray
+    """(n_c,) columns of P that reach the inside."""
+    stiffness: FloatArray
+    """(n_c, n_c) P' K_bi Psi P."""
+    cross: list[FloatArray]
+    """(n_c, n_c) P' A_bi Psi P for A = M and, where there is one, C."""
+    inner: list[FloatArray]
+    """(n_c, n_c) P' Psi' A_ii Psi P."""
+    modal: list[FloatArray]
+    """(n_mode, n_c) Phi' A_ii Psi P."""
+    kept: FloatArray
+    """(k, n_c) the rows of Psi P that were asked for."""
+
+
+def static_terms(
+    inside: Inside, P: Matrix, fixed: Modes, extra: Matrix | None, keep: IntArray, report: Steps | None
+) -> Terms:
+    """One pass over the constraint modes; `keep`: inner coordinates whose motion is kept."""
+    F, H = sp.csc_matrix(inside.K_ib @ P), sp.csc_matrix(inside.M_ib @ P)
+    sides, products = [H], [inside.mass]
+    if extra is not None:
+        rows = extra[inside.i]
+        sides.append(sp.csc_matrix(rows[:, inside.b] @ P))
+        products.append(BlockProduct(rows[:, inside.i]))
+    touched = sum((np.diff(A.indptr) for A in (F, *sides)), np.zeros(P.shape[1], dtype=np.int64))
+    columns = np.flatnonzero(touched)
+    n = columns.size
+    F, sides = F[:, columns], [A[:, columns] for A in sides]
+    near = np.unique(np.concatenate([A.indices for A in (F, *sides)]))
+    F_near, sides_near = sp.csr_matrix(F)[near].T, [sp.csr_matrix(A)[near].T for A in sides]
+    stiffness, cross = np.zeros((n, n)), [np.zeros((n, n)) for _ in sides]
+    inner = [np.zeros((n, n)) for _ in sides]
+    modal = [_modal_mass(fixed, F_near, near), *(np.zeros((fixed.omega2.size, n)) for _ in sides[1:])]
+    kept = np.zeros((keep.size, n))
+    if n and inside.i.size:
+        _ = inside.factor  # what is free is what is left beside it
+    for block in blocks(n, inside.i.size):
+        X = inside.solve(F[:, block].toarray(order="F"))
+        np.negative(X, out=X)
+        X_near, kept[:, block] = X[near], X[keep]
+        stiffness[:, block] = F_near @ X_near
+        for k, times in enumerate(products):
+            cross[k][:, block] = sides_near[k] @ X_near
+            momentum = times(X)
+            if k:
+                modal[k][:, block] = fixed.shapes.T @ momentum
+            inner[k][:, block] = -(F_near @ inside.solve(momentum)[near])
+        if report is not None:
+            report(block.stop, n)
+    return Terms(columns, symmetric(stiffness), cross, [symmetric(A) for A in inner], modal, kept)
+
+
+def _modal_mass(fixed: Modes, F_near: Matrix, near: IntArray) -> FloatArray:
+    """Phi' M_ii Psi P = -Phi' K_ib P / omega^2, from the rows of Phi `near` the boundary alone: K_ii Phi = M_ii Phi
+    omega^2."""
+    return np.asarray(F_near @ np.ascontiguousarray(fixed.shapes[near])).T / -fixed.omega2[:, None]
+
+
+def blocks(n: int, rows: int) -> Iterator[slice]:
+    """Of `COLUMNS`, or fewer where those of so many rows would take more than a share of the free memory."""
+    held = min(SHARE * free_bytes() / (STREAMED * 8.0 * max(rows, 1)), COLUMNS)
+    step = max(int(held), FEWEST)
+    for start in range(0, n, step):
+        yield slice(start, min(start + step, n))
