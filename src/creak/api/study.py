@@ -166,12 +166,14 @@ def run_setup(
     record: bool = True,
     changes: Changes = "none",
     device: Device = "auto",
+    keep: bool = False,
     checkpoints: Checkpoints | None = None,
 ) -> Result:
     """Run what `set_up` made, parameters as `run`, and sum it up; nothing is warned of: look at the Result.
 
     Parameters
     ----------
+    keep : save superelements in their folder, where that is there, for the runs to come.
     checkpoints : from which an unreduced run goes on, and which it writes.
 
     Raises
@@ -188,7 +190,7 @@ def run_setup(
     report = progress if progress is not None else silent
     store = store_of(setup.study) if superelements is None else Path(superelements)
     check_solver(device)
-    found = run_study(replace(setup, device=device), report, store, record=record, checkpoints=checkpoints)
+    found = run_study(replace(setup, device=device), report, store, record=record, keep=keep, checkpoints=checkpoints)
 
     from creak.studies.cause.found import causes_of  # what comes after the run is not waited for before it
     from creak.studies.converge.variants import converge as repeat

@@ -36,7 +36,12 @@ def run(
         help="Run the study with another value, as contact.flange.clearance=3.2; the file stays as it is. Repeatable.",
     ),
     superelements: Path | None = typer.Option(
-        None, "--superelements", help="Folder that `creak reduce` wrote; default: superelements/ beside the study."
+        None, "--superelements", help="Folder of saved superelements; default: superelements/ beside the study."
+    ),
+    keep: bool = typer.Option(
+        True,
+        "--keep/--no-keep",
+        help="Save superelements, and what else the next run may need again, in solved/ there.",
     ),
     units: UnitsName = typer.Option(
         "mm-t-s", "--units", help="Units of a deck that is run by itself, for the report; a study names its own."
@@ -84,9 +89,12 @@ def run(
     from creak.api.extras import missing_for_report, no_report_text
     from creak.api.study import run_setup, set_up
     from creak.dynamics.cuda.solver import check_solver
+    from creak.formats.endings import is_deck
+    from creak.studies.file.identity import STORE
     from creak.studies.results.of_another import refuse_other_study
     from creak.studies.results.save import check_folder
     from creak.studies.run.checkpoint import Checkpoints
+    from creak.studies.solved import opened
 
     check_solver(device)
     given = changed_study(study_file, changes) if changes else study_file
@@ -96,9 +104,9 @@ def run(
     if not force:
         refuse_other_study(folder, study_file.name)
     told: set[str] = set()
-    checkpoints = Checkpoints(folder)
+    checkpoints, beside = Checkpoints(folder), None if is_deck(study_file) else study_file.parent / STORE
     with Output(quiet, verbose, as_json) as output:
-        with output.progress as progress:
+        with output.progress as progress, opened(superelements or beside if keep else None):
             with progress.phase("read the model and find the contacts"):
                 setup = set_up(given, ignore, units, superelements)
             setup_detail(output, setup)
@@ -111,6 +119,7 @@ def run(
                 record=animation_mb > 0.0,
                 changes="checked" if check_changes else "predicted" if changes_wanted else "none",
                 device=device,
+                keep=keep,
                 checkpoints=checkpoints,
             )
             progress("write results", 0, 2)

@@ -11,6 +11,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.linalg.dense_product import inner, product, right_solve, subtract_product, symmetric
 from creak.linalg.factor import Factor
 from creak.linalg.memory import require
+from creak.linalg.scratch import rows_of
 from creak.linalg.sparse_product import BlockProduct
 from creak.linalg.threads import one_blas_thread
 from creak.progress import Steps
@@ -60,10 +61,14 @@ class Ritz:
 
 
 class _Basis:
-    """Lanczos vectors Q (n, used) in one piece of memory, which the eigenvectors later take over."""
+    """Lanczos vectors Q (n, used) in one piece, which the eigenvectors later take over.
+
+    Where they take much of the memory they lie in a file that the system keeps there as far as it can: more of them
+    than were expected slow the work down, and do not end it.
+    """
 
     def __init__(self, n: int, capacity: int) -> None:
-        self._rows = np.empty((capacity, n))
+        self._rows = rows_of(n, capacity)
         self._signs = np.random.default_rng(1984)
         self._probe = np.zeros((n, PROBES), order="F")
         self.used = 0
@@ -71,10 +76,17 @@ class _Basis:
     def append(self, W: FloatArray) -> None:
         width = W.shape[1]
         if self.used + width > self._rows.shape[0]:
-            self._rows.resize((int(1.3 * self._rows.shape[0]) + width, self._rows.shape[1]), refcheck=False)
+            self._enlarge(int(1.3 * self._rows.shape[0]) + width)
         self._rows[self.used : self.used + width] = W.T
         subtract_product(self._probe, W, self._signs.choice([-1.0, 1.0], (width, PROBES)))
         self.used += width
+
+    def _enlarge(self, capacity: int) -> None:
+        if isinstance(self._rows, np.memmap):
+            before, self._rows = self._rows, rows_of(self._rows.shape[1], capacity)
+            self._rows[: self.used] = before[: self.used]
+        else:
+            self._rows.resize((capacity, self._rows.shape[1]), refcheck=False)
 
     def loss(self, Z: FloatArray, R: FloatArray) -> float:
         """Largest |Q' z| over the columns z of Z R^-1, where Z = M W and W = Q_new R, from random combinations of Q:
@@ -101,6 +113,8 @@ class _Basis:
         for first in range(0, n, ROWS):
             part = slice(first, first + ROWS)
             self._rows[:k, part] = product(self._rows[: self.used, part].T, S).T
+        if isinstance(self._rows, np.memmap):
+            return self._rows[:k].T
         self._rows.resize((k, n), refcheck=False)
         return self._rows.T
 

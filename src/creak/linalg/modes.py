@@ -17,7 +17,7 @@ from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
 from creak.linalg.memory import MADE, PRODUCT, fits, free_bytes
 from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted
-from creak.linalg.scratch import column, held_in_memory, spared
+from creak.linalg.scratch import held_in_memory, rows_of, spared
 from creak.linalg.sparse_product import BlockProduct
 from creak.linalg.windows import AMID, in_windows, window_size
 from creak.progress import Steps
@@ -107,7 +107,7 @@ class _Pencil:
             return self.K
         if not self._is_alike:
             return spared(self.K - shift * self.M)
-        entries = column(self.K.nnz)
+        entries = rows_of(self.K.nnz, 1)[0]
         np.multiply(self.M.data, -shift, out=entries)
         entries += self.K.data
         return sp.csr_matrix((entries, self.K.indices, self.K.indptr), shape=self.K.shape, copy=False)

@@ -37,12 +37,12 @@ def vectors(n: int, k: int) -> FloatArray:
     return np.empty((k, n)) if held_in_memory(n, k) else _on_disk(n, k)
 
 
-def column(n: int) -> FloatArray:
-    """(n,) numbers like one of `vectors`; in memory where the disk does not hold them either."""
+def rows_of(n: int, k: int) -> FloatArray:
+    """`vectors`, in memory where the disk does not hold them either."""
     try:
-        return vectors(n, 1)[0]
+        return vectors(n, k)
     except OutOfMemory:
-        return np.empty(n)
+        return np.empty((k, n))
 
 
 def set_aside(X: FloatArray) -> FloatArray:

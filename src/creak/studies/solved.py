@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,26 @@ from creak.errors import CreakError
 from creak.formats.stored.solved import read_solved, write_solved
 from creak.version import edition
 
+SOLVED = "solved"
+"""Folder in that of the superelements where runs keep what the next one may need; it may be deleted."""
 LARGEST = 200_000_000
 """Bytes above which nothing is kept."""
 KEPT = 4
 """Files of a kind that are kept, those written last."""
+
+
+@contextmanager
+def opened(store: Path | None) -> Iterator[None]:
+    """The folder is there for what is kept, and gone again where nothing was; one that cannot be made keeps nothing."""
+    if store is not None:
+        with suppress(OSError):
+            store.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    finally:
+        if store is not None:
+            with suppress(OSError):  # not empty
+                store.rmdir()
 
 
 def solved(
@@ -40,7 +57,7 @@ def solved(
     if store is None or not store.is_dir():
         return make()
     key = hashlib.blake2b("\n".join([edition(), kind, *made_from]).encode(), digest_size=16).hexdigest()
-    path = store / "solved" / f"{kind}.{key}.h5"
+    path = store / SOLVED / f"{kind}.{key}.h5"
     found = read_solved(path, key)
     if found is not None:
         return found
@@ -48,7 +65,7 @@ def solved(
     if sum(array.nbytes for array in found.values()) <= LARGEST:
         try:
             write_solved(path, key, found)
-            _forget(path.parent, kind, KEPT if most is None else most)
+            forget(path.parent, f"{kind}.*.h5", KEPT if most is None else most)
         except (OSError, CreakError):  # a folder that may only be read, a full disk
             if path.parent.is_dir() and not any(path.parent.iterdir()):
                 path.parent.rmdir()
@@ -62,11 +79,13 @@ def keep_in(
     return lambda arrays, make: solved(store, kind, [digest_of_record(list(arrays))] if store else [], make)
 
 
-def _forget(folder: Path, kind: str, most: int) -> None:
-    """Remove the files of a kind but the last ones."""
-    files = sorted(folder.glob(f"{kind}.*.h5"), key=lambda p: p.stat().st_mtime)
-    for old in files[:-most]:
+def forget(folder: Path, pattern: str, most: int) -> list[Path]:
+    """Remove the files of a pattern but the last ones written; returns those."""
+    files = sorted(folder.glob(pattern), key=lambda p: p.stat().st_mtime)
+    gone = files[: max(len(files) - most, 0)]
+    for old in gone:
         old.unlink(missing_ok=True)
+    return gone
 
 
 def digest_of(A: Matrix | IntArray) -> str:

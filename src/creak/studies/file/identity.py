@@ -12,11 +12,13 @@ from creak.studies.file.paths import DECKS, deck_files, map_paths
 from creak.studies.file.reader import Study
 
 BLOCK = 1 << 20
+STORE = "superelements"
+"""Folder beside a study where its superelements lie unless the user says otherwise."""
 
 
 def store_of(study: Study) -> Path:
     """Where a study's superelements lie unless the user says otherwise."""
-    return study.path.parent / "superelements"
+    return study.path.parent / STORE
 
 
 def new_identity(study: Study, deck_sha256: str) -> RunIdentity:

@@ -27,7 +27,7 @@ from creak.reduction.massless_boundary import massless_boundary
 from creak.reduction.modal import support_motion
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
 from creak.studies.models.substructures import UNREDUCED, Partition, partition
-from creak.studies.models.superelements import KEPT, Reduced, reduce_substructure, with_all_modes
+from creak.studies.models.superelements import KEPT, Reduced, kept_of_run, reduce_substructure, with_all_modes
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
 from creak.studies.solved import digest_of, solved
@@ -71,12 +71,15 @@ def reduce_model(
     progress: Progress,
     store: Path | None = None,
     made: Callable[[Reduced], Reduced] | None = None,
+    *,
+    keep: bool = False,
 ) -> ReducedModel:
     """Reduce as [reduction] says.
 
     Parameters
     ----------
     store : folder of saved superelements to take unchanged ones from.
+    keep : save superelements there for the runs to come.
     made : is handed every superelement as soon as it is there, its factor included, and returns what is kept of it.
         With it a part that cannot be reduced does not keep the others from it: the first one's error comes at the end.
 
@@ -89,7 +92,7 @@ def reduce_model(
     if whole:
         all_of_it = _whole(setup, reference, gaps, progress)
     else:
-        all_of_it = _by_parts(setup, reference, gaps, progress, store, made)
+        all_of_it = _by_parts(setup, reference, gaps, progress, store, made, keep=keep)
     superelements, model, system, retained, kept, notes, coupled = all_of_it
     wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
     return ReducedModel(superelements, model, system, retained, kept, wall, cpu, notes, coupled)
@@ -140,6 +143,8 @@ def _by_parts(
     progress: Progress,
     store: Path | None,
     made: Callable[[Reduced], Reduced] | None,
+    *,
+    keep: bool,
 ) -> _Made:
     cut = partition(setup, reference, gaps)
     superelements, notes, failed = [], [], []
@@ -155,6 +160,8 @@ def _by_parts(
             continue
         if made is not None:
             reduced = made(reduced)
+        elif keep and store is not None:
+            reduced = kept_of_run(store, reduced, setup)
         superelements.append(reduced)
         reduced.inside.release(above=KEPT if made is None else 0)  # who was handed it has checked it
         notes += more

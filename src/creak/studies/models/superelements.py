@@ -18,7 +18,7 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
-from creak.errors import InputError, NumericalError
+from creak.errors import CreakError, InputError, NumericalError
 from creak.formats.safe_names import file_stem
 from creak.formats.stored.boundary import Boundary, boundary_arrays, boundary_of, state_of
 from creak.formats.stored.superelement import (
@@ -31,6 +31,7 @@ from creak.formats.stored.superelement import (
 from creak.later import later
 from creak.linalg.memory import GB, OutOfMemory
 from creak.linalg.modes import Modes
+from creak.linalg.scratch import disk_room
 from creak.model.dofs import PER_NODE, dofs_of, nodes_of
 from creak.model.mesh import Model
 from creak.model.superelement import Superelement
@@ -50,13 +51,15 @@ from creak.studies.models.reference import observed_labels
 from creak.studies.models.substructures import Substructure
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.watched import watched_labels
-from creak.studies.solved import digest_of, solved
-from creak.version import version
+from creak.studies.solved import SOLVED, digest_of, forget, solved
+from creak.version import edition
 
 MODES_FACTOR = 1.5
 """Highest mode computed over f_max, where the influence of f_max on the answer is looked at."""
 KEPT = 300_000_000
 """Bytes of a part's factor up to which it stays for the check of the superelement; a larger one is made again."""
+SPARED = 2
+"""Superelements of a part that runs keep, those made last."""
 WORDS = {
     "stiffness": "its stiffness changed",
     "mass": "its mass changed",
@@ -176,7 +179,7 @@ def fingerprints(sub: Substructure, modes: str) -> dict[str, str]:
         "retained": digest_of(sub.boundary),
         "interface": "" if sub.shape is None else digest_of(sub.shape),
         "modes": modes,
-        "creak": version(),
+        "creak": edition(),
     }
 
 
@@ -195,11 +198,18 @@ def _from_store(folder: Path | None, name: str, made_from: Mapping[str, str]) ->
     """What fits, or but for its retained dofs does, and notes for people."""
     if folder is None:
         return None, []
-    shared = shared_path(folder, name, made_from)
-    if shared.exists():
-        found = _boundary(folder, shared)
+    for place in (folder, folder / SOLVED):
+        same = shared_path(place, name, made_from)
+        if not same.exists():
+            continue
+        try:
+            found = _boundary(folder, same)
+        except InputError:
+            if place == folder:
+                raise
+            continue  # a run kept it by itself, and makes it again
         if found.saved.made_from == made_from:
-            return found, [f"superelement {name}: taken from {shared.name}"]
+            return found, [f"superelement {name}: taken from {same.relative_to(folder)}"]
     path = _path(folder, name)
     if not path.exists():
         return None, []
@@ -238,8 +248,12 @@ def _boundary(folder: Path, path: Path) -> Boundary:
         whole.append(read_superelement_file(path))
         return boundary_arrays(whole[0])
 
-    kind = f"boundary_{path.stem.replace('.', '_')}"
-    return boundary_of(solved(folder, kind, [state], make, most=1), read)
+    return boundary_of(solved(folder, _boundary_kind(path), [state], make, most=1), read)
+
+
+def _boundary_kind(path: Path) -> str:
+    """First word of the file with the boundary of a superelement."""
+    return f"boundary_{path.stem.replace('.', '_')}"
 
 
 def _other(before: Mapping[str, str], made_from: Mapping[str, str]) -> set[str]:
@@ -318,6 +332,24 @@ def save_superelement(
         ),
     )
     return path
+
+
+def kept_of_run(folder: Path, reduced: Reduced, setup: Setup) -> Reduced:
+    """The same, saved for the runs to come, which take it where they would make the very same one.
+
+    Where the folder cannot be written, or its disk is nearly full, nothing is saved, which costs time alone.
+    """
+    name, fixed = reduced.system.name, reduced.basis.fixed
+    if reduced.reused or not folder.is_dir() or fixed.shapes.nbytes > disk_room(str(folder)):
+        return reduced
+    kept = folder / SOLVED
+    try:
+        path = save_superelement(kept, reduced, setup.model, {"deck": str(setup.model.source)}, shared=True)
+    except (OSError, CreakError):
+        return reduced
+    for old in forget(kept, f"{_path(kept, name).stem}.*.h5", SPARED):
+        forget(kept, f"{_boundary_kind(old)}.*.h5", 0)
+    return with_modes_of_file(setup, reduced, path)
 
 
 def with_modes_of_file(setup: Setup, reduced: Reduced, path: Path) -> Reduced:

@@ -126,6 +126,7 @@ def run_study(
     reference_run: ReferenceRun | None = None,
     *,
     record: bool = False,
+    keep: bool = False,
     checkpoints: Checkpoints | None = None,
 ) -> StudyResult:
     """Pre-check, reduction, both runs, verification.
@@ -137,6 +138,7 @@ def run_study(
     store : folder of saved superelements; those that still fit are used instead of being made again.
     reference_run : makes the run of the unreduced model, or takes a saved one of the same model, channels and loads.
     record : keep the motion around the hardest events of the reduced run, or of the only one (`studies.motion`).
+    keep : save superelements in the store for the runs to come.
     checkpoints : from which an unreduced run goes on, and which it writes.
     """
     c = setup.study.config
@@ -148,7 +150,7 @@ def run_study(
     kept = gaps.m
     reduced, health, stopped = None, {}, None
     if c.reduction.method != "none":
-        gaps, reduced, runs["reduced"], more = _reduced_run(setup, reference, gaps, progress, store, record)
+        gaps, reduced, runs["reduced"], more = _reduced_run(setup, reference, gaps, progress, store, record, keep)
         from creak.studies.models.health import checked  # what comes after the run is not waited for before it
 
         notes += [*more, *reduced.notes]
@@ -206,13 +208,19 @@ def run_study(
 
 
 def _reduced_run(
-    setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress, store: Path | None, record: bool
+    setup: Setup,
+    reference: ReferenceModel,
+    gaps: GapOperator,
+    progress: Progress,
+    store: Path | None,
+    record: bool,
+    keep: bool,
 ) -> tuple[GapOperator, ReducedModel, Run, list[str]]:
     """The reduced model and its run, again with those dropped channels that close in it."""
     notes: list[str] = []
     for left in reversed(range(MOST_RUNS)):
         gaps, more = limited(setup, reference, gaps)
-        reduced = reduce_model(setup, reference, gaps, progress, store)
+        reduced = reduce_model(setup, reference, gaps, progress, store, keep=keep)
         run = march_run(
             "reduced", setup, reduced.system, gaps, progress, reduced, record=record, watch=True, lines=True
         )
