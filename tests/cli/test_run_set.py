@@ -77,3 +77,39 @@ def test_a_deck_has_nothing_to_set(study, creak):
     said = creak("run", study.parent / "strips.inp", "--set", "time.end=1", *SHORT)
     assert said.status == 2
     assert "creak new strips.inp" in said.words
+
+
+def superelements_of(folder):
+    """Those of the strips UPPER and LOWER."""
+    return sorted((folder / "superelements" / "solved").glob("[UL]*.h5"))
+
+
+def test_the_second_run_takes_what_the_first_one_kept(study, creak, tmp_path):
+    here = study.parent
+    assert creak("run", study, "--out", here / "alone", "--no-keep", *SHORT).status == 0
+    assert not (here / "superelements").exists()
+    assert creak("run", study, "--out", here / "first", *SHORT).status == 0
+    kept = superelements_of(here)
+    assert len(kept) == 2
+    dates = [path.stat().st_mtime_ns for path in kept]
+    again = creak("run", study, "--out", here / "again", *SHORT)
+    assert again.status == 0
+    assert [path.stat().st_mtime_ns for path in superelements_of(here)] == dates
+    notes = summary_of(here / "again")["notes"]
+    assert sum(f"taken from solved/{path.name}" in str(notes) for path in kept) == 2
+    runs = [summary_of(here / name)["runs"]["reduced"]["events"] for name in ("alone", "first", "again")]
+    assert runs[0] == runs[1] == runs[2]
+    assert runs[0]
+    for path in kept:
+        path.write_bytes(path.read_bytes()[:2000])  # damaged: made anew
+    assert creak("run", study, "--out", here / "mended", *SHORT).status == 0
+    assert summary_of(here / "mended")["runs"]["reduced"]["events"] == runs[0]
+    for k in (1, 2):  # two of each part stay
+        assert creak("run", study, "--set", f"reduction.f_max={3000 + k}", "--out", here / f"f{k}", *SHORT).status == 0
+    assert len(superelements_of(here)) == 4
+
+
+def test_a_run_that_cannot_begin_leaves_no_folder(study, creak):
+    study.write_text(study.read_text().replace("[contact.tip]", "[contact.tip]\nnonsense = 1"))
+    assert creak("run", study, "--quiet").status == 2
+    assert not (study.parent / "superelements").exists()

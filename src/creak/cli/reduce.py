@@ -133,7 +133,7 @@ def _reduced(
     """
     from creak.studies.models.health import check
     from creak.studies.models.reduced import reduce_model
-    from creak.studies.models.superelements import save_superelement, with_modes_of_file
+    from creak.studies.models.superelements import is_saved, save_superelement, with_modes_of_file
     from creak.studies.run.job import ready
 
     checks: dict[str, Health] = {}
@@ -147,7 +147,9 @@ def _reduced(
                 output.progress(f"{name}: check", 1, 1)
             about["health"] = checks[name].as_dict()
         finally:
-            path = None if reduced.reused else save_superelement(folder, reduced, setup.model, about)
+            path = None
+            if not (reduced.reused and is_saved(folder, name, reduced.made_from)):
+                path = save_superelement(folder, reduced, setup.model, about)
             if path is not None:
                 output.wrote(path)
         return reduced if path is None else with_modes_of_file(setup, reduced, path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import fields, is_dataclass
@@ -13,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
-from creak.errors import CreakError
+from creak.errors import CreakError, InputError
 from creak.formats.stored.solved import read_solved, write_solved
 from creak.version import edition
 
@@ -27,16 +28,23 @@ KEPT = 4
 
 @contextmanager
 def opened(store: Path | None) -> Iterator[None]:
-    """The folder is there for what is kept, and gone again where nothing was; one that cannot be made keeps nothing."""
-    if store is not None:
-        with suppress(OSError):
-            store.mkdir(parents=True, exist_ok=True)
+    """The folder is there for what is kept, and gone again where nothing was, or where bad input made it in vain.
+
+    One that cannot be made keeps nothing.
+    """
+    if store is None or store.is_dir():
+        yield
+        return
+    with suppress(OSError):
+        store.mkdir(parents=True)
     try:
         yield
+    except InputError:
+        shutil.rmtree(store, ignore_errors=True)
+        raise
     finally:
-        if store is not None:
-            with suppress(OSError):  # not empty
-                store.rmdir()
+        with suppress(OSError):  # not empty, or not there
+            store.rmdir()
 
 
 def solved(

@@ -36,7 +36,7 @@ def assess(
     tolerance : events that start this close are the same, s.
     """
     families = {name: pair for name, pair in LAST_TWO.items() if set(pair) <= outcomes.keys()}
-    told = frozenset(name for name, pair in families.items() if not outcomes[pair[1]].variant.judged)
+    told = tuple(name for name, pair in families.items() if not outcomes[pair[1]].variant.judged)
     samples = {
         name: compare_statistics(outcomes[a].events, outcomes[b].events, window) for name, (a, b) in families.items()
     }
@@ -67,7 +67,7 @@ def _events(
     outcomes: dict[str, Outcome],
     matches: dict[str, EventMatch],
     families: dict[str, tuple[str, str]],
-    told: frozenset[str],
+    told: tuple[str, ...],
     window: tuple[float, float],
     tolerance: float,
 ) -> tuple[EventSettling, ...]:
@@ -108,7 +108,7 @@ def _settling(
     name: str,
     values: dict[str, float],
     families: dict[str, tuple[str, str]],
-    told: frozenset[str],
+    told: tuple[str, ...],
     limit: float,
     problem: str = "",
 ) -> Settling:
@@ -117,7 +117,7 @@ def _settling(
 
 
 def _totals(
-    outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]], told: frozenset[str]
+    outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]], told: tuple[str, ...]
 ) -> dict[str, Settling]:
     """Figures of the whole run, of the runs that reached its end."""
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
@@ -135,7 +135,7 @@ def _totals(
 
 
 def _places(
-    outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]], told: frozenset[str]
+    outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]], told: tuple[str, ...]
 ) -> tuple[dict[str, Settling], ...]:
     """How far each figure of each place has settled, by the runs that reached their end."""
     whole = {name: o for name, o in outcomes.items() if not o.stopped}

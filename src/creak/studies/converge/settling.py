@@ -122,7 +122,7 @@ class Settling:
     limit: float
     problem: str = ""
     """Why it cannot be settled; empty: the changes decide."""
-    told: frozenset[str] = frozenset()
+    told: tuple[str, ...] = ()
     """Families that decide nothing."""
 
     @property

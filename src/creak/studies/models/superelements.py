@@ -103,6 +103,9 @@ def reduce_substructure(
         sub, found = (sub, None) if wider is None else (wider, found)
     if found is not None and found.saved.made_from != wanted:
         wanted, notes = dict(found.saved.made_from), [_wider_note(sub)]
+    if found is None and folder is not None:
+        found, more = _kept(folder, sub.part.name, wanted)
+        notes = more or notes
     inside = Inside(sub.part, sub.boundary)
     if found is not None:
         basis, matrices = _restored(inside, found)
@@ -198,18 +201,11 @@ def _from_store(folder: Path | None, name: str, made_from: Mapping[str, str]) ->
     """What fits, or but for its retained dofs does, and notes for people."""
     if folder is None:
         return None, []
-    for place in (folder, folder / SOLVED):
-        same = shared_path(place, name, made_from)
-        if not same.exists():
-            continue
-        try:
-            found = _boundary(folder, same)
-        except InputError:
-            if place == folder:
-                raise
-            continue  # a run kept it by itself, and makes it again
+    shared = shared_path(folder, name, made_from)
+    if shared.exists():
+        found = _boundary(folder, shared)
         if found.saved.made_from == made_from:
-            return found, [f"superelement {name}: taken from {same.relative_to(folder)}"]
+            return found, [f"superelement {name}: taken from {shared.name}"]
     path = _path(folder, name)
     if not path.exists():
         return None, []
@@ -220,6 +216,20 @@ def _from_store(folder: Path | None, name: str, made_from: Mapping[str, str]) ->
         return found, [f"superelement {name}: taken from {path.name}"]
     stale = f"superelement {name}: the saved one in {path.name} is stale ({', '.join(changed)}); reduced again"
     return found if other <= {"retained"} else None, [stale]
+
+
+def _kept(folder: Path, name: str, made_from: Mapping[str, str]) -> tuple[Boundary | None, list[str]]:
+    """The very same that a run has kept, and a note; a damaged one is made again."""
+    path = shared_path(folder / SOLVED, name, made_from)
+    if not path.exists():
+        return None, []
+    try:
+        found = _boundary(folder, path)
+    except InputError:
+        return None, []
+    if found.saved.made_from != made_from:
+        return None, []
+    return found, [f"superelement {name}: taken from {path.relative_to(folder)}"]
 
 
 def _boundary(folder: Path, path: Path) -> Boundary:
