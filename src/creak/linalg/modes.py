@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import scipy.linalg as sla
@@ -17,7 +16,8 @@ from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
 from creak.linalg.memory import MADE, PRODUCT, fits, free_bytes
 from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted
-from creak.linalg.scratch import held_in_memory, rows_of, spared
+from creak.linalg.scratch import held_in_memory
+from creak.linalg.shifted import shifted
 from creak.linalg.sparse_product import BlockProduct
 from creak.linalg.windows import AMID, in_windows, window_size
 from creak.progress import Steps
@@ -102,23 +102,8 @@ class _Pencil:
         return old
 
     def shifted(self, shift: float) -> Matrix:
-        """K - shift M; its entries on disk where memory is short."""
-        if shift == 0.0:
-            return self.K
-        if not self._is_alike:
-            return spared(self.K - shift * self.M)
-        entries = rows_of(self.K.nnz, 1)[0]
-        np.multiply(self.M.data, -shift, out=entries)
-        entries += self.K.data
-        return sp.csr_matrix((entries, self.K.indices, self.K.indptr), shape=self.K.shape, copy=False)
-
-    @cached_property
-    def _is_alike(self) -> bool:
-        """K and M have their entries at the same places: the difference takes no more than its numbers."""
-        if not all(sp.issparse(A) and A.format == "csr" and A.has_canonical_format for A in (self.K, self.M)):
-            return False
-        same = (np.array_equal(getattr(self.K, of), getattr(self.M, of)) for of in ("indptr", "indices"))
-        return self.K.nnz == self.M.nnz and all(same)
+        """K - shift M; on disk where memory is short."""
+        return self.K if shift == 0.0 else shifted(self.K, self.M, shift)
 
 
 def modes(
