@@ -12,6 +12,8 @@ ENTRY, PRODUCT = 12.0, 16.0
 """Bytes of a stored entry: in a sparse matrix, in MKL's copy of it for products."""
 MADE = 30.0
 """Bytes of an entry of K while a factor is made: K - s M, where its upper triangle lies, and that triangle."""
+SHARE = 0.6
+"""Of what is free, that a block of columns may take which nothing but its answers outlives."""
 OVERRIDE = "CREAK_MEMORY_GB"
 """Environment variable: gigabytes to count on instead of what the system says is free."""
 MEMINFO, GROUP, STATM = Path("/proc/meminfo"), Path("/sys/fs/cgroup"), Path("/proc/self/statm")
@@ -46,6 +48,13 @@ def held_bytes() -> float:
 def fits(needed: float) -> bool:
     """Whether so many bytes are free."""
     return needed <= free_bytes()
+
+
+def columns_that_fit(rows: int, copies: int, most: int, fewest: int) -> int:
+    """Columns of so many rows to work on at a time: `most`, or fewer where `copies` of them would take more than
+    `SHARE` of what is free; `fewest` at least."""
+    held = min(SHARE * free_bytes() / (copies * 8.0 * max(rows, 1)), most)
+    return max(int(held), fewest)
 
 
 def require(needed: float, what: str, fix: str) -> None:

@@ -14,11 +14,11 @@ from creak.later import later
 from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, refactor
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
-from creak.linalg.memory import MADE, PRODUCT, fits, free_bytes
+from creak.linalg.memory import MADE, fits, free_bytes
 from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted
 from creak.linalg.scratch import held_in_memory
 from creak.linalg.shifted import shifted
-from creak.linalg.sparse_product import BlockProduct
+from creak.linalg.sparse_product import BlockProduct, copy_fits
 from creak.linalg.windows import AMID, in_windows, window_size
 from creak.progress import Steps
 
@@ -349,7 +349,7 @@ def _checked(
 
 def _residual(pencil: _Pencil, omega2: FloatArray, shapes: FloatArray) -> float:
     """Largest |K x - omega^2 M x| / |K x| over the elastic modes, some columns at a time."""
-    stiffness, worst = BlockProduct(pencil.K, own=held_in_memory(getattr(pencil.K, "nnz", 0), int(PRODUCT) // 8)), 0.0
+    stiffness, worst = BlockProduct(pencil.K, own=copy_fits(pencil.K)), 0.0
     columns = int(min(max(FEW * free_bytes() / (8.0 * stiffness.n), 1), COLUMNS))
     for first in range(int(np.count_nonzero(omega2 <= 0.0)), omega2.size, columns):
         some = slice(first, first + columns)

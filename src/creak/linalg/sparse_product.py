@@ -13,7 +13,9 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import NumericalError
+from creak.linalg.memory import PRODUCT
 from creak.linalg.mkl import MatrixKind, has_pardiso, mkl_library
+from creak.linalg.scratch import held_in_memory
 from creak.linalg.threads import cores, pool
 
 COLUMNS = 32
@@ -22,6 +24,11 @@ TILE = 64
 """Rows transposed at a time."""
 SERIAL = 200_000
 """Below so many stored entries one thread is faster."""
+
+
+def copy_fits(A: Matrix) -> bool:
+    """Whether memory holds MKL's copy of a matrix and leaves most of itself to others."""
+    return held_in_memory(getattr(A, "nnz", 0), int(PRODUCT) // 8)
 
 
 class BlockProduct:

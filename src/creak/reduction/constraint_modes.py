@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.linalg.dense_product import symmetric
-from creak.linalg.memory import free_bytes
+from creak.linalg.memory import columns_that_fit
 from creak.linalg.modes import Modes
 from creak.linalg.sparse_product import BlockProduct
 from creak.progress import Steps
@@ -18,12 +18,12 @@ from creak.reduction.inside import Inside
 
 COLUMNS = 128
 """Right-hand sides solved at a time."""
-FEWEST, STREAMED, SHARE = 16, 6, 0.3
-"""Where memory is short: columns at least, copies of them that are there at a time, and their share of what is free."""
+FEWEST, STREAMED = 16, 6
+"""Where memory is short: columns at least, and copies of them that are there at a time."""
 
-EXACT = 1e-6
-"""Residual up to which Lanczos' modes tell their products with the constraint modes (measured there: to 1e-8); those
-of dense eigensolvers carry the round-off of the highest one."""
+EXACT = 1e-7
+"""Modes from Lanczos tell their products with the constraint modes, unless those of the first block differ by more than
+this share (measured: 1e-11 to 1e-9); those of dense eigensolvers carry the round-off of the highest one."""
 
 
 @dataclass(frozen=True)
@@ -63,25 +63,28 @@ def static_terms(
     stiffness, cross = np.zeros((n, n)), [np.zeros((n, n)) for _ in sides]
     inner = [np.zeros((n, n)) for _ in sides]
     modal = [np.zeros((fixed.omega2.size, n)) for _ in sides]
-    known = fixed.columns > fixed.omega2.size and fixed.residual <= EXACT
-    if known:
-        modal[0] = _modal_mass(fixed, F_near, near)
+    told = _modal_mass(fixed, F_near, near) if fixed.columns > fixed.omega2.size else None
     kept = np.zeros((keep.size, n))
     if n and inside.i.size:
         _ = inside.factor  # what is free is what is left beside it
     for block in blocks(n, inside.i.size):
-        X = inside.solve(F[:, block].toarray(order="F"))
+        momentum = F[:, block].toarray(order="F")
+        X = inside.solve(momentum)
         np.negative(X, out=X)
         X_near, kept[:, block] = X[near], X[keep]
         stiffness[:, block] = F_near @ X_near
         for k, times in enumerate(products):
             cross[k][:, block] = sides_near[k] @ X_near
-            momentum = times(X)
-            if k or not known:
+            momentum = times(X, momentum)
+            if k or told is None or block.start == 0:
                 modal[k][:, block] = fixed.shapes.T @ momentum
-            inner[k][:, block] = -(F_near @ inside.solve(momentum)[near])
+            last = times is products[-1]
+            inner[k][:, block] = -(F_near @ inside.solve(momentum, X if last else None)[near])
+        if told is not None and block.start == 0 and not _alike(told[:, block], modal[0][:, block]):
+            told = None
         if report is not None:
             report(block.stop, n)
+    modal[0] = modal[0] if told is None else told
     return Terms(columns, symmetric(stiffness), cross, [symmetric(A) for A in inner], modal, kept)
 
 
@@ -91,9 +94,12 @@ def _modal_mass(fixed: Modes, F_near: Matrix, near: IntArray) -> FloatArray:
     return np.asarray(F_near @ np.ascontiguousarray(fixed.shapes[near])).T / -fixed.omega2[:, None]
 
 
+def _alike(told: FloatArray, found: FloatArray) -> bool:
+    return bool(np.abs(told - found).max(initial=0.0) <= EXACT * np.abs(found).max(initial=0.0))
+
+
 def blocks(n: int, rows: int) -> Iterator[slice]:
     """Of `COLUMNS`, or fewer where those of so many rows would take more than a share of the free memory."""
-    held = min(SHARE * free_bytes() / (STREAMED * 8.0 * max(rows, 1)), COLUMNS)
-    step = max(int(held), FEWEST)
+    step = columns_that_fit(rows, STREAMED, COLUMNS, FEWEST)
     for start in range(0, n, step):
         yield slice(start, min(start + step, n))

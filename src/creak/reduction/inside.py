@@ -13,7 +13,7 @@ from creak.errors import NumericalError
 from creak.linalg.factor import Factor, LaterFactor
 from creak.linalg.pieces.factor import Pieces
 from creak.linalg.scratch import spared
-from creak.linalg.sparse_product import BlockProduct
+from creak.linalg.sparse_product import BlockProduct, copy_fits
 from creak.reduction.room import regular_factor_that_fits
 
 
@@ -114,7 +114,7 @@ class Inside:
     def stiffness(self) -> BlockProduct:
         """The product with K_ii."""
         if self._stiffness is None:
-            self._stiffness = BlockProduct(self.K_ii)
+            self._stiffness = BlockProduct(self.K_ii, own=copy_fits(self.K_ii))
         return self._stiffness
 
     @property
@@ -131,11 +131,11 @@ class Inside:
             self._inner.clear()
             self._stiffness = self._mass = None
 
-    def solve(self, f: FloatArray) -> FloatArray:
-        """K_ii^-1 f; f is (n_i,) or (n_i, k)."""
+    def solve(self, f: FloatArray, out: FloatArray | None = None) -> FloatArray:
+        """K_ii^-1 f; f is (n_i,) or (n_i, k). `out`: memory of that shape where it may be put; use what is returned."""
         if self.i.size == 0 or f.size == 0:
             return np.zeros(f.shape)
-        return self.factor.solve(np.asfortranarray(f))
+        return self.factor.solve(np.asfortranarray(f), out)
 
     def follow(self, u_b: Matrix) -> FloatArray:
         """The static motion of the inside, Psi u_b = -K_ii^-1 K_ib u_b; u_b is (n_b, k)."""

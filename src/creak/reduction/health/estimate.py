@@ -9,11 +9,12 @@ import scipy.linalg as sla
 
 from creak.arrays import FloatArray
 from creak.assembly.system import System
+from creak.linalg.memory import columns_that_fit
 from creak.reduction.health.rigid import motion, needs_physical
 from creak.reduction.inside import Inside
 
-BLOCK = 32
-"""Modes checked at a time."""
+BLOCK, FEWEST, COPIES = 32, 4, 11
+"""Modes checked at a time; where memory is short: at least, and copies of their motion that are there at a time."""
 SUBSPACE_ITERATIONS = 6
 
 
@@ -56,16 +57,17 @@ def frequency_error(full: System, reduced: System, inside: Inside, q: FloatArray
     """
     needs_physical(full)
     out, cut = np.zeros(omega2.size), first_left_out(reduced, inside)
-    for block in blocks(omega2.size):
+    for block in blocks(omega2.size, full.n):
         energy = residual_energy(full, reduced, inside, q[:, block], omega2[block])
         out[block] = error_of(energy, omega2[block], cut)
     return out
 
 
-def blocks(n: int) -> Iterator[slice]:
-    """Slices of BLOCK modes."""
-    for start in range(0, n, BLOCK):
-        yield slice(start, min(start + BLOCK, n))
+def blocks(n: int, rows: int) -> Iterator[slice]:
+    """Slices of BLOCK modes of so many rows, or of fewer where memory is short."""
+    step = columns_that_fit(rows, COPIES, BLOCK, FEWEST)
+    for start in range(0, n, step):
+        yield slice(start, min(start + step, n))
 
 
 def residual_energy(full: System, reduced: System, inside: Inside, q: FloatArray, omega2: FloatArray) -> FloatArray:

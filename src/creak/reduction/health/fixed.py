@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import FloatArray, Matrix
+from creak.arrays import FloatArray
 from creak.assembly.system import System, to_dense
 from creak.linalg.sparse_product import BlockProduct
 from creak.reduction.health.rigid import RigidMotion, floats, motion
@@ -87,18 +87,20 @@ def effective_mass(full: System, reduced: System, inside: Inside, rigid: RigidMo
     L = modal @ rigid.q
     L2 = L**2 / np.diag(modal[:, first:])[:, None]
     p = np.asarray(full.M @ rigid.u)[inside.i]
-    total = _inverse_energy(inside.M_ii, p)
+    total = _inverse_energy(inside, p)
     some = total > NO_MASS * np.diag(rigid.mass)
     share = np.divide(np.cumsum(L2, axis=0), total, out=np.ones_like(L2), where=some)
     return share, total
 
 
-def _inverse_energy(M: Matrix, p: FloatArray) -> FloatArray:
+def _inverse_energy(inside: Inside, p: FloatArray) -> FloatArray:
     """p' M^-1 p per column by conjugate gradients; scaled by its diagonal a mass matrix is well conditioned
     whatever the mesh (Wathen, IMA J. Numer. Anal. 7, 1987). Massless rows drop out."""
+    M = inside.M_ii
     d = M.diagonal()
     keep = np.flatnonzero(d > 0.0)
-    times, d, r = BlockProduct(M[keep][:, keep]), d[keep][:, None], p[keep].copy()
+    times = inside.mass if keep.size == d.size else BlockProduct(M[keep][:, keep])
+    d, r = d[keep][:, None], p[keep].copy()
     z = r / d
     s, rho = z.copy(), np.einsum("ij,ij->j", r, z)
     energy, start = np.zeros(p.shape[1]), rho.copy()

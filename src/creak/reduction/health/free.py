@@ -115,7 +115,7 @@ def _estimates(
 ) -> tuple[FloatArray, float]:
     """Estimated errors, capped by the bound, block by block until one passes 1 % (`count` modes at least)."""
     out, cut = np.zeros(0), first_left_out(reduced, inside)
-    for block in blocks(omega2.size):
+    for block in blocks(omega2.size, full.n):
         energy = residual_energy(full, reduced, inside, q[:, block], omega2[block])
         bound = error_bound(np.sqrt(omega2[block] / cut), 1.0)
         out = np.append(out, np.minimum(error_of(energy, omega2[block], cut), bound))
