@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -88,9 +87,7 @@ def write_page(result: Found, summary: dict[str, Any], path: Path) -> None:
 def report_text(result: Found, summary: dict[str, Any]) -> str:
     """The report as HTML."""
     units = UNITS[result.setup.study.config.model.units]
-    environment = page_templates("creak.report")
-    environment.filters["coded"] = coded
-    template = environment.get_template("report.html.j2")
+    template = page_templates("creak.report").get_template("report.html.j2")
     motions = scene.animations(result, units)
     parts = (
         _verdict_parts(result, summary, units)
@@ -220,11 +217,6 @@ def _eline_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[s
         "eline_notes": f"{told['risk']}. {told['definition']}",
         "csv_elines": _script_json(point_csv(found, model, units.length)),
     }
-
-
-def coded(text: str) -> Markup:
-    """A message as HTML: what stands between back-ticks as code, all else escaped."""
-    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))
 
 
 def _script_json(value: Any) -> Markup:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
 
 
 def page_templates(package: str) -> Environment:
@@ -14,10 +16,17 @@ def page_templates(package: str) -> Environment:
 
 @cache
 def _templates(package: str) -> Environment:
-    return Environment(
+    made = Environment(
         loader=PackageLoader(package, "."),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    made.filters["coded"] = coded  # before any template is compiled: they are compiled once, for all pages
+    return made
+
+
+def coded(text: str) -> Markup:
+    """A message as HTML: what stands between back-ticks as code, all else escaped."""
+    return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", str(escape(text))))

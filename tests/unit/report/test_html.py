@@ -15,7 +15,8 @@ from creak.contact.laws.parameters import Friction
 from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Unread
 from creak.report.found import found_of
-from creak.report.html import coded, report_text, write_report
+from creak.report.html import report_text, write_report
+from creak.report.templates import coded, page_templates
 from creak.studies.results.summary import summarise
 from creak.studies.warned import Warned
 from creak.verify.slips import SlipEvent
@@ -301,6 +302,8 @@ def test_gap_plot_reaches_the_deepest_penetration(full, result_of):
 )
 def test_what_stands_between_back_ticks_is_code_and_escaped(text, shown):
     assert coded(text) == shown
+    page = page_templates("creak.report").from_string("{{ text | coded }}")  # whatever page was made before
+    assert page.render(text=text) == str(shown)
 
 
 def test_messages_on_the_page_show_no_back_tick(result_of):
