@@ -221,6 +221,21 @@ def test_hard_contact_and_guyan_leave_out_what_they_do_not_have(strips):
         assert any(word in note for note in notes)
 
 
+@pytest.mark.parametrize(
+    ("given", "own"),
+    [({"stiffness": "auto"}, False), ({"stiffness": 50.0}, True), ({"overclosure": [(0, 0), (1, 9)]}, True)],
+)
+def test_only_a_stiffness_that_creak_chose_is_judged(given, own, strips):
+    study = strips.setup.study
+    table = study.config.contact["tip"].model_copy(update={"stiffness": "auto", **given})
+    config = study.config.model_copy(update={"contact": {"tip": table}})
+    variants, notes = module.plan(replace(strips, setup=replace(strips.setup, study=replace(study, config=config))))
+    judged = {v.name: v.judged for v in variants}
+    assert judged[TWICE] is judged[TENFOLD] is not own
+    assert judged[HALF]
+    assert (module.GIVEN in notes) == own
+
+
 # --- runs that stop --------------------------------------------------------------------------------------------------
 
 
@@ -357,6 +372,22 @@ def test_faint_events_decide_nothing(faint, word):
         assert verdict.reasons[0].startswith(
             "4 of 12 events have not (none above 5 % of the largest force, 2.4 % of the impulse), the hardest"
         )
+
+
+def test_a_stiffness_that_the_study_gives_unsettles_nothing():
+    """What another one would change is told: half of the force, and one of the events."""
+    hits = [event(float(t)) for t in range(8)]
+    other = [replace(e, force_place=0.5 * e.force_place) for e in hits[1:]] + [event(7.5)]
+    same = dict.fromkeys(("base", "h2", "h4", "k2"), hits)
+    runs = outcomes(**same, k10=other)
+    for word, judged in (("unsettled", True), ("settled", False)):
+        for name in (TWICE, TENFOLD):
+            runs[name] = replace(runs[name], variant=replace(runs[name].variant, judged=judged))
+        c = assess(runs, "reduced", (0.0, 60.0), 0.01)
+        assert _of_convergence(c).word == word
+        assert c.new[TENFOLD] == 1
+        assert c.events[1].figures["force"].settled_to == pytest.approx(1.0)
+        assert all(e.settled for e in c.events) is not judged
 
 
 def test_dense_events_are_compared_by_their_distributions():
