@@ -58,7 +58,7 @@ MODES_FACTOR = 1.5
 """Highest mode computed over f_max, where the influence of f_max on the answer is looked at."""
 KEPT = 300_000_000
 """Bytes of a part's factor up to which it stays for the check of the superelement; a larger one is made again."""
-SPARED = 2
+SPARED = 3
 """Superelements of a part that runs keep, those made last."""
 WORDS = {
     "stiffness": "its stiffness changed",
