@@ -10,7 +10,7 @@ from creak.studies.converge.settling import ENOUGH, FIGURES, OF_PLACE, TIMES, Co
 from creak.studies.converge.words import REMEDIES
 from creak.studies.run.job import Run, StudyResult
 from creak.verify.reliability import UNRELIABLE, reasons_against
-from creak.verify.statistics import EventStatistics, is_crowded, rate_interval
+from creak.verify.statistics import MANY, EventStatistics, is_crowded, rate_interval
 
 SETTLED, STATISTICS, UNSETTLED = "settled", "statistics", "unsettled"
 FAINT = 0.1
@@ -30,7 +30,7 @@ class Verdict:
     """Of one run."""
 
     word: str
-    """settled, statistics (single events are chaotic: rates and distributions hold), unsettled, unreliable."""
+    """settled, statistics (single events are not, rates and distributions hold), unsettled, unreliable."""
     reasons: tuple[str, ...]
     """Sentences; none where all is well."""
 
@@ -78,7 +78,7 @@ def _of_convergence(c: Convergence) -> Verdict:
     if not whole and new <= few and (len(open_ones) <= few or are_faint(open_ones, c)):
         return Verdict(SETTLED, _exceptions(open_ones, c))
     reasons = _reasons(c, open_ones, whole, new)
-    if c.statistics and all(_alike(s) for s in c.statistics.values()) and c.chaotic:
+    if _statistics_hold(c, whole):
         return Verdict(
             STATISTICS,
             (
@@ -88,6 +88,12 @@ def _of_convergence(c: Convergence) -> Verdict:
             ),
         )
     return Verdict(UNSETTLED, reasons)
+
+
+def _statistics_hold(c: Convergence, whole: list[Settling]) -> bool:
+    """Whether many events are alike as samples in every run: of chaotic motion, or where the totals have settled."""
+    alike = bool(c.statistics) and all(_alike(s) for s in c.statistics.values())
+    return alike and (c.chaotic or (not whole and len(c.events) >= MANY))
 
 
 def are_faint(events: list[EventSettling], c: Convergence) -> bool:
