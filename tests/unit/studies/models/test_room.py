@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from threadpoolctl import threadpool_limits
 
 from creak.assembly.system import System
 from creak.errors import NumericalError
@@ -53,7 +54,8 @@ def changed(setup: Setup, table: str, **values: object) -> Setup:
 @pytest.mark.skipif(not has_pardiso(), reason="SuperLU does not tell what it will need")
 def test_the_analysis_tells_the_memory_of_the_factor(setup):
     K = build_reference(setup, quiet).system.K
-    assert factor_bytes(K) == pytest.approx(factor(K).memory, rel=0.05)
+    with threadpool_limits(1):  # the work space of several threads is larger than so small a factor
+        assert factor_bytes(K) == pytest.approx(factor(K).memory, rel=0.05)
 
 
 def test_a_small_model_is_not_looked_at(setup, monkeypatch):
