@@ -113,3 +113,6 @@ def test_a_run_that_cannot_begin_leaves_no_folder(study, creak):
     study.write_text(study.read_text().replace("[contact.tip]", "[contact.tip]\nnonsense = 1"))
     assert creak("run", study, "--quiet").status == 2
     assert not (study.parent / "superelements").exists()
+    (study.parent / "superelements").mkdir()  # by another run: it is not this one's to remove
+    assert creak("run", study, "--quiet").status == 2
+    assert (study.parent / "superelements").exists()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 from creak.errors import InputError, NumericalError
@@ -50,11 +51,15 @@ def fits(needed: float) -> bool:
     return needed <= free_bytes()
 
 
-def columns_that_fit(rows: int, copies: int, most: int, fewest: int) -> int:
-    """Columns of so many rows to work on at a time: `most`, or fewer where `copies` of them would take more than
-    `SHARE` of what is free; `fewest` at least."""
+def blocks_that_fit(n: int, rows: int, copies: int, most: int, fewest: int) -> Iterator[slice]:
+    """Slices of n columns of so many rows to work on at a time.
+
+    Of `most`, or of fewer where `copies` of them would take more than `SHARE` of what is free; of `fewest` at least.
+    """
     held = min(SHARE * free_bytes() / (copies * 8.0 * max(rows, 1)), most)
-    return max(int(held), fewest)
+    step = max(int(held), fewest)
+    for start in range(0, n, step):
+        yield slice(start, min(start + step, n))
 
 
 def require(needed: float, what: str, fix: str) -> None:

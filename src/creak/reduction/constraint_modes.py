@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.linalg.dense_product import symmetric
-from creak.linalg.memory import columns_that_fit
+from creak.linalg.memory import blocks_that_fit
 from creak.linalg.modes import Modes
 from creak.linalg.sparse_product import BlockProduct
 from creak.progress import Steps
@@ -100,6 +100,4 @@ def _alike(told: FloatArray, found: FloatArray) -> bool:
 
 def blocks(n: int, rows: int) -> Iterator[slice]:
     """Of `COLUMNS`, or fewer where those of so many rows would take more than a share of the free memory."""
-    step = columns_that_fit(rows, STREAMED, COLUMNS, FEWEST)
-    for start in range(0, n, step):
-        yield slice(start, min(start + step, n))
+    return blocks_that_fit(n, rows, STREAMED, COLUMNS, FEWEST)

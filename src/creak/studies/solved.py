@@ -32,11 +32,14 @@ def opened(store: Path | None) -> Iterator[None]:
 
     One that cannot be made keeps nothing.
     """
-    if store is None or store.is_dir():
+    try:
+        if store is not None:
+            store.mkdir(parents=True)
+    except OSError:  # there already, perhaps by another run that has just begun, or not to be made
+        store = None
+    if store is None:
         yield
         return
-    with suppress(OSError):
-        store.mkdir(parents=True)
     try:
         yield
     except InputError:

@@ -21,7 +21,7 @@ from creak.linalg import memory, scratch, windows
 from creak.linalg import modes as linalg_modes
 from creak.linalg.complex_factor import complex_factor
 from creak.linalg.factor import factor
-from creak.linalg.memory import OVERRIDE, OutOfMemory, columns_that_fit, free_bytes, held_bytes
+from creak.linalg.memory import OVERRIDE, OutOfMemory, blocks_that_fit, free_bytes, held_bytes
 from creak.linalg.mkl import has_pardiso
 from creak.linalg.modes import modes
 from creak.linalg.sparse_product import BlockProduct
@@ -32,7 +32,7 @@ MEASURED = """
 import numpy as np, scipy.sparse as sp
 from creak.linalg.factor import factor
 from creak.linalg.lanczos import basis_bytes
-from creak.linalg.memory import held_bytes, columns_that_fit
+from creak.linalg.memory import held_bytes, blocks_that_fit
 from creak.linalg.modes import modes
 from creak.studies.run.costs import Meter
 
@@ -291,7 +291,12 @@ def test_the_window_is_the_largest_that_memory_holds():
 
 
 def test_blocks_of_columns_are_as_wide_as_memory_allows(monkeypatch):
+    def widest(rows):
+        found = list(blocks_that_fit(1_000, rows, 5, 128, 4))
+        assert [i for block in found for i in range(1_000)[block]] == list(range(1_000))
+        return found[0].stop
+
     monkeypatch.setenv(OVERRIDE, "1")
-    assert columns_that_fit(1_000_000, 5, 128, 4) == 15  # .6 GB for five copies of 8 MB each
-    assert columns_that_fit(1_000, 5, 128, 4) == 128
-    assert columns_that_fit(100_000_000, 5, 128, 4) == 4
+    assert widest(1_000_000) == 15  # .6 GB for five copies of 8 MB each
+    assert widest(1_000) == 128
+    assert widest(100_000_000) == 4

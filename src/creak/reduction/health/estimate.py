@@ -9,7 +9,7 @@ import scipy.linalg as sla
 
 from creak.arrays import FloatArray
 from creak.assembly.system import System
-from creak.linalg.memory import columns_that_fit
+from creak.linalg.memory import blocks_that_fit
 from creak.reduction.health.rigid import motion, needs_physical
 from creak.reduction.inside import Inside
 
@@ -65,9 +65,7 @@ def frequency_error(full: System, reduced: System, inside: Inside, q: FloatArray
 
 def blocks(n: int, rows: int) -> Iterator[slice]:
     """Slices of BLOCK modes of so many rows, or of fewer where memory is short."""
-    step = columns_that_fit(rows, COPIES, BLOCK, FEWEST)
-    for start in range(0, n, step):
-        yield slice(start, min(start + step, n))
+    return blocks_that_fit(n, rows, COPIES, BLOCK, FEWEST)
 
 
 def residual_energy(full: System, reduced: System, inside: Inside, q: FloatArray, omega2: FloatArray) -> FloatArray:
