@@ -91,8 +91,9 @@ def _of_convergence(c: Convergence) -> Verdict:
 
 
 def _statistics_hold(c: Convergence, whole: list[Settling]) -> bool:
-    """Whether many events are alike as samples in every run: of chaotic motion, or where the totals have settled."""
-    alike = bool(c.statistics) and all(_alike(s) for s in c.statistics.values())
+    """Whether many events are alike as samples in all runs that decide: of chaotic motion, or with settled totals."""
+    judged = [s for family, s in c.statistics.items() if c.outcomes[c.families[family][1]].variant.judged]
+    alike = bool(judged) and all(_alike(s) for s in judged)
     return alike and (c.chaotic or (not whole and len(c.events) >= MANY))
 
 
