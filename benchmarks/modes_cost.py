@@ -31,6 +31,7 @@ from creak.linalg import lanczos as lanczos_module
 from creak.linalg import modes as modes_module
 from creak.linalg.factor import Factor
 from creak.linalg.modes import Modes, modes
+from creak.model.mesh import Model
 from creak.reduction.constraint_modes import COLUMNS
 from creak.studies.models.deck_modes import UNDAMPED
 from creak.studies.run.costs import Meter
@@ -181,7 +182,11 @@ def assembled_door(mesh_size: float, free: bool) -> System:
     """The unreduced door, links eliminated, as the deck holds it or without any support."""
     with tempfile.TemporaryDirectory() as folder:
         model = read_model(write_door(mesh_size, Path(folder))[0])
-    model = replace(model, fixed=()) if free else model
+    return assembled(replace(model, fixed=()) if free else model)
+
+
+def assembled(model: Model) -> System:
+    """A model, links eliminated, undamped."""
     parts = [part_system(model, i, UNDAMPED, override=True) for i in range(len(model.parts))]
     loose = loose_system(model, UNDAMPED)
     return couple([*parts, *([loose] if loose else [])], model, Driven({}), UNDAMPED, override=True)

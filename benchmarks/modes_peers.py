@@ -1,10 +1,11 @@
-"""Modes of a deck in creak, CalculiX and MYSTRAN: `python -m benchmarks.modes_peers [--deck exhaust|door]`.
+"""Modes of a deck in creak, SciPy, CalculiX and MYSTRAN: `python -m benchmarks.modes_peers [--deck exhaust|door]`.
 
 Two decks: a car exhaust (a Nastran deck that is not part of creak; see --exhaust) and the generated door, driven
 hinge held. Every run is a process of its own from its deck to its frequencies, with a limit on CPU time; imports,
 reading and checks are all in it. Each program runs with one thread and with two.
 
 - creak: `creak modes`, effective masses and Sturm check included.
+- SciPy: creak's K and M, `eigsh` with SuperLU; see `modes_peers_scipy`.
 - CalculiX (`ccx`, called as a program): creak's Abaqus deck of the same nodes and shells; see `modes_peers_decks`.
 - MYSTRAN (from the interpreter named by --mystran-python or CREAK_MYSTRAN_PYTHON): the Nastran deck as it is, less its
   requests for output; of the door a deck written by `modes_peers_decks`.
@@ -21,7 +22,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +41,7 @@ NASTRAN_SAYS = "refs.json"
 """Beside the exhaust's deck: NX Nastran's frequencies, the judge of all three."""
 MYSTRAN_PYTHON = "CREAK_MYSTRAN_PYTHON"
 LIMIT_S = 60.0
-"""CPU seconds of one run: unlike wall time they do not depend on who else uses the machine."""
+"""CPU seconds of one run unless --limit says otherwise: they do not depend on who else uses the machine."""
 THREADS = (1, 2)
 LOG = "log.txt"
 """What a program prints, as `bounded` keeps it."""
@@ -68,22 +69,34 @@ class Found:
     peak_gb: float = np.nan
 
 
-Program = Callable[[Path, int, int, Path], Found]
-"""(deck, modes, threads, folder) -> what it found."""
+@dataclass(frozen=True)
+class Task:
+    """What every program is asked for."""
+
+    deck: Path
+    count: int
+    threads: int
+    folder: Path
+    """Where its files go."""
+    limit_s: float = LIMIT_S
 
 
-def run(command: Sequence[str], threads: int, result: Path, read: Callable[[str], FloatArray]) -> Found:
-    """One program with so many threads, in the folder of its result; `read` takes the frequencies from its text."""
-    settings = [f"{name}={threads}" for name in THREAD_VARIABLES]
-    ended = bounded(["env", *settings, *command], result.parent, LIMIT_S)
+Program = Callable[[Task], Found]
+
+
+def run(task: Task, command: Sequence[str], file: str, read: Callable[[str], FloatArray]) -> Found:
+    """One program in the folder of its task; `read` takes the frequencies from the text of a file there."""
+    result = task.folder / file
+    settings = [f"{name}={task.threads}" for name in THREAD_VARIABLES]
+    ended = bounded(["env", *settings, *command], task.folder, task.limit_s)
     done = result.exists() and not (ended.late or ended.code)
     frequencies = read(result.read_text(encoding="utf-8", errors="replace")) if done else np.zeros(0)
-    why = "" if frequencies.size else _reason(ended)
+    why = "" if frequencies.size else _reason(ended, task.limit_s)
     return Found(frequencies, why, ended.wall_s, ended.cpu_s, ended.peak_gb)
 
 
-def _reason(ended: Ended) -> str:
-    late = f"over {LIMIT_S:.0f} s of CPU or {PATIENCE * LIMIT_S:.0f} s by the clock"
+def _reason(ended: Ended, limit_s: float) -> str:
+    late = f"over {limit_s:.0f} s of CPU or {PATIENCE * limit_s:.0f} s by the clock"
     return late if ended.late else f"status {ended.code}: {last_line(ended.log)}"
 
 
@@ -92,23 +105,30 @@ def failure(why: str) -> Found:
     return Found(np.zeros(0), why)
 
 
-def creak_run(deck: Path, count: int, threads: int, folder: Path) -> Found:
+def creak_run(task: Task) -> Found:
     """creak through its command line."""
-    command = [sys.executable, "-m", "creak.cli.main", "modes", str(deck), "--count", str(count), "--json", "-"]
-    return run(command, threads, folder / LOG, creak_frequencies)
+    asked = [str(task.deck), "--count", str(task.count), "--json", "-"]
+    return run(task, [sys.executable, "-m", "creak.cli.main", "modes", *asked], LOG, creak_frequencies)
+
+
+def scipy_run(task: Task) -> Found:
+    """SciPy on the matrices that creak assembles."""
+    here = Path(__file__).resolve().parents[1]
+    asked = ["-m", "benchmarks.modes_peers_scipy", str(task.deck), str(task.count)]
+    return run(task, ["env", f"PYTHONPATH={here}", sys.executable, *asked], LOG, scipy_frequencies)
 
 
 def calculix_run(program: str | None) -> Program:
     """CalculiX on creak's Abaqus deck."""
 
-    def calculix(deck: Path, count: int, threads: int, folder: Path) -> Found:
+    def calculix(task: Task) -> Found:
         if program is None:
             return failure("not installed: no ccx on the path, see --ccx")
         try:
-            (folder / "modes.inp").write_text(calculix_deck(read_model(deck), count))
+            (task.folder / "modes.inp").write_text(calculix_deck(read_model(task.deck), task.count))
         except InputError as error:
             return failure(f"no deck for it: {error.what}")
-        return run([program, "-i", "modes"], threads, folder / "modes.dat", calculix_frequencies)
+        return run(task, [program, "-i", "modes"], "modes.dat", calculix_frequencies)
 
     return calculix
 
@@ -116,18 +136,24 @@ def calculix_run(program: str | None) -> Program:
 def mystran_run(program: str | None) -> Program:
     """MYSTRAN on the Nastran deck, or on one written for it."""
 
-    def mystran(deck: Path, count: int, threads: int, folder: Path) -> Found:
+    def mystran(task: Task) -> Found:
         if program is None:
             return failure(f"not installed: no interpreter given, see --mystran-python and {MYSTRAN_PYTHON}")
         try:
-            model = read_model(deck)
-            text = mystran_deck(model, count) if deck.suffix == ".inp" else without_output(deck.read_text(), count)[0]
+            text = mystran_text(task.deck, task.count)
         except InputError as error:
             return failure(f"no deck for it: {error.what}")
-        (folder / "modes.bdf").write_text(text)
-        return run([program, "modes.bdf"], threads, folder / "modes.F06", mystran_frequencies)
+        (task.folder / "modes.bdf").write_text(text)
+        return run(task, [program, "modes.bdf"], "modes.F06", mystran_frequencies)
 
     return mystran
+
+
+def mystran_text(deck: Path, count: int) -> str:
+    """MYSTRAN's deck."""
+    if deck.suffix == ".inp":
+        return mystran_deck(read_model(deck), count)
+    return without_output(deck.read_text(), count)[0]
 
 
 def without_output(text: str, count: int) -> tuple[str, list[str]]:
@@ -146,6 +172,11 @@ def creak_frequencies(text: str) -> FloatArray:
     """Hz, from what creak prints with --json; warnings come before."""
     start = text.find("\n{") + 1
     return np.array(json.loads(text[start:])["frequencies"])
+
+
+def scipy_frequencies(text: str) -> FloatArray:
+    """Hz, from what `modes_peers_scipy` prints last."""
+    return np.array(json.loads(text.splitlines()[-1]))
 
 
 def calculix_frequencies(text: str) -> FloatArray:
@@ -182,15 +213,13 @@ def held_door(mesh_size: float, folder: Path) -> Path:
 HEAD = ("", "threads", "wall s", "CPU s", "GB", "time over creak's", "modes 2 up, to creak's", "mode 1, Hz", "failed")
 
 
-def measure(
-    deck: Path, programs: dict[str, Program], count: int, threads: Sequence[int], keep: Path
-) -> Iterator[tuple[str, int, Found]]:
-    """Each program with each number of threads."""
+def measure(task: Task, programs: dict[str, Program], threads: Sequence[int]) -> Iterator[tuple[str, int, Found]]:
+    """Each program with each number of threads, in folders of their own."""
     for n in threads:
         for name, program in programs.items():
-            folder = keep / f"{deck.stem}-{name}-{n}"
+            folder = task.folder / f"{task.deck.stem}-{name}-{n}"
             folder.mkdir(parents=True, exist_ok=True)
-            yield name, n, program(deck, count, n, folder)
+            yield name, n, program(replace(task, threads=n, folder=folder))
 
 
 def row(name: str, threads: int, found: Found, creak: Found) -> tuple[str, ...]:
@@ -218,21 +247,19 @@ def frequency_lines(columns: dict[str, FloatArray]) -> Iterator[tuple[str, ...]]
         yield (str(k + 1), *(f"{f[k]:.3f}" if k < f.size else "" for f in columns.values()))
 
 
-def compare(
-    deck: Path, programs: dict[str, Program], count: int, threads: Sequence[int], keep: Path, console: Console
-) -> None:
+def compare(task: Task, programs: dict[str, Program], threads: Sequence[int], console: Console) -> None:
     """Run all programs on a deck and print both tables."""
-    table, of_creak = Table(*HEAD, title=f"{deck.name}, {count} modes"), failure("")
+    table, of_creak = Table(*HEAD, title=f"{task.deck.name}, {task.count} modes"), failure("")
     columns: dict[str, FloatArray] = {}
-    for name, n, found in measure(deck, programs, count, threads, keep):
+    for name, n, found in measure(task, programs, threads):
         of_creak = found if name == "creak" else of_creak
         line = row(name, n, found, of_creak)
         table.add_row(*line)
         print(*line, sep=" | ", file=sys.stderr, flush=True)
         columns.setdefault(name, found.frequencies)
-    references = deck.with_name(NASTRAN_SAYS)
+    references = task.deck.with_name(NASTRAN_SAYS)
     if references.exists():
-        columns["NX Nastran"] = np.array(json.loads(references.read_text())[deck.stem]["freq_hz"])
+        columns["NX Nastran"] = np.array(json.loads(references.read_text())[task.deck.stem]["freq_hz"])
     side_by_side = Table("mode", *(f"{name}, Hz" for name in columns))
     for line in frequency_lines(columns):
         side_by_side.add_row(*line)
@@ -247,12 +274,14 @@ def main() -> None:
     parser.add_argument("--mesh-size", type=float, default=20.0, help="mm, of the door")
     parser.add_argument("--count", type=int, default=20, help="modes")
     parser.add_argument("--threads", type=int, nargs="+", default=THREADS, help="one run of each program with each")
+    parser.add_argument("--limit", type=float, default=LIMIT_S, help="CPU seconds of each run")
     parser.add_argument("--ccx", default=shutil.which("ccx"), help="CalculiX, the program")
     parser.add_argument("--mystran-python", default=os.environ.get(MYSTRAN_PYTHON), help="a Python that has mystran")
     parser.add_argument("--keep", type=Path, help="folder for decks, logs and results")
     given = parser.parse_args()
     programs = {
         "creak": creak_run,
+        "SciPy": scipy_run,
         "CalculiX": calculix_run(given.ccx),
         "MYSTRAN": mystran_run(mystran_program(given.mystran_python)),
     }
@@ -264,12 +293,14 @@ def main() -> None:
             if given.exhaust.exists():
                 dropped = without_output(given.exhaust.read_text(), given.count)[1]
                 console.print(f"lines that MYSTRAN does not get: {'; '.join(line.strip() for line in dropped)}")
-                compare(given.exhaust, programs, given.count, given.threads, keep, console)
+                task = Task(given.exhaust, given.count, 1, keep, given.limit)
+                compare(task, programs, given.threads, console)
             else:
                 console.print(f"no exhaust: {given.exhaust} is not there; name it with --exhaust")
         if given.deck != "exhaust":
             (keep / "door").mkdir(parents=True, exist_ok=True)
-            compare(held_door(given.mesh_size, keep / "door"), programs, given.count, given.threads, keep, console)
+            task = Task(held_door(given.mesh_size, keep / "door"), given.count, 1, keep, given.limit)
+            compare(task, programs, given.threads, console)
 
 
 if __name__ == "__main__":

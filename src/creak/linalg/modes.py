@@ -351,14 +351,20 @@ def _residual(pencil: _Pencil, omega2: FloatArray, shapes: FloatArray) -> float:
     """Largest |K x - omega^2 M x| / |K x| over the elastic modes, some columns at a time."""
     stiffness, worst = BlockProduct(pencil.K, own=copy_fits(pencil.K)), 0.0
     columns = int(min(max(FEW * free_bytes() / (8.0 * stiffness.n), 1), COLUMNS))
+    Kx = Mx = None
     for first in range(int(np.count_nonzero(omega2 <= 0.0)), omega2.size, columns):
         some = slice(first, first + columns)
-        Kx, Mx = stiffness(shapes[:, some]), pencil.mass(shapes[:, some])
-        size = np.linalg.norm(Kx, axis=0)
+        Kx, Mx = stiffness(shapes[:, some], Kx), pencil.mass(shapes[:, some], Mx)
+        size = _lengths(Kx)
         Mx *= omega2[some]
         Kx -= Mx
-        worst = max(worst, float((np.linalg.norm(Kx, axis=0) / size).max()))
+        worst = max(worst, float((_lengths(Kx) / size).max()))
     return worst
+
+
+def _lengths(X: FloatArray) -> FloatArray:
+    """Of columns; `np.linalg.norm` makes copies of them."""
+    return np.sqrt(np.einsum("ij,ij->j", X, X))
 
 
 def _last_is_repeated(omega2: FloatArray) -> bool:

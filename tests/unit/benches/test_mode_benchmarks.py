@@ -136,7 +136,7 @@ def test_calculix_answers(tmp_path):
     """Its solids with incompatible modes bend as shells do, where grips hold whole shells; on so coarse a mesh
     to some 10 %."""
     path = strips(tmp_path)
-    found = modes_peers.calculix_run(shutil.which("ccx"))(path, 4, 1, tmp_path)
+    found = modes_peers.calculix_run(shutil.which("ccx"))(modes_peers.Task(path, 4, 1, tmp_path))
     assert found.failed == ""
     np.testing.assert_allclose(found.frequencies, deck_modes(path, count=4).frequencies, rtol=0.15)
 
@@ -150,18 +150,20 @@ def test_calculix_deck(tmp_path):
 
 
 def test_a_program_that_fails_says_why(tmp_path):
-    assert "not installed" in modes_peers.calculix_run(None)(tmp_path, 1, 1, tmp_path).failed
-    found = modes_peers.run(["sh", "-c", "echo no licence; exit 3"], 1, tmp_path / "none.dat", lambda _: np.ones(1))
+    task = modes_peers.Task(tmp_path, 1, 1, tmp_path)
+    assert "not installed" in modes_peers.calculix_run(None)(task).failed
+    found = modes_peers.run(task, ["sh", "-c", "echo no licence; exit 3"], "none.dat", lambda _: np.ones(1))
     assert found.failed == "status 3: no licence"
     assert modes_peers.row("x", 1, found, found)[-1] == found.failed
 
 
 @pytest.mark.slow
-def test_creak_runs_as_a_peer(tmp_path):
+@pytest.mark.parametrize("program", [modes_peers.creak_run, modes_peers.scipy_run])
+def test_creak_and_scipy_run_as_peers(tmp_path, program):
     path = strips(tmp_path)
-    found = modes_peers.creak_run(path, 3, 1, tmp_path)
+    found = program(modes_peers.Task(path, 3, 1, tmp_path))
     assert found.failed == ""
-    np.testing.assert_allclose(found.frequencies, deck_modes(path, count=3).frequencies, rtol=1e-9)
+    np.testing.assert_allclose(found.frequencies, deck_modes(path, count=3).frequencies, rtol=1e-6)
     assert modes_peers.apart(found, found) == "+0.0 to +0.0 %"
 
 

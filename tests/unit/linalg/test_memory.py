@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from threadpoolctl import threadpool_limits
 
 from creak.arrays import FloatArray
 from creak.errors import InputError, NumericalError
@@ -78,7 +79,8 @@ def test_a_factor_that_does_not_fit_is_refused_and_the_user_can_insist(make, mon
 def test_the_prediction_is_that_of_the_factor(monkeypatch):
     asked = []
     monkeypatch.setattr("creak.linalg.factor.require", lambda needed, *_: asked.append(needed))
-    made = factor(grid())
+    with threadpool_limits(1):  # the work space of several threads is larger than so small a factor
+        made = factor(grid())
     assert made.nbytes < asked[0] < 2.0 * made.nbytes + 1e6  # its entries, and work space of PARDISO
 
 
