@@ -132,6 +132,19 @@ def test_plain_lines_tell_time_left(monkeypatch):
     assert len(lines) == 6
 
 
+def test_what_an_earlier_run_did_is_not_counted_as_speed(monkeypatch):
+    now, text = [0.0], io.StringIO()
+    monkeypatch.setattr(output.time, "monotonic", lambda: now[0])
+    bars = ProgressBars(Console(file=text, force_terminal=False))
+    with bars:
+        for done in range(44, 60):
+            bars("draws", done, 100)
+            now[0] += 1.0
+    lines = text.getvalue().splitlines()
+    assert lines[0] == "draws: 46 % after 2 s, about 54 s left"
+    assert lines[1] == "draws: 56 % after 12 s, about 44 s left"
+
+
 def test_a_phase_without_steps_is_named_while_it_goes_on(monkeypatch):
     text = io.StringIO()
     monkeypatch.setattr(output, "SHOWN_AFTER", 0.01)

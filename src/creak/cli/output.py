@@ -224,6 +224,8 @@ class _Stage:
     started: float
     told: float
     """When its last plain line came."""
+    begun: int = 0
+    """Of its steps, done before: by a run that this one goes on from."""
     done: int = 0
     finished: bool = False
     bar: TaskID | None = None
@@ -261,7 +263,7 @@ class ProgressBars:
         """Report that `done` of `total` of a phase is finished."""
         now, known = time.monotonic(), self._stages.get(stage)
         if known is None or (known.finished and done < known.done):
-            known = self._stages[stage] = self._started(stage, now, known)
+            known = self._stages[stage] = self._started(stage, done, now, known)
         known.done, known.finished = done, done >= total
         if self._plain:
             self._tell(stage, known, done, total, now)
@@ -283,14 +285,15 @@ class ProgressBars:
             timer.cancel()
         self(name, 1, 1)
 
-    def _started(self, stage: str, now: float, before: _Stage | None) -> _Stage:
-        """A phase that begins, or begins again."""
+    def _started(self, stage: str, done: int, now: float, before: _Stage | None) -> _Stage:
+        """A phase that begins, or begins again, with so much of it done."""
         if self._plain:
-            return _Stage(now, now + SHOWN_AFTER - EVERY)
+            return _Stage(now, now + SHOWN_AFTER - EVERY, done)
         if before is None or before.bar is None:
-            return _Stage(now, now, bar=self._bars.add_task(printable(stage), total=None))
-        self._bars.reset(before.bar, total=None)
-        return _Stage(now, now, bar=before.bar)
+            bar = self._bars.add_task(printable(stage), total=None, completed=done)
+            return _Stage(now, now, done, bar=bar)
+        self._bars.reset(before.bar, total=None, completed=done)
+        return _Stage(now, now, done, bar=before.bar)
 
     def _tell(self, stage: str, known: _Stage, done: int, total: int, now: float) -> None:
         from creak.words import duration
@@ -303,6 +306,7 @@ class ProgressBars:
                 self._console.print(f"{stage}: {took:.1f} s")
         elif now - known.told >= EVERY:
             known.told = now
-            left = f", about {duration(took / done * (total - done))} left" if done else ""
+            made = done - known.begun
+            left = f", about {duration(took / made * (total - done))} left" if made else ""
             share = f"{100 * done // max(total, 1)} % after " if total > 1 else ""
             self._console.print(f"{stage}: {share}{duration(took)}{left}")
