@@ -163,7 +163,7 @@ def test_creak_and_scipy_run_as_peers(tmp_path, program):
     path = strips(tmp_path)
     found = program(modes_peers.Task(path, 3, 1, tmp_path))
     assert found.failed == ""
-    np.testing.assert_allclose(found.frequencies, deck_modes(path, count=3).frequencies, rtol=1e-6)
+    np.testing.assert_allclose(found.frequencies, deck_modes(path, count=3).frequencies, rtol=1e-9)
     assert modes_peers.apart(found, found) == "+0.0 to +0.0 %"
 
 

@@ -37,12 +37,12 @@ def dropped_bar(beta: float = 0.0) -> System:
 
 
 @cache
-def on_wall(basis: str, count: int, beta: float = 0.0) -> History:
+def on_wall(basis: str, count: int, beta: float = 0.0, height: float = HEIGHT) -> History:
     """The bar of 100 elements on a rigid wall, penalty 10 EA/dx, h = dx / 2c, HHT(-0.05)."""
     system = dropped_bar(beta)
     if basis != "full":
         system = {"gap": gap_modes, "massless": massless_boundary}[basis](system, FOOT, count=count)
-    gaps = channels(FOOT, HEIGHT, 10.0 * E_A / DX)
+    gaps = channels(FOOT, height, 10.0 * E_A / DX)
     return simulate(system, gaps, at_rest(time_axis(1.25, STEP)), HHT(), observed=np.arange(N + 1))
 
 
@@ -241,12 +241,15 @@ def test_bar_with_many_modes_is_the_full_bar(basis, measured):
 
 @pytest.mark.parametrize(("count", "impulse_error"), [(8, 0.02), (15, 0.01)])
 def test_residual_shapes_with_mass_chatter_but_keep_the_impulse(count, impulse_error):
-    """The residual shape is an oscillator of its own on the penalty: false re-openings, energy lost in them. How much
-    hangs on round-off (1.4 to more than 4 times what the other loses)."""
+    """The residual shape is an oscillator of its own on the penalty: false re-openings, energy lost or made in them.
+
+    Chatter is chaotic: round-off decides how much energy, so it is the median of five heights that hardly differ.
+    """
     heavy, light = on_wall("gap", count), on_wall("massless", count)
     assert reopenings(heavy) > 10
     assert heavy.force.max() > 1.5 * light.force.max()
-    assert energy_change(heavy) < -abs(energy_change(light))
+    changes = [energy_change(on_wall("gap", count, height=HEIGHT * (1.0 + 1e-9 * k))) for k in range(-2, 3)]
+    assert np.median(np.abs(changes)) > 4.0 * abs(energy_change(light))
     assert impulse(heavy) == pytest.approx(200.0, rel=impulse_error)
     assert duration(heavy) == pytest.approx(DURATION, rel=0.04)
 
