@@ -29,7 +29,7 @@ from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.output_steps import shown_window
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.watched import silent_channels
-from creak.studies.robust.changes import changed_setup, with_damping
+from creak.studies.robust.changes import changed_gaps, changed_setup, with_damping
 from creak.studies.run.integrate import flowing, output_times, resolution_of, scheme_of
 from creak.studies.run.precheck import with_linear_gaps
 from creak.studies.run.static_start import started
@@ -115,12 +115,12 @@ def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw], pr
     begun = started(setup, reference, silent) if loaded else setup
     linear = with_linear_gaps(begun, reference, scheme_of(setup.study.config.time), progress).linear_gaps
     for k, draw in enumerate(draws):
-        gapped = draw.fields or any(key.startswith(("contact.", "static.")) for key in draw.values)
-        if not gapped and not (loaded and k < TRIED):
-            continue
-        other = changed_setup(setup, drawn_study(setup.study, draw.values), draw.fields, draw.factors)
-        lowest = np.minimum(lowest, other.contacts.gap0 - setup.contacts.gap0)
+        of_gaps = {key: x for key, x in draw.values.items() if key.startswith(("contact.", "static."))}
+        if draw.fields or of_gaps:
+            gap0 = changed_gaps(setup, drawn_study(setup.study, of_gaps), draw.fields)
+            lowest = np.minimum(lowest, gap0 - setup.contacts.gap0)
         if loaded and k < TRIED and linear is not None:
+            other = changed_setup(setup, drawn_study(setup.study, draw.values), draw.fields, draw.factors)
             other = started(other, reference, silent)
             gaps = with_linear_gaps(other, reference, scheme_of(setup.study.config.time), silent).linear_gaps
             lowest = lowest if gaps is None else np.minimum(lowest, gaps - linear)

@@ -91,18 +91,38 @@ def _put(whole: GapOperator, pieces: Sequence[GapOperator]) -> GapOperator:
     return joined.select(np.array([place[name] for name in whole.names], dtype=np.int64))
 
 
+def changed_gaps(setup: Setup, study: Study, fields: Mapping[str, FloatArray]) -> FloatArray:
+    """(m,) gaps of the contacts' channels as `changed_setup` makes them, without the rest of it.
+
+    Parameters
+    ----------
+    setup, study, fields : as for `changed_setup`.
+    """
+    gap0 = setup.contacts.gap0.copy()
+    for name, new in study.config.contact.items():
+        if new != setup.study.config.contact[name] or name in fields:
+            own = _of(setup.contacts, name)
+            gap0[own] = _gaps(setup, name, study, fields.get(name), gap0[own])
+    return gap0
+
+
+def _gaps(setup: Setup, name: str, study: Study, field: FloatArray | None, gap0: FloatArray) -> FloatArray:
+    """(m,) gaps of one contact by the numbers of another study, given those that it has."""
+    old, new = setup.study.config.contact[name], study.config.contact[name]
+    if field is not None:
+        gap0 = field
+    elif isinstance(new.clearance, int | float) and new.clearance != old.clearance:
+        gap0 = np.full(gap0.size, float(new.clearance))
+    press_fit = any(s.press_fit for s in study.config.static)
+    return gap0 if press_fit else np.maximum(gap0, 0.0)
+
+
 def _contact(setup: Setup, name: str, study: Study, field: FloatArray | None, factor: float) -> GapOperator:
     """The channels of one contact by the numbers of another study."""
     piece = setup.contacts.select(_of(setup.contacts, name))
     old, new = setup.study.config.contact[name], study.config.contact[name]
-    gap0 = piece.gap0
-    if field is not None:
-        gap0 = field
-    elif isinstance(new.clearance, int | float) and new.clearance != old.clearance:
-        gap0 = np.full(piece.m, float(new.clearance))
-    press_fit = any(s.press_fit for s in study.config.static)
-    stiffness = factor * piece.stiffness
-    piece = replace(piece, gap0=gap0 if press_fit else np.maximum(gap0, 0.0), stiffness=stiffness)
+    gap0 = _gaps(setup, name, study, field, piece.gap0)
+    piece = replace(piece, gap0=gap0, stiffness=factor * piece.stiffness)
     if new == old:
         return piece
     law, where = contact_law(new, study.where("contact", name)), study.where("contact", name)
