@@ -51,7 +51,6 @@ def robust(
     from creak.formats.complete_file import write_text
     from creak.formats.stored.sealed_json import sealed_text
     from creak.report.tables.robust import write_draws
-    from creak.studies.robust.job import LOG
 
     certificates = checked_certificates(scheduler, "--threads", threads, tls_ca_file, tls_cert, tls_key)
     if device == "gpu" and scheduler is not None:
@@ -62,6 +61,7 @@ def robust(
 
         study = read_study(study_file)
         writable_folder(folder)
+        before = _logs(folder)
         check_cluster(scheduler, output)
         with _runner(scheduler, certificates) as runner, output.progress as progress:
             try:
@@ -76,8 +76,7 @@ def robust(
                     progress=progress,
                 )
             except KeyboardInterrupt:
-                if (folder / LOG).exists():
-                    output.wrote(folder / LOG)
+                output.wrote(*(path for path, when in _logs(folder).items() if before.get(path) != when))
                 raise
         data = found.as_dict()
         folder.mkdir(parents=True, exist_ok=True)
@@ -99,6 +98,13 @@ def robust(
         output.result({**data, "written": [str(path) for path in output.written]})
 
 
+def _logs(folder: Path) -> dict[Path, int]:
+    """Files of finished draws, and when they were written."""
+    from creak.studies.robust.job import LOG
+
+    return {path: path.stat().st_mtime_ns for path in sorted(folder.glob(f"{LOG}-*.bin"))}
+
+
 def _runner(scheduler: str | None, certificates: Certificates) -> AbstractContextManager[Runner | None]:
     from creak.studies.tasks.cluster import running_cluster
 
@@ -110,5 +116,5 @@ def _print(output: Output, found: Robustness) -> None:
 
     output.table("Places", rows.place_rows(found))
     if found.indices:
-        output.table("Causes: Sobol indices, first (total)", rows.index_rows(found))
+        output.table("Causes: Sobol indices", rows.index_rows(found))
     output.say(rows.sentence(found))

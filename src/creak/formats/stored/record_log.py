@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import struct
 import zlib
@@ -16,6 +17,11 @@ from creak.arrays import FloatArray
 
 HEAD = struct.Struct("<IQ")
 """CRC-32 of number and values, number of the record."""
+
+
+def log_path(folder: Path, stem: str, made_from: Mapping[str, Any], width: int) -> Path:
+    """`STEM-1A2B3C4D.bin`: a file of its own for all that records are made from, so that none replaces another."""
+    return folder / f"{stem}-{hashlib.sha256(_first_line(made_from, width)).hexdigest()[:8]}.bin"
 
 
 def read_records(path: Path, made_from: Mapping[str, Any], width: int) -> tuple[dict[int, FloatArray], int]:

@@ -45,23 +45,31 @@ def _need_words(found: Robustness, place: str) -> str:
 
 
 def index_rows(found: Robustness) -> list[list[str]]:
-    """Header and a row for each cause."""
+    """Header and two rows for each cause: its indices alone and with others, and how far they are certain."""
     names = [name for name in SHOWN if name in found.indices]
     rows = [["cause", *names]]
     for cause in found.draws.design.causes:
-        cells = (found.indices[name][cause.key] for name in names)
-        rows.append([cause.key, *(f"{i.first:.2f} ({i.total:.2f})" for i in cells)])
+        own = [found.indices[name][cause.key] for name in names]
+        rows.append([f"{cause.key}, alone", *(_share_words(i.first, i.first_bounds) for i in own)])
+        rows.append(["    with others", *(_share_words(i.total, i.total_bounds) for i in own)])
     return rows
+
+
+def _share_words(share: float, bounds: tuple[float, float]) -> str:
+    return f"{share:.2f} ± {0.5 * (bounds[1] - bounds[0]):.2f}"
 
 
 def sentence(found: Robustness) -> str:
     """The answer in one line."""
     d = found.draws
     text = f"it rattles in {odds_words(found.rattle)} of {found.rattle.n} draws"
-    leading = found.indices.get("force") or found.indices.get("rattle")
-    if leading:
-        key = max(leading, key=lambda k: leading[k].total)
-        text += f"; most of the scatter comes from {key}"
+    totals = {
+        key: i.total_bounds for key, i in (found.indices.get("force") or found.indices.get("rattle") or {}).items()
+    }
+    if len(totals) > 1:
+        first = max(totals, key=lambda key: sum(totals[key]))
+        clear = totals[first][0] > max(high for key, (_, high) in totals.items() if key != first)
+        text += f"; most of the scatter comes from {first}" if clear else "; too few draws to tell the leading cause"
     before = f", {d.taken} of them from before" if d.taken else ""
     return f"{text}; {d.design.total} runs{before}"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -140,10 +141,20 @@ def make_causes(study: Study, fields: dict[str, tuple[tuple[str, ...], FloatArra
         if of.type == "field":
             causes.append(_field(key, of, at, fields, study, where))
             continue
+        _check_key(key, data, where)
         nominal = _nominal(key, of, value_at(given, key), value_at(data, key), where)
         causes.append(Cause(key, of, nominal, slice(at, at + 1)))
         _check_range(causes[-1], where)
     return tuple(causes)
+
+
+def _check_key(key: str, data: Any, where: str) -> None:
+    """Raise InputError where a table of the study knows no such key, or has no such name."""
+    words = key.split(".")
+    for k, word in enumerate(words):
+        table = value_at(data, ".".join(words[:k])) if k else data
+        if isinstance(table, Mapping) and word not in table:
+            raise InputError(f"unknown key {key!r}", where=where, fix=suggest(word, table))
 
 
 def _nominal(key: str, of: Distribution, given: Any, value: Any, where: str) -> float:

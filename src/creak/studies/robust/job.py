@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,9 +13,9 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.cuda.device import Device, check_device
-from creak.formats.stored.record_log import read_records, record_log
+from creak.formats.stored.record_log import log_path, read_records, record_log
 from creak.progress import Progress, silent
-from creak.studies.file.identity import new_identity, other_files_sha256
+from creak.studies.file.identity import other_files_sha256
 from creak.studies.file.reader import Study
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.robust.batches import Batch, batches, march_batches
@@ -25,7 +26,8 @@ from creak.studies.tasks.queue import Runner
 from creak.studies.warned import Warned
 from creak.version import version
 
-LOG = "draws.bin"
+LOG = "draws"
+"""Stem of the file of finished draws."""
 
 
 @dataclass(frozen=True)
@@ -94,15 +96,14 @@ def run_draws(
         drawn_study(study, {c.key: _number(c, v, int(end(v))) for c, v in numbers})
     places = places_of(channels)
     width = 1 + len(places) * (len(FIGURES) + len(FACTORS)) + channels.m
-    identity = new_identity(setup.study, setup.deck_sha256)
     made_from = {
         "creak": version(),
-        "study": identity.study_sha256,
-        "deck": identity.deck_sha256,
+        "study": _digest(study),
+        "deck": setup.deck_sha256,
         "files": other_files_sha256(study),
         "design": [design.n, indices, design.seed],
     }
-    path = None if out is None else out / LOG
+    path = None if out is None else log_path(out, LOG, made_from, width)
     found, used = read_records(path, made_from, width) if path is not None else ({}, 0)
     taken, again = len(found), tuple(c.key for c in causes if not keeps_model(study, c.key))
     notes: list[str] = []
@@ -136,6 +137,12 @@ def run_draws(
         again,
         (*setup.notes, *notes),
     )
+
+
+def _digest(study: Study) -> str:
+    """SHA-256 of what draws are made from: neither comments nor title, nor the probability that is aimed at."""
+    told = {"title": True, "scatter": {"target"}}
+    return hashlib.sha256(study.config.model_dump_json(by_alias=True, exclude=told).encode("utf-8")).hexdigest()
 
 
 def _marched(

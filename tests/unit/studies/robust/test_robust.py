@@ -19,6 +19,7 @@ from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow.march import simulate_flow
 from creak.errors import InputError, NumericalError
 from creak.formats.stored.record_log import read_records, record_log
+from creak.report.tables import robust as rows
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
 from creak.studies.models.reference import build_reference
@@ -29,6 +30,7 @@ from creak.studies.robust.bench import FACTORS, Draw, bench_of, variant_of
 from creak.studies.robust.changes import changed_setup
 from creak.studies.robust.draws import field_shapes
 from creak.studies.run.integrate import resolution_of
+from creak.verify.odds import Index
 from helpers_decks import STUDY, write_strips
 
 LENGTH, SIDE, MODULUS, N, ZETA = 200.0, 2.0, 210000.0, 2, 0.02
@@ -124,6 +126,19 @@ def test_odds_and_causes_against_quadrature(found):
         assert index.first_bounds[0] <= first <= index.first_bounds[1]
         assert index.total_bounds[0] <= total <= index.total_bounds[1]
         assert index.total == pytest.approx(total, abs=0.15)
+
+
+def test_a_leading_cause_is_named_where_the_bounds_tell_it(found):
+    robustness, _ = found
+    gap, load = robustness.draws.design.causes
+
+    def sentence(high: float) -> str:
+        of = {gap.key: Index(0.7, (0.6, 0.8), 0.8, (0.7, 0.9)), load.key: Index(0.2, (0.1, 0.3), 0.3, (0.1, high))}
+        return rows.sentence(replace(robustness, indices={"force": of}))
+
+    assert f"most of the scatter comes from {gap.key}" in sentence(0.5)
+    assert "too few draws to tell the leading cause" in sentence(0.71)
+    assert rows.index_rows(robustness)[1][0] == f"{gap.key}, alone"
 
 
 def test_needed_gap_and_fragility_against_quadrature(found):
@@ -224,7 +239,7 @@ def test_what_is_finished_is_not_run_again(tmp_path, monkeypatch):
     monkeypatch.setattr(job, "march_draws", stops)
     with pytest.raises(KeyboardInterrupt):
         creak.robust(path, 8, out=out, indices=False, threads=1)
-    log = out / job.LOG
+    (log,) = out.glob("draws-*.bin")
     log.write_bytes(log.read_bytes()[:-5])
     monkeypatch.setattr(job, "march_draws", real)
     again = creak.robust(path, 8, out=out, indices=False, threads=1).draws
@@ -233,6 +248,9 @@ def test_what_is_finished_is_not_run_again(tmp_path, monkeypatch):
     assert creak.robust(path, 8, out=out, indices=False).draws.taken == 8
     path.write_text(STOPPED.replace("upper = 10.0", "upper = 10.5"), encoding="utf-8")
     assert creak.robust(path, 4, out=out, indices=False).draws.taken == 0
+    path.write_text(STOPPED.replace("[scatter.vary]", "# as measured\n[scatter.vary]"), encoding="utf-8")
+    assert creak.robust(path, 8, out=out, indices=False).draws.taken == 8
+    assert len(list(out.glob("draws-*.bin"))) == 2
 
 
 def elsewhere(tasks):
@@ -314,6 +332,7 @@ def test_a_field_of_gaps_has_its_spread_and_correlation():
 REFUSED = {
     "no scatter": ("", "nothing scatters"),
     "unknown key": ('"connector.0.uper" = { type = "normal", sigma = 1, mean = 1 }', "unknown key"),
+    "unknown key that needs a mean": ('"connector.0.uper" = { type = "normal", sigma = 1 }', "unknown key"),
     "no such row": (
         '"connector.3.upper" = { type = "normal", sigma = 1, mean = 1 }',
         r"the study has 1 \[\[connector\]\]",
