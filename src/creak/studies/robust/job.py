@@ -141,8 +141,8 @@ def run_draws(
 
 def _digest(study: Study) -> str:
     """SHA-256 of what draws are made from: neither comments nor title, nor the probability that is aimed at."""
-    told = {"title": True, "scatter": {"target"}}
-    return hashlib.sha256(study.config.model_dump_json(by_alias=True, exclude=told).encode("utf-8")).hexdigest()
+    text = study.config.model_dump_json(by_alias=True, exclude={"title": True, "scatter": {"target"}})
+    return hashlib.sha256(text.encode("utf-8")).hexdigest()
 
 
 def _marched(
