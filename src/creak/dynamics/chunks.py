@@ -11,9 +11,10 @@ from creak.dynamics.flow.model import FlowState
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.dynamics.modal.model import DONE, NOT_FINITE, MarchState, Output
-from creak.dynamics.recorder import Recorder
+from creak.dynamics.record.recorder import Recorder
 from creak.dynamics.simulate import Progress
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
+from creak.linalg.memory import OutOfMemory
 from creak.linalg.threads import one_blas_thread
 
 State = TypeVar("State", MarchState, FlowState)
@@ -75,7 +76,7 @@ def march_chunks(run: Chunked[State], progress: Progress | None) -> History:
     try:
         while done < run.n_step:
             end = min(done + log.chunk, run.n_step)
-            out = log.room(run.rows(end - done))
+            out = _room(log, run.rows(end - done))
             with one_blas_thread():
                 left = run.chunk(now, after, out, done, end)
             log.take(left.used, left.kept, out)
@@ -89,3 +90,12 @@ def march_chunks(run: Chunked[State], progress: Progress | None) -> History:
     except KeyboardInterrupt as error:
         raise Interrupted(log.history()) from error
     return log.history()
+
+
+def _room(log: Recorder, rows: int) -> Output:
+    """Where the next rows go."""
+    try:
+        return log.room(rows)
+    except OutOfMemory as error:
+        history = log.history()
+        raise Stopped(f"at t = {history.time[-1]:.6g} s: {error}", history) from error

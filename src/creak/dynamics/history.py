@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.dynamics.watch import Extremes
+from creak.dynamics.record.watch import Extremes
 
 ENERGIES = ("kinetic", "strain", "contact", "damping", "contact_damping", "friction", "external", "scheme")
 """Columns of `History.energy`: three stored energies, then work since the start. `friction` is what sliding took;
@@ -57,6 +57,9 @@ class History:
     """Largest residual of the equations of motion seen, as a fraction of the forces in them; 0: not measured."""
     extremes: Extremes | None = None
     """Of what was watched at every whole step; None: nothing was."""
+    spacing: float = 0.0
+    """s between instants where contact changed too often for all of them to be kept, and forces are means
+    (`dynamics.thinning`); 0: nowhere."""
 
     @property
     def weights(self) -> FloatArray:

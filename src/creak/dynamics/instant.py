@@ -138,6 +138,8 @@ class LogState:
     """Whole steps that have become output."""
     looked: int
     """Row of the table up to which the watch has seen."""
+    spacing: float
+    """As `History.spacing`."""
     watch: WatchState | None
 
     @property

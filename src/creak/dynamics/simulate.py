@@ -20,12 +20,12 @@ from creak.dynamics.energy import EnergyAudit
 from creak.dynamics.history import History
 from creak.dynamics.instant import Instant, Keeper, Saved, StepperState
 from creak.dynamics.loads import Loads, follow
-from creak.dynamics.recorder import Recorder
+from creak.dynamics.record.recorder import Recorder
+from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.state import LinearTerms, Outside, Predictor
 from creak.dynamics.step_matrix import Maker, StepFactor, on_cores
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
-from creak.dynamics.watch import Watched
 from creak.errors import NumericalError
 from creak.linalg.threads import one_blas_thread
 

@@ -21,10 +21,10 @@ from creak.dynamics.flight.stepper import FlightStepper
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.instant import Saved
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import CondensedStepper, march
 from creak.dynamics.stopped import Interrupted
-from creak.dynamics.watch import Watched
 from creak.formats.stored.checkpoint import read_checkpoint, write_checkpoint
 from creak.formats.stored.sealed_hdf5 import Damaged
 from helpers_core import time_axis

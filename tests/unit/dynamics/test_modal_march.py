@@ -160,7 +160,7 @@ def test_massless_coordinates_equal_simulate():
 
 def test_many_chunks_are_one_run(monkeypatch):
     one = simulate_modal(driven(), gaps_between(2e-4, 3e5), loads_of(), HHT(), observed=OBSERVED, output_every=4)
-    monkeypatch.setattr("creak.dynamics.recorder.CHUNK", 7)
+    monkeypatch.setattr("creak.dynamics.record.recorder.CHUNK", 7)
     seen: list[tuple[int, int]] = []
     many = simulate_modal(
         driven(),
@@ -181,7 +181,7 @@ def test_instants_one_by_one_are_the_output_of_many_chunks(monkeypatch):
     """The general march: parts of steps near contact, output every fourth step, all coordinates at some."""
     given = {"substeps": 5, "output_every": 4, "whole_at": np.array([0, 4, 48, 97])}
     one, twin = both(driven(), gaps_between(2e-4, 3e5), loads_of(), HHT(), **given)
-    monkeypatch.setattr("creak.dynamics.recorder.CHUNK", 7)
+    monkeypatch.setattr("creak.dynamics.record.recorder.CHUNK", 7)
     many, _ = both(driven(), gaps_between(2e-4, 3e5), loads_of(), HHT(), **given)
     assert one.contact_steps > 5
     assert one.coordinates.shape[1] == 4

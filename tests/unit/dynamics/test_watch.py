@@ -9,9 +9,9 @@ import scipy.sparse as sp
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.loads import at_rest
 from creak.dynamics.modal.march import simulate_modal
+from creak.dynamics.record.watch import Watch, Watched
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
-from creak.dynamics.watch import Watch, Watched
 from creak.reduction.diagonal import diagonalise
 from helpers_core import NO_CHANNELS, channels, system_of, time_axis
 

@@ -9,8 +9,8 @@ import pytest
 
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.modal.march import simulate_modal
+from creak.dynamics.record.watch import Extremes
 from creak.dynamics.scheme import HHT
-from creak.dynamics.watch import Extremes
 from creak.reduction.diagonal import diagonalise
 from creak.verify.reliability import CONTACT_BAR, ENERGY_BAR, created_of_contact, reasons_against
 from helpers_core import channels, forces_on, system_of, time_axis

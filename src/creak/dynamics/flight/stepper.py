@@ -18,11 +18,11 @@ from creak.dynamics.flight.step import FlightStep, choose
 from creak.dynamics.history import History
 from creak.dynamics.instant import FlightState, Instant, StepperState
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.simulate import REFRESH, CondensedStepper, Progress, march
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.step_matrix import Maker, on_cores
-from creak.dynamics.watch import Watched
 
 PIECES = 10
 """Of a flight, an output step: where a gap may close in one, the flight ends at its beginning."""

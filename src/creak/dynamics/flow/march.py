@@ -29,10 +29,10 @@ from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, at_rest
 from creak.dynamics.modal.coefficients import is_modal, modal_matrices
 from creak.dynamics.modal.model import CONSTANT, DONE, FORCE, Output
-from creak.dynamics.recorder import Recorder
+from creak.dynamics.record.recorder import Recorder
+from creak.dynamics.record.watch import Watched
 from creak.dynamics.simulate import Progress
 from creak.dynamics.state import LinearTerms
-from creak.dynamics.watch import Watched
 from creak.errors import InputError
 from creak.linalg.dense_product import symmetric
 from creak.linalg.diagonal import Diagonal

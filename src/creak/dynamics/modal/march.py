@@ -32,11 +32,11 @@ from creak.dynamics.modal.model import (
     Output,
 )
 from creak.dynamics.modal.setup import empty_state, modal_model
-from creak.dynamics.recorder import Recorder
+from creak.dynamics.record.recorder import Recorder
+from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.simulate import Progress
 from creak.dynamics.state import LinearTerms
-from creak.dynamics.watch import Watched
 from creak.errors import InputError
 from creak.linalg.dense_product import symmetric
 from creak.linalg.threads import one_blas_thread

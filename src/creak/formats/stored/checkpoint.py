@@ -10,7 +10,7 @@ from creak.formats.stored.sealed_hdf5 import Damaged, opened_hdf5
 from creak.formats.stored.tree import read_tree, write_tree
 
 T = TypeVar("T")
-KIND, VERSION = "checkpoint", 1
+KIND, VERSION = "checkpoint", 2
 
 
 def write_checkpoint(path: Path, made_from: str, held: Any) -> None:

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.watch import Watched
+from creak.dynamics.record.watch import Watched
 from creak.model.dofs import ROTATIONS, TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
 from creak.studies.prepare.setup import Setup

@@ -20,7 +20,7 @@ from types import FrameType
 from creak.arrays import IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.instant import Saved
-from creak.dynamics.watch import Watched
+from creak.dynamics.record.watch import Watched
 from creak.errors import CreakError
 from creak.formats.stored.checkpoint import read_checkpoint, write_checkpoint
 from creak.formats.stored.sealed_hdf5 import Damaged

@@ -24,10 +24,10 @@ from creak.dynamics.modal.coefficients import MasslessBoundary, is_modal
 from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.modal.massless import massless_substeps
 from creak.dynamics.modal.taper import tapered
+from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
 from creak.dynamics.simulate import CondensedStepper, march, simulate
 from creak.dynamics.step_matrix import Maker, on_cores
-from creak.dynamics.watch import Watched
 from creak.reduction.diagonal import in_own_modes
 from creak.studies.file.config import TimeTable
 from creak.studies.prepare.excitation import sample_loads, time_axis

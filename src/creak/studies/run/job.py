@@ -15,6 +15,7 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.contact.small_sliding import slip_warnings, turn_warnings
 from creak.dynamics.cuda.solver import Solver
 from creak.dynamics.history import History
+from creak.dynamics.record.thinning import spacing_words
 from creak.dynamics.stopped import Stopped
 from creak.formats.stored.run_identity import RunIdentity
 from creak.progress import Progress, Steps
@@ -174,7 +175,7 @@ def run_study(
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
         notes.append("no channel can close under this load: both runs are linear")
     notes += run_warnings(setup, gaps, runs)
-    notes += _device_notes(setup, runs)
+    notes += _run_notes(setup, runs)
     if runs and gaps.m and not any(run.history.force.any() for run in runs.values()):
         notes.append(never_closed(gaps, next(iter(runs.values())).history))
     window = shown_window(setup.study, output_times(setup))
@@ -268,10 +269,11 @@ def _only_run(
     return gaps, run, [*notes, *more]
 
 
-def _device_notes(setup: Setup, runs: dict[str, Run]) -> list[str]:
-    """Which device made factors; where a GPU was asked for, that there were none."""
+def _run_notes(setup: Setup, runs: dict[str, Run]) -> list[str]:
+    """Which device made factors, instants that were not kept; where a GPU was asked for, that it made no factor."""
     found = [f"{name} run: {text}" for name, run in runs.items() for text in run.notes]
-    return found or (["device gpu: no run needed a factor of a sparse matrix"] if setup.device == "gpu" else [])
+    used = setup.device != "gpu" or any("factors on" in text for text in found)
+    return found if used else [*found, "device gpu: no run needed a factor of a sparse matrix"]
 
 
 def _large_motions(gaps: GapOperator, history: History) -> list[str]:
@@ -378,8 +380,7 @@ def march_run(
     recording = recorded(setup, system, kept, events) if record else None
     at_lines = measured(setup, system, history, of_lines) if stopped is None else None
     squeaks = tuple(find_squeaks(history, gaps, shown_window(setup.study, output_times(setup))))
-    left = at_steps(history, field)
-    told = solver.told()
+    left, told = at_steps(history, field), (*solver.told(), *spacing_words(history.spacing))
     return Run(name, system, left, events, cost, *size, slips, how, stopped, recording, at_lines, squeaks, told)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
-from creak.dynamics.watch import Extremes
+from creak.dynamics.record.watch import Extremes
 from creak.formats.complete_file import complete_file
 from creak.formats.stored.npz_arrays import read_arrays
 from creak.formats.stored.sealed_hdf5 import Damaged

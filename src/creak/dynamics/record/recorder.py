@@ -20,12 +20,16 @@ from creak.dynamics.history import ENERGIES, History, split_columns
 from creak.dynamics.instant import Instant, LogState
 from creak.dynamics.loads import Loads
 from creak.dynamics.modal.model import MarchState, Output
-from creak.dynamics.watch import Watch, Watched
+from creak.dynamics.record.thinning import room_for, spacing_for, thin
+from creak.dynamics.record.watch import Watch, Watched
+from creak.linalg.memory import require
 
 CHUNK = 2_000
 """Output steps between two reports of progress."""
 BUFFER_MEMORY = 64_000_000
 """Bytes of motion kept before it is turned into output."""
+FEWER = "Let the run end earlier, or keep fewer channels by a smaller [precheck] margin."
+"""What to do where the instants of contact are too many."""
 
 
 class Recorder:
@@ -63,6 +67,7 @@ class Recorder:
         self._seen = () if self._watch is None else tuple(self._on_kept(rows) for rows in self._watch.rows)
         self._whole_at = np.zeros(0, dtype=np.int64) if whole_at is None else np.asarray(whole_at, dtype=np.int64)
         self._whole_time = loads.time[self._whole_at * substeps]
+        self._end = float(loads.time[-1])
         self._sizes = loads.n_step // substeps, observed.size, width, system.supports.count
         self._whole_width = system.n if basis is None else width
         self._begin_tables()
@@ -87,7 +92,7 @@ class Recorder:
         self._ends = np.zeros(kept, dtype=np.int64)
         self._u, self._s = np.zeros((kept, width)), np.zeros((kept, n_support))
         self._whole = np.zeros((self._whole_at.size, self._whole_width))
-        self.setup_s = 0.0
+        self.setup_s = self._spacing = 0.0
 
     @property
     def state(self) -> LogState:
@@ -105,6 +110,7 @@ class Recorder:
             self._whole[:reached],
             self._steps,
             self._looked,
+            self._spacing,
             None if self._watch is None else self._watch.state,
         )
 
@@ -123,7 +129,7 @@ class Recorder:
             (self._whole, state.whole),
         ):
             own[: given.shape[0]] = given
-        self._steps, self._looked = state.steps, state.looked
+        self._steps, self._looked, self._spacing = state.steps, state.looked, state.spacing
         if self._watch is not None and state.watch is not None:
             self._watch.resume(state.watch)
 
@@ -176,8 +182,11 @@ class Recorder:
         return Output(self._table, at, self._u, self._s, self._whole_at, self._whole)
 
     def _grow(self, rows: int) -> None:
-        if self.used + rows > self._table.shape[0]:
-            self._table.resize((max(self.used + rows, 3 * self.used // 2), self._width), refcheck=False)
+        room = self._table.shape[0]
+        if self.used + rows > room:
+            larger = max(self.used + rows, 3 * self.used // 2)
+            require(8.0 * self._width * (larger - room), f"{larger:,} instants of {self._m:,} channels", FEWER)
+            self._table.resize((larger, self._width), refcheck=False)
 
     def take(self, used: int, kept: int, out: Output) -> None:
         """Account for what a chunk left, all of its whole steps."""
@@ -187,6 +196,7 @@ class Recorder:
     def _took(self, kept: int, at: IntArray) -> None:
         """Whole steps that end at the rows `at` of the table."""
         self._look(at[:kept], self._looked)
+        at = self._fewer(at[:kept])
         self._looked = self.used
         first = (self._every - 1 - self._steps) % self._every
         self._steps += kept
@@ -194,6 +204,19 @@ class Recorder:
         wanted = at[rows]
         self._at[self._out : self._out + wanted.size] = wanted
         self._flush(rows)
+
+    def _fewer(self, at: IntArray) -> IntArray:
+        """Fewer instants where the table would become too large; where those `at` are then."""
+        if not at.size:
+            return at
+        room = room_for(self._width, float(self._table[at[-1], 0]) / self._end)
+        if self.used <= room:
+            return at
+        first, forces = self._looked, slice(1 + self._m, 1 + 2 * self._m + self._f2)
+        spacing = spacing_for(self._table[first : at[-1] + 1, 0], room - first)
+        self.used, at = thin(self._table, self.used, first, at, forces, spacing)
+        self._spacing = max(self._spacing, spacing)
+        return at
 
     def _look(self, at: IntArray, before: int = 0) -> None:
         """Let the watch see the whole steps that end at the rows `at`; those after row `before` are new."""
@@ -241,6 +264,7 @@ class Recorder:
             sliding,
             residual,
             None if self._watch is None else self._watch.extremes,
+            self._spacing,
         )
 
 
