@@ -247,7 +247,7 @@ class Recorder:
         time, gap, force, tangential, sliding, energy = split_columns(self._table[: self.used], self._m, self._f2)
         n = self._out
         reached = int(np.count_nonzero(self._whole_time <= time[-1]))
-        steps = int(np.count_nonzero(force.any(axis=1)))
+        steps = int(np.count_nonzero(force[1:].any(axis=1)))
         return History(
             time,
             gap,
