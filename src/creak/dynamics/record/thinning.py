@@ -19,7 +19,7 @@ from creak.arrays import FloatArray, IntArray
 BUDGET = 1e9
 """Bytes of the table of a run, where that leaves instants no further apart than `LONGEST`."""
 FREE = 0.25
-"""Share of the budget that may be taken at any time; beyond it a run has the share that its time has of the whole."""
+"""Share of the budget that may be taken at any time; of the rest a run has the share that its time has of the whole."""
 LONGEST = 5e-5
 """s between two instants, at most: half of what is promised of the start of an event."""
 HALVINGS = 8
@@ -28,7 +28,7 @@ HALVINGS = 8
 
 def room_for(width: int, share: float) -> int:
     """Rows of so many numbers that the budget has for a share of the run."""
-    return int(BUDGET * max(FREE, share) / (8.0 * width))
+    return int(BUDGET * (FREE + (1.0 - FREE) * share) / (8.0 * width))
 
 
 def spacing_for(time: FloatArray, room: int) -> float:
