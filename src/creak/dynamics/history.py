@@ -59,7 +59,7 @@ class History:
     """Of what was watched at every whole step; None: nothing was."""
     spacing: float = 0.0
     """s between instants where contact changed too often for all of them to be kept, and forces are means
-    (`dynamics.thinning`); 0: nowhere."""
+    (`dynamics.record.thinning`); 0: nowhere."""
 
     @property
     def weights(self) -> FloatArray:

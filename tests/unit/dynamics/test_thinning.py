@@ -90,6 +90,16 @@ def test_chatter_is_kept_with_a_bound_and_the_same_impulses(monkeypatch):
         assert a.force_place == pytest.approx(b.force_place, rel=0.01)
 
 
+def test_nothing_is_told_where_a_large_table_lost_no_instant(monkeypatch):
+    """Free motion: a table beyond its budget of whole steps alone, all of which stay."""
+    system, loads = drive()
+    monkeypatch.setattr(thinning, "BUDGET", 1.0)
+    far = channels(np.eye(N), np.full(N, 1e3), 1e9)
+    history = simulate_flow(system, far, loads, observed=np.arange(N), resolution=SETTLED)
+    assert history.spacing == 0.0
+    assert history.time.size == round(END / 1e-3) + 1
+
+
 def test_a_spacing_is_as_short_as_there_is_room_and_no_longer_than_events_allow():
     time = np.concatenate([np.linspace(0.1, 0.101, 1000), np.linspace(0.5, 0.501, 1000)])
     assert spacing_for(time, 100) == pytest.approx(LONGEST / 2)

@@ -214,8 +214,10 @@ class Recorder:
             return at
         first, forces = self._looked, slice(1 + self._m, 1 + 2 * self._m + self._f2)
         spacing = spacing_for(self._table[first : at[-1] + 1, 0], room - first)
-        self.used, at = thin(self._table, self.used, first, at, forces, spacing)
-        self._spacing = max(self._spacing, spacing)
+        before = self.used
+        self.used, at = thin(self._table, before, first, at, forces, spacing)
+        if self.used < before:
+            self._spacing = max(self._spacing, spacing)
         return at
 
     def _look(self, at: IntArray, before: int = 0) -> None:

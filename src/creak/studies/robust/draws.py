@@ -150,11 +150,10 @@ def make_causes(study: Study, fields: dict[str, tuple[tuple[str, ...], FloatArra
 
 def _check_key(key: str, data: Any, where: str) -> None:
     """Raise InputError where a table of the study knows no such key, or has no such name."""
-    words = key.split(".")
-    for k, word in enumerate(words):
-        table = value_at(data, ".".join(words[:k])) if k else data
-        if isinstance(table, Mapping) and word not in table:
-            raise InputError(f"unknown key {key!r}", where=where, fix=suggest(word, table))
+    for word in key.split("."):
+        if isinstance(data, Mapping) and word not in data:
+            raise InputError(f"unknown key {key!r}", where=where, fix=suggest(word, data))
+        data = value_at(data, word)
 
 
 def _nominal(key: str, of: Distribution, given: Any, value: Any, where: str) -> float:
