@@ -41,11 +41,22 @@ def test_the_advised_study_runs_as_it_is(creak, tmp_path):
     assert "the study file can stay as it is" in again.out
 
 
+def test_another_value_is_looked_at_without_a_change_of_the_file(creak, tmp_path):
+    study = write_strips(tmp_path)
+    before = study.read_text(encoding="utf-8")
+    said = creak("advise", study, "--set", "reduction.f_max=2000", "--json")
+    assert said.status == 0
+    found = json.loads(said.out)
+    assert 2000.0 in [option["f_max"] for option in found["reductions"] if option["method"] == "craig-bampton"]
+    assert study.read_text(encoding="utf-8") == before
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (["nothing.toml"], "no such study file"),
         (["strips.inp"], "is a deck"),
+        (["study.toml", "--set", "reduction.f_mx=700"], "Did you mean 'f_max'"),
         (["study.toml", "--quiet", "--verbose"], "both --quiet and --verbose"),
     ],
 )

@@ -10,6 +10,7 @@ import typer
 from creak.cli.console import printable
 from creak.cli.details import setup_detail, tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, VERBOSE, Output
+from creak.cli.run import changed_study
 from creak.errors import InputError
 from creak.words import duration, percent
 
@@ -21,6 +22,12 @@ if TYPE_CHECKING:
 
 def advise(
     study_file: Path = typer.Argument(..., metavar="STUDY.toml", help="The study to look at."),
+    changes: list[str] = typer.Option(
+        [],
+        "--set",
+        metavar="KEY=VALUE",
+        help="Look at the study with another value, as reduction.f_max=700; the file stays as it is. Repeatable.",
+    ),
     ignore: list[str] = IGNORE,
     band: float | None = typer.Option(
         None, "--band", metavar="HZ", help="Say what it takes that sound is believed up to this frequency."
@@ -56,7 +63,7 @@ def advise(
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
             with progress.phase("read the model and find the contacts"):
-                setup = set_up(read_study(study_file), ignore)
+                setup = set_up(changed_study(study_file, changes) if changes else read_study(study_file), ignore)
             setup_detail(output, setup)
             tell_warnings(output, setup.notes, told)
             advice = look(setup, progress, band)

@@ -12,12 +12,12 @@ from creak.arrays import FloatArray, Matrix
 from creak.errors import NumericalError
 from creak.later import later
 from creak.linalg.dense_product import inner, product, symmetric
-from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, refactor
+from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
 from creak.linalg.memory import MADE, fits, free_bytes
-from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted
+from creak.linalg.pencil import Pencil
+from creak.linalg.pieces.factor import Pieces
 from creak.linalg.scratch import held_in_memory
-from creak.linalg.shifted import shifted
 from creak.linalg.sparse_product import BlockProduct, copy_fits
 from creak.linalg.windows import AMID, in_windows, window_size
 from creak.progress import Steps
@@ -77,35 +77,6 @@ def lowest(found: Modes, count: int) -> Modes:
     return later(Modes, lambda: Modes(shapes=found.shapes[:, :count], **known), **known)
 
 
-@dataclass(frozen=True)
-class _Pencil:
-    """K x = lam M x."""
-
-    K: Matrix
-    M: Matrix
-    mass: BlockProduct
-    """The product with M."""
-    pieces: Pieces | None = None
-    """How they are cut where memory does not hold a factor."""
-
-    def factor(self, shift: float, *, definite: bool) -> Factor:
-        """Of K - shift M."""
-        if self.pieces is None:
-            return factor(self.shifted(shift), definite=definite)
-        return PieceFactor(Shifted(self.K, self.M, shift), self.pieces, definite=definite)
-
-    def refactor(self, old: Factor, shift: float) -> Factor:
-        """Of K - shift M, indefinite, in the place of another one."""
-        if not isinstance(old, PieceFactor):
-            return refactor(old, self.shifted(shift))
-        old.replace(Shifted(self.K, self.M, shift))
-        return old
-
-    def shifted(self, shift: float) -> Matrix:
-        """K - shift M; on disk where memory is short."""
-        return self.K if shift == 0.0 else shifted(self.K, self.M, shift)
-
-
 def modes(
     K: Matrix,
     M: Matrix,
@@ -144,7 +115,7 @@ def modes(
     if n <= DENSE_LIMIT:
         return _dense_modes(K, M, f_max, count, free)
     shift = -small_shift(K, M) if free else 0.0
-    pencil = _Pencil(K, M, BlockProduct(M), pieces)
+    pencil = Pencil(K, M, pieces)
     inverse = stiffness_factor or LaterFactor(lambda: pencil.factor(shift, definite=True))
     try:
         _make_now(inverse)
@@ -158,7 +129,7 @@ def modes(
 
 
 def _lowest(
-    pencil: _Pencil, shift: float, count: int, inverse: Factor, free: bool, sturm: bool, progress: Steps | None
+    pencil: Pencil, shift: float, count: int, inverse: Factor, free: bool, sturm: bool, progress: Steps | None
 ) -> Modes:
     """The `count` lowest modes; the inertia above the last one tells whether one was missed."""
     if count == 0:
@@ -169,7 +140,7 @@ def _lowest(
     return _checked(pencil, found.lam, found.shapes, free, count=sturm, columns=found.columns)
 
 
-def _below(pencil: _Pencil, shift: float, upper: float, inverse: Factor, free: bool, progress: Steps | None) -> Modes:
+def _below(pencil: Pencil, shift: float, upper: float, inverse: Factor, free: bool, progress: Steps | None) -> Modes:
     """All modes below omega^2 = `upper` and the eigenvalue after them; their number is the inertia of K - upper M.
 
     Where memory is short, one factor is held at a time, and the modes are found window by window.
@@ -210,7 +181,7 @@ def dense_bytes(n: int) -> float:
     return DENSE_MATRICES * 8.0 * float(n) ** 2
 
 
-def _by_dense(pencil: _Pencil, shift: float, wanted: int, inverse: Factor, free: bool) -> Modes:
+def _by_dense(pencil: Pencil, shift: float, wanted: int, inverse: Factor, free: bool) -> Modes:
     """The lowest modes by the dense eigensolver; the lowest of them, which its round-off blurs, are refined."""
     lam, X = _dense_pairs(_full(pencil.K), _full(pencil.M))
     after = lam[wanted] if lam.size > wanted else np.inf
@@ -231,7 +202,7 @@ def _make_room(inverse: Factor, needed: float) -> None:
         inverse.release()
 
 
-def _many(pencil: _Pencil, upper: float, counted: Factor, wanted: int, progress: Steps | None) -> tuple[Ritz, float]:
+def _many(pencil: Pencil, upper: float, counted: Factor, wanted: int, progress: Steps | None) -> tuple[Ritz, float]:
     """The modes with a factor amid them, or window by window where memory does not hold the vectors of all at once."""
     n = pencil.mass.n
     free = free_bytes()
@@ -282,7 +253,7 @@ def _dense_modes(K: Matrix, M: Matrix, f_max: float | None, count: int | None, f
     keep = omega2 <= (2.0 * np.pi * f_max) ** 2 if f_max is not None else np.arange(omega2.size) < (count or 0)
     round_off = 100.0 * np.finfo(float).eps * float(np.abs(omega2).max(initial=0.0))
     after = float(omega2[~keep].min(initial=np.inf))
-    pencil = _Pencil(dense_K, dense_M, BlockProduct(dense_M))
+    pencil = Pencil(dense_K, dense_M)
     return _checked(pencil, omega2[keep], shapes[:, keep], free, round_off=round_off, after=after)
 
 
@@ -324,7 +295,7 @@ def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 def _checked(
-    pencil: _Pencil,
+    pencil: Pencil,
     omega2: FloatArray,
     shapes: FloatArray,
     free: bool,
@@ -347,7 +318,7 @@ def _checked(
     return Modes(omega2, shapes, _residual(pencil, omega2, shapes), sturm_ok, float(after), columns)
 
 
-def _residual(pencil: _Pencil, omega2: FloatArray, shapes: FloatArray) -> float:
+def _residual(pencil: Pencil, omega2: FloatArray, shapes: FloatArray) -> float:
     """Largest |K x - omega^2 M x| / |K x| over the elastic modes, some columns at a time."""
     stiffness, worst = BlockProduct(pencil.K, own=copy_fits(pencil.K)), 0.0
     columns = int(min(max(FEW * free_bytes() / (8.0 * stiffness.n), 1), COLUMNS))

@@ -66,7 +66,7 @@ def as_dict(advice: Advice) -> dict[str, Any]:
         "parts": [{**dataclasses.asdict(p), "boundary": p.boundary} for p in f.sizes.parts],
         "coupled_dofs": f.sizes.coupled,
         "reductions": [dataclasses.asdict(o) for o in f.options],
-        "unreduced": dataclasses.asdict(f.unreduced),
+        "unreduced": None if f.unreduced is None else dataclasses.asdict(f.unreduced),
         "sound": None if f.sound is None else dataclasses.asdict(f.sound) | {"dof_times": f.sound.dof_times},
         "steps": [dataclasses.asdict(s) for s in f.steps],
         "memory": {

@@ -88,6 +88,11 @@ def _option(setup: Setup, facts: Facts, step: StepAdvice) -> tuple[Option | None
     c, table = setup.study.config, setup.study.config.reduction
     if table.method == "none" and step.unreduced_s <= words.AFFORDABLE_S:
         return None, f"method: none as in the study, because the run takes at most {duration(step.unreduced_s)}"
+    if facts.unreduced is None:
+        return _by_parts(facts, table.f_max), (
+            "method: craig-bampton, because memory does not hold a factor of the whole model, which modes of the "
+            "assembly take"
+        )
     if table.substructures or table.unreduced or setup.superelements:
         return _by_parts(facts, table.f_max), (
             "method: craig-bampton, because the study has substructures, unreduced sets or imported parts; one "

@@ -10,6 +10,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.scheme import Scheme
+from creak.linalg.pencil import Pencil
 from creak.model.mesh import Model
 from creak.model.shell_facets import SHELL_FACETS
 from creak.model.skin import skin_of
@@ -35,10 +36,10 @@ from creak.studies.advise.evidence import Measured, measured, rule_of_thumb, ste
 from creak.studies.advise.memory import Memory, memory
 from creak.studies.advise.size import Counted, Sizes, sizes, sturm_counts
 from creak.studies.file.signals.course import RecordTable
+from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.outlines import assembled
 from creak.studies.models.reduced import WHOLE
-from creak.studies.models.reference import ReferenceModel, joined_reference
-from creak.studies.models.room import require_whole
+from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.setup import Setup
@@ -130,9 +131,9 @@ class Facts:
     excitation: Excitation
     channels: Channels
     sizes: Sizes
-    assembly: Counted
     options: tuple[Option, ...]
-    unreduced: UnreducedCost
+    unreduced: UnreducedCost | None
+    """None: memory does not hold a factor of the whole model."""
     steps: tuple[StepAdvice, ...]
     """Longest first."""
     end: float
@@ -157,13 +158,11 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     Raises
     ------
     InputError : anything wrong in the study or the deck.
-    OutOfMemory : memory does not hold a factor of the whole model; what `creak run` does then is told.
+    OutOfMemory : memory holds neither a factor of the whole model nor those of its parts, or the study needs the whole.
     """
     setup = _checked(setup)
     excitation = excitation_of(setup)
-    of = assembled(setup, progress)
-    require_whole(setup, of.parts)
-    reference = joined_reference(setup, of, progress)
+    reference = reference_that_fits(setup, assembled(setup, progress), progress)
     scheme = scheme_of(setup.study.config.time)
     gaps, channels = _channels(setup, reference, scheme, progress)
     reference = reference.without_factor()
@@ -171,17 +170,14 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     fixed = sorted({*(m * f for m in MULTIPLES), c.reduction.f_max})
     heard = [] if band is None else [PER_MODE * band]
     found = sizes(setup, reference, gaps, sorted({*fixed, *heard}), progress)
-    whole = _whole_frequencies(setup, f)
-    progress("count modes of the assembly", 0, 1)
-    counted = sturm_counts(reference.system.K, reference.system.M, whole)
-    progress("count modes of the assembly", 1, 1)
-    options = _options(setup, found, counted, fixed, whole, f, gaps)
-    cost = unreduced_cost(reference.system, scheme, c.time.step, gaps.m)
+    counted = None if reference.of_parts else _assembly(setup, reference, f, progress)
+    options = _options(setup, found, counted, fixed, f, gaps)
+    cost = None if reference.of_parts else unreduced_cost(reference.system, scheme, c.time.step, gaps.m)
     steps = _steps(setup, reference, gaps, scheme, f, options, cost, progress)
     taken = memory(setup, reference, counted, found.parts, found.unknowns(c.reduction.f_max), gaps.m + 2 * gaps.rubbing)
     end = float(setup.loads.time[-1])
     sound = None if band is None else _sound(setup, found, band, f, gaps)
-    return Facts(excitation, channels, found, counted, options, cost, steps, end, gaps, taken, sound)
+    return Facts(excitation, channels, found, options, cost, steps, end, gaps, taken, sound)
 
 
 def _checked(setup: Setup) -> Setup:
@@ -236,6 +232,15 @@ def _channels(
     return join([contacts.select(keep), setup.connectors]), found
 
 
+def _assembly(setup: Setup, reference: ReferenceModel, f: float, progress: Progress) -> Counted:
+    """Modes of the whole model below each f_max that is looked at."""
+    what = "count modes of the assembly"
+    progress(what, 0, 1)
+    counted = sturm_counts(Pencil(reference.system.K, reference.system.M), _whole_frequencies(setup, f))
+    progress(what, 1, 1)
+    return counted
+
+
 def _whole_frequencies(setup: Setup, f: float) -> list[float]:
     """f_max for modes of the assembly: the multiples, from the second on no lower than the verification's spectra."""
     c = setup.study.config
@@ -245,14 +250,16 @@ def _whole_frequencies(setup: Setup, f: float) -> list[float]:
 
 
 def _options(
-    setup: Setup, found: Sizes, counted: Counted, fixed: list[float], whole: list[float], f: float, gaps: GapOperator
+    setup: Setup, found: Sizes, counted: Counted | None, fixed: list[float], f: float, gaps: GapOperator
 ) -> tuple[Option, ...]:
+    """Ways to reduce; those that take modes of the whole where these were counted."""
     rows, cube = gaps.m + 2 * gaps.rubbing, eigen_cube_s()
     observed = 6.0 * setup.watched.size / output_every(setup.study)
     out = [_by_parts(found, f_max, f, rows, cube, observed) for f_max in fixed]
+    if counted is None:
+        return tuple(out)
     for method in ("gap-modes", "massless-boundary"):
-        for f_max in whole:
-            modes = counted.below[f_max]
+        for f_max, modes in counted.below.items():
             out.append(
                 Option(
                     method,
@@ -316,7 +323,7 @@ def _steps(
     scheme: Scheme,
     f: float,
     options: tuple[Option, ...],
-    cost: UnreducedCost,
+    cost: UnreducedCost | None,
     progress: Progress,
 ) -> tuple[StepAdvice, ...]:
     own = setup.study.config.time.step
@@ -325,7 +332,8 @@ def _steps(
     positions, out = setup.model.nodes.coords[gaps.nodes_idx], []
     for k, h in enumerate(sorted(wanted, reverse=True)):
         progress("contact against the step", k, len(wanted))
-        auto, given = bounces(reference.system, gaps, positions, scheme, h) if gaps.m else (None, None)
+        some = gaps.m and cost is not None
+        auto, given = bounces(reference.system, gaps, positions, scheme, h) if some else (None, None)
         n, angle = round(end / h), 2.0 * np.pi * f * h
         evidence = step_evidence(1.0 / (f * h))
         words = ("coarser than any measured",) * 2 if evidence is None else (evidence.hht, evidence.massless)
@@ -339,7 +347,7 @@ def _steps(
                 auto,
                 given,
                 n * largest.step_s,
-                cost.run_s(n),
+                np.inf if cost is None else cost.run_s(n),
                 *words,
             )
         )

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from creak.dynamics.condensed import COLUMNS, RESPONSE_MEMORY
 from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flight.step import choose
 from creak.linalg.lanczos import basis_bytes
-from creak.linalg.memory import ENTRY, GB, PRODUCT, free_bytes, held_bytes
+from creak.linalg.memory import ENTRY, GB, MADE, PRODUCT, SHARE, free_bytes, held_bytes, left_beside
 from creak.linalg.modes import dense_bytes, dense_is_faster
+from creak.linalg.scratch import ROOM, SPARE
 from creak.studies.advise.size import Counted, PartSize
+from creak.studies.models.of_parts import SPREAD
 from creak.studies.models.reduced import WHOLE
-from creak.studies.models.reference import ReferenceModel
+from creak.studies.models.reference import ReferenceModel, modal_band
 from creak.studies.models.superelements import KEPT, highest_mode
 from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.setup import Setup
@@ -69,15 +71,41 @@ class Memory:
 
 
 def memory(
-    setup: Setup, reference: ReferenceModel, whole: Counted, parts: Sequence[PartSize], unknowns: int, rows: int
+    setup: Setup, reference: ReferenceModel, whole: Counted | None, parts: Sequence[PartSize], unknowns: int, rows: int
 ) -> Memory:
     """Peak memory of the study as it stands; held to measured peaks of the door (docs/benchmarks_modes.md).
 
     Parameters
     ----------
-    whole : modes of the assembly counted, with the memory of a factor of it. unknowns : of the reduced model.
-    rows : channel rows of the contact.
+    whole : modes of the assembly counted, with the memory of a factor of it; None where memory does not hold that.
+    unknowns : of the reduced model. rows : channel rows of the contact.
     """
+    if whole is None:
+        stages, held = _before_by_parts(setup, reference, parts)
+    else:
+        stages, held = _before(setup, reference, whole, rows)
+    method, most = setup.study.config.reduction.method, highest_mode(setup)
+    reduced = [p for p in parts if not p.unreduced] if method not in (*WHOLE, "none") else []
+    counts = [0 if most is None else round(modes_below(p.modes, most)) for p in reduced]
+    alone, _ = _reductions(reduced, counts, held, unknowns, factors=False)
+    kept_too, left = _reductions(reduced, counts, held, unknowns, factors=True)
+    runs = tuple(_runs(setup, reference, whole, reduced, unknowns, rows, left))
+    return Memory((*stages, *alone), (*stages, *kept_too, *runs), (free_bytes() + held_bytes()) / GB)
+
+
+def _before_by_parts(setup: Setup, reference: ReferenceModel, parts: Sequence[PartSize]) -> tuple[list[Stage], float]:
+    """Parts reduced to what joins them, one after the other; matrices, modes and answers lie in files then."""
+    matrices = ENTRY * sum(p.K.nnz + p.M.nnz for p in reference.parts)
+    stages = [_stage("assemble", STARTED + matrices, K_and_M=matrices)]
+    band = SPREAD * modal_band(setup, sum(p.n for p in reference.parts))
+    for part in parts:
+        stage = _reduction(part, round(modes_below(part.modes, band)), STARTED)
+        stages.append(replace(stage, what=f"{part.name}: what joins it"))
+    return stages, STARTED
+
+
+def _before(setup: Setup, reference: ReferenceModel, whole: Counted, rows: int) -> tuple[list[Stage], float]:
+    """What comes before parts are reduced, and what is held then."""
     c, system = setup.study.config, reference.system
     n, entries = system.n, system.K.nnz + system.M.nnz
     shapes = 8.0 * n * (reference.modes.omega2.size + system.supports.count)
@@ -89,22 +117,14 @@ def memory(
         _stage("assemble", held - shapes + whole.memory, K_and_M=matrices, factor=whole.memory),
         _stage("modes of the assembly", held + assembly + found, K_and_M=matrices, two_factors=2.0 * whole.memory),
     ]
-    method = c.reduction.method
-    if method in WHOLE:
+    if c.reduction.method in WHOLE:
         kept = whole.below.get(c.reduction.f_max, 0)
         basis = basis_bytes(n, kept)
         stages.append(
             _stage("modes for the reduction", held + assembly + basis, modes=basis, two_factors=2.0 * whole.memory)
         )
         held += whole.memory + 8.0 * n * (kept + 2 * rows)
-    reduced = [p for p in parts if not p.unreduced] if method not in (*WHOLE, "none") else []
-    most = highest_mode(setup)
-    counts = [0 if most is None else round(modes_below(p.modes, most)) for p in reduced]
-    alone, _ = _reductions(reduced, counts, held, unknowns, factors=False)
-    kept_too, left = _reductions(reduced, counts, held, unknowns, factors=True)
-    free = free_bytes() + held_bytes()
-    runs = tuple(_runs(setup, reference, whole, reduced, unknowns, rows, left, free))
-    return Memory((*stages, *alone), (*stages, *kept_too, *runs), free / GB)
+    return stages, held
 
 
 def _reductions(
@@ -114,7 +134,7 @@ def _reductions(
     stages = []
     for part, modes in zip(parts, counts, strict=True):
         stages.append(_reduction(part, modes, held))
-        held += _kept(part, modes) - (0.0 if factors else _small(part))
+        held += _kept(part, modes, left_beside(held)) - (0.0 if factors else _small(part))
     if parts:
         dense = DENSE * 8.0 * unknowns**2
         stages.append(_stage("couple and diagonalise", held + dense, dense_matrices=dense, parts=held))
@@ -132,45 +152,60 @@ def modes_below(counted: Counted, f: float) -> float:
 
 
 def _reduction(part: PartSize, modes: int, held: float) -> Stage:
-    """Two factors and the Lanczos vectors, or constraint modes on their way; writing takes a copy of the modes."""
-    matrices, n = _inside(part), part.inner
+    """Two factors and the Lanczos vectors, or constraint modes on their way; writing takes a copy of the modes.
+
+    Where memory is short, as the work itself does: one factor, or pieces of it, matrices and vectors in files, fewer
+    constraint modes at a time.
+    """
+    n, left = part.inner, left_beside(held)
+    matrices, factor, made = _inside(part, left), part.cut or part.modes.memory, MADE * part.entries_K
+    left = max(left - matrices, 0.0)
+    two = not part.cut and 2.0 * factor + made <= left
     basis, shapes = basis_bytes(n, modes), 8.0 * n * modes
     if dense_is_faster(n, modes):
         basis = dense_bytes(n)
-    lanczos = 2.0 * part.modes.memory + ENTRY * part.entries_K + basis
-    streamed = part.modes.memory + shapes + 8.0 * n * STREAMED
-    written = _kept(part, modes) - matrices + shapes
+    two = two and 2.0 * factor + basis <= left
+    factors = (2.0 if two else 1.0) * factor
+    if ROOM * basis > left - factors:
+        basis, shapes = basis_bytes(n, 0), 0.0
+    shifted = ENTRY * part.entries_K if SPARE * ENTRY * part.entries_K <= left else 0.0
+    making = factor + made * (0.0 if part.cut else 1.0) if not two else 0.0
+    lanczos = max(factors + shifted + basis, making)
+    streamed = factor + shapes + min(8.0 * n * STREAMED, SHARE * max(left - factor, 0.0))
+    written = _kept(part, modes, left) - _inside(part, left) + shapes
+    pieces = {"modes": max(basis, 2.0 * shapes), "before": held}
+    what = "pieces of a factor" if part.cut else "two factors" if two else "factor"
     return _stage(
-        f"{part.name}: reduction",
-        held + matrices + max(lanczos, streamed, written),
-        modes=max(basis, 2.0 * shapes),
-        two_factors=2.0 * part.modes.memory,
-        before=held,
+        f"{part.name}: reduction", held + matrices + max(lanczos, streamed, written), **pieces, **{what: factors}
     )
 
 
-def _inside(part: PartSize) -> float:
-    return ENTRY * (part.entries_K + part.entries_M) + PRODUCT * part.entries_M
+def _inside(part: PartSize, left: float) -> float:
+    """Inner matrices, in files where they are large against what is left, and the product with the mass."""
+    entries = (part.entries_K, part.entries_M)
+    return sum(ENTRY * k for k in entries if SPARE * ENTRY * k <= left) + PRODUCT * part.entries_M
 
 
-def _kept(part: PartSize, modes: int) -> float:
+def _kept(part: PartSize, modes: int, left: float) -> float:
     """What stays of a reduced part: its matrices and modes, and a factor that is not too large."""
-    return _inside(part) + 8.0 * part.inner * modes + _small(part) + 3.0 * 8.0 * (part.boundary + modes) ** 2
+    shapes = 8.0 * part.inner * modes
+    shapes = shapes if ROOM * shapes <= left else 0.0
+    return _inside(part, left) + shapes + _small(part) + 3.0 * 8.0 * (part.boundary + modes) ** 2
 
 
 def _small(part: PartSize) -> float:
-    return part.modes.memory if part.modes.memory <= KEPT else 0.0
+    factor = part.cut or part.modes.memory
+    return factor if factor <= KEPT else 0.0
 
 
 def _runs(
     setup: Setup,
     reference: ReferenceModel,
-    whole: Counted,
+    whole: Counted | None,
     parts: Sequence[PartSize],
     unknowns: int,
     rows: int,
     held: float,
-    free: float,
 ) -> Iterator[Stage]:
     """The reduced run, the check of the parts, and the unreduced run beside it where the study has one."""
     c, system = setup.study.config, reference.system
@@ -179,13 +214,13 @@ def _runs(
     held += KERNELS + history
     yield _stage("run", held + DENSE * 8.0 * unknowns**2 + 8.0 * unknowns * rows, histories=history, before=held)
     if parts:
-        vectors = max(8.0 * p.inner * CHECKED + PRODUCT * p.entries_K for p in parts)
+        vectors = max(_checked(p, left_beside(held)) for p in parts)
         yield _stage("check of the superelements", held + vectors, vectors_of_the_largest=vectors, before=held)
-    if c.reference.run or c.reduction.method == "none":
+    if whole is not None and (c.reference.run or c.reduction.method == "none"):
         held -= sum(_small(p) for p in parts)
         answers = 8.0 * system.n * rows
         answers = answers if answers <= RESPONSE_MEMORY else 8.0 * system.n * COLUMNS
-        count = factors(compared_setup(setup), whole.memory, free - held)
+        count = factors(compared_setup(setup), whole.memory, left_beside(held + whole.memory))
         made = (ENTRY + UPPER) * (1 if count < 3 else 2) * system.K.nnz
         step = made + PRODUCT * (system.K.nnz + system.M.nnz) + 8.0 * MARCHED * system.n
         total = held + count * whole.memory + step + answers + history
@@ -193,18 +228,23 @@ def _runs(
         yield _stage("reference run", total, **pieces, before=held)
 
 
+def _checked(part: PartSize, left: float) -> float:
+    """What the health check of a part takes."""
+    return min(8.0 * part.inner * CHECKED, SHARE * left) + PRODUCT * part.entries_K
+
+
 def factors(setup: Setup, factor_bytes: float, free: float) -> int:
     """What an unreduced run holds, in real ones: that of its steps, and those of its flights, or of divided steps.
 
     Parameters
     ----------
-    factor_bytes : of a real one. free : bytes that they may take.
+    factor_bytes : of a real one. free : bytes that those beside the first may take.
     """
     table = setup.study.config.time
     if not table.exact:
         return min(table.substeps, 2)
     parts = fewest_parts(table.step, resolution_of(setup).stepped)
-    rule, _, _ = choose(divided_loads(setup, parts), parts, factor_bytes, free - factor_bytes)
+    rule, _, _ = choose(divided_loads(setup, parts), parts, factor_bytes, free)
     return 1 + rule.factors
 
 

@@ -9,17 +9,19 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import IntArray, Matrix
+from creak.arrays import IntArray
 from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.part import split_constraints
 from creak.assembly.partition import shared_nodes
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.linalg.factor import Factor, SingularMatrixError, factor, refactor, regular_factor
+from creak.linalg.factor import Factor, SingularMatrixError, regular_factor
 from creak.linalg.modes import small_shift
+from creak.linalg.pencil import Pencil
 from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
 from creak.reduction.inside import Inside
+from creak.reduction.room import pieces_of
 from creak.studies.file.config import InterfaceTable
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.models.substructures import Partition, Substructure, partition, required
@@ -63,6 +65,8 @@ class PartSize:
     entries_K: int = 0
     entries_M: int = 0
     """Stored entries of the inner stiffness and mass."""
+    cut: float = 0.0
+    """Bytes that its pieces take at a time where memory does not hold a factor of it; 0: it does."""
 
     @property
     def boundary(self) -> int:
@@ -107,32 +111,24 @@ def sizes(
     return Sizes(tuple(parts), _coupled(setup, reference, cut))
 
 
-def sturm_counts(K: Matrix, M: Matrix, frequencies: Sequence[float]) -> Counted:
+def sturm_counts(pencil: Pencil, frequencies: Sequence[float]) -> Counted:
     """Number of modes below each frequency (Hz): the inertia of K - omega^2 M (Sylvester), no mode computed."""
+    n = pencil.K.shape[0]
     below, seconds, column, memory = {}, 0.0, 0.0, 0.0
-    if K.shape[0] == 0:
+    if n == 0:
         return Counted(dict.fromkeys(frequencies, 0), 0.0, 0.0)
     found: Factor | None = None
     for f in frequencies:
         started = time.perf_counter()
-        found = _indefinite(K, M, (2.0 * np.pi * f) ** 2, found)
+        found = pencil.counted((2.0 * np.pi * f) ** 2, found)
         seconds = time.perf_counter() - started
         below[f], memory = found.n_negative, found.memory
         if f == frequencies[-1]:
-            b = np.asfortranarray(np.random.default_rng(5).standard_normal((K.shape[0], BLOCK)))
+            b = np.asfortranarray(np.random.default_rng(5).standard_normal((n, BLOCK)))
             started = time.perf_counter()
             found.solve(b)
             column = (time.perf_counter() - started) / BLOCK
     return Counted(below, seconds, column, memory)
-
-
-def _indefinite(K: Matrix, M: Matrix, omega2: float, old: Factor | None) -> Factor:
-    """A factor of K - omega^2 M, in the place of an `old` one; a hit on an eigenvalue is stepped past."""
-    A = K - omega2 * M
-    try:
-        return factor(A, definite=False) if old is None else refactor(old, A)
-    except SingularMatrixError:
-        return factor(K - omega2 * (1.0 + 1e-6) * M, definite=False)
 
 
 def _part_size(sub: Substructure, reasons: Sequence[tuple[str, IntArray]], frequencies: Sequence[float]) -> PartSize:
@@ -141,19 +137,21 @@ def _part_size(sub: Substructure, reasons: Sequence[tuple[str, IntArray]], frequ
         none = Counted(dict.fromkeys(frequencies, 0), 0.0, 0.0)
         return PartSize(part.name, part.n, {"unreduced": part.n}, none, True, True)
     inside = Inside(part, sub.boundary)
-    held = _held(inside)
-    counted = sturm_counts(inside.K_ii, inside.M_ii, frequencies)
-    retained, entries = _by_reason(part, sub.boundary, reasons), (int(inside.K_ii.nnz), int(inside.M_ii.nnz))
-    return PartSize(part.name, part.n, retained, counted, held, False, inside.i.size, *entries)
+    pencil = Pencil(inside.K_ii, inside.M_ii, pieces_of(inside.K_ii, inside.M_ii))
+    held = _held(pencil)
+    counted = sturm_counts(pencil, frequencies)
+    retained, entries = _by_reason(part, sub.boundary, reasons), (int(pencil.K.nnz), int(pencil.M.nnz))
+    cut = 0.0 if pencil.pieces is None else pencil.pieces.bytes
+    return PartSize(part.name, part.n, retained, counted, held, False, inside.i.size, *entries, cut)
 
 
-def _held(inside: Inside) -> bool:
+def _held(pencil: Pencil) -> bool:
     """No motion of the inside without stiffness: none below a trace of the first elastic eigenvalue."""
-    K, M = inside.K_ii, inside.M_ii
+    K, M = pencil.K, pencil.M
     if K.shape[0] == 0 or not M.diagonal().any():
         return K.shape[0] == 0 or regular_factor(K) is not None
     try:
-        return factor(K - small_shift(K, M) * M, definite=False).n_negative == 0
+        return pencil.factor(small_shift(K, M), definite=False).n_negative == 0
     except SingularMatrixError:
         return False
 

@@ -185,6 +185,9 @@ def _stiffer() -> str:
 
 def why_unreduced(facts: Facts, step: StepAdvice) -> Iterator[str]:
     u = facts.unreduced
+    if u is None:
+        yield "unreduced run: none, memory does not hold a factor of the whole model; one part is factorised at a time"
+        return
     yield (
         f"unreduced run: at most {duration(step.unreduced_s)} for {step.steps:,} steps on this machine ({u.dofs:,} "
         f"dofs: factorisation {u.factor_s:.2g} s, back-substitution {1e3 * u.solve_s:.3g} ms)"

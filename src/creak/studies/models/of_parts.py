@@ -28,14 +28,27 @@ from creak.studies.models.reference import (
     damped,
     held_factor,
     join_parts,
+    joined_reference,
     modal_band,
     observed_labels,
 )
+from creak.studies.models.room import only_parts_fit
 from creak.studies.models.substructures import required_labels, touched
 from creak.studies.prepare.setup import Setup
 
 SPREAD = 2.0
 """Fixed-interface modes kept over the band whose modes are wanted: frequencies within some 0.1 % there."""
+
+
+def reference_that_fits(setup: Setup, of: Assembled, progress: Progress, store: Path | None = None) -> ReferenceModel:
+    """The unreduced model joined, or its parts reduced to what joins them where memory holds no factor of the whole.
+
+    Raises
+    ------
+    OutOfMemory : not even those of its parts, or the study needs the whole.
+    """
+    make = reference_of_parts if only_parts_fit(setup, of.parts, store, of.key) else joined_reference
+    return make(setup, of, progress, store)
 
 
 def reference_of_parts(setup: Setup, of: Assembled, progress: Progress, store: Path | None = None) -> ReferenceModel:

@@ -97,31 +97,6 @@ def only_parts_fit(setup: Setup, parts: Sequence[System], store: Path | None = N
     )
 
 
-def require_whole(setup: Setup, parts: Sequence[System]) -> None:
-    """Refuse what takes a factor of the whole model where memory does not hold one, and foretell the way by parts.
-
-    Raises
-    ------
-    OutOfMemory : with what that way takes, or why there is none.
-    """
-    needed, free = room(parts), free_bytes()
-    if needed is None or needed.whole <= free:
-        return
-    why = next((text for text, there in _takes_the_whole(setup) if there), None)
-    alone = f"{needed.part / GB:.3g} GB at least, for part {needed.largest}{_cut(needed)}"
-    if why is not None:
-        way = f"{why} takes one too; without it parts alone would take {alone}"
-    elif needed.part <= free:
-        way = f"`creak run` and `creak reduce` go on all the same, with one part at a time: that takes {alone}"
-    else:
-        way = f"Nor does it hold one part at a time, which takes {alone}"
-    raise OutOfMemory(
-        f"memory does not hold a factor of the whole model, which advice takes: at least {needed.whole / GB:.3g} GB "
-        f"are needed, {free / GB:.3g} GB are free. {way}. To try all the same, set "
-        f"{OVERRIDE}={needed.whole / GB * 1.01:.3g} in the environment."
-    )
-
-
 def _cut(needed: Room) -> str:
     return "" if needed.pieces is None else f", cut into {needed.pieces.count} pieces"
 

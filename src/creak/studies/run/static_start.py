@@ -23,10 +23,9 @@ from creak.errors import InputError
 from creak.model.dofs import node_dofs
 from creak.progress import Progress
 from creak.studies.design.heat import heat_forces, heat_of
-from creak.studies.models.of_parts import reference_of_parts
+from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.outlines import assembled
-from creak.studies.models.reference import ReferenceModel, joined_reference, observed_labels
-from creak.studies.models.room import only_parts_fit
+from creak.studies.models.reference import ReferenceModel, observed_labels
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.static_loads import StaticStart, static_forces, static_gravity, static_supports
 
@@ -42,9 +41,7 @@ def begin(setup: Setup, progress: Progress, store: Path | None = None) -> tuple[
     ------
     OutOfMemory : not even those of its parts, or the study needs the whole.
     """
-    parts = assembled(setup, progress, store)
-    make = reference_of_parts if only_parts_fit(setup, parts.parts, store, parts.key) else joined_reference
-    reference = make(setup, parts, progress, store)
+    reference = reference_that_fits(setup, assembled(setup, progress, store), progress, store)
     return started(setup, reference, progress), reference
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from creak.dynamics.scheme import HHT
+from creak.linalg.pencil import Pencil
 from creak.model.skin import skin_of
 from creak.sound.rayleigh import AIR
 from creak.studies.advise.advice import Advice, as_dict, changes_toml
@@ -84,7 +85,7 @@ def test_sturm_count_of_a_fixed_chain():
     M, K = chain(40)
     f = np.sqrt(np.linalg.eigvalsh(np.linalg.solve(M, K)).clip(0.0)) / (2.0 * np.pi)
     between = [float(0.5 * (f[k] + f[k + 1])) for k in (4, 17)]
-    assert list(sturm_counts(K, M, between).below.values()) == [5, 18]
+    assert list(sturm_counts(Pencil(K, M), between).below.values()) == [5, 18]
 
 
 def test_errors_at_the_measured_multiples_are_the_measured_ones():

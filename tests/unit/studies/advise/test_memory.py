@@ -6,19 +6,27 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from creak.linalg.memory import OVERRIDE, OutOfMemory
-from creak.linalg.pieces.dissection import Dissection
+from creak.linalg.mkl import has_pardiso
+from creak.linalg.pencil import Pencil
+from creak.linalg.pieces.dissection import cut_once_more, whole
 from creak.linalg.pieces.factor import Pieces
 from creak.studies.advise.advice import advise as look
 from creak.studies.advise.advice import as_dict
-from creak.studies.advise.memory import Memory, memory, modes_below
-from creak.studies.advise.size import Counted, PartSize
+from creak.studies.advise.memory import Memory, _reduction, memory, modes_below
+from creak.studies.advise.size import Counted, PartSize, sturm_counts
 from creak.studies.file.reader import read_study
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.models.room import Room
 from creak.studies.prepare.setup import Setup, set_up
 from helpers_decks import STUDY, write_strips
+
+
+def quiet(stage: str, done: int, total: int) -> None:
+    """No progress."""
+
 
 WHOLE = Counted({3000.0: 12}, 0.1, 0.001, 40e6)
 
@@ -87,7 +95,7 @@ def test_other_methods(study):
     ("time", "gigabytes", "factors"),
     [
         ({}, 100.0, 6),
-        ({}, 6.0, 4),
+        ({}, 4.9, 4),
         ({"integrator": "hht", "substeps": 1}, 6.0, 1),
         ({"integrator": "hht", "substeps": 20}, 6.0, 2),
     ],
@@ -122,7 +130,7 @@ def test_a_study_that_does_not_fit_is_told_with_what_to_do(study, monkeypatch):
     monkeypatch.setenv(OVERRIDE, "0.0005")
     monkeypatch.setattr("creak.studies.advise.memory.held_bytes", lambda: 0.0)
     monkeypatch.setattr("creak.linalg.factor.require", lambda *_: None)
-    monkeypatch.setattr("creak.studies.advise.facts.require_whole", lambda *_: None)
+    monkeypatch.setattr("creak.studies.models.of_parts.only_parts_fit", lambda *_: False)
     advice = look(setup, lambda *_: None)
     said = next(w for w in advice.choice.warnings if w.startswith("memory"))
     assert "0.0005 GB are free: lower f_max" in said
@@ -130,27 +138,69 @@ def test_a_study_that_does_not_fit_is_told_with_what_to_do(study, monkeypatch):
     assert data["run_gb"] == max(s["gb"] for s in data["stages"]) >= data["reduce_gb"] > data["free_gb"]
 
 
-@pytest.mark.parametrize(
-    ("run", "gb", "words"),
-    [
-        (
-            False,
-            2.5,
-            r"go on all the same, with one part at a time: that takes 2 GB at least, for part UPPER, cut into 3",
-        ),
-        (False, 1.5, r"Nor does it hold one part at a time, which takes 2 GB at least, for part UPPER"),
-        (True, 2.5, r"\[reference\] run = true takes one too; without it parts alone would take 2 GB at least"),
-    ],
-)
-def test_where_the_whole_does_not_fit_the_way_by_parts_is_foretold(study, run, gb, words, monkeypatch):
-    setup, _ = study
-    c = setup.study.config
-    exact = c.time.model_copy(update={"integrator": "exact", "step": None})
-    setup = setup.with_tables(reference=c.reference.model_copy(update={"run": run}), time=exact)
-    none = np.zeros(0, dtype=np.int64)
-    pieces = Pieces(Dissection((none,) * 3, none), (1e9,) * 3, 1e9)
-    monkeypatch.setattr("creak.studies.models.room.room", lambda _: Room(3e9, 2e9, "UPPER", pieces))
-    monkeypatch.setenv(OVERRIDE, str(gb))
-    with pytest.raises(OutOfMemory, match=words) as said:
-        look(setup, lambda *_: None)
-    assert "which advice takes: at least 3 GB are needed" in str(said.value)
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory) -> Setup:
+    """Without an unreduced run and a forced step: parts may do."""
+    text = STUDY.replace("step = 5e-4\n", "") + "\n[reference]\nrun = false\n"
+    return set_up(read_study(write_strips(tmp_path_factory.mktemp("alone"), study=text)))
+
+
+def test_where_the_whole_does_not_fit_parts_are_advised(alone, monkeypatch):
+    """Same channels, retained dofs and modes of the parts; nothing is said of what takes the whole model."""
+    whole = look(alone, quiet)
+    monkeypatch.setattr("creak.studies.models.of_parts.only_parts_fit", lambda *_: True)
+    found = look(alone, quiet)
+    assert found.facts.channels.kept == whole.facts.channels.kept
+    assert found.facts.sizes.unknowns(3000.0) == whole.facts.sizes.unknowns(3000.0)
+    assert {o.method for o in found.facts.options} == {"craig-bampton"}
+    assert found.choice.option is not None
+    assert found.choice.option.method == "craig-bampton"
+    assert any("memory does not hold a factor of the whole" in text for text in found.choice.because)
+    data = as_dict(found)
+    assert data["unreduced"] is None
+    assert [s["what"] for s in data["memory"]["stages"]] == [
+        "assemble",
+        *(f"{name}: what joins it" for name in ("UPPER", "LOWER")),
+        *(f"{name}: reduction" for name in ("UPPER", "LOWER")),
+        "couple and diagonalise",
+        "run",
+        "check of the superelements",
+    ]
+
+
+def test_what_does_not_fit_is_refused_as_the_run_is(alone, monkeypatch):
+    monkeypatch.setattr("creak.studies.models.room.room", lambda *_: Room(3e9, 2e9, "UPPER"))
+    monkeypatch.setenv(OVERRIDE, "1.5")
+    with pytest.raises(OutOfMemory, match=r"does not hold the reduction of part UPPER: at least 2 GB are needed"):
+        look(alone, quiet)
+
+
+def test_less_memory_takes_one_factor_files_and_pieces(study, monkeypatch):
+    """Part of 30,000 dofs, factor of 100 MB, 300 modes: .2 GB for two factors, .13 GB for vectors, .1 for matrices."""
+
+    def peak(gigabytes: float, cut: float = 0.0) -> tuple[float, str]:
+        monkeypatch.setenv(OVERRIDE, str(gigabytes))
+        stage = _reduction(replace(part(), cut=cut), 300, 3e8)
+        return stage.gb, stage.why
+
+    (plenty, two), (less, one), (least, pieces) = peak(10.0), peak(0.3), peak(0.15, 20e6)
+    assert "two factors 0.2 GB" in two
+    assert "factor 0.1 GB" in one
+    assert "two" not in one
+    assert "pieces of a factor 0.02 GB" in pieces
+    assert plenty - less > 1.07 * (0.1 + 0.13)
+    assert less - least > 1.07 * 0.08
+
+
+@pytest.mark.skipif(not has_pardiso(), reason="SuperLU does not tell what it will need")
+def test_modes_are_counted_in_pieces_too(monkeypatch):
+    """Sylvester: the inertia of a matrix in pieces is that of the whole."""
+    line = sp.diags([-1.0, 2.0, -1.0], [-1, 0, 1], shape=(40, 40))
+    K, M = sp.csr_matrix(sp.kronsum(line, line)), sp.identity(1600, format="csr")
+    cut = cut_once_more(sp.csr_matrix(abs(K) + abs(M)), whole(K.shape[0]), len)
+    assert cut is not None
+    frequencies = [0.05, 0.2, 0.3]
+    found = sturm_counts(Pencil(K, M, Pieces(cut, (1e9, 1e9), 1e9)), frequencies)
+    eigenvalues = np.linalg.eigvalsh(K.toarray())
+    assert list(found.below.values()) == [np.count_nonzero(eigenvalues < (2.0 * np.pi * f) ** 2) for f in frequencies]
+    assert 0 < found.below[0.05] < found.below[0.3]

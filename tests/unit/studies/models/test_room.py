@@ -27,7 +27,6 @@ from creak.studies.models.outlines import assembled
 from creak.studies.models.reference import build_reference
 from creak.studies.models.room import Room, only_parts_fit, room
 from creak.studies.prepare.setup import Setup, set_up
-from creak.studies.run import static_start
 from creak.studies.run.job import WITHOUT_WHOLE, ready, run_study
 from helpers_core import system_of
 from helpers_decks import STUDY, write_strips
@@ -81,7 +80,7 @@ def test_the_motion_before_contact_is_that_of_the_whole(setup, monkeypatch):
     """Modes, gaps of the linear run and dofs; the reduced model, and what it does, are the same but for round-off."""
     _, whole, gaps, _ = ready(setup, quiet)
     plain = run_study(setup, quiet)
-    monkeypatch.setattr(static_start, "only_parts_fit", lambda *_: True)
+    monkeypatch.setattr(of_parts, "only_parts_fit", lambda *_: True)
     _, parts, kept, notes = ready(setup, quiet)
     assert parts.system.n < 0.7 * whole.system.n
     assert parts.free_dof == whole.free_dof == whole.system.n
@@ -116,7 +115,7 @@ def test_what_does_not_fit_is_refused_before_it_starts(change, words, setup, mon
         setup = changed(setup, table, **values)
     monkeypatch.setenv(OVERRIDE, "1")
     monkeypatch.setattr(module, "room", lambda *_: Room(3e9, 2e9, "UPPER"))
-    monkeypatch.setattr(static_start, "joined_reference", lambda *_: pytest.fail("started"))
+    monkeypatch.setattr(of_parts, "joined_reference", lambda *_: pytest.fail("started"))
     with pytest.raises(OutOfMemory, match=words) as said:
         ready(setup, quiet)
     insisted = re.search(rf"set {OVERRIDE}=(\S+) ", str(said.value))
@@ -138,7 +137,7 @@ def test_no_matrix_of_a_part_stays_in_memory(setup, monkeypatch):
     made, left = [], []
     for owner, name in ((outlines, "part_system"), (of_parts, "_reduced")):
         monkeypatch.setattr(owner, name, partial(_noted, getattr(owner, name), made, left))
-    monkeypatch.setattr(static_start, "only_parts_fit", lambda *_: True)
+    monkeypatch.setattr(of_parts, "only_parts_fit", lambda *_: True)
     ready(setup, quiet)
     assert len(left) == len(setup.model.parts)
     assert not any(left)
@@ -155,7 +154,7 @@ def _noted(call, made, left, first, *rest, **more):
 
 
 def test_parts_that_only_contact_holds_need_the_whole(setup, monkeypatch):
-    monkeypatch.setattr(static_start, "only_parts_fit", lambda *_: True)
+    monkeypatch.setattr(of_parts, "only_parts_fit", lambda *_: True)
     monkeypatch.setattr(of_parts, "required_labels", lambda *_: np.zeros(0, dtype=np.int64))
     with pytest.raises(NumericalError, match="memory does not hold a factor of the whole model, and without it part "):
         ready(setup, quiet)
@@ -175,7 +174,7 @@ def halves(K: sp.csr_matrix, M: sp.csr_matrix) -> Pieces:
 def test_a_run_whose_parts_are_reduced_in_pieces_is_the_same(setup, monkeypatch):
     """To round-off, which the bounces of a symmetric strip make larger; the user is told; the check has its verdict."""
     plain = run_study(setup, quiet)
-    monkeypatch.setattr(static_start, "only_parts_fit", lambda *_: True)
+    monkeypatch.setattr(of_parts, "only_parts_fit", lambda *_: True)
     monkeypatch.setattr(limits, "factor", refused)
     monkeypatch.setattr(limits, "pieces_of", halves)
     cut = run_study(setup, quiet)
