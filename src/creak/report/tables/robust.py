@@ -68,8 +68,9 @@ def sentence(found: Robustness) -> str:
     }
     if len(totals) > 1:
         first = max(totals, key=lambda key: sum(totals[key]))
-        clear = totals[first][0] > max(high for key, (_, high) in totals.items() if key != first)
-        text += f"; most of the scatter comes from {first}" if clear else "; too few draws to tell the leading cause"
+        leading = [key for key, (_, high) in totals.items() if key == first or high >= totals[first][0]]
+        alike = "" if len(leading) == 1 else ", alike within their bounds"
+        text += f"; most of the scatter comes from {' or '.join(leading)}{alike}"
     before = f", {d.taken} of them from before" if d.taken else ""
     return f"{text}; {d.design.total} runs{before}"
 

@@ -136,8 +136,8 @@ def test_a_leading_cause_is_named_where_the_bounds_tell_it(found):
         of = {gap.key: Index(0.7, (0.6, 0.8), 0.8, (0.7, 0.9)), load.key: Index(0.2, (0.1, 0.3), 0.3, (0.1, high))}
         return rows.sentence(replace(robustness, indices={"force": of}))
 
-    assert f"most of the scatter comes from {gap.key}" in sentence(0.5)
-    assert "too few draws to tell the leading cause" in sentence(0.71)
+    assert f"most of the scatter comes from {gap.key};" in sentence(0.5)
+    assert f"comes from {gap.key} or {load.key}, alike within their bounds;" in sentence(0.71)
     assert rows.index_rows(robustness)[1][0] == f"{gap.key}, alone"
 
 
