@@ -23,17 +23,15 @@ from rich.console import Console
 from rich.table import Table
 
 from creak.arrays import Matrix
-from creak.assembly.coupling import Driven, couple
-from creak.assembly.part import loose_system, part_system
 from creak.assembly.system import System
 from creak.formats.decks import read_model
 from creak.linalg import lanczos as lanczos_module
 from creak.linalg import modes as modes_module
+from creak.linalg import pencil as pencil_module
 from creak.linalg.factor import Factor
 from creak.linalg.modes import Modes, modes
-from creak.model.mesh import Model
 from creak.reduction.constraint_modes import COLUMNS
-from creak.studies.models.deck_modes import UNDAMPED
+from creak.studies.models.deck_modes import undamped_system
 from creak.studies.run.costs import Meter
 from creak_thesis.door import write_door
 
@@ -140,9 +138,9 @@ def measure(K: Matrix, M: Matrix, count: int, free: bool, now: Callable[[], floa
                 before.append(column_seconds(made, K.shape[0], now))
         return TimedFactor(clock, made)
 
-    original = modes_module.factor
+    original = pencil_module.factor
     with ExitStack() as stack:
-        stack.enter_context(patch.object(modes_module, "factor", factor))
+        stack.enter_context(patch.object(pencil_module, "factor", factor))
         for owner, name, phase in _timed_names():
             stack.enter_context(patch.object(owner, name, clock.timed(phase, getattr(owner, name))))
         with clock.phase(REST):
@@ -182,14 +180,7 @@ def assembled_door(mesh_size: float, free: bool) -> System:
     """The unreduced door, links eliminated, as the deck holds it or without any support."""
     with tempfile.TemporaryDirectory() as folder:
         model = read_model(write_door(mesh_size, Path(folder))[0])
-    return assembled(replace(model, fixed=()) if free else model)
-
-
-def assembled(model: Model) -> System:
-    """A model, links eliminated, undamped."""
-    parts = [part_system(model, i, UNDAMPED, override=True) for i in range(len(model.parts))]
-    loose = loose_system(model, UNDAMPED)
-    return couple([*parts, *([loose] if loose else [])], model, Driven({}), UNDAMPED, override=True)
+    return undamped_system(replace(model, fixed=()) if free else model)
 
 
 def rows(measured: Measured) -> list[Row]:

@@ -15,10 +15,10 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import eigsh
 
-from benchmarks.modes_cost import assembled
 from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.formats.decks import read_model
+from creak.studies.models.deck_modes import undamped_system
 
 SHIFT = -1.0
 """(rad/s)^2: below all modes, rigid-body ones too, so that K - shift M is regular."""
@@ -37,7 +37,7 @@ def main() -> None:
     parser.add_argument("deck", type=Path)
     parser.add_argument("count", type=int)
     given = parser.parse_args()
-    json.dump(frequencies(assembled(read_model(given.deck)), given.count).tolist(), sys.stdout)
+    json.dump(frequencies(undamped_system(read_model(given.deck)), given.count).tolist(), sys.stdout)
 
 
 if __name__ == "__main__":

@@ -116,6 +116,7 @@ def modes(
         return _dense_modes(K, M, f_max, count, free)
     shift = -small_shift(K, M) if free else 0.0
     pencil = Pencil(K, M, pieces)
+    _ = pencil.mass  # what is free is looked at beside it
     inverse = stiffness_factor or LaterFactor(lambda: pencil.factor(shift, definite=True))
     try:
         _make_now(inverse)

@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 
 from creak.arrays import FloatArray
 from creak.errors import InputError, NumericalError
-from creak.linalg import memory, scratch, windows
+from creak.linalg import memory, pencil, scratch, windows
 from creak.linalg import modes as linalg_modes
 from creak.linalg.complex_factor import complex_factor
 from creak.linalg.factor import factor
@@ -225,7 +225,7 @@ def test_one_factor_at_a_time_where_two_do_not_fit(monkeypatch):
     f_max = float(np.sqrt(0.5)) / (2.0 * np.pi)
     alive: weakref.WeakSet[Any] = weakref.WeakSet()
     most: list[int] = []
-    real = linalg_modes.factor
+    real = pencil.factor
 
     def told(A, *, definite=True):
         made = real(A, definite=definite)
@@ -233,7 +233,7 @@ def test_one_factor_at_a_time_where_two_do_not_fit(monkeypatch):
         most.append(len(alive))
         return made
 
-    monkeypatch.setattr(linalg_modes, "factor", told)
+    monkeypatch.setattr(pencil, "factor", told)
     both = modes(K, M, f_max=f_max)
     assert max(most) == 2
     most.clear()

@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from creak.assembly.system import System, to_dense
 from creak.errors import InputError
 from creak.linalg import modes as linalg_modes
+from creak.linalg import pencil
 from creak.linalg.factor import factor
 from creak.linalg.mkl import has_pardiso
 from creak.reduction.craig_bampton import craig_bampton
@@ -492,7 +493,7 @@ def test_own_modes_cost_one_factorisation(monkeypatch):
         return factor(A, **options)
 
     monkeypatch.setattr(linalg_modes, "DENSE_LIMIT", 100)
-    monkeypatch.setattr(linalg_modes, "factor", counted)
+    monkeypatch.setattr(pencil, "factor", counted)
     part, reduced, inside = reduced_plate(20)
     made.clear()
     found = health(part, reduced, inside, COORDS)

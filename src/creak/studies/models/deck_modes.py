@@ -129,6 +129,11 @@ def model_modes(
     return _joined_modes(_parts(model), model, driven, f_max, count)
 
 
+def undamped_system(model: Model) -> System:
+    """The undamped assembly as the model's supports hold it."""
+    return couple(_parts(model), model, Driven({}), UNDAMPED, override=True)
+
+
 def _parts(model: Model, u: FloatArray | None = None) -> list[System]:
     parts = [part_system(model, i, UNDAMPED, override=True, u=u) for i in range(len(model.parts))]
     loose = loose_system(model, UNDAMPED)
