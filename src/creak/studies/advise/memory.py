@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from creak.dynamics.condensed import COLUMNS, RESPONSE_MEMORY
 from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flight.step import choose
+from creak.formats.stored.superelement import MAPPED
 from creak.linalg.lanczos import basis_bytes
 from creak.linalg.memory import ENTRY, GB, MADE, PRODUCT, SHARE, free_bytes, held_bytes, left_beside
 from creak.linalg.modes import dense_bytes, dense_is_faster
@@ -108,21 +109,25 @@ def _before(setup: Setup, reference: ReferenceModel, whole: Counted, rows: int) 
     """What comes before parts are reduced, and what is held then."""
     c, system = setup.study.config, reference.system
     n, entries = system.n, system.K.nnz + system.M.nnz
-    shapes = 8.0 * n * (reference.modes.omega2.size + system.supports.count)
+    count = reference.modes.omega2.size
+    shapes = 8.0 * n * (count + system.supports.count)
     matrices = ENTRY * (entries + sum(p.K.nnz + p.M.nnz for p in reference.parts))
-    held = STARTED + matrices + shapes
-    assembly = ENTRY * system.K.nnz + PRODUCT * system.M.nnz + 2.0 * whole.memory
-    found = basis_bytes(n, reference.modes.omega2.size) - shapes
+    held, product = STARTED + matrices, PRODUCT * system.M.nnz
+
+    def found(what: str, modes: int, before: float) -> Stage:
+        needed = _lanczos(n, system.K.nnz, whole.memory, modes, left_beside(before + product))
+        name = "two factors" if needed.factors > whole.memory else "factor"
+        pieces = {name: needed.factors, "modes": needed.basis}
+        return _stage(what, before + product + needed.total, K_and_M=matrices, **pieces)
+
     stages = [
-        _stage("assemble", held - shapes + whole.memory, K_and_M=matrices, factor=whole.memory),
-        _stage("modes of the assembly", held + assembly + found, K_and_M=matrices, two_factors=2.0 * whole.memory),
+        _stage("assemble", held + whole.memory, K_and_M=matrices, factor=whole.memory),
+        found("modes of the assembly", count, held),
     ]
+    held += shapes
     if c.reduction.method in WHOLE:
         kept = whole.below.get(c.reduction.f_max, 0)
-        basis = basis_bytes(n, kept)
-        stages.append(
-            _stage("modes for the reduction", held + assembly + basis, modes=basis, two_factors=2.0 * whole.memory)
-        )
+        stages.append(found("modes for the reduction", kept, held))
         held += whole.memory + 8.0 * n * (kept + 2 * rows)
     return stages, held
 
@@ -134,7 +139,7 @@ def _reductions(
     stages = []
     for part, modes in zip(parts, counts, strict=True):
         stages.append(_reduction(part, modes, held))
-        held += _kept(part, modes, left_beside(held)) - (0.0 if factors else _small(part))
+        held += _kept(part, modes, left_beside(held), factors=factors)
     if parts:
         dense = DENSE * 8.0 * unknowns**2
         stages.append(_stage("couple and diagonalise", held + dense, dense_matrices=dense, parts=held))
@@ -151,32 +156,54 @@ def modes_below(counted: Counted, f: float) -> float:
     return float(k_2 * (f / f_2) ** power)
 
 
-def _reduction(part: PartSize, modes: int, held: float) -> Stage:
-    """Two factors and the Lanczos vectors, or constraint modes on their way; writing takes a copy of the modes.
+@dataclass(frozen=True)
+class _Lanczos:
+    """What modes take beside K and M and the product with M: as the work does where memory is short."""
 
-    Where memory is short, as the work itself does: one factor, or pieces of it, matrices and vectors in files, fewer
-    constraint modes at a time.
+    factors: float
+    """Of K and of K - s M, or one after the other."""
+    basis: float
+    """Vectors, or the blocks of work where these lie in a file."""
+    held: bool
+    """They lie in memory."""
+    total: float
+
+
+def _lanczos(n: int, entries: int, factor: float, modes: int, left: float, *, pieces: bool = False) -> _Lanczos:
+    """Two factors, the entries of K - s M and Lanczos' vectors; the second factor as it is made where one is held.
+
+    Parameters
+    ----------
+    entries : of K. factor : bytes. left : bytes that all of it may take. pieces : the factor is of as many as fit.
     """
-    n, left = part.inner, left_beside(held)
-    matrices, factor, made = _inside(part, left), part.cut or part.modes.memory, MADE * part.entries_K
-    left = max(left - matrices, 0.0)
-    two = not part.cut and 2.0 * factor + made <= left
-    basis, shapes = basis_bytes(n, modes), 8.0 * n * modes
-    if dense_is_faster(n, modes):
-        basis = dense_bytes(n)
-    two = two and 2.0 * factor + basis <= left
+    made = 0.0 if pieces else MADE * entries
+    basis = dense_bytes(n) if dense_is_faster(n, modes) else basis_bytes(n, modes)
+    two = not pieces and 2.0 * factor + max(made, basis) <= left
     factors = (2.0 if two else 1.0) * factor
-    if ROOM * basis > left - factors:
-        basis, shapes = basis_bytes(n, 0), 0.0
-    shifted = ENTRY * part.entries_K if SPARE * ENTRY * part.entries_K <= left else 0.0
-    making = factor + made * (0.0 if part.cut else 1.0) if not two else 0.0
-    lanczos = max(factors + shifted + basis, making)
+    held = ROOM * basis <= left - factors
+    basis = basis if held else basis_bytes(n, 0)
+    shifted = ENTRY * entries if SPARE * ENTRY * entries <= left else 0.0
+    return _Lanczos(factors, basis, held, max(factors + shifted + basis, 0.0 if two else factor + made))
+
+
+def _reduction(part: PartSize, modes: int, held: float) -> Stage:
+    """Modes, or constraint modes on their way; writing takes a copy of the modes.
+
+    Where memory is short there are pieces of a factor, matrices in files, and fewer constraint modes at a time.
+    """
+    n, factor, matrices = part.inner, part.cut or part.modes.memory, _inside(part, left_beside(held))
+    left = max(left_beside(held) - matrices, 0.0)
+    found = _lanczos(n, part.entries_K, factor, modes, left, pieces=part.cut > 0.0)
+    shapes = 8.0 * n * modes if found.held else 0.0
     streamed = factor + shapes + min(8.0 * n * STREAMED, SHARE * max(left - factor, 0.0))
-    written = _kept(part, modes, left) - _inside(part, left) + shapes
-    pieces = {"modes": max(basis, 2.0 * shapes), "before": held}
-    what = "pieces of a factor" if part.cut else "two factors" if two else "factor"
+    written = 2.0 * shapes + _small(part) + _dense(part, modes)
+    what = "pieces of a factor" if part.cut else "two factors" if found.factors > factor else "factor"
     return _stage(
-        f"{part.name}: reduction", held + matrices + max(lanczos, streamed, written), **pieces, **{what: factors}
+        f"{part.name}: reduction",
+        held + matrices + max(found.total, streamed, written),
+        modes=max(found.basis, 2.0 * shapes),
+        before=held,
+        **{what: found.factors},
     )
 
 
@@ -186,16 +213,22 @@ def _inside(part: PartSize, left: float) -> float:
     return sum(ENTRY * k for k in entries if SPARE * ENTRY * k <= left) + PRODUCT * part.entries_M
 
 
-def _kept(part: PartSize, modes: int, left: float) -> float:
-    """What stays of a reduced part: its matrices and modes, and a factor that is not too large."""
+def _kept(part: PartSize, modes: int, left: float, *, factors: bool) -> float:
+    """What stays of a reduced part: modes, read from the part's file where they are large, the reduced matrices, and
+    for its check in a run a factor that is not too large, with the inner matrices."""
     shapes = 8.0 * part.inner * modes
-    shapes = shapes if ROOM * shapes <= left else 0.0
-    return _inside(part, left) + shapes + _small(part) + 3.0 * 8.0 * (part.boundary + modes) ** 2
+    shapes = shapes if shapes < MAPPED and ROOM * shapes <= left else 0.0
+    small = _small(part) if factors else 0.0
+    return (_inside(part, left) + small if small else 0.0) + shapes + _dense(part, modes)
 
 
 def _small(part: PartSize) -> float:
     factor = part.cut or part.modes.memory
     return factor if factor <= KEPT else 0.0
+
+
+def _dense(part: PartSize, modes: int) -> float:
+    return 3.0 * 8.0 * (part.boundary + modes) ** 2
 
 
 def _runs(
