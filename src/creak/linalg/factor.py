@@ -20,7 +20,7 @@ from scipy.linalg.lapack import dpotrf
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
-from creak.linalg.memory import require
+from creak.linalg.memory import give_back, require
 from creak.linalg.mkl import has_pardiso, mkl_library
 
 SMALLER = "Use fewer nodes, or reduce with substructures."
@@ -343,4 +343,6 @@ class _PardisoFactor:
 
     def __del__(self) -> None:
         if hasattr(self, "_pt") and not sys.is_finalizing():
+            freed = self.memory
             self._call(self._RELEASE, np.zeros(1), np.zeros(1), 1)
+            give_back(freed)

@@ -15,6 +15,7 @@ from creak.linalg.memory import ENTRY, GB, MADE, PRODUCT, SHARE, free_bytes, hel
 from creak.linalg.modes import dense_bytes, dense_is_faster
 from creak.linalg.scratch import ROOM, SPARE
 from creak.studies.advise.size import Counted, PartSize
+from creak.studies.models.health import OWN_MODES_LIMIT
 from creak.studies.models.of_parts import SPREAD
 from creak.studies.models.reduced import WHOLE
 from creak.studies.models.reference import ReferenceModel, modal_band
@@ -115,7 +116,7 @@ def _before(setup: Setup, reference: ReferenceModel, whole: Counted, rows: int) 
     held, product = STARTED + matrices, PRODUCT * system.M.nnz
 
     def found(what: str, modes: int, before: float) -> Stage:
-        needed = _lanczos(n, system.K.nnz, whole.memory, modes, left_beside(before + product))
+        needed = _lanczos(n, system.K.nnz, whole.memory, modes, before + product)
         name = "two factors" if needed.factors > whole.memory else "factor"
         pieces = {name: needed.factors, "modes": needed.basis}
         return _stage(what, before + product + needed.total, K_and_M=matrices, **pieces)
@@ -139,7 +140,11 @@ def _reductions(
     stages = []
     for part, modes in zip(parts, counts, strict=True):
         stages.append(_reduction(part, modes, held))
-        held += _kept(part, modes, left_beside(held), factors=factors)
+        if not factors:  # checked and saved at once
+            kept = held + _inside(part, held) + (part.cut or part.modes.memory) + _dense(part, modes)
+            vectors = _checked(part, kept)
+            stages.append(_stage(f"{part.name}: check", kept + vectors, vectors=vectors, before=held))
+        held += _kept(part, modes, held, factors=factors)
     if parts:
         dense = DENSE * 8.0 * unknowns**2
         stages.append(_stage("couple and diagonalise", held + dense, dense_matrices=dense, parts=held))
@@ -169,21 +174,21 @@ class _Lanczos:
     total: float
 
 
-def _lanczos(n: int, entries: int, factor: float, modes: int, left: float, *, pieces: bool = False) -> _Lanczos:
+def _lanczos(n: int, entries: int, factor: float, modes: int, held: float, *, pieces: bool = False) -> _Lanczos:
     """Two factors, the entries of K - s M and Lanczos' vectors; the second factor as it is made where one is held.
 
     Parameters
     ----------
-    entries : of K. factor : bytes. left : bytes that all of it may take. pieces : the factor is of as many as fit.
+    entries : of K. factor : bytes. held : bytes that are held beside. pieces : the factor is of as many as fit.
     """
     made = 0.0 if pieces else MADE * entries
     basis = dense_bytes(n) if dense_is_faster(n, modes) else basis_bytes(n, modes)
-    two = not pieces and 2.0 * factor + max(made, basis) <= left
+    two = not pieces and factor + made <= left_beside(held + factor) and basis <= left_beside(held + 2.0 * factor)
     factors = (2.0 if two else 1.0) * factor
-    held = ROOM * basis <= left - factors
-    basis = basis if held else basis_bytes(n, 0)
-    shifted = ENTRY * entries if SPARE * ENTRY * entries <= left else 0.0
-    return _Lanczos(factors, basis, held, max(factors + shifted + basis, 0.0 if two else factor + made))
+    whole = ROOM * basis <= left_beside(held + factors)
+    basis = basis if whole else basis_bytes(n, 0)
+    shifted = ENTRY * entries if SPARE * ENTRY * entries <= left_beside(held + factors) else 0.0
+    return _Lanczos(factors, basis, whole, max(factors + shifted + basis, 0.0 if two else factor + made))
 
 
 def _reduction(part: PartSize, modes: int, held: float) -> Stage:
@@ -191,35 +196,34 @@ def _reduction(part: PartSize, modes: int, held: float) -> Stage:
 
     Where memory is short there are pieces of a factor, matrices in files, and fewer constraint modes at a time.
     """
-    n, factor, matrices = part.inner, part.cut or part.modes.memory, _inside(part, left_beside(held))
-    left = max(left_beside(held) - matrices, 0.0)
-    found = _lanczos(n, part.entries_K, factor, modes, left, pieces=part.cut > 0.0)
+    n, factor, beside = part.inner, part.cut or part.modes.memory, held + _inside(part, held)
+    found = _lanczos(n, part.entries_K, factor, modes, beside, pieces=part.cut > 0.0)
     shapes = 8.0 * n * modes if found.held else 0.0
-    streamed = factor + shapes + min(8.0 * n * STREAMED, SHARE * max(left - factor, 0.0))
+    streamed = factor + shapes + min(8.0 * n * STREAMED, SHARE * max(left_beside(beside + factor), 0.0))
     written = 2.0 * shapes + _small(part) + _dense(part, modes)
     what = "pieces of a factor" if part.cut else "two factors" if found.factors > factor else "factor"
     return _stage(
         f"{part.name}: reduction",
-        held + matrices + max(found.total, streamed, written),
+        beside + max(found.total, streamed, written),
         modes=max(found.basis, 2.0 * shapes),
         before=held,
         **{what: found.factors},
     )
 
 
-def _inside(part: PartSize, left: float) -> float:
+def _inside(part: PartSize, held: float) -> float:
     """Inner matrices, in files where they are large against what is left, and the product with the mass."""
     entries = (part.entries_K, part.entries_M)
-    return sum(ENTRY * k for k in entries if SPARE * ENTRY * k <= left) + PRODUCT * part.entries_M
+    return sum(ENTRY * k for k in entries if SPARE * ENTRY * k <= left_beside(held)) + PRODUCT * part.entries_M
 
 
-def _kept(part: PartSize, modes: int, left: float, *, factors: bool) -> float:
+def _kept(part: PartSize, modes: int, held: float, *, factors: bool) -> float:
     """What stays of a reduced part: modes, read from the part's file where they are large, the reduced matrices, and
     for its check in a run a factor that is not too large, with the inner matrices."""
     shapes = 8.0 * part.inner * modes
-    shapes = shapes if shapes < MAPPED and ROOM * shapes <= left else 0.0
+    shapes = shapes if shapes < MAPPED and ROOM * shapes <= left_beside(held) else 0.0
     small = _small(part) if factors else 0.0
-    return (_inside(part, left) + small if small else 0.0) + shapes + _dense(part, modes)
+    return (_inside(part, held) + small if small else 0.0) + shapes + _dense(part, modes)
 
 
 def _small(part: PartSize) -> float:
@@ -247,7 +251,7 @@ def _runs(
     held += KERNELS + history
     yield _stage("run", held + DENSE * 8.0 * unknowns**2 + 8.0 * unknowns * rows, histories=history, before=held)
     if parts:
-        vectors = max(_checked(p, left_beside(held)) for p in parts)
+        vectors = max(_checked(p, held) for p in parts)
         yield _stage("check of the superelements", held + vectors, vectors_of_the_largest=vectors, before=held)
     if whole is not None and (c.reference.run or c.reduction.method == "none"):
         held -= sum(_small(p) for p in parts)
@@ -261,9 +265,11 @@ def _runs(
         yield _stage("reference run", total, **pieces, before=held)
 
 
-def _checked(part: PartSize, left: float) -> float:
-    """What the health check of a part takes."""
-    return min(8.0 * part.inner * CHECKED, SHARE * left) + PRODUCT * part.entries_K
+def _checked(part: PartSize, held: float) -> float:
+    """What the health check of a part takes: vectors, the product with K, and for a small part's free modes a factor
+    of all of it."""
+    own = part.modes.memory if part.dofs <= OWN_MODES_LIMIT else 0.0
+    return min(8.0 * part.inner * CHECKED, SHARE * max(left_beside(held), 0.0)) + PRODUCT * part.entries_K + own
 
 
 def factors(setup: Setup, factor_bytes: float, free: float) -> int:
