@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from creak.linalg.shifted import shifted
+from creak.linalg.pencil import shifted
 
 
 def some(seed, places=None):
