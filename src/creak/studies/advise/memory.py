@@ -141,7 +141,7 @@ def _reductions(
     for part, modes in zip(parts, counts, strict=True):
         stages.append(_reduction(part, modes, held))
         if not factors:  # checked and saved at once
-            kept = held + _inside(part, held) + (part.cut or part.modes.memory) + _dense(part, modes)
+            kept = held + _inside(part, held) + part.factor + _dense(part, modes)
             vectors = _checked(part, kept)
             stages.append(_stage(f"{part.name}: check", kept + vectors, vectors=vectors, before=held))
         held += _kept(part, modes, held, factors=factors)
@@ -196,7 +196,7 @@ def _reduction(part: PartSize, modes: int, held: float) -> Stage:
 
     Where memory is short there are pieces of a factor, matrices in files, and fewer constraint modes at a time.
     """
-    n, factor, beside = part.inner, part.cut or part.modes.memory, held + _inside(part, held)
+    n, factor, beside = part.inner, part.factor, held + _inside(part, held)
     found = _lanczos(n, part.entries_K, factor, modes, beside, pieces=part.cut > 0.0)
     shapes = 8.0 * n * modes if found.held else 0.0
     streamed = factor + shapes + min(8.0 * n * STREAMED, SHARE * max(left_beside(beside + factor), 0.0))
@@ -227,8 +227,7 @@ def _kept(part: PartSize, modes: int, held: float, *, factors: bool) -> float:
 
 
 def _small(part: PartSize) -> float:
-    factor = part.cut or part.modes.memory
-    return factor if factor <= KEPT else 0.0
+    return part.factor if part.factor <= KEPT else 0.0
 
 
 def _dense(part: PartSize, modes: int) -> float:

@@ -72,6 +72,11 @@ class PartSize:
     def boundary(self) -> int:
         return sum(self.retained.values())
 
+    @property
+    def factor(self) -> float:
+        """Bytes of a factor of its inside, or of the pieces of one that are there at a time."""
+        return self.cut or self.modes.memory
+
 
 @dataclass(frozen=True)
 class Sizes:
