@@ -54,8 +54,9 @@ the place of what the system says is free. Linux and MKL only; elsewhere the sys
 as soon as their parts are assembled: where memory holds factors of the parts alone, the pre-check comes from them. A
 part whose own factor does not fit is cut into pieces by itself, of which as many stay factorised as fit, one at least;
 its superelement is the same. Where not even that fits, or the study takes the whole (`[reference] run`, gap modes,
-`[[static]]`), it is refused there. `creak advise` goes the same way and tells what each stage takes. Modes
-that memory does not hold are found window by window and put into a file in TMPDIR.
+`[[static]]`), it is refused there, with the line to change. `creak advise` goes the same
+way, advises such lines and tells what each stage takes. Modes that memory does not hold are found window by window and
+put into a file in TMPDIR.
 
 **Completion.** `creak --install-completion` adds it to the shell in use (bash, zsh, fish, PowerShell); open a new shell
 afterwards. `creak --show-completion` prints it instead.

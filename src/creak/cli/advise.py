@@ -49,7 +49,6 @@ def advise(
     from creak.sound.zwicker_tables import RATE
     from creak.studies.advise.advice import advise as look
     from creak.studies.advise.advice import as_dict
-    from creak.studies.file.reader import read_study
     from creak.studies.prepare.setup import set_up
     from creak.studies.warned import warnings_of
 
@@ -63,7 +62,7 @@ def advise(
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
             with progress.phase("read the model and find the contacts"):
-                setup = set_up(changed_study(study_file, changes) if changes else read_study(study_file), ignore)
+                setup = set_up(changed_study(study_file, changes), ignore)
             setup_detail(output, setup)
             tell_warnings(output, setup.notes, told)
             advice = look(setup, progress, band)
@@ -95,7 +94,8 @@ def _draw(output: Output, advice: Advice) -> None:
     if not choice.exact:
         rows = [STEP_HEAD, *(_step_row(s, s is choice.step) for s in facts.steps)]
         output.table("Time step (* advised)", rows, left=(0, len(STEP_HEAD) - 1))
-    output.table("Memory of the study as it is (* peak)", _memory_rows(facts), left=(0, 2))
+    whole = "of the study as it is" if facts.unreduced is not None else "with the lines changed as advised"
+    output.table(f"Memory {whole} (* peak)", _memory_rows(facts), left=(0, 2))
     if facts.sound is not None:
         output.table(f"Sound to {facts.sound.band:g} Hz", _sound_rows(facts.sound), left=(0, 1))
     for text in choice.because:

@@ -64,12 +64,11 @@ def reduce(
     Example: creak reduce door/door.toml --export op4
     """
     from creak.studies.file.identity import store_of
-    from creak.studies.file.reader import read_study
     from creak.studies.prepare.setup import set_up
 
     certificates = checked_certificates(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
     _check_formats(export)
-    study = changed_study(study_file, changes) if changes else read_study(study_file)
+    study = changed_study(study_file, changes)
     _check_method(study)
     folder = out if out is not None else store_of(study)
     writable_folder(folder)

@@ -9,7 +9,7 @@ import typer
 
 from creak.cli.details import list_unread, setup_detail, tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
-from creak.errors import InputError, NumericalError, Unreliable
+from creak.errors import NumericalError, Unreliable
 from creak.model.units import UnitsName
 
 if TYPE_CHECKING:
@@ -157,17 +157,11 @@ def changed_study(study_file: Path, changes: list[str]) -> Study:
     InputError : a deck, or a change that cannot be made.
     """
     from creak.api.study import read_study
-    from creak.formats.endings import is_deck
     from creak.studies.file.changes import read_changes, with_changes
 
     wanted = read_changes(changes)
-    if is_deck(study_file):
-        raise InputError(
-            f"--set changes a study, and {study_file.name} is a deck",
-            expected="a study file (.toml)",
-            fix=f"Make one with `creak new {study_file.name}`.",
-        )
-    return with_changes(read_study(study_file), wanted)
+    study = read_study(study_file)
+    return with_changes(study, wanted) if wanted else study
 
 
 def results_name(study: Study | Path) -> str:

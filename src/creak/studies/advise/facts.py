@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -35,6 +36,7 @@ from creak.studies.advise.cost import (
 from creak.studies.advise.evidence import Measured, measured, rule_of_thumb, step_evidence, steps
 from creak.studies.advise.memory import Memory, memory
 from creak.studies.advise.size import Counted, Sizes, sizes, sturm_counts
+from creak.studies.file.config import InterfaceTable
 from creak.studies.file.signals.course import RecordTable
 from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.outlines import assembled
@@ -162,7 +164,9 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     """
     setup = _checked(setup)
     excitation = excitation_of(setup)
-    reference = reference_that_fits(setup, assembled(setup, progress), progress)
+    by_parts = _without_the_whole(setup)
+    reference = reference_that_fits(by_parts, assembled(setup, progress), progress)
+    setup = setup if reference.of_parts is None else by_parts
     scheme = scheme_of(setup.study.config.time)
     gaps, channels = _channels(setup, reference, scheme, progress)
     reference = reference.without_factor()
@@ -183,6 +187,17 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
 def _checked(setup: Setup) -> Setup:
     """The study with its pre-check on."""
     return setup.with_tables(precheck=setup.study.config.precheck.model_copy(update={"enabled": True}))
+
+
+def _without_the_whole(setup: Setup) -> Setup:
+    """The study without what takes a factor of the whole model and advice may change (`choice`)."""
+    c = setup.study.config
+    table: dict[str, Any] = {"method": "craig-bampton"} if c.reduction.method in ("none", *WHOLE) else {}
+    if c.reduction.interface.type == "participation":
+        table["interface"] = InterfaceTable(type="full")
+    return setup.with_tables(
+        reduction=c.reduction.model_copy(update=table), reference=c.reference.model_copy(update={"run": False})
+    )
 
 
 def excitation_of(setup: Setup) -> Excitation:
@@ -332,7 +347,7 @@ def _steps(
     positions, out = setup.model.nodes.coords[gaps.nodes_idx], []
     for k, h in enumerate(sorted(wanted, reverse=True)):
         progress("contact against the step", k, len(wanted))
-        some = gaps.m and cost is not None
+        some = gaps.m and cost is not None and not setup.study.config.time.exact
         auto, given = bounces(reference.system, gaps, positions, scheme, h) if some else (None, None)
         n, angle = round(end / h), 2.0 * np.pi * f * h
         evidence = step_evidence(1.0 / (f * h))

@@ -78,19 +78,22 @@ def only_parts_fit(setup: Setup, parts: Sequence[System], store: Path | None = N
     needed, free = room(parts, store, key), free_bytes()
     if needed is None or needed.whole <= free:
         return False
-    c = setup.study.config
-    why = next((text for text, there in _takes_the_whole(setup) if there), None)
-    if why is None and needed.part <= free:
+    takes = _takes_the_whole(setup)
+    if not takes and needed.part <= free:
         return True
-    if why is None:
+    if takes:
+        words, ways = zip(*takes, strict=True)
+        what, least = (
+            f"a factor of the whole model, which {' and '.join(words)} {'takes' if len(words) == 1 else 'take'}",
+            needed.whole,
+        )
+        alone = f"parts alone take {needed.part / GB:.3g} GB"
+        fix = f"Use a coarser mesh or a machine with more memory, or do without it: {', '.join(ways)}; {alone}."
+    else:
         what, least = f"the reduction of part {needed.largest}{_cut(needed)}", needed.part
         fix = (
             "Cut it into element sets by [reduction] substructures, use a coarser mesh, or a machine with more memory."
         )
-    else:
-        what, least = f"a factor of the whole model, which {why} takes", needed.whole
-        also = f", or do without it: parts alone take {needed.part / GB:.3g} GB" if c.reduction.method != "none" else ""
-        fix = f"Use a coarser mesh or a machine with more memory{also}."
     raise OutOfMemory(
         f"memory does not hold {what}: at least {least / GB:.3g} GB are needed, {free / GB:.3g} GB are free. {fix} To "
         f"try all the same, set {OVERRIDE}={least / GB * 1.01:.3g} in the environment."
@@ -101,14 +104,19 @@ def _cut(needed: Room) -> str:
     return "" if needed.pieces is None else f", cut into {needed.pieces.count} pieces"
 
 
-def _takes_the_whole(setup: Setup) -> list[tuple[str, bool]]:
-    """Words of the study that need the unreduced model."""
+def _takes_the_whole(setup: Setup) -> list[tuple[str, str]]:
+    """Words of the study that need the unreduced model, and what to say instead of each."""
     c = setup.study.config
-    return [
-        ('[reduction] method = "none"', c.reduction.method == "none"),
-        (f'[reduction] method = "{c.reduction.method}"', c.reduction.method in WHOLE),
-        ("[reference] run = true", c.reference.run),
-        ("[[static]]", bool(c.static)),
-        ("a forced [time] scheme", not c.time.exact),
-        ('[reduction] interface = "participation"', c.reduction.interface.type == "participation"),
+    method = c.reduction.method
+    causes = [
+        (method in ("none", *WHOLE), f'[reduction] method = "{method}"', 'method = "craig-bampton"'),
+        (c.reference.run, "[reference] run = true", "[reference] run = false"),
+        (bool(c.static), "[[static]]", "no [[static]]"),
+        (not c.time.exact, "a forced [time] scheme", "[time] without step and integrator"),
+        (
+            c.reduction.interface.type == "participation",
+            '[reduction] interface = "participation"',
+            'interface = { type = "full" }',
+        ),
     ]
+    return [(words, instead) for there, words, instead in causes if there]

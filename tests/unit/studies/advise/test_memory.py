@@ -151,6 +151,17 @@ def alone(tmp_path_factory) -> Setup:
     return set_up(read_study(write_strips(tmp_path_factory.mktemp("alone"), study=text)))
 
 
+def test_bounces_are_not_looked_at_where_no_step_is_forced(study, alone, monkeypatch):
+    """They cost a back-substitution per channel and step."""
+    forced, _ = study
+    asked = []
+    monkeypatch.setattr("creak.studies.advise.facts.bounces", lambda *_: asked.append(1) or (None, None))
+    assert as_dict(look(alone, quiet))["advice"]["step"] is None
+    assert not asked
+    look(forced, quiet)
+    assert asked
+
+
 def test_where_the_whole_does_not_fit_parts_are_advised(alone, monkeypatch):
     """Same channels, retained dofs and modes of the parts; nothing is said of what takes the whole model."""
     whole = look(alone, quiet)
@@ -172,6 +183,27 @@ def test_where_the_whole_does_not_fit_parts_are_advised(alone, monkeypatch):
         "run",
         "check of the superelements",
     ]
+
+
+@pytest.mark.parametrize(
+    ("change", "advised"),
+    [
+        ({"reference": {"run": True}}, {"reference.run": False}),
+        ({"reduction": {"method": "none"}}, {"reduction.method": "craig-bampton"}),
+        (
+            {"reference": {"run": True}, "reduction": {"method": "gap-modes"}},
+            {"reference.run": False, "reduction.method": "craig-bampton"},
+        ),
+    ],
+)
+def test_what_takes_the_whole_is_advised_away(change, advised, alone, monkeypatch):
+    """Memory for parts alone: a run is refused, advice says with what lines it would not be."""
+    monkeypatch.setattr("creak.studies.models.room.room", lambda *_: Room(3e9, 2e9, "UPPER"))
+    monkeypatch.setenv(OVERRIDE, "2.5")
+    tables = {name: getattr(alone.study.config, name).model_copy(update=new) for name, new in change.items()}
+    found = look(alone.with_tables(**tables), quiet)
+    assert {c.key: c.new for c in found.choice.changes}.items() >= advised.items()
+    assert found.facts.unreduced is None
 
 
 def test_what_does_not_fit_is_refused_as_the_run_is(alone, monkeypatch):
