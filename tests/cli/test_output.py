@@ -132,6 +132,20 @@ def test_plain_lines_tell_time_left(monkeypatch):
     assert len(lines) == 6
 
 
+def test_a_phase_of_the_same_name_begins_anew(monkeypatch):
+    """The first was too short to be named; the second has more steps, and is told to have ended once."""
+    now, text = [0.0], io.StringIO()
+    monkeypatch.setattr(output.time, "monotonic", lambda: now[0])
+    bars = ProgressBars(Console(file=text, force_terminal=False))
+    with bars:
+        bars("modes", 78, 78)
+        now[0] = 1000.0
+        for done in (0, 100, 200, 200, 200):
+            bars("modes", done, 200)
+            now[0] += 5.0
+    assert text.getvalue().splitlines() == ["modes: 50 % after 5 s, about 5 s left", "modes: 10.0 s"]
+
+
 def test_what_an_earlier_run_did_is_not_counted_as_speed(monkeypatch):
     now, text = [0.0], io.StringIO()
     monkeypatch.setattr(output.time, "monotonic", lambda: now[0])

@@ -227,6 +227,7 @@ class _Stage:
     begun: int = 0
     """Of its steps, done before: by a run that this one goes on from."""
     done: int = 0
+    total: int = 0
     finished: bool = False
     bar: TaskID | None = None
 
@@ -262,9 +263,11 @@ class ProgressBars:
     def __call__(self, stage: str, done: int, total: int) -> None:
         """Report that `done` of `total` of a phase is finished."""
         now, known = time.monotonic(), self._stages.get(stage)
-        if known is None or (known.finished and done < known.done):
+        if known is not None and known.finished and (done, total) == (known.done, known.total):
+            return
+        if known is None or (known.finished and (done < known.done or total != known.total)):
             known = self._stages[stage] = self._started(stage, done, now, known)
-        known.done, known.finished = done, done >= total
+        known.done, known.total, known.finished = done, total, done >= total
         if self._plain:
             self._tell(stage, known, done, total, now)
         elif known.bar is not None:

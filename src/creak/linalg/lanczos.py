@@ -174,7 +174,7 @@ def lanczos(
         back = R.T
         exhausted = W.shape[1] == 0
         if progress is not None and not exhausted:
-            progress(min(used // 3, wanted), wanted)
+            progress(min(used // 3, max(wanted - 1, 0)), wanted)
         if exhausted or used >= look:
             theta, S = _eigen(T)
             error = np.linalg.norm(R @ S[-alpha.shape[0] :], axis=0)

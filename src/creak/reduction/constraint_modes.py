@@ -65,6 +65,8 @@ def static_terms(
     modal = [np.zeros((fixed.omega2.size, n)) for _ in sides]
     told = _modal_mass(fixed, F_near, near) if fixed.columns > fixed.omega2.size else None
     kept = np.zeros((keep.size, n))
+    if n and report is not None:
+        report(0, n)
     if n and inside.i.size:
         _ = inside.factor  # what is free is what is left beside it
     for block in blocks(n, inside.i.size):
