@@ -169,7 +169,7 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     setup = setup if reference.of_parts is None else by_parts
     scheme = scheme_of(setup.study.config.time)
     gaps, channels = _channels(setup, reference, scheme, progress)
-    reference = reference.without_factor()
+    reference.release()
     f, c = excitation.frequency, setup.study.config
     fixed = sorted({*(m * f for m in MULTIPLES), c.reduction.f_max})
     heard = [] if band is None else [PER_MODE * band]

@@ -100,7 +100,7 @@ def _gaps_with(result: StudyResult, change: Change) -> GapOperator:
         return change.of_gaps(result.gaps)
     setup = change.of_setup(unstarted(result.setup))
     reference = result.reference
-    if change.blocks or reference.stiffness is None:
+    if change.blocks:
         reference = rejoined(setup, reference, [b.part for b in change.blocks])
     again = started(setup, reference, silent)
     every = join([again.contacts, again.connectors])

@@ -43,7 +43,7 @@ class ReferenceModel:
     support_shapes: FloatArray
     """R = -K^-1 K_qs; free motions of a structure that is not held do not follow."""
     stiffness: Factor | None
-    """A factor of K; None where the structure can move freely, or once it was given back."""
+    """A factor of K, made again where its memory was given back; None where the structure can move freely."""
     linear_gaps: FloatArray | None = None
     """(m,) smallest gap of every contact channel in the pre-check; None where there was none."""
     store: Path | None = None
@@ -60,9 +60,10 @@ class ReferenceModel:
         """Dofs of the whole that can move."""
         return self.system.n if self.of_parts is None else self.of_parts
 
-    def without_factor(self) -> ReferenceModel:
-        """The same with the memory of the factor given back: only whole-assembly reductions use it again."""
-        return replace(self, stiffness=None)
+    def release(self) -> None:
+        """Give the memory of the factor back until somebody asks for it again."""
+        if isinstance(self.stiffness, LaterFactor):
+            self.stiffness.release()
 
 
 def build_reference(setup: Setup, progress: Progress, store: Path | None = None) -> ReferenceModel:

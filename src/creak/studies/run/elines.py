@@ -193,8 +193,9 @@ def compare_lines(
     try:
         if reduced is not None:
             linear = without_contact(setup, reduced, progress, "run without contact for the E-lines")
-        elif reference.linear_gaps is not None or reference.stiffness is not None:
+        elif reference.stiffness is not None:
             linear = modal_measures(setup, reference, progress)
+            reference.release()
     except Stopped as error:
         why = f"the run without contact ended early: {error}"
     if contact is None:

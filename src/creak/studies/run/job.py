@@ -321,7 +321,7 @@ def prepare(
     reference = with_linear_gaps(setup, reference, scheme_of(setup.study.config.time), progress)
     kept, notes = prechecked(setup, reference)
     if setup.study.config.reduction.method not in WHOLE:
-        reference = reference.without_factor()
+        reference.release()
     whole = [] if reference.of_parts is None else [WITHOUT_WHOLE]
     return reference, join([kept, setup.connectors]), [*figures, *whole, *notes]
 

@@ -110,15 +110,20 @@ def _undamped(setup: Setup, reference: ReferenceModel) -> dict[str, FloatArray]:
     ones = Damping(modal_shapes=np.asarray(whole.M @ found.shapes), modal_values=np.ones(found.omega2.size))
     bare = replace(whole, damping=ones, supports=none)
     small = modal_system(bare, found, reference.support_shapes, static_shapes(setup, reference))
-    rows, rows_s = small.rows(setup.contacts.labels)
+    rows, rows_s = small.rows(_seen(setup))
     assert small.damping.modal_shapes is not None
     numbers = {"m": small.M.diagonal(), "k": small.K.diagonal(), "velocity": small.velocity}
     shapes = {"W": small.damping.modal_shapes, "rows": rows, "rows_s": rows_s}
     return {**numbers, **shapes, **{name: np.asarray(getattr(small.supports, name)) for name in SIDES}}
 
 
+def _seen(setup: Setup) -> IntArray:
+    """Dofs whose motion is looked at (channels), or on which a force acts."""
+    return np.unique(np.concatenate([setup.contacts.labels, *setup.loads.force_labels]))
+
+
 def _damped(setup: Setup, reference: ReferenceModel, kept: dict[str, FloatArray]) -> System:
-    n, names, labels = kept["m"].size, setup.driven.names, setup.contacts.labels
+    n, names, labels = kept["m"].size, setup.driven.names, _seen(setup)
     zeta, damping = setup.study.config.damping.modal, Damping(setup.rayleigh.alpha, setup.rayleigh.beta)
     if zeta is not None:
         beta, d = modal_values(reference.modes.omega2, zeta, beyond=True)
@@ -128,7 +133,7 @@ def _damped(setup: Setup, reference: ReferenceModel, kept: dict[str, FloatArray]
 
     def rows(wanted: IntArray) -> tuple[FloatArray, FloatArray]:
         at = np.searchsorted(labels, wanted)
-        assert np.array_equal(labels[at], wanted), "only the channels of contacts are looked at"
+        assert np.array_equal(labels[at], wanted), "neither at a channel nor under a force"
         return kept["rows"][at], kept["rows_s"][at]
 
     return System(
