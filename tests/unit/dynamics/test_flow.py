@@ -284,6 +284,23 @@ def test_output_and_whole_coordinates_are_those_of_the_instants():
     assert history.force.max() > 0.0
 
 
+def test_the_last_step_is_kept_whatever_its_time_rounds_to():
+    """n times a step of three samples may end a round-off before the last of the 3 n samples."""
+    M, K = chain(4)
+    system = diagonalise(system_of(M, K, velocity=np.array([0.0, 0.0, 0.0, 1.0])))
+    gaps, late = channels([[0.0, 0.0, 0.0, -1.0]], 1e-3, 1e6), 0
+    for end in np.linspace(0.05, 0.06, 20):
+        time = end / (49 * SAMPLES) * np.arange(49 * SAMPLES + 1)
+        loads = Loads(time, np.zeros((3, time.size, 0)), np.zeros((time.size, 0)))
+        history = simulate_flow(system, gaps, loads, observed=np.arange(4), output_every=1, whole_at=np.array([1, 49]))
+        late += history.time[-1] < time[-1]
+        assert history.whole_at.tolist() == [1, 49]
+        np.testing.assert_allclose(
+            np.asarray(system.rows(np.arange(4))[0] @ history.coordinates[:, 1]), history.displacement[-1]
+        )
+    assert late
+
+
 @pytest.mark.parametrize("seed", [*range(24), 156, 192, 371, 406, 656])
 def test_random_systems_create_no_energy_in_contact(seed):
     """Any law, with or without friction, dampers and damping that couples modes: what comes out is what went in."""

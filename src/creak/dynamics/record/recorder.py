@@ -66,7 +66,6 @@ class Recorder:
         self._tangents = tuple(self._on_kept(rows) for rows in on.tangents) if moves else ()
         self._seen = () if self._watch is None else tuple(self._on_kept(rows) for rows in self._watch.rows)
         self._whole_at = np.zeros(0, dtype=np.int64) if whole_at is None else np.asarray(whole_at, dtype=np.int64)
-        self._whole_time = loads.time[self._whole_at * substeps]
         self._end = float(loads.time[-1])
         self._sizes = loads.n_step // substeps, observed.size, width, system.supports.count
         self._whole_width = system.n if basis is None else width
@@ -98,7 +97,6 @@ class Recorder:
     def state(self) -> LogState:
         """Of a log that is kept instant by instant."""
         n, k = self._out, self._filled
-        reached = int(np.searchsorted(self._whole_at, self._steps + k, side="right"))
         return LogState(
             self._table[: self.used],
             self._at[:n],
@@ -107,12 +105,16 @@ class Recorder:
             self._ends[:k],
             self._u[:k],
             self._s[:k],
-            self._whole[:reached],
+            self._whole[: self._reached(k)],
             self._steps,
             self._looked,
             self._spacing,
             None if self._watch is None else self._watch.state,
         )
+
+    def _reached(self, more: int = 0) -> int:
+        """How many of the wanted whole steps were taken; `more`: not passed on yet."""
+        return int(np.searchsorted(self._whole_at, self._steps + more, side="right"))
 
     def resume(self, state: LogState) -> None:
         """Go on where another one was, of the same System and channels at the same instants."""
@@ -248,7 +250,7 @@ class Recorder:
             self._pass_on()
         time, gap, force, tangential, sliding, energy = split_columns(self._table[: self.used], self._m, self._f2)
         n = self._out
-        reached = int(np.count_nonzero(self._whole_time <= time[-1]))
+        reached = self._reached()
         steps = int(np.count_nonzero(force[1:].any(axis=1)))
         return History(
             time,

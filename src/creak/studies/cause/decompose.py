@@ -110,7 +110,7 @@ def find_causes(result: StudyResult, places: Sequence[Place]) -> tuple[Cause, ..
     groups = _touched_groups(gaps, run.history)
     found = []
     for place, (channel, _), step in zip(places, peaks, at, strict=True):
-        row = int(np.searchsorted(history.time, flights[step] * (1.0 - 1e-12)))
+        row = int(np.abs(history.time - flights[step]).argmin())
         own = {name: columns[step] for name, columns in alone.items()}
         sources = _sources(seen, own, groups, history, row, q[step], channel)
         support = setup.loads.support[0, SAMPLES * step]
