@@ -38,7 +38,8 @@ from creak.studies.prepare.output_steps import excitation_window
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.forced_step import limited
 from creak.studies.run.integrate import output_times
-from creak.studies.run.job import Run, events_in, march_run
+from creak.studies.run.job import Run, march_run
+from creak.verify.events import events_in
 from creak.verify.matching import match_events
 from creak_thesis.door import FINEST_MESH_SIZE, LOADS, write_door
 

@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,13 +30,11 @@ from creak.studies.prepare.setup import Setup, check_frequencies
 from creak.studies.run.agreement import ModeComparison, compare_modes, compare_spectra
 from creak.studies.run.forced_step import limited
 from creak.studies.run.integrate import output_times, scheme_of
-from creak.studies.run.job import Run, events_in, march_run, unreduced_run
+from creak.studies.run.job import Run, march_run, unreduced_run
 from creak.studies.run.kernels import compile_for
 from creak.studies.run.precheck import precheck
 from creak.studies.sweep.reference import SharedReference
-
-if TYPE_CHECKING:
-    from creak.verify.events import Event
+from creak.verify.events import Event, events_in
 
 Progress = Callable[[str, int, int], None]
 SAME_PLACE = 1e-6
@@ -147,7 +145,7 @@ class Bench:
         return make(self.setup, self.reference, self.gaps, self.progress)
 
     def events(self, run: Run) -> list[Event]:
-        """Contact events of a run that start in the `window`."""
+        """Contact events of a run that count in the `window`."""
         return events_in(run.events, self.window)
 
     def modes(self) -> ModeComparison | None:

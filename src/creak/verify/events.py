@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.signals.resampling import blocks, low_pass_uneven
-from creak.verify.intervals import chains, stretches
+from creak.verify.intervals import chains, overlap, stretches
 from creak.verify.sides import sides
 
 REACH = 6.0
@@ -103,6 +104,22 @@ def find_events(history: History, gaps: GapOperator, merge: float | None = None,
         for chain in chains(touches, merge) if merge is not None else _own_scale(touches, 0.5 / f_max):
             events.append(replace(_event(closing, gaps, weights, channels, chain, f_max), side=side))
     return sorted(events, key=lambda e: (e.t_start, e.group, e.side))
+
+
+def events_in(events: Iterable[Event], window: tuple[float, float]) -> list[Event]:
+    """Events that count in a time window: those that touch at any time of it, each with all of its figures.
+
+    A blow that began before the window and lasts into it, or goes on beyond its end, is neither cut nor left out.
+    """
+    return [e for e in events if overlap(e.t_start, e.t_end, window)]
+
+
+def counted_instants(time: FloatArray, events: Iterable[Event], window: tuple[float, float]) -> BoolArray:
+    """(n,) instants of a window, and those of the events that count in it."""
+    inside = np.asarray((time >= window[0]) & (time <= window[1]))
+    for e in events_in(events, window):
+        inside[np.searchsorted(time, e.t_start) : np.searchsorted(time, e.t_end, side="right")] = True
+    return inside
 
 
 def resting(history: History) -> BoolArray:

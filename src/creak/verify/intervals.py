@@ -30,6 +30,11 @@ def stretches(flags: BoolArray) -> list[tuple[int, int]]:
     return list(zip(starts.tolist(), stops.tolist(), strict=True))
 
 
+def overlap(start: float, end: float, window: tuple[float, float]) -> bool:
+    """Whether something that lasts from `start` to `end` does so at any time of a window, its edges included, s."""
+    return start <= window[1] and end >= window[0]
+
+
 def chains(pieces: Iterable[Piece], merge: float) -> list[list[Piece]]:
     """Stretches by their start, grouped where one begins less than `merge` seconds after all before it have ended."""
     found: list[list[Piece]] = []

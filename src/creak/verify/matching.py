@@ -9,6 +9,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.verify.events import Event
+from creak.verify.intervals import overlap
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,7 @@ def match_events(
 ) -> EventMatch:
     """Match one to one by start time within `tolerance` s, nearest first, on the same side of the same group.
 
-    Only events that start inside `window` are counted, but their partners may start just outside it.
+    Only events that count in `window` (`events_in`) are, but their partners may lie just outside it.
     """
     candidates = sorted(
         (abs(a.t_start - b.t_start), i, j)
@@ -120,7 +121,7 @@ def match_events(
             taken.add(j)
 
     def inside(e: Event) -> bool:
-        return window[0] <= e.t_start <= window[1]
+        return overlap(e.t_start, e.t_end, window)
 
     pairs = [(reference[i], reduced[j]) for i, j in sorted(partner.items()) if inside(reference[i])]
     missed = [e for i, e in enumerate(reference) if i not in partner and inside(e)]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.verify.events import Event
+from creak.verify.events import Event, events_in
 
 CROWDED_RATE = 40.0
 """Events per second from which two exact solutions are likely to part."""
@@ -87,7 +87,7 @@ def compare_statistics(
 
     Events of one run are not quite independent of each other, so the critical distances are a yardstick, no test.
     """
-    a, b = ([e for e in events if window[0] <= e.t_start <= window[1]] for events in (reference, reduced))
+    a, b = events_in(reference, window), events_in(reduced, window)
 
     def distance(name: str) -> Distance | None:
         return ks_distance(*(np.array([getattr(e, name) for e in events]) for events in (a, b)))

@@ -7,14 +7,19 @@ import numpy as np
 import pytest
 
 from creak.model.units import UNITS
+from creak.report.figures.scene import node_impulses
 from creak.report.found import found_of
 from creak.report.tables.event_csv import event_csv
 from creak.report.tables.events import slips_in
+from creak.studies.file.eline_tables import LimitTable
 from creak.studies.results import places as module
+from creak.studies.results.limits import judged
 from creak.studies.results.places import find_places, place_of
 from creak.studies.results.summary import summarise
-from creak.studies.run.job import events_in
+from creak.verify.events import events_in, find_events
+from creak.verify.matching import match_events
 from creak.verify.slips import SlipEvent
+from creak.verify.statistics import compare_statistics
 
 
 @pytest.fixture(scope="module")
@@ -84,6 +89,38 @@ def test_places_share_all_events_of_a_contact_among_them(result):
     assert places[0].force == max(p.force for p in places)
     for event in events_in(run.events, result.window):
         assert place_of(places, event) is not None
+
+
+def test_a_hit_counts_whole_wherever_an_edge_of_the_window_cuts_it(result):
+    """One rule for all figures: what touches at any time of the window counts, with all that it has."""
+    run = struck(result, [node(result, 103)])
+    t = run.history.time
+    hit = find_events(run.history, result.gaps, f_max=result.setup.study.config.verification.f_max)
+    run = replace(run, events=hit)
+    (hit,) = hit
+    length, whole = hit.t_end - hit.t_start, float((run.history.weights @ run.history.force).sum())
+    assert whole > 0.0
+    shares = np.linspace(-1.45, 2.45, 15)  # where the edge lies, in lengths of the hit from its start
+    cuts = [(hit.t_start + s * length, t[-1]) for s in shares] + [(0.0, hit.t_start + s * length) for s in shares]
+    limit = LimitTable(force=f"{0.5 * hit.force_place} N")
+    inside = []
+    for window in cuts:
+        cut = replace(result, window=window, runs={"reduced": run, "reference": run}, events=None)
+        summary = summarise(cut)
+        (own,) = summary["runs"]["reduced"]["places"] or [None]
+        counts = hit.t_end >= window[0] and hit.t_start <= window[1]
+        inside.append(counts)
+        assert (own is not None) == counts == bool(events_in(run.events, window))
+        assert bool(judged(limit, summary)[0]["failed"]) == counts
+        statistics = compare_statistics(run.events, run.events, window)
+        assert statistics.count == (counts, counts)
+        assert len(match_events(run.events, run.events, 1e-3, window).pairs) == counts
+        _, sums = node_impulses(found_of(cut), run, window)
+        assert sums.sum() == pytest.approx(whole if counts else 0.0, rel=1e-12)
+        if counts:
+            assert own["impulse"] == pytest.approx(whole, rel=1e-12)
+            assert (own["events"], own["force"], own["share"]) == (1, hit.force_place, pytest.approx(1.0, rel=1e-12))
+    assert 0 < sum(inside) < len(cuts) == 30
 
 
 def test_nothing_touched_is_no_place(result):

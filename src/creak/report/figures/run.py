@@ -15,7 +15,7 @@ from creak.report.figures.axes import Trace, axis, base_layout, line, peaks_kept
 from creak.report.found import Found
 from creak.report.tables.checks import moving_axes, why_no_fit, why_no_mac
 from creak.report.words.text import four
-from creak.studies.run.job import events_in
+from creak.verify.events import events_in
 
 ENERGY_CAPTION = (
     "Work done from outside and where it went, from the start of the run: stored is kinetic and strain energy, "

@@ -18,6 +18,7 @@ from creak.report.found import Found, FoundRun
 from creak.report.words.text import fixed, number
 from creak.studies.results.places import Place, place_of
 from creak.studies.run.compared import main_run
+from creak.verify.events import counted_instants
 
 MODE_SIZE, MODE_FRAMES = 0.05, 24
 """Largest displacement of a mode over the size of the model, and frames of its period."""
@@ -163,7 +164,7 @@ def _forces(run: FoundRun, result: Found, motion: ShownMotion) -> tuple[IntArray
 def node_impulses(result: Found, run: FoundRun, window: tuple[float, float]) -> tuple[IntArray, FloatArray]:
     """Contact nodes, and the impulse of each in a window."""
     h = run.history
-    inside = (h.time >= window[0]) & (h.time <= window[1])
+    inside = counted_instants(h.time, run.events, window)
     nodes, row = np.unique(result.gaps.nodes_idx, return_inverse=True)
     return nodes, np.bincount(row.ravel(), (h.weights * inside) @ h.force, minlength=nodes.size).astype(np.float64)
 

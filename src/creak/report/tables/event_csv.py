@@ -10,8 +10,7 @@ from creak.formats.measured.csv_rows import plain_row
 from creak.model.units import Units
 from creak.report.found import Found
 from creak.studies.results.places import place_of
-from creak.studies.run.job import events_in
-from creak.verify.events import Event
+from creak.verify.events import Event, events_in
 
 
 def event_csv(result: Found, units: Units) -> str:

@@ -11,8 +11,7 @@ from creak.report.tables.run import Table
 from creak.report.words.text import NONE, fixed, number, percent, plural, ratio, share
 from creak.studies.results.elines import against_measured, measured_rates
 from creak.studies.run.compared import event_statistics, main_run
-from creak.studies.run.job import events_in
-from creak.verify.events import Event
+from creak.verify.events import Event, events_in
 from creak.verify.slips import SlipEvent, squeak_rates
 
 MOST_EVENTS = 400

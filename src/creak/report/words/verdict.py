@@ -15,7 +15,7 @@ from creak.report.words.text import number, percent, plural, ratio, share, tidy,
 from creak.studies.converge import settled
 from creak.studies.converge.settled import SETTLED, STATISTICS, UNSETTLED
 from creak.studies.run.compared import event_statistics, main_run
-from creak.studies.run.job import events_in
+from creak.verify.events import events_in
 from creak.verify.reliability import UNRELIABLE
 
 PENETRATION_BAR = 0.1
@@ -124,7 +124,7 @@ def _what(result: Found, run: FoundRun, count: int) -> str:
     if result.gaps.m == 0:
         return f"No rattle {span(result)}: nothing can touch under this load"
     if count == 0 and _pressed(result, run):
-        return f"No contact begins {span(result)}, but one that began before lasts into it"
+        return f"No rattle {span(result)}: what presses has rested since the start and does not let go"
     if count == 0:
         return f"No rattle {span(result)}"
     return f"{plural(count, 'rattle event')} {span(result)}"

@@ -20,8 +20,7 @@ from creak.studies.converge.settling import (
     Settling,
     change,
 )
-from creak.studies.run.job import events_in
-from creak.verify.events import Event
+from creak.verify.events import Event, events_in
 from creak.verify.matching import EventMatch, match_events
 from creak.verify.statistics import MANY, compare_statistics
 

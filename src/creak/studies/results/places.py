@@ -14,8 +14,8 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.model.plain_mesh import Mesh
 from creak.studies.prepare.setup import Setup
-from creak.studies.run.job import Run, StudyResult, events_in
-from creak.verify.events import Event, find_events
+from creak.studies.run.job import Run, StudyResult
+from creak.verify.events import Event, counted_instants, events_in, find_events
 from creak.verify.slips import SlipEvent
 
 NEAR = 0.02
@@ -69,7 +69,7 @@ class Place:
 
 
 def find_places(result: StudyResult, run: Run) -> tuple[Place, ...]:
-    """The places at which events begin in the verification window, by worst force, and those that only squeak.
+    """The places that touch in the verification window, by worst force, and those that only squeak.
 
     Touched channels of one contact belong together where their nodes share an element or lie within `NEAR` of the
     model's size, and so on from neighbour to neighbour. They are looked for once for each run.
@@ -83,7 +83,7 @@ def find_places(result: StudyResult, run: Run) -> tuple[Place, ...]:
 
 def _find(result: StudyResult, run: Run) -> tuple[Place, ...]:
     h, gaps, model = run.history, result.gaps, result.setup.model
-    inside = (h.time >= result.window[0]) & (h.time <= result.window[1])
+    inside = counted_instants(h.time, run.events, result.window)
     touched = np.flatnonzero((h.force[inside] > 0.0).any(axis=0)).astype(np.int64)
     if not touched.size:
         return ()
@@ -103,7 +103,7 @@ def _find(result: StudyResult, run: Run) -> tuple[Place, ...]:
 def events_at(
     groups: Sequence[IntArray], setup: Setup, gaps: GapOperator, history: History, window: tuple[float, float]
 ) -> list[list[Event]]:
-    """Events of each group of channels by itself that begin in a window."""
+    """Events of each group of channels by itself that count in a window (`events_in`)."""
     every = np.concatenate([*groups, np.zeros(0, dtype=np.int64)])
     if not every.size:
         return [[] for _ in groups]

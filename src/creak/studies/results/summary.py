@@ -126,6 +126,8 @@ def _run(
     mine = convergence if convergence is not None and convergence.model == run.name else None
     settled = {} if mine is None else {id(e.event): settled_to(e) for e in mine.events}
     unknown = dict.fromkeys(KEYS.values())
+    places = heard_places(result, run, sound)
+    whole = sum(p.impulse for p in places)
     return {
         **({} if verdict is None else {"verdict": verdict.word}),
         "reasons": [] if verdict is None else list(verdict.reasons),
@@ -153,8 +155,7 @@ def _run(
         "worst_residual": h.residual,
         "events": [_event(e, model) | {"settled_to": settled.get(id(e), unknown)} for e in run.events],
         "places": [
-            _place(p, run, model, sound) | {"settled_to": place_settled_to(mine, p.number)}
-            for p in heard_places(result, run, sound)
+            _place(p, run, model, sound, whole) | {"settled_to": place_settled_to(mine, p.number)} for p in places
         ],
         "slip_events": [_slip_event(e, model) for e in run.slips],
         "squeak_rate": squeak_rates(run.slips, result.window),
@@ -186,9 +187,8 @@ def _event(e: Event, model: Model) -> dict[str, Any]:
     }
 
 
-def _place(p: Place, run: Run, model: Model, sound: Sound | str | None) -> dict[str, Any]:
-    """Figures over the verification window."""
-    whole = float((run.history.weights @ run.history.force).sum())
+def _place(p: Place, run: Run, model: Model, sound: Sound | str | None, whole: float) -> dict[str, Any]:
+    """Figures over the verification window, `whole` the impulse of all places."""
     return {
         "name": place_name(p),
         "contact": p.contact,

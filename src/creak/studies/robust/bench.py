@@ -34,7 +34,7 @@ from creak.studies.run.integrate import flowing, output_times, resolution_of, sc
 from creak.studies.run.precheck import with_linear_gaps
 from creak.studies.run.static_start import started
 from creak.studies.unraised import none_ignored
-from creak.verify.events import find_events
+from creak.verify.events import counted_instants, events_in, find_events
 
 FIGURES = ("events", "impulse", "force", "speed")
 """Of each place in a draw: number, sum, largest low-passed force of the place, largest closing speed."""
@@ -190,7 +190,7 @@ def march_draws(
     channels : all of the study, kept or not: what figures and impulses stand for.
     device, notes : as `march_anywhere`.
     """
-    places, (start, end) = places_of(channels), bench.window
+    places = places_of(channels)
     place = {name: k for k, name in enumerate(channels.names)}
     at = np.array([place[name] for name in bench.gaps.names])
     v = bench.setup.study.config.verification
@@ -200,12 +200,12 @@ def march_draws(
         if isinstance(history, Stopped):
             nothing = [np.full(shape, np.nan) for shape in (figures.shape, (len(places), len(FACTORS)), impulse.shape)]
             return Seen(FAILED, *nothing)
-        for event in find_events(history, variant.gaps, v.merge, v.f_max):
-            if start <= event.t_start <= end:
-                own = figures[places.index(event.group)]
-                own += 1.0, event.impulse, 0.0, 0.0
-                own[2:] = max(own[2], event.force_place), max(own[3], event.closing_speed)
-        inside = (history.time >= start) & (history.time <= end)
+        events = events_in(find_events(history, variant.gaps, v.merge, v.f_max), bench.window)
+        for event in events:
+            own = figures[places.index(event.group)]
+            own += 1.0, event.impulse, 0.0, 0.0
+            own[2:] = max(own[2], event.force_place), max(own[3], event.closing_speed)
+        inside = counted_instants(history.time, events, bench.window)
         impulse[at] = history.weights[inside] @ history.force[inside]
         closed = history.extremes is not None and history.extremes.gap.min(initial=1.0) <= 0.0
         return Seen(LEFT_OUT if closed else 0.0, figures, _slack(bench, variant, places), impulse)

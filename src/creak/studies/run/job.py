@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -393,8 +393,3 @@ def unreduced_run(
 ) -> Run:
     """The run of the unreduced model."""
     return march_run("reference", setup, reference.system, gaps, progress, None, watch=True, checkpoints=checkpoints)
-
-
-def events_in(events: Sequence[Event], window: tuple[float, float]) -> list[Event]:
-    """Events that start inside a time window."""
-    return [e for e in events if window[0] <= e.t_start <= window[1]]

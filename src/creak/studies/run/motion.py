@@ -14,7 +14,7 @@ from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.output_steps import shown_window
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.integrate import output_times
-from creak.verify.events import Event
+from creak.verify.events import Event, events_in
 
 MEMORY = 400_000_000
 """Bytes of coordinates that a run keeps until its events are known."""
@@ -73,13 +73,12 @@ def recorded(setup: Setup, system: System, history: History, events: Sequence[Ev
     if system.n != history.coordinates.shape[0] or not history.whole_at.size:
         return Recording((), _why_nothing(system, history))
     window = shown_window(setup.study, output_times(setup))
-    inside = [e for e in events if window[0] <= e.t_start <= window[1]]
     chosen: list[Motion] = []
-    for event in _ranked(inside):
+    for event in _ranked(events_in(events, window)):
         if len(chosen) < MOST_EVENTS and not any(_shows(m, event) for m in chosen):
             motion = _around(setup, history, event)
             chosen += [motion] if motion is not None else []
-    return Recording(tuple(chosen), "" if chosen else "no event begins in the verification window")
+    return Recording(tuple(chosen), "" if chosen else "nothing touches in the verification window")
 
 
 def at_steps(history: History, steps: IntArray) -> History:
