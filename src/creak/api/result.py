@@ -2,37 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from creak.api.extras import need_report
 from creak.api.shown import Events, Kind, facts, figure, line, table
+from creak.errors import NumericalError
+from creak.studies.evaluate import Evaluation
 
 if TYPE_CHECKING:
     import h5py
 
     from creak.dynamics.history import History
     from creak.report.found import Found
-    from creak.studies.converge.settling import Convergence
-    from creak.studies.run.job import Run, StudyResult
-    from creak.studies.sound.heard import Sound
+    from creak.studies.run.job import Run
     from creak.verify.matching import EventMatch
 
 
-@dataclass(frozen=True)
-class Result:
+@dataclass(frozen=True, repr=False)
+class Result(Evaluation):
     """Runs, events and verification of a study; units are the deck's, frequencies Hz."""
 
-    found: StudyResult = field(repr=False)
-    """Everything, with models and matrices."""
-    summary: dict[str, Any] = field(repr=False)
-    """The content of summary.json (docs/results.md)."""
-    convergence: Convergence | None = field(default=None, repr=False)
-    """What `converge` found; None: it was not asked for."""
-    sound: Sound | str | None = field(default=None, repr=False)
-    """What is heard of the contacts, or why nothing is."""
     _views: dict[int, Found] = field(default_factory=dict, init=False, repr=False, compare=False)
+
+    @classmethod
+    def of(cls, evaluation: Evaluation) -> Result:
+        """The same in the hands of a Python program."""
+        return cls(**{f.name: getattr(evaluation, f.name) for f in fields(Evaluation)})
 
     @property
     def runs(self) -> dict[str, Run]:
@@ -103,7 +100,8 @@ class Result:
     def save(self, folder: str | Path, animation_mb: float = 12.0, page: str | None = None) -> list[Path]:
         """Write summary.json and results.h5 (and convergence.csv) into `folder`; returns their paths.
 
-        They appear together or not at all. A report.html or convergence.csv of another run is removed.
+        They appear together or not at all. A report.html or convergence.csv of another run is removed. Where what a
+        page shows cannot be gathered, they are written without it before that is told.
 
         Parameters
         ----------
@@ -113,28 +111,35 @@ class Result:
 
         Raises
         ------
-        WriteError : the disk is full, or fails; what was in the folder is as it was.
+        WriteError : the disk is full, or fails; what was in the folder is as it was. NumericalError : the files are
+            there, but no page can be made of them.
         """
         from creak.report.stored import write_found
         from creak.studies.results.save import save
         from creak.studies.results.sound import put_sound
         from creak.studies.sound.heard import Sound
+        from creak.studies.warned import attempted
 
-        view = self._view(animation_mb)
+        notes: list[str] = []
+        view = attempted("what a page shows", lambda: self._view(animation_mb), None, notes)
 
         def more(file: h5py.File) -> None:
+            assert view is not None
             write_found(file, view)
             if isinstance(self.sound, Sound):
                 put_sound(file, self.sound, view.places)
 
-        return save(
+        written = save(
             self.found,
             self.summary,
             Path(folder),
-            more,
+            None if view is None else more,
             convergence=self.convergence,
             page=page,
         )
+        if notes:
+            raise NumericalError(f"{notes[0]}, its results are in {folder}")
+        return written
 
     def page(self, animation_mb: float = 12.0) -> str:
         """The report as the text of one HTML file; parameters and errors as `report`."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from creak.api.result import Result
 from creak.errors import InputError
@@ -17,10 +17,9 @@ from creak.studies.file.toml_text import toml_text
 
 if TYPE_CHECKING:
     from creak.dynamics.cuda.device import Device
+    from creak.studies.evaluate import Changes
     from creak.studies.prepare.setup import Setup
     from creak.studies.run.checkpoint import Checkpoints
-
-Changes = Literal["none", "predicted", "checked"]
 
 
 def read_study(path: str | Path) -> Study:
@@ -168,6 +167,7 @@ def run_setup(
     device: Device = "auto",
     keep: bool = False,
     checkpoints: Checkpoints | None = None,
+    first: Callable[[Result], object] | None = None,
 ) -> Result:
     """Run what `set_up` made, parameters as `run`, and sum it up; nothing is warned of: look at the Result.
 
@@ -175,51 +175,28 @@ def run_setup(
     ----------
     keep : save superelements in their folder, where that is there, for the runs to come.
     checkpoints : from which an unreduced run goes on, and which it writes.
+    first : gets the run before it is repeated and explained, to save it. What fails after it is told as a warning.
 
     Raises
     ------
     InputError : what is asked for does not fit the model, or is not there. NumericalError : a reduction or a
         factorisation failed.
     """
-    from dataclasses import replace
+    from creak.studies.evaluate import evaluate
 
-    from creak.dynamics.cuda.solver import check_solver
-    from creak.studies.file.identity import store_of
-    from creak.studies.run.job import run_study
-
-    report = progress if progress is not None else silent
-    store = store_of(setup.study) if superelements is None else Path(superelements)
-    check_solver(device)
-    found = run_study(replace(setup, device=device), report, store, record=record, keep=keep, checkpoints=checkpoints)
-
-    from creak.studies.cause.found import causes_of  # what comes after the run is not waited for before it
-    from creak.studies.converge.variants import converge as repeat
-    from creak.studies.results.followed import followed
-    from creak.studies.results.places import find_places
-    from creak.studies.results.summary import summarise
-    from creak.studies.run.compared import main_run
-    from creak.studies.sound.heard import Sound, hear
-    from creak.studies.warned import Warned
-
-    told = converge is not False or changes != "none"
-    if converge is None:
-        table = setup.study.config.time
-        settles = table.exact and table.accuracy != "quick" and "reduced" in found.runs
-        converge = settles and found.stopped is None and found.gaps.presses
-    main = main_run(found.runs)
-    report("sound", 0, 1)
-    sound = hear(found, [] if main is None else [p.channels for p in find_places(found, main)])
-    report("sound", 1, 1)
-    convergence = repeat(found, report, followed(found, sound)) if converge else None
-    if isinstance(sound, Sound):
-        found = replace(found, notes=[*found.notes, *sound.notes])
-    elif setup.study.config.listener:
-        found = replace(found, notes=[*found.notes, Warned(f"no sound: {sound}")])
-    causes: dict[int, dict[str, Any]] = {}
-    if told:
-        causes, said = causes_of(found, sound, report, changes)
-        found = replace(found, notes=[*found.notes, *said])
-    return Result(found, summarise(found, convergence, sound, causes), convergence, sound)
+    found = evaluate(
+        setup,
+        progress if progress is not None else silent,
+        superelements=None if superelements is None else Path(superelements),
+        converge=converge,
+        record=record,
+        changes=changes,
+        device=device,
+        keep=keep,
+        checkpoints=checkpoints,
+        first=None if first is None else lambda so_far: first(Result.of(so_far)),
+    )
+    return Result.of(found)
 
 
 def plain(value: Any) -> Any:

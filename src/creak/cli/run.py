@@ -121,6 +121,7 @@ def run(
                 device=device,
                 keep=keep,
                 checkpoints=checkpoints,
+                first=lambda so_far: so_far.save(folder, 0.0),
             )
             progress("write results", 0, 2)
             page = None

@@ -19,7 +19,12 @@ from creak.studies.sweep.table import Row
 from creak.version import version
 
 FILES = Path(__file__).parent
-FIGURES = {"events": "events", "max_force": "largest force", "impulse_total": "impulse"}
+FIGURES = {
+    "events": "events",
+    "force": "force of the hardest place",
+    "impulse_total": "impulse",
+    "n5": "N5 of the loudest",
+}
 """Of a run -> their names."""
 MOST = 40
 """Rows in the terminal."""

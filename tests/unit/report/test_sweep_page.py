@@ -13,7 +13,13 @@ from creak.studies.sweep.table import Row
 def row(name: str, gap: float, impulse: float | None, status: str = "done", error: str = "") -> Row:
     changes = {"contact.tip.clearance": gap, "contact.edge.clearance": 1.0, "reduction.f_max": 500}
     case = Case(name, name, changes, None, "", "", "", None)
-    record = {"reduced.events": 3, "reduced.max_force": 2.5, "reduced.impulse_total": impulse, "units": "mm-t-s"}
+    record = {
+        "reduced.events": 3,
+        "reduced.force": 2.5,
+        "reduced.n5": 0.75,
+        "reduced.impulse_total": impulse,
+        "units": "mm-t-s",
+    }
     record |= {"nrmse_all": 0.9987, "case_wall_s": 2.0}
     return Row(case, Outcome(status, error, record if impulse is not None else {}))
 
@@ -24,8 +30,17 @@ ROWS = [row("gap<.1>", 0.1, 0.5), row("b", 0.25, 2.0), row("c", 0.3, None, "fail
 def test_rows_say_what_each_case_changes_and_how_it_ended():
     head, *cells = sweep_rows(ROWS)
     changed = ["contact.tip.clearance", "contact.edge.clearance", "f_max"]
-    assert head == ["case", *changed, "status", "events", "largest force, N", "impulse, N s", "fit"]
-    assert cells[0] == ["gap<.1>", "0.1", "1", "500", "done", "3", "2.500", "0.5000", "0.9987"]
+    assert head == [
+        "case",
+        *changed,
+        "status",
+        "events",
+        "force of the hardest place, N",
+        "impulse, N s",
+        "N5 of the loudest, sone",
+        "fit",
+    ]
+    assert cells[0] == ["gap<.1>", "0.1", "1", "500", "done", "3", "2.500", "0.5000", "0.7500", "0.9987"]
     assert cells[2][4] == "failed"
     assert len(set(cells[2][5:])) == 1, "nothing is known of it"
     assert sentence(ROWS) == "3 cases; impulse from 0.5000 N s (gap<.1>) to 2.000 N s (b)."

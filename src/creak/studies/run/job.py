@@ -39,7 +39,7 @@ from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, re
 from creak.studies.run.precheck import prechecked, with_linear_gaps
 from creak.studies.run.static_start import begin, with_static
 from creak.studies.unraised import none_ignored
-from creak.studies.warned import Warned
+from creak.studies.warned import Warned, attempted
 from creak.verify.elines import PointMeasures
 from creak.verify.events import Event, find_events
 from creak.verify.matching import EventMatch
@@ -149,14 +149,17 @@ def run_study(
     setup, reference, gaps, notes = ready(setup, progress, store)
     runs: dict[str, Run] = {}
     kept = gaps.m
-    reduced, health, stopped = None, {}, None
+    reduced: ReducedModel | None = None
+    stopped: str | None = None
+    health: dict[str, Health] = {}
     if c.reduction.method != "none":
         gaps, reduced, runs["reduced"], more = _reduced_run(setup, reference, gaps, progress, store, record, keep)
         from creak.studies.models.health import checked  # what comes after the run is not waited for before it
 
         notes += [*more, *reduced.notes]
         try:
-            health = checked(setup, reduced, progress, store)
+            found_of = partial(checked, setup, reduced, progress, store)
+            health = attempted("health of the superelements", found_of, health, notes, ctrl_c=False)
         except KeyboardInterrupt:
             stopped = "stopped while the superelements were checked"
         notes += [Warned(f"superelement {name}: {text}") for name, h in health.items() for text in h.findings.warnings]
@@ -180,23 +183,21 @@ def run_study(
         notes.append(never_closed(gaps, next(iter(runs.values())).history))
     window = shown_window(setup.study, output_times(setup))
     whole = {} if stopped else runs
-    main = main_run(whole)
-    lines = compare_lines(
-        setup,
-        reference,
-        None if reduced is None else reduced.system,
-        gaps,
-        None if main is None else (main.lines, main.history),
-        progress,
+    main, condensed = main_run(whole), None if reduced is None else reduced.system
+    at_lines = None if main is None else (main.lines, main.history)
+    lines = attempted(
+        "E-lines", lambda: compare_lines(setup, reference, condensed, gaps, at_lines, progress), None, notes
     )
+    modes = attempted("modes of both models", lambda: compare_modes(setup, reference, reduced, gaps), None, notes)
+    spectra = attempted("spectra of both runs", lambda: compare_spectra(setup, whole, window), None, notes)
     return StudyResult(
         setup,
         gaps,
         runs,
         reference,
         reduced,
-        compare_modes(setup, reference, reduced, gaps),
-        compare_spectra(setup, whole, window),
+        modes,
+        spectra,
         compare_events(whole, setup.study.config.verification.event_tolerance, window),
         window,
         [*setup.notes, *notes],

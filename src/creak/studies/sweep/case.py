@@ -24,12 +24,13 @@ from creak.formats.stored.run_identity import RESULTS, SUMMARY, identity_in, ide
 from creak.formats.stored.sealed_hdf5 import opened_hdf5
 from creak.formats.stored.sealed_json import read_sealed, sealed_text
 from creak.progress import silent
+from creak.studies.evaluate import Evaluation, evaluate
 from creak.studies.file.reader import read_study
 from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.setup import set_up
 from creak.studies.results.save import save
-from creak.studies.results.summary import summarise, unreliable_runs
-from creak.studies.run.job import StudyResult, run_study
+from creak.studies.results.summary import unreliable_runs
+from creak.studies.run.job import StudyResult
 from creak.studies.sweep.figures import flat_figures
 from creak.studies.sweep.reference import SharedReference
 from creak.verify.reliability import UNRELIABLE
@@ -40,7 +41,7 @@ DONE, FAILED, NOT_RUN = "done", "failed", "not run"
 WHY = "unreliable"
 """Key of a record: why its figures are worth nothing; empty where nothing speaks against them."""
 
-Report = Callable[[StudyResult, dict[str, Any], Path], None]
+Write = Callable[[Evaluation, Path], object]
 
 
 @dataclass(frozen=True)
@@ -61,8 +62,10 @@ class Task:
     creak: str
     """Version that the results are to come from."""
     ignore: tuple[str, ...] = ()
-    report: Report | None = None
-    """Writes what else belongs into the folder."""
+    write: Write | None = None
+    """Writes the results into the folder; None: without what a page shows."""
+    converge: bool | None = None
+    """As `creak.run` has it."""
 
     def run(self) -> Outcome:
         return run_case(self)
@@ -121,14 +124,14 @@ def _made(task: Task, start: float) -> dict[str, Any]:
         )
     setup = set_up(read_study(task.study), task.ignore, task.superelements)
     reference = None if task.reference is None else SharedReference(task.reference)
-    result = run_study(setup, silent, task.superelements, reference)
+    case = evaluate(
+        setup, silent, superelements=task.superelements, converge=task.converge, reference_run=reference, record=False
+    )
+    result, summary = case.found, case.summary
     sharing = _keep_superelements(result, task.superelements)
     if result.stopped is not None:
         raise NumericalError(result.stopped)
     sharing["reference_reused"] = reference is not None and reference.reused
-    if sharing["reference_reused"]:
-        result.notes.append("reference run: taken from another case of the sweep, with its costs")
-    summary = summarise(result)
     why = "; ".join(unreliable_runs(summary))
     record = {
         "id": task.id,
@@ -140,9 +143,10 @@ def _made(task: Task, start: float) -> dict[str, Any]:
     }
 
     def write(folder: Path) -> None:
-        save(result, summary, folder)
-        if task.report is not None:
-            task.report(result, summary, folder)
+        if task.write is None:
+            save(result, summary, folder, convergence=case.convergence)
+        else:
+            task.write(case, folder)
         record.update(provenance(task, start))
         write_text(folder / RECORD, sealed_text(record, allow_nan=True))
 

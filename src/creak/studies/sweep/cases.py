@@ -7,7 +7,7 @@ import math
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -56,10 +56,13 @@ class Case:
     reference_key: str | None
     """What the run of the unreduced model depends on; None: the case does not make it."""
 
+    converge: bool | None = None
+    """Whether it is repeated to see how far it has settled; None: as its study says."""
+
     @property
     def id(self) -> str:
         """Cases with the same id have the same results."""
-        return digest([self.study_hash, self.deck_hash, version()])
+        return digest([self.study_hash, self.deck_hash, version(), *[self.converge] * (self.converge is not None)])
 
 
 def variants(sweep: SweepFile) -> list[Variant]:
@@ -114,12 +117,13 @@ def folder_names(names: Sequence[str]) -> list[str]:
     return unique([*TAKEN, *short])[len(TAKEN) :]
 
 
-def resolve(sweep: SweepFile, out: Path) -> list[Case]:
+def resolve(sweep: SweepFile, out: Path, converge: bool | None = None) -> list[Case]:
     """All cases with their studies checked; nothing is written.
 
     Parameters
     ----------
     out : folder of the sweep; paths in the studies are made relative to it.
+    converge : of every case, as `creak.run` has it.
 
     Raises
     ------
@@ -134,7 +138,8 @@ def resolve(sweep: SweepFile, out: Path) -> list[Case]:
         )
     found, contents = variants(sweep), Contents()
     folders = folder_names([v.name for v in found])
-    return [_case(sweep, v, folder, out, contents) for v, folder in zip(found, folders, strict=True)]
+    cases = [_case(sweep, v, folder, out, contents) for v, folder in zip(found, folders, strict=True)]
+    return [replace(case, converge=converge) for case in cases]
 
 
 def _case(sweep: SweepFile, variant: Variant, folder: str, out: Path, contents: Contents) -> Case:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from creak.model.units import UNITS
@@ -22,6 +22,13 @@ OF_A_RUN = (
     "energy_error",
 )
 RUNS = ("reduced", "reference")
+OF_PLACES: dict[str, Callable[[list[dict[str, Any]]], Any]] = {
+    "places": len,
+    "first_place": lambda places: places[0]["name"] if places else None,
+    "force": lambda places: max((p["force"] for p in places), default=0.0),
+    "n5": lambda places: max((p["n5"] for p in places if p["n5"] is not None), default=None),
+}
+"""Number of places, the one that is ranked first, the largest force of any, low-passed, and the loudest one's N5."""
 OF_EVENTS = {
     "events_matched": "matched",
     "events_missed": "missed",
@@ -29,7 +36,7 @@ OF_EVENTS = {
     "amplitude_ratio": "amplitude_ratio_mean",
     "impulse_ratio": "impulse_ratio_mean",
 }
-OF_COLUMNS = {"wall_s": "s", "cpu_s": "s", "offline_cpu_s": "s", "peak_rss_gb": "GiB", "case_wall_s": "s"}
+OF_COLUMNS = {"wall_s": "s", "cpu_s": "s", "offline_cpu_s": "s", "peak_rss_gb": "GiB", "case_wall_s": "s", "n5": "sone"}
 """Units of columns that do not depend on those of the deck."""
 
 
@@ -40,6 +47,8 @@ def flat_figures(summary: Mapping[str, Any]) -> dict[str, Any]:
         run = summary["runs"].get(name)
         if run is not None:
             out |= {f"{name}.{key}": len(run[key]) if key == "events" else run[key] for key in OF_A_RUN}
+            out |= {f"{name}.{key}": of(run["places"]) for key, of in OF_PLACES.items()}
+            out[f"{name}.verdict"] = run.get("verdict")
     verification = summary["verification"]
     if verification.get("mac"):
         out["worst_mac"] = min(verification["mac"])
@@ -53,6 +62,6 @@ def flat_figures(summary: Mapping[str, Any]) -> dict[str, Any]:
 def unit_of(column: str, units: str | None) -> str:
     """Unit of a column; empty for pure numbers and words."""
     figure = column.rpartition(".")[2]
-    if figure in ("max_force", "impulse_total") and units in UNITS:
+    if figure in ("max_force", "force", "impulse_total") and units in UNITS:
         return UNITS[units].impulse if figure == "impulse_total" else UNITS[units].force
     return OF_COLUMNS.get(figure, "")

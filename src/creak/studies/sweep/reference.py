@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -39,10 +39,11 @@ class SharedReference:
         """The run; what came from the file has the cost that it had when it was made."""
         run = _read(self.path, setup, reference, gaps)
         self.reused = run is not None
-        if run is None:
-            run = unreduced_run(setup, reference, gaps, progress)
-            if run.stopped is None:
-                _write(self.path, run, gaps)
+        if run is not None:
+            return replace(run, notes=("taken from another case, with its costs",))
+        run = unreduced_run(setup, reference, gaps, progress)
+        if run.stopped is None:
+            _write(self.path, run, gaps)
         return run
 
 

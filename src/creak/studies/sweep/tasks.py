@@ -10,7 +10,7 @@ from pathlib import Path
 from creak.errors import InputError
 from creak.formats.complete_file import write_text
 from creak.formats.partials import remove_dead
-from creak.studies.sweep.case import RECORD, Outcome, Report, Task, ended, finished_record
+from creak.studies.sweep.case import RECORD, Outcome, Task, Write, ended, finished_record
 from creak.studies.sweep.cases import Case
 from creak.studies.sweep.file import SweepFile
 from creak.studies.sweep.table import Row, waiting, write_table
@@ -54,7 +54,10 @@ def finished(cases: Sequence[Case], out: Path, *, rename: bool = True) -> dict[s
 
 
 def tasks_of(
-    cases: Sequence[Case], out: Path, ignore: Sequence[str] = (), report: Report | None = None
+    cases: Sequence[Case],
+    out: Path,
+    ignore: Sequence[str] = (),
+    write: Write | None = None,
 ) -> dict[str, Task]:
     """Name -> task; the studies of the cases are written beside their folders."""
     out, tasks = out.resolve(), {}
@@ -74,7 +77,8 @@ def tasks_of(
             hashes,
             version(),
             tuple(ignore),
-            report,
+            write,
+            case.converge,
         )
     return tasks
 

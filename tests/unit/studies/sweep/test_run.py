@@ -15,12 +15,12 @@ from pathlib import Path
 import h5py
 import pytest
 
+import creak
 from creak.errors import InputError
 from creak.formats.partials import partial_name, remove_dead
 from creak.studies.file.reader import read_study
 from creak.studies.models.superelements import save_superelement, shared_path
 from creak.studies.prepare.setup import set_up
-from creak.studies.results.summary import summarise
 from creak.studies.run.job import run_study
 from creak.studies.sweep.case import Task, finished_record, publish, run_case
 from creak.studies.sweep.cases import resolve
@@ -92,12 +92,42 @@ def test_what_is_shared_changes_nothing(ran):
     """A case that took superelements and another that took the reference, against the same studies run alone."""
     _, cases, out, tasks, _ = ran
     for k in (1, 2):
-        alone = summarise(run_study(set_up(read_study(tasks[cases[k].name].study)), lambda *_: None))
+        alone = creak.run(tasks[cases[k].name].study, record=False).summary
         saved = json.loads((out / cases[k].folder_name / "summary.json").read_text())
         assert saved.pop("sha256")
         ids = [summary["run"].pop("id") for summary in (saved, alone)]
         assert ids[0] != ids[1]
         assert without_costs(saved) == without_costs(alone)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("converge", [None, False])
+def test_a_case_is_what_run_finds(tmp_path, converge):
+    """Sound, causes, repeats and ranks too: the same digits, with the accuracy that a study has by default."""
+    study = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.06") + "[reference]\nrun = false\n"
+    write_strips(tmp_path, study=study)
+    (tmp_path / "sweep.toml").write_text('base = "study.toml"\n[grid]\n"contact.tip.stiffness" = [50.0]\n')
+    out = tmp_path / "out"
+    out.mkdir()
+    (case,) = resolve(read_sweep(tmp_path / "sweep.toml"), out, converge)
+    task = tasks_of([case], out)[case.name]
+    record = run_case(task).record
+    alone = creak.run(task.study, converge=converge, record=False).summary
+    saved = json.loads((out / case.folder_name / "summary.json").read_text())
+    assert saved.pop("sha256")
+    assert saved["run"].pop("id") != alone["run"].pop("id")
+    assert without_costs(saved) == without_costs(alone)
+    (place, *_) = saved["runs"]["reduced"]["places"]
+    assert place["events"] > 0
+    assert place["n5"] is not None
+    assert (place["cause"] is not None, "convergence" in saved) == (converge is None, converge is None)
+    assert (out / case.folder_name / "convergence.csv").exists() == (converge is None)
+    assert record["reduced.first_place"] == place["name"]
+    assert record["reduced.force"] == max(p["force"] for p in saved["runs"]["reduced"]["places"])
+    assert record["reduced.n5"] == max(p["n5"] for p in saved["runs"]["reduced"]["places"])
+    # One that nothing has checked is not taken for one that is repeated.
+    other = resolve(read_sweep(tmp_path / "sweep.toml"), out, True)[0]
+    assert other.id != case.id
 
 
 def test_a_finished_case_is_not_run_again(ran):

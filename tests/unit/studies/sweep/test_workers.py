@@ -31,7 +31,7 @@ def tasks(tmp_path):
 
 
 def test_a_case_that_kills_its_worker_is_run_again(tasks, tmp_path):
-    bad = replace(tasks["seed=1"], report=die_twice)
+    bad = replace(tasks["seed=1"], write=die_twice)
     with local_workers(2) as outcomes:
         found = dict(outcomes([bad, tasks["seed=2"]]))
     assert {name: o.status for name, o in found.items()} == {"seed=1": "done", "seed=2": "done"}
@@ -40,7 +40,7 @@ def test_a_case_that_kills_its_worker_is_run_again(tasks, tmp_path):
 
 def test_a_case_that_always_kills_its_worker_has_failed_and_the_others_go_on(tasks, tmp_path, monkeypatch):
     monkeypatch.setattr("creak.studies.tasks.workers.DEATHS", 2)
-    bad = replace(tasks["seed=1"], report=die)
+    bad = replace(tasks["seed=1"], write=die)
     with local_workers(1) as outcomes:
         found = dict(outcomes([bad, tasks["seed=2"]]))
     assert found["seed=1"].status == "failed"

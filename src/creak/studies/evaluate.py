@@ -1,0 +1,113 @@
+"""The whole main job: a study that is set up in, everything that is found of it out. A case of a sweep is the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from creak.dynamics.cuda.solver import check_solver
+from creak.progress import Progress
+from creak.studies.file.identity import store_of
+from creak.studies.prepare.setup import Setup
+from creak.studies.run.checkpoint import Checkpoints
+from creak.studies.run.job import ReferenceRun, StudyResult, run_study
+from creak.studies.warned import Warned, attempted
+
+if TYPE_CHECKING:
+    from creak.dynamics.cuda.device import Device
+    from creak.studies.converge.settling import Convergence
+    from creak.studies.sound.heard import Sound
+
+Changes = Literal["none", "predicted", "checked"]
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What a study found, and what is told of it."""
+
+    found: StudyResult = field(repr=False)
+    """Everything, with models and matrices."""
+    summary: dict[str, Any] = field(repr=False)
+    """The content of summary.json (docs/results.md)."""
+    convergence: Convergence | None = field(default=None, repr=False)
+    """What `converge` found; None: it was not asked for."""
+    sound: Sound | str | None = field(default=None, repr=False)
+    """What is heard of the contacts, or why nothing is."""
+
+
+def evaluate(
+    setup: Setup,
+    progress: Progress,
+    *,
+    superelements: Path | None = None,
+    converge: bool | None = None,
+    record: bool = True,
+    changes: Changes = "none",
+    device: Device = "auto",
+    keep: bool = False,
+    checkpoints: Checkpoints | None = None,
+    reference_run: ReferenceRun | None = None,
+    first: Callable[[Evaluation], object] | None = None,
+) -> Evaluation:
+    """Run a study, then hear it, repeat it and look for causes.
+
+    The run is what costs; what is told of it must not lose it. A failure or Ctrl-C in sound, repeats or causes leaves
+    that out and becomes a note that warns.
+
+    Parameters
+    ----------
+    superelements : folder of saved ones; None: beside the study.
+    converge, record, changes, device : as `creak.run` has them.
+    keep : save superelements in their folder, for the runs to come.
+    checkpoints : from which an unreduced run goes on, and which it writes.
+    reference_run : makes the run of the unreduced model, or takes a saved one.
+    first : gets the run as soon as it is there, before anything is told of it: to keep it.
+
+    Raises
+    ------
+    InputError : what is asked for does not fit the model, or is not there. NumericalError : a reduction or a
+        factorisation failed.
+    """
+    check_solver(device)
+    store = store_of(setup.study) if superelements is None else superelements
+    setup = replace(setup, device=device)
+    found = run_study(setup, progress, store, reference_run, record=record, keep=keep, checkpoints=checkpoints)
+
+    from creak.studies.cause.found import causes_of  # what comes after the run is not waited for before it
+    from creak.studies.converge.variants import converge as repeat
+    from creak.studies.results.followed import followed
+    from creak.studies.results.places import find_places
+    from creak.studies.results.summary import summarise
+    from creak.studies.run.compared import main_run
+    from creak.studies.sound.heard import Sound, hear
+
+    told = converge is not False or changes != "none"
+    if converge is None:
+        table = setup.study.config.time
+        settles = table.exact and table.accuracy != "quick" and "reduced" in found.runs
+        converge = settles and found.stopped is None and found.gaps.presses
+    main, notes = main_run(found.runs), [*found.notes]
+    if first is not None and (converge or changes != "none"):
+        save = first
+        attempted("a first copy of the results", lambda: save(Evaluation(found, summarise(found))), None, notes)
+    progress("sound", 0, 1)
+    places = [] if main is None else [p.channels for p in find_places(found, main)]
+    silence: Sound | str = "none: it could not be computed"
+    sound = attempted("sound", lambda: hear(found, places), silence, notes)
+    progress("sound", 1, 1)
+    convergence = None
+    if converge:
+        convergence = attempted("repeated runs", lambda: repeat(found, progress, followed(found, sound)), None, notes)
+    if isinstance(sound, Sound):
+        notes += sound.notes
+    elif setup.study.config.listener:
+        notes.append(Warned(f"no sound: {sound}"))
+    causes: dict[int, dict[str, Any]] = {}
+    if told:
+        nothing: tuple[dict[int, dict[str, Any]], list[str]] = {}, []
+        causes, said = attempted("causes", lambda: causes_of(found, sound, progress, changes), nothing, notes)
+        notes += said
+    found = replace(found, notes=notes)
+    return Evaluation(found, summarise(found, convergence, sound, causes), convergence, sound)
