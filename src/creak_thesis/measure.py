@@ -139,7 +139,7 @@ def _load_outcome(case: Case, bay: Bay, load: str, run: Run) -> tuple[FloatArray
     bench = under(bay.base(case), load)
     freq, spectra = bench.spectra(run)
     events = bench.events(run)
-    rows = [EventRow(e.t_start, e.t_peak, e.force_peak_filtered, e.force_peak, e.impulse, e.group) for e in events]
+    rows = [EventRow(e.t_start, e.t_peak, e.force_place, e.force_peak, e.impulse, e.group) for e in events]
     pairs: list[list[int]] = []
     fit: dict[str, float | None] = {}
     against = bay.cases[case.against]

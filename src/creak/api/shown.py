@@ -21,7 +21,7 @@ COLUMNS = {
     "t_peak": "s",
     "t_end": "s",
     "force": "force",
-    "force_peak": "force",
+    "node_force_raw": "force",
     "impulse": "impulse",
     "closing_speed": "speed",
     "touches": "",
@@ -39,13 +39,14 @@ class Events(list[Event]):
         self._nodes, self._units = list(nodes), units
 
     def rows(self) -> list[dict[str, Any]]:
-        """A dictionary for each event: contact, channel, node, times (s), low-passed force, peak force, impulse (over
-        all channels of the place), closing speed and number of touches, in the units of the deck."""
+        """A dictionary for each event: contact, channel, node, times (s), force (of its place, low-passed), the raw
+        peak of its hardest node, impulse (over all channels of the place), closing speed and number of touches, in the
+        units of the deck."""
         found = []
         for e, node in zip(self, self._nodes, strict=True):
             values = (
                 *(e.group, e.channel, node, e.t_start, e.t_peak, e.t_end),
-                *(e.force_peak_filtered, e.force_peak, e.impulse, e.closing_speed, e.contacts),
+                *(e.force_place, e.force_peak, e.impulse, e.closing_speed, e.contacts),
             )
             found.append(dict(zip(COLUMNS, values, strict=True)))
         return found
@@ -92,8 +93,8 @@ def _cell(value: Any) -> str:
 def _count(events: Events) -> str:
     if not events:
         return "no contact events"
-    hardest = max(events, key=lambda e: e.impulse)
-    force = f"{hardest.force_peak_filtered:.4g} {events.units()['force']}"
+    hardest = max(events, key=lambda e: e.force_place)
+    force = f"{hardest.force_place:.4g} {events.units()['force']}"
     what = f"{len(events)} contact event{'s' if len(events) > 1 else ''}"
     return f"{what}, the hardest at {hardest.t_start:.4g} s on {hardest.group}: {force}"
 

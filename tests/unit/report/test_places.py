@@ -6,16 +6,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from creak.api.result import Result
 from creak.model.units import UNITS
-from creak.report.figures.scene import node_impulses
+from creak.report.figures.scene import animations, node_impulses
 from creak.report.found import found_of
 from creak.report.tables.event_csv import event_csv
-from creak.report.tables.events import slips_in
+from creak.report.tables.events import event_table, slips_in
+from creak.report.tables.places import place_parts
+from creak.report.words.terminal import run_rows, verification_rows
+from creak.report.words.text import number
+from creak.report.words.verdict import sentence
 from creak.studies.file.eline_tables import LimitTable
 from creak.studies.results import places as module
 from creak.studies.results.limits import judged
 from creak.studies.results.places import find_places, place_of
 from creak.studies.results.summary import summarise
+from creak.studies.sweep.figures import flat_figures
 from creak.verify.events import events_in, find_events
 from creak.verify.matching import match_events
 from creak.verify.slips import SlipEvent
@@ -121,6 +127,33 @@ def test_a_hit_counts_whole_wherever_an_edge_of_the_window_cuts_it(result):
             assert own["impulse"] == pytest.approx(whole, rel=1e-12)
             assert (own["events"], own["force"], own["share"]) == (1, hit.force_place, pytest.approx(1.0, rel=1e-12))
     assert 0 < sum(inside) < len(cuts) == 30
+
+
+def test_force_is_one_number_wherever_it_is_told(result):
+    """That of the place, low-passed: in the sentence, the list, the tables, the CSV, on the terminal, in Python."""
+    summary, units = summarise(result), UNITS["mm-t-s"]
+    told = found_of(result)
+    force = max(p["force"] for p in summary["runs"]["reduced"]["places"])
+    inside = events_in(result.runs["reduced"].events, result.window)
+    assert force == pytest.approx(max(e.force_place for e in inside), rel=1e-9)
+    word = number(force, 3)
+    assert f"the hardest {word} N" in sentence(told, summary, units)
+    assert place_parts(told, summary, animations(told, units), units)["places"][0].force == word
+    table = event_table(told, units)
+    at = 4  # time, where, time apart, the unreduced model's force, that of the reduced one
+    assert table.groups[1] == ("force, N", 3)
+    assert word in [row[at] for row in table.rows]
+    rows = [r for r in csv.DictReader(event_csv(told, units).splitlines()) if r["run"] == "reduced"]
+    assert max(float(r["force_N"]) for r in rows) == pytest.approx(force, rel=1e-8)
+    (terminal,) = [row for row in run_rows(summary) if row[0] == "hardest place: force"]
+    assert float(terminal[1]) == pytest.approx(force, rel=1e-3)
+    within = next(row for row in verification_rows(summary) if row[0] == "events with force within 5 %")
+    small = sum(abs(b.force_place / a.force_place - 1.0) <= 0.05 for a, b in result.events.pairs)
+    assert within[1] == f"{small} of {len(result.events.pairs)}"
+    assert max(r["force"] for r in Result(result, summary).events.rows()) == max(
+        e.force_place for e in result.runs["reduced"].events
+    )
+    assert flat_figures(summary)["reduced.force"] == force
 
 
 def test_nothing_touched_is_no_place(result):

@@ -41,7 +41,7 @@ def test_all_events_found_with_close_forces_pass(with_events):
     result = with_events(EventMatch(pairs, [], []))
     text = sentence(result, summarise(result), UNITS["mm-t-s"])
     assert text.startswith(
-        "2 rattle events in the last 0.02 s, the hardest 100 N and 0.100 N s around node 1, closing at 30.0 mm/s; "
+        "2 rattle events in the last 0.02 s, the hardest 101 N and 0.101 N s around node 1, closing at 30.0 mm/s; "
     )
     assert "the reduced model found both within 10 ms, mean force +1.3" in text
     status = [c.passed for c in checks(result, summarise(result))]

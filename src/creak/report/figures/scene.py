@@ -78,7 +78,7 @@ def animations(result: Found, units: Units) -> Animations:
         if size + sum(other for _, _, other in shown) > motions.budget:
             break
         shown.append((motion, animation, size))
-    shown.sort(key=lambda one: -one[0].event.force_peak_filtered)
+    shown.sort(key=lambda one: -one[0].event.force_place)
     used = sum(size for _, _, size in shown)
     spans = tuple((float(m.time[0]), float(m.time[-1])) for m, _, _ in shown)
     words = _words(len(shown), motions, used, surface)
@@ -130,7 +130,7 @@ def _animation(run: FoundRun, result: Found, surface: Surface, motion: ShownMoti
     peak = float(force.max(initial=0.0))
     place = place_of(result.places, motion.event)
     where = f"place {place.number}" if place else f"node {result.setup.model.nodes.label(motion.event.node_idx)}"
-    hit = f"{number(motion.event.force_peak_filtered, 3)} {units.force} at {fixed(motion.event.t_start, 4)} s"
+    hit = f"{number(motion.event.force_place, 3)} {units.force} at {fixed(motion.event.t_start, 4)} s"
     return {
         "label": f"{hit}, {where}",
         "time": np.round(motion.time, 9).tolist(),

@@ -160,7 +160,7 @@ def _mean_force(result: Found) -> Check:
     mean = match.amplitude_ratio_mean if match is not None else None
     if match is None or mean is None:
         return Check(name, bar, "not compared: no common events", None)
-    found = f"{percent(mean)} (low-passed peaks); impulse {percent(match.impulse_ratio_mean)}"
+    found = f"{percent(mean)} (force); impulse {percent(match.impulse_ratio_mean)}"
     return Check(name, bar, found, abs(mean - 1.0) <= FORCE_BAR)
 
 

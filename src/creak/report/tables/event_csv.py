@@ -28,8 +28,9 @@ def event_csv(result: Found, units: Units) -> str:
             "t_start_s",
             "t_peak_s",
             "t_end_s",
-            f"force_peak_low_passed_{_unit(units.force)}",
-            f"force_peak_{_unit(units.force)}",
+            f"force_{_unit(units.force)}",
+            f"node_force_low_passed_{_unit(units.force)}",
+            f"node_force_raw_{_unit(units.force)}",
             f"impulse_{_unit(units.impulse)}",
             f"closing_speed_{_unit(units.speed)}",
             "micro_contacts",
@@ -66,9 +67,7 @@ def _row(name: str, e: Event, match: Any, result: Found) -> list[Any]:
         "" if place is None else place.number,
         result.setup.model.nodes.label(e.node_idx),
         e.channel,
-        *(
-            f"{x:.9g}"
-            for x in (e.t_start, e.t_peak, e.t_end, e.force_peak_filtered, e.force_peak, e.impulse, e.closing_speed)
-        ),
+        *(f"{x:.9g}" for x in (e.t_start, e.t_peak, e.t_end)),
+        *(f"{x:.9g}" for x in (e.force_place, e.force_peak_filtered, e.force_peak, e.impulse, e.closing_speed)),
         e.contacts,
     ]

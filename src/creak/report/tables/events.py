@@ -14,6 +14,7 @@ from creak.studies.run.compared import event_statistics, main_run
 from creak.verify.events import Event, events_in
 from creak.verify.slips import SlipEvent, squeak_rates
 
+FORCE = "The force of an event is that of its place: of all its nodes together, low-passed."
 MOST_EVENTS = 400
 """Lines of the event table; all events are in summary.json."""
 
@@ -31,22 +32,21 @@ def event_table(result: Found, units: Units) -> Table:
     lines.sort(key=lambda pair: (pair[0] or pair[1]).t_start)  # type: ignore[union-attr]
     groups = [
         ("", 3),
-        (f"peak, low-passed, {units.force}", 3),
-        (f"peak, raw, {units.force}", 2),
+        (f"force, {units.force}", 3),
         (f"impulse, {units.impulse}", 3),
         ("duration, ms", 2),
         (f"closing speed, {units.speed}", 2),
         ("", 1),
     ]
     two, three = ["unred.", "red."], ["unred.", "red.", "diff."]
-    head = ["time, s", "where", "Δt, ms", *three, *two, *three, *two, *two, ""]
+    head = ["time, s", "where", "Δt, ms", *three, *three, *two, *two, ""]
     rows = [_pair_row(a, b, result) for a, b in lines[:MOST_EVENTS]]
     flags = ["missed" if b is None else "extra" if a is None else "" for a, b in lines[:MOST_EVENTS]]
-    return Table(head, rows, 2, _cut(len(lines)), flags, groups)
+    return Table(head, rows, 2, f"{FORCE}{_cut(len(lines))}", flags, groups)
 
 
 def _cut(count: int) -> str:
-    return f"The first {MOST_EVENTS} of {count} lines; summary.json holds all." if count > MOST_EVENTS else ""
+    return f" The first {MOST_EVENTS} of {count} lines; summary.json holds all." if count > MOST_EVENTS else ""
 
 
 def _pair_row(a: Event | None, b: Event | None, result: Found) -> list[str]:
@@ -63,8 +63,7 @@ def _pair_row(a: Event | None, b: Event | None, result: Found) -> list[str]:
         fixed(known.t_start, 4),
         where(known.group, known.node_idx, result),
         fixed(apart, 2),
-        *both("force_peak_filtered", 3, difference=True),
-        *both("force_peak", 3, difference=False),
+        *both("force_place", 3, difference=True),
         *both("impulse", 3, difference=True),
         _duration(a),
         _duration(b),
@@ -96,8 +95,7 @@ def _single_event_table(result: Found, units: Units) -> Table:
     head = [
         "time, s",
         "where",
-        f"peak, low-passed, {units.force}",
-        f"peak, raw, {units.force}",
+        f"force, {units.force}",
         f"impulse, {units.impulse}",
         "duration, ms",
         f"closing speed, {units.speed}",
@@ -107,8 +105,7 @@ def _single_event_table(result: Found, units: Units) -> Table:
         [
             fixed(e.t_start, 4),
             where(e.group, e.node_idx, result),
-            number(e.force_peak_filtered, 3),
-            number(e.force_peak, 3),
+            number(e.force_place, 3),
             number(e.impulse, 3),
             _duration(e),
             number(e.closing_speed, 3),
@@ -116,7 +113,7 @@ def _single_event_table(result: Found, units: Units) -> Table:
         ]
         for e in events[:MOST_EVENTS]
     ]
-    return Table(head, rows, 2, _cut(len(events)))
+    return Table(head, rows, 2, f"{FORCE}{_cut(len(events))}")
 
 
 def statistics_table(result: Found, units: Units) -> Table:
@@ -127,8 +124,8 @@ def statistics_table(result: Found, units: Units) -> Table:
     labels = [
         "events",
         "events per second",
-        f"median peak, low-passed, {units.force}",
-        f"largest peak, low-passed, {units.force}",
+        f"median force, {units.force}",
+        f"largest force, {units.force}",
         f"median impulse, {units.impulse}",
         f"sum of impulses, {units.impulse}",
         "median duration, ms",
@@ -149,7 +146,7 @@ def _distribution_words(result: Found) -> str:
     if s.force is None or s.impulse is None:
         return ""
     return (
-        f"Kolmogorov-Smirnov distance of the two runs' distributions: {fixed(s.force.value, 3)} for peaks, "
+        f"Kolmogorov-Smirnov distance of the two runs' distributions: {fixed(s.force.value, 3)} for forces, "
         f"{fixed(s.impulse.value, 3)} for impulses; two samples of one distribution stay below "
         f"{fixed(s.force.critical, 3)} in 95 of 100 cases."
     )
@@ -167,7 +164,7 @@ def agreement_table(result: Found) -> Table | None:
 
     rows = [
         ["start time", milliseconds(time.mean), milliseconds(time.percentile_95), milliseconds(time.bias)],
-        ["peak, low-passed", share(force.mean), share(force.percentile_95), percent(match.amplitude_ratio_mean)],
+        ["force", share(force.mean), share(force.percentile_95), percent(match.amplitude_ratio_mean)],
         ["impulse", share(impulse.mean), share(impulse.percentile_95), percent(match.impulse_ratio_mean)],
     ]
     note = (
@@ -212,7 +209,7 @@ def slip_table(result: Found, units: Units) -> Table | None:
         ]
         for name, e in found[:MOST_EVENTS]
     ]
-    return Table(head, rows, 3, _cut(len(found)))
+    return Table(head, rows, 3, _cut(len(found)).strip())
 
 
 def slips_in(slips: tuple[SlipEvent, ...], window: tuple[float, float]) -> list[SlipEvent]:
@@ -268,7 +265,7 @@ def squeak_sentence(result: Found) -> str:
 def _statistics(events: list[Event], length: float) -> list[float | None]:
     if not events:
         return [0, 0.0 if length > 0.0 else None, None, None, None, 0.0, None]
-    peak, impulse = (np.array([getattr(e, n) for e in events]) for n in ("force_peak_filtered", "impulse"))
+    peak, impulse = (np.array([getattr(e, n) for e in events]) for n in ("force_place", "impulse"))
     duration = [e.t_end - e.t_start for e in events]
     return [
         len(events),

@@ -127,7 +127,7 @@ def _count(place: Place) -> str:
 
 def _motion(place: Place, motions: Animations) -> int | None:
     """The animation that shows the hardest event of a place that any of them shows."""
-    for event in sorted(place.events, key=lambda e: -e.force_peak_filtered):
+    for event in sorted(place.events, key=lambda e: -e.force_place):
         for k, (start, end) in enumerate(motions.spans):
             if start <= event.t_start and event.t_end <= end:
                 return k

@@ -59,7 +59,7 @@ def sentence(result: Found, summary: dict[str, Any], units: Units) -> str:
     run = main_run(result.runs)
     if run is None:
         return "Nothing was computed: the study has no run."
-    events = events_in(result.runs.get("reference", run).events, result.window)
+    events = events_in(run.events, result.window)
     what = _what(result, run, len(events))
     hardest = max(events, key=lambda e: e.force_place, default=None)
     where = ""

@@ -106,7 +106,7 @@ def _highest(setup: Setup) -> float:
 
 def _ranked(events: Sequence[Event]) -> list[Event]:
     """By force, the hardest event of each contact node before the others."""
-    by_force = sorted(events, key=lambda e: -e.force_peak_filtered)
+    by_force = sorted(events, key=lambda e: -e.force_place)
     seen: set[tuple[str, int]] = set()
     first: list[Event] = []
     later: list[Event] = []
