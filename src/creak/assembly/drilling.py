@@ -11,7 +11,7 @@ shells, and everything else there turns by
 beams, springs, masses, couplings, loads and results meet what the supports hold, and the rotation n . s is left to the
 shells. Where supports hold both ends of a shell's side across it, in its plane, the edge cannot turn, and a hold of the
 drilling rotation says the same: it stays. Along a fold the rotation about one shell's normal bends the other. There a
-shell keeps a rotation of its own only where supports hold the node about just that normal (to `EXACT`), and the others
+shell keeps a rotation of its own only where supports hold the node about just that normal (to 0.1 degree); the others
 at the fold turn by P s.
 """
 
@@ -28,14 +28,11 @@ from creak.model.constraints import Equation
 from creak.model.dofs import PER_NODE, ROTATIONS, TRANSLATIONS
 from creak.model.materials import GeneralShell
 from creak.model.mesh import ElementBlock, Model
-from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
+from creak.model.shell_facets import EXACTLY, SHELL_FACETS, facets_of_shells, normals_at_nodes, unit
 
 SMOOTH = float(np.cos(np.deg2rad(20.0)))
 """Cosine of the angle up to which shells at a node count as one smooth surface: 20 degrees, as Nastran (SNORM) and
 Abaqus (*NORMAL) have it."""
-EXACT = 1.7e-3
-"""Sine of the angle (0.1 degree) up to which a direction is the normal, as of material directions."""
-EXACTLY = float(np.sqrt(1.0 - EXACT**2))
 ROUND_OFF = 1e-12
 
 
@@ -77,7 +74,7 @@ class HeldDrilling:
         out = np.tile(np.eye(3), (*nodes.shape, 1, 1))
         out[shared] = self.real[at[shared]]
         if is_shell:
-            mine = _normals_of(block.kind, nodes, self.coords)[shared]
+            mine = normals_at_nodes(block.kind, nodes, self.coords)[shared]
             near = np.abs(np.einsum("egc,ec->eg", self.normals[at[shared]], mine))
             best = near.argmax(axis=1)
             every = np.arange(best.size)
@@ -142,7 +139,7 @@ def _own_normals(held: FloatArray, normals: list[FloatArray]) -> FloatArray:
     for n in normals:
         a = held @ n
         size = float(np.linalg.norm(a))
-        more = np.vstack([out, a / max(size, EXACT)])
+        more = np.vstack([out, a / max(size, ROUND_OFF)])
         if size >= EXACTLY and np.linalg.svd(more, compute_uv=False).min() > 1.0 - SMOOTH:
             out = more
     return out
@@ -165,7 +162,7 @@ def _held(model: Model, dofs: tuple[int, ...]) -> tuple[IntArray, FloatArray]:
     for i, node in zip(np.searchsorted(nodes, extra).tolist(), extra.tolist(), strict=True):
         rows = np.array([v / np.linalg.norm(v) for v in oblique[node] if v.any()]).reshape(-1, 3)
         _, s, V = np.linalg.svd(np.vstack([np.eye(3)[axes[node]], rows]))
-        V = V[: np.count_nonzero(s > EXACT)]
+        V = V[: np.count_nonzero(s > ROUND_OFF)]
         held[i] = V.T @ V
     return nodes, held
 
@@ -181,7 +178,7 @@ def _surfaces(model: Model, nodes: IntArray) -> list[tuple[FloatArray, BoolArray
             some = there.any(axis=1)
             at, there, own = at[some], there[some], block.nodes_idx[some]
             of.append(at[there])
-            normals.append(_normals_of(block.kind, own, model.nodes.coords)[there])
+            normals.append(normals_at_nodes(block.kind, own, model.nodes.coords)[there])
             resting.append(_resting(block.kind, own, model.nodes.coords, *supports)[there])
     at, n, rest = np.concatenate(of), np.concatenate(normals), np.concatenate(resting)
     out = []
@@ -197,7 +194,7 @@ def _surfaces(model: Model, nodes: IntArray) -> list[tuple[FloatArray, BoolArray
         held[at[same & rest]] = True
         there = np.zeros(nodes.size, dtype=bool)
         there[which] = True
-        out.append((_unit(mean), there & ~held, there))
+        out.append((unit(mean), there & ~held, there))
         at, n, rest = at[~same], n[~same], rest[~same]
     return out
 
@@ -207,7 +204,7 @@ def _resting(kind: str, nodes: IntArray, coords: FloatArray, held: IntArray, pro
     facets = facets_of_shells(kind, nodes)
     x = coords[facets]
     along = np.roll(x, -1, axis=2) - x
-    across = _unit(np.cross(_unit(np.cross(x[:, :, 2] - x[:, :, 0], x[:, :, 3] - x[:, :, 1]))[:, :, None], along))
+    across = unit(np.cross(unit(np.cross(x[:, :, 2] - x[:, :, 0], x[:, :, 3] - x[:, :, 1]))[:, :, None], along))
     out = np.zeros(nodes.shape, dtype=bool)
     if held.size:
         for facet, places in enumerate(SHELL_FACETS[kind]):
@@ -224,22 +221,6 @@ def _resting(kind: str, nodes: IntArray, coords: FloatArray, held: IntArray, pro
 def _strains(block: ElementBlock) -> bool:
     """Whether it is a shell that has stiffness."""
     return block.kind in SHELL_FACETS and not (isinstance(block.section, GeneralShell) and block.section.rigid)
-
-
-def _normals_of(kind: str, nodes: IntArray, coords: FloatArray) -> FloatArray:
-    """(n, k, 3) unit normals of shells at their nodes, the mean of the facets there; zero where there is no area."""
-    places = np.array(SHELL_FACETS[kind])
-    x = coords[facets_of_shells(kind, nodes)]
-    normal = _unit(np.cross(x[:, :, 2] - x[:, :, 0], x[:, :, 3] - x[:, :, 1]))
-    out = np.zeros((*nodes.shape, 3))
-    for facet, place in enumerate(places):
-        out[:, np.unique(place)] += normal[:, facet, None]
-    return _unit(out)
-
-
-def _unit(v: FloatArray) -> FloatArray:
-    """Vectors (..., 3) of length one; zero where they are."""
-    return np.asarray(v / np.maximum(np.linalg.norm(v, axis=-1), np.finfo(float).tiny)[..., None])
 
 
 def _found(nodes: IntArray, wanted: IntArray) -> tuple[IntArray, BoolArray]:
