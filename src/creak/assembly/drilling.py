@@ -10,13 +10,15 @@ shells, and everything else there turns by
 
 beams, springs, masses, couplings, loads and results meet what the supports hold, and the rotation n . s is left to the
 shells. Where supports hold both ends of a shell's side across it, in its plane, the edge cannot turn, and a hold of the
-drilling rotation says the same: it stays. Along a fold the rotation about one shell's normal bends the other. There a
+drilling rotation says the same: it stays. So does that of the one node by which a part is held in the plane, or the
+part would turn about it. Along a fold the rotation about one shell's normal bends the other. There a
 shell keeps a rotation of its own only where supports hold the node about just that normal (to 0.1 degree); the others
 at the fold turn by P s.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,11 +26,12 @@ import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.elimination import LinearEquation, through
+from creak.assembly.partition import shared_nodes
 from creak.model.constraints import Equation
 from creak.model.dofs import PER_NODE, ROTATIONS, TRANSLATIONS
-from creak.model.materials import GeneralShell
+from creak.model.materials import Discrete, GeneralShell
 from creak.model.mesh import ElementBlock, Model
-from creak.model.shell_facets import EXACTLY, SHELL_FACETS, facets_of_shells, normals_at_nodes, unit
+from creak.model.shell_facets import EXACT, EXACTLY, SHELL_FACETS, facets_of_shells, normals_at_nodes, unit
 
 SMOOTH = float(np.cos(np.deg2rad(20.0)))
 """Cosine of the angle up to which shells at a node count as one smooth surface: 20 degrees, as Nastran (SNORM) and
@@ -181,6 +184,7 @@ def _surfaces(model: Model, nodes: IntArray) -> list[tuple[FloatArray, BoolArray
             normals.append(normals_at_nodes(block.kind, own, model.nodes.coords)[there])
             resting.append(_resting(block.kind, own, model.nodes.coords, *supports)[there])
     at, n, rest = np.concatenate(of), np.concatenate(normals), np.concatenate(resting)
+    alone = _only_hold(model, nodes, *supports)
     out = []
     while at.size:
         which, first = np.unique(at, return_index=True)
@@ -192,11 +196,44 @@ def _surfaces(model: Model, nodes: IntArray) -> list[tuple[FloatArray, BoolArray
         mean, held = np.zeros((nodes.size, 3)), np.zeros(nodes.size, dtype=bool)
         np.add.at(mean, at[same], np.sign(along[same])[:, None] * n[same])
         held[at[same & rest]] = True
+        held |= alone(unit(mean))
         there = np.zeros(nodes.size, dtype=bool)
         there[which] = True
         out.append((unit(mean), there & ~held, there))
         at, n, rest = at[~same], n[~same], rest[~same]
     return out
+
+
+def _only_hold(
+    model: Model, nodes: IntArray, held: IntArray, projection: FloatArray
+) -> Callable[[FloatArray], BoolArray]:
+    """Normals (k, 3) at `nodes` -> whether the node is pinned in the plane, and nothing else there holds its part."""
+    joined = np.zeros(model.nodes.count, dtype=bool)
+    joined[shared_nodes(model)] = True
+    for touched in (c.nodes for c in model.constraints if np.unique(c.nodes).size > 1):
+        joined[touched] = True
+    for block in model.blocks:
+        if isinstance(block.section, Discrete):
+            joined[block.nodes_idx] = True
+    part = np.full(model.nodes.count, -1, dtype=np.int64)
+    for k, p in enumerate(model.parts):
+        part[p.nodes_idx] = k
+    linked = np.zeros(len(model.parts) + 1, dtype=bool)
+    linked[part[joined]] = True
+    pins = held[np.trace(projection, axis1=1, axis2=2) > 2.0 - EXACT]
+    single = pins[(np.bincount(part[pins] + 1, minlength=linked.size + 1)[part[pins] + 1] == 1) & ~linked[part[pins]]]
+
+    def alone(normals: FloatArray) -> BoolArray:
+        out = np.zeros(nodes.size, dtype=bool)
+        for i in np.flatnonzero(np.isin(nodes, single) & normals.any(axis=1)).tolist():
+            mine = part[held] == part[nodes[i]]
+            flat = np.eye(3) - np.outer(normals[i], normals[i])
+            in_plane = np.einsum("ij,kij->k", flat, projection[mine])
+            own = held[mine] == nodes[i]
+            out[i] = (in_plane[own] > 2.0 - EXACT).all() and not (in_plane[~own] > EXACT).any()
+        return out
+
+    return alone
 
 
 def _resting(kind: str, nodes: IntArray, coords: FloatArray, held: IntArray, projection: FloatArray) -> BoolArray:
