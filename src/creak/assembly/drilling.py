@@ -51,6 +51,8 @@ class HeldDrilling:
     """(k, 3, 3) rows n of the shells that have a rotation of their own, zero where there are fewer than three."""
     own: FloatArray
     """(k, 3, 3) rows c: their rotation is c . s."""
+    fold: BoolArray
+    """(k,) whether other shells meet there."""
     coords: FloatArray
     """(n_node, 3) of the model."""
 
@@ -71,7 +73,7 @@ class HeldDrilling:
         nodes = block.nodes_idx[rows]
         at, there = _found(self.nodes, nodes)
         is_shell = _strains(block)
-        shared = there & (np.count_nonzero(self.normals[at].any(axis=3), axis=2) > 1) if is_shell else there
+        shared = there & self.fold[at] if is_shell else there
         if not shared.any():
             return None
         out = np.tile(np.eye(3), (*nodes.shape, 1, 1))
@@ -133,7 +135,11 @@ def held_drilling(model: Model, nodes: IntArray | None = None) -> HeldDrilling |
         normals[i, : len(N)], own[i, : len(N)] = N, dual.T
     real[np.abs(real) < ROUND_OFF] = 0.0
     some = normals.any(axis=(1, 2))
-    return HeldDrilling(at[some], real[some], normals[some], own[some], model.nodes.coords) if some.any() else None
+    return (
+        HeldDrilling(at[some], real[some], normals[some], own[some], ~single[some], model.nodes.coords)
+        if some.any()
+        else None
+    )
 
 
 def _own_normals(held: FloatArray, normals: list[FloatArray]) -> FloatArray:

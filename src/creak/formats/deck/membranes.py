@@ -57,7 +57,8 @@ def _loose(model: Model) -> tuple[IntArray, FloatArray]:
         if not _is_membrane(block) and block.kind not in WITHOUT_STIFFNESS:
             loose[block.nodes_idx] = False
     for constraint in model.constraints:
-        loose[constraint.nodes] = False
+        if np.unique(constraint.nodes).size > 1:
+            loose[constraint.nodes] = False
     for held in model.fixed:
         if set(TRANSLATIONS) <= set(held.dofs):
             loose[held.nodes_idx] = False
