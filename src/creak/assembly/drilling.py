@@ -10,8 +10,8 @@ shells, and everything else there turns by
 
 beams, springs, masses, couplings, loads and results meet what the supports hold, and the rotation n . s is left to the
 shells. Where supports hold both ends of a shell's side across it, in its plane, the edge cannot turn, and a hold of the
-drilling rotation says the same: it stays. So does that of the one node by which a part is held in the plane, or the
-part would turn about it. Along a fold the rotation about one shell's normal bends the other. There a
+drilling rotation says the same: it stays. So does that of the one node by which a structure is held in the plane, or
+it would turn about that node. Along a fold the rotation about one shell's normal bends the other. There a
 shell keeps a rotation of its own only where supports hold the node about just that normal (to 0.1 degree); the others
 at the fold turn by P s.
 """
@@ -23,11 +23,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.elimination import LinearEquation, through
-from creak.assembly.partition import shared_nodes
-from creak.model.constraints import Equation
+from creak.model.constraints import oblique_supports
 from creak.model.dofs import PER_NODE, ROTATIONS, TRANSLATIONS
 from creak.model.materials import Discrete, GeneralShell
 from creak.model.mesh import ElementBlock, Model
@@ -160,8 +160,8 @@ def _held(model: Model, dofs: tuple[int, ...]) -> tuple[IntArray, FloatArray]:
     for f in model.fixed:
         axes[f.nodes_idx[:, None], np.array([d - dofs[0] for d in f.dofs if d in dofs], dtype=np.int64)] = True
     oblique: dict[int, list[FloatArray]] = {}
-    for c in model.constraints:
-        if isinstance(c, Equation) and (c.nodes_idx == c.nodes_idx[0]).all() and np.isin(c.dofs, dofs).all():
+    for c in oblique_supports(model.constraints, model.fixed):
+        if np.isin(c.dofs, dofs).all():
             oblique.setdefault(int(c.nodes_idx[0]), []).append(
                 np.bincount(c.dofs - dofs[0], c.coefficients, 3).astype(np.float64)
             )
@@ -213,26 +213,15 @@ def _surfaces(model: Model, nodes: IntArray) -> list[tuple[FloatArray, BoolArray
 def _only_hold(
     model: Model, nodes: IntArray, held: IntArray, projection: FloatArray
 ) -> Callable[[FloatArray], BoolArray]:
-    """Normals (k, 3) at `nodes` -> whether the node is pinned in the plane, and nothing else there holds its part."""
-    joined = np.zeros(model.nodes.count, dtype=bool)
-    joined[shared_nodes(model)] = True
-    for touched in (c.nodes for c in model.constraints if np.unique(c.nodes).size > 1):
-        joined[touched] = True
-    for block in model.blocks:
-        if isinstance(block.section, Discrete):
-            joined[block.nodes_idx] = True
-    part = np.full(model.nodes.count, -1, dtype=np.int64)
-    for k, p in enumerate(model.parts):
-        part[p.nodes_idx] = k
-    linked = np.zeros(len(model.parts) + 1, dtype=bool)
-    linked[part[joined]] = True
-    pins = held[np.trace(projection, axis1=1, axis2=2) > 2.0 - EXACT]
-    single = pins[(np.bincount(part[pins] + 1, minlength=linked.size + 1)[part[pins] + 1] == 1) & ~linked[part[pins]]]
+    """Normals (k, 3) at `nodes` -> whether the node is pinned in the plane, and nothing else holds its structure there."""
+    body, grounded = _bodies(model)
+    pins = held[(np.trace(projection, axis1=1, axis2=2) > 2.0 - EXACT) & ~np.isin(body[held], grounded)]
+    single = pins[np.bincount(body[pins], minlength=1)[body[pins]] == 1]
 
     def alone(normals: FloatArray) -> BoolArray:
         out = np.zeros(nodes.size, dtype=bool)
         for i in np.flatnonzero(np.isin(nodes, single) & normals.any(axis=1)).tolist():
-            mine = part[held] == part[nodes[i]]
+            mine = body[held] == body[nodes[i]]
             flat = np.eye(3) - np.outer(normals[i], normals[i])
             in_plane = np.einsum("ij,kij->k", flat, projection[mine])
             own = held[mine] == nodes[i]
@@ -240,6 +229,25 @@ def _only_hold(
         return out
 
     return alone
+
+
+def _bodies(model: Model) -> tuple[IntArray, IntArray]:
+    """(n_node,) number of the connected structure of each node, links included; those that springs hold to ground."""
+    n, grounded = model.nodes.count, [np.zeros(0, dtype=np.int64)]
+    pairs = [np.zeros((0, 2), dtype=np.int64)]
+    for k, part in enumerate(model.parts):
+        pairs.append(np.stack([part.nodes_idx, np.full(part.nodes_idx.size, n + k)], axis=1))
+    for c in model.constraints:
+        pairs.append(np.stack([c.nodes, np.full(c.nodes.size, c.nodes[0])], axis=1))
+    for block in model.blocks:
+        if isinstance(block.section, Discrete):
+            pairs.append(block.nodes_idx[:, [0, -1]])
+            if block.nodes_idx.shape[1] == 1:
+                grounded.append(block.nodes_idx.ravel())
+    a, b = np.concatenate(pairs).T
+    size = n + len(model.parts)
+    body = connected_components(sp.coo_matrix((np.ones(a.size), (a, b)), shape=(size, size)), directed=False)[1]
+    return body.astype(np.int64), body[np.concatenate(grounded)]
 
 
 def _resting(kind: str, nodes: IntArray, coords: FloatArray, held: IntArray, projection: FloatArray) -> BoolArray:

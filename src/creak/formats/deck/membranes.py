@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.model.constraints import Equation, Fixed
+from creak.model.constraints import Equation, Fixed, linked_nodes
 from creak.model.dofs import TRANSLATIONS
 from creak.model.materials import GeneralShell
 from creak.model.mesh import ElementBlock, Model, Unread
@@ -56,9 +56,7 @@ def _loose(model: Model) -> tuple[IntArray, FloatArray]:
     for block in model.blocks:
         if not _is_membrane(block) and block.kind not in WITHOUT_STIFFNESS:
             loose[block.nodes_idx] = False
-    for constraint in model.constraints:
-        if np.unique(constraint.nodes).size > 1:
-            loose[constraint.nodes] = False
+    loose[linked_nodes(model.constraints, model.fixed)] = False
     for held in model.fixed:
         if set(TRANSLATIONS) <= set(held.dofs):
             loose[held.nodes_idx] = False
