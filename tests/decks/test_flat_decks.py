@@ -7,6 +7,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from creak.assembly.coupling import Driven
+from creak.assembly.rigid import unheld_parts
+from creak.formats.decks import read_model
 from helpers_flat_decks import SHELLS, THICKNESS, frequencies, mesh, strip, timoshenko
 
 SAME = 1e-9
@@ -45,6 +48,36 @@ def test_single_nodes_that_are_held_stiffen_nothing(tmp_path):
     free = frequencies(tmp_path, strip("S3", 20, 2, held=False))
     some = strip("S3", 20, 2, held=False) + "17, 6, 6\n31, 6, 6\n50, 4, 6\n"
     assert frequencies(tmp_path, some) == pytest.approx(free, rel=SAME)
+
+
+@pytest.mark.parametrize("kind", ["S3", "CTRIA3", "CQUAD4"])
+def test_a_held_side_is_the_same_with_and_without_its_drilling_rotations(tmp_path, kind):
+    held = strip(kind, 20, 2, held=False)
+    free = held.replace("ROOT, 6, 6\n", "").replace("SPC1,1,126,", "SPC1,1,12,")
+    assert free != held
+    rel = SAME if kind != "CQUAD4" else 1e-5  # a share of the drilling penalty of quads, 1e-3 G t
+    assert frequencies(tmp_path, free) == pytest.approx(frequencies(tmp_path, held), rel=rel)
+
+
+def test_grids_held_in_a_frame_of_their_own_about_the_normal_alone(tmp_path):
+    free = strip("CTRIA3", 20, 2, held=False, axes=TILTED).replace(",5,345\n", ",5,\n")
+    held = free.replace(",5,\n", ",5,6\n")
+    assert frequencies(tmp_path, held, 6)[3:] == pytest.approx(frequencies(tmp_path, free, 6)[3:], rel=1e-6)
+
+
+def test_the_only_clamped_node_still_holds_its_plate(tmp_path):
+    """By its drilling rotation alone; a second pin takes that over, and the hold is nothing."""
+    plate = strip("S3", 20, 2, held=False).split("*BOUNDARY")[0] + "*BOUNDARY\n1, 1, 6\n"
+    assert frequencies(tmp_path, plate, 1)[0] > 0.0
+    assert unheld_parts(read_model(tmp_path / "flat.inp"), Driven({})) == []
+
+
+def test_rotations_about_the_normal_hold_no_plate(tmp_path):
+    """Supports across the plate and no more: it moves in its plane, and turns there, whatever holds drilling."""
+    plate = strip("S3", 20, 2, held=False).split("*BOUNDARY")[0] + "*BOUNDARY\nALL, 3, 6\n1, 1, 1\n61, 1, 1\n"
+    found = frequencies(tmp_path, plate, 3)
+    assert [f == 0.0 for f in found] == [True, True, False]
+    assert unheld_parts(read_model(tmp_path / "flat.inp"), Driven({})) == ["ALL"]
 
 
 def test_a_pin_at_one_corner_turns_though_its_rotation_is_held(tmp_path):

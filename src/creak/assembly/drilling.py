@@ -27,8 +27,8 @@ from scipy.sparse.csgraph import connected_components
 
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.elimination import LinearEquation, through
-from creak.model.constraints import oblique_supports
-from creak.model.dofs import PER_NODE, ROTATIONS, TRANSLATIONS
+from creak.model.constraints import linked_nodes, oblique_supports
+from creak.model.dofs import PER_NODE, ROTATIONS, TRANSLATIONS, dof_label, nodes_of
 from creak.model.materials import Discrete, GeneralShell
 from creak.model.mesh import ElementBlock, Model
 from creak.model.shell_facets import EXACT, EXACTLY, SHELL_FACETS, facets_of_shells, normals_at_nodes, unit
@@ -58,13 +58,14 @@ class HeldDrilling:
 
     def real_rows(self, labels: IntArray) -> Matrix:
         """Z (n, n), u = Z s for all dofs of some nodes; s are what shells have there."""
-        of = labels[::PER_NODE] // PER_NODE
+        of = nodes_of(labels[::PER_NODE])
         there = np.isin(self.nodes, of)
-        Z = sp.lil_matrix(sp.identity(labels.size))
-        first = PER_NODE * np.searchsorted(of, self.nodes[there]) + 3
-        for at, P in zip(first.tolist(), self.real[there], strict=True):
-            Z[at : at + 3, at : at + 3] = P
-        Z = sp.csr_matrix(Z)
+        at = (PER_NODE * np.searchsorted(of, self.nodes[there]) + 3)[:, None] + np.arange(3)
+        own = np.ones(labels.size)
+        own[at] = 0.0
+        rows, columns = np.broadcast_arrays(at[:, :, None], at[:, None])
+        turned = sp.csr_matrix((self.real[there].ravel(), (rows.ravel(), columns.ravel())), shape=2 * (labels.size,))
+        Z = sp.csr_matrix(sp.diags(own) + turned)
         Z.eliminate_zeros()
         return Z
 
@@ -91,6 +92,8 @@ class HeldDrilling:
 
     def on_shells(self, equations: list[LinearEquation], labels: IntArray) -> list[LinearEquation]:
         """Equations between dofs of nodes as equations between what the matrices have there."""
+        if not equations:
+            return []
         Z, place = self.real_rows(labels), {int(x): i for i, x in enumerate(labels)}
         out = []
         for e in equations:
@@ -118,8 +121,8 @@ def held_drilling(model: Model, nodes: IntArray | None = None) -> HeldDrilling |
     found = _surfaces(model, at)
     if not found:
         return None
-    single = ~found[1][2] if len(found) > 1 else np.ones(at.size, dtype=bool)
-    n, free, _ = found[0]
+    single = ~found[1][3] if len(found) > 1 else np.ones(at.size, dtype=bool)
+    n, free, _, _ = found[0]
     a = np.einsum("kij,kj->ki", held, n)
     size = np.linalg.norm(a, axis=1)
     real, normals, own = np.tile(np.eye(3), (at.size, 1, 1)), np.zeros((at.size, 3, 3)), np.zeros((at.size, 3, 3))
@@ -129,7 +132,7 @@ def held_drilling(model: Model, nodes: IntArray | None = None) -> HeldDrilling |
     real[plain] -= n[:, :, None] * a[:, None] / np.einsum("ki,ki->k", a, n)[:, None, None]
     normals[plain, 0], own[plain, 0] = n, n
     for i in np.flatnonzero(~single).tolist():
-        N = _own_normals(held[i], [of[i] for of, free, _ in found if free[i]])
+        N = _own_normals(held[i], [of[i] for of, free, _, _ in found if free[i]])
         dual = np.linalg.pinv(N)
         real[i] -= dual @ N
         normals[i, : len(N)], own[i, : len(N)] = N, dual.T
@@ -140,6 +143,29 @@ def held_drilling(model: Model, nodes: IntArray | None = None) -> HeldDrilling |
         if some.any()
         else None
     )
+
+
+def still_edges(model: Model, nodes: IntArray) -> list[LinearEquation]:
+    """n . theta = 0 of flat triangles at sides that cannot turn in the plane, where nothing else has that rotation.
+
+    Their drilling rotations bow the sides between the nodes; a side that supports hold neither turns nor bows. What
+    the support has of the rotations makes no difference then.
+    """
+    mine = [nodes[:0], *(b.nodes_idx.ravel() for b in model.blocks if b.kind == "tri3" and _strains(b))]
+    others = [linked_nodes(model.constraints, model.fixed)]
+    others += [b.nodes_idx.ravel() for b in model.blocks if b.kind not in SHELL_FACETS]
+    at = np.intersect1d(np.intersect1d(nodes, np.concatenate(mine)), _held(model, TRANSLATIONS)[0])
+    at = np.setdiff1d(at, np.concatenate(others))
+    found = _surfaces(model, at)
+    if not found:
+        return []
+    n, _, rest, _ = found[0]
+    fold = found[1][3] if len(found) > 1 else np.zeros(rest.size, dtype=bool)
+    out = []
+    for node, normal in zip(at[rest & ~fold], n[rest & ~fold], strict=True):
+        order = [int(k) for k in np.argsort(-np.abs(normal)) if abs(normal[k]) > ROUND_OFF]
+        out.append(LinearEquation([dof_label(int(node), 4 + k) for k in order], normal[order].tolist()))
+    return out
 
 
 def _own_normals(held: FloatArray, normals: list[FloatArray]) -> FloatArray:
@@ -176,9 +202,9 @@ def _held(model: Model, dofs: tuple[int, ...]) -> tuple[IntArray, FloatArray]:
     return nodes, held
 
 
-def _surfaces(model: Model, nodes: IntArray) -> list[tuple[FloatArray, BoolArray, BoolArray]]:
-    """Of the first, second, ... smooth surface at each node: normals (k, 3); whether it is there, and free to turn in
-    its plane; whether it is there."""
+def _surfaces(model: Model, nodes: IntArray) -> list[tuple[FloatArray, BoolArray, BoolArray, BoolArray]]:
+    """Of the first, second, ... smooth surface at each node: normals (k, 3); whether it may turn in its plane; whether
+    a side of it there cannot; whether it is there."""
     of, normals, resting = [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))], [np.zeros(0, dtype=bool)]
     supports = _held(model, TRANSLATIONS)
     for block in model.blocks:
@@ -202,10 +228,10 @@ def _surfaces(model: Model, nodes: IntArray) -> list[tuple[FloatArray, BoolArray
         mean, held = np.zeros((nodes.size, 3)), np.zeros(nodes.size, dtype=bool)
         np.add.at(mean, at[same], np.sign(along[same])[:, None] * n[same])
         held[at[same & rest]] = True
-        held |= alone(unit(mean))
+        fixed = held | alone(unit(mean))
         there = np.zeros(nodes.size, dtype=bool)
         there[which] = True
-        out.append((unit(mean), there & ~held, there))
+        out.append((unit(mean), there & ~fixed, held, there))
         at, n, rest = at[~same], n[~same], rest[~same]
     return out
 
@@ -213,7 +239,7 @@ def _surfaces(model: Model, nodes: IntArray) -> list[tuple[FloatArray, BoolArray
 def _only_hold(
     model: Model, nodes: IntArray, held: IntArray, projection: FloatArray
 ) -> Callable[[FloatArray], BoolArray]:
-    """Normals (k, 3) at `nodes` -> whether the node is pinned in the plane, and nothing else holds its structure there."""
+    """Normals (k, 3) at `nodes` -> whether the node is pinned in the plane, and nothing else holds its structure."""
     body, grounded = _bodies(model)
     pins = held[(np.trace(projection, axis1=1, axis2=2) > 2.0 - EXACT) & ~np.isin(body[held], grounded)]
     single = pins[np.bincount(body[pins], minlength=1)[body[pins]] == 1]

@@ -13,7 +13,7 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.congruent import SideBySide, congruent
 from creak.assembly.constraints import linear_equations
 from creak.assembly.damping import Damping
-from creak.assembly.drilling import HeldDrilling, held_drilling, turned
+from creak.assembly.drilling import HeldDrilling, held_drilling, still_edges, turned
 from creak.assembly.elimination import eliminate, principal, transformation
 from creak.assembly.node_blocks import NodeBlocks
 from creak.assembly.partition import shared_nodes
@@ -330,6 +330,7 @@ def _independent(
     equations = [e for c in inside[part] for e in linear_equations(c, model.nodes.coords)]
     if drilling is not None:
         equations = drilling.on_shells(equations, labels)
+    equations += still_edges(model, model.parts[part].nodes_idx)
     return labels, *transformation(labels, eliminate(equations)), across
 
 
