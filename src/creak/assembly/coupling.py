@@ -13,7 +13,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.congruent import SideBySide, congruent
 from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.damping import Damping
-from creak.assembly.elimination import LinearEquation, eliminate, principal, transformation
+from creak.assembly.elimination import LinearEquation, eliminate, principal, through, transformation
 from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
 from creak.assembly.system import Stats, Supports, System, dense_if_full, to_dense
 from creak.linalg.dense_product import symmetric
@@ -126,6 +126,7 @@ def couple(
         labels=rows.labels,
         whole=whole,
         combine=combine,
+        of_shells=True,
     )
 
 
@@ -149,6 +150,7 @@ class _Stacked:
 
     def owner(self, labels: IntArray) -> IntArray:
         """The System that each label's motion is taken from, -1 for unknown labels."""
+        labels = np.where(labels < 0, ~labels, labels)
         at = np.minimum(np.searchsorted(self.labels, labels), max(self.labels.size - 1, 0))
         known = self.labels[at] == labels if self.labels.size else np.zeros(labels.size, dtype=bool)
         return np.where(known, self._owner[at] if self.labels.size else -1, -1)
@@ -160,7 +162,7 @@ class _Stacked:
     def of(self, k: int, labels: IntArray, mine: BoolArray) -> Matrix:
         """Rows of one System at those labels that are `mine`, empty rows elsewhere."""
         at = np.flatnonzero(mine)
-        R = sp.coo_matrix(sp.csr_matrix(self.systems[k].rows(labels[at])[0]))
+        R = sp.coo_matrix(sp.csr_matrix(self.systems[k].rows(_known_to(self.systems[k], labels[at]))[0]))
         return sp.csr_matrix((R.data, (at[R.row], R.col)), shape=(labels.size, self.systems[k].n))
 
     def combined(self, B: Matrix, labels: IntArray) -> Matrix:
@@ -172,6 +174,8 @@ class _Stacked:
     def ties(self) -> Matrix:
         """E with E q_all = 0: the owner's motion minus that of every other System that offers the dof.
 
+        Between Systems that have held drilling rotations (`assembly.drilling`) it is that of their shells.
+
         Where the owner's dofs are coordinates of their own, each row has one to eliminate. Where both sides follow
         fewer coordinates, the rows repeat each other and are brought to echelon form first.
         """
@@ -180,6 +184,8 @@ class _Stacked:
             labels = np.intersect1d(self._shared, system.joins)
             labels = labels[self.owner(labels) != k]
             if labels.size:
+                shells = np.array([s.of_shells for s in self.systems])[self.owner(labels)] & system.of_shells
+                labels = np.where(shells, ~labels, labels)
                 other = [self.of(j, labels, np.full(labels.size, j == k)) for j in range(len(self.systems))]
                 mine = self(labels)
                 E = mine - sp.hstack(other, format="csr")
@@ -197,6 +203,11 @@ class _Stacked:
             u[at[mine]] = system.recover(q_all[start : start + system.n])[mine]
             start += system.n
         return u
+
+
+def _known_to(system: System, labels: IntArray) -> IntArray:
+    """The labels as the System's rows take them."""
+    return labels if system.of_shells else np.where(labels < 0, ~labels, labels)
 
 
 DEPENDENT = 1e-9
@@ -255,22 +266,11 @@ def _equations(model: Model, driven: Driven, rows: _Stacked, n_q: int, ties: Mat
         for a, b in zip(ties.indptr[:-1], ties.indptr[1:], strict=True)
     ]
     for equation, end in zip(physical, ends, strict=True):
-        columns, values = _in_coordinates(equation, R, place)
+        columns, values = through(equation, R, place)
         if end >= 0:
             columns, values = [*columns, n_q + end], [*values, -1.0]
         out.append(LinearEquation(columns, values, equation.where))
     return [e for e in out if e.labels]
-
-
-def _in_coordinates(equation: LinearEquation, R: Matrix, place: Mapping[int, int]) -> tuple[list[int], list[float]]:
-    """The equation over coordinates; the declared dependent dof comes first where it is a coordinate."""
-    terms: dict[int, float] = {}
-    for label, c in zip(equation.labels, equation.coefficients, strict=True):
-        i = place[label]
-        span = slice(R.indptr[i], R.indptr[i + 1])
-        for column, value in zip(R.indices[span].tolist(), R.data[span].tolist(), strict=True):
-            terms[column] = terms.get(column, 0.0) + c * value
-    return list(terms), list(terms.values())
 
 
 def _active(M: Matrix, K: Matrix) -> IntArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,6 +61,25 @@ def _substituted(equation: LinearEquation, solved: dict[int, Expression]) -> Exp
         for independent, factor in solved.get(label, {label: 1.0}).items():
             terms[independent] = terms.get(independent, 0.0) + c * factor
     return {label: c for label, c in terms.items() if abs(c) > 1e-10 * scale}
+
+
+ROUND_OFF = 1e-12
+"""Terms of an equation that cancel to this share of their size are nothing."""
+
+
+def through(equation: LinearEquation, R: Matrix, place: Mapping[int, int]) -> tuple[list[int], list[float]]:
+    """The equation over the columns of R, u[label] = R[place[label]] q; the declared dependent dof comes first where it
+    is a coordinate."""
+    terms: dict[int, float] = {}
+    size: dict[int, float] = {}
+    for label, c in zip(equation.labels, equation.coefficients, strict=True):
+        i = place[label]
+        span = slice(R.indptr[i], R.indptr[i + 1])
+        for column, value in zip(R.indices[span].tolist(), R.data[span].tolist(), strict=True):
+            terms[column] = terms.get(column, 0.0) + c * value
+            size[column] = size.get(column, 0.0) + abs(c * value)
+    left = {column: value for column, value in terms.items() if abs(value) > ROUND_OFF * size[column]}
+    return list(left), list(left.values())
 
 
 def _pivot(equation: LinearEquation, terms: Expression, driven: frozenset[int]) -> int:

@@ -13,6 +13,7 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.congruent import SideBySide, congruent
 from creak.assembly.constraints import linear_equations
 from creak.assembly.damping import Damping
+from creak.assembly.drilling import HeldDrilling, held_drilling, still_edges, turned
 from creak.assembly.elimination import eliminate, principal, transformation
 from creak.assembly.node_blocks import NodeBlocks
 from creak.assembly.partition import shared_nodes
@@ -94,6 +95,7 @@ def assemble_blocks(
     common: Rayleigh,
     override: bool,
     u: FloatArray | None = None,
+    drilling: HeldDrilling | None = None,
 ) -> PartMatrices:
     """Sum the element matrices of `blocks` over `labels`.
 
@@ -103,12 +105,13 @@ def assemble_blocks(
     common : Rayleigh numbers that the System carries as scalars.
     override : True when they replace the deck's own damping (dashpots stay).
     u : (n_node, 6) static displacements whose stress stiffens the elements (`elements.geometric`).
+    drilling : where the matrices are those of the rotations that shells have of their own.
     """
     nodes, given = nodes_of(labels[::PER_NODE]), list(blocks)
     given = with_free_sides(given, _shells_beside(model, given, nodes))
     pattern = NodeBlocks([np.searchsorted(nodes, block.nodes_idx) for block in given], nodes.size)
     K, M, C = pattern.zeros(), pattern.zeros(), None
-    for block, rows, (Ke, Me, Ce) in _element_matrices(model, given, u):
+    for block, rows, (Ke, Me, Ce) in _element_matrices(model, given, u, drilling):
         at = np.searchsorted(nodes, block.nodes_idx[rows])
         pattern.add(K, at, Ke)
         pattern.add(M, at, Me)
@@ -162,7 +165,7 @@ ElementMatrices = tuple[FloatArray, FloatArray, FloatArray | None]
 
 
 def _element_matrices(
-    model: Model, blocks: Sequence[ElementBlock], u: FloatArray | None
+    model: Model, blocks: Sequence[ElementBlock], u: FloatArray | None, drilling: HeldDrilling | None
 ) -> Iterator[tuple[ElementBlock, slice, ElementMatrices]]:
     """Blocks, some of their rows and the matrices of these, in order; cores make the next ones meanwhile.
 
@@ -172,7 +175,9 @@ def _element_matrices(
     """
     pieces = [(block, rows) for block in blocks for rows in _pieces(block)]
     bad: list[tuple[ElementBlock, int, str]] = []
-    for (block, rows), made in zip(pieces, in_order(lambda piece: _made(model, *piece, u), pieces), strict=True):
+    for (block, rows), made in zip(
+        pieces, in_order(lambda piece: _made(model, *piece, u, drilling), pieces), strict=True
+    ):
         if bad and bad[0][0] is not block:
             break
         if isinstance(made, DegenerateElement):
@@ -189,18 +194,26 @@ def _pieces(block: ElementBlock) -> list[slice]:
     return [slice(start, start + size) for start in range(0, block.ids.size, size)]
 
 
-def _made(model: Model, block: ElementBlock, rows: slice, u: FloatArray | None) -> ElementMatrices | DegenerateElement:
+def _made(
+    model: Model, block: ElementBlock, rows: slice, u: FloatArray | None, drilling: HeldDrilling | None
+) -> ElementMatrices | DegenerateElement:
     from creak.elements.block_matrices import block_matrices  # a run whose parts are made later does without elements
     from creak.elements.geometric import GEOMETRIC
 
+    turns = None if drilling is None else drilling.turns(block, rows)
     try:
         Ke, Me, Ce = block_matrices(block, rows, model.nodes.coords, form=model.mass_form)
         if u is not None and block.kind in GEOMETRIC:
             at = block.nodes_idx[rows]
-            Ke = Ke + GEOMETRIC[block.kind](model.nodes.coords[at], block.section, block.own.take(rows), u[at])
+            moved = u[at]
+            if turns is not None:
+                moved = np.concatenate([moved[..., :3], np.einsum("naij,naj->nai", turns, moved[..., 3:])], axis=2)
+            Ke = Ke + GEOMETRIC[block.kind](model.nodes.coords[at], block.section, block.own.take(rows), moved)
     except DegenerateElement as error:
         return error
-    return Ke, Me, Ce
+    if turns is None:
+        return Ke, Me, Ce
+    return turned(Ke, turns), turned(Me, turns), None if Ce is None else turned(Ce, turns)
 
 
 def _degenerate(block: ElementBlock, bad: IntArray, reason: str) -> InputError:
@@ -240,10 +253,12 @@ def part_system(
     """M, C, K of one part in its independent dofs, free in space.
 
     Couplings within the part are eliminated (u = T q); supports and links to other parts are not: these act
-    later, on the full and on the reduced part alike. `u` (n_node, 6): static displacements whose stress stiffens it.
+    later, on the full and on the reduced part alike. `u` (n_node, 6): static displacements whose stress stiffens it,
+    at held drilling rotations those of the shells.
     """
-    labels, T, independent, across = _independent(model, part)
-    matrices = assemble_blocks(model, _blocks(model, part), labels, common, override, u)
+    drilling = held_drilling(model, model.parts[part].nodes_idx)
+    labels, T, independent, across = _independent(model, part, drilling)
+    matrices = assemble_blocks(model, _blocks(model, part), labels, common, override, u, drilling)
     own = np.searchsorted(labels, independent)
     K, M = (congruent(T, SideBySide([A]), own) for A in (matrices.K, matrices.M))
     C = None if matrices.C is None else congruent(T, SideBySide([matrices.C]), own)
@@ -253,7 +268,7 @@ def part_system(
     C = None if C is None else principal(C, keep)
     translation = (dofs_of(labels) == 1).astype(np.float64)
     mass = float(translation @ (matrices.M @ translation))
-    known = _known(model, part, labels, T, independent[keep], mass)
+    known = _known(model, part, labels, T, independent[keep], mass, drilling)
     return System(M=M, K=K, damping=Damping(common.alpha, common.beta, C), **known)
 
 
@@ -266,9 +281,10 @@ def outlined_part(
     ----------
     coordinates, mass : those of that System.
     """
-    labels, T, independent, _ = _independent(model, part)
+    drilling = held_drilling(model, model.parts[part].nodes_idx)
+    labels, T, independent, _ = _independent(model, part, drilling)
     T = T[:, np.searchsorted(independent, coordinates)]
-    known = {**_OTHERS, **_known(model, part, labels, T, coordinates, mass)}
+    known = {**_OTHERS, **_known(model, part, labels, T, coordinates, mass, drilling)}
     if not _any_excess(_blocks(model, part), common, override):
         known["damping"] = Damping(common.alpha, common.beta)
     return later(System, lambda: part_system(model, part, common, override=override), **known)
@@ -278,16 +294,26 @@ _OTHERS: dict[str, Any] = {f.name: f.default for f in fields(System) if f.defaul
 """What a part has none of."""
 
 
-def _known(model: Model, part: int, labels: IntArray, T: Matrix, coordinates: IntArray, mass: float) -> dict[str, Any]:
+def _known(
+    model: Model,
+    part: int,
+    labels: IntArray,
+    T: Matrix,
+    coordinates: IntArray,
+    mass: float,
+    drilling: HeldDrilling | None,
+) -> dict[str, Any]:
     """All of a part but its matrices; T (n_label, n)."""
+    real = T if drilling is None else drilling.real_rows(labels) @ T
     return {
         "name": model.parts[part].name,
-        "rows": _rows_of(labels, T, model.nodes.count),
+        "rows": _rows_of(labels, real, T, model.nodes.count),
         "supports": no_supports(coordinates.size),
         "coordinates": coordinates,
         "velocity": _initial_velocity(model, coordinates),
         "stats": Stats(mass, sum(b.ids.size for b in _blocks(model, part))),
         "labels": labels,
+        "of_shells": True,
     }
 
 
@@ -295,11 +321,16 @@ def _blocks(model: Model, part: int) -> list[ElementBlock]:
     return [b for b in model.blocks if b.part == part]
 
 
-def _independent(model: Model, part: int) -> tuple[IntArray, Matrix, IntArray, list[Constraint]]:
+def _independent(
+    model: Model, part: int, drilling: HeldDrilling | None
+) -> tuple[IntArray, Matrix, IntArray, list[Constraint]]:
     """Labels of a part, T of u = T q for the couplings within it, the labels of q; the other constraints."""
     inside, across = split_constraints(model)
     labels = np.sort(node_dofs(model.parts[part].nodes_idx))
     equations = [e for c in inside[part] for e in linear_equations(c, model.nodes.coords)]
+    if drilling is not None:
+        equations = drilling.on_shells(equations, labels)
+    equations += still_edges(model, model.parts[part].nodes_idx)
     return labels, *transformation(labels, eliminate(equations)), across
 
 
@@ -315,8 +346,8 @@ def loose_system(model: Model, common: Rayleigh) -> System | None:
         return None
     labels = node_dofs(np.flatnonzero(~owned))
     n = labels.size
-    zero = sp.csr_matrix((n, n))
-    rows = _rows_of(labels, sp.identity(n, format="csr"), model.nodes.count)
+    zero, one = sp.csr_matrix((n, n)), sp.identity(n, format="csr")
+    rows = _rows_of(labels, one, one, model.nodes.count)
     damping = Damping(common.alpha, common.beta)
     velocity = _initial_velocity(model, labels)
     return System(
@@ -329,6 +360,7 @@ def loose_system(model: Model, common: Rayleigh) -> System | None:
         labels,
         velocity,
         labels=labels,
+        of_shells=True,
     )
 
 
@@ -346,15 +378,19 @@ def _outside_labels(model: Model, across: Sequence[Constraint]) -> IntArray:
     return np.concatenate([np.array(sorted(linked), dtype=np.int64), *held])
 
 
-def _rows_of(labels: IntArray, T: Matrix, n_node: int) -> Rows:
+def _rows_of(labels: IntArray, real: Matrix, T: Matrix, n_node: int) -> Rows:
+    """`System.rows`: `real` (n_label, n) of labels, T of ~label."""
     place = np.full(PER_NODE * n_node, -1, dtype=np.int64)
     place[labels] = np.arange(labels.size)
-    T = sp.csr_matrix(T)
+    real, T = sp.csr_matrix(real), sp.csr_matrix(T)
+
+    def pick(wanted: IntArray, of: Matrix) -> Matrix:
+        at = np.where(wanted >= 0, place[wanted], -1)
+        own = np.flatnonzero(at >= 0)
+        return sp.csr_matrix((np.ones(own.size), (own, at[own])), shape=(wanted.size, labels.size)) @ of
 
     def rows(wanted: IntArray) -> tuple[Matrix, Matrix]:
-        at = place[wanted]
-        own = np.flatnonzero(at >= 0)
-        pick = sp.csr_matrix((np.ones(own.size), (own, at[own])), shape=(wanted.size, labels.size))
-        return pick @ T, np.zeros((wanted.size, 0))
+        picked = pick(wanted, real)
+        return picked + pick(~wanted, T) if (wanted < 0).any() else picked, np.zeros((wanted.size, 0))
 
     return rows

@@ -9,6 +9,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.coupling import Driven
+from creak.assembly.drilling import held_drilling
 from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import split_constraints
 from creak.model.dofs import dof_label, node_and_dof, node_dofs
@@ -60,10 +61,8 @@ def _bodies(model: Model) -> tuple[dict[int, int], int]:
 
 
 def _equations(model: Model, driven: Driven, stops: Iterable[LinearEquation]) -> Iterable[LinearEquation]:
-    for constraint in split_constraints(model)[1]:
-        yield from linear_equations(constraint, model.nodes.coords)
-    for fixed in model.fixed:
-        yield from fixed_equations(fixed)
+    across = [e for c in split_constraints(model)[1] for e in linear_equations(c, model.nodes.coords)]
+    yield from _on_bodies(model, [*across, *(e for f in model.fixed for e in fixed_equations(f))])
     for labels in driven.labels.values():
         yield from (LinearEquation([int(x)], [1.0]) for x in labels)
     for block in model.blocks:
@@ -73,6 +72,21 @@ def _equations(model: Model, driven: Driven, stops: Iterable[LinearEquation]) ->
         elif isinstance(block.section, Discrete) and has_stiffness(block.section):
             yield from _resisted_motions(block, model)
     yield from stops
+
+
+def _on_bodies(model: Model, equations: list[LinearEquation]) -> list[LinearEquation]:
+    """The equations; what holds a drilling rotation that shells keep for themselves holds no part by it."""
+    drilling = held_drilling(model)
+    if drilling is None:
+        return equations
+    others = np.concatenate(
+        [drilling.nodes[:0], *(b.nodes_idx.ravel() for b in model.blocks if b.kind not in SHELL_FACETS)]
+    )
+    labels = node_dofs(drilling.nodes)
+    shells = set(node_dofs(np.setdiff1d(drilling.nodes, others)).tolist())
+    mine = [shells.issuperset(e.labels) for e in equations]
+    out = [e for e, own in zip(equations, mine, strict=True) if not own]
+    return out + drilling.on_shells([e for e, own in zip(equations, mine, strict=True) if own], labels)
 
 
 def _spring_equations(nodes: list[list[int]], spring: Spring) -> Iterable[LinearEquation]:

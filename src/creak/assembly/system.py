@@ -99,6 +99,9 @@ class System:
     """Sorted labels at which the System is joined to others that share them; None: all."""
     combine: Combine | None = None
     """Few combinations of many rows, where that is cheaper than through `rows`."""
+    of_shells: bool = False
+    """Whether `rows` takes ~label besides: what shells have in that dof where a support holds the node's rotation about
+    their normal (`assembly.drilling`), elsewhere the same as `label`."""
 
     @property
     def n(self) -> int:

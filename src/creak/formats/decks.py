@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from creak.formats import endings
+from creak.formats.deck.membranes import with_held_membranes
 from creak.model.mesh import Model
 from creak.model.steps import DeckRun
 
@@ -71,4 +72,4 @@ def read_model(path: Path) -> Model:
     ------
     InputError : a deck that is wrong, with file and line.
     """
-    return format_of(path).read(path)
+    return with_held_membranes(format_of(path).read(path))

@@ -13,7 +13,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.model.dofs import ALL, TRANSLATIONS, node_dofs
+from creak.model.dofs import ALL, TRANSLATIONS, dof_labels, node_dofs
 
 
 @dataclass(frozen=True)
@@ -206,6 +206,29 @@ class Fixed:
 def held_labels(fixed: Sequence[Fixed]) -> IntArray:
     """Dof labels that supports hold, as they come."""
     return np.concatenate([np.zeros(0, dtype=np.int64), *(node_dofs(f.nodes_idx, f.dofs) for f in fixed)])
+
+
+def oblique_supports(constraints: Sequence[Constraint], fixed: Sequence[Fixed]) -> Iterator[Equation]:
+    """Equations that hold one node alone, along no global axis; what is fixed has no term in them."""
+    held = np.unique(held_labels(fixed))
+    for c in constraints:
+        if isinstance(c, Equation):
+            free = ~np.isin(dof_labels(c.nodes_idx, c.dofs), held)
+            if free.any() and (c.nodes_idx[free] == c.nodes_idx[free][0]).all():
+                yield Equation(c.nodes_idx[free], c.dofs[free], c.coefficients[free], c.where)
+
+
+def linked_nodes(constraints: Sequence[Constraint], fixed: Sequence[Fixed]) -> IntArray:
+    """Rows of the nodes that constraints join to others that are not fixed."""
+    held = np.unique(held_labels(fixed))
+    found = [np.zeros(0, dtype=np.int64)]
+    for c in constraints:
+        nodes = c.nodes
+        if isinstance(c, Equation):
+            nodes = nodes[~np.isin(dof_labels(nodes, c.dofs), held)]
+        if np.unique(nodes).size > 1:
+            found.append(nodes)
+    return np.unique(np.concatenate(found))
 
 
 def without(fixed: Sequence[Fixed], freed: IntArray) -> tuple[Fixed, ...]:

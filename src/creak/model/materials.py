@@ -10,6 +10,9 @@ from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.model.expansion import Expansion, ShellExpansion
 
+WEAK = 1e-5
+"""Bending as a share of that of a sheet, below which a shell is a membrane; readers leave membranes a millionth."""
+
 
 @dataclass(frozen=True)
 class Material:
@@ -129,6 +132,11 @@ class GeneralShell:
     """Of elements of a rigid body, which have neither mass nor strain: its stiffness is for contact alone."""
     expansion: ShellExpansion | None = None
     """None: heat does not strain it."""
+
+    @property
+    def is_membrane(self) -> bool:
+        """Whether its rotations have no stiffness to speak of, and so no mass either."""
+        return float(np.trace(self.D)) <= WEAK * float(np.trace(self.A)) * self.thickness**2 / 12.0
 
     def __post_init__(self) -> None:
         if not all(np.isfinite(m).all() for m in (self.A, self.B, self.D, self.S, self.rotary_inertia)):

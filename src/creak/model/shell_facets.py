@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from creak.arrays import IntArray
+from creak.arrays import FloatArray, IntArray
 
 SHELL_FACETS: dict[str, tuple[tuple[int, int, int, int], ...]] = {
     "quad4": ((0, 1, 2, 3),),
@@ -18,6 +18,10 @@ A shell with middle nodes counts as several facets, so that contact and ties rea
 what lies between the middle nodes, as faces of solids do."""
 N_CORNER = {"quad4": 4, "tri3": 3, "quad8": 4, "tri6": 3}
 
+EXACT = 1.7e-3
+"""Sine of the angle (0.1 degree) up to which a direction is the normal, as of material directions."""
+EXACTLY = float(np.sqrt(1.0 - EXACT**2))
+
 
 def facets_of_shells(kind: str, nodes_idx: IntArray) -> IntArray:
     """(n, n_facet, 4) node rows of the facets of elements with nodes (n, n_node)."""
@@ -30,3 +34,19 @@ def sides_of_shells(kind: str, nodes_idx: IntArray, side: int) -> IntArray:
     ends = [side, (side + 1) % k] if nodes_idx.shape[1] == k else [side, k + side, (side + 1) % k]
     along = nodes_idx[:, ends]
     return np.stack([along[:, :-1], along[:, 1:]], axis=2)
+
+
+def normals_at_nodes(kind: str, nodes: IntArray, coords: FloatArray) -> FloatArray:
+    """(n, k, 3) unit normals of shells at their nodes, the mean of the facets there; zero where there is no area."""
+    places = np.array(SHELL_FACETS[kind])
+    x = coords[facets_of_shells(kind, nodes)]
+    normal = unit(np.cross(x[:, :, 2] - x[:, :, 0], x[:, :, 3] - x[:, :, 1]))
+    out = np.zeros((*nodes.shape, 3))
+    for facet, place in enumerate(places):
+        out[:, np.unique(place)] += normal[:, facet, None]
+    return unit(out)
+
+
+def unit(v: FloatArray) -> FloatArray:
+    """Vectors (..., 3) of length one; zero where they are."""
+    return np.asarray(v / np.maximum(np.linalg.norm(v, axis=-1), np.finfo(float).tiny)[..., None])

@@ -218,6 +218,7 @@ def reduced_system(system: System, basis: Basis, matrices: Matrices) -> System:
         labels=system.labels,
         whole=lambda q, s: system.recover(basis.expand(q)),
         interface=_joinable(system, inside),
+        of_shells=system.of_shells,
     )
 
 
@@ -276,7 +277,7 @@ def _joinable(system: System, inside: Inside) -> IntArray:
         return system.labels
     internal = np.zeros(inside.b.size + inside.i.size)
     internal[inside.i] = 1.0
-    A = abs(sp.csr_matrix(system.rows(system.labels)[0]))
+    A = abs(sp.csr_matrix(system.rows(~system.labels if system.of_shells else system.labels)[0]))
     return np.intersect1d(system.joins, system.labels[(A @ internal == 0.0) & (np.diff(A.indptr) > 0)])
 
 

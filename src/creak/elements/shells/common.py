@@ -6,7 +6,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.elements.geometry import unit
-from creak.elements.shells.rigidity import areal_mass
+from creak.elements.shells.rigidity import areal_mass, is_membrane
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import COMMON, Own
 
@@ -61,6 +61,7 @@ def shell_mass(
     number k on elements of length h.
 
     A director has no inertia about itself: the share s = `spin` about the shell normal keeps M positive definite.
+    Rotations of a membrane have neither stiffness nor mass: u = sum h_i u_i.
     Where the centre of mass lies at a height c above the nodes, u + c theta x n stands for u, and I is about that
     centre.
 
@@ -81,6 +82,8 @@ def shell_mass(
     n, n_node, _ = coords.shape
     density, inertia, centre = areal_mass(section)
     ratio = 1.0 if own.thickness is None else own.thickness @ shapes.T
+    if is_membrane(section):
+        inertia, centre, edge_shapes = 0.0, 0.0, np.zeros_like(edge_shapes)
     moment_arm = 0.125 * np.cross(normal[:, None], np.roll(coords, -1, axis=1) - coords)
     per_edge = edge_shapes[None, :, :, None] * moment_arm[:, None]
     per_node = np.roll(per_edge, 1, axis=2) - per_edge
@@ -108,6 +111,7 @@ def stressed_stiffness(
     edge_gradients: FloatArray,
     force: FloatArray,
     areas: FloatArray,
+    section: ShellSection | GeneralShell,
 ) -> FloatArray:
     """integral of N_ab u_,a . u_,b with the deflection of `shell_mass`: quadratic along the edges.
 
@@ -121,6 +125,8 @@ def stressed_stiffness(
     (n, 6 n_node, 6 n_node).
     """
     n, n_point, _, n_node = gradients.shape
+    if is_membrane(section):
+        edge_gradients = np.zeros_like(edge_gradients)
     moment_arm = 0.125 * np.cross(normal[:, None], np.roll(coords, -1, axis=1) - coords)
     per_edge = edge_gradients[..., None] * moment_arm[:, None, None]
     per_node = np.roll(per_edge, 1, axis=3) - per_edge

@@ -139,7 +139,9 @@ def geometric_stiffness(
     by_s = np.stack([-0.5 * (1 - r * r), -s * (1 + r), 0.5 * (1 - r * r), -s * (1 - r)], axis=1)
     edges = surface.inverse @ np.stack([by_r, by_s], axis=1)
     slopes = surface.inverse @ shape_derivatives(points)
-    return stressed_stiffness(coords, mean_normal(coords), slopes, edges, mean[:, [[0, 2], [2, 1]], 0], surface.weights)
+    return stressed_stiffness(
+        coords, mean_normal(coords), slopes, edges, mean[:, [[0, 2], [2, 1]], 0], surface.weights, section
+    )
 
 
 def heat_load(coords: FloatArray, section: ShellSection | GeneralShell, own: Own, rise: FloatArray) -> FloatArray:

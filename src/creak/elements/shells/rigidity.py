@@ -51,6 +51,11 @@ def areal_mass(section: ShellSection | GeneralShell) -> tuple[float, float, floa
     return section.mass, section.rotary_inertia - centre * section.first_moment, centre
 
 
+def is_membrane(section: ShellSection | GeneralShell) -> bool:
+    """Whether the section has no bending to speak of."""
+    return isinstance(section, GeneralShell) and section.is_membrane
+
+
 def rigidity(section: ShellSection | GeneralShell, axes: FloatArray, own: Own, shapes: FloatArray) -> Rigidity:
     """Section stiffness at the points of n elements.
 

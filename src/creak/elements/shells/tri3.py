@@ -93,7 +93,9 @@ def geometric_stiffness(
     after = np.roll(slopes, -1, axis=2)
     edges = 4.0 * (L[:, None] * after + np.roll(L, -1, axis=1)[:, None] * slopes)
     along, over = inverse[:, None] @ slopes, inverse[:, None] @ edges
-    return stressed_stiffness(coords, frame[:, 2], along, over, force[:, [[0, 2], [2, 1]], 0], area[:, None] * weights)
+    return stressed_stiffness(
+        coords, frame[:, 2], along, over, force[:, [[0, 2], [2, 1]], 0], area[:, None] * weights, section
+    )
 
 
 def _one_each(stiff: Rigidity) -> Rigidity:

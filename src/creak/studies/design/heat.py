@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.assembly.drilling import held_drilling
 from creak.elements.heat import HEATED, block_heat_load, expands, expansion_of
 from creak.errors import InputError
 from creak.model.constraints import KinematicCoupling, RigidLink
@@ -83,11 +84,16 @@ def _given(model: Model, study: Study, k: int) -> tuple[IntArray, FloatArray]:
 
 
 def heat_forces(model: Model, heat: Heat) -> FloatArray:
-    """(6 n_node,) forces of the heated elements on their nodes."""
+    """(6 n_node,) forces of the heated elements on their nodes, at held drilling rotations on those of the shells."""
     forces = np.zeros((model.nodes.count, PER_NODE))
+    drilling = held_drilling(model)
     for block, rise in _heated(model, heat):
         each = block_heat_load(block, model.nodes.coords, rise, form=model.mass_form)
-        np.add.at(forces, block.nodes_idx, each.reshape(*block.nodes_idx.shape, PER_NODE))
+        each = each.reshape(*block.nodes_idx.shape, PER_NODE)
+        turns = None if drilling is None else drilling.turns(block, slice(None))
+        if turns is not None:
+            each[..., 3:] = np.einsum("najb,naj->nab", turns, each[..., 3:])
+        np.add.at(forces, block.nodes_idx, each)
     return forces.ravel()
 
 

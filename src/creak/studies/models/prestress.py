@@ -55,7 +55,7 @@ def driven_by(step: StaticStep) -> Driven:
 
 
 def displacements(system: System, factor: Factor | None, model: Model, step: StaticStep) -> FloatArray:
-    """(n_node, 6) of K q = f - K_s s.
+    """(n_node, 6) of K q = f - K_s s, at held drilling rotations those of the shells.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def displacements(system: System, factor: Factor | None, model: Model, step: Sta
     if s.size:
         f -= to_dense(system.supports.K_qs) @ s
     u = np.zeros((model.nodes.count, PER_NODE))
-    u[nodes_of(system.labels), dofs_of(system.labels) - 1] = system.recover(factor.solve(f), s)
+    u[nodes_of(system.labels), dofs_of(system.labels) - 1] = system.displacement(~system.labels, factor.solve(f), s)
     return u
 
 

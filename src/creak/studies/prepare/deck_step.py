@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from creak.arrays import IntArray
 from creak.errors import InputError
+from creak.formats.deck.membranes import with_held_membranes
 from creak.formats.decks import format_of
 from creak.model.mesh import Model
 from creak.model.steps import Amplitude, DeckRun, DynamicStep, Interaction, PointLoad, Prescribed, SurfacePair
@@ -64,6 +65,7 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t
     InputError : anything wrong with the deck, or no step in it that creak can run.
     """
     model, run = format_of(path).read_run(path)
+    model = with_held_membranes(model)
     _check_start(model, run.step.moved)
     sets: dict[str, IntArray] = {}
     places: dict[tuple[str | int, ...], str] = {

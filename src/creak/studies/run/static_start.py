@@ -108,7 +108,7 @@ def _load(setup: Setup, reference: ReferenceModel) -> FloatArray:
     if heat is not None:
         forces = heat_forces(setup.model, heat)
         labels = np.flatnonzero(forces)
-        f += np.asarray(system.rows(labels)[0].T @ forces[labels]).ravel()
+        f += np.asarray(system.rows(~labels)[0].T @ forces[labels]).ravel()
     return f
 
 
