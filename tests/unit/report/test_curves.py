@@ -99,7 +99,9 @@ def with_instants(found, seed):
     run = found.runs["reduced"]
     t = flights(rng, run.time[-1])
     kinds = [KINDS[(seed + j) % len(KINDS)] for j in range(4)]
-    force = np.stack([np.abs(course(rng, kinds[j % 2], t)) * rng.uniform(0.1, 1.0) for j in range(found.gaps.m)], axis=1)
+    force = np.stack(
+        [np.abs(course(rng, kinds[j % 2], t)) * rng.uniform(0.1, 1.0) for j in range(found.gaps.m)], axis=1
+    )
     closest = np.stack([course(rng, kinds[2], t) for _ in found.contacts], axis=1).astype(np.float32)
     energy = np.stack([course(rng, kinds[3], t) for _ in range(run.energy.shape[1])], axis=1)
     other = replace(run, time=t, force=force, closest=closest, energy=energy)

@@ -134,7 +134,7 @@ def _dots(result: Found, at: FloatArray, smallest: FloatArray, kept: Any, units:
         f"smallest {number(float(smallest[j]), 3)} {units.length}"
         for j in order.tolist()
     ]
-    low, high = (float(np.percentile(smallest, p)) for p in (0, 95))
+    low, high = palette.limits(smallest, 95.0)
     return {
         "type": "scatter",
         "mode": "markers",
@@ -147,7 +147,7 @@ def _dots(result: Found, at: FloatArray, smallest: FloatArray, kept: Any, units:
             "color": plain(smallest[order]),
             "size": 8,
             "cmin": low,
-            "cmax": high if high > low else low + 1.0,
+            "cmax": high,
             "colorscale": [[0.0, "#4a0d42"], [0.35, "#b5173a"], [0.65, "#e8743b"], [1.0, "#f7c948"]],
             "line": {"color": palette.INK, "width": [1.6 if k else 0.0 for k in kept[order].tolist()]},
             "colorbar": {
