@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 import pytest
 
 from creak.report.words.text import MINUS, NONE, THIN, fixed, four, number, percent, ratio, share, tidy, times

@@ -88,6 +88,18 @@ class Proposal:
     """For [verification]."""
     outputs: tuple[str, ...]
 
+    @property
+    def untouched(self) -> str:
+        """Why nothing of the study could touch, and what to fill in; empty where something can."""
+        if any(c.channels for c in self.contacts):
+            return ""
+        fill = "fill in a [contact.NAME] or a [[connector]]"
+        if self.contacts:
+            why = "; ".join(f"{c.name} is left out, because {c.problem}" for c in self.contacts)
+            return f"no contact: {why}; {fill}"
+        unit = self.units.words[0]
+        return f"no contact: no surfaces of two parts come within {self.distance:.3g} {unit} of each other; {fill}"
+
 
 def propose(model: Model, distance: float | None, units: str | None, progress: Progress) -> Proposal:
     """Look at a deck for what a study needs.
