@@ -13,9 +13,9 @@ from creak.report.found import found_of
 from creak.report.html import report_text
 from creak.report.tables.convergence import procedure
 from creak.report.words.method import paragraph
+from creak.studies.converge.unanswered import unanswered
 from creak.studies.file.reader import read_study
 from creak.studies.results.summary import summarise
-from creak.studies.run.unanswered import unanswered
 
 
 def first_line(result, summary=None, convergence=None):

@@ -57,7 +57,8 @@ def procedure(c: Convergence) -> str:
     for a, b in c.families.values():
         (deciding if c.outcomes[b].variant.judged else others).append(f"from {a} to {b}")
     if deciding:
-        less = f", and {c.finest} differs from the base run by no more" if c.finest in c.outcomes else ""
+        apart = c.finest in c.outcomes and (BASE, c.finest) not in c.families.values()
+        less = f", and {c.finest} differs from the base run by no more" if apart else ""
         said.append(f"A figure has settled when none of the changes {listed(deciding)} is larger than this{less}:")
         said.append(f"{_limits(c)}.")
     if others:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.studies.converge.settling import ENOUGH, FIGURES, OF_PLACE, TIMES, Convergence, EventSettling, Settling
+from creak.studies.converge.unanswered import unanswered
 from creak.studies.converge.words import REMEDIES
 from creak.studies.run.job import Run, StudyResult
-from creak.studies.run.unanswered import unanswered
 from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.statistics import MANY, EventStatistics, is_crowded, rate_interval
 

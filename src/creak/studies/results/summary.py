@@ -12,6 +12,7 @@ from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Model
 from creak.studies.converge.settled import KEYS, UNCHECKED, is_chaotic, place_settled_to, settled_to, verdict_of
 from creak.studies.converge.settling import Convergence
+from creak.studies.converge.unanswered import unanswered
 from creak.studies.converge.words import as_dict
 from creak.studies.results.elines import against_measured, measured_rates
 from creak.studies.results.elines import as_dict as eline_summary
@@ -21,7 +22,6 @@ from creak.studies.results.sound import heard_at, heard_places, place_name, soun
 from creak.studies.results.static_figures import static_figures
 from creak.studies.run.compared import event_statistics, main_run
 from creak.studies.run.job import Run, StudyResult
-from creak.studies.run.unanswered import unanswered
 from creak.studies.sound.heard import Sound
 from creak.studies.warned import warnings_of
 from creak.verify.events import Event, resting
