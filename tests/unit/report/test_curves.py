@@ -61,7 +61,6 @@ def tops(t, y, end):
 def assert_drawn(trace, t, y):
     """The trace has the extremes of the record in each pixel of time, and its area."""
     x, shown = np.array(trace["x"]), np.array(trace["y"])
-    t = np.array([float(f"{v:.12g}") for v in t])
     assert (np.diff(x) >= 0.0).all()
     assert (x[0], x[-1]) == (t[0], t[-1])
     np.testing.assert_allclose(tops(x, shown, t[-1]), tops(t, y, t[-1]), rtol=ROUNDING)

@@ -21,8 +21,8 @@ FINER = 12
 """Times that columns may be halved where points lie in few of them."""
 FULL = 10
 """Points of a column up to which all are drawn, the most that a fuller one is drawn with."""
-INSTANT = 12
-"""Digits of an instant: those of a hit are far closer to each other than to the start of the run."""
+INSTANT = 17
+"""Digits of an instant, all that it has: those of a hit are far closer to each other than to the start of the run."""
 CLOSE = 1e-3
 """Of the mean between two points: where the straight line comes so near to it, that is drawn."""
 
