@@ -108,6 +108,17 @@ def test_a_study_whose_only_contact_is_commented_out_is_nothing_to_run_next(crea
     assert "is left out, because surfaces 'UNDER' and 'OVER'" in text
 
 
+def test_near_parts_without_names_of_their_own_are_not_called_far(creak, tmp_path):
+    deck = re.sub("ELSET=(UPPER|LOWER)", "ELSET=ALL", two_strips())
+    deck = deck.replace("*SURFACE, NAME=UNDER\nUPPER, SNEG\n*SURFACE, NAME=OVER\nLOWER, SPOS\n", "")
+    first, second = [m.start() for m in re.finditer(r"\*SHELL SECTION", deck)]
+    text = without_contact(creak, tmp_path, deck[:first] + deck[second:])
+    assert "the deck has no surface or element set of PART-1 and PART-2 alone" in text
+    study = (tmp_path / "strips.toml").read_text()
+    assert "PART-1 and PART-2: 0.25 mm apart at node" in study  # both are as thick as the lower strip
+    assert "No surfaces" not in study
+
+
 def test_parts_that_overlap_are_told(creak, tmp_path):
     told, _ = new(creak, tmp_path, two_strips(gap=-0.2))
     assert told["contacts"][0]["gap"] == pytest.approx(-0.2, abs=1e-9)
