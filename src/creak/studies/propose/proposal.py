@@ -163,8 +163,8 @@ def _contacts(model: Model, near: Sequence[Near], progress: Progress) -> tuple[C
         if len(found) == known:
             bare = [part for part, names in zip(n.parts, sides, strict=True) if not names]
             problem = f"the deck has no surface or element set of {listed(bare or n.parts)} alone that is near"
-            (a, b), near, node = n.parts, len(n.elements[0]), model.nodes.label(n.node)
-            found.append(Contact(_pair_name(n.parts), a, b, n.gap, node, near, near, 0, None, problem))
+            (a, b), count, node = n.parts, len(n.elements[0]), model.nodes.label(n.node)
+            found.append(Contact(_pair_name(n.parts), a, b, n.gap, node, count, count, 0, None, problem))
     progress("try the contacts", len(near), len(near))
     names: dict[str, int] = {}
     out = []
