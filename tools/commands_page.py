@@ -61,12 +61,14 @@ put into a file in TMPDIR.
 **Completion.** `creak --install-completion` adds it to the shell in use (bash, zsh, fish, PowerShell); open a new shell
 afterwards. `creak --show-completion` prints it instead.
 
-**Warnings.** `creak run`, with a study or a deck, warns of what can hardly be meant: materials, size, thickness, mass
-or first frequency that do not fit the units (metres taken for millimetres, kg for t); contact that starts closed, with
-the depth and the node; contact that never comes near, with the closest approach; a pre-check margin as large as the
-model; forces that the step does not resolve. They stand in `summary.json` too, as `warnings`, a list of sentences. A
-part that nothing holds is an error in a study and a warning in a deck that is run by itself, with the motions that are
-free. `creak info DECK` warns of such parts before there is a study, and of units with `--units mm-t-s`.
+**Warnings.** `creak run`, with a study or a deck, tells in red of a study that has no contact and no connector, or in
+which no gap becomes smaller: it could not have rattled, whatever was computed. It warns of what can hardly be meant:
+materials, size, thickness, mass or first frequency that do not fit the units (metres taken for millimetres, kg for t);
+contact that starts closed, with the depth and the node; contact that never comes near, with the closest approach; a
+pre-check margin as large as the model; forces that the step does not resolve. They stand in `summary.json` too, as
+`warnings`, a list of sentences. A part that nothing holds is an error in a study and a warning in a deck that is run by
+itself, with the motions that are free. `creak info DECK` warns of such parts before there is a study, and of units with
+`--units mm-t-s`.
 
 **Editors.** `creak schema` prints the JSON schema of the study file. `creak new` writes it beside the study, whose
 first line names it (`#:schema ./creak-study.schema.json`): Even Better TOML and taplo then complete and check while

@@ -30,7 +30,7 @@ class RecordStudy:
     duration: float
     rate: float
     time: FloatArray
-    """(n,) s, thinned; every pair of rows holds the lowest and highest value of a stretch."""
+    """(n,) s"""
     drifting: FloatArray
     """(n,) mm, acceleration integrated twice in time."""
     filtered: FloatArray
@@ -73,14 +73,13 @@ def study_record(seed: int = 1, *, duration: float = 62.0, rate: float = 48000.0
     band, peak = content(freq, density, floor), float(np.abs(filtered).max())
     signal = excitation_of(band, peak)
     error = filtered - record.displacement
-    time, thin = envelopes(record.time, [drifting, filtered])
     shown = freq <= SHOWN_UP_TO
     return RecordStudy(
         duration,
         record.rate,
-        time,
-        thin[0],
-        thin[1],
+        record.time,
+        drifting,
+        filtered,
         float(abs(drifting[-1])),
         float(filtered.mean()),
         peak,
@@ -110,20 +109,6 @@ def excitation_of(band: tuple[float, float], peak: float) -> Multisine:
     The upper end is rounded up to ten hertz; the lower end is 1 Hz, so that all frequencies of interest are driven.
     """
     return Multisine(1.0, float(10.0 * np.ceil(band[1] / 10.0)), peak, 1.0, 1)
-
-
-def envelopes(
-    time: FloatArray, records: list[FloatArray], stretches: int = 1500
-) -> tuple[FloatArray, list[FloatArray]]:
-    """Records thinned to the lowest and highest value of each stretch of time."""
-    length = max(1, time.size // stretches)
-    n = time.size // length * length
-    at = time[:n:length]
-    thin = []
-    for x in records:
-        block = x[:n].reshape(-1, length)
-        thin.append(np.stack([block.min(axis=1), block.max(axis=1)], axis=1).ravel())
-    return np.repeat(at, 2), thin
 
 
 def _record_signal_error(record: RoadRecord) -> float:

@@ -52,6 +52,16 @@ def test_masses_in_kg(creak, tmp_path):
     assert any("a mass of 5 t, 5 of it point masses" in w for w in warnings)
 
 
+def test_a_study_without_contact_is_told_first_of_all(creak, tmp_path):
+    bare = re.sub(r"\[contact.tip\]\n(?:[^\[]*\n)*", "", SHORT)
+    said, warnings = run(creak, tmp_path, None, bare)
+    first = said.err.splitlines()[0]
+    assert first == f"warning: {warnings[0]}"
+    assert "the study has no contact and no connector, so nothing can rattle" in first
+    assert said.out.splitlines()[-1].startswith("verdict: unsettled (the study has no contact")
+    assert "settled." not in said.out
+
+
 def test_nothing_comes_near(creak, tmp_path):
     """The root moves by 12 sines of 0.05 mm; 5 mm stay open."""
     said, warnings = run(creak, tmp_path, two_strips(gap=5.0))

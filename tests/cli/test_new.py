@@ -82,6 +82,43 @@ def test_distance_decides_what_is_near(creak, tmp_path):
     assert told["contacts"][0]["gap"] == pytest.approx(4.0, abs=1e-9)
 
 
+def without_contact(creak, folder, deck, *more):
+    """What is to be filled in where no contact of the study is live: it is nothing to run next."""
+    told, study = new(creak, folder, deck, *more)
+    assert "contact" not in study
+    assert told["ready"] is False
+    said = creak("new", folder / "strips.inp", "--overwrite", *more).out
+    assert "next:" not in said
+    assert f"to be filled in before it runs: {told['to_fill_in']}" in " ".join(said.split())
+    assert "# To be filled in before it runs: no contact" in (folder / "strips.toml").read_text()
+    return told["to_fill_in"]
+
+
+def test_a_study_without_contact_is_nothing_to_run_next(creak, tmp_path):
+    text = without_contact(creak, tmp_path, two_strips(gap=4.0))
+    assert text.startswith(
+        "no contact: no surfaces of two parts come within 1.22 mm of each other; fill in a [contact."
+    )
+
+
+def test_a_study_whose_only_contact_is_commented_out_is_nothing_to_run_next(creak, tmp_path):
+    """Both surfaces look away from each other."""
+    deck = two_strips().replace("UPPER, SNEG", "UPPER, SPOS").replace("LOWER, SPOS", "LOWER, SNEG")
+    text = without_contact(creak, tmp_path, deck)
+    assert "is left out, because surfaces 'UNDER' and 'OVER'" in text
+
+
+def test_near_parts_without_names_of_their_own_are_not_called_far(creak, tmp_path):
+    deck = re.sub("ELSET=(UPPER|LOWER)", "ELSET=ALL", two_strips())
+    deck = deck.replace("*SURFACE, NAME=UNDER\nUPPER, SNEG\n*SURFACE, NAME=OVER\nLOWER, SPOS\n", "")
+    first, second = [m.start() for m in re.finditer(r"\*SHELL SECTION", deck)]
+    text = without_contact(creak, tmp_path, deck[:first] + deck[second:])
+    assert "the deck has no surface or element set of PART-1 and PART-2 alone" in text
+    study = (tmp_path / "strips.toml").read_text()
+    assert "PART-1 and PART-2: 0.25 mm apart at node" in study  # both are as thick as the lower strip
+    assert "No surfaces" not in study
+
+
 def test_parts_that_overlap_are_told(creak, tmp_path):
     told, _ = new(creak, tmp_path, two_strips(gap=-0.2))
     assert told["contacts"][0]["gap"] == pytest.approx(-0.2, abs=1e-9)

@@ -104,8 +104,8 @@ def facts(summary: dict[str, Any], events: Events) -> dict[str, str]:
     told = {"title": summary["title"] or "untitled study", "runs": ", ".join(summary["runs"]) or "none"}
     told["events"] = _count(events)
     main = summary["runs"].get("reduced") or summary["runs"].get("reference") or {}
-    if "verdict" in main:
-        told["verdict"] = "; ".join([main["verdict"], *main["reasons"]])
+    if said := [*filter(None, [main.get("verdict")]), *main.get("reasons", ())]:
+        told["verdict"] = "; ".join(said)
     match = summary["verification"].get("events")
     if match:
         told["agreement"] = f"{match['matched']} of {match['reference']} events of the unreduced model found"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from creak.cli.console import printable
-from creak.cli.details import setup_detail, tell_notes, tell_warnings
+from creak.cli.details import setup_detail, tell_notes, tell_setup
 from creak.cli.output import AS_JSON, IGNORE, VERBOSE, Output
 from creak.cli.run import changed_study
 from creak.errors import InputError
@@ -64,7 +64,7 @@ def advise(
             with progress.phase("read the model and find the contacts"):
                 setup = set_up(changed_study(study_file, changes), ignore)
             setup_detail(output, setup)
-            tell_warnings(output, setup.notes, told)
+            tell_setup(output, setup, told)
             advice = look(setup, progress, band)
         _draw(output, advice)
         tell_notes(output, setup.notes, told)
@@ -72,7 +72,12 @@ def advise(
             output.warn(text)
         if not as_json:
             typer.echo(printable(_lines(advice)))
-        output.result({**as_dict(advice), "warnings": [*warnings_of(setup.notes), *advice.choice.warnings]})
+        output.result(
+            {
+                **as_dict(advice),
+                "warnings": [*filter(None, [setup.no_contact]), *warnings_of(setup.notes), *advice.choice.warnings],
+            }
+        )
 
 
 def _lines(advice: Advice) -> str:

@@ -69,6 +69,13 @@ def tell_warnings(output: Output, notes: Iterable[str], told: set[str]) -> None:
             told.add(text)
 
 
+def tell_setup(output: Output, setup: Setup, told: set[str]) -> None:
+    """Before a run: in red that nothing can touch, then the notes that warn."""
+    if setup.no_contact:
+        output.alarm(setup.no_contact)
+    tell_warnings(output, setup.notes, told)
+
+
 def tell_notes(output: Output, notes: Sequence[str], told: set[str]) -> None:
     """Warnings on stderr, other notes among the results."""
     from creak.studies.warned import plain_notes

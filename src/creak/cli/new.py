@@ -58,7 +58,8 @@ def new(
             _write(path, proposal_text(found, model, relative, path.stem))
             with progress.phase("check the study"):
                 missing, warnings = _missing(path, ignore)
-                missing = missing or (f"no excitation: {found.undriven}" if found.undriven else "")
+                undriven = f"no excitation: {found.undriven}" if found.undriven else ""
+                missing = ". ".join(filter(None, (found.untouched, missing or undriven)))
             if missing:
                 _write(path, proposal_text(found, model, relative, path.stem, " ".join(missing.split())))
             output.wrote(path, path.with_name(SCHEMA_FILE))

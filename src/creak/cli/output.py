@@ -188,6 +188,10 @@ class Output:
         """What the user should look at, on stderr."""
         self._error.print(f"warning: {text}", style="yellow")
 
+    def alarm(self, text: str) -> None:
+        """What makes a result worthless, on stderr."""
+        self._error.print(f"warning: {text}", style="bold red")
+
     def detail(self, text: str) -> None:
         """A line for --verbose, on stderr."""
         if self.verbose:

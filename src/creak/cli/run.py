@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
-from creak.cli.details import list_unread, setup_detail, tell_notes, tell_warnings
+from creak.cli.details import list_unread, setup_detail, tell_notes, tell_setup
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
 from creak.errors import NumericalError, Unreliable
 from creak.model.units import UnitsName
@@ -110,7 +110,7 @@ def run(
             with progress.phase("read the model and find the contacts"):
                 setup = set_up(given, ignore, units, superelements)
             setup_detail(output, setup)
-            tell_warnings(output, setup.notes, told)
+            tell_setup(output, setup, told)
             result = run_setup(
                 setup,
                 progress,
@@ -135,6 +135,8 @@ def run(
                     checkpoints.remove()
             progress("write results", 2, 2)
         list_unread(output, setup.model.unread)
+        if (why := result.summary["unanswered"]) and not setup.no_contact:
+            output.alarm(why)
         tell_notes(output, result.notes, told)
         _print_tables(output, result.summary)
         if result.convergence is not None:
@@ -195,10 +197,11 @@ def _print_tables(output: Output, summary: dict[str, Any]) -> None:
 
 def _tell_verdict(output: Output, summary: dict[str, Any]) -> None:
     """The last line: how far the answer can be trusted."""
+    from creak.report.words.verdict import verdict_line
+
     run = summary["runs"].get("reduced") or summary["runs"].get("reference") or {}
-    if "verdict" in run:
-        reasons = "; ".join(run["reasons"])
-        output.say(f"verdict: {run['verdict']}{f' ({reasons})' if reasons else ''}")
+    if said := verdict_line(run):
+        output.say(f"verdict: {said}")
 
 
 def _print_convergence(output: Output, convergence: Convergence, summary: dict[str, Any]) -> None:

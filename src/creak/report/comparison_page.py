@@ -14,6 +14,7 @@ from creak.report.tables.comparison import Comparison, Figure, Side
 from creak.report.tables.run import Table
 from creak.report.templates import page_templates
 from creak.report.words.text import NONE, number, percent, plural
+from creak.report.words.verdict import verdict_line
 from creak.version import version
 
 FILES = Path(__file__).parent
@@ -55,9 +56,8 @@ def verdicts(found: Comparison) -> list[str]:
     """How far each of the two can be trusted, where that is known."""
     said = []
     for side in (found.a, found.b):
-        if word := side.run.get("verdict"):
-            reasons = "; ".join(side.run.get("reasons") or ())
-            said.append(f"{side.name}: {word}{f' ({reasons})' if reasons else ''}")
+        if line := verdict_line(side.run):
+            said.append(f"{side.name}: {line}")
     return said
 
 

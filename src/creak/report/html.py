@@ -128,7 +128,7 @@ def _verdict_parts(result: Found, summary: dict[str, Any], units: Units) -> dict
         "sentence": verdict.sentence(result, summary, units),
         "checks": judged,
         "trust": verdict.trust(summary),
-        "good": verdict.is_good(judged, summary),
+        "mark": verdict.mark(judged, summary),
         "compared": {"reduced", "reference"} <= result.runs.keys(),
         "alarms": [*result.alarms, *verdict.first_mistakes(result, units)],
         "warnings": verdict.warnings(result),

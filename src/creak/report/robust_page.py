@@ -81,9 +81,16 @@ def _heat(found: Robustness) -> str:
     centred = xyz - xyz.mean(axis=0)
     plane = centred @ np.linalg.svd(centred, full_matrices=False)[2][:2].T if len(xyz) > 1 else centred[:, :2]
     drawing, axes = _axes(11.0, 4.2)
-    order = np.argsort(found.node_odds)
+    odds = 100.0 * palette.touched(found.node_odds)
+    order = np.argsort(odds)
     dots = axes.scatter(
-        plane[order, 0], plane[order, 1], c=100.0 * found.node_odds[order], cmap="viridis", vmin=0.0, s=36
+        plane[order, 0],
+        plane[order, 1],
+        c=odds[order],
+        cmap="viridis",
+        vmin=0.0,
+        vmax=odds.max(initial=0.0) or 100.0,
+        s=36,
     )
     axes.set_aspect("equal", adjustable="datalim")
     unit = UNITS[d.setup.study.config.model.units].length

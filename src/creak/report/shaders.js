@@ -42,6 +42,6 @@ void main() {
   float r = length(gl_PointCoord - 0.5) * 2.0;
   if (r > 1.0) discard;
   vec3 warm = mix(vec3(0.97, 0.79, 0.28), vec3(0.80, 0.06, 0.16), hot);
-  vec3 inside = mix(colour.rgb, warm, step(0.02, hot));
+  vec3 inside = hot > 0.0 ? warm : colour.rgb;
   pixel = vec4(mix(inside, rim.rgb, smoothstep(0.66, 0.78, r)), colour.a);
 }`;

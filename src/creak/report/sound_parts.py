@@ -13,7 +13,7 @@ from scipy.signal import resample_poly
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.report.figures import palette
-from creak.report.figures.axes import Trace, axis, base_layout, plain
+from creak.report.figures.axes import INSTANT, Trace, axis, base_layout, line, plain
 from creak.report.figures.run import Figure
 from creak.report.found import Found, FoundSound
 from creak.report.words.text import number
@@ -93,15 +93,9 @@ def loudness_figure(result: Found) -> Figure:
 
 
 def _curve(time: FloatArray, total: FloatArray, name: str, colour: str, *, last: bool) -> Trace:
-    return {
-        "type": "scatter",
-        "mode": "lines",
-        "name": name,
-        "x": plain(time),
-        "y": plain(total),
-        "line": {"color": colour, "width": 2.0 if last else 1.3, "dash": "dot" if last else "solid"},
-        "hovertemplate": f"{name}: %{{y:.3g}} sone at %{{x:.4g}} s<extra></extra>",
-    }
+    trace = line(time, total, name, colour, width=2.0 if last else 1.3)
+    trace["line"]["dash"] = "dot" if last else "solid"
+    return trace | {"hovertemplate": f"{name}: %{{y:.3g}} sone at %{{x:.4g}} s<extra></extra>"}
 
 
 def _marks(time: FloatArray, total: FloatArray, events: Sequence[Event], colour: str, name: str) -> Trace:
@@ -111,7 +105,7 @@ def _marks(time: FloatArray, total: FloatArray, events: Sequence[Event], colour:
         "type": "scatter",
         "mode": "markers",
         "showlegend": False,
-        "x": plain(starts),
+        "x": plain(starts, INSTANT),
         "y": plain(np.interp(starts, time, total)),
         "text": force,
         "marker": {"color": colour, "size": 6},

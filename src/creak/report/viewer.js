@@ -61,7 +61,7 @@ class Viewer {
     this.impulses = new Map();
     if (!s.impulse) return;
     const shares = new Uint8Array(bytesOf(s.impulse.shares)), every = new Uint8Array(s.count);
-    s.impulse.nodes.forEach((row, j) => { every[row] = shares[j]; this.impulses.set(row, shares[j] / 255 * s.impulse.largest); });
+    s.impulse.nodes.forEach((row, j) => { every[row] = shares[j]; this.impulses.set(row, s.impulse.values[j]); });
     this.impulseBuffer = this.buffer(gl.ARRAY_BUFFER, every);
   }
 

@@ -2,10 +2,8 @@
 
 import math
 
-import numpy as np
 import pytest
 
-from creak.report.figures.axes import peaks_kept, thinned
 from creak.report.words.text import MINUS, NONE, THIN, fixed, four, number, percent, ratio, share, tidy, times
 
 
@@ -54,14 +52,3 @@ def test_speed_ups_and_ratios():
     assert times(1.66) == "1.7 times"
     assert ratio(1.0, 0.0) is None
     assert ratio(3.0, 2.0) == 1.5
-
-
-def test_thinning_keeps_peaks_and_ends():
-    x = np.arange(20001.0)
-    y = np.zeros_like(x)
-    y[12345] = 7.0
-    few_x, few_y = peaks_kept(x, y)
-    assert few_x.size <= 6000
-    assert few_y.max() == 7.0
-    assert few_x[few_y.argmax()] == 12345.0
-    assert thinned(x, x)[0][-1] == 20000.0

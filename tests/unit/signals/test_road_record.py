@@ -7,7 +7,7 @@ import pytest
 
 from creak.signals.omega_arithmetic import integrate_twice
 from creak.signals.sources import Record, displacement_motion
-from creak_thesis.record import HIGH_PASS, STEP, content, envelopes, excitation_of, study_record
+from creak_thesis.record import HIGH_PASS, STEP, content, excitation_of, study_record
 from creak_thesis.road_record import (
     DEFAULT,
     NO_ERRORS,
@@ -118,13 +118,3 @@ def test_content_ignores_noise_and_what_was_cut():
     density[3], density[20], density[80], density[150] = 1e6, 1e3, 11.0, 9.0
     assert content(freq, density, 1.0) == (20.0, 80.0)
     assert excitation_of((20.0, 80.5), 2.0).f_max == 90.0
-
-
-def test_envelope_keeps_extremes():
-    t = np.linspace(0.0, 1.0, 10000)
-    x = np.sin(2.0 * np.pi * 40.0 * t)
-    x[1234] = 7.0
-    at, (thin,) = envelopes(t, [x], 100)
-    assert at.size == thin.size == 200
-    assert thin.max() == 7.0
-    assert thin.min() == x.min()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,18 @@ from creak.report.figures.palette import GRID, INK, MUTED
 Trace = dict[str, Any]
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
-MOST_POINTS = 6000
-"""Points of a curve; longer records are thinned."""
+MOST_POINTS = 12_000
+"""Points of a curve up to which all are drawn."""
+COLUMNS = 2000
+"""In which a longer curve keeps its extremes and its area: narrower than the pixels of a page."""
+FINER = 12
+"""Times that columns may be halved where points lie in few of them."""
+FULL = 10
+"""Points of a column up to which all are drawn, the most that a fuller one is drawn with."""
+INSTANT = 17
+"""Digits of an instant, all that it has: those of a hit are far closer to each other than to the start of the run."""
+CLOSE = 1e-3
+"""Of the mean between two points: where the straight line comes so near to it, that is drawn."""
 
 
 def base_layout(height: int, *, legend: bool = False) -> dict[str, Any]:
@@ -56,11 +67,12 @@ def stacked(row: int, count: int) -> list[float]:
 def line(
     x: FloatArray, y: FloatArray, name: str, colour: str, *, row: int = 0, width: float = 1.4, first: bool = True
 ) -> Trace:
-    """A curve in a panel; only its first appearance is listed in the legend."""
+    """A curve in a panel, thinned where it is long; only its first appearance is listed in the legend."""
+    x, y = thinned(x, y)
     return {
         "type": "scatter",
         "mode": "lines" if x.size > 1 else "markers",
-        "x": plain(x),
+        "x": plain(x, INSTANT),
         "y": plain(y),
         "name": name,
         "legendgroup": name,
@@ -70,27 +82,43 @@ def line(
     }
 
 
-def plain(values: FloatArray) -> list[float | None]:
-    """Six significant digits, undefined values as None: what JSON can hold."""
-    return [float(f"{v:.6g}") if np.isfinite(v) else None for v in values.tolist()]
+def plain(values: FloatArray, digits: int = 6) -> list[float | None]:
+    """So many significant digits, undefined values as None: what JSON can hold."""
+    return [float(f"{v:.{digits}g}") if np.isfinite(v) else None for v in values.tolist()]
 
 
-def peaks_kept(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """A record of non-negative values, thinned to the highest of each stretch."""
-    stretch = -(-x.size // MOST_POINTS)
-    if stretch <= 1:
+def thinned(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A curve, straight between its points, with fewer of them; its extremes and its area stay, column by column.
+
+    Of the points in a column of x the first, lowest, highest and last stay where they are. Where the straight line
+    between two of them has not the mean of what was there, that mean is drawn. Columns are as narrow as the number of
+    points allows.
+
+    Parameters
+    ----------
+    x : (n,) rising, however uneven. y : (n,) numbers.
+    """
+    if x.size <= MOST_POINTS or not x[-1] > x[0]:
         return x, y
-    n = x.size // stretch * stretch
-    block = y[:n].reshape(-1, stretch)
-    top = block.argmax(axis=1)
-    row = np.arange(top.size)
-    return x[:n].reshape(-1, stretch)[row, top], block[row, top]
-
-
-def thinned(x: FloatArray, y: FloatArray, most: int = 1500) -> tuple[FloatArray, FloatArray]:
-    """Every so many samples of a record, its last one included."""
-    stride = -(-x.size // most)
-    if stride <= 1:
-        return x, y
-    rows = np.unique(np.append(np.arange(0, x.size, stride), x.size - 1))
-    return x[rows], y[rows]
+    for columns in COLUMNS << np.arange(FINER, -1, -1):
+        column = np.minimum((x - x[0]) * (columns / (x[-1] - x[0])), columns - 1).astype(np.int64)
+        ends = np.flatnonzero(np.diff(column, prepend=-1, append=columns))
+        if np.minimum(np.diff(ends), FULL).sum() <= MOST_POINTS:
+            break
+    area = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(x) * (y[1:] + y[:-1]))])
+    few: list[FloatArray] = []
+    for a, b in itertools.pairwise(ends.tolist()):
+        if b - a <= FULL:
+            few.append(np.stack([x[a:b], y[a:b]]))
+            continue
+        lowest, highest = a + int(y[a:b].argmin()), a + int(y[a:b].argmax())
+        rows = sorted({a, lowest, highest, b - 1})
+        for r, s in itertools.pairwise(rows):
+            few.append(np.array([[x[r]], [y[r]]]))
+            straight = 0.5 * (y[r] + y[s])
+            mean = (area[s] - area[r]) / (x[s] - x[r]) if x[s] > x[r] else straight
+            if abs(mean - straight) > CLOSE * abs(mean):
+                few.append(np.array([[x[r], x[s]], [np.clip(mean, y[lowest], y[highest])] * 2]))
+        few.append(np.array([[x[b - 1]], [y[b - 1]]]))
+    found = np.concatenate(few, axis=1)
+    return found[0], found[1]

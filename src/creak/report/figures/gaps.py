@@ -9,7 +9,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.model.units import Units
 from creak.report.figures import palette
-from creak.report.figures.axes import MOST_POINTS, Trace, axis, base_layout, line, plain, stacked
+from creak.report.figures.axes import Trace, axis, base_layout, line, plain, stacked
 from creak.report.figures.run import MOST_ROWS, Figure, groups_by_force, inside_window
 from creak.report.figures.surface import Surface
 from creak.report.figures.view import front, outward
@@ -61,23 +61,12 @@ def _gap_row(result: Found, group: str, row: int) -> tuple[list[Trace], float, f
     for run in (n for n in palette.DRAWN if n in result.runs):
         found = result.runs[run]
         inside = inside_window(found.history, result.window)
-        time, gap = lowest_kept(found.time[inside], found.closest[inside, contact].astype(np.float64))
+        time, gap = found.time[inside], found.closest[inside, contact].astype(np.float64)
         if gap.size:
             low, high = min(low, float(gap.min())), max(high, float(gap.max()))
         width = 3.2 if run == "reference" and len(result.runs) > 1 else 1.4
         traces.append(line(time, gap, palette.RUN_NAMES[run], palette.RUNS[run], row=row, width=width, first=row == 0))
     return traces, low, min(high, top) if top > 0.0 else (high or 1.0)
-
-
-def lowest_kept(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """A record thinned to the lowest value of each stretch."""
-    stretch = -(-x.size // MOST_POINTS)
-    if stretch <= 1:
-        return x, y
-    n = x.size // stretch * stretch
-    low = y[:n].reshape(-1, stretch).argmin(axis=1)
-    row = np.arange(low.size)
-    return x[:n].reshape(-1, stretch)[row, low], y[:n].reshape(-1, stretch)[row, low]
 
 
 def precheck_figure(result: Found, units: Units) -> Figure:
@@ -145,7 +134,7 @@ def _dots(result: Found, at: FloatArray, smallest: FloatArray, kept: Any, units:
         f"smallest {number(float(smallest[j]), 3)} {units.length}"
         for j in order.tolist()
     ]
-    low, high = (float(np.percentile(smallest, p)) for p in (0, 95))
+    low, high = palette.limits(smallest, 95.0)
     return {
         "type": "scatter",
         "mode": "markers",
@@ -158,7 +147,7 @@ def _dots(result: Found, at: FloatArray, smallest: FloatArray, kept: Any, units:
             "color": plain(smallest[order]),
             "size": 8,
             "cmin": low,
-            "cmax": high if high > low else low + 1.0,
+            "cmax": high,
             "colorscale": [[0.0, "#4a0d42"], [0.35, "#b5173a"], [0.65, "#e8743b"], [1.0, "#f7c948"]],
             "line": {"color": palette.INK, "width": [1.6 if k else 0.0 for k in kept[order].tolist()]},
             "colorbar": {

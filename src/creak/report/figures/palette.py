@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
+from creak.arrays import FloatArray
+
 INK = "#1b1f24"
 MUTED = "#5b6570"
 GRID = "#e4e8ec"
@@ -49,3 +54,22 @@ DARK = {
     "#b5173a": "#f0607f",
 }
 """What the colours of the figures become on a dark page."""
+
+
+def touched(values: FloatArray) -> FloatArray:
+    """What a scale from zero shows of values: zero for those below it and for what is no number."""
+    return np.nan_to_num(np.maximum(values, 0.0), nan=0.0)
+
+
+def shares(values: FloatArray) -> NDArray[np.uint8]:
+    """Values on a scale from zero in 8 bits: the largest has 255, and 0 only what has not been touched."""
+    known = touched(values)
+    of_largest = known / (known.max(initial=0.0) or 1.0)  # at most 1, as 255.0 / largest times the largest is not
+    return np.maximum(np.ceil(255.0 * of_largest), known > 0.0).astype(np.uint8)
+
+
+def limits(values: FloatArray, percent: float = 100.0) -> tuple[float, float]:
+    """Both ends of a scale of values of any sign, the upper one at a percentile; never the same."""
+    known = values[np.isfinite(values)]
+    low, high = (float(x) for x in np.percentile(known, [0.0, percent])) if known.size else (0.0, 0.0)
+    return low, high if high > low else low + (abs(low) or 1.0)

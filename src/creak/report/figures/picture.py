@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from matplotlib.patches import Patch
 
 from creak.arrays import FloatArray, IntArray
 from creak.model.plain_mesh import Mesh
-from creak.report.figures.palette import CONTACT, DRIVEN, INK, MUTED, PARTS
+from creak.report.figures.palette import CONTACT, DRIVEN, INK, MUTED, PARTS, touched
 from creak.report.figures.view import EDGES_UP_TO, Facets, View, cut_up, facets_of, front, lines_of, three_quarter
 
 PATCHES = 40000
@@ -86,6 +86,7 @@ def contact_picture(model: Mesh, loaded: Loaded, outward: FloatArray) -> bytes |
         return None
     facets = facets_of(model)
     fig, axes = _canvas(model, views)
+    loaded = replace(loaded, values=touched(loaded.values))
     scale = float(loaded.values.max(initial=0.0)) or 1.0
     for ax, view in zip(axes, views, strict=True):
         _draw_mesh(ax, model, facets, view, ("#d9dee3", "#e6e2da"))

@@ -11,7 +11,7 @@ from creak.arrays import FloatArray
 from creak.dynamics.history import ENERGIES, History
 from creak.model.units import Units
 from creak.report.figures import palette
-from creak.report.figures.axes import Trace, axis, base_layout, line, peaks_kept, plain, stacked, thinned
+from creak.report.figures.axes import Trace, axis, base_layout, line, plain, stacked, thinned
 from creak.report.found import Found
 from creak.report.tables.checks import moving_axes, why_no_fit, why_no_mac
 from creak.report.words.text import four
@@ -84,11 +84,11 @@ def _force_row(result: Found, group: str, row: int) -> tuple[list[Trace], float]
     for name, run in result.runs.items():
         inside = inside_window(run.history, result.window)
         force = run.history.force[inside][:, channels].max(axis=1)
-        time, force = peaks_kept(run.history.time[inside], force)
         top = max(top, float(force.max(initial=0.0)))
         sign = -1.0 if name == "reference" and "reduced" in result.runs else 1.0
+        time = run.history.time[inside]
         trace = line(time, sign * force, palette.RUN_NAMES[name], palette.RUNS[name], row=row, first=row == 0)
-        hover = {"customdata": plain(force), "hovertemplate": "%{x:.4f} s: %{customdata:.3g}"}
+        hover = {"customdata": [abs(f) for f in trace["y"]], "hovertemplate": "%{x:.4f} s: %{customdata:.3g}"}
         traces.append(trace | hover | {"fill": "tozeroy"})
     return traces, top
 
@@ -216,7 +216,7 @@ def spectra_figure(result: Found, units: Units) -> Figure:
 
 def _spectrum_line(freq: FloatArray, height: FloatArray, run: str, row: int, count: int) -> Trace:
     """One run in one panel; the reference is a broad line under the reduced model's thin one."""
-    x, y = peaks_kept(freq, height)
+    x, y = thinned(freq, height)
     width = 3.2 if run == "reference" and count > 1 else 1.4
     y = np.where(y > 0.0, y, np.nan)
     return line(x, y, palette.RUN_NAMES[run], palette.RUNS[run], row=row, width=width, first=row == 0)
@@ -311,8 +311,7 @@ def energy_figure(result: Found, units: Units) -> Figure:
             }
         )
         for term, values in energy_terms(run.history).items():
-            time, thin = thinned(run.history.time, values)
-            trace = line(time, thin, term, palette.ENERGY[term], row=k, first=term not in listed)
+            trace = line(run.history.time, values, term, palette.ENERGY[term], row=k, first=term not in listed)
             listed.add(term)
             data.append(trace | {"xaxis": f"x{suffix}", "yaxis": f"y{suffix}"})
     return Figure({"data": data, "layout": layout}, ENERGY_CAPTION, 400)

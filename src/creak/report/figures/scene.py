@@ -10,8 +10,9 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.model.units import Units
+from creak.report.figures.axes import INSTANT, plain
 from creak.report.figures.motions import LIMIT, Motions, ShownMotion
-from creak.report.figures.palette import PARTS
+from creak.report.figures.palette import PARTS, shares
 from creak.report.figures.surface import Surface
 from creak.report.figures.view import front, outward
 from creak.report.found import Found, FoundRun
@@ -133,13 +134,13 @@ def _animation(run: FoundRun, result: Found, surface: Surface, motion: ShownMoti
     hit = f"{number(motion.event.force_place, 3)} {units.force} at {fixed(motion.event.t_start, 4)} s"
     return {
         "label": f"{hit}, {where}",
-        "time": np.round(motion.time, 9).tolist(),
+        "time": plain(motion.time, INSTANT),
         "largest": motion.largest,
         "amplitudes": motion.amplitudes.tolist(),
         "shapes": _text(motion.shapes),
         "nodes": surface.rows(nodes).tolist(),
         "peak": peak,
-        "force": _text(np.minimum(np.ceil(force * (255.0 / (peak or 1.0))), 255.0).astype(np.uint8)),
+        "force": _text(shares(force)),
         "touch": motion.event.t_peak,
     }
 
@@ -178,9 +179,12 @@ def _impulses(result: Found, surface: Surface) -> dict[str, Any] | None:
     pressed = np.flatnonzero(sums > 0.0)
     if not pressed.size:
         return None
-    largest = float(sums.max())
-    shares = np.ceil(sums[pressed] * (255.0 / largest)).astype(np.uint8)
-    return {"nodes": surface.rows(nodes[pressed]).tolist(), "shares": _text(shares), "largest": largest}
+    return {
+        "nodes": surface.rows(nodes[pressed]).tolist(),
+        "shares": _text(shares(sums[pressed])),
+        "values": plain(sums[pressed]),
+        "largest": float(sums[pressed].max()),
+    }
 
 
 def _part(result: Found, row: list[int]) -> dict[str, Any]:

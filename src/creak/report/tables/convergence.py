@@ -9,8 +9,9 @@ import numpy as np
 from creak.model.units import Units
 from creak.report.tables.run import Table
 from creak.report.words.text import NONE, fixed, number, percent, share, tidy
-from creak.studies.converge.settling import BASE, FIGURES, SETTLED, TIMES, Convergence, EventSettling, Settling
+from creak.studies.converge.settling import BASE, FIGURES, SETTLED, TIMES, Convergence, EventSettling, Settling, Variant
 from creak.studies.converge.words import TOTALS, WORDS
+from creak.words import listed
 
 MOST_EVENTS = 400
 """Lines of the event table; convergence.csv holds all events with the values of every run."""
@@ -28,7 +29,7 @@ class ConvergenceParts:
     events: Table
     marks: list[list[str]]
     """Style of each cell of `events`: settled, open or nothing."""
-    limits: str
+    procedure: str
 
 
 def convergence_parts(c: Convergence, findings: list[str], units: Units) -> ConvergenceParts:
@@ -40,8 +41,43 @@ def convergence_parts(c: Convergence, findings: list[str], units: Units) -> Conv
     """
     shown = c.events[:MOST_EVENTS]
     return ConvergenceParts(
-        findings, run_table(c, units), total_table(c), event_table(c, units), [_marks(e) for e in shown], _limits(c)
+        findings, run_table(c, units), total_table(c), event_table(c, units), [_marks(e) for e in shown], procedure(c)
     )
+
+
+def procedure(c: Convergence) -> str:
+    """What was repeated with what, and when a figure has settled, in sentences: of the runs that were made."""
+    base = c.outcomes[BASE].variant
+    made = [f"{_difference(o.variant, base)} ({name})" for name, o in c.outcomes.items() if name != BASE and o.steps]
+    if not made:
+        return "The run was not repeated."
+    said = [f"The run was repeated {listed(made)}."]
+    deciding: list[str] = []
+    others: list[str] = []
+    for a, b in c.families.values():
+        (deciding if c.outcomes[b].variant.judged else others).append(f"from {a} to {b}")
+    if deciding:
+        apart = c.finest in c.outcomes and (BASE, c.finest) not in c.families.values()
+        less = f", and {c.finest} differs from the base run by no more" if apart else ""
+        said.append(f"A figure has settled when none of the changes {listed(deciding)} is larger than this{less}:")
+        said.append(f"{_limits(c)}.")
+    if others:
+        said.append(f"What changes {listed(others)} is told and decides nothing.")
+    return " ".join([*said, '"Settled to" is the largest of all these changes.' if c.families else ""]).strip()
+
+
+def _difference(v: Variant, base: Variant) -> str:
+    """What a repeated run took differently."""
+    said = []
+    if v.refined != base.refined:
+        said.append(f"contact resolved {tidy(v.refined / base.refined)} times as finely in time")
+    elif v.step != base.step:
+        said.append(f"steps of {tidy(1e3 * v.step)} ms for {tidy(1e3 * base.step)} ms")
+    if v.stiffness != base.stiffness:
+        said.append(f"{tidy(v.stiffness / base.stiffness)} times the contact stiffness")
+    if v.f_max is not None and base.f_max is not None and v.f_max != base.f_max:
+        said.append(f"modes up to {tidy(v.f_max)} Hz for {tidy(base.f_max)} Hz")
+    return f"with {' and '.join(said) or 'the same settings'}"
 
 
 def run_table(c: Convergence, units: Units) -> Table:
@@ -171,6 +207,10 @@ def _verdict(e: EventSettling) -> str:
 
 
 def _limits(c: Convergence) -> str:
-    times = [f.limit for e in c.events[:1] for f in e.figures.values() if f.name in TIMES]
+    times = [f for e in c.events[:1] for f in e.figures.values() if f.name in TIMES]
     said = f"forces, impulses and closing speeds within {share(SETTLED)}"
-    return f"start and duration within {number(1e3 * times[0], 2)} ms, {said}" if times else said
+    if not times:
+        return said
+    whole, short = (f"{number(1e3 * times[0].limit_of(family), 2)} ms" for family in ("", "tolerance"))
+    fine = f" ({short} by the resolution in time)" if "tolerance" in c.families and short != whole else ""
+    return f"start and duration within {whole}{fine}, {said}"

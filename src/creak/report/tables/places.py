@@ -62,7 +62,9 @@ def place_parts(result: Found, summary: dict[str, Any], motions: Animations, uni
         "places": rows,
         "places_heard": heard,
         "audio_all": audio[-1] if audio else "",
-        "places_words": _words(result, places, units, heard=heard),
+        "places_words": "Not known: the run says nothing of rattle."
+        if summary.get("unanswered")
+        else _words(result, places, units, heard=heard),
         "places_cut": cut,
         "limits": limit_words(summary["limits"]),
     }

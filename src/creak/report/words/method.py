@@ -7,7 +7,7 @@ from typing import Any
 from creak.model.units import Units
 from creak.report.found import Found
 from creak.report.words.text import number, share, tidy
-from creak.studies.file.config import ReductionTable, TimeTable, VerificationTable
+from creak.studies.file.config import ReductionTable, StudyConfig, TimeTable, VerificationTable
 from creak.studies.file.contact_tables import ContactTable, FrictionTable
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.node_tables import SupportTable
@@ -26,7 +26,7 @@ def paragraph(result: Found) -> str:
     c = result.setup.study.config
     words = ["The structure is linear; only the gaps between parts, one scalar channel each, are not."]
     words += _reduced(c.reduction)
-    if result.setup.contacts.m and c.precheck.enabled:
+    if result.linear_gaps is not None:
         words.append(
             "A linear run decided beforehand which contact channels can close at all; the others were left out of all "
             "runs."
@@ -35,7 +35,7 @@ def paragraph(result: Found) -> str:
     if c.time.exact:
         words.append(
             "Between contacts the modes move exactly; where a gap may close, steps are halved down to the time scale "
-            f"of the contact itself ({laws}). No step, stiffness or scheme was chosen by hand; the accuracy asked for "
+            f"of the contact itself ({laws}). No {_by_itself(c)} or scheme was chosen by hand; the accuracy asked for "
             f"is {c.time.accuracy!r}."
         )
     else:
@@ -49,6 +49,12 @@ def paragraph(result: Found) -> str:
         "compared."
     )
     return " ".join(words)
+
+
+def _by_itself(c: StudyConfig) -> str:
+    """What follows from the model alone: the stiffness of contact too, unless the study gives one."""
+    given = c.connector or c.clip or any(t.stiffness != "auto" or t.overclosure is not None for t in c.contact.values())
+    return "step" if given else "step, stiffness"
 
 
 def _merging(v: VerificationTable) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -69,6 +69,8 @@ def sentence(result: Found, summary: dict[str, Any], units: Units) -> str:
         force, impulse = number(hardest.force_place, 3), number(hardest.impulse, 3)
         where = f", the hardest {force} {units.force} and {impulse} {units.impulse} around node {node}{closing}"
     unsafe = alarm(summary)
+    if summary.get("unanswered"):
+        return f"What follows is the motion alone.{unsafe}"
     if result.stopped is not None:
         reached = number(float(run.history.time[-1]), 3)
         until = f"Until {reached} s: {len(run.events)} contact events{where}"
@@ -90,18 +92,30 @@ TRUST = {
 
 
 def trust(summary: dict[str, Any]) -> str:
-    """How far the main run hangs on numerical settings, with the reasons; empty where nothing was looked at."""
+    """How far the main run hangs on numerical settings, with the reasons; empty where it was compared alone."""
     run = _main(summary)
-    if "verdict" not in run:
+    if not run or ("verdict" not in run and not run["reasons"]):
         return ""
+    first = "No answer." if summary.get("unanswered") else TRUST[run["verdict"]] if "verdict" in run else ""
     reasons = "; ".join(run["reasons"])
-    return f"{TRUST[run['verdict']]}{f' {reasons[:1].upper()}{reasons[1:]}.' if reasons else ''}"
+    return f"{first} {f'{reasons[:1].upper()}{reasons[1:]}.' if reasons else ''}".strip()
 
 
-def is_good(checks: Sequence[Check], summary: dict[str, Any]) -> bool:
-    """Nothing failed and nothing is open: the page's first bar may be green."""
-    word = _main(summary).get("verdict", SETTLED)
-    return word in (SETTLED, STATISTICS) and all(c.passed is not False for c in checks)
+def verdict_line(run: Mapping[str, Any]) -> str:
+    """Verdict and reasons of a run of a summary; empty where it was compared alone."""
+    word, reasons = run.get("verdict"), "; ".join(run.get("reasons") or ())
+    return f"{word} ({reasons})" if word and reasons else word or reasons
+
+
+def mark(checks: Sequence[Check], summary: dict[str, Any]) -> str:
+    """Style of the page's first bar: good, look (something failed or is open), none (nothing was checked), bad."""
+    run = _main(summary)
+    if summary.get("unanswered") or run.get("verdict") == UNRELIABLE:
+        return "bad"
+    failed = any(c.passed is False for c in checks) or summary["stopped"]
+    if failed or run.get("verdict", SETTLED) not in (SETTLED, STATISTICS):
+        return "look"
+    return "good" if "verdict" in run or len(summary["runs"]) > 1 else "none"
 
 
 def _main(summary: dict[str, Any]) -> dict[str, Any]:

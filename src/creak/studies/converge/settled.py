@@ -7,12 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.studies.converge.settling import ENOUGH, FIGURES, OF_PLACE, TIMES, Convergence, EventSettling, Settling
+from creak.studies.converge.unanswered import unanswered
 from creak.studies.converge.words import REMEDIES
 from creak.studies.run.job import Run, StudyResult
 from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.statistics import MANY, EventStatistics, is_crowded, rate_interval
 
 SETTLED, STATISTICS, UNSETTLED = "settled", "statistics", "unsettled"
+UNCHECKED = "not checked: it was not repeated with other settings of the run, nor was the unreduced model run beside it"
+"""Reason of a run that nothing judged."""
 FAINT = 0.1
 """Force of the place over that of the hardest event, up to which an event that has not settled may be let be."""
 KEYS = {
@@ -36,10 +39,15 @@ class Verdict:
 
 
 def verdict_of(run: Run, result: StudyResult, convergence: Convergence | None) -> Verdict | None:
-    """What the energy balance and the repeated runs say of a run; None where it was not repeated."""
+    """What the energy balance and the repeated runs say of a run; None where it was not repeated.
+
+    A run whose answer could not have been another one has not settled, however exact it is.
+    """
     against = reasons_against(run.history)
     if against:
         return Verdict(UNRELIABLE, tuple(against))
+    if why := unanswered(result):
+        return Verdict(UNSETTLED, (why,))
     table = result.setup.study.config.time
     if not table.exact and result.gaps.presses and (convergence is None or convergence.model != run.name):
         return Verdict(

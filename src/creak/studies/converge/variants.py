@@ -42,10 +42,11 @@ HALVED = 2.0
 def converge(result: StudyResult, progress: Progress, places: Followed = NO_PLACES) -> Convergence:
     """Repeat the study's run and tell which of its figures have settled.
 
-    Repeated is the run of the reduced model, or of the unreduced one where the study reduces nothing: with half and a
-    quarter of the step h (and of its substeps near contact) at the base run's contact stiffness; with 2 and 10 times
-    that stiffness at h/4, which resolves it; with 1.5 times the f_max of the reduction at h. All cover the same time
-    at the same output interval, with the same channels. A run that stops early, or cannot be made, is reported and the
+    Repeated is the run of the reduced model, or of the unreduced one where the study reduces nothing. By exact flow:
+    with contact resolved twice as finely, with half and twice its stiffness, and with 1.5 times the f_max of the
+    reduction. With a forced step h: with h/2 and h/4 (and their substeps near contact) at the base run's stiffness;
+    with 2 and 10 times that stiffness at h/4, which resolves it; with 1.5 times f_max at h. All cover the same time at
+    the same output interval, with the same channels. A run that stops early, or cannot be made, is reported and the
     others go on. A figure that has settled is free of the step, of the penalty and of the cut-off: it may still be off
     by what the mesh, the contact normals (found once), the damping and the pre-check (made with the base step, not
     repeated) say. Figures of single events that differ from run to run without trend are chaotic, not unconverged:

@@ -85,6 +85,16 @@ class Setup:
     device: Device = "cpu"
     """Where factors of unreduced runs are made."""
 
+    @property
+    def no_contact(self) -> str | None:
+        """Why nothing of the study can touch, in a sentence; None: something can."""
+        if self.contacts.presses or self.connectors.presses:
+            return None
+        what = "no contact and no connector"
+        if self.contacts.m + self.connectors.m:
+            what = "contacts and connectors without any stiffness"
+        return f"the study has {what}, so nothing can rattle: fill in a [contact.NAME] or a [[connector]]"
+
     def with_tables(self, **tables: Table) -> Setup:
         """The same setup with other tables of its study, of those that setting up does not look at."""
         config = self.study.config.model_copy(update=tables)

@@ -18,6 +18,7 @@ from creak.progress import Progress
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
 from creak.studies.propose.proximity import Near, closest_parts, covering_sets, near_parts, numbers_of
+from creak.words import listed
 
 REACH = 0.01
 """Share of the model's size up to which surfaces count as near unless told otherwise."""
@@ -88,6 +89,18 @@ class Proposal:
     """For [verification]."""
     outputs: tuple[str, ...]
 
+    @property
+    def untouched(self) -> str:
+        """Why nothing of the study could touch, and what to fill in; empty where something can."""
+        if any(c.channels for c in self.contacts):
+            return ""
+        fill = "fill in a [contact.NAME] or a [[connector]]"
+        if self.contacts:
+            why = "; ".join(f"{c.name} is left out, because {c.problem}" for c in self.contacts)
+            return f"no contact: {why}; {fill}"
+        unit = self.units.words[0]
+        return f"no contact: no surfaces of two parts come within {self.distance:.3g} {unit} of each other; {fill}"
+
 
 def propose(model: Model, distance: float | None, units: str | None, progress: Progress) -> Proposal:
     """Look at a deck for what a study needs.
@@ -141,12 +154,17 @@ def _contacts(model: Model, near: Sequence[Near], progress: Progress) -> tuple[C
     found: list[Contact] = []
     for k, n in enumerate(near):
         progress("try the contacts", k, len(near))
-        sides = [covering_sets(model, n.elements[i], n.parts[i]) for i in (0, 1)]
+        sides, known = [covering_sets(model, n.elements[i], n.parts[i]) for i in (0, 1)], len(found)
         for first, second in product(*sides):
             members = [numbers_of(model, first), numbers_of(model, second)]
             facing = np.isin(n.touching[:, 0], members[0]) & np.isin(n.touching[:, 1], members[1])
             if facing.any():
                 found.append(_contact(model, n, (first, second), members))
+        if len(found) == known:
+            bare = [part for part, names in zip(n.parts, sides, strict=True) if not names]
+            problem = f"the deck has no surface or element set of {listed(bare or n.parts)} alone that is near"
+            (a, b), count, node = n.parts, len(n.elements[0]), model.nodes.label(n.node)
+            found.append(Contact(_pair_name(n.parts), a, b, n.gap, node, count, count, 0, None, problem))
     progress("try the contacts", len(near), len(near))
     names: dict[str, int] = {}
     out = []
@@ -160,7 +178,7 @@ def _contact(model: Model, near: Near, names: tuple[str, str], members: list[Int
     """The pair with the finer side as secondary; the other way round where that does not work."""
     fine = len(near.elements[0]) >= len(near.elements[1])
     orders = ((0, 1), (1, 0)) if fine else ((1, 0), (0, 1))
-    label = "-".join(re.sub(r"[^a-z0-9_]+", "_", near.parts[i].lower()) for i in orders[0])
+    label = _pair_name([near.parts[i] for i in orders[0]])
     problem = ""
 
     def contact(a: int, b: int, channels: int, start: float | None, problem: str = "") -> Contact:
@@ -175,6 +193,10 @@ def _contact(model: Model, near: Near, names: tuple[str, str], members: list[Int
             continue
         return contact(a, b, operator.m, float(operator.gap0.min()))
     return contact(*orders[0], 0, None, problem)
+
+
+def _pair_name(parts: Sequence[str]) -> str:
+    return "-".join(re.sub(r"[^a-z0-9_]+", "_", name.lower()) for name in parts)
 
 
 def held_dofs(model: Model) -> BoolArray:

@@ -10,8 +10,9 @@ import numpy as np
 
 from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Model
-from creak.studies.converge.settled import KEYS, is_chaotic, place_settled_to, settled_to, verdict_of
+from creak.studies.converge.settled import KEYS, UNCHECKED, is_chaotic, place_settled_to, settled_to, verdict_of
 from creak.studies.converge.settling import Convergence
+from creak.studies.converge.unanswered import unanswered
 from creak.studies.converge.words import as_dict
 from creak.studies.results.elines import against_measured, measured_rates
 from creak.studies.results.elines import as_dict as eline_summary
@@ -48,7 +49,7 @@ def summarise(
     causes : of each place of the main run, by its number (`creak.studies.cause.told`).
     """
     setup, model = result.setup, result.setup.model
-    c = setup.study.config
+    c, why = setup.study.config, unanswered(result)
     summary: dict[str, Any] = {
         "creak": version(),
         "run": result.identity.as_dict(),
@@ -74,7 +75,8 @@ def summarise(
             for u in model.unread
         ],
         "notes": result.notes,
-        "warnings": warnings_of(result.notes),
+        "unanswered": why,
+        "warnings": [*([why] if why else []), *warnings_of(result.notes)],
         "stopped": result.stopped,
     }
     if convergence is not None:
@@ -123,6 +125,7 @@ def _run(
 ) -> dict[str, Any]:
     h = run.history
     penetration, verdict = float(max(0.0, -h.gap.min(initial=0.0))), verdict_of(run, result, convergence)
+    unchecked = [] if len(result.runs) > 1 else [UNCHECKED]
     mine = convergence if convergence is not None and convergence.model == run.name else None
     settled = {} if mine is None else {id(e.event): settled_to(e) for e in mine.events}
     unknown = dict.fromkeys(KEYS.values())
@@ -130,7 +133,7 @@ def _run(
     whole = sum(p.impulse for p in places)
     return {
         **({} if verdict is None else {"verdict": verdict.word}),
-        "reasons": [] if verdict is None else list(verdict.reasons),
+        "reasons": unchecked if verdict is None else list(verdict.reasons),
         "integrator": run.integrator,
         "stopped": run.stopped,
         "dof": run.system.n,

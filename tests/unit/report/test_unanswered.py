@@ -1,0 +1,136 @@
+"""Runs that say nothing of rattle, and runs that nothing checked: neither is told in green."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import pytest
+import small_study as small
+
+from creak.api.study import run_setup, set_up
+from creak.report.found import found_of
+from creak.report.html import report_text
+from creak.report.tables.convergence import procedure
+from creak.report.words.method import paragraph
+from creak.studies.converge.unanswered import unanswered
+from creak.studies.file.reader import read_study
+from creak.studies.results.summary import summarise
+
+
+def first_line(result, summary=None, convergence=None):
+    """Style and words of the page's first bar."""
+    page = report_text(found_of(result, convergence, 0), summary or summarise(result, convergence))
+    style, words = re.search(r'<p class="verdict (\w*)" id="verdict">(.*?)</p>', page, re.DOTALL).groups()
+    return style, re.sub("<[^>]*>", "", words)
+
+
+def exact(text):
+    """The study without a forced step."""
+    return text.replace("step = 5e-4\n", "")
+
+
+def run(folder, text, deck=None, **more):
+    (folder / "plates.inp").write_text(deck or small.plates())
+    (folder / "study.toml").write_text(text)
+    return run_setup(set_up(read_study(folder / "study.toml")), **more)
+
+
+@pytest.mark.parametrize("name", ["no contact, no pairs", "nothing moves"])
+def test_a_run_that_could_not_rattle_is_told_in_red(result_of, name):
+    result = result_of(name)
+    summary = summarise(result)
+    why = summary["unanswered"]
+    assert "nothing can rattle" in why
+    assert summary["warnings"][0] == why
+    assert {(r["verdict"], *r["reasons"]) for r in summary["runs"].values()} == {("unsettled", why)}
+    style, words = first_line(result, summary)
+    assert style == "bad"
+    assert words.startswith("No answer. ")
+    assert "ettled" not in words
+    assert "No rattle" not in words
+
+
+def test_what_drives_something_else_closes_no_gap(tmp_path):
+    """A mass on a spring beside the plates is pushed."""
+    mass = """*NODE
+900, 500., 0., 0.
+901, 500., 9., 0.
+*NSET, NSET=LONELY
+901
+*ELEMENT, TYPE=SPRINGA, ELSET=SP
+900, 900, 901
+*SPRING, ELSET=SP
+
+10.
+*ELEMENT, TYPE=MASS, ELSET=MM
+901, 901
+*MASS, ELSET=MM
+1e-3
+*MATERIAL"""
+    deck = small.plates().replace("*MATERIAL", mass, 1) + "ROOT_UPPER, 3\n901, 1\n901, 3, 6\n900, 1, 6\n"
+    text = exact(small.study_text(pairs="", reference=False)).replace("ROOT_UPPER", "LONELY").replace('"z"', '"y"')
+    for precheck in ("margin = 5.0", "margin = 0.01", "enabled = false"):
+        result = run(tmp_path, text.replace("margin = 5.0", precheck), deck, converge=False)
+        assert "no gap" in result.summary["unanswered"], precheck
+        assert result.summary["runs"]["reduced"]["verdict"] == "unsettled"
+
+
+@pytest.mark.parametrize("margin", ["5.0", "0.01"])
+def test_gaps_that_move_and_stay_open_are_an_answer(tmp_path, margin):
+    text = exact(small.study_text(amplitude=0.001, reference=False)).replace("margin = 5.0", f"margin = {margin}")
+    found = run(tmp_path, text)
+    assert found.summary["unanswered"] is None
+    assert found.summary["runs"]["reduced"]["verdict"] == "settled"
+
+
+def test_contact_that_presses_is_an_answer_although_nothing_closes(result_of):
+    result = result_of("both runs")
+    assert unanswered(result) is None
+    far = replace(result.reference, linear_gaps=result.setup.contacts.gap0)
+    assert unanswered(replace(result, reference=far)) is None
+
+
+def test_what_nothing_checked_is_grey(tmp_path):
+    found = run(tmp_path, exact(small.study_text(reference=False)), converge=False)
+    reduced = found.summary["runs"]["reduced"]
+    assert "verdict" not in reduced
+    assert reduced["reasons"][0].startswith("not checked: ")
+    page = found.page(0.0)
+    assert '<p class="verdict none" id="verdict"><strong>Not checked: ' in page
+    assert "not checked" in repr(found)
+
+
+def test_what_was_compared_is_not_called_unchecked(tmp_path):
+    found = run(tmp_path, exact(small.study_text()), converge=False)
+    assert found.summary["runs"]["reduced"]["reasons"] == []
+    assert "Not checked" not in found.page(0.0)
+
+
+def test_convergence_is_told_of_the_runs_that_were_made(tmp_path):
+    """By exact flow no step is shortened by hand, and no stiffness is ten times another."""
+    text = small.study_text(reference=False)
+    made = [run(tmp_path, study, converge=True).convergence for study in (exact(text), text)]
+    told = [procedure(c) for c in made]
+    for c, words in zip(made, told, strict=True):
+        for name in c.outcomes:
+            assert (f"({name})" in words) == (name != "base"), name
+    assert "contact resolved 2 times as finely in time (half the tolerance)" in told[0]
+    assert "0.5 times the contact stiffness (half the stiffness)" in told[0]
+    assert "modes up to 30000 Hz for 20000 Hz (1.5 x f_max)" in told[0].replace("\u2009", "")
+    assert "steps of 0.125 ms for 0.5 ms and 10 times the contact stiffness (10 x stiffness)" in told[1]
+    assert "h/4" not in told[0]
+    only = replace(made[0], outcomes={n: made[0].outcomes[n] for n in ("base", "half the tolerance")})
+    only = replace(only, families={"tolerance": ("base", "half the tolerance")})
+    assert "stiffness" not in procedure(only)
+    assert procedure(replace(made[0], outcomes={"base": made[0].outcomes["base"]}, families={})) == (
+        "The run was not repeated."
+    )
+
+
+def test_the_method_says_no_stiffness_was_chosen_only_where_none_was(tmp_path):
+    (tmp_path / "plates.inp").write_text(small.plates())
+    for line, said in (("", True), ("stiffness = 50.0\n", False)):
+        (tmp_path / "study.toml").write_text(exact(small.study_text(contact=small.CONTACT + line, reference=False)))
+        found = run_setup(set_up(read_study(tmp_path / "study.toml")), converge=False)
+        assert ("No step, stiffness or scheme was chosen by hand" in paragraph(found_of(found.found))) == said
