@@ -68,7 +68,7 @@ def convert(
     of_run = deck.suffix.lower() in RESULTS
     _check_results(of_run, out, run, [matrices, mass, *ignore])
     if not of_run:
-        _check(deck, out, matrices, mass)
+        _check(out, matrices, mass)
     writable_file(out, stream=matrices is None and out.suffix.lower() != ".pvd")
     if of_run:
         write = {".pvd": _write_motion, ".vtu": _write_points}.get(out.suffix.lower(), _write_histories)
@@ -179,7 +179,7 @@ def _write_histories(results: Path, out: Path, run: str | None, words: Output) -
         )
 
 
-def _check(deck: Path, out: Path, matrices: str | None, mass: str | None) -> None:
+def _check(out: Path, matrices: str | None, mass: str | None) -> None:
     if matrices is not None and matrices not in MATRICES:
         raise InputError(f"--matrices {matrices}", expected=", ".join(MATRICES), fix=suggest(matrices, MATRICES))
     if mass not in (None, "consistent", "linear", "lumped"):
@@ -191,8 +191,6 @@ def _check(deck: Path, out: Path, matrices: str | None, mass: str | None) -> Non
             where=out,
             fix="Write an Abaqus deck (.inp) or a Nastran deck (.bdf), or give --matrices.",
         )
-    if out.exists() and deck.exists() and out.samefile(deck):
-        raise InputError("IN and OUT are the same file", where=out, fix="Give OUT another name.")
 
 
 def _write(model: Model, out: Path, ignore: list[str]) -> tuple[str, ...]:

@@ -25,6 +25,7 @@ def report(
     """
     from creak.api.extras import need_report
     from creak.api.saved import open_result
+    from creak.formats.stored.run_identity import CONVERGENCE
     from creak.studies.results.save import save_convergence
     from creak.studies.results.summary import unreliable_runs
 
@@ -35,6 +36,8 @@ def report(
         with output.progress as progress:
             with progress.phase("read the results"):
                 saved = open_result(folder)
+            if saved.convergence is not None and not streamed:
+                writable_file(page.parent / CONVERGENCE, stream=False)
             with progress.phase(f"write {page.name}"):
                 output.wrote(saved.report(page))
                 if saved.convergence is not None and not streamed:

@@ -22,7 +22,7 @@ def check_reduction(model: Model, study: Study) -> None:
     for name in table.retained_sets:
         model.node_set(name, where=study.where("reduction", "retain"))
     coarse = table.interface.deck
-    if table.interface.type == "coarse-mesh" and coarse is not None and not study.sibling(coarse).is_file():
+    if table.interface.type == "coarse-mesh" and coarse is not None and not study.sibling(coarse).exists():
         raise InputError(
             f"there is no deck {study.sibling(coarse)}",
             where=study.where("reduction", "interface"),
