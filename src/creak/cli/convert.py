@@ -62,6 +62,7 @@ def convert(
     Example: creak convert results/results.h5 histories.unv
     """
     from creak.cli.output import writable_file
+    from creak.formats.deck.command_files import will_read
     from creak.formats.deck.unread import stop_on_unread
     from creak.formats.decks import read_model
 
@@ -69,6 +70,7 @@ def convert(
     _check_results(of_run, out, run, [matrices, mass, *ignore])
     if not of_run:
         _check(out, matrices, mass)
+    will_read(deck)
     writable_file(out, stream=matrices is None and out.suffix.lower() != ".pvd")
     if of_run:
         write = {".pvd": _write_motion, ".vtu": _write_points}.get(out.suffix.lower(), _write_histories)

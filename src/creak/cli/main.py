@@ -33,7 +33,7 @@ from creak.cli import (
 from creak.cli.console import Terminal
 from creak.cli.output import Interrupted
 from creak.errors import CreakError, InputError, Unreliable, WriteError
-from creak.formats.command_files import one_command
+from creak.formats.deck.command_files import one_command
 from creak.studies.unraised import none_ignored
 from creak.version import version
 

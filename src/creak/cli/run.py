@@ -92,7 +92,7 @@ def run(
     from creak.api.extras import missing_for_report, no_report_text
     from creak.api.study import run_setup, set_up
     from creak.dynamics.cuda.solver import check_solver
-    from creak.formats.command_files import replace_foreign
+    from creak.formats.deck.command_files import replace_foreign
     from creak.formats.endings import is_deck
     from creak.studies.file.identity import STORE
     from creak.studies.results.of_another import refuse_other_study

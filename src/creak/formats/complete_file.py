@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from creak.errors import CreakError, InputError, WriteError
-from creak.formats.command_files import has_written, refuse_to_replace
+from creak.formats.deck.command_files import has_written, refuse_to_replace
 from creak.formats.destination import Destination, destination
 from creak.formats.interrupts import interrupts_later
 from creak.formats.partials import partial_name, remove_dead_once

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from creak.errors import InputError
-from creak.formats.command_files import refuse_to_replace
+from creak.formats.deck.command_files import refuse_to_replace
 
 FIX = "Name another file."
 LINKS = 40

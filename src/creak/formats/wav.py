@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.command_files import plain_file
 from creak.formats.complete_file import complete_file, write_bytes
+from creak.formats.deck.command_files import plain_file
 
 RATE = 48_000
 """Hz, written unless another rate is given."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from creak.errors import InputError
-from creak.formats.command_files import plain_file
+from creak.formats.deck.command_files import plain_file
 from creak.formats.deck.include_budget import IncludeBudget
 
 DEPTH = 50

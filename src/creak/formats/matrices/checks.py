@@ -12,7 +12,7 @@ from scipy import sparse
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
-from creak.formats.command_files import plain_file
+from creak.formats.deck.command_files import plain_file
 from creak.model.magnitude import LARGEST
 from creak.model.superelement import Superelement
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from creak.errors import InputError, suggest
-from creak.formats.command_files import plain_file
+from creak.formats.deck.command_files import plain_file
 from creak.formats.matrices.abaqus_mtx import read_abaqus, write_matrix_output, write_user_element
 from creak.formats.matrices.calculix import read_calculix
 from creak.formats.matrices.matrix_market import read_matrix_market, write_matrix_market

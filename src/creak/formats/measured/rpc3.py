@@ -13,7 +13,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.command_files import plain_file
+from creak.formats.deck.command_files import plain_file
 from creak.formats.measured.channel import Channel
 
 BLOCK, RECORD, KEY = 512, 128, 32

@@ -12,7 +12,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.command_files import plain_file
+from creak.formats.deck.command_files import plain_file
 from creak.formats.measured.channel import Channel
 
 MARK, FUNCTION = "-1", "58"

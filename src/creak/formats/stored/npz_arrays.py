@@ -13,7 +13,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
-from creak.formats.command_files import plain_file
+from creak.formats.deck.command_files import plain_file
 from creak.formats.stored.sealed_hdf5 import MOST_PACKED, Damaged
 
 KINDS = "biufU"

@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.formats.command_files import plain_file
+from creak.formats.deck.command_files import plain_file
 from creak.formats.destination import destination
 
 HEAD = struct.Struct("<IQ")

@@ -12,7 +12,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
-from creak.formats.command_files import plain_file
+from creak.formats.deck.command_files import plain_file
 from creak.formats.stored.hdf5 import Hdf5, hdf5_file
 from creak.formats.stored.run_identity import RESULTS, SUMMARY, identity_in, identity_of, of_two_runs
 from creak.formats.stored.sealed_hdf5 import Damaged

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import h5py
 
-from creak.formats.command_files import plain_file
+from creak.formats.deck.command_files import plain_file
 
 BLOCK = 512
 """Bytes of the user block."""

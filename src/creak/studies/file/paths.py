@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from creak.errors import InputError
-from creak.formats.command_files import plain_file
+from creak.formats.deck.command_files import plain_file
 from creak.formats.decks import format_of
 
 PLACES = (

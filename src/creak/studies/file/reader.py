@@ -12,7 +12,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from creak.errors import InputError, suggest
-from creak.formats.command_files import plain_file
+from creak.formats.deck.command_files import plain_file
 from creak.formats.endings import is_deck
 from creak.studies.file.config import FORCED, StudyConfig, TimeTable
 from creak.studies.file.excitation_tables import SignalTable

@@ -8,7 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
-from creak.formats.command_files import plain_file
+from creak.formats.deck.command_files import plain_file
 from creak.formats.measured.csv_rows import csv_rows
 from creak.formats.measured.files import chosen_channel, is_measured
 from creak.model.magnitude import LARGEST, computable

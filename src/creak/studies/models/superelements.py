@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.errors import CreakError, InputError, NumericalError
-from creak.formats.command_files import plain_file
+from creak.formats.deck.command_files import plain_file
 from creak.formats.safe_names import file_stem
 from creak.formats.stored.boundary import Boundary, boundary_arrays, boundary_of, state_of
 from creak.formats.stored.superelement import (

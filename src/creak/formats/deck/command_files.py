@@ -6,11 +6,12 @@ command wrote. The rule holds between `one_command` and its end, so for every co
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from creak.errors import InputError
@@ -89,19 +90,29 @@ def plain_file(path: Path, where: object = "", *, is_input: bool = True) -> Path
 
     Raises
     ------
-    InputError : it is a folder, a pipe, a device or a socket. OSError : it is not there, or cannot be looked at.
+    InputError : it is a pipe, a device or a socket. OSError : it is not there, a folder, or may not be read.
     """
     try:
         found = path.stat()
     except ValueError as error:
         raise InputError(f"no file can be called {str(path)!r}", where=where, fix="Check the path.") from error
+    if stat.S_ISDIR(found.st_mode):
+        raise _os_error(errno.EISDIR, path)
     if not stat.S_ISREG(found.st_mode):
-        kinds = ((stat.S_ISDIR, "a folder"), (stat.S_ISSOCK, "a socket"))
-        kind = next((words for holds, words in kinds if holds(found.st_mode)), "a pipe or a device")
+        kind = "a socket" if stat.S_ISSOCK(found.st_mode) else "a pipe or a device"
         raise InputError(f"{path} is {kind}", expected="a plain file", where=where, fix="Name another file.")
+    if not os.access(path, os.R_OK):
+        raise _os_error(errno.EACCES, path)
     if is_input and _now is not None and _key(found) not in _now.written:
         _now.read.add(_key(found))
     return path
+
+
+def will_read(*paths: Path) -> None:
+    """Note files that the command under way is to read, where they are there: its outputs are looked at before."""
+    for path in paths:
+        with suppress(OSError, InputError):
+            plain_file(path)
 
 
 def refuse_to_replace(path: Path, *, by: Path | None = None, kept: bool = False) -> None:
@@ -121,7 +132,7 @@ def refuse_to_replace(path: Path, *, by: Path | None = None, kept: bool = False)
     found = path.stat()
     if _key(found) in _now.read:
         raise InputError(
-            f"cannot write {path}: this command has read it", expected="another file", fix="Name another output."
+            f"cannot write {path}: it is the same file as an input of this command", fix="Name another output."
         )
     if kept or _now.foreign or not found.st_size or _key(found) in _now.written:
         return
@@ -142,6 +153,10 @@ def has_written(path: Path) -> None:
         key = _key(path.stat())
         _now.written.add(key)
         _now.read.discard(key)
+
+
+def _os_error(number: int, path: Path) -> OSError:
+    return OSError(number, os.strerror(number), str(path))
 
 
 def _kind(path: Path) -> str:
