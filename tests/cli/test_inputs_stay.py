@@ -15,8 +15,13 @@ pytestmark = pytest.mark.slow
 
 SHAKEN = (
     STUDY.replace("periods = 2", "end = 0.06\n[output]\nfield_interval = 0.01\n[reference]\nrun = false")
-    .replace('"multisine", f_min = 5, f_max = 60, amplitude = 0.05, period = 0.2, seed = 3', '"table", file = "shake.csv"')
-    .replace("mac_f_max = 500", 'mac_f_max = 500\n[scatter.vary]\n"contact.tip.clearance" = { type = "uniform", low = 0.0, high = 0.6 }')
+    .replace(
+        '"multisine", f_min = 5, f_max = 60, amplitude = 0.05, period = 0.2, seed = 3', '"table", file = "shake.csv"'
+    )
+    .replace(
+        "mac_f_max = 500",
+        'mac_f_max = 500\n[scatter.vary]\n"contact.tip.clearance" = { type = "uniform", low = 0.0, high = 0.6 }',
+    )
 )
 SHAKE = "time,value\n0,0\n0.01,0.5\n0.02,-0.5\n0.03,0.5\n0.06,0\n"
 DECK, OWN = ("strips.inp", "lower.inp"), ("own.bdf",)
@@ -51,7 +56,11 @@ FOLDERS = [
     ("report results --out OUT/page.html", ("page.html",), RESULTS),
     ("listen results --out OUT", ("ear_all.wav", "ear_tip_1.wav"), RESULTS),
     ("robust study.toml --n 4 --no-indices --out OUT", ("robust.json", "draws.csv", "robust.html"), STUDIED),
-    ("sweep sweep.toml --out OUT", ("sweep.csv", "sweep.h5", "sweep.html", "f_max=2000.toml"), ("sweep.toml", *STUDIED)),
+    (
+        "sweep sweep.toml --out OUT",
+        ("sweep.csv", "sweep.h5", "sweep.html", "f_max=2000.toml"),
+        ("sweep.toml", *STUDIED),
+    ),
     ("reduce study.toml --out OUT --export op4 --export matrix-market", ("UPPER.op4", "UPPER_K.mtx"), STUDIED),
     ("convert strips.inp OUT/k --matrices mtx", ("k_K.mtx", "k_dofs.csv"), DECK),
     ("new strips.inp --out OUT/s.toml --overwrite", ("creak-study.schema.json",), DECK),
@@ -113,7 +122,9 @@ def contents(folder):
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file() and "far" not in path.parts}
 
 
-@pytest.mark.parametrize(("words", "ending", "inputs"), NAMED, ids=lambda value: value if isinstance(value, str) else "")
+@pytest.mark.parametrize(
+    ("words", "ending", "inputs"), NAMED, ids=lambda value: value if isinstance(value, str) else ""
+)
 def test_a_named_output_onto_an_input(creak, here, words, ending, inputs):
     far = here / "far"
     far.mkdir()
@@ -130,7 +141,9 @@ def test_a_named_output_onto_an_input(creak, here, words, ending, inputs):
                 assert contents(here) == before, (target, how)
 
 
-@pytest.mark.parametrize(("words", "names", "inputs"), FOLDERS, ids=lambda value: value if isinstance(value, str) else "")
+@pytest.mark.parametrize(
+    ("words", "names", "inputs"), FOLDERS, ids=lambda value: value if isinstance(value, str) else ""
+)
 def test_an_output_in_a_folder_onto_an_input(creak, here, words, names, inputs):
     out = here / ("results_f_max=2000" if "--set" in words else "far")
     given = {path: (here / path).read_bytes() for path in inputs}
@@ -148,18 +161,27 @@ def test_an_output_in_a_folder_onto_an_input(creak, here, words, names, inputs):
 def test_a_file_of_another_program_stays_and_creaks_own_is_written_again(creak, here):
     """The first time beside nothing, the second over what the first one wrote, the third over what is not creak's."""
     commands = [(w, (f"far/out{ending}",)) for w, ending, _ in NAMED if "--overwrite" not in w]
-    commands += [(w, tuple(f"far/{n}" for n in names)) for w, names, _ in FOLDERS if "thesis" not in w and "--force" not in w]
+    commands += [
+        (w, tuple(f"far/{n}" for n in names)) for w, names, _ in FOLDERS if "thesis" not in w and "--force" not in w
+    ]
     for words, names in commands:
         if words.startswith(("new", "compare results --set", "run strips.inp")):
             continue
         shutil.rmtree(here / "far", ignore_errors=True)
+        (here / "far").mkdir()
         words = words.replace("OUT", names[0] if "OUT/" not in words and "." in names[0] and len(names) == 1 else "far")
         for _ in range(2):
             said = creak(*words.split())
             assert said.status == 0, (words, said.words)
         for name in names:
             written = (here / name).read_bytes()
-            for other in (b"mine\n", b'{"mine": 1}\n', b"*HEADING\nmy own\n", b"title = 'mine'\n", b"\x89HDF\r\n\x1a\n"):
+            for other in (
+                b"mine\n",
+                b'{"mine": 1}\n',
+                b"*HEADING\nmy own\n",
+                b"title = 'mine'\n",
+                b"\x89HDF\r\n\x1a\n",
+            ):
                 (here / name).write_bytes(other)
                 said = creak(*words.split())
                 assert said.status == 2, (words, name, other, said.words)

@@ -241,7 +241,12 @@ def _boundary(folder: Path, path: Path) -> Boundary:
     InputError : it is no superelement file, or a damaged one.
     """
     whole: list[SavedSuperelement] = []
-    plain_file(path, is_input=False)
+    try:
+        plain_file(path, is_input=False)
+    except OSError as error:
+        raise InputError(
+            f"cannot read {path}: {error.strerror}", fix="Delete it and run `creak reduce` again."
+        ) from error
     state, held = state_of(path), os.open(path, os.O_RDONLY) if os.name == "posix" else -1
 
     def read() -> SavedSuperelement:
