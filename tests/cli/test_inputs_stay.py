@@ -14,7 +14,8 @@ from helpers_decks import STUDY, two_strips
 pytestmark = pytest.mark.slow
 
 SHAKEN = (
-    STUDY.replace("periods = 2", "end = 0.06\n[output]\nfield_interval = 0.01\n[reference]\nrun = false")
+    STUDY.replace("step = 5e-4", 'accuracy = "quick"')
+    .replace("periods = 2", "end = 0.06\n[output]\nfield_interval = 0.01\n[reference]\nrun = false")
     .replace(
         '"multisine", f_min = 5, f_max = 60, amplitude = 0.05, period = 0.2, seed = 3', '"table", file = "shake.csv"'
     )
@@ -158,35 +159,29 @@ def test_an_output_in_a_folder_onto_an_input(creak, here, words, names, inputs):
                 assert {path: (here / path).read_bytes() for path in inputs} == given, (name, target, how)
 
 
-def test_a_file_of_another_program_stays_and_creaks_own_is_written_again(creak, here):
-    """The first time beside nothing, the second over what the first one wrote, the third over what is not creak's."""
-    commands = [(w, (f"far/out{ending}",)) for w, ending, _ in NAMED if "--overwrite" not in w]
-    commands += [
-        (w, tuple(f"far/{n}" for n in names)) for w, names, _ in FOLDERS if "thesis" not in w and "--force" not in w
-    ]
-    for words, names in commands:
-        if words.startswith(("new", "compare results --set", "run strips.inp")):
-            continue
-        shutil.rmtree(here / "far", ignore_errors=True)
-        (here / "far").mkdir()
-        words = words.replace("OUT", names[0] if "OUT/" not in words and "." in names[0] and len(names) == 1 else "far")
-        for _ in range(2):
-            said = creak(*words.split())
-            assert said.status == 0, (words, said.words)
-        for name in names:
-            written = (here / name).read_bytes()
-            for other in (
-                b"mine\n",
-                b'{"mine": 1}\n',
-                b"*HEADING\nmy own\n",
-                b"title = 'mine'\n",
-                b"\x89HDF\r\n\x1a\n",
-            ):
-                (here / name).write_bytes(other)
-                said = creak(*words.split())
-                assert said.status == 2, (words, name, other, said.words)
-                assert (here / name).read_bytes() == other
-            (here / name).write_bytes(written)
+WRITTEN = [(words, (f"out{ending}",)) for words, ending, _ in NAMED]
+WRITTEN += [(words, names) for words, names, _ in FOLDERS]
+LONG_OR_TOLD = ("new", "thesis", "compare results --set", "run strips.inp", "run study.toml --no-converge --force")
+"""Commands that take hours, need more than is here, or are told to replace what is there."""
+
+
+@pytest.mark.parametrize(("words", "names"), [row for row in WRITTEN if not row[0].startswith(LONG_OR_TOLD)])
+def test_a_file_of_another_program_stays_and_creaks_own_is_written_again(creak, here, words, names):
+    """The first time beside nothing, the second over what the first one wrote, then over what is not creak's."""
+    (here / "far").mkdir()
+    line = words.replace("OUT", f"far/{names[0]}" if names[0].startswith("out.") else "far").split()
+    for _ in range(2):
+        said = creak(*line)
+        assert said.status == 0, said.words
+    for name in names:
+        path = here / "far" / name
+        written = path.read_bytes()
+        for other in (b'{"mine": 1}\n', b"*HEADING\nmy own\n", b"title = 'mine'\n", b"\x89HDF\r\n\x1a\n"):
+            path.write_bytes(other)
+            said = creak(*line)
+            assert said.status == 2, (name, other, said.words)
+            assert path.read_bytes() == other
+        path.write_bytes(written)
 
 
 def test_no_option_that_writes_is_forgotten():

@@ -71,7 +71,7 @@ def motion_field(path: Path, run: str | None = None) -> MotionField:
         if not runs[run]:
             raise InputError(
                 f"{path} does not hold the motion of the {run} run",
-                expected="motion of all nodes",
+                expected="motion of all nodes: of a run whose parts touch, or with [output] field_interval",
                 fix="Add field_interval, s, to [output] of the study and run it again.",
             )
         if "model" not in file:
