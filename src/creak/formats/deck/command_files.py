@@ -1,7 +1,7 @@
 """What one command reads, and what it may write over: never a file that it has read, nor one that is not creak's.
 
-A plain file that is there gives way to an output where it is empty, or of the kind that is written: what an earlier
-command wrote. The rule holds between `one_command` and its end, so for every command and none of Python's functions.
+A plain file that is there gives way to an output where nothing is in it, or where it is of the kind that is written:
+what an earlier command wrote. The rule holds between `one_command` and its end, so for every command and none of Python's functions.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ KINDS = {
     "results or superelements of creak": rb"creak sha256 ",
     "a page of creak": rb"\s*<!DOCTYPE html>.{0,3000}<title>[^<]*creak",
     "a schema of the study file": rb'\{\s*"\$schema": "[^"]*",\s*"title": "creak study file"',
-    "a summary of creak": rb'\{\s*"creak": "',
+    "a summary of creak": rb'\{\s*"(creak|study)": ',
     "modes in JSON": rb'\{\s*"frequencies": \[',
     "robust.json of creak": rb'\{\s*"title": .{0,2000}"units": "[^"]*",\s*"draws": ',
     "a table of convergence": rb"contact,channel,t_start,",
@@ -50,6 +50,8 @@ KINDS = {
     "records of creak": rb'\{[^\n]*"creak_records": 1',
 }
 """Kinds of files that commands write, and how each begins."""
+NOTHING = "nothing"
+"""The kind of a file of blanks and brackets alone: there is nothing in it to be lost."""
 
 
 class _Files:
@@ -134,10 +136,10 @@ def refuse_to_replace(path: Path, *, by: Path | None = None, kept: bool = False)
         raise InputError(
             f"cannot write {path}: it is the same file as an input of this command", fix="Name another output."
         )
-    if kept or _now.foreign or not found.st_size or _key(found) in _now.written:
+    if kept or _now.foreign or _key(found) in _now.written:
         return
     kind, new = _kind(path), None if by is None else _kind(by)
-    if kind == "" or new not in (None, kind):
+    if kind != NOTHING and (kind == "" or new not in (None, kind)):
         what = "no file that creak wrote" if kind == "" else kind
         option = f", or add {_now.option}" if _now.option else ""
         raise InputError(
@@ -162,6 +164,8 @@ def _os_error(number: int, path: Path) -> OSError:
 def _kind(path: Path) -> str:
     with path.open("rb") as file:
         head = file.read(HEAD)
+    if not head.strip(b" \t\r\n[]{}"):
+        return NOTHING
     return next((kind for kind, begin in KINDS.items() if re.match(begin, head, re.S | re.I)), "")
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from creak.formats.deck.command_files import plain_file
 from creak.arrays import IntArray
 from creak.errors import InputError, suggest
+from creak.formats.deck.command_files import plain_file
 from creak.model.mesh import Model
 from creak.studies.file.reader import Study
 
