@@ -52,9 +52,8 @@ def convert(
 
     Of results it writes the motion of all nodes for ParaView, around the hardest event or as [output] field_interval
     says: OUT.pvd with the times, and a folder of that name with a VTU for each instant. Of any results it writes the
-    histories of watched
-    nodes and gap channels: OUT.csv with all of them, OUT.unv (data set 58) with translations and normal forces; and
-    OUT.vtu, E-lines and places as points with their figures.
+    histories of watched nodes and gap channels: OUT.csv with all of them, OUT.unv (data set 58) with translations and
+    normal forces; and OUT.vtu, E-lines and places as points with their figures.
 
     Example: creak convert plate.bdf plate.inp --mass consistent
 

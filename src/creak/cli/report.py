@@ -32,7 +32,7 @@ def report(
 
     will_read(folder / RESULTS, folder / SUMMARY)
     page = out if out is not None else folder / "report.html"
-    streamed = writable_file(page).stream
+    streamed = writable_file(page, kept=True).stream
     need_report()
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:

@@ -1,7 +1,8 @@
 """What one command reads, and what it may write over: never a file that it has read, nor one that is not creak's.
 
 A plain file that is there gives way to an output where nothing is in it, or where it is of the kind that is written:
-what an earlier command wrote. The rule holds between `one_command` and its end, so for every command and none of Python's functions.
+what an earlier command wrote. The rule holds between `one_command` and its end, so for every command and none of
+Python's functions.
 """
 
 from __future__ import annotations
