@@ -92,7 +92,7 @@ def run(
     from creak.api.extras import missing_for_report, no_report_text
     from creak.api.study import run_setup, set_up
     from creak.dynamics.cuda.solver import check_solver
-    from creak.formats.deck.command_files import replace_foreign
+    from creak.formats.deck.command_files import replace_foreign, will_read
     from creak.formats.endings import is_deck
     from creak.studies.file.identity import STORE
     from creak.studies.results.of_another import refuse_other_study
@@ -101,6 +101,7 @@ def run(
     from creak.studies.solved import opened
 
     check_solver(device)
+    will_read(study_file)
     given = changed_study(study_file, changes) if changes else study_file
     folder = out if out is not None else study_file.parent / results_name(given)
     writable_folder(folder)

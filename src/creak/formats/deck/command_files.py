@@ -112,9 +112,14 @@ def plain_file(path: Path, where: object = "", *, is_input: bool = True) -> Path
 
 
 def will_read(*paths: Path) -> None:
-    """Note files that the command under way is to read, where they are there: its outputs are looked at before."""
+    """Note files that the command under way is to read, where they are there: its outputs are looked at before.
+
+    Raises
+    ------
+    InputError : a pipe, a device or a socket.
+    """
     for path in paths:
-        with suppress(OSError, InputError):
+        with suppress(OSError):
             plain_file(path)
 
 
