@@ -39,7 +39,16 @@ time left; elsewhere a phase gets a line once it has taken 2 s, then every 10 s 
 | 1 | failed analysis, unreliable results, a file that cannot be written (a full disk), Ctrl-C; what was done is named |
 | 2 | wrong input: one message that says what, where, and what to do; nothing was written |
 
-**Outputs.** A plain file is replaced when the new one is complete; a link stays, the file that it leads to is replaced.
+**Inputs** are plain files. A pipe, `<(...)` and /dev/stdin behind a pipe included, a device or a socket is refused at
+once.
+
+**Outputs** never replace a file that the command reads, by whatever name or link. Another file that is there gives way
+where it is empty or of the kind that is written, so a command may run again over what it wrote before. Decks,
+studies, JSON, HDF5, pages and WAV files have to be creak's own for that; VTU and universal files and matrices look
+alike whoever wrote them. All else stays, and the command ends with status 2. `creak run --force` and
+`creak new --overwrite` replace what is not creak's too, but no input.
+
+A file is replaced when the new one is complete; a link stays, the file that it leads to is replaced.
 Pipes and character devices are written into, where the format is a stream (JSON, CSV, universal files, decks, HTML,
 VTU). Folders, sockets and block devices are refused before anything is computed.
 

@@ -1,5 +1,6 @@
 """Each mistake ends in one message that says what, where and what to do; exit status 2; nothing written."""
 
+import os
 import re
 
 import pytest
@@ -184,3 +185,15 @@ def test_table_with_nan_names_its_line(tmp_path, monkeypatch, capsys):
     assert_refused(
         monkeypatch, capsys, write_strips(tmp_path, study=text), ["table.csv:3", "nan", "two finite numbers"], tmp_path
     )
+
+
+def test_a_study_from_a_pipe_is_refused_before_anything_else(creak, tmp_path):
+    """As a shell gives one for <(...): no results folder is looked for beside it."""
+    read, write = os.pipe()
+    try:
+        said = creak("run", f"/dev/fd/{read}")
+    finally:
+        os.close(read)
+        os.close(write)
+    assert said.status == 2
+    assert said.err == f"creak: /dev/fd/{read} is a pipe or a device; expected a plain file. Name another file.\n"

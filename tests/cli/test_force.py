@@ -61,3 +61,18 @@ def test_what_cannot_be_read_is_replaced(creak, study, tmp_path, text):
     (tmp_path / "results" / "summary.json").write_text(text)
     assert creak("run", study, "--quiet").status == 0
     assert results_of(tmp_path) == study.name
+
+
+@pytest.mark.parametrize("name", ["summary.json", "results.h5", "report.html", "convergence.csv"])
+def test_a_file_of_another_program_asks_for_force_too(creak, study, tmp_path, name):
+    (tmp_path / "results").mkdir()
+    path = tmp_path / "results" / name
+    path.write_text('{"mine": 1}')
+    said = creak("run", study, "--quiet")
+    assert said.status == 2
+    assert "no file that creak wrote" in said.err
+    assert "or add --force" in said.err
+    assert path.read_text() == '{"mine": 1}'
+    assert [p.name for p in path.parent.iterdir()] == [name]
+    assert creak("run", study, "--quiet", "--force").status == 0
+    assert results_of(tmp_path) == study.name

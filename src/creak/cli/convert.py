@@ -50,10 +50,10 @@ def convert(
 
     Abaqus decks take consistent mass, Nastran decks linear or lumped mass.
 
-    Of the results of a run with [output] field_interval it writes the motion of all nodes for ParaView: OUT.pvd with
-    the times, and a folder of that name with a VTU for each instant. Of any results it writes the histories of watched
-    nodes and gap channels: OUT.csv with all of them, OUT.unv (data set 58) with translations and normal forces; and
-    OUT.vtu, E-lines and places as points with their figures.
+    Of results it writes the motion of all nodes for ParaView, around the hardest event or as [output] field_interval
+    says: OUT.pvd with the times, and a folder of that name with a VTU for each instant. Of any results it writes the
+    histories of watched nodes and gap channels: OUT.csv with all of them, OUT.unv (data set 58) with translations and
+    normal forces; and OUT.vtu, E-lines and places as points with their figures.
 
     Example: creak convert plate.bdf plate.inp --mass consistent
 
@@ -62,13 +62,15 @@ def convert(
     Example: creak convert results/results.h5 histories.unv
     """
     from creak.cli.output import writable_file
+    from creak.formats.deck.command_files import will_read
     from creak.formats.deck.unread import stop_on_unread
     from creak.formats.decks import read_model
 
     of_run = deck.suffix.lower() in RESULTS
     _check_results(of_run, out, run, [matrices, mass, *ignore])
     if not of_run:
-        _check(deck, out, matrices, mass)
+        _check(out, matrices, mass)
+    will_read(deck)
     writable_file(out, stream=matrices is None and out.suffix.lower() != ".pvd")
     if of_run:
         write = {".pvd": _write_motion, ".vtu": _write_points}.get(out.suffix.lower(), _write_histories)
@@ -179,7 +181,7 @@ def _write_histories(results: Path, out: Path, run: str | None, words: Output) -
         )
 
 
-def _check(deck: Path, out: Path, matrices: str | None, mass: str | None) -> None:
+def _check(out: Path, matrices: str | None, mass: str | None) -> None:
     if matrices is not None and matrices not in MATRICES:
         raise InputError(f"--matrices {matrices}", expected=", ".join(MATRICES), fix=suggest(matrices, MATRICES))
     if mass not in (None, "consistent", "linear", "lumped"):
@@ -191,8 +193,6 @@ def _check(deck: Path, out: Path, matrices: str | None, mass: str | None) -> Non
             where=out,
             fix="Write an Abaqus deck (.inp) or a Nastran deck (.bdf), or give --matrices.",
         )
-    if out.exists() and deck.exists() and out.samefile(deck):
-        raise InputError("IN and OUT are the same file", where=out, fix="Give OUT another name.")
 
 
 def _write(model: Model, out: Path, ignore: list[str]) -> tuple[str, ...]:

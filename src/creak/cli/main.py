@@ -33,6 +33,7 @@ from creak.cli import (
 from creak.cli.console import Terminal
 from creak.cli.output import Interrupted
 from creak.errors import CreakError, InputError, Unreliable, WriteError
+from creak.formats.deck.command_files import one_command
 from creak.studies.unraised import none_ignored
 from creak.version import version
 
@@ -82,7 +83,7 @@ def _root(
 def main() -> NoReturn:
     """Run the command line; wrong input ends with status 2, a failed analysis with 1, one message each."""
     try:
-        with none_ignored():
+        with none_ignored(), one_command():
             if app(prog_name="creak", standalone_mode=False) == CTRL_C:
                 raise Interrupted("nothing was written")
         sys.stdout.flush()

@@ -43,6 +43,7 @@ def modes(
 
     Example: creak modes door/door.inp --f-max 100 --vtk modes.vtu
     """
+    from creak.formats.deck.command_files import will_read
     from creak.studies.models.deck_modes import deck_modes
 
     point = _point(about)
@@ -50,6 +51,7 @@ def modes(
         raise InputError(f"--vtk {vtk}", expected="a file name that ends in .vtu")
     on_stdout = json_file is not None and (json_file == Path("-") or descriptor_of(json_file) == STDOUT)
     files = [path for path in (vtk, uff, None if on_stdout else json_file) if path is not None]
+    will_read(deck)
     for path in files:
         writable_file(path)
     with Output(quiet, verbose, on_stdout) as output:

@@ -52,6 +52,7 @@ def new(
         with output.progress as progress:
             with progress.phase("read the deck"):
                 model = read_model(deck)
+            _study_path(deck, out, overwrite)  # once more: what has been read meanwhile stays
             model_detail(output, model)
             found = propose(model, distance, units, progress)
             relative = Path(os.path.relpath(deck, path.parent)).as_posix()
@@ -78,11 +79,14 @@ def new(
 
 
 def _study_path(deck: Path, out: Path | None, overwrite: bool) -> Path:
+    from creak.formats.deck.command_files import replace_foreign, will_read
     from creak.studies.file.schema import SCHEMA_FILE
 
     path = out if out is not None else deck.with_suffix(".toml")
     if path.suffix.lower() != ".toml":
         raise InputError(f"--out {path}", expected="a file name that ends in .toml")
+    replace_foreign("--overwrite", overwrite)
+    will_read(deck)
     if path.exists() and not overwrite:
         raise InputError(f"{path} is there already", fix="Name another file with --out, or add --overwrite.")
     writable_file(path, stream=False)

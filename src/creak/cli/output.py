@@ -74,18 +74,19 @@ def writable_folder(folder: Path) -> None:
         ) from error
 
 
-def writable_file(path: Path, *, stream: bool = True) -> Destination:
+def writable_file(path: Path, *, stream: bool = True, kept: bool = False) -> Destination:
     """Check that an output can be written to `path`, without touching it.
 
     Parameters
     ----------
-    stream : whether the format can be written into a pipe or a device.
+    stream : whether the format can be written into a pipe or a device. kept : what is there is judged when it is
+        written, but for inputs.
 
     Raises
     ------
     InputError : it is a folder or another node that cannot be replaced, or its folder cannot be written.
     """
-    found = destination(path, stream=stream)
+    found = destination(path, stream=stream, kept=kept)
     if not found.stream:
         writable_folder(found.path.parent)
     return found

@@ -25,16 +25,21 @@ def report(
     """
     from creak.api.extras import need_report
     from creak.api.saved import open_result
+    from creak.formats.deck.command_files import will_read
+    from creak.formats.stored.run_identity import CONVERGENCE, RESULTS, SUMMARY
     from creak.studies.results.save import save_convergence
     from creak.studies.results.summary import unreliable_runs
 
+    will_read(folder / RESULTS, folder / SUMMARY)
     page = out if out is not None else folder / "report.html"
-    streamed = writable_file(page).stream
+    streamed = writable_file(page, kept=True).stream
     need_report()
     with Output(quiet, verbose, as_json) as output:
         with output.progress as progress:
             with progress.phase("read the results"):
                 saved = open_result(folder)
+            if saved.convergence is not None and not streamed:
+                writable_file(page.parent / CONVERGENCE, stream=False)
             with progress.phase(f"write {page.name}"):
                 output.wrote(saved.report(page))
                 if saved.convergence is not None and not streamed:

@@ -10,7 +10,7 @@ import typer
 
 from creak.cli.cluster import SCHEDULER, TLS_CA_FILE, TLS_CERT, TLS_KEY, check_cluster, checked_certificates
 from creak.cli.details import tell_notes, tell_warnings
-from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output, writable_folder
+from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output, writable_file, writable_folder
 from creak.errors import InputError
 
 if TYPE_CHECKING:
@@ -61,6 +61,8 @@ def robust(
 
         study = read_study(study_file)
         writable_folder(folder)
+        for name in ("robust.json", "draws.csv", "robust.html"):
+            writable_file(folder / name, stream=False)
         before = _logs(folder)
         check_cluster(scheduler, output)
         with _runner(scheduler, certificates) as runner, output.progress as progress:

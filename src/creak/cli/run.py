@@ -70,7 +70,9 @@ def run(
         min=0.0,
         help="Megabytes that the 3-D motion of the hardest events may add to report.html; 0: none.",
     ),
-    force: bool = typer.Option(False, "--force", help="Replace the results of another study."),
+    force: bool = typer.Option(
+        False, "--force", help="Replace the results of another study, and files that creak did not write."
+    ),
     device: Literal["auto", "cpu", "gpu"] = typer.Option(
         "auto", "--device", help="Where an unreduced model is solved; auto: on a GPU if there is one and it is large."
     ),
@@ -82,13 +84,15 @@ def run(
 
     Ctrl-C during a run ends it there: what was computed until then is written. An unreduced run keeps a checkpoint
     every five minutes beside the results: the same command goes on from it, after a kill as well. Earlier results of
-    the same study are replaced; those of another study are not, unless --force says so.
+    the same study are replaced; those of another study, and files that creak did not write, are not, unless --force
+    says so.
 
     Example: creak run door/door.toml --out door/results
     """
     from creak.api.extras import missing_for_report, no_report_text
     from creak.api.study import run_setup, set_up
     from creak.dynamics.cuda.solver import check_solver
+    from creak.formats.deck.command_files import replace_foreign, will_read
     from creak.formats.endings import is_deck
     from creak.studies.file.identity import STORE
     from creak.studies.results.of_another import refuse_other_study
@@ -97,9 +101,11 @@ def run(
     from creak.studies.solved import opened
 
     check_solver(device)
+    will_read(study_file)
     given = changed_study(study_file, changes) if changes else study_file
     folder = out if out is not None else study_file.parent / results_name(given)
     writable_folder(folder)
+    replace_foreign("--force", force)
     check_folder(folder)
     if not force:
         refuse_other_study(folder, study_file.name)
@@ -109,6 +115,7 @@ def run(
         with output.progress as progress, opened(superelements or beside if keep else None):
             with progress.phase("read the model and find the contacts"):
                 setup = set_up(given, ignore, units, superelements)
+            check_folder(folder)  # once more: what has been read meanwhile stays
             setup_detail(output, setup)
             tell_setup(output, setup, told)
             result = run_setup(

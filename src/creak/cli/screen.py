@@ -26,6 +26,7 @@ def screen(
     Example: creak screen door/door.toml
     """
     from creak.formats.complete_file import write_text
+    from creak.formats.deck.command_files import will_read
     from creak.model.units import UNITS
     from creak.report.tables.elines import screen_rows
     from creak.studies.file.reader import read_study
@@ -35,6 +36,7 @@ def screen(
     from creak.studies.warned import warnings_of
     from creak.verify.elines import DEFINITION
 
+    will_read(study_file)
     if csv is not None:
         writable_file(csv)
     told: set[str] = set()

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from creak.errors import CreakError, InputError, WriteError
+from creak.formats.deck.command_files import has_written, refuse_to_replace
 from creak.formats.destination import Destination, destination
 from creak.formats.interrupts import interrupts_later
 from creak.formats.partials import partial_name, remove_dead_once
@@ -47,19 +48,19 @@ class Together:
         """Partial names and where they go."""
 
     @contextmanager
-    def file(self, path: Path, more: int = 0) -> Iterator[Path]:
+    def file(self, path: Path, more: int = 0, *, kept: bool = False) -> Iterator[Path]:
         """A temporary name beside `path` to write to; a link stays, the file that it leads to is replaced.
 
         Parameters
         ----------
-        more : bytes of the files that follow, for the message.
+        more : bytes of the files that follow, for the message. kept : as of `complete_file`.
 
         Raises
         ------
-        InputError : `path` is not the name of a plain file, or its folder cannot be written.
+        InputError : `path` is not the name of a plain file, that file has to stay, or its folder cannot be written.
         WriteError : the disk is full, or fails.
         """
-        target = destination(path, stream=False).path
+        target = destination(path, stream=False, kept=kept).path
         remove_dead_once(target.parent)
         partial = target.with_name(partial_name(target.name))
         self._files.append((partial, target))
@@ -67,6 +68,7 @@ class Together:
             yield partial
             with partial.open("rb+") as file:
                 os.fsync(file.fileno())
+            refuse_to_replace(target, by=partial, kept=kept)
         except OSError as error:
             needed = self._needed(error, more)
             self.discard()
@@ -86,6 +88,7 @@ class Together:
                     path.unlink(missing_ok=True)
                 for partial, path in self._files:
                     os.replace(partial, path)
+                    has_written(path)
                 for folder in {path.parent for _, path in self._files}:
                     _flush_folder(folder)
             except OSError as error:
@@ -116,7 +119,7 @@ def files_together() -> Iterator[Together]:
 
 
 @contextmanager
-def complete_file(path: Path, *, stream: bool = True) -> Iterator[Path]:
+def complete_file(path: Path, *, stream: bool = True, kept: bool = False) -> Iterator[Path]:
     """A temporary name to write to; renamed to `path` at the end, removed after a failure.
 
     Of several writers of one path, on any machine, each has a name of its own; the last to finish stays. A pipe or a
@@ -125,12 +128,14 @@ def complete_file(path: Path, *, stream: bool = True) -> Iterator[Path]:
     Parameters
     ----------
     stream : whether a reader can take the format from start to end, so that a pipe or a device may be given.
+    kept : whether creak keeps the file for itself: a damaged one is replaced too.
 
     Raises
     ------
-    InputError : `path` names something that cannot be written. WriteError : the disk is full, or fails.
+    InputError : `path` names something that cannot be written, or that has to stay (`command_files`).
+    WriteError : the disk is full, or fails.
     """
-    found = destination(path, stream=stream)
+    found = destination(path, stream=stream, kept=kept)
     if found.stream:
         with tempfile.TemporaryDirectory() as folder:
             partial = Path(folder) / (path.name or "stream")
@@ -141,7 +146,7 @@ def complete_file(path: Path, *, stream: bool = True) -> Iterator[Path]:
                 raise WriteError(f"cannot write {path}: {_reason(error)}") from error
         return
     with files_together() as together:
-        with together.file(path) as partial:
+        with together.file(path, kept=kept) as partial:
             yield partial
         together.appear()
 

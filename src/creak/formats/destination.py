@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from creak.errors import InputError
+from creak.formats.deck.command_files import refuse_to_replace
 
 FIX = "Name another file."
 LINKS = 40
@@ -27,17 +28,18 @@ class Destination:
     """Of this process, for /dev/stdout and its like."""
 
 
-def destination(path: Path, *, stream: bool = True) -> Destination:
-    """Look at what a path names, without opening it.
+def destination(path: Path, *, stream: bool = True, kept: bool = False) -> Destination:
+    """Look at what a path names, and whether the command under way may write it (`command_files`).
 
     Parameters
     ----------
-    stream : whether the format can be written into a pipe or a device from start to end.
+    stream : whether the format can be written into a pipe or a device from start to end. kept : as of
+        `refuse_to_replace`.
 
     Raises
     ------
-    InputError : a folder, a socket, a block device, a link that leads in a circle, a place that cannot be looked at;
-        a pipe or a device where only a file will do.
+    InputError : a file that has to stay, a folder, a socket, a block device, a link that leads in a circle, a place
+        that cannot be looked at; a pipe or a device where only a file will do.
     """
     descriptor = descriptor_of(path)
     try:
@@ -54,7 +56,10 @@ def destination(path: Path, *, stream: bool = True) -> Destination:
         raise InputError(
             f"cannot write to {path}: it is {_kind(mode)}", expected="a file: this format is no stream", fix=FIX
         )
-    return Destination(path, True, descriptor) if flows else Destination(_end_of_links(path))
+    if flows:
+        return Destination(path, True, descriptor)
+    refuse_to_replace(path, kept=kept)
+    return Destination(_end_of_links(path))
 
 
 def descriptor_of(path: Path) -> int | None:

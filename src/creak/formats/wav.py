@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file, write_bytes
+from creak.formats.deck.command_files import plain_file
 
 RATE = 48_000
 """Hz, written unless another rate is given."""
@@ -115,7 +116,7 @@ def read_wav(path: str | Path) -> Sound:
     InputError : it cannot be read, is no WAV file, is cut off, or holds other samples.
     """
     try:
-        data = Path(path).read_bytes()
+        data = plain_file(Path(path)).read_bytes()
     except OSError as error:
         raise InputError(f"cannot read {path}: {(error.strerror or str(error)).lower()}") from error
     if data[:4] != b"RIFF" or data[8:12] != b"WAVE":

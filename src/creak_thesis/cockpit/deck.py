@@ -57,6 +57,7 @@ def deck_text(size: float) -> str:
     parts = geo.cockpit_parts(size)
     count = sum(p.coords.shape[0] for p in parts.values())
     lines = ["*HEADING", f"Piece of a cockpit; {count} nodes; units mm, t, s"]
+    lines.append("** Written by creak example cockpit.")
     lines.append("** x across the car to the left, y towards the occupants, z upwards.")
     for name, part in parts.items():
         lines += _part(name, part)

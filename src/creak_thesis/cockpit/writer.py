@@ -39,7 +39,8 @@ def write_cockpit(mesh_size: float, out: Path, load: float = 1.0, seed: int = 1)
             )
     if seed < 0:
         raise InputError(f"seed {seed}", expected="a whole number, 0 or more", where="seed of the cockpit")
-    texts = dict(zip(FILES, (deck_text(mesh_size), study_text(load, seed), background_text()), strict=True))
+    study = f"# written by creak example cockpit\n{study_text(load, seed)}"
+    texts = dict(zip(FILES, (deck_text(mesh_size), study, background_text()), strict=True))
     out.mkdir(parents=True, exist_ok=True)
     for name, text in texts.items():
         write_text(out / name, text)

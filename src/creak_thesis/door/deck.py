@@ -78,6 +78,7 @@ def hook_ends(door: Door) -> list[tuple[int, Patch, Patch]]:
 def _heading(door: Door) -> Iterator[str]:
     yield "*HEADING"
     yield f"Front door: frame, carrier and trim panel; mesh size {door.mesh_size:g} mm; units mm, t, s"
+    yield "** Written by creak example door."
     yield "** x to the rear, y into the cabin, z upwards."
     yield "** Normals: frame and carrier into the cabin (+y), panel towards the frame (-y)."
     if door.coarsen > 1:

@@ -35,7 +35,10 @@ def write_door(
     study, door = study_text(load), build_door(mesh_size, coarsen)
     if hook_play is not None:
         study += play_text([(a.name, b.name) for _, a, b in hook_ends(door)], hook_play)
-    texts = {"door.inp": deck_text(door, loose_hooks=hook_play is not None), "door.toml": study}
+    texts = {
+        "door.inp": deck_text(door, loose_hooks=hook_play is not None),
+        "door.toml": f"# written by creak example door\n{study}",
+    }
     out.mkdir(parents=True, exist_ok=True)
     return [_write(out / name, text) for name, text in texts.items()]
 

@@ -7,12 +7,15 @@ import numpy as np
 import pytest
 from small_study import plates, study_text
 
+from creak.formats.measured.motion_series import motion_field, write_series
 from creak.model.units import UNITS
 from creak.report.figures.motions import LEFT_OUT, shapes_of
 from creak.report.figures.scene import animations, scene
 from creak.report.found import found_of
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
+from creak.studies.results.save import save
+from creak.studies.results.summary import summarise
 from creak.studies.run import motion
 from creak.studies.run.job import run_study
 from creak.studies.run.motion import recorded_steps
@@ -119,3 +122,22 @@ def test_steps_are_thinned_as_far_as_the_motion_allows(result, monkeypatch):
     # 50 Hz: five instants a period are 4 ms apart, eight steps; ten are too many.
     monkeypatch.setattr(motion, "MEMORY", 8 * n * every.size // 10)
     assert recorded_steps(setup, n).size == 0
+
+
+def test_results_hold_the_motion_of_all_nodes_around_the_hardest_event_unasked(result, tmp_path, monkeypatch):
+    """What ParaView shows is what the watched nodes do, to round-off; large models keep less."""
+    run, watched = result.runs["reduced"], result.setup.watched
+    save(result, summarise(result), tmp_path)
+    field = motion_field(tmp_path / "results.h5")
+    hardest = max(run.events, key=lambda e: e.force_peak_filtered)
+    assert field.time[0] < hardest.t_start < hardest.t_end < field.time[-1]
+    outputs = run.history.time[run.history.output_index]
+    at = np.abs(outputs[:, None] - field.time).argmin(axis=0)
+    assert outputs[at] == pytest.approx(field.time, rel=1e-12)
+    expected = run.history.displacement.reshape(outputs.size, watched.size, 6)[at, :, :3]
+    found = np.stack([u for _, u in field.instants()])
+    assert np.abs(found[:, watched] - expected).max() <= 1e-9 * np.abs(expected).max()
+    assert len(list(write_series(field, tmp_path / "motion.pvd").iterdir())) == field.time.size
+    monkeypatch.setattr("creak.studies.results.save.UNASKED", 24 * result.setup.model.nodes.count * 5)
+    save(result, summarise(result), tmp_path)
+    assert motion_field(tmp_path / "results.h5").time.size <= 5

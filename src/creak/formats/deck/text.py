@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from creak.errors import InputError
+from creak.formats.deck.command_files import plain_file
 from creak.formats.deck.include_budget import IncludeBudget
 
 DEPTH = 50
@@ -21,7 +22,10 @@ def read_bytes(path: Path, included_at: str = "", budget: IncludeBudget | None =
     """
     what = "included file" if included_at else "deck"
     try:
-        return path.read_bytes() if budget is None else budget.read(path, included_at)
+        plain_file(path, included_at)
+        if budget is not None:
+            budget.count(path, included_at)
+        return path.read_bytes()
     except FileNotFoundError:
         fix = "Give the path relative to the including file." if included_at else "Check the path."
         raise InputError(f"there is no {what} {path}", where=included_at, fix=fix) from None

@@ -12,6 +12,7 @@ from scipy import sparse
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
+from creak.formats.deck.command_files import plain_file
 from creak.model.magnitude import LARGEST
 from creak.model.superelement import Superelement
 
@@ -171,7 +172,7 @@ def by_node(superelement: Superelement) -> IntArray:
 def read_text(path: Path) -> str:
     """The text of a file; latin-1 takes any byte, so that comments in any language pass."""
     try:
-        return path.read_text(encoding="latin-1")
+        return plain_file(path).read_text(encoding="latin-1")
     except OSError as error:
         raise InputError(f"the file cannot be read: {error.strerror}", where=path, fix="Check the path") from error
 
@@ -179,7 +180,7 @@ def read_text(path: Path) -> str:
 def read_bytes(path: Path) -> bytes:
     """The bytes of a file."""
     try:
-        return path.read_bytes()
+        return plain_file(path).read_bytes()
     except OSError as error:
         raise InputError(f"the file cannot be read: {error.strerror}", where=path, fix="Check the path") from error
 

@@ -32,7 +32,7 @@ def read_matrix_market(path: Path, map_file: Path | None = None) -> Superelement
     prefix = _prefix(path)
     files = [prefix.with_name(prefix.name + ending) for ending in ENDINGS]
     for file in files[:2]:
-        if not file.is_file():
+        if not file.exists():
             raise InputError(
                 "there is no such file", where=file, expected="NAME_K.mtx, NAME_M.mtx and NAME_dofs.csv side by side"
             )

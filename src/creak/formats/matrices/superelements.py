@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from creak.errors import InputError, suggest
+from creak.formats.deck.command_files import plain_file
 from creak.formats.matrices.abaqus_mtx import read_abaqus, write_matrix_output, write_user_element
 from creak.formats.matrices.calculix import read_calculix
 from creak.formats.matrices.matrix_market import read_matrix_market, write_matrix_market
@@ -55,8 +56,12 @@ def read_superelement(path: Path, map_file: Path | None = None, *, w4: float | N
     """
     path, map_file = Path(path), None if map_file is None else Path(map_file)
     ending = path.suffix.lower()
-    if not path.is_file():
-        raise InputError("there is no such file", where=path, fix="Check the path")
+    try:
+        plain_file(path)
+    except FileNotFoundError:
+        raise InputError("there is no such file", where=path, fix="Check the path") from None
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}", fix="Check the path.") from error
     if ending == ".op4":
         return read_op4(path, map_file, w4=w4)
     if ending in _NASTRAN:

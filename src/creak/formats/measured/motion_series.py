@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -70,7 +71,7 @@ def motion_field(path: Path, run: str | None = None) -> MotionField:
         if not runs[run]:
             raise InputError(
                 f"{path} does not hold the motion of the {run} run",
-                expected="motion of all nodes",
+                expected="motion of all nodes: of a run whose parts touch, or with [output] field_interval",
                 fix="Add field_interval, s, to [output] of the study and run it again.",
             )
         if "model" not in file:
@@ -93,17 +94,20 @@ def write_series(field: MotionField, out: Path, progress: Callable[[int, int], N
     -------
     The folder with the files of the instants.
     """
-    destination(out, stream=False)
     folder, digits = out.with_suffix(""), max(4, len(str(field.time.size - 1)))
     names = [f"{out.stem}_{k:0{digits}d}.vtu" for k in range(field.time.size)]
+    old = re.compile(rf"{re.escape(out.stem)}_\d{{4,}}\.vtu")
+    earlier = [path for path in folder.glob("*.vtu") if old.fullmatch(path.name)]
+    for path in (out, *earlier):
+        destination(path, stream=False)
     out.parent.mkdir(parents=True, exist_ok=True)
     text = mesh_text(field.mesh)
     with partial_folder(out) as unfinished:
         _write_instants(field, unfinished, names, text, progress)
         folder.mkdir(exist_ok=True)
         out.unlink(missing_ok=True)
-        for old in folder.glob(f"{out.stem}_*.vtu"):
-            old.unlink()
+        for path in earlier:
+            path.unlink()
         for name in names:
             os.replace(unfinished / name, folder / name)
     write_text(out, _collection(folder.name, names, field.time))

@@ -13,6 +13,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.formats.deck.command_files import plain_file
 from creak.formats.measured.channel import Channel
 
 BLOCK, RECORD, KEY = 512, 128, 32
@@ -28,7 +29,7 @@ def read_rpc3(path: Path) -> list[Channel]:
     ------
     InputError : not such a file, another kind of data in it, or cut short.
     """
-    data = path.read_bytes()
+    data = plain_file(path).read_bytes()
     first = _records(data[:BLOCK])
     if first.get("FORMAT", "").upper() not in ORDERS:
         raise InputError("not a file of RPC III", where=path, expected="a header that begins with FORMAT")

@@ -12,6 +12,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.formats.deck.command_files import plain_file
 from creak.formats.measured.channel import Channel
 
 MARK, FUNCTION = "-1", "58"
@@ -30,7 +31,7 @@ def read_uff_functions(path: Path) -> list[Channel]:
     ------
     InputError : no such function in it, a binary one, one that is complex or unevenly sampled, or cut short.
     """
-    lines = path.read_text(encoding="latin-1").splitlines()
+    lines = plain_file(path).read_text(encoding="latin-1").splitlines()
     marks = [k for k, line in enumerate(lines) if line.strip() == MARK]
     found = []
     for begin, end in zip(marks[::2], [*marks[1::2], len(lines)], strict=False):

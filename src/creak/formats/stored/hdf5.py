@@ -65,7 +65,7 @@ def bound_file(path: Path, kind: str, version: int, made_from: str) -> Iterator[
     InputError, WriteError : the folder cannot be written, or the disk is full.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    with complete_file(path, stream=False) as partial, hdf5_file(partial) as out:
+    with complete_file(path, stream=False, kept=True) as partial, hdf5_file(partial) as out:
         out.file.attrs[f"creak_{kind}"] = version
         out.file.attrs["made_from"] = made_from
         yield out.file

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from creak.formats.deck.command_files import plain_file
 from creak.formats.stored.sealed_hdf5 import MOST_PACKED, Damaged
 
 KINDS = "biufU"
@@ -44,7 +45,7 @@ def read_arrays(path: Path) -> dict[str, NDArray]:
     Damaged : the file cannot be read, is no .npz, is damaged, or holds objects or records.
     """
     try:
-        with zipfile.ZipFile(path) as archive:
+        with zipfile.ZipFile(plain_file(path, is_input=False)) as archive:
             return {info.filename.removesuffix(".npy"): _array(archive, info) for info in archive.infolist()}
     except WRONG as error:
         raise error if isinstance(error, Damaged) else Damaged(str(error) or type(error).__name__) from error

@@ -14,6 +14,8 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.formats.deck.command_files import plain_file
+from creak.formats.destination import destination
 
 HEAD = struct.Struct("<IQ")
 """CRC-32 of number and values, number of the record."""
@@ -31,7 +33,7 @@ def read_records(path: Path, made_from: Mapping[str, Any], width: int) -> tuple[
     cut short or damaged does not count.
     """
     try:
-        data = path.read_bytes()
+        data = plain_file(path, is_input=False).read_bytes()
     except FileNotFoundError:
         return {}, 0
     line, _, rest = data.partition(b"\n")
@@ -51,6 +53,7 @@ def read_records(path: Path, made_from: Mapping[str, Any], width: int) -> tuple[
 def record_log(path: Path, made_from: Mapping[str, Any], width: int, used: int) -> Iterator[RecordLog]:
     """The file, to add records behind its first `used` bytes; 0: anew."""
     path.parent.mkdir(parents=True, exist_ok=True)
+    destination(path, stream=False)
     with open(path, "r+b" if used else "wb") as file:
         if used:
             file.truncate(used)

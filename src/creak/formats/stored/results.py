@@ -12,6 +12,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
+from creak.formats.deck.command_files import plain_file
 from creak.formats.stored.hdf5 import Hdf5, hdf5_file
 from creak.formats.stored.run_identity import RESULTS, SUMMARY, identity_in, identity_of, of_two_runs
 from creak.formats.stored.sealed_hdf5 import Damaged
@@ -109,12 +110,15 @@ def reading(path: Path) -> Iterator[None]:
     ------
     InputError : instead of what h5py and the reading of a tree raise.
     """
-    if not path.is_file():
+    try:
+        plain_file(path)
+    except OSError as error:
+        missing = isinstance(error, FileNotFoundError | NotADirectoryError)
         raise InputError(
-            f"no such results: {path}",
+            f"no such results: {path}" if missing else f"cannot read {path}: {error.strerror}",
             expected="what creak run wrote: summary.json and results.h5 in one folder",
             fix="Check the path.",
-        )
+        ) from error
     try:
         yield
     except (OSError, LookupError, TypeError, ValueError, ArithmeticError, RuntimeError, AttributeError) as error:

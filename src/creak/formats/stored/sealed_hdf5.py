@@ -14,6 +14,8 @@ from pathlib import Path
 
 import h5py
 
+from creak.formats.deck.command_files import plain_file
+
 BLOCK = 512
 """Bytes of the user block."""
 MARK = b"creak sha256 "
@@ -51,7 +53,7 @@ def opened_hdf5(path: Path) -> Iterator[h5py.File]:
     ------
     Damaged : it has no checksum, another one, or reaches outside itself. OSError : it cannot be read.
     """
-    with path.open("rb") as raw:
+    with plain_file(path, is_input=False).open("rb") as raw:
         found = raw.read(BLOCK)
         if not found.startswith(MARK):
             raise Damaged("it has no checksum: it is cut short, or of another program or an earlier creak")

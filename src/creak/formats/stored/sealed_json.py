@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from creak.formats.deck.command_files import plain_file
 from creak.formats.stored.sealed_hdf5 import Damaged
 
 KEY = "sha256"
@@ -27,7 +28,7 @@ def read_sealed(path: Path) -> dict[str, Any]:
     Damaged : not such a file, or changed since. OSError : it cannot be read.
     """
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = json.loads(plain_file(path, is_input=False).read_text(encoding="utf-8"))
     except (ValueError, RecursionError) as error:
         raise Damaged("it is no JSON") from error
     found = data.pop(KEY, None) if isinstance(data, dict) else None

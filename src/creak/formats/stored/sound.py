@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from creak.errors import InputError
+from creak.formats.destination import destination
 from creak.formats.safe_names import file_stem
 from creak.formats.stored.results import check_beside, reading
 from creak.formats.stored.run_identity import RESULTS, SUMMARY
@@ -77,12 +78,14 @@ def write_sound(sound: StoredSound, folder: Path, samples: str = "24") -> list[P
     InputError, WriteError : as `write_wav`.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for i, listener in enumerate(sound.listeners):
-        for j, place in enumerate(sound.places):
+    names = ((a, b.replace(" ", "_")) for a in sound.listeners for b in sound.places)
+    paths = [folder / f"{file_stem(listener)}_{file_stem(place)}.wav" for listener, place in names]
+    for path in paths:
+        destination(path)
+    for i in range(len(sound.listeners)):
+        for j in range(len(sound.places)):
             x = sound.pressure[i, j].astype(np.float64)
-            path = folder / f"{file_stem(listener)}_{file_stem(place.replace(' ', '_'))}.wav"
+            path = paths[i * len(sound.places) + j]
             largest = float(np.abs(x).max(initial=0.0))
             write_wav(path, x, sound.rate, samples=samples, full_scale=max(sound.full_scale, largest))
-            paths.append(path)
     return paths

@@ -60,7 +60,7 @@ class SavedSuperelement:
 def write_superelement_file(path: Path, saved: SavedSuperelement) -> None:
     """Write the file, complete or absent."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with complete_file(path, stream=False) as partial, hdf5_file(partial) as out:
+    with complete_file(path, stream=False, kept=True) as partial, hdf5_file(partial) as out:
         file = out.file
         file.attrs["creak_superelement"] = VERSION
         file.attrs["name"] = saved.name

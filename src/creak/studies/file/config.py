@@ -199,7 +199,8 @@ class OutputTable(Table):
     interval: Positive | None = None
     """s; default: 1 ms, less for short runs and fast excitations; with a forced step every step."""
     field_interval: Positive | None = None
-    """s; the motion of all nodes is recovered this often and written to results.h5; default: not at all."""
+    """s; the motion of all nodes is recovered this often and written to results.h5; default: around the hardest event
+    alone."""
     field_start: NonNegative = 0.0
     """s; from here on."""
 

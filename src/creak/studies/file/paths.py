@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from creak.errors import InputError
+from creak.formats.deck.command_files import plain_file
 from creak.formats.decks import format_of
 
 PLACES = (
@@ -74,7 +75,7 @@ class Contents:
     def _of(self, kind: str, path: Path, files: Callable[[Path], list[Path]]) -> str:
         path = path.resolve()
         if (kind, path) not in self._known:
-            self._known[kind, path] = digest([_hash(p) for p in files(path)])
+            self._known[kind, path] = digest([_hash(p, p == path) for p in files(path)])
         return self._known[kind, path]
 
 
@@ -96,14 +97,14 @@ def family(path: Path) -> list[Path]:
     return [path, *(p for p in beside if p.suffix.lower() not in (".toml", ".html"))]
 
 
-def _content(path: Path) -> bytes:
+def _content(path: Path, is_input: bool) -> bytes:
     try:
-        return path.read_bytes()
+        return plain_file(path, is_input=is_input).read_bytes()
     except FileNotFoundError as error:
         raise InputError(f"no such file: {path}", fix="Check the path.") from error
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from error
 
 
-def _hash(path: Path) -> str:
-    return hashlib.blake2b(_content(path), digest_size=16).hexdigest()
+def _hash(path: Path, is_input: bool) -> str:
+    return hashlib.blake2b(_content(path, is_input), digest_size=16).hexdigest()

@@ -12,6 +12,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from creak.errors import InputError, suggest
+from creak.formats.deck.command_files import plain_file
 from creak.formats.endings import is_deck
 from creak.studies.file.config import FORCED, StudyConfig, TimeTable
 from creak.studies.file.excitation_tables import SignalTable
@@ -112,7 +113,7 @@ def read_toml(path: Path, kind: str) -> tuple[dict[str, Any], str]:
     InputError : no such file, unreadable, or not TOML.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = plain_file(path).read_text(encoding="utf-8")
     except FileNotFoundError as error:
         raise InputError(f"no such {kind} file: {path}", fix="Check the path.") from error
     except (OSError, UnicodeDecodeError) as error:

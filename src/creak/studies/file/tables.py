@@ -8,6 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
+from creak.formats.deck.command_files import plain_file
 from creak.formats.measured.csv_rows import csv_rows
 from creak.formats.measured.files import chosen_channel, is_measured
 from creak.model.magnitude import LARGEST, computable
@@ -103,7 +104,7 @@ def read_header(path: Path, where: str, kind: str) -> tuple[list[str], Rows]:
     InputError : no such file, or unreadable.
     """
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = plain_file(path, where).read_text(encoding="utf-8-sig").splitlines()
     except FileNotFoundError as error:
         raise InputError(f"no such {kind}: {path}", where=where, fix="Check the path.") from error
     except (OSError, UnicodeDecodeError) as error:

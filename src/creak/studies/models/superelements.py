@@ -19,6 +19,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.errors import CreakError, InputError, NumericalError
+from creak.formats.deck.command_files import plain_file
 from creak.formats.safe_names import file_stem
 from creak.formats.stored.boundary import Boundary, boundary_arrays, boundary_of, state_of
 from creak.formats.stored.superelement import (
@@ -240,6 +241,12 @@ def _boundary(folder: Path, path: Path) -> Boundary:
     InputError : it is no superelement file, or a damaged one.
     """
     whole: list[SavedSuperelement] = []
+    try:
+        plain_file(path, is_input=False)
+    except OSError as error:
+        raise InputError(
+            f"cannot read {path}: {error.strerror}", fix="Delete it and run `creak reduce` again."
+        ) from error
     state, held = state_of(path), os.open(path, os.O_RDONLY) if os.name == "posix" else -1
 
     def read() -> SavedSuperelement:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from creak.arrays import IntArray
 from creak.errors import InputError, suggest
+from creak.formats.deck.command_files import plain_file
 from creak.model.mesh import Model
 from creak.studies.file.reader import Study
 
@@ -22,12 +23,12 @@ def check_reduction(model: Model, study: Study) -> None:
     for name in table.retained_sets:
         model.node_set(name, where=study.where("reduction", "retain"))
     coarse = table.interface.deck
-    if table.interface.type == "coarse-mesh" and coarse is not None and not study.sibling(coarse).is_file():
-        raise InputError(
-            f"there is no deck {study.sibling(coarse)}",
-            where=study.where("reduction", "interface"),
-            fix="Check the path.",
-        )
+    if table.interface.type == "coarse-mesh" and coarse is not None:
+        where = study.where("reduction", "interface")
+        try:
+            plain_file(study.sibling(coarse), where)
+        except OSError as error:
+            raise InputError(f"there is no deck {study.sibling(coarse)}", where=where, fix="Check the path.") from error
 
 
 def reduction_set(model: Model, study: Study, key: str, name: str) -> IntArray:

@@ -30,6 +30,8 @@ from creak.studies.converge.words import csv_rows
 from creak.studies.run.integrate import output_times
 from creak.studies.run.job import Run, StudyResult
 
+UNASKED = 32_000_000
+"""Bytes that the motion of all nodes may take where the study does not ask for it; fewer instants then."""
 MARGIN = 4
 """Instants before and after a touch that are stored with it."""
 
@@ -153,11 +155,18 @@ def _near_contact(h: History) -> IntArray:
 
 
 def _field(run: Run, result: StudyResult) -> Field | None:
+    """The motion of all nodes as the study asks for it; where it does not, around the hardest event."""
     h, nodes = run.history, result.setup.model.nodes
-    if not h.whole_at.size:
+    if h.whole_at.size:
+        parts = result.setup.study.config.time.substeps
+        time, q = output_times(result.setup)[h.whole_at], h.coordinates
+        s = result.setup.loads.support[0, parts * h.whole_at].T
+    elif run.recording is not None and run.recording.motions:
+        m = run.recording.motions[0]
+        every = max(1, -(-m.time.size * 24 * nodes.count // UNASKED))
+        time, q, s = m.time[::every], m.coordinates[:, ::every], m.supports[:, ::every]
+    else:
         return None
-    parts = result.setup.study.config.time.substeps
-    s = result.setup.loads.support[0, parts * h.whole_at].T
     labels = run.system.labels
-    blocks = ((here, by_node(u, labels, nodes.count)) for here, u in recovered(run.system, h.coordinates, s))
-    return Field(output_times(result.setup)[h.whole_at], blocks, nodes.ids.astype(np.int64), nodes.coords)
+    blocks = ((here, by_node(u, labels, nodes.count)) for here, u in recovered(run.system, q, s))
+    return Field(time, blocks, nodes.ids.astype(np.int64), nodes.coords)

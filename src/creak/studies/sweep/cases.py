@@ -145,7 +145,8 @@ def resolve(sweep: SweepFile, out: Path, converge: bool | None = None) -> list[C
 def _case(sweep: SweepFile, variant: Variant, folder: str, out: Path, contents: Contents) -> Case:
     data, config = checked(sweep, variant)
     base = sweep.base.parent.resolve()
-    text = toml_text(map_paths(data, lambda _, name: name if Path(name).is_absolute() else _relative(base / name, out)))
+    tables = map_paths(data, lambda _, name: name if Path(name).is_absolute() else _relative(base / name, out))
+    text = f"# written by creak sweep\n{toml_text(tables)}"
     plain = config.model_dump(mode="json", by_alias=True)
     deck_hash = contents.deck(base / config.model.deck)
 

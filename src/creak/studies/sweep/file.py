@@ -133,7 +133,7 @@ def read_sweep(path: Path) -> SweepFile:
     except ValidationError as error:
         raise explain(path, text, error, SweepConfig) from error
     base = path.parent / config.base
-    if not base.is_file():
+    if not base.exists():
         raise InputError(
             f"no such study file: {base}",
             where=f"{path} [base]",

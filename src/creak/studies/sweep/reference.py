@@ -53,7 +53,7 @@ def _write(path: Path, run: Run, gaps: GapOperator) -> None:
     seen = run.history.extremes
     watched = {} if seen is None else {f"seen_{f.name}": getattr(seen, f.name) for f in fields(Extremes)}
     cost = {f"cost_{f.name}": getattr(run.cost, f.name) for f in fields(Cost)}
-    with complete_file(path) as partial, partial.open("wb") as file:
+    with complete_file(path, kept=True) as partial, partial.open("wb") as file:
         np.savez(
             file,
             allow_pickle=False,

@@ -63,7 +63,7 @@ def tasks_of(
     out, tasks = out.resolve(), {}
     for case in cases:
         study = out / f"{case.folder_name}.toml"
-        if not study.is_file() or study.read_text(encoding="utf-8") != case.text:
+        if not study.is_file() or study.read_bytes() != case.text.encode("utf-8"):
             write_text(study, case.text)
         reference = None if case.reference_key is None else out / "references" / f"{case.reference_key}.npz"
         hashes = {"study_hash": case.study_hash, "deck_hash": case.deck_hash}

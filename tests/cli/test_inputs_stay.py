@@ -1,0 +1,197 @@
+"""No output of any command takes the place of a file that it reads or that creak did not write, by whatever name."""
+
+import inspect
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+import typer
+
+from creak.cli.main import app
+from helpers_decks import STUDY, two_strips
+
+pytestmark = pytest.mark.slow
+
+SHAKEN = (
+    STUDY.replace("step = 5e-4", 'accuracy = "quick"')
+    .replace("periods = 2", "end = 0.06\n[output]\nfield_interval = 0.01\n[reference]\nrun = false")
+    .replace(
+        '"multisine", f_min = 5, f_max = 60, amplitude = 0.05, period = 0.2, seed = 3', '"table", file = "shake.csv"'
+    )
+    .replace(
+        "mac_f_max = 500",
+        'mac_f_max = 500\n[scatter.vary]\n"contact.tip.clearance" = { type = "uniform", low = 0.0, high = 0.6 }',
+    )
+)
+SHAKE = "time,value\n0,0\n0.01,0.5\n0.02,-0.5\n0.03,0.5\n0.06,0\n"
+DECK, OWN = ("strips.inp", "lower.inp"), ("own.bdf",)
+STUDIED = ("study.toml", *DECK, "shake.csv")
+RESULTS = ("results/results.h5", "results/summary.json")
+READ = ("--superelements", "--tls-ca-file", "--tls-cert", "--tls-key")
+"""Options that are paths and name what is read."""
+NAMED = [
+    ("modes strips.inp --count 1 --json OUT", ".json", DECK),
+    ("modes strips.inp --count 1 --vtk OUT", ".vtu", DECK),
+    ("modes strips.inp --count 1 --uff OUT", ".unv", DECK),
+    ("convert strips.inp OUT", ".inp", DECK),
+    ("convert own.bdf OUT", ".bdf", OWN),
+    ("convert own.inp OUT", ".inp", ("own.inp",)),
+    ("convert strips.inp OUT --matrices npz", ".npz", DECK),
+    ("convert results/results.h5 OUT", ".pvd", RESULTS),
+    ("convert results/results.h5 OUT", ".vtu", RESULTS),
+    ("convert results/results.h5 OUT", ".unv", RESULTS),
+    ("convert results/results.h5 OUT", ".csv", RESULTS),
+    ("report results --out OUT", ".html", RESULTS),
+    ("compare results other --out OUT", ".html", RESULTS),
+    ("screen study.toml --csv OUT", ".csv", STUDIED),
+    ("schema --out OUT", ".json", STUDIED),
+    ("new strips.inp --out OUT --overwrite", ".toml", DECK),
+]
+"""Commands that write a file which they are told, its ending, and what they read."""
+FOLDERS = [
+    ("run study.toml --no-converge --animation-mb 0 --out OUT", ("results.h5", "summary.json", "report.html"), STUDIED),
+    ("run study.toml --no-converge --force --out OUT", ("results.h5", "summary.json", "convergence.csv"), STUDIED),
+    ("run strips.inp --out OUT", ("results.h5", "summary.json", "report.html"), DECK),
+    ("compare results --set reduction.f_max=2000", ("results.h5", "summary.json"), (*STUDIED, *RESULTS)),
+    ("report results --out OUT/page.html", ("page.html",), RESULTS),
+    ("listen results --out OUT", ("ear_all.wav", "ear_tip_1.wav"), RESULTS),
+    ("robust study.toml --n 4 --no-indices --out OUT", ("robust.json", "draws.csv", "robust.html"), STUDIED),
+    (
+        "sweep sweep.toml --out OUT",
+        ("sweep.csv", "sweep.h5", "sweep.html", "f_max=2000.toml"),
+        ("sweep.toml", *STUDIED),
+    ),
+    ("reduce study.toml --out OUT --export op4 --export matrix-market", ("UPPER.op4", "UPPER_K.mtx"), STUDIED),
+    ("convert strips.inp OUT/k --matrices mtx", ("k_K.mtx", "k_dofs.csv"), DECK),
+    ("new strips.inp --out OUT/s.toml --overwrite", ("creak-study.schema.json",), DECK),
+    ("example door --mesh-size 40 --out OUT", ("door.inp", "door.toml"), STUDIED),
+    ("example cockpit --mesh-size 20 --out OUT", ("cockpit.inp", "cockpit.toml", "cabin.csv"), STUDIED),
+    ("thesis --mesh-size 40 --out OUT", ("thesis.html",), STUDIED),
+]
+"""Commands that write into a folder, some files that they write there, and what they read or should not touch."""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """All that the commands read."""
+    folder = tmp_path_factory.mktemp("made")
+    head, _, rest = two_strips().partition("*NODE\n1001, ")
+    lower, _, rest = rest.partition("*MATERIAL")
+    (folder / "strips.inp").write_text(f"{head}*INCLUDE, INPUT=lower.inp\n*MATERIAL{rest}")
+    (folder / "lower.inp").write_text(f"*NODE\n1001, {lower}")
+    (folder / "study.toml").write_text(SHAKEN)
+    (folder / "shake.csv").write_text(SHAKE)
+    (folder / "sweep.toml").write_text('base = "study.toml"\n[grid]\n"reduction.f_max" = [2000]\n')
+    before = Path.cwd()
+    os.chdir(folder)
+    try:
+        for words in (
+            "convert strips.inp own.bdf --mass lumped",
+            "convert strips.inp own.inp",
+            "run study.toml --no-converge --animation-mb 0",
+            "run study.toml --no-converge --animation-mb 0 --out other --no-keep",
+        ):
+            app([*words.split(), "--quiet"], standalone_mode=False)
+    finally:
+        os.chdir(before)
+    return folder
+
+
+@pytest.fixture
+def here(made, tmp_path, monkeypatch):
+    """A copy of it to work in."""
+    shutil.copytree(made, tmp_path / "made")
+    monkeypatch.chdir(tmp_path / "made")
+    return tmp_path / "made"
+
+
+def linked(target, name, how):
+    """A name for a file; links are laid anew."""
+    if how == "itself":
+        return Path(target)
+    name.unlink(missing_ok=True)
+    name.parent.mkdir(exist_ok=True)
+    if how == "symlink":
+        name.symlink_to(Path(target).absolute())
+    else:
+        os.link(target, name)
+    return name
+
+
+def contents(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file() and "far" not in path.parts}
+
+
+@pytest.mark.parametrize(
+    ("words", "ending", "inputs"), NAMED, ids=lambda value: value if isinstance(value, str) else ""
+)
+def test_a_named_output_onto_an_input(creak, here, words, ending, inputs):
+    far = here / "far"
+    far.mkdir()
+    (here / "folder").symlink_to(here, target_is_directory=True)
+    before = contents(here)
+    for target in inputs:
+        ways = ["symlink", "hard link", *(["itself"] if Path(target).suffix == ending or "--json" in words else [])]
+        for how in ways:
+            out = linked(target, far / f"out{ending}", how)
+            for name in (out, here / "folder" / out, Path("results/..") / out) if how == "itself" else (out,):
+                said = creak(*(str(name) if w == "OUT" else w for w in words.split()))
+                assert said.status == 2, (target, how, said.words)
+                assert f"cannot write {name}: " in said.words, (target, how, said.words)
+                assert contents(here) == before, (target, how)
+
+
+@pytest.mark.parametrize(
+    ("words", "names", "inputs"), FOLDERS, ids=lambda value: value if isinstance(value, str) else ""
+)
+def test_an_output_in_a_folder_onto_an_input(creak, here, words, names, inputs):
+    out = here / ("results_f_max=2000" if "--set" in words else "far")
+    given = {path: (here / path).read_bytes() for path in inputs}
+    for name in names:
+        for target in inputs[:: max(len(inputs) - 1, 1)]:
+            for how in ("symlink", "hard link"):
+                shutil.rmtree(out, ignore_errors=True)
+                linked(target, out / name, how)
+                said = creak(*(w.replace("OUT", "far") for w in words.split()))
+                assert said.status == 2, (name, target, how, said.words)
+                assert "cannot write " in said.words, (name, target, how, said.words)
+                assert {path: (here / path).read_bytes() for path in inputs} == given, (name, target, how)
+
+
+WRITTEN = [(words, (f"out{ending}",)) for words, ending, _ in NAMED]
+WRITTEN += [(words, names) for words, names, _ in FOLDERS]
+LONG_OR_TOLD = ("new", "thesis", "compare results --set", "run strips.inp", "run study.toml --no-converge --force")
+"""Commands that take hours, need more than is here, or are told to replace what is there."""
+
+
+@pytest.mark.parametrize(("words", "names"), [row for row in WRITTEN if not row[0].startswith(LONG_OR_TOLD)])
+def test_a_file_of_another_program_stays_and_creaks_own_is_written_again(creak, here, words, names):
+    """The first time beside nothing, the second over what the first one wrote, then over what is not creak's."""
+    (here / "far").mkdir()
+    line = words.replace("OUT", f"far/{names[0]}" if names[0].startswith("out.") else "far").split()
+    for _ in range(2):
+        said = creak(*line)
+        assert said.status == 0, said.words
+    for name in names:
+        path = here / "far" / name
+        written = path.read_bytes()
+        for other in (b'{"mine": 1}\n', b"*HEADING\nmy own\n", b"title = 'mine'\n", b"\x89HDF\r\n\x1a\n"):
+            path.write_bytes(other)
+            said = creak(*line)
+            assert said.status == 2, (name, other, said.words)
+            assert path.read_bytes() == other
+        path.write_bytes(written)
+
+
+def test_no_option_that_writes_is_forgotten():
+    """Every option that is a path stands in a line above, but for those that name folders to read and certificates."""
+    told = [words for words, *_ in (*NAMED, *FOLDERS)]
+    root = typer.main.get_command(app)
+    commands = {(name,): command for name, command in root.commands.items()}
+    commands |= {("example", name): command for name, command in commands.pop(("example",)).commands.items()}
+    for name, command in commands.items():
+        kinds = {key: str(p.annotation) for key, p in inspect.signature(command.callback).parameters.items()}
+        for p in command.params:
+            if "Path" in kinds[p.name] and p.opts[0].startswith("--") and p.opts[0] not in READ:
+                assert any(words.startswith(" ".join(name)) and p.opts[0] in words for words in told), (name, p.opts)
