@@ -11,13 +11,13 @@ the exponential window, Kausel and Roesset, J. Eng. Mech. 118, 1992. Only the ba
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from creak.errors import InputError
 from creak.sound.rayleigh import HIGHEST, PressureRows
 
@@ -41,6 +41,9 @@ FEW, LEAST = 4, 256
 BLOCK = 4_000_000
 """Complex numbers worked on at a time."""
 
+Gain = Callable[[FloatArray], FloatArray | ComplexArray]
+"""Of frequencies, Hz, above 0."""
+
 
 @dataclass(frozen=True)
 class Modes:
@@ -54,7 +57,13 @@ class Modes:
 
 
 def sound_of_forces(
-    modes: Modes, force: FloatArray, rate: float, groups: Sequence[IntArray], rows: PressureRows, band: float
+    modes: Modes,
+    force: FloatArray,
+    rate: float,
+    groups: Sequence[IntArray],
+    rows: PressureRows,
+    band: float,
+    gains: Sequence[Gain] = (),
 ) -> FloatArray:
     """Pressure (n_listener, n_group, n) in Pa that each group of forces makes by itself, at rest before.
 
@@ -64,6 +73,7 @@ def sound_of_forces(
     ----------
     force : (n, n_force) means over the sampling intervals around each instant. rate : theirs, Hz, and of the pressure.
     groups : columns of `force`. rows : right up to the band; their own rate may be lower. band : Hz.
+    gains : of each listener; smooth ones, as what they spread over time beyond the record is lost.
 
     Raises
     ------
@@ -93,7 +103,8 @@ def sound_of_forces(
             for g, columns in enumerate(groups):
                 P[g, on.used[here]] = each[:, columns].sum(axis=1)
         for g in range(len(groups)):
-            found[listener, g] = _without_lows(irfft(P[g], on.size)[tail] * on.growth(tail, rate), rate)[:n]
+            x = irfft(P[g], on.size)[tail] * on.growth(tail, rate)
+            found[listener, g] = _without_lows(x, rate, *gains[listener : listener + 1])[:n]
     return found
 
 
@@ -179,21 +190,24 @@ def _stiff(modes: Modes, which: BoolArray, taps: FloatArray) -> list[tuple[int, 
 
 def faded(freq: FloatArray, band: float) -> FloatArray:
     """Gain of each frequency, Hz: 1 from 20 Hz to .85 of the band, falling to 0 at 10 Hz and at its end."""
-    return _smooth(2.0 * freq / LOWEST - 1.0) * _high_end(freq, band)
+    return smooth(2.0 * freq / LOWEST - 1.0) * _high_end(freq, band)
 
 
 def _high_end(freq: FloatArray, band: float) -> FloatArray:
-    return _smooth((1.0 - freq / band) / (1.0 - FADE))
+    return smooth((1.0 - freq / band) / (1.0 - FADE))
 
 
-def _without_lows(x: FloatArray, rate: float) -> FloatArray:
-    """What is left above 20 Hz of a record that is silent before and after."""
+def _without_lows(x: FloatArray, rate: float, *gains: Gain) -> FloatArray:
+    """What is left above 20 Hz of a record that is silent before and after, times gains."""
     size = next_fast_len(x.size + int(rate), real=True)
-    gain = _smooth(2.0 * np.arange(size // 2 + 1) * (rate / size) / LOWEST - 1.0)
-    return np.asarray(irfft(rfft(x, size) * gain, size)[: x.size])
+    freq = np.arange(size // 2 + 1) * (rate / size)
+    X = rfft(x, size) * smooth(2.0 * freq / LOWEST - 1.0)
+    for gain in gains:
+        X[1:] *= gain(freq[1:])
+    return np.asarray(irfft(X, size)[: x.size])
 
 
-def _smooth(x: FloatArray) -> FloatArray:
+def smooth(x: FloatArray) -> FloatArray:
     """From 0 at 0 to 1 at 1 with all derivatives continuous."""
     inside = np.clip(x, 1e-3, 1.0 - 1e-3)
     step = 1.0 / (1.0 + np.exp(np.clip(1.0 / inside - 1.0 / (1.0 - inside), -700.0, 700.0)))

@@ -19,6 +19,7 @@ from creak.sound.zwicker_tables import RATE
 from creak.studies.models.reduced import ReducedModel
 from creak.studies.run.integrate import shortest_step
 from creak.studies.run.job import Run
+from creak.studies.sound.radiation import compact_bodies
 
 PER_MODE = 2.0
 """First mode left out over the end of the band."""
@@ -61,7 +62,7 @@ def band_of(model: Model, reduced: ReducedModel, f_max: float, run: Run, skin: S
     * modes: the first fixed-interface mode left out (f_max where the assembly was reduced as a whole) over 2: free
       modes of a part are some 2 % high there at worst;
     * mesh: six elements per wavelength of bending in shells, 2 pi (D / m)^(1/4) / sqrt(omega), and of sound in air, but
-      for a tenth of the area;
+      for a tenth of the area; a compact body needs no mesh. Only the facets that are given count;
     * step: ten steps in contact per period.
     """
     first = min((r.system.stats.first_left_out for r in reduced.superelements), default=f_max)
@@ -98,7 +99,10 @@ def _limits(model: Model, skin: Skin, metre: float) -> tuple[FloatArray, FloatAr
             # The slowest bending wave of the shells around each node.
             np.minimum.at(stiffness, block.nodes_idx.ravel(), _bending(section))
     waves = np.where(skin.solid, np.inf, stiffness[skin.nodes_idx].min(axis=1))
-    return np.sqrt(waves) * 2.0 * math.pi / (PER_WAVE * size) ** 2, AIR.speed / (PER_WAVE * metre * size)
+    air = AIR.speed / (PER_WAVE * metre * size)
+    for body in compact_bodies(skin, metre):
+        air = np.where(skin.part == body.part, np.maximum(air, body.highest), air)
+    return np.sqrt(waves) * 2.0 * math.pi / (PER_WAVE * size) ** 2, air
 
 
 def _but_coarse(skin: Skin, figure: FloatArray) -> float:

@@ -24,8 +24,8 @@ from creak.studies.run.job import Run, StudyResult
 from creak.studies.sound.background import background_of
 from creak.studies.sound.band import Band, band_of
 from creak.studies.sound.listeners import Listener, ear_off, listeners_of
-from creak.studies.sound.parts import equivalent_levels, faces_of_parts
-from creak.studies.sound.radiation import Ear, pressure_of
+from creak.studies.sound.parts import equivalent_levels, faces_of_parts, moved
+from creak.studies.sound.radiation import LARGE, Ear, pressure_of
 from creak.studies.sound.source import source_of
 
 SHORTEST = 0.05
@@ -86,7 +86,7 @@ class Sound:
     equivalent_power: Mapping[str, float]
     """Part -> dB re 1 pW of its mean equivalent radiated power over the window, loudest first."""
     compact: tuple[tuple[str, ...], ...]
-    """Listener by listener, the parts that it hears as compact bodies."""
+    """Listener by listener, the parts that it hears as compact bodies at frequencies at which they are."""
     notes: tuple[str, ...]
     ear: Ear
     """Of the first listener."""
@@ -116,13 +116,15 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
         return why_not
     c = setup.study.config
     metre, skin = METRES[c.model.units], skin_of(setup.model)
-    band = band_of(setup.model, result.reduced, c.reduction.f_max, run, skin, metre)
-    if band.high <= 2.0 * LOWEST:
-        return f"none: nothing above {band.high:.0f} Hz can be believed ({band.limit})"
     source = source_of(run.system, result.gaps, run.history)
     offline = clock.process_time()
     faces = faces_of_parts(run.system, skin, metre)
     offline = clock.process_time() - offline
+    sounding = moved(source, faces, skin)
+    of_band = skin.select(sounding) if sounding.any() else skin
+    band = band_of(setup.model, result.reduced, c.reduction.f_max, run, of_band, metre)
+    if band.high <= 2.0 * LOWEST:
+        return f"none: nothing above {band.high:.0f} Hz can be believed ({band.limit})"
     levels = equivalent_levels(source, faces, band.high, result.window)
     listeners = given or tuple(ear_off(setup.model, skin, part, c.model.units) for part in [*levels][:1])
     if not listeners:
@@ -139,6 +141,7 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     pressure = pressure[:, [*order, len(places)]]
     power = {setup.model.parts[part].name: level for part, level in levels.items()}
     compact = tuple(tuple(setup.model.parts[b.part].name for b in one.bodies) for one in to)
+    small = {setup.model.parts[b.part].name: b.highest for one in to for b in one.bodies}
     return Sound(
         run.name,
         tuple(listeners),
@@ -152,7 +155,7 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
         offline,
         power,
         compact,
-        tuple(_notes(listeners, band, heard, power, compact, beside=background is not None)),
+        tuple(_notes(listeners, band, heard, power, small, beside=background is not None)),
         ears[0],
     )
 
@@ -197,7 +200,7 @@ def _notes(
     band: Band,
     heard: Sequence[Sequence[Heard]],
     power: Mapping[str, float],
-    compact: Sequence[Sequence[str]],
+    compact: Mapping[str, float],
     *,
     beside: bool,
 ) -> list[str]:
@@ -216,11 +219,11 @@ def _notes(
     if power:
         levels = ", ".join(f"{name} {level:.0f} dB" for name, level in [*power.items()][:MOST_PARTS])
         said.append(f"sound: equivalent radiated power of contact, re 1 pW: {levels}")
-    small = dict.fromkeys(name for names in compact for name in names)
-    if small:
+    if compact:
+        names = ", ".join(f"{name} compact below {freq:.0f} Hz" for name, freq in compact.items())
         said.append(
-            f"sound: {', '.join(small)} compact, smaller than a sixth of the shortest wavelength: acceleration noise "
-            "of the sphere of the same volume, without a wall"
+            f"sound: {names}: acceleration noise of the sphere of the same volume, without a wall; from there "
+            f"to {LARGE:g} times as much it becomes that of faces set in a wall"
         )
     if beside:
         said.append(

@@ -182,6 +182,26 @@ def test_without_a_listener_an_ear_off_the_loudest_panel(result):
     assert "loudest panel" in sound.notes[0]
 
 
+@pytest.mark.parametrize("parts", [("LOWER",), ()], ids=["the strip", "both strips"])
+def test_a_listener_in_the_plane_of_a_strip_hears_it(result, parts):
+    """Level in its plane and a thousandth to either side: the same within .01 dB."""
+    setup = result.found.setup
+    tables = {
+        f"at{k}": setup.study.config.listener["driver"].model_copy(
+            update={"position": (300.0, 5.0, z), "parts": list(parts)}
+        )
+        for k, z in enumerate((-1e-3, -1e-6, 0.0, 1e-6, 1e-3))
+    }
+    study = replace(setup.study, config=setup.study.config.model_copy(update={"listener": tables}))
+    found = replace(result.found, setup=replace(setup, study=study))
+    sound = hear(found, [p.channels for p in find_places(found, result.main)])
+    assert isinstance(sound, Sound)
+    levels = [one[-1].level for one in sound.heard]
+    assert levels[2] > 60.0
+    np.testing.assert_allclose(levels, levels[2], atol=0.01)
+    np.testing.assert_allclose([one[-1].n5 for one in sound.heard], sound.heard[2][-1].n5, rtol=1e-3)
+
+
 def test_a_compact_part_is_told_and_is_no_panel(result):
     """A cube beside the strips that nothing moves: named, and all else sounds as it did."""
     model = result.found.setup.model
