@@ -15,17 +15,17 @@ from creak.errors import InputError
 from creak.formats.wav import full_scale_for, full_scale_level
 from creak.model.skin import skin_of
 from creak.model.units import METRES
-from creak.sound.forced import LOWEST
-from creak.sound.loudness import Loudness, added_loudness, loudness
-from creak.sound.third_octave import a_weighted_level, third_octave_levels
-from creak.sound.zwicker_tables import RATE
+from creak.sound.forced import LOWEST, lead, without_clicks
+from creak.sound.loudness import added_loudness, loudness
+from creak.sound.third_octave import LOWER_EDGES, SILENCE, a_weighted_level, third_octave_levels
+from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import Run, StudyResult
 from creak.studies.sound.background import background_of
 from creak.studies.sound.band import Band, band_of
 from creak.studies.sound.listeners import Listener, ear_off, listeners_of
 from creak.studies.sound.parts import equivalent_levels, faces_of_parts, moved
-from creak.studies.sound.radiation import LARGE, Ear, pressure_of
+from creak.studies.sound.radiation import LARGE, Ear, record_of
 from creak.studies.sound.source import source_of
 
 SHORTEST = 0.05
@@ -48,8 +48,6 @@ class Heard:
     """(28,) dB re 20 uPa, 25 Hz to 12.5 kHz."""
     energy: float
     """Mean square of the A-weighted pressure, Pa^2."""
-    loudness: Loudness | None
-    """Over the whole run."""
     n5_added: float | None = None
     """sone that it adds to the study's background; None: there is none, or it is beyond the standard."""
     n_max_added: float | None = None
@@ -70,8 +68,8 @@ class Sound:
     listeners: tuple[Listener, ...]
     band: Band
     pressure: NDArray[np.float32]
-    """(n_listener, n_place + 1, n) Pa at 48 kHz from t = 0: each place by itself, the loudest to the first listener
-    first, last all contact together."""
+    """(n_listener, n_place + 1, n) Pa at 48 kHz from t = 0, faded in and out: each place by itself, the loudest to the
+    first listener first, last all contact together."""
     heard: tuple[tuple[Heard, ...], ...]
     """Listener by listener, as `pressure`."""
     order: tuple[int, ...]
@@ -134,11 +132,12 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     to = [ear.hears(run.system) for ear in ears]
     offline += clock.process_time() - before
     groups = source.groups(places)
-    pressure = np.stack([pressure_of(source, groups, one) for one in to])
-    pressure[:, -1] = pressure.sum(axis=1)
-    heard = [[heard_of(x, result.window, background) for x in of_one] for of_one in pressure]
+    record, start = np.stack([record_of(source, groups, one) for one in to]), lead(RATE, band.high)
+    record[:, -1] = record.sum(axis=1)
+    heard = [[heard_of(x, result.window, background, start, band.high) for x in of_one] for of_one in record]
     order = sorted(range(len(places)), key=lambda k: heard[0][k].rank, reverse=True)
-    pressure = pressure[:, [*order, len(places)]]
+    run_alone = record[:, [*order, len(places)], start : start + source.force.shape[0]]
+    pressure = without_clicks(run_alone, RATE)
     power = {setup.model.parts[part].name: level for part, level in levels.items()}
     compact = tuple(tuple(setup.model.parts[b.part].name for b in one.bodies) for one in to)
     small = {setup.model.parts[b.part].name: b.highest for one in to for b in one.bodies}
@@ -172,23 +171,28 @@ def _why_not(result: StudyResult, run: Run | None, given: bool, places: Sequence
     return "" if given or places else "none: nothing touches in the window"
 
 
-def heard_of(pressure: FloatArray, window: tuple[float, float], background: FloatArray | None) -> Heard:
-    """One pressure (n,) at 48 kHz, over the window."""
-    first, last = (round(t * RATE) for t in window)
-    shown = pressure[min(first, pressure.size - 2) : max(last, first + 2)]
-    levels = third_octave_levels(shown, RATE)
-    level = a_weighted_level(levels)
-    energy = 4e-10 * 10.0 ** (0.1 * level) if shown.any() else 0.0
+def heard_of(
+    pressure: FloatArray,
+    window: tuple[float, float],
+    background: FloatArray | None,
+    start: int = 0,
+    highest: float = np.inf,
+) -> Heard:
+    """One pressure (n,) at 48 kHz, over the window. Sample `start` is at t = 0; nothing is above `highest`, Hz."""
+    shown = window[0] + start / RATE, window[1] + start / RATE
+    levels, level = third_octave_levels(pressure, RATE, shown), a_weighted_level(pressure, RATE, shown)
+    levels[highest <= LOWER_EDGES] = SILENCE  # what is left there is the skirt of the filter, not the sound
+    energy = REFERENCE_PRESSURE**2 * 10.0 ** (0.1 * level) if pressure.any() else 0.0
     try:
         found = loudness(pressure, RATE)
     except InputError:
-        return Heard(None, None, level, levels, energy, None)
-    inside = (found.time >= window[0]) & (found.time <= window[1])
+        return Heard(None, None, level, levels, energy)
+    inside = (found.time >= shown[0]) & (found.time <= shown[1])
     inside = inside if inside.any() else np.ones_like(inside)
     added: tuple[float | None, float | None] = (None, None)
     if background is not None:
         added = _n5_and_most(added_loudness(pressure, RATE, background)[inside])
-    return Heard(*_n5_and_most(found.total[inside]), level, levels, energy, found, *added)
+    return Heard(*_n5_and_most(found.total[inside]), level, levels, energy, *added)
 
 
 def _n5_and_most(total: FloatArray) -> tuple[float, float]:

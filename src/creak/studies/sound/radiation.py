@@ -13,7 +13,7 @@ from creak.assembly.system import System
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.skin import Skin
 from creak.sound.acceleration_noise import acceleration_noise, equivalent_radius
-from creak.sound.forced import LOWEST, Gain, smooth, sound_of_forces
+from creak.sound.forced import LOWEST, Gain, lead, smooth, sound_of_forces
 from creak.sound.rayleigh import AIR, PressureRows, pressure_weights
 from creak.sound.zwicker_tables import RATE
 from creak.studies.sound.listeners import Listener
@@ -159,11 +159,17 @@ def _nodal(skin: Skin, each: FloatArray) -> tuple[IntArray, FloatArray, FloatArr
 
 def pressure_of(source: Source, groups: Sequence[IntArray], to: Radiation) -> FloatArray:
     """Pressure (n_group, n) in Pa at 48 kHz that each group of forces makes by itself at a listener."""
-    found = sound_of_forces(source.modes, source.force, RATE, groups, to.panels, to.band, to.gains).sum(axis=0)
+    start = lead(RATE, to.band)
+    return record_of(source, groups, to)[:, start : start + source.force.shape[0]]
+
+
+def record_of(source: Source, groups: Sequence[IntArray], to: Radiation) -> FloatArray:
+    """The same with the `lead` before it and what rings on behind it: a record that is not cut."""
+    given = source.modes, source.force, RATE, groups
+    found = sound_of_forces(*given, to.panels, to.band, to.gains, around=True).sum(axis=0)
     if to.moves is None:
         return found
-    share = [b.compact for b in to.bodies]
-    accelerations = sound_of_forces(source.modes, source.force, RATE, groups, to.moves, to.band, share)
+    accelerations = sound_of_forces(*given, to.moves, to.band, [b.compact for b in to.bodies], around=True)
     for body, every in zip(to.bodies, accelerations, strict=True):
         direction = _unit(to.position - body.centre)
         for own, pressure in zip(every, found, strict=True):
