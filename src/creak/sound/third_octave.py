@@ -29,6 +29,7 @@ FLOOR = 1e-12
 SILENCE = float(10.0 * np.log10(FLOOR / REFERENCE_PRESSURE**2))
 """dB re 20 uPa."""
 LOWER_EDGES: FloatArray = BANDS * 10.0**-0.05
+UPPER_EDGES: FloatArray = BANDS * 10.0**0.05
 """(28,) Hz."""
 
 

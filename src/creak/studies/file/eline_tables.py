@@ -71,8 +71,9 @@ class BackgroundTable(Table):
     """[background]: the steady sound that the contacts are heard beside, as the user measured or assumes it."""
 
     file: str
-    """CSV file with the header frequency,level: third octaves by their nominal frequency, 25 to 12500 Hz, and levels in
-    dB re 20 uPa, relative to the study file. Nothing is in bands that are left out."""
+    """CSV file with the header frequency,level, relative to the study file: third octaves or octaves by their nominal
+    frequency, upwards and without a hole, and levels in dB re 20 uPa. An octave is shared equally by its third octaves.
+    Nothing is below the first band and above the last."""
 
 
 class MaterialPairTable(Table):

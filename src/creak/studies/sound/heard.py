@@ -17,11 +17,11 @@ from creak.model.skin import skin_of
 from creak.model.units import METRES
 from creak.sound.forced import LOWEST, lead, without_clicks
 from creak.sound.loudness import added_loudness, loudness
-from creak.sound.third_octave import LOWER_EDGES, SILENCE, a_weighted_level, third_octave_levels
+from creak.sound.third_octave import LOWER_EDGES, SILENCE, UPPER_EDGES, a_weighted_level, third_octave_levels
 from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import Run, StudyResult
-from creak.studies.sound.background import background_of
+from creak.studies.sound.background import NOTHING, background_of
 from creak.studies.sound.band import Band, band_of
 from creak.studies.sound.listeners import Listener, ear_off, listeners_of
 from creak.studies.sound.parts import equivalent_levels, faces_of_parts, moved
@@ -154,7 +154,7 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
         offline,
         power,
         compact,
-        tuple(_notes(listeners, band, heard, power, small, beside=background is not None)),
+        tuple(_notes(listeners, band, heard, power, small, background)),
         ears[0],
     )
 
@@ -205,8 +205,7 @@ def _notes(
     heard: Sequence[Sequence[Heard]],
     power: Mapping[str, float],
     compact: Mapping[str, float],
-    *,
-    beside: bool,
+    background: FloatArray | None,
 ) -> list[str]:
     said = []
     for listener in listeners:
@@ -229,11 +228,17 @@ def _notes(
             f"sound: {names}: acceleration noise of the sphere of the same volume, without a wall; from there "
             f"to {LARGE:g} times as much it becomes that of faces set in a wall"
         )
-    if beside:
+    if background is not None:
         said.append(
             "sound: places are ranked by the loudness that they add to the study's [background], N of both less N of "
             "the background alone"
         )
+        given = np.flatnonzero(background > NOTHING)
+        low, high = (LOWER_EDGES[given[0]], UPPER_EDGES[given[-1]]) if given.size else (0.0, 0.0)
+        if low > band.low or high < min(band.high, UPPER_EDGES[-1]):
+            said.append(
+                f"sound: the [background] has nothing outside {low:.0f} to {high:.0f} Hz; nothing is masked there"
+            )
     if any(h.n5 is None for of_one in heard for h in of_one):
         said.append("sound: too loud at low frequency for ISO 532-1 (120 dB): no loudness of it")
     return said
