@@ -53,7 +53,8 @@ class LimitTable(Table):
     tolerance: Length | None = None
     """What scatter may take of every gap: margin = gap - tolerance - displacement. Default: none."""
     in_plane: Length | None = None
-    """In-plane peak-to-peak from which a line counts as one that may squeak, where it has no material pair."""
+    """In-plane peak-to-peak from which a line counts as one that may squeak, where it has no material pair; of points
+    that can touch."""
     percentile: Annotated[float, Field(gt=0.0, le=100.0, allow_inf_nan=False)] = 95.0
     """Percentile of the peaks that is given beside the largest, %."""
     n5: LoudnessText | None = None
