@@ -5,14 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
-from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from creak.model.plain_mesh import Mesh
 from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
 from creak.model.solid_faces import FACES, faces_of, free_faces
 
 CORNERS = np.array([[0.25, 0.25, 0.25, 0.25], [1 / 3, 1 / 3, 1 / 6, 1 / 6]])
 """Share of each column of `Skin.nodes_idx` in the area of a quadrilateral, of a triangle."""
+
+EDGE_ON = 0.1
+"""Solid angle over that of the same area looked at straight, below which a panel is looked at along its plane."""
+CLOSED = 1e-6
+"""Of the area of a panel that is closed, what is left of its sum with directions."""
+ASKEW = np.array([1.0, 0.5**0.5, 3.0**-0.5])
+"""A direction that no panel is likely to hold: sides of panels are told by it, those of parallel ones alike."""
+AT_ONCE = 4_000_000
+"""Products worked on at a time."""
 
 
 @dataclass(frozen=True)
@@ -57,11 +68,64 @@ class Skin:
         """Some of the facets."""
         return Skin(self.nodes_idx[which], self.corners[which], self.part[which], self.solid[which])
 
-    def toward(self, point: FloatArray) -> FloatArray:
-        """(n, 3) `areas` that look at a point: shells turned to it, faces of solids that look away 0."""
-        areas = self.areas
-        side = np.sign(np.einsum("nx,nx->n", areas, point - self.centres))
-        return np.where(self.solid, np.maximum(side, 0.0), side)[:, None] * areas
+    def toward(self, point: FloatArray) -> ComplexArray:
+        """(n, 3) `areas` that send to a point: shells turned to it, faces of solids as far as they look at it.
+
+        Shells joined along their edges are a panel, with one side that looks at the point, that of its solid angle: a
+        curved one moves as much air as it pushes. It sends as much to either side, with the opposite sign. Near its
+        plane the sign turns as a phase, so that nothing jumps where several panels are heard; that of the panel which
+        is heard best is 0 or half a turn. A face of a solid that looks away fades out over the depth of its body
+        behind it, while the opposite one fades in.
+        """
+        areas = self.areas.astype(np.complex128)
+        away = np.einsum("nx,nx->n", self.areas, point - self.centres)
+        solid = np.flatnonzero(self.solid & (away < 0.0))
+        areas[solid] *= np.maximum(1.0 + away[solid] / self._depths(solid), 0.0)[:, None]
+        shell = np.flatnonzero(~self.solid)
+        if shell.size:
+            turn, panel, sign = self._panels(shell, point)
+            loud = np.linalg.norm(self.areas, axis=1) / np.linalg.norm(self.centres - point, axis=1)
+            best = np.bincount(panel, loud[shell])
+            if best.max() > loud[self.solid].sum():
+                sign = sign / sign[best.argmax()]
+            areas[shell] *= (turn * sign[panel])[:, None]
+        return areas
+
+    def _panels(self, shell: IntArray, point: FloatArray) -> tuple[FloatArray, IntArray, ComplexArray]:
+        """Facets of shells turned alike and their panels, as `panels`, and each panel's sign as a point sees it."""
+        turn, panel = panels(self.nodes_idx[shell])
+        areas, middles, x = self.areas[shell] * turn[:, None], self.centres[shell], self.corners[shell] - point
+
+        def of_panel(each: FloatArray) -> FloatArray:
+            return np.stack([np.bincount(panel, column) for column in each.T], axis=1)
+
+        whole = of_panel(areas)
+        closed = np.linalg.norm(whole, axis=1) <= CLOSED * np.bincount(panel, np.linalg.norm(areas, axis=1))
+        swells = np.bincount(panel, np.einsum("nx,nx->n", areas, middles - middles.mean(axis=0)))
+        side = np.where(np.where(closed, swells, whole @ ASKEW) < 0.0, -1.0, 1.0)
+        straight = np.linalg.norm(of_panel(areas / ((middles - point) ** 2).sum(axis=1)[:, None]), axis=1)
+        angle = -turn * sum(_solid_angle(x[:, 0], x[:, i], x[:, i + 1]) for i in (1, 2))
+        height = side * np.bincount(panel, angle) / np.maximum(EDGE_ON * straight, np.finfo(np.float64).tiny)
+        before = np.sin(0.5 * np.pi * np.clip(np.where(closed, 1.0, height), -1.0, 1.0))
+        return turn * side[panel], panel, np.exp(0.5j * np.pi * (1.0 - before))
+
+    def _depths(self, which: IntArray) -> FloatArray:
+        """(k,) of facets of solids: how far their body reaches behind them, times their area, length^3."""
+        solid = np.flatnonzero(self.solid)
+        nodes, row = np.unique(self.nodes_idx[solid], return_inverse=True)
+        row = row.reshape(-1, 4)
+        joined = sp.coo_array((np.ones(row.size), (np.repeat(row[:, 0], 4), row.ravel())), shape=(nodes.size,) * 2)
+        body = connected_components(joined, directed=False)[1]
+        points = np.zeros((nodes.size, 3))
+        points[row] = self.corners[solid]
+        areas, middles, own = self.areas[which], self.centres[which], body[row[np.searchsorted(solid, which), 0]]
+        found = np.einsum("nx,nx->n", areas, middles)
+        for k in np.unique(own).tolist():
+            of_body = points[body == k]
+            mine = np.flatnonzero(own == k)
+            for some in np.array_split(mine, 1 + mine.size * of_body.shape[0] // AT_ONCE):
+                found[some] -= (areas[some] @ of_body.T).min(axis=1)
+        return np.maximum(found, np.finfo(np.float64).tiny)
 
     def holds(self, point: FloatArray) -> bool:
         """Whether a point lies inside the solids: they fill most of the solid angle around it."""
@@ -87,6 +151,32 @@ def skin_of(model: Mesh) -> Skin:
             part.append(np.full(nodes[-1].shape[0], block.part, dtype=np.int64))
     table = np.concatenate(nodes)
     return Skin(table, model.nodes.coords[table], np.concatenate(part), np.arange(table.shape[0]) < of_solids)
+
+
+def panels(nodes_idx: IntArray) -> tuple[FloatArray, IntArray]:
+    """Facets (n, 4) of shells as panels: 1 or -1 (n,) that turns all of one alike, and the panel (n,) of each.
+
+    Facets are joined along edges that two of them share. One that cannot be turned as its neighbours are, as on a strip
+    with a twist, is a panel by itself.
+    """
+    n = nodes_idx.shape[0]
+    start, end = nodes_idx.ravel(), np.roll(nodes_idx, -1, axis=1).ravel()
+    facet = np.repeat(np.arange(n), 4)[start != end]
+    ends = np.stack([start, end], axis=1)[start != end]
+    _, edge, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
+    order = np.argsort(edge.ravel(), kind="stable")
+    i, j = order[count[edge.ravel()][order] == 2].reshape(-1, 2).T
+    # Neighbours that are turned alike run along their edge in opposite directions. Facet k turned round is n + k.
+    across = np.where(ends[i, 0] == ends[j, 0], n, 0)
+    i, j = facet[i], facet[j]
+    joined = sp.coo_array(
+        (np.ones(2 * i.size), (np.concatenate([i, i + n]), np.concatenate([j + across, (j + n + across) % (2 * n)]))),
+        shape=(2 * n, 2 * n),
+    )
+    label = connected_components(joined, directed=False)[1]
+    own, turned = label[:n], label[n:]
+    panel = np.where(own == turned, 2 * n + np.arange(n), np.minimum(own, turned))
+    return np.where(own <= turned, 1.0, -1.0), np.unique(panel, return_inverse=True)[1].ravel()
 
 
 def _solid_angle(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:

@@ -17,6 +17,7 @@ from creak.report.figures.axes import INSTANT, Trace, axis, base_layout, line, p
 from creak.report.figures.run import Figure
 from creak.report.found import Found, FoundSound
 from creak.report.words.text import number
+from creak.sound.forced import without_clicks
 from creak.sound.loudness import loudness
 from creak.verify.events import Event
 
@@ -52,7 +53,7 @@ def players(result: Found) -> list[str]:
 def _window(result: Found, sound: FoundSound) -> FloatArray:
     first, last = (round(t * sound.rate) for t in result.window)
     last = min(last, first + round(LONGEST * sound.rate), sound.pressure.shape[1])
-    return sound.pressure[:, min(first, last - 2) : last].astype(np.float64)
+    return without_clicks(sound.pressure[:, min(first, last - 2) : last].astype(np.float64), sound.rate)
 
 
 def _uri(x: FloatArray, rate: float, parts: int) -> str:

@@ -11,13 +11,13 @@ the exponential window, Kausel and Roesset, J. Eng. Mech. 118, 1992. Only the ba
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from creak.errors import InputError
 from creak.sound.rayleigh import HIGHEST, PressureRows
 
@@ -28,18 +28,23 @@ PAD = 0.25
 BEFORE, AFTER = 8.0, 24.0
 """Silence before and at least behind a record, over the width in Hz of the fade at the end of the band: what the fade
 sends ahead of a blow falls to 1e-6 and less."""
-TAIL = 0.1
-"""s behind the record that are computed, so that its own end is not one for the fade at 20 Hz."""
 LOWEST = 20.0
 """Hz, where hearing begins; faded out over the octave below."""
+TAIL, FADES = 4.0 / LOWEST, 1.0 / LOWEST
+"""s behind the record that are computed, so that its own end is none for fades and filters, and of the fade there."""
 FADE = 0.85
 """Share of the band from which the sound fades out to its end."""
 STIFF = 4.0
 """Frequency of a mode over the end of the band from which its motion follows the force by two terms of a series."""
+SHORT = 0.05
+"""Of a record that is cut, the longest fade."""
 FEW, LEAST = 4, 256
 """Samples of a velocity per line of its spectrum, and the fewest."""
 BLOCK = 4_000_000
 """Complex numbers worked on at a time."""
+
+Gain = Callable[[FloatArray], FloatArray | ComplexArray]
+"""Of frequencies, Hz, above 0."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +59,15 @@ class Modes:
 
 
 def sound_of_forces(
-    modes: Modes, force: FloatArray, rate: float, groups: Sequence[IntArray], rows: PressureRows, band: float
+    modes: Modes,
+    force: FloatArray,
+    rate: float,
+    groups: Sequence[IntArray],
+    rows: PressureRows,
+    band: float,
+    gains: Sequence[Gain] = (),
+    *,
+    around: bool = False,
 ) -> FloatArray:
     """Pressure (n_listener, n_group, n) in Pa that each group of forces makes by itself, at rest before.
 
@@ -64,6 +77,8 @@ def sound_of_forces(
     ----------
     force : (n, n_force) means over the sampling intervals around each instant. rate : theirs, Hz, and of the pressure.
     groups : columns of `force`. rows : right up to the band; their own rate may be lower. band : Hz.
+    gains : of each listener.
+    around : with the `lead` before the record, which fades and gains send ahead, and with what rings on behind it.
 
     Raises
     ------
@@ -76,8 +91,10 @@ def sound_of_forces(
     slow = modes.k <= modes.m * (2.0 * np.pi * STIFF * band) ** 2
     push = np.ascontiguousarray(modes.push[:, slow].T)
     m, c, k = modes.m[slow], modes.c[slow], modes.k[slow]
-    found = np.zeros((rows.rows.shape[0], len(groups), n))
-    tail = slice(on.front, on.front + n + int(TAIL * rate))
+    whole = slice(0, on.front + n + int(TAIL * rate))
+    kept = whole if around else slice(on.front, on.front + n)
+    out = on.growth(whole, rate) * _fade(whole.stop, FADES * rate)[::-1]
+    found = np.zeros((rows.rows.shape[0], len(groups), kept.stop - kept.start))
     for listener, (taps, start) in enumerate(zip(rows.rows, rows.start.tolist(), strict=True)):
         late = (start + np.arange(taps.shape[0])) / rows.rate
         P = np.zeros((len(groups), on.size // 2 + 1), dtype=complex)
@@ -93,8 +110,14 @@ def sound_of_forces(
             for g, columns in enumerate(groups):
                 P[g, on.used[here]] = each[:, columns].sum(axis=1)
         for g in range(len(groups)):
-            found[listener, g] = _without_lows(irfft(P[g], on.size)[tail] * on.growth(tail, rate), rate)[:n]
+            x = irfft(P[g], on.size)[whole] * out
+            found[listener, g] = _without_lows(x, rate, *gains[listener : listener + 1])[kept]
     return found
+
+
+def lead(rate: float, band: float) -> int:
+    """Samples before a record that hold what the fade at the end of the band sends ahead."""
+    return int(BEFORE * _fade_samples(rate, band))
 
 
 def velocity_of_forces(
@@ -141,8 +164,7 @@ class _Transformed:
 
 def _transformed(force: FloatArray, rate: float, band: float) -> _Transformed:
     n, count = force.shape
-    width = rate / (band * (1.0 - FADE))
-    front, whole = int(BEFORE * width), n + int(TAIL * rate)
+    width, front, whole = _fade_samples(rate, band), lead(rate, band), n + int(TAIL * rate)
     size = next_fast_len(front + whole + int(max(PAD * n, AFTER * width)), real=True)
     sigma = DECAY * rate / size
     weight = np.exp(-sigma / rate * np.arange(front, front + n))
@@ -153,6 +175,11 @@ def _transformed(force: FloatArray, rate: float, band: float) -> _Transformed:
         F[:, j] = rfft(np.concatenate([np.zeros(front), force[:, j] * weight]), size)[used]
     F *= (_high_end(freq[used], band) / np.sinc(freq[used] / rate))[:, None]
     return _Transformed(size, front, used, sigma + 2j * np.pi * freq[used], F)
+
+
+def _fade_samples(rate: float, band: float) -> float:
+    """Samples of a second over the width of the fade at the end of the band, Hz."""
+    return rate / (band * (1.0 - FADE))
 
 
 def _checked(modes: Modes, force: FloatArray, n_mode: int) -> None:
@@ -179,21 +206,36 @@ def _stiff(modes: Modes, which: BoolArray, taps: FloatArray) -> list[tuple[int, 
 
 def faded(freq: FloatArray, band: float) -> FloatArray:
     """Gain of each frequency, Hz: 1 from 20 Hz to .85 of the band, falling to 0 at 10 Hz and at its end."""
-    return _smooth(2.0 * freq / LOWEST - 1.0) * _high_end(freq, band)
+    return smooth(2.0 * freq / LOWEST - 1.0) * _high_end(freq, band)
+
+
+def without_clicks(x: FloatArray, rate: float) -> FloatArray:
+    """Records (..., n) that fade in and out over 50 ms, a twentieth of them at most: what is cut does not click."""
+    n = x.shape[-1]
+    fade = _fade(n, min(FADES * rate, SHORT * n))
+    return np.asarray(x * fade * fade[::-1])
+
+
+def _fade(n: int, width: float) -> FloatArray:
+    """(n,) rising from 0 to 1 over the first samples."""
+    return smooth(np.arange(n) / max(width, 1.0))
 
 
 def _high_end(freq: FloatArray, band: float) -> FloatArray:
-    return _smooth((1.0 - freq / band) / (1.0 - FADE))
+    return smooth((1.0 - freq / band) / (1.0 - FADE))
 
 
-def _without_lows(x: FloatArray, rate: float) -> FloatArray:
-    """What is left above 20 Hz of a record that is silent before and after."""
+def _without_lows(x: FloatArray, rate: float, *gains: Gain) -> FloatArray:
+    """What is left above 20 Hz of a record that is silent before and after, times gains."""
     size = next_fast_len(x.size + int(rate), real=True)
-    gain = _smooth(2.0 * np.arange(size // 2 + 1) * (rate / size) / LOWEST - 1.0)
-    return np.asarray(irfft(rfft(x, size) * gain, size)[: x.size])
+    freq = np.arange(size // 2 + 1) * (rate / size)
+    X = rfft(x, size) * smooth(2.0 * freq / LOWEST - 1.0)
+    for gain in gains:
+        X[1:] *= gain(freq[1:])
+    return np.asarray(irfft(X, size)[: x.size])
 
 
-def _smooth(x: FloatArray) -> FloatArray:
+def smooth(x: FloatArray) -> FloatArray:
     """From 0 at 0 to 1 at 1 with all derivatives continuous."""
     inside = np.clip(x, 1e-3, 1.0 - 1e-3)
     step = 1.0 / (1.0 + np.exp(np.clip(1.0 / inside - 1.0 / (1.0 - inside), -700.0, 700.0)))

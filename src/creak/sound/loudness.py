@@ -14,7 +14,7 @@ from creak.sound.at_48k import at_48k
 from creak.sound.core_loudness import INNER, core_loudness, decayed, low_pass
 from creak.sound.sharpness import sharpness
 from creak.sound.slopes import with_slopes
-from creak.sound.third_octave import STEP, as_level, band_powers, smoothing
+from creak.sound.third_octave import STEP, as_level, band_powers, counted, smoothing
 from creak.sound.zwicker_tables import BANDS, FILTERS, LEVEL_RATE, RATE, REFERENCE_PRESSURE
 
 EVERY = 4
@@ -108,7 +108,7 @@ def loudness(pressure: ArrayLike, rate: float, *, field: str = "free") -> Loudne
         field, a low band above 120 dB.
     """
     x = at_48k(pressure, rate)
-    powers, _ = band_powers(x, FILTERS, smoothing(), STEP, 0)
+    powers, _ = band_powers(x, FILTERS, smoothing(), STEP, *counted(0, 0))
     return _over_time(powers, field)
 
 
@@ -127,7 +127,7 @@ def added_loudness(pressure: ArrayLike, rate: float, background: ArrayLike, *, f
     InputError : as `loudness` and `loudness_of_levels`.
     """
     steady = REFERENCE_PRESSURE**2 * 10.0 ** (0.1 * _checked_levels(background))
-    powers, _ = band_powers(at_48k(pressure, rate), FILTERS, smoothing(), STEP, 0)
+    powers, _ = band_powers(at_48k(pressure, rate), FILTERS, smoothing(), STEP, *counted(0, 0))
     lead = int(BEFORE * LEVEL_RATE)
     total = _over_time(np.vstack([np.zeros((lead, BANDS.size)), powers]) + steady, field).total
     first = lead // EVERY
@@ -164,7 +164,7 @@ def steady_loudness(pressure: ArrayLike, rate: float, *, field: str = "free", sk
             expected="a longer record",
             fix="Give more of the sound, or a shorter skip.",
         )
-    _, energy = band_powers(x, FILTERS, smoothing(), STEP, start)
+    _, energy = band_powers(x, FILTERS, smoothing(), STEP, *counted(start, x.size))
     return loudness_of_levels(as_level(energy / (x.size - start)), field=field)
 
 

@@ -4,47 +4,94 @@ from __future__ import annotations
 
 import numba
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 
-from creak.arrays import FloatArray
+from creak.arrays import ComplexArray, FloatArray, IntArray
 from creak.sound.at_48k import at_48k
 from creak.sound.zwicker_tables import BANDS, FILTERS, LEVEL_RATE, RATE, REFERENCE_PRESSURE
+
+Window = tuple[float, float]
 
 STEP = RATE // LEVEL_RATE
 """Samples per band level."""
 RINGING = 0.5
 """s of silence after a record, in which the filters give back what they hold."""
+LATE = 3.337
+"""Periods of its middle by which a band's filter delays the energy of a pulse."""
+A_POLES = (20.598997, 107.65265, 737.86223, 12194.217)
+"""Hz, poles of the A weighting; the first and the last are double (IEC 61672-1, annex E)."""
 SLOWEST = 1000.0
 """Hz: centre frequency above which the smoothing stays as it is."""
 NOTHING = 1e-140
 """Pa: state below which a filter is at rest; its square is still no denormal number, which would be slow."""
 FLOOR = 1e-12
 """Pa^2, added before the logarithm."""
+SILENCE = float(10.0 * np.log10(FLOOR / REFERENCE_PRESSURE**2))
+"""dB re 20 uPa."""
+LOWER_EDGES: FloatArray = BANDS * 10.0**-0.05
+UPPER_EDGES: FloatArray = BANDS * 10.0**0.05
+"""(28,) Hz."""
 
 
-def third_octave_levels(pressure: FloatArray, rate: float) -> FloatArray:
-    """Equivalent continuous levels of a whole record, (28,) dB re 20 uPa, bands of 25 Hz to 12.5 kHz (`BANDS`).
+def third_octave_levels(pressure: FloatArray, rate: float, window: Window | None = None) -> FloatArray:
+    """Equivalent continuous levels, (28,) dB re 20 uPa, bands of 25 Hz to 12.5 kHz (`BANDS`).
 
     10 lg of the band's energy over the record's length and (20 uPa)^2; what the filters still hold at the end counts.
 
     Parameters
     ----------
     pressure : (n,) Pa. rate : Hz.
+    window : s from the first sample, the part of a longer record that counts, as late as each filter is. Nothing is cut
+        at its ends, so that a tone that goes on through them is in its own band alone.
 
     Raises
     ------
     InputError : as `at_48k`.
     """
     x = at_48k(pressure, rate)
-    padded = np.concatenate([x, np.zeros(int(RINGING * RATE))])
-    _, energy = band_powers(padded, FILTERS, smoothing(), STEP, 0)
-    return as_level(energy / x.size)
+    if window is None:
+        padded = np.concatenate([x, np.zeros(int(RINGING * RATE))])
+        return as_level(band_powers(padded, FILTERS, smoothing(), STEP, *counted(0, padded.size))[1] / x.size)
+    first, last = _within(window, x.size)
+    late = np.rint(LATE * RATE / BANDS).astype(np.int64)
+    return as_level(band_powers(x, FILTERS, smoothing(), STEP, first + late, last + late)[1] / (last - first))
 
 
-def a_weighted_level(levels: FloatArray) -> float:
-    """dB(A) of third-octave levels (28,), with the weights of IEC 61672-1 at the middle of each band."""
-    f2 = BANDS**2
-    gain = 12194.0**2 * f2**2 / ((f2 + 20.6**2) * np.sqrt((f2 + 107.7**2) * (f2 + 737.9**2)) * (f2 + 12194.0**2))
-    return float(10.0 * np.log10(np.sum(10.0 ** (0.1 * levels) * gain**2)) + 2.0)
+def counted(first: int, last: int) -> tuple[IntArray, IntArray]:
+    """First samples and ends of what counts, alike in all bands."""
+    return np.full(BANDS.size, first, dtype=np.int64), np.full(BANDS.size, last, dtype=np.int64)
+
+
+def a_weighted_level(pressure: FloatArray, rate: float, window: Window | None = None) -> float:
+    """Equivalent continuous level in dB(A) re 20 uPa: the mean square of what the A weighting makes of the record.
+
+    H = a s^4 / ((s + w1)^2 (s + w2) (s + w3) (s + w4)^2), 1 at 1 kHz, exact up to the end of the band at 48 kHz.
+
+    Parameters
+    ----------
+    pressure, rate, window : as `third_octave_levels`.
+
+    Raises
+    ------
+    InputError : as `at_48k`.
+    """
+    x = at_48k(pressure, rate)
+    size = next_fast_len(x.size + int(RINGING * RATE), real=True)
+    gain = _a_weighting(np.arange(size // 2 + 1) * (RATE / size)) / abs(_a_weighting(np.array([1000.0]))[0])
+    first, last = _within((0.0, np.inf) if window is None else window, x.size)
+    weighted = irfft(rfft(x, size) * gain, size)[first : None if window is None else last]
+    return float(as_level(np.array([weighted @ weighted / (last - first)]))[0])
+
+
+def _within(window: Window, n: int) -> tuple[int, int]:
+    """First sample and end of a window of a record of n."""
+    first, last = (round(min(max(t * RATE, 0.0), n)) for t in window)
+    return min(first, n - 1), max(last, min(first, n - 1) + 1)
+
+
+def _a_weighting(freq: FloatArray) -> ComplexArray:
+    s, (p1, p2, p3, p4) = 1j * freq, A_POLES
+    return np.asarray(s**4 / ((s + p1) ** 2 * (s + p2) * (s + p3) * (s + p4) ** 2))
 
 
 def as_level(power: FloatArray) -> FloatArray:
@@ -59,9 +106,10 @@ def smoothing() -> FloatArray:
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def band_powers(
-    x: FloatArray, filters: FloatArray, factors: FloatArray, step: int, start: int
+    x: FloatArray, filters: FloatArray, factors: FloatArray, step: int, first: IntArray, last: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Squares of the filtered x (n,): smoothed, every `step`-th sample (n_out, 28); summed from `start` on (28,).
+    """Squares of the filtered x (n,): smoothed, every `step`-th sample (n_out, 28); summed from sample `first` (28,) up
+    to before `last` (28,).
 
     The bands are the inner loop: one sample of all of them fills the vector registers, where one band alone would wait
     for its own last value.
@@ -75,7 +123,6 @@ def band_powers(
     p1, p2, q1, q2, r1, r2 = state[0], state[1], state[2], state[3], state[4], state[5]
     s1, s2, s3 = np.zeros(bands), np.zeros(bands), np.zeros(bands)
     for k in range(n):
-        counted = 1.0 if k >= start else 0.0
         for i in range(bands):
             u = gain[i] * x[k]
             y = u + p1[i]
@@ -90,7 +137,7 @@ def band_powers(
             r1[i] = c1[i] * y - 2.0 * u + r2[i]
             r2[i] = u + c2[i] * y
             square = y * y
-            energy[i] += counted * square
+            energy[i] += square if first[i] <= k < last[i] else 0.0
             f = factors[i]
             s1[i] = square + f * (s1[i] - square)
             s2[i] = s1[i] + f * (s2[i] - s1[i])

@@ -53,7 +53,8 @@ class LimitTable(Table):
     tolerance: Length | None = None
     """What scatter may take of every gap: margin = gap - tolerance - displacement. Default: none."""
     in_plane: Length | None = None
-    """In-plane peak-to-peak from which a line counts as one that may squeak, where it has no material pair."""
+    """In-plane peak-to-peak from which a line counts as one that may squeak, where it has no material pair; of points
+    that can touch."""
     percentile: Annotated[float, Field(gt=0.0, le=100.0, allow_inf_nan=False)] = 95.0
     """Percentile of the peaks that is given beside the largest, %."""
     n5: LoudnessText | None = None
@@ -71,8 +72,9 @@ class BackgroundTable(Table):
     """[background]: the steady sound that the contacts are heard beside, as the user measured or assumes it."""
 
     file: str
-    """CSV file with the header frequency,level: third octaves by their nominal frequency, 25 to 12500 Hz, and levels in
-    dB re 20 uPa, relative to the study file. Nothing is in bands that are left out."""
+    """CSV file with the header frequency,level, relative to the study file: third octaves or octaves by their nominal
+    frequency, upwards and without a hole, and levels in dB re 20 uPa. An octave is shared equally by its third octaves.
+    Nothing is below the first band and above the last."""
 
 
 class MaterialPairTable(Table):

@@ -21,7 +21,10 @@ from creak.verify.elines import DEFINITION, PointMeasures
 BOTH, FALSE_ALARM, MISS, NEITHER = "both", "false alarm", "miss", "neither"
 """Who says that the parts can touch: linear run and run with contact, the first alone, the second alone, none."""
 YES, POSSIBLE, NO = "yes", "possible", "no"
-"""Is the in-plane motion longer than the travel of one stick-slip impulse: for the fewest, for the most measured."""
+"""Is the in-plane motion of points that can touch longer than the travel of one stick-slip impulse: for the fewest, for
+the most measured."""
+EXACT = 1e-12
+"""Of the largest coordinate, to which a gap that is 0 is known."""
 RISK = "margin = gap - tolerance - largest closing displacement; risk where it is 0 or less, or where the point pressed"
 
 
@@ -45,6 +48,8 @@ class Figures:
     """Largest principal peak-to-peak in the plane of any point."""
     in_plane_percentile: float
     in_plane_node_idx: int
+    in_plane_touching: float
+    """The same of the points that can touch; 0: none can."""
     risk: bool
     points_at_risk: int
     squeak: str | None
@@ -73,10 +78,11 @@ def margins(found: LineFindings, closing: FloatArray) -> FloatArray:
 
 def risks(found: LineFindings) -> tuple[BoolArray | None, BoolArray | None]:
     """(p,) points at which the parts can touch, in the linear run and in the one with contact."""
-    linear = None if found.linear is None else margins(found, found.linear.closing) <= 0.0
+    near = EXACT * float(np.abs(found.position).max(initial=0.0))
+    linear = None if found.linear is None else margins(found, found.linear.closing) <= near
     if found.contact is None or found.touched is None:
         return linear, None
-    return linear, (margins(found, found.contact.closing) <= 0.0) | found.touched
+    return linear, (margins(found, found.contact.closing) <= near) | found.touched
 
 
 def line_rows(found: LineFindings, limit: LimitTable, units: str) -> list[LineRow]:
@@ -100,7 +106,7 @@ def _row(found: LineFindings, k: int, limit: LimitTable, units: str) -> LineRow:
         margin = margins(found, measures.closing)
         i, j = (int(mine[f(a[mine])]) for f, a in ((np.argmin, margin), (np.argmax, measures.in_plane)))
         percentile = margins(found, measures.closing_percentile)[mine]
-        swing = float(measures.in_plane[j])
+        rubbing = float(measures.in_plane[mine[risk[mine]]].max(initial=0.0))
         return Figures(
             margin=float(margin[i]),
             margin_percentile=float(percentile.min()),
@@ -108,12 +114,13 @@ def _row(found: LineFindings, k: int, limit: LimitTable, units: str) -> LineRow:
             gap=float(found.gap0[i]),
             closing=float(measures.closing[i]),
             across=float(measures.across[i]),
-            in_plane=swing,
+            in_plane=float(measures.in_plane[j]),
             in_plane_percentile=float(measures.in_plane_percentile[mine].max()),
             in_plane_node_idx=int(found.nodes_idx[j]),
+            in_plane_touching=rubbing,
             risk=bool(risk[mine].any()),
             points_at_risk=int(np.count_nonzero(risk[mine])),
-            squeak=None if travel is None else YES if swing > travel[1] else POSSIBLE if swing > travel[0] else NO,
+            squeak=None if travel is None else YES if rubbing > travel[1] else POSSIBLE if rubbing > travel[0] else NO,
         )
 
     linear, contact = (of(m, r) for m, r in zip((found.linear, found.contact), risks(found), strict=True))

@@ -62,7 +62,7 @@ def _of_lines(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[st
     found, units = summary["elines"], summary["units"]
     lines = [] if found is None else found["lines"]
     length = UNITS[units].length
-    for name, key in (("tolerance", "margin"), ("in_plane", "in_plane")):
+    for name, key in (("tolerance", "margin"), ("in_plane", "in_plane_touching")):
         text = getattr(limit, name)
         if text is None:
             continue

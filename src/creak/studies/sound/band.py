@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import BoolArray, FloatArray
 from creak.elements.shells.rigidity import areal_mass
+from creak.model.dofs import nodes_of
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Model
 from creak.model.shell_facets import SHELL_FACETS
@@ -19,6 +20,7 @@ from creak.sound.zwicker_tables import RATE
 from creak.studies.models.reduced import ReducedModel
 from creak.studies.run.integrate import shortest_step
 from creak.studies.run.job import Run
+from creak.studies.sound.radiation import compact_bodies
 
 PER_MODE = 2.0
 """First mode left out over the end of the band."""
@@ -55,20 +57,26 @@ class Band:
         return min(limits, key=lambda name: limits[name])
 
 
-def band_of(model: Model, reduced: ReducedModel, f_max: float, run: Run, skin: Skin, metre: float) -> Band:
-    """The band of a reduced run.
+def band_of(
+    model: Model, reduced: ReducedModel, f_max: float, run: Run, skin: Skin, sounding: BoolArray, metre: float
+) -> Band:
+    """The band of a reduced run. Only facets that are `sounding`, and their parts, end it; all if none are.
 
     * modes: the first fixed-interface mode left out (f_max where the assembly was reduced as a whole) over 2: free
       modes of a part are some 2 % high there at worst;
     * mesh: six elements per wavelength of bending in shells, 2 pi (D / m)^(1/4) / sqrt(omega), and of sound in air, but
-      for a tenth of the area;
+      for a tenth of the area; a compact body needs no mesh;
     * step: ten steps in contact per period.
     """
-    first = min((r.system.stats.first_left_out for r in reduced.superelements), default=f_max)
+    sounding = sounding if sounding.any() else ~sounding
+    still = skin.nodes_idx[~sounding]
+    heard = [r for r in reduced.superelements if not np.isin(nodes_of(r.substructure.part.labels), still).any()]
+    first = min((r.system.stats.first_left_out for r in heard or reduced.superelements), default=f_max)
     if not math.isfinite(first):  # not looked for, or every mode kept
         first = f_max if reduced.modes else 0.0
     step = shortest_step(run.history)
-    return Band(first / PER_MODE, mesh_band(model, skin, metre), 1.0 / (PER_PERIOD * step) if step > 0.0 else math.inf)
+    mesh = mesh_band(model, skin.select(sounding), metre)
+    return Band(first / PER_MODE, mesh, 1.0 / (PER_PERIOD * step) if step > 0.0 else math.inf)
 
 
 def finer_mesh(model: Model, skin: Skin, metre: float, high: float) -> float:
@@ -98,7 +106,10 @@ def _limits(model: Model, skin: Skin, metre: float) -> tuple[FloatArray, FloatAr
             # The slowest bending wave of the shells around each node.
             np.minimum.at(stiffness, block.nodes_idx.ravel(), _bending(section))
     waves = np.where(skin.solid, np.inf, stiffness[skin.nodes_idx].min(axis=1))
-    return np.sqrt(waves) * 2.0 * math.pi / (PER_WAVE * size) ** 2, AIR.speed / (PER_WAVE * metre * size)
+    air = AIR.speed / (PER_WAVE * metre * size)
+    for body in compact_bodies(skin, metre):
+        air = np.where(skin.part == body.part, np.maximum(air, body.highest), air)
+    return np.sqrt(waves) * 2.0 * math.pi / (PER_WAVE * size) ** 2, air
 
 
 def _but_coarse(skin: Skin, figure: FloatArray) -> float:

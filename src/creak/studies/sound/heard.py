@@ -15,17 +15,17 @@ from creak.errors import InputError
 from creak.formats.wav import full_scale_for, full_scale_level
 from creak.model.skin import skin_of
 from creak.model.units import METRES
-from creak.sound.forced import LOWEST
-from creak.sound.loudness import Loudness, added_loudness, loudness
-from creak.sound.third_octave import a_weighted_level, third_octave_levels
-from creak.sound.zwicker_tables import RATE
+from creak.sound.forced import LOWEST, lead, without_clicks
+from creak.sound.loudness import added_loudness, loudness
+from creak.sound.third_octave import LOWER_EDGES, SILENCE, UPPER_EDGES, a_weighted_level, third_octave_levels
+from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import Run, StudyResult
-from creak.studies.sound.background import background_of
+from creak.studies.sound.background import NOTHING, background_of
 from creak.studies.sound.band import Band, band_of
 from creak.studies.sound.listeners import Listener, ear_off, listeners_of
-from creak.studies.sound.parts import equivalent_levels, faces_of_parts
-from creak.studies.sound.radiation import Ear, pressure_of
+from creak.studies.sound.parts import equivalent_levels, faces_of_parts, moved
+from creak.studies.sound.radiation import LARGE, Ear, record_of
 from creak.studies.sound.source import source_of
 
 SHORTEST = 0.05
@@ -48,8 +48,6 @@ class Heard:
     """(28,) dB re 20 uPa, 25 Hz to 12.5 kHz."""
     energy: float
     """Mean square of the A-weighted pressure, Pa^2."""
-    loudness: Loudness | None
-    """Over the whole run."""
     n5_added: float | None = None
     """sone that it adds to the study's background; None: there is none, or it is beyond the standard."""
     n_max_added: float | None = None
@@ -70,8 +68,8 @@ class Sound:
     listeners: tuple[Listener, ...]
     band: Band
     pressure: NDArray[np.float32]
-    """(n_listener, n_place + 1, n) Pa at 48 kHz from t = 0: each place by itself, the loudest to the first listener
-    first, last all contact together."""
+    """(n_listener, n_place + 1, n) Pa at 48 kHz from t = 0, faded in and out: each place by itself, the loudest to the
+    first listener first, last all contact together."""
     heard: tuple[tuple[Heard, ...], ...]
     """Listener by listener, as `pressure`."""
     order: tuple[int, ...]
@@ -86,7 +84,7 @@ class Sound:
     equivalent_power: Mapping[str, float]
     """Part -> dB re 1 pW of its mean equivalent radiated power over the window, loudest first."""
     compact: tuple[tuple[str, ...], ...]
-    """Listener by listener, the parts that it hears as compact bodies."""
+    """Listener by listener, the parts that it hears as compact bodies at frequencies at which they are."""
     notes: tuple[str, ...]
     ear: Ear
     """Of the first listener."""
@@ -116,13 +114,13 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
         return why_not
     c = setup.study.config
     metre, skin = METRES[c.model.units], skin_of(setup.model)
-    band = band_of(setup.model, result.reduced, c.reduction.f_max, run, skin, metre)
-    if band.high <= 2.0 * LOWEST:
-        return f"none: nothing above {band.high:.0f} Hz can be believed ({band.limit})"
     source = source_of(run.system, result.gaps, run.history)
     offline = clock.process_time()
     faces = faces_of_parts(run.system, skin, metre)
     offline = clock.process_time() - offline
+    band = band_of(setup.model, result.reduced, c.reduction.f_max, run, skin, moved(source, faces, skin), metre)
+    if band.high <= 2.0 * LOWEST:
+        return f"none: nothing above {band.high:.0f} Hz can be believed ({band.limit})"
     levels = equivalent_levels(source, faces, band.high, result.window)
     listeners = given or tuple(ear_off(setup.model, skin, part, c.model.units) for part in [*levels][:1])
     if not listeners:
@@ -132,13 +130,15 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     to = [ear.hears(run.system) for ear in ears]
     offline += clock.process_time() - before
     groups = source.groups(places)
-    pressure = np.stack([pressure_of(source, groups, one) for one in to])
-    pressure[:, -1] = pressure.sum(axis=1)
-    heard = [[heard_of(x, result.window, background) for x in of_one] for of_one in pressure]
+    record, start = np.stack([record_of(source, groups, one) for one in to]), lead(RATE, band.high)
+    record[:, -1] = record.sum(axis=1)
+    heard = [[heard_of(x, result.window, background, start, band.high) for x in of_one] for of_one in record]
     order = sorted(range(len(places)), key=lambda k: heard[0][k].rank, reverse=True)
-    pressure = pressure[:, [*order, len(places)]]
+    run_alone = record[:, [*order, len(places)], start : start + source.force.shape[0]]
+    pressure = without_clicks(run_alone, RATE)
     power = {setup.model.parts[part].name: level for part, level in levels.items()}
     compact = tuple(tuple(setup.model.parts[b.part].name for b in one.bodies) for one in to)
+    small = {setup.model.parts[b.part].name: b.highest for one in to for b in one.bodies}
     return Sound(
         run.name,
         tuple(listeners),
@@ -152,7 +152,7 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
         offline,
         power,
         compact,
-        tuple(_notes(listeners, band, heard, power, compact, beside=background is not None)),
+        tuple(_notes(listeners, band, heard, power, small, background)),
         ears[0],
     )
 
@@ -169,23 +169,28 @@ def _why_not(result: StudyResult, run: Run | None, given: bool, places: Sequence
     return "" if given or places else "none: nothing touches in the window"
 
 
-def heard_of(pressure: FloatArray, window: tuple[float, float], background: FloatArray | None) -> Heard:
-    """One pressure (n,) at 48 kHz, over the window."""
-    first, last = (round(t * RATE) for t in window)
-    shown = pressure[min(first, pressure.size - 2) : max(last, first + 2)]
-    levels = third_octave_levels(shown, RATE)
-    level = a_weighted_level(levels)
-    energy = 4e-10 * 10.0 ** (0.1 * level) if shown.any() else 0.0
+def heard_of(
+    pressure: FloatArray,
+    window: tuple[float, float],
+    background: FloatArray | None,
+    start: int = 0,
+    highest: float = np.inf,
+) -> Heard:
+    """One pressure (n,) at 48 kHz, over the window. Sample `start` is at t = 0; nothing is above `highest`, Hz."""
+    shown = window[0] + start / RATE, window[1] + start / RATE
+    levels, level = third_octave_levels(pressure, RATE, shown), a_weighted_level(pressure, RATE, shown)
+    levels[highest <= LOWER_EDGES] = SILENCE  # what is left there is the skirt of the filter, not the sound
+    energy = REFERENCE_PRESSURE**2 * 10.0 ** (0.1 * level) if pressure.any() else 0.0
     try:
         found = loudness(pressure, RATE)
     except InputError:
-        return Heard(None, None, level, levels, energy, None)
-    inside = (found.time >= window[0]) & (found.time <= window[1])
+        return Heard(None, None, level, levels, energy)
+    inside = (found.time >= shown[0]) & (found.time <= shown[1])
     inside = inside if inside.any() else np.ones_like(inside)
     added: tuple[float | None, float | None] = (None, None)
     if background is not None:
         added = _n5_and_most(added_loudness(pressure, RATE, background)[inside])
-    return Heard(*_n5_and_most(found.total[inside]), level, levels, energy, found, *added)
+    return Heard(*_n5_and_most(found.total[inside]), level, levels, energy, *added)
 
 
 def _n5_and_most(total: FloatArray) -> tuple[float, float]:
@@ -197,9 +202,8 @@ def _notes(
     band: Band,
     heard: Sequence[Sequence[Heard]],
     power: Mapping[str, float],
-    compact: Sequence[Sequence[str]],
-    *,
-    beside: bool,
+    compact: Mapping[str, float],
+    background: FloatArray | None,
 ) -> list[str]:
     said = []
     for listener in listeners:
@@ -216,17 +220,23 @@ def _notes(
     if power:
         levels = ", ".join(f"{name} {level:.0f} dB" for name, level in [*power.items()][:MOST_PARTS])
         said.append(f"sound: equivalent radiated power of contact, re 1 pW: {levels}")
-    small = dict.fromkeys(name for names in compact for name in names)
-    if small:
+    if compact:
+        names = ", ".join(f"{name} compact below {freq:.0f} Hz" for name, freq in compact.items())
         said.append(
-            f"sound: {', '.join(small)} compact, smaller than a sixth of the shortest wavelength: acceleration noise "
-            "of the sphere of the same volume, without a wall"
+            f"sound: {names}: acceleration noise of the sphere of the same volume, without a wall; from there "
+            f"to {LARGE:g} times as much it becomes that of faces set in a wall"
         )
-    if beside:
+    if background is not None:
         said.append(
             "sound: places are ranked by the loudness that they add to the study's [background], N of both less N of "
             "the background alone"
         )
+        given = np.flatnonzero(background > NOTHING)
+        low, high = (LOWER_EDGES[given[0]], UPPER_EDGES[given[-1]]) if given.size else (0.0, 0.0)
+        if low > band.low or high < min(band.high, UPPER_EDGES[-1]):
+            said.append(
+                f"sound: the [background] has nothing outside {low:.0f} to {high:.0f} Hz; nothing is masked there"
+            )
     if any(h.n5 is None for of_one in heard for h in of_one):
         said.append("sound: too loud at low frequency for ISO 532-1 (120 dB): no loudness of it")
     return said

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.assembly.system import System
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.skin import Skin
-from creak.sound.forced import velocity_of_forces
+from creak.sound.forced import LOWEST, velocity_of_forces
 from creak.sound.rayleigh import equivalent_power
 from creak.sound.zwicker_tables import RATE
 from creak.studies.sound.source import Source, of_modes
@@ -20,6 +20,9 @@ SAMPLES = 24
 """Facets of each part that stand for all of it: its level within 1 dB or so."""
 REFERENCE = 1e-12
 """W of 0 dB."""
+
+NOTHING = 1e-9
+"""Of the motion of the part that moves most, what round-off leaves of one that nothing joins to the contacts."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,13 @@ def faces_of_parts(system: System, skin: Skin, metre: float) -> Faces:
     normal = (few.areas / np.maximum(size[looked], 1e-300)[:, None]).ravel()
     across = sp.csc_matrix((normal, (np.repeat(np.arange(few.count), 3), column.ravel())), (few.count, labels.size))
     return Faces(few.part, weight[looked] * metre**2, metre * of_modes(system, across, labels))
+
+
+def moved(source: Source, faces: Faces, skin: Skin) -> BoolArray:
+    """(n,) facets of the parts that the forces of a run can move: under forces that grow as e^(2 pi 20 t / s)."""
+    modes, s = source.modes, 2.0 * np.pi * LOWEST
+    reach = np.abs(faces.normal / ((modes.m * s + modes.c) * s + modes.k) @ modes.push.T).max(axis=1, initial=0.0)
+    return np.isin(skin.part, faces.part[reach > NOTHING * reach.max(initial=0.0)])
 
 
 def equivalent_levels(source: Source, faces: Faces, band: float, window: tuple[float, float]) -> dict[int, float]:

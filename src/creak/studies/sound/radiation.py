@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import ComplexArray, FloatArray, IntArray
 from creak.assembly.system import System
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.skin import Skin
 from creak.sound.acceleration_noise import acceleration_noise, equivalent_radius
-from creak.sound.forced import sound_of_forces
+from creak.sound.forced import LOWEST, Gain, lead, smooth, sound_of_forces
 from creak.sound.rayleigh import AIR, PressureRows, pressure_weights
 from creak.sound.zwicker_tables import RATE
 from creak.studies.sound.listeners import Listener
@@ -21,17 +21,20 @@ from creak.studies.sound.source import Source, of_modes
 
 PER_BAND = 4.0
 """Samples per second of a listener's rows over the band: few, as each costs a back-substitution in every part."""
-PER_WAVE = 6.0
-"""A compact body is smaller than the shortest wavelength over this."""
+COMPACT, LARGE = 1.0, 2.0
+"""Circumference of the sphere of a body's volume over the wavelength, ka, up to which it is heard as that sphere, and
+from which on as faces in a wall. On its axis an oscillating sphere sends the same both ways within 1 dB in between."""
 LONG = 2.0
-"""Its largest dimension over the diameter of the sphere of its volume, at most."""
+"""Largest dimension of such a body over the diameter of that sphere, at most."""
+SHARE = 1e-9
+"""Of an area, below which it is round-off."""
 CLOSED = 1e-6
 """Share of its area by which its faces may fail to close."""
 
 
 @dataclass(frozen=True)
 class Body:
-    """A compact solid part, heard as the sphere of its volume."""
+    """A solid part that is heard as the sphere of its volume at frequencies at which it is compact."""
 
     part: int
     radius: float
@@ -41,6 +44,19 @@ class Body:
     length: float
     """m, its largest dimension."""
 
+    @property
+    def highest(self) -> float:
+        """Hz up to which it is compact."""
+        return COMPACT * AIR.speed / (2.0 * np.pi * self.radius)
+
+    def compact(self, freq: FloatArray) -> FloatArray:
+        """Share of the sphere in what is heard of it at each frequency, Hz; the rest is that of faces in a wall."""
+        return smooth((LARGE - COMPACT * freq / self.highest) / (LARGE - COMPACT))
+
+    def large(self, freq: FloatArray) -> FloatArray:
+        """Share of the faces."""
+        return 1.0 - self.compact(freq)
+
 
 @dataclass(frozen=True)
 class Radiation:
@@ -49,7 +65,9 @@ class Radiation:
     position: FloatArray
     """(3,) of the listener, m."""
     panels: PressureRows
-    """Pa per unit of modal acceleration."""
+    """Pa per unit of modal acceleration, row by row; they add up."""
+    gains: tuple[Gain, ...]
+    """Of each row."""
     bodies: tuple[Body, ...]
     moves: PressureRows | None
     """(n_body, 1, n_mode) mean motion of each body towards the listener, m; None without bodies."""
@@ -79,27 +97,48 @@ class Ear:
 def radiation(system: System, listener: Listener, metre: float, band: float) -> Radiation:
     """What each mode's acceleration sends to a listener, up to the end of the band, Hz."""
     skin, position = listener.skin, listener.position * metre
-    every = compact_bodies(skin, metre, band)
-    bodies = tuple(b for b in every if np.linalg.norm(position - b.centre) > b.length)
-    panels = skin.select(~np.isin(skin.part, [b.part for b in bodies]))
+    bodies = tuple(b for b in compact_bodies(skin, metre) if np.linalg.norm(position - b.centre) > b.length)
+    sent = skin.toward(listener.position)
+    alone = np.isin(skin.part, np.array([b.part for b in bodies], dtype=np.int64))
+    plain = np.where(alone[:, None], 0.0, sent)
+    rows: list[tuple[Gain, FloatArray]] = [(_all, plain.real)]
+    if np.abs(plain.imag).max(initial=0.0) > SHARE * np.abs(plain).max(initial=0.0):
+        rows.append((_quarter_turn, plain.imag))
+    large = [b for b in bodies if b.large(np.array([band]))[0] > 0.0]
+    rows += [(b.large, np.where((skin.part == b.part)[:, None], sent.real, 0.0)) for b in large]
+    rows = [row for row in rows if row[1].any()] or rows[:1]
     moves = None
     if bodies:
         own = [_towards(system, skin.select(skin.part == b.part), _unit(position - b.centre)) for b in bodies]
         moves = PressureRows(metre * np.stack(own), np.zeros(len(bodies), dtype=np.int64), float(RATE), band)
-    return Radiation(position, _panels(system, panels, listener.position, metre, band), bodies, moves, band)
+    panels = [_panels(system, skin, areas, listener.position, metre, band) for _, areas in rows]
+    taps = max(w.shape[0] for w, _ in panels)
+    filters = np.stack([np.pad(w, ((0, taps - w.shape[0]), (0, 0))) for w, _ in panels])
+    start = np.array([start for _, start in panels])
+    sheet = PressureRows(filters, start, PER_BAND * band, band)
+    return Radiation(position, sheet, tuple(gain for gain, _ in rows), bodies, moves, band)
 
 
-def _panels(system: System, skin: Skin, position: FloatArray, metre: float, band: float) -> PressureRows:
-    rate = PER_BAND * band
-    if not skin.count:
-        return PressureRows(np.zeros((1, 1, system.n)), np.zeros(1, dtype=np.int64), rate, band)
-    nodes, points, areas = _nodal(skin, skin.toward(position))
-    weights, start = pressure_weights(points * metre, position * metre, rate, band)
+def _all(freq: FloatArray) -> FloatArray:
+    return np.ones_like(freq)
+
+
+def _quarter_turn(freq: FloatArray) -> ComplexArray:
+    return np.full(freq.shape, 1j)
+
+
+def _panels(
+    system: System, skin: Skin, areas: FloatArray, position: FloatArray, metre: float, band: float
+) -> tuple[FloatArray, int]:
+    """(n_tap, n_mode) what modal accelerations send to a point by areas (n, 3) of facets, and the first delay."""
+    sends = np.abs(areas).max(axis=1, initial=0.0) > 0.0
+    if not sends.any():
+        return np.zeros((1, system.n)), 0
+    nodes, points, each = _nodal(skin.select(sends), areas[sends])
+    weights, start = pressure_weights(points * metre, position * metre, PER_BAND * band, band)
     # Areas in m^2, motion in m.
-    out = sp.csr_array((areas.ravel() * metre**3, (np.repeat(np.arange(nodes.size), 3), np.arange(3 * nodes.size))))
-    return PressureRows(
-        of_modes(system, weights @ out, node_dofs(nodes, TRANSLATIONS))[None], np.array([start]), rate, band
-    )
+    out = sp.csr_array((each.ravel() * metre**3, (np.repeat(np.arange(nodes.size), 3), np.arange(3 * nodes.size))))
+    return of_modes(system, weights @ out, node_dofs(nodes, TRANSLATIONS)), start
 
 
 def _towards(system: System, skin: Skin, direction: FloatArray) -> FloatArray:
@@ -120,10 +159,17 @@ def _nodal(skin: Skin, each: FloatArray) -> tuple[IntArray, FloatArray, FloatArr
 
 def pressure_of(source: Source, groups: Sequence[IntArray], to: Radiation) -> FloatArray:
     """Pressure (n_group, n) in Pa at 48 kHz that each group of forces makes by itself at a listener."""
-    found = sound_of_forces(source.modes, source.force, RATE, groups, to.panels, to.band)[0]
+    start = lead(RATE, to.band)
+    return record_of(source, groups, to)[:, start : start + source.force.shape[0]]
+
+
+def record_of(source: Source, groups: Sequence[IntArray], to: Radiation) -> FloatArray:
+    """The same with the `lead` before it and what rings on behind it: a record that is not cut."""
+    given = source.modes, source.force, RATE, groups
+    found = sound_of_forces(*given, to.panels, to.band, to.gains, around=True).sum(axis=0)
     if to.moves is None:
         return found
-    accelerations = sound_of_forces(source.modes, source.force, RATE, groups, to.moves, to.band)
+    accelerations = sound_of_forces(*given, to.moves, to.band, [b.compact for b in to.bodies], around=True)
     for body, every in zip(to.bodies, accelerations, strict=True):
         direction = _unit(to.position - body.centre)
         for own, pressure in zip(every, found, strict=True):
@@ -131,13 +177,13 @@ def pressure_of(source: Source, groups: Sequence[IntArray], to: Radiation) -> Fl
     return found
 
 
-def compact_bodies(skin: Skin, metre: float, band: float) -> tuple[Body, ...]:
-    """Parts of solids alone that are small beside the shortest wavelength, and about as wide as long.
+def compact_bodies(skin: Skin, metre: float) -> tuple[Body, ...]:
+    """Parts of solids alone that are about as wide as long, and small beside the longest wavelength that is heard.
 
-    Largest dimension, twice the way from the middle to the farthest corner, below a sixth of the wavelength in air at
-    the band's end (ka < .5), and below two diameters of the sphere of the same volume. The shape counts little then:
-    that sphere sends what the body sends (Koss and Alfredson, J. Sound Vib. 27, 1973; Richards, Westcott and
-    Jeyapalan, J. Sound Vib. 62, 1979).
+    Largest dimension, twice the way from the middle to the farthest corner, below two diameters of the sphere of the
+    same volume. While the wavelength is longer than its circumference the shape counts little: that sphere sends what
+    the body sends (Koss and Alfredson, J. Sound Vib. 27, 1973; Richards, Westcott and Jeyapalan, J. Sound Vib. 62,
+    1979).
     """
     out = []
     for part in np.unique(skin.part[skin.part >= 0]).tolist():
@@ -149,8 +195,9 @@ def compact_bodies(skin: Skin, metre: float, band: float) -> tuple[Body, ...]:
         middle = size @ centres / size.sum()
         radius = equivalent_radius(max(float(np.einsum("nx,nx->", areas, centres - middle)), 0.0) / 3.0)
         length = 2.0 * float(np.linalg.norm(own.corners - middle, axis=2).max())
-        if length <= min(AIR.speed / (PER_WAVE * band * metre), LONG * 2.0 * radius):
-            out.append(Body(part, radius * metre, middle * metre, length * metre))
+        body = Body(part, radius * metre, middle * metre, length * metre)
+        if length <= LONG * 2.0 * radius and body.compact(np.array([LOWEST]))[0] > 0.0:
+            out.append(body)
     return tuple(out)
 
 

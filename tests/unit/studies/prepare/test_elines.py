@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,12 +11,17 @@ import pytest
 from creak.errors import InputError
 from creak.report.found import found_of
 from creak.report.html import report_text
+from creak.studies.file.eline_tables import LimitTable
 from creak.studies.file.reader import read_study
+from creak.studies.prepare.elines import Eline
 from creak.studies.prepare.setup import set_up
-from creak.studies.results.elines import line_rows, point_csv
+from creak.studies.results.elines import as_dict, line_rows, point_csv
+from creak.studies.results.limits import judged
 from creak.studies.results.summary import summarise
+from creak.studies.run.elines import LineFindings
 from creak.studies.run.job import run_study
 from creak.studies.run.screen import screen
+from creak.verify.elines import PointMeasures
 from helpers_decks import STUDY, two_strips, write_strips
 
 EXACT = STUDY.replace("step = 5e-4\n", 'accuracy = "quick"\n').replace("[time]", "[reference]\nrun = false\n\n[time]")
@@ -283,9 +289,9 @@ def test_material_pairs_of_a_file(tmp_path):
         made(tmp_path, more="", study=study)
 
 
-def rubbing(folder, friction):
+def rubbing(folder, friction, gap=0.0, press=3.0):
     """The lower strip rests on the upper one and its root is drawn along it; the contact is soft, for long steps."""
-    deck = two_strips(0.0).replace("ROOT_UPPER, 1, 2", "ROOT_UPPER, 2, 2")
+    deck = two_strips(gap).replace("ROOT_UPPER, 1, 2", "ROOT_UPPER, 2, 2")
     study = f"""title = "Rub"
 [model]
 deck = "strips.inp"
@@ -293,7 +299,7 @@ deck = "strips.inp"
 secondary = "UNDER"
 main = "OVER"
 stiffness = 100.0
-clearance = 0.0
+clearance = {gap}
 friction = {friction}
 [excitation.along]
 node_set = "ROOT_UPPER"
@@ -303,7 +309,7 @@ signal = {{ type = "sine", frequency = 50, amplitude = 0.2 }}
 node_set = "TIP_UPPER"
 dof = "z"
 kind = "force"
-signal = {{ type = "step", amplitude = -3.0 }}
+signal = {{ type = "step", amplitude = {-press} }}
 [damping]
 modal = 0.02
 [reference]
@@ -341,3 +347,37 @@ def test_linear_squeak_is_in_plane_motion_against_the_travel_of_an_impulse(tmp_p
     page = report_text(found_of(result), summary)
     assert "Squeak of each contact" in page
     assert "pvc: rig &lt;1&gt;, 2026" in page
+
+
+def test_a_line_that_never_closes_cannot_squeak(tmp_path):
+    """The same strips 5.5 mm apart: .4 mm of travel along, and the gap stays open in both runs."""
+    result = rubbing(tmp_path, "{ static = 0.5, kinetic = 0.3 }", gap=5.5, press=0.3)
+    setup = result.setup
+    (row,) = line_rows(result.elines, setup.study.config.limit, "mm-t-s")
+    for figures in (row.linear, row.contact):
+        assert figures.in_plane == pytest.approx(0.4, rel=0.01)
+        assert figures.margin > 2.0
+        assert (figures.squeak, figures.risk, figures.in_plane_touching) == ("no", False, 0.0)
+    # What scatter may take of the gap closes it: points that can touch can squeak.
+    tolerant = replace(result.elines, lines=(replace(result.elines.lines[0], tolerance=5.5),))
+    (row,) = line_rows(tolerant, setup.study.config.limit, "mm-t-s")
+    assert row.linear.squeak == "possible"
+    assert row.linear.in_plane_touching == pytest.approx(0.4, rel=0.01)
+    # Nor does it break a limit of the motion in the plane, which is one of squeak.
+    limit = LimitTable(in_plane="0.1 mm")
+    bare = replace(result.elines, lines=(replace(result.elines.lines[0], pair=None, material=None),))
+    summary = summarise(result) | {"elines": as_dict(bare, limit, "mm-t-s", setup.model)}
+    assert [one["failed"] for one in judged(limit, summary)] == [[]]
+    assert summary["elines"]["lines"][0]["linear"]["squeak"] == "no"
+
+
+def test_only_points_that_can_touch_are_looked_at_for_squeak():
+    """Two points: the one that closes does not move along, the other one does and stays open."""
+    n = 2
+    none, line = np.zeros(n), Eline("l", False, 0.0, None, None)
+    motion = PointMeasures(np.array([1.2, 0.1]), none, none, np.zeros((n, 2)), np.array([0.01, 5.0]), none)
+    where = (np.zeros(n, dtype=np.int64), np.arange(n), np.zeros((n, 3)), np.zeros((n, 3, 3)))
+    for gap, says in ((np.array([1.0, 1.0]), "no"), (np.array([1.0, 0.1]), "yes")):
+        found = LineFindings((line,), *where, gap, 95.0, motion, None, None, "", "")
+        (row,) = line_rows(found, LimitTable(in_plane="1 mm"), "mm-t-s")
+        assert (row.linear.squeak, row.linear.in_plane) == (says, 5.0)

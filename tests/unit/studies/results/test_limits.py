@@ -111,10 +111,35 @@ def test_regularity_of_events(result):
     assert place.irregularity == pytest.approx(np.std(starts) / np.mean(starts))
 
 
-def test_background_by_bands(result):
+def test_octaves_of_a_background_are_shared_by_their_third_octaves(result):
+    """Powers of the three add up to the octave's: 35 dB at 1 kHz is 30.2 dB in each."""
     levels = background_of(result.found.setup.study)
-    assert levels[BANDS.round() == 1000] == [35.0]
-    assert (levels == NOTHING).sum() == 22
+    (at,) = np.flatnonzero(BANDS.round() == 1000)
+    assert levels[at - 1 : at + 2] == pytest.approx(35.0 - 10 * np.log10(3.0))
+    assert (levels == NOTHING).sum() == 28 - 18
+    assert any("has nothing outside 45 to 2818 Hz" in note for note in result.sound.notes)
+
+
+THIRDS = "25 31.5 40 50 63 80 100 125 160 200 250 315 400 500 630 800 1000 1250 1600 2000 2500 3150 4000 5000 6300 8000"
+THIRDS = [float(f) for f in [*THIRDS.split(), 10_000, 12_500]]
+
+
+@pytest.mark.parametrize("frequencies", [THIRDS, BANDS, 1000.0 * 2.0 ** (np.arange(-16, 12) / 3)])
+@pytest.mark.parametrize("more", [[], [10.0, 12.5, 16.0, 20.0, 16_000.0, 20_000.0]])
+def test_third_octaves_are_read_by_nominal_and_exact_frequency(result, folder, frequencies, more):
+    rows = sorted([(f, 30.0 + k) for k, f in enumerate(frequencies)] + [(f, 77.0) for f in more])
+    (folder / "thirds.csv").write_text("frequency,level\n" + "".join(f"{f:.9g},{x:g}\n" for f, x in rows))
+    study = creak.change_study(result.found.setup.study, {"background.file": "thirds.csv"})
+    np.testing.assert_array_equal(background_of(study), 30.0 + np.arange(28))
+
+
+@pytest.mark.parametrize("base", [2.0, 10**0.3])
+def test_octaves_reach_as_far_as_their_third_octaves(result, folder, base):
+    rows = [(1000.0 * base**k, 60.0 + k) for k in range(-5, 5)]
+    (folder / "octaves.csv").write_text("frequency,level\n" + "".join(f"{f:.9g},{x:g}\n" for f, x in rows))
+    levels = background_of(creak.change_study(result.found.setup.study, {"background.file": "octaves.csv"}))
+    wanted = np.repeat(60.0 + np.arange(-5, 5), 3)[:28] - 10 * np.log10(3.0)
+    np.testing.assert_allclose(levels, wanted)
 
 
 @pytest.mark.parametrize(
@@ -127,12 +152,22 @@ def test_background_by_bands(result):
         (('force = "1 mN"', 'rattle = "1 N"'), "unknown key 'limit.rattle'"),
         (("cabin.csv", "no.csv"), "no such table"),
         (("cabin.csv", "bad.csv"), "300 Hz is no third octave"),
+        (("cabin.csv", "hole.csv"), "no level between 500 and 2000 Hz"),
+        (("cabin.csv", "third.csv"), "no level between 63 and 125 Hz"),
+        (("cabin.csv", "one.csv"), "the table has 1 row(s)"),
+        (("cabin.csv", "twice.csv"), "two levels of one third octave"),
+        (("cabin.csv", "down.csv"), "frequency does not increase"),
     ],
 )
 def test_wrong_limits_and_backgrounds_are_one_message(tmp_path, change, says, monkeypatch, capsys):
     path = write_strips(tmp_path, study=BASE + LIMITS.replace(*change))
     (tmp_path / "cabin.csv").write_text(CABIN)
     (tmp_path / "bad.csv").write_text(CABIN.replace("250,", "300,"))
+    (tmp_path / "hole.csv").write_text(CABIN.replace("1000,35\n", ""))
+    (tmp_path / "third.csv").write_text(CABIN.replace("63,55\n", "50,56\n63,55\n"))
+    (tmp_path / "down.csv").write_text("frequency,level\n2000,30\n1000,35\n")
+    (tmp_path / "one.csv").write_text("frequency,level\n1000,35\n")
+    (tmp_path / "twice.csv").write_text(CABIN.replace("63,", "62.5,55\n63,"))
     said = caller(monkeypatch, capsys)("run", path)
     assert said.status == 2
     assert says in said.words

@@ -28,20 +28,22 @@ def box(size: tuple[float, float, float] = (SIDE, SIDE, SIDE), n: tuple[int, int
     return model_of(coords, [block("hex8", elements, SolidSection("STEEL", STEEL))], [("CUBE", range(len(coords)))])
 
 
-def test_a_cube_is_compact_below_a_sixth_of_the_wavelength():
-    """Of its diagonal."""
-    skin, limit = skin_of(box()), 343.2 / (6 * 3**0.5 * SIDE)
-    (body,) = compact_bodies(skin, 1.0, 0.99 * limit)
+def test_a_cube_is_compact_where_its_sphere_is_small_beside_the_wavelength():
+    """Wholly up to ka = 1, not at all from 2 on; a cube of 12 m nowhere in what is heard."""
+    (body,) = compact_bodies(skin_of(box()), 1.0)
     assert body.radius == pytest.approx(equivalent_radius(VOLUME))
     assert body.centre == pytest.approx(np.full(3, SIDE / 2))
-    assert compact_bodies(skin, 1.0, 1.01 * limit) == ()
+    one = 343.2 / (2 * np.pi * body.radius)
+    assert body.compact(one * np.array([0.01, 0.5, 1.0, 2.0, 5.0])).tolist() == [1.0, 1.0, 1.0, 0.0, 0.0]
+    assert body.compact(one * np.linspace(1.0, 2.0, 9)) + body.large(one * np.linspace(1.0, 2.0, 9)) == pytest.approx(1)
+    assert compact_bodies(skin_of(box((12.0, 12.0, 12.0))), 1.0) == ()
 
 
 def test_long_bodies_and_shells_are_not():
-    assert compact_bodies(skin_of(box((0.06, 0.012, 0.012))), 1.0, BAND) == ()
+    assert compact_bodies(skin_of(box((0.06, 0.012, 0.012))), 1.0) == ()
     coords = np.array([[0.0, 0, 0], [0.02, 0, 0], [0.02, 0.02, 0], [0, 0.02, 0]])
     plate = model_of(coords, [block("quad4", np.array([[0, 1, 2, 3]]), shell(0.001))], [("PLATE", range(4))])
-    assert compact_bodies(skin_of(plate), 1.0, BAND) == ()
+    assert compact_bodies(skin_of(plate), 1.0) == ()
 
 
 @pytest.mark.parametrize("angle", [0.0, 50.0])

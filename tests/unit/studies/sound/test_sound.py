@@ -23,13 +23,15 @@ from creak.model.skin import skin_of
 from creak.report.sound_parts import loudness_figure, players
 from creak.sound.forced import faded
 from creak.sound.rayleigh import AIR
+from creak.sound.third_octave import a_weighted_level
+from creak.sound.zwicker_tables import BANDS
 from creak.studies.results.places import find_places
 from creak.studies.sound.heard import Sound, hear
 from creak.studies.sound.listeners import listeners_of
 from creak.studies.sound.source import source_of
 from helpers_cli import caller
 from helpers_core import STEEL, block
-from helpers_decks import STUDY, write_strips
+from helpers_decks import STUDY, strip, two_strips, write_strips
 from helpers_solids import solid_mesh
 
 LISTENER = '[listener.driver]\nposition = [60, 200, 500]\nparts = "LOWER"\n'
@@ -161,6 +163,28 @@ def test_the_band_is_the_least_of_its_limits_and_nothing_is_outside(result):
     assert spectrum[freq > 1.05 * band["high"]].max() < 1e-3 * spectrum.max()
 
 
+@pytest.mark.parametrize("time", ["end = 0.2", "step = 5e-4\nperiods = 2"], ids=["all of the run", "its last period"])
+def test_a_band_that_ends_at_76_hz_has_nothing_above(tmp_path, time):
+    """Two elements a strip. No band above has anything, whether the window is all of the run or cuts it."""
+    study = BASE.replace("end = 0.2", time).split("[verification]")[0] + LISTENER
+    deck = strip(1, 1, "UPPER", 1.75, 2) + strip(1001, 1001, "LOWER", 0.0, 2)
+    deck = "*HEADING\ntwo strips\n" + deck + two_strips().split(strip(1001, 1001, "LOWER", 0.0))[1]
+    path = write_strips(tmp_path, deck.replace("1039, 39, 1013, 13", "1009, 9, 1003, 3"), study)
+    result = creak.run(creak.read_study(path), converge=False, record=False)
+    band, heard = result.sound.band, result.sound.heard[0][-1]
+    assert band.high == band.mesh == pytest.approx(75.9, abs=0.1)
+    outside = band.high < BANDS * 10**-0.05
+    assert (heard.third_octaves[outside] < 0.0).all()
+    assert heard.third_octaves.max() > 25.0
+    weights = (
+        np.array([a_weighted_level(np.sin(2 * np.pi * f * np.arange(48_000) / 48e3), 48e3) for f in BANDS]) - 90.97
+    )
+    # The sum of the bands; across one of them, the weighting rises by 3 dB.
+    assert heard.level == pytest.approx(10 * np.log10((10 ** ((heard.third_octaves + weights) / 10)).sum()), abs=1.5)
+    pressure = result.sound.pressure[0, -1]
+    assert abs(pressure[[0, -1]]).max() < 1e-3 * abs(pressure).max()
+
+
 def test_no_contact_is_silence(folder):
     far = creak.change_study(creak.read_study(folder / "study.toml"), {"contact.tip.clearance": 50.0})
     result = creak.run(far, converge=False, record=False)
@@ -180,6 +204,26 @@ def test_without_a_listener_an_ear_off_the_loudest_panel(result):
     assert not ear.given
     assert ear.position == pytest.approx([60.0, 10.0, 601.75], abs=1.0)  # above the upper strip
     assert "loudest panel" in sound.notes[0]
+
+
+@pytest.mark.parametrize("parts", [("LOWER",), ()], ids=["the strip", "both strips"])
+def test_a_listener_in_the_plane_of_a_strip_hears_it(result, parts):
+    """Level in its plane and a thousandth to either side: the same within .01 dB."""
+    setup = result.found.setup
+    tables = {
+        f"at{k}": setup.study.config.listener["driver"].model_copy(
+            update={"position": (300.0, 5.0, z), "parts": list(parts)}
+        )
+        for k, z in enumerate((-1e-3, -1e-6, 0.0, 1e-6, 1e-3))
+    }
+    study = replace(setup.study, config=setup.study.config.model_copy(update={"listener": tables}))
+    found = replace(result.found, setup=replace(setup, study=study))
+    sound = hear(found, [p.channels for p in find_places(found, result.main)])
+    assert isinstance(sound, Sound)
+    levels = [one[-1].level for one in sound.heard]
+    assert levels[2] > 60.0
+    np.testing.assert_allclose(levels, levels[2], atol=0.01)
+    np.testing.assert_allclose([one[-1].n5 for one in sound.heard], sound.heard[2][-1].n5, rtol=1e-3)
 
 
 def test_a_compact_part_is_told_and_is_no_panel(result):
