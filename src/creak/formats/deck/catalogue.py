@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 
 from creak.errors import suggest
 
@@ -31,6 +32,18 @@ READ = Meaning("read")
 def listed(role: str, groups: Mapping[str, str]) -> dict[str, Meaning]:
     """Name -> meaning, from reason -> names with commas between them."""
     return {name.strip(): Meaning(role, why) for why, names in groups.items() for name in names.split(",")}
+
+
+NEAR = 0.8
+"""Share of letters from which on a word that may say anything is taken for a misspelled one."""
+
+
+def misspelling(word: str, read: Collection[str], known: Collection[str] = ()) -> str:
+    """Words about a name of three letters or more that looks like one that is read, and is neither that nor `known`."""
+    if len(word) < 3 or word in known or word in read:
+        return ""
+    near = get_close_matches(word, read, n=1, cutoff=NEAR)
+    return f"creak does not know it. Did you mean {near[0]!r}?" if near else ""
 
 
 @dataclass(frozen=True)
