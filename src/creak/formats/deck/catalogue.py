@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import lru_cache
 
 from creak.errors import suggest
 
@@ -46,7 +47,7 @@ def misspelling(word: str, read: Collection[str], known: Collection[str] = ()) -
     return f"creak does not know it. Did you mean {near[0]!r}?" if near else ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Catalogue:
     """Every name that creak knows."""
 
@@ -62,9 +63,10 @@ class Catalogue:
         hint = self.meant(name)
         return Meaning("changes", f"{why}. {hint}" if hint else why)
 
+    @lru_cache(maxsize=10000)  # noqa: B019 -- a catalogue lives as long as the program
     def meant(self, name: str) -> str:
-        """`Did you mean ...?` for a name; empty where no known one is like it."""
-        hint = suggest(name, self.known)
+        """`Did you mean ...?` for a name; empty where no known one, of the same first or last letter, is like it."""
+        hint = suggest(name, [k for k in self.known if k[:1] == name[:1] or k[-1:] == name[-1:]])
         return hint if hint.startswith("Did you mean") else ""
 
     def misspelled(self, named: Iterable[tuple[str, str, str]]) -> str:

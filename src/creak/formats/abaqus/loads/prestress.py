@@ -125,7 +125,7 @@ def read_static(deck: Outline, step: StepBlocks | None, nodes: Registry, transfo
     """
     if step is None:
         return None
-    moved, unread = [b for b in step.blocks if b.name == "BOUNDARY"], list(deck.unread)
+    moved, unread = [b for b in step.blocks if b.name == "BOUNDARY"], dict(deck.unread)
     loads = [b for b in step.blocks if b.name == "CLOAD"]
     if any(b.has("AMPLITUDE") or b.has("FOLLOWER") or b.option("OP") == "NEW" or b.has("FIXED") for b in moved + loads):
         return None
@@ -134,7 +134,7 @@ def read_static(deck: Outline, step: StepBlocks | None, nodes: Registry, transfo
     _, motion = step_motion(deck, moved, (), nodes, ramped=True, amplitudes={})
     check_global(motion, transforms)
     forces = along_global_axes(step_loads(deck, loads, nodes, {}), transforms)
-    deck.unread[:] = unread
+    deck.unread = unread
     if any(f.dof > 3 for f in forces):
         return None
     return StaticStep("*STATIC", forces, motion, step.block.where)

@@ -22,7 +22,6 @@ from creak.formats.abaqus.text.numbers import positive, to_float
 from creak.formats.abaqus.text.outline import Outline, StepBlocks
 from creak.formats.abaqus.text.used import list_params
 from creak.model.constraints import Fixed
-from creak.model.mesh import Unread
 from creak.model.steps import Amplitude, DeckRun, DynamicStep
 
 PERTURBATIONS = (
@@ -194,7 +193,7 @@ def _relist(deck: Outline, step: StepBlocks, statics: list[StepBlocks]) -> None:
     """List again what is left out, now that the deck's own contact, amplitudes and step are used."""
     ours = {b.where for b in deck.set_aside if meaning(b.name).why in (*_OURS, meaning("PLASTIC").why)}
     ours |= {b.where for s in deck.steps for b in (s.block, *s.blocks)}
-    deck.unread[:] = [u for u in deck.unread if u.where not in ours]
+    deck.unread = {u: None for u in deck.unread if u.where not in ours}
     list_restart(deck)
     for block in deck.set_aside:
         if meaning(block.name).why == meaning("PLASTIC").why:
@@ -256,7 +255,7 @@ def _step_line(deck: Outline, block: Block) -> bool:
     """Whether values without amplitude grow over the step; *STEP is checked."""
     list_params(deck, block, _STEP)
     if block.has("NLGEOM") and block.option("NLGEOM", "YES") != "NO":
-        deck.unread.append(Unread("*STEP, NLGEOM", block.where, True, "creak's structure is linear"))
+        deck.note(block, "creak's structure is linear", changes=True, what="*STEP, NLGEOM")
     if block.has("PERTURBATION"):
         raise InputError(
             "*STEP, PERTURBATION with *DYNAMIC",
