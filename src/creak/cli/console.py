@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import unicodedata
-from typing import Any
+from typing import Any, TextIO
 
 from rich.console import Console
 
@@ -23,12 +25,25 @@ def _escaped(char: str) -> str:
     return char.encode("unicode_escape").decode("ascii")
 
 
+def drop(stream: TextIO) -> None:
+    """Nothing more is written there, not at the end of the process either."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
 class Terminal(Console):
-    """A rich console whose strings are plain text; tables and bars get theirs from `printable`."""
+    """A rich console whose strings are plain text; tables and bars get theirs from `printable`.
+
+    Where stderr cannot be written, what it was to tell is lost: it costs no run, and no exit status.
+    """
 
     def __init__(self, **options: Any) -> None:
         super().__init__(markup=False, emoji=False, highlight=False, **options)
 
     def print(self, *objects: Any, **options: Any) -> None:
         """As rich's, without markup."""
-        super().print(*(printable(o) if isinstance(o, str) else o for o in objects), **{**options, "markup": False})
+        try:
+            super().print(*(printable(o) if isinstance(o, str) else o for o in objects), **{**options, "markup": False})
+        except OSError:
+            if not self.stderr:
+                raise
+            drop(sys.stderr)

@@ -30,15 +30,19 @@ from creak.cli import (
     sweep,
     thesis,
 )
-from creak.cli.console import Terminal
+from creak.cli.console import Terminal, drop
 from creak.cli.output import Interrupted
-from creak.errors import CreakError, InputError, Unreliable, WriteError
+from creak.errors import CreakError, InputError, Unreliable, WriteError, shortened
 from creak.formats.deck.command_files import one_command
 from creak.studies.unraised import none_ignored
 from creak.version import version
 
 DONE, FAILED, WRONG_INPUT = 0, 1, 2
-OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
+OF_A_NAME = (errno.ENAMETOOLONG, errno.ELOOP, errno.ENOTDIR, errno.EISDIR, errno.EACCES, errno.EPERM, errno.EROFS)
+"""What the system says of a path that was given."""
+NO_ROOM = ("cannot allocate memory", "failed to map segment")
+"""What the loader says of a library that memory does not hold."""
 CTRL_C = 130
 """What Typer returns for it where no command has a word to say."""
 
@@ -82,6 +86,26 @@ def _root(
 
 def main() -> NoReturn:
     """Run the command line; wrong input ends with status 2, a failed analysis with 1, one message each."""
+    _open_streams()
+    try:
+        _run()
+    except BrokenPipeError:
+        drop(sys.stdout)
+        sys.exit(FAILED)
+    except OSError as error:
+        if error.errno == errno.ENOMEM:
+            _end(f"the analysis failed: {_out_of_memory(error)}")
+        if error.errno in OF_A_NAME and error.filename:
+            _end(f"cannot use {shortened(str(error.filename))}: {str(error.strerror).lower()}", WRONG_INPUT)
+        if error.errno not in OF_THE_DISK:
+            raise
+        drop(sys.stdout)
+        what = error.filename or "the output"
+        _end(f"cannot write {what}: {str(error.strerror).lower()}")
+    sys.exit(DONE)
+
+
+def _run() -> None:
     try:
         with none_ignored(), one_command():
             if app(prog_name="creak", standalone_mode=False) == CTRL_C:
@@ -101,19 +125,14 @@ def main() -> NoReturn:
         _end("stopped; nothing was written")
     except MemoryError as error:
         _end(f"the analysis failed: {_out_of_memory(error)}")
-    except ModuleNotFoundError as error:
-        if error.name not in REPORT:
+    except ImportError as error:
+        if any(words in str(error).lower() for words in NO_ROOM):
+            _end(f"the analysis failed: out of memory ({error})")
+        if not isinstance(error, ModuleNotFoundError) or error.name not in REPORT:
             raise
         _end(no_report_text(), WRONG_INPUT)
-    except BrokenPipeError:
-        _drop_stdout()
-        sys.exit(FAILED)
-    except OSError as error:
-        if error.errno not in OF_THE_DISK:
-            raise
-        _drop_stdout()
-        what = error.filename or "the output"
-        _end(f"cannot write {what}: {str(error.strerror).lower()}")
+    except OSError:
+        raise
     except Exception as error:
         if type(error).__name__ == "NoArgsIsHelpError":
             typer.echo(str(error))
@@ -123,7 +142,17 @@ def main() -> NoReturn:
         if hasattr(error, "format_message"):  # a usage error of the command line itself
             _end(f"{error.format_message()} Try: creak --help", WRONG_INPUT)
         raise
-    sys.exit(DONE)
+
+
+def _open_streams() -> None:
+    """What is closed becomes the null device: else the next file that is opened takes its number, and the words."""
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))  # noqa: SIM115 -- as long as the program
 
 
 def _end(words: str, status: int = FAILED) -> NoReturn:
@@ -131,7 +160,7 @@ def _end(words: str, status: int = FAILED) -> NoReturn:
     sys.exit(status)
 
 
-def _out_of_memory(error: MemoryError) -> str:
+def _out_of_memory(error: MemoryError | OSError) -> str:
     """What was to be held, and where."""
     own = [
         f for f in traceback.extract_tb(error.__traceback__) if {"creak", "creak_thesis"} & {*Path(f.filename).parts}
@@ -139,11 +168,6 @@ def _out_of_memory(error: MemoryError) -> str:
     at = f" in {Path(own[-1].filename).stem}, {own[-1].name}" if own else ""
     what = f" ({str(error)[:1].lower()}{str(error)[1:]}{at})" if str(error) else at
     return f"out of memory{what}; fewer contact channels, output instants, modes or nodes take less"
-
-
-def _drop_stdout() -> None:
-    """Nothing more is written there, not at the end of the process either."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

@@ -57,10 +57,13 @@ def format_of(path: Path) -> DeckFormat:
 def _is_nastran(path: Path) -> bool:
     """Whether the beginning of a file holds a line that only Nastran's decks have; keywords with a star come first in
     Abaqus's."""
-    if not path.is_file():
+    try:
+        if not path.is_file():
+            return False
+        with path.open("rb") as file:
+            head = file.read(LOOKED_AT)
+    except OSError:  # the reader says what is wrong with it
         return False
-    with path.open("rb") as file:
-        head = file.read(LOOKED_AT)
     first = re.search(rb"(?im)^[ \t]*(\*[ \t]*[a-z]{3}|CEND\b|BEGIN[ \t]+BULK\b|SOL[ \t]+[a-z0-9]|GRID[*, \t])", head)
     return first is not None and not first.group(1).startswith(b"*")
 

@@ -12,6 +12,9 @@ from creak.signals.curves import Curve, Periodic, Rounded, SmoothStep
 from creak.signals.omega_arithmetic import integrate_twice
 from creak.signals.vibration import HalfSine, RandomVibration, SineSweep
 
+AT_ONCE = 1 << 22
+"""Cosines that memory holds at once."""
+
 
 @dataclass(frozen=True)
 class Multisine:
@@ -39,7 +42,10 @@ class Multisine:
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
         """d^order/dt^order; negative orders are the zero-mean integrals (omega arithmetic)."""
         omega, phase = self.lines
-        return self.amplitude * np.cos(np.outer(t, omega) + phase + 0.5 * np.pi * order) @ omega**order
+        at_once = max(AT_ONCE // omega.size, 1)
+        blocks = (t[i : i + at_once] for i in range(0, t.size, at_once))
+        found = [np.cos(np.outer(b, omega) + phase + 0.5 * np.pi * order) @ omega**order for b in blocks]
+        return np.asarray(self.amplitude * np.concatenate([np.zeros(0), *found]), dtype=np.float64)
 
 
 @dataclass(frozen=True)

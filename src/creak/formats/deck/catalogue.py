@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import lru_cache
 
 from creak.errors import suggest
 
@@ -33,7 +35,19 @@ def listed(role: str, groups: Mapping[str, str]) -> dict[str, Meaning]:
     return {name.strip(): Meaning(role, why) for why, names in groups.items() for name in names.split(",")}
 
 
-@dataclass(frozen=True)
+NEAR = 0.8
+"""Share of letters from which on a word that may say anything is taken for a misspelled one."""
+
+
+def misspelling(word: str, read: Collection[str], known: Collection[str] = ()) -> str:
+    """Words about a name of three letters or more that looks like one that is read, and is neither that nor `known`."""
+    if len(word) < 3 or word in known or word in read:
+        return ""
+    near = get_close_matches(word, read, n=1, cutoff=NEAR)
+    return f"creak does not know it. Did you mean {near[0]!r}?" if near else ""
+
+
+@dataclass(frozen=True, eq=False)
 class Catalogue:
     """Every name that creak knows."""
 
@@ -49,9 +63,10 @@ class Catalogue:
         hint = self.meant(name)
         return Meaning("changes", f"{why}. {hint}" if hint else why)
 
+    @lru_cache(maxsize=10000)  # noqa: B019 -- a catalogue lives as long as the program
     def meant(self, name: str) -> str:
-        """`Did you mean ...?` for a name; empty where no known one is like it."""
-        hint = suggest(name, self.known)
+        """`Did you mean ...?` for a name; empty where no known one, of the same first or last letter, is like it."""
+        hint = suggest(name, [k for k in self.known if k[:1] == name[:1] or k[-1:] == name[-1:]])
         return hint if hint.startswith("Did you mean") else ""
 
     def misspelled(self, named: Iterable[tuple[str, str, str]]) -> str:

@@ -116,8 +116,9 @@ def read_toml(path: Path, kind: str) -> tuple[dict[str, Any], str]:
         text = plain_file(path).read_text(encoding="utf-8")
     except FileNotFoundError as error:
         raise InputError(f"no such {kind} file: {path}", fix="Check the path.") from error
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not text in UTF-8"
+    except (OSError, ValueError) as error:
+        text = "it is not text in UTF-8" if isinstance(error, UnicodeDecodeError) else str(error)
+        reason = getattr(error, "strerror", None) or text
         raise InputError(f"cannot read the {kind} file {path}: {reason}", fix="Give the .toml file.") from error
     try:
         return tomllib.loads(text), text

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, get_args, get_origin
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_validator
+import numpy as np
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from creak.model.magnitude import LARGEST, SMALLEST
 
@@ -23,11 +26,47 @@ Dof = Literal["x", "y", "z", "rx", "ry", "rz"]
 DOFS: tuple[Dof, ...] = ("x", "y", "z", "rx", "ry", "rz")
 
 
+def _kinds(annotation: Any) -> set[Any]:
+    """The types that an annotation is made of."""
+    inner = get_args(annotation)
+    return (
+        {annotation} if not inner else {x for a in inner for x in (_kinds(a) if get_origin(a) is not Literal else ())}
+    )
+
+
+def _is_table(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def _is_or_holds_truth(value: Any, *, inside: bool) -> bool:
+    """Whether a value, a list, or (`inside`) a mapping holds true or false; tables look after their own."""
+    if isinstance(value, Mapping) and inside:
+        return any(_is_or_holds_truth(v, inside=inside) for v in value.values())
+    if isinstance(value, list | tuple):
+        return any(_is_or_holds_truth(v, inside=inside) for v in value)
+    return isinstance(value, bool | np.bool_)
+
+
 class Table(BaseModel):
     """A table of the study; unknown keys are errors. The texts below the keys are the descriptions of its schema
     (`studies.file.schema`)."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, str_strip_whitespace=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _no_truth_for_a_number(cls, data: Any) -> Any:
+        """Pydantic takes true for 1."""
+        wrong = []
+        for name, field in cls.model_fields.items() if isinstance(data, Mapping) else ():
+            key, kinds = field.alias or name, _kinds(field.annotation)
+            value = data.get(key)
+            if not kinds & {bool, Any} and _is_or_holds_truth(value, inside=not any(map(_is_table, kinds))):
+                kind = PydanticCustomError("truth", "is true or false, which says nothing here")
+                wrong.append(InitErrorDetails(type=kind, loc=(key,), input=value))
+        if wrong:
+            raise ValidationError.from_exception_data(cls.__name__, wrong)
+        return data
 
     @field_validator("*")
     @classmethod

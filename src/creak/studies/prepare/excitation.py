@@ -13,6 +13,7 @@ from creak.assembly.coupling import Driven, labels_of
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.formats.safe_names import file_stem
+from creak.linalg.memory import require
 from creak.model.dofs import node_and_dof
 from creak.model.mesh import Model
 from creak.model.units import UNITS
@@ -105,6 +106,8 @@ def moved_before(model: Model, study: Study) -> list[StaticMotion]:
 
 WORTH_KEEPING = 10_000
 """Samples from which on a signal is kept for the next run."""
+COURSES = 3
+"""Of each excitation at each instant: displacement, velocity, acceleration."""
 MOST_STEPS = 100_000_000
 """Steps of a run, substeps counted; the loads of more do not fit into memory."""
 
@@ -115,6 +118,7 @@ def time_axis(study: Study, parts: int | None = None) -> FloatArray:
     Raises
     ------
     InputError : neither end nor a periodic excitation; fewer than two steps, or more than `MOST_STEPS`.
+    OutOfMemory : memory does not hold the loads.
     """
     table, end = study.config.time, end_of(study)
     parts = table.substeps if parts is None else parts
@@ -127,6 +131,11 @@ def time_axis(study: Study, parts: int | None = None) -> FloatArray:
             fix="Change the step or move the end.",
         )
     n = round(steps)
+    require(
+        8.0 * parts * n * (1 + COURSES * len(study.config.excitation)),
+        f"the loads of {parts * n:,} instants",
+        "Move the end of the run, or write fewer outputs.",
+    )
     return np.asarray(table.step / parts * np.arange(parts * n + 1), dtype=np.float64)
 
 

@@ -76,3 +76,22 @@ def test_supports_of_the_step_of_the_modes_hold(tmp_path):
     model = read_deck(path)
     held = {(int(model.nodes.ids[n]), dof) for f in model.fixed for n in f.nodes_idx for dof in f.dofs}
     assert held == {(1, 1), (2, 2), (2, 3)}
+
+
+@pytest.mark.parametrize(
+    ("steps", "keyword"),
+    [
+        ("*STEP\n*BOUNDRY\n1, 1, 3\n" + MODES, "*BOUNDRY"),
+        ("*STEP\n*BOUNDARY\n1, 1, 3\n" + MODES + "*STEP, NAME=FREE\n" + MODES, "*STEP FREE"),
+        ("*STEP\n*BOUNDARY\n1, 1, 3\n" + MODES + "*STEP\n*BOUNDARY\n1, 1, 3\n" + MODES, None),
+        (
+            "*BOUNDARY\n1, 1, 3\n*STEP\n"
+            + MODES
+            + "*STEP\n*STEADY STATE DYNAMICS\n1., 9.\n*BOUNDARY\n1, 1, 1\n*END STEP\n",
+            None,
+        ),
+    ],
+)
+def test_other_supports_of_modes_are_told(tmp_path, steps, keyword):
+    """A misspelled *BOUNDARY, and modes of a later step with other supports."""
+    assert [u.keyword for u in found(tmp_path, steps).values() if u.changes_answer] == [keyword] * (keyword is not None)

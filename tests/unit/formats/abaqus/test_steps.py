@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck, read_deck_run
 from helpers_dynamic_decks import FLUSH, LINEAR, PAIR, cantilever_deck, stop_deck
 from helpers_refusal import refusal
@@ -129,6 +130,37 @@ def test_boundaries_of_a_frequency_step_do_not_go_on(read):
 def test_later_steps_are_named(read):
     _, run = read(cantilever_deck(step() + step(head="*STEP, NAME=MORE\n")))
     assert run.after[0].startswith("MORE (*DYNAMIC")
+
+
+@pytest.mark.parametrize(
+    ("after", "keyword"),
+    [
+        (step(head="*STEP, NAME=MORE\n"), "*STEP MORE"),
+        ("*STEP\n*STATIC\n1., 1.\n*END STEP\n", "*STEP 2"),
+        ("*STEP\n*FREQUENCY\n5,\n*END STEP\n", None),
+        ("*STEP, PERTURBATION\n*STATIC\n*END STEP\n", None),
+    ],
+)
+def test_steps_in_which_the_run_goes_on_are_no_matter_of_course(read, after, keyword):
+    """creak runs the first *DYNAMIC step: what Abaqus goes on with changes the answer, a perturbation does not."""
+    model, _ = read(cantilever_deck(step() + after))
+    assert [u.keyword for u in model.unread if u.changes_answer] == ([] if keyword is None else [keyword])
+
+
+@pytest.mark.parametrize(
+    ("data", "keyword"),
+    [("*RESTART, READ, STEP=1\n", "*RESTART, READ"), ("*MATERIAL, NAME=P\n*PLASTIC\n9., 0.\n", "*PLASTIC")],
+)
+def test_what_bears_on_a_run_alone_is_told_there(read, data, keyword):
+    model, _ = read(cantilever_deck(step(), data))
+    assert [u.keyword for u in model.unread if u.changes_answer] == [keyword]
+
+
+def test_total_time_begins_with_the_static_step(read):
+    before = "*STEP\n*STATIC\n1., 1.\n*CLOAD\nTIP, 3, 1.\n*END STEP\n"
+    late = RAMP.replace("NAME=RAMP", "NAME=RAMP, TIME=TOTAL TIME")
+    with pytest.raises(InputError, match="TOTAL TIME, which begins with the \\*STATIC step"):
+        read(cantilever_deck(before + step(), late))
 
 
 def test_loads_add_up(read):

@@ -38,6 +38,13 @@ def meaning(tmp_path, cards, case=""):
         ("PARAM,LGDISP,1", "", False),
         ("PARAM,INREL,-1", "", True),
         ("BOLT,1,1,2", "", True),
+        ("CSUPER,1,2,2", "", True),
+        ("MDLPRM,HDOT,2", "", False),
+        ("MDLPRM,OFFDEF,NOMASS", "", True),
+        ("PSET,1,2", "", False),
+        ("PSET,1,2", "ADAPT = 1", True),
+        ("PARAM,WTMAS,.00259", "", True),
+        ("PARAM,ALPHA1FL,.1", "", None),
     ],
 )
 def test_meaning(tmp_path, cards, case, changes):
@@ -45,6 +52,22 @@ def test_meaning(tmp_path, cards, case, changes):
     name = cards.split(",")[0] if not cards.startswith("PARAM") else ",".join(cards.split(",")[:2])
     assert found.get(name) == changes
     assert not any(value for key, value in found.items() if key != name)
+
+
+@pytest.mark.parametrize(
+    ("case", "changes"),
+    [
+        ("MPCS = 1", True),
+        ("METHD = 1", True),
+        ("METHOD = 1\nSUBCASE 1\nSPC = 1\nSUBCASE 2\nSPC = 2", True),
+        ("SPC = 1\nSUBCASE 1\nLOAD = 1\nSUBCASE 2\nLOAD = 2", False),
+        ("SUBCASE 1\nSPC = 2\nLOAD = 1\nSUBCASE 2\nSPC = 1\nMETHOD = 1", False),
+        ("SPCFORCES = ALL\nSPCF = ALL\nMPCF = ALL\nOLOAD = ALL\nCMETHOD = 1\nSUBTITLE = x\nSDISP = 1", False),
+    ],
+)
+def test_commands_of_another_structure_are_no_matter_of_output(tmp_path, case, changes):
+    """A command that looks misspelled, and a subcase with other supports."""
+    assert any(meaning(tmp_path, "SPC1,1,123,2\nSPC1,2,12,2", case + "\n").values()) == changes
 
 
 @pytest.mark.parametrize("solution", ["103", "SEMODES", "MODES", "3", "3,1", "12"])

@@ -6,8 +6,9 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from pydantic import TypeAdapter
+from pydantic import TypeAdapter, ValidationError
 
+from creak.signals import sources
 from creak.signals.sources import force
 from creak.studies.file.excitation_tables import SignalTable
 
@@ -82,3 +83,28 @@ def test_words_hold_the_numbers_as_the_reader_shows_them():
     assert said["periodic"] == "periodic, <4> Hz, 3 term(s), mm"
     assert said["record"] == "record acc.csv, above <5> Hz"
     assert len(set(said.values())) == len(TABLES)
+
+
+@pytest.mark.parametrize(
+    ("table", "key"),
+    [
+        ({"type": "multisine", "f_max": 100.0, "amplitude": 1.0}, "period"),
+        ({"type": "psd", "unit": "unit2/Hz", "values": [[1.0, 1.0], [100.0, 1.0]]}, "duration"),
+    ],
+)
+@pytest.mark.parametrize("length", [1e6, 1e30, 1e59])
+def test_the_lines_of_a_signal_have_a_bound_that_is_told(table, key, length):
+    """Before anything is computed: 1e6 s of a multisine up to 100 Hz took 62 GiB."""
+    with pytest.raises(ValidationError, match=r"lines, 1 / .* a signal has at most 10*,0"):
+        TypeAdapter(SignalTable).validate_python({**table, key: length})
+
+
+def test_a_multisine_of_many_lines_and_instants_is_summed_in_blocks(monkeypatch):
+    """The same to round-off of a sum of 50 cosines, whatever memory holds at once."""
+    t, signal = np.linspace(0.0, 1.0, 400), sources.Multisine(1.0, 50.0, 1.0)
+    whole = [signal.derivative(t, order) for order in (0, 2)]
+    monkeypatch.setattr(sources, "AT_ONCE", 120)
+    for order, x in zip((0, 2), whole, strict=True):
+        np.testing.assert_allclose(
+            signal.derivative(t, order), x, atol=50 * 2e-16 * np.abs(signal.lines[0][-1]) ** order * 50
+        )

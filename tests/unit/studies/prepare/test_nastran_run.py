@@ -56,7 +56,7 @@ def test_a_force_that_stays(motion, solution):
 
 def test_a_nonlinear_transient_runs_linear_but_for_its_gaps(tmp_path):
     """SOL 129 with TSTEPNL: the run of SOL 109, and what is left out is said."""
-    bulk = BULK.replace("TSTEP,5,500,1.-3", "TSTEPNL,5,500,1.-3,1") + constant() + "PARAM,LGDISP,1\n"
+    bulk = BULK.replace("TSTEP,5,500,1.-3", "TSTEPNL,5,500,1.-3,1") + constant() + "PARAM,LGDISP,-1\n"
     path = deck(tmp_path, bulk, "DLOAD = 7\n", "129")
     path.write_text(path.read_text().replace("TSTEP = 5", "TSTEPNL = 5"))
     model, run = read_nastran_run(path)
@@ -67,6 +67,51 @@ def test_a_nonlinear_transient_runs_linear_but_for_its_gaps(tmp_path):
     history = run_study(set_up_deck(path, units="m-kg-s"), lambda *_: None).runs["reference"].history
     t, u = history.time, history.displacement[:, 2]
     np.testing.assert_allclose(u, 50.0 / K * (1.0 - np.cos(W * t)), atol=50.0 / K * (W * t[-1] + 1.0) * PERIOD_ERROR)
+
+
+IN_TURN = "SUBCASE 1\nTSTEPNL = 5\nDLOAD = 7\nSUBCASE 2\nTSTEPNL = {}\nDLOAD = {}\n"
+
+
+def sequence(tmp_path, second: int, load: int, solution: str = "129", extra: str = ""):
+    """Two subcases of .3 and .2 s."""
+    kind = "TSTEPNL" if solution == "129" else "TSTEP"
+    bulk = MASS + SPRING + f"{kind},5,300,1.-3\n{kind},6,200,1.-3\n{kind},8,200,5.-4\n" + constant("DAREA,6,1,3,50.\n")
+    bulk += "TLOAD1,9,6,,,8\nTLOAD1,10,6,,,8\n" + extra
+    path = deck(tmp_path, bulk, IN_TURN.format(second, load).replace("TSTEPNL", kind), solution)
+    path.write_text(path.read_text().replace("CEND\nTSTEP = 5\n", "CEND\n"))
+    return path
+
+
+def test_subcases_of_a_nonlinear_transient_follow_each_other(tmp_path):
+    """SOL 129 goes on from where the subcase before ends: .3 + .2 s under one force, as one run."""
+    path = sequence(tmp_path, 6, 7)
+    assert [u.keyword for u in read_nastran_run(path)[0].unread if "SUBCASE" in u.keyword] == []
+    history = run_study(set_up_deck(path, units="m-kg-s"), lambda *_: None).runs["reference"].history
+    t, u = history.time, history.displacement[:, 2]
+    assert t[-1] == pytest.approx(0.5)
+    np.testing.assert_allclose(u, 50.0 / K * (1.0 - np.cos(W * t)), atol=50.0 / K * (W * t[-1] + 1.0) * PERIOD_ERROR)
+
+
+@pytest.mark.parametrize(
+    ("second", "load", "solution", "extra", "told"),
+    [
+        (6, 9, "129", "", "SUBCASE 2 .* goes on with it, but not under the same DLOAD"),
+        (8, 7, "129", "", "steps of 0.0005, 0.001 s"),
+        (6, 7, "109", "", "SUBCASE 2 .* analysis of its own"),
+        (6, 9, "112", "", "SUBCASE 2 .* analysis of its own"),
+        (6, 7, "129", "PARAM,LGDISP,1\n", "LGDISP .*creak's structure is linear"),
+        (6, 7, "129", "MATS1,1,,PLASTIC,0.,1,1,200.\n", "MATS1 .*large strain"),
+        (6, 7, "129", "PARAM,TSTATIC,1\n", "TSTATIC"),
+    ],
+)
+def test_what_a_run_leaves_out_is_no_matter_of_course(tmp_path, second, load, solution, extra, told):
+    with pytest.raises(InputError, match=told):
+        set_up_deck(sequence(tmp_path, second, load, solution, extra), units="m-kg-s")
+
+
+def test_a_subcase_may_be_left_out_where_that_is_said(tmp_path):
+    setup = set_up_deck(sequence(tmp_path, 6, 9, "109"), ["SUBCASE 2"], "m-kg-s")
+    assert setup.loads.time[-1] == pytest.approx(0.3)
 
 
 FORCES = {

@@ -23,13 +23,13 @@ def tied_pairs(deck: Outline) -> Iterator[Block]:
     places = [deck.set_aside, *(step.blocks for step in deck.steps[: step_of_modes(deck) + 1])]
     bonded = _bonded([block for blocks in places for block in blocks])
     for blocks in places:
-        for block in list(blocks):
-            if block.name != "CONTACT PAIR":
-                continue
-            if block.has("TIED") or block.get("INTERACTION").upper() in bonded:
-                blocks.remove(block)
-                deck.unread[:] = [u for u in deck.unread if u.where != block.where]
-                yield _as_tie(deck, block)
+        tied = [
+            b for b in blocks if b.name == "CONTACT PAIR" and (b.has("TIED") or b.get("INTERACTION").upper() in bonded)
+        ]
+        ours = {b.where for b in tied}
+        blocks[:] = [b for b in blocks if b.where not in ours or b.name != "CONTACT PAIR"]
+        deck.unread = {u: None for u in deck.unread if u.where not in ours}
+        yield from (_as_tie(deck, block) for block in tied)
 
 
 def _bonded(blocks: list[Block]) -> set[str]:

@@ -9,6 +9,7 @@ from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry
 from creak.formats.abaqus.text.numbers import to_float
 from creak.formats.abaqus.text.outline import Outline, StepBlocks
+from creak.formats.deck.catalogue import misspelling
 from creak.model.steps import StaticStep
 
 GENERAL = ("STATIC", "VISCO", "DYNAMIC", "COUPLED TEMPERATURE-DISPLACEMENT")
@@ -46,8 +47,8 @@ def list_prestress(deck: Outline) -> StepBlocks | None:
         deck.step_boundaries += [b for b in step.blocks if b.name == "BOUNDARY"]
     for block in (b for step in deck.steps[: at + 1] for b in step.blocks if b.name in _OF_STRUCTURE):
         deck.note(block, _OF_STRUCTURE[block.name], changes=not block.has("ACTIVATE"))
-    for block in (b for b in deck.set_aside if b.name == "RESTART" and b.has("READ")):
-        deck.note(block, "the state of the earlier analysis is not read", changes=True, what="*RESTART, READ")
+    list_restart(deck)
+    _list_other_supports(deck, at)
     stressed: list[StepBlocks] = []
     nonlinear, linear = False, deck.steps[at].block.option("NLGEOM") == "NO" if deck.steps else False
     for step in deck.steps[:at]:
@@ -83,6 +84,29 @@ def list_prestress(deck: Outline) -> StepBlocks | None:
     return None if supported or _named(stressed[0], ("STATIC",)) is None else stressed[0]
 
 
+def list_restart(deck: Outline) -> None:
+    """List the state of an earlier analysis that the deck begins with."""
+    for block in (b for b in deck.set_aside if b.name == "RESTART" and b.has("READ")):
+        deck.note(block, "the state of the earlier analysis is not read", changes=True, what="*RESTART, READ")
+
+
+def _list_other_supports(deck: Outline, at: int) -> None:
+    """List later steps whose modes have other supports than those of step `at`, and what looks like a *BOUNDARY."""
+    for i, step in enumerate(deck.steps[at + 1 :], start=at + 2):
+        procedure = _named(step, ("FREQUENCY",))
+        if procedure is not None and _supports(step) != _supports(deck.steps[at]):
+            why = "its modes have other supports; creak takes those of the first such step: write a deck for each"
+            deck.note(step.block, why, changes=True, what=f"*STEP {step.block.get('NAME') or i}")
+    for block in (b for step in deck.steps[: at + 1] for b in step.blocks):
+        meant = misspelling(block.name, ("BOUNDARY",))
+        if meant:
+            deck.note(block, meant, changes=True)
+
+
+def _supports(step: StepBlocks) -> list[tuple[dict[str, str], list[str]]]:
+    return [(b.params, b.lines) for b in step.blocks if b.name == "BOUNDARY"]
+
+
 def _unlinear(deck: Outline) -> bool:
     """Whether contact or a material that is not linear would take part in the step."""
     inside = [b for step in deck.steps for b in step.blocks]
@@ -101,7 +125,7 @@ def read_static(deck: Outline, step: StepBlocks | None, nodes: Registry, transfo
     """
     if step is None:
         return None
-    moved, unread = [b for b in step.blocks if b.name == "BOUNDARY"], list(deck.unread)
+    moved, unread = [b for b in step.blocks if b.name == "BOUNDARY"], dict(deck.unread)
     loads = [b for b in step.blocks if b.name == "CLOAD"]
     if any(b.has("AMPLITUDE") or b.has("FOLLOWER") or b.option("OP") == "NEW" or b.has("FIXED") for b in moved + loads):
         return None
@@ -110,7 +134,7 @@ def read_static(deck: Outline, step: StepBlocks | None, nodes: Registry, transfo
     _, motion = step_motion(deck, moved, (), nodes, ramped=True, amplitudes={})
     check_global(motion, transforms)
     forces = along_global_axes(step_loads(deck, loads, nodes, {}), transforms)
-    deck.unread[:] = unread
+    deck.unread = unread
     if any(f.dof > 3 for f in forces):
         return None
     return StaticStep("*STATIC", forces, motion, step.block.where)

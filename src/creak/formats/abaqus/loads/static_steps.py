@@ -18,7 +18,6 @@ from creak.formats.abaqus.text.outline import Outline, StepBlocks
 from creak.formats.abaqus.text.used import list_params
 from creak.model.constraints import Fixed
 from creak.model.dofs import node_dofs
-from creak.model.mesh import Unread
 from creak.model.steps import Amplitude, PointLoad, Prescribed, StaticLoads
 
 DISTRIBUTED = ("DLOAD", "DSLOAD")
@@ -58,7 +57,7 @@ def read_static(
     for step in steps:
         list_params(deck, step.block, _STEP)
         if step.block.has("NLGEOM") and step.block.option("NLGEOM", "YES") != "NO":
-            deck.unread.append(Unread("*STEP, NLGEOM", step.block.where, True, "creak's structure is linear"))
+            deck.note(step.block, "creak's structure is linear", changes=True, what="*STEP, NLGEOM")
         for block in step.blocks:
             _no_amplitude(block)
         fixed = _supports(deck, step, fixed, nodes, amplitudes)

@@ -11,6 +11,7 @@ from creak.formats.abaqus.loads.amplitudes import read_amplitudes
 from creak.formats.abaqus.loads.boundary import model_boundaries
 from creak.formats.abaqus.loads.forces import along_global_axes, check_global, step_loads, step_motion
 from creak.formats.abaqus.loads.pressures import Bodies
+from creak.formats.abaqus.loads.prestress import list_restart
 from creak.formats.abaqus.loads.static_steps import USED as OF_STATIC
 from creak.formats.abaqus.loads.static_steps import check_same_supports, is_static, read_static
 from creak.formats.abaqus.mesh.transforms import Transforms
@@ -21,7 +22,6 @@ from creak.formats.abaqus.text.numbers import positive, to_float
 from creak.formats.abaqus.text.outline import Outline, StepBlocks
 from creak.formats.abaqus.text.used import list_params
 from creak.model.constraints import Fixed
-from creak.model.mesh import Unread
 from creak.model.steps import Amplitude, DeckRun, DynamicStep
 
 PERTURBATIONS = (
@@ -86,10 +86,19 @@ def read_run(deck: Outline, nodes: Registry, bodies: Bodies, transforms: Transfo
     contact.list_node_areas(deck, pairs, interactions)
     held = model_boundaries(deck, nodes)
     static = None
+    late = [b for b in blocks if b.name == "AMPLITUDE" and b.option("TIME") == "TOTAL TIME"]
+    if statics and late:
+        raise InputError(
+            f"amplitude {late[0].get('NAME')!r} has TIME=TOTAL TIME, which begins with the *STATIC step",
+            expected="STEP TIME",
+            where=late[0].where,
+            fix="Take the period of the *STATIC steps off its times.",
+        )
     if statics:
         static, still = read_static(deck, statics, step, held, nodes, bodies, transforms, amplitudes)
         held = list(still)
     dynamic = _dynamic(deck, step, at, held, nodes, transforms, amplitudes)
+    _list_later(deck, at)
     if static is not None:
         check_same_supports(held, dynamic.fixed, dynamic.moved, static.forces, dynamic.loads, static.where)
     return DeckRun(
@@ -101,6 +110,17 @@ def read_run(deck: Outline, nodes: Registry, bodies: Bodies, transforms: Transfo
         tuple(_title(s, i) for i, s in enumerate(deck.steps[at + 1 :], start=at + 1)),
         static=static,
     )
+
+
+def _list_later(deck: Outline, at: int) -> None:
+    """List the steps in which the run goes on: all after row `at` but perturbations, which leave the state as it is."""
+    for i, step in enumerate(deck.steps[at + 1 :], start=at + 1):
+        procedure = _procedure(step)
+        if step.block.has("PERTURBATION") or (procedure is not None and procedure.name in PERTURBATIONS):
+            continue
+        why = f"the run goes on in it (*{'STEP' if procedure is None else procedure.name}); creak runs the first"
+        why += " *DYNAMIC step alone: write it as one step with amplitudes over the whole time"
+        deck.note(step.block, why, changes=True, what=f"*STEP {step.block.get('NAME') or i + 1}")
 
 
 def _procedure(step: StepBlocks) -> Block | None:
@@ -171,10 +191,13 @@ def _stop(step: StepBlocks, procedure: Block | None, dynamic: bool) -> NoReturn:
 
 def _relist(deck: Outline, step: StepBlocks, statics: list[StepBlocks]) -> None:
     """List again what is left out, now that the deck's own contact, amplitudes and step are used."""
-    ours = {b.where for b in deck.set_aside if meaning(b.name).why in _OURS}
+    ours = {b.where for b in deck.set_aside if meaning(b.name).why in (*_OURS, meaning("PLASTIC").why)}
     ours |= {b.where for s in deck.steps for b in (s.block, *s.blocks)}
-    deck.unread[:] = [u for u in deck.unread if u.where not in ours]
+    deck.unread = {u: None for u in deck.unread if u.where not in ours}
+    list_restart(deck)
     for block in deck.set_aside:
+        if meaning(block.name).why == meaning("PLASTIC").why:
+            deck.note(block, "the step follows this material law at large strain; creak's run is elastic", changes=True)
         used = block.name in contact.KEYWORDS or block.name == "AMPLITUDE"
         if meaning(block.name).why in _OURS and not used:
             deck.note(block, "of contact creak reads pairs of surfaces and their *SURFACE INTERACTION", changes=True)
@@ -232,7 +255,7 @@ def _step_line(deck: Outline, block: Block) -> bool:
     """Whether values without amplitude grow over the step; *STEP is checked."""
     list_params(deck, block, _STEP)
     if block.has("NLGEOM") and block.option("NLGEOM", "YES") != "NO":
-        deck.unread.append(Unread("*STEP, NLGEOM", block.where, True, "creak's structure is linear"))
+        deck.note(block, "creak's structure is linear", changes=True, what="*STEP, NLGEOM")
     if block.has("PERTURBATION"):
         raise InputError(
             "*STEP, PERTURBATION with *DYNAMIC",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from creak.formats.abaqus.text.names import Labels, Registry
 from creak.formats.abaqus.text.numbers import integer_table, to_label
 from creak.formats.abaqus.text.outline import Outline, Scope
 from creak.model.shell_facets import SHELL_FACETS
+from creak.model.solid_faces import FACES, faces_of, free_faces
 
 
 @dataclass(frozen=True)
@@ -163,6 +165,21 @@ class Elements:
         """(n_elem,) True for shells, beams, trusses and solids."""
         table = np.array([t.kind in STRUCTURAL for t in TYPES])
         return np.asarray(table[self.type_idx], dtype=np.bool_)
+
+    @cached_property
+    def free_faces(self) -> BoolArray:
+        """(n_elem, most facets) True for the facets of solids (`FACES`) that no other solid has."""
+        rows, sides, corners = [], [], []
+        for kind in FACES:
+            mine = np.flatnonzero(np.array([t.kind == kind for t in TYPES])[self.type_idx])
+            faces = faces_of(kind, self.nodes_idx[mine, : 1 + max(max(face) for face in FACES[kind])])
+            rows.append(np.repeat(mine, faces.shape[1]))
+            sides.append(np.tile(np.arange(faces.shape[1]), mine.size))
+            corners.append(faces.reshape(-1, 4))
+        every, alone = np.concatenate(corners), np.zeros((self.ids.size, max(map(len, FACES.values()))), dtype=np.bool_)
+        free = free_faces(every, [every])
+        alone[np.concatenate(rows)[free], np.concatenate(sides)[free]] = True
+        return alone
 
     def of(self, row: int) -> ElementType:
         return TYPES[int(self.type_idx[row])]

@@ -15,7 +15,7 @@ from creak.formats.abaqus.text.names import Registry, qualified, unique_in_order
 from creak.formats.abaqus.text.numbers import positive
 from creak.formats.abaqus.text.outline import Outline, Scope
 from creak.model.shell_facets import N_CORNER, SHELL_FACETS, facets_of_shells, sides_of_shells
-from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces
+from creak.model.solid_faces import FACES, face_numbers
 
 _SIDES = {"": 0, "SPOS": 1, "SNEG": -1, "POS": 1, "NEG": -1, "S1": -1, "S2": 1}
 _EDGES = {"E1": 0, "E2": 1, "E3": 2, "E4": 3}
@@ -194,16 +194,13 @@ def faces_named(rows: IntArray, label: str, where: str, elements: Elements) -> I
 
 
 def _free(rows: IntArray, elements: Elements) -> IntArray:
-    found, every = [], []
+    """Free faces of the solids among these elements, kind by kind."""
+    found = [np.zeros((0, 2), dtype=np.int64)]
     for kind in SOLIDS:
-        of_kind = np.array([t.kind == kind for t in TYPES])[elements.type_idx]
-        n_node = 1 + max(max(face) for face in FACES[kind])
-        every.append(faces_of(kind, elements.nodes_idx[of_kind, :n_node]).reshape(-1, 4))
-        mine = rows[of_kind[rows]]
-        numbers = np.arange(1, len(FACES[kind]) + 1)
-        found.append(np.column_stack([np.repeat(mine, numbers.size), np.tile(numbers, mine.size)]))
-    chosen = np.concatenate(found).astype(np.int64)
-    return chosen[free_faces(facets_of(elements, chosen[:, 0], chosen[:, 1])[2], every)]
+        mine = rows[np.array([t.kind == kind for t in TYPES])[elements.type_idx[rows]]]
+        element, face = np.nonzero(elements.free_faces[mine])
+        found.append(np.column_stack([mine[element], face + 1]))
+    return np.concatenate(found)
 
 
 def facets_of(elements: Elements, rows: IntArray, side: IntArray) -> tuple[IntArray, IntArray, IntArray]:

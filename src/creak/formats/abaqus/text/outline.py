@@ -49,7 +49,8 @@ class Outline:
     assembly: str = ""
     step_boundaries: list[Block] = field(default_factory=list)
     """*BOUNDARY blocks of the first step."""
-    unread: list[Unread] = field(default_factory=list)
+    unread: dict[Unread, None] = field(default_factory=dict)
+    """In order; a dict, for a deck may hold thousands."""
     steps: list[StepBlocks] = field(default_factory=list)
     set_aside: list[Block] = field(default_factory=list)
     """Blocks of the model data that only a deck's own step uses: contact, amplitudes; and those never used."""
@@ -63,9 +64,7 @@ class Outline:
 
     def note(self, block: Block, why: str, *, changes: bool, what: str = "") -> None:
         """List something that creak does not use, once however often it is looked at."""
-        entry = Unread(what or f"*{block.name}", block.where, changes, why)
-        if entry not in self.unread:
-            self.unread.append(entry)
+        self.unread.setdefault(Unread(what or f"*{block.name}", block.where, changes, why))
 
 
 def outline(blocks: Iterable[Block]) -> Outline:

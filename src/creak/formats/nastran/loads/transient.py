@@ -115,35 +115,38 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
 
 
 def _steps(deck: Deck) -> tuple[int, float, str]:
-    """Number, length and place of the steps."""
+    """Number, length and place of the steps, those of subcases that follow each other added up."""
     cards = unique_cards(deck.cards("TSTEP", "TSTEPNL"), "TSTEP")
-    if not deck.case.tstep:
+    if not deck.case.tsteps:
         raise InputError(
             "the case control has no TSTEP",
             where=deck.case.where,
             expected="TSTEP = n",
             fix="Name the TSTEP card of the run.",
         )
-    if deck.case.tstep not in cards:
-        raise InputError(
-            f"TSTEP = {deck.case.tstep} in the case control, but no card has this number",
-            where=deck.case.where,
-            expected=f"one of {sorted(cards)}",
-        )
-    card = cards[deck.case.tstep]
-    rows = [1] if card.name == "TSTEPNL" else [i for i in range(1, len(card.fields), 8) if card.text(i)]
-    lengths = {card.real(i + 1) for i in rows}
-    count = sum(card.integer(i) for i in rows)
+    count, lengths = 0, set[float]()
+    for number in deck.case.tsteps:
+        if number not in cards:
+            raise InputError(
+                f"TSTEP = {number} in the case control, but no card has this number",
+                where=deck.case.where,
+                expected=f"one of {sorted(cards)}",
+            )
+        card = cards[number]
+        rows = [1] if card.name == "TSTEPNL" else [i for i in range(1, len(card.fields), 8) if card.text(i)]
+        lengths |= {card.real(i + 1) for i in rows}
+        count += sum(card.integer(i) for i in rows)
+    name, where = f"TSTEP {', '.join(map(str, dict.fromkeys(deck.case.tsteps)))}", card.where
     if len(lengths) != 1 or not min(lengths) > 0.0:
         raise InputError(
-            f"TSTEP {deck.case.tstep} has steps of {', '.join(f'{x:g}' for x in sorted(lengths))} s",
-            where=card.where,
+            f"{name} has steps of {', '.join(f'{x:g}' for x in sorted(lengths))} s",
+            where=where,
             expected="one length, above 0",
             fix="creak's step is constant: give the shortest for the whole run.",
         )
     if not 2 <= count <= MOST:
-        raise InputError(f"TSTEP {deck.case.tstep} has {count} steps", where=card.where, expected=f"2 to {MOST:g}")
-    return count, lengths.pop(), card.where
+        raise InputError(f"{name} has {count} steps", where=where, expected=f"2 to {MOST:g}")
+    return count, lengths.pop(), where
 
 
 def _terms(deck: Deck) -> Iterator[_Term]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from creak.arrays import IntArray
+from creak.arrays import BoolArray, IntArray
 from creak.formats.nastran.joints.set_ids import plain_name
 from creak.formats.nastran.mesh.optistruct import bulk_sets, named_surfaces, surface_elements
 from creak.formats.nastran.text.bulk_data import Card, id_ranges, ids_among
@@ -88,12 +88,13 @@ def surfaces(blocks: tuple[ElementBlock, ...], sets: dict[str, IntArray]) -> dic
     <name>.SPOS and <name>.SNEG, the sides of the positive and negative normal."""
     found: dict[str, Surface] = {}
     free: dict[bytes, tuple[IntArray, IntArray]] = {}
-    every = [faces_of(b.kind, b.nodes_idx).reshape(-1, 4) for b in blocks if b.kind in FACES]
+    free_of = _free_of(blocks)
+    of_shells = np.array([b.kind in SHELL_FACETS for b in blocks], dtype=bool)
     for name, places in sets.items():
-        shells = places[np.isin(places[:, 0], [i for i, b in enumerate(blocks) if b.kind in SHELL_FACETS])]
+        shells = places[of_shells[places[:, 0]]]
         key = places.tobytes()  # a property is there under its number and under its name
         if key not in free:
-            free[key] = _free(blocks, places, every)
+            free[key] = _free(places, free_of)
         facets, sides = free[key]
         both = np.concatenate([shells, facets])
         if not both.size:
@@ -108,23 +109,28 @@ def surfaces(blocks: tuple[ElementBlock, ...], sets: dict[str, IntArray]) -> dic
     return found
 
 
-def _free(blocks: tuple[ElementBlock, ...], places: IntArray, every: list[IntArray]) -> tuple[IntArray, IntArray]:
+def _free_of(blocks: tuple[ElementBlock, ...]) -> dict[int, BoolArray]:
+    """(n, k) of each block of solids: which faces of its elements no other solid shares."""
+    faces = {i: faces_of(b.kind, b.nodes_idx) for i, b in enumerate(blocks) if b.kind in FACES}
+    if not faces:
+        return {}
+    every = np.concatenate([f.reshape(-1, 4) for f in faces.values()])
+    alone = np.zeros(len(every), dtype=bool)
+    alone[free_faces(every, [every])] = True
+    ends = np.cumsum([f.shape[0] * f.shape[1] for f in faces.values()])[:-1]
+    return {i: part.reshape(f.shape[:2]) for (i, f), part in zip(faces.items(), np.split(alone, ends), strict=True)}
+
+
+def _free(places: IntArray, free_of: dict[int, BoolArray]) -> tuple[IntArray, IntArray]:
     """(n, 2) places and (n,) numbers of the faces of solids that no other solid shares."""
-    facets, sides, corners = [], [], []
+    facets, sides = [np.zeros((0, 2), dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
     for b in np.unique(places[:, 0]).tolist():
-        block = blocks[b]
-        if block.kind not in FACES:
-            continue
-        rows = places[places[:, 0] == b, 1]
-        faces = faces_of(block.kind, block.nodes_idx[rows])
-        k = faces.shape[1]
-        facets.append(np.column_stack([np.full(rows.size * k, b), np.repeat(rows, k)]))
-        sides.append(np.tile(np.arange(1, k + 1), rows.size))
-        corners.append(faces.reshape(-1, 4))
-    if not facets:
-        return np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64)
-    free = free_faces(np.concatenate(corners), every)
-    return np.concatenate(facets)[free].astype(np.int64), np.concatenate(sides)[free].astype(np.int64)
+        if b in free_of:
+            rows = places[places[:, 0] == b, 1]
+            element, face = np.nonzero(free_of[b][rows])
+            facets.append(np.column_stack([np.full(element.size, b), rows[element]]))
+            sides.append(face + 1)
+    return np.concatenate(facets), np.concatenate(sides)
 
 
 def _nodes(blocks: tuple[ElementBlock, ...], shells: IntArray, facets: IntArray, sides: IntArray) -> IntArray:

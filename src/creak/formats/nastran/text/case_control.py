@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass, field
 
 from creak.errors import InputError
+from creak.formats.deck.catalogue import misspelling
 from creak.formats.nastran.text.bulk_data import MAX_DIGITS, Line
 from creak.model.mesh import Unread
 
@@ -27,11 +28,27 @@ _CHANGES = {
     "TSTRU",
 }
 """Commands that change the structure and that creak does not follow."""
+_ALIKE = {"SPCF", "MPCF", "SPCD", "OLOAD", "CLOAD", "NLLOAD", "CMETHOD", "FMETHOD", "SMETHOD", "RMETHOD", "STEP"} | {
+    *("SEDAMP", "SUBCOM", "SUBSEQ"),
+}
+"""Commands that are spelled like one that creak reads."""
 UNFOLLOWED = "creak does not follow this case control command"
 
+_IN_TIME = {"NONLINEAR", "BCSET", "RSDAMP"}
+"""Commands that bear on a transient alone: loads that follow the motion (NOLIN), contact, modal damping."""
 _MATRICES = ("K2GG", "M2GG", "B2GG")
+_STRUCTURE = ("SPC", "MPC", "NSM", "BCONTACT", "BGSET", "TEMPERATURE(INITIAL)", *_MATRICES, *sorted(_CHANGES))
+"""Commands that say what the structure is and what holds it."""
 _OUTPUT = ("DISPLACEMENT", "VELOCITY", "ACCELERATION")
 _OF_RUN = ("DLOAD", "TSTEP", "TSTEPNL", "LOADSET", *_OUTPUT)
+
+
+STATIC_START = "IC(STATSUB)"
+HEAT = "TEMPERATURE(LOAD)"
+SEQUENTIAL = ("129",)
+"""Solutions whose subcases follow each other in time."""
+_BEARS = (*_STRUCTURE, "DLOAD", "LOADSET", "LOAD", HEAT, "IC", STATIC_START, "SDAMPING", *sorted(_IN_TIME))
+"""Commands that bear on a transient."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +73,8 @@ class CaseControl:
     initial: int = 0
     """IC: the set of TIC cards."""
     dload: int = 0
-    tstep: int = 0
+    tsteps: tuple[int, ...] = ()
+    """TSTEP or TSTEPNL, of each subcase that goes on from the one before."""
     loadset: int = 0
     """LOADSET: the set of LSEQ cards."""
     nsm: int = 0
@@ -82,6 +100,10 @@ class CaseControl:
     """Of the deck's own run; None: it starts without strain."""
 
 
+_OF_MODEL = {*_STRUCTURE, "METHOD", "IC", "STATSUB", "SUBCASE"}
+"""Commands that bear on a model and its modes."""
+
+
 def read_case_control(executive: list[Line], case: list[Line], own_run: bool = False) -> CaseControl:
     """SPC, MPC, IC, SET and direct matrices of the subcase of the modes; the rest is listed.
 
@@ -94,17 +116,24 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
     InputError : SPC, MPC or IC is not a number.
     """
     above, subcases = _subcases(case)
-    at, unread = _taken(subcases, own_run)
+    solution = _solution(executive)
+    at = _taken(subcases, own_run)
     commands = above | (subcases[at][2] if subcases else {})
+    later, unread = _others(above, subcases, at, solution if own_run else "")
     static = _static(above, subcases, at, commands, unread) if own_run else None
-    ids = {key: _identifier(commands, key) for key in ("SPC", "MPC", "IC", "DLOAD", "TSTEP", "LOADSET", "NSM")}
-    ids["TSTEP"] = ids["TSTEP"] or _identifier(commands, "TSTEPNL")
+    ids = {key: _identifier(commands, key) for key in ("SPC", "MPC", "IC", "DLOAD", "LOADSET", "NSM")}
+    tsteps = [_identifier(c, "TSTEP") or _identifier(c, "TSTEPNL") for c in (commands, *later)]
     sets = {number: _ids(text) for number, text in _sets(case).items()}
-    unread += [Unread(key, line.where, True, UNFOLLOWED) for key, (_, line) in commands.items() if key in _CHANGES]
+    changing = _CHANGES | (_IN_TIME if own_run else set())
+    unread += [Unread(key, line.where, True, UNFOLLOWED) for key, (_, line) in commands.items() if key in changing]
     matrices = {key: commands[key][0] for key in _MATRICES if key in commands}
     used = {"SPC", "MPC", "IC", "NSM", "SET", "BCONTACT", "BGSET", *_MATRICES, *(_OF_RUN if own_run else ())}
     used |= {"TEMPERATURE", HEAT, "LOAD", STATIC_START} if own_run else set()
-    rest = [key for key in commands if key not in _CHANGES | used and "(" not in key]
+    wanted = {*_OF_MODEL, *((*_BEARS, *_OF_RUN) if own_run else ())}
+    for key, (_, line) in commands.items():
+        meant = misspelling(key, wanted, {*_BEARS, *_OF_RUN, *_ALIKE})
+        unread += [Unread(key, line.where, True, meant)] if meant else []
+    rest = [key for key in commands if key not in changing | used and "(" not in key]
     if rest:
         who = "creak has output of its own" if own_run else "the study file defines loads, analysis and output"
         why = f"{who} ({', '.join(rest)})"
@@ -115,19 +144,19 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
         if re.match(r"\s*(ALTER|COMPILE|MALTER)\b", line.text, re.I)
     ]
     return CaseControl(
-        _solution(executive),
+        solution,
         ids["SPC"],
         ids["MPC"],
         ids["IC"],
         ids["DLOAD"],
-        ids["TSTEP"],
+        tuple(t for t in tsteps if t),
         ids["LOADSET"],
         ids["NSM"],
         sets,
         matrices,
         commands["BCONTACT"][0] if "BCONTACT" in commands else "",
         commands["BGSET"][0] if "BGSET" in commands else "",
-        _output(commands),
+        tuple(dict.fromkeys(name for c in (commands, *later) for name in _output(c))),
         frozenset(commands),
         tuple(unread),
         bool(case or executive),
@@ -157,8 +186,6 @@ def _solution(executive: list[Line]) -> str:
 
 Commands = dict[str, tuple[str, Line]]
 Subcases = list[tuple[str, Line, Commands]]
-STATIC_START = "IC(STATSUB)"
-HEAT = "TEMPERATURE(LOAD)"
 
 
 def _subcases(case: list[Line]) -> tuple[Commands, Subcases]:
@@ -189,19 +216,62 @@ def _subcases(case: list[Line]) -> tuple[Commands, Subcases]:
     return above, subcases
 
 
-def _taken(subcases: Subcases, own_run: bool) -> tuple[int, list[Unread]]:
-    """Row of the subcase that is followed; the others as unread.
+def _taken(subcases: Subcases, own_run: bool) -> int:
+    """Row of the subcase that is followed.
 
     Of the deck's own run it is the first that has a TSTEP or DLOAD. Else the first that has a METHOD (those before it
     are statics that it may start from by STATSUB). Else the first.
     """
     wanted = {"TSTEP", "TSTEPNL", "DLOAD"} if own_run else {"METHOD"}
-    at = next((i for i, (_, _, own) in enumerate(subcases) if wanted & own.keys()), 0)
-    why = "creak takes the first subcase" + (f" that has a {'TSTEP' if own_run else 'METHOD'}" if at else "")
-    unread = [Unread(name, line.where, False, why) for i, (name, line, _) in enumerate(subcases) if i != at]
-    stressed = [(i, own["STATSUB"][1]) for i, (_, _, own) in enumerate(subcases) if "STATSUB" in own]
-    unread += [Unread("STATSUB", line.where, True, UNFOLLOWED) for i, line in stressed if i != at]
-    return at, unread
+    return next((i for i, (_, _, own) in enumerate(subcases) if wanted & own.keys()), 0)
+
+
+def _others(above: Commands, subcases: Subcases, at: int, run: str) -> tuple[list[Commands], list[Unread]]:
+    """What the run goes on with after subcase `at`, and the subcases that are left out.
+
+    In SOL 129 subcases follow each other in time: the run goes on where nothing but the steps and the output differs.
+    In other transients each is an analysis of its own. For a model those count that have another structure or supports.
+
+    Parameters
+    ----------
+    run : solution of the deck's own run; empty: the model alone is read.
+    """
+    later: list[Commands] = []
+    unread: list[Unread] = []
+    taken = above | (subcases[at][2] if subcases else {})
+    goes_on, has_modes = run in SEQUENTIAL, bool(subcases) and "METHOD" in subcases[at][2]
+    why = "creak takes the first subcase" + (f" that has a {'TSTEP' if run else 'METHOD'}" if at else "")
+    for i, (name, line, own) in enumerate(subcases):
+        both, kind = above | own, name.split()[0]
+        if "STATSUB" in own and i != at:
+            unread.append(Unread("STATSUB", own["STATSUB"][1].where, True, UNFOLLOWED))
+        if i == at:
+            continue
+        start = () if "IC" in both or STATIC_START in both else ("IC", STATIC_START)
+        bears = [k for k in (_BEARS if run else _STRUCTURE) if k not in start]
+        other = ", ".join(k for k in bears if _value(both, k) != _value(taken, k))
+        told = ""
+        if kind in ("SUBCOM", "REPCASE") or (i < at and run):
+            pass
+        elif run:
+            goes_on = goes_on and not other
+            if goes_on:
+                later.append(both)
+                continue
+            told = f"it is an analysis of its own (SOL {run}), and creak runs the first"
+            if run in SEQUENTIAL:
+                told = (
+                    f"the run goes on with it, but not under the same {other or 'commands'}; creak runs what is before"
+                )
+            told += ": write a deck for each" if run not in SEQUENTIAL else ": write one load over the whole time"
+        elif other and ("METHOD" in both or not has_modes):
+            told = f"it has another {other} than the subcase that creak takes: write a deck for each"
+        unread.append(Unread(name, line.where, bool(told), told or why))
+    return later, unread
+
+
+def _value(commands: Commands, key: str) -> str:
+    return commands[key][0] if key in commands else ""
 
 
 def _static(
@@ -257,6 +327,11 @@ def _key(word: str) -> str:
         "TEMP": "TEMPERATURE",
         "VELO": "VELOCITY",
         "ACCE": "ACCELERATION",
+        "SDAM": "SDAMPING",
+        "RSDA": "RSDAMP",
+        "NONL": "NONLINEAR",
+        "BCON": "BCONTACT",
+        "DEFO": "DEFORM",
     }
     return full.get(word, word)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
@@ -72,10 +73,16 @@ class Deck:
         for name in names:
             yield from self.by_name.get(name, [])
 
+    noted: set[tuple[str, str]] = field(default_factory=set)
+    """Names and reasons in `unread`."""
+    once: dict[str, Counter[str]] = field(default_factory=dict)
+    """How often each id stands on cards of a name."""
+
     def note(self, card: Card, why: str, *, changes: bool, what: str = "") -> None:
         """List something that creak does not use."""
         entry = Unread(what or card.name, card.where, changes, why)
-        if not any(u.keyword == entry.keyword and u.why == why for u in self.unread):
+        if (entry.keyword, why) not in self.noted:
+            self.noted.add((entry.keyword, why))
             self.unread.append(entry)
 
     def param(self, name: str, default: float) -> float:
@@ -156,7 +163,9 @@ class Deck:
         return rows
 
     def _once(self, card: Card) -> bool:
-        return sum(c.text(0) == card.text(0) for c in self.cards(card.name)) == 1
+        if card.name not in self.once:
+            self.once[card.name] = Counter(c.text(0) for c in self.cards(card.name))
+        return self.once[card.name][card.text(0)] == 1
 
     def free_id(self) -> int:
         """An id that no element of the deck has."""

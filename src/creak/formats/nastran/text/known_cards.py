@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from creak.formats.deck.catalogue import Catalogue, Meaning, listed
+from creak.formats.deck.catalogue import Catalogue, Meaning, listed, misspelling
+from creak.formats.nastran.text.case_control import SEQUENTIAL
 from creak.formats.nastran.text.deck import BY_FREQUENCY, LINEAR, MODAL, Deck
 
 _READ = {
@@ -21,6 +22,7 @@ _READ = {
     ),
 }
 
+_AT_LARGE_STRAIN = "material laws at large strain; creak takes the elastic constants, which hold at small strain"
 _HARMLESS = {
     "creak finds the modes up to a frequency or a count of its own": "EIGR, EIGRL, EIGRA, EIGB, EIGC, EIGP, MODTRAK",
     "loads do not act on modes, and the study file defines the excitation": (
@@ -36,15 +38,16 @@ _HARMLESS = {
         "FREQ2, FREQ3, FREQ4, FREQ5, FREQV"
     ),
     "the study file defines reductions": (
-        "QSET, QSET1, CSUPER, CSUPEXT, SEQSET, SEQSET1, SEBSET, SEBSET1, SECSET, SECSET1, SENQSET, EXTRN, SECONCT,"
-        "SEBULK, SESET, SEELT, SEEXCLD, SELABEL, SELOC, SEUSET, SEUSET1, USET, USET1, SESUP, DYNRED, BNDFIX, BNDFIX1,"
+        "QSET, QSET1, CSUPEXT, SEQSET, SEQSET1, SEBSET, SEBSET1, SECSET, SECSET1, SENQSET, EXTRN, SECONCT,"
+        "SESET, SEELT, SEEXCLD, SELABEL, SELOC, SEUSET, SEUSET1, USET, USET1, SESUP, DYNRED, BNDFIX, BNDFIX1,"
         "BNDFREE, BNDFRE1"
     ),
     "temperatures load statics only, in a study's [[static]]; materials that depend on them are told apart": (
         "TEMP, TEMPD, TEMPP1, TEMPP3, TEMPRB, TEMPAX, TEMPBC, TEMPN1, TEMPF, TEMPG, TABLEM1, TABLEM2, TABLEM3,"
         "TABLEM4, TABLEST"
     ),
-    "fluid elements, which alone use it, are told apart": "ACMODL, ACSRCE1, PANEL, ELIST, MFLUID, SLBDY",
+    "fluid elements, which alone use it, are told apart": "ACMODL, ACSRCE1, PANEL, SLBDY",
+    "they act only where the case control takes MFLUID, which is told apart": "ELIST, MFLUID",
     "creak has no heat": (
         "MAT4, MAT5, MATT4, MATT5, CHBDYE, CHBDYG, CHBDYP, PHBDY, CONV, CONVM, PCONV, PCONVM, QBDY1, QBDY2, QBDY3,"
         "QHBDY, QVOL, QVECT, RADM, RADMT, RADBC, RADSET, RADLST, RADMTX, VIEW, VIEW3D, BDYOR"
@@ -55,13 +58,11 @@ _HARMLESS = {
         "GUST, DIVERG, SET2, MONPNT1, MONPNT2, MONPNT3, MONDSP1, CSSCHD, SUPAX"
     ),
     "they act only where the case control takes TFL, which is told apart": "TF, EPOINT",
-    "material laws at large strain; creak takes the elastic constants, which hold at small strain": (
-        "MATS1, MATEP, TABLES1, MATF, MATVP, CREEP, MATTEP, MATTF"
-    ),
+    _AT_LARGE_STRAIN: ("MATS1, MATEP, TABLES1, MATF, MATVP, CREEP, MATTEP, MATTF"),
     "modes have no damping, and a study has [damping]": "TABDMP1, DAMPING, HYBDAMP, DAMPGBL",
-    "it draws or names only": "PLOTEL, PLOTEL3, PLOTEL4, PLOTEL6, PLOTEL8, GEOMIN, PSET, PVAL, GMCURV, FEEDGE, FEFACE",
+    "it draws or names only": "PLOTEL, PLOTEL3, PLOTEL4, PLOTEL6, PLOTEL8, GEOMIN, GMCURV, FEEDGE, FEFACE",
     "it controls the job, not the model": (
-        "DTI, MDLPRM, NASTRAN, ECHOON, ECHOOFF, SYSTEM, DMI, DMIJ, DMIK, DMIJI, TABLE3D, CORD3G, OMODES, BARPLOT,"
+        "DTI, NASTRAN, ECHOON, ECHOOFF, SYSTEM, DMI, DMIJ, DMIK, DMIJI, TABLE3D, CORD3G, OMODES, BARPLOT,"
         "RVDOF, RVDOF1, MODSEL, MESH, PARAMARM, NXSTRAT, SWLDPRM, FBODYLD, FBODYSB, MEFF,"
         "DEBUG, PARVEC, PARVEC1"
     ),
@@ -93,19 +94,21 @@ _CHANGES = {
     ),
     "creak does not read this material": "MAT3, MAT10, MAT11, MATHE, MATHP, MATVE, MATORT, MATSMA, MATDIGI",
     "creak's shells have the normals of their own geometry": "SNORM",
-    "give it as a superelement in the study": "DMIAX, RELEASE, SEMPLN",
+    "give it as a superelement in the study": "DMIAX, RELEASE, SEMPLN, CSUPER, SEBULK",
 }
 
 
 _TABLES_OF = {"PBUSHT": "PBUSH", "PELAST": "PELAS", "PDAMPT": "PDAMP"}
 _DEPENDS = {
     "its meaning hangs on the analysis": (
-        "OMIT, OMIT1, MATT1, MATT2, MATT3, MATT8, MATT9, MATT11, PBUSHT, PELAST, PDAMPT, CGAP, PGAP"
+        "OMIT, OMIT1, PSET, PVAL, MDLPRM, MATT1, MATT2, MATT3, MATT8, MATT9, MATT11, PBUSHT, PELAST, PDAMPT, CGAP, PGAP"
     )
 }
 READ, HARMLESS, CHANGES = listed("read", _READ), listed("harmless", _HARMLESS), listed("changes", _CHANGES)
 CARDS = Catalogue("card", {**READ, **HARMLESS, **CHANGES, **listed("depends", _DEPENDS)})
 _PARAMS_READ = {"WTMASS", "COUPMASS", "W3", "W4", "G", "ALPHA1", "ALPHA2", "CK2", "CM2", "CB2"}
+_PARAMS_ALIKE = {"ALPHA1FL", "ALPHA2FL", "INRLM"}
+"""Parameters that are spelled like another one and that bear on fluids and rigid motion."""
 _PARAMS_HARMLESS = {
     "K6ROT": "creak's shells have a drilling stiffness of their own",
     "AUTOSPC": "creak leaves out dofs without stiffness and mass",
@@ -117,7 +120,15 @@ _PARAMS_HARMLESS = {
     "KDAMP": "modes have no damping, and a study has [damping]",
     "LGDISP": "creak's structure is linear: the answer holds for small motion about the undeformed state",
 }
+_RUN_CHANGES = {
+    _AT_LARGE_STRAIN: "SOL 129 follows this material law at large strain; creak's run is elastic",
+    "the study file defines contact": "SOL 129 has this contact; creak's own run has gaps (CGAP) alone",
+}
+"""What cards mean that are harmless but for the deck's own nonlinear run."""
+_FORMULATION = ("OFFDEF", "SHEARP", "QRSHEAR")
+"""Keys of MDLPRM that change elements."""
 _PARAMS_CHANGE = {
+    "TSTATIC",
     "CB1",
     "CK1",
     "CK3",
@@ -147,11 +158,17 @@ def list_unread(deck: Deck, also_read: Collection[str] = (), *, own_run: bool = 
         if known.role != "read":
             deck.note(cards[0], _count(known.why, len(cards)), changes=known.changes_answer, what=name)
     for name, card in deck.params.items():
-        if name in _PARAMS_HARMLESS:
+        if name == "LGDISP" and own_run and deck.case.solution in SEQUENTIAL and deck.param(name, -1.0) > 0.0:
+            deck.note(card, "creak's structure is linear", changes=True, what=f"PARAM,{name}")
+        elif name in _PARAMS_HARMLESS:
             deck.note(card, _PARAMS_HARMLESS[name], changes=False, what=f"PARAM,{name}")
         elif name in _PARAMS_CHANGE:
             deck.note(card, "creak does not follow this parameter", changes=True, what=f"PARAM,{name}")
     others = [name for name in deck.params if name not in _PARAMS_READ | _PARAMS_HARMLESS.keys() | _PARAMS_CHANGE]
+    for name in others:
+        meant = misspelling(name, _PARAMS_READ | _PARAMS_CHANGE, _PARAMS_ALIKE)
+        if meant:
+            deck.note(deck.params[name], meant, changes=True, what=f"PARAM,{name}")
     if others:
         why = f"the study file defines analysis and output ({', '.join(sorted(others))})"
         deck.note(deck.params[others[0]], why, changes=False)
@@ -181,6 +198,17 @@ def _where_it_acts(deck: Deck, name: str, own_run: bool) -> Meaning | None:
         if case.solution in LINEAR:
             return Meaning("harmless", f"the solution is linear: {values} hold, as in Nastran")
         return Meaning("changes", f"creak takes {values} at every displacement and frequency")
+    if name in ("PSET", "PVAL"):
+        why = "the case control takes no ADAPT, so elements have the order of their cards"
+        return Meaning(*(("changes", "creak has no p-elements") if "ADAPT" in case.commands else ("harmless", why)))
+    if name == "MDLPRM":
+        keys = {text.upper() for card in deck.cards(name) for text in card.fields[::2]} & {*_FORMULATION}
+        why = f"creak does not follow {', '.join(sorted(keys))}" if keys else "it controls the job, not the model"
+        return Meaning("changes" if keys else "harmless", why)
+    if own_run and case.solution in SEQUENTIAL and CARDS.meaning(name).why in _RUN_CHANGES:
+        return Meaning("changes", _RUN_CHANGES[CARDS.meaning(name).why])
+    if own_run and name in ("EIGRL", "EIGR"):
+        return Meaning("harmless", "creak runs in all dofs, not in modes")
     if name in ("SUPORT", "SUPORT1"):
         why = (
             "it holds nothing in a dynamic analysis: creak finds rigid motion by itself (its grids are the set SUPORT)"

@@ -56,6 +56,19 @@ def columns(points: list[tuple[float, float]]) -> tuple[FloatArray, FloatArray]:
     return table[:, 0], table[:, 1]
 
 
+MOST_LINES = 100_000
+"""Of a multisine, which is summed line by line at each instant."""
+
+
+def check_lines(f_min: float, f_max: float, period: float, most: int) -> None:
+    """Raise ValueError for more lines than a signal may have."""
+    if (lines := (f_max - f_min) * period) > most:
+        raise ValueError(
+            f"{lines:.3g} lines, 1 / {period:g} s apart from {f_min:g} to {f_max:g} Hz: a signal has at most {most:,}; "
+            "shorten what it repeats after, or the band"
+        )
+
+
 class MultisineTable(Course):
     """Random-phase multisine: every line between f_min and f_max with the same amplitude."""
 
@@ -76,6 +89,7 @@ class MultisineTable(Course):
     def _has_lines(self) -> MultisineTable:
         if self.f_min > self.f_max:
             raise ValueError(f"f_min = {self.f_min:g} Hz is above f_max = {self.f_max:g} Hz")
+        check_lines(self.f_min, self.f_max, self.period, MOST_LINES)
         if int(self.f_max * self.period + 1e-9) < max(1.0, self.f_min * self.period - 1e-9):
             raise ValueError(
                 f"period = {self.period:g} s gives lines at whole multiples of {1.0 / self.period:g} Hz, none of them "

@@ -9,13 +9,17 @@ from pydantic import Field, model_validator
 
 from creak.signals import sources
 from creak.signals.vibration import HalfSine, SineSweep, trapezoid
-from creak.studies.file.signals.course import Course, Points, Shown
+from creak.studies.file.signals.course import Course, Points, Shown, check_lines
 from creak.studies.file.table import Finite, NonNegative, Positive
 
 LOBE = 1.5
 """Times one over the duration of a shock: where the first lobe of its spectrum ends."""
 PER_SHOCK, PER_FLANK = 20.0, 5.0
 """Flight steps in half a sine, and in a flank of a trapezoid."""
+
+
+MOST_RANDOM_LINES = 10_000_000
+"""Of random vibration, which is summed by FFT."""
 
 
 class PsdTable(Course):
@@ -67,6 +71,8 @@ def check_density(points: list[tuple[float, float]], duration: float) -> None:
     for frequency, density in points:
         if frequency <= 0.0 or density < 0.0:
             raise ValueError(f"a density of {density:g} at {frequency:g} Hz: frequencies above 0, densities 0 or more")
+    if points:
+        check_lines(points[0][0], points[-1][0], duration, MOST_RANDOM_LINES)
     if points and points[-1][0] * duration < max(1.0, points[0][0] * duration):
         raise ValueError(f"a duration of {duration:g} s has no line between {points[0][0]:g} and {points[-1][0]:g} Hz")
     if points and not any(density for _, density in points):
