@@ -61,7 +61,9 @@ def steps_in_contact(
     if not can.size:
         return parts, gaps
     some = gaps.select(can)
-    given: FloatArray = np.where(np.isinf(some.stiffness) & (np.array(some.laws.curve) < 0), np.inf, steepest(some.laws))
+    given: FloatArray = np.where(
+        np.isinf(some.stiffness) & (np.array(some.laws.curve) < 0), np.inf, steepest(some.laws)
+    )
     rows = channel_matrices(system, some).G
 
     @cache
@@ -74,10 +76,11 @@ def steps_in_contact(
     def alone(h: float) -> BoolArray:
         return np.diagonal(give(h)) <= ALONE * np.diagonal(give(LATER * h))
 
-    h = step / parts
-    while parts < FINEST * fewest and (reached(SHORTEST * h) & ~alone(h)).any():
+    while parts < FINEST * fewest and reached(SHORTEST * step / parts).any():
         parts *= 2
-        h *= 0.5
+    if not (reached(SHORTEST * step / parts) & ~alone(step / parts)).any():
+        parts = fewest if reached(SHORTEST * step / parts).any() else parts
+    h = step / parts
     springs = np.where(np.isinf(given), 1.0 / (h * h * np.diagonal(give(h))), given)
     block = np.flatnonzero(alone(h))
     if block.size:

@@ -1,12 +1,12 @@
 """How stiff the spring of a hard contact is: hard against the structure behind its channel, not against the clock.
 
 A blow on a channel sets the modes going by their mobilities p_a. Held at that channel the structure has other modes,
-and each of them pulls on what holds it as a spring of k_b would, the channel itself as one of k_0; all together resist a
-blow as k_0 + sum k_b, sum(p_a w_a^2) / sum(p_a)^2. A spring of stiffness k in place of the rigid contact makes the
-period of held mode b too long by the share k_b / (2 k), and with it what is made of such modes: a wave that runs through
-a bar and back takes 2 L / c (1 + EA / (k L)). So k is `HARD` times the largest of them. Where a single one is all that
-there is, a mass on its spring, no wave carries the blow away: the mass turns round on the contact itself, which is to
-be short against its period (`SHORT`) and against the course of the loads (`LOADS`).
+and each of them pulls on what holds it as a spring of k_b would, the channel itself as one of k_0; all together they
+resist a blow as k_0 + sum k_b = sum(p_a w_a^2) / sum(p_a)^2. A spring of stiffness k in place of the rigid contact
+makes the period of held mode b too long by the share k_b / (2 k), and with it what is made of such modes: a wave that
+runs through a bar and back takes 2 L / c (1 + EA / (k L)). So k is `HARD` times the largest of them. Where a single one
+is all that there is, a mass on its spring, no wave carries the blow away: the mass turns round on the contact itself,
+which is to be short against its period (`SHORT`) and against the course of the loads (`LOADS`).
 
 The modes that are held come from the Lanczos process on the squares of the frequencies that starts with the blow: its
 tridiagonal matrix without the first row is the structure held. Source: Golub, Meurant, Matrices, Moments and

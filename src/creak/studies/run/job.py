@@ -374,7 +374,7 @@ def march_run(
     cost = meter.read() if keeper is None else keeper.cost
     system, history = with_static(setup, system, history)
     v = setup.study.config.verification
-    events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge))
+    events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge, v.f_max))
     size = (0, 0, 0.0, 0.0) if reduced is None else (reduced.retained, reduced.modes, reduced.cpu_s, reduced.wall_s)
     kept = at_steps(history, np.union1d(field, on_trial))
     recording = recorded(setup, system, kept, events) if record else None
