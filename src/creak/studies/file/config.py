@@ -147,7 +147,8 @@ class TimeTable(Table):
     """s; a forced step, of the integrator hht where none is named."""
     integrator: Literal["exact", "hht", "generalised-alpha", "massless-boundary"] = "exact"
     """exact: exact motion between contacts, contact resolved in its own time scale, as accuracy says. The others take
-    the step as it is. massless-boundary needs the reduction of that name."""
+    the step as it is. massless-boundary needs the reduction of that name, and damping that couples no modes; the
+    unreduced run beside it takes hht."""
     alpha: Annotated[float, Field(ge=-0.5, le=0.0, allow_inf_nan=False)] = -0.05
     """hht: numerical damping; 0 is none."""
     rho_inf: Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)] = 0.9
