@@ -25,7 +25,7 @@ from benchmarks.door import silent
 from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.scheme import generalised_alpha
 from creak.studies.converge.settled import settled_to, verdict_of
-from creak.studies.converge.settling import FIGURES, SETTLED, TIME_LIMIT, TIMES, change
+from creak.studies.converge.settling import FIGURES, OF_RESOLUTION, SETTLED, TIME_SHARE, TIMES, change
 from creak.studies.converge.variants import converge
 from creak.studies.file.reader import Study, read_study
 from creak.studies.prepare.setup import set_up
@@ -132,7 +132,7 @@ def held(
 
 
 def _limit(name: str) -> float:
-    return TIME_LIMIT if name in TIMES else SETTLED
+    return OF_RESOLUTION * TIME_SHARE * 0.01 if name in TIMES else SETTLED
 
 
 def within(found: Mapping[str, Any]) -> int:

@@ -22,7 +22,7 @@ from helpers_core import chain, channels, system_of
 
 N = 10
 STEPS = 8
-COARSE = Resolution(0.5, 1.6e-4, 4e-5)
+COARSE = Resolution(0.5, 0.16, 0.04)
 
 
 def two_stops() -> list[FlowRun]:
@@ -58,7 +58,7 @@ def many_stops() -> list[FlowRun]:
 
     gap0 = np.where(preload > 0.0, -preload / stiffness, np.where(near, 2e-4, 4e-3))
     gaps = replace(channels(np.eye(N), gap0, stiffness), preload=preload)
-    return [FlowRun(system, gaps, loads, Resolution(0.5, 2.5e-4, 4e-5), np.arange(2), STEPS, None, None)]
+    return [FlowRun(system, gaps, loads, Resolution(0.5, 0.25, 0.04), np.arange(2), STEPS, None, None)]
 
 
 MODELS = {"two": two_stops, "many": many_stops}

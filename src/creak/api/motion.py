@@ -14,7 +14,7 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
-from creak.dynamics.scheme import HHT, Scheme
+from creak.dynamics.scheme import Scheme
 from creak.errors import InputError
 from creak.signals import sources
 from creak.signals.sources import Motion, Signal
@@ -108,13 +108,19 @@ def simulate(
         known_labels(x, system.labels, "forces")
     if output_every < 1 or substeps < 1 or loads.n_step < substeps:
         raise InputError(f"output_every = {output_every}, substeps = {substeps}", expected="1 or more")
-    if scheme is None and substeps == 1:
+    if scheme is None and substeps > 1:
+        raise InputError(
+            f"substeps = {substeps} without a scheme",
+            expected="a scheme whose steps are divided",
+            fix="Give creak.HHT() or creak.generalised_alpha(), or leave out substeps.",
+        )
+    if scheme is None:
         return simulate_settled(system, channels, loads, observed=kept, output_every=output_every, progress=progress)
     return simulator(system)(
         system,
         channels,
         loads,
-        HHT() if scheme is None else scheme,
+        scheme,
         observed=kept,
         output_every=output_every,
         substeps=substeps,

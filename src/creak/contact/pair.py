@@ -225,7 +225,7 @@ def _without_overclosure(
     """
     free = np.isnan(given)
     gap0 = np.where(free, channels.gap, given)
-    deep = np.where(free, gap0 + np.maximum(channels.depth, 1e-12), np.inf)
+    deep = np.where(free, gap0 + np.maximum(channels.depth, ROUND_OFF * channels.size), np.inf)
     if deep.size and deep.min() < 0.0:
         worst = int(np.argmin(deep))
         raise InputError(

@@ -18,10 +18,12 @@ REACH = 6.0
 """Periods of f_max around an event that its low-pass sees: the slowest pole of a Butterworth of order 4 decays by
 exp(-2 pi 6 sin(pi / 8)) = 5e-7 over them."""
 
-LONGEST = 5e-3
-"""s: contact that is lost for longer makes another event, however long it lasts before and after."""
+LONGEST = 2.5
+"""Periods of f_max: contact that is lost for longer makes another event, however long it lasts before and after."""
 TOUCHING = 1e-9
 """Share of its largest gap up to which a channel touches."""
+ROUND_OFF = 1e-12
+"""Of a time."""
 COARSER = 1.5
 """Times the step of an onset from which the step before it is too long to tell how the gap closed in that."""
 
@@ -80,9 +82,9 @@ def find_events(history: History, gaps: GapOperator, merge: float | None = None,
     Intervals in which any channel of a side presses are its touches: channels of one contact that push the same way
     are a side (`sides`). Touches less than half a period of `f_max` apart, which the low-passed force cannot tell from
     each other, are one blow. Blows are one event where contact is lost for less time than either of them lasts, the
-    contact's own time scale, and for less than `LONGEST`. Start and end are where the gap crosses zero inside a step:
-    linear between the gaps on both sides, or, where exact unilateral contact holds the gap at zero, at the rate that
-    it had while open. Steps may be uneven.
+    contact's own time scale, and for less than `LONGEST` periods of `f_max`. Start and end are where the gap crosses
+    zero inside a step: linear between the gaps on both sides, or, where exact unilateral contact holds the gap at zero,
+    at the rate that it had while open. Steps may be uneven.
 
     A channel that is closed from the start rests until it lets go: that is no event, what follows is (`resting`).
 
@@ -101,7 +103,7 @@ def find_events(history: History, gaps: GapOperator, merge: float | None = None,
         side, count[group] = count[group], count[group] + 1
         closed = stretches(np.asarray((closing.force[:, channels] > 0.0).any(axis=1)))
         touches = [_touch(closing, gaps, channels, first, last) for first, last in closed]
-        for chain in chains(touches, merge) if merge is not None else _own_scale(touches, 0.5 / f_max):
+        for chain in chains(touches, merge) if merge is not None else _own_scale(touches, f_max):
             events.append(replace(_event(closing, gaps, weights, channels, chain, f_max), side=side))
     return sorted(events, key=lambda e: (e.t_start, e.group, e.side))
 
@@ -151,13 +153,13 @@ def without_rest(history: History) -> History:
     return replace(history, force=force)
 
 
-def _own_scale(touches: list[_Touch], blow: float) -> list[list[_Touch]]:
-    """Touches of one side in order, grouped to blows, less than `blow` (s) apart, and these to events."""
+def _own_scale(touches: list[_Touch], f_max: float) -> list[list[_Touch]]:
+    """Touches of one side in order: blows, less than half a period of `f_max` apart, and events of these."""
     events: list[list[_Touch]] = []
     before = 0.0
-    for chain in chains(touches, min(blow, LONGEST)):
+    for chain in chains(touches, 0.5 / f_max):
         lasts = chain[-1].end - chain[0].start
-        if events and chain[0].start - events[-1][-1].end < min(lasts, before, LONGEST):
+        if events and chain[0].start - events[-1][-1].end < min(lasts, before, LONGEST / f_max):
             events[-1] = events[-1] + chain
         else:
             events.append(chain)
@@ -217,7 +219,7 @@ def _filtered_peak(
     for part in [slice(None)] if together else blocks(channels.size, int(b - a)):
         force = history.force[rows][:, channels[part]]
         even, smooth = low_pass_uneven(time[rows], force.sum(axis=1)[:, None] if together else force, f_max)
-        inside = (even >= time[begin] - 1e-9) & (even <= time[end] + 1e-9)
+        inside = (even >= time[begin] * (1.0 - ROUND_OFF)) & (even <= time[end] * (1.0 + ROUND_OFF))
         if not inside.any():  # an event between two samples of a slow low-pass
             inside[np.abs(even - 0.5 * (time[begin] + time[end])).argmin()] = True
         top = max(top, float(smooth[inside].max()))

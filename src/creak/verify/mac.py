@@ -8,6 +8,8 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 
+ROUND_OFF = 1e-9
+"""Of the highest frequency: what rigid modes may be apart."""
 CLOSE = 2e-3
 """Modes nearer than this relative distance form one subspace: their shapes may rotate in it."""
 BAND = 0.15
@@ -44,7 +46,9 @@ def pair_modes(freq_ref: FloatArray, shapes_ref: FloatArray, freq_red: FloatArra
         return ModePairs(np.zeros(n_ref), matrix, np.full(n_ref, -1, dtype=np.int64))
     from scipy.optimize import linear_sum_assignment  # see `signals.spectra.low_pass`
 
-    allowed = np.abs(freq_red - freq_ref[:, None]) <= BAND * freq_ref[:, None] + 1e-9
+    allowed = np.abs(freq_red - freq_ref[:, None]) <= BAND * freq_ref[:, None] + ROUND_OFF * max(
+        freq_ref.max(), freq_red.max()
+    )
     row, col = linear_sum_assignment(-np.where(allowed, matrix, -1.0))
     partner = np.full(n_ref, -1, dtype=np.int64)
     good = allowed[row, col]

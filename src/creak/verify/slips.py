@@ -12,8 +12,8 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.verify.intervals import chains, stretches
 
-LONGEST = 5e-3
-"""s that a pair may stick within one event."""
+LONGEST = 2.5
+"""Periods of f_max that a pair may stick within one event."""
 
 
 @dataclass(frozen=True)
@@ -90,19 +90,21 @@ class _Slip:
     drop: float
 
 
-def find_slips(history: History, gaps: GapOperator, merge: float | None = None) -> list[SlipEvent]:
+def find_slips(
+    history: History, gaps: GapOperator, merge: float | None = None, f_max: float = 500.0
+) -> list[SlipEvent]:
     """Stick-slip events of a run, by start time.
 
     A slip is an interval in which a channel presses and slides, between two in which it presses and sticks: sliding
     that begins with the touch or ends with the release is a rub, no stick-slip. A single instant at rest is a reversal
-    of the sliding, no stick. Slips of a pair less than `merge` seconds apart (default `LONGEST`) are one event. The
-    slip speed is extrapolated to zero inside the steps at both ends; length and work are trapezoidal
+    of the sliding, no stick. Slips of a pair less than `merge` seconds apart (default `LONGEST` periods of `f_max`, Hz)
+    are one event. The slip speed is extrapolated to zero inside the steps at both ends; length and work are trapezoidal
     (`History.weights`).
     """
     if gaps.friction is None or not history.sliding.size:
         return []
     rubbing, weights = gaps.friction.channels, history.weights
-    apart = LONGEST if merge is None else merge
+    apart = LONGEST / f_max if merge is None else merge
     by_group: dict[str, list[_Slip]] = {}
     for i, j in enumerate(rubbing.tolist()):
         by_group.setdefault(gaps.group[j], []).extend(_slips(history, weights, i, j))

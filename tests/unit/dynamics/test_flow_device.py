@@ -69,7 +69,7 @@ def test_runs_out_of_scope_go_to_the_cores_and_are_told(base, device):
 
 
 def test_contact_in_other_steps_is_a_launch_of_its_own(base, device):
-    stiff = Variant(1, replace(base.gaps, stiffness=np.full(2, 4e6)), base.loads)
+    stiff = Variant(1, replace(base.gaps, stiffness=np.full(2, 4e8)), base.loads)
     found = peaks(base, [*some(base, 1), stiff])
     assert device == [1, 1]
     assert found == peaks(base, [*some(base, 1), stiff], device="cpu")

@@ -28,8 +28,8 @@ from helpers_refusal import refusal
 
 STEP, END = 5e-4, 0.1
 GAPS = gaps_between(0.02, 1e5)
-FACTORS = 6
-"""Two that tell the length of contact steps, that of contact steps, a real and two complex ones of flights."""
+FACTORS = 8
+"""Four that tell the length of contact steps, that of contact steps, a real and two complex ones of flights."""
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def beams():
 
 def flown(system, maker=on_cores) -> History:
     """As a study runs it."""
-    parts, springs = steps_in_contact(system, GAPS, STEP, 5e-5, maker)
+    parts, springs = steps_in_contact(system, GAPS, STEP, 0.1, maker)
     loads = multisine_base(time_axis(END, STEP), 5.0, 60.0, 0.05)
     stepper = FlightStepper(system, springs, refined(loads, parts), IN_CONTACT, parts, maker=maker)
     return march(stepper, np.array([49, 103]))
@@ -69,9 +69,9 @@ def test_flights_and_contact_are_those_of_the_cores(beams, on_the_cores, gpu):
     assert_same(found, on_the_cores)
     assert found.residual < 1e-8
     assert made.told() == (f"factors on the GPU: {FACTORS} (a stand-in)",)
-    assert gpu.kinds == [("SPD", "float64")] * 4 + [("SYMMETRIC", "complex128")] * 2
+    assert gpu.kinds == [("SPD", "float64")] * 6 + [("SYMMETRIC", "complex128")] * 2
     assert gpu.solves >= found.time.size
-    # The two that told the length of the steps are not there any more, nor are all at the end.
+    # Those that told the length of the steps are not there any more, nor are all at the end.
     assert gpu.held == 0.0
     assert gpu.most > 0.0
 

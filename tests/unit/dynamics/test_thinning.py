@@ -74,7 +74,7 @@ def test_chatter_is_kept_with_a_bound_and_the_same_impulses(monkeypatch):
     assert whole.time.size > 4 * KEPT
     assert whole.spacing == 0.0
     width = 1 + 2 * N + 8
-    monkeypatch.setattr(thinning, "LONGEST", 2e-4)
+    monkeypatch.setattr(thinning, "LONGEST", 0.2)
     monkeypatch.setattr(thinning, "BUDGET", 8.0 * width * KEPT)
     few = chatter()
     assert 0.0 < few.spacing <= 2e-4
@@ -102,9 +102,9 @@ def test_nothing_is_told_where_a_large_table_lost_no_instant(monkeypatch):
 
 def test_a_spacing_is_as_short_as_there_is_room_and_no_longer_than_events_allow():
     time = np.concatenate([np.linspace(0.1, 0.101, 1000), np.linspace(0.5, 0.501, 1000)])
-    assert spacing_for(time, 100) == pytest.approx(LONGEST / 2)
-    assert spacing_for(time, 1000) == pytest.approx(LONGEST / 16)
-    assert spacing_for(time, 10) == spacing_for(time, -5) == LONGEST
+    assert spacing_for(time, 100, 1e-3) == pytest.approx(1e-3 * LONGEST / 2)
+    assert spacing_for(time, 1000, 1e-3) == pytest.approx(1e-3 * LONGEST / 16)
+    assert spacing_for(time, 10, 1e-3) == spacing_for(time, -5, 1e-3) == 1e-3 * LONGEST
     assert "43 us apart" in spacing_words(4.3e-5)[0]
     assert spacing_words(0.0) == ()
 

@@ -5,74 +5,107 @@ stops what meets it, and what is thrown back is never faster than what came (a m
 .66 of its speed at omega h = 1, 2, 4, 8, at most .93; with HHT, alpha = 1 - sqrt(2), up to 1.08, 1.01, 1.79, 2.2). That
 is right for a node in front of a structure, whose motion decides the event and is resolved. A mass that is all there is
 behind its channel has to rebound from the spring itself: there omega h is at most `RESOLVED`.
+
+No time is known beforehand: what a constant force moves in n steps, over its square, is the inverse of the mass that
+it reaches by then. A mass alone is the same in one step and in ten. That of a structure grows, as waves run into it,
+and of one that nothing holds it stands still once they have come back: a blow lasts as long, and is to have
+`SHORTEST` steps.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import BoolArray, FloatArray, Matrix
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.condensed import response
-from creak.dynamics.flow.resolution import HARD_CONTACT, steepest
+from creak.dynamics.flow.resolution import steepest
 from creak.dynamics.scheme import generalised_alpha
 from creak.dynamics.step_matrix import Maker, StepFactor, on_cores
 
 IN_CONTACT = generalised_alpha(0.0)
 """Of steps in contact."""
-RESOLVED = 0.2
-"""Most of omega h where a mass has to rebound: it keeps .99 of its speed, .95 of it at .4."""
+RESOLVED = 0.1
+"""Most of omega h where a mass has to rebound: it keeps .999 of its speed, .99 of it at .2."""
 LATER = 10
 """Steps after which is asked whether a channel moves more mass than in one: 1.3 to 5 times of a clamped strip (20 us),
 twice at the edge of a door, as much of a block."""
 ALONE = 1.2
 """Ratio of these masses up to which a mass counts as all that there is."""
-FINEST = 16
-"""Most parts that a step is divided into for that."""
+SHORTEST = 1000
+"""Steps of a blow; its impulse is then within .5 %. A mass that does not grow by `GROWS` from then to `AFTER` times as
+long has been reached in whole (waves: 4, bending: 2, a structure that is held: 16)."""
+AFTER, GROWS = 4, 1.5
+FINEST = 64
+"""Most parts that a step is divided into for that, and for a mass that rebounds."""
+REBOUND = 20
+"""Of these for a hard contact of a mass: it lasts 3 % of a flight step."""
 
 
 def steps_in_contact(
     system: System, gaps: GapOperator, step: float, longest: float, maker: Maker = on_cores
 ) -> tuple[int, GapOperator]:
-    """Parts of `step` (s), each at most `longest` (s), and the channels with springs in place of hard contact.
+    """Parts of `step` (s), each at most the share `longest` of it, and the channels with springs for hard contact.
 
-    A hard channel is a spring that turns the mass that it moves within `longest` round in `HARD_CONTACT`, as exact flow
-    has it.
+    A hard channel is a spring that the step just carries against the mass that it moves within one: omega h = 1. Where
+    a mass rebounds, no spring is stiffer than omega h = `RESOLVED`.
     """
-    parts = fewest_parts(step, longest)
+    parts = fewest = fewest_parts(longest)
     can = np.flatnonzero(gaps.can_press())
     if not can.size:
         return parts, gaps
-    h = step / parts
     some = gaps.select(can)
-    now, later = (_give(system, some, t, maker) for t in (h, LATER * h))
-    squared = (math.pi / HARD_CONTACT) ** 2
-    hard = np.isinf(some.stiffness) & (np.array(some.laws.curve) < 0)
-    springs = np.where(hard, squared / np.diagonal(now), steepest(some.laws))
-    alone = np.diagonal(now) <= ALONE * np.diagonal(later)
-    if alone.any():
-        omega2 = float((np.abs(now[np.ix_(alone, alone)]) @ springs[alone]).max())
-        parts *= min(FINEST, max(1, math.ceil(h * math.sqrt(omega2) / RESOLVED)))
-    if not hard.any():
+    given: FloatArray = np.where(
+        np.isinf(some.stiffness) & (np.array(some.laws.curve) < 0), np.inf, steepest(some.laws)
+    )
+    rows = channel_matrices(system, some).G
+
+    @cache
+    def give(h: float) -> FloatArray:
+        return _give(system, rows, h, maker)
+
+    def reached(t: float) -> BoolArray:
+        return np.diagonal(give(t)) < GROWS * np.diagonal(give(AFTER * t))
+
+    def alone(h: float) -> BoolArray:
+        return np.diagonal(give(h)) <= ALONE * np.diagonal(give(LATER * h))
+
+    while parts < FINEST * fewest and reached(SHORTEST * step / parts).any():
+        parts *= 2
+    if not (reached(SHORTEST * step / parts) & ~alone(step / parts)).any():
+        parts = fewest if reached(SHORTEST * step / parts).any() else parts
+    h = step / parts
+    springs = np.where(np.isinf(given), 1.0 / (h * h * np.diagonal(give(h))), given)
+    block = np.flatnonzero(alone(h))
+    if block.size:
+        reach = np.abs(give(h)[np.ix_(block, block)])
+        omega2 = float((reach @ np.where(np.isinf(given[block]), 0.0, given[block])).max())
+        finer = math.ceil(h * math.sqrt(omega2) / RESOLVED)
+        finer = max(1, finer, REBOUND * fewest // parts if np.isinf(given[block]).any() else 1)
+        parts *= min(finer, max(1, FINEST * fewest // parts))
+        springs[block] = np.minimum(given[block], (RESOLVED * parts / step) ** 2 / reach.sum(axis=1))
+    if np.array_equal(springs, given):
         return parts, gaps
     stiffness = gaps.stiffness.copy()
-    stiffness[can[hard]] = springs[hard]
-    limited = np.isinf(gaps.stiffness)
+    other = springs != given
+    stiffness[can[other]] = springs[other]
+    limited = np.zeros(gaps.m, dtype=bool)
+    limited[can[other]] = True
     return parts, replace(gaps.with_stiffness(stiffness), step_limited=limited)
 
 
-def fewest_parts(step: float, longest: float) -> int:
-    """Of `step` (s), each at most `longest` (s)."""
-    return math.ceil(step / longest * (1.0 - 1e-9))
+def fewest_parts(longest: float) -> int:
+    """Of a step, each at most the share `longest` of it."""
+    return math.ceil((1.0 - 1e-9) / longest)
 
 
-def _give(system: System, gaps: GapOperator, h: float, maker: Maker) -> FloatArray:
+def _give(system: System, rows: Matrix, h: float, maker: Maker) -> FloatArray:
     """(m, m) what a force on one channel moves of the others within h, over h^2 / 2: the inverse of a mass."""
-    rows = channel_matrices(system, gaps).G
     answers, _ = response(StepFactor(system, IN_CONTACT, h, maker), rows, keep=False)
     return np.asarray(2.0 * IN_CONTACT.beta * (1.0 - IN_CONTACT.alpha_f) * answers)

@@ -123,7 +123,8 @@ def coupled_modes(system: System, on: ChannelMatrices, terms: LinearTerms, gaps:
         x = np.concatenate([scale * (turn.T @ (mass * u)), turn.T @ (mass * v)])
         return np.asarray(inverse @ x).reshape(2, n)
 
-    return FlowForm(model, speed, squares, inverse, flow, basis, start)
+    mobility = (modal.rows[: gaps.m] / mass) ** 2
+    return FlowForm(model, speed, squares, inverse, flow, basis, start, omega**2, mobility)
 
 
 def _mass_products(system: System) -> FloatArray:

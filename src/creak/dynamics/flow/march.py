@@ -61,7 +61,8 @@ def simulate_flow(
 
     A flight step is `SAMPLES` samples of the loads long, which follow a cubic over it. It is halved, and its halves,
     where a gap may close, by a bound that misses nothing between the samples, down to steps that resolve the contact
-    springs (`flow.resolution`). Laws are used as they are; hard contact is a spring of `flow.resolution.HARD_CONTACT`.
+    springs (`flow.resolution`). Laws are used as they are; hard contact is a spring that is stiff against the structure
+    behind its channel (`flow.hard`).
 
     Parameters
     ----------
@@ -233,7 +234,7 @@ class FlowRun:
     def _lasting(self, resolution: Resolution) -> tuple[int, FloatArray]:
         """Level of the steps of lasting contact and what a constant force moves in one; where all laws are lines."""
         levels, model = self.steps.levels, self.model
-        level = next((n for n in range(levels) if self.H / 2**n <= resolution.longest), levels)
+        level = next((n for n in range(levels) if 0.5**n <= resolution.longest), levels)
         at_rest = self.gaps.preload is not None and bool(self.gaps.preload.any())
         curved = bool((self.steps.laws.curve >= 0).any())
         if (

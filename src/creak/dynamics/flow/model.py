@@ -118,6 +118,10 @@ class FlowForm:
     """(n, 2 n) coordinates of the System from z; None: the first n of z."""
     start: Callable[[FloatArray, FloatArray], FloatArray]
     """z (2, n) of coordinates and their velocities."""
+    omega2: FloatArray
+    """(n,) squares of the frequencies of the modes without damping."""
+    mobility: FloatArray
+    """(m, n) square of what a mode moves of a gap, over its mass; 0 where it has none."""
 
     def spread(self, rates: FloatArray) -> FloatArray:
         """rates times the root of the mobility."""
@@ -145,6 +149,8 @@ def single_modes(
         lambda h: propagator(m, c, k, h),
         None,
         lambda u, v: np.stack([u, v]),
+        omega**2,
+        modal.rows[: gaps.m] ** 2 * np.where(heavy, 1.0 / mass, 0.0),
     )
 
 

@@ -18,11 +18,10 @@ import scipy.linalg as sla
 
 from creak.arrays import FloatArray, IntArray
 from creak.contact.laws.parameters import LawArrays
+from creak.dynamics.flow.hard import hard_springs
 from creak.dynamics.flow.model import FlowForm
 from creak.errors import InputError
 
-HARD_CONTACT = 2e-5
-"""s that a hard contact takes to reverse the motion of a channel's own mass."""
 DEEPEST = 30
 """Most halvings of a flight step."""
 BAND = 2.0
@@ -36,12 +35,12 @@ class Resolution:
     contact: float
     """Largest product of a step near contact and the frequency of the contact springs."""
     longest: float
-    """Longest step near contact, s."""
+    """Longest step near contact, as a share of the flight step."""
     stepped: float
-    """Step near contact of Systems that are not diagonal, s."""
+    """The same of Systems that are not diagonal."""
 
 
-QUICK, SETTLED, FINE = Resolution(0.5, 4e-5, 4e-5), Resolution(0.25, 1e-5, 2e-5), Resolution(0.0625, 2.5e-6, 5e-6)
+QUICK, SETTLED, FINE = Resolution(0.5, 0.04, 0.04), Resolution(0.25, 0.01, 0.02), Resolution(0.0625, 0.0025, 0.005)
 
 
 @dataclass(frozen=True)
@@ -74,13 +73,13 @@ def flow_steps(form: FlowForm, laws: LawArrays, H: float, resolution: Resolution
     ------
     InputError : the contact springs are so stiff that a flight step would have to be halved more than `DEEPEST` times.
     """
-    laws = _with_hard(form, laws)
+    laws = _with_hard(form, laws, H)
     slopes = steepest(laws)
     levels, mollifier = 0, np.ones(form.omega.size)
     for levels in range(DEEPEST + 1):
         h = math.ldexp(H, -levels)
         mollifier = mollify(form.omega * h)
-        if h <= resolution.longest and contact_frequency(form, mollifier, slopes) * h <= resolution.contact:
+        if h <= resolution.longest * H and contact_frequency(form, mollifier, slopes) * h <= resolution.contact:
             break
     else:
         whole = contact_frequency(form, np.ones(form.omega.size), slopes)
@@ -130,14 +129,14 @@ def seen_through(form: FlowForm, mollifier: FloatArray) -> FloatArray:
     return form.spread(model.rates * both[model.v0 : model.v1])
 
 
-def _with_hard(form: FlowForm, laws: LawArrays) -> LawArrays:
-    """Hard channels as springs that reverse the motion of their own mass within `HARD_CONTACT`."""
+def _with_hard(form: FlowForm, laws: LawArrays, H: float) -> LawArrays:
+    """Springs in place of hard contact (`flow.hard`)."""
     hard = (laws.stiffness == np.inf) & (laws.curve < 0)
     if not hard.any():
         return laws
-    give = (seen_through(form, np.ones(form.omega.size))[: hard.size] ** 2).sum(axis=1)
-    spring = (np.pi / HARD_CONTACT) ** 2 / np.where(give > 0.0, give, np.inf)
-    return laws._replace(stiffness=np.where(hard, spring, laws.stiffness), damping=np.where(hard, 0.0, laws.damping))
+    stiffness = laws.stiffness.copy()
+    stiffness[hard] = hard_springs(form.omega2, form.mobility[hard], H)
+    return laws._replace(stiffness=stiffness, damping=np.where(hard, 0.0, laws.damping))
 
 
 def _bands(omega: FloatArray) -> tuple[IntArray, int]:

@@ -66,7 +66,7 @@ class Recorder:
         self._tangents = tuple(self._on_kept(rows) for rows in on.tangents) if moves else ()
         self._seen = () if self._watch is None else tuple(self._on_kept(rows) for rows in self._watch.rows)
         self._whole_at = np.zeros(0, dtype=np.int64) if whole_at is None else np.asarray(whole_at, dtype=np.int64)
-        self._end = float(loads.time[-1])
+        self._end, self._step = float(loads.time[-1]), substeps * loads.step
         self._sizes = loads.n_step // substeps, observed.size, width, system.supports.count
         self._whole_width = system.n if basis is None else width
         self._begin_tables()
@@ -215,7 +215,7 @@ class Recorder:
         if self.used <= room:
             return at
         first, forces = self._looked, slice(1 + self._m, 1 + 2 * self._m + self._f2)
-        spacing = spacing_for(self._table[first : at[-1] + 1, 0], room - first)
+        spacing = spacing_for(self._table[first : at[-1] + 1, 0], room - first, self._step)
         before = self.used
         self.used, at = thin(self._table, before, first, at, forces, spacing)
         if self.used < before:

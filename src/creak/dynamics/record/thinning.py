@@ -17,11 +17,11 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 
 BUDGET = 1e9
-"""Bytes of the table of a run, where that leaves instants no further apart than `LONGEST`."""
+"""Bytes of the table of a run, where that leaves instants no further apart than `LONGEST` of a step."""
 FREE = 0.25
 """Share of the budget that may be taken at any time; of the rest a run has the share that its time has of the whole."""
-LONGEST = 5e-5
-"""s between two instants, at most: half of what is promised of the start of an event."""
+LONGEST = 0.05
+"""Of a step of the run, between two instants, at most: half of what is promised of the start of an event."""
 HALVINGS = 8
 """Of `LONGEST`, that are tried."""
 
@@ -31,10 +31,11 @@ def room_for(width: int, share: float) -> int:
     return int(BUDGET * (FREE + (1.0 - FREE) * share) / (8.0 * width))
 
 
-def spacing_for(time: FloatArray, room: int) -> float:
-    """The shortest spacing (s) that leaves at most `room` of the instants (n,), `LONGEST` where none does."""
-    tried = (LONGEST / 2**k for k in range(HALVINGS, 0, -1))
-    return next((s for s in tried if np.count_nonzero(np.diff(np.floor(time / s))) <= room), LONGEST)
+def spacing_for(time: FloatArray, room: int, step: float) -> float:
+    """The shortest spacing (s) that leaves at most `room` of the instants (n,), `LONGEST` steps where none does."""
+    longest = LONGEST * step
+    tried = (longest / 2**k for k in range(HALVINGS, 0, -1))
+    return next((s for s in tried if np.count_nonzero(np.diff(np.floor(time / s))) <= room), longest)
 
 
 def thin(table: FloatArray, used: int, first: int, at: IntArray, forces: slice, spacing: float) -> tuple[int, IntArray]:

@@ -281,7 +281,7 @@ def factors(setup: Setup, factor_bytes: float, free: float) -> int:
     table = setup.study.config.time
     if not table.exact:
         return min(table.substeps, 2)
-    parts = fewest_parts(table.step, resolution_of(setup).stepped)
+    parts = fewest_parts(resolution_of(setup).stepped)
     rule, _, _ = choose(divided_loads(setup, parts), parts, factor_bytes, free)
     return 1 + rule.factors
 

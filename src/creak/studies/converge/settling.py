@@ -19,12 +19,12 @@ SETTLED = 0.05
 more than this share: the 5 % within which the thesis calls an amplitude right (3.7.3)."""
 ENOUGH = 0.95
 """Share of the events that are to be settled in every figure."""
-TIME_LIMIT = 1e-4
-"""s by which the resolution of contact in time may move start and duration; stiffness and modes, which the model sets,
-by `TIME_SHARE`: the last of several micro-contacts of an event is theirs."""
 TIME_SHARE = 0.1
 """Start and duration are settled when the last refinement of every family moves them by no more than this share of the
 verification's `event_tolerance`, so that what is left cannot decide whether two events are the same one."""
+OF_RESOLUTION = 0.1
+"""Share of that by which the resolution of contact in time may move them; the rest is for stiffness and modes, which
+the model sets: the last of several micro-contacts of an event is theirs."""
 BASE, HALF, QUARTER = "base", "h/2", "h/4"
 TWICE, TENFOLD, MORE_MODES = "2 x stiffness", "10 x stiffness", "1.5 x f_max"
 FINER, SOFTER, STIFFER = "half the tolerance", "half the stiffness", "twice the stiffness"
@@ -144,7 +144,7 @@ class Settling:
 
     def limit_of(self, family: str) -> float:
         """What a family may move the figure by."""
-        return min(self.limit, TIME_LIMIT) if self.name in TIMES and family == "tolerance" else self.limit
+        return OF_RESOLUTION * self.limit if self.name in TIMES and family == "tolerance" else self.limit
 
     @property
     def base_error(self) -> float:

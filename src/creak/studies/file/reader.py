@@ -86,6 +86,10 @@ def overlap(a: str, b: str) -> bool:
     return a == b or a.startswith(f"{b}.") or b.startswith(f"{a}.")
 
 
+OWN = {"hht": {"alpha"}, "generalised-alpha": {"rho_inf"}, "massless-boundary": {"alpha"}}
+"""Keys of [time] that belong to an integrator; alpha is that of the unreduced run beside a massless boundary."""
+
+
 def check_time(table: TimeTable, given: Mapping[str, Any], where: Callable[..., str]) -> None:
     """Raise InputError where [time], given with these keys, asks for an accuracy and forces a scheme."""
     forced = sorted((FORCED | {"rho_inf"}) & given.keys())
@@ -96,6 +100,14 @@ def check_time(table: TimeTable, given: Mapping[str, Any], where: Callable[..., 
             where=where("time", "accuracy"),
             expected="one of both",
             fix="Leave out all but accuracy.",
+        )
+    unused = sorted({"alpha", "rho_inf"} & given.keys() - OWN.get(table.integrator, set()))
+    if not table.exact and unused:
+        raise InputError(
+            f"{unused[0]} is nothing that integrator = {table.integrator!r} takes",
+            where=where("time", unused[0]),
+            expected=", ".join(sorted(FORCED - {"alpha"} | OWN[table.integrator])),
+            fix="Leave it out, or take the integrator that it belongs to: alpha hht, rho_inf generalised-alpha.",
         )
     if table.exact and forced:
         raise InputError(

@@ -14,10 +14,13 @@ from creak.studies.file.signals.course import RecordTable, TableTable
 from creak.studies.file.tables import read_signal
 from creak.studies.prepare.excitation import end_of, highest_frequency, period_of
 
-LONGEST = 1e-3
-"""s of a flight step, and between two instants that are written."""
+WRITTEN_PER_PERIOD = 2.0
+"""Instants written in a period of the verification's f_max."""
+FASTEST = 100.0
+"""Longest flight step over the shortest: loads whose samples are closer are followed as closely as that."""
 PER_PERIOD = 10.0
-"""Flight steps in a period of the excitation: a cubic through four samples is then within 1e-4 of a sine."""
+"""Flight steps in a period of the excitation, and of the modes that are compared: a cubic through four samples is then
+within 1e-4 of a sine."""
 WRITTEN = 1000.0
 """Instants written of a short run."""
 RESOLUTIONS: dict[str, Resolution] = {"quick": QUICK, "settled": SETTLED, "fine": FINE}
@@ -36,11 +39,11 @@ def with_flight_steps(study: Study) -> Study:
     c = study.config
     if not c.time.exact:
         return study
-    wanted = min(LONGEST, _resolved(study))
+    wanted = _resolved(study)
     interval = c.output.interval
     if interval is None:
         end = end_of(study)
-        most = min(wanted, end / WRITTEN, 0.5 / c.verification.f_max)
+        most = min(wanted, end / WRITTEN)
         whole = c.output.field_interval or min(period_of(study) or end, end)
         interval = whole / math.ceil(whole / most * (1.0 - 1e-9))
     step = interval / math.ceil(interval / wanted * (1.0 - 1e-9))
@@ -52,7 +55,9 @@ def with_flight_steps(study: Study) -> Study:
 
 
 def _resolved(study: Study) -> float:
-    """s of a flight step that follows the excitations: their highest frequency, the samples of tables and records."""
+    """s of a flight step that follows what is compared and the excitations: their highest frequency, their samples."""
+    v = study.config.verification
+    longest = min(1.0 / (WRITTEN_PER_PERIOD * v.f_max), 1.0 / (PER_PERIOD * v.mac_f_max))
     highest = highest_frequency(study)
     steps = [1.0 / (PER_PERIOD * highest)] if highest else []
     for name, table in study.config.excitation.items():
@@ -66,4 +71,4 @@ def _resolved(study: Study) -> float:
         else:
             continue
         steps += [float(np.median(np.diff(time)))] if time.size > 1 else []
-    return max(min(steps, default=LONGEST), LONGEST / 100.0)
+    return max(min([longest, *steps]), longest / FASTEST)

@@ -28,6 +28,7 @@ from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
 from creak.dynamics.simulate import CondensedStepper, march, simulate
 from creak.dynamics.step_matrix import Maker, on_cores
+from creak.errors import InputError
 from creak.reduction.diagonal import in_own_modes
 from creak.studies.file.config import TimeTable
 from creak.studies.prepare.excitation import sample_loads, time_axis
@@ -69,8 +70,8 @@ def integrate(
     """March a System through the study's loads; the history, the System as it was marched, and how in a few words.
 
     Without a forced scheme reduced Systems are marched by exact flow (`flowing`), all others by `_stepped`. With a
-    forced one diagonal Systems run in compiled code; with integrator = "massless-boundary" those that have massless
-    coordinates are marched by it, with as many substeps near contact as its springs need, all others by HHT-alpha.
+    forced one diagonal Systems run in compiled code; with integrator = "massless-boundary" the reduced System is
+    marched by it, with as many substeps near contact as its springs need, the unreduced one beside it by HHT-alpha.
 
     Parameters
     ----------
@@ -92,7 +93,8 @@ def integrate(
             return _flown(setup, flows, gaps, kept)
         history, system, how = _stepped(setup, system, gaps, kept, maker, keeper)
         return history, system, f"{how}{why_not}"
-    if table.integrator == "massless-boundary" and is_modal(system) and _has_massless(system):
+    if table.integrator == "massless-boundary" and _is_reduced(system):
+        check_massless_boundary(setup, system)
         return _massless(setup, system, gaps, kept)
     scheme = scheme_of(table)
     if is_modal(system):
@@ -112,8 +114,7 @@ def flowing(system: System) -> tuple[System | None, str]:
     """
     if is_modal(system):
         return system, ""
-    reduced = not sp.issparse(system.M) or bool(np.any(system.coordinates < 0))
-    if not reduced:
+    if not _is_reduced(system):
         return None, ""
     if system.n > MOST:
         return None, f"; no exact flow: damping couples {system.n} modes (at most {MOST})"
@@ -227,8 +228,22 @@ def simulator(system: System) -> Callable[..., History]:
     return simulate_modal if is_modal(system) else simulate
 
 
-def _has_massless(system: System) -> bool:
-    return bool(np.any(np.asarray(system.M.diagonal()) <= 0.0))
+def _is_reduced(system: System) -> bool:
+    return not sp.issparse(system.M) or bool(np.any(system.coordinates < 0))
+
+
+def check_massless_boundary(setup: Setup, system: System) -> None:
+    """Raise InputError where the study asks for a massless boundary, and damping couples the modes that it marches."""
+    coupled = system.damping.extra is not None or (_is_reduced(system) and not is_modal(system))
+    if setup.study.config.time.integrator == "massless-boundary" and coupled:
+        raise InputError(
+            'integrator = "massless-boundary" with damping that couples the modes: materials with *DAMPING of their '
+            "own, dashpots, or masses with damping",
+            where=setup.study.where("time", "integrator"),
+            expected="modes that damping leaves by themselves",
+            fix="Give [damping] modal or rayleigh for all parts and take dashpots away, or leave out integrator and "
+            "step: the default carries such damping.",
+        )
 
 
 def _massless(

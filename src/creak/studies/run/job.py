@@ -33,7 +33,7 @@ from creak.studies.run.costs import Cost, Meter
 from creak.studies.run.dropped import MOST_RUNS, with_closed
 from creak.studies.run.elines import LineFindings, compare_lines, line_steps, measured
 from creak.studies.run.forced_step import limited, step_warnings
-from creak.studies.run.integrate import integrate, output_times, scheme_of
+from creak.studies.run.integrate import check_massless_boundary, integrate, output_times, scheme_of
 from creak.studies.run.kernels import compile_for
 from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
 from creak.studies.run.precheck import prechecked, with_linear_gaps
@@ -317,6 +317,7 @@ def prepare(
 ) -> tuple[ReferenceModel, GapOperator, list[str]]:
     """The unreduced model, made here or by `begin`, the channels that the pre-check keeps (connectors last), notes."""
     reference = reference or build_reference(setup, progress)
+    check_massless_boundary(setup, reference.system)
     mass, units = reference.system.stats.mass, setup.study.config.model.units
     figures = figure_warnings(setup.model, units, mass, reference.modes.omega2)
     reference = with_linear_gaps(setup, reference, scheme_of(setup.study.config.time), progress)
@@ -375,7 +376,7 @@ def march_run(
     cost = meter.read() if keeper is None else keeper.cost
     system, history = with_static(setup, system, history)
     v = setup.study.config.verification
-    events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge))
+    events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge, v.f_max))
     size = (0, 0, 0.0, 0.0) if reduced is None else (reduced.retained, reduced.modes, reduced.cpu_s, reduced.wall_s)
     kept = at_steps(history, np.union1d(field, on_trial))
     recording = recorded(setup, system, kept, events) if record else None

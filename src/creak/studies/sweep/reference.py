@@ -85,5 +85,5 @@ def _read(path: Path, setup: Setup, reference: ReferenceModel, gaps: GapOperator
     if saved["n"] != reference.system.n or saved["channels"].tolist() != list(gaps.names):
         return None
     v = setup.study.config.verification
-    events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge))
+    events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge, v.f_max))
     return Run("reference", reference.system, history, events, cost, 0, 0, 0.0, 0.0, slips, saved["integrator"])
