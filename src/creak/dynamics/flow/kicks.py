@@ -25,6 +25,10 @@ sticks but lets it jitter."""
 RATE = 1e5
 """Rates of a kick over the displacements that stand for them in the problem of the channels, times h: so large that
 these displacements do not stretch the springs."""
+GIVE = 0.01
+"""Sliding with which a channel that sticks takes up a change of its force, over what that force moves it in a kick:
+a spring far stiffer than any that a step resolves. Without it the forces that hold more channels than the filter leaves
+modes are not determined, and no solver finds them."""
 MOST = 2.0
 """Largest share of half a kick."""
 SWEEPS = 3
@@ -102,6 +106,8 @@ def solve_kick(laws, A, W, h, now, after, share):  # type: ignore[no-untyped-def
     seen = after.rate.copy()
     turn_rates(laws, W, (0.5 - THETA) * h, now.force, share, seen)
     slip, rate = h * seen[m:], seen[:m].copy()
+    for j in range(slip.size):
+        slip[j] -= RATE * GIVE / (1.0 + GIVE) * A[m + j, m + j] * now.force[m + j]
     return solve_step(A, after.gap.copy(), rate, RATE / h, slip, RATE, h, laws, after.stuck, after.force)
 
 

@@ -20,7 +20,7 @@ from creak.dynamics.flow.block import FEWEST, STEPS, Block, new_block
 from creak.dynamics.flow.books import begin_books
 from creak.dynamics.flow.coupled import can_couple, coupled_modes
 from creak.dynamics.flow.kernel import FULL, flow_chunk, new_desk
-from creak.dynamics.flow.kicks import RATE, THETA
+from creak.dynamics.flow.kicks import GIVE, RATE, THETA
 from creak.dynamics.flow.model import FlowForm, FlowState, filtered, resting, single_modes
 from creak.dynamics.flow.propagator import Q0
 from creak.dynamics.flow.resolution import SETTLED, FlowSteps, Resolution, flow_steps, seen_through, steepest, straight
@@ -216,7 +216,8 @@ class FlowRun:
         self._check_light()
         self._check_dampers()
         self.solver = bool(self._solver or self.model.damped or self.gaps.rubbing or self.light)
-        self.A = np.ascontiguousarray(static + THETA * h * h / RATE * self.W)
+        give = np.where(np.arange(n) < gaps.m, 0.0, GIVE * np.diag(self.W))
+        self.A = np.ascontiguousarray(static + THETA * h * h / RATE * (self.W + np.diag(give)))
         self.P = np.stack([self.form.flow(self.H / 2**level) for level in range(self.steps.levels + 1)])
         self.lasting, self.B = self._lasting(resolution)
         self.slope = steepest(self.steps.laws)
