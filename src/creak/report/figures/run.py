@@ -48,7 +48,7 @@ def force_figure(result: Found, units: Units) -> Figure:
     layout["shapes"] = []
     for row, group in enumerate(shown):
         name = "yaxis" + (str(row + 1) if row else "")
-        layout[name] = axis(f"{group}, {units.force}", domain=stacked(row, len(shown)), zeroline=True)
+        layout[name] = axis(f"{group}, raw, {units.force}", domain=stacked(row, len(shown)), zeroline=True)
         traces, peak = _force_row(result, group, row)
         data += traces
         layout["shapes"] += _event_bands(result, group, row)
@@ -137,7 +137,11 @@ def _mirrored_ticks(peak: float, mirrored: bool) -> dict[str, Any]:
 
 
 def _force_caption(result: Found, groups: int) -> str:
-    text = "Largest channel force of the contact at each instant, over the verification window; events shaded."
+    text = (
+        "Raw force of the hardest pressed node of the contact at each instant, over the verification window; events "
+        "shaded. It hangs on mesh and step: the force that tables and places give is that of all nodes together, "
+        "low-passed."
+    )
     if "reduced" in result.runs and "reference" in result.runs:
         text += (
             " Reduced model upward, unreduced model mirrored downward; an event without a partner is orange (missed) "
