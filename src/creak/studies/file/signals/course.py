@@ -81,7 +81,7 @@ class MultisineTable(Course):
     amplitude: Finite
     """Of each line."""
     period: Positive = 1.0
-    """s"""
+    """s; the lines are 1 / period Hz apart, 100,000 at most."""
     seed: Annotated[int, Field(ge=0)] = 1
     """Of the random phases."""
 

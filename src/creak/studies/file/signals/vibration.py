@@ -34,7 +34,7 @@ class PsdTable(Course):
     file: str | None = None
     """CSV file with the header frequency,density; path relative to the study file."""
     duration: Positive = 10.0
-    """s after which the signal repeats; its lines are 1 / duration Hz apart."""
+    """s after which the signal repeats; its lines are 1 / duration Hz apart, 10 million at most."""
     seed: Annotated[int, Field(ge=0)] = 1
     """Of the random phases."""
 
