@@ -42,6 +42,8 @@ SHORTEST = 1000
 """Steps of a blow; its impulse is then within .5 %. A mass that does not grow by `GROWS` from then to `AFTER` times as
 long has been reached in whole (waves: 4, bending: 2, a structure that is held: 16)."""
 AFTER, GROWS = 4, 1.5
+QUICK = 0.01
+"""omega h of a spring against that mass up to which the blow is the spring's, which is resolved."""
 FINEST = 64
 """Most parts that a step is divided into for that, and for a mass that rebounds."""
 REBOUND = 20
@@ -70,16 +72,18 @@ def steps_in_contact(
     def give(h: float) -> FloatArray:
         return _give(system, rows, h, maker)
 
-    def reached(t: float) -> BoolArray:
-        return np.diagonal(give(t)) < GROWS * np.diagonal(give(AFTER * t))
+    def short(h: float) -> BoolArray:
+        whole, later = (np.diagonal(give(t)) for t in (SHORTEST * h, AFTER * SHORTEST * h))
+        return (whole < GROWS * later) & (given * whole * h * h > QUICK**2)
 
     def alone(h: float) -> BoolArray:
         return np.diagonal(give(h)) <= ALONE * np.diagonal(give(LATER * h))
 
-    while parts < FINEST * fewest and reached(SHORTEST * step / parts).any():
+    brief = short(step / parts)
+    while parts < FINEST * fewest and short(step / parts).any():
         parts *= 2
-    if not (reached(SHORTEST * step / parts) & ~alone(step / parts)).any():
-        parts = fewest if reached(SHORTEST * step / parts).any() else parts
+    if alone(step / parts)[brief].all():  # no wave has been seen
+        parts = fewest
     h = step / parts
     springs = np.where(np.isinf(given), 1.0 / (h * h * np.diagonal(give(h))), given)
     block = np.flatnonzero(alone(h))
