@@ -31,8 +31,8 @@ from creak.dynamics.step_matrix import Maker, StepFactor, on_cores
 
 IN_CONTACT = generalised_alpha(0.0)
 """Of steps in contact."""
-RESOLVED = 0.1
-"""Most of omega h where a mass has to rebound: it keeps .999 of its speed, .99 of it at .2."""
+RESOLVED = 0.05
+"""Most of omega h where a mass has to rebound: it keeps .9995 of its speed, .998 of it at .1."""
 LATER = 10
 """Steps after which is asked whether a channel moves more mass than in one: 1.3 to 5 times of a clamped strip (20 us),
 twice at the edge of a door, as much of a block."""
@@ -46,7 +46,7 @@ QUICK = 0.01
 """omega h of a spring against that mass up to which the blow is the spring's, which is resolved."""
 FINEST = 64
 """Most parts that a step is divided into for that, and for a mass that rebounds."""
-REBOUND = 20
+REBOUND = 40
 """Of these for a hard contact of a mass: it lasts 3 % of a flight step."""
 
 
