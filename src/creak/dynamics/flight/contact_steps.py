@@ -31,8 +31,8 @@ from creak.dynamics.step_matrix import Maker, StepFactor, on_cores
 
 IN_CONTACT = generalised_alpha(0.0)
 """Of steps in contact."""
-RESOLVED = 0.1
-"""Most of omega h where a mass has to rebound: it keeps .999 of its speed, .99 of it at .2."""
+RESOLVED = 0.05
+"""Most of omega h where a mass has to rebound: it keeps .9995 of its speed, .998 of it at .1."""
 LATER = 10
 """Steps after which is asked whether a channel moves more mass than in one: 1.3 to 5 times of a clamped strip (20 us),
 twice at the edge of a door, as much of a block."""
@@ -42,9 +42,11 @@ SHORTEST = 1000
 """Steps of a blow; its impulse is then within .5 %. A mass that does not grow by `GROWS` from then to `AFTER` times as
 long has been reached in whole (waves: 4, bending: 2, a structure that is held: 16)."""
 AFTER, GROWS = 4, 1.5
+QUICK = 0.01
+"""omega h of a spring against that mass up to which the blow is the spring's, which is resolved."""
 FINEST = 64
 """Most parts that a step is divided into for that, and for a mass that rebounds."""
-REBOUND = 20
+REBOUND = 40
 """Of these for a hard contact of a mass: it lasts 3 % of a flight step."""
 
 
@@ -70,16 +72,18 @@ def steps_in_contact(
     def give(h: float) -> FloatArray:
         return _give(system, rows, h, maker)
 
-    def reached(t: float) -> BoolArray:
-        return np.diagonal(give(t)) < GROWS * np.diagonal(give(AFTER * t))
+    def short(h: float) -> BoolArray:
+        whole, later = (np.diagonal(give(t)) for t in (SHORTEST * h, AFTER * SHORTEST * h))
+        return (whole < GROWS * later) & (given * whole * h * h > QUICK**2)
 
     def alone(h: float) -> BoolArray:
         return np.diagonal(give(h)) <= ALONE * np.diagonal(give(LATER * h))
 
-    while parts < FINEST * fewest and reached(SHORTEST * step / parts).any():
+    brief = short(step / parts)
+    while parts < FINEST * fewest and short(step / parts).any():
         parts *= 2
-    if not (reached(SHORTEST * step / parts) & ~alone(step / parts)).any():
-        parts = fewest if reached(SHORTEST * step / parts).any() else parts
+    if alone(step / parts)[brief].all():  # no wave has been seen
+        parts = fewest
     h = step / parts
     springs = np.where(np.isinf(given), 1.0 / (h * h * np.diagonal(give(h))), given)
     block = np.flatnonzero(alone(h))
