@@ -148,8 +148,7 @@ def run_study(
     progress(COMPILE, 1, 1)
     setup, reference, gaps, notes = ready(setup, progress, store)
     runs: dict[str, Run] = {}
-    kept = gaps.m
-    reduced, health, stopped = None, {}, None
+    kept, reduced, health, stopped = gaps.m, None, {}, None
     if c.reduction.method != "none":
         gaps, reduced, runs["reduced"], more = _reduced_run(setup, reference, gaps, progress, store, record, keep)
         from creak.studies.models.health import checked  # what comes after the run is not waited for before it
