@@ -33,7 +33,7 @@ def gpu(monkeypatch):
 def test_the_unreduced_run_is_that_of_the_cores(tmp_path, gpu):
     setup = set_up(read_study(write_strips(tmp_path, study=WHOLE)))
     there, here = (run_study(replace(setup, device=device), lambda *_: None) for device in ("gpu", "cpu"))
-    assert "reference run: factors on the GPU: 6 (a stand-in)" in summarise(there)["notes"]
+    assert "reference run: factors on the GPU: 8 (a stand-in)" in summarise(there)["notes"]
     assert not [text for text in here.notes if "GPU" in text]
     for name in ("displacement", "gap", "force"):
         a, b = (getattr(found.runs["reference"].history, name) for found in (there, here))
