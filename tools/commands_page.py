@@ -37,7 +37,7 @@ stdout or stderr is closed, or stderr cannot be written, what would stand there 
 | exit status | meaning |
 |---|---|
 | 0 | done; warnings may have been printed |
-| 1 | failed analysis, unreliable results, too little memory, what cannot be written (a full disk), Ctrl-C; what was done is named |
+| 1 | failed analysis, unreliable results, no memory, a file that cannot be written, Ctrl-C; what was done is named |
 | 2 | wrong input: one message that says what, where, and what to do; nothing was written |
 
 **Outputs.** A plain file is replaced when the new one is complete; a link stays, the file that it leads to is replaced.
