@@ -31,13 +31,13 @@ seconds of each phase, sizes, and choices that were made. `--json`: the result o
 else there. `creak schema`, `creak thesis` and `creak example` have fewer of them.
 
 Progress, details, warnings and errors go to stderr, results to stdout. On a terminal every phase has a bar with the
-time left; elsewhere a phase gets a line once it has taken 2 s, then every 10 s and when it ends. Where stdout or stderr is closed, or
-stderr cannot be written, what would stand there is lost and nothing else.
+time left; elsewhere a phase gets a line once it has taken 2 s, then every 10 s and when it ends. Where
+stdout or stderr is closed, or stderr cannot be written, what would stand there is lost and nothing else.
 
 | exit status | meaning |
 |---|---|
 | 0 | done; warnings may have been printed |
-| 1 | failed analysis, unreliable results, memory that does not suffice, a file or stdout that cannot be written (a full disk), Ctrl-C; what was done is named |
+| 1 | failed analysis, unreliable results, no memory, a file that cannot be written, Ctrl-C; what was done is named |
 | 2 | wrong input: one message that says what, where, and what to do; nothing was written |
 
 **Inputs** are plain files. A pipe, `<(...)` and /dev/stdin behind a pipe included, a device or a socket is refused at
