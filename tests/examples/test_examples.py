@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import copy
 import importlib.util
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+
+import creak
 
 pytestmark = pytest.mark.slow
 
@@ -149,3 +152,17 @@ def test_example_door(tmp_path, measured):
         source="unreduced model",
     )
     measured("examples", "door of 40 mm: NRMSE fit", found["nrmse"], 1.0, between=(0.99, 1.0), source="unreduced model")
+
+
+def test_friction_on_soft_contact_marches_to_the_end(tmp_path):
+    """Its long steps leave fewer modes than channels that rub: without give no forces are found at .001 s."""
+    strips = example("two_strips")
+    (tmp_path / "strips.inp").write_text(strips.deck())
+    study = copy.deepcopy(strips.STUDY)
+    study["contact"]["tips"] |= {"clearance": 0.0, "stiffness": 2.0, "friction": 0.2}
+    study["excitation"]["base"]["signal"]["amplitude"] = 0.2
+    study |= {"time": {"end": 0.05}, "verification": {}}
+    run = creak.run(creak.make_study(study, tmp_path)).runs["reduced"]
+    assert not run.stopped
+    assert run.history.time[-1] == pytest.approx(0.05)
+    assert run.history.energy_created < 1e-3
