@@ -154,7 +154,7 @@ def write_stand_ins(folder: Path, command: Command) -> None:
         **{f"door/{name}": text for name, text in door_texts(None).items()},
         **{f"door_loose/{name}": text for name, text in door_texts(0.2).items()},
         "study.toml": study.replace("strips.", "model."),
-        "cockpit/cockpit.toml": study.replace("strips.", "model."),
+        "cockpit/cockpit.toml": "# written by creak\n" + study.replace("strips.", "model."),
         "cockpit/model.inp": abaqus,
         "scatter.toml": STUDY.replace("strips.", "model.").replace("step = 5e-4\n", "") + SCATTER,
         "sweep.toml": SWEEP,

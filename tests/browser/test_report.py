@@ -116,7 +116,7 @@ def test_csv_holds_every_event_of_both_runs(opened, tmp_path):
     shown = page.locator("#events table.sortable").first.locator("tbody tr").count()
     assert len([r for r in rows if r["run"] == "reference"]) == shown
     assert {r["run"] for r in rows} == {"reduced", "reference"}
-    assert all(float(r["force_peak_N"]) > 0.0 for r in rows)
+    assert all(float(r["force_N"]) > 0.0 for r in rows)
     assert all(float(r["t_start_s"]) < float(r["t_end_s"]) for r in rows)
 
 
