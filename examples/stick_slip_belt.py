@@ -53,8 +53,8 @@ def draw(history: creak.History, picture: str) -> None:
     import matplotlib.pyplot as plt
 
     figure, (top, low) = plt.subplots(2, 1, figsize=(7.6, 5.6), layout="constrained", sharex=True)
-    t = 1e3 * history.time
-    spring = STIFFNESS * (BELT * history.time + history.displacement[:, 0])
+    t = 1e3 * history.time[history.output_index]
+    spring = STIFFNESS * (BELT * history.time[history.output_index] + history.displacement[:, 0])
     top.plot(t, spring, color="C0", label="spring force")
     for mu, name in ((STATIC, "static limit"), (KINETIC, "kinetic friction")):
         top.axhline(mu * NORMAL, color="0.4", linestyle="--" if mu == STATIC else ":", label=name)

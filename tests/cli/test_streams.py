@@ -68,5 +68,5 @@ def test_names_of_no_file(tmp_path, monkeypatch, capsys, words):
 @pytest.mark.parametrize("read", [read_deck, read_study])
 def test_so_in_python(read, name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError, match=r"cannot read|no deck|is a deck"):
+    with pytest.raises(InputError, match=r"cannot read|no deck|is a deck|no file can be called"):
         read(tmp_path / name)

@@ -75,7 +75,7 @@ def heard():
 @pytest.fixture(autouse=True)
 def soon(monkeypatch):
     """A checkpoint every few steps, and no page, which takes longer than the run."""
-    monkeypatch.setattr(Result, "page", lambda *_: "no page")
+    monkeypatch.setattr(Result, "page", lambda *_: "<!DOCTYPE html><title>creak</title>")
     monkeypatch.setattr(checkpoint, "EVERY", 0.1)
     monkeypatch.setattr(checkpoint, "DEAR", 0.0)
 

@@ -43,7 +43,7 @@ def test_all_events_found_with_close_forces_pass(with_events):
     assert text.startswith(
         "2 rattle events in the last 0.02 s, the hardest 101 N and 0.101 N s around node 1, closing at 30.0 mm/s; "
     )
-    assert "the reduced model found both within 10 ms, mean force +1.3" in text
+    assert "the reduced model found both within 12.5 ms, mean force +1.3" in text
     status = [c.passed for c in checks(result, summarise(result))]
     assert status[2:5] == [True, True, True]
 
@@ -52,7 +52,7 @@ def test_missed_extra_and_wrong_forces_want_attention(with_events):
     pairs = [(event(0.021, 100.0), event(0.0211, 130.0))]
     result = with_events(EventMatch(pairs, [event(0.03, 10.0)], [event(0.035, 20.0)]))
     text = sentence(result, summarise(result), UNITS["mm-t-s"])
-    assert "found 1 of 2 within 10 ms and 1 more, mean force +30.0" in text
+    assert "found 1 of 2 within 12.5 ms and 1 more, mean force +30.0" in text
     status = [c.passed for c in checks(result, summarise(result))]
     assert status[2:5] == [False, False, False]
 

@@ -69,7 +69,7 @@ def sentence(result: Found, summary: dict[str, Any], units: Units) -> str:
         force, impulse = number(hardest.force_place, 3), number(hardest.impulse, 3)
         where = f", the hardest {force} {units.force} and {impulse} {units.impulse} around node {node}{closing}"
     unsafe = alarm(summary)
-    if summary.get("unanswered"):
+    if summary.get("unanswered") and result.stopped is None:
         return f"What follows is the motion alone.{unsafe}"
     if result.stopped is not None:
         reached = number(float(run.history.time[-1]), 3)

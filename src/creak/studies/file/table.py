@@ -27,11 +27,11 @@ DOFS: tuple[Dof, ...] = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def _kinds(annotation: Any) -> set[Any]:
-    """The types that an annotation is made of."""
+    """The types that an annotation is made of, and those of the values that it names."""
     inner = get_args(annotation)
-    return (
-        {annotation} if not inner else {x for a in inner for x in (_kinds(a) if get_origin(a) is not Literal else ())}
-    )
+    if get_origin(annotation) is Literal:
+        return {type(value) for value in inner}
+    return {kind for one in inner for kind in _kinds(one)} if inner else {annotation}
 
 
 def _is_table(kind: Any) -> bool:
