@@ -59,7 +59,7 @@ def draw(history: creak.History, picture: str) -> None:
     for mu, name in ((STATIC, "static limit"), (KINETIC, "kinetic friction")):
         top.axhline(mu * NORMAL, color="0.4", linestyle="--" if mu == STATIC else ":", label=name)
     top.set(ylabel="force, N", ylim=(-0.3, 6.8), title=f"Block on a belt: stick-slip at {RATE:.3f} Hz")
-    low.plot(t, 1e3 * (BELT + history.sliding[:, 0]), color="C3", label="block, over the ground")
+    low.plot(1e3 * history.time, 1e3 * (BELT + history.sliding[:, 0]), color="C3", label="block, over the ground")
     low.axhline(1e3 * BELT, color="0.4", linestyle="--", label="belt")
     low.set(xlabel="time, ms", ylabel="speed, mm/s", ylim=(-26.0, 20.0))
     for axis in (top, low):

@@ -81,7 +81,12 @@ def rigid_vectors(labels: IntArray, coords: FloatArray, about: FloatArray) -> Fl
 
 def motion(full: System, reduced: System, q: FloatArray) -> FloatArray:
     """Full-field motion u = V q (n_full, k) in the full part's coordinates, q (n_reduced, k)."""
-    return reduced.recover(q)[np.searchsorted(reduced.labels, full.coordinates)]
+    u = reduced.recover(q)[np.searchsorted(reduced.labels, full.coordinates)]
+    if reduced.of_shells:  # where a support holds a node's drilling rotation the coordinate is that of its shells
+        apart = abs(sp.csr_matrix(full.rows(full.coordinates)[0]) - sp.eye_array(full.n, format="csr"))
+        held = np.flatnonzero(apart.sum(axis=1) > 0.0)
+        u[held] = reduced.rows(~full.coordinates[held])[0] @ q
+    return u
 
 
 def needs_physical(full: System) -> None:
