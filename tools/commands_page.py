@@ -46,8 +46,8 @@ once.
 **Outputs** never replace a file that the command reads, by whatever name or link. Another file that is there gives way
 where it is empty or of the kind that is written, so a command may run again over what it wrote before. Decks,
 studies, JSON, HDF5, pages and WAV files have to be creak's own for that; VTU and universal files and matrices look
-alike whoever wrote them. All else stays, and the command ends with status 2. `creak run --force` and
-`creak new --overwrite` replace what is not creak's too, but no input.
+alike whoever wrote them. All else stays, and the command ends with status 2. With `--force` a run,
+with `--overwrite` a new study replaces what is not creak's too, but no input.
 
 A file is replaced when the new one is complete; a link stays, the file that it leads to is replaced.
 Pipes and character devices are written into, where the format is a stream (JSON, CSV, universal files, decks, HTML,
