@@ -12,7 +12,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "unit" / "report"))
 
 from small_study import plates, study_text
 
-from creak.report.html import write_report
+from creak.report.found import found_of
+from creak.report.html import write_page
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.results.summary import summarise
@@ -41,7 +42,7 @@ def strips(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyResult, Path]
 def report(strips: tuple[StudyResult, Path]) -> Path:
     """Its report.html."""
     result, folder = strips
-    write_report(result, summarise(result), folder / "report.html")
+    write_page(found_of(result), summarise(result), folder / "report.html")
     return folder / "report.html"
 
 

@@ -20,7 +20,7 @@ from creak.report.figures import run as figures
 from creak.report.figures.elines import eline_figure
 from creak.report.figures.picture import Loaded, contact_picture, data_uri, model_picture, standard_marks
 from creak.report.figures.view import outward
-from creak.report.found import Found, found_of
+from creak.report.found import Found
 from creak.report.sound_parts import loudness_figure
 from creak.report.tables import checks
 from creak.report.tables import events as event_tables
@@ -33,7 +33,6 @@ from creak.report.templates import page_templates
 from creak.report.words import method, verdict
 from creak.studies.results.elines import line_rows, point_csv
 from creak.studies.run.compared import main_run
-from creak.studies.run.job import StudyResult
 
 SECTIONS = {
     "top": "Verdict",
@@ -67,19 +66,15 @@ class Picture:
     caption: str
 
 
-def write_report(result: StudyResult, summary: dict[str, Any], path: Path) -> None:
+def write_page(result: Found, summary: dict[str, Any], path: Path) -> None:
     """Write the report of a study as one self-contained HTML file.
 
     Parameters
     ----------
+    result : a view, of a result or read back from results.h5.
     summary : what `creak.studies.results.summary.summarise` makes of the result.
     path : the file; it appears whole or not at all.
     """
-    write_page(found_of(result), summary, path)
-
-
-def write_page(result: Found, summary: dict[str, Any], path: Path) -> None:
-    """The same for a view, whether it is that of a result or was read back from results.h5."""
     text = report_text(result, summary)
     write_text(path, text)
 

@@ -15,7 +15,7 @@ from creak.contact.laws.parameters import Friction
 from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Unread
 from creak.report.found import found_of
-from creak.report.html import report_text, write_report
+from creak.report.html import report_text, write_page
 from creak.report.templates import coded, page_templates
 from creak.studies.results.summary import summarise
 from creak.studies.warned import Warned
@@ -86,7 +86,7 @@ def test_report_is_complete_and_figures_valid_for_every_kind_of_study(case, page
 def test_file_loads_nothing_from_elsewhere_and_leaves_no_part_behind(result_of, tmp_path):
     result = result_of("both runs")
     path = tmp_path / "report.html"
-    write_report(result, summarise(result), path)
+    write_page(found_of(result), summarise(result), path)
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
     assert path.stat().st_size < 8e6
     html = path.read_text(encoding="utf-8")
@@ -102,7 +102,7 @@ def test_an_old_report_survives_a_failure(result_of, tmp_path):
     path = tmp_path / "report.html"
     path.write_text("old")
     with pytest.raises(KeyError, match="verification"):
-        write_report(result_of("both runs"), {}, path)
+        write_page(found_of(result_of("both runs")), {}, path)
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
 
@@ -175,7 +175,7 @@ def test_units_follow_the_study(full):
 def test_report_does_not_depend_on_the_working_folder(result_of, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = result_of("both runs")
-    write_report(result, summarise(result), Path("report.html"))
+    write_page(found_of(result), summarise(result), Path("report.html"))
     assert (tmp_path / "report.html").exists()
 
 
