@@ -5,6 +5,7 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 
 from creak.model.units import UNITS
 from creak.report.figures.axes import COLUMNS, FULL, line, thinned
@@ -65,7 +66,7 @@ def assert_drawn(trace, t, y):
     assert (x[0], x[-1]) == (t[0], t[-1])
     np.testing.assert_allclose(tops(x, shown, t[-1]), tops(t, y, t[-1]), rtol=ROUNDING)
     # The promise; the curve's own bound is a tenth of that.
-    assert abs(np.trapezoid(shown, x) - np.trapezoid(y, t)) <= 0.01 * np.trapezoid(np.abs(y), t)
+    assert abs(trapezoid(shown, x) - trapezoid(y, t)) <= 0.01 * trapezoid(np.abs(y), t)
 
 
 KINDS = ("spikes", "steps", "constant", "noise", "pulses", "motion")
