@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol, TypeVar
 
 from creak.arrays import FloatArray
@@ -62,8 +63,17 @@ class Chunked(Protocol[State]):
         """March from whole step `begin` towards `end`."""
 
 
-def march_chunks(run: Chunked[State], progress: Progress | None) -> History:
+def march_chunks(
+    run: Chunked[State],
+    progress: Progress | None,
+    at: Sequence[int] = (),
+    caught: Callable[[State], object] | None = None,
+) -> History:
     """The whole run.
+
+    Parameters
+    ----------
+    at : sorted whole steps, at least 1; at the end of each `caught` is handed the state of the march.
 
     Raises
     ------
@@ -75,7 +85,7 @@ def march_chunks(run: Chunked[State], progress: Progress | None) -> History:
     log.setup_s = clock.perf_counter() - run.started
     try:
         while done < run.n_step:
-            end = min(done + log.chunk, run.n_step)
+            end = min(done + log.chunk, run.n_step, *(step for step in at if step > done))
             out = _room(log, run.rows(end - done))
             with one_blas_thread():
                 left = run.chunk(now, after, out, done, end)
@@ -85,6 +95,8 @@ def march_chunks(run: Chunked[State], progress: Progress | None) -> History:
             if left.code != DONE:
                 raise Stopped(f"at t = {left.time:.6g} s: {failure(left.code)}", log.history())
             now, after, done = (after, now, left.done) if left.swapped else (now, after, left.done)
+            if caught is not None and done in at:
+                caught(now)
             if progress is not None:
                 progress(done, run.n_step)
     except KeyboardInterrupt as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import time as clock
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
@@ -110,6 +111,7 @@ class CondensedStepper:
         self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
+        self._begins: tuple[FloatArray, FloatArray] | None = None
         watched = gaps.without_force() if substeps > 1 else gaps
         self._maker = maker
         self._whole = _Gear(system, watched, self.on, scheme, substeps * loads.step, maker)
@@ -123,9 +125,15 @@ class CondensedStepper:
         """The factor of a whole step."""
         return self._whole.solver
 
+    def over(self, loads: Loads, begins: tuple[FloatArray, FloatArray]) -> CondensedStepper:
+        """The same with other loads of the same step, from displacement and velocity (n,) on; the factors are shared."""
+        other = copy.copy(self)
+        other.loads, other.terms, other._begins, other.residual = loads, self.terms.under(loads), begins, 0.0
+        return other
+
     def start(self) -> Instant:
         """The first instant: u = 0, the System's initial velocity, S a = f + G' p - C v - K u."""
-        return first_instant(self.terms, self._whole.solver, self.scheme, self.gaps, self.on)
+        return first_instant(self.terms, self._whole.solver, self.scheme, self.gaps, self.on, self._begins)
 
     def state(self, now: Instant) -> StepperState | None:
         """What it holds beside `now`; None within an output step."""
@@ -275,15 +283,26 @@ def residual(
 
 
 def first_instant(
-    terms: LinearTerms, solver: StepFactor, scheme: Scheme, gaps: GapOperator, on: ChannelMatrices
+    terms: LinearTerms,
+    solver: StepFactor,
+    scheme: Scheme,
+    gaps: GapOperator,
+    on: ChannelMatrices,
+    begins: tuple[FloatArray, FloatArray] | None = None,
 ) -> Instant:
-    """State, gaps and forces at t = 0. Exact contact that starts closed presses from the first step on."""
+    """State, gaps and forces where the loads begin. Exact contact that starts closed presses from the first step on.
+
+    Parameters
+    ----------
+    begins : displacement and velocity (n,); None: at rest, or with the System's initial velocity.
+    """
     support = terms.loads.support[:, 0]
     f = gaps.rubbing
-    gap = np.asarray(gaps.gap0 + on.G @ terms.inside_at_rest(0) + on.G_s @ support[0])
-    rate = np.asarray(on.G @ (terms.system.velocity + terms.inside_at_rest(1)) + on.G_s @ support[1])
+    u, v = begins or terms.at_start()
+    gap = np.asarray(gaps.gap0 + on.G @ u + on.G_s @ support[0])
+    rate = np.asarray(on.G @ v + on.G_s @ support[1])
     force = gaps.at_start(gap, rate)
-    x = terms.start(solver, scheme, on.push(np.zeros(terms.system.n), force - gaps.resting))
+    x = terms.start(solver, scheme, on.push(np.zeros(terms.system.n), force - gaps.resting), (u, v))
     return Instant(0, x, support, gap, rate, force, np.zeros(2 * f), np.ones(f, dtype=bool))
 
 

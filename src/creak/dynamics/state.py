@@ -6,6 +6,7 @@ of a step are read and written once (`vector_kernels`): in a large model they co
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,10 +96,22 @@ class LinearTerms:
             f += self.B @ self.loads.force[row]
         return Outside(f, self.M_qs @ support[2])
 
-    def start(self, solver: StepFactor, scheme: Scheme, contact: FloatArray) -> State:
-        """At rest or with the System's initial velocity, and the acceleration under loads and `contact` forces (n,)."""
+    def under(self, loads: Loads) -> LinearTerms:
+        """The same with other loads."""
+        other = copy.copy(self)
+        other.loads = loads
+        return other
+
+    def at_start(self) -> tuple[FloatArray, FloatArray]:
+        """Displacement and velocity (n,) at rest, or with the System's initial velocity."""
+        return self.inside_at_rest(0), self.system.velocity + self.inside_at_rest(1)
+
+    def start(
+        self, solver: StepFactor, scheme: Scheme, contact: FloatArray, begins: tuple[FloatArray, FloatArray]
+    ) -> State:
+        """The state of displacement and velocity `begins`, its acceleration under loads and `contact` forces (n,)."""
         K, M = self.system.K, self.system.M
-        u, v = self.inside_at_rest(0), self.system.velocity + self.inside_at_rest(1)
+        u, v = begins
         Ku, Kv, Mv = np.asarray(K @ u), np.asarray(K @ v), np.asarray(M @ v)
         Cv = self.damped(v, Mv, Kv)
         now = self.outside(0, self.loads.support[:, 0])

@@ -124,7 +124,7 @@ def coupled_modes(system: System, on: ChannelMatrices, terms: LinearTerms, gaps:
         return np.asarray(inverse @ x).reshape(2, n)
 
     mobility = (modal.rows[: gaps.m] / mass) ** 2
-    return FlowForm(model, speed, squares, inverse, flow, basis, start, omega**2, mobility)
+    return FlowForm(model, speed, squares, inverse, flow, basis, speeds, start, omega**2, mobility)
 
 
 def _mass_products(system: System) -> FloatArray:

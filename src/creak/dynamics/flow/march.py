@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import copy
 import time as clock
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -82,6 +83,42 @@ def simulate_flow(
     """
     run = FlowRun(system, gaps, loads, resolution, observed, output_every, whole_at, watched, solver)
     return march_chunks(run, progress)
+
+
+@dataclass(frozen=True)
+class FlowStates:
+    """A run of exact flow at some of its instants."""
+
+    coordinates: FloatArray
+    """(n, k) of the System."""
+    velocities: FloatArray
+    """(n, k)"""
+    stiffness: FloatArray
+    """(m,) of the springs of its channels, hard ones as they were resolved."""
+
+
+def flow_states(
+    system: System,
+    gaps: GapOperator,
+    loads: Loads,
+    at: Sequence[int],
+    *,
+    resolution: Resolution = SETTLED,
+    progress: Progress | None = None,
+    solver: bool = False,
+) -> FlowStates:
+    """The run of `simulate_flow` at the ends of the sorted flight steps `at`; step 0 is the start.
+
+    It is marched again, as far as the last of them.
+    """
+    end = SAMPLES * min(loads.n_step // SAMPLES, max(at, default=0) + 1) + 1
+    loads = replace(loads, time=loads.time[:end], support=loads.support[:, :end], force=loads.force[:end])
+    nothing = np.zeros(0, dtype=np.int64)
+    run = FlowRun(system, gaps, loads, resolution, nothing, max(1, loads.n_step // SAMPLES), None, None, solver)
+    found = [run.form.motion(run.start())] if 0 in at else []
+    march_chunks(run, progress, at, lambda x: found.append(run.form.motion(x)))
+    q, v = (np.array([pair[j] for pair in found]).reshape(len(found), system.n).T for j in (0, 1))
+    return FlowStates(q, v, run.steps.laws.stiffness)
 
 
 def compile_flow(*, solver: bool = False) -> None:

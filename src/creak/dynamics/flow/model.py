@@ -116,12 +116,21 @@ class FlowForm:
     """Propagator of a step: (9, n) as `propagator`, or (20, n) of pairs: exponential, then four integrals of it."""
     basis: FloatArray | None
     """(n, 2 n) coordinates of the System from z; None: the first n of z."""
+    speeds: FloatArray | None
+    """(n, 2 n) velocities of the coordinates from z; None: the last n of z."""
     start: Callable[[FloatArray, FloatArray], FloatArray]
     """z (2, n) of coordinates and their velocities."""
     omega2: FloatArray
     """(n,) squares of the frequencies of the modes without damping."""
     mobility: FloatArray
     """(m, n) square of what a mode moves of a gap, over its mass; 0 where it has none."""
+
+    def motion(self, x: FlowState) -> tuple[FloatArray, FloatArray]:
+        """(n,) coordinates of the System at an instant, and their velocities."""
+        z = x.x.ravel()
+        if self.basis is None or self.speeds is None:
+            return x.x[0].copy(), x.x[1].copy()
+        return np.asarray(self.basis @ z), np.asarray(self.speeds @ z)
 
     def spread(self, rates: FloatArray) -> FloatArray:
         """rates times the root of the mobility."""
@@ -147,6 +156,7 @@ def single_modes(
         modal.rows[: gaps.m] ** 2 * share,
         np.where(heavy, 1.0 / np.sqrt(mass), 0.0),
         lambda h: propagator(m, c, k, h),
+        None,
         None,
         lambda u, v: np.stack([u, v]),
         omega**2,

@@ -1,0 +1,133 @@
+"""Spot checks: some events of the reduced run, marched through again by the unreduced model."""
+
+from __future__ import annotations
+
+import time as clock
+from dataclasses import replace
+
+import numpy as np
+
+from creak.arrays import IntArray
+from creak.dynamics.cuda.solver import Solver
+from creak.dynamics.flight.contact_steps import fewest_parts
+from creak.dynamics.flow.march import FlowStates, flow_states
+from creak.progress import Progress
+from creak.studies.converge.settling import change
+from creak.studies.models.reduced import ReducedModel
+from creak.studies.prepare.flight_steps import RESOLUTIONS
+from creak.studies.results.places import find_places
+from creak.studies.run.integrate import flowing, resolution_of
+from creak.studies.run.job import StudyResult
+from creak.studies.run.kernels import needs_solver
+from creak.studies.spots.choose import FACTOR, OF_A_MODE, SHARE, Stretch, affordable, chosen, near_channels, stretch
+from creak.studies.spots.march import Checker, Handover, own_figures, states_of
+from creak.studies.spots.records import Spot, SpotChecks
+from creak.verify.events import events_in
+
+SEED = 1
+"""Of the events that are drawn."""
+LEAST = 3
+"""Events that are checked whatever they cost."""
+
+
+def check_spots(result: StudyResult, progress: Progress) -> SpotChecks:
+    """March the unreduced model through the hardest event of each place of the reduced run and some drawn ones.
+
+    It takes over displacement and velocity of the reduced model a little before the event, under the same loads, and
+    goes through it in condensed contact steps of its own (generalised-alpha, rho_inf = 0), `choose.STEPS` to an event
+    at the least, with the contact springs of the reduced run. What differs is the error of the reduction in that event.
+    What earlier events had left in modes that the reduced model lacks is not in its state: that is what repeats with
+    more modes tell. For the hardest event the steps are halved once: what that changes is the error of the unreduced
+    march itself.
+
+    As many are checked as cost a fifth of the reduction (`choose.SHARE`), counted in back-substitutions, so that the
+    same input makes the same checks; `LEAST` at any cost.
+    """
+    started = clock.perf_counter()
+    of, why = _handover(result)
+    if of is None or result.reduced is None:
+        return SpotChecks((), 0, 0.0, why)
+    order = _stretches(result, of)
+    if not order:
+        return SpotChecks((), 0, 0.0, "there is no event to check")
+    near = near_channels(of.history, of.gaps, order, of.ends)
+    rows = near.size + 2 * of.gaps.select(near).rubbing
+    taken = affordable(order, rows, SHARE * _cost(result.reduced), LEAST)
+    progress("spot checks", 0, len(taken) + 1)
+    at = sorted({s.first for s in taken})
+    setup = result.setup
+    states = flow_states(of.reduced, of.gaps, of.loads, at, resolution=resolution_of(setup), solver=needs_solver(setup))
+    spots, solves = _marched(of, taken, near, states, at, progress)
+    return SpotChecks(tuple(spots), solves, clock.perf_counter() - started)
+
+
+def _marched(
+    of: Handover, taken: list[Stretch], near: IntArray, states: FlowStates, at: list[int], progress: Progress
+) -> tuple[list[Spot], int]:
+    """Each stretch by its steps, the first one by half of them besides."""
+    found: dict[int, Spot] = {}
+    solves = done = 0
+    halved = replace(taken[0], parts=2 * taken[0].parts)
+    for parts in sorted({s.parts for s in (*taken, halved)}):
+        here = [s for s in taken if s.parts == parts] + ([halved] if halved.parts == parts else [])
+        checker = Checker(of, parts, near, states.stiffness)
+        solves += FACTOR + checker.rows
+        for s in here:
+            history, problem = checker.through(s, *states_of(of, states, at.index(s.first), s.first))
+            solves += s.steps
+            figures, done = checker.figures(s, history), done + 1
+            progress("spot checks", done, len(taken) + 1)
+            if s is halved:
+                found[id(taken[0])] = replace(found[id(taken[0])], numerical=_halving(found[id(taken[0])], figures))
+                continue
+            own = own_figures(of, s)
+            problem = problem or ("" if own else "the reduced run has no such event over the stretch alone")
+            found[id(s)] = Spot(s.event, s.place, s.why, own or {}, None if problem else figures, None, problem)
+    return [found[id(s)] for s in taken], solves
+
+
+def _halving(spot: Spot, finer: dict[str, float] | None) -> dict[str, float] | None:
+    """What half the step changes: s for times, shares else."""
+    if spot.unreduced is None or finer is None:
+        return None
+    both = {name: change(name, x, finer.get(name)) for name, x in spot.unreduced.items()}
+    return {name: abs(x) for name, x in both.items() if np.isfinite(x)}
+
+
+def _handover(result: StudyResult) -> tuple[Handover | None, str]:
+    """What the checks need, or why there are none."""
+    setup, run, reduced = result.setup, result.runs.get("reduced"), result.reduced
+    c = setup.study.config
+    if run is None or reduced is None:
+        return None, "nothing was reduced"
+    if not c.time.exact:
+        return None, "a scheme was forced, which the unreduced model does not share"
+    if run.stopped is not None or result.stopped is not None:
+        return None, "the run was stopped"
+    if result.reference.of_parts is not None:
+        return None, "memory does not hold a factor of the whole model"
+    system, why = flowing(reduced.system)
+    if system is None:
+        return None, f"the reduced model was not marched by exact flow{why}"
+    v = c.verification
+    unreduced = result.reference.system
+    if np.any(unreduced.coordinates < 0):
+        return None, "parts of the model are superelements from files, whose inside is not there"
+    handover = Handover(
+        unreduced, system, result.gaps, setup.loads, run.history, v.merge, v.f_max, Solver(setup.device)
+    )
+    return handover, ""
+
+
+def _stretches(result: StudyResult, of: Handover) -> list[Stretch]:
+    """Of the events of each place, in the order in which they are checked."""
+    run = result.runs["reduced"]
+    fewest = fewest_parts(RESOLUTIONS[result.setup.study.config.time.accuracy].stepped)
+    order = chosen(events_in(run.events, result.window), find_places(result, run), of.gaps, SEED)
+    made = [stretch(e, place, why, of.ends, fewest, of.f_max) for e, place, why in order]
+    return [s for s in made if s is not None]
+
+
+def _cost(reduced: ReducedModel) -> float:
+    """Back-substitutions of the whole model that the reduction is worth."""
+    return FACTOR + reduced.retained + OF_A_MODE * reduced.modes

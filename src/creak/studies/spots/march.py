@@ -1,0 +1,143 @@
+"""The unreduced model takes over the reduced one's state shortly before an event and marches through it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.flight.contact_steps import IN_CONTACT
+from creak.dynamics.flow.march import SAMPLES, FlowStates
+from creak.dynamics.history import History
+from creak.dynamics.loads import Loads, refined
+from creak.dynamics.record.watch import Watched
+from creak.dynamics.simulate import CondensedStepper, march
+from creak.dynamics.step_matrix import Maker
+from creak.errors import InputError
+from creak.studies.converge.settling import FIGURES
+from creak.studies.spots.choose import Stretch
+from creak.verify.events import Event, find_events
+
+BESIDE = 4
+"""Samples of the loads beyond a stretch that the spline through them knows."""
+
+
+@dataclass(frozen=True)
+class Handover:
+    """What the unreduced model needs of the reduced one's run."""
+
+    unreduced: System
+    reduced: System
+    """As it was marched."""
+    gaps: GapOperator
+    """All channels of the run."""
+    loads: Loads
+    """`SAMPLES` of each flight step."""
+    history: History
+    """Of the reduced run."""
+    merge: float | None
+    f_max: float
+    """Of the verification."""
+    maker: Maker
+
+    @property
+    def ends(self) -> FloatArray:
+        """(n_step + 1,) of the flight steps, s."""
+        return np.asarray(self.loads.time[::SAMPLES])
+
+
+def recovered_on(unreduced: System, reduced: System, q: FloatArray, s: FloatArray) -> FloatArray:
+    """(n, k) coordinates of the unreduced System in the motion (q, s) of the reduced one; velocities alike.
+
+    Raises
+    ------
+    InputError : the unreduced System has coordinates that are no dofs of nodes.
+    """
+    at = np.searchsorted(reduced.labels, unreduced.coordinates)
+    if np.any(reduced.labels[np.minimum(at, reduced.labels.size - 1)] != unreduced.coordinates):
+        raise InputError("the unreduced model has coordinates that are no motion of nodes", expected="full matrices")
+    return np.asarray(reduced.recover(q, s)[at])
+
+
+class Checker:
+    """Marches through stretches by steps of one length."""
+
+    def __init__(self, of: Handover, parts: int, near: IntArray, stiffness: FloatArray) -> None:
+        self._of, self._parts = of, parts
+        gaps = of.gaps.select(near)
+        h = SAMPLES * of.loads.step / parts
+        springs = stiffness[near].copy()
+        hard = np.isinf(gaps.stiffness)
+        if hard.any():
+            gaps = gaps.with_stiffness(springs)
+        self._gaps = gaps
+        silent = of.gaps.select(np.setdiff1d(np.arange(of.gaps.m), near)).without_force()
+        self._watched = Watched(silent, np.zeros((0, 0)), np.zeros(0, dtype=np.int64), (), slip=False)
+        loads = Loads(h * np.arange(2), of.loads.support[:, :2], of.loads.force[:2], of.loads.force_labels)
+        self._stepper = CondensedStepper(of.unreduced, gaps, loads, IN_CONTACT, maker=of.maker)
+
+    @property
+    def rows(self) -> int:
+        """Right sides that its compliance took."""
+        return self._gaps.m + 2 * self._gaps.rubbing
+
+    def through(self, s: Stretch, u: FloatArray, v: FloatArray) -> tuple[History, str]:
+        """The march from displacement and velocity (n,), and what makes it worthless."""
+        stepper = self._stepper.over(_cut(self._of.loads, s, self._parts), (u, v))
+        history = march(stepper, np.zeros(0, dtype=np.int64), max(1, stepper.loads.n_step), watched=self._watched)
+        seen = history.extremes
+        closed = [] if seen is None else [n for n, g in zip(seen.silent, seen.gap.tolist(), strict=True) if g < 0.0]
+        return history, f"channel {closed[0]} closes, which was left out" if closed else ""
+
+    def figures(self, s: Stretch, history: History) -> dict[str, float] | None:
+        """Those of the event in the unreduced march; None: it is not there."""
+        return figures_of(s.event, find_events(history, self._gaps, self._of.merge, self._of.f_max), history)
+
+
+def _cut(loads: Loads, s: Stretch, parts: int) -> Loads:
+    """The loads of a stretch, `parts` samples of each flight step."""
+    a, b = SAMPLES * s.first, SAMPLES * s.last
+    lo, hi = max(0, a - BESIDE), min(loads.n_step, b + BESIDE)
+    some = replace(
+        loads, time=loads.time[lo : hi + 1], support=loads.support[:, lo : hi + 1], force=loads.force[lo : hi + 1]
+    )
+    fine = refined(some, parts)  # a sample is SAMPLES / parts of what it was: every SAMPLES-th one is wanted
+    rows = slice(parts * (a - lo), parts * (b - lo) + 1, SAMPLES)
+    return replace(fine, time=fine.time[rows], support=fine.support[:, rows], force=fine.force[rows])
+
+
+def own_figures(of: Handover, s: Stretch) -> dict[str, float] | None:
+    """`FIGURES` of the event in the reduced run over the stretch alone, as the unreduced march sees it."""
+    h = of.history
+    rows = slice(*np.searchsorted(h.time, [of.ends[s.first], of.ends[s.last] * (1.0 + 1e-12)]))
+    part = replace(h, time=h.time[rows], gap=h.gap[rows], force=h.force[rows])
+    return figures_of(s.event, find_events(part, of.gaps, of.merge, of.f_max), part)
+
+
+def figures_of(event: Event, found: Sequence[Event], history: History) -> dict[str, float] | None:
+    """Figures of the event of the same side that lies nearest; its duration only where it ends in the history."""
+    same = [e for e in found if (e.group, e.side) == (event.group, event.side) and _meets(e, event)]
+    if not same:
+        return None
+    one = min(same, key=lambda e: abs(e.t_start - event.t_start))
+    figures = {name: of(one) for name, of in FIGURES.items()}
+    if one.t_end >= history.time[-1]:
+        del figures["duration"]
+    return figures
+
+
+def _meets(e: Event, event: Event) -> bool:
+    """Do they begin within the longer one's duration of each other?"""
+    return abs(e.t_start - event.t_start) <= max(e.t_end - e.t_start, event.t_end - event.t_start)
+
+
+def states_of(of: Handover, states: FlowStates, k: int, first: int) -> tuple[FloatArray, FloatArray]:
+    """Displacement and velocity (n,) of the unreduced model at the k-th state, at the end of flight step `first`."""
+    s = of.loads.support[:, SAMPLES * first]
+    both = np.stack([states.coordinates[:, k], states.velocities[:, k]], axis=1)
+    u, v = recovered_on(of.unreduced, of.reduced, both, s[:2].T).T
+    return np.ascontiguousarray(u), np.ascontiguousarray(v)
