@@ -227,6 +227,7 @@ ROOMS = (
     "advise",
     "evaluate",
     "cause",
+    "spots",
     "results",
     "sound",
     "converge",

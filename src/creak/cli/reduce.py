@@ -153,7 +153,7 @@ def _reduced(
                 output.wrote(path)
         return reduced if path is None else with_modes_of_file(setup, reduced, path)
 
-    alone = setup.study.config.reference.model_copy(update={"run": False})
+    alone = setup.study.config.reference.model_copy(update={"run": "none"})
     setup, reference, gaps, notes = ready(setup.with_tables(reference=alone), output.progress)
     try:
         fresh = set[str]()

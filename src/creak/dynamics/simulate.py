@@ -126,7 +126,7 @@ class CondensedStepper:
         return self._whole.solver
 
     def over(self, loads: Loads, begins: tuple[FloatArray, FloatArray]) -> CondensedStepper:
-        """The same with other loads of the same step, from displacement and velocity (n,) on; the factors are shared."""
+        """The same with other loads of the same step, from displacement and velocity (n,) on; factors are shared."""
         other = copy.copy(self)
         other.loads, other.terms, other._begins, other.residual = loads, self.terms.under(loads), begins, 0.0
         return other

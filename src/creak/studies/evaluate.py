@@ -82,6 +82,7 @@ def evaluate(
     from creak.studies.results.summary import summarise
     from creak.studies.run.compared import main_run
     from creak.studies.sound.heard import Sound, hear
+    from creak.studies.spots.check import beside_unreduced
 
     told = converge is not False or changes != "none"
     if converge is None:
@@ -99,7 +100,9 @@ def evaluate(
     progress("sound", 1, 1)
     convergence = None
     if converge:
-        convergence = attempted("repeated runs", lambda: repeat(found, progress, followed(found, sound)), None, notes)
+        structure = beside_unreduced(found, progress, notes)
+        of_places = followed(found, sound)
+        convergence = attempted("repeated runs", lambda: repeat(found, progress, of_places, structure), None, notes)
     if isinstance(sound, Sound):
         notes += sound.notes
     elif setup.study.config.listener:

@@ -9,7 +9,17 @@ import numpy as np
 from creak.model.units import Units
 from creak.report.tables.run import Table
 from creak.report.words.text import NONE, fixed, number, percent, share, tidy
-from creak.studies.converge.settling import BASE, FIGURES, SETTLED, TIMES, Convergence, EventSettling, Settling, Variant
+from creak.studies.converge.settling import (
+    BASE,
+    FIGURES,
+    OF_DURATION,
+    SETTLED,
+    TIMES,
+    Convergence,
+    EventSettling,
+    Settling,
+    Variant,
+)
 from creak.studies.converge.words import TOTALS, WORDS
 from creak.words import listed
 
@@ -207,10 +217,5 @@ def _verdict(e: EventSettling) -> str:
 
 
 def _limits(c: Convergence) -> str:
-    times = [f for e in c.events[:1] for f in e.figures.values() if f.name in TIMES]
     said = f"forces, impulses and closing speeds within {share(SETTLED)}"
-    if not times:
-        return said
-    whole, short = (f"{number(1e3 * times[0].limit_of(family), 2)} ms" for family in ("", "tolerance"))
-    fine = f" ({short} by the resolution in time)" if "tolerance" in c.families and short != whole else ""
-    return f"start and duration within {whole}{fine}, {said}"
+    return f"start and duration within {share(OF_DURATION)} of the event's duration, {said}"

@@ -159,7 +159,7 @@ def _changes(setup: Setup, option: Option | None, step: StepAdvice, substeps: in
         wanted["time.substeps"] = (c.time.substeps, substeps)
     wanted["precheck.enabled"] = (c.precheck.enabled, True)
     if step.unreduced_s > LONG_S and option is not None:
-        wanted["reference.run"] = (c.reference.run, False)
+        wanted["reference.run"] = (c.proof, "spots")
     for key, (old, new) in wanted.items():
         if old != new:
             yield Change(key, old, new)

@@ -196,7 +196,7 @@ def _without_the_whole(setup: Setup) -> Setup:
     if c.reduction.interface.type == "participation":
         table["interface"] = InterfaceTable(type="full")
     return setup.with_tables(
-        reduction=c.reduction.model_copy(update=table), reference=c.reference.model_copy(update={"run": False})
+        reduction=c.reduction.model_copy(update=table), reference=c.reference.model_copy(update={"run": "none"})
     )
 
 

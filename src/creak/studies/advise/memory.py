@@ -252,7 +252,7 @@ def _runs(
     if parts:
         vectors = max(_checked(p, held) for p in parts)
         yield _stage("check of the superelements", held + vectors, vectors_of_the_largest=vectors, before=held)
-    if whole is not None and (c.reference.run or c.reduction.method == "none"):
+    if whole is not None and (c.proof == "whole" or c.reduction.method == "none"):
         held -= sum(_small(p) for p in parts)
         answers = 8.0 * system.n * rows
         answers = answers if answers <= RESPONSE_MEMORY else 8.0 * system.n * COLUMNS

@@ -114,7 +114,7 @@ def checked_by_run(
     """The effect in a run of the changed model, reduced anew; why there is none."""
     setup = change.of_setup(unstarted(result.setup))
     c = setup.study.config
-    setup = setup.with_tables(reference=c.reference.model_copy(update={"run": False}))
+    setup = setup.with_tables(reference=c.reference.model_copy(update={"run": "none"}))
     try:
         again = run_study(setup, progress)
     except CreakError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from creak.studies.converge.settling import (
     BASE,
@@ -10,9 +11,9 @@ from creak.studies.converge.settling import (
     FIGURES,
     FINER,
     LAST_TWO,
+    OF_DURATION,
     OF_PLACE,
     SETTLED,
-    TIME_SHARE,
     TIMES,
     Convergence,
     EventSettling,
@@ -20,19 +21,25 @@ from creak.studies.converge.settling import (
     Settling,
     change,
 )
+from creak.studies.converge.structure import Structure
 from creak.verify.events import Event, events_in
 from creak.verify.matching import EventMatch, match_events
 from creak.verify.statistics import MANY, compare_statistics
 
 
 def assess(
-    outcomes: dict[str, Outcome], model: str, window: tuple[float, float], tolerance: float, notes: tuple[str, ...] = ()
+    outcomes: dict[str, Outcome],
+    model: str,
+    window: tuple[float, float],
+    tolerance: float,
+    notes: tuple[str, ...] = (),
+    structure: Structure | None = None,
 ) -> Convergence:
     """Compare runs, the base run first among them.
 
     Parameters
     ----------
-    tolerance : events that start this close are the same, s.
+    tolerance : events that start this close are the same, s. structure : what the unreduced model says.
     """
     families = {name: pair for name, pair in LAST_TWO.items() if set(pair) <= outcomes.keys()}
     told = tuple(name for name, pair in families.items() if not outcomes[pair[1]].variant.judged)
@@ -45,6 +52,9 @@ def assess(
         if name != BASE
     }
     events = _events(outcomes, matches, families, told, window, tolerance)
+    chaotic = _parted(events)
+    if structure is not None and structure.looked:
+        events = tuple(_beside(e, structure) for e in events)
     new = {name: len(match.extra) for name, match in matches.items()}
     return Convergence(
         model,
@@ -53,13 +63,23 @@ def assess(
         window,
         events,
         new,
-        _totals(outcomes, families, told),
+        _totals(outcomes, families, told, structure),
         samples,
         FINER in outcomes,
-        _parted(events),
+        chaotic,
         notes,
-        _places(outcomes, families, told),
+        _places(outcomes, families, told, structure),
+        structure,
     )
+
+
+def _beside(e: EventSettling, structure: Structure) -> EventSettling:
+    """The event with what the unreduced model makes of it."""
+    figures = {name: replace(f, unreduced=structure.change(name, e.event)) for name, f in e.figures.items()}
+    if not any(e.event is x for x in structure.extra):
+        return replace(e, figures=figures)
+    problem = "; ".join(text for text in (e.problem, "absent in the unreduced run") if text)
+    return replace(e, problem=problem, figures={name: replace(f, problem=problem) for name, f in figures.items()})
 
 
 def _events(
@@ -72,11 +92,12 @@ def _events(
 ) -> tuple[EventSettling, ...]:
     own = events_in(outcomes[BASE].events, window)
     partners = {name: {id(a): b for a, b in match.pairs} for name, match in matches.items()}
-    limits = {name: TIME_SHARE * tolerance if name in TIMES else SETTLED for name in FIGURES}
     found = []
     for event in own:
         same = {BASE: event} | {name: p[id(event)] for name, p in partners.items() if id(event) in p}
         problem = _problem(event, same, outcomes, tolerance)
+        lasts = max(e.t_end - e.t_start for e in same.values())
+        limits = {name: OF_DURATION * lasts if name in TIMES else SETTLED for name in FIGURES}
         figures = {
             name: _settling(name, {run: of(e) for run, e in same.items()}, families, told, limits[name], problem)
             for name, of in FIGURES.items()
@@ -116,9 +137,13 @@ def _settling(
 
 
 def _totals(
-    outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]], told: tuple[str, ...]
+    outcomes: dict[str, Outcome],
+    families: dict[str, tuple[str, str]],
+    told: tuple[str, ...],
+    structure: Structure | None,
 ) -> dict[str, Settling]:
     """Figures of the whole run, of the runs that reached its end."""
+    by = _of_all(structure)
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
     columns: dict[str, Callable[[Outcome], float]] = {
         "events": lambda o: float(len(o.events)),
@@ -128,15 +153,39 @@ def _totals(
     short = ", ".join(name for name, o in outcomes.items() if name not in whole and o.variant.judged)
     problem = f"{short} stopped early" if short else ""
     return {
-        key: _settling(key, {name: of(o) for name, o in whole.items()}, families, told, SETTLED, problem)
+        key: replace(
+            _settling(key, {name: of(o) for name, o in whole.items()}, families, told, SETTLED, problem),
+            unreduced=by.get(key),
+        )
         for key, of in columns.items()
     }
 
 
+def _of_all(structure: Structure | None) -> dict[str, float]:
+    """What the unreduced model changes of figures of many events: shares."""
+    if structure is None or not structure.looked:
+        return {}
+    seen = [s for s in (structure.run or structure.spots) if not s.problem]
+    lost = sum(s.unreduced is None for s in seen) + max(structure.missed, len(structure.extra))
+    count = len(seen) + (len(structure.extra) if structure.run else 0)
+    hardest = max(seen, key=lambda s: s.event.force_place, default=None)
+    of_hardest = {} if hardest is None else {name: structure.change(name, hardest.event) for name in FIGURES}
+    return {
+        "events": lost / max(count, 1),
+        "impulse": structure.of_sum("impulse"),
+        "force": of_hardest.get("force", float("nan")),
+        "closing_speed": of_hardest.get("closing_speed", float("nan")),
+    }
+
+
 def _places(
-    outcomes: dict[str, Outcome], families: dict[str, tuple[str, str]], told: tuple[str, ...]
+    outcomes: dict[str, Outcome],
+    families: dict[str, tuple[str, str]],
+    told: tuple[str, ...],
+    structure: Structure | None,
 ) -> tuple[dict[str, Settling], ...]:
     """How far each figure of each place has settled, by the runs that reached their end."""
+    by = _of_all(structure)
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
     out = []
     for k in range(len(outcomes[BASE].places)):
@@ -146,6 +195,10 @@ def _places(
         }
         problem = {f: "" if len(runs) == len(outcomes) else "not known in all runs" for f, runs in values.items()}
         out.append(
-            {f: _settling(f, known, families, told, SETTLED, problem[f]) for f, known in values.items() if known}
+            {
+                f: replace(_settling(f, known, families, told, SETTLED, problem[f]), unreduced=by.get(f))
+                for f, known in values.items()
+                if known
+            }
         )
     return tuple(out)

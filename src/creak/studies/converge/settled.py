@@ -79,9 +79,24 @@ def is_chaotic(convergence: Convergence | None, count: int, length: float) -> bo
 def _of_convergence(c: Convergence) -> Verdict:
     if not c.families:
         return Verdict(UNSETTLED, c.notes)
+    unproven = _unproven(c)
+    if unproven:
+        return Verdict(UNSETTLED, (unproven, *_of_repeats(c).reasons))
+    return _of_repeats(c)
+
+
+def _unproven(c: Convergence) -> str:
+    """Why a reduced run was not held against the unreduced model, in a sentence; empty: it was, or has no events."""
+    if c.structure is None or c.structure.looked or not c.events:
+        return ""
+    return f"not one event was held against the unreduced model: {c.structure.why_not}"
+
+
+def _of_repeats(c: Convergence) -> Verdict:
     open_ones = [e for e in c.events if not e.settled]
     whole = [t for name, t in c.totals.items() if name != "events" and not t.settled]  # those are counted one by one
     new = max((n for name, n in c.new.items() if c.outcomes[name].variant.judged), default=0)
+    new = new if c.structure is None else max(new, c.structure.missed)
     few = max(1.0, (1.0 - ENOUGH) * len(c.events))
     if not whole and new <= few and (len(open_ones) <= few or are_faint(open_ones, c)):
         return Verdict(SETTLED, _exceptions(open_ones, c))
@@ -101,6 +116,8 @@ def _of_convergence(c: Convergence) -> Verdict:
 def _statistics_hold(c: Convergence, whole: list[Settling]) -> bool:
     """Whether many events are alike as samples in all runs that decide: of chaotic motion, or with settled totals."""
     judged = [s for family, s in c.statistics.items() if c.outcomes[c.families[family][1]].variant.judged]
+    if c.structure is not None and c.structure.samples is not None:
+        judged.append(c.structure.samples)
     alike = bool(judged) and all(_alike(s) for s in judged)
     return alike and (c.chaotic or (not whole and len(c.events) >= MANY))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,17 +15,17 @@ from creak.studies.prepare.setup import Setup
 from creak.verify.events import Event
 from creak.verify.statistics import EventStatistics
 
+if TYPE_CHECKING:
+    from creak.studies.converge.structure import Structure
+
 SETTLED = 0.05
-"""Low-passed force, impulse and closing speed are settled when the last refinement of every family changes them by no
-more than this share: the 5 % within which the thesis calls an amplitude right (3.7.3)."""
+"""Low-passed force, impulse and closing speed are settled when all that they hang on changes them together by no more
+than this share: the 5 % within which the thesis calls an amplitude right (3.7.3)."""
 ENOUGH = 0.95
 """Share of the events that are to be settled in every figure."""
-TIME_SHARE = 0.1
-"""Start and duration are settled when the last refinement of every family moves them by no more than this share of the
-verification's `event_tolerance`, so that what is left cannot decide whether two events are the same one."""
-OF_RESOLUTION = 0.1
-"""Share of that by which the resolution of contact in time may move them; the rest is for stiffness and modes, which
-the model sets: the last of several micro-contacts of an event is theirs."""
+OF_DURATION = 1.0 / 3.0
+"""Start and duration are settled when all that they hang on moves them together by no more than this share of the
+event's own duration: the last of several micro-contacts of an event comes and goes, the blow itself stays."""
 BASE, HALF, QUARTER = "base", "h/2", "h/4"
 TWICE, TENFOLD, MORE_MODES = "2 x stiffness", "10 x stiffness", "1.5 x f_max"
 FINER, SOFTER, STIFFER = "half the tolerance", "half the stiffness", "twice the stiffness"
@@ -49,6 +50,10 @@ OF_PLACE = ("events", "impulse", "force", "closing_speed", "n5")
 """What is followed of every place, over the verification window, as summary.json names it."""
 IN_TIME = ("tolerance", "step")
 """Families that change the resolution in time alone."""
+UNREDUCED = "unreduced"
+"""Source of a change: the unreduced model."""
+SOURCES = {"time": IN_TIME, "stiffness": ("softer", "stiffer", "stiffness"), "modes": ("modes",)}
+"""What an answer hangs on -> the families that tell how much; of several the largest counts."""
 TIMES = ("start", "duration")
 """Figures whose changes are absolute, s; those of the others are shares."""
 
@@ -124,27 +129,36 @@ class Settling:
     """Why it cannot be settled; empty: the changes decide."""
     told: tuple[str, ...] = ()
     """Families that decide nothing."""
+    unreduced: float | None = None
+    """What the unreduced model changes, as `changes`, a size; None: it was not looked at."""
+
+    @property
+    def sources(self) -> dict[str, float]:
+        """What each thing that decides changes of the figure, sizes: `SOURCES`, and the unreduced model."""
+        known = {k: abs(x) for k, x in self.changes.items() if k not in self.told}
+        if "step" in known and np.isfinite(self.base_error):
+            known["step"] = max(known["step"], abs(self.base_error))
+        found = {name: [known[k] for k in families if k in known] for name, families in SOURCES.items()}
+        sizes = {name: float(np.max(x)) for name, x in found.items() if x}
+        return sizes if self.unreduced is None else {**sizes, UNREDUCED: self.unreduced}
 
     @property
     def settled_to(self) -> float:
-        """Largest change of all families; nan where one of them is not known, or where there is none."""
-        return float(np.max(np.abs(list(self.changes.values())))) if self.changes else np.nan
+        """Sum of the sources, which add (docs/accuracy.md); nan where one is not known, or where there is none."""
+        return float(sum(self.sources.values())) if self.sources else np.nan
 
     @property
     def worst(self) -> str:
-        """The family of those that decide that moves the figure most; empty where that is not known."""
+        """What of that which decides moves the figure most: a family, or the unreduced model; empty: not known."""
         known = {k: abs(v) for k, v in self.changes.items() if not np.isnan(v) and k not in self.told}
+        if self.unreduced is not None and not np.isnan(self.unreduced):
+            known[UNREDUCED] = self.unreduced
         return max(known, key=known.__getitem__) if known else ""
 
     @property
     def settled(self) -> bool:
-        """The last refinements agree, and so do the base run and the finest one."""
-        changes = all(abs(x) <= self.limit_of(family) for family, x in self.changes.items() if family not in self.told)
-        return not self.problem and bool(self.changes) and changes and not abs(self.base_error) > self.limit
-
-    def limit_of(self, family: str) -> float:
-        """What a family may move the figure by."""
-        return OF_RESOLUTION * self.limit if self.name in TIMES and family == "tolerance" else self.limit
+        """Do all sources together change it by no more than the limit?"""
+        return not self.problem and self.settled_to <= self.limit
 
     @property
     def base_error(self) -> float:
@@ -168,7 +182,7 @@ class EventSettling:
     @property
     def moved_in_time(self) -> bool:
         """Is it another one with another resolution in time?"""
-        return any(abs(f.changes.get(t, 0.0)) > f.limit_of(t) for f in self.figures.values() for t in IN_TIME)
+        return any(abs(f.changes.get(t, 0.0)) > f.limit for f in self.figures.values() for t in IN_TIME)
 
 
 @dataclass(frozen=True)
@@ -197,6 +211,8 @@ class Convergence:
     notes: tuple[str, ...]
     places: tuple[dict[str, Settling], ...] = ()
     """Figures of the first places of the base run, as they are ranked, and how far they have settled."""
+    structure: Structure | None = None
+    """What the unreduced model says; None: nothing was reduced, or nobody asked it."""
 
     @property
     def finest(self) -> str:

@@ -27,6 +27,7 @@ from creak.studies.converge.settling import (
     Outcome,
     Variant,
 )
+from creak.studies.converge.structure import Structure
 from creak.studies.models.reduced import ReducedModel, reduce_model, with_more_modes
 from creak.studies.models.superelements import MODES_FACTOR
 from creak.studies.prepare.excitation import sample_loads, time_axis
@@ -39,7 +40,9 @@ HALVED = 2.0
 """How much finer the contact is resolved with half the tolerance."""
 
 
-def converge(result: StudyResult, progress: Progress, places: Followed = NO_PLACES) -> Convergence:
+def converge(
+    result: StudyResult, progress: Progress, places: Followed = NO_PLACES, structure: Structure | None = None
+) -> Convergence:
     """Repeat the study's run and tell which of its figures have settled.
 
     Repeated is the run of the reduced model, or of the unreduced one where the study reduces nothing. By exact flow:
@@ -54,7 +57,7 @@ def converge(result: StudyResult, progress: Progress, places: Followed = NO_PLAC
 
     Parameters
     ----------
-    places : of the base run, what is followed of each.
+    places : of the base run, what is followed of each. structure : what the unreduced model says of its events.
     """
     base = result.runs.get("reduced") or result.runs["reference"]
     notes: list[str] = []
@@ -70,7 +73,7 @@ def converge(result: StudyResult, progress: Progress, places: Followed = NO_PLAC
     notes += [o.stopped for o in outcomes.values() if o.stopped and o.variant.family]
     v, exact = result.setup.study.config.verification, result.setup.study.config.time.exact
     window = (0.0, float(base.history.time[-1])) if exact else result.window
-    return assess(outcomes, base.name, window, v.event_tolerance, tuple(notes))
+    return assess(outcomes, base.name, window, v.event_tolerance, tuple(notes), structure)
 
 
 def plan(result: StudyResult) -> tuple[list[Variant], list[str]]:

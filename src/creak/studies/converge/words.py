@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from creak.studies.converge.settling import FIGURES, SETTLED, Convergence, Outcome, Settling
+from creak.studies.converge.settling import FIGURES, SETTLED, UNREDUCED, Convergence, Outcome, Settling
 from creak.verify.statistics import Distance
 
 WORDS = {
@@ -25,6 +25,7 @@ REMEDIES = {
     "tolerance": ("the resolution of contact in time", 'accuracy = "fine"'),
     "softer": STIFFNESS,
     "stiffer": STIFFNESS,
+    UNREDUCED: ("what the reduction leaves out of the unreduced model", "a higher [reduction] f_max"),
 }
 """Family of repeated runs -> what the answer hangs on where it has not settled, and what it takes."""
 
@@ -183,6 +184,7 @@ def _settling_dict(f: Settling) -> dict[str, Any]:
     return {
         "values": f.values,
         "changes": f.changes,
+        "unreduced": f.unreduced,
         "settled_to": f.settled_to,
         "settled": f.settled,
         "worst": f.worst,

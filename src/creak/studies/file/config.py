@@ -140,9 +140,9 @@ class TimeTable(Table):
     end: Positive | None = None
     """s"""
     accuracy: Literal["settled", "quick", "fine"] = "settled"
-    """settled: each event's impulse and force within some 5 %, start and duration within a
-    twentieth of a period of the verification's f_max (0.1 ms of 500 Hz); quick: rougher and
-    cheaper; fine: four times finer. Steps follow from it: nothing else need be given."""
+    """settled: each event's impulse and force within some 5 %, start and duration within a third of its duration, and
+    the run says how far it is from that; quick: rougher and cheaper; fine: four times finer. Steps follow from it:
+    nothing else need be given."""
     step: Positive = 1e-3
     """s; a forced step, of the integrator hht where none is named."""
     integrator: Literal["exact", "hht", "generalised-alpha", "massless-boundary"] = "exact"
@@ -183,14 +183,20 @@ FORCED = {"step", "alpha", "substeps"}
 """Keys of [time] that ask for HHT."""
 
 
+Proof = Literal["spots", "whole", "none"]
+
+
 class ReferenceTable(Table):
     """[reference]"""
 
-    run: bool = True
-    """Also run the unreduced model."""
+    run: bool | Proof | None = None
+    """What the unreduced model proves. "spots": it marches through some events of the reduced run, from its state, at a
+    fifth of the cost of the reduction. "whole" (or `true`): it is run from rest as well, and compared event by event.
+    "none" (or `false`): nothing, and the verdict cannot be "settled". Default: "spots"; "whole" with a forced step or
+    `until`."""
     until: Positive | None = None
-    """s; the unreduced run, which starts from rest like the other, ends here, and the two are compared up to here.
-    Default: it covers the whole run."""
+    """s; the unreduced model is run from rest up to here, and the two are compared up to here. Default with "whole": to
+    the end."""
 
 
 class OutputTable(Table):
@@ -301,7 +307,7 @@ class StudyConfig(Table):
     time: TimeTable = TimeTable()
     """Steps of the time integration."""
     reference: ReferenceTable = ReferenceTable()
-    """The unreduced run."""
+    """What the unreduced model proves of the answer."""
     output: OutputTable = OutputTable()
     """What is kept of the motion."""
     verification: VerificationTable = VerificationTable()
@@ -310,3 +316,13 @@ class StudyConfig(Table):
     """[listener.NAME]: where the sound of the contacts is heard."""
     background: BackgroundTable | None = None
     """The steady sound that the contacts are heard beside."""
+
+    @property
+    def proof(self) -> Proof:
+        """What the unreduced model proves, in one word whatever the study says."""
+        asked = self.reference.run
+        if asked is None:
+            return "whole" if self.reference.until is not None or not self.time.exact else "spots"
+        if isinstance(asked, bool):
+            return "whole" if asked else "none"
+        return asked

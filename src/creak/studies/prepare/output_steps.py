@@ -116,7 +116,7 @@ def excitation_window(study: Study, time: FloatArray) -> tuple[float, float]:
 def compared_end(study: Study, end: float) -> float:
     """s up to which the unreduced model is run beside the reduced one; the whole run unless the study says less."""
     c = study.config
-    until = c.reference.until if c.reference.run and c.reduction.method != "none" else None
+    until = c.reference.until if c.proof == "whole" and c.reduction.method != "none" else None
     return end if until is None or until >= end * (1.0 - 1e-9) else until
 
 

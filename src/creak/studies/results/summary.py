@@ -19,6 +19,7 @@ from creak.studies.results.elines import as_dict as eline_summary
 from creak.studies.results.limits import judged
 from creak.studies.results.places import Place
 from creak.studies.results.sound import heard_at, heard_places, place_name, sound_summary
+from creak.studies.results.spots import spots_of
 from creak.studies.results.static_figures import static_figures
 from creak.studies.run.compared import event_statistics, main_run
 from creak.studies.run.job import Run, StudyResult
@@ -259,7 +260,7 @@ def _verification(result: StudyResult, convergence: Convergence | None) -> dict[
         out["nrmse"] = result.spectra.nrmse
     if result.events is not None:
         out["events"] = _matched(result.events) | {"statistics": _statistics(result, convergence)}
-    return out
+    return out | spots_of(result, None if convergence is None else convergence.structure)
 
 
 def _matched(match: EventMatch) -> dict[str, Any]:

@@ -164,7 +164,7 @@ def run_study(
             stopped = "stopped while the superelements were checked"
         notes += [Warned(f"superelement {name}: {text}") for name, h in health.items() for text in h.findings.warnings]
     stopped = next((r.stopped for r in runs.values() if r.stopped), stopped)
-    if stopped is None and (c.reference.run or reduced is None):
+    if stopped is None and (c.proof == "whole" or reduced is None):
         if reduced is None:
             gaps, runs["reference"], more = _only_run(
                 setup, reference, gaps, progress, reference_run, record, checkpoints

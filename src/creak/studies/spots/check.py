@@ -13,15 +13,17 @@ from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flow.march import FlowStates, flow_states
 from creak.progress import Progress
 from creak.studies.converge.settling import change
+from creak.studies.converge.structure import Spot, Structure
 from creak.studies.models.reduced import ReducedModel
 from creak.studies.prepare.flight_steps import RESOLUTIONS
 from creak.studies.results.places import find_places
+from creak.studies.run.compared import event_statistics
 from creak.studies.run.integrate import flowing, resolution_of
 from creak.studies.run.job import StudyResult
 from creak.studies.run.kernels import needs_solver
 from creak.studies.spots.choose import FACTOR, OF_A_MODE, SHARE, Stretch, affordable, chosen, near_channels, stretch
 from creak.studies.spots.march import Checker, Handover, own_figures, states_of
-from creak.studies.spots.records import Spot, SpotChecks
+from creak.studies.warned import attempted
 from creak.verify.events import events_in
 
 SEED = 1
@@ -30,7 +32,22 @@ LEAST = 3
 """Events that are checked whatever they cost."""
 
 
-def check_spots(result: StudyResult, progress: Progress) -> SpotChecks:
+def beside_unreduced(result: StudyResult, progress: Progress, notes: list[str]) -> Structure | None:
+    """What the unreduced model says of a run: by spot checks, and by its own run where there is one.
+
+    None: nothing was reduced. A failure of the checks leaves them out and becomes a note that warns.
+    """
+    if "reduced" not in result.runs:
+        return None
+    found = Structure(why_not='[reference] run = "none"')
+    if result.setup.study.config.proof != "none":
+        failed = Structure(why_not="they could not be made")
+        found = attempted("spot checks", lambda: check_spots(result, progress), failed, notes)
+    samples = None if result.events is None else event_statistics(result)
+    return found.beside(result.events, samples)
+
+
+def check_spots(result: StudyResult, progress: Progress) -> Structure:
     """March the unreduced model through the hardest event of each place of the reduced run and some drawn ones.
 
     It takes over displacement and velocity of the reduced model a little before the event, under the same loads, and
@@ -46,10 +63,10 @@ def check_spots(result: StudyResult, progress: Progress) -> SpotChecks:
     started = clock.perf_counter()
     of, why = _handover(result)
     if of is None or result.reduced is None:
-        return SpotChecks((), 0, 0.0, why)
+        return Structure(why_not=why)
     order = _stretches(result, of)
     if not order:
-        return SpotChecks((), 0, 0.0, "there is no event to check")
+        return Structure(why_not="there is no event to check")
     near = near_channels(of.history, of.gaps, order, of.ends)
     rows = near.size + 2 * of.gaps.select(near).rubbing
     taken = affordable(order, rows, SHARE * _cost(result.reduced), LEAST)
@@ -58,7 +75,7 @@ def check_spots(result: StudyResult, progress: Progress) -> SpotChecks:
     setup = result.setup
     states = flow_states(of.reduced, of.gaps, of.loads, at, resolution=resolution_of(setup), solver=needs_solver(setup))
     spots, solves = _marched(of, taken, near, states, at, progress)
-    return SpotChecks(tuple(spots), solves, clock.perf_counter() - started)
+    return Structure(tuple(spots), solves=solves, wall_s=clock.perf_counter() - started)
 
 
 def _marched(
@@ -67,7 +84,7 @@ def _marched(
     """Each stretch by its steps, the first one by half of them besides."""
     found: dict[int, Spot] = {}
     solves = done = 0
-    halved = replace(taken[0], parts=2 * taken[0].parts)
+    halved = replace(taken[0], parts=2 * taken[0].parts, steps=2 * taken[0].steps)
     for parts in sorted({s.parts for s in (*taken, halved)}):
         here = [s for s in taken if s.parts == parts] + ([halved] if halved.parts == parts else [])
         checker = Checker(of, parts, near, states.stiffness)
@@ -82,7 +99,7 @@ def _marched(
                 continue
             own = own_figures(of, s)
             problem = problem or ("" if own else "the reduced run has no such event over the stretch alone")
-            found[id(s)] = Spot(s.event, s.place, s.why, own or {}, None if problem else figures, None, problem)
+            found[id(s)] = Spot(s.event, s.why, own or {}, None if problem else figures, None, problem)
     return [found[id(s)] for s in taken], solves
 
 
@@ -124,7 +141,7 @@ def _stretches(result: StudyResult, of: Handover) -> list[Stretch]:
     run = result.runs["reduced"]
     fewest = fewest_parts(RESOLUTIONS[result.setup.study.config.time.accuracy].stepped)
     order = chosen(events_in(run.events, result.window), find_places(result, run), of.gaps, SEED)
-    made = [stretch(e, place, why, of.ends, fewest, of.f_max) for e, place, why in order]
+    made = [stretch(e, why, of.ends, fewest) for e, why in order]
     return [s for s in made if s is not None]
 
 

@@ -20,44 +20,47 @@ FACTOR = 50
 """Back-substitutions that a factorisation takes as long as (shells; solids two to four times as many)."""
 OF_A_MODE = 13
 """The same of a fixed-interface mode, measured (docs/benchmarks_modes.md)."""
-EACH = 3
-"""Checks of each place, as long as the cost allows."""
+EACH = 8
+"""Most checks of each place, as far as the cost allows: the spread of eight is known to within a quarter."""
 STEPS = 30
 """Of an event, the fewest: the impulse of a half sine is then within 3e-3, its duration within one step."""
 FINEST = 64
 """Most parts of a step of the default length."""
 LEAD = 3
 """Steps before the event at the least."""
+AFTER = 0.5
+"""Of the duration of an event that is marched behind it."""
 NEARLY = 0.5
 """Of what a gap changes in the run: channels that come as near in a stretch may touch in it."""
-LONGEST = 40
-"""Durations of STEPS steps after which a stretch is cut: lasting contact is checked over a part of it."""
+LONGEST = 20
+"""Times STEPS: most steps of a stretch; lasting contact is checked over a part of it."""
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """An event, and the flight steps that its check begins and ends with."""
+    """An event, and the steps of its check."""
 
     event: Event
-    place: int
     why: str
     first: int
-    last: int
+    """Flight step at whose end it begins."""
     parts: int
     """Of a flight step."""
+    steps: int
+    """Of that length."""
 
-    @property
-    def steps(self) -> int:
-        return (self.last - self.first) * self.parts
+    def time(self, ends: FloatArray) -> tuple[float, float]:
+        """Beginning and end, s; `ends` (n_step + 1,) of the flight steps."""
+        begin, h = float(ends[self.first]), float(ends[1] - ends[0]) / self.parts
+        return begin, begin + self.steps * h
 
 
-def stretch(event: Event, place: int, why: str, ends: FloatArray, fewest: int, f_max: float) -> Stretch | None:
-    """From a little before an event to a little after; None where the run begins with it.
+def stretch(event: Event, why: str, ends: FloatArray, fewest: int) -> Stretch | None:
+    """From a little before an event to half its length after it; None where the run begins with it.
 
     Parameters
     ----------
     ends : (n_step + 1,) of the flight steps, s. fewest : parts of a flight step by default.
-    f_max : Hz; touches half a period of it apart are one event.
     """
     H, lasts = ends[1] - ends[0], event.t_end - event.t_start
     parts = fewest
@@ -66,30 +69,28 @@ def stretch(event: Event, place: int, why: str, ends: FloatArray, fewest: int, f
     first = int(np.searchsorted(ends, event.t_start - LEAD * H / parts, side="right")) - 1
     if first < 0:
         return None
-    after = max(0.5 * lasts, 0.5 / f_max)
-    last = min(int(np.searchsorted(ends, event.t_end + after)), ends.size - 1)
-    last = min(last, first + max(2, math.ceil(LONGEST * STEPS / parts)))
-    return Stretch(event, place, why, first, last, parts)
+    wanted = math.ceil((event.t_end + AFTER * lasts - ends[first]) / H * parts)
+    return Stretch(event, why, first, parts, min(wanted, LONGEST * STEPS, (ends.size - 1 - first) * parts))
 
 
 def chosen(
     events: Sequence[Event], places: Sequence[Place], gaps: GapOperator, seed: int, each: int = EACH
-) -> list[tuple[Event, int, str]]:
+) -> list[tuple[Event, str]]:
     """Events in the order in which they are checked: the hardest of each place, then others, drawn at random.
 
     An event is at the place of its hardest channel.
     """
-    draw, rounds = np.random.default_rng(seed), list[list[tuple[Event, int, str]]]([[] for _ in range(each)])
-    for k, place in enumerate(places):
+    draw, rounds = np.random.default_rng(seed), list[list[tuple[Event, str]]]([[] for _ in range(each)])
+    for place in places:
         names = {(gaps.group[j], gaps.names[j]) for j in place.channels.tolist()}
         own = [e for e in events if (e.group, e.channel) in names]
         by_force = sorted(own, key=lambda e: (-e.force_place, e.t_start))
         if not by_force:
             continue
-        rounds[0].append((by_force[0], k, "hardest"))
+        rounds[0].append((by_force[0], "hardest"))
         others = by_force[1:]
         for j, i in enumerate(draw.permutation(len(others))[: each - 1].tolist(), start=1):
-            rounds[j].append((others[i], k, "drawn"))
+            rounds[j].append((others[i], "drawn"))
     return [one for row in rounds for one in row]
 
 
@@ -97,7 +98,7 @@ def near_channels(history: History, gaps: GapOperator, stretches: Sequence[Stret
     """Channels that press in one of the stretches, or come near to it (`NEARLY`)."""
     low = np.full(gaps.m, np.inf)
     for s in stretches:
-        rows = slice(*np.searchsorted(history.time, [ends[s.first], ends[s.last]]))
+        rows = slice(*np.searchsorted(history.time, s.time(ends)))
         low = np.minimum(low, history.gap[rows].min(axis=0, initial=np.inf))
     return np.flatnonzero(low <= NEARLY * np.ptp(history.gap, axis=0)).astype(np.int64)
 

@@ -22,6 +22,8 @@ from creak.studies.converge.settling import FIGURES
 from creak.studies.spots.choose import Stretch
 from creak.verify.events import Event, find_events
 
+ROUND_OFF = 1e-12
+"""Of a time."""
 BESIDE = 4
 """Samples of the loads beyond a stretch that the spline through them knows."""
 
@@ -77,7 +79,7 @@ class Checker:
         self._gaps = gaps
         silent = of.gaps.select(np.setdiff1d(np.arange(of.gaps.m), near)).without_force()
         self._watched = Watched(silent, np.zeros((0, 0)), np.zeros(0, dtype=np.int64), (), slip=False)
-        loads = Loads(h * np.arange(2), of.loads.support[:, :2], of.loads.force[:2], of.loads.force_labels)
+        loads = Loads(h * np.arange(2.0), of.loads.support[:, :2], of.loads.force[:2], of.loads.force_labels)
         self._stepper = CondensedStepper(of.unreduced, gaps, loads, IN_CONTACT, maker=of.maker)
 
     @property
@@ -100,20 +102,22 @@ class Checker:
 
 def _cut(loads: Loads, s: Stretch, parts: int) -> Loads:
     """The loads of a stretch, `parts` samples of each flight step."""
-    a, b = SAMPLES * s.first, SAMPLES * s.last
+    a = SAMPLES * s.first
+    b = a + -(-SAMPLES * s.steps // parts)
     lo, hi = max(0, a - BESIDE), min(loads.n_step, b + BESIDE)
     some = replace(
         loads, time=loads.time[lo : hi + 1], support=loads.support[:, lo : hi + 1], force=loads.force[lo : hi + 1]
     )
     fine = refined(some, parts)  # a sample is SAMPLES / parts of what it was: every SAMPLES-th one is wanted
-    rows = slice(parts * (a - lo), parts * (b - lo) + 1, SAMPLES)
+    rows = slice(parts * (a - lo), parts * (a - lo) + SAMPLES * s.steps + 1, SAMPLES)
     return replace(fine, time=fine.time[rows], support=fine.support[:, rows], force=fine.force[rows])
 
 
 def own_figures(of: Handover, s: Stretch) -> dict[str, float] | None:
     """`FIGURES` of the event in the reduced run over the stretch alone, as the unreduced march sees it."""
     h = of.history
-    rows = slice(*np.searchsorted(h.time, [of.ends[s.first], of.ends[s.last] * (1.0 + 1e-12)]))
+    begin, end = s.time(of.ends)
+    rows = slice(*np.searchsorted(h.time, [begin, end * (1.0 + ROUND_OFF)]))
     part = replace(h, time=h.time[rows], gap=h.gap[rows], force=h.force[rows])
     return figures_of(s.event, find_events(part, of.gaps, of.merge, of.f_max), part)
 

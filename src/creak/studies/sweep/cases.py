@@ -154,7 +154,7 @@ def _case(sweep: SweepFile, variant: Variant, folder: str, out: Path, contents: 
         return (contents.deck if place in DECKS else contents.file)(base / name)
 
     content_of = map_paths({k: v for k, v in plain.items() if k != "title"}, content)
-    runs_reference = config.reference.run or config.reduction.method == "none"
+    runs_reference = config.proof == "whole" or config.reduction.method == "none"
     unreduced = {k: v for k, v in content_of.items() if k not in ("reduction", "reference")}
     key = digest([unreduced, deck_hash, version()]) if runs_reference else None
     values = {k: value_at(plain, k) for k in sweep.keys}

@@ -1,0 +1,154 @@
+"""What the unreduced model says of events of the reduced run: some that it marched through, all of its own run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.studies.converge.settling import FIGURES, TIMES
+from creak.verify.events import Event
+from creak.verify.matching import EventMatch
+from creak.verify.statistics import EventStatistics
+
+SURE = 0.95
+"""Of the events that were not looked at, those whose differences are to lie within `Structure.spread`."""
+
+
+@dataclass(frozen=True)
+class Spot:
+    """One event of the reduced run and what the unreduced model makes of it."""
+
+    event: Event
+    """Of the reduced run."""
+    why: str
+    """hardest, or drawn by the stored seed; run: of the unreduced model's own run."""
+    reduced: dict[str, float]
+    """`FIGURES` of the reduced run over the same stretch of time; those that it does not hold are left out."""
+    unreduced: dict[str, float] | None
+    """The same of the unreduced model; None where it has no such event, or was not run through it."""
+    numerical: dict[str, float] | None = None
+    """What half the contact step changes of the unreduced figures: s, or shares; None: not looked at."""
+    problem: str = ""
+    """Why there is nothing to compare."""
+
+    def difference(self, name: str) -> float | None:
+        """Unreduced less reduced: s for times, a share of the unreduced figure else; nan where it has no such event,
+        None where there is nothing to compare."""
+        if self.problem:
+            return None
+        if self.unreduced is None:
+            return float("nan")
+        a, b = self.reduced.get(name), self.unreduced.get(name)
+        if a is None or b is None:
+            return None
+        if name in TIMES or a == b:
+            return b - a
+        return (b - a) / abs(b) if b else float("inf")
+
+    def error(self, name: str) -> float | None:
+        """Size of the difference with what the unreduced march itself leaves open."""
+        by = self.difference(name)
+        return None if by is None else abs(by) + (self.numerical or {}).get(name, 0.0)
+
+
+@dataclass(frozen=True)
+class Structure:
+    """The unreduced model beside a run."""
+
+    spots: tuple[Spot, ...] = ()
+    """Events that it marched through from the reduced model's state."""
+    run: tuple[Spot, ...] = ()
+    """Those of its own run that both have."""
+    missed: int = 0
+    """Events of its own run that the reduced one does not have."""
+    extra: tuple[Event, ...] = ()
+    """Events of the reduced run that its own does not have."""
+    samples: EventStatistics | None = None
+    """Events of both runs as samples; None: it was not run."""
+    solves: int = 0
+    """Back-substitutions that the spot checks took, each factor counted as so many (`spots.choose.FACTOR`)."""
+    wall_s: float = 0.0
+    why_not: str = ""
+    """Why no event was marched through."""
+
+    @property
+    def looked(self) -> bool:
+        """Does it say anything?"""
+        return bool(self.run or self.extra or self.missed) or any(not s.problem for s in self.spots)
+
+    def beside(self, match: EventMatch | None, samples: EventStatistics | None) -> Structure:
+        """The same with what its own run says."""
+        if match is None:
+            return self
+        run = tuple(Spot(b, "run", _figures(b), _figures(a)) for a, b in match.pairs)
+        return Structure(
+            self.spots,
+            run,
+            len(match.missed),
+            tuple(match.extra),
+            samples,
+            self.solves,
+            self.wall_s,
+            self.why_not,
+        )
+
+    def change(self, name: str, event: Event) -> float:
+        """What it changes of a figure of an event, s or a share: as found where it looked, else `spread`."""
+        found = [s.error(name) for s in (*self.spots, *self.run) if s.event is event]
+        known = [x for x in found if x is not None]
+        if known:
+            return float("inf") if np.isnan(known).any() else max(known)
+        by = self.spread(name)
+        return by * (event.t_end - event.t_start) if name in TIMES else by
+
+    def spread(self, name: str) -> float:
+        """Within this lie differences of events that were not looked at, by those that were.
+
+        Their root mean square times Student's t: the interval that holds the next one of normal differences about zero
+        in `SURE` of all cases. Of times as a share of the event's duration. nan: none was looked at; infinite: the
+        unreduced model has no such event.
+        """
+        shares = [x for s in (self.spots or self.run) if (x := _share(s, name)) is not None]
+        if not shares:
+            return float("nan")
+        if np.isnan(shares).any():
+            return float("inf")
+        return float(np.sqrt(np.mean(np.square(shares)))) * surely(len(shares))
+
+    def of_sum(self, name: str) -> float:
+        """What it changes of the sum of a figure over all events: the mean by those that were looked at, and what is
+        left open of that mean."""
+        pairs = [
+            (s.reduced[name], 0.0 if s.unreduced is None else s.unreduced[name])
+            for s in (self.run or self.spots)
+            if not s.problem and name in s.reduced and (s.unreduced is None or name in s.unreduced)
+        ]
+        if not pairs:
+            return float("nan")
+        a, b = np.array(pairs).T
+        if not a.any():
+            return 0.0
+        mean = float((b - a).sum() / np.abs(a).sum())
+        rest = (b - a) - mean * a
+        open_of_it = surely(len(pairs)) * float(np.sqrt((rest**2).sum()) / np.abs(a).sum())
+        return abs(mean) + (0.0 if self.run else open_of_it)
+
+
+def surely(n: int) -> float:
+    """Half width of that interval over the root mean square of n differences: Student's t of n degrees of freedom."""
+    from scipy.stats import t
+
+    return float(t.ppf(0.5 + 0.5 * SURE, n))
+
+
+def _share(spot: Spot, name: str) -> float | None:
+    by = spot.error(name)
+    if by is None or name not in TIMES:
+        return by
+    lasts = spot.event.t_end - spot.event.t_start
+    return by / lasts if lasts > 0.0 else None
+
+
+def _figures(event: Event) -> dict[str, float]:
+    return {name: of(event) for name, of in FIGURES.items()}

@@ -1,0 +1,41 @@
+"""What the unreduced model made of single events, for summary.json."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from creak.studies.converge.settled import KEYS
+from creak.studies.converge.structure import Spot, Structure
+from creak.studies.results.places import find_places
+from creak.studies.run.job import StudyResult
+
+
+def spots_of(result: StudyResult, structure: Structure | None) -> dict[str, Any]:
+    """`spots`, one for each event that it marched through, and their cost; nothing where it was not asked.
+
+    A figure is {reduced, unreduced, numerical}; unreduced is null where the unreduced model has no such event,
+    numerical (what half its contact step changes: s of times, else a share) where that was not looked at.
+    """
+    run = result.runs.get("reduced")
+    if structure is None or run is None:
+        return {}
+    row = {id(e): k for k, e in enumerate(run.events)}
+    names = [(p.number, {result.gaps.names[j] for j in p.channels.tolist()}) for p in find_places(result, run)]
+
+    def told(s: Spot) -> dict[str, Any]:
+        place = next((n for n, own in names if s.event.channel in own), None)
+        figures = {
+            key: {
+                "reduced": s.reduced.get(name),
+                "unreduced": (s.unreduced or {}).get(name),
+                "numerical": (s.numerical or {}).get(name),
+            }
+            for name, key in KEYS.items()
+        }
+        return {"event": row.get(id(s.event)), "place": place, "why": s.why, "problem": s.problem or None} | figures
+
+    return {
+        "spots": [told(s) for s in structure.spots],
+        "spot_cost": {"back_substitutions": structure.solves, "wall_s": structure.wall_s},
+        "spots_missing": structure.why_not or None,
+    }
