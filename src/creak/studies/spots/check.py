@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import time as clock
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from creak.arrays import IntArray
+from creak.arrays import FloatArray, IntArray
 from creak.dynamics.cuda.solver import Solver
 from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flow.march import FlowStates, flow_states
@@ -81,26 +81,68 @@ def check_spots(result: StudyResult, progress: Progress) -> Structure:
 def _marched(
     of: Handover, taken: list[Stretch], near: IntArray, states: FlowStates, at: list[int], progress: Progress
 ) -> tuple[list[Spot], int]:
-    """Each stretch by its steps, the first one by half of them besides."""
-    found: dict[int, Spot] = {}
-    solves = done = 0
-    halved = replace(taken[0], parts=2 * taken[0].parts, steps=2 * taken[0].steps)
-    for parts in sorted({s.parts for s in (*taken, halved)}):
-        here = [s for s in taken if s.parts == parts] + ([halved] if halved.parts == parts else [])
+    """Each stretch by its steps, finer ones first; the first one of all by half of its steps besides."""
+    found: dict[int, tuple[Spot, Stretch]] = {}
+    queue, solves = list(enumerate(taken)), 0
+
+    def through(checker: Checker, s: Stretch) -> _Seen:
+        return _compared(of, checker, s, states_of(of, states, at.index(s.first), s.first))
+
+    while queue:
+        parts = max(s.parts for _, s in queue)
         checker = Checker(of, parts, near, states.stiffness)
         solves += FACTOR + checker.rows
-        for s in here:
-            history, problem = checker.through(s, *states_of(of, states, at.index(s.first), s.first))
-            solves += s.steps
-            figures, done = checker.figures(s, history), done + 1
-            progress("spot checks", done, len(taken) + 1)
-            if s is halved:
-                found[id(taken[0])] = replace(found[id(taken[0])], numerical=_halving(found[id(taken[0])], figures))
+        here, queue = [x for x in queue if x[1].parts == parts], [x for x in queue if x[1].parts != parts]
+        for k, s in here:
+            seen = through(checker, s)
+            solves += seen.steps
+            if seen.goes_on and (coarser := seen.stretch.coarser(of.ends.size - 1)) is not None:
+                queue.append((k, coarser))
                 continue
-            own = own_figures(of, s)
-            problem = problem or ("" if own else "the reduced run has no such event over the stretch alone")
-            found[id(s)] = Spot(s.event, s.why, own or {}, None if problem else figures, None, problem)
-    return [found[id(s)] for s in taken], solves
+            unreduced = None if seen.problem else seen.unreduced
+            found[k] = Spot(s.event, s.why, seen.reduced or {}, unreduced, None, seen.problem), seen.stretch
+            progress("spot checks", len(found), len(taken) + 1)
+    first, s = found[0]
+    if first.unreduced is not None:
+        checker = Checker(of, 2 * s.parts, near, states.stiffness)
+        seen = through(checker, replace(s, parts=2 * s.parts, steps=2 * s.steps))
+        solves += FACTOR + checker.rows + seen.steps
+        found[0] = replace(first, numerical=_halving(first, seen.unreduced)), s
+    progress("spot checks", len(taken) + 1, len(taken) + 1)
+    return [found[k][0] for k in range(len(taken))], solves
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """A march through a stretch."""
+
+    stretch: Stretch
+    """As long as it became."""
+    unreduced: dict[str, float] | None
+    reduced: dict[str, float] | None
+    problem: str
+    steps: int
+    """Of all attempts."""
+
+    @property
+    def goes_on(self) -> bool:
+        """Does the unreduced model still touch at its end?"""
+        return self.unreduced is not None and "duration" not in self.unreduced
+
+
+def _compared(of: Handover, checker: Checker, s: Stretch, begins: tuple[FloatArray, FloatArray]) -> _Seen:
+    """Figures of the event in both models; a stretch at whose end the unreduced one still touches is marched again,
+    twice as long."""
+    steps = 0
+    while True:
+        history, problem = checker.through(s, *begins)
+        own, steps = own_figures(of, s), steps + s.steps
+        problem = problem or ("" if own else "the reduced run has no such event over the stretch alone")
+        seen = _Seen(s, checker.figures(s, history), own, problem, steps)
+        longer = s.longer(of.ends.size - 1)
+        if not seen.goes_on or longer is None:
+            return seen
+        s = longer
 
 
 def _halving(spot: Spot, finer: dict[str, float] | None) -> dict[str, float] | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,6 +24,8 @@ EACH = 8
 """Most checks of each place, as far as the cost allows: the spread of eight is known to within a quarter."""
 STEPS = 30
 """Of an event, the fewest: the impulse of a half sine is then within 3e-3, its duration within one step."""
+ENOUGH = 8
+"""Times STEPS: more in its longest touch are of no use."""
 FINEST = 64
 """Most parts of a step of the default length."""
 LEAD = 3
@@ -32,7 +34,7 @@ AFTER = 0.5
 """Of the duration of an event that is marched behind it."""
 NEARLY = 0.5
 """Of what a gap changes in the run: channels that come as near in a stretch may touch in it."""
-LONGEST = 20
+LONGEST = 40
 """Times STEPS: most steps of a stretch; lasting contact is checked over a part of it."""
 
 
@@ -54,6 +56,17 @@ class Stretch:
         begin, h = float(ends[self.first]), float(ends[1] - ends[0]) / self.parts
         return begin, begin + self.steps * h
 
+    def longer(self, n_step: int) -> Stretch | None:
+        """Twice as long, or as long as it may be in a run of so many flight steps; None: it is."""
+        steps = min(2 * self.steps, LONGEST * STEPS, (n_step - self.first) * self.parts)
+        return replace(self, steps=steps) if steps > self.steps else None
+
+    def coarser(self, n_step: int) -> Stretch | None:
+        """Four times as long by steps that are four times as long; None: the run ends before, or a step is a part."""
+        parts = self.parts // 4
+        steps = min(self.steps, (n_step - self.first) * parts)
+        return replace(self, parts=parts, steps=steps) if steps * self.parts > self.steps * parts else None
+
 
 def stretch(event: Event, why: str, ends: FloatArray, fewest: int) -> Stretch | None:
     """From a little before an event to half its length after it; None where the run begins with it.
@@ -63,9 +76,12 @@ def stretch(event: Event, why: str, ends: FloatArray, fewest: int) -> Stretch | 
     ends : (n_step + 1,) of the flight steps, s. fewest : parts of a flight step by default.
     """
     H, lasts = ends[1] - ends[0], event.t_end - event.t_start
+    longest = max((end - begin for begin, end in event.touches), default=lasts)
     parts = fewest
     while parts < FINEST * fewest and STEPS * H / parts > lasts:
         parts *= 2
+    while parts > 1 and longest * parts > ENOUGH * STEPS * H:
+        parts //= 2
     first = int(np.searchsorted(ends, event.t_start - LEAD * H / parts, side="right")) - 1
     if first < 0:
         return None

@@ -1,0 +1,242 @@
+"""Spot checks: the unreduced model from the reduced one's state through an event, against closed forms and a whole run."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import creak
+from creak.dynamics.flow.march import SAMPLES, flow_states
+from creak.studies.converge.settling import FIGURES
+from creak.studies.converge.structure import Spot, Structure, surely
+from creak.studies.run.integrate import flowing, resolution_of
+from creak.studies.spots.check import _handover
+from creak.studies.spots.choose import Stretch, affordable
+from creak.verify.events import Event
+from creak.verify.matching import EventMatch
+from helpers_decks import STOP, STUDY, write_strips
+
+MASS, SPRING, PENALTY = 100.0, 1e4, 1e6
+OMEGA = math.sqrt((SPRING + PENALTY) / MASS)
+STOP_STUDY = """[model]
+deck = "strips.inp"
+units = "m-kg-s"
+[[connector]]
+type = "play"
+nodes = "TIP"
+dof = "x"
+upper = 0.01
+stiffness = 1e6
+[verification]
+f_max = 200
+[time]
+end = 0.5
+"""
+WEDGE = """*NODE
+{nodes}
+*ELEMENT, TYPE=T3D2, ELSET=BAR
+{elements}
+*SOLID SECTION, ELSET=BAR, MATERIAL=STEEL
+1e-4
+*MATERIAL, NAME=STEEL
+*ELASTIC
+2.1e11, 0.3
+*DENSITY
+7800.
+*NSET, NSET=TIP
+1
+*NSET, NSET=ALL, GENERATE
+1, {n}, 1
+*BOUNDARY
+ALL, 2, 3
+*INITIAL CONDITIONS, TYPE=VELOCITY
+ALL, 1, -100.
+"""
+"""A bar of steel, .2 m, that flies along x at 100 m/s."""
+WALL = """[model]
+deck = "strips.inp"
+units = "m-kg-s"
+[[connector]]
+type = "play"
+nodes = "TIP"
+dof = "x"
+lower = -1e-3
+stiffness = 1e11
+[reduction]
+f_max = 5000
+[verification]
+f_max = 1e4
+[time]
+end = 2e-4
+"""
+BLOW, SPEED = 2 * 0.2 / math.sqrt(2.1e11 / 7800.0), 100.0
+IMPULSE = 2.0 * 7800.0 * 1e-4 * 0.2 * SPEED
+
+
+def solved(folder, study, deck=None, **changes):
+    given = creak.change_study(creak.read_study(write_strips(folder, deck=deck, study=study)), changes)
+    return creak.run(given)
+
+
+def bar_deck(n=101):
+    nodes = "\n".join(f"{i + 1}, {0.2 * i / (n - 1)}, 0., 0." for i in range(n))
+    return WEDGE.format(nodes=nodes, elements="\n".join(f"{i}, {i}, {i + 1}" for i in range(1, n)), n=n)
+
+
+# --- against closed forms --------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def stopped(tmp_path_factory):
+    return solved(tmp_path_factory.mktemp("stop"), STOP_STUDY, STOP)
+
+
+def test_a_model_that_is_complete_is_its_own_unreduced_one(stopped):
+    """A mass that swings onto a stop: half a period of the pressed spring, momentum 2 m v, of which its own spring takes a part. Both marches,
+    exact flow and contact steps, are within what thirty steps to a blow leave (omega h = .1)."""
+    speed = math.sqrt(1.0 - SPRING / MASS * 0.01**2)
+    pressed = (math.pi - 2.0 * math.atan(SPRING * 0.01 / OMEGA / MASS / speed)) / OMEGA
+    impulse = PENALTY * (2.0 * MASS * speed - SPRING * 0.01 * pressed) / (SPRING + PENALTY)
+    spots = stopped.summary["verification"]["spots"]
+    assert spots
+    for spot in spots:
+        for key, exact in (("closing_speed", speed), ("duration", pressed)):
+            assert spot[key]["unreduced"] == pytest.approx(exact, rel=0.01), key
+            assert spot[key]["reduced"] == pytest.approx(exact, rel=0.01), key
+        assert spot["impulse"]["unreduced"] == pytest.approx(impulse, rel=0.01)
+    assert spots[0]["impulse"]["numerical"] < 0.01
+    assert stopped.summary["runs"]["reduced"]["verdict"] == "settled"
+
+
+def test_a_bar_on_a_wall_stays_for_its_wave_only_in_the_unreduced_model(tmp_path):
+    """2 L / c and 2 m v (de Saint-Venant). Five modes lack the wave: the reduced run is told to be far off."""
+    result = solved(tmp_path, WALL, bar_deck())
+    (spot,) = result.summary["verification"]["spots"]
+    assert spot["duration"]["unreduced"] == pytest.approx(BLOW, rel=0.03)
+    assert spot["impulse"]["unreduced"] == pytest.approx(IMPULSE, rel=0.01)
+    assert spot["duration"]["reduced"] < 0.5 * BLOW
+    reduced = result.summary["runs"]["reduced"]
+    assert reduced["verdict"] == "unsettled"
+    (event,) = reduced["events"]
+    off = abs(event["t_end"] - event["t_start"] - BLOW)
+    assert event["settled_to"]["duration"] > off
+
+
+# --- against the unreduced model's own run ---------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def strips(tmp_path_factory):
+    text = STUDY.replace("step = 5e-4\n", "").replace("periods = 2", "periods = 1\n\n[reference]\nrun = true")
+    return solved(tmp_path_factory.mktemp("strips"), text.replace("f_max = 3000", "f_max = 1e5"))
+
+
+def test_spots_are_what_the_whole_run_of_the_unreduced_model_finds(strips):
+    """Events that both runs share, of a reduced model with modes enough to follow it: from its state instead of from
+    rest, by contact steps alone."""
+    partner = {id(b): a for a, b in strips.found.events.pairs}
+    spots = [s for s in strips.convergence.structure.spots if id(s.event) in partner]
+    assert len(spots) >= 2
+    for s in spots:
+        whole = partner[id(s.event)]
+        for name in ("start", "impulse", "closing_speed"):  # the force is low-passed: it hangs on what is beside it
+            of = FIGURES[name]
+            scale = whole.t_end - whole.t_start if name == "start" else of(whole)
+            assert abs(s.unreduced[name] - of(whole)) <= 0.05 * scale, name
+
+
+def test_the_state_taken_over_is_that_of_the_run(strips):
+    """Displacement of the second march at its flight steps, and velocity, against those that the run kept."""
+    found = strips.found
+    of, _ = _handover(found)
+    at = [4, 9]
+    states = flow_states(of.reduced, of.gaps, of.loads, at, resolution=resolution_of(found.setup))
+    h = of.history
+    labels = found.setup.contacts.labels[:3]
+    rows = found.reduced.system.rows(labels)
+    kept = {int(k): j for j, k in enumerate(h.whole_at)}
+    assert flowing(found.reduced.system)[0].n == states.coordinates.shape[0]
+    for j, step in enumerate(at):
+        s = of.loads.support[:, SAMPLES * step]
+        u = rows[0] @ states.coordinates[:, j] + rows[1] @ s[0]
+        if step in kept:
+            np.testing.assert_allclose(u, rows[0] @ h.coordinates[:, kept[step]] + rows[1] @ s[0], rtol=1e-12)
+    assert np.isfinite(states.velocities).all()
+
+
+def test_summary_tells_them(strips):
+    told = json.loads(json.dumps(strips.summary["verification"], allow_nan=False))
+    events = strips.summary["runs"]["reduced"]["events"]
+    assert told["spots"][0]["why"] == "hardest"
+    for spot in told["spots"]:
+        assert events[spot["event"]]["t_start"] == pytest.approx(spot["t_start"]["reduced"], abs=1e-9)
+        assert spot["place"] == 1
+    assert told["spot_cost"]["back_substitutions"] > 0
+    assert told["spots_missing"] is None
+
+
+def test_the_same_input_makes_the_same_checks(strips, tmp_path):
+    again = creak.run(strips.found.setup.study)
+    assert again.summary["verification"]["spots"] == strips.summary["verification"]["spots"]
+
+
+def test_without_proof_nothing_is_settled(tmp_path):
+    text = STUDY.replace("step = 5e-4\n", "").replace("periods = 2", "periods = 1\n\n[reference]\nrun = false")
+    reduced = solved(tmp_path, text).summary["runs"]["reduced"]
+    assert reduced["verdict"] == "unsettled"
+    assert "[reference]" in reduced["reasons"][0]
+
+
+# --- what follows from them ------------------------------------------------------------------------------------------
+
+
+def hit(t, force=1.0):
+    return Event("c", "c:1", 0, t, t + 1e-3, t + 2e-3, force, force, 1e-3 * force, 5.0, 1, force)
+
+
+def spot(event, by, lost=False):
+    own = {name: of(event) for name, of in FIGURES.items()}
+    other = None if lost else own | {"impulse": own["impulse"] * (1.0 + by), "start": own["start"] + by * 1e-3}
+    return Spot(event, "drawn", own, other)
+
+
+def test_differences_cover_the_next_one_as_often_as_said():
+    """Normal differences: the interval of t covers 95 of 100 further ones, however few are known."""
+    rng = np.random.default_rng(5)
+    for n in (1, 3, 8):
+        known = rng.standard_normal((20_000, n + 1))
+        inside = np.abs(known[:, -1]) <= np.sqrt(np.mean(known[:, :-1] ** 2, axis=1)) * surely(n)
+        assert inside.mean() == pytest.approx(0.95, abs=0.006)
+
+
+def test_events_that_were_looked_at_have_their_own_difference():
+    a, b, c = hit(0.1), hit(0.2), hit(0.3)
+    of = Structure((spot(a, 0.01), spot(b, -0.04)))
+    assert of.change("impulse", a) == pytest.approx(0.01 / 1.01)
+    assert of.change("impulse", b) == pytest.approx(0.04 / 0.96)
+    rms = math.sqrt(((0.01 / 1.01) ** 2 + (0.04 / 0.96) ** 2) / 2)
+    assert of.change("impulse", c) == pytest.approx(rms * surely(2))
+    assert of.change("start", c) == pytest.approx(math.sqrt((1e-5**2 + 4e-5**2) / 2) * surely(2))
+
+
+def test_an_event_that_the_unreduced_model_has_not_has_no_bar():
+    a, b = hit(0.1), hit(0.2)
+    of = Structure((spot(a, 0.0, lost=True),))
+    assert of.change("impulse", a) == of.change("impulse", b) == math.inf
+
+
+def test_its_own_run_votes():
+    a, b = hit(0.1), hit(0.2)
+    of = Structure((spot(a, 0.01),)).beside(EventMatch([(replace(a, impulse=1.1e-3), a)], [], [b]), None)
+    assert of.change("impulse", a) == pytest.approx(0.1 / 1.1)
+    assert of.extra == (b,)
+
+
+def test_as_many_are_checked_as_the_cost_allows():
+    order = [Stretch(hit(t), "drawn", 0, parts, 100) for t, parts in ((0.1, 50), (0.2, 100), (0.3, 50), (0.4, 50))]
+    assert affordable(order, 40, 300.0, 0) == [order[0], order[2]]  # 190, another factor would be 190 more, 100
+    assert affordable(order, 40, 0.0, 3) == order[:3]
