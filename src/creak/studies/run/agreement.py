@@ -48,6 +48,8 @@ class SpectraComparison:
     """Run -> (n_freq, n_pair, 3)."""
     nrmse: dict[str, float | None]
     """Fit by axis x, y, z, and all; None where nothing moves."""
+    linear: bool = False
+    """The fit is that of the frequency responses of both models, where the unreduced one was not run."""
 
 
 def compare_modes(
