@@ -19,6 +19,7 @@ from creak.report.figures import palette, scene
 from creak.report.figures import run as figures
 from creak.report.figures.elines import eline_figure
 from creak.report.figures.picture import Loaded, contact_picture, data_uri, model_picture, standard_marks
+from creak.report.figures.spots import spots_figure
 from creak.report.figures.view import outward
 from creak.report.found import Found
 from creak.report.sound_parts import loudness_figure
@@ -144,6 +145,7 @@ def _drawn_parts(result: Found, units: Units) -> dict[str, Any]:
         "energy": figures.energy_figure(result, units),
         "elines": eline_figure(result, units),
         "loudness": loudness_figure(result),
+        "spots": spots_figure(result, units),
     }
     specs = {name: figure.spec for name, figure in drawn.items() if figure.spec is not None}
     pictures = {"model_picture": _model_picture(result), "contact_picture": _contact_picture(result, units)}

@@ -112,7 +112,7 @@ n5 = "2 sone"
 position = [350, 650, 500]            # mm, in the deck's axes
 
 [reference]
-run = false                           # true: also run the unreduced model
+run = "spots"                         # single events of the unreduced model; "whole": all of its run; "none"
 
 [eline.bumper_right]                  # each contact is a line by itself, a clip is not
 main = "CARRIER_FACE"

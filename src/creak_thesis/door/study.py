@@ -53,8 +53,7 @@ periods = 5
 accuracy = "settled"                  # or "quick", "fine"; steps follow from it
 
 [reference]
-run = true                            # also run the unreduced model
-until = 1.0                           # s of it, from rest; without this line the whole run
+run = "spots"                         # single events of the unreduced model; "whole": all of its run; "none"
 
 [verification]
 pairs = "PAIRS"                       # 44 pairs in the contact area; "PAIRS15": 15 around the flange

@@ -9,6 +9,7 @@ import numpy as np
 
 from creak.report.found import Found
 from creak.report.words.text import NONE, THIN, fixed, four, number, percent, plural, ratio, share, tidy
+from creak.studies.converge.settling import SETTLED
 from creak.studies.run.compared import event_statistics
 from creak.verify import nrmse
 from creak.verify.reliability import CONTACT_BAR, ENERGY_BAR
@@ -37,6 +38,8 @@ class Check:
 def checks(result: Found, summary: dict[str, Any]) -> list[Check]:
     """The comparison with the unreduced model against the bars, and the energy balance."""
     judged = [_events(result), _mean_force(result), _each_force(result)]
+    if "reference" not in result.runs and "reduced" in result.runs:
+        judged = _spots(result)
     if result.events is not None and is_chaotic(summary):
         judged = [*(_not_judged(check) for check in judged), *_statistics(event_statistics(result))]
     return [_mac(result), _nrmse(result), *judged, _energy(summary)]
@@ -87,6 +90,25 @@ def _distribution(name: str, distance: Distance | None) -> Check:
         return Check(name, NONE, "one run has no events", False)
     bar = f"Kolmogorov-Smirnov distance at most {fixed(distance.critical, 3)}"
     return Check(name, bar, fixed(distance.value, 3), distance.alike)
+
+
+def _spots(result: Found) -> list[Check]:
+    """Single events that the unreduced model marched through, by figure."""
+    structure = None if result.convergence is None else result.convergence.structure
+    bar = f"each within {100 * SETTLED:g}{THIN}%"
+    if structure is None or not structure.spots:
+        why = "nobody asked" if structure is None else structure.why_not
+        return [Check("Single events against the unreduced model", bar, f"not compared: {why}", None)]
+    found = []
+    for name, word in (("impulse", "impulse"), ("force", "force"), ("closing_speed", "closing speed")):
+        known = [x for s in structure.spots if (x := s.difference(name)) is not None]
+        lost = sum(np.isnan(x) for x in known)
+        off = [abs(x) for x in known if not np.isnan(x)]
+        inside = sum(x <= SETTLED for x in off)
+        words = f"{inside} of {len(known)}" + (f", at most {share(max(off))} off" if off else "")
+        words += f"; {lost} of them the unreduced model does not have" if lost else ""
+        found.append(Check(f"Single events against the unreduced model, {word}", bar, words, inside == len(known)))
+    return found
 
 
 def _mac(result: Found) -> Check:

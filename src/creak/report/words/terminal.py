@@ -92,6 +92,8 @@ def verification_rows(summary: dict[str, Any]) -> list[list[str]]:
     if v.get("nrmse"):
         rows.append(["NRMSE fit x, y, z", ", ".join(_figure(v["nrmse"][a], ".4f") for a in "xyz")])
         rows.append(["NRMSE fit, all", _figure(v["nrmse"]["all"], ".4f")])
+    if v.get("spots"):
+        rows.append(["single events against the unreduced model", _spots(v["spots"])])
     if v.get("events"):
         e = v["events"]
         rows.append(["events matched", f"{e['matched']} of {e['reference']} ({e['extra']} extra)"])
@@ -110,6 +112,15 @@ def verification_rows(summary: dict[str, Any]) -> list[list[str]]:
         ratio = seconds * runs["reference"]["wall_s"] / max(runs["reduced"]["wall_s"], 1e-9)
         rows.append(["reduced run is faster by", f"{ratio:.0f} x"])
     return rows
+
+
+def _spots(spots: list[dict[str, Any]]) -> str:
+    """How far the impulse of the checked events is off, in words."""
+    known = [s["impulse"] for s in spots if not s["problem"]]
+    off = [abs(x["reduced"] / x["unreduced"] - 1.0) for x in known if x["reduced"] is not None and x["unreduced"]]
+    lost = len(known) - len(off)
+    most = f"impulse within {100.0 * max(off):.2g} % in {len(off)}" if off else ""
+    return ", ".join(text for text in (most, f"{lost} it does not have" if lost else "") if text) or "none to compare"
 
 
 def _of_place(run: dict[str, Any], key: str) -> str:

@@ -76,10 +76,26 @@ def sentence(result: Found, summary: dict[str, Any], units: Units) -> str:
         until = f"Until {reached} s: {len(run.events)} contact events{where}"
         return f"The study ended early ({result.stopped}). {until}.{unsafe}"
     if "reference" not in result.runs:
-        return f"{what}{where}. The unreduced model was not run, so the reduced model is not checked here.{unsafe}"
+        return f"{what}{where}. {_spotted(result)}{unsafe}"
     if "reduced" not in result.runs:
         return f"{what}{where}, computed on the unreduced model; nothing was reduced.{unsafe}"
     return f"{what}{where}; {_found(result, summary)}, {_speed(summary)}.{unsafe}"
+
+
+def _spotted(result: Found) -> str:
+    """What single events say that the unreduced model marched through."""
+    structure = None if result.convergence is None else result.convergence.structure
+    known = [] if structure is None else [s for s in structure.spots if not s.problem]
+    if not known:
+        why = f": {structure.why_not}" if structure is not None and structure.why_not else ""
+        return f"Nothing was held against the unreduced model{why}."
+    off = [abs(x) for s in known if (x := s.difference("impulse")) is not None]
+    if np.isnan(off).any():
+        return (
+            f"Of {plural(len(known), 'event')} the unreduced model has {sum(s.unreduced is not None for s in known)}."
+        )
+    most = f" within {share(max(off))}" if off else ""
+    return f"The unreduced model, marched through {len(known)} of them, has the same impulse{most}."
 
 
 TRUST = {

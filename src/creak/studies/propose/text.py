@@ -41,7 +41,7 @@ def proposal_text(found: Proposal, model: Model, deck: str, title: str, missing:
         _reduction(),
         _precheck(found),
         _time(found),
-        ["[reference]", _line("run", True, "also run the unreduced model, to compare")],
+        ["[reference]", _line("run", "spots", 'single events of the unreduced model; "whole": all of its run; "none"')],
         _output(found),
         _verification(found),
     ]
