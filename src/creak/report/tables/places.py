@@ -16,6 +16,7 @@ from creak.report.words.verdict import span
 from creak.studies.results.limits import limit_words
 from creak.studies.results.places import Place, near
 from creak.studies.run.compared import main_run
+from creak.words import listed
 
 MOST_PLACES = 12
 
@@ -107,7 +108,7 @@ def _row(
         number(place.force, 3) if place.events else "–",
         number(place.speed, 3) if place.events else "–",
         (number(told["n5"], 3), number(told["n_max"], 3)),
-        (_settled(told, "force"), _settled(told, "n5")),
+        (_settled(told, "force"), ", ".join(x for x in (_settled(told, "n5"), _ties(told)) if x)),
         100.0 * (told["n5"] or 0.0) / loudest if loudest else 0.0,
         [] if told["cause"] is None else told["cause"]["words"].split("; "),
         [] if told["cause"] is None else told["cause"].get("changes_words", []),
@@ -119,6 +120,12 @@ def _row(
 def _settled(told: dict[str, Any], figure: str) -> str:
     to = (told.get("settled_to") or {}).get(figure)
     return "" if to is None or not told[figure] else f"settled to {share(to)}"
+
+
+def _ties(told: dict[str, Any]) -> str:
+    """Places that may be as loud."""
+    ties = told.get("ties") or []
+    return f"tied with {listed([str(k) for k in ties])}" if ties else ""
 
 
 def _count(place: Place) -> str:

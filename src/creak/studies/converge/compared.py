@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from creak.studies.converge.settling import (
+    BAND,
     BASE,
     ENOUGH,
     FIGURES,
@@ -15,8 +16,10 @@ from creak.studies.converge.settling import (
     OF_PLACE,
     SETTLED,
     TIMES,
+    UNREDUCED,
     Convergence,
     EventSettling,
+    Followed,
     Outcome,
     Settling,
     change,
@@ -26,6 +29,8 @@ from creak.verify.events import Event, events_in
 from creak.verify.matching import EventMatch, match_events
 from creak.verify.statistics import MANY, compare_statistics
 
+NOTHING = Followed()
+
 
 def assess(
     outcomes: dict[str, Outcome],
@@ -34,12 +39,14 @@ def assess(
     tolerance: float,
     notes: tuple[str, ...] = (),
     structure: Structure | None = None,
+    places: Followed = NOTHING,
 ) -> Convergence:
     """Compare runs, the base run first among them.
 
     Parameters
     ----------
     tolerance : events that start this close are the same, s. structure : what the unreduced model says.
+    places : what is known of those of the base run beside their figures.
     """
     families = {name: pair for name, pair in LAST_TWO.items() if set(pair) <= outcomes.keys()}
     told = tuple(name for name, pair in families.items() if not outcomes[pair[1]].variant.judged)
@@ -68,14 +75,15 @@ def assess(
         FINER in outcomes,
         chaotic,
         notes,
-        _places(outcomes, families, told, structure),
+        _places(outcomes, families, told, structure, places.band),
         structure,
+        places.band_ends,
     )
 
 
 def _beside(e: EventSettling, structure: Structure) -> EventSettling:
     """The event with what the unreduced model makes of it."""
-    figures = {name: replace(f, unreduced=structure.change(name, e.event)) for name, f in e.figures.items()}
+    figures = {name: replace(f, beside={UNREDUCED: structure.change(name, e.event)}) for name, f in e.figures.items()}
     if not any(e.event is x for x in structure.extra):
         return replace(e, figures=figures)
     problem = "; ".join(text for text in (e.problem, "absent in the unreduced run") if text)
@@ -155,7 +163,7 @@ def _totals(
     return {
         key: replace(
             _settling(key, {name: of(o) for name, o in whole.items()}, families, told, SETTLED, problem),
-            unreduced=by.get(key),
+            beside={UNREDUCED: by[key]} if key in by else {},
         )
         for key, of in columns.items()
     }
@@ -183,9 +191,10 @@ def _places(
     families: dict[str, tuple[str, str]],
     told: tuple[str, ...],
     structure: Structure | None,
+    band: tuple[float, ...],
 ) -> tuple[dict[str, Settling], ...]:
     """How far each figure of each place has settled, by the runs that reached their end."""
-    by = _of_all(structure)
+    by = {name: {UNREDUCED: x} for name, x in _of_all(structure).items()}
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
     out = []
     for k in range(len(outcomes[BASE].places)):
@@ -193,10 +202,11 @@ def _places(
             figure: {name: o.places[k][figure] for name, o in whole.items() if figure in o.places[k]}
             for figure in OF_PLACE
         }
+        beside = {**by, "n5": {BAND: band[k]}} if k < len(band) else by
         problem = {f: "" if len(runs) == len(outcomes) else "not known in all runs" for f, runs in values.items()}
         out.append(
             {
-                f: replace(_settling(f, known, families, told, SETTLED, problem[f]), unreduced=by.get(f))
+                f: replace(_settling(f, known, families, told, SETTLED, problem[f]), beside=beside.get(f, {}))
                 for f, known in values.items()
                 if known
             }

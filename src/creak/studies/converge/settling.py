@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,8 +50,8 @@ OF_PLACE = ("events", "impulse", "force", "closing_speed", "n5")
 """What is followed of every place, over the verification window, as summary.json names it."""
 IN_TIME = ("tolerance", "step")
 """Families that change the resolution in time alone."""
-UNREDUCED = "unreduced"
-"""Source of a change: the unreduced model."""
+UNREDUCED, BAND = "unreduced", "band"
+"""Sources of a change beside the families: the unreduced model; of loudness, where the band ends."""
 SOURCES = {"time": IN_TIME, "stiffness": ("softer", "stiffer", "stiffness"), "modes": ("modes",)}
 """What an answer hangs on -> the families that tell how much; of several the largest counts."""
 TIMES = ("start", "duration")
@@ -85,6 +85,10 @@ class Followed:
     """`OF_PLACE` of each in the base run; figures that are not known are left out."""
     of: Callable[[Setup, System, GapOperator, History], tuple[dict[str, float], ...]] = lambda *_: ()
     """The same in another run."""
+    band: tuple[float, ...] = ()
+    """Share of the N5 of each that the last third of the band makes: half a band more may add as much."""
+    band_ends: tuple[float, str] | None = None
+    """Hz, and what ends it in words."""
 
 
 @dataclass(frozen=True)
@@ -129,18 +133,18 @@ class Settling:
     """Why it cannot be settled; empty: the changes decide."""
     told: tuple[str, ...] = ()
     """Families that decide nothing."""
-    unreduced: float | None = None
-    """What the unreduced model changes, as `changes`, a size; None: it was not looked at."""
+    beside: dict[str, float] = field(default_factory=dict)
+    """What else changes it, as `changes`, sizes: `UNREDUCED`, `BAND`, where they were looked at."""
 
     @property
     def sources(self) -> dict[str, float]:
-        """What each thing that decides changes of the figure, sizes: `SOURCES`, and the unreduced model."""
+        """What each thing that decides changes of the figure, sizes: `SOURCES`, and what else does."""
         known = {k: abs(x) for k, x in self.changes.items() if k not in self.told}
         if "step" in known and np.isfinite(self.base_error):
             known["step"] = max(known["step"], abs(self.base_error))
         found = {name: [known[k] for k in families if k in known] for name, families in SOURCES.items()}
         sizes = {name: float(np.max(x)) for name, x in found.items() if x}
-        return sizes if self.unreduced is None else {**sizes, UNREDUCED: self.unreduced}
+        return {**sizes, **self.beside}
 
     @property
     def settled_to(self) -> float:
@@ -149,10 +153,9 @@ class Settling:
 
     @property
     def worst(self) -> str:
-        """What of that which decides moves the figure most: a family, or the unreduced model; empty: not known."""
+        """What of that which decides moves the figure most: a family, or what else does; empty: not known."""
         known = {k: abs(v) for k, v in self.changes.items() if not np.isnan(v) and k not in self.told}
-        if self.unreduced is not None and not np.isnan(self.unreduced):
-            known[UNREDUCED] = self.unreduced
+        known |= {k: v for k, v in self.beside.items() if not np.isnan(v)}
         return max(known, key=known.__getitem__) if known else ""
 
     @property
@@ -213,6 +216,8 @@ class Convergence:
     """Figures of the first places of the base run, as they are ranked, and how far they have settled."""
     structure: Structure | None = None
     """What the unreduced model says; None: nothing was reduced, or nobody asked it."""
+    band_ends: tuple[float, str] | None = None
+    """Hz up to which loudness is judged, and what ends it in words; None: there is no sound."""
 
     @property
     def finest(self) -> str:

@@ -73,7 +73,7 @@ def converge(
     notes += [o.stopped for o in outcomes.values() if o.stopped and o.variant.family]
     v, exact = result.setup.study.config.verification, result.setup.study.config.time.exact
     window = (0.0, float(base.history.time[-1])) if exact else result.window
-    return assess(outcomes, base.name, window, v.event_tolerance, tuple(notes), structure)
+    return assess(outcomes, base.name, window, v.event_tolerance, tuple(notes), structure, places)
 
 
 def plan(result: StudyResult) -> tuple[list[Variant], list[str]]:

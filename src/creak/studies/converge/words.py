@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from creak.studies.converge.settling import FIGURES, SETTLED, UNREDUCED, Convergence, Outcome, Settling
+from creak.studies.converge.settling import BAND, FIGURES, SETTLED, UNREDUCED, Convergence, Outcome, Settling
 from creak.verify.statistics import Distance
 
 WORDS = {
@@ -25,6 +25,7 @@ REMEDIES = {
     "tolerance": ("the resolution of contact in time", 'accuracy = "fine"'),
     "softer": STIFFNESS,
     "stiffer": STIFFNESS,
+    BAND: ("where the band of sound ends", "more modes, or a finer mesh, whichever ends it"),
     UNREDUCED: ("what the reduction leaves out of the unreduced model", "a higher [reduction] f_max"),
 }
 """Family of repeated runs -> what the answer hangs on where it has not settled, and what it takes."""
@@ -103,13 +104,17 @@ def _heard_words(c: Convergence) -> list[str]:
     open_ones = [(k, f) for k, f in known if not f.settled]
     if not known:
         return []
+    ends = (
+        "" if c.band_ends is None else f", up to {c.band_ends[0]:.0f} Hz where the {c.band_ends[1]} ends what is heard"
+    )
     if not open_ones:
         most = max(f.settled_to for _, f in known)
-        return [f"N5 of {'the place' if len(known) == 1 else 'each place'}: settled (within {100 * most:.2g} %)"]
+        return [f"N5 of {'the place' if len(known) == 1 else 'each place'}: settled (within {100 * most:.2g} %){ends}"]
     said = [
-        f"place {k} ({100 * f.settled_to:.2g} % by the {f.worst})" if f.worst else f"place {k}" for k, f in open_ones
+        f"place {k} ({100 * f.settled_to:.2g} %, most of it by the {f.worst})" if f.worst else f"place {k}"
+        for k, f in open_ones
     ]
-    return [f"N5 has not settled at {', '.join(said)}; at {len(known) - len(open_ones)} of {len(known)} it has"]
+    return [f"N5 has not settled at {', '.join(said)}; at {len(known) - len(open_ones)} of {len(known)} it has{ends}"]
 
 
 def _distribution_words(c: Convergence) -> list[str]:
@@ -184,7 +189,8 @@ def _settling_dict(f: Settling) -> dict[str, Any]:
     return {
         "values": f.values,
         "changes": f.changes,
-        "unreduced": f.unreduced,
+        "beside": f.beside,
+        "sources": f.sources,
         "settled_to": f.settled_to,
         "settled": f.settled,
         "worst": f.worst,

@@ -18,7 +18,7 @@ from creak.studies.results.sound import heard_places
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 from creak.studies.sound.ear import n5_of
-from creak.studies.sound.heard import Sound
+from creak.studies.sound.heard import WHAT, Sound, n5_of_less
 from creak.studies.sound.radiation import Ear
 
 MOST_PLACES = 12
@@ -56,10 +56,22 @@ def followed(result: StudyResult, sound: Sound | str | None) -> Followed:
         return Followed()
     places = heard_places(result, run, sound)[:MOST_PLACES]
     ear, heard = None, list[float | None]([None] * len(places))
+    band: tuple[float, ...] = ()
+    ends: tuple[float, str] | None = None
     if isinstance(sound, Sound) and sound.run == run.name:
         ear, heard = sound.ear, [h.rank[0] for h in sound.heard[0]]
+        less = n5_of_less(sound, result.setup, result.window)[: len(places)]
+        band = tuple(_more(a, b) for a, b in zip(heard, less, strict=False))
+        ends = sound.band.high, WHAT[sound.band.limit]
     base = tuple(_figures(p, n5) for p, n5 in zip(places, heard, strict=False))
-    return Followed(base, _Places(places, result.window, ear).figures)
+    return Followed(base, _Places(places, result.window, ear).figures, band, ends)
+
+
+def _more(n5: float | None, less: float | None) -> float:
+    """Share of N5 that the last third of the band makes."""
+    if n5 is None or less is None or not np.isfinite([n5, less]).all():
+        return float("nan")
+    return abs(n5 - less) / n5 if n5 > 0.0 else 0.0
 
 
 def _figures(place: Place, n5: float | None) -> dict[str, float]:

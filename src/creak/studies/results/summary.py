@@ -158,9 +158,9 @@ def _run(
         "energies": dict(zip(ENERGIES, h.energy[-1].tolist(), strict=True)),
         "worst_residual": h.residual,
         "events": [_event(e, model) | {"settled_to": settled.get(id(e), unknown)} for e in run.events],
-        "places": [
-            _place(p, run, model, sound, whole) | {"settled_to": place_settled_to(mine, p.number)} for p in places
-        ],
+        "places": with_ties(
+            [_place(p, run, model, sound, whole) | {"settled_to": place_settled_to(mine, p.number)} for p in places]
+        ),
         "slip_events": [_slip_event(e, model) for e in run.slips],
         "squeak_rate": squeak_rates(run.slips, result.window),
         "squeak": [_squeak(s, result, model) for s in run.squeaks],
@@ -207,6 +207,22 @@ def _place(p: Place, run: Run, model: Model, sound: Sound | str | None, whole: f
         "irregularity": p.irregularity,
         "cause": None,
     }
+
+
+def with_ties(places: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Each place with `ties`: numbers of the places whose N5 lies within both bars of its own; null: it has no bar."""
+
+    def bar(p: dict[str, Any]) -> float | None:
+        to = p["settled_to"].get("n5")
+        return None if to is None or p["n5"] is None else to * p["n5"]
+
+    bars = [bar(p) for p in places]
+    for p, own in zip(places, bars, strict=True):
+        p["ties"] = None
+        if own is not None:
+            others = ((k, q, b) for k, (q, b) in enumerate(zip(places, bars, strict=True), start=1) if q is not p)
+            p["ties"] = [k for k, q, b in others if b is not None and abs(q["n5"] - p["n5"]) <= own + b]
+    return places
 
 
 def _slip_event(e: SlipEvent, model: Model) -> dict[str, Any]:

@@ -15,10 +15,12 @@ from creak.errors import InputError
 from creak.formats.wav import full_scale_for, full_scale_level
 from creak.model.skin import skin_of
 from creak.model.units import METRES
+from creak.signals.spectra import low_pass
 from creak.sound.forced import LOWEST, lead, without_clicks
 from creak.sound.loudness import added_loudness, loudness
 from creak.sound.third_octave import LOWER_EDGES, SILENCE, UPPER_EDGES, a_weighted_level, third_octave_levels
 from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
+from creak.studies.prepare.setup import Setup
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import Run, StudyResult
 from creak.studies.sound.background import NOTHING, background_of
@@ -191,6 +193,17 @@ def heard_of(
     if background is not None:
         added = _n5_and_most(added_loudness(pressure, RATE, background)[inside])
     return Heard(*_n5_and_most(found.total[inside]), level, levels, energy, *added)
+
+
+THIRD = 2.0 / 3.0
+"""Of the band that is left where its last third is taken away."""
+
+
+def n5_of_less(sound: Sound, setup: Setup, window: tuple[float, float]) -> list[float | None]:
+    """N5 of each place to the first listener, as it is ranked, where the band ends a third earlier."""
+    high, background = THIRD * sound.band.high, background_of(setup.study)
+    less = [low_pass(x.astype(float), 1.0 / RATE, high) for x in sound.pressure[0][:-1]]
+    return [heard_of(x, window, background, 0, high).rank[0] for x in less]
 
 
 def _n5_and_most(total: FloatArray) -> tuple[float, float]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,10 +19,12 @@ from creak.dynamics.step_matrix import Maker
 from creak.errors import InputError
 from creak.studies.converge.settling import FIGURES
 from creak.studies.spots.choose import Stretch
-from creak.verify.events import Event, find_events
+from creak.verify.events import REACH, Event, find_events
 
 ROUND_OFF = 1e-12
 """Of a time."""
+SILENT = 4
+"""Instants without force beside a stretch."""
 BESIDE = 4
 """Samples of the loads beyond a stretch that the spline through them knows."""
 
@@ -97,7 +98,7 @@ class Checker:
 
     def figures(self, s: Stretch, history: History) -> dict[str, float] | None:
         """Those of the event in the unreduced march; None: it is not there."""
-        return figures_of(s.event, find_events(history, self._gaps, self._of.merge, self._of.f_max), history)
+        return figures_of(s.event, history, self._gaps, self._of)
 
 
 def _cut(loads: Loads, s: Stretch, parts: int) -> Loads:
@@ -119,19 +120,38 @@ def own_figures(of: Handover, s: Stretch) -> dict[str, float] | None:
     begin, end = s.time(of.ends)
     rows = slice(*np.searchsorted(h.time, [begin, end * (1.0 + ROUND_OFF)]))
     part = replace(h, time=h.time[rows], gap=h.gap[rows], force=h.force[rows])
-    return figures_of(s.event, find_events(part, of.gaps, of.merge, of.f_max), part)
+    return figures_of(s.event, part, of.gaps, of)
 
 
-def figures_of(event: Event, found: Sequence[Event], history: History) -> dict[str, float] | None:
+def figures_of(event: Event, history: History, gaps: GapOperator, of: Handover) -> dict[str, float] | None:
     """Figures of the event of the same side that lies nearest; its duration only where it ends in the history."""
+    found = find_events(_with_silence(history, of.f_max), gaps, of.merge, of.f_max)
     same = [e for e in found if (e.group, e.side) == (event.group, event.side) and _meets(e, event)]
     if not same:
         return None
     one = min(same, key=lambda e: abs(e.t_start - event.t_start))
     figures = {name: of(one) for name, of in FIGURES.items()}
-    if one.t_end >= history.time[-1]:
+    if one.t_end >= history.time[-1] * (1.0 - ROUND_OFF):
         del figures["duration"]
     return figures
+
+
+def _with_silence(history: History, f_max: float) -> History:
+    """The history with as long a time without force beside it as a low-pass sees, where it begins open; behind it too.
+
+    What the force of an event is then hangs on the stretch alone, and not on where it was cut.
+    """
+    long = 2.0 * REACH / f_max
+    ends = [(-1, history.time[-1] + long)] + ([] if history.force[0].any() else [(0, history.time[0] - long)])
+    time, gap, force = history.time, history.gap, history.force
+    for at, t in ends:
+        beside = np.arange(1, 1 + SILENT) / SILENT
+        more = history.time[at] + beside * (t - history.time[at])
+        order = slice(None) if at else slice(None, None, -1)
+        rows, none = np.repeat(history.gap[[at]], SILENT, axis=0), np.zeros((SILENT, force.shape[1]))
+        pieces = [(time, more[order]), (gap, np.maximum(rows, 0.0)), (force, none)]
+        time, gap, force = (np.concatenate([a, b] if at else [b, a]) for a, b in pieces)
+    return replace(history, time=time, gap=gap, force=force)
 
 
 def _meets(e: Event, event: Event) -> bool:
