@@ -10,6 +10,8 @@ LOWEST := build/lowest
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 PARALLEL   := -n 2 --dist loadfile
 COMPILE    := "from creak.dynamics.flow.march import compile_flow; compile_flow(); compile_flow(solver=True)"
+# Else each process would compile all modules of all packages anew: half of what a short command takes.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test check licences lint kernels docs evidence verification bench dist clean \
   $(foreach step,test install demo unit,$(step)-newest $(step)-lowest)

@@ -1,6 +1,6 @@
 """The commands of README.md and docs/, and folders with stand-ins for the files that they name.
 
-Only the names are those of the pages: decks are two strips, the door is as coarse as it gets and shakes for two tenths of a second.
+Only the names are those of the pages: decks are two strips, the door is as coarse as it gets and shakes for a twentieth of a second.
 """
 
 from __future__ import annotations
@@ -55,9 +55,9 @@ COARSEST = 40.0
 """mm, mesh size of the door."""
 QUICK = {
     "excitation.hinge.signal.f_min": 20,
-    "excitation.hinge.signal.period": 0.1,
+    "excitation.hinge.signal.period": 0.05,
     "excitation.hinge.signal.amplitude": 0.025,
-    "time.periods": 2,
+    "time.periods": 1,
     "time.accuracy": "quick",
     "reduction.f_max": 200,
     "verification.pairs": "PAIRS15",
