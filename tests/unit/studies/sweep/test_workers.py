@@ -20,6 +20,12 @@ pytestmark = [pytest.mark.slow, pytest.mark.once]
 QUICK = STUDY.replace("periods = 2", "end = 0.01") + "[reference]\nrun = false\n"
 
 
+@pytest.fixture(autouse=True)
+def one_thread(monkeypatch):
+    """As for the processes of the other tests: those beside them have the other cores."""
+    monkeypatch.setattr("creak.studies.tasks.workers.cores", lambda: 1)
+
+
 @pytest.fixture
 def tasks(tmp_path):
     """Two cases, by name."""
