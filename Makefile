@@ -69,13 +69,14 @@ install-lowest:
 demo-newest demo-lowest: demo-%:
 	@build/$*/bin/pip list --format=freeze --exclude-editable | paste -s -d ' ' -
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba build/$*/bin/creak example door --mesh-size 40 --out build/$*/door
-	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/creak run build/$*/door/door.toml --out build/$*/door/results
+	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/creak run build/$*/door/door.toml --set time.periods=1 --out build/$*/door/results
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/python -c $(COMPILE)
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/python -m pytest tests/unit/api/test_matrices.py
 
-# The whole suite runs with the newest versions that the default Python takes: on the newest Python what is read, written and drawn.
-unit-newest: UNIT = $(addprefix tests/unit/,api formats linalg model report signals sound studies/file studies/results)
-unit-lowest: UNIT = tests/unit
+# The whole suite runs with the newest versions that the default Python takes. With others what is read, written and
+# drawn, and what is compiled; what else creak takes of a package is looked up by tests/packaging/test_names_taken.py.
+UNIT := $(addprefix tests/unit/,api formats linalg model report signals sound studies/file studies/results)
+unit-lowest: UNIT += tests/unit/dynamics
 unit-newest unit-lowest: unit-%:
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba CREAK_TESTED=$* $(ONE_THREAD) build/$*/bin/python -m pytest $(PARALLEL) -m 'not once and not slow' $(UNIT) tests/packaging
 

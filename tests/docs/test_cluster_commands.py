@@ -80,6 +80,7 @@ def answers(port: int, context: ssl.SSLContext | None) -> bool:
     try:
         with socket.create_connection(("127.0.0.1", port), timeout=3.0) as raw:
             if context is None:
+                raw.settimeout(1.0)  # one that does not speak first is waited for in vain
                 return raw.recv(1) != b""
             with context.wrap_socket(raw) as safe:
                 return safe.recv(1) != b""
@@ -153,7 +154,7 @@ def test_who_does_not_hold_the_key_is_turned_away(cluster, monkeypatch, capsys, 
             Client(f"{address}://127.0.0.1:{port}", security=security, timeout=3.0)
     write_strips(folder)
     (folder / "sweep.toml").write_text('base = "study.toml"\nseeds = [1]\n', encoding="utf-8")
-    monkeypatch.setattr("creak.studies.tasks.cluster.WAIT", 3.0)
+    monkeypatch.setattr("creak.studies.tasks.cluster.WAIT", 1.0)
     for more in ([], ["--tls-ca-file", ca, "--tls-cert", cert, "--tls-key", private]):
         said = caller(monkeypatch, capsys)(
             "sweep", folder / "sweep.toml", "--scheduler", f"tls://127.0.0.1:{port}", *more

@@ -42,8 +42,9 @@ def local_workers(count: int) -> Iterator[Runner]:
     """Up to `count` worker processes with their share of the cores each; one case at a time each.
 
     Threads of BLAS, MKL and numba are set in the environment that the workers start with; where it asks for fewer than
-    their share already, that holds: threads that wait for others take time of the cores. A worker that dies is replaced and its case run again; it has failed after `DEATHS` of them. Workers end with this process, even when
-    it is killed. Tasks and outcomes go through pipes between relatives: there is no port to connect to.
+    their share already, that holds: threads that wait for others take time of the cores. A worker that dies is
+    replaced and its case run again; it has failed after `DEATHS` of them. Workers end with this process, even when it
+    is killed. Tasks and outcomes go through pipes between relatives: there is no port to connect to.
     """
     pool = _Pool(count)
     try:
