@@ -76,7 +76,7 @@ demo-newest demo-lowest: demo-%:
 # The whole suite runs with the newest versions that the default Python takes. With others what is read, written and
 # drawn, and what is compiled; what else creak takes of a package is looked up by tests/packaging/test_names_taken.py.
 UNIT := $(addprefix tests/unit/,api formats linalg model report signals sound studies/file studies/results)
-unit-lowest: UNIT += tests/unit/dynamics
+unit-lowest: UNIT += $(addprefix tests/unit/,assembly contact dynamics)
 unit-newest unit-lowest: unit-%:
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba CREAK_TESTED=$* $(ONE_THREAD) build/$*/bin/python -m pytest $(PARALLEL) -m 'not once and not slow' $(UNIT) tests/packaging
 

@@ -1,4 +1,4 @@
-"""The commands of the page on sweeps that start a cluster with a certificate, run as they stand but for the host and a free port."""
+"""The commands of the page on sweeps that start a cluster with a certificate, run as they stand but for the host, a free port and one thread."""
 
 from __future__ import annotations
 
@@ -41,8 +41,9 @@ def free_port() -> int:
 
 @contextmanager
 def started(line: re.Match[str], port: int, folder: Path):
-    """The process of a line of the page, with a port of its own instead of 8786."""
+    """The process of a line of the page, with a port of its own instead of 8786, and one thread."""
     settings = dict(word.split("=", 1) for word in shlex.split(line[1]))
+    settings |= {name: "1" for name in settings if name.endswith("_THREADS")}  # more would take the cores by waiting
     words = shlex.split(line[2].replace("HOST:8786", f"127.0.0.1:{port}"))
     if words[1] == "scheduler":
         words += ["--host", "127.0.0.1", "--port", str(port)]
