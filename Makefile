@@ -10,6 +10,8 @@ LOWEST := build/lowest
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 PARALLEL   := -n 2 --dist loadfile
 COMPILE    := "from creak.dynamics.flow.march import compile_flow; compile_flow(); compile_flow(solver=True)"
+# Else each process would compile all modules of all packages anew: half of what a short command takes.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test check licences lint kernels docs evidence verification bench dist clean \
   $(foreach step,test install demo unit,$(step)-newest $(step)-lowest)
@@ -67,13 +69,14 @@ install-lowest:
 demo-newest demo-lowest: demo-%:
 	@build/$*/bin/pip list --format=freeze --exclude-editable | paste -s -d ' ' -
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba build/$*/bin/creak example door --mesh-size 40 --out build/$*/door
-	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/creak run build/$*/door/door.toml --out build/$*/door/results
+	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/creak run build/$*/door/door.toml --set time.periods=1 --out build/$*/door/results
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/python -c $(COMPILE)
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/python -m pytest tests/unit/api/test_matrices.py
 
-# The whole suite runs with the newest versions that the default Python takes: on the newest Python what is read, written and drawn.
-unit-newest: UNIT = $(addprefix tests/unit/,api formats linalg model report signals sound studies/file studies/results)
-unit-lowest: UNIT = tests/unit
+# The whole suite runs with the newest versions that the default Python takes. With others what is read, written and
+# drawn, and what is compiled; what else creak takes of a package is looked up by tests/packaging/test_names_taken.py.
+UNIT := $(addprefix tests/unit/,api formats linalg model report signals sound studies/file studies/results)
+unit-lowest: UNIT += $(addprefix tests/unit/,assembly contact dynamics)
 unit-newest unit-lowest: unit-%:
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba CREAK_TESTED=$* $(ONE_THREAD) build/$*/bin/python -m pytest $(PARALLEL) -m 'not once and not slow' $(UNIT) tests/packaging
 

@@ -18,7 +18,7 @@ STATIC, KINETIC = 0.5, 0.3
 STICK, SLIP = 0.04, 0.04068888
 RATE = 12.3932817
 """Hz."""
-STEP, END = 5e-6, 0.5
+STEP, END = 1e-4, 0.5
 
 
 def run() -> tuple[creak.History, list[creak.SlipEvent]]:

@@ -15,6 +15,7 @@ import pytest
 
 LIMITED = """
 import resource, sys
+sys.dont_write_bytecode = True  # Python would leave half a file of a module, and read it in other processes
 resource.setrlimit(resource.RLIMIT_FSIZE, ({bytes}, {bytes}))
 sys.argv = ["creak", *sys.argv[1:]]
 from creak.cli.main import main
@@ -48,12 +49,14 @@ def limited_creak(most: int, *words: object) -> subprocess.CompletedProcess[str]
 @contextmanager
 def limited_files(most: int) -> Iterator[None]:
     """Files of this process may have so many bytes for a while, as by `ulimit -f`."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    (soft, hard), before = resource.getrlimit(resource.RLIMIT_FSIZE), sys.dont_write_bytecode
     resource.setrlimit(resource.RLIMIT_FSIZE, (most, hard))
+    sys.dont_write_bytecode = True  # Python would leave half a file of a module, and read it in other processes
     try:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        sys.dont_write_bytecode = before
 
 
 def device(path: Path, number: int, kind: int = stat.S_IFCHR) -> Path:

@@ -20,7 +20,7 @@ from creak.studies.sweep.case import run_case
 from creak.studies.sweep.cases import resolve
 from creak.studies.sweep.file import read_sweep
 from creak.studies.sweep.tasks import tasks_of
-from creak.studies.tasks.workers import THREADS
+from creak.studies.tasks.workers import THREADS, threads_of
 from helpers_decks import STUDY, write_strips
 
 pytestmark = pytest.mark.slow
@@ -132,8 +132,7 @@ def test_killed_worker_and_killed_sweep_lose_nothing(tmp_path):
     try:
         wait_for(lambda: len(done()) >= 1, first)
         killed = workers_of(first)[0]
-        share = str(max(1, cores() // 2))
-        assert {killed.environ()[name] for name in THREADS} == {share}
+        assert {name: killed.environ()[name] for name in THREADS} == threads_of(max(1, cores() // 2))
         killed.kill()
         before = len(done())
         wait_for(lambda: len(done()) > before, first)

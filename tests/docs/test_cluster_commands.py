@@ -1,4 +1,4 @@
-"""The commands of the page on sweeps that start a cluster with a certificate, run as they stand but for the host and a free port."""
+"""The commands of the page on sweeps that start a cluster with a certificate, run as they stand but for the host, a free port and one thread."""
 
 from __future__ import annotations
 
@@ -41,8 +41,9 @@ def free_port() -> int:
 
 @contextmanager
 def started(line: re.Match[str], port: int, folder: Path):
-    """The process of a line of the page, with a port of its own instead of 8786."""
+    """The process of a line of the page, with a port of its own instead of 8786, and one thread."""
     settings = dict(word.split("=", 1) for word in shlex.split(line[1]))
+    settings |= {name: "1" for name in settings if name.endswith("_THREADS")}  # more would take the cores by waiting
     words = shlex.split(line[2].replace("HOST:8786", f"127.0.0.1:{port}"))
     if words[1] == "scheduler":
         words += ["--host", "127.0.0.1", "--port", str(port)]
@@ -80,6 +81,7 @@ def answers(port: int, context: ssl.SSLContext | None) -> bool:
     try:
         with socket.create_connection(("127.0.0.1", port), timeout=3.0) as raw:
             if context is None:
+                raw.settimeout(1.0)  # one that does not speak first is waited for in vain
                 return raw.recv(1) != b""
             with context.wrap_socket(raw) as safe:
                 return safe.recv(1) != b""
@@ -153,7 +155,7 @@ def test_who_does_not_hold_the_key_is_turned_away(cluster, monkeypatch, capsys, 
             Client(f"{address}://127.0.0.1:{port}", security=security, timeout=3.0)
     write_strips(folder)
     (folder / "sweep.toml").write_text('base = "study.toml"\nseeds = [1]\n', encoding="utf-8")
-    monkeypatch.setattr("creak.studies.tasks.cluster.WAIT", 3.0)
+    monkeypatch.setattr("creak.studies.tasks.cluster.WAIT", 1.0)
     for more in ([], ["--tls-ca-file", ca, "--tls-cert", cert, "--tls-key", private]):
         said = caller(monkeypatch, capsys)(
             "sweep", folder / "sweep.toml", "--scheduler", f"tls://127.0.0.1:{port}", *more

@@ -116,7 +116,7 @@ def test_mass_on_a_penalty_stop(prepare):
     """m = 100, k = 1e4, stop 1e6, v0 = 1: F 9950.3719, contact .0312600153 s, impulse 198.01980 (closed form)."""
     system = prepare(creak.system_from_matrices([[1e4]], [[100.0]], velocity=[1.0]))
     stop = creak.gap_channels([[-1.0]], 0.0, 1e6, names=["stop"], group="buffer")
-    history = creak.simulate(system, stop, creak.make_loads(system, time_axis(0.05, 2e-5)), observed=[0])
+    history = creak.simulate(system, stop, creak.make_loads(system, time_axis(0.05, 2e-4)), observed=[0])
     (event,) = creak.find_events(history, stop, merge=1e-3, f_max=500.0)
     # HHT at h / T = 3e-4: period error (2 pi h / T)^2 / 10 and a damping of 1e-10; the end is known to a step.
     assert event.force_peak == pytest.approx(9950.3719, rel=1e-4)

@@ -115,6 +115,7 @@ import numpy as np
 from creak.errors import WriteError
 from creak.formats.complete_file import complete_file
 from creak.formats.stored.hdf5 import hdf5_file
+sys.dont_write_bytecode = True  # Python would leave half a file of a module
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 try:
     with complete_file(Path(sys.argv[1])) as partial, hdf5_file(partial) as out:

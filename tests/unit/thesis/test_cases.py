@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from creak_thesis import bench
 from creak_thesis.newton_cost import NewtonCost
 from creak_thesis.plan import plan
 from creak_thesis.run import run_thesis
@@ -24,7 +25,10 @@ def chosen():
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
-    return run_thesis(40.0, tmp_path_factory.mktemp("thesis"), lambda *_: None, chosen())
+    """Of two periods, not five: the second one is compared."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bench, "SCHEME", {**bench.SCHEME, "time.periods": 2})
+        return run_thesis(40.0, tmp_path_factory.mktemp("thesis"), lambda *_: None, chosen())
 
 
 def test_every_case_has_a_name_of_its_own_and_an_unreduced_partner():

@@ -186,7 +186,9 @@ def _draw_mesh(ax: Axes, model: Mesh, facets: Facets, view: View, colours: Seque
         patches, shade = _patches(corners, _shaded(corners, facets.part, colours))
         order = np.argsort(patches[:, :, 2].mean(axis=1), kind="stable")
         flat: Any = patches[order][:, :, :2]
-        ax.add_collection(PolyCollection(flat, facecolors=shade[order], edgecolors=shade[order], linewidths=0.3))
+        painted = PolyCollection(flat, facecolors=shade[order], edgecolors=shade[order], linewidths=0.3)
+        ax.add_collection(painted, autolim=False)  # looks at each patch
+        ax.update_datalim(corners[:, :, :2].reshape(-1, 2))
     lines = lines_of(model)
     if lines.size:
         ax.add_collection(LineCollection(list(coords[lines][:, :, :2]), colors=MUTED, linewidths=1.0))

@@ -41,9 +41,10 @@ class Worker:
 def local_workers(count: int) -> Iterator[Runner]:
     """Up to `count` worker processes with their share of the cores each; one case at a time each.
 
-    Threads of BLAS, MKL and numba are set in the environment that the workers start with. A worker that dies is
-    replaced and its case run again; it has failed after `DEATHS` of them. Workers end with this process, even when
-    it is killed. Tasks and outcomes go through pipes between relatives: there is no port to connect to.
+    Threads of BLAS, MKL and numba are set in the environment that the workers start with; where it asks for fewer than
+    their share already, that holds: threads that wait for others take time of the cores. A worker that dies is
+    replaced and its case run again; it has failed after `DEATHS` of them. Workers end with this process, even when it
+    is killed. Tasks and outcomes go through pipes between relatives: there is no port to connect to.
     """
     pool = _Pool(count)
     try:
@@ -52,10 +53,16 @@ def local_workers(count: int) -> Iterator[Runner]:
         pool.end()
 
 
+def threads_of(share: int) -> dict[str, str]:
+    """Threads of a worker that has so many cores: no more than the environment asks for."""
+    asked = {name: os.environ.get(name, "") for name in THREADS}
+    return {name: str(min(share, int(text) or share) if text.isdecimal() else share) for name, text in asked.items()}
+
+
 class _Pool:
     def __init__(self, count: int) -> None:
         self._count = count
-        self._environ = {**TRIM, **dict.fromkeys(THREADS, str(max(1, cores() // count)))}
+        self._environ = {**TRIM, **threads_of(max(1, cores() // count))}
         self._idle: list[Worker] = []
         self._busy: dict[Connection, tuple[Worker, Job[Any]]] = {}
 

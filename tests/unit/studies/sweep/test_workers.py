@@ -11,7 +11,7 @@ import pytest
 from creak.studies.sweep.cases import resolve
 from creak.studies.sweep.file import read_sweep
 from creak.studies.sweep.tasks import tasks_of
-from creak.studies.tasks.workers import local_workers
+from creak.studies.tasks.workers import THREADS, local_workers, threads_of
 from helpers_decks import STUDY, write_strips
 from helpers_sweep import die, die_twice
 
@@ -57,6 +57,15 @@ def test_the_environment_stays_and_no_worker_is_left(tasks):
         assert dict(os.environ) == before
     assert outcome[1].status == "done"
     assert not worker.is_alive()
+
+
+def test_fewer_threads_that_the_environment_asks_for_hold(monkeypatch):
+    for name in THREADS:
+        monkeypatch.delenv(name, raising=False)
+    assert set(threads_of(4).values()) == {"4"}
+    for asked, given in (("1", "1"), ("9", "4"), ("0", "4"), ("2,1", "4"), ("", "4")):
+        monkeypatch.setenv("OMP_NUM_THREADS", asked)
+        assert threads_of(4) == {**dict.fromkeys(THREADS, "4"), "OMP_NUM_THREADS": given}
 
 
 def test_a_worker_that_died_while_it_waited_is_replaced(tasks):
