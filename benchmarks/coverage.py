@@ -24,8 +24,9 @@ from rich.console import Console
 from benchmarks.door import silent
 from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.scheme import generalised_alpha
+from creak.studies.converge.figures import FIGURES, TIMES, change
 from creak.studies.converge.settled import settled_to, verdict_of
-from creak.studies.converge.settling import FIGURES, OF_RESOLUTION, SETTLED, TIME_SHARE, TIMES, change
+from creak.studies.converge.settling import OF_RESOLUTION, SETTLED, TIME_SHARE
 from creak.studies.converge.variants import converge
 from creak.studies.file.reader import Study, read_study
 from creak.studies.prepare.setup import set_up

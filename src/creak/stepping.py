@@ -9,9 +9,10 @@ g = g0 + G q. `CondensedStepper` is the one of `creak.simulate` with a scheme.
 from __future__ import annotations
 
 from creak.assembly.system import to_dense
+from creak.dynamics.begun import begin, first_instant
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.instant import Instant
-from creak.dynamics.simulate import CondensedStepper, Stepper, begin, first_instant, march
+from creak.dynamics.simulate import CondensedStepper, Stepper, march
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.step_matrix import StepFactor, step_matrix
 from creak.linalg.factor import Factor, factor

@@ -14,24 +14,22 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
+from creak.dynamics.begun import Begun, begin, first_instant, residual
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.closing import closes_between
 from creak.dynamics.condensed import CondensedContact
 from creak.dynamics.energy import EnergyAudit
 from creak.dynamics.history import History
 from creak.dynamics.instant import Instant, Keeper, Saved, StepperState
-from creak.dynamics.loads import Loads, follow
+from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import Recorder
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import Scheme
-from creak.dynamics.state import LinearTerms, Outside, Predictor
+from creak.dynamics.state import LinearTerms
 from creak.dynamics.step_matrix import Maker, StepFactor, on_cores
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.errors import NumericalError
 from creak.linalg.threads import one_blas_thread
-
-REFRESH = 500
-"""Steps after which the carried products are computed anew, so that round-off does not pile up."""
 
 Progress = Callable[[int, int], None]
 
@@ -231,79 +229,6 @@ class CondensedStepper:
         """Residual of the equations of motion, from products computed anew."""
         if begun.fresh:
             self.residual = max(self.residual, residual(self.terms, self.gaps, self.on, self.scheme, now, after, begun))
-
-
-@dataclass
-class Begun:
-    """A step before its acceleration is known."""
-
-    row: int
-    """Row of the loads at its end."""
-    support: FloatArray
-    half: Predictor
-    right_side: FloatArray
-    ends: tuple[Outside, Outside]
-    """What acts from outside at its beginning and end."""
-    fresh: bool
-    """Time to compute the carried products anew."""
-
-
-def begin(terms: LinearTerms, gaps: GapOperator, on: ChannelMatrices, scheme: Scheme, h: float, now: Instant) -> Begun:
-    """Loads and right side of the step from `now` that is h long."""
-    stride = round(h / terms.loads.step)
-    row = now.row + stride
-    support = follow(now.support, terms.loads.support[0, row], scheme, h)
-    ends = now.outside or terms.outside(now.row, now.support), terms.outside(row, support)
-    half, r = terms.begin(now.x, scheme, h, ends)
-    on.push(r, scheme.alpha_f * now.force - gaps.resting)
-    return Begun(row, support, half, r, ends, row // (REFRESH * stride) != now.row // (REFRESH * stride))
-
-
-def residual(
-    terms: LinearTerms,
-    gaps: GapOperator,
-    on: ChannelMatrices,
-    scheme: Scheme,
-    now: Instant,
-    after: Instant,
-    begun: Begun,
-) -> float:
-    """|(1 - am) M a1 + am M a0 + (1 - af)(C v1 + K u1 - f1) + af (C v0 + K u0 - f0)| over the largest of its terms."""
-    af, am = scheme.alpha_f, scheme.alpha_m
-    total, largest = np.zeros(now.x.u.size), 0.0
-    for instant, outside, w_f, w_m in ((now, begun.ends[0], af, am), (after, begun.ends[1], 1.0 - af, 1.0 - am)):
-        x = instant.x
-        inner, heavy = w_f * (x.Cv + x.Ku), w_m * x.Ma
-        heavy[terms.driven] += w_m * outside.inertia
-        outer = on.push(np.zeros(total.size), instant.force - gaps.resting, w_f)
-        outer[terms.driven] += w_f * outside.load
-        total += inner + heavy - outer
-        largest = max(largest, *(float(np.linalg.norm(term)) for term in (inner, outer, heavy)))
-    return float(np.linalg.norm(total)) / largest if largest > 0.0 else 0.0
-
-
-def first_instant(
-    terms: LinearTerms,
-    solver: StepFactor,
-    scheme: Scheme,
-    gaps: GapOperator,
-    on: ChannelMatrices,
-    begins: tuple[FloatArray, FloatArray] | None = None,
-) -> Instant:
-    """State, gaps and forces where the loads begin. Exact contact that starts closed presses from the first step on.
-
-    Parameters
-    ----------
-    begins : displacement and velocity (n,); None: at rest, or with the System's initial velocity.
-    """
-    support = terms.loads.support[:, 0]
-    f = gaps.rubbing
-    u, v = begins or terms.at_start()
-    gap = np.asarray(gaps.gap0 + on.G @ u + on.G_s @ support[0])
-    rate = np.asarray(on.G @ v + on.G_s @ support[1])
-    force = gaps.at_start(gap, rate)
-    x = terms.start(solver, scheme, on.push(np.zeros(terms.system.n), force - gaps.resting), (u, v))
-    return Instant(0, x, support, gap, rate, force, np.zeros(2 * f), np.ones(f, dtype=bool))
 
 
 def simulate(

@@ -11,6 +11,7 @@ import numpy as np
 from creak.arrays import IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
+from creak.dynamics.begun import REFRESH
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.flight.collocation import radau_iia
 from creak.dynamics.flight.course import Course
@@ -20,7 +21,7 @@ from creak.dynamics.instant import FlightState, Instant, StepperState
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import Scheme
-from creak.dynamics.simulate import REFRESH, CondensedStepper, Progress, march
+from creak.dynamics.simulate import CondensedStepper, Progress, march
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.step_matrix import Maker, on_cores
 

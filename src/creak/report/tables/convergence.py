@@ -9,17 +9,8 @@ import numpy as np
 from creak.model.units import Units
 from creak.report.tables.run import Table
 from creak.report.words.text import NONE, fixed, number, percent, share, tidy
-from creak.studies.converge.settling import (
-    BASE,
-    FIGURES,
-    OF_DURATION,
-    SETTLED,
-    TIMES,
-    Convergence,
-    EventSettling,
-    Settling,
-    Variant,
-)
+from creak.studies.converge.figures import FIGURES, TIMES
+from creak.studies.converge.settling import BASE, OF_DURATION, SETTLED, Convergence, EventSettling, Settling, Variant
 from creak.studies.converge.words import TOTALS, WORDS
 from creak.words import listed
 

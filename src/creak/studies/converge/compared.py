@@ -5,24 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from creak.studies.converge.figures import FIGURES, OF_PLACE, TIMES, change
 from creak.studies.converge.settling import (
     BAND,
     BASE,
     ENOUGH,
-    FIGURES,
     FINER,
     LAST_TWO,
     OF_DURATION,
-    OF_PLACE,
     SETTLED,
-    TIMES,
     UNREDUCED,
     Convergence,
     EventSettling,
     Followed,
     Outcome,
     Settling,
-    change,
 )
 from creak.studies.converge.structure import Structure
 from creak.verify.events import Event, events_in

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.studies.converge.settling import ENOUGH, FIGURES, OF_PLACE, TIMES, Convergence, EventSettling, Settling
+from creak.studies.converge.figures import FIGURES, OF_PLACE, TIMES
+from creak.studies.converge.settling import ENOUGH, Convergence, EventSettling, Settling
 from creak.studies.converge.unanswered import unanswered
 from creak.studies.converge.words import REMEDIES
 from creak.studies.run.job import Run, StudyResult

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
+from creak.studies.converge.figures import change
+from creak.studies.converge.structure import Structure
 from creak.studies.prepare.setup import Setup
 from creak.verify.events import Event
 from creak.verify.statistics import EventStatistics
-
-if TYPE_CHECKING:
-    from creak.studies.converge.structure import Structure
 
 SETTLED = 0.05
 """Low-passed force, impulse and closing speed are settled when all that they hang on changes them together by no more
@@ -38,24 +36,12 @@ LAST_TWO = {
     "modes": (BASE, MORE_MODES),
 }
 """Family -> the two runs whose difference tells how far it has settled; the first two are those of a forced step."""
-FIGURES: dict[str, Callable[[Event], float]] = {
-    "start": lambda e: e.t_start,
-    "duration": lambda e: e.t_end - e.t_start,
-    "force": lambda e: e.force_place,
-    "impulse": lambda e: e.impulse,
-    "closing_speed": lambda e: e.closing_speed,
-}
-"""What is followed of every event: s, s, low-passed peak force of its place, force s, length/s."""
-OF_PLACE = ("events", "impulse", "force", "closing_speed", "n5")
-"""What is followed of every place, over the verification window, as summary.json names it."""
 IN_TIME = ("tolerance", "step")
 """Families that change the resolution in time alone."""
 UNREDUCED, BAND = "unreduced", "band"
 """Sources of a change beside the families: the unreduced model; of loudness, where the band ends."""
 SOURCES = {"time": IN_TIME, "stiffness": ("softer", "stiffer", "stiffness"), "modes": ("modes",)}
 """What an answer hangs on -> the families that tell how much; of several the largest counts."""
-TIMES = ("start", "duration")
-"""Figures whose changes are absolute, s; those of the others are shares."""
 
 
 @dataclass(frozen=True)
@@ -227,12 +213,3 @@ class Convergence:
     def settled_events(self, name: str) -> int:
         """How many events have a figure settled."""
         return sum(e.figures[name].settled for e in self.events)
-
-
-def change(name: str, before: float | None, after: float | None) -> float:
-    """after - before (times, s) or that over |after|; inf where something becomes nothing; nan where one is unknown."""
-    if before is None or after is None:
-        return np.nan
-    if name in TIMES or after == before:
-        return after - before
-    return (after - before) / abs(after) if after else np.inf

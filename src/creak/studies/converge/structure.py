@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.studies.converge.settling import FIGURES, TIMES
+from creak.studies.converge.figures import FIGURES, TIMES
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch
 from creak.verify.statistics import EventStatistics

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from creak.studies.converge.settling import BAND, FIGURES, SETTLED, UNREDUCED, Convergence, Outcome, Settling
+from creak.studies.converge.figures import FIGURES
+from creak.studies.converge.settling import BAND, SETTLED, UNREDUCED, Convergence, Outcome, Settling
 from creak.verify.statistics import Distance
 
 WORDS = {

@@ -11,7 +11,8 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.dynamics.modal.coefficients import is_modal
-from creak.studies.converge.settling import OF_PLACE, Followed
+from creak.studies.converge.figures import OF_PLACE
+from creak.studies.converge.settling import Followed
 from creak.studies.prepare.setup import Setup
 from creak.studies.results.places import Place, channels_at, events_at
 from creak.studies.results.sound import heard_places

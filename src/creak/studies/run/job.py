@@ -37,7 +37,6 @@ from creak.studies.run.integrate import check_massless_boundary, integrate, outp
 from creak.studies.run.kernels import compile_for
 from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
 from creak.studies.run.precheck import prechecked, with_linear_gaps
-from creak.studies.run.responses import with_response_fit
 from creak.studies.run.static_start import begin, with_static
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned, attempted
@@ -190,14 +189,9 @@ def run_study(
         "E-lines", lambda: compare_lines(setup, reference, condensed, gaps, at_lines, progress), None, notes
     )
     modes = attempted("modes of both models", lambda: compare_modes(setup, reference, reduced, gaps), None, notes)
-    spectra = attempted("spectra of both runs", lambda: compare_spectra(setup, whole, window), None, notes)
-    if spectra is not None and reduced is not None and "reference" not in whole and reference.of_parts is None:
-        spectra = attempted(
-            "frequency responses of both models",
-            partial(with_response_fit, spectra, setup, reference, reduced, window),
-            spectra,
-            notes,
-        )
+    spectra = attempted(
+        "spectra of both runs", lambda: compare_spectra(setup, whole, window, (reference, reduced)), None, notes
+    )
     return StudyResult(
         setup,
         gaps,

@@ -27,7 +27,7 @@ def compile_for(setup: Setup) -> None:
     elif needs_solver(setup):
         compile_kernels()
         compile_flow(solver=True)
-    elif not (c.proof == "whole" or c.reduction.method == "none" or c.static or _starts_closed(setup)) or _compiled():
+    elif not (c.proof != "none" or c.reduction.method == "none" or c.static or _starts_closed(setup)) or _compiled():
         compile_flow()
     else:
         aside = None if os.cpu_count() == 1 else _started()

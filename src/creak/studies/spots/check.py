@@ -12,7 +12,7 @@ from creak.dynamics.cuda.solver import Solver
 from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flow.march import FlowStates, flow_states
 from creak.progress import Progress
-from creak.studies.converge.settling import change
+from creak.studies.converge.figures import change
 from creak.studies.converge.structure import Spot, Structure
 from creak.studies.models.reduced import ReducedModel
 from creak.studies.prepare.flight_steps import RESOLUTIONS

@@ -17,7 +17,7 @@ from creak.dynamics.record.watch import Watched
 from creak.dynamics.simulate import CondensedStepper, march
 from creak.dynamics.step_matrix import Maker
 from creak.errors import InputError
-from creak.studies.converge.settling import FIGURES
+from creak.studies.converge.figures import FIGURES
 from creak.studies.spots.choose import Stretch
 from creak.verify.events import REACH, Event, find_events
 

@@ -15,10 +15,10 @@ from creak.dynamics.stopped import Diverged
 from creak.errors import InputError
 from creak.studies.converge import variants as module
 from creak.studies.converge.compared import assess
+from creak.studies.converge.figures import FIGURES, change
 from creak.studies.converge.settled import _of_convergence, is_chaotic
 from creak.studies.converge.settling import (
     BASE,
-    FIGURES,
     HALF,
     LAST_TWO,
     MORE_MODES,
@@ -28,7 +28,6 @@ from creak.studies.converge.settling import (
     TWICE,
     Outcome,
     Variant,
-    change,
 )
 from creak.studies.converge.variants import converge, repeated_setup, scaled_contact
 from creak.studies.converge.words import as_dict, csv_rows, findings

@@ -11,7 +11,7 @@ import pytest
 
 import creak
 from creak.dynamics.flow.march import SAMPLES, flow_states
-from creak.studies.converge.settling import FIGURES
+from creak.studies.converge.figures import FIGURES
 from creak.studies.converge.structure import Spot, Structure, surely
 from creak.studies.run.integrate import flowing, resolution_of
 from creak.studies.spots.check import _handover

@@ -1,0 +1,31 @@
+"""What is followed of every event and every place from run to run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from creak.verify.events import Event
+
+FIGURES: dict[str, Callable[[Event], float]] = {
+    "start": lambda e: e.t_start,
+    "duration": lambda e: e.t_end - e.t_start,
+    "force": lambda e: e.force_place,
+    "impulse": lambda e: e.impulse,
+    "closing_speed": lambda e: e.closing_speed,
+}
+"""What is followed of every event: s, s, low-passed peak force of its place, force s, length/s."""
+OF_PLACE = ("events", "impulse", "force", "closing_speed", "n5")
+"""What is followed of every place, over the verification window, as summary.json names it."""
+TIMES = ("start", "duration")
+"""Figures whose changes are absolute, s; those of the others are shares."""
+
+
+def change(name: str, before: float | None, after: float | None) -> float:
+    """after - before (times, s) or that over |after|; inf where something becomes nothing; nan where one is unknown."""
+    if before is None or after is None:
+        return np.nan
+    if name in TIMES or after == before:
+        return after - before
+    return (after - before) / abs(after) if after else np.inf
