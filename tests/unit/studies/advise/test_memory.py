@@ -188,11 +188,11 @@ def test_where_the_whole_does_not_fit_parts_are_advised(alone, monkeypatch):
 @pytest.mark.parametrize(
     ("change", "advised"),
     [
-        ({"reference": {"run": True}}, {"reference.run": False}),
+        ({"reference": {"run": True}}, {"reference.run": "spots"}),
         ({"reduction": {"method": "none"}}, {"reduction.method": "craig-bampton"}),
         (
             {"reference": {"run": True}, "reduction": {"method": "gap-modes"}},
-            {"reference.run": False, "reduction.method": "craig-bampton"},
+            {"reference.run": "spots", "reduction.method": "craig-bampton"},
         ),
     ],
 )

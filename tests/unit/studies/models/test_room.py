@@ -104,12 +104,12 @@ def test_the_motion_before_contact_is_that_of_the_whole(setup, monkeypatch):
         ({}, r"does not hold the reduction of part UPPER: at least 2 GB are needed, 1 GB are free\. Cut it into"),
         (
             {"reference": {"run": True}},
-            r"\[reference\] run = true takes: at least 3 GB .* \[reference\] run = false; parts alone take 2 GB",
+            r'\[reference\] run = "whole" takes: at least 3 GB .* \[reference\] run = "spots"; parts alone take 2 GB\',
         ),
         ({"reduction": {"method": "gap-modes"}}, r"\[reduction\] method = \"gap-modes\" takes"),
         (
             {"reference": {"run": True}, "reduction": {"method": "gap-modes"}},
-            r"which .*gap-modes\" and \[reference\] run = true take: .* method = \"craig-bampton\", \[reference\] run = false;",
+            r'which .*gap-modes" and \[reference\] run = "whole" take: .* method = "craig-bampton", \[reference\] run = "spots";\',
         ),
         (
             {"reduction": {"method": "none"}},

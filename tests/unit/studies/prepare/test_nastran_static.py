@@ -96,7 +96,7 @@ REST = '[reduction]\nf_max = 2000\n[time]\nend = 0.01\n[output]\nnodes = "SET_1"
 def study(folder, tables: str, cards: str = CARDS, spc: int = 1):
     deck(folder, f"SPC = {spc}\n", cards, "103")
     path = folder / "study.toml"
-    path.write_text(f'[model]\ndeck = "beam.bdf"\n{tables}{REST}', encoding="utf-8")
+    path.write_text(f'[model]\ndeck = "beam.bdf"\n[reference]\nrun = true\n{tables}{REST}', encoding="utf-8")
     return set_up(read_study(path))
 
 

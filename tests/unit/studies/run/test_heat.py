@@ -40,7 +40,8 @@ STOP = (
 def study(folder: Path, tables: str, deck: str = BAR + STEEL + EXPANDS) -> Setup:
     (folder / "bar.inp").write_text(deck, encoding="utf-8")
     path = folder / "study.toml"
-    path.write_text(f'[model]\ndeck = "bar.inp"\n{tables}{REST}', encoding="utf-8")
+    whole = "" if "[reference]" in tables else "[reference]\nrun = true\n"
+    path.write_text(f'[model]\ndeck = "bar.inp"\n{whole}{tables}{REST}', encoding="utf-8")
     return set_up(read_study(path))
 
 

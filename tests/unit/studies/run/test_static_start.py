@@ -48,7 +48,7 @@ def tip_force(value: float) -> str:
 def study(folder: Path, deck: str, tables: str, rest: str = REST) -> Path:
     (folder / "beam.inp").write_text(deck, encoding="utf-8")
     path = folder / "study.toml"
-    path.write_text(f'[model]\ndeck = "beam.inp"\n{tables}{rest}', encoding="utf-8")
+    path.write_text(f'[model]\ndeck = "beam.inp"\n[reference]\nrun = true\n{tables}{rest}', encoding="utf-8")
     return path
 
 
