@@ -44,6 +44,10 @@ NEGATIVE = 1e-9
 """Eigenvalues of the same below minus this are more than round-off."""
 COLUMNS = 64
 """Modes whose residuals are measured at a time."""
+BAND, HALF_AGAIN, AT_LEAST = 1.5, 0.5, 3
+"""Further modes: all up to this multiple of f_max, at least this share of those below it, and so many."""
+RAISED = 10
+"""How often the frequency is doubled below which further modes are sought window by window."""
 
 
 @dataclass(frozen=True)
@@ -77,12 +81,18 @@ def lowest(found: Modes, count: int) -> Modes:
     return later(Modes, lambda: Modes(shapes=found.shapes[:, :count], **known), **known)
 
 
+def with_further(kept: int, in_band: int) -> int:
+    """How many modes there are to be with the further ones: `kept` lie below f_max, `in_band` below `BAND` f_max."""
+    return max(in_band, kept + max(AT_LEAST, -int(-HALF_AGAIN * kept // 1)))
+
+
 def modes(
     K: Matrix,
     M: Matrix,
     *,
     f_max: float | None = None,
     count: int | None = None,
+    further: bool = False,
     free: bool = False,
     stiffness_factor: Factor | None = None,
     sturm: bool = True,
@@ -95,6 +105,8 @@ def modes(
     ----------
     K, M : (n, n) symmetric sparse or dense; M may be singular, K + s M must not be. Without
         mass there are no modes.
+    further : with `f_max`, the next ones beyond it too, wherever they lie, as many as `with_further` says: they show
+        what leaving them out changes. Fewer only where the body has no more.
     free : the body may have rigid-body modes: a small negative shift is used. A clamped K is factorised as is.
     stiffness_factor : a factor of K that already exists (clamped only).
     sturm : with `count`, compare with the inertia above the last mode, one more factorisation; `f_max` always does.
@@ -113,7 +125,7 @@ def modes(
     if not M.diagonal().any():
         return Modes(np.zeros(0), np.zeros((n, 0)), 0.0, True, np.inf)
     if n <= DENSE_LIMIT:
-        return _dense_modes(K, M, f_max, count, free)
+        return _dense_modes(K, M, f_max, count, free, further=further)
     shift = -small_shift(K, M) if free else 0.0
     pencil = Pencil(K, M, pieces)
     _ = pencil.mass  # what is free is looked at beside it
@@ -126,7 +138,7 @@ def modes(
         ) from error
     if f_max is None:
         return _lowest(pencil, shift, min(int(count or 0), n), inverse, free, sturm, progress)
-    return _below(pencil, shift, (2.0 * np.pi * f_max) ** 2, inverse, free, progress)
+    return _below(pencil, shift, (2.0 * np.pi * f_max) ** 2, inverse, free, progress, further=further)
 
 
 def _lowest(
@@ -141,31 +153,48 @@ def _lowest(
     return _checked(pencil, found.lam, found.shapes, free, count=sturm, columns=found.columns)
 
 
-def _below(pencil: Pencil, shift: float, upper: float, inverse: Factor, free: bool, progress: Steps | None) -> Modes:
+def _below(
+    pencil: Pencil,
+    shift: float,
+    upper: float,
+    inverse: Factor,
+    free: bool,
+    progress: Steps | None,
+    *,
+    further: bool,
+) -> Modes:
     """All modes below omega^2 = `upper` and the eigenvalue after them; their number is the inertia of K - upper M.
 
     Where memory is short, one factor is held at a time, and the modes are found window by window.
     """
     made = 0.0 if pencil.pieces is not None else MADE * getattr(pencil.K, "nnz", 0)
     _make_room(inverse, inverse.memory + made)
-    counted = pencil.factor(upper, definite=False)
-    wanted = counted.n_negative
+    band = BAND**2 * upper if further else upper
+    counted, placed = pencil.counted(band), band
+    in_band = wanted = counted.n_negative
+    many = in_band >= MANY
+    if further and many:
+        counted, placed = pencil.counted(upper, counted), upper
+    if further:
+        wanted = with_further(counted.n_negative, in_band)  # of few more than are needed, without another factor
     if dense_is_faster(pencil.mass.n, wanted):
         del counted
         return _by_dense(pencil, shift, wanted, inverse, free)
-    if wanted < MANY:
-        del counted
-        found, amid = (
-            lanczos(inverse, pencil.mass, shift, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress),
-            shift,
-        )
-    else:
+    if many:
         _make_room(inverse, basis_bytes(pencil.mass.n, wanted + 1))
-        found, amid = _many(pencil, upper, counted, wanted, progress)
+        found, amid = _many(pencil, band, counted, placed, wanted, in_band, progress)
         del counted
+    else:
+        del counted
+        above = band * (1.0 + 1e-6)
+        found = lanczos(inverse, pencil.mass, shift, wanted, extra=1, upper=above, within=in_band, progress=progress)
+        amid = shift
     low = _refined(inverse, shift, pencil.mass, found, amid)
+    if further:
+        wanted = with_further(int(np.count_nonzero(found.lam <= upper)), in_band)
     after = found.lam[wanted] if found.lam.size > wanted else np.inf
-    return _checked(pencil, found.lam[:wanted], found.shapes, free, after=after, columns=found.columns + low)
+    lam, shapes = found.lam[:wanted], found.shapes[:, :wanted]
+    return _checked(pencil, lam, shapes, free, after=after, columns=found.columns + low)
 
 
 def dense_is_faster(n: int, wanted: int) -> bool:
@@ -203,14 +232,27 @@ def _make_room(inverse: Factor, needed: float) -> None:
         inverse.release()
 
 
-def _many(pencil: Pencil, upper: float, counted: Factor, wanted: int, progress: Steps | None) -> tuple[Ritz, float]:
-    """The modes with a factor amid them, or window by window where memory does not hold the vectors of all at once."""
+def _many(
+    pencil: Pencil, upper: float, counted: Factor, placed: float, wanted: int, within: int, progress: Steps | None
+) -> tuple[Ritz, float]:
+    """The modes with a factor amid them, or window by window where memory does not hold the vectors of all at once.
+
+    `within` of those that are wanted lie below `upper`; `counted` is a factor of K - placed M, there or amid them.
+    """
     n = pencil.mass.n
     free = free_bytes()
     if basis_bytes(n, wanted + 1) + 8.0 * n * wanted <= WINDOWS * free:
-        amid = AMID * upper
-        solver = pencil.refactor(counted, amid)
-        return lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress), amid
+        amid = placed if placed < upper else AMID * upper
+        solver = counted if amid == placed else pencil.refactor(counted, amid)
+        above = upper * (1.0 + 1e-6)
+        found = lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=above, within=within, progress=progress)
+        return found, amid
+    for _ in range(RAISED):
+        if within < wanted:
+            upper *= 4.0
+            counted = pencil.counted(upper, counted)
+            within = counted.n_negative
+    wanted = min(wanted, within)
 
     def at(held: Factor | None, shift: float) -> Factor:
         return pencil.factor(shift, definite=False) if held is None else pencil.refactor(held, shift)
@@ -246,12 +288,17 @@ def small_shift(K: Matrix, M: Matrix) -> float:
     return float(1e-9 * np.median(k[both] / m[both])) if both.any() else 1.0
 
 
-def _dense_modes(K: Matrix, M: Matrix, f_max: float | None, count: int | None, free: bool) -> Modes:
+def _dense_modes(
+    K: Matrix, M: Matrix, f_max: float | None, count: int | None, free: bool, *, further: bool = False
+) -> Modes:
     dense_K, dense_M = _full(K), _full(M)
     if dense_K.shape[0] == 0:
         return Modes(np.zeros(0), np.zeros((0, 0)), 0.0, True, np.inf)
     omega2, shapes = _dense_pairs(dense_K, dense_M)
-    keep = omega2 <= (2.0 * np.pi * f_max) ** 2 if f_max is not None else np.arange(omega2.size) < (count or 0)
+    if f_max is not None:
+        below = [int(np.count_nonzero(omega2 <= (2.0 * np.pi * f) ** 2)) for f in (f_max, BAND * f_max)]
+        count = with_further(*below) if further else below[0]
+    keep = np.arange(omega2.size) < (count or 0)
     round_off = 100.0 * np.finfo(float).eps * float(np.abs(omega2).max(initial=0.0))
     after = float(omega2[~keep].min(initial=np.inf))
     pencil = Pencil(dense_K, dense_M)

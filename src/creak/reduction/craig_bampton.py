@@ -104,11 +104,18 @@ def craig_bampton(
 
 
 def fixed_interface_basis(
-    inside: Inside, shape: Matrix | None, f_max: float | None, count: int | None, progress: Progress | None = None
+    inside: Inside,
+    shape: Matrix | None,
+    f_max: float | None,
+    count: int | None,
+    progress: Progress | None = None,
+    *,
+    further: bool = False,
 ) -> Basis:
-    """The boundary's shapes and the fixed-interface modes."""
+    """The boundary's shapes and the fixed-interface modes; `further` as `linalg.modes` has it."""
     P = sp.csr_matrix(shape) if shape is not None else sp.identity(inside.b.size, format="csr")
-    return Basis(inside, P, _fixed_modes(inside, f_max, count, _stage(progress, inside.name, "fixed-interface modes")))
+    report = _stage(progress, inside.name, "fixed-interface modes")
+    return Basis(inside, P, _fixed_modes(inside, f_max, count, report, further=further))
 
 
 @dataclass(frozen=True)
@@ -138,12 +145,15 @@ def _stage(progress: Progress | None, name: str, stage: str) -> Steps | None:
     return None if progress is None else lambda done, total: progress(f"{name}: {stage}", done, total)
 
 
-def _fixed_modes(inside: Inside, f_max: float | None, count: int | None, report: Steps | None) -> Modes:
+def _fixed_modes(
+    inside: Inside, f_max: float | None, count: int | None, report: Steps | None, *, further: bool
+) -> Modes:
     n = inside.i.size
     if n == 0 or count == 0:
         return Modes(np.zeros(0), np.zeros((n, 0)), 0.0, True, next_omega2=np.inf if n == 0 else np.nan)
     K, M, held = inside.K_ii, inside.M_ii, inside.factor
-    return modes(K, M, f_max=f_max, count=count, stiffness_factor=held, pieces=inside.pieces, progress=report)
+    own = inside.pieces
+    return modes(K, M, f_max=f_max, count=count, further=further, stiffness_factor=held, pieces=own, progress=report)
 
 
 def reduced_matrices(

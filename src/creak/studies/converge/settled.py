@@ -81,6 +81,8 @@ def _of_convergence(c: Convergence) -> Verdict:
         return Verdict(UNSETTLED, c.notes)
     open_ones = [e for e in c.events if not e.settled]
     whole = [t for name, t in c.totals.items() if name != "events" and not t.settled]  # those are counted one by one
+    if c.unlooked:
+        return Verdict(UNSETTLED, c.unlooked)
     new = max((n for name, n in c.new.items() if c.outcomes[name].variant.judged), default=0)
     few = max(1.0, (1.0 - ENOUGH) * len(c.events))
     if not whole and new <= few and (len(open_ones) <= few or are_faint(open_ones, c)):

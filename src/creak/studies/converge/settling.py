@@ -26,7 +26,7 @@ OF_RESOLUTION = 0.1
 """Share of that by which the resolution of contact in time may move them; the rest is for stiffness and modes, which
 the model sets: the last of several micro-contacts of an event is theirs."""
 BASE, HALF, QUARTER = "base", "h/2", "h/4"
-TWICE, TENFOLD, MORE_MODES = "2 x stiffness", "10 x stiffness", "1.5 x f_max"
+TWICE, TENFOLD, MORE_MODES = "2 x stiffness", "10 x stiffness", "more modes"
 FINER, SOFTER, STIFFER = "half the tolerance", "half the stiffness", "twice the stiffness"
 LAST_TWO = {
     "step": (HALF, QUARTER),
@@ -102,6 +102,8 @@ class Outcome:
     """Why it ended early; None: it did not."""
     places: tuple[dict[str, float], ...] = ()
     """Figures of each place of the base run that is followed."""
+    modes: int = 0
+    """That the reduced model had."""
 
     @property
     def force(self) -> float:
@@ -197,6 +199,8 @@ class Convergence:
     notes: tuple[str, ...]
     places: tuple[dict[str, Settling], ...] = ()
     """Figures of the first places of the base run, as they are ranked, and how far they have settled."""
+    unlooked: tuple[str, ...] = ()
+    """What the reduction may leave out and no repeated run looked at: nothing has settled with regard to it."""
 
     @property
     def finest(self) -> str:

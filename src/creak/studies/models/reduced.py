@@ -16,7 +16,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.errors import CreakError, InputError
 from creak.linalg.diagonal import Diagonal
-from creak.linalg.modes import Modes, modes
+from creak.linalg.modes import Modes, lowest, modes
 from creak.model.dofs import PER_NODE
 from creak.model.mesh import Model
 from creak.progress import Progress, silent
@@ -27,7 +27,14 @@ from creak.reduction.massless_boundary import massless_boundary
 from creak.reduction.modal import support_motion
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
 from creak.studies.models.substructures import UNREDUCED, Partition, partition
-from creak.studies.models.superelements import KEPT, Reduced, kept_of_run, reduce_substructure, with_all_modes
+from creak.studies.models.superelements import (
+    KEPT,
+    Reduced,
+    kept_of_run,
+    reduce_substructure,
+    with_all_modes,
+    with_further_modes,
+)
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
 from creak.studies.solved import digest_of, solved
@@ -56,6 +63,15 @@ class ReducedModel:
     notes: list[str]
     coupled: System | None = None
     """The coupled superelements before they were diagonalised; None where the assembly was reduced as a whole."""
+    found: Modes | None = None
+    """Modes of the assembly, further ones too, where it was reduced as a whole."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether it has all modes that there are: nothing is left out."""
+        if self.found is not None:
+            return self.found.next_omega2 == np.inf and self.modes == self.found.omega2.size
+        return all(r.complete for r in self.superelements)
 
     @property
     def unreduced_dof(self) -> int:
@@ -73,6 +89,7 @@ def reduce_model(
     made: Callable[[Reduced], Reduced] | None = None,
     *,
     keep: bool = False,
+    further: bool | None = None,
 ) -> ReducedModel:
     """Reduce as [reduction] says.
 
@@ -82,6 +99,7 @@ def reduce_model(
     keep : save superelements there for the runs to come.
     made : is handed every superelement as soon as it is there, its factor included, and returns what is kept of it.
         With it a part that cannot be reduced does not keep the others from it: the first one's error comes at the end.
+    further : whether further modes are computed too; by default as `with_further_modes` says.
 
     Raises
     ------
@@ -90,12 +108,18 @@ def reduce_model(
     wall, cpu = clock.perf_counter(), clock.process_time()
     whole = setup.study.config.reduction.method in WHOLE
     if whole:
-        all_of_it = _whole(setup, reference, gaps, progress)
+        found = _modes_of_whole(setup, reference, progress, further)
+        all_of_it = _whole(setup, reference, gaps, found, setup.study.config.reduction.f_max)
     else:
-        all_of_it = _by_parts(setup, reference, gaps, progress, store, made, keep=keep)
+        found, all_of_it = None, _by_parts(setup, reference, gaps, progress, store, made, keep=keep, further=further)
+    return _model_of(all_of_it, found, wall, cpu)
+
+
+def _model_of(all_of_it: _Made, found: Modes | None, wall: float, cpu: float) -> ReducedModel:
+    """With what it has cost since `wall` and `cpu`."""
     superelements, model, system, retained, kept, notes, coupled = all_of_it
     wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
-    return ReducedModel(superelements, model, system, retained, kept, wall, cpu, notes, coupled)
+    return ReducedModel(superelements, model, system, retained, kept, wall, cpu, notes, coupled, found)
 
 
 MODES_OF_MASSLESS = 50.0
@@ -104,17 +128,25 @@ MODES_OF_MASSLESS = 50.0
 _Made = tuple[tuple[Reduced, ...], Model, System, int, int, list[str], System | None]
 
 
-def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> _Made:
-    """Gap modes or massless boundary of the assembly."""
-    table, system = setup.study.config.reduction, reference.system
-    found = modes(
+def _modes_of_whole(setup: Setup, reference: ReferenceModel, progress: Progress, further: bool | None = None) -> Modes:
+    """Modes of the assembly up to f_max, and further ones."""
+    system = reference.system
+    return modes(
         system.K,
         system.M,
-        f_max=table.f_max,
+        f_max=setup.study.config.reduction.f_max,
+        further=with_further_modes(setup) if further is None else further,
         free=reference.stiffness is None,
         stiffness_factor=reference.stiffness,
         progress=lambda done, total: progress("modes of the assembly for the reduction", done, total),
     )
+
+
+def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, found: Modes, f_max: float) -> _Made:
+    """Gap modes or massless boundary of the assembly, with those of its modes that lie below f_max."""
+    table, system = setup.study.config.reduction, reference.system
+    kept = int(np.count_nonzero(found.omega2 <= (2.0 * np.pi * f_max) ** 2))
+    found = found if kept == found.omega2.size else lowest(found, kept)
     rows = channel_matrices(system, gaps).rows
     reduce = gap_modes if table.method == "gap-modes" else massless_boundary
     reduced = reduce(system, rows, modes=found, stiffness=reference.stiffness, static=static_shapes(setup, reference))
@@ -145,6 +177,7 @@ def _by_parts(
     made: Callable[[Reduced], Reduced] | None,
     *,
     keep: bool,
+    further: bool | None,
 ) -> _Made:
     cut = partition(setup, reference, gaps)
     superelements, notes, failed = [], [], []
@@ -152,7 +185,7 @@ def _by_parts(
         if sub.stays:
             continue
         try:
-            reduced, more = reduce_substructure(setup, sub, store, progress)
+            reduced, more = reduce_substructure(setup, sub, store, progress, further=further)
         except CreakError as error:
             if made is None:
                 raise
@@ -205,7 +238,12 @@ def _together(
 def with_more_modes(
     setup: Setup, reference: ReferenceModel, gaps: GapOperator, reduced: ReducedModel, progress: Progress
 ) -> ReducedModel:
-    """The same superelements with all modes that were computed, beyond f_max; nothing is reduced again."""
+    """The same with the further modes too, which are computed where the reduction has not done so already."""
+    wall, cpu = clock.perf_counter(), clock.process_time()
+    if not with_further_modes(setup):
+        reduced = reduce_model(setup, reference, gaps, progress, further=True)
+    if reduced.found is not None:
+        return _model_of(_whole(setup, reference, gaps, reduced.found, np.inf), reduced.found, wall, cpu)
     return _joined(setup, reference, gaps, [with_all_modes(r) for r in reduced.superelements], progress)
 
 
@@ -219,9 +257,7 @@ def _joined(
 ) -> ReducedModel:
     wall, cpu = clock.perf_counter(), clock.process_time()
     all_of_it = _together(setup, reference, partition(setup, reference, gaps), superelements, [], progress)
-    every, model, system, retained, kept, notes, coupled = all_of_it
-    wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
-    return ReducedModel(every, model, system, retained, kept, wall, cpu, notes, coupled)
+    return _model_of(all_of_it, None, wall, cpu)
 
 
 def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:

@@ -55,8 +55,6 @@ from creak.studies.prepare.watched import watched_labels
 from creak.studies.solved import SOLVED, digest_of, forget, solved
 from creak.version import edition
 
-MODES_FACTOR = 1.5
-"""Highest mode computed over f_max, where the influence of f_max on the answer is looked at."""
 KEPT = 300_000_000
 """Bytes of a part's factor up to which it stays for the check of the superelement; a larger one is made again."""
 SPARED = 3
@@ -81,23 +79,35 @@ class Reduced:
     system: System
     inside: Inside
     basis: Basis
-    """With the modes beyond f_max that the look at its influence takes."""
+    """With the further modes, beyond f_max, that the look at what it leaves out takes."""
     matrices: Matrices
     """In the coordinates of `basis`."""
     made_from: Mapping[str, str]
     reused: bool
 
+    @property
+    def complete(self) -> bool:
+        """Whether it has all modes that there are, and every shape of its boundary: it leaves nothing out."""
+        every = self.basis.fixed.next_omega2 == np.inf and self.system.stats.modes == self.basis.fixed.omega2.size
+        return bool(every) and self.substructure.shape is None
+
 
 def reduce_substructure(
-    setup: Setup, sub: Substructure, folder: Path | None, progress: Progress
+    setup: Setup, sub: Substructure, folder: Path | None, progress: Progress, *, further: bool | None = None
 ) -> tuple[Reduced, list[str]]:
     """One superelement, from the store or made anew, and notes for people; it still holds the factor that made it.
+
+    Parameters
+    ----------
+    further : whether it has further modes; by default as `with_further_modes` says.
 
     Raises
     ------
     InputError : the retained dofs do not hold the part, or its saved file is damaged.
     """
-    table, f_max, wanted = setup.study.config.reduction, highest_mode(setup), made_from(setup, sub)
+    table, wanted = setup.study.config.reduction, made_from(setup, sub, further)
+    f_max = None if table.method == "guyan" else table.f_max
+    more = f_max is not None and (with_further_modes(setup) if further is None else further)
     found, notes = _from_store(folder, sub.part.name, wanted)
     if found is not None and found.saved.made_from != wanted:
         wider = _wider(found.saved, sub, setup.model)
@@ -105,14 +115,15 @@ def reduce_substructure(
     if found is not None and found.saved.made_from != wanted:
         wanted, notes = dict(found.saved.made_from), [_wider_note(sub)]
     if found is None and folder is not None:
-        found, more = _kept(folder, sub.part.name, wanted)
-        notes = more or notes
+        found, said = _kept(folder, sub.part.name, wanted)
+        notes = said or notes
     inside = Inside(sub.part, sub.boundary)
     if found is not None:
         basis, matrices = _restored(inside, found)
     else:
         try:
-            basis = fixed_interface_basis(inside, sub.shape, f_max, 0 if f_max is None else None, progress)
+            count = 0 if f_max is None else None
+            basis = fixed_interface_basis(inside, sub.shape, f_max, count, progress, further=more)
         except OutOfMemory:
             raise
         except NumericalError as error:
@@ -152,16 +163,18 @@ def _watched(setup: Setup, sub: Substructure) -> IntArray:
     return np.intersect1d(np.concatenate(every), sub.part.labels)
 
 
-def highest_mode(setup: Setup) -> float | None:
-    """Frequency up to which fixed-interface modes are computed, Hz; None: none of them (Guyan)."""
-    c = setup.study.config
-    most = c.reduction.f_max * (MODES_FACTOR if c.time.exact else 1.0)
-    return None if c.reduction.method == "guyan" else most
+def with_further_modes(setup: Setup) -> bool:
+    """Whether a reduction computes further modes at once: what the repeated run takes where no scheme is forced."""
+    return setup.study.config.time.exact
 
 
-def made_from(setup: Setup, sub: Substructure) -> dict[str, str]:
+def made_from(setup: Setup, sub: Substructure, further: bool | None = None) -> dict[str, str]:
     """What the superelement of a substructure depends on in this study, each as a hash."""
-    return fingerprints(sub, f"{setup.study.config.reduction.method} {highest_mode(setup) or 0.0:g}")
+    table = setup.study.config.reduction
+    if table.method == "guyan":
+        return fingerprints(sub, table.method)
+    more = with_further_modes(setup) if further is None else further
+    return fingerprints(sub, f"{table.method} {table.f_max:.17g}{' and further' if more else ''}")
 
 
 def is_saved(folder: Path, name: str, made_from: Mapping[str, str]) -> bool:
