@@ -220,11 +220,11 @@ def _elsewhere(
 
 def _export(setup: Setup, model: ReducedModel, folder: Path, export: Sequence[str], output: Output) -> None:
     from creak.formats.matrices.superelements import write_superelement
-    from creak.studies.models.superelements import as_superelement
+    from creak.studies.models.deck_matrices import named_rows
 
     for reduced in model.superelements:
         for name in export:
-            output.wrote(*write_superelement(as_superelement(reduced, setup.model), folder, name))
+            output.wrote(*write_superelement(named_rows(reduced.system, reduced.system.name, setup.model), folder, name))
 
 
 def _tell_health(output: Output, checks: Mapping[str, Health]) -> None:

@@ -33,9 +33,8 @@ from creak.later import later
 from creak.linalg.memory import GB, OutOfMemory
 from creak.linalg.modes import Modes
 from creak.linalg.scratch import disk_room
-from creak.model.dofs import PER_NODE, dofs_of, nodes_of
+from creak.model.dofs import PER_NODE
 from creak.model.mesh import Model
-from creak.model.superelement import Superelement
 from creak.progress import Progress
 from creak.reduction.craig_bampton import (
     Basis,
@@ -47,6 +46,7 @@ from creak.reduction.craig_bampton import (
     truncated,
 )
 from creak.reduction.inside import Inside
+from creak.studies.models.dof_names import row_names
 from creak.studies.models.outlines import marks_of
 from creak.studies.models.reference import observed_labels
 from creak.studies.models.substructures import Substructure
@@ -390,23 +390,3 @@ def with_modes_of_file(setup: Setup, reduced: Reduced, path: Path) -> Reduced:
     basis = replace(reduced.basis, fixed=replace(fixed, shapes=read_superelement_file(path).modes))
     kept = truncated(basis, reduced.matrices, setup.study.config.reduction.f_max)
     return replace(reduced, basis=basis, system=reduced_system(reduced.substructure.part, *kept))
-
-
-def row_names(system: System, model: Model) -> tuple[IntArray, IntArray]:
-    """Node label and dof of each coordinate, 0 for generalised ones."""
-    c = system.coordinates
-    ids = np.where(c >= 0, model.nodes.ids[nodes_of(np.maximum(c, 0))], 0)
-    return ids.astype(np.int64), np.where(c >= 0, dofs_of(np.maximum(c, 0)), 0).astype(np.int64)
-
-
-def as_superelement(reduced: Reduced, model: Model) -> Superelement:
-    """For other programs: matrices with all damping, node labels and places."""
-    system = reduced.system
-    ids, dofs = row_names(system, model)
-    d, C = system.damping, system.damping.extra
-    if d.alpha or d.beta:
-        rayleigh = d.alpha * system.M + d.beta * system.K
-        C = rayleigh if C is None else C + rayleigh
-    nodes = np.unique(nodes_of(system.coordinates[system.coordinates >= 0]))
-    places = {int(model.nodes.ids[k]): model.nodes.coords[k] for k in nodes}
-    return Superelement(system.name, ids, dofs, system.K, system.M, C, places, model.source)
