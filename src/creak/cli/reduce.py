@@ -223,8 +223,9 @@ def _export(setup: Setup, model: ReducedModel, folder: Path, export: Sequence[st
     from creak.studies.models.deck_matrices import named_rows
 
     for reduced in model.superelements:
-        for name in export:
-            output.wrote(*write_superelement(named_rows(reduced.system, reduced.system.name, setup.model), folder, name))
+        given = named_rows(reduced.system, reduced.system.name, setup.model)
+        for form in export:
+            output.wrote(*write_superelement(given, folder, form))
 
 
 def _tell_health(output: Output, checks: Mapping[str, Health]) -> None:

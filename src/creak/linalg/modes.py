@@ -13,13 +13,13 @@ from creak.errors import NumericalError
 from creak.later import later
 from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError
-from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
-from creak.linalg.memory import MADE, fits, free_bytes
+from creak.linalg.lanczos import FEWER, Ritz, basis_bytes, lanczos
+from creak.linalg.memory import MADE, fits, free_bytes, require
 from creak.linalg.pencil import Pencil
 from creak.linalg.pieces.factor import Pieces
 from creak.linalg.scratch import held_in_memory
 from creak.linalg.sparse_product import BlockProduct, copy_fits
-from creak.linalg.windows import AMID, in_windows, window_size
+from creak.linalg.windows import AMID, are_apart, in_windows, window_size
 from creak.progress import Steps
 
 DENSE_LIMIT = 600
@@ -46,6 +46,8 @@ COLUMNS = 64
 """Modes whose residuals are measured at a time."""
 BAND, HALF_AGAIN, AT_LEAST = 1.5, 0.5, 3
 """Further modes: all up to this multiple of f_max, at least this share of those below it, and so many."""
+ENDS = 12
+"""Modes on either side of where new ones begin that are looked at: none may be found twice."""
 RAISED = 10
 """How often the frequency is doubled below which further modes are sought window by window."""
 
@@ -93,6 +95,7 @@ def modes(
     f_max: float | None = None,
     count: int | None = None,
     further: bool = False,
+    found: Modes | None = None,
     free: bool = False,
     stiffness_factor: Factor | None = None,
     sturm: bool = True,
@@ -107,6 +110,8 @@ def modes(
         mass there are no modes.
     further : with `f_max`, the next ones beyond it too, wherever they lie, as many as `with_further` says: they show
         what leaving them out changes. Fewer only where the body has no more.
+    found : with `further`, the lowest modes, all below `f_max` at least, that are known already. They count as
+        those below it, and are returned with the others, which alone are computed.
     free : the body may have rigid-body modes: a small negative shift is used. A clamped K is factorised as is.
     stiffness_factor : a factor of K that already exists (clamped only).
     sturm : with `count`, compare with the inertia above the last mode, one more factorisation; `f_max` always does.
@@ -125,7 +130,7 @@ def modes(
     if not M.diagonal().any():
         return Modes(np.zeros(0), np.zeros((n, 0)), 0.0, True, np.inf)
     if n <= DENSE_LIMIT:
-        return _dense_modes(K, M, f_max, count, free, further=further)
+        return _dense_modes(K, M, f_max, count, free, further=further, known=_count(found))
     shift = -small_shift(K, M) if free else 0.0
     pencil = Pencil(K, M, pieces)
     _ = pencil.mass  # what is free is looked at beside it
@@ -138,6 +143,8 @@ def modes(
         ) from error
     if f_max is None:
         return _lowest(pencil, shift, min(int(count or 0), n), inverse, free, sturm, progress)
+    if found is not None and (more := _beyond(pencil, (2.0 * np.pi * f_max) ** 2, found, inverse, free, progress)):
+        return more
     return _below(pencil, shift, (2.0 * np.pi * f_max) ** 2, inverse, free, progress, further=further)
 
 
@@ -209,6 +216,48 @@ def dense_is_faster(n: int, wanted: int) -> bool:
 def dense_bytes(n: int) -> float:
     """Memory of the dense eigensolver."""
     return DENSE_MATRICES * 8.0 * float(n) ** 2
+
+
+def _count(found: Modes | None) -> int:
+    return 0 if found is None else found.omega2.size
+
+
+def _beyond(
+    pencil: Pencil, upper: float, found: Modes, inverse: Factor, free: bool, progress: Steps | None
+) -> Modes | None:
+    """`found` with the further modes of omega^2 = `upper`; None where all are to be computed anew.
+
+    The factor that counts those below `BAND` times the frequency is the shift, and those nearest to it converge first.
+    """
+    if found.next_omega2 == np.inf:
+        return found
+    n, known, band = pencil.mass.n, _count(found), BAND**2 * upper
+    _make_room(inverse, inverse.memory)
+    counted = pencil.counted(band)
+    below = counted.n_negative - known
+    more = with_further(known, counted.n_negative) - known
+    if below < 0 or dense_is_faster(n, known + more):
+        return None
+    require(16.0 * n * (known + more), f"{known + more:,} modes of {n:,} equations", FEWER)
+    lower = float(found.omega2[-1]) if known else -np.inf
+    above = band * (1.0 + 1e-6)
+    new = lanczos(
+        counted,
+        pencil.mass,
+        band,
+        more,
+        extra=1,
+        skip=known,
+        lower=lower,
+        upper=above,
+        within=below,
+        progress=progress,
+    )
+    if not are_apart(pencil.mass, found.shapes[:, -ENDS:], new.shapes[:, :ENDS]):
+        return None
+    after = new.lam[more] if new.lam.size > more else np.inf
+    lam, shapes = np.concatenate([found.omega2, new.lam[:more]]), np.hstack([found.shapes, new.shapes[:, :more]])
+    return _checked(pencil, lam, shapes, free, after=after, columns=found.columns + new.columns)
 
 
 def _by_dense(pencil: Pencil, shift: float, wanted: int, inverse: Factor, free: bool) -> Modes:
@@ -289,7 +338,7 @@ def small_shift(K: Matrix, M: Matrix) -> float:
 
 
 def _dense_modes(
-    K: Matrix, M: Matrix, f_max: float | None, count: int | None, free: bool, *, further: bool = False
+    K: Matrix, M: Matrix, f_max: float | None, count: int | None, free: bool, *, further: bool = False, known: int = 0
 ) -> Modes:
     dense_K, dense_M = _full(K), _full(M)
     if dense_K.shape[0] == 0:
@@ -297,7 +346,7 @@ def _dense_modes(
     omega2, shapes = _dense_pairs(dense_K, dense_M)
     if f_max is not None:
         below = [int(np.count_nonzero(omega2 <= (2.0 * np.pi * f) ** 2)) for f in (f_max, BAND * f_max)]
-        count = with_further(*below) if further else below[0]
+        count = with_further(max(below[0], known), below[1]) if further else below[0]
     keep = np.arange(omega2.size) < (count or 0)
     round_off = 100.0 * np.finfo(float).eps * float(np.abs(omega2).max(initial=0.0))
     after = float(omega2[~keep].min(initial=np.inf))

@@ -168,7 +168,12 @@ def _window(
 
 def _check_end(mass: BlockProduct, before: FloatArray, after: FloatArray) -> None:
     """Raise NumericalError where a window has found modes of the one before again."""
-    if not before.shape[1] or not after.shape[1]:
-        return
-    if np.abs(inner(np.asfortranarray(before), mass(after))).max() > TWINS:
+    if not are_apart(mass, before, after):
         raise NumericalError(TOO_MANY)
+
+
+def are_apart(mass: BlockProduct, before: FloatArray, after: FloatArray) -> bool:
+    """Whether no mode `after` is one of those `before`."""
+    if not before.shape[1] or not after.shape[1]:
+        return True
+    return bool(np.abs(inner(np.asfortranarray(before), mass(np.asfortranarray(after)))).max() <= TWINS)

@@ -17,7 +17,7 @@ from creak.linalg.scratch import ROOM, SPARE
 from creak.studies.advise.size import Counted, PartSize
 from creak.studies.models.health import OWN_MODES_LIMIT
 from creak.studies.models.of_parts import SPREAD
-from creak.studies.models.reduced import WHOLE
+from creak.studies.models.reduced import DENSE, WHOLE
 from creak.studies.models.reference import ReferenceModel, modal_band
 from creak.studies.models.superelements import KEPT, with_further_modes
 from creak.studies.prepare.output_steps import output_every
@@ -31,8 +31,6 @@ UPPER = 6.0
 """Bytes of a stored entry in what PARDISO is handed of it."""
 STREAMED = 4 * 128
 """Columns of constraint modes that are on their way at a time."""
-DENSE = 6
-"""Dense matrices of all unknowns while the reduced model is diagonalised."""
 CHECKED = 250
 """Vectors of a part that its health check takes at a time."""
 MARCHED = 60
@@ -127,7 +125,7 @@ def _before(setup: Setup, reference: ReferenceModel, whole: Counted, rows: int) 
     ]
     held += shapes
     if c.reduction.method in WHOLE:
-        kept = whole.below.get(c.reduction.f_max, 0)
+        kept = whole.below.get(setup.f_max, 0)
         stages.append(found("modes for the reduction", kept, held))
         held += whole.memory + 8.0 * n * (kept + 2 * rows)
     return stages, held
@@ -153,7 +151,7 @@ def _reductions(
 
 def _computed(setup: Setup, counted: Counted) -> int:
     """Fixed-interface modes that a reduction computes of a part."""
-    f_max = setup.study.config.reduction.f_max
+    f_max = setup.f_max
     kept, band = (round(modes_below(counted, f)) for f in (f_max, BAND * f_max))
     return with_further(kept, band) if with_further_modes(setup) else kept
 

@@ -64,7 +64,7 @@ def converge(result: StudyResult, progress: Progress, places: Followed = NO_PLAC
     base = result.runs.get("reduced") or result.runs["reference"]
     notes: list[str] = []
     variants: list[Variant] = []
-    outcomes = {BASE: _outcome(_base_variant(result), base, places.base)}
+    outcomes = {BASE: outcome_of(_base_variant(result), base, places.base)}
     if base.stopped is not None:
         notes.append(f"convergence was not looked at: the {base.stopped}")
     elif not result.gaps.presses:
@@ -171,7 +171,7 @@ def _is_given(result: StudyResult) -> bool:
 
 def _base_variant(result: StudyResult) -> Variant:
     c = result.setup.study.config
-    return Variant(BASE, "", c.time.step, f_max=None if result.reduced is None else c.reduction.f_max)
+    return Variant(BASE, "", c.time.step, f_max=None if result.reduced is None else result.setup.f_max)
 
 
 def _repeat(result: StudyResult, base: Run, variant: Variant, places: Followed, progress: Progress) -> Outcome:
@@ -181,12 +181,16 @@ def _repeat(result: StudyResult, base: Run, variant: Variant, places: Followed, 
         progress(stage if stage.startswith(variant.name) else f"{variant.name}: {stage}", done, total)
 
     try:
+        known = result.band.more if result.band is not None and variant.family == "modes" else None
+        if known is not None:  # f_max = "auto" has made it
+            model, run = known
+            return outcome_of(variant, run, places.of(result.setup, model.system, result.gaps, run.history))
         setup = repeated_setup(result.setup, variant, _substeps(result.setup, base))
         system, reduced = _model(result, variant, setup, report)
         gaps = scaled_contact(result.gaps, _scaled(result), variant.stiffness)
         quiet = replace(setup, watched=np.zeros(0, dtype=np.int64))
         run = march_run(variant.name, quiet, system, gaps, report, reduced)
-        return _outcome(variant, run, places.of(setup, system, gaps, run.history))
+        return outcome_of(variant, run, places.of(setup, system, gaps, run.history))
     except CreakError as error:
         return Outcome(variant, (), 0.0, 0.0, 0.0, 0, 0.0, 0.0, f"{variant.name} was not run: {error}")
 
@@ -224,7 +228,8 @@ def _substeps(setup: Setup, base: Run) -> int:
     return max(table.substeps, round(table.step / float(steps.min())) if steps.size else 1)
 
 
-def _outcome(variant: Variant, run: Run, places: tuple[dict[str, float], ...]) -> Outcome:
+def outcome_of(variant: Variant, run: Run, places: tuple[dict[str, float], ...]) -> Outcome:
+    """What a run found."""
     h = run.history
     return Outcome(
         variant,

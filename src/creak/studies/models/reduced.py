@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +30,9 @@ from creak.studies.models.substructures import UNREDUCED, Partition, partition
 from creak.studies.models.superelements import (
     KEPT,
     Reduced,
+    kept_modes,
     kept_of_run,
+    raised_once,
     reduce_substructure,
     with_all_modes,
     with_further_modes,
@@ -43,6 +45,8 @@ from creak.studies.warned import Warned
 DIAGONAL_LIMIT = 6000
 """Coupled models up to this size are diagonalised; larger ones keep their sparse form."""
 
+DENSE = 6
+"""Dense matrices of all unknowns while the reduced model is diagonalised."""
 WHOLE = ("gap-modes", "massless-boundary")
 """Methods that reduce the assembly as a whole."""
 
@@ -108,8 +112,10 @@ def reduce_model(
     wall, cpu = clock.perf_counter(), clock.process_time()
     whole = setup.study.config.reduction.method in WHOLE
     if whole:
-        found = _modes_of_whole(setup, reference, progress, further)
-        all_of_it = _whole(setup, reference, gaps, found, setup.study.config.reduction.f_max)
+        found = _modes_of_whole(replace(setup, raised=0), reference, progress, further)
+        for k in range(setup.raised):
+            found = _modes_of_whole(replace(setup, raised=k + 1), reference, progress, found=found)
+        all_of_it = _whole(setup, reference, gaps, found, kept_modes(setup, found.omega2))
     else:
         found, all_of_it = None, _by_parts(setup, reference, gaps, progress, store, made, keep=keep, further=further)
     return _model_of(all_of_it, found, wall, cpu)
@@ -128,24 +134,30 @@ MODES_OF_MASSLESS = 50.0
 _Made = tuple[tuple[Reduced, ...], Model, System, int, int, list[str], System | None]
 
 
-def _modes_of_whole(setup: Setup, reference: ReferenceModel, progress: Progress, further: bool | None = None) -> Modes:
-    """Modes of the assembly up to f_max, and further ones."""
+def _modes_of_whole(
+    setup: Setup,
+    reference: ReferenceModel,
+    progress: Progress,
+    further: bool | None = None,
+    found: Modes | None = None,
+) -> Modes:
+    """Modes of the assembly up to f_max, and further ones, beside those that are known."""
     system = reference.system
     return modes(
         system.K,
         system.M,
-        f_max=setup.study.config.reduction.f_max,
+        f_max=setup.f_max,
         further=with_further_modes(setup) if further is None else further,
+        found=found,
         free=reference.stiffness is None,
         stiffness_factor=reference.stiffness,
         progress=lambda done, total: progress("modes of the assembly for the reduction", done, total),
     )
 
 
-def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, found: Modes, f_max: float) -> _Made:
-    """Gap modes or massless boundary of the assembly, with those of its modes that lie below f_max."""
+def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, found: Modes, kept: int) -> _Made:
+    """Gap modes or massless boundary of the assembly, with the lowest of its modes."""
     table, system = setup.study.config.reduction, reference.system
-    kept = int(np.count_nonzero(found.omega2 <= (2.0 * np.pi * f_max) ** 2))
     found = found if kept == found.omega2.size else lowest(found, kept)
     rows = channel_matrices(system, gaps).rows
     reduce = gap_modes if table.method == "gap-modes" else massless_boundary
@@ -156,7 +168,7 @@ def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, found: Mo
 
 def _limits(setup: Setup) -> list[str]:
     """What a massless boundary does to impulses with the modes that it has."""
-    highest, f_max = highest_frequency(setup.study), setup.study.config.reduction.f_max
+    highest, f_max = highest_frequency(setup.study), setup.f_max
     if not 0.0 < f_max < MODES_OF_MASSLESS * highest:
         return []
     return [
@@ -243,8 +255,23 @@ def with_more_modes(
     if not with_further_modes(setup):
         reduced = reduce_model(setup, reference, gaps, progress, further=True)
     if reduced.found is not None:
-        return _model_of(_whole(setup, reference, gaps, reduced.found, np.inf), reduced.found, wall, cpu)
+        made = _whole(setup, reference, gaps, reduced.found, reduced.found.omega2.size)
+        return _model_of(made, reduced.found, wall, cpu)
     return _joined(setup, reference, gaps, [with_all_modes(r) for r in reduced.superelements], progress)
+
+
+def raised_model(setup: Setup, reference: ReferenceModel, more: ReducedModel, progress: Progress) -> ReducedModel:
+    """A model with all its further modes as the one of a setup that is raised once more: it gets further modes anew."""
+    wall, cpu = clock.perf_counter(), clock.process_time()
+    found, every = more.found, list[Reduced]()
+    if found is not None:
+        found = _modes_of_whole(setup, reference, progress, found=found)
+    for reduced in more.superelements:
+        every.append(raised_once(setup, reduced, progress))
+        reduced.inside.release(above=KEPT)
+    wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
+    wall, cpu = more.wall_s + wall, more.cpu_s + cpu
+    return replace(more, superelements=tuple(every), found=found, wall_s=wall, cpu_s=cpu)
 
 
 def coupled_again(setup: Setup, reference: ReferenceModel, gaps: GapOperator, reduced: ReducedModel) -> ReducedModel:
@@ -263,7 +290,7 @@ def _joined(
 def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:
     """No fixed-interface mode below f_max though the first ones lie near the excitation: a mistake."""
     c = setup.study.config.reduction
-    if c.method == "guyan" or any(r.system.stats.modes for r in superelements):
+    if c.method == "guyan" or setup.auto or any(r.system.stats.modes for r in superelements):
         return
     from creak.reduction.health.verdict import RULE  # its room is not waited for before the run
 
@@ -271,7 +298,7 @@ def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:
     if first > RULE * highest_frequency(setup.study):
         return
     raise InputError(
-        f"f_max = {c.f_max:g} Hz is below the first fixed-interface mode of every part ({first:.4g} Hz)",
+        f"f_max = {setup.f_max:g} Hz is below the first fixed-interface mode of every part ({first:.4g} Hz)",
         where=setup.study.where("reduction", "f_max"),
         expected=f"more than {first:.4g} Hz",
         fix='Raise f_max, or use method = "guyan" for a static reduction.',

@@ -31,7 +31,7 @@ from creak.formats.stored.superelement import (
 )
 from creak.later import later
 from creak.linalg.memory import GB, OutOfMemory
-from creak.linalg.modes import Modes
+from creak.linalg.modes import BAND, Modes, with_further
 from creak.linalg.scratch import disk_room
 from creak.model.dofs import PER_NODE
 from creak.model.mesh import Model
@@ -46,6 +46,7 @@ from creak.reduction.craig_bampton import (
     truncated,
 )
 from creak.reduction.inside import Inside
+from creak.reduction.raised import raised
 from creak.studies.models.dof_names import row_names
 from creak.studies.models.outlines import marks_of
 from creak.studies.models.reference import observed_labels
@@ -105,8 +106,8 @@ def reduce_substructure(
     ------
     InputError : the retained dofs do not hold the part, or its saved file is damaged.
     """
-    table, wanted = setup.study.config.reduction, made_from(setup, sub, further)
-    f_max = None if table.method == "guyan" else table.f_max
+    wanted = made_from(setup, sub, further)
+    f_max = None if setup.study.config.reduction.method == "guyan" else setup.first_f_max
     more = f_max is not None and (with_further_modes(setup) if further is None else further)
     found, notes = _from_store(folder, sub.part.name, wanted)
     if found is not None and found.saved.made_from != wanted:
@@ -135,8 +136,33 @@ def reduce_substructure(
             ) from error
         matrices = reduced_matrices(sub.part, basis, progress, watched=_watched(setup, sub))
         notes += _in_pieces(inside)
-    system = reduced_system(sub.part, *truncated(basis, matrices, table.f_max))
-    return Reduced(sub, system, inside, basis, matrices, wanted, found is not None), notes
+    reduced = Reduced(sub, sub.part, inside, basis, matrices, wanted, found is not None)
+    reduced = _with_kept(replace(setup, raised=0), reduced)
+    for k in range(setup.raised):
+        reduced = raised_once(replace(setup, raised=k + 1), reduced, progress)
+    return reduced, notes
+
+
+def kept_modes(setup: Setup, omega2: FloatArray) -> int:
+    """How many of these a reduction keeps: those below f_max, and the further ones each time that it was raised."""
+    kept = 0
+    for k in range(setup.raised + 1):
+        below = int(np.count_nonzero(omega2 <= (2.0 * np.pi * setup.first_f_max * BAND**k) ** 2))
+        kept = with_further(kept, below) if k else below
+    return min(kept, omega2.size)
+
+
+def _with_kept(setup: Setup, reduced: Reduced) -> Reduced:
+    """Its System made of the modes that are kept."""
+    kept = truncated(reduced.basis, reduced.matrices, kept_modes(setup, reduced.basis.fixed.omega2))
+    return replace(reduced, system=reduced_system(reduced.substructure.part, *kept))
+
+
+def raised_once(setup: Setup, reduced: Reduced, progress: Progress) -> Reduced:
+    """The superelement with f_max raised to that of the setup: its further modes are kept, and new ones computed."""
+    part = reduced.substructure.part
+    basis, matrices = raised(part, reduced.basis, reduced.matrices, setup.f_max, progress)
+    return _with_kept(setup, replace(reduced, basis=basis, matrices=matrices))
 
 
 def _in_pieces(inside: Inside) -> list[str]:
@@ -165,7 +191,7 @@ def _watched(setup: Setup, sub: Substructure) -> IntArray:
 
 def with_further_modes(setup: Setup) -> bool:
     """Whether a reduction computes further modes at once: what the repeated run takes where no scheme is forced."""
-    return setup.study.config.time.exact
+    return setup.study.config.time.exact or setup.auto
 
 
 def made_from(setup: Setup, sub: Substructure, further: bool | None = None) -> dict[str, str]:
@@ -174,7 +200,7 @@ def made_from(setup: Setup, sub: Substructure, further: bool | None = None) -> d
     if table.method == "guyan":
         return fingerprints(sub, table.method)
     more = with_further_modes(setup) if further is None else further
-    return fingerprints(sub, f"{table.method} {table.f_max:.17g}{' and further' if more else ''}")
+    return fingerprints(sub, f"{table.method} {setup.first_f_max:.17g}{' and further' if more else ''}")
 
 
 def is_saved(folder: Path, name: str, made_from: Mapping[str, str]) -> bool:
@@ -388,5 +414,4 @@ def with_modes_of_file(setup: Setup, reduced: Reduced, path: Path) -> Reduced:
     if fixed.shapes.nbytes < MAPPED:
         return reduced
     basis = replace(reduced.basis, fixed=replace(fixed, shapes=read_superelement_file(path).modes))
-    kept = truncated(basis, reduced.matrices, setup.study.config.reduction.f_max)
-    return replace(reduced, basis=basis, system=reduced_system(reduced.substructure.part, *kept))
+    return _with_kept(setup, replace(reduced, basis=basis))

@@ -27,6 +27,7 @@ from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import figure_warnings, never_closed
 from creak.studies.prepare.watched import watched
 from creak.studies.run.agreement import ModeComparison, SpectraComparison, compare_modes, compare_spectra
+from creak.studies.run.auto_band import Same, Settled, settle
 from creak.studies.run.checkpoint import Checkpoints
 from creak.studies.run.compared import compare_events, compared_setup, main_run
 from creak.studies.run.costs import Cost, Meter
@@ -117,6 +118,8 @@ class StudyResult:
     """Contact channels that the pre-check dropped and that were kept after all, as one closed in the run."""
     elines: LineFindings | None = None
     """Of the main run beside that without contact; None: there are no lines."""
+    band: Settled | None = None
+    """How f_max was found; None: it was given, or nothing was compared."""
 
 
 @none_ignored()
@@ -129,6 +132,7 @@ def run_study(
     record: bool = False,
     keep: bool = False,
     checkpoints: Checkpoints | None = None,
+    same: Callable[[Setup], Same] | None = None,
 ) -> StudyResult:
     """Pre-check, reduction, both runs, verification.
 
@@ -141,6 +145,7 @@ def run_study(
     record : keep the motion around the hardest events of the reduced run, or of the only one (`studies.motion`).
     keep : save superelements in the store for the runs to come.
     checkpoints : from which an unreduced run goes on, and which it writes.
+    same : says of a setup whether two runs of it tell the same, for f_max = "auto"; None: it stays where it begins.
     """
     c = setup.study.config
     progress(COMPILE, 0, 1)
@@ -150,10 +155,12 @@ def run_study(
     runs: dict[str, Run] = {}
     kept = gaps.m
     reduced: ReducedModel | None = None
+    band: Settled | None = None
     stopped: str | None = None
     health: dict[str, Health] = {}
     if c.reduction.method != "none":
-        gaps, reduced, runs["reduced"], more = _reduced_run(setup, reference, gaps, progress, store, record, keep)
+        gaps, band, more = _reduced_run(setup, reference, gaps, progress, store, record, keep, same)
+        setup, reduced, runs["reduced"] = band.setup, band.reduced, band.run
         from creak.studies.models.health import checked  # what comes after the run is not waited for before it
 
         notes += [*more, *reduced.notes]
@@ -206,6 +213,7 @@ def run_study(
         stopped,
         gaps.m - kept,
         lines,
+        band,
     )
 
 
@@ -217,21 +225,28 @@ def _reduced_run(
     store: Path | None,
     record: bool,
     keep: bool,
-) -> tuple[GapOperator, ReducedModel, Run, list[str]]:
+    same: Callable[[Setup], Same] | None,
+) -> tuple[GapOperator, Settled, list[str]]:
     """The reduced model and its run, again with those dropped channels that close in it."""
     notes: list[str] = []
+
+    def march(setup: Setup, reduced: ReducedModel) -> Run:
+        system = reduced.system
+        return march_run("reduced", setup, system, gaps, progress, reduced, record=record, watch=True, lines=True)
+
     for left in reversed(range(MOST_RUNS)):
         gaps, more = limited(setup, reference, gaps)
         reduced = reduce_model(setup, reference, gaps, progress, store, keep=keep)
-        run = march_run(
-            "reduced", setup, reduced.system, gaps, progress, reduced, record=record, watch=True, lines=True
-        )
-        closed = with_closed(setup, gaps, run.history) if left and run.stopped is None else None
+        found = Settled(setup, reduced, march(setup, reduced))
+        closed = with_closed(setup, gaps, found.run.history) if left and found.run.stopped is None else None
+        if closed is None and setup.auto and same is not None and gaps.presses:
+            found = settle(found, reference, gaps, march, same(setup), progress)
+            closed = with_closed(setup, gaps, found.run.history) if left and found.stages[1:] else None
         if closed is None:
             break
         gaps = closed[0]
         notes.append(closed[1])
-    return gaps, reduced, run, [*notes, *more]
+    return gaps, found, [*notes, *more]
 
 
 def _only_run(
