@@ -46,6 +46,8 @@ COLUMNS = 64
 """Modes whose residuals are measured at a time."""
 BAND, HALF_AGAIN, AT_LEAST = 1.5, 0.5, 3
 """Further modes: all up to this multiple of f_max, at least this share of those below it, and so many."""
+AFTER = 1.05
+"""Shift over the first eigenvalue that is sought, at least."""
 ENDS = 12
 """Modes on either side of where new ones begin that are looked at: none may be found twice."""
 RAISED = 10
@@ -145,7 +147,8 @@ def modes(
         return _lowest(pencil, shift, min(int(count or 0), n), inverse, free, sturm, progress)
     if found is not None and (more := _beyond(pencil, (2.0 * np.pi * f_max) ** 2, found, inverse, free, progress)):
         return more
-    return _below(pencil, shift, (2.0 * np.pi * f_max) ** 2, inverse, free, progress, further=further)
+    upper = (2.0 * np.pi * f_max) ** 2
+    return _below(pencil, shift, upper, inverse, free, progress, further=further, known=_count(found))
 
 
 def _lowest(
@@ -169,6 +172,7 @@ def _below(
     progress: Steps | None,
     *,
     further: bool,
+    known: int,
 ) -> Modes:
     """All modes below omega^2 = `upper` and the eigenvalue after them; their number is the inertia of K - upper M.
 
@@ -183,7 +187,7 @@ def _below(
     if further and many:
         counted, placed = pencil.counted(upper, counted), upper
     if further:
-        wanted = with_further(counted.n_negative, in_band)  # of few more than are needed, without another factor
+        wanted = with_further(max(counted.n_negative, known), in_band)  # of few some too many, without another factor
     if dense_is_faster(pencil.mass.n, wanted):
         del counted
         return _by_dense(pencil, shift, wanted, inverse, free)
@@ -198,7 +202,7 @@ def _below(
         amid = shift
     low = _refined(inverse, shift, pencil.mass, found, amid)
     if further:
-        wanted = with_further(int(np.count_nonzero(found.lam <= upper)), in_band)
+        wanted = with_further(max(int(np.count_nonzero(found.lam <= upper)), known), in_band)
     after = found.lam[wanted] if found.lam.size > wanted else np.inf
     lam, shapes = found.lam[:wanted], found.shapes[:, :wanted]
     return _checked(pencil, lam, shapes, free, after=after, columns=found.columns + low)
@@ -227,24 +231,26 @@ def _beyond(
 ) -> Modes | None:
     """`found` with the further modes of omega^2 = `upper`; None where all are to be computed anew.
 
-    The factor that counts those below `BAND` times the frequency is the shift, and those nearest to it converge first.
+    The factor that counts those below `BAND` times the frequency is at the shift, or just after the first one sought;
+    those nearest to it converge first.
     """
     if found.next_omega2 == np.inf:
         return found
     n, known, band = pencil.mass.n, _count(found), BAND**2 * upper
     _make_room(inverse, inverse.memory)
-    counted = pencil.counted(band)
+    shift = max(band, AFTER * found.next_omega2)
+    counted = pencil.counted(shift)
     below = counted.n_negative - known
-    more = with_further(known, counted.n_negative) - known
+    more = with_further(known, counted.n_negative if shift == band else known) - known
     if below < 0 or dense_is_faster(n, known + more):
         return None
     require(16.0 * n * (known + more), f"{known + more:,} modes of {n:,} equations", FEWER)
     lower = float(found.omega2[-1]) if known else -np.inf
-    above = band * (1.0 + 1e-6)
+    above, below = shift * (1.0 + 1e-6), min(below, more)
     new = lanczos(
         counted,
         pencil.mass,
-        band,
+        shift,
         more,
         extra=1,
         skip=known,

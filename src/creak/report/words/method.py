@@ -6,12 +6,13 @@ from typing import Any
 
 from creak.model.units import Units
 from creak.report.found import Found
-from creak.report.words.text import number, share, tidy
+from creak.report.words.text import number, plural, share, tidy
 from creak.studies.file.config import ReductionTable, StudyConfig, TimeTable, VerificationTable
 from creak.studies.file.contact_tables import ContactTable, FrictionTable
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.node_tables import SupportTable
 from creak.studies.file.excitation_tables import ExcitationTable
+from creak.words import duration
 
 KINDS = {
     "displacement": "enforced displacement",
@@ -131,6 +132,7 @@ def parameters(result: Found, summary: dict[str, Any], units: Units) -> list[tup
         *((f"Clip {t.name or i}", _clip(t)) for i, t in enumerate(c.clip, start=1)),
         *((f"Support {name}", _support(t)) for name, t in c.support.items()),
         ("Reduction", _reduction(result, summary, units)),
+        *_stages(summary),
         ("Pre-check", f"margin {tidy(c.precheck.margin)} {units.length}" if c.precheck.enabled else "off"),
         ("Time", _time(c.time)),
         ("Verification", _verification(result)),
@@ -227,6 +229,19 @@ def _reduction(result: Found, summary: dict[str, Any], units: Units) -> str:
         return "none: the unreduced model alone"
     kept = f", mesh within {tidy(t.keep_out)} {units.length} of the contact left unreduced" if t.keep_out else ""
     return f"{t.method}, modes {_up_to(t, summary)}, interface {t.interface.type}{kept}"
+
+
+def _stages(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """In which stages f_max was found."""
+    run = summary.get("runs", {}).get("reduced", {})
+    told = [
+        f"{tidy(s['f_max'])} Hz, {number(s['modes'])} modes: {plural(s['events'], 'event')}, {duration(s['wall_s'])}"
+        for s in run.get("stages", [])
+    ]
+    if not told:
+        return []
+    ended = run.get("stages_ended")
+    return [("Stages of f_max", "; ".join(told) + (f"; {ended}" if ended else ""))]
 
 
 def _verification(result: Found) -> str:

@@ -61,7 +61,10 @@ def verdict_of(run: Run, result: StudyResult, convergence: Convergence | None) -
         return Verdict(SETTLED, ())
     if convergence is None or convergence.model != run.name:
         return None
-    return _of_convergence(convergence)
+    verdict = _of_convergence(convergence)
+    if verdict.word == UNSETTLED and result.band is not None and result.band.why:
+        return Verdict(UNSETTLED, (*verdict.reasons, f'f_max = "auto" ended here: {result.band.why}'))
+    return verdict
 
 
 def is_chaotic(convergence: Convergence | None, count: int, length: float) -> bool:

@@ -18,7 +18,7 @@ from creak.words import duration
 if TYPE_CHECKING:
     from creak.studies.run.job import Run
 
-BUDGET = 8.0
+BUDGET = 4.0
 """What all stages together may cost over the first one, its reduction and its two runs."""
 GROWTH = BAND**2
 """What a stage costs over the one before it: there are more modes, and they are faster."""
@@ -116,8 +116,8 @@ def _too_much(setup: Setup, more: ReducedModel, stages: list[Stage]) -> str:
     to = f"f_max {BAND * setup.f_max:,.0f} Hz"
     n = more.system.n + int(HALF_AGAIN * more.modes)
     if n > DIAGONAL_LIMIT or not fits(DENSE * 8.0 * float(n) ** 2):
-        return f"{to} takes more than {n:,} unknowns"
+        return f"{to} would take {n:,} unknowns, more than memory or {DIAGONAL_LIMIT:,}"
     spent, following = sum(s.wall_s for s in stages), GROWTH * stages[-1].wall_s
     if spent + following > BUDGET * (stages[0].wall_s + stages[1].wall_s):
-        return f"{to} takes some {duration(following)} more"
+        return f"{to} would take some {duration(following)} more"
     return ""

@@ -239,7 +239,8 @@ def _reduced_run(
         reduced = reduce_model(setup, reference, gaps, progress, store, keep=keep)
         found = Settled(setup, reduced, march(setup, reduced))
         closed = with_closed(setup, gaps, found.run.history) if left and found.run.stopped is None else None
-        if closed is None and setup.auto and same is not None and gaps.presses:
+        keeps_modes = setup.study.config.reduction.method != "guyan"
+        if closed is None and setup.auto and keeps_modes and same is not None and gaps.presses:
             found = settle(found, reference, gaps, march, same(setup), progress)
             closed = with_closed(setup, gaps, found.run.history) if left and found.stages[1:] else None
         if closed is None:
