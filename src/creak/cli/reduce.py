@@ -133,7 +133,7 @@ def _reduced(
     from creak.studies.models.health import check
     from creak.studies.models.reduced import reduce_model
     from creak.studies.models.superelements import is_saved, save_superelement, with_modes_of_file
-    from creak.studies.run.job import ready
+    from creak.studies.run.precheck import ready
 
     checks: dict[str, Health] = {}
 

@@ -9,17 +9,15 @@ import scipy.linalg as sla
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, Matrix
-from creak.errors import NumericalError
 from creak.later import later
 from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError
 from creak.linalg.lanczos import FEWER, Ritz, basis_bytes, lanczos
 from creak.linalg.memory import MADE, fits, free_bytes, require
-from creak.linalg.pencil import Pencil
+from creak.linalg.pencil import Pencil, dense_pairs, full
 from creak.linalg.pieces.factor import Pieces
-from creak.linalg.scratch import held_in_memory
 from creak.linalg.sparse_product import BlockProduct, copy_fits
-from creak.linalg.windows import AMID, are_apart, in_windows, window_size
+from creak.linalg.windows import amid_or_in_windows, are_apart
 from creak.progress import Steps
 
 DENSE_LIMIT = 600
@@ -36,12 +34,6 @@ FEW = 0.05
 """Share of the free memory that a block of columns takes when residuals are looked at; there are six."""
 LOW = 0.02
 """Modes below this share of the shift amid them are refined."""
-WINDOWS = 0.8
-"""Share of the free memory that modes take where they are found window by window."""
-NOTHING = 1e-13
-"""Below this share of the largest a term of the diagonal of K + s M, or its eigenvalue once scaled to ones, is none."""
-NEGATIVE = 1e-9
-"""Eigenvalues of the same below minus this are more than round-off."""
 COLUMNS = 64
 """Modes whose residuals are measured at a time."""
 BAND, HALF_AGAIN, AT_LEAST = 1.5, 0.5, 3
@@ -50,8 +42,6 @@ AFTER = 1.05
 """Shift over the first eigenvalue that is sought, at least."""
 ENDS = 12
 """Modes on either side of where new ones begin that are looked at: none may be found twice."""
-RAISED = 10
-"""How often the frequency is doubled below which further modes are sought window by window."""
 
 
 @dataclass(frozen=True)
@@ -193,7 +183,7 @@ def _below(
         return _by_dense(pencil, shift, wanted, inverse, free)
     if many:
         _make_room(inverse, basis_bytes(pencil.mass.n, wanted + 1))
-        found, amid = _many(pencil, band, counted, placed, wanted, in_band, progress)
+        found, amid = amid_or_in_windows(pencil, band, counted, placed, wanted, in_band, progress)
         del counted
     else:
         del counted
@@ -268,7 +258,7 @@ def _beyond(
 
 def _by_dense(pencil: Pencil, shift: float, wanted: int, inverse: Factor, free: bool) -> Modes:
     """The lowest modes by the dense eigensolver; the lowest of them, which its round-off blurs, are refined."""
-    lam, X = _dense_pairs(_full(pencil.K), _full(pencil.M))
+    lam, X = dense_pairs(full(pencil.K), full(pencil.M))
     after = lam[wanted] if lam.size > wanted else np.inf
     found = Ritz(lam[:wanted].copy(), np.asfortranarray(X[:, :wanted]), 0)
     del X
@@ -285,35 +275,6 @@ def _make_room(inverse: Factor, needed: float) -> None:
     """Give a factor that can be made again back where there is no memory for `needed` bytes beside it."""
     if isinstance(inverse, LaterFactor) and not fits(needed):
         inverse.release()
-
-
-def _many(
-    pencil: Pencil, upper: float, counted: Factor, placed: float, wanted: int, within: int, progress: Steps | None
-) -> tuple[Ritz, float]:
-    """The modes with a factor amid them, or window by window where memory does not hold the vectors of all at once.
-
-    `within` of those that are wanted lie below `upper`; `counted` is a factor of K - placed M, there or amid them.
-    """
-    n = pencil.mass.n
-    free = free_bytes()
-    if basis_bytes(n, wanted + 1) + 8.0 * n * wanted <= WINDOWS * free:
-        amid = placed if placed < upper else AMID * upper
-        solver = counted if amid == placed else pencil.refactor(counted, amid)
-        above = upper * (1.0 + 1e-6)
-        found = lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=above, within=within, progress=progress)
-        return found, amid
-    for _ in range(RAISED):
-        if within < wanted:
-            upper *= 4.0
-            counted = pencil.counted(upper, counted)
-            within = counted.n_negative
-    wanted = min(wanted, within)
-
-    def at(held: Factor | None, shift: float) -> Factor:
-        return pencil.factor(shift, definite=False) if held is None else pencil.refactor(held, shift)
-
-    left = WINDOWS * free - (8.0 * n * wanted if held_in_memory(n, wanted) else 0.0)
-    return in_windows(at, counted, pencil.mass, wanted, upper, window_size(n, left), progress)
 
 
 def _refined(inverse: Factor, shift: float, mass: BlockProduct, found: Ritz, amid: float) -> int:
@@ -346,10 +307,10 @@ def small_shift(K: Matrix, M: Matrix) -> float:
 def _dense_modes(
     K: Matrix, M: Matrix, f_max: float | None, count: int | None, free: bool, *, further: bool = False, known: int = 0
 ) -> Modes:
-    dense_K, dense_M = _full(K), _full(M)
+    dense_K, dense_M = full(K), full(M)
     if dense_K.shape[0] == 0:
         return Modes(np.zeros(0), np.zeros((0, 0)), 0.0, True, np.inf)
-    omega2, shapes = _dense_pairs(dense_K, dense_M)
+    omega2, shapes = dense_pairs(dense_K, dense_M)
     if f_max is not None:
         below = [int(np.count_nonzero(omega2 <= (2.0 * np.pi * f) ** 2)) for f in (f_max, BAND * f_max)]
         count = with_further(max(below[0], known), below[1]) if further else below[0]
@@ -358,43 +319,6 @@ def _dense_modes(
     after = float(omega2[~keep].min(initial=np.inf))
     pencil = Pencil(dense_K, dense_M)
     return _checked(pencil, omega2[keep], shapes[:, keep], free, round_off=round_off, after=after)
-
-
-def _full(A: Matrix) -> FloatArray:
-    return np.asarray(A.toarray() if hasattr(A, "toarray") else A)
-
-
-def _dense_pairs(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
-    try:
-        return sla.eigh(K, M)
-    except np.linalg.LinAlgError:
-        return _massless_eigh(K, M)
-
-
-def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Eigenpairs when M is singular: solve M x = mu (K + s M) x and drop mu = 0 (infinite frequency).
-
-    So are directions with neither mass nor stiffness, which take part in no mode: a bar that turns about itself.
-    """
-    shift = (float(np.trace(K) / np.trace(M)) if np.trace(M) > 0 else 0.0) or 1.0
-    A = K + shift * M
-    try:
-        mu, x = sla.eigh(M, A)
-    except np.linalg.LinAlgError:
-        diagonal = A.diagonal()
-        some = np.flatnonzero(diagonal > NOTHING * diagonal.max(initial=0.0))
-        scale = 1.0 / np.sqrt(diagonal[some])
-        size, U = sla.eigh(scale[:, None] * A[np.ix_(some, some)] * scale)
-        if diagonal.min() < -NOTHING * diagonal.max(initial=0.0) or size.min(initial=0.0) < -NEGATIVE:
-            raise NumericalError("mass or stiffness is not positive") from None
-        held = size > NOTHING * size.max(initial=0.0)
-        basis = np.zeros((len(A), int(held.sum())))
-        basis[some] = scale[:, None] * U[:, held] / np.sqrt(size[held])
-        mu, y = sla.eigh(symmetric(basis.T @ M @ basis))
-        x = basis @ y
-    finite = mu > 1e-14 * mu.max(initial=0.0)
-    mu, x = mu[finite][::-1], x[:, finite][:, ::-1]
-    return 1.0 / mu - shift, x / np.sqrt(mu)
 
 
 def _checked(

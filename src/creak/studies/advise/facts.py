@@ -40,7 +40,7 @@ from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.outlines import assembled
 from creak.studies.models.reduced import WHOLE
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.prepare.band import Excitation, excitation_of
+from creak.studies.prepare.excitation import Excitation, excitation_of
 from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.integrate import scheme_of

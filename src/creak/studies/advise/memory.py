@@ -19,7 +19,7 @@ from creak.studies.models.health import OWN_MODES_LIMIT
 from creak.studies.models.of_parts import SPREAD
 from creak.studies.models.reduced import DENSE, WHOLE
 from creak.studies.models.reference import ReferenceModel, modal_band
-from creak.studies.models.superelements import KEPT, with_further_modes
+from creak.studies.models.superelements import KEPT
 from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.compared import compared_setup
@@ -153,7 +153,7 @@ def _computed(setup: Setup, counted: Counted) -> int:
     """Fixed-interface modes that a reduction computes of a part."""
     f_max = setup.f_max
     kept, band = (round(modes_below(counted, f)) for f in (f_max, BAND * f_max))
-    return with_further(kept, band) if with_further_modes(setup) else kept
+    return with_further(kept, band) if setup.further else kept
 
 
 def modes_below(counted: Counted, f: float) -> float:

@@ -30,12 +30,10 @@ from creak.studies.models.substructures import UNREDUCED, Partition, partition
 from creak.studies.models.superelements import (
     KEPT,
     Reduced,
-    kept_modes,
     kept_of_run,
     raised_once,
     reduce_substructure,
     with_all_modes,
-    with_further_modes,
 )
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
@@ -84,6 +82,22 @@ class ReducedModel:
         return sum(PER_NODE * p.nodes_idx.size for p in self.model.parts if p.name.endswith(ending))
 
 
+@dataclass(frozen=True)
+class Stage:
+    """One model of the stages: what it is, and what its run found."""
+
+    f_max: float
+    """Hz, up to which each part has all its modes."""
+    modes: int
+    events: int
+    impulse: float
+    """Of all channels over the whole run, force s."""
+    wall_s: float
+    """What making it and its run took, beyond the stage before."""
+    same: bool | None = None
+    """Whether the next one, with more modes, finds the same; None: there was no next one to tell."""
+
+
 def reduce_model(
     setup: Setup,
     reference: ReferenceModel,
@@ -103,7 +117,7 @@ def reduce_model(
     keep : save superelements there for the runs to come.
     made : is handed every superelement as soon as it is there, its factor included, and returns what is kept of it.
         With it a part that cannot be reduced does not keep the others from it: the first one's error comes at the end.
-    further : whether further modes are computed too; by default as `with_further_modes` says.
+    further : whether further modes are computed too; by default as `Setup.further` says.
 
     Raises
     ------
@@ -115,7 +129,7 @@ def reduce_model(
         found = _modes_of_whole(replace(setup, raised=0), reference, progress, further)
         for k in range(setup.raised):
             found = _modes_of_whole(replace(setup, raised=k + 1), reference, progress, found=found)
-        all_of_it = _whole(setup, reference, gaps, found, kept_modes(setup, found.omega2))
+        all_of_it = _whole(setup, reference, gaps, found, setup.kept_modes(found.omega2))
     else:
         found, all_of_it = None, _by_parts(setup, reference, gaps, progress, store, made, keep=keep, further=further)
     return _model_of(all_of_it, found, wall, cpu)
@@ -147,7 +161,7 @@ def _modes_of_whole(
         system.K,
         system.M,
         f_max=setup.f_max,
-        further=with_further_modes(setup) if further is None else further,
+        further=setup.further if further is None else further,
         found=found,
         free=reference.stiffness is None,
         stiffness_factor=reference.stiffness,
@@ -252,7 +266,7 @@ def with_more_modes(
 ) -> ReducedModel:
     """The same with the further modes too, which are computed where the reduction has not done so already."""
     wall, cpu = clock.perf_counter(), clock.process_time()
-    if not with_further_modes(setup):
+    if not setup.further:
         reduced = reduce_model(setup, reference, gaps, progress, further=True)
     if reduced.found is not None:
         made = _whole(setup, reference, gaps, reduced.found, reduced.found.omega2.size)

@@ -31,7 +31,7 @@ from creak.formats.stored.superelement import (
 )
 from creak.later import later
 from creak.linalg.memory import GB, OutOfMemory
-from creak.linalg.modes import BAND, Modes, with_further
+from creak.linalg.modes import Modes
 from creak.linalg.scratch import disk_room
 from creak.model.dofs import PER_NODE
 from creak.model.mesh import Model
@@ -100,7 +100,7 @@ def reduce_substructure(
 
     Parameters
     ----------
-    further : whether it has further modes; by default as `with_further_modes` says.
+    further : whether it has further modes; by default as `Setup.further` says.
 
     Raises
     ------
@@ -108,13 +108,14 @@ def reduce_substructure(
     """
     wanted = made_from(setup, sub, further)
     f_max = None if setup.study.config.reduction.method == "guyan" else setup.first_f_max
-    more = f_max is not None and (with_further_modes(setup) if further is None else further)
+    more = f_max is not None and (setup.further if further is None else further)
     found, notes = _from_store(folder, sub.part.name, wanted)
     if found is not None and found.saved.made_from != wanted:
         wider = _wider(found.saved, sub, setup.model)
         sub, found = (sub, None) if wider is None else (wider, found)
     if found is not None and found.saved.made_from != wanted:
-        wanted, notes = dict(found.saved.made_from), [_wider_note(sub)]
+        name, wanted = sub.part.name, dict(found.saved.made_from)
+        notes = [f"superelement {name}: taken from {file_stem(name)}.h5, which retains more dofs than the run needs"]
     if found is None and folder is not None:
         found, said = _kept(folder, sub.part.name, wanted)
         notes = said or notes
@@ -143,18 +144,9 @@ def reduce_substructure(
     return reduced, notes
 
 
-def kept_modes(setup: Setup, omega2: FloatArray) -> int:
-    """How many of these a reduction keeps: those below f_max, and the further ones each time that it was raised."""
-    kept = 0
-    for k in range(setup.raised + 1):
-        below = int(np.count_nonzero(omega2 <= (2.0 * np.pi * setup.first_f_max * BAND**k) ** 2))
-        kept = with_further(kept, below) if k else below
-    return min(kept, omega2.size)
-
-
 def _with_kept(setup: Setup, reduced: Reduced) -> Reduced:
     """Its System made of the modes that are kept."""
-    kept = truncated(reduced.basis, reduced.matrices, kept_modes(setup, reduced.basis.fixed.omega2))
+    kept = truncated(reduced.basis, reduced.matrices, setup.kept_modes(reduced.basis.fixed.omega2))
     return replace(reduced, system=reduced_system(reduced.substructure.part, *kept))
 
 
@@ -189,17 +181,12 @@ def _watched(setup: Setup, sub: Substructure) -> IntArray:
     return np.intersect1d(np.concatenate(every), sub.part.labels)
 
 
-def with_further_modes(setup: Setup) -> bool:
-    """Whether a reduction computes further modes at once: what the repeated run takes where no scheme is forced."""
-    return setup.study.config.time.exact or setup.auto
-
-
 def made_from(setup: Setup, sub: Substructure, further: bool | None = None) -> dict[str, str]:
     """What the superelement of a substructure depends on in this study, each as a hash."""
     table = setup.study.config.reduction
     if table.method == "guyan":
         return fingerprints(sub, table.method)
-    more = with_further_modes(setup) if further is None else further
+    more = setup.further if further is None else further
     return fingerprints(sub, f"{table.method} {setup.first_f_max:.17g}{' and further' if more else ''}")
 
 
@@ -332,11 +319,6 @@ def _wider(saved: SavedSuperelement, sub: Substructure, model: Model) -> Substru
     if not np.isin(sub.boundary, boundary).all() or digest_of(boundary) != saved.made_from["retained"]:
         return None
     return replace(sub, boundary=boundary)
-
-
-def _wider_note(sub: Substructure) -> str:
-    name = sub.part.name
-    return f"superelement {name}: taken from {_path(Path(), name).name}, which retains more dofs than the run needs"
 
 
 def _restored(inside: Inside, found: Boundary) -> tuple[Basis, Matrices]:

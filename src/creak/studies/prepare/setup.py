@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from creak.arrays import IntArray
+from creak.arrays import FloatArray, IntArray
 from creak.assembly.coupling import Driven
 from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import Rayleigh, common_rayleigh
@@ -25,7 +25,7 @@ from creak.errors import InputError
 from creak.formats.deck.unread import stop_on_unread
 from creak.formats.decks import read_model
 from creak.formats.safe_names import file_stem
-from creak.linalg.modes import BAND
+from creak.linalg.modes import BAND, with_further
 from creak.model.contact_law import ContactLaw
 from creak.model.mesh import Model
 from creak.studies.design.clips import with_clips
@@ -36,9 +36,8 @@ from creak.studies.design.supports import check_driven, with_supports
 from creak.studies.file.identity import decks_sha256
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS, Table
-from creak.studies.prepare.band import first_f_max
 from creak.studies.prepare.elines import NO_ELINES, Elines, make_elines
-from creak.studies.prepare.excitation import driven_dofs, highest_frequency, sample_loads, time_axis
+from creak.studies.prepare.excitation import driven_dofs, first_f_max, highest_frequency, sample_loads, time_axis
 from creak.studies.prepare.flight_steps import with_flight_steps
 from creak.studies.prepare.free_motion import loose_motions, loose_words
 from creak.studies.prepare.imported import imported_superelements, resistance
@@ -114,6 +113,19 @@ class Setup:
         if self.contacts.m + self.connectors.m:
             what = "contacts and connectors without any stiffness"
         return f"the study has {what}, so nothing can rattle: fill in a [contact.NAME] or a [[connector]]"
+
+    @property
+    def further(self) -> bool:
+        """Whether a reduction computes further modes at once: what the run with more modes takes."""
+        return self.study.config.time.exact or self.auto
+
+    def kept_modes(self, omega2: FloatArray) -> int:
+        """How many of these a reduction keeps: those below f_max, and the further ones each time that it was raised."""
+        kept = 0
+        for k in range(self.raised + 1):
+            below = int(np.count_nonzero(omega2 <= (2.0 * np.pi * self.first_f_max * BAND**k) ** 2))
+            kept = with_further(kept, below) if k else below
+        return min(kept, omega2.size)
 
     def with_tables(self, **tables: Table) -> Setup:
         """The same setup with other tables of its study, of those that setting up does not look at."""

@@ -25,7 +25,7 @@ from creak.studies.file.config import StudyConfig
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
-from creak.studies.prepare.band import excitation_of
+from creak.studies.prepare.excitation import excitation_of
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.sound.band import finer_mesh
 from helpers_core import chain, channels, system_of

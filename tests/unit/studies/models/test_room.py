@@ -27,7 +27,8 @@ from creak.studies.models.outlines import assembled
 from creak.studies.models.reference import build_reference
 from creak.studies.models.room import Room, only_parts_fit, room
 from creak.studies.prepare.setup import Setup, set_up
-from creak.studies.run.job import WITHOUT_WHOLE, ready, run_study
+from creak.studies.run.job import run_study
+from creak.studies.run.precheck import WITHOUT_WHOLE, ready
 from helpers_core import system_of
 from helpers_decks import STUDY, write_strips
 

@@ -7,11 +7,12 @@ import pytest
 from creak.api.study import run, run_setup
 from creak.errors import InputError
 from creak.progress import silent
+from creak.studies.converge import auto_band, variants
 from creak.studies.converge.settling import BASE, MORE_MODES
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.prepare.setup import set_up
-from creak.studies.run import auto_band, job
+from creak.studies.run import job
 from helpers_bar import AREA, DENSITY, LENGTH, SPEED, WAVE, bar
 
 AUTO = 'f_max = "auto"'
@@ -48,7 +49,7 @@ def test_no_model_is_run_twice(tmp_path, monkeypatch):
         sizes.append((system.n, setup.refined))
         return real(name, setup, system, *rest, **options)
 
-    for module in (job, __import__("creak.studies.converge.variants", fromlist=["march_run"])):
+    for module in (job, variants):
         monkeypatch.setattr(module, "march_run", counted)
     found = run(bar(tmp_path, AUTO, time="end = 2e-3"))
     assert len(found.summary["runs"]["reduced"]["stages"]) == 3
