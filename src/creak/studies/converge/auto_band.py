@@ -23,6 +23,8 @@ from creak.words import duration
 
 BUDGET = 4.0
 """What all stages together may cost over the first one, its reduction and its two runs."""
+PATIENCE = 5.0
+"""s that all stages together may take in any case."""
 GROWTH = BAND**2
 """What a stage costs over the one before it: there are more modes, and they are faster."""
 
@@ -85,7 +87,7 @@ def _too_much(setup: Setup, more: ReducedModel, stages: list[Stage]) -> str:
     if n > DIAGONAL_LIMIT or not fits(DENSE * 8.0 * float(n) ** 2):
         return f"{to} would take {n:,} unknowns, more than memory or {DIAGONAL_LIMIT:,}"
     spent, following = sum(s.wall_s for s in stages), GROWTH * stages[-1].wall_s
-    if spent + following > BUDGET * (stages[0].wall_s + stages[1].wall_s):
+    if spent + following > max(BUDGET * (stages[0].wall_s + stages[1].wall_s), PATIENCE):
         return f"{to} would take some {duration(following)} more"
     return ""
 

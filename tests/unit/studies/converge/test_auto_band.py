@@ -19,6 +19,12 @@ AUTO = 'f_max = "auto"'
 LASTS, IMPULSE = 2.0 * LENGTH / WAVE, 2.0 * DENSITY * AREA * LENGTH * SPEED
 
 
+@pytest.fixture(autouse=True)
+def patient(monkeypatch):
+    """A machine that is busy must not change the answer."""
+    monkeypatch.setattr(auto_band, "PATIENCE", 600.0)
+
+
 def blow(found):
     (event,) = found.summary["runs"]["reduced"]["events"]
     return event["t_end"] - event["t_start"], event["impulse"]
@@ -52,8 +58,9 @@ def test_no_model_is_run_twice(tmp_path, monkeypatch):
     for module in (job, variants):
         monkeypatch.setattr(module, "march_run", counted)
     found = run(bar(tmp_path, AUTO, time="end = 2e-3"))
-    assert len(found.summary["runs"]["reduced"]["stages"]) == 3
-    assert len(sizes) == len(set(sizes)) == 4
+    stages = found.summary["runs"]["reduced"]["stages"]
+    assert len(stages) > 2
+    assert len(sizes) == len(set(sizes)) == len(stages) + 1
 
 
 @pytest.mark.parametrize("method", ["craig-bampton", "gap-modes"])
@@ -67,6 +74,7 @@ def test_the_model_that_was_chosen_comes_again_from_its_setup(tmp_path, method):
 
 def test_a_budget_that_is_spent_says_what_it_would_take(tmp_path, monkeypatch):
     monkeypatch.setattr(auto_band, "BUDGET", 0.0)
+    monkeypatch.setattr(auto_band, "PATIENCE", 0.0)
     told = run(bar(tmp_path, AUTO, time="end = 2e-3")).summary["runs"]["reduced"]
     assert told["verdict"] == "unsettled"
     assert len(told["stages"]) == 2
