@@ -60,7 +60,7 @@ def main() -> None:
         table.add_row(*row)
     boundaries = [(s.part, s.boundary) for s in partition(setup, reference, gaps).substructures]
     for part, boundary in boundaries:
-        for row in reduction_cost(part, boundary, setup.study.config.reduction.f_max):
+        for row in reduction_cost(part, boundary, setup.f_max):
             console.print(*row)
             table.add_row(*row)
     table.add_section()

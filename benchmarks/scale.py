@@ -21,7 +21,8 @@ from creak.studies.models.health import check
 from creak.studies.models.reduced import Reduced, reduce_model
 from creak.studies.models.superelements import save_superelement, with_modes_of_file
 from creak.studies.prepare.setup import set_up
-from creak.studies.run.job import march_run, ready
+from creak.studies.run.job import march_run
+from creak.studies.run.precheck import ready
 from creak.studies.run.static_start import unstarted
 from creak_thesis.door import write_door
 

@@ -15,7 +15,7 @@ from creak.formats.stored.superelement import read_superelement_file
 from creak.studies.models import superelements
 from creak.studies.models.part_jobs import part_jobs
 from creak.studies.prepare.setup import set_up
-from creak.studies.run.job import ready
+from creak.studies.run.precheck import ready
 from creak.studies.tasks import workers
 from helpers_decks import STUDY, two_strips, write_strips
 

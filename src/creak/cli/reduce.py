@@ -133,7 +133,7 @@ def _reduced(
     from creak.studies.models.health import check
     from creak.studies.models.reduced import reduce_model
     from creak.studies.models.superelements import is_saved, save_superelement, with_modes_of_file
-    from creak.studies.run.job import ready
+    from creak.studies.run.precheck import ready
 
     checks: dict[str, Health] = {}
 
@@ -220,11 +220,12 @@ def _elsewhere(
 
 def _export(setup: Setup, model: ReducedModel, folder: Path, export: Sequence[str], output: Output) -> None:
     from creak.formats.matrices.superelements import write_superelement
-    from creak.studies.models.superelements import as_superelement
+    from creak.studies.models.deck_matrices import named_rows
 
     for reduced in model.superelements:
-        for name in export:
-            output.wrote(*write_superelement(as_superelement(reduced, setup.model), folder, name))
+        given = named_rows(reduced.system, reduced.system.name, setup.model)
+        for form in export:
+            output.wrote(*write_superelement(given, folder, form))
 
 
 def _tell_health(output: Output, checks: Mapping[str, Health]) -> None:

@@ -129,6 +129,7 @@ def lanczos(
     skip: int = 0,
     lower: float = -np.inf,
     upper: float = np.inf,
+    within: int | None = None,
     width: int | None = None,
     progress: Steps | None = None,
 ) -> Ritz:
@@ -142,7 +143,8 @@ def lanczos(
     wanted, extra : number of eigenpairs, and of further eigenvalues without their vectors.
     skip, lower : so many lowest eigenpairs, none of them above `lower`, are left out; all lie below the shift.
     width : of a block of vectors; default: `block_width`.
-    upper : the `wanted` eigenvalues are known to be smaller than this; the search goes on until they are.
+    upper, within : so many of the lowest eigenvalues, the `wanted` ones by default, are known to be smaller than
+        `upper`; the search goes on until they are.
 
     Method: A Q_j = Q_j-1 R_j-1' + Q_j alpha_j + Q_j+1 R_j, with one product with M per block; theta = 1 / (lam -
     shift) are eigenvalues of A, and those on either side of 0 that are largest converge first (Grimes, Lewis, Simon,
@@ -159,7 +161,7 @@ def lanczos(
     below = inverse.n_negative - skip
     needed = basis_bytes(n, values, amid=below > 0, width=width)
     require(needed, f"the vectors that {wanted:,} modes of {n:,} equations take", FEWER)
-    sought = _Sought(shift, below, wanted, values, lower, upper)
+    sought = _Sought(shift, below, wanted if within is None else within, values, lower, upper)
     krylov = _Krylov(inverse, mass, min(n, 3 * values + 4 * width))
     W, Z, _ = krylov.next_block(np.zeros((n, 0)), width, 0.0)
     if W.shape[1] == 0:  # no mass at all
@@ -195,7 +197,8 @@ class _Sought:
     shift: float
     below: int
     """Modes below the shift, without those that are left out."""
-    wanted: int
+    within: int
+    """Eigenvalues that are known to be smaller than `upper`."""
     values: int
     lower: float
     upper: float
@@ -218,8 +221,8 @@ class _Sought:
         order = np.concatenate([under, over])
         missing = self.values - int(np.count_nonzero(good[order]))
         first, last = np.inf, -np.inf
-        if 0 < self.wanted <= order.size:
-            first, last = self.shift + away[order[[0, self.wanted - 1]]]
+        if 0 < self.within <= order.size:
+            first, last = self.shift + away[order[[0, self.within - 1]]]
         return order, max(missing, int(first <= self.lower), int(last >= self.upper))
 
 

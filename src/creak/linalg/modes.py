@@ -9,17 +9,15 @@ import scipy.linalg as sla
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, Matrix
-from creak.errors import NumericalError
 from creak.later import later
 from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError
-from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
-from creak.linalg.memory import MADE, fits, free_bytes
-from creak.linalg.pencil import Pencil
+from creak.linalg.lanczos import FEWER, Ritz, basis_bytes, lanczos
+from creak.linalg.memory import MADE, fits, free_bytes, require
+from creak.linalg.pencil import Pencil, dense_pairs, full
 from creak.linalg.pieces.factor import Pieces
-from creak.linalg.scratch import held_in_memory
 from creak.linalg.sparse_product import BlockProduct, copy_fits
-from creak.linalg.windows import AMID, in_windows, window_size
+from creak.linalg.windows import amid_or_in_windows, are_apart
 from creak.progress import Steps
 
 DENSE_LIMIT = 600
@@ -36,14 +34,14 @@ FEW = 0.05
 """Share of the free memory that a block of columns takes when residuals are looked at; there are six."""
 LOW = 0.02
 """Modes below this share of the shift amid them are refined."""
-WINDOWS = 0.8
-"""Share of the free memory that modes take where they are found window by window."""
-NOTHING = 1e-13
-"""Below this share of the largest a term of the diagonal of K + s M, or its eigenvalue once scaled to ones, is none."""
-NEGATIVE = 1e-9
-"""Eigenvalues of the same below minus this are more than round-off."""
 COLUMNS = 64
 """Modes whose residuals are measured at a time."""
+BAND, HALF_AGAIN, AT_LEAST = 1.5, 0.5, 3
+"""Further modes: all up to this multiple of f_max, at least this share of those below it, and so many."""
+AFTER = 1.05
+"""Shift over the first eigenvalue that is sought, at least."""
+ENDS = 12
+"""Modes on either side of where new ones begin that are looked at: none may be found twice."""
 
 
 @dataclass(frozen=True)
@@ -77,12 +75,19 @@ def lowest(found: Modes, count: int) -> Modes:
     return later(Modes, lambda: Modes(shapes=found.shapes[:, :count], **known), **known)
 
 
+def with_further(kept: int, in_band: int) -> int:
+    """How many modes there are to be with the further ones: `kept` lie below f_max, `in_band` below `BAND` f_max."""
+    return max(in_band, kept + max(AT_LEAST, -int(-HALF_AGAIN * kept // 1)))
+
+
 def modes(
     K: Matrix,
     M: Matrix,
     *,
     f_max: float | None = None,
     count: int | None = None,
+    further: bool = False,
+    found: Modes | None = None,
     free: bool = False,
     stiffness_factor: Factor | None = None,
     sturm: bool = True,
@@ -95,6 +100,10 @@ def modes(
     ----------
     K, M : (n, n) symmetric sparse or dense; M may be singular, K + s M must not be. Without
         mass there are no modes.
+    further : with `f_max`, the next ones beyond it too, wherever they lie, as many as `with_further` says: they show
+        what leaving them out changes. Fewer only where the body has no more.
+    found : with `further`, the lowest modes, all below `f_max` at least, that are known already. They count as
+        those below it, and are returned with the others, which alone are computed.
     free : the body may have rigid-body modes: a small negative shift is used. A clamped K is factorised as is.
     stiffness_factor : a factor of K that already exists (clamped only).
     sturm : with `count`, compare with the inertia above the last mode, one more factorisation; `f_max` always does.
@@ -113,7 +122,7 @@ def modes(
     if not M.diagonal().any():
         return Modes(np.zeros(0), np.zeros((n, 0)), 0.0, True, np.inf)
     if n <= DENSE_LIMIT:
-        return _dense_modes(K, M, f_max, count, free)
+        return _dense_modes(K, M, f_max, count, free, further=further, known=_count(found))
     shift = -small_shift(K, M) if free else 0.0
     pencil = Pencil(K, M, pieces)
     _ = pencil.mass  # what is free is looked at beside it
@@ -126,7 +135,10 @@ def modes(
         ) from error
     if f_max is None:
         return _lowest(pencil, shift, min(int(count or 0), n), inverse, free, sturm, progress)
-    return _below(pencil, shift, (2.0 * np.pi * f_max) ** 2, inverse, free, progress)
+    if found is not None and (more := _beyond(pencil, (2.0 * np.pi * f_max) ** 2, found, inverse, free, progress)):
+        return more
+    upper = (2.0 * np.pi * f_max) ** 2
+    return _below(pencil, shift, upper, inverse, free, progress, further=further, known=_count(found))
 
 
 def _lowest(
@@ -141,31 +153,49 @@ def _lowest(
     return _checked(pencil, found.lam, found.shapes, free, count=sturm, columns=found.columns)
 
 
-def _below(pencil: Pencil, shift: float, upper: float, inverse: Factor, free: bool, progress: Steps | None) -> Modes:
+def _below(
+    pencil: Pencil,
+    shift: float,
+    upper: float,
+    inverse: Factor,
+    free: bool,
+    progress: Steps | None,
+    *,
+    further: bool,
+    known: int,
+) -> Modes:
     """All modes below omega^2 = `upper` and the eigenvalue after them; their number is the inertia of K - upper M.
 
     Where memory is short, one factor is held at a time, and the modes are found window by window.
     """
     made = 0.0 if pencil.pieces is not None else MADE * getattr(pencil.K, "nnz", 0)
     _make_room(inverse, inverse.memory + made)
-    counted = pencil.factor(upper, definite=False)
-    wanted = counted.n_negative
+    band = BAND**2 * upper if further else upper
+    counted, placed = pencil.counted(band), band
+    in_band = wanted = counted.n_negative
+    many = in_band >= MANY
+    if further and many:
+        counted, placed = pencil.counted(upper, counted), upper
+    if further:
+        wanted = with_further(max(counted.n_negative, known), in_band)  # of few some too many, without another factor
     if dense_is_faster(pencil.mass.n, wanted):
         del counted
         return _by_dense(pencil, shift, wanted, inverse, free)
-    if wanted < MANY:
-        del counted
-        found, amid = (
-            lanczos(inverse, pencil.mass, shift, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress),
-            shift,
-        )
-    else:
+    if many:
         _make_room(inverse, basis_bytes(pencil.mass.n, wanted + 1))
-        found, amid = _many(pencil, upper, counted, wanted, progress)
+        found, amid = amid_or_in_windows(pencil, band, counted, placed, wanted, in_band, progress)
         del counted
+    else:
+        del counted
+        above = band * (1.0 + 1e-6)
+        found = lanczos(inverse, pencil.mass, shift, wanted, extra=1, upper=above, within=in_band, progress=progress)
+        amid = shift
     low = _refined(inverse, shift, pencil.mass, found, amid)
+    if further:
+        wanted = with_further(max(int(np.count_nonzero(found.lam <= upper)), known), in_band)
     after = found.lam[wanted] if found.lam.size > wanted else np.inf
-    return _checked(pencil, found.lam[:wanted], found.shapes, free, after=after, columns=found.columns + low)
+    lam, shapes = found.lam[:wanted], found.shapes[:, :wanted]
+    return _checked(pencil, lam, shapes, free, after=after, columns=found.columns + low)
 
 
 def dense_is_faster(n: int, wanted: int) -> bool:
@@ -182,9 +212,53 @@ def dense_bytes(n: int) -> float:
     return DENSE_MATRICES * 8.0 * float(n) ** 2
 
 
+def _count(found: Modes | None) -> int:
+    return 0 if found is None else found.omega2.size
+
+
+def _beyond(
+    pencil: Pencil, upper: float, found: Modes, inverse: Factor, free: bool, progress: Steps | None
+) -> Modes | None:
+    """`found` with the further modes of omega^2 = `upper`; None where all are to be computed anew.
+
+    The factor that counts those below `BAND` times the frequency is at the shift, or just after the first one sought;
+    those nearest to it converge first.
+    """
+    if found.next_omega2 == np.inf:
+        return found
+    n, known, band = pencil.mass.n, _count(found), BAND**2 * upper
+    _make_room(inverse, inverse.memory)
+    shift = max(band, AFTER * found.next_omega2)
+    counted = pencil.counted(shift)
+    below = counted.n_negative - known
+    more = with_further(known, counted.n_negative if shift == band else known) - known
+    if below < 0 or dense_is_faster(n, known + more):
+        return None
+    require(16.0 * n * (known + more), f"{known + more:,} modes of {n:,} equations", FEWER)
+    lower = float(found.omega2[-1]) if known else -np.inf
+    above, below = shift * (1.0 + 1e-6), min(below, more)
+    new = lanczos(
+        counted,
+        pencil.mass,
+        shift,
+        more,
+        extra=1,
+        skip=known,
+        lower=lower,
+        upper=above,
+        within=below,
+        progress=progress,
+    )
+    if not are_apart(pencil.mass, found.shapes[:, -ENDS:], new.shapes[:, :ENDS]):
+        return None
+    after = new.lam[more] if new.lam.size > more else np.inf
+    lam, shapes = np.concatenate([found.omega2, new.lam[:more]]), np.hstack([found.shapes, new.shapes[:, :more]])
+    return _checked(pencil, lam, shapes, free, after=after, columns=found.columns + new.columns)
+
+
 def _by_dense(pencil: Pencil, shift: float, wanted: int, inverse: Factor, free: bool) -> Modes:
     """The lowest modes by the dense eigensolver; the lowest of them, which its round-off blurs, are refined."""
-    lam, X = _dense_pairs(_full(pencil.K), _full(pencil.M))
+    lam, X = dense_pairs(full(pencil.K), full(pencil.M))
     after = lam[wanted] if lam.size > wanted else np.inf
     found = Ritz(lam[:wanted].copy(), np.asfortranarray(X[:, :wanted]), 0)
     del X
@@ -201,22 +275,6 @@ def _make_room(inverse: Factor, needed: float) -> None:
     """Give a factor that can be made again back where there is no memory for `needed` bytes beside it."""
     if isinstance(inverse, LaterFactor) and not fits(needed):
         inverse.release()
-
-
-def _many(pencil: Pencil, upper: float, counted: Factor, wanted: int, progress: Steps | None) -> tuple[Ritz, float]:
-    """The modes with a factor amid them, or window by window where memory does not hold the vectors of all at once."""
-    n = pencil.mass.n
-    free = free_bytes()
-    if basis_bytes(n, wanted + 1) + 8.0 * n * wanted <= WINDOWS * free:
-        amid = AMID * upper
-        solver = pencil.refactor(counted, amid)
-        return lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=upper * (1.0 + 1e-6), progress=progress), amid
-
-    def at(held: Factor | None, shift: float) -> Factor:
-        return pencil.factor(shift, definite=False) if held is None else pencil.refactor(held, shift)
-
-    left = WINDOWS * free - (8.0 * n * wanted if held_in_memory(n, wanted) else 0.0)
-    return in_windows(at, counted, pencil.mass, wanted, upper, window_size(n, left), progress)
 
 
 def _refined(inverse: Factor, shift: float, mass: BlockProduct, found: Ritz, amid: float) -> int:
@@ -246,53 +304,21 @@ def small_shift(K: Matrix, M: Matrix) -> float:
     return float(1e-9 * np.median(k[both] / m[both])) if both.any() else 1.0
 
 
-def _dense_modes(K: Matrix, M: Matrix, f_max: float | None, count: int | None, free: bool) -> Modes:
-    dense_K, dense_M = _full(K), _full(M)
+def _dense_modes(
+    K: Matrix, M: Matrix, f_max: float | None, count: int | None, free: bool, *, further: bool = False, known: int = 0
+) -> Modes:
+    dense_K, dense_M = full(K), full(M)
     if dense_K.shape[0] == 0:
         return Modes(np.zeros(0), np.zeros((0, 0)), 0.0, True, np.inf)
-    omega2, shapes = _dense_pairs(dense_K, dense_M)
-    keep = omega2 <= (2.0 * np.pi * f_max) ** 2 if f_max is not None else np.arange(omega2.size) < (count or 0)
+    omega2, shapes = dense_pairs(dense_K, dense_M)
+    if f_max is not None:
+        below = [int(np.count_nonzero(omega2 <= (2.0 * np.pi * f) ** 2)) for f in (f_max, BAND * f_max)]
+        count = with_further(max(below[0], known), below[1]) if further else below[0]
+    keep = np.arange(omega2.size) < (count or 0)
     round_off = 100.0 * np.finfo(float).eps * float(np.abs(omega2).max(initial=0.0))
     after = float(omega2[~keep].min(initial=np.inf))
     pencil = Pencil(dense_K, dense_M)
     return _checked(pencil, omega2[keep], shapes[:, keep], free, round_off=round_off, after=after)
-
-
-def _full(A: Matrix) -> FloatArray:
-    return np.asarray(A.toarray() if hasattr(A, "toarray") else A)
-
-
-def _dense_pairs(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
-    try:
-        return sla.eigh(K, M)
-    except np.linalg.LinAlgError:
-        return _massless_eigh(K, M)
-
-
-def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Eigenpairs when M is singular: solve M x = mu (K + s M) x and drop mu = 0 (infinite frequency).
-
-    So are directions with neither mass nor stiffness, which take part in no mode: a bar that turns about itself.
-    """
-    shift = (float(np.trace(K) / np.trace(M)) if np.trace(M) > 0 else 0.0) or 1.0
-    A = K + shift * M
-    try:
-        mu, x = sla.eigh(M, A)
-    except np.linalg.LinAlgError:
-        diagonal = A.diagonal()
-        some = np.flatnonzero(diagonal > NOTHING * diagonal.max(initial=0.0))
-        scale = 1.0 / np.sqrt(diagonal[some])
-        size, U = sla.eigh(scale[:, None] * A[np.ix_(some, some)] * scale)
-        if diagonal.min() < -NOTHING * diagonal.max(initial=0.0) or size.min(initial=0.0) < -NEGATIVE:
-            raise NumericalError("mass or stiffness is not positive") from None
-        held = size > NOTHING * size.max(initial=0.0)
-        basis = np.zeros((len(A), int(held.sum())))
-        basis[some] = scale[:, None] * U[:, held] / np.sqrt(size[held])
-        mu, y = sla.eigh(symmetric(basis.T @ M @ basis))
-        x = basis @ y
-    finite = mu > 1e-14 * mu.max(initial=0.0)
-    mu, x = mu[finite][::-1], x[:, finite][:, ::-1]
-    return 1.0 / mu - shift, x / np.sqrt(mu)
 
 
 def _checked(

@@ -6,14 +6,22 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numba
+import numpy as np
+import scipy.linalg as sla
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
+from creak.errors import NumericalError
+from creak.linalg.dense_product import symmetric
 from creak.linalg.factor import Factor, SingularMatrixError, factor, refactor
 from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted
 from creak.linalg.scratch import rows_of, spared
 from creak.linalg.sparse_product import BlockProduct
 
+NOTHING = 1e-13
+"""Below this share of the largest a term of the diagonal of K + s M, or its eigenvalue once scaled to ones, is none."""
+NEGATIVE = 1e-9
+"""Eigenvalues of the same below minus this are more than round-off."""
 ASIDE = 1e-6
 """A shift that hits an eigenvalue is moved up by this share."""
 
@@ -93,3 +101,42 @@ def _subtract(
         if q < last:
             return False
     return True
+
+
+def full(A: Matrix) -> FloatArray:
+    """Dense, as it is or made so."""
+    return np.asarray(A.toarray() if hasattr(A, "toarray") else A)
+
+
+def dense_pairs(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """All eigenvalues of dense K x = lam M x, rising, and vectors; M may be singular."""
+    try:
+        return sla.eigh(K, M)
+    except np.linalg.LinAlgError:
+        return _massless_eigh(K, M)
+
+
+def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Eigenpairs when M is singular: solve M x = mu (K + s M) x and drop mu = 0 (infinite frequency).
+
+    So are directions with neither mass nor stiffness, which take part in no mode: a bar that turns about itself.
+    """
+    shift = (float(np.trace(K) / np.trace(M)) if np.trace(M) > 0 else 0.0) or 1.0
+    A = K + shift * M
+    try:
+        mu, x = sla.eigh(M, A)
+    except np.linalg.LinAlgError:
+        diagonal = A.diagonal()
+        some = np.flatnonzero(diagonal > NOTHING * diagonal.max(initial=0.0))
+        scale = 1.0 / np.sqrt(diagonal[some])
+        size, U = sla.eigh(scale[:, None] * A[np.ix_(some, some)] * scale)
+        if diagonal.min() < -NOTHING * diagonal.max(initial=0.0) or size.min(initial=0.0) < -NEGATIVE:
+            raise NumericalError("mass or stiffness is not positive") from None
+        held = size > NOTHING * size.max(initial=0.0)
+        basis = np.zeros((len(A), int(held.sum())))
+        basis[some] = scale[:, None] * U[:, held] / np.sqrt(size[held])
+        mu, y = sla.eigh(symmetric(basis.T @ M @ basis))
+        x = basis @ y
+    finite = mu > 1e-14 * mu.max(initial=0.0)
+    mu, x = mu[finite][::-1], x[:, finite][:, ::-1]
+    return 1.0 / mu - shift, x / np.sqrt(mu)

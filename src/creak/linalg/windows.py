@@ -16,7 +16,9 @@ from creak.errors import NumericalError
 from creak.linalg.dense_product import inner
 from creak.linalg.factor import Factor, SingularMatrixError
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
-from creak.linalg.scratch import vectors
+from creak.linalg.memory import free_bytes
+from creak.linalg.pencil import Pencil
+from creak.linalg.scratch import held_in_memory, vectors
 from creak.linalg.sparse_product import BlockProduct
 from creak.progress import Steps
 
@@ -30,6 +32,10 @@ SPREAD = 1.5
 """Lanczos vectors of a window over those of as many lowest modes (measured: 1.3 to 1.6)."""
 AMID = 0.55
 """The shift amid modes, of all or of the last window, as a share of their range of eigenvalues (measured: .5 to .6)."""
+RAISED = 10
+"""How often the frequency is doubled below which further modes are sought window by window."""
+WINDOWS = 0.8
+"""Share of the free memory that modes take where they are found window by window."""
 TRIALS = 8
 """Shifts that are tried for a window."""
 TWINS = 1e-7
@@ -87,6 +93,35 @@ def in_windows(
         lam = np.concatenate([lam, found.lam if lam.size + last == wanted else found.lam[:last]])
         del found
     return Ritz(lam, shapes.T, columns), lowest
+
+
+def amid_or_in_windows(
+    pencil: Pencil, upper: float, counted: Factor, placed: float, wanted: int, within: int, progress: Steps | None
+) -> tuple[Ritz, float]:
+    """The modes with a factor amid them, or window by window where memory does not hold the vectors of all at once.
+
+    `within` of those that are wanted lie below `upper`; `counted` is a factor of K - placed M, there or amid them.
+    """
+    n = pencil.mass.n
+    free = free_bytes()
+    if basis_bytes(n, wanted + 1) + 8.0 * n * wanted <= WINDOWS * free:
+        amid = placed if placed < upper else AMID * upper
+        solver = counted if amid == placed else pencil.refactor(counted, amid)
+        above = upper * (1.0 + 1e-6)
+        found = lanczos(solver, pencil.mass, amid, wanted, extra=1, upper=above, within=within, progress=progress)
+        return found, amid
+    for _ in range(RAISED):
+        if within < wanted:
+            upper *= 4.0
+            counted = pencil.counted(upper, counted)
+            within = counted.n_negative
+    wanted = min(wanted, within)
+
+    def at(held: Factor | None, shift: float) -> Factor:
+        return pencil.factor(shift, definite=False) if held is None else pencil.refactor(held, shift)
+
+    left = WINDOWS * free - (8.0 * n * wanted if held_in_memory(n, wanted) else 0.0)
+    return in_windows(at, counted, pencil.mass, wanted, upper, window_size(n, left), progress)
 
 
 def _counted(
@@ -168,7 +203,12 @@ def _window(
 
 def _check_end(mass: BlockProduct, before: FloatArray, after: FloatArray) -> None:
     """Raise NumericalError where a window has found modes of the one before again."""
-    if not before.shape[1] or not after.shape[1]:
-        return
-    if np.abs(inner(np.asfortranarray(before), mass(after))).max() > TWINS:
+    if not are_apart(mass, before, after):
         raise NumericalError(TOO_MANY)
+
+
+def are_apart(mass: BlockProduct, before: FloatArray, after: FloatArray) -> bool:
+    """Whether no mode `after` is one of those `before`."""
+    if not before.shape[1] or not after.shape[1]:
+        return True
+    return bool(np.abs(inner(np.asfortranarray(before), mass(np.asfortranarray(after)))).max() <= TWINS)

@@ -104,11 +104,19 @@ def craig_bampton(
 
 
 def fixed_interface_basis(
-    inside: Inside, shape: Matrix | None, f_max: float | None, count: int | None, progress: Progress | None = None
+    inside: Inside,
+    shape: Matrix | None,
+    f_max: float | None,
+    count: int | None,
+    progress: Progress | None = None,
+    *,
+    further: bool = False,
+    found: Modes | None = None,
 ) -> Basis:
-    """The boundary's shapes and the fixed-interface modes."""
+    """The boundary's shapes and the fixed-interface modes; `further` and `found` as `linalg.modes` has them."""
     P = sp.csr_matrix(shape) if shape is not None else sp.identity(inside.b.size, format="csr")
-    return Basis(inside, P, _fixed_modes(inside, f_max, count, _stage(progress, inside.name, "fixed-interface modes")))
+    report = _stage(progress, inside.name, "fixed-interface modes")
+    return Basis(inside, P, _fixed_modes(inside, f_max, count, report, further=further, found=found))
 
 
 @dataclass(frozen=True)
@@ -138,12 +146,25 @@ def _stage(progress: Progress | None, name: str, stage: str) -> Steps | None:
     return None if progress is None else lambda done, total: progress(f"{name}: {stage}", done, total)
 
 
-def _fixed_modes(inside: Inside, f_max: float | None, count: int | None, report: Steps | None) -> Modes:
+def _fixed_modes(
+    inside: Inside, f_max: float | None, count: int | None, report: Steps | None, *, further: bool, found: Modes | None
+) -> Modes:
     n = inside.i.size
     if n == 0 or count == 0:
         return Modes(np.zeros(0), np.zeros((n, 0)), 0.0, True, next_omega2=np.inf if n == 0 else np.nan)
     K, M, held = inside.K_ii, inside.M_ii, inside.factor
-    return modes(K, M, f_max=f_max, count=count, stiffness_factor=held, pieces=inside.pieces, progress=report)
+    own = inside.pieces
+    return modes(
+        K,
+        M,
+        f_max=f_max,
+        count=count,
+        further=further,
+        found=found,
+        stiffness_factor=held,
+        pieces=own,
+        progress=report,
+    )
 
 
 def reduced_matrices(
@@ -162,7 +183,7 @@ def reduced_matrices(
     def own(A_bb: Matrix) -> Matrix:
         return sp.csr_matrix(P.T @ A_bb @ P)
 
-    side = _to_modes(basis, inside.M_ib)
+    side = mode_rows(basis, inside.M_ib)
     to_modes = _plus(side, c, terms.modal[0])
     K = _joined(own(inside.K_bb), c, terms.stiffness, np.zeros_like(side), np.diag(omega2))
     M = _joined(own(inside.M_bb), c, terms.cross[0] + terms.cross[0].T + terms.inner[0], to_modes, unit)
@@ -173,10 +194,9 @@ def reduced_matrices(
     return Matrices(K, M, alone, damping, StaticRows(keep, static))
 
 
-def truncated(basis: Basis, matrices: Matrices, f_max: float) -> tuple[Basis, Matrices]:
-    """The same with the fixed-interface modes up to `f_max` (Hz) alone: what a reduction to `f_max` gives."""
+def truncated(basis: Basis, matrices: Matrices, kept: int) -> tuple[Basis, Matrices]:
+    """The same with the `kept` lowest fixed-interface modes alone: what a reduction to these gives."""
     fixed = basis.fixed
-    kept = int(np.count_nonzero(fixed.omega2 <= (2.0 * np.pi * f_max) ** 2))
     if kept == fixed.omega2.size:
         return basis, matrices
     n = basis.n_boundary + kept
@@ -222,7 +242,7 @@ def reduced_system(system: System, basis: Basis, matrices: Matrices) -> System:
     )
 
 
-def _to_modes(basis: Basis, A_ib: Matrix) -> FloatArray:
+def mode_rows(basis: Basis, A_ib: Matrix) -> FloatArray:
     """Phi' A_ib P, (n_mode, n_xi); only rows of Phi that A_ib reaches are read."""
     near = np.flatnonzero(np.diff(A_ib.indptr))
     return np.asarray((A_ib[near] @ basis.P).T @ np.ascontiguousarray(basis.fixed.shapes[near])).T
@@ -237,7 +257,7 @@ def _plus(A: FloatArray, columns: IntArray, more: FloatArray) -> FloatArray:
 def _reduced_damping(basis: Basis, terms: Terms, extra: Matrix, own: Callable[[Matrix], Matrix]) -> Matrix:
     inside, Phi = basis.inside, basis.fixed.shapes
     rows = extra[inside.i]
-    to_modes = _plus(_to_modes(basis, rows[:, inside.b]), terms.columns, terms.modal[1])
+    to_modes = _plus(mode_rows(basis, rows[:, inside.b]), terms.columns, terms.modal[1])
     boundary = terms.cross[1] + terms.cross[1].T + terms.inner[1]
     modal = symmetric(Phi.T @ BlockProduct(rows[:, inside.i])(Phi))
     return _joined(own(extra[inside.b][:, inside.b]), terms.columns, boundary, to_modes, modal)

@@ -73,7 +73,10 @@ def evaluate(
     check_solver(device)
     store = store_of(setup.study) if superelements is None else superelements
     setup = replace(setup, device=device)
-    found = run_study(setup, progress, store, reference_run, record=record, keep=keep, checkpoints=checkpoints)
+    from creak.studies.converge.auto_band import settle
+
+    options: dict[str, Any] = {"record": record, "keep": keep, "checkpoints": checkpoints}
+    found = run_study(setup, progress, store, reference_run, **options, settle=settle)
 
     from creak.studies.cause.found import causes_of  # what comes after the run is not waited for before it
     from creak.studies.converge.variants import converge as repeat

@@ -149,8 +149,8 @@ def short_of_memory(monkeypatch, window: int = 0) -> list[tuple[int, int]]:
     monkeypatch.setattr(scratch, "_on_disk", told)
     for owner in (scratch, linalg_modes):
         monkeypatch.setattr(owner, "fits", lambda _: False)
-    monkeypatch.setattr(linalg_modes, "free_bytes", lambda: 0.0)
-    monkeypatch.setattr(linalg_modes, "window_size", lambda *_: window)
+    monkeypatch.setattr(windows, "free_bytes", lambda: 0.0)
+    monkeypatch.setattr(windows, "window_size", lambda *_: window)
     return stored
 
 

@@ -11,6 +11,7 @@ import scipy.sparse as sp
 
 from creak.errors import NumericalError
 from creak.linalg import modes as linalg_modes
+from creak.linalg import windows
 from creak.linalg.modes import DENSE_LIMIT, modes
 from helpers_cantilever import SECTION, planar
 from helpers_core import NO_DAMPING, block, model_of, part_system, plate, shell, straight_beam
@@ -307,3 +308,31 @@ def test_a_large_share_of_all_modes_goes_to_the_dense_solver(by, shell_case, mon
     np.testing.assert_allclose(modes(K.toarray(), M.toarray(), **wanted).omega2, found.omega2, rtol=1e-5)
     monkeypatch.setattr(linalg_modes, "fits", lambda _: False)
     assert not linalg_modes.dense_is_faster(K.shape[0], n)
+
+
+@pytest.mark.parametrize("kept", [0, 1, 20, 60])
+@pytest.mark.parametrize("short", [False, True])
+def test_further_modes_are_those_that_there_are(shell_case, kept, short, monkeypatch):
+    """All up to 1.5 f_max, half as many again as lie below it, and three: from Lanczos, and window by window."""
+    K, M, exact = shell_case
+    if short:
+        monkeypatch.setattr(windows, "WINDOWS", 0.0)
+    limit = 0.5 * (exact[kept - 1] + exact[kept]) if kept else 0.5 * exact[0]
+    wanted = max(int((exact <= 2.25 * limit).sum()), kept + max(3, (kept + 1) // 2))
+    found = modes(K, M, f_max=float(np.sqrt(limit)) / (2.0 * np.pi), further=True)
+    np.testing.assert_allclose(found.omega2, exact[:wanted], rtol=1e-5)  # as the dense solver has the lowest
+    np.testing.assert_allclose(found.shapes.T @ (M @ found.shapes), np.eye(wanted), atol=1e-9)
+    assert found.next_omega2 == pytest.approx(exact[wanted], rel=1e-8)
+
+
+@pytest.mark.parametrize("n", [30, 800])
+@pytest.mark.parametrize("masses", [1, 3, 40])
+def test_a_body_that_has_no_further_modes_gives_those_that_it_has(n, masses):
+    """A few masses in a chain of massless ones: three modes where none lies below f_max, or all that there are."""
+    masses = min(masses, n)
+    K, _, _ = long_chain(n)
+    mass = np.zeros(n)
+    mass[np.linspace(0, n - 1, masses).astype(int)] = 1.0
+    found = modes(K, sp.csr_matrix(sp.diags_array(mass)), f_max=1e-9, further=True)
+    assert found.omega2.size == min(masses, 3)
+    assert (found.next_omega2 == np.inf) == (masses <= 3)

@@ -22,8 +22,8 @@ from creak.studies.models.reference import build_reference, static_shapes
 from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.integrate import linear_run, resolution_of, scheme_of
-from creak.studies.run.job import march_run, ready
-from creak.studies.run.precheck import linear_gaps
+from creak.studies.run.job import march_run
+from creak.studies.run.precheck import linear_gaps, ready
 from helpers_decks import STUDY, two_strips, write_strips
 
 

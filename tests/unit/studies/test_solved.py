@@ -18,7 +18,7 @@ from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import set_up
 from creak.studies.run import precheck
 from creak.studies.run.integrate import scheme_of
-from creak.studies.run.job import ready
+from creak.studies.run.precheck import ready
 from helpers_decks import STUDY, write_strips
 
 

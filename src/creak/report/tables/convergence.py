@@ -10,7 +10,7 @@ from creak.model.units import Units
 from creak.report.tables.run import Table
 from creak.report.words.text import NONE, fixed, number, percent, share, tidy
 from creak.studies.converge.figures import FIGURES, TIMES
-from creak.studies.converge.settling import BASE, OF_DURATION, SETTLED, Convergence, EventSettling, Settling, Variant
+from creak.studies.converge.settling import BASE, OF_DURATION, SETTLED, Convergence, EventSettling, Outcome, Settling
 from creak.studies.converge.words import TOTALS, WORDS
 from creak.words import listed
 
@@ -48,8 +48,9 @@ def convergence_parts(c: Convergence, findings: list[str], units: Units) -> Conv
 
 def procedure(c: Convergence) -> str:
     """What was repeated with what, and when a figure has settled, in sentences: of the runs that were made."""
-    base = c.outcomes[BASE].variant
-    made = [f"{_difference(o.variant, base)} ({name})" for name, o in c.outcomes.items() if name != BASE and o.steps]
+    made = [
+        f"{_difference(o, c.outcomes[BASE])} ({name})" for name, o in c.outcomes.items() if name != BASE and o.steps
+    ]
     if not made:
         return "The run was not repeated."
     said = [f"The run was repeated {listed(made)}."]
@@ -67,17 +68,17 @@ def procedure(c: Convergence) -> str:
     return " ".join([*said, '"Settled to" is the largest of all these changes.' if c.families else ""]).strip()
 
 
-def _difference(v: Variant, base: Variant) -> str:
+def _difference(outcome: Outcome, of: Outcome) -> str:
     """What a repeated run took differently."""
-    said = []
+    v, base, said = outcome.variant, of.variant, list[str]()
     if v.refined != base.refined:
         said.append(f"contact resolved {tidy(v.refined / base.refined)} times as finely in time")
     elif v.step != base.step:
         said.append(f"steps of {tidy(1e3 * v.step)} ms for {tidy(1e3 * base.step)} ms")
     if v.stiffness != base.stiffness:
         said.append(f"{tidy(v.stiffness / base.stiffness)} times the contact stiffness")
-    if v.f_max is not None and base.f_max is not None and v.f_max != base.f_max:
-        said.append(f"modes up to {tidy(v.f_max)} Hz for {tidy(base.f_max)} Hz")
+    if v.family == "modes":
+        said.append(f"{number(outcome.modes)} modes for {number(of.modes)}")
     return f"with {' and '.join(said) or 'the same settings'}"
 
 
@@ -87,7 +88,7 @@ def run_table(c: Convergence, units: Units) -> Table:
         "run",
         "step, ms",
         "contact stiffness",
-        "f_max, Hz",
+        "modes",
         "events",
         f"total impulse, {units.impulse}",
         f"largest force, low-passed, {units.force}",
@@ -104,7 +105,7 @@ def run_table(c: Convergence, units: Units) -> Table:
                 name,
                 tidy(1e3 * v.step),
                 f"x {tidy(v.stiffness)}",
-                NONE if v.f_max is None else tidy(v.f_max),
+                NONE if v.f_max is None else number(o.modes),
                 number(len(o.events)),
                 number(o.impulse, 4),
                 number(o.force, 4),

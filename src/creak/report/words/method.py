@@ -6,12 +6,13 @@ from typing import Any
 
 from creak.model.units import Units
 from creak.report.found import Found
-from creak.report.words.text import number, share, tidy
+from creak.report.words.text import number, plural, share, tidy
 from creak.studies.file.config import ReductionTable, StudyConfig, TimeTable, VerificationTable
 from creak.studies.file.contact_tables import ContactTable, FrictionTable
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.node_tables import SupportTable
 from creak.studies.file.excitation_tables import ExcitationTable
+from creak.words import duration
 
 KINDS = {
     "displacement": "enforced displacement",
@@ -91,6 +92,14 @@ def _laws(contacts: list[ContactTable]) -> str:
     return ", ".join(words)
 
 
+def _up_to(t: ReductionTable, summary: dict[str, Any] | None = None) -> str:
+    """How far its modes go."""
+    if t.f_max != "auto":
+        return f"up to {tidy(t.f_max)} Hz"
+    found = (summary or {}).get("runs", {}).get("reduced", {}).get("f_max")
+    return "as far as it took until more of them changed nothing" if found is None else f"up to {tidy(found)} Hz (auto)"
+
+
 def _reduced(t: ReductionTable) -> list[str]:
     """What the reduction did."""
     diagonal = "The result was then diagonalised, keeping all its coordinates."
@@ -99,10 +108,10 @@ def _reduced(t: ReductionTable) -> list[str]:
     if t.method in ("gap-modes", "massless-boundary"):
         mass = "" if t.method == "gap-modes" else " whose own mass is neglected"
         return [
-            f"The assembly was reduced to its modes up to {tidy(t.f_max)} Hz and one static shape per gap "
+            f"The assembly was reduced to its modes {_up_to(t)} and one static shape per gap "
             f"channel{mass}, so that contact is exact in statics. {diagonal}"
         ]
-    modes = "nothing else (Guyan)" if t.method == "guyan" else f"its fixed-interface modes up to {tidy(t.f_max)} Hz"
+    modes = "nothing else (Guyan)" if t.method == "guyan" else f"its fixed-interface modes {_up_to(t)}"
     return [
         f"Each part was reduced to the degrees of freedom at links, supports, loads, contact and watched nodes, "
         f"and {modes}. {diagonal}"
@@ -122,7 +131,8 @@ def parameters(result: Found, summary: dict[str, Any], units: Units) -> list[tup
         *((f"Connector {t.name or '-'.join(t.node_sets)}", _connector(t, units)) for t in c.connector),
         *((f"Clip {t.name or i}", _clip(t)) for i, t in enumerate(c.clip, start=1)),
         *((f"Support {name}", _support(t)) for name, t in c.support.items()),
-        ("Reduction", _reduction(result, units)),
+        ("Reduction", _reduction(result, summary, units)),
+        *_stages(summary),
         ("Pre-check", f"margin {tidy(c.precheck.margin)} {units.length}" if c.precheck.enabled else "off"),
         ("Time", _time(c.time)),
         ("Verification", _verification(result)),
@@ -213,12 +223,25 @@ def _support(t: SupportTable) -> str:
     return f"{t.nodes}: {' and '.join(said)}"
 
 
-def _reduction(result: Found, units: Units) -> str:
+def _reduction(result: Found, summary: dict[str, Any], units: Units) -> str:
     t = result.setup.study.config.reduction
     if t.method == "none":
         return "none: the unreduced model alone"
     kept = f", mesh within {tidy(t.keep_out)} {units.length} of the contact left unreduced" if t.keep_out else ""
-    return f"{t.method}, modes up to {tidy(t.f_max)} Hz, interface {t.interface.type}{kept}"
+    return f"{t.method}, modes {_up_to(t, summary)}, interface {t.interface.type}{kept}"
+
+
+def _stages(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """In which stages f_max was found."""
+    run = summary.get("runs", {}).get("reduced", {})
+    told = [
+        f"{tidy(s['f_max'])} Hz, {number(s['modes'])} modes: {plural(s['events'], 'event')}, {duration(s['wall_s'])}"
+        for s in run.get("stages", [])
+    ]
+    if not told:
+        return []
+    ended = run.get("stages_ended")
+    return [("Stages of f_max", "; ".join(told) + (f"; {ended}" if ended else ""))]
 
 
 def _verification(result: Found) -> str:

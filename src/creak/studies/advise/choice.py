@@ -89,32 +89,32 @@ def _option(setup: Setup, facts: Facts, step: StepAdvice) -> tuple[Option | None
     if table.method == "none" and step.unreduced_s <= words.AFFORDABLE_S:
         return None, f"method: none as in the study, because the run takes at most {duration(step.unreduced_s)}"
     if facts.unreduced is None:
-        return _by_parts(facts, table.f_max), (
+        return _by_parts(facts, setup.f_max), (
             "method: craig-bampton, because memory does not hold a factor of the whole model, which modes of the "
             "assembly take"
         )
     if table.substructures or table.unreduced or setup.superelements:
-        return _by_parts(facts, table.f_max), (
+        return _by_parts(facts, setup.f_max), (
             "method: craig-bampton, because the study has substructures, unreduced sets or imported parts; one "
             "assembly without them would be smaller with gap-modes"
         )
     if any(t.stiffness == "hard" for t in c.contact.values()) and not c.time.exact:
-        return _whole(facts, "massless-boundary", FADING, table.f_max), (
+        return _whole(facts, "massless-boundary", FADING, setup.f_max), (
             "method: massless-boundary with its own integrator, because with hard contact and a forced step HHT throws "
             "a node back faster than it came, and the massless boundary closes once, with impulses that come out high "
             "(docs/massless_boundary.md): better leave out the step, then the default resolves hard contact"
         )
     if table.method == "massless-boundary" and not c.time.exact:
-        return _whole(facts, "massless-boundary", FADING, table.f_max), (
+        return _whole(facts, "massless-boundary", FADING, setup.f_max), (
             "method: massless-boundary as in the study, with its own integrator, because its contact does not chatter; "
             "its impulses come out high (docs/massless_boundary.md): without a forced step nothing needs it"
         )
-    keep = f"keep craig-bampton with f_max = {_by_parts(facts, table.f_max).f_max:g} where parts are exchanged or saved"
+    keep = f"keep craig-bampton with f_max = {_by_parts(facts, setup.f_max).f_max:g} where parts are exchanged or saved"
     if facts.gaps.m == 0:
         return _whole(facts, "gap-modes", ASSEMBLY, 0.0), (
             f"method: gap-modes, because no channel closes and modes of the assembly are exact below f_max; {keep}"
         )
-    return _whole(facts, "gap-modes", ASSEMBLY, table.f_max if table.method == "gap-modes" else 0.0), (
+    return _whole(facts, "gap-modes", ASSEMBLY, setup.f_max if table.method == "gap-modes" else 0.0), (
         f"method: gap-modes, because for one assembly it is the smallest: {_against_craig_bampton()} ({DOOR}); {keep}"
     )
 
@@ -169,9 +169,10 @@ def _reduction(setup: Setup, option: Option) -> dict[str, tuple[Any, Any]]:
     table = setup.study.config.reduction
     wanted: dict[str, tuple[Any, Any]] = {
         "reduction.method": (table.method, option.method),
-        "reduction.f_max": (table.f_max, float(f"{option.f_max:.6g}")),
         "reduction.keep_out": (table.keep_out, 0.0),
     }
+    if not setup.auto or option.method != table.method:
+        wanted["reduction.f_max"] = (table.f_max, float(f"{option.f_max:.6g}"))
     if table.interface.type in ("spacing", "participation") or (
         option.method in WHOLE and table.interface.type != "full"
     ):

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.scheme import Scheme
 from creak.linalg.pencil import Pencil
@@ -37,12 +36,11 @@ from creak.studies.advise.evidence import Measured, measured, rule_of_thumb, ste
 from creak.studies.advise.memory import Memory, memory
 from creak.studies.advise.size import Counted, Sizes, sizes, sturm_counts
 from creak.studies.file.config import InterfaceTable
-from creak.studies.file.signals.course import RecordTable
 from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.outlines import assembled
 from creak.studies.models.reduced import WHOLE
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.prepare.excitation import highest_frequency
+from creak.studies.prepare.excitation import Excitation, excitation_of
 from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.integrate import scheme_of
@@ -53,20 +51,8 @@ MULTIPLES = (5.0, 8.0, 11.0, 15.0)
 """f_max of fixed-interface modes over the excitation that are looked at."""
 ASSEMBLY_MULTIPLES = (3.0, 7.0, 11.0)
 """The same for modes of the assembly."""
-POWER = 0.99
-"""Share of a sampled load's power below its highest frequency."""
 
 Progress = Callable[[str, int, int], None]
-
-
-@dataclass(frozen=True)
-class Excitation:
-    """How high the load reaches."""
-
-    frequency: float
-    """Hz"""
-    source: str
-    """"stated", "sampled" (99 % of the power lies below) or "assumed" (the verification's mac_f_max)."""
 
 
 @dataclass(frozen=True)
@@ -163,7 +149,7 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     OutOfMemory : memory holds neither a factor of the whole model nor those of its parts, or the study needs the whole.
     """
     setup = _checked(setup)
-    excitation = excitation_of(setup)
+    excitation = excitation_of(setup.study, setup.loads)
     by_parts = _without_the_whole(setup)
     reference = reference_that_fits(by_parts, assembled(setup, progress), progress)
     setup = setup if reference.of_parts is None else by_parts
@@ -171,14 +157,14 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     gaps, channels = _channels(setup, reference, scheme, progress)
     reference.release()
     f, c = excitation.frequency, setup.study.config
-    fixed = sorted({*(m * f for m in MULTIPLES), c.reduction.f_max})
+    fixed = sorted({*(m * f for m in MULTIPLES), setup.f_max})
     heard = [] if band is None else [PER_MODE * band]
     found = sizes(setup, reference, gaps, sorted({*fixed, *heard}), progress)
     counted = None if reference.of_parts else _assembly(setup, reference, f, progress)
     options = _options(setup, found, counted, fixed, f, gaps)
     cost = None if reference.of_parts else unreduced_cost(reference.system, scheme, c.time.step, gaps.m)
     steps = _steps(setup, reference, gaps, scheme, f, options, cost, progress)
-    taken = memory(setup, reference, counted, found.parts, found.unknowns(c.reduction.f_max), gaps.m + 2 * gaps.rubbing)
+    taken = memory(setup, reference, counted, found.parts, found.unknowns(setup.f_max), gaps.m + 2 * gaps.rubbing)
     end = float(setup.loads.time[-1])
     sound = None if band is None else _sound(setup, found, band, f, gaps)
     return Facts(excitation, channels, found, options, cost, steps, end, gaps, taken, sound)
@@ -198,39 +184,6 @@ def _without_the_whole(setup: Setup) -> Setup:
     return setup.with_tables(
         reduction=c.reduction.model_copy(update=table), reference=c.reference.model_copy(update={"run": "none"})
     )
-
-
-def excitation_of(setup: Setup) -> Excitation:
-    """The highest frequency of the load: stated, found in its samples, or assumed.
-
-    Samples of records, tables and steps: the frequency below which 99 % of the power of the force, of the acceleration
-    (where that is given) or of the velocity lies, the mean left out. The acceleration of a displacement given by points
-    would show the points themselves.
-    """
-    stated = highest_frequency(setup.study)
-    if all(t.signal.stated for t in setup.study.config.excitation.values()) and stated > 0.0:
-        return Excitation(stated, "stated")
-    sampled = max((_reach(x, setup.loads.step) for x in _samples(setup)), default=0.0)
-    if max(stated, sampled) > 0.0:
-        return Excitation(max(stated, sampled), "stated" if stated >= sampled else "sampled")
-    return Excitation(setup.study.config.verification.mac_f_max, "assumed")
-
-
-def _samples(setup: Setup) -> Iterator[FloatArray]:
-    """(n_time,) of each excitation that moves something, then of each force."""
-    tables = [t for t in setup.study.config.excitation.values() if t.kind != "force"]
-    for j, table in enumerate(tables):
-        given = table.kind == "acceleration" or isinstance(table.signal, RecordTable)
-        yield setup.loads.support[2 if given else 1, :, j]
-    yield from setup.loads.force.T
-
-
-def _reach(x: FloatArray, step: float) -> float:
-    power = np.abs(np.fft.rfft(x - x.mean())) ** 2
-    total = np.cumsum(power)
-    if total[-1] <= 1e-20 * x.size * float(x @ x):
-        return 0.0
-    return float(np.fft.rfftfreq(x.size, step)[np.searchsorted(total, POWER * total[-1])])
 
 
 def _channels(
@@ -260,7 +213,7 @@ def _whole_frequencies(setup: Setup, f: float) -> list[float]:
     """f_max for modes of the assembly: the multiples, from the second on no lower than the verification's spectra."""
     c = setup.study.config
     low, *others = (m * f for m in ASSEMBLY_MULTIPLES)
-    own = [c.reduction.f_max] if c.reduction.method in WHOLE else []
+    own = [setup.f_max] if c.reduction.method in WHOLE else []
     return sorted({low, *(max(x, c.verification.f_max) for x in others), *own})
 
 

@@ -12,14 +12,14 @@ from creak.dynamics.flight.step import choose
 from creak.formats.stored.superelement import MAPPED
 from creak.linalg.lanczos import basis_bytes
 from creak.linalg.memory import ENTRY, GB, MADE, PRODUCT, SHARE, free_bytes, held_bytes, left_beside
-from creak.linalg.modes import dense_bytes, dense_is_faster
+from creak.linalg.modes import BAND, dense_bytes, dense_is_faster, with_further
 from creak.linalg.scratch import ROOM, SPARE
 from creak.studies.advise.size import Counted, PartSize
 from creak.studies.models.health import OWN_MODES_LIMIT
 from creak.studies.models.of_parts import SPREAD
-from creak.studies.models.reduced import WHOLE
+from creak.studies.models.reduced import DENSE, WHOLE
 from creak.studies.models.reference import ReferenceModel, modal_band
-from creak.studies.models.superelements import KEPT, highest_mode
+from creak.studies.models.superelements import KEPT
 from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.compared import compared_setup
@@ -31,8 +31,6 @@ UPPER = 6.0
 """Bytes of a stored entry in what PARDISO is handed of it."""
 STREAMED = 4 * 128
 """Columns of constraint modes that are on their way at a time."""
-DENSE = 6
-"""Dense matrices of all unknowns while the reduced model is diagonalised."""
 CHECKED = 250
 """Vectors of a part that its health check takes at a time."""
 MARCHED = 60
@@ -86,9 +84,9 @@ def memory(
         stages, held = _before_by_parts(setup, reference, parts)
     else:
         stages, held = _before(setup, reference, whole, rows)
-    method, most = setup.study.config.reduction.method, highest_mode(setup)
+    method = setup.study.config.reduction.method
     reduced = [p for p in parts if not p.unreduced] if method not in (*WHOLE, "none") else []
-    counts = [0 if most is None else round(modes_below(p.modes, most)) for p in reduced]
+    counts = [0 if method == "guyan" else _computed(setup, p.modes) for p in reduced]
     alone, _ = _reductions(reduced, counts, held, unknowns, factors=False)
     kept_too, left = _reductions(reduced, counts, held, unknowns, factors=True)
     runs = tuple(_runs(setup, reference, whole, reduced, unknowns, rows, left))
@@ -127,7 +125,7 @@ def _before(setup: Setup, reference: ReferenceModel, whole: Counted, rows: int) 
     ]
     held += shapes
     if c.reduction.method in WHOLE:
-        kept = whole.below.get(c.reduction.f_max, 0)
+        kept = whole.below.get(setup.f_max, 0)
         stages.append(found("modes for the reduction", kept, held))
         held += whole.memory + 8.0 * n * (kept + 2 * rows)
     return stages, held
@@ -149,6 +147,13 @@ def _reductions(
         dense = DENSE * 8.0 * unknowns**2
         stages.append(_stage("couple and diagonalise", held + dense, dense_matrices=dense, parts=held))
     return stages, held
+
+
+def _computed(setup: Setup, counted: Counted) -> int:
+    """Fixed-interface modes that a reduction computes of a part."""
+    f_max = setup.f_max
+    kept, band = (round(modes_below(counted, f)) for f in (f_max, BAND * f_max))
+    return with_further(kept, band) if setup.further else kept
 
 
 def modes_below(counted: Counted, f: float) -> float:

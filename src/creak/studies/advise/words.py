@@ -16,8 +16,9 @@ from creak.studies.advise.evidence import (
     record,
     varied,
 )
-from creak.studies.advise.facts import POWER, Facts, Option
+from creak.studies.advise.facts import Facts, Option
 from creak.studies.models.reduced import DIAGONAL_LIMIT
+from creak.studies.prepare.excitation import POWER
 from creak.studies.prepare.setup import Setup
 from creak.words import duration, listed, percent
 

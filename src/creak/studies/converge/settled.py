@@ -62,7 +62,10 @@ def verdict_of(run: Run, result: StudyResult, convergence: Convergence | None) -
         return Verdict(SETTLED, ())
     if convergence is None or convergence.model != run.name:
         return None
-    return _of_convergence(convergence)
+    verdict = _of_convergence(convergence)
+    if verdict.word == UNSETTLED and result.band is not None and result.band.why:
+        return Verdict(UNSETTLED, (*verdict.reasons, f'f_max = "auto" ended here: {result.band.why}'))
+    return verdict
 
 
 def is_chaotic(convergence: Convergence | None, count: int, length: float) -> bool:
@@ -96,6 +99,8 @@ def _unproven(c: Convergence) -> str:
 def _of_repeats(c: Convergence) -> Verdict:
     open_ones = [e for e in c.events if not e.settled]
     whole = [t for name, t in c.totals.items() if name != "events" and not t.settled]  # those are counted one by one
+    if c.unlooked:
+        return Verdict(UNSETTLED, c.unlooked)
     new = max((n for name, n in c.new.items() if c.outcomes[name].variant.judged), default=0)
     new = new if c.structure is None else max(new, c.structure.missed)
     few = max(1.0, (1.0 - ENOUGH) * len(c.events))

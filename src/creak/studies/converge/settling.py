@@ -25,7 +25,7 @@ OF_DURATION = 1.0 / 3.0
 """Start and duration are settled when all that they hang on moves them together by no more than this share of the
 event's own duration: the last of several micro-contacts of an event comes and goes, the blow itself stays."""
 BASE, HALF, QUARTER = "base", "h/2", "h/4"
-TWICE, TENFOLD, MORE_MODES = "2 x stiffness", "10 x stiffness", "1.5 x f_max"
+TWICE, TENFOLD, MORE_MODES = "2 x stiffness", "10 x stiffness", "more modes"
 FINER, SOFTER, STIFFER = "half the tolerance", "half the stiffness", "twice the stiffness"
 LAST_TWO = {
     "step": (HALF, QUARTER),
@@ -97,6 +97,8 @@ class Outcome:
     """Why it ended early; None: it did not."""
     places: tuple[dict[str, float], ...] = ()
     """Figures of each place of the base run that is followed."""
+    modes: int = 0
+    """That the reduced model had."""
 
     @property
     def force(self) -> float:
@@ -204,6 +206,8 @@ class Convergence:
     """What the unreduced model says; None: nothing was reduced, or nobody asked it."""
     band_ends: tuple[float, str] | None = None
     """Hz up to which loudness is judged, and what ends it in words; None: there is no sound."""
+    unlooked: tuple[str, ...] = ()
+    """What the reduction may leave out and no repeated run looked at: nothing has settled with regard to it."""
 
     @property
     def finest(self) -> str:

@@ -28,14 +28,17 @@ from creak.studies.converge.settling import (
     Variant,
 )
 from creak.studies.converge.structure import Structure
-from creak.studies.models.reduced import ReducedModel, reduce_model, with_more_modes
-from creak.studies.models.superelements import MODES_FACTOR
+from creak.studies.models.reduced import ReducedModel, with_more_modes
 from creak.studies.prepare.excitation import sample_loads, time_axis
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.job import Run, StudyResult, march_run
+from creak.words import listed
 
 NO_PLACES = Followed()
 GIVEN = "the contact stiffness is the study's own: what another one changes is told, and unsettles nothing"
+COMPLETE = "every part is complete, with all modes that there are: the reduction leaves nothing out"
+SHAPES = ("interpolation", "characteristic", "coarse-mesh")
+"""Interfaces that move in fewer shapes than they have dofs; the others make inner dofs of those that they leave out."""
 HALVED = 2.0
 """How much finer the contact is resolved with half the tolerance."""
 
@@ -46,14 +49,16 @@ def converge(
     """Repeat the study's run and tell which of its figures have settled.
 
     Repeated is the run of the reduced model, or of the unreduced one where the study reduces nothing. By exact flow:
-    with contact resolved twice as finely, with half and twice its stiffness, and with 1.5 times the f_max of the
-    reduction. With a forced step h: with h/2 and h/4 (and their substeps near contact) at the base run's stiffness;
-    with 2 and 10 times that stiffness at h/4, which resolves it; with 1.5 times f_max at h. All cover the same time at
-    the same output interval, with the same channels. A run that stops early, or cannot be made, is reported and the
-    others go on. A figure that has settled is free of the step, of the penalty and of the cut-off: it may still be off
-    by what the mesh, the contact normals (found once), the damping and the pre-check (made with the base step, not
-    repeated) say. Figures of single events that differ from run to run without trend are chaotic, not unconverged:
-    `Convergence.statistics` compares the samples then.
+    with contact resolved twice as finely, with half and twice its stiffness, and with more modes in each part that has
+    any left: the next ones, wherever they lie (`linalg.modes`). With a forced step h: with h/2 and h/4 (and their
+    substeps near contact) at the base run's stiffness; with 2 and 10 times that stiffness at h/4, which resolves it;
+    with more modes at h. All cover the same time at the same output interval, with the same channels. A run that stops
+    early, or cannot be made, is reported and the others go on. Where no part has a mode left the base run is that with
+    more modes itself. What the reduction leaves out and no run can tell (`not_looked_at`) has not settled. A figure
+    that has settled is free of the step, of the penalty and of the cut-off: it may still be off by what the mesh, the
+    contact normals (found once), the damping and the pre-check (made with the base step, not repeated) say. Figures of
+    single events that differ from run to run without trend are chaotic, not unconverged: `Convergence.statistics`
+    compares the samples then.
 
     Parameters
     ----------
@@ -61,7 +66,8 @@ def converge(
     """
     base = result.runs.get("reduced") or result.runs["reference"]
     notes: list[str] = []
-    outcomes = {BASE: _outcome(_base_variant(result), base, places.base)}
+    variants: list[Variant] = []
+    outcomes = {BASE: outcome_of(_base_variant(result), base, places.base)}
     if base.stopped is not None:
         notes.append(f"convergence was not looked at: the {base.stopped}")
     elif not result.gaps.presses:
@@ -70,10 +76,15 @@ def converge(
         variants, notes = plan(result)
         for variant in variants:
             outcomes[variant.name] = _repeat(result, base, variant, places, progress)
-    notes += [o.stopped for o in outcomes.values() if o.stopped and o.variant.family]
+    if variants and result.reduced is not None and result.reduced.complete:
+        same = replace(_base_variant(result), name=MORE_MODES, family="modes")
+        outcomes[MORE_MODES] = replace(outcomes[BASE], variant=same, steps=0, wall_s=0.0)
+    unlooked = not_looked_at(result)
+    notes += [*unlooked, *(o.stopped for o in outcomes.values() if o.stopped and o.variant.family)]
     v, exact = result.setup.study.config.verification, result.setup.study.config.time.exact
     window = (0.0, float(base.history.time[-1])) if exact else result.window
-    return assess(outcomes, base.name, window, v.event_tolerance, tuple(notes), structure, places)
+    found = assess(outcomes, base.name, window, v.event_tolerance, tuple(notes), structure, places)
+    return replace(found, unlooked=unlooked)
 
 
 def plan(result: StudyResult) -> tuple[list[Variant], list[str]]:
@@ -97,11 +108,7 @@ def plan(result: StudyResult) -> tuple[list[Variant], list[str]]:
         notes.append("the stiffness of connectors is a figure of the study, no penalty: it stays in all runs")
     if not softer.size:
         notes.append("no contact has a stiffness to vary: settling with it was not looked at")
-    if base.f_max is not None and result.setup.study.config.reduction.method != "guyan":
-        variants.append(replace(base, name=MORE_MODES, family="modes", f_max=MODES_FACTOR * base.f_max))
-    elif base.f_max is not None:
-        notes.append("a Guyan reduction keeps no modes: settling with f_max was not looked at")
-    return variants, notes
+    return _with_modes(result, variants, notes)
 
 
 def _exact_plan(result: StudyResult) -> tuple[list[Variant], list[str]]:
@@ -115,11 +122,35 @@ def _exact_plan(result: StudyResult) -> tuple[list[Variant], list[str]]:
             replace(base, name=STIFFER, family="stiffer", stiffness=2.0, judged=not own),
         ]
         notes += [GIVEN] if own else []
-    if base.f_max is not None and result.setup.study.config.reduction.method != "guyan":
-        variants.append(replace(base, name=MORE_MODES, family="modes", f_max=MODES_FACTOR * base.f_max))
-    elif base.f_max is not None:
-        notes.append("a Guyan reduction keeps no modes: settling with f_max was not looked at")
+    return _with_modes(result, variants, notes)
+
+
+def _with_modes(result: StudyResult, variants: list[Variant], notes: list[str]) -> tuple[list[Variant], list[str]]:
+    """The plan with the run with more modes, and what is to be said of parts that have no more."""
+    reduced = result.reduced
+    if reduced is None:
+        return variants, notes
+    if reduced.complete:
+        return variants, [*notes, COMPLETE]
+    full = [r.system.name for r in reduced.superelements if r.complete]
+    notes += [f"complete, with all modes that there are: {listed(full)}"] if full else []
+    if result.setup.study.config.reduction.method != "guyan":
+        variants.append(replace(_base_variant(result), name=MORE_MODES, family="modes"))
     return variants, notes
+
+
+def not_looked_at(result: StudyResult) -> tuple[str, ...]:
+    """What the reduction may leave out and no run with more modes can tell, a sentence each."""
+    table, said = result.setup.study.config.reduction, list[str]()
+    if result.reduced is None or result.reduced.complete:
+        return ()
+    if table.method == "guyan":
+        said.append("a Guyan reduction keeps no modes: what it leaves out was not looked at (craig-bampton keeps some)")
+    if table.interface.type in SHAPES:
+        said.append(
+            f'what interface = "{table.interface.type}" leaves out was not looked at ("full" leaves out nothing)'
+        )
+    return tuple(said)
 
 
 def scaled_contact(gaps: GapOperator, channels: IntArray, factor: float) -> GapOperator:
@@ -144,7 +175,7 @@ def _is_given(result: StudyResult) -> bool:
 
 def _base_variant(result: StudyResult) -> Variant:
     c = result.setup.study.config
-    return Variant(BASE, "", c.time.step, f_max=None if result.reduced is None else c.reduction.f_max)
+    return Variant(BASE, "", c.time.step, f_max=None if result.reduced is None else result.setup.f_max)
 
 
 def _repeat(result: StudyResult, base: Run, variant: Variant, places: Followed, progress: Progress) -> Outcome:
@@ -154,12 +185,16 @@ def _repeat(result: StudyResult, base: Run, variant: Variant, places: Followed, 
         progress(stage if stage.startswith(variant.name) else f"{variant.name}: {stage}", done, total)
 
     try:
+        known = result.band.more if result.band is not None and variant.family == "modes" else None
+        if known is not None:  # f_max = "auto" has made it
+            model, run = known
+            return outcome_of(variant, run, places.of(result.setup, model.system, result.gaps, run.history))
         setup = repeated_setup(result.setup, variant, _substeps(result.setup, base))
         system, reduced = _model(result, variant, setup, report)
         gaps = scaled_contact(result.gaps, _scaled(result), variant.stiffness)
         quiet = replace(setup, watched=np.zeros(0, dtype=np.int64))
         run = march_run(variant.name, quiet, system, gaps, report, reduced)
-        return _outcome(variant, run, places.of(setup, system, gaps, run.history))
+        return outcome_of(variant, run, places.of(setup, system, gaps, run.history))
     except CreakError as error:
         return Outcome(variant, (), 0.0, 0.0, 0.0, 0, 0.0, 0.0, f"{variant.name} was not run: {error}")
 
@@ -167,25 +202,22 @@ def _repeat(result: StudyResult, base: Run, variant: Variant, places: Followed, 
 def _model(
     result: StudyResult, variant: Variant, setup: Setup, progress: Progress
 ) -> tuple[System, ReducedModel | None]:
-    """The base run's model, reduced anew where more modes are asked for."""
+    """The base run's model, with more modes where the variant asks for them."""
     if result.reduced is None:
         return result.reference.system, None
     reduced = result.reduced
-    if variant.family == "modes" and setup.study.config.time.exact and reduced.superelements:
+    if variant.family == "modes":
         reduced = with_more_modes(setup, result.reference, result.gaps, reduced, progress)
-    elif variant.family == "modes":
-        reduced = reduce_model(setup, result.reference, result.gaps, progress)
     return reduced.system, reduced
 
 
 def repeated_setup(setup: Setup, variant: Variant, substeps: int) -> Setup:
-    """The setup over the same time with another step and f_max, its loads sampled anew; no fields are kept."""
+    """The setup over the same time with another step, its loads sampled anew; no fields are kept."""
     c, study = setup.study.config, setup.study
     end = float(setup.loads.time[-1])
     tables = {
         "time": c.time.model_copy(update={"step": variant.step, "end": end, "periods": None, "substeps": substeps}),
         "output": c.output.model_copy(update={"interval": c.output.interval or c.time.step, "field_interval": None}),
-        "reduction": c.reduction.model_copy(update={"f_max": variant.f_max or c.reduction.f_max}),
     }
     study = replace(study, config=c.model_copy(update=tables))
     loads = sample_loads(setup.model, study, time_axis(study))
@@ -200,7 +232,8 @@ def _substeps(setup: Setup, base: Run) -> int:
     return max(table.substeps, round(table.step / float(steps.min())) if steps.size else 1)
 
 
-def _outcome(variant: Variant, run: Run, places: tuple[dict[str, float], ...]) -> Outcome:
+def outcome_of(variant: Variant, run: Run, places: tuple[dict[str, float], ...]) -> Outcome:
+    """What a run found."""
     h = run.history
     return Outcome(
         variant,
@@ -213,4 +246,5 @@ def _outcome(variant: Variant, run: Run, places: tuple[dict[str, float], ...]) -
         run.cost.wall_s,
         run.stopped,
         places,
+        run.modes,
     )

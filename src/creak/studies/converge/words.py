@@ -175,6 +175,7 @@ def _outcome_dict(o: Outcome) -> dict[str, Any]:
         "step": v.step,
         "stiffness_factor": v.stiffness,
         "f_max": v.f_max,
+        "modes": o.modes,
         "steps": o.steps,
         "events": len(o.events),
         "impulse_total": o.impulse,

@@ -57,7 +57,7 @@ def _kept(setup: Setup, reduced: Reduced, store: Path | None, own_modes: bool | 
 
     part, made_from = reduced.substructure.part, list[str]()
     if store is not None:
-        asked = [part.name, setup.study.config.reduction.f_max, highest_frequency(setup.study), own_modes]
+        asked = [part.name, setup.f_max, highest_frequency(setup.study), own_modes]
         matters = (setup.model.nodes.coords, part.labels, part.rows(part.labels)[0])
         made_from = [json.dumps([asked, sorted(reduced.made_from.items())]), *map(digest_of, matters)]
     found = solved(store, f"health_{file_stem(part.name)}", made_from, make)

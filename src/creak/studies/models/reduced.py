@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.errors import CreakError, InputError
 from creak.linalg.diagonal import Diagonal
-from creak.linalg.modes import Modes, modes
+from creak.linalg.modes import Modes, lowest, modes
 from creak.model.dofs import PER_NODE
 from creak.model.mesh import Model
 from creak.progress import Progress, silent
@@ -27,7 +27,14 @@ from creak.reduction.massless_boundary import massless_boundary
 from creak.reduction.modal import support_motion
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
 from creak.studies.models.substructures import UNREDUCED, Partition, partition
-from creak.studies.models.superelements import KEPT, Reduced, kept_of_run, reduce_substructure, with_all_modes
+from creak.studies.models.superelements import (
+    KEPT,
+    Reduced,
+    kept_of_run,
+    raised_once,
+    reduce_substructure,
+    with_all_modes,
+)
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
 from creak.studies.solved import digest_of, solved
@@ -36,6 +43,8 @@ from creak.studies.warned import Warned
 DIAGONAL_LIMIT = 6000
 """Coupled models up to this size are diagonalised; larger ones keep their sparse form."""
 
+DENSE = 6
+"""Dense matrices of all unknowns while the reduced model is diagonalised."""
 WHOLE = ("gap-modes", "massless-boundary")
 """Methods that reduce the assembly as a whole."""
 
@@ -56,12 +65,37 @@ class ReducedModel:
     notes: list[str]
     coupled: System | None = None
     """The coupled superelements before they were diagonalised; None where the assembly was reduced as a whole."""
+    found: Modes | None = None
+    """Modes of the assembly, further ones too, where it was reduced as a whole."""
+
+    @property
+    def complete(self) -> bool:
+        """Whether it has all modes that there are: nothing is left out."""
+        if self.found is not None:
+            return self.found.next_omega2 == np.inf and self.modes == self.found.omega2.size
+        return all(r.complete for r in self.superelements)
 
     @property
     def unreduced_dof(self) -> int:
         """Dofs of the nodes of elements that [reduction] keep_out leaves as they are."""
         ending = UNREDUCED.format(part="")
         return sum(PER_NODE * p.nodes_idx.size for p in self.model.parts if p.name.endswith(ending))
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One model of the stages: what it is, and what its run found."""
+
+    f_max: float
+    """Hz, up to which each part has all its modes."""
+    modes: int
+    events: int
+    impulse: float
+    """Of all channels over the whole run, force s."""
+    wall_s: float
+    """What making it and its run took, beyond the stage before."""
+    same: bool | None = None
+    """Whether the next one, with more modes, finds the same; None: there was no next one to tell."""
 
 
 def reduce_model(
@@ -73,6 +107,7 @@ def reduce_model(
     made: Callable[[Reduced], Reduced] | None = None,
     *,
     keep: bool = False,
+    further: bool | None = None,
 ) -> ReducedModel:
     """Reduce as [reduction] says.
 
@@ -82,6 +117,7 @@ def reduce_model(
     keep : save superelements there for the runs to come.
     made : is handed every superelement as soon as it is there, its factor included, and returns what is kept of it.
         With it a part that cannot be reduced does not keep the others from it: the first one's error comes at the end.
+    further : whether further modes are computed too; by default as `Setup.further` says.
 
     Raises
     ------
@@ -90,12 +126,20 @@ def reduce_model(
     wall, cpu = clock.perf_counter(), clock.process_time()
     whole = setup.study.config.reduction.method in WHOLE
     if whole:
-        all_of_it = _whole(setup, reference, gaps, progress)
+        found = _modes_of_whole(replace(setup, raised=0), reference, progress, further)
+        for k in range(setup.raised):
+            found = _modes_of_whole(replace(setup, raised=k + 1), reference, progress, found=found)
+        all_of_it = _whole(setup, reference, gaps, found, setup.kept_modes(found.omega2))
     else:
-        all_of_it = _by_parts(setup, reference, gaps, progress, store, made, keep=keep)
+        found, all_of_it = None, _by_parts(setup, reference, gaps, progress, store, made, keep=keep, further=further)
+    return _model_of(all_of_it, found, wall, cpu)
+
+
+def _model_of(all_of_it: _Made, found: Modes | None, wall: float, cpu: float) -> ReducedModel:
+    """With what it has cost since `wall` and `cpu`."""
     superelements, model, system, retained, kept, notes, coupled = all_of_it
     wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
-    return ReducedModel(superelements, model, system, retained, kept, wall, cpu, notes, coupled)
+    return ReducedModel(superelements, model, system, retained, kept, wall, cpu, notes, coupled, found)
 
 
 MODES_OF_MASSLESS = 50.0
@@ -104,17 +148,31 @@ MODES_OF_MASSLESS = 50.0
 _Made = tuple[tuple[Reduced, ...], Model, System, int, int, list[str], System | None]
 
 
-def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> _Made:
-    """Gap modes or massless boundary of the assembly."""
-    table, system = setup.study.config.reduction, reference.system
-    found = modes(
+def _modes_of_whole(
+    setup: Setup,
+    reference: ReferenceModel,
+    progress: Progress,
+    further: bool | None = None,
+    found: Modes | None = None,
+) -> Modes:
+    """Modes of the assembly up to f_max, and further ones, beside those that are known."""
+    system = reference.system
+    return modes(
         system.K,
         system.M,
-        f_max=table.f_max,
+        f_max=setup.f_max,
+        further=setup.further if further is None else further,
+        found=found,
         free=reference.stiffness is None,
         stiffness_factor=reference.stiffness,
         progress=lambda done, total: progress("modes of the assembly for the reduction", done, total),
     )
+
+
+def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, found: Modes, kept: int) -> _Made:
+    """Gap modes or massless boundary of the assembly, with the lowest of its modes."""
+    table, system = setup.study.config.reduction, reference.system
+    found = found if kept == found.omega2.size else lowest(found, kept)
     rows = channel_matrices(system, gaps).rows
     reduce = gap_modes if table.method == "gap-modes" else massless_boundary
     reduced = reduce(system, rows, modes=found, stiffness=reference.stiffness, static=static_shapes(setup, reference))
@@ -124,7 +182,7 @@ def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress:
 
 def _limits(setup: Setup) -> list[str]:
     """What a massless boundary does to impulses with the modes that it has."""
-    highest, f_max = highest_frequency(setup.study), setup.study.config.reduction.f_max
+    highest, f_max = highest_frequency(setup.study), setup.f_max
     if not 0.0 < f_max < MODES_OF_MASSLESS * highest:
         return []
     return [
@@ -145,6 +203,7 @@ def _by_parts(
     made: Callable[[Reduced], Reduced] | None,
     *,
     keep: bool,
+    further: bool | None,
 ) -> _Made:
     cut = partition(setup, reference, gaps)
     superelements, notes, failed = [], [], []
@@ -152,7 +211,7 @@ def _by_parts(
         if sub.stays:
             continue
         try:
-            reduced, more = reduce_substructure(setup, sub, store, progress)
+            reduced, more = reduce_substructure(setup, sub, store, progress, further=further)
         except CreakError as error:
             if made is None:
                 raise
@@ -205,8 +264,28 @@ def _together(
 def with_more_modes(
     setup: Setup, reference: ReferenceModel, gaps: GapOperator, reduced: ReducedModel, progress: Progress
 ) -> ReducedModel:
-    """The same superelements with all modes that were computed, beyond f_max; nothing is reduced again."""
+    """The same with the further modes too, which are computed where the reduction has not done so already."""
+    wall, cpu = clock.perf_counter(), clock.process_time()
+    if not setup.further:
+        reduced = reduce_model(setup, reference, gaps, progress, further=True)
+    if reduced.found is not None:
+        made = _whole(setup, reference, gaps, reduced.found, reduced.found.omega2.size)
+        return _model_of(made, reduced.found, wall, cpu)
     return _joined(setup, reference, gaps, [with_all_modes(r) for r in reduced.superelements], progress)
+
+
+def raised_model(setup: Setup, reference: ReferenceModel, more: ReducedModel, progress: Progress) -> ReducedModel:
+    """A model with all its further modes as the one of a setup that is raised once more: it gets further modes anew."""
+    wall, cpu = clock.perf_counter(), clock.process_time()
+    found, every = more.found, list[Reduced]()
+    if found is not None:
+        found = _modes_of_whole(setup, reference, progress, found=found)
+    for reduced in more.superelements:
+        every.append(raised_once(setup, reduced, progress))
+        reduced.inside.release(above=KEPT)
+    wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
+    wall, cpu = more.wall_s + wall, more.cpu_s + cpu
+    return replace(more, superelements=tuple(every), found=found, wall_s=wall, cpu_s=cpu)
 
 
 def coupled_again(setup: Setup, reference: ReferenceModel, gaps: GapOperator, reduced: ReducedModel) -> ReducedModel:
@@ -219,15 +298,13 @@ def _joined(
 ) -> ReducedModel:
     wall, cpu = clock.perf_counter(), clock.process_time()
     all_of_it = _together(setup, reference, partition(setup, reference, gaps), superelements, [], progress)
-    every, model, system, retained, kept, notes, coupled = all_of_it
-    wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
-    return ReducedModel(every, model, system, retained, kept, wall, cpu, notes, coupled)
+    return _model_of(all_of_it, None, wall, cpu)
 
 
 def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:
     """No fixed-interface mode below f_max though the first ones lie near the excitation: a mistake."""
     c = setup.study.config.reduction
-    if c.method == "guyan" or any(r.system.stats.modes for r in superelements):
+    if c.method == "guyan" or setup.auto or any(r.system.stats.modes for r in superelements):
         return
     from creak.reduction.health.verdict import RULE  # its room is not waited for before the run
 
@@ -235,7 +312,7 @@ def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:
     if first > RULE * highest_frequency(setup.study):
         return
     raise InputError(
-        f"f_max = {c.f_max:g} Hz is below the first fixed-interface mode of every part ({first:.4g} Hz)",
+        f"f_max = {setup.f_max:g} Hz is below the first fixed-interface mode of every part ({first:.4g} Hz)",
         where=setup.study.where("reduction", "f_max"),
         expected=f"more than {first:.4g} Hz",
         fix='Raise f_max, or use method = "guyan" for a static reduction.',

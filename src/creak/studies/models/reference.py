@@ -183,7 +183,7 @@ def modal_band(setup: Setup, n: int) -> float:
     band = max(1.1 * c.verification.mac_f_max, driven)
     if c.damping.modal is None:
         return band
-    kept = c.reduction.f_max if n <= SMALL else 0.0
+    kept = setup.f_max if n <= SMALL else 0.0
     return max(band, c.verification.f_max, kept)
 
 

@@ -33,9 +33,8 @@ from creak.later import later
 from creak.linalg.memory import GB, OutOfMemory
 from creak.linalg.modes import Modes
 from creak.linalg.scratch import disk_room
-from creak.model.dofs import PER_NODE, dofs_of, nodes_of
+from creak.model.dofs import PER_NODE
 from creak.model.mesh import Model
-from creak.model.superelement import Superelement
 from creak.progress import Progress
 from creak.reduction.craig_bampton import (
     Basis,
@@ -47,6 +46,8 @@ from creak.reduction.craig_bampton import (
     truncated,
 )
 from creak.reduction.inside import Inside
+from creak.reduction.raised import raised
+from creak.studies.models.dof_names import row_names
 from creak.studies.models.outlines import marks_of
 from creak.studies.models.reference import observed_labels
 from creak.studies.models.substructures import Substructure
@@ -55,8 +56,6 @@ from creak.studies.prepare.watched import watched_labels
 from creak.studies.solved import SOLVED, digest_of, forget, solved
 from creak.version import edition
 
-MODES_FACTOR = 1.5
-"""Highest mode computed over f_max, where the influence of f_max on the answer is looked at."""
 KEPT = 300_000_000
 """Bytes of a part's factor up to which it stays for the check of the superelement; a larger one is made again."""
 SPARED = 3
@@ -81,38 +80,52 @@ class Reduced:
     system: System
     inside: Inside
     basis: Basis
-    """With the modes beyond f_max that the look at its influence takes."""
+    """With the further modes, beyond f_max, that the look at what it leaves out takes."""
     matrices: Matrices
     """In the coordinates of `basis`."""
     made_from: Mapping[str, str]
     reused: bool
 
+    @property
+    def complete(self) -> bool:
+        """Whether it has all modes that there are, and every shape of its boundary: it leaves nothing out."""
+        every = self.basis.fixed.next_omega2 == np.inf and self.system.stats.modes == self.basis.fixed.omega2.size
+        return bool(every) and self.substructure.shape is None
+
 
 def reduce_substructure(
-    setup: Setup, sub: Substructure, folder: Path | None, progress: Progress
+    setup: Setup, sub: Substructure, folder: Path | None, progress: Progress, *, further: bool | None = None
 ) -> tuple[Reduced, list[str]]:
     """One superelement, from the store or made anew, and notes for people; it still holds the factor that made it.
+
+    Parameters
+    ----------
+    further : whether it has further modes; by default as `Setup.further` says.
 
     Raises
     ------
     InputError : the retained dofs do not hold the part, or its saved file is damaged.
     """
-    table, f_max, wanted = setup.study.config.reduction, highest_mode(setup), made_from(setup, sub)
+    wanted = made_from(setup, sub, further)
+    f_max = None if setup.study.config.reduction.method == "guyan" else setup.first_f_max
+    more = f_max is not None and (setup.further if further is None else further)
     found, notes = _from_store(folder, sub.part.name, wanted)
     if found is not None and found.saved.made_from != wanted:
         wider = _wider(found.saved, sub, setup.model)
         sub, found = (sub, None) if wider is None else (wider, found)
     if found is not None and found.saved.made_from != wanted:
-        wanted, notes = dict(found.saved.made_from), [_wider_note(sub)]
+        name, wanted = sub.part.name, dict(found.saved.made_from)
+        notes = [f"superelement {name}: taken from {file_stem(name)}.h5, which retains more dofs than the run needs"]
     if found is None and folder is not None:
-        found, more = _kept(folder, sub.part.name, wanted)
-        notes = more or notes
+        found, said = _kept(folder, sub.part.name, wanted)
+        notes = said or notes
     inside = Inside(sub.part, sub.boundary)
     if found is not None:
         basis, matrices = _restored(inside, found)
     else:
         try:
-            basis = fixed_interface_basis(inside, sub.shape, f_max, 0 if f_max is None else None, progress)
+            count = 0 if f_max is None else None
+            basis = fixed_interface_basis(inside, sub.shape, f_max, count, progress, further=more)
         except OutOfMemory:
             raise
         except NumericalError as error:
@@ -124,8 +137,24 @@ def reduce_substructure(
             ) from error
         matrices = reduced_matrices(sub.part, basis, progress, watched=_watched(setup, sub))
         notes += _in_pieces(inside)
-    system = reduced_system(sub.part, *truncated(basis, matrices, table.f_max))
-    return Reduced(sub, system, inside, basis, matrices, wanted, found is not None), notes
+    reduced = Reduced(sub, sub.part, inside, basis, matrices, wanted, found is not None)
+    reduced = _with_kept(replace(setup, raised=0), reduced)
+    for k in range(setup.raised):
+        reduced = raised_once(replace(setup, raised=k + 1), reduced, progress)
+    return reduced, notes
+
+
+def _with_kept(setup: Setup, reduced: Reduced) -> Reduced:
+    """Its System made of the modes that are kept."""
+    kept = truncated(reduced.basis, reduced.matrices, setup.kept_modes(reduced.basis.fixed.omega2))
+    return replace(reduced, system=reduced_system(reduced.substructure.part, *kept))
+
+
+def raised_once(setup: Setup, reduced: Reduced, progress: Progress) -> Reduced:
+    """The superelement with f_max raised to that of the setup: its further modes are kept, and new ones computed."""
+    part = reduced.substructure.part
+    basis, matrices = raised(part, reduced.basis, reduced.matrices, setup.f_max, progress)
+    return _with_kept(setup, replace(reduced, basis=basis, matrices=matrices))
 
 
 def _in_pieces(inside: Inside) -> list[str]:
@@ -152,16 +181,13 @@ def _watched(setup: Setup, sub: Substructure) -> IntArray:
     return np.intersect1d(np.concatenate(every), sub.part.labels)
 
 
-def highest_mode(setup: Setup) -> float | None:
-    """Frequency up to which fixed-interface modes are computed, Hz; None: none of them (Guyan)."""
-    c = setup.study.config
-    most = c.reduction.f_max * (MODES_FACTOR if c.time.exact else 1.0)
-    return None if c.reduction.method == "guyan" else most
-
-
-def made_from(setup: Setup, sub: Substructure) -> dict[str, str]:
+def made_from(setup: Setup, sub: Substructure, further: bool | None = None) -> dict[str, str]:
     """What the superelement of a substructure depends on in this study, each as a hash."""
-    return fingerprints(sub, f"{setup.study.config.reduction.method} {highest_mode(setup) or 0.0:g}")
+    table = setup.study.config.reduction
+    if table.method == "guyan":
+        return fingerprints(sub, table.method)
+    more = setup.further if further is None else further
+    return fingerprints(sub, f"{table.method} {setup.first_f_max:.17g}{' and further' if more else ''}")
 
 
 def is_saved(folder: Path, name: str, made_from: Mapping[str, str]) -> bool:
@@ -295,11 +321,6 @@ def _wider(saved: SavedSuperelement, sub: Substructure, model: Model) -> Substru
     return replace(sub, boundary=boundary)
 
 
-def _wider_note(sub: Substructure) -> str:
-    name = sub.part.name
-    return f"superelement {name}: taken from {_path(Path(), name).name}, which retains more dofs than the run needs"
-
-
 def _restored(inside: Inside, found: Boundary) -> tuple[Basis, Matrices]:
     saved = found.saved
     if (saved.shape.shape[0], found.inner) != (inside.b.size, inside.i.size):
@@ -375,25 +396,4 @@ def with_modes_of_file(setup: Setup, reduced: Reduced, path: Path) -> Reduced:
     if fixed.shapes.nbytes < MAPPED:
         return reduced
     basis = replace(reduced.basis, fixed=replace(fixed, shapes=read_superelement_file(path).modes))
-    kept = truncated(basis, reduced.matrices, setup.study.config.reduction.f_max)
-    return replace(reduced, basis=basis, system=reduced_system(reduced.substructure.part, *kept))
-
-
-def row_names(system: System, model: Model) -> tuple[IntArray, IntArray]:
-    """Node label and dof of each coordinate, 0 for generalised ones."""
-    c = system.coordinates
-    ids = np.where(c >= 0, model.nodes.ids[nodes_of(np.maximum(c, 0))], 0)
-    return ids.astype(np.int64), np.where(c >= 0, dofs_of(np.maximum(c, 0)), 0).astype(np.int64)
-
-
-def as_superelement(reduced: Reduced, model: Model) -> Superelement:
-    """For other programs: matrices with all damping, node labels and places."""
-    system = reduced.system
-    ids, dofs = row_names(system, model)
-    d, C = system.damping, system.damping.extra
-    if d.alpha or d.beta:
-        rayleigh = d.alpha * system.M + d.beta * system.K
-        C = rayleigh if C is None else C + rayleigh
-    nodes = np.unique(nodes_of(system.coordinates[system.coordinates >= 0]))
-    places = {int(model.nodes.ids[k]): model.nodes.coords[k] for k in nodes}
-    return Superelement(system.name, ids, dofs, system.K, system.M, C, places, model.source)
+    return _with_kept(setup, replace(reduced, basis=basis))

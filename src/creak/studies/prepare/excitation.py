@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,6 +36,10 @@ MOTIONS = {
 }
 EVEN = 1e-6
 """Relative spread of the sampling interval that a record may have."""
+POWER = 0.99
+"""Share of a sampled load's power below its highest frequency."""
+START = 11.0
+"""f_max that "auto" begins with over the highest frequency of the excitation (docs/guidelines.md)."""
 
 
 def driven_dofs(model: Model, study: Study) -> Driven:
@@ -174,6 +179,57 @@ def highest_frequency(study: Study) -> float:
             highest = max(highest, _density_points(study, s, name)[-1][0])
         highest = max(highest, s.highest)
     return highest
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """How high the load reaches."""
+
+    frequency: float
+    """Hz"""
+    source: str
+    """"stated", "sampled" (99 % of the power lies below) or "assumed" (the verification's mac_f_max)."""
+
+
+def first_f_max(study: Study, loads: Loads) -> float:
+    """[reduction] f_max, Hz; of "auto" the one that it begins with. A run is no shorter than a period of its load."""
+    given = study.config.reduction.f_max
+    if given != "auto":
+        return given
+    return START * max(excitation_of(study, loads).frequency, 1.0 / end_of(study))
+
+
+def excitation_of(study: Study, loads: Loads) -> Excitation:
+    """The highest frequency of the load: stated, found in its samples, or assumed.
+
+    Samples of records, tables and steps: the frequency below which 99 % of the power of the force, of the acceleration
+    (where that is given) or of the velocity lies, the mean left out. The acceleration of a displacement given by points
+    would show the points themselves.
+    """
+    stated = highest_frequency(study)
+    if all(t.signal.stated for t in study.config.excitation.values()) and stated > 0.0:
+        return Excitation(stated, "stated")
+    sampled = max((_reach(x, loads.step) for x in _loads_of(study, loads)), default=0.0)
+    if max(stated, sampled) > 0.0:
+        return Excitation(max(stated, sampled), "stated" if stated >= sampled else "sampled")
+    return Excitation(study.config.verification.mac_f_max, "assumed")
+
+
+def _loads_of(study: Study, loads: Loads) -> Iterator[FloatArray]:
+    """(n_time,) of each excitation that moves something, then of each force."""
+    tables = [t for t in study.config.excitation.values() if t.kind != "force"]
+    for j, table in enumerate(tables):
+        given = table.kind == "acceleration" or isinstance(table.signal, RecordTable)
+        yield loads.support[2 if given else 1, :, j]
+    yield from loads.force.T
+
+
+def _reach(x: FloatArray, step: float) -> float:
+    power = np.abs(np.fft.rfft(x - x.mean())) ** 2
+    total = np.cumsum(power)
+    if total[-1] <= 1e-20 * x.size * float(x @ x):
+        return 0.0
+    return float(np.fft.rfftfreq(x.size, step)[np.searchsorted(total, POWER * total[-1])])
 
 
 def sample_loads(model: Model, study: Study, time: FloatArray, store: Path | None = None) -> Loads:

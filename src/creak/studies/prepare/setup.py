@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from creak.arrays import IntArray
+from creak.arrays import FloatArray, IntArray
 from creak.assembly.coupling import Driven
 from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import Rayleigh, common_rayleigh
@@ -24,6 +25,7 @@ from creak.errors import InputError
 from creak.formats.deck.unread import stop_on_unread
 from creak.formats.decks import read_model
 from creak.formats.safe_names import file_stem
+from creak.linalg.modes import BAND, with_further
 from creak.model.contact_law import ContactLaw
 from creak.model.mesh import Model
 from creak.studies.design.clips import with_clips
@@ -35,7 +37,7 @@ from creak.studies.file.identity import decks_sha256
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS, Table
 from creak.studies.prepare.elines import NO_ELINES, Elines, make_elines
-from creak.studies.prepare.excitation import driven_dofs, highest_frequency, sample_loads, time_axis
+from creak.studies.prepare.excitation import driven_dofs, first_f_max, highest_frequency, sample_loads, time_axis
 from creak.studies.prepare.flight_steps import with_flight_steps
 from creak.studies.prepare.free_motion import loose_motions, loose_words
 from creak.studies.prepare.imported import imported_superelements, resistance
@@ -84,6 +86,23 @@ class Setup:
     """Of the decks, as `studies.identity.decks_sha256` has it; empty: the model came from no file."""
     device: Device = "cpu"
     """Where factors of unreduced runs are made."""
+    raised: int = 0
+    """How often [reduction] f_max = "auto" has gone half as high again."""
+
+    @property
+    def auto(self) -> bool:
+        """Whether f_max follows from what more modes change."""
+        return self.study.config.reduction.f_max == "auto"
+
+    @cached_property
+    def first_f_max(self) -> float:
+        """[reduction] f_max, Hz; of "auto" the one that it begins with."""
+        return first_f_max(self.study, self.loads)
+
+    @property
+    def f_max(self) -> float:
+        """Hz, up to which each part has all its modes."""
+        return self.first_f_max * BAND**self.raised
 
     @property
     def no_contact(self) -> str | None:
@@ -94,6 +113,19 @@ class Setup:
         if self.contacts.m + self.connectors.m:
             what = "contacts and connectors without any stiffness"
         return f"the study has {what}, so nothing can rattle: fill in a [contact.NAME] or a [[connector]]"
+
+    @property
+    def further(self) -> bool:
+        """Whether a reduction computes further modes at once: what the run with more modes takes."""
+        return self.study.config.time.exact or self.auto
+
+    def kept_modes(self, omega2: FloatArray) -> int:
+        """How many of these a reduction keeps: those below f_max, and the further ones each time that it was raised."""
+        kept = 0
+        for k in range(self.raised + 1):
+            below = int(np.count_nonzero(omega2 <= (2.0 * np.pi * self.first_f_max * BAND**k) ** 2))
+            kept = with_further(kept, below) if k else below
+        return min(kept, omega2.size)
 
     def with_tables(self, **tables: Table) -> Setup:
         """The same setup with other tables of its study, of those that setting up does not look at."""
@@ -197,9 +229,10 @@ def _check_integrator(study: Study) -> None:
 def check_frequencies(study: Study) -> None:
     """Raise InputError where modes or steps do not reach the excitation's highest frequency."""
     c, highest = study.config, highest_frequency(study)
-    if c.reduction.method != "none" and c.reduction.f_max <= highest:
+    f_max = c.reduction.f_max
+    if c.reduction.method != "none" and f_max != "auto" and f_max <= highest:
         raise InputError(
-            f"f_max = {c.reduction.f_max:g} Hz is not above the excitation, which reaches {highest:g} Hz",
+            f"f_max = {f_max:g} Hz is not above the excitation, which reaches {highest:g} Hz",
             where=study.where("reduction", "f_max"),
             expected="5 to 15 times the excitation",
             fix=f"Raise f_max to {15 * highest:g}.",

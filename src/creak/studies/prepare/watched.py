@@ -7,6 +7,8 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.contact.gap_operator import GapOperator
+from creak.contact.small_sliding import slip_warnings, turn_warnings
+from creak.dynamics.history import History
 from creak.dynamics.record.watch import Watched
 from creak.model.dofs import ROTATIONS, TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
@@ -65,3 +67,11 @@ def _rigid(coords: FloatArray, nodes: IntArray) -> tuple[FloatArray, IntArray]:
     cross = np.cross(r[:, None, :], np.eye(3)[None]).transpose(2, 0, 1).reshape(3, -1)
     inverse = np.linalg.pinv(moment, rcond=FLAT, hermitian=True)
     return inverse @ cross, node_dofs(ends, TRANSLATIONS)
+
+
+def motion_warnings(gaps: GapOperator, history: History) -> list[str]:
+    """Slip and rotations for which contact and kinematics do not hold, seen at every step."""
+    seen = history.extremes
+    if seen is None:
+        return []
+    return [*slip_warnings(gaps, seen.slip, seen.slip_at), *turn_warnings(seen.turn_names, seen.turn, seen.turn_at)]

@@ -12,8 +12,6 @@ F_MAX = 100.0
 """Hz up to which a road excites."""
 DAMPING = 0.02
 """Fraction of critical."""
-MULTIPLE = 15.0
-"""Of the excitation's highest frequency: modes that are kept."""
 AMPLITUDE = 5e-6
 """m: of each sine of the proposed motion."""
 FORCE = 0.1
@@ -177,7 +175,7 @@ def _reduction() -> list[str]:
         "# `creak advise` looks closer: retained dofs, f_max and what they cost, with the errors to expect.",
         "[reduction]",
         _line("method", "craig-bampton", "or guyan, gap-modes, massless-boundary, none"),
-        _line("f_max", MULTIPLE * F_MAX, f"Hz, modes kept: {MULTIPLE:g} times the excitation"),
+        _line("f_max", "auto", "modes kept: as far as it takes until more change nothing; or Hz"),
     ]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -140,6 +141,7 @@ def _run(
         "dof": run.system.n,
         "retained": run.retained,
         "modes": run.modes,
+        **_band(run, result),
         "channels": result.gaps.m,
         "rest_channels": int(resting(h).sum()),
         "steps": h.time.size - 1,
@@ -170,6 +172,16 @@ def _run(
         "gap_min": float(h.gap.min()) if h.gap.size else None,
         "impulse_total": float((h.weights @ h.force).sum()),
     }
+
+
+def _band(run: Run, result: StudyResult) -> dict[str, Any]:
+    """How far the modes of a reduced run go, and the stages in which that was found."""
+    if run.name != "reduced" or result.setup.study.config.reduction.method == "guyan":
+        return {}
+    band = {"f_max": result.setup.f_max}
+    if result.band is None or not result.band.stages:
+        return band
+    return {**band, "stages": [asdict(s) for s in result.band.stages], "stages_ended": result.band.why or None}
 
 
 def _event(e: Event, model: Model) -> dict[str, Any]:

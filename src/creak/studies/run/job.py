@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from creak.assembly.system import System
-from creak.contact.gap_operator import GapOperator, join
-from creak.contact.small_sliding import slip_warnings, turn_warnings
+from creak.contact.gap_operator import GapOperator
 from creak.dynamics.cuda.solver import Solver
 from creak.dynamics.history import History
 from creak.dynamics.record.thinning import spacing_words
@@ -20,12 +19,12 @@ from creak.dynamics.stopped import Stopped
 from creak.formats.stored.run_identity import RunIdentity
 from creak.progress import Progress, Steps
 from creak.studies.file.identity import new_identity
-from creak.studies.models.reduced import WHOLE, ReducedModel, reduce_model
-from creak.studies.models.reference import ReferenceModel, build_reference, observed_labels
+from creak.studies.models.reduced import ReducedModel, Stage, reduce_model
+from creak.studies.models.reference import ReferenceModel, observed_labels
 from creak.studies.prepare.output_steps import field_steps, output_every, shown_window
 from creak.studies.prepare.setup import Setup
-from creak.studies.prepare.start_check import figure_warnings, never_closed
-from creak.studies.prepare.watched import watched
+from creak.studies.prepare.start_check import never_closed
+from creak.studies.prepare.watched import motion_warnings, watched
 from creak.studies.run.agreement import ModeComparison, SpectraComparison, compare_modes, compare_spectra
 from creak.studies.run.checkpoint import Checkpoints
 from creak.studies.run.compared import compare_events, compared_setup, main_run
@@ -33,11 +32,11 @@ from creak.studies.run.costs import Cost, Meter
 from creak.studies.run.dropped import MOST_RUNS, with_closed
 from creak.studies.run.elines import LineFindings, compare_lines, line_steps, measured
 from creak.studies.run.forced_step import limited, step_warnings
-from creak.studies.run.integrate import check_massless_boundary, integrate, output_times, scheme_of
+from creak.studies.run.integrate import integrate, output_times
 from creak.studies.run.kernels import compile_for
 from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
-from creak.studies.run.precheck import prechecked, with_linear_gaps
-from creak.studies.run.static_start import begin, with_static
+from creak.studies.run.precheck import ready
+from creak.studies.run.static_start import with_static
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned, attempted
 from creak.verify.elines import PointMeasures
@@ -48,11 +47,6 @@ from creak.verify.slips import SlipEvent, Squeak, find_slips, find_squeaks
 
 COMPILE = "compile kernels (first run: a minute)"
 """A phase of its own: slow once, then kept on disk."""
-
-WITHOUT_WHOLE = (
-    "memory does not hold a factor of the whole model: the linear pre-check is that of its parts, reduced to what "
-    "joins them, and modes of reduced and unreduced model are not compared"
-)
 
 if TYPE_CHECKING:
     from creak.reduction.health import Health
@@ -94,6 +88,26 @@ class Run:
 
 
 @dataclass(frozen=True)
+class ReducedRun:
+    """A reduced model with its run, and how its f_max was found."""
+
+    setup: Setup
+    """Raised as often as it took."""
+    reduced: ReducedModel
+    run: Run
+    more: tuple[ReducedModel, Run] | None = None
+    """The run with more modes that the last stage was compared with; None: there is none yet, or it has all modes."""
+    stages: tuple[Stage, ...] = ()
+    """All models that were run; none where f_max was given."""
+    why: str = ""
+    """Why no further stage was made although more modes change the answer, and what it would cost."""
+
+
+March = Callable[[Setup, ReducedModel], Run]
+Settle = Callable[[ReducedRun, ReferenceModel, GapOperator, March, Progress], ReducedRun]
+
+
+@dataclass(frozen=True)
 class StudyResult:
     """Everything that a study found."""
 
@@ -117,6 +131,8 @@ class StudyResult:
     """Contact channels that the pre-check dropped and that were kept after all, as one closed in the run."""
     elines: LineFindings | None = None
     """Of the main run beside that without contact; None: there are no lines."""
+    band: ReducedRun | None = None
+    """How f_max was found; None: nothing was reduced."""
 
 
 @none_ignored()
@@ -129,6 +145,7 @@ def run_study(
     record: bool = False,
     keep: bool = False,
     checkpoints: Checkpoints | None = None,
+    settle: Settle | None = None,
 ) -> StudyResult:
     """Pre-check, reduction, both runs, verification.
 
@@ -141,6 +158,7 @@ def run_study(
     record : keep the motion around the hardest events of the reduced run, or of the only one (`studies.motion`).
     keep : save superelements in the store for the runs to come.
     checkpoints : from which an unreduced run goes on, and which it writes.
+    settle : raises f_max = "auto" from where it begins; None: it stays there.
     """
     c = setup.study.config
     progress(COMPILE, 0, 1)
@@ -150,10 +168,12 @@ def run_study(
     runs: dict[str, Run] = {}
     kept = gaps.m
     reduced: ReducedModel | None = None
+    band: ReducedRun | None = None
     stopped: str | None = None
     health: dict[str, Health] = {}
     if c.reduction.method != "none":
-        gaps, reduced, runs["reduced"], more = _reduced_run(setup, reference, gaps, progress, store, record, keep)
+        gaps, band, more = _reduced_run(setup, reference, gaps, progress, store, record, keep, settle)
+        setup, reduced, runs["reduced"] = band.setup, band.reduced, band.run
         from creak.studies.models.health import checked  # what comes after the run is not waited for before it
 
         notes += [*more, *reduced.notes]
@@ -208,6 +228,7 @@ def run_study(
         stopped,
         gaps.m - kept,
         lines,
+        band,
     )
 
 
@@ -219,21 +240,29 @@ def _reduced_run(
     store: Path | None,
     record: bool,
     keep: bool,
-) -> tuple[GapOperator, ReducedModel, Run, list[str]]:
+    settle: Settle | None,
+) -> tuple[GapOperator, ReducedRun, list[str]]:
     """The reduced model and its run, again with those dropped channels that close in it."""
     notes: list[str] = []
+
+    def march(setup: Setup, reduced: ReducedModel) -> Run:
+        system = reduced.system
+        return march_run("reduced", setup, system, gaps, progress, reduced, record=record, watch=True, lines=True)
+
     for left in reversed(range(MOST_RUNS)):
         gaps, more = limited(setup, reference, gaps)
         reduced = reduce_model(setup, reference, gaps, progress, store, keep=keep)
-        run = march_run(
-            "reduced", setup, reduced.system, gaps, progress, reduced, record=record, watch=True, lines=True
-        )
-        closed = with_closed(setup, gaps, run.history) if left and run.stopped is None else None
+        found = ReducedRun(setup, reduced, march(setup, reduced))
+        closed = with_closed(setup, gaps, found.run.history) if left and found.run.stopped is None else None
+        keeps_modes = setup.study.config.reduction.method != "guyan"
+        if closed is None and setup.auto and keeps_modes and settle is not None and gaps.presses:
+            found = settle(found, reference, gaps, march, progress)
+            closed = with_closed(setup, gaps, found.run.history) if left and found.stages[1:] else None
         if closed is None:
             break
         gaps = closed[0]
         notes.append(closed[1])
-    return gaps, reduced, run, [*notes, *more]
+    return gaps, found, [*notes, *more]
 
 
 def _only_run(
@@ -279,55 +308,18 @@ def _run_notes(setup: Setup, runs: dict[str, Run]) -> list[str]:
     return found if used else [*found, "device gpu: no run needed a factor of a sparse matrix"]
 
 
-def _large_motions(gaps: GapOperator, history: History) -> list[str]:
-    """Slip and rotations for which contact and kinematics do not hold, seen at every step."""
-    seen = history.extremes
-    if seen is None:
-        return []
-    return [*slip_warnings(gaps, seen.slip, seen.slip_at), *turn_warnings(seen.turn_names, seen.turn, seen.turn_at)]
-
-
 def run_warnings(setup: Setup, gaps: GapOperator, runs: dict[str, Run]) -> list[Warned]:
     """What the user should know of each run; where it is the same of both, once."""
     said = {
         name: [
             *(f"{UNRELIABLE}: {reason}" for reason in reasons_against(run.history)),
-            *_large_motions(gaps, run.history),
+            *motion_warnings(gaps, run.history),
             *step_warnings(setup, run.events),
         ]
         for name, run in runs.items()
     }
     every = dict.fromkeys(text for texts in said.values() for text in texts)
     return [Warned(f"{' and '.join(n for n in said if text in said[n])} run: {text}") for text in every]
-
-
-def ready(
-    setup: Setup, progress: Progress, store: Path | None = None
-) -> tuple[Setup, ReferenceModel, GapOperator, list[str]]:
-    """The setup at its start, and what `prepare` gives; nothing holds the factor of the whole any longer.
-
-    Parameters
-    ----------
-    store : folder of saved superelements, beside which what was solved is kept.
-    """
-    setup, built = begin(setup, progress, store)
-    return (setup, *prepare(setup, progress, built))
-
-
-def prepare(
-    setup: Setup, progress: Progress, reference: ReferenceModel | None = None
-) -> tuple[ReferenceModel, GapOperator, list[str]]:
-    """The unreduced model, made here or by `begin`, the channels that the pre-check keeps (connectors last), notes."""
-    reference = reference or build_reference(setup, progress)
-    check_massless_boundary(setup, reference.system)
-    mass, units = reference.system.stats.mass, setup.study.config.model.units
-    figures = figure_warnings(setup.model, units, mass, reference.modes.omega2)
-    reference = with_linear_gaps(setup, reference, scheme_of(setup.study.config.time), progress)
-    kept, notes = prechecked(setup, reference)
-    if setup.study.config.reduction.method not in WHOLE:
-        reference.release()
-    whole = [] if reference.of_parts is None else [WITHOUT_WHOLE]
-    return reference, join([kept, setup.connectors]), [*figures, *whole, *notes]
 
 
 def march_run(

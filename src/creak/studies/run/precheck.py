@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -10,20 +11,26 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.damping import Damping
 from creak.assembly.part import damps_by_itself
 from creak.assembly.system import Supports, System
-from creak.contact.gap_operator import GapOperator
+from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.scheme import Scheme
 from creak.linalg.diagonal import Diagonal
 from creak.progress import Progress
 from creak.reduction.modal import modal_system, modal_values
-from creak.studies.models.reference import ReferenceModel, static_shapes
+from creak.studies.models.reduced import WHOLE
+from creak.studies.models.reference import ReferenceModel, build_reference, static_shapes
 from creak.studies.prepare.setup import Setup
-from creak.studies.prepare.start_check import nothing_closes
-from creak.studies.run.integrate import linear_run
+from creak.studies.prepare.start_check import figure_warnings, nothing_closes
+from creak.studies.run.integrate import check_massless_boundary, linear_run, scheme_of
 from creak.studies.run.kernels import needs_solver
+from creak.studies.run.static_start import begin
 from creak.studies.solved import digest_of_record, solved
 
 SIDES = ("M_qs", "K_qs", "M_ss", "K_ss", "M_start")
 """Of the supports."""
+WITHOUT_WHOLE = (
+    "memory does not hold a factor of the whole model: the linear pre-check is that of its parts, reduced to what "
+    "joins them, and modes of reduced and unreduced model are not compared"
+)
 
 
 def precheck(
@@ -147,3 +154,32 @@ def _damped(setup: Setup, reference: ReferenceModel, kept: dict[str, FloatArray]
         kept["velocity"],
         labels=labels,
     )
+
+
+def ready(
+    setup: Setup, progress: Progress, store: Path | None = None
+) -> tuple[Setup, ReferenceModel, GapOperator, list[str]]:
+    """The setup at its start, and what `prepare` gives; nothing holds the factor of the whole any longer.
+
+    Parameters
+    ----------
+    store : folder of saved superelements, beside which what was solved is kept.
+    """
+    setup, built = begin(setup, progress, store)
+    return (setup, *prepare(setup, progress, built))
+
+
+def prepare(
+    setup: Setup, progress: Progress, reference: ReferenceModel | None = None
+) -> tuple[ReferenceModel, GapOperator, list[str]]:
+    """The unreduced model, made here or by `begin`, the channels that the pre-check keeps (connectors last), notes."""
+    reference = reference or build_reference(setup, progress)
+    check_massless_boundary(setup, reference.system)
+    mass, units = reference.system.stats.mass, setup.study.config.model.units
+    figures = figure_warnings(setup.model, units, mass, reference.modes.omega2)
+    reference = with_linear_gaps(setup, reference, scheme_of(setup.study.config.time), progress)
+    kept, notes = prechecked(setup, reference)
+    if setup.study.config.reduction.method not in WHOLE:
+        reference.release()
+    whole = [] if reference.of_parts is None else [WITHOUT_WHOLE]
+    return reference, join([kept, setup.connectors]), [*figures, *whole, *notes]

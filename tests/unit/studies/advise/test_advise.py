@@ -19,12 +19,13 @@ from creak.studies.advise.advice import Advice, as_dict, changes_toml
 from creak.studies.advise.choice import choose
 from creak.studies.advise.contact import bounces, numerical_damping, period_error, rounded_step, substeps_for
 from creak.studies.advise.evidence import measured, points, rule_of_thumb
-from creak.studies.advise.facts import Facts, excitation_of, gather
+from creak.studies.advise.facts import Facts, gather
 from creak.studies.advise.size import sizes, sturm_counts
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
+from creak.studies.prepare.excitation import excitation_of
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.sound.band import finer_mesh
 from helpers_core import chain, channels, system_of
@@ -208,7 +209,7 @@ def test_an_unknown_excitation_is_told(tmp_path):
     study = study.replace('kind = "displacement"', 'kind = "force"').replace("ROOT_UPPER", "TIP_UPPER")
     deck = two_strips().replace("ROOT_UPPER, 1, 2\nROOT_UPPER, 4, 6", "ROOT_UPPER, 1, 6")
     loaded = other(tmp_path, study, deck)
-    assert excitation_of(loaded).source == "assumed"
+    assert excitation_of(loaded.study, loaded.loads).source == "assumed"
     assert "500 Hz, the verification's mac_f_max" in warnings_of(loaded)
 
 
@@ -219,7 +220,8 @@ def test_a_table_tells_its_frequency_by_its_samples(tmp_path):
     study = STUDY.replace(line, f'signal = {{ type = "table", values = [{points}] }}\n\n').replace(
         "periods = 2", "end = 0.4"
     )
-    found = excitation_of(other(tmp_path, study))
+    setup = other(tmp_path, study)
+    found = excitation_of(setup.study, setup.loads)
     assert found.source == "sampled"
     assert found.frequency == pytest.approx(20.0, abs=5.0)  # lines every 2.5 Hz, and the start bends the record
 

@@ -140,18 +140,17 @@ def test_a_coarse_step_does_not_settle(tmp_path):
 def test_every_family_is_run_on_the_same_time_and_channels(strips, repeated):
     h = strips.setup.study.config.time.step
     assert list(repeated.outcomes) == [BASE, HALF, QUARTER, TWICE, TENFOLD, MORE_MODES]
-    made = {
-        name: (o.variant.step / h, o.variant.stiffness, o.variant.f_max, o.steps)
-        for name, o in repeated.outcomes.items()
-    }
-    n = strips.setup.loads.n_step
+    made = {name: (o.variant.step / h, o.variant.stiffness, o.modes, o.steps) for name, o in repeated.outcomes.items()}
+    n, kept = strips.setup.loads.n_step, strips.reduced.modes
+    more = sum(max(3, math.ceil(r.system.stats.modes / 2)) for r in strips.reduced.superelements)
+    assert repeated.outcomes[MORE_MODES].modes >= kept + more
     assert made == {
-        BASE: (1.0, 1.0, 3000.0, n),
-        HALF: (0.5, 1.0, 3000.0, 2 * n),
-        QUARTER: (0.25, 1.0, 3000.0, 4 * n),
-        TWICE: (0.25, 2.0, 3000.0, 4 * n),
-        TENFOLD: (0.25, 10.0, 3000.0, 4 * n),
-        MORE_MODES: (1.0, 1.0, 4500.0, n),
+        BASE: (1.0, 1.0, kept, n),
+        HALF: (0.5, 1.0, kept, 2 * n),
+        QUARTER: (0.25, 1.0, kept, 4 * n),
+        TWICE: (0.25, 2.0, kept, 4 * n),
+        TENFOLD: (0.25, 10.0, kept, 4 * n),
+        MORE_MODES: (1.0, 1.0, repeated.outcomes[MORE_MODES].modes, n),
     }
     end = float(strips.setup.loads.time[-1])
     assert [o.end for o in repeated.outcomes.values()] == pytest.approx([end] * 6, rel=1e-12)
@@ -216,8 +215,9 @@ def test_hard_contact_and_guyan_leave_out_what_they_do_not_have(strips):
     )
     variants, notes = module.plan(hard)
     assert [v.name for v in variants] == [HALF, QUARTER]
-    for word in (f"{strips.gaps.m} hard channels", "no contact has a stiffness", "Guyan"):
+    for word in (f"{strips.gaps.m} hard channels", "no contact has a stiffness"):
         assert any(word in note for note in notes)
+    assert "Guyan" in module.not_looked_at(hard)[0]
 
 
 @pytest.mark.parametrize(
@@ -274,9 +274,9 @@ def test_a_run_that_cannot_be_made_says_why(strips, monkeypatch):
     def refuse(*_):
         raise InputError("no such modes")
 
-    monkeypatch.setattr(module, "reduce_model", refuse)
+    monkeypatch.setattr(module, "with_more_modes", refuse)
     c = converge(strips, silent)
-    assert c.outcomes[MORE_MODES].stopped == "1.5 x f_max was not run: no such modes"
+    assert c.outcomes[MORE_MODES].stopped == "more modes was not run: no such modes"
     assert c.outcomes[TENFOLD].stopped is None
 
 

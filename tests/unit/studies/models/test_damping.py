@@ -18,7 +18,7 @@ from creak.studies.models.reduced import reduce_model
 from creak.studies.prepare.setup import set_up
 from creak.studies.propose.proposal import propose
 from creak.studies.propose.text import proposal_text
-from creak.studies.run.job import prepare
+from creak.studies.run.precheck import prepare
 from creak.studies.warned import warnings_of
 from helpers_core import chain, system_of
 from helpers_decks import STUDY, two_strips, write_strips

@@ -27,7 +27,8 @@ from creak.studies.models.outlines import assembled
 from creak.studies.models.reference import build_reference
 from creak.studies.models.room import Room, only_parts_fit, room
 from creak.studies.prepare.setup import Setup, set_up
-from creak.studies.run.job import WITHOUT_WHOLE, ready, run_study
+from creak.studies.run.job import run_study
+from creak.studies.run.precheck import WITHOUT_WHOLE, ready
 from helpers_core import system_of
 from helpers_decks import STUDY, write_strips
 
@@ -104,12 +105,12 @@ def test_the_motion_before_contact_is_that_of_the_whole(setup, monkeypatch):
         ({}, r"does not hold the reduction of part UPPER: at least 2 GB are needed, 1 GB are free\. Cut it into"),
         (
             {"reference": {"run": True}},
-            r'\[reference\] run = "whole" takes: at least 3 GB .* \[reference\] run = "spots"; parts alone take 2 GB\',
+            r'\[reference\] run = "whole" takes: at least 3 GB .* \[reference\] run = "spots"; parts alone take 2 GB',
         ),
         ({"reduction": {"method": "gap-modes"}}, r"\[reduction\] method = \"gap-modes\" takes"),
         (
             {"reference": {"run": True}, "reduction": {"method": "gap-modes"}},
-            r'which .*gap-modes" and \[reference\] run = "whole" take: .* method = "craig-bampton", \[reference\] run = "spots";\',
+            r'which .*gap-modes" and \[reference\] run = "whole" take: .* method = "craig-bampton", \[reference\] run = "spots";',
         ),
         (
             {"reduction": {"method": "none"}},

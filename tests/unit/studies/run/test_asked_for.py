@@ -11,7 +11,7 @@ import creak
 from creak.api.study import make_study, run, set_up
 from creak.errors import InputError
 from creak.progress import silent
-from creak.studies.run.job import ready
+from creak.studies.run.precheck import ready
 from helpers_decks import STEEL, STUDY, two_strips
 
 OTHER = STEEL.replace("NAME=STEEL", "NAME=OTHER").replace("ALPHA=5.", "ALPHA=50.")

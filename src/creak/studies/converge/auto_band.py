@@ -1,0 +1,128 @@
+"""[reduction] f_max = "auto": the run again with more modes until they change nothing, or cost too much."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from creak.contact.gap_operator import GapOperator
+from creak.linalg.memory import OutOfMemory, fits
+from creak.linalg.modes import BAND, HALF_AGAIN
+from creak.progress import Progress
+from creak.studies.converge.compared import assess
+from creak.studies.converge.settling import BASE, ENOUGH, MORE_MODES, SETTLED, EventSettling, Variant
+from creak.studies.converge.variants import outcome_of
+from creak.studies.models.reduced import DENSE, DIAGONAL_LIMIT, ReducedModel, Stage, raised_model, with_more_modes
+from creak.studies.models.reference import ReferenceModel
+from creak.studies.prepare.output_steps import shown_window
+from creak.studies.prepare.setup import Setup
+from creak.studies.run.integrate import output_times
+from creak.studies.run.job import March, ReducedRun, Run
+from creak.verify.slips import SlipEvent
+from creak.verify.statistics import MANY
+from creak.words import duration
+
+BUDGET = 4.0
+"""What all stages together may cost over the first one, its reduction and its two runs."""
+PATIENCE = 5.0
+"""s that all stages together may take in any case."""
+GROWTH = BAND**2
+"""What a stage costs over the one before it: there are more modes, and they are faster."""
+
+
+def settle(
+    first: ReducedRun,
+    reference: ReferenceModel,
+    gaps: GapOperator,
+    march: March,
+    progress: Progress,
+) -> ReducedRun:
+    """Raise f_max by half until the run with more modes finds what the one before it found.
+
+    The run with more modes of one stage is the run of the next: each model is run once. Modes that are known stay.
+
+    Parameters
+    ----------
+    first : of the first f_max.
+    march : makes the run of a model.
+    """
+    setup, reduced, run = first.setup, first.reduced, first.run
+    stages = [_stage(setup, reduced, run, reduced.wall_s)]
+    while not reduced.complete and run.stopped is None:
+        before = reduced.wall_s
+        try:
+            more = with_more_modes(setup, reference, gaps, reduced, progress)
+        except OutOfMemory as error:
+            return ReducedRun(setup, reduced, run, None, tuple(stages), f"more modes do not fit: {error}")
+        more = replace(more, wall_s=before + more.wall_s, cpu_s=reduced.cpu_s + more.cpu_s)
+        following = replace(setup, raised=setup.raised + 1)
+        again = march(following, more)
+        agree = again.stopped is None and tell_the_same(setup, run, again)
+        stages[-1] = replace(stages[-1], same=agree)
+        stages.append(_stage(following, more, again, more.wall_s - before))
+        why = "" if agree else _too_much(following, more, stages)
+        if agree or why or again.stopped is not None:
+            return ReducedRun(setup, reduced, run, (more, again), tuple(stages), why)
+        try:
+            reduced = more if more.complete else raised_model(following, reference, more, progress)
+        except OutOfMemory as error:
+            why = f"f_max {BAND * following.f_max:,.0f} Hz does not fit: {error}"
+            return ReducedRun(setup, reduced, run, (more, again), tuple(stages), why)
+        stages[-1] = replace(stages[-1], wall_s=stages[-1].wall_s + reduced.wall_s - more.wall_s)
+        setup, run = following, again
+    return ReducedRun(setup, reduced, run, None, tuple(stages))
+
+
+def _stage(setup: Setup, reduced: ReducedModel, run: Run, making: float) -> Stage:
+    h = run.history
+    impulse = float((h.weights @ h.force).sum())
+    return Stage(setup.f_max, reduced.modes, len(run.events), impulse, making + run.cost.wall_s)
+
+
+def _too_much(setup: Setup, more: ReducedModel, stages: list[Stage]) -> str:
+    """Why no further stage is made, and what it would cost; empty: it is."""
+    if more.complete:
+        return ""
+    to = f"f_max {BAND * setup.f_max:,.0f} Hz"
+    n = more.system.n + int(HALF_AGAIN * more.modes)
+    if n > DIAGONAL_LIMIT or not fits(DENSE * 8.0 * float(n) ** 2):
+        return f"{to} would take {n:,} unknowns, more than memory or {DIAGONAL_LIMIT:,}"
+    spent, following = sum(s.wall_s for s in stages), GROWTH * stages[-1].wall_s
+    if spent + following > max(BUDGET * (stages[0].wall_s + stages[1].wall_s), PATIENCE):
+        return f"{to} would take some {duration(following)} more"
+    return ""
+
+
+def tell_the_same(setup: Setup, run: Run, again: Run) -> bool:
+    """The question of f_max = "auto", for two runs of a setup: does the second, with more modes, tell the same?
+
+    Events that carry 95 % of the impulse have settled in all their figures, as the verdict has it; so have impulse and
+    force of the whole run, and number and work of slips; and blows last as long as before, to 5 % in the mean that the
+    impulse weighs. Many events may be alike as samples instead.
+    """
+    v, window = setup.study.config.verification, shown_window(setup.study, output_times(setup))
+    of = {name: Variant(name, family, 0.0) for name, family in ((BASE, ""), (MORE_MODES, "modes"))}
+    outcomes = {BASE: outcome_of(of[BASE], run, ()), MORE_MODES: outcome_of(of[MORE_MODES], again, ())}
+    c = assess(outcomes, run.name, window, v.event_tolerance)
+    if not all(t.settled for name, t in c.totals.items() if name != "events") or not _slip_alike(run, again):
+        return False
+    total, held = (sum(e.event.impulse for e in some) for some in (c.events, [e for e in c.events if e.settled]))
+    if held >= ENOUGH * total and sum(map(_moved, c.events)) <= SETTLED * total:
+        return True
+    s = c.statistics["modes"]
+    known = [d.alike for d in (s.force, s.impulse) if d is not None]
+    return len(c.events) >= MANY and s.rates_alike and all(known)
+
+
+def _moved(e: EventSettling) -> float:
+    """Change of an event's duration as a share of it, times the impulse."""
+    return abs(e.figures["duration"].changes["modes"]) * e.event.impulse / (e.event.t_end - e.event.t_start)
+
+
+def _slip_alike(run: Run, again: Run) -> bool:
+    """Number of slips and the work of friction in all of them, within 5 % or one slip."""
+
+    def figures(slips: tuple[SlipEvent, ...]) -> tuple[int, float]:
+        return sum(len(s.slips) for s in slips), sum(s.friction_work for s in slips)
+
+    (n, work), (m, other) = figures(run.slips), figures(again.slips)
+    return abs(n - m) <= max(1.0, SETTLED * m) and (max(n, m) <= 1 or abs(work - other) <= SETTLED * abs(other))

@@ -1,0 +1,122 @@
+"""f_max = "auto": as many modes as it takes, each model run once, a budget that is kept, and what is said of it."""
+
+from __future__ import annotations
+
+import pytest
+
+from creak.api.study import run, run_setup
+from creak.errors import InputError
+from creak.progress import silent
+from creak.studies.converge import auto_band, variants
+from creak.studies.converge.settling import BASE, MORE_MODES
+from creak.studies.file.reader import read_study
+from creak.studies.models.reduced import reduce_model
+from creak.studies.prepare.setup import set_up
+from creak.studies.run import job
+from helpers_bar import AREA, DENSITY, LENGTH, SPEED, WAVE, bar
+
+AUTO = 'f_max = "auto"'
+LASTS, IMPULSE = 2.0 * LENGTH / WAVE, 2.0 * DENSITY * AREA * LENGTH * SPEED
+
+
+@pytest.fixture(autouse=True)
+def patient(monkeypatch):
+    """A machine that is busy must not change the answer."""
+    monkeypatch.setattr(auto_band, "PATIENCE", 600.0)
+
+
+def blow(found):
+    (event,) = found.summary["runs"]["reduced"]["events"]
+    return event["t_end"] - event["t_start"], event["impulse"]
+
+
+@pytest.mark.parametrize("end", [2e-4, 2e-3, 2e-2])
+def test_a_bar_on_a_wall_settles_to_its_closed_form(tmp_path, end):
+    """A blow of 2 L / c, however long the run is, and with it the frequency that the first stage begins at."""
+    found = run(bar(tmp_path, AUTO, time=f"end = {end}"))
+    lasts, impulse = blow(found)
+    assert lasts == pytest.approx(LASTS, rel=0.05)
+    assert impulse == pytest.approx(IMPULSE, rel=0.02)
+    told = found.summary["runs"]["reduced"]
+    assert told["verdict"] == "settled"
+    stages = told["stages"]
+    assert [s["same"] for s in stages] == [*[False] * (len(stages) - 2), True, None]
+    assert told["f_max"] == stages[-2]["f_max"]
+    assert told["modes"] == stages[-2]["modes"]
+    assert found.summary["convergence"]["runs"][MORE_MODES]["modes"] == stages[-1]["modes"]
+    assert "(auto)" in found.page(0.0)
+
+
+def test_no_model_is_run_twice(tmp_path, monkeypatch):
+    """Stages and repeats together: a base run for each stage, one of them with half the tolerance."""
+    sizes, real = [], job.march_run
+
+    def counted(name, setup, system, *rest, **options):
+        sizes.append((system.n, setup.refined))
+        return real(name, setup, system, *rest, **options)
+
+    for module in (job, variants):
+        monkeypatch.setattr(module, "march_run", counted)
+    found = run(bar(tmp_path, AUTO, time="end = 2e-3"))
+    stages = found.summary["runs"]["reduced"]["stages"]
+    assert len(stages) > 2
+    assert len(sizes) == len(set(sizes)) == len(stages) + 1
+
+
+@pytest.mark.parametrize("method", ["craig-bampton", "gap-modes"])
+def test_the_model_that_was_chosen_comes_again_from_its_setup(tmp_path, method):
+    found = run(bar(tmp_path, f'{AUTO}\nmethod = "{method}"', time="end = 2e-3"), converge=False)
+    result = found.found
+    assert result.setup.raised > 0
+    again = reduce_model(result.setup, result.reference, result.gaps, silent)
+    assert (again.modes, again.system.n) == (result.reduced.modes, result.reduced.system.n)
+
+
+def test_a_budget_that_is_spent_says_what_it_would_take(tmp_path, monkeypatch):
+    monkeypatch.setattr(auto_band, "BUDGET", 0.0)
+    monkeypatch.setattr(auto_band, "PATIENCE", 0.0)
+    told = run(bar(tmp_path, AUTO, time="end = 2e-3")).summary["runs"]["reduced"]
+    assert told["verdict"] == "unsettled"
+    assert len(told["stages"]) == 2
+    assert told["stages_ended"] in told["reasons"][-1]
+    assert "Hz would take some" in told["stages_ended"]
+
+
+def test_memory_that_does_not_hold_more_says_so(tmp_path, monkeypatch):
+    monkeypatch.setattr(auto_band, "fits", lambda _: False)
+    told = run(bar(tmp_path, AUTO, time="end = 2e-3")).summary["runs"]["reduced"]
+    assert told["verdict"] == "unsettled"
+    assert "unknowns" in told["reasons"][-1]
+
+
+def test_a_part_that_becomes_complete_ends_the_stages(tmp_path):
+    """Two elements have two modes; with them nothing is left out."""
+    found = run(bar(tmp_path, AUTO, n=2, time="end = 2e-2"))
+    assert found.summary["runs"]["reduced"]["modes"] == 2
+    assert found.convergence.outcomes[MORE_MODES].steps == 0
+    assert found.convergence.outcomes[BASE].modes == 2
+
+
+def test_nothing_that_presses_and_no_modes_need_no_stages(tmp_path):
+    for reduction in (f'{AUTO}\nmethod = "guyan"', f'{AUTO}\nmethod = "none"'):
+        found = run(bar(tmp_path, reduction, n=10), converge=False)
+        assert not any("stages" in r for r in found.summary["runs"].values())
+
+
+def test_a_forced_step_has_its_stages_too(tmp_path):
+    told = run(bar(tmp_path, AUTO, time="step = 2e-7\nend = 2e-3"), converge=False).summary["runs"]["reduced"]
+    assert len(told["stages"]) > 1
+
+
+def test_what_is_no_frequency_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"f_max.*'auto'|auto"):
+        bar(tmp_path, 'f_max = "automatic"')
+
+
+def test_a_number_stays_a_number(tmp_path):
+    setup = set_up(bar(tmp_path, "f_max = 700"))
+    assert (setup.auto, setup.f_max) == (False, 700.0)
+    told = run_setup(setup, converge=False).summary["runs"]["reduced"]
+    assert told["f_max"] == 700.0
+    assert "stages" not in told
+    assert read_study(tmp_path / "study.toml").config.reduction.f_max == 700.0

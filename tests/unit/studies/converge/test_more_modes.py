@@ -1,0 +1,70 @@
+"""The run with more modes has modes that the base run lacks, whatever their frequency; a complete part has none left."""
+
+from __future__ import annotations
+
+import pytest
+
+from creak.api.study import run
+from creak.studies.converge.settling import BASE, MORE_MODES
+from helpers_bar import FIRST, LENGTH, WAVE, bar
+
+
+def verdict(found):
+    main = found.summary["runs"]["reduced"]
+    return main["verdict"], " ".join(main["reasons"])
+
+
+def told(found):
+    """Modes and the length of the blow, in every run."""
+    runs = found.summary["convergence"]["runs"]
+    ends = {name: o.events[0].t_end - o.events[0].t_start for name, o in found.convergence.outcomes.items()}
+    return {name: runs[name]["modes"] for name in (BASE, MORE_MODES)}, ends
+
+
+def test_a_stiff_bar_whose_first_mode_lies_far_above_f_max_has_not_settled(tmp_path):
+    """Its first mode lies at 6.5 kHz: to the default f_max of 1.5 kHz it is rigid, and its blow a spring's."""
+    found = run(bar(tmp_path), converge=True)
+    modes, lasts = told(found)
+    assert modes == {BASE: 0, MORE_MODES: 3}
+    assert lasts[BASE] < 0.1 * 2.0 * LENGTH / WAVE < lasts[MORE_MODES]
+    word, why = verdict(found)
+    assert word == "unsettled"
+    assert "the modes that the reduction kept" in why
+
+
+@pytest.mark.parametrize("step", ["", "step = 1e-7\n"])
+def test_a_part_without_modes_between_f_max_and_half_again_gets_those_above(tmp_path, step):
+    """Two modes lie below 4 times the first, the third at 5 times, which no run to 1.5 f_max = 4.5 times has."""
+    found = run(bar(tmp_path, f"f_max = {3.0 * FIRST!r}", time=f"{step}end = 2e-4"), converge=True)
+    assert told(found)[0] == {BASE: 1, MORE_MODES: 4}
+
+
+@pytest.mark.parametrize("step", ["", "step = 1e-7\n"])
+def test_a_complete_part_leaves_nothing_out(tmp_path, step):
+    """Four elements have four modes, the highest far below 100 times the first: there is no run to make."""
+    found = run(bar(tmp_path, f"f_max = {100.0 * FIRST!r}", n=4, time=f"{step}end = 2e-4"), converge=True)
+    c = found.convergence
+    assert told(found)[0] == {BASE: 4, MORE_MODES: 4}
+    assert c.outcomes[MORE_MODES].steps == 0
+    assert all(f.changes["modes"] == 0.0 for e in c.events for f in e.figures.values())
+    assert any("every part is complete" in text for text in found.summary["convergence"]["findings"])
+    assert not c.unlooked
+
+
+def test_what_a_guyan_reduction_leaves_out_has_not_settled(tmp_path):
+    word, why = verdict(run(bar(tmp_path, 'method = "guyan"'), converge=True))
+    assert word == "unsettled"
+    assert "Guyan" in why
+    assert "not looked at" in why
+
+
+@pytest.mark.parametrize("method", ["gap-modes", "massless-boundary"])
+def test_an_assembly_that_is_reduced_as_a_whole_gets_more_of_its_modes(tmp_path, method):
+    """The free bar has its rigid mode below 2 kHz, and vibrates from 13 kHz on; four elements have five modes."""
+    found = run(bar(tmp_path, f'method = "{method}"\nf_max = 2000'), converge=True)
+    assert told(found)[0] == {BASE: 1, MORE_MODES: 4}
+    whole = tmp_path / "whole"
+    whole.mkdir()
+    found = run(bar(whole, f'method = "{method}"\nf_max = {100.0 * FIRST!r}', n=4), converge=True)
+    assert told(found)[0] == {BASE: 5, MORE_MODES: 5}
+    assert found.convergence.outcomes[MORE_MODES].steps == 0
