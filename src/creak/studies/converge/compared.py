@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
+from creak.studies.converge.rubbing import settled_rubs
 from creak.studies.converge.settling import (
     BASE,
     ENOUGH,
@@ -26,13 +27,19 @@ from creak.verify.statistics import MANY, compare_statistics
 
 
 def assess(
-    outcomes: dict[str, Outcome], model: str, window: tuple[float, float], tolerance: float, notes: tuple[str, ...] = ()
+    outcomes: dict[str, Outcome],
+    model: str,
+    window: tuple[float, float],
+    tolerance: float,
+    notes: tuple[str, ...] = (),
+    rub_names: Sequence[tuple[str, int]] = (),
 ) -> Convergence:
     """Compare runs, the base run first among them.
 
     Parameters
     ----------
     tolerance : events that start this close are the same, s.
+    rub_names : contact and number of each of the places that rub.
     """
     families = {name: pair for name, pair in LAST_TWO.items() if set(pair) <= outcomes.keys()}
     told = tuple(name for name, pair in families.items() if not outcomes[pair[1]].variant.judged)
@@ -59,6 +66,7 @@ def assess(
         _parted(events),
         notes,
         _places(outcomes, families, told),
+        settled_rubs(outcomes, families, told, rub_names),
     )
 
 

@@ -12,6 +12,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.studies.prepare.setup import Setup
 from creak.verify.events import Event
+from creak.verify.rubbing import Rub
 from creak.verify.statistics import EventStatistics
 
 SETTLED = 0.05
@@ -80,6 +81,12 @@ class Followed:
     """`OF_PLACE` of each in the base run; figures that are not known are left out."""
     of: Callable[[Setup, System, GapOperator, History], tuple[dict[str, float], ...]] = lambda *_: ()
     """The same in another run."""
+    rub_names: tuple[tuple[str, int], ...] = ()
+    """Contact and number of each place that is looked for as one that rubs; 0: it rests."""
+    rubs: tuple[Rub, ...] = ()
+    """Friction and lasting contact of each of them in the base run."""
+    rubs_of: Callable[[Setup, GapOperator, History], tuple[Rub, ...]] = lambda *_: ()
+    """The same in another run."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +109,8 @@ class Outcome:
     """Why it ended early; None: it did not."""
     places: tuple[dict[str, float], ...] = ()
     """Figures of each place of the base run that is followed."""
+    rubs: tuple[Rub, ...] = ()
+    """Friction and lasting contact of each place of the base run, and of those that rest."""
 
     @property
     def force(self) -> float:
@@ -124,6 +133,8 @@ class Settling:
     """Why it cannot be settled; empty: the changes decide."""
     told: tuple[str, ...] = ()
     """Families that decide nothing."""
+    floor: float = 0.0
+    """What changes are shares of at least."""
 
     @property
     def settled_to(self) -> float:
@@ -149,7 +160,7 @@ class Settling:
     @property
     def base_error(self) -> float:
         """Base run less the finest in time, as `changes`; nan where one of them does not have the figure."""
-        return -change(self.name, self.values.get(BASE), self.values.get(FINER, self.values.get(QUARTER)))
+        return -change(self.name, self.values.get(BASE), self.values.get(FINER, self.values.get(QUARTER)), self.floor)
 
 
 @dataclass(frozen=True)
@@ -169,6 +180,42 @@ class EventSettling:
     def moved_in_time(self) -> bool:
         """Is it another one with another resolution in time?"""
         return any(abs(f.changes.get(t, 0.0)) > f.limit_of(t) for f in self.figures.values() for t in IN_TIME)
+
+
+@dataclass(frozen=True)
+class RubSettling:
+    """Friction and lasting contact of one place of the base run."""
+
+    contact: str
+    number: int
+    """Of the place; 0: it rests."""
+    states: dict[str, str]
+    """Run -> what friction does there most of the time: stick, stick-slip, sliding."""
+    figures: dict[str, Settling]
+    deciding: tuple[str, ...]
+    """Figures that must settle."""
+    turned: tuple[str, ...]
+    """Families of those that decide in which the state changes."""
+    parted: tuple[str, ...]
+    """Families of those that decide in which single slips are others."""
+    lasting: bool
+    energy: float
+    """Largest of all runs that friction took."""
+
+    @property
+    def open(self) -> tuple[str, ...]:
+        """Figures that must settle and have not."""
+        return tuple(name for name in self.deciding if not self.figures[name].settled)
+
+    @property
+    def causes(self) -> list[str]:
+        """Families that move most what is open."""
+        return [*self.turned, *(w for name in self.open if (w := self.figures[name].worst))]
+
+    @property
+    def settled(self) -> bool:
+        """Single slips may be others."""
+        return not (self.turned or self.open)
 
 
 @dataclass(frozen=True)
@@ -197,6 +244,8 @@ class Convergence:
     notes: tuple[str, ...]
     places: tuple[dict[str, Settling], ...] = ()
     """Figures of the first places of the base run, as they are ranked, and how far they have settled."""
+    rubs: tuple[RubSettling, ...] = ()
+    """Friction and lasting contact of all its places, as they are ranked, then of what rests."""
 
     @property
     def finest(self) -> str:
@@ -208,10 +257,11 @@ class Convergence:
         return sum(e.figures[name].settled for e in self.events)
 
 
-def change(name: str, before: float | None, after: float | None) -> float:
-    """after - before (times, s) or that over |after|; inf where something becomes nothing; nan where one is unknown."""
+def change(name: str, before: float | None, after: float | None, floor: float = 0.0) -> float:
+    """after - before (times, s) or that over |after| (or a floor); inf: something becomes nothing; nan: unknown."""
     if before is None or after is None:
         return np.nan
     if name in TIMES or after == before:
         return after - before
-    return (after - before) / abs(after) if after else np.inf
+    scale = max(abs(after), floor)
+    return (after - before) / scale if scale else np.inf

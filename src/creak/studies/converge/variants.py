@@ -32,6 +32,7 @@ from creak.studies.models.superelements import MODES_FACTOR
 from creak.studies.prepare.excitation import sample_loads, time_axis
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.job import Run, StudyResult, march_run
+from creak.verify.rubbing import Rub
 
 NO_PLACES = Followed()
 GIVEN = "the contact stiffness is the study's own: what another one changes is told, and unsettles nothing"
@@ -58,7 +59,7 @@ def converge(result: StudyResult, progress: Progress, places: Followed = NO_PLAC
     """
     base = result.runs.get("reduced") or result.runs["reference"]
     notes: list[str] = []
-    outcomes = {BASE: _outcome(_base_variant(result), base, places.base)}
+    outcomes = {BASE: _outcome(_base_variant(result), base, places.base, places.rubs)}
     if base.stopped is not None:
         notes.append(f"convergence was not looked at: the {base.stopped}")
     elif not result.gaps.presses:
@@ -70,7 +71,7 @@ def converge(result: StudyResult, progress: Progress, places: Followed = NO_PLAC
     notes += [o.stopped for o in outcomes.values() if o.stopped and o.variant.family]
     v, exact = result.setup.study.config.verification, result.setup.study.config.time.exact
     window = (0.0, float(base.history.time[-1])) if exact else result.window
-    return assess(outcomes, base.name, window, v.event_tolerance, tuple(notes))
+    return assess(outcomes, base.name, window, v.event_tolerance, tuple(notes), places.rub_names)
 
 
 def plan(result: StudyResult) -> tuple[list[Variant], list[str]]:
@@ -156,7 +157,8 @@ def _repeat(result: StudyResult, base: Run, variant: Variant, places: Followed, 
         gaps = scaled_contact(result.gaps, _scaled(result), variant.stiffness)
         quiet = replace(setup, watched=np.zeros(0, dtype=np.int64))
         run = march_run(variant.name, quiet, system, gaps, report, reduced)
-        return _outcome(variant, run, places.of(setup, system, gaps, run.history))
+        rubs = places.rubs_of(setup, gaps, run.history)
+        return _outcome(variant, run, places.of(setup, system, gaps, run.history), rubs)
     except CreakError as error:
         return Outcome(variant, (), 0.0, 0.0, 0.0, 0, 0.0, 0.0, f"{variant.name} was not run: {error}")
 
@@ -197,7 +199,7 @@ def _substeps(setup: Setup, base: Run) -> int:
     return max(table.substeps, round(table.step / float(steps.min())) if steps.size else 1)
 
 
-def _outcome(variant: Variant, run: Run, places: tuple[dict[str, float], ...]) -> Outcome:
+def _outcome(variant: Variant, run: Run, places: tuple[dict[str, float], ...], rubs: tuple[Rub, ...]) -> Outcome:
     h = run.history
     return Outcome(
         variant,
@@ -210,4 +212,5 @@ def _outcome(variant: Variant, run: Run, places: tuple[dict[str, float], ...]) -
         run.cost.wall_s,
         run.stopped,
         places,
+        rubs,
     )
