@@ -101,10 +101,10 @@ def find_slips(
     """Stick-slip events of a run, by start time.
 
     A slip is an interval in which a channel presses and slides, between two in which it presses and sticks: sliding
-    that begins with the touch or ends with the release is a rub, no stick-slip. A single instant at rest is a reversal
-    of the sliding, no stick. Slips of a pair less than `merge` seconds apart (default `LONGEST` periods of `f_max`, Hz)
-    are one event. The slip speed is extrapolated to zero inside the steps at both ends; length and work are trapezoidal
-    (`History.weights`).
+    that begins with the touch or the run, or ends with the release, is a rub, no stick-slip. A single instant at rest
+    is a reversal of the sliding, no stick. Slips of a pair less than `merge` seconds apart (default `LONGEST` periods
+    of `f_max`, Hz) are one event. The slip speed is extrapolated to zero inside the steps at both ends; length and work
+    are trapezoidal (`History.weights`).
     """
     if gaps.friction is None or not history.sliding.size:
         return []
@@ -179,6 +179,7 @@ def slides_of(history: History, weights: FloatArray, i: int, channel: int) -> li
             end = _at_rest(history.time, speed, last, max(last - 1, 0), last + 1)
         work = -float(w @ (tau[rows] * sliding[rows]).sum(axis=1))
         length, peak = float(w @ speed[rows]), float(speed[rows].max())
+        stuck = stuck and start > history.time[0]  # what begins with the run begins from nothing that is known
         found.append(Slide(channel, first, start, end, length, peak, work, drop, bool(stuck and sticks)))
     return found
 

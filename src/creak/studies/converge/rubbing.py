@@ -69,9 +69,10 @@ def _settled(
         values = {run: x[name] for run, x in known.items() if name in x}
         if name not in base or (name == "slip_rate" and len(values) < len(known)):
             continue  # of two slips or less there is no rate: their number decides
-        most = max(values.values())
-        limit = max(SETTLED, 1.0 / max(most, 1.0)) if name == "slips" else SETTLED
-        floor = _floor(name, rubs)
+        floor, limit = _floor(name, rubs), SETTLED
+        if name == "slips":  # one more or less, which an edge of the window makes, is none
+            floor = max(1.0, *values.values())
+            limit = max(SETTLED, 1.0 / floor)
         changes = {f: change(name, values.get(a), values.get(b), floor) for f, (a, b) in families.items()}
         figures[name] = Settling(name, values, changes, limit, problem, told, floor)
     deciding = {f: pair for f, pair in families.items() if f not in told}
@@ -96,8 +97,6 @@ def _settled(
 def _floor(name: str, rubs: dict[str, Rub]) -> float:
     """What changes of a figure are shares of at least."""
     friction, force = rubs[BASE].friction, rubs[BASE].force
-    if name == "slips":
-        return 1.0
     if name == "slip_share":
         return FLOOR
     if name == "slip_time" and friction is not None:

@@ -63,7 +63,12 @@ def verdict_of(run: Run, result: StudyResult, convergence: Convergence | None) -
         return Verdict(SETTLED, ())
     if convergence is None or convergence.model != run.name:
         return None
-    return _with_friction(_of_convergence(convergence), convergence)
+    return verdict_of_runs(convergence)
+
+
+def verdict_of_runs(c: Convergence) -> Verdict:
+    """What the repeated runs say: of the events, of friction and of lasting contact."""
+    return _with_friction(_of_convergence(c), c)
 
 
 def _with_friction(verdict: Verdict, c: Convergence) -> Verdict:

@@ -119,6 +119,8 @@ def _find(result: StudyResult, run: Run) -> tuple[Place, ...]:
         else:
             node = int(gaps.nodes_idx[channels[np.argmax(h.weights @ h.force[:, channels])]])
         rub = rub_of(h, gaps, channels, result.window, f_max)
+        if len(own) > 1:  # those are judged one by one
+            rub = replace(rub, force=None)
         places.append(Place(0, contact, channels, rows, node, tuple(own), tuple(slid), rub))
     places.sort(key=lambda place: (place.rests, -place.force))
     return tuple(replace(place, number=0 if place.rests else k) for k, place in enumerate(places, start=1))
