@@ -80,14 +80,15 @@ def _settled(
     pairs = {f: (friction[a], friction[b]) for f, (a, b) in deciding.items() if a in friction and b in friction}
     runs = {BASE, *(name for pair in deciding.values() for name in pair)}
     states = {friction[name].state for name in runs if name in friction}
+    squeaks = any(friction[name].shares[1] > SETTLED for name in runs if name in friction)
     lasting = rubs[BASE].force is not None
     return RubSettling(
         contact,
         number,
         {name: r.state for name, r in friction.items()},
         figures,
-        tuple(name for name in figures if _decides(name, states, lasting)),
-        tuple(f for f, (a, b) in pairs.items() if _turned(a, b)),
+        tuple(name for name in figures if _decides(name, states, squeaks, lasting)),
+        tuple(f for f, (a, b) in pairs.items() if _turned(a, b, lasting)),
         tuple(f for f, (a, b) in pairs.items() if _parted(a, b)),
         lasting,
         max((r.energy for r in friction.values()), default=0.0),
@@ -104,10 +105,10 @@ def _floor(name: str, rubs: dict[str, Rub]) -> float:
     return FLOOR * force.mean if name == "force_rms" and force is not None else 0.0
 
 
-def _decides(name: str, states: set[str], lasting: bool) -> bool:
-    """Whether a figure must settle: not that of slips where none of the runs slips by turns, none where all stick."""
+def _decides(name: str, states: set[str], squeaks: bool, lasting: bool) -> bool:
+    """Whether a figure must settle: not that of slips where no run slips by turns for long, none where all stick."""
     if name in ("slips", "slip_rate"):
-        return STICK_SLIP in states
+        return squeaks
     if name in ("slip_path", "friction_energy"):
         return states != {STICK}
     if name == "slip_speed_rms":
@@ -115,9 +116,10 @@ def _decides(name: str, states: set[str], lasting: bool) -> bool:
     return name != "slip_time"  # its share says it
 
 
-def _turned(a: Rubbing, b: Rubbing) -> bool:
-    """Another state, and not by a hair's breadth."""
-    return a.state != b.state and max(abs(x - y) for x, y in zip(a.shares, b.shares, strict=True)) > SETTLED
+def _turned(a: Rubbing, b: Rubbing, lasting: bool) -> bool:
+    """Another state, and not by a hair's breadth; or, in lasting contact, for another part of the time."""
+    moved = max(abs(x - y) for x, y in zip(a.shares, b.shares, strict=True))
+    return moved > SETTLED and (lasting or a.state != b.state)
 
 
 def _parted(a: Rubbing, b: Rubbing) -> bool:
@@ -178,6 +180,8 @@ def rub_words(r: RubSettling) -> str:
     where = f"contact {r.contact}" + (f" (place {r.number})" if r.number else "")
     if r.states and r.turned:
         said = ", ".join(f"{state} with {name}" for name, state in r.states.items())
+        if len(set(r.states.values())) == 1:
+            said = "it sticks, slips by turns and slides for other parts of the time"
         return f"{where}: friction changes from run to run ({said})"
     what = f"{where}: {r.states[BASE]}" if BASE in r.states else f"{where}: lasting contact"
     if r.open:

@@ -104,6 +104,18 @@ def test_energy_of_steady_sliding_must_settle():
     assert "energy by friction by 9.1 %" in said.reasons[0]
 
 
+def test_a_squeak_that_dies_out_later_is_unsettled():
+    """For a quarter of the time or for a third of it: what slides most of the time in both is not the same."""
+    a, b = (replace(slides(), shares=(0.0, x, 1.0 - x)) for x in (0.25, 0.35))
+    said = verdict(base=Rub(a, FORCE), finer=Rub(b, FORCE))
+    assert said.word == UNSETTLED
+    assert "other parts of the time" in said.reasons[0]
+    a, b = (replace(a, slips=tuple((t, t + 1e-3) for t in np.linspace(0.0, 0.2, n))) for n in (22, 44))
+    said = verdict(base=Rub(a, FORCE), finer=Rub(b, FORCE))
+    assert said.word == UNSETTLED
+    assert "slips per second" in said.reasons[0]
+
+
 def test_slips_of_what_slides_or_sticks_in_all_runs_decide_nothing():
     a, b = (replace(slides(), slips=tuple((0.001 * k, 0.001 * k + 5e-4) for k in range(n))) for n in (12, 30))
     assert verdict(base=Rub(a, FORCE), finer=Rub(b, FORCE)).word == SETTLED
