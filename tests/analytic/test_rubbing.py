@@ -62,8 +62,10 @@ def on_a_belt(
     return run, place
 
 
-def marched(M, K, row, press: float, belt: float, end: float, h: float) -> tuple[list[float], float, float]:
-    """Starts of slips, time that it sticks and path of its sliding: stick and slip are exact flows, switched by bisection.
+def marched(
+    M, K, row, press: float, belt: float, end: float, h: float
+) -> tuple[list[tuple[float, float]], float, float]:
+    """Start and end of slips, time that it sticks and path of its sliding: stick and slip are exact flows, switched by bisection.
 
     `row` (n,) gives the motion that rubs; static and kinetic friction, at rest at first, the belt moving at once.
     """
@@ -90,7 +92,7 @@ def marched(M, K, row, press: float, belt: float, end: float, h: float) -> tuple
             return abs(holding(x)) > STATIC * press
         return float((row @ x[n : 2 * n] - belt) * state) >= 0.0
 
-    x, state, time, stuck, path, starts = np.zeros(2 * n + 1), 1, 0.0, 0.0, 0.0, []
+    x, state, time, stuck, path, slips, start = np.zeros(2 * n + 1), 1, 0.0, 0.0, 0.0, [], 0.0
     x[-1] = 1.0
     while time < end:
         before, by, y = x, h, flows[state, 0] @ x
@@ -105,15 +107,15 @@ def marched(M, K, row, press: float, belt: float, end: float, h: float) -> tuple
         path += abs(row @ (y[:n] - before[:n]) - belt * by) * (state != 0)
         time += by
         if over and state == 0:
-            starts.append(time)
-            state = int(np.sign(holding(y)))
+            start, state = time, int(np.sign(holding(y)))
             y = flows[state, 33] @ y  # a hair on, so that it moves the right way
         elif over:
             assert abs(holding(y)) <= STATIC * press  # none of these cases slides through
+            slips += [(start, time)] if start else []  # the belt's jerk at first is none
             y[n : 2 * n] -= pull * (row @ y[n : 2 * n] - belt) / compliance
             state = 0
         x = y
-    return starts, stuck, path
+    return slips, stuck, path
 
 
 def test_one_mass_on_a_belt(tmp_path):
@@ -123,11 +125,11 @@ def test_one_mass_on_a_belt(tmp_path):
     assert run["verdict"] == "settled"
     assert place["friction"] == "stick-slip"
     assert place["slip_rate"] == pytest.approx(12.3932817, rel=1e-3)
-    assert place["slips"] == math.floor((end - 0.05) * 12.3932817) + 1
+    assert place["slips"] == math.floor((end - 0.05 - 0.04068888) * 12.3932817) + 1  # those that have ended
     for name in ("slips", "slip_rate", "slip_share", "friction_energy", "force_mean"):
         assert place["settled_to"][name] < 1e-3
-    starts, stuck, path = marched(np.eye(1), 1e4 * np.eye(1), np.ones(1), PRESS, belt, end, 1e-4)
-    assert len(starts) == place["slips"]
+    slips, stuck, path = marched(np.eye(1), 1e4 * np.eye(1), np.ones(1), PRESS, belt, end, 1e-4)
+    assert len(slips) == place["slips"]
     assert place["slip_share"] == pytest.approx(1.0 - stuck / end, rel=1e-3)
     assert place["friction_energy"] == pytest.approx(KINETIC * PRESS * path, rel=1e-3)
     assert place["force_mean"] == pytest.approx(PRESS, rel=1e-3)
@@ -138,11 +140,11 @@ def test_two_masses_of_which_one_rubs(tmp_path, mass, between, belt):
     end = 0.5
     run, place = on_a_belt(tmp_path, points(mass, [1e4], [between], free="xz") + weak(2), end, belt)
     K = np.array([[1e4 + between, -between], [-between, between]])
-    starts, stuck, path = marched(np.diag(mass), K, np.array([1.0, 0.0]), PRESS, belt, end, 1e-4)
+    slips, stuck, path = marched(np.diag(mass), K, np.array([1.0, 0.0]), PRESS, belt, end, 1e-4)
     assert run["verdict"] == "settled"
     assert place["friction"] == "stick-slip"
-    assert place["slips"] == len(starts)
-    assert place["slip_rate"] == pytest.approx((len(starts) - 1) / (starts[-1] - starts[0]), rel=1e-3)
+    assert place["slips"] == len(slips)
+    assert place["slip_rate"] == pytest.approx((len(slips) - 1) / (slips[-1][0] - slips[0][0]), rel=1e-3)
     assert place["slip_share"] == pytest.approx(1.0 - stuck / end, rel=2e-3)
     assert place["friction_energy"] == pytest.approx(KINETIC * PRESS * path, rel=1e-3)
 
@@ -156,3 +158,30 @@ def test_without_a_static_surplus_it_slides(tmp_path):
     assert place["slip_share"] == pytest.approx(1.0, rel=1e-3)
     swing = PRESS * KINETIC / 1e4 * (1.0 - np.cos(100.0 * 0.1))
     assert place["friction_energy"] == pytest.approx(KINETIC * PRESS * (0.5 * 0.1 - swing), rel=1e-3)
+
+
+def tip(n: int = 20, length: float = 0.1, side: float = 2e-3) -> str:
+    """A steel beam along y, clamped at one end; its other end (set TIP) moves along x and z and is bent in both."""
+    return (
+        "*NODE, NSET=ALL\n"
+        + "".join(f"{i + 1}, 0., {length * i / n:.12g}, 0.\n" for i in range(n + 1))
+        + "*ELEMENT, TYPE=B31, ELSET=BEAM\n"
+        + "".join(f"{i}, {i}, {i + 1}\n" for i in range(1, n + 1))
+        + f"*NSET, NSET=TIP\n1\n*NSET, NSET=TOP\n{n + 1}\n"
+        + "*MATERIAL, NAME=STEEL\n*ELASTIC\n2.1E11, 0.3\n*DENSITY\n7850.,\n*DAMPING, ALPHA=10.\n"
+        + f"*BEAM SECTION, SECTION=RECT, ELSET=BEAM, MATERIAL=STEEL\n{side}, {side}\n1., 0., 0.\n"
+        + "*BOUNDARY\nTOP, 1, 6\nALL, 2, 2\nALL, 5, 5\n"
+    )
+
+
+def test_a_tip_whose_squeak_hangs_on_the_modes_is_not_settled(tmp_path):
+    """A tip without mass of its own takes up what modes give it: some keep it squeaking, with all of them it slides.
+
+    In .2 s the event-driven solution has 32 slips with two modes along the belt, 122 with three, 22 with eight, and
+    with all twenty 16, the last at .04 s.
+    """
+    run, place = on_a_belt(tmp_path, tip(), 0.03, 0.1, node="TIP", press=1.0, f_max=2000.0)
+    assert run["verdict"] == "unsettled"
+    assert place["settled_to"]["slips"] > 0.1
+    assert "friction" in " ".join(run["reasons"]) or "slips" in " ".join(run["reasons"])
+    assert "the modes that the reduction kept" in run["reasons"][-1]

@@ -32,6 +32,8 @@ LASTING = 0.95
 """Share of a window that one stretch of contact fills to be lasting."""
 HOLDS = 0.45
 """Of the low-pass frequency times the step, the most that steps can hold (as that of events)."""
+MOST = 0.5
+"""Share of the force above which what slides carries a place."""
 LONG = 10.0
 """Times the median slip: what lasts longer between two sticks is steady sliding."""
 
@@ -40,33 +42,33 @@ LONG = 10.0
 class Rubbing:
     """Friction of neighbouring channels in a window.
 
-    Times, slips and path are those of one channel, the one whose sliding takes the most work (if none slides, the one
-    with the largest impulse). The energy is that of all channels.
+    They slide as one: by the speed of each of them and the share of the force that it carries. They count as sliding
+    where what slides carries more than half of the force.
     """
 
     contact_time: float
-    """s in which it presses."""
+    """s in which any of them presses."""
     shares: tuple[float, float, float]
     """Of that: stick, stick-slip (from the first of some slips to the end of the last), steady sliding."""
     slip_time: float
-    """s in which it slides, by turns or steadily."""
+    """s in which they slide, by turns or steadily; of a part of the force that part."""
     slips: tuple[tuple[float, float], ...]
     """Start and end of each slip between two sticks that begins in the window, s."""
     path: float
-    """Length of all its sliding."""
+    """Length of all sliding."""
     speed_rms: float
-    """Root mean square of the slip speed while it presses."""
+    """Root mean square of the slip speed while they press."""
     energy: float
-    """What friction of all channels turned into heat."""
+    """What friction turned into heat."""
 
     @property
     def state(self) -> str:
-        """What it does most of the time."""
+        """What they do most of the time."""
         return STATES[int(np.argmax(self.shares))]
 
     @property
     def share(self) -> float:
-        """Of the time in contact in which it slides."""
+        """Of the time in contact in which they slide."""
         return self.slip_time / self.contact_time if self.contact_time > 0.0 else 0.0
 
     @property
@@ -130,16 +132,40 @@ def rubbing(history: History, gaps: GapOperator, channels: IntArray, window: tup
     """Friction of some channels in a window; None where none of them has friction and presses in it."""
     if gaps.friction is None or not history.sliding.size:
         return None
-    inside = _inside(history.time, window)
-    weights = np.where(inside, history.weights, 0.0)
-    every = gaps.friction.channels
+    time, inside, every = history.time, _inside(history.time, window), gaps.friction.channels
     own = [i for i in np.flatnonzero(np.isin(every, channels)).tolist() if history.force[inside, every[i]].any()]
     if not own:
         return None
-    work = [_work(history, weights, i) for i in own]
-    impulse = weights @ history.force[:, every[own]]
-    leader = own[int(np.argmax(work if max(work) > 0.0 else impulse))]
-    return _of_channel(history, weights, leader, int(every[leader]), window, float(sum(work)))
+    force, slid, speed, power = (np.zeros(time.size) for _ in range(4))
+    for i in own:
+        pair, f = slice(2 * i, 2 * i + 2), history.force[:, every[i]]
+        v = np.hypot(*history.sliding[:, pair].T)
+        force += f
+        slid += f * (v > 0.0)
+        speed += f * v
+        power -= (history.tangential[:, pair] * history.sliding[:, pair]).sum(axis=1)
+    closed = np.asarray(force > 0.0)
+    slid, speed = (np.divide(x, force, out=np.zeros(time.size), where=closed) for x in (slid, speed))
+    as_one = np.where(slid > MOST, speed, 0.0)
+    every_slide = slides_of(time, history.weights, closed, as_one, np.zeros(time.size), power)
+    slides = [s for s in every_slide if overlap(s.start, s.end, window)]
+    slips = [s for s in slides if s.between_sticks]
+    weights = np.where(inside, history.weights, 0.0)
+    contact = float(weights[closed].sum())
+    chains = [(chain[0].start, chain[-1].end) for chain in _by_turns(slips, closed)]
+    whole = _within([(s.start, s.end) for s in slides], window)
+    by_turns = min(_within(chains, window), contact)
+    steady = whole - _within([(s.start, s.end) for s in slides if any(a <= s.start < b for a, b in chains)], window)
+    shares = np.array([contact - by_turns - steady, by_turns, steady]).clip(0.0) / contact
+    return Rubbing(
+        contact,
+        (float(shares[0]), float(shares[1]), float(shares[2])),
+        min(contact, whole + float(weights @ (slid - (as_one > 0.0)))),
+        tuple((s.start, s.end) for s in slips if window[0] <= s.start <= window[1]),
+        float(weights @ speed),
+        float(np.sqrt(weights @ speed**2 / contact)),
+        float(weights @ power),
+    )
 
 
 def pressing(history: History, channels: IntArray, window: tuple[float, float], f_max: float) -> Pressing | None:
@@ -165,36 +191,6 @@ def pressing(history: History, channels: IntArray, window: tuple[float, float], 
 
 def _inside(time: FloatArray, window: tuple[float, float]) -> BoolArray:
     return np.asarray((time >= window[0]) & (time <= window[1]))
-
-
-def _work(history: History, weights: FloatArray, i: int) -> float:
-    pair = slice(2 * i, 2 * i + 2)
-    return -float(weights @ (history.tangential[:, pair] * history.sliding[:, pair]).sum(axis=1))
-
-
-def _of_channel(
-    history: History, weights: FloatArray, i: int, channel: int, window: tuple[float, float], energy: float
-) -> Rubbing:
-    """`weights` are zero outside the window."""
-    closed = np.asarray(history.force[:, channel] > 0.0)
-    slides = [s for s in slides_of(history, history.weights, i, channel) if overlap(s.start, s.end, window)]
-    slips = [s for s in slides if s.between_sticks]
-    speed = np.where(closed, np.hypot(history.sliding[:, 2 * i], history.sliding[:, 2 * i + 1]), 0.0)
-    contact = float(weights[closed].sum())
-    slid = min(_within([(s.start, s.end) for s in slides], window), contact)
-    chains = [(chain[0].start, chain[-1].end) for chain in _by_turns(slips, closed)]
-    by_turns = min(_within(chains, window), contact)
-    steady = slid - _within([(s.start, s.end) for s in slides if any(a <= s.start < b for a, b in chains)], window)
-    shares = np.array([contact - by_turns - steady, by_turns, steady]).clip(0.0) / contact
-    return Rubbing(
-        contact,
-        (float(shares[0]), float(shares[1]), float(shares[2])),
-        slid,
-        tuple((s.start, s.end) for s in slips if window[0] <= s.start <= window[1]),
-        float(weights @ speed),
-        float(np.sqrt(weights @ speed**2 / contact)),
-        energy,
-    )
 
 
 def _by_turns(slips: Sequence[Slide], closed: BoolArray) -> list[list[Slide]]:

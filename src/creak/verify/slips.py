@@ -79,9 +79,10 @@ class Squeak:
 
 @dataclass(frozen=True)
 class Slide:
-    """One channel slides, for a while, under pressure."""
+    """Something slides, for a while, under pressure."""
 
     channel: int
+    """-1: several."""
     row: int
     """Of the history, at which it first slides."""
     start: float
@@ -158,28 +159,40 @@ def find_squeaks(history: History, gaps: GapOperator, window: tuple[float, float
 
 def _slips(history: History, weights: FloatArray, i: int, channel: int) -> list[Slide]:
     """Slips of the i-th rubbing channel."""
-    return [s for s in slides_of(history, weights, i, channel) if s.between_sticks]
-
-
-def slides_of(history: History, weights: FloatArray, i: int, channel: int) -> list[Slide]:
-    """All sliding of the i-th rubbing channel, single instants at rest counted in, that of touch and release too."""
     sliding, tau = (a[:, 2 * i : 2 * i + 2] for a in (history.sliding, history.tangential))
     speed, pull = np.hypot(sliding[:, 0], sliding[:, 1]), np.hypot(tau[:, 0], tau[:, 1])
     closed = np.asarray(history.force[:, channel] > 0.0)
-    slides = _without_reversals(closed & (speed > 0.0), closed)
+    found = slides_of(history.time, weights, closed, speed, pull, -(tau * sliding).sum(axis=1), channel)
+    return [s for s in found if s.between_sticks]
+
+
+def slides_of(
+    time: FloatArray,
+    weights: FloatArray,
+    closed: BoolArray,
+    speed: FloatArray,
+    pull: FloatArray,
+    power: FloatArray,
+    channel: int = -1,
+) -> list[Slide]:
+    """All sliding under pressure, single instants at rest counted in, that of touch and release too.
+
+    Parameters
+    ----------
+    closed, speed, pull, power : (n_time,) whether it presses, slip speed, size and power of the friction force.
+    """
     found = []
-    for first, last in stretches(slides):
+    for first, last in stretches(_without_reversals(closed & (speed > 0.0), closed)):
         rows = slice(first, last + 1)
-        w, start, end, drop = weights[rows], float(history.time[first]), float(history.time[last]), 0.0
+        w, start, end, drop = weights[rows], float(time[first]), float(time[last]), 0.0
         stuck, sticks = first > 0 and closed[first - 1], last + 1 < closed.size and closed[last + 1]
         if stuck:
-            start = _at_rest(history.time, speed, first, min(first + 1, closed.size - 1), first - 1)
+            start = _at_rest(time, speed, first, min(first + 1, closed.size - 1), first - 1)
             drop = max(0.0, float(pull[first - 1] - pull[rows].min()))
         if sticks:
-            end = _at_rest(history.time, speed, last, max(last - 1, 0), last + 1)
-        work = -float(w @ (tau[rows] * sliding[rows]).sum(axis=1))
-        length, peak = float(w @ speed[rows]), float(speed[rows].max())
-        stuck = stuck and start > history.time[0]  # what begins with the run begins from nothing that is known
+            end = _at_rest(time, speed, last, max(last - 1, 0), last + 1)
+        stuck = stuck and start > time[0]  # what begins with the run begins from nothing that is known
+        length, peak, work = float(w @ speed[rows]), float(speed[rows].max()), float(w @ power[rows])
         found.append(Slide(channel, first, start, end, length, peak, work, drop, bool(stuck and sticks)))
     return found
 

@@ -121,11 +121,18 @@ def test_what_begins_with_the_run_is_no_slip():
     assert r.rate == pytest.approx(10.0, rel=1e-3)
 
 
-def test_the_channel_that_takes_most_work_leads_and_all_of_them_pay():
-    slow, fast = bumps(0.1, 0.01), bumps(0.05, 0.01)
-    r = of(record(np.stack([slow, fast], axis=1)))
+def test_channels_slide_as_one_by_the_force_that_they_carry():
+    """One that carries a third of the force slides throughout, one with two thirds slips by turns."""
+    turns, on = bumps(0.05, 0.01), np.full(TIME.size, 0.01)
+    history = record(np.stack([turns, on], axis=1))
+    history.force[:, 1] *= 0.5
+    history.tangential[:, 2] *= 0.5
+    r = of(history)
+    assert r.state == STICK_SLIP
     assert len(r.slips) == 20
-    assert r.energy == pytest.approx(of(record(slow)).energy + of(record(fast)).energy)
+    assert r.share == pytest.approx((2.0 * 0.2 + 1.0) / 3.0, rel=0.02)
+    assert r.path == pytest.approx((2.0 * of(record(turns)).path + of(record(on)).path) / 3.0)
+    assert r.energy == pytest.approx(of(record(turns)).energy + 0.5 * of(record(on)).energy)
 
 
 def test_lasting_contact_is_told_by_its_force():

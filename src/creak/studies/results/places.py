@@ -56,7 +56,7 @@ class Place:
 
     @property
     def slip_count(self) -> int:
-        """Slips that begin in the window, of the channel that rubs most."""
+        """Slips that begin in the window, of its channels as one."""
         return 0 if self.rub.friction is None else len(self.rub.friction.slips)
 
     @property
