@@ -109,10 +109,10 @@ def _decides(name: str, states: set[str], squeaks: bool, lasting: bool) -> bool:
     """Whether a figure must settle: not that of slips where no run slips by turns for long, none where all stick."""
     if name in ("slips", "slip_rate"):
         return squeaks
-    if name in ("slip_path", "friction_energy"):
-        return states != {STICK}
-    if name == "slip_speed_rms":
+    if name in ("slip_path", "slip_speed_rms"):
         return lasting and states != {STICK}
+    if name == "friction_energy":
+        return states != {STICK}
     return name != "slip_time"  # its share says it
 
 
@@ -124,8 +124,8 @@ def _turned(a: Rubbing, b: Rubbing, lasting: bool) -> bool:
 
 def _parted(a: Rubbing, b: Rubbing) -> bool:
     """Both slip by turns, and not at the same times; of slips as regular as a clock one is as good as the other."""
-    irregular = max(a.irregularity or 0.0, b.irregularity or 0.0)
-    if a.state != STICK_SLIP or b.state != STICK_SLIP or irregular <= SETTLED:
+    known = [r.irregularity for r in (a, b) if r.state == STICK_SLIP and r.irregularity is not None]
+    if len(known) < 2 or max(known) <= SETTLED:
         return False
     starts, others = (np.array([start for start, _ in r.slips]) for r in (a, b))
     return _same(starts, others, MOVED * float(a.between.mean())) < ENOUGH * max(starts.size, others.size)
@@ -185,8 +185,13 @@ def rub_words(r: RubSettling) -> str:
         return f"{where}: friction changes from run to run ({said})"
     what = f"{where}: {r.states[BASE]}" if BASE in r.states else f"{where}: lasting contact"
     if r.open:
-        parts = [f"{WORDS[name]} by {100.0 * r.figures[name].settled_to:.2g} %" for name in r.open]
+        parts = [_open_words(r.figures[name]) for name in r.open]
         return f"{what}, which changes from run to run ({', '.join(parts)})"
     most = max((abs(x) for n in r.deciding for x in r.figures[n].changes.values() if n != "slips"), default=0.0)
     parted = ", single slips part from run to run" if r.parted else ""
     return f"{what}, settled within {100.0 * most:.2g} %{parted}"
+
+
+def _open_words(f: Settling) -> str:
+    to = f.settled_to
+    return f"{WORDS[f.name]} by {100.0 * to:.2g} %" if np.isfinite(to) else f"{WORDS[f.name]}, which not all runs have"

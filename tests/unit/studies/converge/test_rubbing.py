@@ -162,6 +162,12 @@ def test_a_run_that_stopped_settles_nothing():
     assert verdict_of_runs(c).word == UNSETTLED
 
 
+def test_what_no_longer_touches_in_another_run_is_unsettled():
+    said = verdict(base=Rub(squeak(), FORCE), finer=Rub())
+    assert said.word == UNSETTLED
+    assert "which not all runs have" in said.reasons[0]
+
+
 def test_it_is_told():
     c = convergence(base=Rub(squeak(), FORCE), finer=Rub(squeak(share=0.202), FORCE), modes=Rub(slides(), FORCE))
     to = place_settled_to(c, 1)
