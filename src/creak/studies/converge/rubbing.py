@@ -64,6 +64,10 @@ def _settled(
 ) -> RubSettling:
     known = {name: rub.figures for name, rub in rubs.items()}
     base = known[BASE]
+    deciding = {f: pair for f, pair in families.items() if f not in told}
+    friction = {name: rub.friction for name, rub in rubs.items() if rub.friction is not None}
+    pairs = {f: (friction[a], friction[b]) for f, (a, b) in deciding.items() if a in friction and b in friction}
+    parted = {f: pair for f, pair in pairs.items() if _parted(*pair)}
     figures = {}
     for name in FIGURES:
         values = {run: x[name] for run, x in known.items() if name in x}
@@ -73,11 +77,10 @@ def _settled(
         if name == "slips":  # one more or less, which an edge of the window makes, is none
             floor = max(1.0, *values.values())
             limit = max(SETTLED, 1.0 / floor)
+        if name in ("slips", "slip_rate"):
+            limit = max(limit, *(_by_chance(*pair) for pair in parted.values()), 0.0)
         changes = {f: change(name, values.get(a), values.get(b), floor) for f, (a, b) in families.items()}
         figures[name] = Settling(name, values, changes, limit, problem, told, floor)
-    deciding = {f: pair for f, pair in families.items() if f not in told}
-    friction = {name: rub.friction for name, rub in rubs.items() if rub.friction is not None}
-    pairs = {f: (friction[a], friction[b]) for f, (a, b) in deciding.items() if a in friction and b in friction}
     runs = {BASE, *(name for pair in deciding.values() for name in pair)}
     states = {friction[name].state for name in runs if name in friction}
     squeaks = any(friction[name].shares[1] > SETTLED for name in runs if name in friction)
@@ -88,8 +91,8 @@ def _settled(
         {name: r.state for name, r in friction.items()},
         figures,
         tuple(name for name in figures if _decides(name, states, squeaks, lasting)),
-        tuple(f for f, (a, b) in pairs.items() if _turned(a, b, lasting)),
-        tuple(f for f, (a, b) in pairs.items() if _parted(a, b)),
+        tuple(f for f, (a, b) in pairs.items() if _turned(a, b, lasting and f not in parted)),
+        tuple(parted),
         lasting,
         max((r.energy for r in friction.values()), default=0.0),
     )
@@ -129,6 +132,15 @@ def _parted(a: Rubbing, b: Rubbing) -> bool:
         return False
     starts, others = (np.array([start for start, _ in r.slips]) for r in (a, b))
     return _same(starts, others, MOVED * float(a.between.mean())) < ENOUGH * max(starts.size, others.size)
+
+
+def _by_chance(a: Rubbing, b: Rubbing) -> float:
+    """What 95 % of two samples of one renewal process differ by in their rate: its variance of a count n is CV^2 n.
+
+    Source: Cox, Renewal Theory, 1962, 3.3.
+    """
+    irregular = max(a.irregularity or 0.0, b.irregularity or 0.0)
+    return float(1.96 * irregular * np.sqrt(1.0 / len(a.slips) + 1.0 / len(b.slips)))
 
 
 def _same(starts: FloatArray, others: FloatArray, tolerance: float) -> int:
@@ -189,7 +201,7 @@ def rub_words(r: RubSettling) -> str:
         return f"{what}, which changes from run to run ({', '.join(parts)})"
     most = max((abs(x) for n in r.deciding for x in r.figures[n].changes.values() if n != "slips"), default=0.0)
     parted = ", single slips part from run to run" if r.parted else ""
-    return f"{what}, settled within {100.0 * most:.2g} %{parted}"
+    return f"{what}, the same within {100.0 * most:.2g} %{parted}"
 
 
 def _open_words(f: Settling) -> str:

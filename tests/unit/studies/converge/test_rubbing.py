@@ -91,6 +91,24 @@ def test_irregular_slips_that_part_are_statistics():
     assert verdict(base=Rub(squeak(a), FORCE), finer=Rub(squeak(a + 1e-5), FORCE)).word == SETTLED
 
 
+def test_rates_of_slips_that_part_are_those_of_samples():
+    """100 slips of a Poisson process against 110 are alike, against 160 they are not: 1.96 sqrt(1/100 + 1/160) = .25.
+
+    Of slips as regular as a clock 100 and 110 are not.
+    """
+    rng = np.random.default_rng(2)
+
+    def rain(n: int) -> Rub:
+        between = rng.exponential(1.0, n - 1)
+        return Rub(squeak(np.concatenate([[0.0], np.cumsum(between) / between.sum()]) * 0.99), FORCE)
+
+    base = rain(100)
+    assert verdict(base=base, finer=rain(110)).word == STATISTICS
+    assert verdict(base=base, finer=rain(160)).word == UNSETTLED
+    clocks = [Rub(squeak(np.linspace(0.0, 0.99, n)), FORCE) for n in (100, 110)]
+    assert verdict(base=clocks[0], finer=clocks[1]).word == UNSETTLED
+
+
 def test_one_slip_more_is_none():
     starts = np.arange(0.1, END, 0.1)
     assert verdict(base=Rub(squeak(starts), FORCE), finer=Rub(squeak(starts[1:]), FORCE)).word == SETTLED
