@@ -78,16 +78,22 @@ class Squeak:
 
 
 @dataclass(frozen=True)
-class _Slip:
-    """One slip of one channel."""
+class Slide:
+    """Something slides, for a while, under pressure."""
 
     channel: int
+    """-1: several."""
+    row: int
+    """Of the history, at which it first slides."""
     start: float
     end: float
     length: float
     peak: float
     work: float
     drop: float
+    """Fall of the friction force; 0 where it did not stick before."""
+    between_sticks: bool
+    """A slip: it presses and sticks before and after."""
 
 
 def find_slips(
@@ -96,16 +102,16 @@ def find_slips(
     """Stick-slip events of a run, by start time.
 
     A slip is an interval in which a channel presses and slides, between two in which it presses and sticks: sliding
-    that begins with the touch or ends with the release is a rub, no stick-slip. A single instant at rest is a reversal
-    of the sliding, no stick. Slips of a pair less than `merge` seconds apart (default `LONGEST` periods of `f_max`, Hz)
-    are one event. The slip speed is extrapolated to zero inside the steps at both ends; length and work are trapezoidal
-    (`History.weights`).
+    that begins with the touch or the run, or ends with the release, is a rub, no stick-slip. A single instant at rest
+    is a reversal of the sliding, no stick. Slips of a pair less than `merge` seconds apart (default `LONGEST` periods
+    of `f_max`, Hz) are one event. The slip speed is extrapolated to zero inside the steps at both ends; length and work
+    are trapezoidal (`History.weights`).
     """
     if gaps.friction is None or not history.sliding.size:
         return []
     rubbing, weights = gaps.friction.channels, history.weights
     apart = LONGEST / f_max if merge is None else merge
-    by_group: dict[str, list[_Slip]] = {}
+    by_group: dict[str, list[Slide]] = {}
     for i, j in enumerate(rubbing.tolist()):
         by_group.setdefault(gaps.group[j], []).extend(_slips(history, weights, i, j))
     events = [_event(gaps, chain) for slips in by_group.values() for chain in chains(slips, apart)]
@@ -151,23 +157,43 @@ def find_squeaks(history: History, gaps: GapOperator, window: tuple[float, float
     return list(found.values())
 
 
-def _slips(history: History, weights: FloatArray, i: int, channel: int) -> list[_Slip]:
+def _slips(history: History, weights: FloatArray, i: int, channel: int) -> list[Slide]:
     """Slips of the i-th rubbing channel."""
     sliding, tau = (a[:, 2 * i : 2 * i + 2] for a in (history.sliding, history.tangential))
     speed, pull = np.hypot(sliding[:, 0], sliding[:, 1]), np.hypot(tau[:, 0], tau[:, 1])
     closed = np.asarray(history.force[:, channel] > 0.0)
-    slides = _without_reversals(closed & (speed > 0.0), closed)
+    found = slides_of(history.time, weights, closed, speed, pull, -(tau * sliding).sum(axis=1), channel)
+    return [s for s in found if s.between_sticks]
+
+
+def slides_of(
+    time: FloatArray,
+    weights: FloatArray,
+    closed: BoolArray,
+    speed: FloatArray,
+    pull: FloatArray,
+    power: FloatArray,
+    channel: int = -1,
+) -> list[Slide]:
+    """All sliding under pressure, single instants at rest counted in, that of touch and release too.
+
+    Parameters
+    ----------
+    closed, speed, pull, power : (n_time,) whether it presses, slip speed, size and power of the friction force.
+    """
     found = []
-    for first, last in stretches(slides):
-        if first == 0 or last + 1 == closed.size or not (closed[first - 1] and closed[last + 1]):
-            continue
+    for first, last in stretches(_without_reversals(closed & (speed > 0.0), closed)):
         rows = slice(first, last + 1)
-        w = weights[rows]
-        start = _at_rest(history.time, speed, first, first + 1, first - 1)
-        end = _at_rest(history.time, speed, last, last - 1, last + 1)
-        work = -float(w @ (tau[rows] * sliding[rows]).sum(axis=1))
-        drop = max(0.0, float(pull[first - 1] - pull[rows].min()))
-        found.append(_Slip(channel, start, end, float(w @ speed[rows]), float(speed[rows].max()), work, drop))
+        w, start, end, drop = weights[rows], float(time[first]), float(time[last]), 0.0
+        stuck, sticks = first > 0 and closed[first - 1], last + 1 < closed.size and closed[last + 1]
+        if stuck:
+            start = _at_rest(time, speed, first, min(first + 1, closed.size - 1), first - 1)
+            drop = max(0.0, float(pull[first - 1] - pull[rows].min()))
+        if sticks:
+            end = _at_rest(time, speed, last, max(last - 1, 0), last + 1)
+        stuck = stuck and start > time[0]  # what begins with the run begins from nothing that is known
+        length, peak, work = float(w @ speed[rows]), float(speed[rows].max()), float(w @ power[rows])
+        found.append(Slide(channel, first, start, end, length, peak, work, drop, bool(stuck and sticks)))
     return found
 
 
@@ -188,7 +214,7 @@ def _at_rest(time: FloatArray, speed: FloatArray, row: int, inner: int, outer: i
     return float(time[row] + min(share, 1.0) * (time[outer] - time[row]))
 
 
-def _event(gaps: GapOperator, chain: list[_Slip]) -> SlipEvent:
+def _event(gaps: GapOperator, chain: list[Slide]) -> SlipEvent:
     work: dict[int, float] = {}
     for s in chain:
         work[s.channel] = work.get(s.channel, 0.0) + s.work

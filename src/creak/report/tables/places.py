@@ -16,6 +16,7 @@ from creak.report.words.verdict import span
 from creak.studies.results.limits import limit_words
 from creak.studies.results.places import Place, near
 from creak.studies.run.compared import main_run
+from creak.verify.rubbing import SLIDING, STICK
 from creak.words import listed
 
 MOST_PLACES = 12
@@ -104,7 +105,7 @@ def _row(
         place.number,
         f"{place.contact}, node {model.nodes.label(place.node_idx)}{f' of {part}' if part else ''}",
         detail,
-        _count(place),
+        _count(place, told),
         number(place.force, 3) if place.events else "–",
         number(place.speed, 3) if place.events else "–",
         (number(told["n5"], 3), number(told["n_max"], 3)),
@@ -128,10 +129,15 @@ def _ties(told: dict[str, Any]) -> str:
     return f"tied with {listed([str(k) for k in ties])}" if ties else ""
 
 
-def _count(place: Place) -> str:
-    """Events, and slips where it squeaks."""
-    slips = plural(place.slip_count, "slip") if place.slips else ""
-    return ", ".join(text for text in (number(len(place.events)) if place.events or not slips else "", slips) if text)
+def _count(place: Place, told: dict[str, Any]) -> str:
+    """Events, and what friction does there where it slips or slides for most of the time or by turns."""
+    friction, said = place.rub.friction, []
+    if friction is not None and (place.slip_count or friction.state != STICK):
+        said = [friction.state, *([plural(place.slip_count, "slip")] if place.slip_count else [])]
+        said += [f"{number(friction.rate, 3)} a second"] if friction.rate else []
+        said += [text] if (text := _settled(told, "friction_energy")) and friction.state == SLIDING else []
+        said += [text] if (text := _settled(told, "slip_rate")) else []
+    return ", ".join([*([number(len(place.events))] if place.events or not said else []), *said])
 
 
 def _motion(place: Place, motions: Animations) -> int | None:

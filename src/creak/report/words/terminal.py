@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from creak.verify.rubbing import SLIDING, STICK_SLIP
+
 
 def run_rows(summary: dict[str, Any]) -> list[list[str]]:
     """Header and one row per figure, one column per run."""
@@ -58,10 +60,16 @@ def place_table(summary: dict[str, Any]) -> list[list[str]]:
     return [[name for name, _ in columns], *([text(p) for _, text in columns] for p in places[:MOST])]
 
 
+OF_STATE = {STICK_SLIP: ("slips", "slip_share", "friction_energy"), SLIDING: ("slip_share", "friction_energy")}
+"""What a place does by friction -> figures of it that count for what it has settled to."""
+
+
 def place_settled(place: dict[str, Any]) -> float | None:
-    """Largest change of force, impulse and N5 of a place over the repeated runs, a share; None: not known."""
+    """Largest change of force, impulse, N5 and friction of a place over the repeated runs, a share; None: not known."""
     to = place.get("settled_to") or {}
     figures = [*(["impulse", "force"] if place["events"] else []), *(["n5"] if place["n5"] is not None else [])]
+    figures += OF_STATE.get(place.get("friction") or "", ())
+    figures += ["slip_rate"] if place.get("friction") == STICK_SLIP and place["slip_rate"] is not None else []
     known = [float(to[name]) for name in figures if to.get(name) is not None]
     return max(known) if known and len(known) == len(figures) else None
 

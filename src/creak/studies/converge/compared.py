@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from creak.studies.converge.figures import FIGURES, OF_PLACE, TIMES, change
+from creak.studies.converge.rubbing import settled_rubs
 from creak.studies.converge.settling import (
     BAND,
     BASE,
@@ -75,6 +76,7 @@ def assess(
         _places(outcomes, families, told, structure, places.band),
         structure,
         places.band_ends,
+        rubs=settled_rubs(outcomes, families, told, places.rub_names),
     )
 
 

@@ -22,10 +22,11 @@ TIMES = ("start", "duration")
 """Figures whose changes are absolute, s; those of the others are shares."""
 
 
-def change(name: str, before: float | None, after: float | None) -> float:
-    """after - before (times, s) or that over |after|; inf where something becomes nothing; nan where one is unknown."""
+def change(name: str, before: float | None, after: float | None, floor: float = 0.0) -> float:
+    """after - before (times, s) or that over |after| (or a floor); inf: something becomes nothing; nan: unknown."""
     if before is None or after is None:
         return np.nan
     if name in TIMES or after == before:
         return after - before
-    return (after - before) / abs(after) if after else np.inf
+    scale = max(abs(after), floor)
+    return (after - before) / scale if scale else np.inf

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.studies.converge.figures import FIGURES, OF_PLACE, TIMES
+from creak.studies.converge.rubbing import faint_rubs, open_rubs, rub_words
 from creak.studies.converge.settling import ENOUGH, Convergence, EventSettling, Settling
 from creak.studies.converge.unanswered import unanswered
 from creak.studies.converge.words import REMEDIES
 from creak.studies.run.job import Run, StudyResult
 from creak.verify.reliability import UNRELIABLE, reasons_against
+from creak.verify.rubbing import FIGURES as OF_RUB
 from creak.verify.statistics import MANY, EventStatistics, is_crowded, rate_interval
 
 SETTLED, STATISTICS, UNSETTLED = "settled", "statistics", "unsettled"
@@ -62,10 +64,39 @@ def verdict_of(run: Run, result: StudyResult, convergence: Convergence | None) -
         return Verdict(SETTLED, ())
     if convergence is None or convergence.model != run.name:
         return None
-    verdict = _of_convergence(convergence)
+    verdict = verdict_of_runs(convergence)
     if verdict.word == UNSETTLED and result.band is not None and result.band.why:
         return Verdict(UNSETTLED, (*verdict.reasons, f'f_max = "auto" ended here: {result.band.why}'))
     return verdict
+
+
+def verdict_of_runs(c: Convergence) -> Verdict:
+    """What the repeated runs say: of the events, of friction and of lasting contact."""
+    return _with_friction(_of_convergence(c), c)
+
+
+def _with_friction(verdict: Verdict, c: Convergence) -> Verdict:
+    """The worse of two verdicts, that of the events and that of friction and lasting contact."""
+    found = open_rubs(c)
+    if found and faint_rubs(found, c):
+        return Verdict(verdict.word, (*verdict.reasons, *map(rub_words, found)))
+    chaos = [r for r in found if c.chaotic and not r.lasting]  # hits that part rub differently
+    parted = [r for r in c.rubs if r.parted and r.settled]
+    if not found and not parted:
+        return verdict
+    word = UNSETTLED if len(found) > len(chaos) or verdict.word == UNSETTLED else STATISTICS
+    said = [rub_words(r) for r in found]
+    said += [f"{rub_words(r)}: use their rate, share and energy" for r in parted]
+    causes = [cause for r in found for cause in r.causes]
+    return Verdict(word, tuple(dict.fromkeys((*verdict.reasons, *said, *_remedy(causes)))))
+
+
+def _remedy(causes: list[str]) -> list[str]:
+    """What moves most, and what it takes."""
+    if not causes:
+        return []
+    what, remedy = REMEDIES[max(dict.fromkeys(causes), key=causes.count)]
+    return [f"most of it comes from {what}: it takes {remedy}"]
 
 
 def is_chaotic(convergence: Convergence | None, count: int, length: float) -> bool:
@@ -170,11 +201,7 @@ def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settlin
     said += [f"the {t.name} of the whole run changes by up to {100.0 * t.settled_to:.2g} %" for t in whole]
     causes = [f.worst for e in open_ones for f in e.figures.values() if not f.settled and f.worst]
     causes += [t.worst for t in whole if t.worst]
-    if causes:
-        most = max(dict.fromkeys(causes), key=causes.count)
-        what, remedy = REMEDIES[most]
-        said.append(f"most of it comes from {what}: it takes {remedy}")
-    return tuple(said)
+    return (*said, *_remedy(causes))
 
 
 def _open(e: EventSettling) -> str:
@@ -212,7 +239,9 @@ def settled_to(e: EventSettling) -> dict[str, float | None]:
 def place_settled_to(c: Convergence | None, number: int) -> dict[str, float | None]:
     """The same of each figure of a place, by its number in the ranking: shares; None: not known."""
     figures = c.places[number - 1] if c is not None and number <= len(c.places) else {}
-    return {name: _known(figures[name].settled_to) if name in figures else None for name in OF_PLACE}
+    rub = next((r.figures for r in c.rubs if r.number == number), {}) if c is not None else {}
+    every = figures | rub
+    return {name: _known(every[name].settled_to) if name in every else None for name in (*OF_PLACE, *OF_RUB)}
 
 
 def _known(x: float) -> float | None:

@@ -14,6 +14,7 @@ from creak.studies.converge.figures import change
 from creak.studies.converge.structure import Structure
 from creak.studies.prepare.setup import Setup
 from creak.verify.events import Event
+from creak.verify.rubbing import Rub
 from creak.verify.statistics import EventStatistics
 
 SETTLED = 0.05
@@ -75,6 +76,12 @@ class Followed:
     """Share of the N5 of each that the last third of the band makes: half a band more may add as much."""
     band_ends: tuple[float, str] | None = None
     """Hz, and what ends it in words."""
+    rub_names: tuple[tuple[str, int], ...] = ()
+    """Contact and number of each place that is looked for as one that rubs; 0: it rests."""
+    rubs: tuple[Rub, ...] = ()
+    """Friction and lasting contact of each of them in the base run."""
+    rubs_of: Callable[[Setup, GapOperator, History], tuple[Rub, ...]] = lambda *_: ()
+    """The same in another run."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +106,8 @@ class Outcome:
     """Figures of each place of the base run that is followed."""
     modes: int = 0
     """That the reduced model had."""
+    rubs: tuple[Rub, ...] = ()
+    """Friction and lasting contact of each place of the base run, and of those that rest."""
 
     @property
     def force(self) -> float:
@@ -123,6 +132,8 @@ class Settling:
     """Families that decide nothing."""
     beside: dict[str, float] = field(default_factory=dict)
     """What else changes it, as `changes`, sizes: `UNREDUCED`, `BAND`, where they were looked at."""
+    floor: float = 0.0
+    """What changes are shares of at least."""
 
     @property
     def sources(self) -> dict[str, float]:
@@ -154,7 +165,7 @@ class Settling:
     @property
     def base_error(self) -> float:
         """Base run less the finest in time, as `changes`; nan where one of them does not have the figure."""
-        return -change(self.name, self.values.get(BASE), self.values.get(FINER, self.values.get(QUARTER)))
+        return -change(self.name, self.values.get(BASE), self.values.get(FINER, self.values.get(QUARTER)), self.floor)
 
 
 @dataclass(frozen=True)
@@ -174,6 +185,42 @@ class EventSettling:
     def moved_in_time(self) -> bool:
         """Is it another one with another resolution in time?"""
         return any(abs(f.changes.get(t, 0.0)) > f.limit for f in self.figures.values() for t in IN_TIME)
+
+
+@dataclass(frozen=True)
+class RubSettling:
+    """Friction and lasting contact of one place of the base run."""
+
+    contact: str
+    number: int
+    """Of the place; 0: it rests."""
+    states: dict[str, str]
+    """Run -> what friction does there most of the time: stick, stick-slip, sliding."""
+    figures: dict[str, Settling]
+    deciding: tuple[str, ...]
+    """Figures that must settle."""
+    turned: tuple[str, ...]
+    """Families of those that decide in which the state changes."""
+    parted: tuple[str, ...]
+    """Families of those that decide in which single slips are others."""
+    lasting: bool
+    energy: float
+    """Largest of all runs that friction took."""
+
+    @property
+    def open(self) -> tuple[str, ...]:
+        """Figures that must settle and have not."""
+        return tuple(name for name in self.deciding if not self.figures[name].settled)
+
+    @property
+    def causes(self) -> list[str]:
+        """Families that move most what is open."""
+        return [*self.turned, *(w for name in self.open if (w := self.figures[name].worst))]
+
+    @property
+    def settled(self) -> bool:
+        """Single slips may be others."""
+        return not (self.turned or self.open)
 
 
 @dataclass(frozen=True)
@@ -208,6 +255,8 @@ class Convergence:
     """Hz up to which loudness is judged, and what ends it in words; None: there is no sound."""
     unlooked: tuple[str, ...] = ()
     """What the reduction may leave out and no repeated run looked at: nothing has settled with regard to it."""
+    rubs: tuple[RubSettling, ...] = ()
+    """Friction and lasting contact of all its places, as they are ranked, then of what rests."""
 
     @property
     def finest(self) -> str:

@@ -32,6 +32,7 @@ from creak.studies.models.reduced import ReducedModel, with_more_modes
 from creak.studies.prepare.excitation import sample_loads, time_axis
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.job import Run, StudyResult, march_run
+from creak.verify.rubbing import Rub
 from creak.words import listed
 
 NO_PLACES = Followed()
@@ -67,7 +68,7 @@ def converge(
     base = result.runs.get("reduced") or result.runs["reference"]
     notes: list[str] = []
     variants: list[Variant] = []
-    outcomes = {BASE: outcome_of(_base_variant(result), base, places.base)}
+    outcomes = {BASE: outcome_of(_base_variant(result), base, places.base, places.rubs)}
     if base.stopped is not None:
         notes.append(f"convergence was not looked at: the {base.stopped}")
     elif not result.gaps.presses:
@@ -194,7 +195,8 @@ def _repeat(result: StudyResult, base: Run, variant: Variant, places: Followed, 
         gaps = scaled_contact(result.gaps, _scaled(result), variant.stiffness)
         quiet = replace(setup, watched=np.zeros(0, dtype=np.int64))
         run = march_run(variant.name, quiet, system, gaps, report, reduced)
-        return outcome_of(variant, run, places.of(setup, system, gaps, run.history))
+        rubs = places.rubs_of(setup, gaps, run.history)
+        return outcome_of(variant, run, places.of(setup, system, gaps, run.history), rubs)
     except CreakError as error:
         return Outcome(variant, (), 0.0, 0.0, 0.0, 0, 0.0, 0.0, f"{variant.name} was not run: {error}")
 
@@ -232,7 +234,9 @@ def _substeps(setup: Setup, base: Run) -> int:
     return max(table.substeps, round(table.step / float(steps.min())) if steps.size else 1)
 
 
-def outcome_of(variant: Variant, run: Run, places: tuple[dict[str, float], ...]) -> Outcome:
+def outcome_of(
+    variant: Variant, run: Run, places: tuple[dict[str, float], ...] = (), rubs: tuple[Rub, ...] = ()
+) -> Outcome:
     """What a run found."""
     h = run.history
     return Outcome(
@@ -247,4 +251,5 @@ def outcome_of(variant: Variant, run: Run, places: tuple[dict[str, float], ...])
         run.stopped,
         places,
         run.modes,
+        rubs,
     )

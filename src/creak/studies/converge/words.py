@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from creak.studies.converge.figures import FIGURES
+from creak.studies.converge.rubbing import rub_words, rubs_as_dict
 from creak.studies.converge.settling import BAND, SETTLED, UNREDUCED, Convergence, Outcome, Settling
 from creak.verify.statistics import Distance
 
@@ -40,6 +41,7 @@ def findings(c: Convergence) -> list[str]:
     new = [f"{name} {n}" for name, n in c.new.items() if n]
     said += [f"events in the window that the base run does not have: {', '.join(new)}"] if new else []
     said += _family_words(c) + [_total_words(t) for t in c.totals.values()] + _heard_words(c)
+    said += map(rub_words, c.rubs)
     if c.chaotic:
         rate = len(c.events) / (c.window[1] - c.window[0])
         said.append(
@@ -154,6 +156,7 @@ def as_dict(c: Convergence) -> dict[str, Any]:
         "settled": {name: c.settled_events(name) for name in FIGURES},
         "totals": {name: _settling_dict(t) for name, t in c.totals.items()},
         "places": [{name: _settling_dict(f) for name, f in place.items()} for place in c.places],
+        "friction": rubs_as_dict(c),
         "chaotic": c.chaotic,
         "statistics": {
             family: {

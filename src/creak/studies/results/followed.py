@@ -14,13 +14,14 @@ from creak.dynamics.modal.coefficients import is_modal
 from creak.studies.converge.figures import OF_PLACE
 from creak.studies.converge.settling import Followed
 from creak.studies.prepare.setup import Setup
-from creak.studies.results.places import Place, channels_at, events_at
+from creak.studies.results.places import Place, channels_at, events_at, resting_places
 from creak.studies.results.sound import heard_places
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 from creak.studies.sound.ear import n5_of
 from creak.studies.sound.heard import WHAT, Sound, n5_of_less
 from creak.studies.sound.radiation import Ear
+from creak.verify.rubbing import Rub, rub_of
 
 MOST_PLACES = 12
 """Places, the first ones, that are followed."""
@@ -34,6 +35,8 @@ class _Places:
     window: tuple[float, float]
     ear: Ear | None
     """Who hears them; None: there is no sound."""
+    rub: tuple[Place, ...]
+    """All places, and those that rest."""
 
     def figures(
         self, setup: Setup, system: System, gaps: GapOperator, history: History
@@ -49,13 +52,20 @@ class _Places:
             *heard, _ = n5_of(setup, self.window, system, gaps, history, groups, self.ear.hears(system))
         return tuple(map(_figures, here, heard))
 
+    def rubs(self, setup: Setup, gaps: GapOperator, history: History) -> tuple[Rub, ...]:
+        """Friction and lasting contact of each place in a run."""
+        f_max = setup.study.config.verification.f_max
+        groups = channels_at(self.rub, setup.model, gaps, history)
+        return tuple(rub_of(history, gaps, channels, self.window, f_max) for channels in groups)
+
 
 def followed(result: StudyResult, sound: Sound | str | None) -> Followed:
     """The first places of the run that is repeated, ranked as they are told."""
     run = main_run(result.runs)
     if run is None:
         return Followed()
-    places = heard_places(result, run, sound)[:MOST_PLACES]
+    every = heard_places(result, run, sound)
+    places, rub = every[:MOST_PLACES], (*every, *resting_places(result, run))
     ear, heard = None, list[float | None]([None] * len(places))
     band: tuple[float, ...] = ()
     ends: tuple[float, str] | None = None
@@ -65,7 +75,9 @@ def followed(result: StudyResult, sound: Sound | str | None) -> Followed:
         band = tuple(_more(a, b) for a, b in zip(heard, less, strict=False))
         ends = sound.band.high, WHAT[sound.band.limit]
     base = tuple(_figures(p, n5) for p, n5 in zip(places, heard, strict=False))
-    return Followed(base, _Places(places, result.window, ear).figures, band, ends)
+    here = _Places(places, result.window, ear, rub)
+    names, rubs = tuple((p.contact, p.number) for p in rub), tuple(p.rub for p in rub)
+    return Followed(base, here.figures, band, ends, names, rubs, here.rubs)
 
 
 def _more(n5: float | None, less: float | None) -> float:

@@ -16,6 +16,7 @@ from creak.model.plain_mesh import Mesh
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.job import Run, StudyResult
 from creak.verify.events import Event, counted_instants, events_in, find_events
+from creak.verify.rubbing import NOTHING, STICK, Rub, rub_of
 from creak.verify.slips import SlipEvent
 
 NEAR = 0.02
@@ -27,18 +28,26 @@ class Place:
     """A patch of neighbouring channels of one contact, and what happened there in the verification window."""
 
     number: int
-    """From 1, by what is heard (`ranked`), where nothing is by worst force."""
+    """From 1, by what is heard (`ranked`), where nothing is by worst force; 0: it rests."""
     contact: str
     channels: IntArray
     """Columns of the run's gaps and forces."""
     nodes_idx: IntArray
     """Rows of their secondary nodes."""
     node_idx: int
-    """Row of the node that was hit hardest."""
+    """Row of the node that was hit hardest, where none was of that which rubs or presses most."""
     events: tuple[Event, ...]
     """Events of these channels alone, micro-contacts merged as everywhere; none where the place only squeaks."""
     slips: tuple[SlipEvent, ...] = ()
     """Stick-slip events there, with those of their slips that begin in the window."""
+    rub: Rub = NOTHING
+    """Friction, and the force of lasting contact."""
+
+    @property
+    def rests(self) -> bool:
+        """Whether it has pressed since the start of the run without a hit or a slip."""
+        friction = self.rub.friction
+        return not (self.events or self.slips or (friction is not None and friction.state != STICK))
 
     @property
     def force(self) -> float:
@@ -47,8 +56,8 @@ class Place:
 
     @property
     def slip_count(self) -> int:
-        """Slips that begin in the window."""
-        return sum(len(e.slips) for e in self.slips)
+        """Slips that begin in the window, of its channels as one."""
+        return 0 if self.rub.friction is None else len(self.rub.friction.slips)
 
     @property
     def speed(self) -> float:
@@ -69,11 +78,20 @@ class Place:
 
 
 def find_places(result: StudyResult, run: Run) -> tuple[Place, ...]:
-    """The places that touch in the verification window, by worst force, and those that only squeak.
+    """The places that touch in the verification window, by worst force, and those that only squeak or scrape.
 
     Touched channels of one contact belong together where their nodes share an element or lie within `NEAR` of the
     model's size, and so on from neighbour to neighbour. They are looked for once for each run.
     """
+    return tuple(p for p in _known(result, run) if p.number)
+
+
+def resting_places(result: StudyResult, run: Run) -> tuple[Place, ...]:
+    """Patches that have pressed since the start without a hit or a slip: no places, but what they carry is told."""
+    return tuple(p for p in _known(result, run) if not p.number)
+
+
+def _known(result: StudyResult, run: Run) -> tuple[Place, ...]:
     gaps, known = run.places_known.get(result.window, (None, ()))
     if gaps is not result.gaps:
         known = _find(result, run)
@@ -89,15 +107,23 @@ def _find(result: StudyResult, run: Run) -> tuple[Place, ...]:
         return ()
     patch = _patches(model, gaps, touched)
     every = [touched[patch == p] for p in np.unique(patch).tolist()]
-    places = []
-    for channels, own in zip(every, events_at(every, result.setup, gaps, h, result.window), strict=True):
+    slips, places = _slips(result, run, touched, patch), []
+    at_each = events_at(every, result.setup, gaps, h, result.window)
+    f_max = result.setup.study.config.verification.f_max
+    for channels, p, own in zip(every, np.unique(patch).tolist(), at_each, strict=True):
+        contact, rows, slid = gaps.group[int(channels[0])], np.unique(gaps.nodes_idx[channels]), slips.get(p, ())
         if own:
-            hardest = max(own, key=lambda e: e.force_peak_filtered)
-            contact, rows = gaps.group[int(channels[0])], np.unique(gaps.nodes_idx[channels])
-            places.append(Place(0, contact, channels, rows, hardest.node_idx, tuple(own)))
-    places = _with_slips(places, result, run, touched, patch)
-    places.sort(key=lambda place: -place.force)
-    return tuple(replace(place, number=k) for k, place in enumerate(places, start=1))
+            node = max(own, key=lambda e: e.force_peak_filtered).node_idx
+        elif slid:
+            node = max(slid, key=lambda e: e.friction_work).node_idx
+        else:
+            node = int(gaps.nodes_idx[channels[np.argmax(h.weights @ h.force[:, channels])]])
+        rub = rub_of(h, gaps, channels, result.window, f_max)
+        if len(own) > 1:  # those are judged one by one
+            rub = replace(rub, force=None)
+        places.append(Place(0, contact, channels, rows, node, tuple(own), tuple(slid), rub))
+    places.sort(key=lambda place: (place.rests, -place.force))
+    return tuple(replace(place, number=0 if place.rests else k) for k, place in enumerate(places, start=1))
 
 
 def events_at(
@@ -130,8 +156,8 @@ def channels_at(places: Sequence[Place], model: Mesh, gaps: GapOperator, history
     return [np.flatnonzero(place == k).astype(np.int64) for k in range(len(places))]
 
 
-def _with_slips(places: list[Place], result: StudyResult, run: Run, touched: IntArray, patch: IntArray) -> list[Place]:
-    """The places with the stick-slip events of their nodes, and a place of its own for those of other patches."""
+def _slips(result: StudyResult, run: Run, touched: IntArray, patch: IntArray) -> dict[int, list[SlipEvent]]:
+    """Patch -> stick-slip events of its nodes, with those of their slips that begin in the window."""
     nodes, group = result.gaps.nodes_idx, result.gaps.group
     own: dict[int, list[SlipEvent]] = {}
     for slip in run.slips:
@@ -140,17 +166,7 @@ def _with_slips(places: list[Place], result: StudyResult, run: Run, touched: Int
         begun = tuple(s for s in slip.slips if result.window[0] <= s[0] <= result.window[1])
         if mine and begun:
             own.setdefault(int(patch[mine[0]]), []).append(replace(slip, slips=begun))
-    out = list(places)
-    for p, slips in own.items():
-        channels = touched[patch == p]
-        known = next((k for k, place in enumerate(out) if np.array_equal(place.channels, channels)), None)
-        if known is not None:
-            out[known] = replace(out[known], slips=tuple(slips))
-            continue
-        most = max(slips, key=lambda e: e.friction_work)
-        rows = np.unique(nodes[channels])
-        out.append(Place(0, most.group, channels, rows, most.node_idx, (), tuple(slips)))
-    return out
+    return own
 
 
 def ranked(places: tuple[Place, ...], order: Sequence[int]) -> tuple[Place, ...]:

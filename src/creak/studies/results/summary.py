@@ -18,7 +18,7 @@ from creak.studies.converge.words import as_dict
 from creak.studies.results.elines import against_measured, measured_rates
 from creak.studies.results.elines import as_dict as eline_summary
 from creak.studies.results.limits import judged
-from creak.studies.results.places import Place
+from creak.studies.results.places import Place, resting_places
 from creak.studies.results.sound import heard_at, heard_places, place_name, sound_summary
 from creak.studies.results.spots import spots_of
 from creak.studies.results.static_figures import static_figures
@@ -29,6 +29,7 @@ from creak.studies.warned import warnings_of
 from creak.verify.events import Event, resting
 from creak.verify.matching import Errors, EventMatch
 from creak.verify.reliability import UNRELIABLE, created_of_contact
+from creak.verify.rubbing import FIGURES
 from creak.verify.slips import SlipEvent, Squeak, squeak_rates
 from creak.version import version
 
@@ -163,6 +164,10 @@ def _run(
         "places": with_ties(
             [_place(p, run, model, sound, whole) | {"settled_to": place_settled_to(mine, p.number)} for p in places]
         ),
+        "resting": [
+            {"contact": p.contact, "nodes": model.nodes.ids[p.nodes_idx].tolist(), **_rub(p)}
+            for p in resting_places(result, run)
+        ],
         "slip_events": [_slip_event(e, model) for e in run.slips],
         "squeak_rate": squeak_rates(run.slips, result.window),
         "squeak": [_squeak(s, result, model) for s in run.squeaks],
@@ -210,10 +215,10 @@ def _place(p: Place, run: Run, model: Model, sound: Sound | str | None, whole: f
         "contact": p.contact,
         "nodes": model.nodes.ids[p.nodes_idx].tolist(),
         "events": len(p.events),
-        "slips": p.slip_count,
         "impulse": p.impulse,
         "force": p.force,
         "closing_speed": p.speed,
+        **_rub(p),
         **heard_at(sound, run.name, p.number - 1),
         "share": p.impulse / whole if whole > 0.0 else None,
         "irregularity": p.irregularity,
@@ -235,6 +240,17 @@ def with_ties(places: list[dict[str, Any]]) -> list[dict[str, Any]]:
             others = ((k, q, b) for k, (q, b) in enumerate(zip(places, bars, strict=True), start=1) if q is not p)
             p["ties"] = [k for k, q, b in others if b is not None and abs(q["n5"] - p["n5"]) <= own + b]
     return places
+
+
+def _rub(p: Place) -> dict[str, Any]:
+    """Friction, and the force of lasting contact; null where there is none."""
+    friction = p.rub.friction
+    return {
+        "friction": None if friction is None else friction.state,
+        **dict.fromkeys(FIGURES),
+        **p.rub.figures,
+        "slips": p.slip_count,
+    }
 
 
 def _slip_event(e: SlipEvent, model: Model) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from creak.studies.converge.variants import repeated_setup
 from creak.studies.converge.words import REMEDIES
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.flight_steps import with_flight_steps
+from creak.verify.rubbing import FIGURES as OF_RUB
 from helpers_decks import STUDY, write_strips
 
 pytestmark = pytest.mark.slow
@@ -119,7 +120,7 @@ def test_every_place_says_how_far_it_has_settled(found):
         assert figure.values[FINER] == pytest.approx(again[name], rel=1e-6), name
         assert figure.values[BASE] == pytest.approx(place[name], rel=1e-12), name
         assert place["settled_to"][name] == sum(figure.sources.values()), name
-    assert place["settled_to"].keys() == {"events", "impulse", "force", "closing_speed", "n5"}
+    assert place["settled_to"].keys() == {"events", "impulse", "force", "closing_speed", "n5", *OF_RUB}
     assert "N5" in " ".join(found.summary["convergence"]["findings"])
 
 

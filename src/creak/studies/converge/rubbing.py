@@ -1,0 +1,201 @@
+"""How far friction and lasting contact have settled: does each place stick, slip by turns or slide in every run?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.studies.converge.figures import change
+from creak.studies.converge.settling import BASE, ENOUGH, SETTLED, Convergence, Outcome, RubSettling, Settling
+from creak.verify.rubbing import FIGURES, STICK, STICK_SLIP, Rub, Rubbing
+
+FLOOR = 0.1
+"""Of the time in contact, and of the mean force: what is less changes by shares of this."""
+MOVED = 0.1
+"""Share of the time between slips by which one may begin earlier or later to be the same one."""
+WORDS = {
+    "slips": "number of slips",
+    "slip_rate": "slips per second",
+    "slip_time": "slip time",
+    "slip_share": "share of slip",
+    "slip_path": "slip path",
+    "slip_speed_rms": "rms slip speed",
+    "friction_energy": "energy by friction",
+    "force_mean": "mean force",
+    "force_rms": "fluctuation of the force",
+}
+
+
+def settled_rubs(
+    outcomes: dict[str, Outcome],
+    families: dict[str, tuple[str, str]],
+    told: tuple[str, ...],
+    names: Sequence[tuple[str, int]],
+) -> tuple[RubSettling, ...]:
+    """Each place of the base run that rubs, or that something presses on for the whole time, in the other runs."""
+    whole = {name: o for name, o in outcomes.items() if not o.stopped}
+    found = []
+    for k, (contact, number) in enumerate(names):
+        rubs = {name: o.rubs[k] for name, o in whole.items()}
+        if BASE in rubs and rubs[BASE].figures:
+            problem = "" if len(rubs) == len(outcomes) else "not known in all runs"
+            found.append(_settled(contact, number, rubs, families, told, problem))
+    return tuple(found)
+
+
+def _settled(
+    contact: str,
+    number: int,
+    rubs: dict[str, Rub],
+    families: dict[str, tuple[str, str]],
+    told: tuple[str, ...],
+    problem: str,
+) -> RubSettling:
+    known = {name: rub.figures for name, rub in rubs.items()}
+    base = known[BASE]
+    deciding = {f: pair for f, pair in families.items() if f not in told}
+    friction = {name: rub.friction for name, rub in rubs.items() if rub.friction is not None}
+    pairs = {f: (friction[a], friction[b]) for f, (a, b) in deciding.items() if a in friction and b in friction}
+    parted = {f: pair for f, pair in pairs.items() if _parted(*pair)}
+    figures = {}
+    for name in FIGURES:
+        values = {run: x[name] for run, x in known.items() if name in x}
+        if name not in base or (name == "slip_rate" and len(values) < len(known)):
+            continue  # of two slips or less there is no rate: their number decides
+        floor, limit = _floor(name, rubs), SETTLED
+        if name == "slips":  # one more or less, which an edge of the window makes, is none
+            floor = max(1.0, *values.values())
+            limit = max(SETTLED, 1.0 / floor)
+        if name in ("slips", "slip_rate"):
+            limit = max(limit, *(_by_chance(*pair) for pair in parted.values()), 0.0)
+        changes = {f: change(name, values.get(a), values.get(b), floor) for f, (a, b) in families.items()}
+        figures[name] = Settling(name, values, changes, limit, problem, told, floor=floor)
+    runs = {BASE, *(name for pair in deciding.values() for name in pair)}
+    states = {friction[name].state for name in runs if name in friction}
+    squeaks = any(friction[name].shares[1] > SETTLED for name in runs if name in friction)
+    lasting = rubs[BASE].force is not None
+    return RubSettling(
+        contact,
+        number,
+        {name: r.state for name, r in friction.items()},
+        figures,
+        tuple(name for name in figures if _decides(name, states, squeaks, lasting)),
+        tuple(f for f, (a, b) in pairs.items() if _turned(a, b, lasting and f not in parted)),
+        tuple(parted),
+        lasting,
+        max((r.energy for r in friction.values()), default=0.0),
+    )
+
+
+def _floor(name: str, rubs: dict[str, Rub]) -> float:
+    """What changes of a figure are shares of at least."""
+    friction, force = rubs[BASE].friction, rubs[BASE].force
+    if name == "slip_share":
+        return FLOOR
+    if name == "slip_time" and friction is not None:
+        return FLOOR * friction.contact_time
+    return FLOOR * force.mean if name == "force_rms" and force is not None else 0.0
+
+
+def _decides(name: str, states: set[str], squeaks: bool, lasting: bool) -> bool:
+    """Whether a figure must settle: not that of slips where no run slips by turns for long, none where all stick."""
+    if name in ("slips", "slip_rate"):
+        return squeaks
+    if name in ("slip_path", "slip_speed_rms"):
+        return lasting and states != {STICK}
+    if name == "friction_energy":
+        return states != {STICK}
+    return name != "slip_time"  # its share says it
+
+
+def _turned(a: Rubbing, b: Rubbing, lasting: bool) -> bool:
+    """Another state, and not by a hair's breadth; or, in lasting contact, for another part of the time."""
+    moved = max(abs(x - y) for x, y in zip(a.shares, b.shares, strict=True))
+    return moved > SETTLED and (lasting or a.state != b.state)
+
+
+def _parted(a: Rubbing, b: Rubbing) -> bool:
+    """Both slip by turns, and not at the same times; of slips as regular as a clock one is as good as the other."""
+    known = [r.irregularity for r in (a, b) if r.state == STICK_SLIP and r.irregularity is not None]
+    if len(known) < 2 or max(known) <= SETTLED:
+        return False
+    starts, others = (np.array([start for start, _ in r.slips]) for r in (a, b))
+    return _same(starts, others, MOVED * float(a.between.mean())) < ENOUGH * max(starts.size, others.size)
+
+
+def _by_chance(a: Rubbing, b: Rubbing) -> float:
+    """What 95 % of two samples of one renewal process differ by in their rate: its variance of a count n is CV^2 n.
+
+    Source: Cox, Renewal Theory, 1962, 3.3.
+    """
+    irregular = max(a.irregularity or 0.0, b.irregularity or 0.0)
+    return float(1.96 * irregular * np.sqrt(1.0 / len(a.slips) + 1.0 / len(b.slips)))
+
+
+def _same(starts: FloatArray, others: FloatArray, tolerance: float) -> int:
+    """How many of two rising lists of times are the same, one by one."""
+    count = i = j = 0
+    while i < starts.size and j < others.size:
+        if abs(starts[i] - others[j]) <= tolerance:
+            count, i, j = count + 1, i + 1, j + 1
+        elif starts[i] < others[j]:
+            i += 1
+        else:
+            j += 1
+    return count
+
+
+def open_rubs(c: Convergence) -> list[RubSettling]:
+    """Places whose friction or lasting force has not settled."""
+    return [r for r in c.rubs if not r.settled]
+
+
+def faint_rubs(rubs: Sequence[RubSettling], c: Convergence) -> bool:
+    """Whether all friction at some places decides nothing: together it takes next to none of the energy."""
+    forced = any(name.startswith("force") for r in rubs for name in r.open)
+    return not forced and sum(r.energy for r in rubs) <= (1.0 - ENOUGH) * sum(r.energy for r in c.rubs)
+
+
+def rubs_as_dict(c: Convergence) -> list[dict[str, Any]]:
+    """For summary.json."""
+    return [
+        {
+            "contact": r.contact,
+            "place": r.number or None,
+            "states": r.states,
+            "settled": r.settled,
+            "turned": r.turned,
+            "parted": r.parted,
+            "deciding": r.deciding,
+            "figures": {
+                name: {"values": f.values, "changes": f.changes, "settled_to": f.settled_to, "settled": f.settled}
+                for name, f in r.figures.items()
+            },
+        }
+        for r in c.rubs
+    ]
+
+
+def rub_words(r: RubSettling) -> str:
+    """What a place does, and how far that has settled, in a sentence."""
+    where = f"contact {r.contact}" + (f" (place {r.number})" if r.number else "")
+    if r.states and r.turned:
+        said = ", ".join(f"{state} with {name}" for name, state in r.states.items())
+        if len(set(r.states.values())) == 1:
+            said = "it sticks, slips by turns and slides for other parts of the time"
+        return f"{where}: friction changes from run to run ({said})"
+    what = f"{where}: {r.states[BASE]}" if BASE in r.states else f"{where}: lasting contact"
+    if r.open:
+        parts = [_open_words(r.figures[name]) for name in r.open]
+        return f"{what}, which changes from run to run ({', '.join(parts)})"
+    most = max((abs(x) for n in r.deciding for x in r.figures[n].changes.values() if n != "slips"), default=0.0)
+    parted = ", single slips part from run to run" if r.parted else ""
+    return f"{what}, the same within {100.0 * most:.2g} %{parted}"
+
+
+def _open_words(f: Settling) -> str:
+    to = f.settled_to
+    return f"{WORDS[f.name]} by {100.0 * to:.2g} %" if np.isfinite(to) else f"{WORDS[f.name]}, which not all runs have"
