@@ -143,8 +143,7 @@ def march(modes: Modes, signals: FloatArray, spacing: float, end: float, h: floa
     m, f2 = modes.gap0.size, T.shape[0]
     room = int(min(2e6, 3e7 / (2 * m + 2 * f2 + 1)))
     table = np.empty((room, 1 + 2 * m + 2 * f2))
-    fastest = max(modes.contact_omega, 1e-300)
-    stride = max(1, int(2.0 * np.pi / fastest / 20.0 / h))
+    stride = max(1, int(2.0 * np.pi / max(modes.contact_omega, 1e-3 / end) / 20.0 / h))
     rows, steps, full = _march(
         co,
         np.where(modes.omega > 0.0, modes.omega, 1e-300),

@@ -17,7 +17,6 @@ MATERIALS = {
     "PLASTIC": (2.2e9, 0.38, 1050.0),
 }
 """Pa, 1, kg/m^3."""
-DOFS = {"z": 3}
 
 
 @dataclass
@@ -190,7 +189,7 @@ def add_part(deck: Deck, kind: str, name: str, d: dict[str, Any], which: int, z:
     root = grid[-1:] if root_at_end else grid[:1]
     if kind == "block":
         root = grid[:, :, -1] if up else grid[:, :, 0]
-    tip = slice(0, nx // 2) if root_at_end else slice(nx - nx // 2, None)
+    tip = slice(None) if root_at_end or kind == "block" else slice(nx - nx // 2, None)
     deck.add_set("NSET", f"{name}_ROOT", np.unique(root))
     deck.add_set("NSET", f"{name}_TIP", np.unique(face[0] if root_at_end else face[-1]))
     deck.add_set("NSET", f"{name}_FACE", np.unique(face[: nx // 2 + 1] if root_at_end else face[nx - nx // 2 :]))
@@ -302,11 +301,8 @@ def contacts_of(d: dict[str, Any], tables: dict[str, Any], stiffness: float | No
             table["friction"] = {"static": static, "kinetic": kinetic, "decay": decay}
         tables["contact"] = {"touch": table}
     if d["how"] == "play" or d["and_play"]:
-        E = MATERIALS[d["materials"][0]][0] * d["thick"][0] / metre**0
-        k = 0.05 * E * d["width"] / d["length"] if False else None
-        del k
-        m_unit, kg_unit = UNITS[d["units"]]
-        stiff = float(10.0 ** rng.uniform(-1.0, 0.5)) * E * kg_unit**-1 * 1.0
+        elastic = MATERIALS[d["materials"][0]][0] * d["thick"][0] / UNITS[d["units"]][1]
+        stiff = float(elastic * 10.0 ** rng.uniform(-1.0, 0.5))
         gap = d["gap"] / metre
         tables["connector"] = [
             {
