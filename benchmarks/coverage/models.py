@@ -94,6 +94,8 @@ def draw(seed: int) -> dict[str, Any]:
     how = str(rng.choice(["surface", "surface", "node", "play"]))
     if upper == "beam" and how == "surface":
         how = "node"
+    if how == "play" and rng.random() < 0.3:
+        lower = "beam"
     size = float(10.0 ** rng.uniform(-0.5, 0.5))
     length, width = size * rng.uniform(0.08, 0.2), size * rng.uniform(0.015, 0.04)
     thick = [float(size * rng.uniform(1.0e-3, 4.0e-3)) for _ in range(2)]
@@ -138,7 +140,7 @@ def add_part(deck: Deck, kind: str, name: str, d: dict[str, Any], which: int, z:
     material, way = d["materials"][which], 1.0 if up else -1.0
     E, nu, rho = MATERIALS[material]
     m_unit, kg_unit = UNITS[d["units"]]
-    nx, ny = int(rng.integers(6, 11)), int(rng.integers(1, 3))
+    nx, ny = int(rng.integers(6, 14)), int(rng.integers(1, 4))
     x = first + L * np.arange(nx + 1) / nx
     root_at_end = bool(which == 1 and rng.random() < 0.3)
     deck.sections += [
@@ -261,7 +263,7 @@ def write_case(seed: int, folder: Path, amplitude: float = 1.0, stiffness: float
 
 def signal_of(d: dict[str, Any], rng: np.random.Generator, lowest: float) -> tuple[dict[str, Any], float, float]:
     """Table of the excitation with a unit amplitude, its highest frequency in Hz, and periods of the lowest mode."""
-    cycles = float(rng.uniform(6.0, 18.0))
+    cycles = float(rng.uniform(6.0, 25.0))
     if d["signal"] == "sine":
         f = round(float(lowest * rng.uniform(0.3, 1.3)), 2)
         return {"type": "sine", "frequency": f, "amplitude": 1e-4}, f, cycles
