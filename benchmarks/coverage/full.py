@@ -17,9 +17,10 @@ from creak.studies.models.reference import build_reference
 from creak.studies.prepare.excitation import sample_loads
 from creak.studies.prepare.setup import Setup
 from creak.verify.events import Event, find_events
+from creak.verify.sides import sides
 
-OF_CONTACT = 60.0
-"""Steps in the shortest period of the contact springs; the check of itself takes half as many."""
+OF_CONTACT = 30.0
+"""Steps in the shortest period of the contact springs; what is told takes twice as many, to check it."""
 OF_LOADS = 1500.0
 """Samples in a period of the fastest excitation: straight lines between them are within 2e-6."""
 IN_FLIGHT = 60.0
@@ -69,8 +70,6 @@ class Full:
                 energy=np.zeros((n, len(ENERGIES))),
                 contact_steps=0,
                 setup_s=0.0,
-                tangential=course.tangential,
-                sliding=course.sliding,
             ),
             self.gaps,
             merge,
@@ -138,6 +137,9 @@ def full_model(setup: Setup, fastest: float) -> Full:
         T[k::2], T_s[k::2] = onto[rubs], by[rubs]
     f = gaps.friction
     mu = np.zeros((0, 3)) if f is None else np.column_stack([f.static, f.kinetic, f.decay])[rubs]
+    side = np.zeros(gaps.m, dtype=np.int64)
+    for number, channels in enumerate(sides(gaps)):
+        side[channels] = number
     modes = Modes(
         omega=omega,
         c=c,
@@ -149,6 +151,7 @@ def full_model(setup: Setup, fastest: float) -> Full:
         tangent=T,
         tangent_sig=np.hstack([0.0 * T_s, T_s, 0.0 * T_s, np.zeros((2 * rubs.size, n_force))]),
         rubs=rubs,
+        side=side,
         mu=mu,
         start=np.array([np.zeros(omega.size), Phi.T @ (M @ system.velocity)]),
     )

@@ -16,6 +16,8 @@ from creak.arrays import FloatArray, IntArray
 
 PARTS = 8
 """Coefficients of a mode over a step: displacement and speed from both, and from the load at its start and end."""
+PER_CONTACT, PER_RUN = 20.0, 2e5
+"""Instants kept in the shortest period of the contact springs, where the whole run has no more than these."""
 WAKE = 16
 """Steps in contact after which all gaps are looked at again."""
 
@@ -44,6 +46,8 @@ class Modes:
     """(2 f, n_sig)"""
     rubs: IntArray
     """(f,) channels that rub."""
+    side: IntArray
+    """(m,) number of the side of its contact that a channel is on: sides touch."""
     mu: FloatArray
     """(f, 3) static, kinetic, decay (speed, 0: kinetic as soon as it slides)."""
     start: FloatArray
@@ -60,15 +64,17 @@ class Modes:
 
 @dataclass(frozen=True)
 class Course:
-    """What a march leaves, at uneven instants."""
+    """What a march leaves, at uneven instants: both sides of every change of a side that touches, and between them."""
 
     time: FloatArray
     gap: FloatArray
     """(n_time, m)"""
     force: FloatArray
-    tangential: FloatArray
-    """(n_time, 2 f)"""
-    sliding: FloatArray
+    """(n_time, m) means whose trapezoidal sum is the impulse of all steps; 0 where the side is open."""
+    friction_work: float
+    """Taken by sliding."""
+    slip_time: float
+    """s in which any channel that presses slides, summed over the channels."""
     steps: int
     full: bool
     """It ended early: there was no room for more instants."""
@@ -140,11 +146,10 @@ def march(modes: Modes, signals: FloatArray, spacing: float, end: float, h: floa
         (T * first[7]) @ G.T,
         (T * constant[1]) @ T.T,
     )
-    m, f2 = modes.gap0.size, T.shape[0]
-    room = int(min(2e6, 3e7 / (2 * m + 2 * f2 + 1)))
-    table = np.empty((room, 1 + 2 * m + 2 * f2))
-    stride = max(1, int(2.0 * np.pi / max(modes.contact_omega, 1e-3 / end) / 20.0 / h))
-    rows, steps, full = _march(
+    m = modes.gap0.size
+    table = np.empty((int(min(3e6, 4e7 / (2 * m + 1))), 1 + 2 * m))
+    kept = max(2.0 * np.pi / max(modes.contact_omega, 1e-3 / end) / PER_CONTACT, end / PER_RUN)
+    rows, steps, full, work, slip_time = _march(
         co,
         np.where(modes.omega > 0.0, modes.omega, 1e-300),
         np.ascontiguousarray(modes.load),
@@ -157,6 +162,7 @@ def march(modes: Modes, signals: FloatArray, spacing: float, end: float, h: floa
         T,
         np.ascontiguousarray(modes.tangent_sig),
         modes.rubs,
+        modes.side,
         np.ascontiguousarray(modes.mu),
         *(np.ascontiguousarray(x) for x in compliances),
         np.ascontiguousarray(signals),
@@ -165,11 +171,13 @@ def march(modes: Modes, signals: FloatArray, spacing: float, end: float, h: floa
         h,
         modes.start[0].copy(),
         modes.start[1].copy(),
-        stride,
+        max(1, int(kept / h)),
         table,
     )
-    pieces = np.split(table[:rows], np.cumsum([1, m, m, f2]), axis=1)
-    return Course(pieces[0][:, 0].copy(), *(np.array(p) for p in pieces[1:]), int(steps), bool(full))
+    time, gap, impulse = (np.array(x) for x in np.split(table[:rows], [1, 1 + m], axis=1))
+    half = 0.5 * np.diff(time[:, 0])
+    weights = np.concatenate([[0.0], half]) + np.concatenate([half, [0.0]])
+    return Course(time[:, 0], gap, impulse / weights[:, None], float(work), float(slip_time), int(steps), bool(full))
 
 
 @numba.njit(cache=True, fastmath={"reassoc", "contract"})
@@ -247,6 +255,7 @@ def _march(
     T,
     T_sig,
     rubs,
+    side,
     mu,
     D,
     E,
@@ -265,7 +274,7 @@ def _march(
     n_sig = load.shape[1]
     x1, v1, swing = np.empty(n), np.empty(n), np.empty(n)
     f0, f1, fc = np.zeros(n), np.zeros(n), np.zeros(n)
-    sig, sig1, sig_before = np.zeros(n_sig), np.zeros(n_sig), np.zeros(n_sig)
+    sig, sig1 = np.zeros(n_sig), np.zeros(n_sig)
     g, g1, p, p1 = np.empty(m), np.empty(m), np.zeros(m), np.zeros(m)
     tau, w, limit = np.zeros(2 * f), np.zeros(2 * f), np.zeros(f)
     slide, stuck = np.zeros(2 * f), np.zeros(f, dtype=np.bool_)
@@ -282,17 +291,20 @@ def _march(
             pressing = True
             for i in range(n):
                 fc[i] += p[j] * G[j, i]
-    held = np.empty(table.shape[1])
-    holding, since, rows, steps = False, 0, 0, 0
-    full = False
+    n_side = 0 if m == 0 else side.max() + 1
+    touching, before = np.zeros(n_side, dtype=np.bool_), np.zeros(n_side, dtype=np.bool_)
+    open_row = np.zeros(n_side, dtype=np.bool_)
+    held, whole, moment = np.empty(1 + m), np.zeros(m), np.zeros(m)
+    holding, since, steps = False, 0, 0
+    full, work, slip_time = False, 0.0, 0.0
     tick, look = 0, 0
-
-    for column in range(held.size):
-        held[column] = 0.0
-    held[1 : 1 + m] = g
-    held[1 + m : 1 + 2 * m] = p
-    table[0] = held
+    for j in range(m):
+        touching[side[j]] = touching[side[j]] or p[j] > 0.0
+    table[0] = 0.0
+    table[0, 1 : 1 + m] = g
     rows = 1
+    for s in range(n_side):
+        open_row[s] = not touching[s]
     while tick < last:
         # --- how far may the step go, and which gaps can close in it
         level = 0
@@ -318,7 +330,7 @@ def _march(
                 while level + 1 < co.shape[0] and 2.0 ** (level + 1) * h <= safe and tick + 2 ** (level + 1) <= last:
                     level += 1
         look -= 1
-        accepted = False
+        accepted = closes = False
         while not accepted:
             by = 2**level
             a = co[level]
@@ -344,7 +356,6 @@ def _march(
 
         # --- contact at the end of the step
         touched = pressing
-        changed = False
         if pressing or closes:
             p1[:] = p
             for _ in range(1 if f == 0 else 4):
@@ -379,7 +390,6 @@ def _march(
                 fc[i] = 0.0
             pressing = False
             for j in range(m):
-                changed = changed or (p1[j] > 0.0) != (p[j] > 0.0)
                 if p1[j] > 0.0:
                     pressing = True
                     for i in range(n):
@@ -405,50 +415,74 @@ def _march(
                     g1[j] = at
             for r in range(f):
                 if limit[r] > 0.0:
-                    for a2 in range(2 * r, 2 * r + 2):
-                        slide[a2] = _dot(T_sig[a2], sig1) + _dot(T[a2], v1)
-                    was = stuck[r]
                     stuck[r] = np.sqrt(tau[2 * r] ** 2 + tau[2 * r + 1] ** 2) < limit[r] * (1.0 - 1e-9)
-                    changed = changed or was != stuck[r]
-                    if stuck[r]:
-                        slide[2 * r] = slide[2 * r + 1] = 0.0
+                    for a2 in range(2 * r, 2 * r + 2):
+                        fresh = 0.0 if stuck[r] else _dot(T_sig[a2], sig1) + _dot(T[a2], v1)
+                        work -= 0.5 * h * tau[a2] * (slide[a2] + fresh)
+                        slide[a2] = fresh
+                    if not stuck[r]:
+                        slip_time += h
                 else:
                     stuck[r] = False
                     slide[2 * r] = slide[2 * r + 1] = 0.0
                     tau[2 * r] = tau[2 * r + 1] = 0.0
-            for j in range(m):
-                p[j] = p1[j]
             if touched != pressing:
                 look = 0
                 for j in range(m):
                     awake[j] = True
+        changed = False
+        for q in range(n_side):
+            before[q], touching[q] = touching[q], False
         for j in range(m):
-            g[j] = g1[j]
+            touching[side[j]] = touching[side[j]] or p1[j] > 0.0
+        for q in range(n_side):
+            changed = changed or before[q] != touching[q]
         for i in range(n):
             x[i], v[i], f0[i] = x1[i], v1[i], f1[i]
-        for s in range(n_sig):
-            sig[s] = sig1[s]
+        for q in range(n_sig):
+            sig[q] = sig1[q]
         tick += by
 
         # --- what is kept: both sides of every change, every stride-th step in contact, all flight steps
-        since += 1
         if rows + 2 >= table.shape[0]:
             full = True
             break
-        if (changed or not pressing) and holding:
-            table[rows] = held
-            rows += 1
-            holding = False
+        if (changed or not (pressing or touched)) and holding:
+            rows = _keep(table, rows, held, whole, moment, side, open_row, before)
+            since, holding = 0, False
+        for j in range(m):
+            if p[j] > 0.0 or p1[j] > 0.0:
+                from_row = t1 - by * h - table[rows - 1, 0]
+                whole[j] += 0.5 * h * (p[j] + p1[j])
+                moment[j] += 0.5 * h * (p[j] + p1[j]) * from_row + h * h * (p[j] / 6.0 + p1[j] / 3.0)
+            g[j], p[j] = g1[j], p1[j]
+        p1[:] = 0.0
+        since += 1
         held[0] = t1
-        held[1 : 1 + m] = g
-        held[1 + m : 1 + 2 * m] = p
-        held[1 + 2 * m : 1 + 2 * m + 2 * f] = tau
-        held[1 + 2 * m + 2 * f :] = slide
+        held[1:] = g
+        holding = True
         if changed or not pressing or since >= stride:
-            table[rows] = held
-            rows += 1
-            since = 0
-            holding = False
-        else:
-            holding = True
-    return rows, steps, full
+            rows = _keep(table, rows, held, whole, moment, side, open_row, touching)
+            since, holding = 0, False
+    return rows, steps, full, work, slip_time
+
+
+@numba.njit(cache=True)
+def _keep(table, rows, held, whole, moment, side, open_row, touching):
+    """A row of time, gaps and impulses: those since the row before go to both by their lever, all to one beside an open one."""
+    m = whole.size
+    table[rows] = 0.0
+    table[rows, : 1 + m] = held
+    by = held[0] - table[rows - 1, 0]
+    for j in range(m):
+        here = moment[j] / by
+        if open_row[side[j]]:
+            here = whole[j]
+        elif not touching[side[j]]:
+            here = 0.0
+        table[rows - 1, 1 + m + j] += whole[j] - here
+        table[rows, 1 + m + j] += here
+        whole[j], moment[j] = 0.0, 0.0
+    for q in range(open_row.size):
+        open_row[q] = not touching[q]
+    return rows + 1

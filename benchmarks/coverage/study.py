@@ -13,6 +13,7 @@ import numpy as np
 
 import creak
 from benchmarks.coverage.full import OF_CONTACT, Full
+from benchmarks.coverage.march import Course
 from benchmarks.coverage.prepare import prepared
 from creak.studies.converge.settling import FIGURES, change
 from creak.verify.events import Event
@@ -69,15 +70,12 @@ def row(seed: int, folder: Path) -> dict[str, Any]:
 
 
 def of_own(
-    full: Full, fine: Any, own: Sequence[Event], rough: Sequence[Event], cut: bool, tolerance: float
+    full: Full, fine: Course, own: Sequence[Event], rough: Sequence[Event], cut: bool, tolerance: float
 ) -> dict[str, Any]:
     """Figures of the march itself and whether it has settled."""
     total, coarse = (sum(e.impulse for e in events) for events in (own, rough))
     match = match_events(own, rough, tolerance, WHOLE)
     whole = not cut and not match.missed and not match.extra
-    half = 0.5 * np.diff(fine.time)
-    weights = np.concatenate([[0.0], half]) + np.concatenate([half, [0.0]])
-    work = float(weights @ -(fine.tangential * fine.sliding).sum(axis=1)) if fine.sliding.size else 0.0
     return {
         "events": len(own),
         "impulse": total,
@@ -85,7 +83,8 @@ def of_own(
         "settled": bool(whole and abs(coarse - total) <= OWN * max(total, 1e-300)),
         "cut_short": cut,
         "steps": fine.steps,
-        "friction_work": work,
+        "friction_work": fine.friction_work,
+        "slip_time": fine.slip_time,
         "contact_khz": full.modes.contact_omega / 2e3 / np.pi,
     }
 
