@@ -27,6 +27,8 @@ IN_FLIGHT = 60.0
 """Longest flight steps in that period: a load that is linear in it is within .14 %, and its mean within half of that."""
 MASSLESS = 1e-10
 """Share of the largest mass of a dof of its kind below which it has none, and follows statically."""
+HARD = 10.0
+"""Stiffness that stands for exact unilateral contact, times what the elements set against the motion of one channel."""
 DIAGONAL = 1e-6
 """Damping between two modes, as a share of that of both, that counts as none."""
 
@@ -137,6 +139,8 @@ def full_model(setup: Setup, fastest: float) -> Full:
         T[k::2], T_s[k::2] = onto[rubs], by[rubs]
     f = gaps.friction
     mu = np.zeros((0, 3)) if f is None else np.column_stack([f.static, f.kinetic, f.decay])[rubs]
+    onto = to_dense(gaps.G @ R)
+    behind = np.einsum("ij,jk,ik->i", onto, K, onto) / np.maximum(np.einsum("ij,ij->i", onto, onto) ** 2, 1e-300)
     side = np.zeros(gaps.m, dtype=np.int64)
     for number, channels in enumerate(sides(gaps)):
         side[channels] = number
@@ -147,7 +151,7 @@ def full_model(setup: Setup, fastest: float) -> Full:
         normal=G,
         normal_sig=np.hstack([G_s, zeros, zeros, np.zeros((gaps.m, n_force))]),
         gap0=gaps.gap0,
-        stiffness=gaps.stiffness,
+        stiffness=np.where(np.isfinite(gaps.stiffness), gaps.stiffness, HARD * behind),
         tangent=T,
         tangent_sig=np.hstack([0.0 * T_s, T_s, 0.0 * T_s, np.zeros((2 * rubs.size, n_force))]),
         rubs=rubs,
