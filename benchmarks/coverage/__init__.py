@@ -1,1 +1,1 @@
-"""How often error bars and verdicts hold: random models against an integration of their full matrices, closed forms, the door."""
+"""How often error bars and verdicts hold: random models in their full matrices, closed forms, the door."""

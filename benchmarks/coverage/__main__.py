@@ -68,8 +68,8 @@ def line(r: dict[str, Any]) -> str:
     mark = "WRONG" if r["verdict"] == "settled" and own["settled"] and is_wrong(r) else ""
     off = found["impulse"] / own["impulse"] - 1.0 if own["impulse"] else 0.0
     return (
-        f"{r['seed']:>4} {r['verdict']!s:<10} {mark:<5} events {own['events']:>3} -> {found['events']:>3}, impulse {off:+8.2%} "
-        f"(own {own['error']:.1e}), CPU {own['cpu_s']:.1f} + {r['cpu_s']:.1f} s  {r['words']}"
+        f"{r['seed']:>4} {r['verdict']!s:<10} {mark:<5} events {own['events']:>3} -> {found['events']:>3}, "
+        f"impulse {off:+8.2%} (own {own['error']:.1e}), CPU {own['cpu_s']:.1f} + {r['cpu_s']:.1f} s  {r['words']}"
     )
 
 

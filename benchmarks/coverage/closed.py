@@ -1,7 +1,7 @@
 """Closed forms of contact through deck and study with nothing numerical said: `python -m benchmarks.coverage.closed`.
 
 For each figure: exact, the independent march of the full matrices, creak, its error, its bar, and the study's verdict.
-Studies give the model, what touches, what drives and how long: no f_max, no step, no stiffness but that of a spring stop.
+Studies give the model, what touches, what drives and how long: no f_max, no step, no stiffness but of spring stops.
 """
 
 from __future__ import annotations
@@ -153,7 +153,7 @@ def weak(name: str, node: int, label: int, stiffness: float) -> list[str]:
 
 
 def plate(size: float, axes: str, free: str = "", thickness: float = 1e-3) -> str:
-    """A steel plate of one element about the origin in two axes (set FLOOR, surface TABLE), which moves along `free`."""
+    """A steel plate of one element about the origin (set FLOOR, surface TABLE), which moves along `free`."""
     corners = ((-1, -1), (1, -1), (1, 1), (-1, 1))
     at = {"xy": "{0}, {1}, 0.", "yz": "0., {0}, {1}"}[axes]
     held = [f"FLOOR, {k + 1}" for k, axis in enumerate("xyz") if axis not in free]
@@ -166,7 +166,9 @@ def plate(size: float, axes: str, free: str = "", thickness: float = 1e-3) -> st
     return "\n".join([*lines, "*BOUNDARY", *held, "FLOOR, 4, 6"]) + "\n"
 
 
-def bars(lengths: Sequence[float], gap: float, speeds: Sequence[float], E: float, rho: float, side: float, n: int) -> str:
+def bars(
+    lengths: Sequence[float], gap: float, speeds: Sequence[float], E: float, rho: float, side: float, n: int
+) -> str:
     """Square bars of solids along x, one behind the other from x = `gap` on, n elements in the longest (sets A, B)."""
     lines, x0, first = [], gap, 0
     for name, L, v in zip("AB", lengths, speeds, strict=False):
@@ -261,7 +263,10 @@ def cases() -> list[Closed]:
         Closed(
             "bouncing bar (Doyen et al.)",
             bars(*slow) + wall,
-            contact("BAR_A", "TABLE", hard + "\nclearance = 5.0") + push("A_INSIDE", weight) + push("A_ENDS", 0.5 * weight) + end(4.6),
+            contact("BAR_A", "TABLE", hard + "\nclearance = 5.0")
+            + push("A_INSIDE", weight)
+            + push("A_ENDS", 0.5 * weight)
+            + end(4.6),
             (
                 count(2),
                 event("start, s", 1.0, "t_start"),
@@ -415,7 +420,9 @@ def main() -> None:
                 continue
             numbers = [f"{r['exact']:.6g}", *("-" if r[x] is None else f"{r[x]:.6g}" for x in ("march", "creak"))]
             error = "-" if r["error"] is None else f"{r['error']:+.2%}"
-            table.add_row(case.name, r["figure"], *numbers, error, "-" if r["bar"] is None else f"{r['bar']:.2g}", r["verdict"])
+            table.add_row(
+                case.name, r["figure"], *numbers, error, "-" if r["bar"] is None else f"{r['bar']:.2g}", r["verdict"]
+            )
         table.add_section()
     Console(width=150).print(table)
     good = sum(r.get("good", False) for r in found)

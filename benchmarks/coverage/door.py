@@ -1,4 +1,4 @@
-"""Is the default answer right, and do its error bars say so? `python -m benchmarks.coverage.door [--mesh-size H] [--out F]`.
+"""Is the default answer right, and do its error bars say so? `python -m benchmarks.coverage.door [--mesh-size H]`.
 
 The door under the loads A2 to A4 with several seeds of the excitation, run with nothing set. Each run is held to two
 others of the same reduced model: the same scheme with steps near contact of a tenth, and generalised-alpha with steps

@@ -24,7 +24,7 @@ OF_CONTACT = 30.0
 OF_LOADS = 1500.0
 """Samples in a period of the fastest excitation: straight lines between them are within 2e-6."""
 IN_FLIGHT = 60.0
-"""Longest flight steps in that period: a load that is linear in it is within .14 %, and its mean within half of that."""
+"""Longest flight steps in that period: a load that is linear in one is within .14 %."""
 MASSLESS = 1e-10
 """Share of the largest mass of a dof of its kind below which it has none, and follows statically."""
 HARD = 10.0
@@ -105,7 +105,9 @@ def full_model(setup: Setup, fastest: float) -> Full:
     C = damping_of(system, M, K)
     damped = Phi.T @ C @ Phi
     c = np.diag(damped).copy()
-    beside = np.abs(damped - np.diag(c)) / np.maximum(np.sqrt(np.outer(np.abs(c), np.abs(c))), 1e-3 * np.abs(c).max() + 1e-300)
+    beside = np.abs(damped - np.diag(c)) / np.maximum(
+        np.sqrt(np.outer(np.abs(c), np.abs(c))), 1e-3 * np.abs(c).max() + 1e-300
+    )
     if c.any() and beside.max() > DIAGONAL:
         raise ValueError(f"damping couples the modes: {beside.max():.1e}")
     end = float(setup.loads.time[-1])
@@ -120,7 +122,12 @@ def full_model(setup: Setup, fastest: float) -> Full:
     M_qs, K_qs = to_dense(sup.M_qs), to_dense(sup.K_qs)
     C_qs = alpha * M_qs + beta * K_qs + sup.C_qs
     load = np.hstack(
-        [-Phi.T @ (K_qs + K @ by_support), -Phi.T @ (C_qs + C @ by_support), -Phi.T @ (M_qs + M @ by_support), Phi.T @ B]
+        [
+            -Phi.T @ (K_qs + K @ by_support),
+            -Phi.T @ (C_qs + C @ by_support),
+            -Phi.T @ (M_qs + M @ by_support),
+            Phi.T @ B,
+        ]
     )
     R, R_s = system.rows(gaps.labels)
     rubs = np.zeros(0, dtype=np.int64) if gaps.friction is None else gaps.friction.channels.astype(np.int64)

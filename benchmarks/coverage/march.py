@@ -469,7 +469,8 @@ def _march(
 
 @numba.njit(cache=True)
 def _keep(table, rows, held, whole, moment, side, open_row, touching):
-    """A row of time, gaps and impulses: those since the row before go to both by their lever, all to one beside an open one."""
+    """A row of time, gaps and impulses: those since the row before go to both by their lever, or all to the one that
+    is not open."""
     m = whole.size
     table[rows] = 0.0
     table[rows, : 1 + m] = held

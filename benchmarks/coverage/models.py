@@ -152,7 +152,9 @@ def add_part(deck: Deck, kind: str, name: str, d: dict[str, Any], which: int, z:
     ]
     if kind == "beam":
         side = 0.5 * min(b, 2.0 * t)
-        labels = deck.add_nodes(np.column_stack([x, np.full_like(x, 0.5 * d["width"]), np.full_like(x, z + way * side)]))
+        labels = deck.add_nodes(
+            np.column_stack([x, np.full_like(x, 0.5 * d["width"]), np.full_like(x, z + way * side)])
+        )
         elements = deck.add_elements("B31", name, np.column_stack([labels[:-1], labels[1:]]))
         deck.sections += [
             f"*BEAM SECTION, SECTION=RECT, ELSET={name}, MATERIAL=M_{name}",
@@ -181,9 +183,7 @@ def add_part(deck: Deck, kind: str, name: str, d: dict[str, Any], which: int, z:
         grid = deck.add_nodes(np.column_stack([X.ravel(), Y.ravel(), Z.ravel()])).reshape(nx + 1, ny + 1, nz + 1)
         low, high = grid[:, :, :-1], grid[:, :, 1:]
         corners = [
-            a.ravel()
-            for layer in (low, high)
-            for a in (layer[:-1, :-1], layer[1:, :-1], layer[1:, 1:], layer[:-1, 1:])
+            a.ravel() for layer in (low, high) for a in (layer[:-1, :-1], layer[1:, :-1], layer[1:, 1:], layer[:-1, 1:])
         ]
         elements = deck.add_elements("C3D8I", name, np.column_stack(corners))
         deck.sections += [f"*SOLID SECTION, ELSET={name}, MATERIAL=M_{name}"]

@@ -29,7 +29,7 @@ KEYS = {
 }
 """Figure of an event -> key of its bar in summary.json."""
 OWN = 5e-3
-"""Share by which the march may change total impulse with twice the step, all events being there, to count as settled."""
+"""Share by which twice the step may change the total impulse of a march that has settled, with the same events."""
 WHOLE = (0.0, np.inf)
 
 

@@ -63,7 +63,7 @@ def case(r: Row) -> dict[str, Any]:
 
 
 def coverage(rows: Sequence[Row]) -> dict[str, Any]:
-    """Of each figure: bars that cover its error, bars, figures without one; and error over bar, median and 95th percentile.
+    """Of each figure: bars that cover its error, bars, figures without one; error over bar, median and 95th percentile.
 
     A bar covers where error <= bar + the march's own error. Figures that the march does not know to `JUDGED` are left
     out. Events that only one of both has are counted beside.
@@ -117,15 +117,22 @@ def mean(rows: Sequence[Row], of: Callable[[Row], float]) -> float:
 
 def lines(found: Mapping[str, Any]) -> list[str]:
     """The summary as text."""
-    said = [f"{found['models']} models, {len(found['failed'])} failed, {len(found['own_not_settled'])} of which the march itself has not settled"]
+    failed, unsure = len(found["failed"]), len(found["own_not_settled"])
+    said = [f"{found['models']} models, {failed} failed, {unsure} of which the march itself has not settled"]
     said.append("verdicts: " + ", ".join(f"{word} {share:.0%}" for word, share in found["verdicts"].items()))
     for title, of in found["coverage"].items():
         said.append(f"{title}: {of['missed']} missed, {of['extra']} extra")
         for name in KEYS:
             f = of[name]
             share = "-" if f["share"] is None else f"{f['share']:.0%}"
-            tail = "" if f["share"] is None else ", error over bar {:.2g} (median), {:.3g} (95 %)".format(*f["error_over_bar"])
-            said.append(f"  {name:<14} {f['covered']} of {f['bars']} bars cover ({share}), {f['without']} without{tail}")
+            tail = (
+                ""
+                if f["share"] is None
+                else ", error over bar {:.2g} (median), {:.3g} (95 %)".format(*f["error_over_bar"])
+            )
+            said.append(
+                f"  {name:<14} {f['covered']} of {f['bars']} bars cover ({share}), {f['without']} without{tail}"
+            )
     settled = found["settled"]
     said.append(f"settled: {settled['studies']} studies, {settled['off']} off by more than {OFF:.0%}")
     said += [
@@ -133,13 +140,15 @@ def lines(found: Mapping[str, Any]) -> list[str]:
         for w in settled["wrong"]
     ]
     s = found["statistics"]
-    said.append(f"as samples: {s['studies']} studies, {s['apart']} apart (seeds {', '.join(map(str, s['seeds'])) or '-'})")
+    said.append(
+        f"as samples: {s['studies']} studies, {s['apart']} apart (seeds {', '.join(map(str, s['seeds'])) or '-'})"
+    )
     for run in ("reduced", "reference"):
         if found[run]:
             e = found[run]
             said.append(
-                f"{run} run: total impulse off by {e['total_impulse'][0]:.2%} (median), {e['total_impulse'][1]:.1%} (95 %); "
-                f"another number of events in {e['other_count']} of {e['studies']}"
+                f"{run} run: total impulse off by {e['total_impulse'][0]:.2%} (median), "
+                f"{e['total_impulse'][1]:.1%} (95 %); another number of events in {e['other_count']} of {e['studies']}"
             )
     said += [f"failed: seed {seed}: {why}" for seed, why in found["failed"].items()]
     said.append("CPU a model: {own:.1f} s the march, {creak:.1f} s creak".format(**found["cpu_s"]))
