@@ -38,6 +38,7 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
         },
         "settled": {"studies": len(settled), "off": len(wrong), "wrong": [case(r) for r in wrong]},
         "statistics": statistics(whole),
+        "friction": friction(good),
         "reference": errors(good, "reference"),
         "reduced": errors(good, "reduced"),
         "cpu_s": {"own": mean(whole, lambda r: r["own"]["cpu_s"]), "creak": mean(whole, lambda r: r["cpu_s"])},
@@ -95,6 +96,15 @@ def statistics(rows: Sequence[Row]) -> dict[str, Any]:
     return {"studies": len(some), "apart": len(apart), "seeds": [r["seed"] for r in apart]}
 
 
+def friction(rows: Sequence[Row]) -> dict[str, Any]:
+    """Energy that sliding takes: reduced run over march, quartiles; studies that are settled and off by `OFF` in it."""
+    some = [r for r in rows if r["own"]["friction_work"] > 0.0]
+    ratios = [r["friction_work"] / r["own"]["friction_work"] for r in some]
+    off = [r["seed"] for r, x in zip(some, ratios, strict=True) if r["verdict"] == "settled" and abs(x - 1.0) > OFF]
+    quartiles = np.percentile(ratios, [25.0, 50.0, 75.0]).tolist() if some else None
+    return {"studies": len(some), "ratio": quartiles, "settled_and_off": off}
+
+
 def errors(rows: Sequence[Row], run: str) -> dict[str, Any]:
     """Of a run of creak against the march: total impulse, and each figure; median and 95th percentile."""
     some = [r for r in rows if run in r and r["own"]["impulse"]]
@@ -143,6 +153,13 @@ def lines(found: Mapping[str, Any]) -> list[str]:
     said.append(
         f"as samples: {s['studies']} studies, {s['apart']} apart (seeds {', '.join(map(str, s['seeds'])) or '-'})"
     )
+    f = found["friction"]
+    if f["ratio"]:
+        quartiles = ", ".join(f"{x:.3g}" for x in f["ratio"])
+        off = ", ".join(map(str, f["settled_and_off"])) or "-"
+        said.append(
+            f"friction's work over the march's, {f['studies']} studies: quartiles {quartiles}; settled, off: {off}"
+        )
     for run in ("reduced", "reference"):
         if found[run]:
             e = found[run]
