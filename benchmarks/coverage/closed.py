@@ -41,7 +41,7 @@ class Figure:
     """The reduced run of summary.json -> the figure."""
     bar: Callable[[Mapping[str, Any]], float | None]
     """The same -> its bar, in the unit of the figure; None: there is none."""
-    own: Callable[[Sequence[Event]], float] | None = None
+    own: Callable[[Sequence[Event]], float | None] | None = None
     """Events of the independent march -> the figure."""
 
 
@@ -96,6 +96,22 @@ def event(name: str, exact: float, key: str, number: int = 0) -> Figure:
         return float(e.t_end - e.t_start if key == "duration" else getattr(e, key))
 
     return Figure(name, exact, value, bar, None if key == "force_peak" else own)  # the march keeps means of forces
+
+
+def blow(name: str, exact: float, key: str, begin: float = 0.0, end: float = np.inf) -> Figure:
+    """`duration` from the first start to the last end, or `impulse`, of all events that start in a time: an undamped
+    mesh re-opens within one blow of theory."""
+
+    def value(found: Sequence[tuple[float, float, float]]) -> float | None:
+        some = [e for e in found if begin <= e[0] < end]
+        if not some:
+            return None
+        return some[-1][1] - some[0][0] if key == "duration" else sum(e[2] for e in some)
+
+    def of(run: Mapping[str, Any]) -> float | None:
+        return value([(e["t_start"], e["t_end"], e["impulse"]) for e in run["events"]])
+
+    return Figure(name, exact, of, lambda _: None, lambda e: value([(x.t_start, x.t_end, x.impulse) for x in e]))
 
 
 def period(exact: float) -> Figure:
@@ -250,8 +266,8 @@ def cases() -> list[Closed]:
             contact("BAR_A", "TABLE", hard + "\nclearance = 5.0") + end(1.4),
             (
                 event("start, s", 0.5, "t_start"),
-                event("contact, s", 2.0 / 3.0, "duration"),
-                event("impulse, N s", 200.0, "impulse"),
+                blow("contact, s", 2.0 / 3.0, "duration"),
+                blow("impulse, N s", 200.0, "impulse"),
                 event("largest force, N", 300.0, "force_peak"),
             ),
             1.0,
@@ -268,12 +284,11 @@ def cases() -> list[Closed]:
             + push("A_ENDS", 0.5 * weight)
             + end(4.6),
             (
-                count(2),
                 event("start, s", 1.0, "t_start"),
-                event("contact, s", 2.0 / 3.0, "duration"),
-                event("impulse, N s", 800.0 / 3.0, "impulse"),
-                event("second start, s", 11.0 / 3.0, "t_start", 1),
-                event("second impulse, N s", 800.0 / 3.0, "impulse", 1),
+                blow("contact, s", 2.0 / 3.0, "duration", 0.0, 2.5),
+                blow("impulse, N s", 800.0 / 3.0, "impulse", 0.0, 2.5),
+                blow("second contact, s", 2.0 / 3.0, "duration", 2.5),
+                blow("second impulse, N s", 800.0 / 3.0, "impulse", 2.5),
             ),
             1.0,
         )
@@ -285,8 +300,8 @@ def cases() -> list[Closed]:
             contact("BAR_A", "BAR_B", hard + "\nclearance = 1.0") + end(0.8),
             (
                 event("start, s", 0.1, "t_start"),
-                event("contact, s", 1.0 / 3.0, "duration"),
-                event("impulse, N s", 50.0, "impulse"),
+                blow("contact, s", 1.0 / 3.0, "duration"),
+                blow("impulse, N s", 50.0, "impulse"),
                 event("largest force, N", 150.0, "force_peak"),
             ),
             1.0,
@@ -412,7 +427,8 @@ def main() -> None:
         with tempfile.TemporaryDirectory() as folder:
             began = time.process_time()
             some = rows(case, Path(folder))
-            print(f"{case.name}: {time.process_time() - began:.1f} s CPU", flush=True)
+            told = [r.get("failed") or f"{r['figure']} {r['exact']:.6g} -> {r['creak']}" for r in some]
+            print(f"{case.name}, {time.process_time() - began:.1f} s CPU: {'; '.join(told)}", flush=True)
         found += some
         for r in some:
             if "failed" in r:
