@@ -300,8 +300,8 @@ def cases() -> list[Closed]:
             contact("BAR_A", "BAR_B", hard + "\nclearance = 1.0") + end(0.8),
             (
                 event("start, s", 0.1, "t_start"),
-                blow("contact, s", 1.0 / 3.0, "duration"),
-                blow("impulse, N s", 50.0, "impulse"),
+                blow("contact, s", 1.0 / 3.0, "duration", 0.0, 0.1 + 1.0 / 3.0),
+                blow("impulse, N s", 50.0, "impulse", 0.0, 0.1 + 1.0 / 3.0),
                 event("largest force, N", 150.0, "force_peak"),
             ),
             1.0,
