@@ -1,4 +1,4 @@
-"""Is the default answer right, and do its error bars say so? `python -m benchmarks.coverage [--mesh-size H] [--out F]`.
+"""Is the default answer right, and do its error bars say so? `python -m benchmarks.coverage.door [--mesh-size H]`.
 
 The door under the loads A2 to A4 with several seeds of the excitation, run with nothing set. Each run is held to two
 others of the same reduced model: the same scheme with steps near contact of a tenth, and generalised-alpha with steps
@@ -46,7 +46,7 @@ KEYS = {"start": "t_start", "duration": "duration", "impulse": "impulse", "force
 
 def main() -> None:
     """Run what is not in the file yet, and print the counts."""
-    options = argparse.ArgumentParser(prog="python -m benchmarks.coverage")
+    options = argparse.ArgumentParser(prog="python -m benchmarks.coverage.door")
     options.add_argument("--mesh-size", type=float, default=40.0, help="mm")
     options.add_argument("--seeds", type=int, default=8)
     options.add_argument("--other", type=int, default=8, help="seeds that generalised-alpha runs too")
