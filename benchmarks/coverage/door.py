@@ -26,7 +26,7 @@ from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.scheme import generalised_alpha
 from creak.studies.converge.figures import FIGURES, TIMES, change
 from creak.studies.converge.settled import settled_to, verdict_of
-from creak.studies.converge.settling import OF_RESOLUTION, SETTLED, TIME_SHARE
+from creak.studies.converge.settling import OF_DURATION, SETTLED
 from creak.studies.converge.variants import converge
 from creak.studies.file.reader import Study, read_study
 from creak.studies.prepare.setup import set_up
@@ -120,20 +120,22 @@ def case(study: Study, other_step: float | None, store: Path) -> dict[str, Any]:
 def held(
     own: Sequence[Event], exact: Sequence[Event], bars: Mapping[int, Mapping[str, float | None]], tolerance: float
 ) -> dict[str, Any]:
-    """Events of the default run against those of a finer one: errors of each figure and what its error bar said."""
+    """Events of the default run against a finer one: error of each figure and its bar, shares (of the
+    duration for times)."""
     match = match_events(exact, own, tolerance, (0.0, np.inf))
     figures: dict[str, list[tuple[float, float | None]]] = {name: [] for name in KEYS}
     for better, mine in match.pairs:
         for name, key in KEYS.items():
-            error = abs(change(name, FIGURES[name](mine), FIGURES[name](better)))
-            figures[name].append((error, bars.get(id(mine), {}).get(key)))
+            error, bar = abs(change(name, FIGURES[name](mine), FIGURES[name](better))), bars.get(id(mine), {}).get(key)
+            lasts = better.t_end - better.t_start if name in TIMES else 1.0
+            figures[name].append((error / lasts, None if bar is None else bar / lasts))
     impulse = sum(e.impulse for e in exact)
     counts = {"matched": len(match.pairs), "missed": len(match.missed), "extra": len(match.extra)}
     return {**counts, "whole_impulse": impulse, **figures}
 
 
 def _limit(name: str) -> float:
-    return OF_RESOLUTION * TIME_SHARE * 0.01 if name in TIMES else SETTLED
+    return OF_DURATION if name in TIMES else SETTLED
 
 
 def within(found: Mapping[str, Any]) -> int:

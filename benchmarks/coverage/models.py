@@ -81,11 +81,6 @@ class Part:
     """Hz, about, of its first bending mode."""
 
 
-def reduction_f_max(rng: np.random.Generator, fastest: float) -> float:
-    """[reduction] f_max, Hz: 15 times the excitation, as `creak new` proposes, or a random multiple of it."""
-    return float(15.0 * fastest if rng.random() < 0.5 else rng.uniform(3.0, 20.0) * fastest)
-
-
 def draw(seed: int) -> dict[str, Any]:
     """All that is random of a model, in SI."""
     rng = np.random.default_rng([34, seed])
@@ -244,7 +239,7 @@ def write_case(seed: int, folder: Path, amplitude: float = 1.0, stiffness: float
         "model": {"deck": "deck.inp", "units": d["units"] if d["units"] != "in-lbf-s" else "mm-t-s"},
         "damping": damping_of(d, lowest),
         "excitation": {"drive": {"node_set": node_set, "dof": "z", "kind": kind, "signal": signal}},
-        "reduction": {"f_max": round(reduction_f_max(rng, fastest), 1)},
+        "reduction": {"f_max": "auto"},
         "time": {"end": end},
     }
     contacts_of(d, tables, stiffness, metre)
