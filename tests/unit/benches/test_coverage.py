@@ -172,6 +172,7 @@ def test_a_model_is_that_of_its_seed(tmp_path):
     assert all(3.0 * 40.0 <= reduction_f_max(rng, 40.0) <= 20.0 * 40.0 for _ in range(50))
 
 
+@pytest.mark.slow
 def test_one_model_from_deck_to_row(tmp_path, monkeypatch, capsys):
     """A second call runs nothing again; what is told follows from the row."""
     out = ["coverage", "--n", "1", "--first", str(SEED), "--out", str(tmp_path)]
