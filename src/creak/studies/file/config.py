@@ -84,7 +84,7 @@ class ReductionTable(Table):
 
     method: Literal["craig-bampton", "guyan", "gap-modes", "massless-boundary", "none"] = "craig-bampton"
     """craig-bampton, guyan: part by part; gap-modes, massless-boundary: the whole assembly; none: unreduced only."""
-    f_max: Positive | Literal["auto"] = 1500.0
+    f_max: Positive | Literal["auto"] = "auto"
     """Fixed-interface modes (gap-modes, massless-boundary: modes of the assembly) up to this frequency are kept, Hz;
     it must lie above the excitation. "auto": 11 times the excitation's highest frequency, and half as much again and
     again until more modes change no event by more than the verdict allows, or the next stage would cost too much."""
