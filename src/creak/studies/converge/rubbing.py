@@ -11,6 +11,7 @@ from creak.arrays import FloatArray
 from creak.studies.converge.figures import change
 from creak.studies.converge.settling import BASE, ENOUGH, SETTLED, Convergence, Outcome, RubSettling, Settling
 from creak.verify.rubbing import FIGURES, STICK, STICK_SLIP, Rub, Rubbing
+from creak.verify.statistics import MANY
 
 FLOOR = 0.1
 """Of the time in contact, and of the mean force: what is less changes by shares of this."""
@@ -129,8 +130,12 @@ def _parted(a: Rubbing, b: Rubbing) -> bool:
 def _by_chance(a: Rubbing, b: Rubbing) -> float:
     """What 95 % of two samples of one renewal process differ by in their rate: its variance of a count n is CV^2 n.
 
+    Of few slips 0: they say nothing of chance.
+
     Source: Cox, Renewal Theory, 1962, 3.3.
     """
+    if min(len(a.slips), len(b.slips)) < MANY:
+        return 0.0
     irregular = max(a.irregularity or 0.0, b.irregularity or 0.0)
     return float(1.96 * irregular * np.sqrt(1.0 / len(a.slips) + 1.0 / len(b.slips)))
 
