@@ -74,11 +74,11 @@ def failing(monkeypatch, part: str, seen=lambda: None, error: Exception = DOES_N
     """The reduction of this part ends with an error, the others go their way."""
     real = superelements.fixed_interface_basis
 
-    def basis(inside, *rest):
+    def basis(inside, *rest, **options):
         if inside.name == part:
             seen()
             raise error
-        return real(inside, *rest)
+        return real(inside, *rest, **options)
 
     monkeypatch.setattr(superelements, "fixed_interface_basis", basis)
 

@@ -79,10 +79,10 @@ def test_nothing_is_left_to_do(creak, study, tmp_path, here):
 def test_a_part_that_fails_does_not_lose_the_others(creak, study, tmp_path, monkeypatch, here):
     real = superelements.fixed_interface_basis
 
-    def basis(inside, *rest):
+    def basis(inside, *rest, **options):
         if inside.name == "UPPER":
             raise NumericalError("its retained dofs do not hold it")
-        return real(inside, *rest)
+        return real(inside, *rest, **options)
 
     with monkeypatch.context() as patch:
         patch.setattr(superelements, "fixed_interface_basis", basis)
