@@ -188,13 +188,13 @@ def _repeat(result: StudyResult, base: Run, variant: Variant, places: Followed, 
     try:
         known = result.band.more if result.band is not None and variant.family == "modes" else None
         if known is not None:  # f_max = "auto" has made it
-            model, run = known
-            return outcome_of(variant, run, places.of(result.setup, model.system, result.gaps, run.history))
-        setup = repeated_setup(result.setup, variant, _substeps(result.setup, base))
-        system, reduced = _model(result, variant, setup, report)
-        gaps = scaled_contact(result.gaps, _scaled(result), variant.stiffness)
-        quiet = replace(setup, watched=np.zeros(0, dtype=np.int64))
-        run = march_run(variant.name, quiet, system, gaps, report, reduced)
+            setup, gaps, system, run = result.setup, result.gaps, known[0].system, known[1]
+        else:
+            setup = repeated_setup(result.setup, variant, _substeps(result.setup, base))
+            system, reduced = _model(result, variant, setup, report)
+            gaps = scaled_contact(result.gaps, _scaled(result), variant.stiffness)
+            quiet = replace(setup, watched=np.zeros(0, dtype=np.int64))
+            run = march_run(variant.name, quiet, system, gaps, report, reduced)
         rubs = places.rubs_of(setup, gaps, run.history)
         return outcome_of(variant, run, places.of(setup, system, gaps, run.history), rubs)
     except CreakError as error:

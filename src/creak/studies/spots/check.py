@@ -21,10 +21,19 @@ from creak.studies.run.compared import event_statistics
 from creak.studies.run.integrate import flowing, resolution_of
 from creak.studies.run.job import StudyResult
 from creak.studies.run.kernels import needs_solver
-from creak.studies.spots.choose import FACTOR, OF_A_MODE, SHARE, Stretch, affordable, chosen, near_channels, stretch
+from creak.studies.spots.choose import (
+    FACTOR,
+    FEWEST,
+    OF_A_MODE,
+    SHARE,
+    Stretch,
+    affordable,
+    chosen,
+    near_channels,
+    stretch,
+)
 from creak.studies.spots.march import Checker, Handover, own_figures, states_of
 from creak.studies.warned import attempted
-from creak.verify.events import events_in
 
 SEED = 1
 """Of the events that are drawn."""
@@ -57,8 +66,8 @@ def check_spots(result: StudyResult, progress: Progress) -> Structure:
     more modes tell. For the hardest event the steps are halved once: what that changes is the error of the unreduced
     march itself.
 
-    As many are checked as cost a fifth of the reduction (`choose.SHARE`), counted in back-substitutions, so that the
-    same input makes the same checks; `LEAST` at any cost.
+    As many are checked as cost a fifth of the reduction (`choose.SHARE`, `choose.FEWEST`), counted in
+    back-substitutions, so that the same input makes the same checks; `LEAST` at any cost.
     """
     started = clock.perf_counter()
     of, why = _handover(result)
@@ -69,7 +78,7 @@ def check_spots(result: StudyResult, progress: Progress) -> Structure:
         return Structure(why_not="there is no event to check")
     near = near_channels(of.history, of.gaps, order, of.ends)
     rows = near.size + 2 * of.gaps.select(near).rubbing
-    taken = affordable(order, rows, SHARE * _cost(result.reduced), LEAST)
+    taken = affordable(order, rows, max(FEWEST, SHARE * _cost(result.reduced)), LEAST)
     progress("spot checks", 0, len(taken) + 1)
     at = sorted({s.first for s in taken})
     setup = result.setup
@@ -182,7 +191,7 @@ def _stretches(result: StudyResult, of: Handover) -> list[Stretch]:
     """Of the events of each place, in the order in which they are checked."""
     run = result.runs["reduced"]
     fewest = fewest_parts(RESOLUTIONS[result.setup.study.config.time.accuracy].stepped)
-    order = chosen(events_in(run.events, result.window), find_places(result, run), of.gaps, SEED)
+    order = chosen(run.events, find_places(result, run), of.gaps, SEED)
     made = [stretch(e, why, of.ends, fewest) for e, why in order]
     return [s for s in made if s is not None]
 

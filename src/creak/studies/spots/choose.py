@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +16,8 @@ from creak.verify.events import Event
 
 SHARE = 0.2
 """Of the cost of the reduction that the checks may take."""
+FEWEST = 2_000
+"""Back-substitutions that they may take in any case: little, where a reduction is worth fewer than five times that."""
 FACTOR = 50
 """Back-substitutions that a factorisation takes as long as (shells; solids two to four times as many)."""
 OF_A_MODE = 13
@@ -94,15 +96,16 @@ def chosen(
 ) -> list[tuple[Event, str]]:
     """Events in the order in which they are checked: the hardest of each place, then others, drawn at random.
 
-    An event is at the place of its hardest channel.
+    An event is at the place of its hardest channel. Places are those of the verification window: what touches at none
+    of them is taken by contact and side.
     """
     draw, rounds = np.random.default_rng(seed), list[list[tuple[Event, str]]]([[] for _ in range(each)])
-    for place in places:
-        names = {(gaps.group[j], gaps.names[j]) for j in place.channels.tolist()}
-        own = [e for e in events if (e.group, e.channel) in names]
+    at = {(gaps.group[j], gaps.names[j]): p.number for p in places for j in p.channels.tolist()}
+    groups: dict[Hashable, list[Event]] = {}
+    for e in events:
+        groups.setdefault(at.get((e.group, e.channel), (e.group, e.side)), []).append(e)
+    for own in groups.values():
         by_force = sorted(own, key=lambda e: (-e.force_place, e.t_start))
-        if not by_force:
-            continue
         rounds[0].append((by_force[0], "hardest"))
         others = by_force[1:]
         for j, i in enumerate(draw.permutation(len(others))[: each - 1].tolist(), start=1):

@@ -9,7 +9,7 @@ import pytest
 
 from creak.studies.converge.compared import assess
 from creak.studies.converge.settled import SETTLED, STATISTICS, UNSETTLED, Verdict, place_settled_to, verdict_of_runs
-from creak.studies.converge.settling import BASE, FINER, LAST_TWO, MORE_MODES, STIFFER, Outcome, Variant
+from creak.studies.converge.settling import BASE, FINER, LAST_TWO, MORE_MODES, STIFFER, Followed, Outcome, Variant
 from creak.studies.converge.words import as_dict, findings
 from creak.verify.rubbing import Pressing, Rub, Rubbing
 
@@ -45,7 +45,7 @@ def convergence(told=(), **runs: Rub | tuple[Rub, ...]):
         outcomes[names[key]] = Outcome(variant, (), 1.0, 0.0, 0.0, 100, END, 0.1, rubs=every)
     count = len(outcomes[BASE].rubs)
     places = [("belt", k + 1) for k in range(count)]
-    return assess(outcomes, "reduced", (0.0, END), 0.002, (), places)
+    return assess(outcomes, "reduced", (0.0, END), 0.002, places=Followed(rub_names=tuple(places)))
 
 
 def test_the_same_squeak_in_all_runs_is_settled():
@@ -175,7 +175,7 @@ def test_faint_friction_is_told_and_decides_nothing():
 def test_a_run_that_stopped_settles_nothing():
     c = convergence(base=Rub(squeak(), FORCE), finer=Rub(squeak(), FORCE))
     short = replace(c.outcomes[FINER], stopped="it diverged", rubs=())
-    c = assess(c.outcomes | {FINER: short}, "reduced", (0.0, END), 0.002, (), [("belt", 1)])
+    c = assess(c.outcomes | {FINER: short}, "reduced", (0.0, END), 0.002, places=Followed(rub_names=(("belt", 1),)))
     assert not c.rubs[0].settled
     assert verdict_of_runs(c).word == UNSETTLED
 
