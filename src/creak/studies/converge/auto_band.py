@@ -9,7 +9,7 @@ from creak.linalg.memory import OutOfMemory, fits
 from creak.linalg.modes import BAND, HALF_AGAIN
 from creak.progress import Progress
 from creak.studies.converge.compared import assess
-from creak.studies.converge.settling import BASE, ENOUGH, MORE_MODES, SETTLED, EventSettling, Variant
+from creak.studies.converge.settling import BASE, ENOUGH, MORE_MODES, SETTLED, EventSettling, Settling, Variant
 from creak.studies.converge.variants import outcome_of
 from creak.studies.models.reduced import DENSE, DIAGONAL_LIMIT, ReducedModel, Stage, raised_model, with_more_modes
 from creak.studies.models.reference import ReferenceModel
@@ -25,6 +25,8 @@ BUDGET = 4.0
 """What all stages together may cost over the first one, its reduction and its two runs."""
 PATIENCE = 5.0
 """s that all stages together may take in any case."""
+ROOM = 0.5
+"""Of what a figure may be moved by that is for the modes: the rest is for the other sources."""
 GROWTH = BAND**2
 """What a stage costs over the one before it: there are more modes, and they are faster."""
 
@@ -95,22 +97,27 @@ def _too_much(setup: Setup, more: ReducedModel, stages: list[Stage]) -> str:
 def tell_the_same(setup: Setup, run: Run, again: Run) -> bool:
     """The question of f_max = "auto", for two runs of a setup: does the second, with more modes, tell the same?
 
-    Events that carry 95 % of the impulse have settled in all their figures, as the verdict has it; so have impulse and
-    force of the whole run, and number and work of slips; and blows last as long as before, to 5 % in the mean that the
-    impulse weighs. Many events may be alike as samples instead.
+    Events that carry 95 % of the impulse move by half of what the verdict lets all sources together move their figures
+    by (`ROOM`); so do impulse and force of the whole run. Number and work of slips are the same; and blows last as long
+    as before, to 5 % in the mean that the impulse weighs. Many events may be alike as samples instead.
     """
     v, window = setup.study.config.verification, shown_window(setup.study, output_times(setup))
     of = {name: Variant(name, family, 0.0) for name, family in ((BASE, ""), (MORE_MODES, "modes"))}
     outcomes = {BASE: outcome_of(of[BASE], run, ()), MORE_MODES: outcome_of(of[MORE_MODES], again, ())}
     c = assess(outcomes, run.name, window, v.event_tolerance)
-    if not all(t.settled for name, t in c.totals.items() if name != "events") or not _slip_alike(run, again):
+    if not all(_fits(t) for name, t in c.totals.items() if name != "events") or not _slip_alike(run, again):
         return False
-    total, held = (sum(e.event.impulse for e in some) for some in (c.events, [e for e in c.events if e.settled]))
+    still = [e for e in c.events if not e.problem and all(map(_fits, e.figures.values()))]
+    total, held = (sum(e.event.impulse for e in some) for some in (c.events, still))
     if held >= ENOUGH * total and sum(map(_moved, c.events)) <= SETTLED * total:
         return True
     s = c.statistics["modes"]
     known = [d.alike for d in (s.force, s.impulse) if d is not None]
     return len(c.events) >= MANY and s.rates_alike and all(known)
+
+
+def _fits(figure: Settling) -> bool:
+    return not figure.problem and figure.settled_to <= ROOM * figure.limit
 
 
 def _moved(e: EventSettling) -> float:

@@ -36,8 +36,10 @@ AFTER = 0.5
 """Of the duration of an event that is marched behind it."""
 NEARLY = 0.5
 """Of what a gap changes in the run: channels that come as near in a stretch may touch in it."""
-LONGEST = 40
-"""Times STEPS: most steps of a stretch; lasting contact is checked over a part of it."""
+LONGEST = 60
+"""Times STEPS: most steps of a stretch; longer contact is checked over a part of it."""
+COARSEST = 16
+"""Times the default length: longest steps by which an event is held within that."""
 
 
 @dataclass(frozen=True)
@@ -84,10 +86,14 @@ def stretch(event: Event, why: str, ends: FloatArray, fewest: int) -> Stretch | 
         parts *= 2
     while parts > 1 and longest * parts > ENOUGH * STEPS * H:
         parts //= 2
-    first = int(np.searchsorted(ends, event.t_start - LEAD * H / parts, side="right")) - 1
-    if first < 0:
-        return None
-    wanted = math.ceil((event.t_end + AFTER * lasts - ends[first]) / H * parts)
+    while True:
+        first = int(np.searchsorted(ends, event.t_start - LEAD * H / parts, side="right")) - 1
+        if first < 0:
+            return None
+        wanted = math.ceil((event.t_end + AFTER * lasts - ends[first]) / H * parts)
+        if wanted <= LONGEST * STEPS or parts * COARSEST < 2 * fewest or parts < 2:
+            break
+        parts //= 2
     return Stretch(event, why, first, parts, min(wanted, LONGEST * STEPS, (ends.size - 1 - first) * parts))
 
 

@@ -142,11 +142,11 @@ def _with_silence(history: History, f_max: float) -> History:
     What the force of an event is then hangs on the stretch alone, and not on where it was cut.
     """
     long = 2.0 * REACH / f_max
-    ends = [(-1, history.time[-1] + long)] + ([] if history.force[0].any() else [(0, history.time[0] - long)])
+    step = np.diff(history.time)
+    ends = [(-1, long, float(step[-1]))] + ([] if history.force[0].any() else [(0, -long, -float(step[0]))])
     time, gap, force = history.time, history.gap, history.force
-    for at, t in ends:
-        beside = np.arange(1, 1 + SILENT) / SILENT
-        more = history.time[at] + beside * (t - history.time[at])
+    for at, far, near in ends:
+        more = history.time[at] + near + np.arange(SILENT) / (SILENT - 1) * far
         order = slice(None) if at else slice(None, None, -1)
         rows, none = np.repeat(history.gap[[at]], SILENT, axis=0), np.zeros((SILENT, force.shape[1]))
         pieces = [(time, more[order]), (gap, np.maximum(rows, 0.0)), (force, none)]
