@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg as sla
 from benchmarks.coverage import __main__ as command
 from benchmarks.coverage.march import Modes, coefficients, march
-from benchmarks.coverage.models import reduction_f_max, write_case
+from benchmarks.coverage.models import write_case
 from benchmarks.coverage.prepare import prepared
 from benchmarks.coverage.table import lines, summary
 
@@ -159,7 +159,7 @@ def test_two_masses_from_slip_to_stick():
 
 
 def test_a_model_is_that_of_its_seed(tmp_path):
-    """The same twice, nothing numerical said, f_max above the excitation."""
+    """The same twice, nothing numerical said."""
     texts = []
     for folder in ("a", "b"):
         case = write_case(3, tmp_path / folder)
@@ -168,8 +168,6 @@ def test_a_model_is_that_of_its_seed(tmp_path):
     for word in ("step", "integrator", "accuracy", "precheck", "reference", "verification"):
         assert f"[{word}" not in texts[0]
         assert f"\n{word} =" not in texts[0]
-    rng = np.random.default_rng(0)
-    assert all(3.0 * 40.0 <= reduction_f_max(rng, 40.0) <= 20.0 * 40.0 for _ in range(50))
 
 
 @pytest.mark.slow

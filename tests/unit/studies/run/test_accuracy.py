@@ -99,7 +99,7 @@ def test_looking_twice_changes_nothing(tmp_path):
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    return run(study(tmp_path_factory.mktemp("exact")))
+    return run(study(tmp_path_factory.mktemp("exact"), FREE + "\n[reference]\nrun = true\n"))
 
 
 def test_each_thing_that_may_matter_is_varied_once(found):
@@ -219,7 +219,7 @@ def test_hard_contact_creates_no_energy_in_either_model(tmp_path):
     text = FREE.replace('method = "surface', 'stiffness = "hard"\nmethod = "surface').replace(
         "periods = 2", "periods = 1"
     )
-    result = run_setup(set_up(study(tmp_path, text)), converge=False)
+    result = run_setup(set_up(study(tmp_path, text + "\n[reference]\nrun = true\n")), converge=False)
     for each in result.summary["runs"].values():
         assert each["energy_created_of_contact"] < 0.01
         assert "verdict" not in each
