@@ -26,7 +26,7 @@ EACH = 8
 """Most checks of each place, as far as the cost allows: the spread of eight is known to within a quarter."""
 STEPS = 30
 """Of an event, the fewest: the impulse of a half sine is then within 3e-3, its duration within one step."""
-ENOUGH = 8
+ENOUGH = 64
 """Times STEPS: more in its longest touch are of no use."""
 FINEST = 64
 """Most parts of a step of the default length."""

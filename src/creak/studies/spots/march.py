@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -20,9 +21,12 @@ from creak.errors import InputError
 from creak.studies.converge.figures import FIGURES
 from creak.studies.spots.choose import Stretch
 from creak.verify.events import REACH, Event, find_events
+from creak.verify.sides import sides
 
 ROUND_OFF = 1e-12
 """Of a time."""
+OPEN = 0.25
+"""Of its duration that an event must be followed by without contact, so that it has ended."""
 SILENT = 4
 """Instants without force beside a stretch."""
 BESIDE = 4
@@ -51,6 +55,11 @@ class Handover:
     def ends(self) -> FloatArray:
         """(n_step + 1,) of the flight steps, s."""
         return np.asarray(self.loads.time[::SAMPLES])
+
+    @cached_property
+    def sides(self) -> list[set[tuple[str, str]]]:
+        """Contact and channel of each side: those that are left of some channels may be numbered otherwise."""
+        return [{(self.gaps.group[j], self.gaps.names[j]) for j in own.tolist()} for own in sides(self.gaps)]
 
 
 def recovered_on(unreduced: System, reduced: System, q: FloatArray, s: FloatArray) -> FloatArray:
@@ -120,18 +129,30 @@ def own_figures(of: Handover, s: Stretch) -> dict[str, float] | None:
     begin, end = s.time(of.ends)
     rows = slice(*np.searchsorted(h.time, [begin, end * (1.0 + ROUND_OFF)]))
     part = replace(h, time=h.time[rows], gap=h.gap[rows], force=h.force[rows])
-    return figures_of(s.event, part, of.gaps, of)
+    figures = figures_of(s.event, part, of.gaps, of)
+    if figures is not None:  # what came before the stretch tells how fast the gap closed
+        figures |= {name: FIGURES[name](s.event) for name in ("start", "closing_speed")}
+    return figures
 
 
 def figures_of(event: Event, history: History, gaps: GapOperator, of: Handover) -> dict[str, float] | None:
-    """Figures of the event of the same side that lies nearest; its duration only where it ends in the history."""
+    """Figures of what touches at the event's side while it lasts, or begins beside it; the duration only where it ends.
+
+    Touches that one model takes for one event and the other for two are counted alike: together.
+    """
     found = find_events(_with_silence(history, of.f_max), gaps, of.merge, of.f_max)
-    same = [e for e in found if (e.group, e.side) == (event.group, event.side) and _meets(e, event)]
+    own = next(own for own in of.sides if (event.group, event.channel) in own)
+    same = [e for e in found if (e.group, e.channel) in own and (e.t_start <= event.t_end or _meets(e, event))]
     if not same:
         return None
-    one = min(same, key=lambda e: abs(e.t_start - event.t_start))
-    figures = {name: of(one) for name, of in FIGURES.items()}
-    if one.t_end >= history.time[-1] * (1.0 - ROUND_OFF):
+    whole = replace(
+        same[0],
+        t_end=max(e.t_end for e in same),
+        impulse=sum(e.impulse for e in same),
+        force_place=max(e.force_place for e in same),
+    )
+    figures = {name: of_event(whole) for name, of_event in FIGURES.items()}
+    if whole.t_end + OPEN * (whole.t_end - whole.t_start) > history.time[-1]:
         del figures["duration"]
     return figures
 
