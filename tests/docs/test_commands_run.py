@@ -160,6 +160,8 @@ def test_a_benchmark_takes_its_arguments(words, monkeypatch):
     of_the_source("benchmarks")
     monkeypatch.syspath_prepend(ROOT)
     module = importlib.import_module(words[0])
+    if hasattr(module, "__path__"):
+        module = importlib.import_module(f"{words[0]}.__main__")
     parse, given = argparse.ArgumentParser.parse_args, []
 
     def stop(parser, *arguments):
