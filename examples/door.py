@@ -20,7 +20,9 @@ def run(mesh_size: float, periods: int) -> creak.Result:
     with tempfile.TemporaryDirectory() as folder:
         creak.write_door(folder, mesh_size)
         study = creak.read_study(f"{folder}/door.toml")
-        return creak.run(creak.change_study(study, {"time.periods": periods, "reference.run": "whole", "reference.until": 1.0}))
+        return creak.run(
+            creak.change_study(study, {"time.periods": periods, "reference.run": "whole", "reference.until": 1.0})
+        )
 
 
 def main(picture: str | None = None, mesh_size: float = 20.0, periods: int = 5) -> dict[str, float]:
