@@ -25,8 +25,8 @@ BUDGET = 4.0
 """What all stages together may cost over the first one, its reduction and its two runs."""
 PATIENCE = 5.0
 """s that all stages together may take in any case."""
-ROOM = 0.5
-"""Of what a figure may be moved by that is for the modes: the rest is for the other sources."""
+ROOM = 0.4
+"""Of what a figure may be moved by that is for the modes (`settling.REST`): the rest is for the other sources."""
 GROWTH = BAND**2
 """What a stage costs over the one before it: there are more modes, and they are faster."""
 
@@ -97,9 +97,9 @@ def _too_much(setup: Setup, more: ReducedModel, stages: list[Stage]) -> str:
 def tell_the_same(setup: Setup, run: Run, again: Run) -> bool:
     """The question of f_max = "auto", for two runs of a setup: does the second, with more modes, tell the same?
 
-    Events that carry 95 % of the impulse move by half of what the verdict lets all sources together move their figures
-    by (`ROOM`); so do impulse and force of the whole run. Number and work of slips are the same; and blows last as long
-    as before, to 5 % in the mean that the impulse weighs. Many events may be alike as samples instead.
+    Events that carry 95 % of the impulse move by a part (`ROOM`) of what the verdict lets all sources together move
+    their figures by; so do impulse and force of the whole run. Number and work of slips are the same; and blows last as
+    long as before, to 5 % in the mean that the impulse weighs. Many events may be alike as samples instead.
     """
     v, window = setup.study.config.verification, shown_window(setup.study, output_times(setup))
     of = {name: Variant(name, family, 0.0) for name, family in ((BASE, ""), (MORE_MODES, "modes"))}

@@ -10,7 +10,7 @@ import numpy as np
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
-from creak.studies.converge.figures import change
+from creak.studies.converge.figures import FIGURES, TIMES, change
 from creak.studies.converge.structure import Structure
 from creak.studies.prepare.setup import Setup
 from creak.verify.events import Event
@@ -41,6 +41,11 @@ IN_TIME = ("tolerance", "step")
 """Families that change the resolution in time alone."""
 UNREDUCED, BAND = "unreduced", "band"
 """Sources of a change beside the families: the unreduced model; of loudness, where the band ends."""
+REST = {"modes": 2.0}
+"""Times what half as many modes again change that all further ones may: an error that falls with the number of modes to
+the power 1.7 or faster. Found by coverage (docs/trust.md)."""
+UNSEEN, LEAST = "unseen", 5e-3
+"""Source of what no run sees, share; of times a share of their limit. Found by coverage as well."""
 SOURCES = {"time": IN_TIME, "stiffness": ("softer", "stiffer", "stiffness"), "modes": ("modes",)}
 """What an answer hangs on -> the families that tell how much; of several the largest counts."""
 
@@ -142,8 +147,14 @@ class Settling:
         if "step" in known and np.isfinite(self.base_error):
             known["step"] = max(known["step"], abs(self.base_error))
         found = {name: [known[k] for k in families if k in known] for name, families in SOURCES.items()}
-        sizes = {name: float(np.max(x)) for name, x in found.items() if x}
-        return {**sizes, **self.beside}
+        sizes = {name: float(np.max(x)) * REST.get(name, 1.0) for name, x in found.items() if x}
+        least = {} if self.name not in FIGURES or not sizes else {UNSEEN: LEAST * (self.limit if self.in_time else 1.0)}
+        return {**sizes, **self.beside, **least}
+
+    @property
+    def in_time(self) -> bool:
+        """Is it a time, whose changes are s?"""
+        return self.name in TIMES
 
     @property
     def settled_to(self) -> float:

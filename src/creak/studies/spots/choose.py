@@ -30,7 +30,7 @@ ENOUGH = 64
 """Times STEPS: more in its longest touch are of no use."""
 FINEST = 64
 """Most parts of a step of the default length."""
-LEAD = 3
+LEAD = 5
 """Steps before the event at the least."""
 AFTER = 0.5
 """Of the duration of an event that is marched behind it."""

@@ -21,7 +21,9 @@ from creak.studies.converge.settling import (
     BASE,
     HALF,
     LAST_TWO,
+    LEAST,
     MORE_MODES,
+    OF_DURATION,
     QUARTER,
     SETTLED,
     TENFOLD,
@@ -114,7 +116,7 @@ def test_mass_on_a_stop_settles_to_the_exact_blow(tmp_path):
     assert c.model == "reference"
     first = c.events[0]
     assert first.settled
-    assert first.figures["force"].settled_to < 1e-3
+    assert first.figures["force"].settled_to < 1e-3 + LEAST
     assert first.figures["force"].values[QUARTER] == pytest.approx(1e6 / OMEGA, rel=1e-3)
     assert first.figures["duration"].values[QUARTER] == pytest.approx(math.pi / OMEGA, rel=1e-3)
     assert c.totals["impulse"].settled
@@ -290,9 +292,9 @@ def test_a_base_run_that_stopped_is_not_repeated(strips):
 # --- the comparison --------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("modes", "settled"), [(0.99, True), (0.98, False)])
+@pytest.mark.parametrize(("modes", "settled"), [(0.995, True), (0.98, False)])
 def test_what_an_event_hangs_on_adds_up(modes, settled):
-    """1 % by the step and 2 % by the stiffness, neither too much; 1 or 2 % more by the modes."""
+    """1 % by the step and 2 % by the stiffness, neither too much; .5 or 2 % more by the modes, which count twice."""
     c = assess(
         outcomes(
             base=[event(0.5, force=1.0)],
@@ -309,19 +311,19 @@ def test_what_an_event_hangs_on_adds_up(modes, settled):
     force = c.events[0].figures["force"]
     more = 1.0 / modes - 1.0
     assert force.changes == pytest.approx({"step": -0.01, "stiffness": 0.02, "modes": -more})
-    assert force.sources == pytest.approx({"time": 0.01, "stiffness": 0.02, "modes": more})
-    assert (force.settled_to, force.settled) == (pytest.approx(0.03 + more), settled)
+    assert force.sources == pytest.approx({"time": 0.01, "stiffness": 0.02, "modes": 2.0 * more, "unseen": LEAST})
+    assert (force.settled_to, force.settled) == (pytest.approx(0.03 + LEAST + 2.0 * more), settled)
     assert force.worst == ("stiffness" if settled else "modes")
     assert c.events[0].settled is settled
 
 
-@pytest.mark.parametrize(("moved", "settled"), [(0.0006, True), (0.0007, False)])
+@pytest.mark.parametrize(("moved", "settled"), [(0.00065, True), (0.0007, False)])
 def test_times_may_move_by_a_third_of_the_duration(moved, settled):
     """Of 2 ms."""
     c = assess(outcomes(base=[event(0.5)], h2=[event(0.5)], h4=[event(0.5 + moved)]), "reduced", (0.0, 1.0), 0.01)
     start = c.events[0].figures["start"]
     assert start.settled is settled
-    assert start.settled_to == pytest.approx(moved)
+    assert start.settled_to == pytest.approx(moved + LEAST * OF_DURATION * 2e-3)
     assert c.events[0].figures["duration"].settled
 
 
@@ -399,7 +401,7 @@ def test_a_stiffness_that_the_study_gives_unsettles_nothing():
         assert c.new[TENFOLD] == 1
         force = c.events[1].figures["force"]
         assert force.changes["stiffness"] == pytest.approx(-1.0)
-        assert force.settled_to == pytest.approx(1.0 if judged else 0.0)
+        assert force.settled_to == pytest.approx((1.0 if judged else 0.0) + LEAST)
         assert all(e.settled for e in c.events) is not judged
 
 
