@@ -95,7 +95,7 @@ def _spotted(result: Found) -> str:
             f"Of {plural(len(known), 'event')} the unreduced model has {sum(s.unreduced is not None for s in known)}."
         )
     most = f" within {share(max(off))}" if off else ""
-    return f"The unreduced model, marched through {len(known)} of them, has the same impulse{most}."
+    return f"The unreduced model, marched through {plural(len(known), 'event')} of the run, has the same impulse{most}."
 
 
 TRUST = {
