@@ -45,7 +45,7 @@ REST = {"modes": 2.0}
 """Times what half as many modes again change that all further ones may: an error that falls with the number of modes to
 the power 1.7 or faster. Found by coverage (docs/trust.md)."""
 UNSEEN, LEAST = "unseen", 5e-3
-"""Source of what no run sees, share; of times a share of their limit. Found by coverage as well."""
+"""Source of what no run sees, share; of times a share of the event's duration. Found by coverage as well."""
 SOURCES = {"time": IN_TIME, "stiffness": ("softer", "stiffer", "stiffness"), "modes": ("modes",)}
 """What an answer hangs on -> the families that tell how much; of several the largest counts."""
 
@@ -148,7 +148,11 @@ class Settling:
             known["step"] = max(known["step"], abs(self.base_error))
         found = {name: [known[k] for k in families if k in known] for name, families in SOURCES.items()}
         sizes = {name: float(np.max(x)) * REST.get(name, 1.0) for name, x in found.items() if x}
-        least = {} if self.name not in FIGURES or not sizes else {UNSEEN: LEAST * (self.limit if self.in_time else 1.0)}
+        least = (
+            {}
+            if self.name not in FIGURES or not sizes
+            else {UNSEEN: LEAST * (self.limit / OF_DURATION if self.in_time else 1.0)}
+        )
         return {**sizes, **self.beside, **least}
 
     @property
