@@ -61,6 +61,7 @@ def assess(
     if structure is not None and structure.looked:
         events = tuple(_beside(e, structure) for e in events)
     new = {name: len(match.extra) for name, match in matches.items()}
+    of_all = {name: {UNREDUCED: x} for name, x in _of_all(structure).items()}
     return Convergence(
         model,
         outcomes,
@@ -68,12 +69,12 @@ def assess(
         window,
         events,
         new,
-        _totals(outcomes, families, told, structure),
+        _totals(outcomes, families, told, of_all),
         samples,
         FINER in outcomes,
         chaotic,
         notes,
-        _places(outcomes, families, told, structure, places.band),
+        _places(outcomes, families, told, of_all, places.band),
         structure,
         places.band_ends,
         rubs=settled_rubs(outcomes, families, told, places.rub_names),
@@ -138,19 +139,19 @@ def _settling(
     told: tuple[str, ...],
     limit: float,
     problem: str = "",
+    beside: dict[str, float] | None = None,
 ) -> Settling:
     changes = {family: change(name, values.get(a), values.get(b)) for family, (a, b) in families.items()}
-    return Settling(name, values, changes, limit, problem, told)
+    return Settling(name, values, changes, limit, problem, told, beside or {})
 
 
 def _totals(
     outcomes: dict[str, Outcome],
     families: dict[str, tuple[str, str]],
     told: tuple[str, ...],
-    structure: Structure | None,
+    of_all: dict[str, dict[str, float]],
 ) -> dict[str, Settling]:
     """Figures of the whole run, of the runs that reached its end."""
-    by = _of_all(structure)
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
     columns: dict[str, Callable[[Outcome], float]] = {
         "events": lambda o: float(len(o.events)),
@@ -160,9 +161,8 @@ def _totals(
     short = ", ".join(name for name, o in outcomes.items() if name not in whole and o.variant.judged)
     problem = f"{short} stopped early" if short else ""
     return {
-        key: replace(
-            _settling(key, {name: of(o) for name, o in whole.items()}, families, told, SETTLED, problem),
-            beside={UNREDUCED: by[key]} if key in by else {},
+        key: _settling(
+            key, {name: of(o) for name, o in whole.items()}, families, told, SETTLED, problem, of_all.get(key)
         )
         for key, of in columns.items()
     }
@@ -189,11 +189,10 @@ def _places(
     outcomes: dict[str, Outcome],
     families: dict[str, tuple[str, str]],
     told: tuple[str, ...],
-    structure: Structure | None,
+    of_all: dict[str, dict[str, float]],
     band: tuple[float, ...],
 ) -> tuple[dict[str, Settling], ...]:
     """How far each figure of each place has settled, by the runs that reached their end."""
-    by = {name: {UNREDUCED: x} for name, x in _of_all(structure).items()}
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
     out = []
     for k in range(len(outcomes[BASE].places)):
@@ -201,11 +200,11 @@ def _places(
             figure: {name: o.places[k][figure] for name, o in whole.items() if figure in o.places[k]}
             for figure in OF_PLACE
         }
-        beside = {**by, "n5": {BAND: band[k]}} if k < len(band) else by
+        beside = {**of_all, "n5": {BAND: band[k]}} if k < len(band) else of_all
         problem = {f: "" if len(runs) == len(outcomes) else "not known in all runs" for f, runs in values.items()}
         out.append(
             {
-                f: replace(_settling(f, known, families, told, SETTLED, problem[f]), beside=beside.get(f, {}))
+                f: _settling(f, known, families, told, SETTLED, problem[f], beside.get(f))
                 for f, known in values.items()
                 if known
             }

@@ -22,6 +22,11 @@ TIMES = ("start", "duration")
 """Figures whose changes are absolute, s; those of the others are shares."""
 
 
+def figures_of(event: Event) -> dict[str, float]:
+    """All of an event."""
+    return {name: of(event) for name, of in FIGURES.items()}
+
+
 def change(name: str, before: float | None, after: float | None, floor: float = 0.0) -> float:
     """after - before (times, s) or that over |after| (or a floor); inf: something becomes nothing; nan: unknown."""
     if before is None or after is None:

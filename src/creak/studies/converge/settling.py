@@ -148,12 +148,9 @@ class Settling:
             known["step"] = max(known["step"], abs(self.base_error))
         found = {name: [known[k] for k in families if k in known] for name, families in SOURCES.items()}
         sizes = {name: float(np.max(x)) * REST.get(name, 1.0) for name, x in found.items() if x}
-        least = (
-            {}
-            if self.name not in FIGURES or not sizes
-            else {UNSEEN: LEAST * (self.limit / OF_DURATION if self.in_time else 1.0)}
-        )
-        return {**sizes, **self.beside, **least}
+        of = self.limit / OF_DURATION if self.in_time else 1.0
+        unseen = {UNSEEN: LEAST * of} if sizes and self.name in FIGURES else {}
+        return {**sizes, **self.beside, **unseen}
 
     @property
     def in_time(self) -> bool:
@@ -162,7 +159,7 @@ class Settling:
 
     @property
     def settled_to(self) -> float:
-        """Sum of the sources, which add (docs/accuracy.md); nan where one is not known, or where there is none."""
+        """Sum of the sources, which add (docs/trust.md); nan where one is not known, or where there is none."""
         return float(sum(self.sources.values())) if self.sources else np.nan
 
     @property

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from creak.studies.converge.figures import FIGURES, TIMES
+from creak.studies.converge.figures import TIMES, figures_of
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch
 from creak.verify.statistics import EventStatistics
@@ -81,17 +81,8 @@ class Structure:
         """The same with what its own run says."""
         if match is None:
             return self
-        run = tuple(Spot(b, "run", _figures(b), _figures(a)) for a, b in match.pairs)
-        return Structure(
-            self.spots,
-            run,
-            len(match.missed),
-            tuple(match.extra),
-            samples,
-            self.solves,
-            self.wall_s,
-            self.why_not,
-        )
+        run = tuple(Spot(b, "run", figures_of(b), figures_of(a)) for a, b in match.pairs)
+        return replace(self, run=run, missed=len(match.missed), extra=tuple(match.extra), samples=samples)
 
     def change(self, name: str, event: Event) -> float:
         """What it changes of a figure of an event, s or a share: as found where it looked, else `spread`."""
@@ -148,7 +139,3 @@ def _share(spot: Spot, name: str) -> float | None:
         return by
     lasts = spot.event.t_end - spot.event.t_start
     return by / lasts if lasts > 0.0 else None
-
-
-def _figures(event: Event) -> dict[str, float]:
-    return {name: of(event) for name, of in FIGURES.items()}

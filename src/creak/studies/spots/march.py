@@ -18,7 +18,7 @@ from creak.dynamics.record.watch import Watched
 from creak.dynamics.simulate import CondensedStepper, march
 from creak.dynamics.step_matrix import Maker
 from creak.errors import InputError
-from creak.studies.converge.figures import FIGURES
+from creak.studies.converge.figures import FIGURES, figures_of
 from creak.studies.spots.choose import Stretch
 from creak.verify.events import REACH, Event, find_events
 from creak.verify.sides import sides
@@ -107,7 +107,7 @@ class Checker:
 
     def figures(self, s: Stretch, history: History) -> dict[str, float] | None:
         """Those of the event in the unreduced march; None: it is not there."""
-        return figures_of(s.event, history, self._gaps, self._of)
+        return figures_over(s.event, history, self._gaps, self._of)
 
 
 def _cut(loads: Loads, s: Stretch, parts: int) -> Loads:
@@ -129,13 +129,13 @@ def own_figures(of: Handover, s: Stretch) -> dict[str, float] | None:
     begin, end = s.time(of.ends)
     rows = slice(*np.searchsorted(h.time, [begin, end * (1.0 + ROUND_OFF)]))
     part = replace(h, time=h.time[rows], gap=h.gap[rows], force=h.force[rows])
-    figures = figures_of(s.event, part, of.gaps, of)
+    figures = figures_over(s.event, part, of.gaps, of)
     if figures is not None:  # what came before the stretch tells how fast the gap closed
         figures |= {name: FIGURES[name](s.event) for name in ("start", "closing_speed")}
     return figures
 
 
-def figures_of(event: Event, history: History, gaps: GapOperator, of: Handover) -> dict[str, float] | None:
+def figures_over(event: Event, history: History, gaps: GapOperator, of: Handover) -> dict[str, float] | None:
     """Figures of what touches at the event's side while it lasts, or begins beside it; the duration only where it ends.
 
     Touches that one model takes for one event and the other for two are counted alike: together.
@@ -151,7 +151,7 @@ def figures_of(event: Event, history: History, gaps: GapOperator, of: Handover) 
         impulse=sum(e.impulse for e in same),
         force_place=max(e.force_place for e in same),
     )
-    figures = {name: of_event(whole) for name, of_event in FIGURES.items()}
+    figures = figures_of(whole)
     if whole.t_end + OPEN * (whole.t_end - whole.t_start) > history.time[-1]:
         del figures["duration"]
     return figures
