@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, StrictBool, model_validator
 
 from creak.model.units import UnitsName
 from creak.studies.file.contact_tables import ConnectorTable, ContactTable
@@ -190,7 +190,7 @@ Proof = Literal["spots", "whole", "none"]
 class ReferenceTable(Table):
     """[reference]"""
 
-    run: bool | Proof | None = None
+    run: StrictBool | Proof | None = None
     """What the unreduced model proves. "spots": it marches through some events of the reduced run, from its state, at a
     fifth of the cost of the reduction. "whole" (or `true`): it is run from rest as well, and compared event by event.
     "none" (or `false`): nothing, and the verdict cannot be "settled". Default: "spots"; "whole" with a forced step or

@@ -181,7 +181,7 @@ def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel]
     if (header := _right_header(problem["type"], keys)) and isinstance(problem["input"], dict | list):
         return InputError(f"[{keys[0]}] is not how such a table starts", where=where, fix=f"Write {header}.")
     message = problem["msg"].removeprefix("Value error, ")
-    if problem["type"].startswith("float_"):
+    if problem["type"].startswith(("float_", "bool_")):
         message += _words_beside(error, loc)
     got = problem["input"]
     shown = "" if isinstance(got, dict) else f" = {got!r}"
@@ -199,7 +199,7 @@ def _right_header(kind: str, keys: tuple[int | str, ...]) -> str:
 
 
 def _words_beside(error: ValidationError, loc: tuple[int | str, ...]) -> str:
-    """The words that a key takes besides a number; empty where it takes none."""
+    """The words that a key takes besides a number or a truth value; empty where it takes none."""
     if not _is_tag(loc[-1], None):
         return ""
     words = [e["ctx"]["expected"] for e in error.errors() if e["type"] == "literal_error" and e["loc"][:-1] == loc[:-1]]
@@ -216,7 +216,9 @@ def _is_tag(key: Any, before: Any) -> bool:
         return True
     if before == "friction" and key in ("number", "table"):
         return True
-    return key in ("literal['auto']", "float", "str") or (isinstance(key, str) and ("[" in key or "constrained" in key))
+    return key in ("literal['auto']", "float", "str", "bool") or (
+        isinstance(key, str) and ("[" in key or "constrained" in key)
+    )
 
 
 def _known_keys(loc: Sequence[str | int], root: type[BaseModel]) -> list[str]:

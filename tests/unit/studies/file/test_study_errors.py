@@ -137,6 +137,18 @@ MISTAKES = {
         "[damping]",
         r"either modal or rayleigh, not both",
     ),
+    "a word that is none of a key that takes true, too": (
+        "[reduction]",
+        '[reference]\nrun = "spot"\n[reduction]',
+        "run",
+        r"reference\.run = 'spot': .*valid boolean, or 'spots', 'whole' or 'none'",
+    ),
+    "a number for true": (
+        "[reduction]",
+        "[reference]\nrun = 1\n[reduction]",
+        "run",
+        r"reference\.run = 1: .*valid boolean, or 'spots', 'whole' or 'none'",
+    ),
     "f_max below the excitation": (
         "f_max = 400",
         "f_max = 15",
