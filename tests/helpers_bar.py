@@ -10,6 +10,7 @@ from helpers_contact_studies import rods
 YOUNG, DENSITY, AREA, LENGTH, SPEED = 2.1e11, 7850.0, 4e-4, 0.2, 100.0
 """A steel bar that flies at a wall: contact for 2 L / c, force rho c A v, impulse 2 m v."""
 WAVE = float(np.sqrt(YOUNG / DENSITY))
+LASTS, IMPULSE = 2.0 * LENGTH / WAVE, 2.0 * DENSITY * AREA * LENGTH * SPEED
 FIRST = WAVE / (4.0 * LENGTH)
 """Hz, of the bar that is held at its foot: the others lie at 3, 5, 7 .. times that."""
 

@@ -13,10 +13,9 @@ from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.prepare.setup import set_up
 from creak.studies.run import job
-from helpers_bar import AREA, DENSITY, LENGTH, SPEED, WAVE, bar
+from helpers_bar import IMPULSE, LASTS, bar
 
 AUTO = 'f_max = "auto"'
-LASTS, IMPULSE = 2.0 * LENGTH / WAVE, 2.0 * DENSITY * AREA * LENGTH * SPEED
 
 
 @pytest.fixture(autouse=True)
