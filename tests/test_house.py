@@ -22,10 +22,10 @@ def suite(pytester, monkeypatch):
     monkeypatch.syspath_prepend(TESTS)
     pytester.makeconftest((TESTS / "conftest.py").read_text(encoding="utf-8"))
     pytester.makeini("[pytest]\nmarkers = slow\naddopts = -p no:cacheprovider -p no:xdist\n")
-    body = "import os, pytest\nEND = sum(os.times()[:4]) + 0.3\n"
+    body = "import os\n\ndef test_unmarked():\n    end = sum(os.times()[:4]) + 0.3\n"
     pytester.makepyfile(
         test_a="def test_quick(): pass\n",
-        test_b=body + "def test_unmarked():\n    while sum(os.times()[:4]) < END: pass\n",
+        test_b=body + "    while sum(os.times()[:4]) < end: pass\n",
         test_c="import pytest\n@pytest.mark.slow\ndef test_marked(): pass\n",
     )
     return pytester
