@@ -23,8 +23,8 @@ OF_CONTACT = 30.0
 """Steps in the shortest period of the contact springs; what is told takes twice as many, to check it."""
 OF_LOADS = 1500.0
 """Samples in a period of the fastest excitation: straight lines between them are within 2e-6."""
-IN_FLIGHT = 60.0
-"""Longest flight steps in that period: a load that is linear in one is within .14 %."""
+IN_FLIGHT = 600.0
+"""Longest flight steps in that period: a load that is linear in one is within 1.4e-5."""
 MASSLESS = 1e-10
 """Share of the largest mass of a dof of its kind below which it has none, and follows statically."""
 HARD = 10.0

@@ -24,7 +24,11 @@ from creak.words import duration
 BUDGET = 4.0
 """What all stages together may cost over the first one, its reduction and its two runs."""
 PATIENCE = 5.0
-"""s that all stages together may take in any case."""
+"""s that all stages together may take in any case. Both are reckoned from counts (`_reckoned`), not from a clock: the
+same study ends at the same f_max, however busy the machine is."""
+SOLVE_S, DIAGONAL_S, INSTANT_S, PRODUCT_S = 1.4e-7, 5e-10, 5e-6, 4e-9
+"""s for a dof of a back-substitution, for a cube of the dense eigenproblem, for a kept instant, and for a mode of a
+channel in it: one core of today (door at 40 mm)."""
 ROOM = 0.4
 """Of what a figure may be moved by that is for the modes (`settling.REST`): the rest is for the other sources."""
 GROWTH = BAND**2
@@ -49,6 +53,7 @@ def settle(
     """
     setup, reduced, run = first.setup, first.reduced, first.run
     stages = [_stage(setup, reduced, run, reduced.wall_s)]
+    reckoned = [_reckoned(reference, reduced, run)]
     while not reduced.complete and run.stopped is None:
         before = reduced.wall_s
         try:
@@ -61,7 +66,8 @@ def settle(
         agree = again.stopped is None and tell_the_same(setup, run, again)
         stages[-1] = replace(stages[-1], same=agree)
         stages.append(_stage(following, more, again, more.wall_s - before))
-        why = "" if agree else _too_much(following, more, stages)
+        reckoned.append(_reckoned(reference, more, again, reduced))
+        why = "" if agree else _too_much(following, more, reckoned)
         if agree or why or again.stopped is not None:
             return ReducedRun(setup, reduced, run, (more, again), tuple(stages), why)
         try:
@@ -80,7 +86,20 @@ def _stage(setup: Setup, reduced: ReducedModel, run: Run, making: float) -> Stag
     return Stage(setup.f_max, reduced.modes, len(run.events), impulse, making + run.cost.wall_s)
 
 
-def _too_much(setup: Setup, more: ReducedModel, stages: list[Stage]) -> str:
+def _reckoned(reference: ReferenceModel, reduced: ReducedModel, run: Run, known: ReducedModel | None = None) -> float:
+    """s that a stage takes by its counts: back-substitutions, the eigenproblem of what is coupled, instants of the run.
+
+    Parameters
+    ----------
+    known : the model whose modes were there before; None: it is the first one.
+    """
+    solves = reduced.solves - (0 if known is None else known.solves)
+    n, instants, channels = float(reduced.system.n), run.history.time.size, run.history.gap.shape[1]
+    marched = instants * (INSTANT_S + PRODUCT_S * n * channels)
+    return SOLVE_S * solves * reference.free_dof + DIAGONAL_S * n**3 + marched
+
+
+def _too_much(setup: Setup, more: ReducedModel, reckoned: list[float]) -> str:
     """Why no further stage is made, and what it would cost; empty: it is."""
     if more.complete:
         return ""
@@ -88,8 +107,8 @@ def _too_much(setup: Setup, more: ReducedModel, stages: list[Stage]) -> str:
     n = more.system.n + int(HALF_AGAIN * more.modes)
     if n > DIAGONAL_LIMIT or not fits(DENSE * 8.0 * float(n) ** 2):
         return f"{to} would take {n:,} unknowns, more than memory or {DIAGONAL_LIMIT:,}"
-    spent, following = sum(s.wall_s for s in stages), GROWTH * stages[-1].wall_s
-    if spent + following > max(BUDGET * (stages[0].wall_s + stages[1].wall_s), PATIENCE):
+    following = GROWTH * reckoned[-1]
+    if sum(reckoned) + following > max(BUDGET * (reckoned[0] + reckoned[1]), PATIENCE):
         return f"{to} would take some {duration(following)} more"
     return ""
 

@@ -45,6 +45,10 @@ DIAGONAL_LIMIT = 6000
 
 DENSE = 6
 """Dense matrices of all unknowns while the reduced model is diagonalised."""
+FACTOR = 50
+"""Back-substitutions that a factorisation takes as long as (shells; solids two to four times as many)."""
+OF_A_MODE = 13
+"""The same of a fixed-interface mode, measured (docs/benchmarks_modes.md)."""
 WHOLE = ("gap-modes", "massless-boundary")
 """Methods that reduce the assembly as a whole."""
 
@@ -74,6 +78,11 @@ class ReducedModel:
         if self.found is not None:
             return self.found.next_omega2 == np.inf and self.modes == self.found.omega2.size
         return all(r.complete for r in self.superelements)
+
+    @property
+    def solves(self) -> int:
+        """Back-substitutions of the whole model that it is worth."""
+        return FACTOR + self.retained + OF_A_MODE * self.modes
 
     @property
     def unreduced_dof(self) -> int:

@@ -14,7 +14,7 @@ from creak.dynamics.flow.march import FlowStates, flow_states
 from creak.progress import Progress
 from creak.studies.converge.figures import change
 from creak.studies.converge.structure import Spot, Structure
-from creak.studies.models.reduced import ReducedModel
+from creak.studies.models.reduced import FACTOR
 from creak.studies.prepare.flight_steps import RESOLUTIONS
 from creak.studies.results.places import find_places
 from creak.studies.run.compared import event_statistics
@@ -22,9 +22,7 @@ from creak.studies.run.integrate import flowing, resolution_of
 from creak.studies.run.job import StudyResult
 from creak.studies.run.kernels import needs_solver
 from creak.studies.spots.choose import (
-    FACTOR,
     FEWEST,
-    OF_A_MODE,
     SHARE,
     Stretch,
     affordable,
@@ -78,7 +76,7 @@ def check_spots(result: StudyResult, progress: Progress) -> Structure:
         return Structure(why_not="there is no event to check")
     near = near_channels(of.history, of.gaps, order, of.ends)
     rows = near.size + 2 * of.gaps.select(near).rubbing
-    taken = affordable(order, rows, max(FEWEST, SHARE * _cost(result.reduced)), LEAST)
+    taken = affordable(order, rows, max(FEWEST, SHARE * result.reduced.solves), LEAST)
     progress("spot checks", 0, len(taken) + 1)
     at = sorted({s.first for s in taken})
     setup = result.setup
@@ -194,8 +192,3 @@ def _stretches(result: StudyResult, of: Handover) -> list[Stretch]:
     order = chosen(run.events, find_places(result, run), of.gaps, SEED)
     made = [stretch(e, why, of.ends, fewest) for e, why in order]
     return [s for s in made if s is not None]
-
-
-def _cost(reduced: ReducedModel) -> float:
-    """Back-substitutions of the whole model that the reduction is worth."""
-    return FACTOR + reduced.retained + OF_A_MODE * reduced.modes

@@ -11,6 +11,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
+from creak.studies.models.reduced import FACTOR
 from creak.studies.results.places import Place
 from creak.verify.events import Event
 
@@ -18,10 +19,6 @@ SHARE = 0.2
 """Of the cost of the reduction that the checks may take."""
 FEWEST = 2_000
 """Back-substitutions that they may take in any case: little, where a reduction is worth fewer than five times that."""
-FACTOR = 50
-"""Back-substitutions that a factorisation takes as long as (shells; solids two to four times as many)."""
-OF_A_MODE = 13
-"""The same of a fixed-interface mode, measured (docs/benchmarks_modes.md)."""
 EACH = 8
 """Most checks of each place, as far as the cost allows: the spread of eight is known to within a quarter."""
 STEPS = 30
