@@ -85,7 +85,7 @@ def evaluate(
     from creak.studies.results.summary import summarise
     from creak.studies.run.compared import main_run
     from creak.studies.sound.heard import Sound, hear
-    from creak.studies.spots.check import beside_unreduced
+    from creak.studies.spots.beside import beside_unreduced
 
     told = converge is not False or changes != "none"
     if converge is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -71,6 +71,9 @@ class Structure:
     wall_s: float = 0.0
     why_not: str = ""
     """Why no event was marched through."""
+    of_steps: dict[str, float] = field(default_factory=dict)
+    """How far the unreduced model's own run hangs on its contact steps: of each figure of an event a share, of times a
+    share of the event's duration; empty: not looked at, or it was not run."""
 
     @property
     def looked(self) -> bool:

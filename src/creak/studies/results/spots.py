@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from creak.studies.converge.figures import TIMES
 from creak.studies.converge.settled import KEYS
 from creak.studies.converge.structure import Spot, Structure
 from creak.studies.results.places import find_places
 from creak.studies.run.job import StudyResult
+from creak.verify.events import Event
 
 
 def spots_of(result: StudyResult, structure: Structure | None) -> dict[str, Any]:
@@ -39,3 +41,10 @@ def spots_of(result: StudyResult, structure: Structure | None) -> dict[str, Any]
         "spot_cost": {"back_substitutions": structure.solves, "wall_s": structure.wall_s},
         "spots_missing": structure.why_not or None,
     }
+
+
+def bars_of_steps(structure: Structure, event: Event) -> dict[str, float | None]:
+    """How far an event of the unreduced model's own run hangs on its contact steps: s for times, shares else."""
+    lasts = event.t_end - event.t_start
+    bars = {name: x * (lasts if name in TIMES else 1.0) for name, x in structure.of_steps.items()}
+    return {key: bars.get(name) for name, key in KEYS.items()}

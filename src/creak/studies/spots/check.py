@@ -8,50 +8,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.dynamics.cuda.solver import Solver
 from creak.dynamics.flight.contact_steps import fewest_parts
-from creak.dynamics.flow.march import FlowStates, flow_states
+from creak.dynamics.flow.march import FlowStates
 from creak.progress import Progress
 from creak.studies.converge.figures import change
 from creak.studies.converge.structure import Spot, Structure
 from creak.studies.models.reduced import FACTOR
 from creak.studies.prepare.flight_steps import RESOLUTIONS
-from creak.studies.results.places import find_places
-from creak.studies.run.compared import event_statistics
-from creak.studies.run.integrate import flowing, resolution_of
 from creak.studies.run.job import StudyResult
-from creak.studies.run.kernels import needs_solver
-from creak.studies.spots.choose import (
-    FEWEST,
-    SHARE,
-    Stretch,
-    affordable,
-    chosen,
-    near_channels,
-    stretch,
-)
-from creak.studies.spots.march import Checker, Handover, own_figures, states_of
-from creak.studies.warned import attempted
+from creak.studies.spots.choose import FEWEST, SHARE, Stretch, affordable, near_channels, stretch
+from creak.studies.spots.handover import Handover, handed_over, ordered, states_at, states_of
+from creak.studies.spots.march import Checker, own_figures
 
-SEED = 1
-"""Of the events that are drawn."""
-LEAST = 3
+FEWEST_EVENTS = 3
 """Events that are checked whatever they cost."""
-
-
-def beside_unreduced(result: StudyResult, progress: Progress, notes: list[str]) -> Structure | None:
-    """What the unreduced model says of a run: by spot checks, and by its own run where there is one.
-
-    None: nothing was reduced. A failure of the checks leaves them out and becomes a note that warns.
-    """
-    if "reduced" not in result.runs:
-        return None
-    found = Structure(why_not='[reference] run = "none"')
-    if result.setup.study.config.proof != "none":
-        failed = Structure(why_not="they could not be made")
-        found = attempted("spot checks", lambda: check_spots(result, progress), failed, notes)
-    samples = None if result.events is None else event_statistics(result)
-    return found.beside(result.events, samples)
 
 
 def check_spots(result: StudyResult, progress: Progress) -> Structure:
@@ -65,22 +35,23 @@ def check_spots(result: StudyResult, progress: Progress) -> Structure:
     march itself.
 
     As many are checked as cost a fifth of the reduction (`choose.SHARE`, `choose.FEWEST`), counted in
-    back-substitutions, so that the same input makes the same checks; `LEAST` at any cost.
+    back-substitutions, so that the same input makes the same checks; `FEWEST_EVENTS` at any cost.
     """
     started = clock.perf_counter()
-    of, why = _handover(result)
+    of, why = handed_over(result)
     if of is None or result.reduced is None:
         return Structure(why_not=why)
-    order = _stretches(result, of)
+    fewest = fewest_parts(RESOLUTIONS[result.setup.study.config.time.accuracy].stepped)
+    made = [stretch(e, why, of.ends, fewest) for e, why in ordered(result, of)]
+    order = [s for s in made if s is not None]
     if not order:
         return Structure(why_not="there is no event to check")
     near = near_channels(of.history, of.gaps, order, of.ends)
     rows = near.size + 2 * of.gaps.select(near).rubbing
-    taken = affordable(order, rows, max(FEWEST, SHARE * result.reduced.solves), LEAST)
+    taken = affordable(order, rows, max(FEWEST, SHARE * result.reduced.solves), FEWEST_EVENTS)
     progress("spot checks", 0, len(taken) + 1)
     at = sorted({s.first for s in taken})
-    setup = result.setup
-    states = flow_states(of.reduced, of.gaps, of.loads, at, resolution=resolution_of(setup), solver=needs_solver(setup))
+    states = states_at(result, of, at)
     spots, solves = _marched(of, taken, near, states, at, progress)
     return Structure(tuple(spots), solves=solves, wall_s=clock.perf_counter() - started)
 
@@ -158,37 +129,3 @@ def _halving(spot: Spot, finer: dict[str, float] | None) -> dict[str, float] | N
         return None
     both = {name: change(name, x, finer.get(name)) for name, x in spot.unreduced.items()}
     return {name: abs(x) for name, x in both.items() if np.isfinite(x)}
-
-
-def _handover(result: StudyResult) -> tuple[Handover | None, str]:
-    """What the checks need, or why there are none."""
-    setup, run, reduced = result.setup, result.runs.get("reduced"), result.reduced
-    c = setup.study.config
-    if run is None or reduced is None:
-        return None, "nothing was reduced"
-    if not c.time.exact:
-        return None, "a scheme was forced, which the unreduced model does not share"
-    if run.stopped is not None or result.stopped is not None:
-        return None, "the run was stopped"
-    if result.reference.of_parts is not None:
-        return None, "memory does not hold a factor of the whole model"
-    system, why = flowing(reduced.system)
-    if system is None:
-        return None, f"the reduced model was not marched by exact flow{why}"
-    v = c.verification
-    unreduced = result.reference.system
-    if np.any(unreduced.coordinates < 0):
-        return None, "parts of the model are superelements from files, whose inside is not there"
-    handover = Handover(
-        unreduced, system, result.gaps, setup.loads, run.history, v.merge, v.f_max, Solver(setup.device)
-    )
-    return handover, ""
-
-
-def _stretches(result: StudyResult, of: Handover) -> list[Stretch]:
-    """Of the events of each place, in the order in which they are checked."""
-    run = result.runs["reduced"]
-    fewest = fewest_parts(RESOLUTIONS[result.setup.study.config.time.accuracy].stepped)
-    order = chosen(run.events, find_places(result, run), of.gaps, SEED)
-    made = [stretch(e, why, of.ends, fewest) for e, why in order]
-    return [s for s in made if s is not None]

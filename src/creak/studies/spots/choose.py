@@ -84,14 +84,20 @@ def stretch(event: Event, why: str, ends: FloatArray, fewest: int) -> Stretch | 
     while parts > 1 and longest * parts > ENOUGH * STEPS * H:
         parts //= 2
     while True:
-        first = int(np.searchsorted(ends, event.t_start - LEAD * H / parts, side="right")) - 1
-        if first < 0:
-            return None
-        wanted = math.ceil((event.t_end + AFTER * lasts - ends[first]) / H * parts)
+        made, wanted = stretch_of(event, why, ends, parts)
         if wanted <= LONGEST * STEPS or parts * COARSEST < 2 * fewest or parts < 2:
-            break
+            return made
         parts //= 2
-    return Stretch(event, why, first, parts, min(wanted, LONGEST * STEPS, (ends.size - 1 - first) * parts))
+
+
+def stretch_of(event: Event, why: str, ends: FloatArray, parts: int) -> tuple[Stretch | None, int]:
+    """The same by given parts of a flight step; and the steps that it would take, however many may be taken."""
+    H, lasts = ends[1] - ends[0], event.t_end - event.t_start
+    first = int(np.searchsorted(ends, event.t_start - LEAD * H / parts, side="right")) - 1
+    if first < 0:
+        return None, 0
+    wanted = math.ceil((event.t_end + AFTER * lasts - ends[first]) / H * parts)
+    return Stretch(event, why, first, parts, min(wanted, LONGEST * STEPS, (ends.size - 1 - first) * parts)), wanted
 
 
 def chosen(

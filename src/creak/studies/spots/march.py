@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.flight.contact_steps import IN_CONTACT
-from creak.dynamics.flow.march import SAMPLES, FlowStates
+from creak.dynamics.flow.march import SAMPLES
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, refined
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.simulate import CondensedStepper, march
-from creak.dynamics.step_matrix import Maker
-from creak.errors import InputError
 from creak.studies.converge.figures import FIGURES, figures_of
 from creak.studies.spots.choose import Stretch
+from creak.studies.spots.handover import Handover
 from creak.verify.events import REACH, Event, find_events
-from creak.verify.sides import sides
 
 ROUND_OFF = 1e-12
 """Of a time."""
@@ -31,48 +27,6 @@ SILENT = 4
 """Instants without force beside a stretch."""
 BESIDE = 4
 """Samples of the loads beyond a stretch that the spline through them knows."""
-
-
-@dataclass(frozen=True)
-class Handover:
-    """What the unreduced model needs of the reduced one's run."""
-
-    unreduced: System
-    reduced: System
-    """As it was marched."""
-    gaps: GapOperator
-    """All channels of the run."""
-    loads: Loads
-    """`SAMPLES` of each flight step."""
-    history: History
-    """Of the reduced run."""
-    merge: float | None
-    f_max: float
-    """Of the verification."""
-    maker: Maker
-
-    @property
-    def ends(self) -> FloatArray:
-        """(n_step + 1,) of the flight steps, s."""
-        return np.asarray(self.loads.time[::SAMPLES])
-
-    @cached_property
-    def sides(self) -> list[set[tuple[str, str]]]:
-        """Contact and channel of each side: those that are left of some channels may be numbered otherwise."""
-        return [{(self.gaps.group[j], self.gaps.names[j]) for j in own.tolist()} for own in sides(self.gaps)]
-
-
-def recovered_on(unreduced: System, reduced: System, q: FloatArray, s: FloatArray) -> FloatArray:
-    """(n, k) coordinates of the unreduced System in the motion (q, s) of the reduced one; velocities alike.
-
-    Raises
-    ------
-    InputError : the unreduced System has coordinates that are no dofs of nodes.
-    """
-    at = np.searchsorted(reduced.labels, unreduced.coordinates)
-    if np.any(reduced.labels[np.minimum(at, reduced.labels.size - 1)] != unreduced.coordinates):
-        raise InputError("the unreduced model has coordinates that are no motion of nodes", expected="full matrices")
-    return np.asarray(reduced.recover(q, s)[at])
 
 
 class Checker:
@@ -178,11 +132,3 @@ def _with_silence(history: History, f_max: float) -> History:
 def _meets(e: Event, event: Event) -> bool:
     """Do they begin within the longer one's duration of each other?"""
     return abs(e.t_start - event.t_start) <= max(e.t_end - e.t_start, event.t_end - event.t_start)
-
-
-def states_of(of: Handover, states: FlowStates, k: int, first: int) -> tuple[FloatArray, FloatArray]:
-    """Displacement and velocity (n,) of the unreduced model at the k-th state, at the end of flight step `first`."""
-    s = of.loads.support[:, SAMPLES * first]
-    both = np.stack([states.coordinates[:, k], states.velocities[:, k]], axis=1)
-    u, v = recovered_on(of.unreduced, of.reduced, both, s[:2].T).T
-    return np.ascontiguousarray(u), np.ascontiguousarray(v)

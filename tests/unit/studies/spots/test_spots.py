@@ -14,8 +14,8 @@ from creak.dynamics.flow.march import SAMPLES, flow_states
 from creak.studies.converge.figures import FIGURES
 from creak.studies.converge.structure import Spot, Structure, surely
 from creak.studies.run.integrate import flowing, resolution_of
-from creak.studies.spots.check import _handover
 from creak.studies.spots.choose import Stretch, affordable
+from creak.studies.spots.handover import handed_over
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch
 from helpers_bar import IMPULSE, LASTS, bar
@@ -110,7 +110,7 @@ def test_spots_are_what_the_whole_run_of_the_unreduced_model_finds(strips):
 def test_the_state_taken_over_is_that_of_the_run(strips):
     """Displacement of the second march at its flight steps, and velocity, against those that the run kept."""
     found = strips.found
-    of, _ = _handover(found)
+    of, _ = handed_over(found)
     at = [4, 9]
     states = flow_states(of.reduced, of.gaps, of.loads, at, resolution=resolution_of(found.setup))
     h = of.history

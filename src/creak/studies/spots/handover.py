@@ -1,0 +1,115 @@
+"""What the unreduced model takes over from the run of the reduced one: what both share, and states at some instants."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.cuda.solver import Solver
+from creak.dynamics.flow.march import SAMPLES, FlowStates, flow_states
+from creak.dynamics.history import History
+from creak.dynamics.loads import Loads
+from creak.dynamics.step_matrix import Maker
+from creak.errors import InputError
+from creak.studies.results.places import find_places
+from creak.studies.run.integrate import flowing, resolution_of
+from creak.studies.run.job import StudyResult
+from creak.studies.run.kernels import needs_solver
+from creak.studies.spots.choose import chosen
+from creak.verify.events import Event
+from creak.verify.sides import sides
+
+SEED = 1
+"""Of what is drawn."""
+
+
+@dataclass(frozen=True)
+class Handover:
+    """What the unreduced model needs of the reduced one's run."""
+
+    unreduced: System
+    reduced: System
+    """As it was marched."""
+    gaps: GapOperator
+    """All channels of the run."""
+    loads: Loads
+    """`SAMPLES` of each flight step."""
+    history: History
+    """Of the reduced run."""
+    merge: float | None
+    f_max: float
+    """Of the verification."""
+    maker: Maker
+
+    @property
+    def ends(self) -> FloatArray:
+        """(n_step + 1,) of the flight steps, s."""
+        return np.asarray(self.loads.time[::SAMPLES])
+
+    @cached_property
+    def sides(self) -> list[set[tuple[str, str]]]:
+        """Contact and channel of each side: those that are left of some channels may be numbered otherwise."""
+        return [{(self.gaps.group[j], self.gaps.names[j]) for j in own.tolist()} for own in sides(self.gaps)]
+
+
+def recovered_on(unreduced: System, reduced: System, q: FloatArray, s: FloatArray) -> FloatArray:
+    """(n, k) coordinates of the unreduced System in the motion (q, s) of the reduced one; velocities alike.
+
+    Raises
+    ------
+    InputError : the unreduced System has coordinates that are no dofs of nodes.
+    """
+    at = np.searchsorted(reduced.labels, unreduced.coordinates)
+    if np.any(reduced.labels[np.minimum(at, reduced.labels.size - 1)] != unreduced.coordinates):
+        raise InputError("the unreduced model has coordinates that are no motion of nodes", expected="full matrices")
+    return np.asarray(reduced.recover(q, s)[at])
+
+
+def handed_over(result: StudyResult) -> tuple[Handover | None, str]:
+    """What the marches need, or why there are none."""
+    setup, run, reduced = result.setup, result.runs.get("reduced"), result.reduced
+    c = setup.study.config
+    if run is None or reduced is None:
+        return None, "nothing was reduced"
+    if not c.time.exact:
+        return None, "a scheme was forced, which the unreduced model does not share"
+    if run.stopped is not None or result.stopped is not None:
+        return None, "the run was stopped"
+    if result.reference.of_parts is not None:
+        return None, "memory does not hold a factor of the whole model"
+    system, why = flowing(reduced.system)
+    if system is None:
+        return None, f"the reduced model was not marched by exact flow{why}"
+    v = c.verification
+    unreduced = result.reference.system
+    if np.any(unreduced.coordinates < 0):
+        return None, "parts of the model are superelements from files, whose inside is not there"
+    handover = Handover(
+        unreduced, system, result.gaps, setup.loads, run.history, v.merge, v.f_max, Solver(setup.device)
+    )
+    return handover, ""
+
+
+def ordered(result: StudyResult, of: Handover) -> list[tuple[Event, str]]:
+    """Events of each place of the reduced run in the order in which they are looked at."""
+    run = result.runs["reduced"]
+    return chosen(run.events, find_places(result, run), of.gaps, SEED)
+
+
+def states_at(result: StudyResult, of: Handover, at: list[int]) -> FlowStates:
+    """States of the reduced run at the ends of some flight steps, by marching it again up to there."""
+    setup = result.setup
+    return flow_states(of.reduced, of.gaps, of.loads, at, resolution=resolution_of(setup), solver=needs_solver(setup))
+
+
+def states_of(of: Handover, states: FlowStates, k: int, first: int) -> tuple[FloatArray, FloatArray]:
+    """Displacement and velocity (n,) of the unreduced model at the k-th state, at the end of flight step `first`."""
+    s = of.loads.support[:, SAMPLES * first]
+    both = np.stack([states.coordinates[:, k], states.velocities[:, k]], axis=1)
+    u, v = recovered_on(of.unreduced, of.reduced, both, s[:2].T).T
+    return np.ascontiguousarray(u), np.ascontiguousarray(v)

@@ -1,0 +1,54 @@
+"""What half the contact step changes in events of the unreduced model: the bars of its own run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from creak.dynamics.flight.contact_steps import steps_in_contact
+from creak.studies.converge.figures import TIMES, change
+from creak.studies.converge.settling import LEAST
+from creak.studies.run.integrate import resolution_of
+from creak.studies.run.job import StudyResult
+from creak.studies.spots.check import FEWEST_EVENTS
+from creak.studies.spots.choose import near_channels, stretch_of
+from creak.studies.spots.handover import handed_over, ordered, states_at, states_of
+from creak.studies.spots.march import Checker
+
+FALLS = 2.0
+"""Times what half a contact step changes: all that smaller ones would."""
+
+
+def bars_of_steps(result: StudyResult) -> dict[str, float]:
+    """How far events of the unreduced model's own run hang on its contact steps (`Structure.of_steps`).
+
+    Hard events, of as many places as there are up to `FEWEST_EVENTS`, are marched through twice from the state of the
+    reduced model: by the contact steps and springs of that run, and by those of half its step. An error that falls with
+    the step, or faster, is at most twice (`FALLS`) what that changes. The largest of all events counts, with what no
+    run sees (`settling.LEAST`).
+    """
+    of, _ = handed_over(result)
+    if of is None:
+        return {}
+    step, longest = of.ends[1] - of.ends[0], resolution_of(result.setup).stepped
+    parts, springs = steps_in_contact(of.unreduced, of.gaps, step, longest, of.maker)
+    half, stiffer = steps_in_contact(of.unreduced, of.gaps, step, 1.0 / (2 * parts), of.maker)
+    if half != 2 * parts:
+        return {}
+    made = [stretch_of(e, why, of.ends, parts)[0] for e, why in ordered(result, of)[:FEWEST_EVENTS]]
+    order = [s for s in made if s is not None]
+    near, at = near_channels(of.history, of.gaps, order, of.ends), sorted({s.first for s in order})
+    if not order:
+        return {}
+    states = states_at(result, of, at)
+    found: dict[str, float] = {}
+    runs = [Checker(replace(of, gaps=g), n, near, g.stiffness) for n, g in ((parts, springs), (half, stiffer))]
+    for s in order:
+        begins, lasts = states_of(of, states, at.index(s.first), s.first), s.event.t_end - s.event.t_start
+        finer = replace(s, parts=half, steps=2 * s.steps)
+        (coarse, why), (fine, problem) = (c.through(x, *begins) for c, x in zip(runs, (s, finer), strict=True))
+        a, b = runs[0].figures(s, coarse) or {}, runs[1].figures(finer, fine) or {}
+        for name in () if why or problem else a.keys() & b.keys():
+            by = FALLS * abs(change(name, a[name], b[name])) / (lasts if name in TIMES else 1.0)
+            found[name] = max(found.get(name, 0.0), by)
+    inherited = found.get("impulse", 0.0)  # what an event gets wrong moves the later ones
+    return {name: x + LEAST + (inherited if name in ("start", "closing_speed") else 0.0) for name, x in found.items()}
