@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.dynamics.cuda.solver import Solver
 from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flow.march import FlowStates, flow_states
 from creak.progress import Progress
@@ -181,9 +180,7 @@ def _handover(result: StudyResult) -> tuple[Handover | None, str]:
     unreduced = result.reference.system
     if np.any(unreduced.coordinates < 0):
         return None, "parts of the model are superelements from files, whose inside is not there"
-    handover = Handover(
-        unreduced, system, result.gaps, setup.loads, run.history, v.merge, v.f_max, Solver(setup.device)
-    )
+    handover = Handover(unreduced, system, result.gaps, setup.loads, run.history, v.merge, v.f_max)
     return handover, ""
 
 

@@ -16,7 +16,6 @@ from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, refined
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.simulate import CondensedStepper, march
-from creak.dynamics.step_matrix import Maker
 from creak.errors import InputError
 from creak.studies.converge.figures import FIGURES, figures_of
 from creak.studies.spots.choose import Stretch
@@ -49,7 +48,6 @@ class Handover:
     merge: float | None
     f_max: float
     """Of the verification."""
-    maker: Maker
 
     @property
     def ends(self) -> FloatArray:
@@ -90,7 +88,7 @@ class Checker:
         silent = of.gaps.select(np.setdiff1d(np.arange(of.gaps.m), near)).without_force()
         self._watched = Watched(silent, np.zeros((0, 0)), np.zeros(0, dtype=np.int64), (), slip=False)
         loads = Loads(h * np.arange(2.0), of.loads.support[:, :2], of.loads.force[:2], of.loads.force_labels)
-        self._stepper = CondensedStepper(of.unreduced, gaps, loads, IN_CONTACT, maker=of.maker)
+        self._stepper = CondensedStepper(of.unreduced, gaps, loads, IN_CONTACT)
 
     @property
     def rows(self) -> int:
