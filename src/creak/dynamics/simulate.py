@@ -94,14 +94,7 @@ class CondensedStepper:
     it), or a gap reaches zero at its end or, by the cubic through gaps and gap rates at both ends, in its course.
     """
 
-    def __init__(
-        self,
-        system: System,
-        gaps: GapOperator,
-        loads: Loads,
-        scheme: Scheme,
-        substeps: int = 1,
-    ) -> None:
+    def __init__(self, system: System, gaps: GapOperator, loads: Loads, scheme: Scheme, substeps: int = 1) -> None:
         started = clock.perf_counter()
         self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)
@@ -260,12 +253,7 @@ def simulate(
         computed is in its `history`.
     """
     return march(
-        CondensedStepper(system, gaps, loads, scheme, substeps),
-        observed,
-        output_every,
-        progress,
-        whole_at,
-        watched,
+        CondensedStepper(system, gaps, loads, scheme, substeps), observed, output_every, progress, whole_at, watched
     )
 
 

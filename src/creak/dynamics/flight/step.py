@@ -70,12 +70,7 @@ class FlightStep:
     """Steps of `stride` samples of the loads."""
 
     def __init__(
-        self,
-        terms: LinearTerms,
-        gaps: GapOperator,
-        on: ChannelMatrices,
-        rule: Collocation,
-        stride: int,
+        self, terms: LinearTerms, gaps: GapOperator, on: ChannelMatrices, rule: Collocation, stride: int
     ) -> None:
         self.terms, self.gaps, self.on, self.rule, self.stride = terms, gaps, on, rule, stride
         self.h = h = stride * terms.loads.step

@@ -175,10 +175,7 @@ def make_bench(
 
 
 def march_draws(
-    bench: Bench,
-    channels: GapOperator,
-    draws: Iterable[Draw],
-    threads: int | None = None,
+    bench: Bench, channels: GapOperator, draws: Iterable[Draw], threads: int | None = None
 ) -> Iterator[tuple[int, Seen]]:
     """Number of a draw and what was seen in it, in the order in which they end.
 
