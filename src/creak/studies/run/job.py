@@ -79,7 +79,7 @@ class Run:
     squeaks: tuple[Squeak, ...] = ()
     """Stick-slip of each pair that rubs, in the verification window."""
     notes: tuple[str, ...] = ()
-    """Which instants were not kept."""
+    """What should be known of it: instants that were not kept, a run that was taken from another case."""
     places_known: dict[tuple[float, float], tuple[GapOperator, Any]] = field(
         default_factory=dict, init=False, compare=False, repr=False
     )
