@@ -2,8 +2,8 @@
 
 At 1.17 million dofs the unreduced run takes most of an hour; the thesis's took 463,450 s of CPU time. Its cost is told
 beside that of HHT-alpha with steps of 1 ms, too. Both runs have the same channels, as many as retain about `--retained`
-dofs. With `--device gpu` the unreduced run is made on a GPU as well, and held against that of the cores. The page of
-`creak thesis` shows what `--out src/creak_thesis/report/million.json` wrote; nobody else writes to that file.
+dofs. The page of `creak thesis` shows what `--out src/creak_thesis/report/million.json` wrote; nobody else writes to
+that file.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import json
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +27,6 @@ from benchmarks.stepping import full_order
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import compile_kernels
-from creak.dynamics.cuda.solver import check_solver
 from creak.dynamics.loads import Loads
 from creak.dynamics.simulate import simulate
 from creak.studies.file.reader import read_study
@@ -69,10 +67,8 @@ def main() -> None:
     options.add_argument("--mesh-size", type=float, default=FINEST_MESH_SIZE, help="mm")
     options.add_argument("--load", choices=list(LOADS), default="A4")
     options.add_argument("--retained", type=int, default=1500)
-    options.add_argument("--device", choices=("cpu", "gpu"), default="cpu")
     options.add_argument("--out", type=Path, help="JSON file for the figures")
     given = options.parse_args()
-    check_solver(given.device)
     console, made = Console(width=130), stamp()
     compile_kernels()
     with tempfile.TemporaryDirectory() as folder:
@@ -93,11 +89,6 @@ def main() -> None:
     full = march_run("unreduced", setup, reference.system, gaps, lines, None)
     console.print(cost_line(full))
     table.add_row(*over_hht(full, setup, reference.system, gaps))
-    if given.device == "gpu":
-        there = march_run("on the GPU", replace(setup, device="gpu"), reference.system, gaps, lines, None)
-        for row in on_gpu(full, there):
-            console.print(*row)
-            table.add_row(*row)
     model = reduce_model(setup, reference, gaps, silent)
     reduced = march_run("reduced", setup, model.system, gaps, lines, model)
     for row in comparison(
@@ -111,17 +102,6 @@ def main() -> None:
     if given.out is not None:
         found = record(made, title, [figures(full), figures(reduced)])
         given.out.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-
-
-def on_gpu(full: Run, there: Run) -> list[tuple[str, str, str]]:
-    """Cost of the same run on a GPU, over that on the cores, and how far its output steps are from theirs."""
-    rows = [("unreduced run on the GPU", cost_line(there), "; ".join(there.notes))]
-    rows.append(("  as fast as on the cores", f"{full.cost.wall_s / there.cost.wall_s:.2f} x, set-up included", ""))
-    for name in ("gap", "force"):
-        a, b = (getattr(run.history, name)[run.history.output_index] for run in (full, there))
-        apart = float(np.abs(a - b).max(initial=0.0)) / max(float(np.abs(a).max(initial=0.0)), np.finfo(float).tiny)
-        rows.append((f"  {name}s apart", f"{apart:.1e} of the largest", "round-off, magnified by contact"))
-    return rows
 
 
 def over_hht(full: Run, setup: Setup, system: System, gaps: GapOperator, steps: int = 200) -> tuple[str, str, str]:

@@ -1,7 +1,5 @@
 """Draws of a door side by side against single runs: `python -m benchmarks.variants [--mesh-size MM] [--draws N]`.
 
-With `--device gpu` all draws go to a GPU, held against the limit that the memory traffic of a march sets there.
-
 Every draw has gaps of its own, a correlated field along the flange. A single run is the march and its events alone, on
 the model that is there already: what a loop over `simulate_flow` would cost.
 """
@@ -18,7 +16,6 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.stamp import stamp
-from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow.march import simulate_flow
 from creak.linalg.threads import cores
 from creak.studies.file.changes import with_changes
@@ -74,39 +71,12 @@ def single(bench: Bench, draw: Draw) -> tuple[float, float, int]:
     return time.perf_counter() - start, time.process_time() - cpu, events
 
 
-def traffic(bench: Bench, rows: int) -> float:
-    """Bytes that a march moves at least: motion and loads of all modes, read and written once for each kept instant."""
-    return 8.0 * (2 + 4 + 2 + 3) * bench.system.n * rows
-
-
-def on_gpu(bench: Bench, draws: list[Draw], channels: job.GapOperator, one: float) -> None:
-    """All draws on the device, and the time that their memory traffic takes at the device's bandwidth."""
-    from numba import cuda
-
-    notes: list[str] = []
-    dict(march_draws(bench, channels, draws[:1], device="gpu", notes=notes))  # compiles
-    start = time.perf_counter()
-    seen = dict(march_draws(bench, channels, draws, device="gpu", notes=notes))
-    wall = time.perf_counter() - start
-    device = cuda.get_current_device()
-    bandwidth = 2.0e3 * device.MEMORY_CLOCK_RATE * device.GLOBAL_MEMORY_BUS_WIDTH / 8.0
-    rows = march_chunks(bench.base.again(bench.base.gaps, bench.base.loads), None).time.size
-    limit = len(seen) * traffic(bench, rows) / bandwidth
-    say = sys.stdout.write
-    say(
-        f"{'; '.join(notes)}\n{len(seen)} draws in {wall:.1f} s, {len(seen) * one / wall:.1f} times as fast as single\n"
-    )
-    say(f"limit of the memory traffic (kept instants alone) at {bandwidth / 1e9:.0f} GB/s: {limit:.2f} s, ")
-    say(f"{wall / limit:.1f} times that\n")
-
-
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.variants")
     parser.add_argument("--mesh-size", type=float, default=20.0, help="mm")
     parser.add_argument("--draws", type=int, default=64)
     parser.add_argument("--singles", type=int, default=8)
-    parser.add_argument("--device", choices=("cpu", "gpu"), default="cpu")
     parser.add_argument("--door", type=Path, help="folder with door.toml and superelements/, else written anew")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as made:
@@ -116,9 +86,6 @@ def main() -> None:
         say = sys.stdout.write
         say(f"{stamp()}\n{bench.system.n} modes, {bench.gaps.m} channels, {bench.base.n_step * bench.base.H:g} s\n")
         say(f"single runs: {one:.2f} s each ({one_cpu:.2f} s CPU), {np.mean([n for _, _, n in alone]):.0f} events\n")
-        if given.device == "gpu":
-            on_gpu(bench, draws, channels, one)
-            return
         for threads in sorted({1, cores()}):
             start, cpu = time.perf_counter(), time.process_time()
             seen = dict(march_draws(bench, channels, draws, threads))

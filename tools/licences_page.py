@@ -69,9 +69,6 @@ TAIL = """
 - `pypardiso`, on x86-64 only, loads Intel oneMKL, which pip installs as packages of its own ({intel})
   under licences of Intel: free to use and redistribute, not open source. Without it creak solves with SuperLU, which
   comes with SciPy.
-- `numba-cuda` (the extra `gpu`) compiles by NVVM and nvJitLink of NVIDIA's CUDA, which users install themselves: free
-  to use, not open source. `nvmath-python` (the same extra) calls cuDSS of NVIDIA, which users install themselves too,
-  under NVIDIA's licence: free to use, not open source. Without them the cores do the same work.
 - Where `report.html` draws with plotly, it contains plotly.js (MIT), so that it opens offline.
 """
 

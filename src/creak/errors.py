@@ -63,12 +63,6 @@ def unforeseen(problem: BaseException) -> str:
     return f"{type(problem).__name__}: {problem} ({Path(at.filename).name}:{at.lineno})"
 
 
-def first_line(problem: BaseException) -> str:
-    """The first line of what another package says, without the stop at its end."""
-    lines = str(problem).strip().splitlines()
-    return lines[0].rstrip(".:") if lines else type(problem).__name__
-
-
 def suggest(name: str, known: Iterable[str]) -> str:
     """Say which known name was probably meant, or list what there is."""
     names = sorted({str(k) for k in known})

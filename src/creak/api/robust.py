@@ -10,7 +10,6 @@ from creak.progress import Progress, silent
 from creak.studies.file.reader import Study
 
 if TYPE_CHECKING:
-    from creak.dynamics.cuda.device import Device
     from creak.studies.robust.findings import Robustness
     from creak.studies.tasks.queue import Runner
 
@@ -23,7 +22,6 @@ def robust(
     indices: bool = True,
     threads: int | None = None,
     runner: Runner | None = None,
-    device: Device = "auto",
     progress: Progress | None = None,
 ) -> Robustness:
     """Draw what the study's [scatter] says, march each draw on the model reduced once, and sum it up.
@@ -36,7 +34,6 @@ def robust(
     indices : whether to find Sobol indices. threads : default: the cores of this process.
     runner : marches batches of draws on other machines instead, as `creak.studies.tasks.cluster.running_cluster` gives
         one; all of them see the study, its deck and `out`.
-    device : "gpu", "cpu" (all cores), or "auto": a GPU where there is one and the model is within its scope.
     progress : called with (stage, done, total).
 
     Returns
@@ -54,4 +51,4 @@ def robust(
     read = study if isinstance(study, Study) else read_study(study)
     report = progress if progress is not None else silent
     folder = None if out is None else Path(out)
-    return find(run_draws(read, n, report, folder, indices=indices, threads=threads, runner=runner, device=device))
+    return find(run_draws(read, n, report, folder, indices=indices, threads=threads, runner=runner))

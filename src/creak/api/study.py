@@ -16,7 +16,6 @@ from creak.studies.file.reader import Study
 from creak.studies.file.toml_text import toml_text
 
 if TYPE_CHECKING:
-    from creak.dynamics.cuda.device import Device
     from creak.studies.evaluate import Changes
     from creak.studies.prepare.setup import Setup
     from creak.studies.run.checkpoint import Checkpoints
@@ -77,7 +76,6 @@ def run(
     ignore: Sequence[str] = (),
     progress: Progress | None = None,
     changes: Changes = "none",
-    device: Device = "auto",
 ) -> Result:
     """Run a study as `creak run` does: pre-check, reduction, both runs, verification.
 
@@ -93,7 +91,6 @@ def run(
     progress : called with (stage, done, total).
     changes : "predicted": look for single changes that quieten the first places, on the reduced model; "checked": and
         make a full run of each that is told.
-    device : where an unreduced model is solved: "gpu", "cpu", or "auto": on a GPU where there is one and it is large.
 
     Returns
     -------
@@ -102,8 +99,7 @@ def run(
 
     Raises
     ------
-    InputError : anything wrong in the study or the deck; a GPU is asked for and there is none. NumericalError : a
-        reduction or a factorisation failed.
+    InputError : anything wrong in the study or the deck. NumericalError : a reduction or a factorisation failed.
     """
     result = run_setup(
         set_up(study, ignore, superelements=superelements),
@@ -112,7 +108,6 @@ def run(
         converge=converge,
         record=record,
         changes=changes,
-        device=device,
     )
     if result.stopped is not None:
         warnings.warn(f"the study ended early: {result.stopped}", RuntimeWarning, stacklevel=2)
@@ -164,7 +159,6 @@ def run_setup(
     converge: bool | None = None,
     record: bool = True,
     changes: Changes = "none",
-    device: Device = "auto",
     keep: bool = False,
     checkpoints: Checkpoints | None = None,
     first: Callable[[Result], object] | None = None,
@@ -191,7 +185,6 @@ def run_setup(
         converge=converge,
         record=record,
         changes=changes,
-        device=device,
         keep=keep,
         checkpoints=checkpoints,
         first=None if first is None else lambda so_far: first(Result.of(so_far)),

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import typer
 
 from creak.cli.cluster import SCHEDULER, TLS_CA_FILE, TLS_CERT, TLS_KEY, check_cluster, checked_certificates
 from creak.cli.details import tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output, writable_file, writable_folder
-from creak.errors import InputError
 
 if TYPE_CHECKING:
     from creak.studies.robust.findings import Robustness
@@ -29,9 +28,6 @@ def robust(
         True, "--indices/--no-indices", help="Sobol indices: half as many runs more for each cause."
     ),
     threads: int | None = typer.Option(None, "--threads", min=1, help="Default: all cores of this process."),
-    device: Literal["auto", "cpu", "gpu"] = typer.Option(
-        "auto", "--device", help="Where draws are marched; auto: on a GPU if there is one, else on the cores."
-    ),
     scheduler: str | None = SCHEDULER,
     tls_ca_file: Path | None = TLS_CA_FILE,
     tls_cert: Path | None = TLS_CERT,
@@ -53,8 +49,6 @@ def robust(
     from creak.report.tables.robust import write_draws
 
     certificates = checked_certificates(scheduler, "--threads", threads, tls_ca_file, tls_cert, tls_key)
-    if device == "gpu" and scheduler is not None:
-        raise InputError("--device gpu and --scheduler exclude each other", fix="Workers of a cluster march on cores.")
     folder = out if out is not None else study_file.parent / "robust"
     with Output(quiet, verbose, as_json) as output:
         from creak.api.study import read_study
@@ -74,7 +68,6 @@ def robust(
                     indices=indices,
                     threads=threads,
                     runner=runner,
-                    device=device,
                     progress=progress,
                 )
             except KeyboardInterrupt:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -73,9 +73,6 @@ def run(
     force: bool = typer.Option(
         False, "--force", help="Replace the results of another study, and files that creak did not write."
     ),
-    device: Literal["auto", "cpu", "gpu"] = typer.Option(
-        "auto", "--device", help="Where an unreduced model is solved; auto: on a GPU if there is one and it is large."
-    ),
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,
     as_json: bool = AS_JSON,
@@ -91,7 +88,6 @@ def run(
     """
     from creak.api.extras import missing_for_report, no_report_text
     from creak.api.study import run_setup, set_up
-    from creak.dynamics.cuda.solver import check_solver
     from creak.formats.deck.command_files import replace_foreign, will_read
     from creak.formats.endings import is_deck
     from creak.studies.file.identity import STORE
@@ -100,7 +96,6 @@ def run(
     from creak.studies.run.checkpoint import Checkpoints
     from creak.studies.solved import opened
 
-    check_solver(device)
     will_read(study_file)
     given = changed_study(study_file, changes) if changes else study_file
     folder = out if out is not None else study_file.parent / results_name(given)
@@ -125,7 +120,6 @@ def run(
                 converge=converge,
                 record=animation_mb > 0.0,
                 changes="checked" if check_changes else "predicted" if changes_wanted else "none",
-                device=device,
                 keep=keep,
                 checkpoints=checkpoints,
                 first=lambda so_far: so_far.save(folder, 0.0),

@@ -26,7 +26,7 @@ from creak.dynamics.record.recorder import Recorder
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.state import LinearTerms
-from creak.dynamics.step_matrix import Maker, StepFactor, on_cores
+from creak.dynamics.step_matrix import StepFactor
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.errors import NumericalError
 from creak.linalg.threads import one_blas_thread
@@ -80,11 +80,9 @@ class _Trial:
 class _Gear:
     """Everything that depends on the step length."""
 
-    def __init__(
-        self, system: System, gaps: GapOperator, on: ChannelMatrices, scheme: Scheme, h: float, maker: Maker
-    ) -> None:
+    def __init__(self, system: System, gaps: GapOperator, on: ChannelMatrices, scheme: Scheme, h: float) -> None:
         self.h = h
-        self.solver = StepFactor(system, scheme, h, maker)
+        self.solver = StepFactor(system, scheme, h)
         self.contact = CondensedContact(gaps, on, self.solver, scheme, h) if gaps.presses else None
 
 
@@ -96,23 +94,14 @@ class CondensedStepper:
     it), or a gap reaches zero at its end or, by the cubic through gaps and gap rates at both ends, in its course.
     """
 
-    def __init__(
-        self,
-        system: System,
-        gaps: GapOperator,
-        loads: Loads,
-        scheme: Scheme,
-        substeps: int = 1,
-        maker: Maker = on_cores,
-    ) -> None:
+    def __init__(self, system: System, gaps: GapOperator, loads: Loads, scheme: Scheme, substeps: int = 1) -> None:
         started = clock.perf_counter()
         self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
         self._begins: tuple[FloatArray, FloatArray] | None = None
         watched = gaps.without_force() if substeps > 1 else gaps
-        self._maker = maker
-        self._whole = _Gear(system, watched, self.on, scheme, substeps * loads.step, maker)
+        self._whole = _Gear(system, watched, self.on, scheme, substeps * loads.step)
         self._divided = self._whole if substeps == 1 else None
         self._rated = gaps.has_dampers or substeps > 1
         self.residual = 0.0
@@ -162,7 +151,7 @@ class CondensedStepper:
     def _gear(self) -> _Gear:
         if self._divided is None:
             system = self.terms.system
-            self._divided = _Gear(system, self.gaps, self.on, self.scheme, self.loads.step, self._maker)
+            self._divided = _Gear(system, self.gaps, self.on, self.scheme, self.loads.step)
         return self._divided
 
     def _trial(self, gear: _Gear, now: Instant) -> _Trial:
@@ -243,7 +232,6 @@ def simulate(
     substeps: int = 1,
     progress: Progress | None = None,
     watched: Watched | None = None,
-    maker: Maker = on_cores,
 ) -> History:
     """March the System through the loads with contact in the channels of `gaps`.
 
@@ -257,7 +245,6 @@ def simulate(
     whole_at : sorted steps at which all coordinates are kept, to recover the motion of every node later.
     substeps : a step is `substeps` samples of the loads long, and divided into as many near contact.
     watched : what is looked at at the end of every step.
-    maker : makes the factors.
 
     Raises
     ------
@@ -266,12 +253,7 @@ def simulate(
         computed is in its `history`.
     """
     return march(
-        CondensedStepper(system, gaps, loads, scheme, substeps, maker),
-        observed,
-        output_every,
-        progress,
-        whole_at,
-        watched,
+        CondensedStepper(system, gaps, loads, scheme, substeps), observed, output_every, progress, whole_at, watched
     )
 
 

@@ -14,15 +14,6 @@ from creak.dynamics.scheme import Scheme
 from creak.linalg.complex_factor import complex_factor
 from creak.linalg.factor import factor
 
-Maker = Callable[[Callable[[], Matrix], Callable[[Matrix], Any]], Any]
-"""Makes the factor of a matrix by the function for the cores, `on_cores`, or elsewhere, as `cuda.solver.Solver`. The
-matrix is made when it is asked for, and may be again."""
-
-
-def on_cores(matrix: Callable[[], Matrix], factorise: Callable[[Matrix], Any]) -> Any:
-    """The factor of a matrix on the cores."""
-    return factorise(matrix())
-
 
 def step_matrix(system: System, scheme: Scheme, h: float) -> Matrix:
     """S = (1 - am) M + (1 - af)(gamma h C + beta h^2 K) without the low-rank modal damping (see `PencilFactor`)."""
@@ -50,12 +41,11 @@ def pencil(system: System, m: complex, c: complex, k: complex) -> Matrix:
 class PencilFactor:
     """Solves with m M + c C + k K; complex where m or k are. Modal damping enters as a low-rank update (Woodbury)."""
 
-    def __init__(self, system: System, m: complex, c: float, k: complex, maker: Maker = on_cores) -> None:
-        def matrix() -> Matrix:
-            S = pencil(system, m, c, k)
-            return sp.csr_matrix(S) if sp.issparse(S) else S
-
-        self._factor = maker(matrix, complex_factor if isinstance(m, complex) or isinstance(k, complex) else factor)
+    def __init__(self, system: System, m: complex, c: float, k: complex) -> None:
+        factorise: Callable[[Any], Any] = complex_factor if isinstance(m, complex) or isinstance(k, complex) else factor
+        S = pencil(system, m, c, k)
+        self._factor = factorise(sp.csr_matrix(S) if sp.issparse(S) else S)
+        del S  # large, and not needed for the solutions below
         W, d = system.damping.modal_shapes, system.damping.modal_values
         self._U: Any = None
         if W is not None and d is not None and W.shape[1]:
@@ -79,5 +69,5 @@ class PencilFactor:
 class StepFactor(PencilFactor):
     """Solves with S of a scheme of the generalised-alpha family."""
 
-    def __init__(self, system: System, scheme: Scheme, h: float, maker: Maker = on_cores) -> None:
-        super().__init__(system, *_weights(scheme, h), maker)
+    def __init__(self, system: System, scheme: Scheme, h: float) -> None:
+        super().__init__(system, *_weights(scheme, h))

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from creak.dynamics.cuda.solver import check_solver
 from creak.progress import Progress
 from creak.studies.file.identity import store_of
 from creak.studies.prepare.setup import Setup
@@ -16,7 +15,6 @@ from creak.studies.run.job import ReferenceRun, StudyResult, run_study
 from creak.studies.warned import Warned, attempted
 
 if TYPE_CHECKING:
-    from creak.dynamics.cuda.device import Device
     from creak.studies.converge.settling import Convergence
     from creak.studies.sound.heard import Sound
 
@@ -45,7 +43,6 @@ def evaluate(
     converge: bool | None = None,
     record: bool = True,
     changes: Changes = "none",
-    device: Device = "auto",
     keep: bool = False,
     checkpoints: Checkpoints | None = None,
     reference_run: ReferenceRun | None = None,
@@ -59,7 +56,7 @@ def evaluate(
     Parameters
     ----------
     superelements : folder of saved ones; None: beside the study.
-    converge, record, changes, device : as `creak.run` has them.
+    converge, record, changes : as `creak.run` has them.
     keep : save superelements in their folder, for the runs to come.
     checkpoints : from which an unreduced run goes on, and which it writes.
     reference_run : makes the run of the unreduced model, or takes a saved one.
@@ -70,9 +67,7 @@ def evaluate(
     InputError : what is asked for does not fit the model, or is not there. NumericalError : a reduction or a
         factorisation failed.
     """
-    check_solver(device)
     store = store_of(setup.study) if superelements is None else superelements
-    setup = replace(setup, device=device)
     from creak.studies.converge.auto_band import settle
 
     options: dict[str, Any] = {"record": record, "keep": keep, "checkpoints": checkpoints}

@@ -50,6 +50,15 @@ def test_backends_solve_alike(backend, definite, shape):
 
 
 @backends
+def test_small_numbers_are_no_small_pivots(backend):
+    """Tonnes, mm and s: translations of a gram beside rotations of a thin shell."""
+    units = sp.diags_array(np.where(np.arange(60) % 2, 1e-4, 1e-9))
+    A = sp.csr_matrix(units @ spd() @ units)
+    x = np.random.default_rng(2).standard_normal(60)
+    np.testing.assert_allclose(BACKENDS[backend](A, True).solve(A @ x), x, atol=1e-9)
+
+
+@backends
 def test_inertia_counts_the_negative_eigenvalues(backend):
     A = spd()
     values = np.linalg.eigvalsh(A.toarray())

@@ -27,7 +27,7 @@ from creak.dynamics.channels import channel_matrices
 from creak.dynamics.condensed import response
 from creak.dynamics.flow.resolution import steepest
 from creak.dynamics.scheme import generalised_alpha
-from creak.dynamics.step_matrix import Maker, StepFactor, on_cores
+from creak.dynamics.step_matrix import StepFactor
 
 IN_CONTACT = generalised_alpha(0.0)
 """Of steps in contact."""
@@ -50,9 +50,7 @@ REBOUND = 40
 """Of these for a hard contact of a mass: it lasts 3 % of a flight step."""
 
 
-def steps_in_contact(
-    system: System, gaps: GapOperator, step: float, longest: float, maker: Maker = on_cores
-) -> tuple[int, GapOperator]:
+def steps_in_contact(system: System, gaps: GapOperator, step: float, longest: float) -> tuple[int, GapOperator]:
     """Parts of `step` (s), each at most the share `longest` of it, and the channels with springs for hard contact.
 
     A hard channel is a spring that the step just carries against the mass that it moves within one: omega h = 1. Where
@@ -70,7 +68,7 @@ def steps_in_contact(
 
     @cache
     def give(h: float) -> FloatArray:
-        return _give(system, rows, h, maker)
+        return _give(system, rows, h)
 
     def short(h: float) -> BoolArray:
         whole, later = (np.diagonal(give(t)) for t in (SHORTEST * h, AFTER * SHORTEST * h))
@@ -109,7 +107,7 @@ def fewest_parts(longest: float) -> int:
     return math.ceil((1.0 - 1e-9) / longest)
 
 
-def _give(system: System, rows: Matrix, h: float, maker: Maker) -> FloatArray:
+def _give(system: System, rows: Matrix, h: float) -> FloatArray:
     """(m, m) what a force on one channel moves of the others within h, over h^2 / 2: the inverse of a mass."""
-    answers, _ = response(StepFactor(system, IN_CONTACT, h, maker), rows, keep=False)
+    answers, _ = response(StepFactor(system, IN_CONTACT, h), rows, keep=False)
     return np.asarray(2.0 * IN_CONTACT.beta * (1.0 - IN_CONTACT.alpha_f) * answers)

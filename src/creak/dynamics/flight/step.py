@@ -15,7 +15,7 @@ from creak.dynamics.flight.stage_loads import StageLoads
 from creak.dynamics.instant import Instant
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
-from creak.dynamics.step_matrix import Maker, PencilFactor, on_cores
+from creak.dynamics.step_matrix import PencilFactor
 from creak.dynamics.vector_kernels import weighted
 from creak.linalg.memory import free_bytes
 
@@ -70,19 +70,13 @@ class FlightStep:
     """Steps of `stride` samples of the loads."""
 
     def __init__(
-        self,
-        terms: LinearTerms,
-        gaps: GapOperator,
-        on: ChannelMatrices,
-        rule: Collocation,
-        stride: int,
-        maker: Maker = on_cores,
+        self, terms: LinearTerms, gaps: GapOperator, on: ChannelMatrices, rule: Collocation, stride: int
     ) -> None:
         self.terms, self.gaps, self.on, self.rule, self.stride = terms, gaps, on, rule, stride
         self.h = h = stride * terms.loads.step
         poles = (rule.real, *rule.pairs.tolist())
         self._into = (rule.into_real, *rule.into_pairs)
-        self._factors = [PencilFactor(terms.system, 1.0 / pole, h, h * h * pole, maker) for pole in poles]
+        self._factors = [PencilFactor(terms.system, 1.0 / pole, h, h * h * pole) for pole in poles]
         self._loads = StageLoads(going_on(terms.loads, stride), rule.c, stride)
         self.residual = 0.0
 

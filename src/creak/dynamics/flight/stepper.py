@@ -23,7 +23,6 @@ from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.simulate import CondensedStepper, Progress, march
 from creak.dynamics.state import LinearTerms
-from creak.dynamics.step_matrix import Maker, on_cores
 
 PIECES = 10
 """Of a flight, an output step: where a gap may close in one, the flight ends at its beginning."""
@@ -56,14 +55,13 @@ class FlightStepper:
         scheme: Scheme,
         substeps: int,
         flight: int | None = None,
-        maker: Maker = on_cores,
         like: StepperState | None = None,
     ) -> None:
         started = clock.perf_counter()
         self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
-        self._parts = CondensedStepper(system, gaps, loads, scheme, maker=maker)
+        self._parts = CondensedStepper(system, gaps, loads, scheme)
         if like is not None and like.flight is not None:
             self.rule = radau_iia(like.flight.stages)
             self.stride, self.because = like.flight.samples, like.flight.because
@@ -71,7 +69,7 @@ class FlightStepper:
             self.rule, self.stride, self.because = choose(loads, substeps, self._parts.solver.memory)
         else:
             self.rule, self.stride, self.because = radau_iia(5), flight, ""
-        self._flight = FlightStep(self.terms, gaps, self.on, self.rule, self.stride, maker)
+        self._flight = FlightStep(self.terms, gaps, self.on, self.rule, self.stride)
         pieces = math.ceil(PIECES * self.stride / substeps)
         self._ahead = np.unique(np.linspace(0, self.stride, pieces + 1).round().astype(np.int64))
         self._course: Course | None = None

@@ -99,10 +99,12 @@ def may_close_within(block, n, model, slope, energy, course, h, now):  # type: i
     budget = MORE * T * forces
     for i in range(m):
         lowest[i] = lowest_within(i, T, block.off[n], model, energy, course, now)
-        budget += new_impulse(i, T, slope, lowest[i], now) * block.width[i]
+        if slope[i] > 0.0 and lowest[i] <= 0.0 and now.force[i] <= 0.0:  # a touch that is new
+            budget += 0.5 * T * T * slope[i] * max(-now.rate[i], 0.0) * block.width[i]
     count = 0
     for i in range(m):
-        block.is_near[i] = can_close(i, lowest[i], block.width[i] * T * budget, model, slope, now)
+        can = lowest[i] <= block.width[i] * T * budget or now.force[i] > 0.0 or model.preload[i] > 0.0
+        block.is_near[i] = can and slope[i] > 0.0
         if block.is_near[i]:
             block.near[count] = i
             count += 1
@@ -118,21 +120,6 @@ def lowest_within(i, T, off, model, energy, course, now):  # type: ignore[no-unt
     for a in range(now.support.shape[1]):
         lowest -= 0.5 * T * T * abs(model.rows_s[i, a]) * (abs(course[2, a, 0]) + T * abs(course[2, a, 1]))
     return lowest
-
-
-@inner
-def new_impulse(i, T, slope, lowest, now):  # type: ignore[no-untyped-def]
-    """What the budget gets for a touch of channel i."""
-    if slope[i] > 0.0 and lowest <= 0.0 and now.force[i] <= 0.0:
-        return 0.5 * T * T * slope[i] * max(-now.rate[i], 0.0)
-    return 0.0
-
-
-@inner
-def can_close(i, lowest, reach, model, slope, now):  # type: ignore[no-untyped-def]
-    """May channel i press where impulses move its gap by at most `reach`?"""
-    can = lowest <= reach or now.force[i] > 0.0 or model.preload[i] > 0.0
-    return can and slope[i] > 0.0
 
 
 @inner

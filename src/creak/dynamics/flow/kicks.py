@@ -118,15 +118,12 @@ def drifted(laws, W, h, now, share, after):  # type: ignore[no-untyped-def]
     Where a gap was open then, by the mean of both rates: that of the step.
     """
     for i in range(after.drift.size):
-        after.drift[i] = drift_of(i, laws, W, h, now, share, after) if after.gap[i] < 0.0 else 0.0
-
-
-@inner
-def drift_of(i, laws, W, h, now, share, after):  # type: ignore[no-untyped-def]
-    """That of one closed gap."""
-    if now.force[i] > 0.0:
-        return after.rate[i] - now.rate[i] - 0.5 * h * felt(laws, W, i, now.force, share)
-    return 2.0 * (after.rate[i] - (after.gap[i] - now.gap[i]) / h)
+        if after.gap[i] < 0.0 and now.force[i] > 0.0:
+            after.drift[i] = after.rate[i] - now.rate[i] - 0.5 * h * felt(laws, W, i, now.force, share)
+        elif after.gap[i] < 0.0:
+            after.drift[i] = 2.0 * (after.rate[i] - (after.gap[i] - now.gap[i]) / h)
+        else:
+            after.drift[i] = 0.0
 
 
 @inner

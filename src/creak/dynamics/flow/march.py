@@ -200,12 +200,6 @@ class FlowRun:
         other.log = self.log.again()
         return other
 
-    @property
-    def keeps_whole(self) -> bool:
-        """Are all coordinates kept at some steps?"""
-        whole_at = self._kept_of[2]
-        return whole_at is not None and whole_at.size > 0
-
     def _open_log(self) -> None:
         observed, output_every, whole_at, watched = self._kept_of
         self._own_work()

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -50,9 +49,6 @@ from creak.studies.solved import keep_in
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
 
-if TYPE_CHECKING:
-    from creak.dynamics.cuda.device import Device
-
 METHODS = {"surface-to-surface": surface_to_surface, "node-to-surface": node_to_surface}
 
 
@@ -84,8 +80,6 @@ class Setup:
     """What the run starts from, once it was solved: contacts and connectors are then those of that state."""
     deck_sha256: str = ""
     """Of the decks, as `studies.identity.decks_sha256` has it; empty: the model came from no file."""
-    device: Device = "cpu"
-    """Where factors of unreduced runs are made."""
     raised: int = 0
     """How often [reduction] f_max = "auto" has gone half as high again."""
 

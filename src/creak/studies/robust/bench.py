@@ -13,8 +13,7 @@ from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.chunks import march_chunks
-from creak.dynamics.cuda.device import Device, march_anywhere
-from creak.dynamics.flow.batch import Variant
+from creak.dynamics.flow.batch import Variant, march_many
 from creak.dynamics.flow.march import SAMPLES, FlowRun
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
@@ -176,19 +175,13 @@ def make_bench(
 
 
 def march_draws(
-    bench: Bench,
-    channels: GapOperator,
-    draws: Iterable[Draw],
-    threads: int | None = None,
-    device: Device = "cpu",
-    notes: list[str] | None = None,
+    bench: Bench, channels: GapOperator, draws: Iterable[Draw], threads: int | None = None
 ) -> Iterator[tuple[int, Seen]]:
     """Number of a draw and what was seen in it, in the order in which they end.
 
     Parameters
     ----------
     channels : all of the study, kept or not: what figures and impulses stand for.
-    device, notes : as `march_anywhere`.
     """
     places = places_of(channels)
     place = {name: k for k, name in enumerate(channels.names)}
@@ -211,7 +204,7 @@ def march_draws(
         return Seen(LEFT_OUT if closed else 0.0, figures, _slack(bench, variant, places), impulse)
 
     variants = (variant_of(bench, draw) for draw in draws)
-    yield from march_anywhere(bench.base, variants, look, threads, device, notes)
+    return march_many(bench.base, variants, look, threads)
 
 
 def places_of(channels: GapOperator) -> tuple[str, ...]:

@@ -12,7 +12,6 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator, join
-from creak.dynamics.cuda.device import Device, check_device
 from creak.formats.stored.record_log import log_path, read_records, record_log
 from creak.progress import Progress, silent
 from creak.studies.file.identity import other_files_sha256
@@ -68,7 +67,6 @@ def run_draws(
     indices: bool = True,
     threads: int | None = None,
     runner: Runner | None = None,
-    device: Device = "auto",
 ) -> Draws:
     """Draw and march; with `out`, each finished draw is kept there and never marched again.
 
@@ -76,13 +74,11 @@ def run_draws(
     ----------
     n : draws behind probabilities, made a power of two; indices take half as many more for each cause.
     threads : of this process. runner : marches batches of draws elsewhere instead; its workers see `out`.
-    device : where draws are marched in this process: on a GPU, on the cores, or on what is there.
 
     Raises
     ------
-    InputError : anything wrong in the study, the deck or [scatter]; a GPU is asked for and there is none.
+    InputError : anything wrong in the study, the deck or [scatter].
     """
-    check_device(device)
     progress("read the model and find the contacts", 0, 1)
     setup = set_up(study)
     progress("read the model and find the contacts", 1, 1)
@@ -111,7 +107,7 @@ def run_draws(
     if missing:
         keep = None if out is None else out / "superelements"
         draws = [_draw(causes, values, k) for k in range(design.total)]
-        marched = _marched(setup, draws, missing, again, channels, progress, notes, threads, keep, runner, device)
+        marched = _marched(setup, draws, missing, again, channels, progress, notes, threads, keep, runner)
         if path is None:
             found.update(marched)
         else:
@@ -156,7 +152,6 @@ def _marched(
     threads: int | None,
     keep: Path | None,
     runner: Runner | None,
-    device: Device,
 ) -> Iterator[tuple[int, FloatArray]]:
     """Number and record of each missing draw. Its model is the one that all draws need, missing or not."""
     if not again:
@@ -166,7 +161,7 @@ def _marched(
         if runner is not None:
             yield from march_batches(runner, batches(setup.study, left, bench.lowest, keep))
             return
-        for number, seen in march_draws(bench, channels, left, threads, device, notes):
+        for number, seen in march_draws(bench, channels, left, threads):
             yield number, seen.record()
         return
     groups: dict[tuple[Any, ...], list[Draw]] = {}
@@ -176,8 +171,6 @@ def _marched(
     groups = {own: group for own, group in groups.items() if any(d.number in wanted for d in group)}
     who = f"{' and '.join(again)} change{'s' if len(again) == 1 else ''}"
     notes.append(Warned(f"{who} the model: it is set up and reduced {len(groups)} times for these draws"))
-    if device == "gpu":
-        notes.append(Warned("draws with a model of their own are marched on the cores"))
     progress(f"{len(groups)} reductions, as {who} the model", 0, 1)
     work: list[Batch] = []
     for own, group in groups.items():

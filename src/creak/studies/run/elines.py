@@ -11,7 +11,6 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.channels import channel_matrices
-from creak.dynamics.cuda.solver import Solver
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.reduction.modal import modal_system
@@ -122,7 +121,6 @@ def without_contact(setup: Setup, system: System, progress: Progress, name: str)
         output_every=setup.loads.n_step // setup.study.config.time.substeps,
         whole_at=steps,
         progress=lambda done, total: progress(name, done, total),
-        maker=Solver(setup.device),
     )
     return measured(setup, marched, history, steps)
 

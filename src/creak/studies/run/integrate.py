@@ -27,7 +27,6 @@ from creak.dynamics.modal.taper import tapered
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
 from creak.dynamics.simulate import CondensedStepper, march, simulate
-from creak.dynamics.step_matrix import Maker, on_cores
 from creak.errors import InputError
 from creak.reduction.diagonal import in_own_modes
 from creak.studies.file.config import TimeTable
@@ -64,7 +63,6 @@ def integrate(
     whole_at: IntArray,
     progress: Report | None = None,
     watched: Watched | None = None,
-    maker: Maker = on_cores,
     keeper: Keeper | None = None,
 ) -> tuple[History, System, str]:
     """March a System through the study's loads; the history, the System as it was marched, and how in a few words.
@@ -76,7 +74,6 @@ def integrate(
     Parameters
     ----------
     watched : what is looked at at every step, whatever is kept (`History.extremes`).
-    maker : makes the factors of steps that have some.
     keeper : takes the state of a march that goes instant by instant, or gives one back; compiled ones know none.
     """
     table = setup.study.config.time
@@ -91,7 +88,7 @@ def integrate(
         flows, why_not = flowing(system)
         if flows is not None:
             return _flown(setup, flows, gaps, kept)
-        history, system, how = _stepped(setup, system, gaps, kept, maker, keeper)
+        history, system, how = _stepped(setup, system, gaps, kept, keeper)
         return history, system, f"{how}{why_not}"
     if table.integrator == "massless-boundary" and _is_reduced(system):
         check_massless_boundary(setup, system)
@@ -100,7 +97,7 @@ def integrate(
     if is_modal(system):
         history = simulate_modal(system, gaps, setup.loads, scheme, substeps=table.substeps, **kept)
     else:
-        stepper = CondensedStepper(system, gaps, setup.loads, scheme, table.substeps, maker)
+        stepper = CondensedStepper(system, gaps, setup.loads, scheme, table.substeps)
         history = march(stepper, **kept, keeper=keeper)
     name = "generalised-alpha" if table.integrator == "generalised-alpha" else "HHT-alpha"
     return history, system, name if table.substeps == 1 else f"{name}, {table.substeps} substeps near contact"
@@ -155,12 +152,11 @@ def _stepped(
     system: System,
     gaps: GapOperator,
     kept: Kept,
-    maker: Maker,
     keeper: Keeper | None,
 ) -> tuple[History, System, str]:
-    parts, springs = steps_in_contact(system, gaps, setup.study.config.time.step, resolution_of(setup).stepped, maker)
+    parts, springs = steps_in_contact(system, gaps, setup.study.config.time.step, resolution_of(setup).stepped)
     like = None if keeper is None or keeper.saved is None else keeper.saved.stepper
-    stepper = FlightStepper(system, springs, divided_loads(setup, parts), IN_CONTACT, parts, like=like, maker=maker)
+    stepper = FlightStepper(system, springs, divided_loads(setup, parts), IN_CONTACT, parts, like=like)
     history = march(stepper, **kept, keeper=keeper)
     h = stepper.loads.step
     how = f"flights of order {stepper.rule.order} of {stepper.stride * h:.2g} s{stepper.because}"

@@ -12,7 +12,6 @@ import numpy as np
 
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.cuda.solver import Solver
 from creak.dynamics.history import History
 from creak.dynamics.record.thinning import spacing_words
 from creak.dynamics.stopped import Stopped
@@ -80,7 +79,7 @@ class Run:
     squeaks: tuple[Squeak, ...] = ()
     """Stick-slip of each pair that rubs, in the verification window."""
     notes: tuple[str, ...] = ()
-    """Which device made its factors, where there was one to choose."""
+    """What should be known of it: instants that were not kept, a run that was taken from another case."""
     places_known: dict[tuple[float, float], tuple[GapOperator, Any]] = field(
         default_factory=dict, init=False, compare=False, repr=False
     )
@@ -198,7 +197,7 @@ def run_study(
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
         notes.append("no channel can close under this load: both runs are linear")
     notes += run_warnings(setup, gaps, runs)
-    notes += _run_notes(setup, runs)
+    notes += [f"{name} run: {text}" for name, run in runs.items() for text in run.notes]
     if runs and gaps.m and not any(run.history.force.any() for run in runs.values()):
         notes.append(never_closed(gaps, next(iter(runs.values())).history))
     window = shown_window(setup.study, output_times(setup))
@@ -301,13 +300,6 @@ def _only_run(
     return gaps, run, [*notes, *more]
 
 
-def _run_notes(setup: Setup, runs: dict[str, Run]) -> list[str]:
-    """Which device made factors, instants that were not kept; where a GPU was asked for, that it made no factor."""
-    found = [f"{name} run: {text}" for name, run in runs.items() for text in run.notes]
-    used = setup.device != "gpu" or any("factors on" in text for text in found)
-    return found if used else [*found, "device gpu: no run needed a factor of a sparse matrix"]
-
-
 def run_warnings(setup: Setup, gaps: GapOperator, runs: dict[str, Run]) -> list[Warned]:
     """What the user should know of each run; where it is the same of both, once."""
     said = {
@@ -342,7 +334,7 @@ def march_run(
     record : keep the motion around the hardest events. watch : look at what `prepare.watched` says at every step.
     lines : measure at the E-lines. checkpoints : of an unreduced run.
     """
-    meter, stopped, how, solver = Meter(), None, "", Solver(setup.device)
+    meter, stopped, how = Meter(), None, ""
     field = field_steps(setup.study, output_times(setup))
     on_trial = recorded_steps(setup, system.n) if record else NO_STEPS
     of_lines = line_steps(setup, system.n) if lines else NO_STEPS
@@ -362,7 +354,6 @@ def march_run(
             whole_at=whole_at,
             progress=report,
             watched=seen,
-            maker=solver,
             keeper=keeper,
         )
     except Stopped as error:
@@ -376,7 +367,7 @@ def march_run(
     recording = recorded(setup, system, kept, events) if record else None
     at_lines = measured(setup, system, history, of_lines) if stopped is None else None
     squeaks = tuple(find_squeaks(history, gaps, shown_window(setup.study, output_times(setup))))
-    left, told = at_steps(history, field), (*solver.told(), *spacing_words(history.spacing))
+    left, told = at_steps(history, field), spacing_words(history.spacing)
     return Run(name, system, left, events, cost, *size, slips, how, stopped, recording, at_lines, squeaks, told)
 
 

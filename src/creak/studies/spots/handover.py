@@ -10,11 +10,9 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.cuda.solver import Solver
 from creak.dynamics.flow.march import SAMPLES, FlowStates, flow_states
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
-from creak.dynamics.step_matrix import Maker
 from creak.errors import InputError
 from creak.studies.results.places import find_places
 from creak.studies.run.integrate import flowing, resolution_of
@@ -44,7 +42,6 @@ class Handover:
     merge: float | None
     f_max: float
     """Of the verification."""
-    maker: Maker
 
     @property
     def ends(self) -> FloatArray:
@@ -89,9 +86,7 @@ def handed_over(result: StudyResult) -> tuple[Handover | None, str]:
     unreduced = result.reference.system
     if np.any(unreduced.coordinates < 0):
         return None, "parts of the model are superelements from files, whose inside is not there"
-    handover = Handover(
-        unreduced, system, result.gaps, setup.loads, run.history, v.merge, v.f_max, Solver(setup.device)
-    )
+    handover = Handover(unreduced, system, result.gaps, setup.loads, run.history, v.merge, v.f_max)
     return handover, ""
 
 

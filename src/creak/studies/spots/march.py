@@ -44,7 +44,7 @@ class Checker:
         silent = of.gaps.select(np.setdiff1d(np.arange(of.gaps.m), near)).without_force()
         self._watched = Watched(silent, np.zeros((0, 0)), np.zeros(0, dtype=np.int64), (), slip=False)
         loads = Loads(h * np.arange(2.0), of.loads.support[:, :2], of.loads.force[:2], of.loads.force_labels)
-        self._stepper = CondensedStepper(of.unreduced, gaps, loads, IN_CONTACT, maker=of.maker)
+        self._stepper = CondensedStepper(of.unreduced, gaps, loads, IN_CONTACT)
 
     @property
     def rows(self) -> int:

@@ -30,8 +30,8 @@ def bars_of_steps(result: StudyResult) -> dict[str, float]:
     if of is None:
         return {}
     step, longest = of.ends[1] - of.ends[0], resolution_of(result.setup).stepped
-    parts, springs = steps_in_contact(of.unreduced, of.gaps, step, longest, of.maker)
-    half, stiffer = steps_in_contact(of.unreduced, of.gaps, step, 1.0 / (2 * parts), of.maker)
+    parts, springs = steps_in_contact(of.unreduced, of.gaps, step, longest)
+    half, stiffer = steps_in_contact(of.unreduced, of.gaps, step, 1.0 / (2 * parts))
     if half != 2 * parts:
         return {}
     made = [stretch_of(e, why, of.ends, parts)[0] for e, why in ordered(result, of)[:FEWEST_EVENTS]]
