@@ -77,7 +77,7 @@ def assess(
         _places(outcomes, families, told, of_all, places.band),
         structure,
         places.band_ends,
-        rubs=settled_rubs(outcomes, families, told, places.rub_names),
+        rubs=settled_rubs(outcomes, families, told, places.rub_names, structure),
     )
 
 

@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.studies.converge.figures import change
-from creak.studies.converge.settling import BASE, ENOUGH, SETTLED, Convergence, Outcome, RubSettling, Settling
+from creak.studies.converge.settling import (
+    BASE,
+    ENOUGH,
+    SETTLED,
+    UNREDUCED,
+    Convergence,
+    Outcome,
+    RubSettling,
+    Settling,
+)
+from creak.studies.converge.structure import Structure
 from creak.verify.rubbing import FIGURES, STICK, STICK_SLIP, Rub, Rubbing
 from creak.verify.statistics import MANY
 
@@ -17,6 +28,8 @@ FLOOR = 0.1
 """Of the time in contact, and of the mean force: what is less changes by shares of this."""
 MOVED = 0.1
 """Share of the time between slips by which one may begin earlier or later to be the same one."""
+HELD = ("slip_share", "friction_energy", "force_mean")
+"""What pieces of both models are held against each other in: number and rate of some slips are left to chance."""
 WORDS = {
     "slips": "number of slips",
     "slip_rate": "slips per second",
@@ -35,16 +48,33 @@ def settled_rubs(
     families: dict[str, tuple[str, str]],
     told: tuple[str, ...],
     names: Sequence[tuple[str, int]],
+    structure: Structure | None = None,
 ) -> tuple[RubSettling, ...]:
-    """Each place of the base run that rubs, or that something presses on for the whole time, in the other runs."""
+    """Each place of the base run that rubs, or that something presses on for the whole time, in the other runs.
+
+    Parameters
+    ----------
+    structure : what the unreduced model says of pieces of it.
+    """
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
     found = []
     for k, (contact, number) in enumerate(names):
         rubs = {name: o.rubs[k] for name, o in whole.items()}
         if BASE in rubs and rubs[BASE].figures:
             problem = "" if len(rubs) == len(outcomes) else "not known in all runs"
-            found.append(_settled(contact, number, rubs, families, told, problem))
+            r = _settled(contact, number, rubs, families, told, problem)
+            found.append(r if structure is None else _beside(r, structure))
     return tuple(found)
+
+
+def _beside(r: RubSettling, structure: Structure) -> RubSettling:
+    """With what the unreduced model makes of pieces of it, where it went through some."""
+
+    def beside(f: Settling) -> Settling:
+        by = structure.of_rub(f.name, r.contact, r.number, f.floor)
+        return f if by is None else replace(f, beside={UNREDUCED: by})
+
+    return replace(r, figures={name: beside(f) if name in HELD else f for name, f in r.figures.items()})
 
 
 def _settled(

@@ -53,11 +53,29 @@ class Spot:
 
 
 @dataclass(frozen=True)
+class RubSpot:
+    """A piece of rubbing or lasting contact of the reduced run and what the unreduced model makes of it."""
+
+    contact: str
+    number: int
+    """Of the place; 0: it rests."""
+    time: tuple[float, float]
+    """Beginning and end, s."""
+    reduced: dict[str, float]
+    """`verify.rubbing.FIGURES` of the place in that time."""
+    unreduced: dict[str, float]
+    problem: str = ""
+    """Why there is nothing to compare."""
+
+
+@dataclass(frozen=True)
 class Structure:
     """The unreduced model beside a run."""
 
     spots: tuple[Spot, ...] = ()
     """Events that it marched through from the reduced model's state."""
+    rubs: tuple[RubSpot, ...] = ()
+    """Pieces of rubbing and of lasting contact that it marched through."""
     run: tuple[Spot, ...] = ()
     """Those of its own run that both have."""
     missed: int = 0
@@ -79,6 +97,18 @@ class Structure:
     def looked(self) -> bool:
         """Does it say anything?"""
         return bool(self.run or self.extra or self.missed) or any(not s.problem for s in self.spots)
+
+    def of_rub(self, name: str, contact: str, number: int, floor: float) -> float | None:
+        """What it changes of friction at a place, over all pieces of it together: a share; None: not looked at.
+
+        Single slips of two models part soon: sums over the pieces are compared, of what is no sum the means.
+        """
+        own = [s for s in self.rubs if (s.contact, s.number) == (contact, number) and not s.problem]
+        pairs = [(s.reduced[name], s.unreduced[name]) for s in own if name in s.reduced and name in s.unreduced]
+        if not pairs:
+            return None
+        a, b = np.sum(pairs, axis=0) / len(pairs)
+        return abs(b - a) / max(abs(b), floor) if a != b else 0.0
 
     def beside(self, match: EventMatch | None, samples: EventStatistics | None) -> Structure:
         """The same with what its own run says."""

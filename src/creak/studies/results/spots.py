@@ -6,10 +6,11 @@ from typing import Any
 
 from creak.studies.converge.figures import TIMES
 from creak.studies.converge.settled import KEYS
-from creak.studies.converge.structure import Spot, Structure
+from creak.studies.converge.structure import RubSpot, Spot, Structure
 from creak.studies.results.places import find_places
 from creak.studies.run.job import StudyResult
 from creak.verify.events import Event
+from creak.verify.rubbing import FIGURES
 
 
 def spots_of(result: StudyResult, structure: Structure | None) -> dict[str, Any]:
@@ -38,9 +39,17 @@ def spots_of(result: StudyResult, structure: Structure | None) -> dict[str, Any]
 
     return {
         "spots": [told(s) for s in structure.spots],
+        "rub_spots": [_rub(s) for s in structure.rubs],
         "spot_cost": {"back_substitutions": structure.solves, "wall_s": structure.wall_s},
         "spots_missing": structure.why_not or None,
     }
+
+
+def _rub(s: RubSpot) -> dict[str, Any]:
+    """A piece of rubbing or lasting contact."""
+    both = {name: {"reduced": s.reduced.get(name), "unreduced": s.unreduced.get(name)} for name in FIGURES}
+    place = {"contact": s.contact, "place": s.number or None, "t_start": s.time[0], "t_end": s.time[1]}
+    return {**place, "problem": s.problem or None, **both}
 
 
 def bars_of_steps(structure: Structure, event: Event) -> dict[str, float | None]:

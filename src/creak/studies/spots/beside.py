@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from creak.progress import Progress
-from creak.studies.converge.structure import Structure
+from creak.studies.converge.structure import RubSpot, Structure
 from creak.studies.run.compared import event_statistics
 from creak.studies.run.job import StudyResult
 from creak.studies.spots.check import check_spots
+from creak.studies.spots.rubs import rubs_beside
 from creak.studies.spots.steps import bars_of_steps
 from creak.studies.warned import attempted
 
@@ -24,6 +25,9 @@ def beside_unreduced(result: StudyResult, progress: Progress, notes: list[str]) 
     if result.setup.study.config.proof != "none":
         failed = Structure(why_not="they could not be made")
         found = attempted("spot checks", lambda: check_spots(result, progress), failed, notes)
+        none: tuple[RubSpot, ...] = ()
+        rubs = attempted("spot checks of friction", lambda: rubs_beside(result), none, notes)
+        found = replace(found, rubs=rubs)
         if "reference" in result.runs:
             nothing: dict[str, float] = {}
             bars = attempted("bars of the unreduced run", lambda: bars_of_steps(result), nothing, notes)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -39,12 +40,13 @@ COARSEST = 16
 """Times the default length: longest steps by which an event is held within that."""
 
 
-@dataclass(frozen=True)
-class Stretch:
-    """An event, and the steps of its check."""
+AnySpan = TypeVar("AnySpan", bound="Span")
 
-    event: Event
-    why: str
+
+@dataclass(frozen=True)
+class Span:
+    """A piece of a run, and the steps that go through it."""
+
     first: int
     """Flight step at whose end it begins."""
     parts: int
@@ -56,6 +58,14 @@ class Stretch:
         """Beginning and end, s; `ends` (n_step + 1,) of the flight steps."""
         begin, h = float(ends[self.first]), float(ends[1] - ends[0]) / self.parts
         return begin, begin + self.steps * h
+
+
+@dataclass(frozen=True)
+class Stretch(Span):
+    """An event, and the steps of its check."""
+
+    event: Event
+    why: str
 
     def longer(self, n_step: int) -> Stretch | None:
         """Twice as long, or as long as it may be in a run of so many flight steps; None: it is."""
@@ -97,7 +107,8 @@ def stretch_of(event: Event, why: str, ends: FloatArray, parts: int) -> tuple[St
     if first < 0:
         return None, 0
     wanted = math.ceil((event.t_end + AFTER * lasts - ends[first]) / H * parts)
-    return Stretch(event, why, first, parts, min(wanted, LONGEST * STEPS, (ends.size - 1 - first) * parts)), wanted
+    steps = min(wanted, LONGEST * STEPS, (ends.size - 1 - first) * parts)
+    return Stretch(first, parts, steps, event, why), wanted
 
 
 def chosen(
@@ -122,7 +133,7 @@ def chosen(
     return [one for row in rounds for one in row]
 
 
-def near_channels(history: History, gaps: GapOperator, stretches: Sequence[Stretch], ends: FloatArray) -> IntArray:
+def near_channels(history: History, gaps: GapOperator, stretches: Sequence[Span], ends: FloatArray) -> IntArray:
     """Channels that press in one of the stretches, or come near to it (`NEARLY`)."""
     low = np.full(gaps.m, np.inf)
     for s in stretches:
@@ -131,7 +142,7 @@ def near_channels(history: History, gaps: GapOperator, stretches: Sequence[Stret
     return np.flatnonzero(low <= NEARLY * np.ptp(history.gap, axis=0)).astype(np.int64)
 
 
-def affordable(order: Sequence[Stretch], rows: int, budget: float, least: int) -> list[Stretch]:
+def affordable(order: Sequence[AnySpan], rows: int, budget: float, least: int) -> list[AnySpan]:
     """As many, in order, as the budget holds; those that need steps of another length need another factor.
 
     Parameters
@@ -139,7 +150,7 @@ def affordable(order: Sequence[Stretch], rows: int, budget: float, least: int) -
     rows : channels and directions of friction, each solved for once a factor. budget : back-substitutions.
     least : so many whatever they cost.
     """
-    taken, lengths, spent = list[Stretch](), set[int](), 0.0
+    taken, lengths, spent = list[AnySpan](), set[int](), 0.0
     for s in order:
         more = s.steps + (0 if s.parts in lengths else FACTOR + rows)
         if len(taken) >= least and spent + more > budget:

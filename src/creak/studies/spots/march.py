@@ -15,7 +15,7 @@ from creak.dynamics.loads import Loads, refined
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.simulate import CondensedStepper, march
 from creak.studies.converge.figures import FIGURES, figures_of
-from creak.studies.spots.choose import Stretch
+from creak.studies.spots.choose import Span, Stretch
 from creak.studies.spots.handover import Handover
 from creak.verify.events import REACH, Event, find_events
 
@@ -40,7 +40,7 @@ class Checker:
         hard = np.isinf(gaps.stiffness)
         if hard.any():
             gaps = gaps.with_stiffness(springs)
-        self._gaps = gaps
+        self.gaps = gaps
         silent = of.gaps.select(np.setdiff1d(np.arange(of.gaps.m), near)).without_force()
         self._watched = Watched(silent, np.zeros((0, 0)), np.zeros(0, dtype=np.int64), (), slip=False)
         loads = Loads(h * np.arange(2.0), of.loads.support[:, :2], of.loads.force[:2], of.loads.force_labels)
@@ -49,9 +49,9 @@ class Checker:
     @property
     def rows(self) -> int:
         """Right sides that its compliance took."""
-        return self._gaps.m + 2 * self._gaps.rubbing
+        return self.gaps.m + 2 * self.gaps.rubbing
 
-    def through(self, s: Stretch, u: FloatArray, v: FloatArray) -> tuple[History, str]:
+    def through(self, s: Span, u: FloatArray, v: FloatArray) -> tuple[History, str]:
         """The march from displacement and velocity (n,), and what makes it worthless."""
         stepper = self._stepper.over(_cut(self._of.loads, s, self._parts), (u, v))
         history = march(stepper, np.zeros(0, dtype=np.int64), max(1, stepper.loads.n_step), watched=self._watched)
@@ -61,10 +61,10 @@ class Checker:
 
     def figures(self, s: Stretch, history: History) -> dict[str, float] | None:
         """Those of the event in the unreduced march; None: it is not there."""
-        return figures_over(s.event, history, self._gaps, self._of)
+        return figures_over(s.event, history, self.gaps, self._of)
 
 
-def _cut(loads: Loads, s: Stretch, parts: int) -> Loads:
+def _cut(loads: Loads, s: Span, parts: int) -> Loads:
     """The loads of a stretch, `parts` samples of each flight step."""
     a = SAMPLES * s.first
     b = a + -(-SAMPLES * s.steps // parts)

@@ -1,0 +1,93 @@
+"""Pieces of rubbing and of lasting contact, marched through again by the unreduced model."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.dynamics.flight.contact_steps import fewest_parts
+from creak.dynamics.history import History
+from creak.studies.converge.structure import RubSpot
+from creak.studies.prepare.flight_steps import RESOLUTIONS
+from creak.studies.results.places import Place, find_places, resting_places
+from creak.studies.run.job import StudyResult
+from creak.studies.spots.choose import FEWEST, LONGEST, SHARE, STEPS, Span, affordable, near_channels
+from creak.studies.spots.handover import SEED, handed_over, states_at, states_of
+from creak.studies.spots.march import Checker
+from creak.verify.rubbing import rub_of
+
+SLIPS = 8
+"""In a piece of stick-slip."""
+ENOUGH = 100
+"""Steps through steady sliding and resting contact."""
+EACH = 3
+"""Pieces of each place, as far as the cost allows."""
+
+
+@dataclass(frozen=True)
+class Piece(Span):
+    """Of a place that rubs, or that something presses on for the whole time."""
+
+    place: Place
+
+
+def rubs_beside(result: StudyResult) -> tuple[RubSpot, ...]:
+    """March the unreduced model through pieces of rubbing and of lasting contact, drawn by the stored seed.
+
+    It takes over displacement and velocity of the reduced model; what rubs begins as stuck, and slips from the first
+    step on where the limit asks for it. A piece holds `SLIPS` slips; where nothing slips by turns it has `ENOUGH` steps
+    of the default length. They may cost what events may (`choose.SHARE`), the first of all at any cost.
+    """
+    of, _ = handed_over(result)
+    if of is None or result.reduced is None:
+        return ()
+    run = result.runs["reduced"]
+    places = [p for p in (*find_places(result, run), *resting_places(result, run)) if p.rub.figures]
+    fewest = fewest_parts(RESOLUTIONS[result.setup.study.config.time.accuracy].stepped)
+    draw, order = np.random.default_rng(SEED), list[Piece]()
+    for _ in range(EACH):
+        order += [x for p in places if (x := _piece(p, of.ends, fewest, result.window, draw.random())) is not None]
+    if not order:
+        return ()
+    near = near_channels(of.history, of.gaps, order, of.ends)
+    rows = near.size + 2 * of.gaps.select(near).rubbing
+    taken = affordable(order, rows, max(FEWEST, SHARE * result.reduced.solves), 1)
+    at = sorted({p.first for p in taken})
+    states = states_at(result, of, at)
+    checkers = {n: Checker(of, n, near, states.stiffness) for n in sorted({p.parts for p in taken})}
+    found = []
+    for p in taken:
+        history, problem = checkers[p.parts].through(p, *states_of(of, states, at.index(p.first), p.first))
+        window, f_max = p.time(of.ends), of.f_max
+        own = rub_of(_within(of.history, window), of.gaps, p.place.channels, window, f_max).figures
+        here = np.flatnonzero(np.isin(near, p.place.channels))
+        other = rub_of(history, checkers[p.parts].gaps, here, window, f_max).figures
+        found.append(RubSpot(p.place.contact, p.place.number, window, own, other, problem))
+    return tuple(found)
+
+
+def _piece(place: Place, ends: FloatArray, fewest: int, window: tuple[float, float], at: float) -> Piece | None:
+    """One that begins at the share `at` of where it may begin; None where the window does not hold it."""
+    H, friction = float(ends[1] - ends[0]), place.rub.friction
+    parts, lasts = fewest, ENOUGH * H / fewest
+    if friction is not None and friction.rate is not None:
+        lasts = SLIPS / friction.rate
+        while parts > 1 and lasts * parts > LONGEST * STEPS * H:
+            parts //= 2
+    last = min(window[1], float(ends[-1])) - lasts
+    if last <= window[0]:
+        return None
+    first = max(0, int(np.searchsorted(ends, window[0] + at * (last - window[0]), side="right")) - 1)
+    steps = min(LONGEST * STEPS, math.ceil(lasts / H * parts), (ends.size - 1 - first) * parts)
+    return Piece(first, parts, steps, place)
+
+
+def _within(history: History, window: tuple[float, float]) -> History:
+    """Its instants in a window, and one more on both sides."""
+    first, last = np.searchsorted(history.time, window)
+    rows = slice(max(0, int(first) - 1), int(last) + 1)
+    kept = {name: getattr(history, name)[rows] for name in ("time", "gap", "force", "tangential", "sliding")}
+    return replace(history, **kept)
