@@ -95,12 +95,11 @@ lint: $(VENV)/dev.stamp
 	$(BIN)/ruff format --check --quiet .
 	$(BIN)/mypy
 
+# Pages of what is stored: nothing is computed.
 docs: $(VENV)/docs.stamp
 	$(BIN)/python -m tools.commands_page
 	$(BIN)/python -m tools.study_page
 	$(BIN)/python -m tools.evidence_pages
-	$(BIN)/python -m benchmarks.ranking --out docs/ranking.json
-	$(BIN)/python -m tools.gallery
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 	@echo "open build/site/index.html"
 
@@ -108,11 +107,12 @@ verification: $(VENV)/dev.stamp
 	$(BIN)/python -m pytest --measured=docs/verification.json
 	$(BIN)/python -m tools.verification_page
 
-# What advice, guidelines and two more pages rest on: half an hour.
+# The figures that pages and advice rest on, and those of the gallery.
 evidence: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks.evidence
 	$(BIN)/python -m tools.evidence_pages
 	$(BIN)/python -m benchmarks.ranking --out docs/ranking.json
+	$(BIN)/python -m tools.gallery
 
 bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks

@@ -26,13 +26,17 @@ From a deck to a report:
 
 ## What all of them share
 
-`--quiet`, `-q`: no progress, no tables, no list of files; warnings and errors stay. `--verbose`, `-v`: also the
-seconds of each phase, sizes, and choices that were made. `--json`: the result on stdout as one JSON object and nothing
-else there. `creak schema`, `creak thesis` and `creak example` have fewer of them.
+| option | does |
+|---|---|
+| `--quiet`, `-q` | no progress, no tables, no list of files; warnings and errors stay |
+| `--verbose`, `-v` | also the seconds of each phase, sizes, and choices that were made |
+| `--json` | the result on stdout as one JSON object, and nothing else there |
+
+`creak schema`, `creak thesis` and `creak example` have fewer of them.
 
 Progress, details, warnings and errors go to stderr, results to stdout. On a terminal every phase has a bar with the
-time left; elsewhere a phase gets a line once it has taken 2 s, then every 10 s and when it ends. Where
-stdout or stderr is closed, or stderr cannot be written, what would stand there is lost and nothing else.
+time left. Elsewhere a phase gets a line once it has taken 2 s, then every 10 s and when it ends. Where stdout or stderr
+is closed, only what would stand there is lost.
 
 | exit status | meaning |
 |---|---|
@@ -40,49 +44,56 @@ stdout or stderr is closed, or stderr cannot be written, what would stand there 
 | 1 | failed analysis, unreliable results, no memory, a file that cannot be written, Ctrl-C; what was done is named |
 | 2 | wrong input: one message that says what, where, and what to do; nothing was written |
 
-**Inputs** are plain files. A pipe, `<(...)` and /dev/stdin behind a pipe included, a device or a socket is refused at
-once.
+**Inputs** are plain files. A pipe, `<(...)`, a device or a socket is refused at once.
 
-**Outputs** never replace a file that the command reads, by whatever name or link. Another file that is there gives way
-where it is empty or of the kind that is written, so a command may run again over what it wrote before. Decks,
-studies, JSON, HDF5, pages and WAV files have to be creak's own for that; VTU and universal files and matrices look
-alike whoever wrote them. All else stays, and the command ends with status 2. With `--force` a run,
-with `--overwrite` a new study replaces what is not creak's too, but no input.
+**Outputs** never replace a file that the command reads, by whatever name or link. Another file is replaced if it is
+empty or of the kind that is written, so a command may run again over what it wrote before. Decks, studies, JSON, HDF5,
+pages and WAV files must be creak's own for that. VTU files, universal files and matrices look alike whoever wrote them.
+All else stays, and the command ends with status 2. `run --force` and `new --overwrite` replace what is not creak's too,
+but no input.
 
-A file is replaced when the new one is complete; a link stays, the file that it leads to is replaced.
-Pipes and character devices are written into, where the format is a stream (JSON, CSV, universal files, decks, HTML,
-VTU). Folders, sockets and block devices are refused before anything is computed.
+A file is replaced when the new one is complete. A link stays, and the file that it leads to is replaced. Pipes and
+character devices are written into, where the format is a stream (JSON, CSV, universal files, decks, HTML, VTU).
+Folders, sockets and block devices are refused before anything is computed.
 
-**Ctrl-C.** `creak run` ends the run under way and writes what it has; an unreduced run goes on from there when the same
+**Ctrl-C.** `creak run` ends the run under way and writes what it has. An unreduced run goes on from there when the same
 command is called again, and from its last checkpoint after a kill ([how](howto_results.md#a-run-that-was-stopped)).
-`creak reduce` saves the parts that are reduced;
-`creak sweep` and `creak thesis` go on from the finished cases when called again.
+`creak reduce` saves the parts that are reduced. `creak sweep` and `creak thesis` go on from the finished cases.
 
-**Memory.** A sparse factor that would not fit into the memory that is free (swap and a container's limit count) is
-refused before it is made: status 1, with what it needs and what there is. `CREAK_MEMORY_GB=40` in the environment takes
-the place of what the system says is free. Linux and MKL only; elsewhere the system decides. Large models are looked at
-as soon as their parts are assembled: where memory holds factors of the parts alone, the pre-check comes from them. A
-part whose own factor does not fit is cut into pieces by itself, of which as many stay factorised as fit, one at least;
-its superelement is the same. Where not even that fits, or the study takes the whole (`[reference] run`, gap modes,
-`[[static]]`), it is refused there, with the line to change. `creak advise` goes the same
-way, advises such lines and tells what each stage takes. Modes that memory does not hold are found window by window and
-put into a file in TMPDIR.
+**Memory.** A sparse factor that does not fit into the free memory is refused before it is made: status 1, with what it
+needs and what there is. Swap and a container's limit count. `CREAK_MEMORY_GB=40` in the environment takes the place of
+what the system says is free. This is so on Linux with MKL; elsewhere the system decides.
+
+Large models are looked at as soon as their parts are assembled. creak then takes the first of these ways that fits:
+
+1. A factor of the whole model.
+2. Factors of the parts alone. The pre-check then comes from the parts.
+3. A part in pieces, of which as many stay factorised as fit. Its superelement is the same.
+
+Where none fits, or where the study needs the whole (`[reference] run`, gap modes, `[[static]]`), the study is refused
+with the line to change. `creak advise` tells what each stage takes. Modes that memory does not hold are found window by
+window and put into a file in TMPDIR.
 
 **Completion.** `creak --install-completion` adds it to the shell in use (bash, zsh, fish, PowerShell); open a new shell
 afterwards. `creak --show-completion` prints it instead.
 
-**Warnings.** `creak run`, with a study or a deck, tells in red of a study that has no contact and no connector, or in
-which no gap becomes smaller: it could not have rattled, whatever was computed. It warns of what can hardly be meant:
-materials, size, thickness, mass or first frequency that do not fit the units (metres taken for millimetres, kg for t);
-contact that starts closed, with the depth and the node; contact that never comes near, with the closest approach; a
-pre-check margin as large as the model; forces that the step does not resolve. They stand in `summary.json` too, as
-`warnings`, a list of sentences. A part that nothing holds is an error in a study and a warning in a deck that is run by
-itself, with the motions that are free. `creak info DECK` warns of such parts before there is a study, and of units with
-`--units mm-t-s`.
+**Warnings.** They stand in `summary.json` too, as `warnings`, a list of sentences. `creak run` warns of what can hardly
+be meant:
+
+- materials, size, thickness, mass or first frequency that do not fit the units (metres taken for millimetres, kg for
+  t);
+- contact that starts closed, with the depth and the node;
+- contact that never comes near, with the closest approach;
+- a pre-check margin as large as the model;
+- forces that the step does not resolve.
+
+In red it tells of a study that could not have rattled: it has no contact and no connector, or no gap becomes smaller. A
+part that nothing holds is an error in a study and a warning in a deck that is run by itself, with the motions that are
+free. `creak info DECK` warns of such parts before there is a study, and of units with `--units mm-t-s`.
 
 **Editors.** `creak schema` prints the JSON schema of the study file. `creak new` writes it beside the study, whose
-first line names it (`#:schema ./creak-study.schema.json`): Even Better TOML and taplo then complete and check while
-you type.
+first line names it (`#:schema ./creak-study.schema.json`): Even Better TOML and taplo then complete and check while you
+type.
 """
 
 

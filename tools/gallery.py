@@ -1,4 +1,7 @@
-"""The gallery of the site: each example with its text, figure and code; `python -m tools.gallery` draws the figures."""
+"""The gallery of the site: each example with its text, figure and code.
+
+`python -m tools.gallery` draws the figures into examples/figures, where the site finds them.
+"""
 
 from __future__ import annotations
 
@@ -12,9 +15,9 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
 FOLDER = "gallery"
-DRAWN = ROOT / "build" / "gallery"
+DRAWN = EXAMPLES / "figures"
 QUICK = ("bar_on_wall", "craig_bampton_beam", "plate_modes", "stick_slip_belt", "two_strips")
-"""Examples that take seconds; the figures of the others are not drawn for the site."""
+"""Examples that take seconds; the others have no figure on the site."""
 
 
 def header(name: str) -> str:

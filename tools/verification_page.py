@@ -26,12 +26,15 @@ Every number that creak computes is held by a test to a closed form, a converged
 conservation law. These pages are made by `make verification`: it runs the tests that record what they find, and writes
 what they found. `make test` runs all tests.
 
-Tolerances are those of the tests. A test that runs many cases shows the one that comes closest to its tolerance. In per
-cent or as a bare power of ten, difference and tolerance are relative to the expected value; with a unit they are
-absolute. Differences near round-off (1e-10 and less) are others on another machine.
+How to read the tables:
 
-{count} quantities of {tests} tests; half of them use less than {median} of their tolerance. The tables stand on a page
-for each chapter:
+- Tolerances are those of the tests. A test that runs many cases shows the one that comes closest to its tolerance.
+- Difference and tolerance are relative to the expected value where they are in per cent or a bare power of ten. With a
+  unit they are absolute.
+- Differences near round-off (1e-10 and less) change from machine to machine.
+
+There are {count} quantities of {tests} tests. Half of them use less than {median} of their tolerance. Each chapter has
+a page:
 
 {chapters}
 
@@ -43,8 +46,8 @@ Each dot is a row of a table: its difference from the reference, as a share of w
 TAIL = """\
 ## Your own model
 
-A test of creak is no test of a model. `creak run` compares each study with its unreduced model and books the energy;
-`--converge` tells what has settled; `creak info` names what was not read.
+A test of creak is no test of your model. `creak run` checks each study against its unreduced model, books the energy
+and tells what has settled ([how far to trust an answer](trust.md)). `creak info` names what was not read.
 """
 SECTIONS = {
     "shell statics": (
@@ -57,29 +60,29 @@ SECTIONS = {
         "Shells, modes",
         """\
 Square plates 10 x 10 m and a tapered membrane, all of steel. The targets that NAFEMS prints for thin plates are .1 to
-1.3 % high; the tests hold to converged Ritz values. lambda is omega a^2 sqrt(rho h / D) of plates a thousand times as
-wide as thick; F, C and S are free, clamped and supported edges.""",
+1.3 % high, so the tests hold to converged Ritz values. lambda is omega a^2 sqrt(rho h / D) of plates a thousand times
+as wide as thick. F, C and S are free, clamped and supported edges.""",
     ),
     "beams and solids": ("Beams, solids, laminates", ""),
     "models": ("Whole models", ""),
     "decks": (
         "Decks",
         """\
-No run was compared with Abaqus. The decks of NX and MSC Nastran are in `shared/` beside the source; without them their
+No run was compared with Abaqus. The decks of NX and MSC Nastran are in `shared/` beside the source. Without them their
 tests are skipped, and the rows keep the last values.""",
     ),
     "reduction": (
         "Reduction",
         """\
-The picture is the uniform cantilever of 80 elements, cut at mid-span: error of its first frequencies against the
-unreduced model. Lines are the table of references, dots are creak.""",
+The picture shows the error of the first frequencies of a uniform cantilever of 80 elements, cut at mid-span, against
+the unreduced model. Lines are the references, dots are creak.""",
     ),
     "contact": (
         "Contact",
         """\
 The picture is the bar on a rigid wall (E = 900, rho = A = 1, L = 10, speed 10): dots are creak, the line is the closed
-form, rho c A v = 300 over 2 L / c. The table of penalties says what a penalty does to the same bar with and without
-numerical damping; where it chatters, the test is that creak shows it.""",
+form, rho c A v = 300 over 2 L / c. The rows on penalties say what a penalty does to the same bar with and without
+numerical damping. Where it chatters, the test is that creak shows it.""",
     ),
     "contact, exact flow": (
         "Contact, by exact flow",

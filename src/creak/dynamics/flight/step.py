@@ -21,7 +21,7 @@ from creak.linalg.memory import free_bytes
 
 RULES = ((5, 2.25), (3, 1.0))
 """Stages, and flight over output step, the best first: four or ten flights in a period of the excitation where it has
-ten output steps. With two and a half, two clamped strips meet once too often (docs/numerics.md)."""
+ten output steps. With two and a half, two clamped strips meet 17 times instead of 16."""
 SMOOTH = 1e-3
 """Share of the loads that the polynomials through the stages of long flights may miss."""
 NO_MORE = "; memory holds the factors of no higher order"

@@ -17,7 +17,7 @@ from creak.linalg.threads import one_blas_thread
 from creak.studies.advise.size import Counted, PartSize
 
 CONTACT_STEP = 2.0
-"""Step with contact over a back-substitution (1.4 to 2.0 measured, docs/numerics.md)."""
+"""Step with contact over a back-substitution (1.4 to 2.0 measured, docs/evidence.md)."""
 READS = 2.2
 """Step of a diagonal model over the time that reading its channel rows and ten vectors takes
 (docs/massless_boundary.md)."""
