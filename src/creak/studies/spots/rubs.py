@@ -16,7 +16,7 @@ from creak.studies.results.places import Place, find_places, resting_places
 from creak.studies.run.job import StudyResult
 from creak.studies.spots.choose import FEWEST, LONGEST, SHARE, STEPS, Span, affordable, near_channels
 from creak.studies.spots.handover import SEED, handed_over, states_at, states_of
-from creak.studies.spots.march import Checker
+from creak.studies.spots.march import ROUND_OFF, Checker
 from creak.verify.rubbing import rub_of
 
 SLIPS = 8
@@ -61,10 +61,13 @@ def rubs_beside(result: StudyResult) -> tuple[RubSpot, ...]:
     found = []
     for p in taken:
         history, problem = checkers[p.parts].through(p, *states_of(of, states, at.index(p.first), p.first))
-        window, f_max = p.time(of.ends), of.f_max
-        own = rub_of(_within(of.history, window), of.gaps, p.place.channels, window, f_max).figures
+        reduced, window = _within(of.history, p.time(of.ends))
+        unreduced, _ = _within(history, window)
         here = np.flatnonzero(np.isin(near, p.place.channels))
-        other = rub_of(history, checkers[p.parts].gaps, here, window, f_max).figures
+        own, other = (
+            rub_of(h, gaps, channels, window, of.f_max).figures
+            for h, gaps, channels in ((reduced, of.gaps, p.place.channels), (unreduced, checkers[p.parts].gaps, here))
+        )
         found.append(RubSpot(p.place.contact, p.place.number, window, own, other, problem))
     return tuple(found)
 
@@ -74,7 +77,7 @@ def _piece(place: Place, ends: FloatArray, fewest: int, window: tuple[float, flo
     H, friction = float(ends[1] - ends[0]), place.rub.friction
     parts, lasts = fewest, ENOUGH * H / fewest
     if friction is not None and friction.rate is not None:
-        lasts = SLIPS / friction.rate
+        lasts = min(SLIPS / friction.rate, 0.5 * (window[1] - window[0]))
         while parts > 1 and lasts * parts > LONGEST * STEPS * H:
             parts //= 2
     last = min(window[1], float(ends[-1])) - lasts
@@ -85,9 +88,9 @@ def _piece(place: Place, ends: FloatArray, fewest: int, window: tuple[float, flo
     return Piece(first, parts, steps, place)
 
 
-def _within(history: History, window: tuple[float, float]) -> History:
-    """Its instants in a window, and one more on both sides."""
-    first, last = np.searchsorted(history.time, window)
-    rows = slice(max(0, int(first) - 1), int(last) + 1)
-    kept = {name: getattr(history, name)[rows] for name in ("time", "gap", "force", "tangential", "sliding")}
-    return replace(history, **kept)
+def _within(history: History, window: tuple[float, float]) -> tuple[History, tuple[float, float]]:
+    """Its instants in a window, and their first and last time: between these all is known."""
+    first, last = np.searchsorted(history.time, [window[0] * (1.0 - ROUND_OFF), window[1] * (1.0 + ROUND_OFF)])
+    kept = {name: getattr(history, name)[first:last] for name in ("time", "gap", "force", "tangential", "sliding")}
+    time = kept["time"]
+    return replace(history, **kept), (float(time[0]), float(time[-1])) if time.size else window
