@@ -21,11 +21,6 @@ def listed(items: Iterable[str]) -> str:
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}" if words else "none"
 
 
-def above(per_cent: float) -> str:
-    """A deviation that the thesis gives in per cent."""
-    return percent(1.0 + per_cent / 100.0)
-
-
 def seconds(value: float | None) -> str:
     """CPU seconds with three digits."""
     return NONE if value is None else number(value, 3)
