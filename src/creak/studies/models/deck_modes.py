@@ -14,7 +14,7 @@ from creak.assembly.part import Rayleigh, assemble_blocks, loose_system, part_sy
 from creak.assembly.recovery import by_node, recovered
 from creak.assembly.system import System
 from creak.errors import InputError, NumericalError
-from creak.formats.deck.unread import stop_on_unread
+from creak.formats.deck.catalogue import stop_on_unread
 from creak.formats.decks import read_model
 from creak.linalg.factor import SingularMatrixError, regular_factor
 from creak.linalg.modes import Modes, modes

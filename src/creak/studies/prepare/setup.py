@@ -22,7 +22,7 @@ from creak.contact.play import Play, play_channels
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
-from creak.formats.deck.unread import stop_on_unread
+from creak.formats.deck.catalogue import stop_on_unread
 from creak.formats.decks import read_model
 from creak.formats.safe_names import file_stem
 from creak.linalg.modes import BAND, with_further
