@@ -11,16 +11,9 @@ from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.loads import Loads
 from creak.model.units import UNITS
-from creak.progress import Progress
 from creak.studies.cause.changes import Change, Effect
-from creak.studies.cause.decompose import EXCITATION, REST, Cause, find_causes
-from creak.studies.cause.effects import find_changes
+from creak.studies.cause.decompose import EXCITATION, REST, Cause
 from creak.studies.prepare.setup import Setup
-from creak.studies.results.sound import heard_places
-from creak.studies.run.compared import main_run
-from creak.studies.run.job import StudyResult
-from creak.studies.sound.heard import Sound
-from creak.studies.warned import Warned
 
 MODES = 8
 """Modes told one by one."""
@@ -31,7 +24,6 @@ COINCIDES = -20.0
 LINES = 1.5
 """Lines of the spectrum to both sides of a mode that count as at it, where its half bandwidth is less."""
 ACCELERATION = 2
-IMPULSE = "N s"
 
 
 def cause_dict(cause: Cause, setup: Setup, gaps: GapOperator) -> dict[str, Any]:
@@ -140,29 +132,3 @@ def driven_level(loads: Loads, frequencies: FloatArray, damping: FloatArray) -> 
         found[i] = share[np.searchsorted(freq, low) : np.searchsorted(freq, high) + 1].max(initial=0.0)
     with np.errstate(divide="ignore"):
         return np.asarray(10.0 * np.log10(found))
-
-
-def causes_of(
-    result: StudyResult, sound: Sound | str | None, progress: Progress, changes: str = "none"
-) -> tuple[dict[int, dict[str, Any]], list[str]]:
-    """Number of each place of the main run -> its cause, and notes.
-
-    Parameters
-    ----------
-    changes : "none", "predicted" or "checked", as `creak.run` has it.
-    """
-    places = [p for p in heard_places(result, main_run(result.runs), sound) if p.events]
-    progress("what causes it", 0, 1)
-    found = find_causes(result, places)
-    progress("what causes it", 1, 1)
-    if isinstance(found, str):
-        if not places:
-            return {}, []
-        text = f"no cause is told of the places: {found}"
-        return {}, [Warned(text) if changes != "none" else text]
-    out = {cause.place: cause_dict(cause, result.setup, result.gaps) for cause in found}
-    if changes != "none":
-        every = find_changes(result, sound, places, found, progress, check=changes == "checked")
-        for number, some in every.items():
-            out[number] |= {"changes": some, "changes_words": change_words(some, IMPULSE)}
-    return out, []
