@@ -13,7 +13,6 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.contact.laws.parameters import Curves, Friction
 from creak.contact.play import play_channels
 from creak.studies.design.clips import with_clips
-from creak.studies.file.contact_tables import ContactTable
 from creak.studies.file.reader import Study
 from creak.studies.prepare.excitation import sample_loads
 from creak.studies.prepare.pairs import contact_law
@@ -127,7 +126,7 @@ def _contact(setup: Setup, name: str, study: Study, field: FloatArray | None, fa
         return piece
     law, where = contact_law(new, study.where("contact", name)), study.where("contact", name)
     before = contact_law(old, where)
-    scale = _scale(piece, new)
+    scale = piece.area if new.method == "surface-to-surface" or new.per_area else np.ones(piece.m)
     stiffness, curves = piece.stiffness, piece.curves
     if law.stiffness is not None and law.stiffness != before.stiffness:
         stiffness = law.stiffness * scale
@@ -137,11 +136,6 @@ def _contact(setup: Setup, name: str, study: Study, field: FloatArray | None, fa
     friction = Friction(*(np.full(piece.m, x) for x in law.friction)) if law.friction.static > 0.0 else None
     damping = law.damping * scale
     return replace(piece, stiffness=stiffness, curves=curves, friction=friction, damping=damping)
-
-
-def _scale(piece: GapOperator, table: ContactTable) -> FloatArray:
-    """What turns the numbers of the study into those of channels."""
-    return piece.area if table.method == "surface-to-surface" or table.per_area else np.ones(piece.m)
 
 
 def with_damping(system: System, zeta: float, before: float) -> System:
