@@ -23,13 +23,8 @@ OF_SIGNAL = ("amplitude", "seed", "mean")
 """Numbers of a signal that change neither its length nor its frequencies."""
 
 
-def keeps_model(study: Study, key: str, system: System | None = None) -> bool:
-    """Whether another value leaves the reduced model, its channels and the steps of the run as they are.
-
-    Parameters
-    ----------
-    system : the reduced model, where it is there: another modal damping may only scale what it has.
-    """
+def keeps_model(study: Study, key: str) -> bool:
+    """Whether another value leaves the reduced model, its channels and the steps of the run as they are."""
     words = key.split(".")
     if words[0] == "contact" and len(words) > 2:
         return words[2] in OF_CONTACT and (len(words) == 3 or words[2] == "friction")
@@ -38,14 +33,7 @@ def keeps_model(study: Study, key: str, system: System | None = None) -> bool:
         return int(words[1]) < len(rows) and rows[int(words[1])].type not in ("bushing", None)
     if words[0] == "excitation":
         return len(words) == 4 and words[2] == "signal" and words[3] in OF_SIGNAL
-    if key == "damping.modal":
-        return system is None or _scales(system)
-    return words[0] in ("connector", "static")
-
-
-def _scales(system: System) -> bool:
-    d = system.damping
-    return d.modal_values is not None and d.extra is None and d.alpha == 0.0 and d.beta == 0.0
+    return key == "damping.modal" or words[0] in ("connector", "static")
 
 
 def changed_setup(
