@@ -223,7 +223,7 @@ def _substructure(
         kept = _coordinates(part, chosen.labels)
         boundary = np.union1d(fixed, kept)
         return Substructure(part, boundary, None, chosen.labels, False)
-    return _shaped(part, fixed, _coordinates(part, chosen.labels), chosen.labels, chosen.shape)
+    return _shaped(part, fixed, _coordinates(part, chosen.labels), chosen.shape)
 
 
 def _linked(setup: Setup, part: System, marks: Marks | None, model: Model, must: IntArray) -> Substructure:
@@ -254,7 +254,7 @@ def touched(part: System, labels: IntArray, marks: Marks | None = None) -> IntAr
     return np.union1d(sp.csr_matrix(rows).indices, loose).astype(np.int64)
 
 
-def _shaped(part: System, fixed: IntArray, line: IntArray, labels: IntArray, shape: Matrix) -> Substructure:
+def _shaped(part: System, fixed: IntArray, line: IntArray, shape: Matrix) -> Substructure:
     """Boundary = fixed dofs as they are, interface dofs as shape times fewer."""
     boundary = np.union1d(fixed, line)
     own = np.setdiff1d(fixed, line)

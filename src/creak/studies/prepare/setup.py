@@ -188,7 +188,7 @@ def set_up_model(
     rayleigh, override = _damping(model, study)
     notes += drive_warnings(model, study.config, loads, driven, rayleigh, highest_frequency(study))
     superelements = imported_superelements(model, study, rayleigh, override)
-    check_static(model, study, driven, loads)
+    check_static(model, study, driven)
     notes += gravity_warnings(model, study)
     notes += press_fit_warnings(study, contacts, connectors)
     notes += check_heat(model, study, bool(superelements))
