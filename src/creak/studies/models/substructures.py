@@ -90,7 +90,7 @@ def _cut(setup: Setup, gaps: GapOperator) -> Pieces:
         for of, rows in zip(groups, near_elements(model, gaps.retained_nodes, table.keep_out), strict=True):
             of[rows] = last
     if not any(g.any() for g in groups):
-        return Pieces(model, (0,) * len(model.parts), tuple(range(len(model.parts))))
+        return Pieces(model, (0,) * len(model.parts))
     return cut(model, groups, [*(n.upper() for n in table.substructures), UNREDUCED])
 
 
