@@ -58,7 +58,6 @@ def pressure_weights(
     rate: float,
     band: float,
     *,
-    medium: Medium = AIR,
     baffled: bool = True,
 ) -> tuple[sp.csr_array, int]:
     """(n_tap, n) what the volume acceleration of each point sends to a listener, and the delay of the first tap.
@@ -85,10 +84,10 @@ def pressure_weights(
     if not 0.0 < band < 0.5 * rate:
         raise InputError(f"a band up to {band:g} Hz at {rate:g} Hz", expected="below half the rate")
     taps, beta = _kaiser(band / rate)
-    delays = distances * (rate / medium.speed)
+    delays = distances * (rate / AIR.speed)
     first = int(np.floor(delays.min())) - taps // 2 + 1
     count = int(np.floor(delays.max())) + taps // 2 - first + 1
-    scale = medium.density / (FULL[baffled] * math.pi)
+    scale = AIR.density / (FULL[baffled] * math.pi)
     return (_spread(delays - first, count, taps, beta) @ sp.diags_array(scale / distances)).tocsr(), first
 
 
@@ -114,7 +113,7 @@ def _spread(delay: FloatArray, count: int, taps: int, beta: float) -> sp.csr_arr
     return sp.coo_array(place, shape=(count, delay.size)).tocsr()
 
 
-def equivalent_power(areas: FloatArray, velocity: FloatArray, *, medium: Medium = AIR) -> FloatArray:
+def equivalent_power(areas: FloatArray, velocity: FloatArray) -> FloatArray:
     """Equivalent radiated power (n,) in W: rho c sum of area and normal velocity^2.
 
     As if every piece radiated like a piston much larger than the wavelength: a bound below coincidence, without
@@ -124,4 +123,4 @@ def equivalent_power(areas: FloatArray, velocity: FloatArray, *, medium: Medium 
     ----------
     areas : (k,) m^2. velocity : (n, k) along the normals, m/s.
     """
-    return np.asarray(medium.density * medium.speed * (velocity**2 @ areas))
+    return np.asarray(AIR.density * AIR.speed * (velocity**2 @ areas))
