@@ -256,22 +256,6 @@ def test_rooms_of_studies_import_those_below_them():
     assert not upward, told(upward, "rooms of studies import those below them: " + " > ".join(ROOMS))
 
 
-DRAWER = 14
-"""Files at most in a room; more need rooms of their own."""
-WIDER = {"cli": 22, "contact": 17, "dynamics": 19, "elements": 17, "model": 18}
-"""Folders whose files all do one thing (a command, an element, ...): no more may come to them."""
-
-
-def test_no_room_is_a_drawer():
-    flat = {
-        d.relative_to(ROOT).as_posix(): len(list(d.glob("[!_]*.py")))
-        for d in ROOT.rglob("*")
-        if d.is_dir() and d.name != "__pycache__"
-    }
-    full = {name: n for name, n in flat.items() if n > WIDER.get(name, DRAWER)}
-    assert not full, f"folders with too many files: {full}"
-
-
 def test_no_name_repeats_its_folder():
     """shells/quad4, not shells/shell_quad4."""
     bad = [
@@ -328,13 +312,8 @@ def private_names(path: Path) -> set[str]:
     return found
 
 
-STILL_PRIVATE: set[str] = set()
-"""Modules that creak_thesis takes besides: none may come to them."""
-
-
 def test_the_companion_lives_on_the_public_names():
-    taken = {name for path in COMPANION.rglob("*.py") for name in private_names(path)}
-    assert taken == STILL_PRIVATE
+    assert {name for path in COMPANION.rglob("*.py") for name in private_names(path)} == set()
 
 
 def test_a_private_name_is_found_wherever_it_is_taken(tmp_path):

@@ -53,10 +53,7 @@ def test_every_room_is_on_the_map_and_there():
 def test_tests_lie_in_the_rooms_of_what_they_test():
     tests = Path(__file__).parent / "unit"
     assert folders(tests) - {"benches", "cockpit", "door", "thesis"} <= folders(SRC)
-    assert len(folders(tests / "studies")) > 8
     assert folders(tests / "studies") <= folders(SRC / "studies")
-    flat = {p.name: len(list(p.glob("test_*.py"))) for p in (tests, tests / "studies")}
-    assert max(flat.values()) <= 12, flat
 
 
 def test_every_command_has_its_way():
@@ -65,7 +62,6 @@ def test_every_command_has_its_way():
 
 def test_every_file_on_the_map_is_there():
     named = {*re.findall(r"`([\w/]+\.py)`", PAGE), *(f for way in WAYS.values() for f in way)}
-    assert len(named) > 60
     # Short names stand in a row that names their folder.
     roots = (SRC, SRC.parent, SRC.parents[1])
     missing = [n for n in named if "/" in n and not any((root / n).exists() for root in roots)]

@@ -30,10 +30,6 @@ class NewtonCost:
     steps: int
     """That were timed of each kind."""
 
-    def run_s(self, steps: int, contact_steps: int) -> float:
-        """CPU time of a run with so many steps, some of them in contact."""
-        return (steps - contact_steps) * self.flight_s + contact_steps * self.contact_s
-
 
 def touching(gaps: GapOperator) -> GapOperator:
     """The same channels without clearance: they touch within a few steps."""

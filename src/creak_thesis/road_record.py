@@ -47,7 +47,6 @@ class RoadRecord:
         return 1.0 / self.rate
 
 
-NO_ERRORS = SensorErrors(0.0, 0.0, 0.2, 0.0)
 DEFAULT = SensorErrors()
 
 

@@ -44,9 +44,10 @@ def test_two_strips(creak, tmp_path):
     assert setup.contacts.m == 39
 
 
-def test_comments_explain_it_and_the_schema_lies_beside_it(creak, tmp_path):
+def test_comments_explain_it_the_schema_lies_beside_it_and_it_runs_as_it_is(creak, tmp_path):
     new(creak, tmp_path, two_strips())
-    text = (tmp_path / "strips.toml").read_text()
+    path = tmp_path / "strips.toml"
+    text = path.read_text()
     assert text.startswith("#:schema ./creak-study.schema.json\n")
     for words in (
         "# UNDER and OVER: 0.5 mm apart at node",
@@ -57,29 +58,12 @@ def test_comments_explain_it_and_the_schema_lies_beside_it(creak, tmp_path):
         "# Hz",
     ):
         assert words in text
-    jsonschema = pytest.importorskip("jsonschema", reason="pip install jsonschema")
-    schema = json.loads((tmp_path / "creak-study.schema.json").read_text())
-    jsonschema.validate(tomllib.loads(text), schema)
-
-
-def test_the_study_runs_as_it_is(creak, tmp_path):
-    new(creak, tmp_path, two_strips())
-    path = tmp_path / "strips.toml"
-    text = path.read_text()
     assert "periods = 5" in text
     path.write_text(text.replace("periods = 5", "end = 0.03").replace("run = true", "run = false"))
     assert creak("run", path, "--quiet", "--out", tmp_path / "out").status == 0
-
-
-def test_distance_decides_what_is_near(creak, tmp_path):
-    told, study = new(creak, tmp_path, two_strips(gap=4.0))
-    assert told["contacts"] == []
-    assert "contact" not in study
-    text = (tmp_path / "strips.toml").read_text()
-    assert "The nearest nodes are those of UPPER and LOWER: 5.25 mm" in text  # 4 mm and half of both thicknesses
-    told, study = new(creak, tmp_path, two_strips(gap=4.0), "--distance", 5, "--overwrite")
-    assert [c["channels"] for c in told["contacts"]] == [39]
-    assert told["contacts"][0]["gap"] == pytest.approx(4.0, abs=1e-9)
+    jsonschema = pytest.importorskip("jsonschema", reason="pip install jsonschema")
+    schema = json.loads((tmp_path / "creak-study.schema.json").read_text())
+    jsonschema.validate(tomllib.loads(text), schema)
 
 
 def without_contact(creak, folder, deck, *more):
@@ -99,6 +83,14 @@ def test_a_study_without_contact_is_nothing_to_run_next(creak, tmp_path):
     assert text.startswith(
         "no contact: no surfaces of two parts come within 1.22 mm of each other; fill in a [contact."
     )
+    text = (tmp_path / "strips.toml").read_text()
+    assert "The nearest nodes are those of UPPER and LOWER: 5.25 mm" in text  # 4 mm and half of both thicknesses
+
+
+def test_distance_decides_what_is_near(creak, tmp_path):
+    told, _ = new(creak, tmp_path, two_strips(gap=4.0), "--distance", 5)
+    assert [c["channels"] for c in told["contacts"]] == [39]
+    assert told["contacts"][0]["gap"] == pytest.approx(4.0, abs=1e-9)
 
 
 def test_a_study_whose_only_contact_is_commented_out_is_nothing_to_run_next(creak, tmp_path):

@@ -92,7 +92,7 @@ def test_same_seed_same_summary(strips, tmp_path, monkeypatch):
 
 
 def test_other_seed_other_motion(strips, tmp_path, monkeypatch):
-    study = write_strips(tmp_path, study=STUDY.replace("seed = 3", "seed = 4"))
+    study = write_strips(tmp_path, study=STUDY.replace("seed = 3", "seed = 4") + "\n[reference]\nrun = false\n")
     creak(monkeypatch, "run", study, "--quiet", "--out", tmp_path / "out")
     other = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert other["runs"]["reduced"]["impulse_total"] != strips[1]["runs"]["reduced"]["impulse_total"]

@@ -23,7 +23,6 @@ from creak.formats.nastran.text.deck_file import read_deck_file
 from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
 from creak.reduction.craig_bampton import craig_bampton
-from creak.reduction.guyan import guyan
 from creak.studies.models.deck_modes import model_modes
 
 DECKS = Path(__file__).resolve().parents[3] / "shared" / "decks"
@@ -119,7 +118,7 @@ class Piece:
         system = part_system(model, 0, NO_DAMPING)
         labels = node_dofs(np.array([row_of[i] for i in (*kept, *held)]))
         boundary = np.flatnonzero(np.isin(system.coordinates, labels))
-        self.reduced = craig_bampton(system, boundary, count=modes) if modes else guyan(system, boundary)
+        self.reduced = craig_bampton(system, boundary, count=modes)
         id_of = {6 * row_of[i] + d: (i, d) for i in (*kept, *held) for d in range(6)}
         names = [id_of[c] for c in system.coordinates[np.sort(boundary)].tolist()]
         self.rows = [*names, *((id(self), k) for k in range(modes))]

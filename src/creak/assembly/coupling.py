@@ -84,7 +84,8 @@ def couple(
     if C is None and C_between is not None:
         C = [sp.csr_matrix((s.n, s.n)) for s in systems]
     extra = None if C is None else side_by_side(C, C_between)
-    active = _active(M_t, K_t)
+    # Coordinates without stiffness and mass, unused rotations, are left out.
+    active = np.flatnonzero((K_t.diagonal() > 0.0) | (M_t.diagonal() > 0.0))
     M_t, K_t, T = principal(M_t, active), principal(K_t, active), T[:, active]
     coordinates = np.concatenate([s.coordinates for s in systems])[own[active]]
     supports = Supports(
@@ -271,11 +272,6 @@ def _equations(model: Model, driven: Driven, rows: _Stacked, n_q: int, ties: Mat
             columns, values = [*columns, n_q + end], [*values, -1.0]
         out.append(LinearEquation(columns, values, equation.where))
     return [e for e in out if e.labels]
-
-
-def _active(M: Matrix, K: Matrix) -> IntArray:
-    """Coordinates that have stiffness or mass; the others (unused rotations) are left out."""
-    return np.flatnonzero((K.diagonal() > 0.0) | (M.diagonal() > 0.0))
 
 
 def _dense_if_full(A: Matrix) -> Matrix:

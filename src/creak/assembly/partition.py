@@ -18,8 +18,6 @@ class Pieces:
     model: Model
     group: tuple[int, ...]
     """(n_part,) the group that each part was made for, 0 for what remained."""
-    origin: tuple[int, ...]
-    """(n_part,) row of the part that it was cut from."""
 
 
 def cut(model: Model, groups: Sequence[IntArray], names: Sequence[str]) -> Pieces:
@@ -33,7 +31,7 @@ def cut(model: Model, groups: Sequence[IntArray], names: Sequence[str]) -> Piece
     Nodes that elements of both pieces use belong to both parts: `couple` ties them. Nodes without elements
     (reference nodes) stay with what remains.
     """
-    parts, group, origin = list(model.parts), [0] * len(model.parts), list(range(len(model.parts)))
+    parts, group = list(model.parts), [0] * len(model.parts)
     row: dict[tuple[int, int], int] = {}
     blocks: list[ElementBlock] = []
     for block, of in zip(model.blocks, groups, strict=True):
@@ -45,7 +43,6 @@ def cut(model: Model, groups: Sequence[IntArray], names: Sequence[str]) -> Piece
                     title = names[int(g) - 1].format(part=model.parts[part].name)
                     parts.append(Part(title, np.zeros(0, dtype=np.int64)))
                     group.append(int(g))
-                    origin.append(part)
                 part = row[part, int(g)]
             mine = np.flatnonzero(of == g)
             blocks.append(replace(some_of(block, mine), part=part))
@@ -55,7 +52,7 @@ def cut(model: Model, groups: Sequence[IntArray], names: Sequence[str]) -> Piece
         gone = np.setdiff1d(used[new], used[part])
         parts[part] = replace(parts[part], nodes_idx=np.setdiff1d(parts[part].nodes_idx, gone))
     pieces = replace(model, blocks=tuple(blocks), parts=tuple(parts), node_sets={}, element_sets={}, surfaces={})
-    return Pieces(pieces, tuple(group), tuple(origin))
+    return Pieces(pieces, tuple(group))
 
 
 def _nodes_of(blocks: Sequence[ElementBlock], part: int) -> IntArray:

@@ -62,8 +62,8 @@ def convert(
     Example: creak convert results/results.h5 histories.unv
     """
     from creak.cli.output import writable_file
+    from creak.formats.deck.catalogue import stop_on_unread
     from creak.formats.deck.command_files import will_read
-    from creak.formats.deck.unread import stop_on_unread
     from creak.formats.decks import read_model
 
     of_run = deck.suffix.lower() in RESULTS
@@ -198,7 +198,7 @@ def _check(out: Path, matrices: str | None, mass: str | None) -> None:
 def _write(model: Model, out: Path, ignore: list[str]) -> tuple[str, ...]:
     """A deck by its ending; returns what is called otherwise in it."""
     from creak.formats.abaqus.writer import write_deck
-    from creak.formats.deck.unread import stop_on_unread
+    from creak.formats.deck.catalogue import stop_on_unread
     from creak.formats.nastran.writer import write_nastran
 
     if is_nastran(out):

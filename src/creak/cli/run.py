@@ -91,8 +91,7 @@ def run(
     from creak.formats.deck.command_files import replace_foreign, will_read
     from creak.formats.endings import is_deck
     from creak.studies.file.identity import STORE
-    from creak.studies.results.of_another import refuse_other_study
-    from creak.studies.results.save import check_folder
+    from creak.studies.results.save import check_folder, refuse_other_study
     from creak.studies.run.checkpoint import Checkpoints
     from creak.studies.solved import opened
 

@@ -25,12 +25,6 @@ def damping(coords: FloatArray, section: Bushing, own: Own = COMMON) -> FloatArr
     return _congruent(coords, section.damping, section.location, own)
 
 
-def mass(coords: FloatArray, section: Bushing, own: Own = COMMON) -> FloatArray:
-    """Zero: a bushing has no mass."""
-    d = 6 * coords.shape[1]
-    return np.zeros((coords.shape[0], d, d))
-
-
 def _congruent(coords: FloatArray, matrix: FloatArray, location: float, own: Own) -> FloatArray:
     def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         frame = material_frames(mine, len(piece))

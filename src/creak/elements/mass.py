@@ -10,11 +10,6 @@ from creak.model.materials import PointMass
 from creak.model.mesh import COMMON, Own
 
 
-def stiffness(coords: FloatArray, section: PointMass, own: Own = COMMON) -> FloatArray:
-    """Zero (n, 6, 6): a mass has no stiffness."""
-    return np.zeros((coords.shape[0], 6, 6))
-
-
 def mass(coords: FloatArray, section: PointMass, own: Own = COMMON) -> FloatArray:
     """M = T' diag(m I, J) T with J = [Ixx Ixy Ixz; Ixy Iyy Iyz; Ixz Iyz Izz] and T the rigid arm to the mass.
 

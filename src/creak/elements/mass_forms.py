@@ -9,7 +9,6 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.elements import beam2, beam3
 from creak.elements.geometry import gauss_square
-from creak.elements.lumping import lumped
 from creak.elements.registry import FORMULATIONS
 from creak.elements.shells import quad4_geometry
 from creak.elements.shells.rigidity import areal_mass
@@ -111,3 +110,31 @@ def _along(x: FloatArray) -> FloatArray:
     """L t t' (n, 3, 3) of bars of length L along t."""
     line = x[:, 1] - x[:, 0]
     return np.asarray(np.einsum("ni,nj->nij", line, line) / np.linalg.norm(line, axis=1)[:, None, None])
+
+
+def lumped(mass: FloatArray) -> FloatArray:
+    """Diagonal masses on the translations of each node, nothing on the rotations.
+
+    The row sums of the consistent mass; where one of them is not positive (quadratic elements) its diagonal scaled
+    to the element's mass (Hinton, Rock and Zienkiewicz, Earthquake Eng. Struct. Dyn. 4 (1976) 245). Mass and, for
+    elements symmetric about their centre, the centre of mass are kept; moments of inertia change by the order of
+    the mesh. Rotations without mass are massless coordinates.
+
+    Parameters
+    ----------
+    mass : (n, 6 n_node, 6 n_node) consistent mass, node by node (ux, uy, uz, rx, ry, rz).
+
+    Returns
+    -------
+    (n, 6 n_node, 6 n_node).
+    """
+    d = mass.shape[1]
+    x = np.arange(0, d, 6)
+    sums = mass[:, x][:, :, x].sum(axis=2)
+    diagonal = mass[:, x, x]
+    scaled = diagonal * (sums.sum(axis=1) / np.maximum(diagonal.sum(axis=1), 1e-300))[:, None]
+    share = np.where((sums > 0.0).all(axis=1)[:, None], sums, scaled)
+    out = np.zeros_like(mass)
+    for axis in range(3):
+        out[:, x + axis, x + axis] = share
+    return out

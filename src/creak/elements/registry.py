@@ -28,11 +28,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from creak.arrays import FloatArray
 from creak.elements import beam2, beam3, bushing, cohesive, mass, nodal, spring, spring_axial, truss2
 from creak.elements.shells import quad4, quad8, tri3, tri6
 from creak.elements.solids import hex8, hex20, pyramid5, tet4, tet10, wedge6, wedge15
-from creak.model.mesh import Own
+from creak.model.mesh import COMMON, Own
 
 Matrices = Callable[[FloatArray, Any, Own], FloatArray]
 
@@ -47,6 +49,12 @@ class Formulation:
     """Viscous damping that the element itself has (dashpots); None where it has none."""
     softened: Matrices | None = None
     """Stiffness for lumped or linear mass, None where it is the same."""
+
+
+def zero(coords: FloatArray, section: Any, own: Own = COMMON) -> FloatArray:
+    """(n, d, d): a mass has no stiffness, a spring and a bushing no mass."""
+    d = 6 * coords.shape[1]
+    return np.zeros((coords.shape[0], d, d))
 
 
 FORMULATIONS: dict[str, Formulation] = {
@@ -68,13 +76,13 @@ FORMULATIONS: dict[str, Formulation] = {
     "hex20r": Formulation(hex20.reduced_stiffness, hex20.mass),
     "hex20s": Formulation(hex20.reduced_shear_stiffness, hex20.mass),
     "wedge15": Formulation(wedge15.stiffness, wedge15.mass),
-    "mass": Formulation(mass.stiffness, mass.mass),
-    "rotary": Formulation(mass.stiffness, mass.mass),
-    "spring1": Formulation(spring.stiffness, spring.mass, spring.damping),
-    "spring2": Formulation(spring.stiffness, spring.mass, spring.damping),
-    "axial2": Formulation(spring_axial.stiffness, spring_axial.mass, spring_axial.damping),
-    "bush1": Formulation(bushing.stiffness, bushing.mass, bushing.damping),
-    "bush2": Formulation(bushing.stiffness, bushing.mass, bushing.damping),
+    "mass": Formulation(zero, mass.mass),
+    "rotary": Formulation(zero, mass.mass),
+    "spring1": Formulation(spring.stiffness, zero, spring.damping),
+    "spring2": Formulation(spring.stiffness, zero, spring.damping),
+    "axial2": Formulation(spring_axial.stiffness, zero, spring_axial.damping),
+    "bush1": Formulation(bushing.stiffness, zero, bushing.damping),
+    "bush2": Formulation(bushing.stiffness, zero, bushing.damping),
     "nodal1": Formulation(nodal.stiffness, nodal.mass, nodal.damping),
     "nodal2": Formulation(nodal.stiffness, nodal.mass, nodal.damping),
 }

@@ -23,11 +23,6 @@ def damping(coords: FloatArray, section: Spring, own: Own = COMMON) -> FloatArra
     return section.damping * _pattern(coords, section)
 
 
-def mass(coords: FloatArray, section: Spring, own: Own = COMMON) -> FloatArray:
-    """Zero (n, d, d): a spring has no mass."""
-    return 0.0 * _pattern(coords, section)
-
-
 def _pattern(coords: FloatArray, section: Spring) -> FloatArray:
     """g g' (n, d, d)."""
     n, n_node, _ = coords.shape

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from creak.arrays import FloatArray
 from creak.elements.truss2 import along_line
 from creak.model.materials import AxialSpring
@@ -21,8 +19,3 @@ def stiffness(coords: FloatArray, section: AxialSpring, own: Own = COMMON) -> Fl
 def damping(coords: FloatArray, section: AxialSpring, own: Own = COMMON) -> FloatArray:
     """C of the dashpot, as `stiffness` with the damping coefficient."""
     return section.damping * along_line(coords)
-
-
-def mass(coords: FloatArray, section: AxialSpring, own: Own = COMMON) -> FloatArray:
-    """Zero (n, 12, 12): a spring has no mass."""
-    return np.zeros((coords.shape[0], 12, 12))

@@ -141,9 +141,3 @@ class Inside:
         """The static motion of the inside, Psi u_b = -K_ii^-1 K_ib u_b; u_b is (n_b, k)."""
         f = self.K_ib @ u_b
         return -self.solve(f.toarray(order="F") if sp.issparse(f) else np.asarray(f))
-
-    @property
-    def coupled(self) -> IntArray:
-        """Positions in b of the boundary dofs that touch the inside; the others keep their own entries only."""
-        touches = np.diff(self.K_ib.tocsc().indptr) + np.diff(self.M_ib.tocsc().indptr)
-        return np.flatnonzero(touches)

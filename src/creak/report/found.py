@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import platform
 from dataclasses import dataclass
 from functools import cached_property
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as installed
 from pathlib import Path
 
 import numpy as np
@@ -18,10 +21,11 @@ from creak.model.plain_mesh import PlainMesh, plain_mesh
 from creak.reduction.health import health_rows
 from creak.report.figures.motions import ModeShapes, Motions, mode_shapes, recorded_motions
 from creak.report.figures.surface import Surface, surface_of
-from creak.report.words.provenance import provenance
+from creak.report.words.text import number
 from creak.sound.zwicker_tables import RATE
 from creak.studies.converge.settling import Convergence
 from creak.studies.file.config import StudyConfig
+from creak.studies.file.identity import sha256
 from creak.studies.prepare.setup import Setup
 from creak.studies.results.places import Place
 from creak.studies.results.sound import heard_places
@@ -34,10 +38,12 @@ from creak.studies.warned import plain_notes, warnings_of
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch
 from creak.verify.slips import SlipEvent, Squeak
+from creak.version import version
 
 ANIMATION_BYTES = 12_000_000
 """What the motion around events may take of a report."""
 SingleArray = NDArray[np.float32]
+PACKAGES = ("numpy", "scipy", "numba", "pypardiso", "h5py", "plotly")
 
 
 @dataclass(frozen=True)
@@ -303,3 +309,28 @@ def _surface(setup: FoundSetup, gaps: GapOperator, places: tuple[Place, ...]) ->
 
 def _nodes(rows: list[IntArray]) -> IntArray:
     return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *rows]))
+
+
+def provenance(result: StudyResult) -> list[tuple[str, str]]:
+    """Name and value, for a table: files with their digests, versions, machine."""
+    study = result.setup.study
+    source = Path(result.setup.model.source)
+    deck = study.sibling(study.config.model.deck)
+    rows = [("Run", result.identity.id), ("Study file", f"{study.path.name}, SHA-256 {result.identity.study_sha256}")]
+    for path in dict.fromkeys((deck, source)):
+        if path.is_file():
+            rows.append(("Deck", f"{path.name}, {number(path.stat().st_size)} bytes, SHA-256 {sha256(path)}"))
+            break
+    rows.append(("creak", version()))
+    rows.append(("Python and packages", f"Python {platform.python_version()}; {_versions()}"))
+    return [*rows, ("Machine", f"{platform.system()}, {platform.machine()}")]
+
+
+def _versions() -> str:
+    words = []
+    for name in PACKAGES:
+        try:
+            words.append(f"{name} {installed(name)}")
+        except PackageNotFoundError:
+            continue
+    return ", ".join(words)

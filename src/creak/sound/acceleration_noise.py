@@ -17,7 +17,7 @@ from scipy.linalg import expm
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.sound.rayleigh import AIR, Medium
+from creak.sound.rayleigh import AIR
 
 
 def equivalent_radius(volume: float) -> float:
@@ -31,8 +31,6 @@ def acceleration_noise(
     radius: float,
     centre: FloatArray,
     listener: FloatArray,
-    *,
-    medium: Medium = AIR,
 ) -> FloatArray:
     """Pressure (n,) in Pa of a rigid sphere at the instants of its acceleration, which is at rest before.
 
@@ -58,15 +56,15 @@ def acceleration_noise(
             f"a listener {distance:g} m from the middle of a body of {radius:g} m radius", fix="Move it off the body."
         )
     towards = acceleration @ (away / distance)
-    pace = medium.speed / radius
-    late = (distance - radius) / medium.speed * rate
+    pace = AIR.speed / radius
+    late = (distance - radius) / AIR.speed * rate
     whole = math.ceil(late)
     motion = np.zeros((4, 4))
     motion[0, 1] = motion[2, 3] = 1.0
     motion[1, :3] = -2.0 * pace**2, -2.0 * pace, 1.0
     step, part = expm(motion / rate), expm(motion * ((whole - late) / rate))
-    scale = medium.density * radius**3 * pace**2
-    take = scale * (part[1] / (medium.speed * distance) + part[0] / distance**2)
+    scale = AIR.density * radius**3 * pace**2
+    take = scale * (part[1] / (AIR.speed * distance) + part[0] / distance**2)
     found = np.zeros(towards.size)
     if whole < towards.size:
         found[whole:] = _marched(towards, step, take, rate)[: towards.size - whole]

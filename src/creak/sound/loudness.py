@@ -12,10 +12,9 @@ from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.sound.at_48k import at_48k
 from creak.sound.core_loudness import INNER, core_loudness, decayed, low_pass
-from creak.sound.sharpness import sharpness
 from creak.sound.slopes import with_slopes
 from creak.sound.third_octave import STEP, as_level, band_powers, counted, smoothing
-from creak.sound.zwicker_tables import BANDS, FILTERS, LEVEL_RATE, RATE, REFERENCE_PRESSURE
+from creak.sound.zwicker_tables import ACUM, BANDS, BARK, FILTERS, LEVEL_RATE, RATE, REFERENCE_PRESSURE, SHARPNESS
 
 EVERY = 4
 """Band levels per value that is given: one every 2 ms."""
@@ -27,6 +26,8 @@ FAINTEST = 3.0
 """phon, the lowest loudness level."""
 BEFORE = 1.0
 """s of the background alone before a sound: its loudness has settled within 1e-6 by then."""
+FAINT = 0.1
+"""sone: softer sounds are given no sharpness."""
 
 
 @dataclass(frozen=True)
@@ -198,3 +199,14 @@ def loudness_level(total: FloatArray) -> FloatArray:
     return np.asarray(
         np.where(total >= 1.0, 40.0 + 10.0 * np.log2(np.maximum(total, 1.0)), np.maximum(quiet, FAINTEST))
     )
+
+
+def sharpness(specific: FloatArray) -> FloatArray:
+    """.11 int N' g z dz / int N' dz of specific loudness (n, 240), (n,) acum.
+
+    g = 1 up to 15.8 Bark and .15 exp(.42 (z - 15.8)) + .85 above. 0 where the loudness is below .1 sone.
+    """
+    width = float(BARK[0])
+    total = width * specific.sum(axis=1)
+    heard = total >= FAINT
+    return np.asarray(np.where(heard, ACUM * width * (specific @ SHARPNESS) / np.where(heard, total, 1.0), 0.0))

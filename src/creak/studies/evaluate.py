@@ -73,7 +73,7 @@ def evaluate(
     options: dict[str, Any] = {"record": record, "keep": keep, "checkpoints": checkpoints}
     found = run_study(setup, progress, store, reference_run, **options, settle=settle)
 
-    from creak.studies.cause.found import causes_of  # what comes after the run is not waited for before it
+    from creak.studies.cause.effects import causes_of  # what comes after the run is not waited for before it
     from creak.studies.converge.variants import converge as repeat
     from creak.studies.results.followed import followed
     from creak.studies.results.places import find_places

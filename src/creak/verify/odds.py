@@ -29,9 +29,9 @@ class Odds:
     n: int
 
 
-def odds(hits: int, n: int, level: float = LEVEL) -> Odds:
+def odds(hits: int, n: int) -> Odds:
     """`hits` of `n` draws. Source: Clopper, Pearson, Biometrika 26, 1934."""
-    tail = 0.5 * (1.0 - level)
+    tail = 0.5 * (1.0 - LEVEL)
     low = float(beta.ppf(tail, hits, n - hits + 1)) if hits else 0.0
     high = float(beta.ppf(1.0 - tail, hits + 1, n - hits)) if hits < n else 1.0
     return Odds(hits / n if n else 0.0, low, high, hits, n)
@@ -77,13 +77,13 @@ def _share(part: FloatArray, square: FloatArray) -> tuple[float, tuple[float, fl
     return share, (share - half, share + half)
 
 
-def shift_needed(slack: FloatArray, target: float, level: float = LEVEL) -> tuple[float, float, float]:
+def shift_needed(slack: FloatArray, target: float) -> tuple[float, float, float]:
     """How much all slacks (n,) have to grow for at most the share `target` of them to be negative; with bounds.
 
     The quantile of the slacks with its binomial bounds (order statistics); infinite where there are too few draws.
     """
     ordered, n = np.sort(slack), slack.size
-    tail = 0.5 * (1.0 - level)
+    tail = 0.5 * (1.0 - LEVEL)
     counts = np.arange(n + 1, dtype=np.float64)
     at = _binomial_cdf(counts, n, target)
     lowest = int(np.searchsorted(at, tail, side="left")) - 1
@@ -107,9 +107,9 @@ def spread(values: FloatArray) -> dict[str, float]:
     return {"mean": float(values.mean()), **dict(zip(names, q.tolist(), strict=True)), "max": float(values.max())}
 
 
-def ends(cause: FloatArray, figure: FloatArray, share: float = 0.25) -> tuple[float, float]:
-    """Mean of a figure over the draws with the lowest and with the highest values of a cause."""
-    order, k = np.argsort(cause, kind="stable"), max(1, int(share * cause.size))
+def ends(cause: FloatArray, figure: FloatArray) -> tuple[float, float]:
+    """Mean of a figure over the draws with the lowest and with the highest quarter of the values of a cause."""
+    order, k = np.argsort(cause, kind="stable"), max(1, int(0.25 * cause.size))
     return float(figure[order[:k]].mean()), float(figure[order[-k:]].mean())
 
 

@@ -87,7 +87,7 @@ def _accuracy(facts: Facts) -> str:
     return text + (
         f"D8 finds {common} of {reference} events within 10 ms, {extra or 'none'} extra; mean force "
         f"{biases(facts, 'D8')}; "
-        f"NRMSE {fits(facts, 'D8')}."
+        f"NRMSE {fits(facts)}."
     )
 
 
@@ -107,13 +107,13 @@ def _sensitivity(facts: Facts) -> str:
 
 
 def _closeness(facts: Facts) -> str:
-    spread = worst_fit_change(facts, ("D40", "D90"), "D8")
+    spread = worst_fit_change(facts, ("D40", "D90"))
     if spread is None:
         return NO_RUN
-    alike = all(bool(same_events(facts, n, "D8")) for n in facts.ran(("D40", "D90")))
+    alike = all(bool(same_events(facts, n)) for n in facts.ran(("D40", "D90")))
     events = "the same" if alike else "not all the same"
     text = f"From D8 to D90 the NRMSE changes by {spread:.4f} at most and the events are {events}. "
-    change = worst_fit_change(facts, ("CB",), "D8")
+    change = worst_fit_change(facts, ("CB",))
     if change is not None:
         text += (
             f"creak can go further: without any unreduced element (CB, contact on retained nodes of the panel and the "
@@ -154,7 +154,7 @@ def _correlation(facts: Facts) -> str:
     for label, a, b in pairs:
         if a and b is not None:
             text += f"The larger costs {number(b / a, 3)} times the smaller with {label}. "
-    spread = worst_fit_change(facts, ("D40", "D90"), "D8")
+    spread = worst_fit_change(facts, ("D40", "D90"))
     if spread is not None and spread <= CLOSE and captured_modes(facts, "C5") < captured_modes(facts, "C1"):
         text += "Accuracy depends on whether the interface is coupled fully, not on the number of dofs near it."
     return text.rstrip()

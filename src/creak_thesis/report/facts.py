@@ -100,19 +100,18 @@ class Facts:
 
     def agreement(self, name: str, load: str) -> Agreement | None:
         """Events of a case against its reference under a load."""
-        own, reference = self.load(name, load), self.load(against(name), load)
-        if own is None or reference is None:
-            return None
-        common = [(reference.events[i], own.events[j]) for i, j in own.pairs if on_flange(own.events[j])]
-        return Agreement(len(flange_events(reference)), len(flange_events(own)), common)
+        return self._agreement(name, load, True)
 
     def stops(self, name: str, load: str) -> Agreement | None:
         """The same of the events beside the flange: the stops of hooks with play."""
+        return self._agreement(name, load, False)
+
+    def _agreement(self, name: str, load: str, flange: bool) -> Agreement | None:
         own, reference = self.load(name, load), self.load(against(name), load)
         if own is None or reference is None:
             return None
-        common = [(reference.events[i], own.events[j]) for i, j in own.pairs if not on_flange(own.events[j])]
-        of, mine = (sum(not on_flange(e) for e in run.events) for run in (reference, own))
+        common = [(reference.events[i], own.events[j]) for i, j in own.pairs if on_flange(own.events[j]) == flange]
+        of, mine = (sum(on_flange(e) == flange for e in run.events) for run in (reference, own))
         return Agreement(of, mine, common)
 
     def between(self, first: str, second: str, load: str) -> Agreement | None:
@@ -128,9 +127,9 @@ class Facts:
         found = {load: self.agreement(name, load) for load in RATTLING}
         return {load: a for load, a in found.items() if a is not None}
 
-    def own_cpu(self, name: str, load: str = "A4") -> float | None:
-        """CPU time of creak's run, s."""
-        found = self.load(name, load)
+    def own_cpu(self, name: str) -> float | None:
+        """CPU time of creak's run under A4, s."""
+        found = self.load(name, "A4")
         return None if found is None else found.cpu_s
 
     def usual_cpu(self, name: str, kind: str = "") -> float | None:

@@ -82,7 +82,7 @@ def thesis_page(inputs: Inputs) -> str:
         findings=lines,
         verdict=verdict(lines),
         sections=parts,
-        failed=_failed(facts),
+        failed=[(name, o.reason) for name, o in facts.outcomes.items() if o.reason],
         figure_ids=ids,
         specs=_script_json(specs),
         answered=[
@@ -155,11 +155,6 @@ def _specs(parts: list[Section]) -> tuple[dict[str, Any], dict[int, str]]:
             ids[id(block)] = name = f"plot-{len(specs) + 1}"
             specs[name] = block.spec
     return specs, ids
-
-
-def _failed(facts: Facts) -> list[tuple[str, str]]:
-    """Cases that could not be run, with their reasons."""
-    return [(name, o.reason) for name, o in facts.outcomes.items() if o.reason]
 
 
 def _script_json(value: Any) -> Markup:

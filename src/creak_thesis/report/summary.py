@@ -140,8 +140,8 @@ def _range(facts: Facts) -> Finding:
 def _distance(facts: Facts) -> Finding:
     told = "More unreduced elements near the contact (D40, D90) gain nothing."
     rule = f"Same: the NRMSE changes by {CLOSE:g} at most, and no load gains or loses an event."
-    spread = worst_fit_change(facts, ("D40", "D90"), "D8")
-    alike = [same_events(facts, n, "D8") for n in ("D40", "D90")]
+    spread = worst_fit_change(facts, ("D40", "D90"))
+    alike = [same_events(facts, n) for n in ("D40", "D90")]
     if spread is None or None in alike:
         return Finding("distance", told, NOT_RUN, "not run", rule)
     words = f"NRMSE changes by {spread:.4f} at most; events {'the same' if all(alike) else 'not all the same'}."

@@ -21,11 +21,6 @@ def listed(items: Iterable[str]) -> str:
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}" if words else "none"
 
 
-def above(per_cent: float) -> str:
-    """A deviation that the thesis gives in per cent."""
-    return percent(1.0 + per_cent / 100.0)
-
-
 def seconds(value: float | None) -> str:
     """CPU seconds with three digits."""
     return NONE if value is None else number(value, 3)
@@ -85,19 +80,19 @@ def predicts(facts: Facts, name: str) -> bool | None:
     return common >= FOUND * reference and extra <= (1.0 - FOUND) * reference + 1.0
 
 
-def fits(facts: Facts, name: str) -> str:
-    """Fit under each load."""
-    values = {load: facts.fit(name, load) for load in LOADS}
+def fits(facts: Facts) -> str:
+    """Fit of D8 under each load."""
+    values = {load: facts.fit("D8", load) for load in LOADS}
     return by_load({load: fit(v) for load, v in values.items() if v is not None})
 
 
-def worst_fit_change(facts: Facts, names: Sequence[str], base: str) -> float | None:
-    """Largest difference of the fits of some cases from those of another, over all loads."""
+def worst_fit_change(facts: Facts, names: Sequence[str]) -> float | None:
+    """Largest difference of the fits of some cases from those of D8, over all loads."""
     found = [
         abs(a - b)
         for n in names
         for load in LOADS
-        if (a := facts.fit(n, load)) is not None and (b := facts.fit(base, load)) is not None
+        if (a := facts.fit(n, load)) is not None and (b := facts.fit("D8", load)) is not None
     ]
     return max(found, default=None)
 
@@ -108,9 +103,9 @@ def not_run(facts: Facts, names: Sequence[str]) -> list[Block]:
     return [absent(f"Without a result: {'; '.join(missing)}.")] if missing else []
 
 
-def same_events(facts: Facts, name: str, other: str) -> bool | None:
-    """Whether two cases find the same number of common, missed and extra events under every load."""
-    mine, theirs = facts.agreements(name), facts.agreements(other)
+def same_events(facts: Facts, name: str) -> bool | None:
+    """Whether a case finds the same number of common, missed and extra events as D8 under every load."""
+    mine, theirs = facts.agreements(name), facts.agreements("D8")
     if mine.keys() != theirs.keys() or not mine:
         return None
     return all(

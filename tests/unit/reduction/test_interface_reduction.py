@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import scipy.linalg as sla
 
-from creak.assembly.system import Stats, System, to_dense
+from creak.assembly.system import System, project, to_dense
 from creak.errors import InputError, NumericalError
 from creak.linalg.modes import modes
 from creak.model.mesh import Model
 from creak.reduction.craig_bampton import craig_bampton
-from creak.reduction.interface.characteristic import characteristic_modes, replace_coordinates, union_basis
+from creak.reduction.interface.characteristic import characteristic_modes
 from creak.reduction.interface.coarse_mesh import coarse_basis, linked
 from creak.reduction.interface.graph import interface_graph
 from creak.reduction.interface.interpolation import interpolation, rigid_motions
 from creak.reduction.interface.spacing import every_nth
-from helpers_core import NO_DAMPING, NONE, block, couple, model_of, part_system, plate, shell, system_of
+from helpers_core import NO_DAMPING, NONE, block, couple, model_of, part_system, plate, shell
 
 SIZE, CUT = (0.4, 0.4), 0.2
 RIGID = 6
@@ -48,6 +46,15 @@ def coupled(parts: list[System], model: Model) -> System:
     return couple(parts, model, NONE, NO_DAMPING)
 
 
+def in_basis(system: System, P: np.ndarray) -> System:
+    """The System whose boundary moves as P xi, all other coordinates as before."""
+    boundary = system.coordinates >= 0
+    V = np.zeros((system.n, np.count_nonzero(~boundary) + P.shape[1]))
+    V[~boundary, : -P.shape[1]] = np.eye(np.count_nonzero(~boundary))
+    V[boundary, -P.shape[1] :] = to_dense(P)
+    return project(system, V)
+
+
 def omega2(system: System) -> np.ndarray:
     return sla.eigh(to_dense(system.K), to_dense(system.M), eigvals_only=True)[ELASTIC]
 
@@ -75,7 +82,7 @@ def test_interpolated_interface_gives_upper_bounds_that_converge(full, measured)
         P = interpolation(graph, coords, every_nth(graph, n))
         small = coupled(reduced_parts(model, line, P), model)
         assert small.n == P.shape[1] + 2 * MODES
-        at_once = replace_coordinates(whole, np.flatnonzero(whole.coordinates >= 0), P)
+        at_once = in_basis(whole, P)
         np.testing.assert_allclose(omega2(small), omega2(at_once), rtol=ROUND_OFF)
         ratio = omega2(small) / exact
         assert (ratio >= 1.0 - ROUND_OFF).all()
@@ -112,7 +119,7 @@ def test_all_characteristic_modes_change_nothing_and_fewer_give_upper_bounds(ful
     for count in (12, 16, 24, 40, 78):
         Phi = characteristic_modes(K[np.ix_(c, c)], M[np.ix_(c, c)], count=count)
         assert Phi.shape == (78, count)
-        small = replace_coordinates(whole, c, Phi)
+        small = in_basis(whole, Phi)
         ratio = omega2(small) / exact
         assert (ratio >= 1.0 - ROUND_OFF).all()
         worst.append(ratio.max())
@@ -135,58 +142,24 @@ def test_all_characteristic_modes_change_nothing_and_fewer_give_upper_bounds(ful
     )
 
 
-def test_union_of_the_modes_of_both_parts_carries_both(full):
-    """Local level: each part has modes of its own. In a common basis they stay joined, xi_A = xi_B."""
-    _, line, whole, parts = full
-    exact = omega2(whole)
-    b, c = np.arange(6 * line.size), np.flatnonzero(whole.coordinates >= 0)
-    worst, size = [], []
-    for count in (10, 16, 30, 78):
-        own = [characteristic_modes(p.K[np.ix_(b, b)], p.M[np.ix_(b, b)], count=count) for p in parts]
-        B = union_basis(own, 1e-6, length=0.05)
-        ratio = omega2(replace_coordinates(whole, c, B)) / exact
-        assert (ratio >= 1.0 - ROUND_OFF).all()
-        worst.append(ratio.max())
-        size.append(B.shape[1])
-    assert (np.diff(worst) <= ROUND_OFF).all()
-    assert worst[-1] == pytest.approx(1.0, abs=ROUND_OFF)
-    assert worst[0] > 1.0 + 1e-5
-    assert size[-1] == 78
-
-
-@pytest.mark.parametrize("count", [10, 16, 30])
-def test_parts_in_a_common_basis_joined_at_all_their_dofs(full, count):
-    """Each part reduced by itself, then coupled: n ties for k coordinates, and the System of the whole in that basis."""
-    model, line, whole, parts = full
-    b = np.arange(6 * line.size)
-    own = [characteristic_modes(p.K[np.ix_(b, b)], p.M[np.ix_(b, b)], count=count) for p in parts]
-    B = union_basis(own, 1e-3, length=0.05)
-    small = [replace(replace_coordinates(p, b, B), interface=np.sort(p.coordinates[b])) for p in parts]
-    joined = coupled(small, model)
-    assert joined.n == B.shape[1] + 2 * MODES
-    at_once = replace_coordinates(whole, np.flatnonzero(whole.coordinates >= 0), B)
-    np.testing.assert_allclose(omega2(joined), omega2(at_once), rtol=ROUND_OFF)
-
-
-def test_characteristic_modes_are_the_eigenvectors_up_to_a_frequency():
+def test_characteristic_modes_are_the_lowest_eigenvectors():
     """A free chain of springs: known frequencies, the rigid mode first and kept."""
     n, k, m = 9, 2e4, 0.5
     K = k * (2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
     K[0, 0] = K[-1, -1] = k
     f = np.sqrt(k / m) / np.pi * np.sin(0.5 * np.pi * np.arange(n) / n)
-    Phi = characteristic_modes(K, m * np.eye(n), f_max=0.5 * (f[3] + f[4]))
+    Phi = characteristic_modes(K, m * np.eye(n), count=4)
     assert Phi.shape == (n, 4)
     np.testing.assert_allclose(m * Phi.T @ Phi, np.eye(4), atol=1e-10)
     scale = (2 * np.pi * f[3]) ** 2
     np.testing.assert_allclose(Phi.T @ K @ Phi, np.diag((2 * np.pi * f[:4]) ** 2), atol=1e-10 * scale)
-    assert characteristic_modes(K, m * np.eye(n), f_max=0.5 * (f[3] + f[4]), count=2).shape == (n, 2)
     assert characteristic_modes(K, m * np.eye(n), count=99).shape == (n, n)
 
 
 def test_massless_boundary_dofs_come_last_and_are_not_lost():
     M = np.diag([1.0, 0.0, 2.0, 0.0])
     K = np.array([[3.0, -1, 0, 0], [-1, 2.0, -1, 0], [0, -1, 4.0, -1], [0, 0, -1, 2.0]])
-    Phi = characteristic_modes(K, M)
+    Phi = characteristic_modes(K, M, count=4)
     assert np.linalg.matrix_rank(Phi) == 4
     np.testing.assert_allclose(Phi.T @ M @ Phi, np.diag([1.0, 1, 0, 0]), atol=1e-12)
     # The two modes with mass are those of the statically condensed matrix.
@@ -195,58 +168,7 @@ def test_massless_boundary_dofs_come_last_and_are_not_lost():
     expected = sla.eigh(condensed, M[np.ix_(i, i)], eigvals_only=True)
     np.testing.assert_allclose(np.diag(Phi.T @ K @ Phi)[:2], expected, rtol=1e-12)
     with pytest.raises(NumericalError, match="coordinate 2 has neither stiffness nor mass"):
-        characteristic_modes(np.diag([1.0, 1, 0]), np.diag([1.0, 0, 0]))
-
-
-def test_replaced_coordinates_keep_labels_rows_and_momentum():
-    rng = np.random.default_rng(5)
-    A = rng.standard_normal((6, 6))
-    system = system_of(
-        A @ A.T + 6 * np.eye(6), A.T @ A + np.eye(6), alpha=2.0, extra=np.diag(np.arange(6.0)), velocity=np.arange(6.0)
-    )
-    alone = rng.standard_normal((6, 6))
-    system = replace(system, M_alone=alone, interface=np.array([1, 4]), stats=Stats(mass=3.0))
-    columns, P = np.array([4, 1]), rng.standard_normal((2, 1))
-    small = replace_coordinates(system, columns, P)
-    np.testing.assert_array_equal(small.coordinates, [0, 2, 3, 5, -1])
-    q = rng.standard_normal(5)
-    u = np.zeros(6)
-    u[[0, 2, 3, 5]], u[columns] = q[:4], P[:, 0] * q[4]
-    np.testing.assert_allclose(small.recover(q), u)
-    np.testing.assert_allclose(small.rows(np.array([1, 3]))[0] @ q, u[[1, 3]])
-    V = small.rows(np.arange(6))[0]
-    np.testing.assert_allclose(small.M_alone, V.T @ alone @ V)
-    np.testing.assert_allclose(small.damping.extra, V.T @ np.diag(np.arange(6.0)) @ V)
-    np.testing.assert_allclose(V.T @ system.M @ (V @ small.velocity - np.arange(6.0)), 0.0, atol=1e-12)
-    np.testing.assert_array_equal(small.joins, [1, 4])
-    assert small.stats == Stats(mass=3.0)
-    with pytest.raises(InputError, match="a basis of 2 rows for 1 different"):
-        replace_coordinates(system, np.array([4, 4]), P)
-
-
-def test_union_holds_both_bases_once():
-    rng = np.random.default_rng(2)
-    common, a, b = rng.standard_normal((12, 2)), rng.standard_normal((12, 1)), rng.standard_normal((12, 1))
-    first, second = np.hstack([common, a]), np.hstack([1e4 * common @ [[1.0, 2], [0, 1]], 1e-8 * b])
-    B = union_basis([first, second], 1e-6, length=0.1)
-    assert B.shape == (12, 4)
-    S = np.tile(np.repeat([1.0, 0.1], 3), 2)[:, None]
-    np.testing.assert_allclose((S * B).T @ (S * B), np.eye(4), atol=1e-12)
-    for basis in (first, second / np.linalg.norm(second, axis=0)):
-        inside = B @ ((S * B).T @ (S * basis))
-        np.testing.assert_allclose(inside, basis, atol=1e-9)  # round-off over the smallest singular value kept
-    # Directions a milliradian apart are one for a tolerance of 1e-2 and two for 1e-5.
-    near = common[:, :1] + 1e-3 * np.linalg.norm(common[:, 0]) * _across(common[:, :1], rng)
-    assert union_basis([common[:, :1], near], 1e-2, length=1.0).shape[1] == 1
-    assert union_basis([common[:, :1], near], 1e-5, length=1.0).shape[1] == 2
-    with pytest.raises(InputError, match="different interfaces"):
-        union_basis([first, second[:6]], 1e-6, length=1.0)
-
-
-def _across(x: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    y = rng.standard_normal(x.shape)
-    y -= x @ (x.T @ y) / (x.T @ x)
-    return y / np.linalg.norm(y)
+        characteristic_modes(np.diag([1.0, 1, 0]), np.diag([1.0, 0, 0]), count=3)
 
 
 # --- coarse mesh ----------------------------------------------------------------------------------------
@@ -269,7 +191,7 @@ def test_modes_of_a_mesh_twice_as_coarse_carry_the_interface(full, kind):
     model, line, whole, _ = full
     B = coarse_basis(*coarse_modes(4, 6, kind, 20), model.nodes.coords[line])
     assert B.shape[1] < 0.5 * 6 * line.size
-    small = replace_coordinates(whole, np.flatnonzero(whole.coordinates >= 0), B)
+    small = in_basis(whole, B)
     ratio = np.sqrt(omega2(small) / omega2(whole))
     assert (ratio >= 1.0 - ROUND_OFF).all()
     assert ratio.max() < 1.01
@@ -279,14 +201,14 @@ def test_coarse_basis_holds_rigid_motion_and_truncates(full):
     model, line, _, _ = full
     fine = model.nodes.coords[line]
     coarse = coarse_modes(4, 6, "quad4", 20)
-    B = coarse_basis(*coarse, fine, length=0.1)
-    S = np.tile(np.repeat([1.0, 0.1], 3), line.size)[:, None]
+    B = coarse_basis(*coarse, fine)
+    edge = 0.5 * (SIZE[0] / 4 + SIZE[1] / 6)
+    S = np.tile(np.repeat([1.0, edge], 3), line.size)[:, None]
     np.testing.assert_allclose((S * B).T @ (S * B), np.eye(B.shape[1]), atol=1e-12)
     R = rigid_motions(fine)
     np.testing.assert_allclose(B[:, :6] @ ((S * B[:, :6]).T @ (S * R)), R, atol=1e-12)
-    few = coarse_basis(*coarse, fine, count=9, length=0.1)
+    few = coarse_basis(*coarse, fine, count=9)
     np.testing.assert_array_equal(few, B[:, :9])
-    assert coarse_basis(*coarse, fine, tolerance=0.5).shape[1] < B.shape[1]
     with pytest.raises(InputError, match="coarse modes of 6 rows"):
         coarse_basis(coarse[0], coarse[1], np.ones((6, 1)), fine)
     with pytest.raises(InputError, match="no elements"):

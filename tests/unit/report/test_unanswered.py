@@ -91,14 +91,18 @@ def test_contact_that_presses_is_an_answer_although_nothing_closes(result_of):
     assert unanswered(replace(result, reference=far)) is None
 
 
-def test_what_nothing_checked_is_grey(tmp_path):
-    found = run(tmp_path, exact(small.study_text(reference=False)), converge=False)
-    reduced = found.summary["runs"]["reduced"]
+@pytest.fixture(scope="module")
+def unchecked(tmp_path_factory):
+    return run(tmp_path_factory.mktemp("unchecked"), exact(small.study_text(reference=False)), converge=False)
+
+
+def test_what_nothing_checked_is_grey(unchecked):
+    reduced = unchecked.summary["runs"]["reduced"]
     assert "verdict" not in reduced
     assert reduced["reasons"][0].startswith("not checked: ")
-    page = found.page(0.0)
+    page = unchecked.page(0.0)
     assert '<p class="verdict none" id="verdict"><strong>Not checked: ' in page
-    assert "not checked" in repr(found)
+    assert "not checked" in repr(unchecked)
 
 
 def test_what_was_compared_is_not_called_unchecked(tmp_path):
@@ -129,9 +133,9 @@ def test_convergence_is_told_of_the_runs_that_were_made(tmp_path):
     )
 
 
-def test_the_method_says_no_stiffness_was_chosen_only_where_none_was(tmp_path):
-    (tmp_path / "plates.inp").write_text(small.plates())
-    for line, said in (("", True), ("stiffness = 50.0\n", False)):
-        (tmp_path / "study.toml").write_text(exact(small.study_text(contact=small.CONTACT + line, reference=False)))
-        found = run_setup(set_up(read_study(tmp_path / "study.toml")), converge=False)
-        assert ("No step, stiffness or scheme was chosen by hand" in paragraph(found_of(found.found))) == said
+def test_the_method_says_no_stiffness_was_chosen_only_where_none_was(tmp_path, unchecked):
+    stiff = small.study_text(contact=small.CONTACT + "stiffness = 50.0\n", reference=False)
+    chosen = run(tmp_path, exact(stiff), converge=False)
+    words = "No step, stiffness or scheme was chosen by hand"
+    assert words in paragraph(found_of(unchecked.found))
+    assert words not in paragraph(found_of(chosen.found))

@@ -10,13 +10,14 @@ from creak.signals.sources import Record, displacement_motion
 from creak_thesis.record import HIGH_PASS, STEP, content, excitation_of, study_record
 from creak_thesis.road_record import (
     DEFAULT,
-    NO_ERRORS,
     ROAD,
+    SensorErrors,
     integrate_in_time,
     noise_after_integration,
     road_record,
 )
 
+NO_ERRORS = SensorErrors(offset=0.0, wander=0.0, noise=0.0)
 SHORT = {"duration": 8.0, "rate": 4800.0}
 
 

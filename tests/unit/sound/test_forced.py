@@ -9,7 +9,8 @@ from scipy.integrate import solve_ivp, trapezoid
 from creak.errors import InputError
 from creak.sound import forced
 from creak.sound.forced import Modes, faded, sound_of_forces
-from creak.sound.rayleigh import AIR, pressure_rows
+from creak.sound.rayleigh import AIR
+from helpers_sound import pressure_rows
 
 RATE, RADIUS, HEIGHT, BAND = 48_000.0, 0.1, 0.6, 4000.0
 TIME = np.arange(14_400) / RATE

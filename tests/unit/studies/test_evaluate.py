@@ -13,7 +13,7 @@ from helpers_decks import STUDY, write_strips
 
 TOLD = {
     "creak.studies.sound.heard.hear": "sound",
-    "creak.studies.cause.found.causes_of": "causes",
+    "creak.studies.cause.effects.causes_of": "causes",
     "creak.studies.converge.variants.converge": "repeated runs",
     "creak.studies.run.job.compare_lines": "E-lines",
     "creak.studies.run.job.compare_modes": "modes of both models",
@@ -56,7 +56,7 @@ def test_all_that_is_told_may_fail_at_once(setup, tmp_path, monkeypatch):
     assert json.loads(written[0].read_text())["runs"]["reduced"]["verdict"] == "unsettled"
 
 
-@pytest.mark.parametrize("place", ["creak.studies.sound.heard.hear", "creak.studies.cause.found.causes_of"])
+@pytest.mark.parametrize("place", ["creak.studies.sound.heard.hear", "creak.studies.cause.effects.causes_of"])
 def test_ctrl_c_after_the_run_leaves_the_run(setup, monkeypatch, place):
     monkeypatch.setattr(place, failing(KeyboardInterrupt()))
     result = creak.run_setup(setup, converge=False, changes="predicted")

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from creak_thesis import bench
-from creak_thesis.newton_cost import NewtonCost
 from creak_thesis.plan import plan
 from creak_thesis.run import run_thesis
 
@@ -70,7 +69,3 @@ def test_a_second_run_takes_what_is_finished(result, monkeypatch):
     again = run_thesis(40.0, result.folder, lambda *_: None, chosen())
     assert json.dumps(again.outcomes["D8"].mac) == json.dumps(result.outcomes["D8"].mac)
     assert again.outcomes["D8"].loads[LOAD].events == result.outcomes["D8"].loads[LOAD].events
-
-
-def test_cost_of_a_newton_run_adds_flight_and_contact():
-    assert NewtonCost(1.0, 3.0, 2.0, 0.1, 0.2, 5).run_s(10, 4) == 6.0 + 12.0

@@ -105,7 +105,7 @@ class Course:
         if not self._resolved:
             v, u = through_stages(self.rule.stages, self.h, ahead / self.stride)
         works = self._booked_until(ahead / self.stride, u, v)
-        x = self._state(a, v, u, row) if whole else self._motion(v, u)
+        x = self._state(a, v, u) if whole else self._motion(v, u)
         m, f = self.gaps.m, self.gaps.rubbing
         return Instant(
             row,
@@ -147,7 +147,7 @@ class Course:
         moved, rate = np.stack([u, v]) @ self._basis.T
         return State(moved, rate, *([UNKNOWN] * 7))
 
-    def _state(self, a: FloatArray, v: FloatArray, u: FloatArray, row: int) -> State:
+    def _state(self, a: FloatArray, v: FloatArray, u: FloatArray) -> State:
         weights = np.stack([u, v, a])
         KB, MB = self._with_products
         moved, rate, bend = weights @ self._basis.T

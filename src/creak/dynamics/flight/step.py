@@ -11,7 +11,6 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.flight.collocation import Collocation, radau_iia
 from creak.dynamics.flight.course import Course
-from creak.dynamics.flight.stage_loads import StageLoads
 from creak.dynamics.instant import Instant
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
@@ -26,6 +25,8 @@ SMOOTH = 1e-3
 """Share of the loads that the polynomials through the stages of long flights may miss."""
 NO_MORE = "; memory holds the factors of no higher order"
 """Said where a rule is taken for want of memory."""
+WIDTH = 6
+"""Samples that a polynomial of degree 5 goes through."""
 
 
 def choose(
@@ -123,3 +124,36 @@ def going_on(loads: Loads, more: int) -> Loads:
     force = np.concatenate([loads.force, np.repeat(loads.force[-1:], more, axis=0)])
     time = np.concatenate([loads.time, loads.time[-1] + t[:, 0]])
     return replace(loads, time=time, support=np.concatenate([loads.support, beyond], axis=1), force=force)
+
+
+class StageLoads:
+    """Prescribed motion and forces at the stages of a step, by polynomials through the samples around each.
+
+    Displacement, velocity and acceleration are interpolated each by itself, by polynomials of degree 5: a sine with ten
+    samples a period is met to some 3e-4, with 50 to 2e-8.
+    """
+
+    def __init__(self, loads: Loads, c: FloatArray, stride: int) -> None:
+        self._loads, self._at = loads, c * stride
+        self._width = min(WIDTH, loads.time.size)
+        self._known: dict[tuple[int, int], FloatArray] = {}
+
+    def __call__(self, row: int) -> tuple[FloatArray, FloatArray]:
+        """(3, n_stage, n_support) motion and (n_stage, n_force) forces of the step that begins at sample `row`."""
+        motion, force = [], []
+        for i, share in enumerate(self._at):
+            first = int(np.clip(row + int(share) - self._width // 2 + 1, 0, self._loads.time.size - self._width))
+            rows = slice(first, first + self._width)
+            weights = self._weights(i, row - first + share)
+            motion.append(np.einsum("j,djs->ds", weights, self._loads.support[:, rows]))
+            force.append(weights @ self._loads.force[rows])
+        return np.stack(motion, axis=1), np.stack(force)
+
+    def _weights(self, stage: int, x: float) -> FloatArray:
+        """Lagrange's polynomials through 0, 1 ... at x."""
+        key = (stage, int(x))
+        if key not in self._known:
+            nodes = np.arange(self._width)
+            others = [np.delete(nodes, j) for j in nodes]
+            self._known[key] = np.array([np.prod((x - o) / (j - o)) for j, o in zip(nodes, others, strict=True)])
+        return self._known[key]

@@ -210,7 +210,7 @@ def _higher_order(plane: FloatArray, d_matrix: FloatArray) -> FloatArray:
     area = _plane_area(plane)
     side = np.roll(plane, -1, axis=1) - plane  # sides 21, 32, 13
     length2 = (side**2).sum(axis=2)
-    to_cartesian = _natural_to_cartesian(side, length2, area)
+    to_cartesian = _natural_to_cartesian(side, length2)
     natural = to_cartesian.transpose(0, 2, 1) @ d_matrix @ to_cartesian
     corner = [
         (2.0 * area / 3.0)[:, None, None] * np.array(table, dtype=float) / length2[:, :, None]
@@ -227,7 +227,7 @@ def _higher_order(plane: FloatArray, d_matrix: FloatArray) -> FloatArray:
     return total
 
 
-def _natural_to_cartesian(side: FloatArray, length2: FloatArray, area: FloatArray) -> FloatArray:
+def _natural_to_cartesian(side: FloatArray, length2: FloatArray) -> FloatArray:
     """T_e (n, 3, 3): (exx, eyy, 2 exy) from the strains along the sides 21, 32, 13.
 
     It is the inverse of rows (c^2, s^2, c s) of the side directions.

@@ -29,9 +29,8 @@ from creak.formats.abaqus.sections.added_mass import with_added_mass
 from creak.formats.abaqus.sections.assigned import read_sections
 from creak.formats.abaqus.sections.distributions import read_distributions
 from creak.formats.abaqus.sections.materials import read_materials
-from creak.formats.abaqus.sections.nodal_thickness import read_nodal_thickness
 from creak.formats.abaqus.sections.orientations import read_orientations
-from creak.formats.abaqus.sections.own_data import Geometry
+from creak.formats.abaqus.sections.own_data import Geometry, read_nodal_thickness
 from creak.formats.abaqus.text.keywords import misspelled
 from creak.formats.abaqus.text.lexer import lex
 from creak.formats.abaqus.text.names import with_short_names

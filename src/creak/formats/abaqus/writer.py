@@ -11,7 +11,7 @@ from creak.formats.abaqus.reader import read_deck
 from creak.formats.abaqus.write.conditions import condition_lines, constraint_lines, set_lines, surface_lines
 from creak.formats.abaqus.write.elements import Written, element_lines
 from creak.formats.abaqus.write.names import ROOT, Scopes, vector
-from creak.formats.deck.unread import stop_on_unread
+from creak.formats.deck.catalogue import stop_on_unread
 from creak.formats.written_deck import write_checked
 from creak.model.comparison import difference
 from creak.model.mesh import Model

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import lru_cache
 
-from creak.errors import suggest
+from creak.errors import InputError, suggest
+from creak.model.mesh import Model
 
 
 @dataclass(frozen=True)
@@ -79,3 +80,21 @@ class Catalogue:
             if hint:
                 return f"Note that {written} at {where} is not a {self.what} that creak knows. {hint}"
         return ""
+
+
+def stop_on_unread(model: Model, ignore: Iterable[str]) -> None:
+    """Stop where the model was read without something that changes the answer, but the keywords of `ignore`.
+
+    Raises
+    ------
+    InputError : there is such a keyword; the first one.
+    """
+    accepted = {k.upper().lstrip("*") for k in ignore}
+    for unread in model.unread:
+        if unread.changes_answer and unread.keyword.upper().lstrip("*") not in accepted:
+            keyword = unread.keyword.lstrip("*")
+            raise InputError(
+                f"{unread.keyword} is not read by creak and would change the answer: {unread.why}",
+                where=unread.where,
+                fix=f"Remove it, or run with --ignore {keyword!r} to go on without it.",
+            )

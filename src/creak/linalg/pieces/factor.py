@@ -72,16 +72,12 @@ class Pieces:
     @property
     def bytes(self) -> float:
         """Memory of S beside the largest factor with what is there while it is made, or beside the factor of S."""
-        return _bytes(self.joint, max(self.factors), self.work)
+        return joint_bytes(self.joint) + max(joint_bytes(self.joint), max(self.factors) + self.work)
 
 
 def joint_bytes(n: int) -> float:
     """Memory of S, n x n, or of its factor."""
     return 8.0 * float(n) ** 2
-
-
-def _bytes(joint: int, factor: float, work: float) -> float:
-    return joint_bytes(joint) + max(joint_bytes(joint), factor + work)
 
 
 def cut_to_fit(A: sp.csr_matrix, needed: float, room: float) -> Pieces | None:

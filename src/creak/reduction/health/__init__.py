@@ -1,7 +1,6 @@
 """Can a superelement be trusted? Rigid body, grounding, frequencies, mass and an estimate of the error."""
 
-from creak.reduction.health.estimate import frequency_error
 from creak.reduction.health.report import Health, health
 from creak.reduction.health.rows import health_rows
 
-__all__ = ["Health", "frequency_error", "health", "health_rows"]
+__all__ = ["Health", "health", "health_rows"]

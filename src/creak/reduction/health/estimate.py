@@ -10,7 +10,7 @@ import scipy.linalg as sla
 from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.linalg.memory import blocks_that_fit
-from creak.reduction.health.rigid import motion, needs_physical
+from creak.reduction.health.rigid import motion
 from creak.reduction.inside import Inside
 
 BLOCK, FEWEST, COPIES = 32, 4, 11
@@ -18,8 +18,30 @@ BLOCK, FEWEST, COPIES = 32, 4, 11
 SUBSPACE_ITERATIONS = 6
 
 
-def frequency_error(full: System, reduced: System, inside: Inside, q: FloatArray, omega2: FloatArray) -> FloatArray:
-    """Relative frequency error of reduced modes that this part's missing fixed-interface modes cause.
+def blocks(n: int, rows: int) -> Iterator[slice]:
+    """Slices of BLOCK modes of so many rows, or of fewer where memory is short."""
+    return blocks_that_fit(n, rows, COPIES, BLOCK, FEWEST)
+
+
+def residual_energy(full: System, reduced: System, inside: Inside, q: FloatArray, omega2: FloatArray) -> FloatArray:
+    """(2, k) r'y and y' M_ii y with y = K_ii^-1 r, r the inner residual of reduced modes; for `error_of`.
+
+    Parameters
+    ----------
+    q : (n, k) this part's coordinates in the modes of the whole model, which are mass-normalised: q' M q = 1 over
+        the whole. omega2 : (k,) their eigenvalues, rad^2/s^2.
+
+    Cost: a back-substitution and a recovery per mode.
+    """
+    u = motion(full, reduced, q)
+    u_i, u_b = u[inside.i], u[inside.b]
+    r = inside.stiffness(u_i) + inside.K_ib @ u_b - (inside.mass(u_i) + inside.M_ib @ u_b) * omega2
+    y = inside.solve(r)
+    return np.array([np.einsum("ij,ij->j", r, y), np.einsum("ij,ij->j", y, inside.mass(y))])
+
+
+def error_of(energy: FloatArray, omega2: FloatArray, cut: float) -> FloatArray:
+    """Relative frequency error of reduced modes that a part's missing fixed-interface modes cause.
 
     The modes that were left out (l) couple to the kept coordinates only by the mass: condensing them exactly gives
     eta_l = lambda a_l / (lambda_l - lambda), a_l = phi_l' (M_ib + M_ii Psi) u_b, and the eigenvalue falls by
@@ -39,46 +61,15 @@ def frequency_error(full: System, reduced: System, inside: Inside, q: FloatArray
 
     Parameters
     ----------
-    q : (n, k) this part's coordinates in the modes of the whole model, which are mass-normalised: q' M q = 1 over
-        the whole. omega2 : (k,) their eigenvalues, rad^2/s^2.
+    energy : (2, k) `residual_energy` of the modes. omega2 : (k,) their eigenvalues. cut : lambda_cut.
 
     Returns
     -------
     (k,) contribution of this part to (f_reduced - f) / f; 0 for rigid motion, infinite from lambda_cut on.
 
-    Cost: a back-substitution and a recovery per mode.
-
-    Raises
-    ------
-    InputError : the full part has generalised coordinates.
-
     Sources: Jakobsson, Bengzon, Larson, Int. J. Numer. Meth. Engng 86 (2011); Kim, Lee, Lee, Comput. Struct. 139
     (2014) and Boo, Kim, Lee, Comput. Struct. 164 (2016) for substructure contributions.
     """
-    needs_physical(full)
-    out, cut = np.zeros(omega2.size), first_left_out(reduced, inside)
-    for block in blocks(omega2.size, full.n):
-        energy = residual_energy(full, reduced, inside, q[:, block], omega2[block])
-        out[block] = error_of(energy, omega2[block], cut)
-    return out
-
-
-def blocks(n: int, rows: int) -> Iterator[slice]:
-    """Slices of BLOCK modes of so many rows, or of fewer where memory is short."""
-    return blocks_that_fit(n, rows, COPIES, BLOCK, FEWEST)
-
-
-def residual_energy(full: System, reduced: System, inside: Inside, q: FloatArray, omega2: FloatArray) -> FloatArray:
-    """(2, k) r'y and y' M_ii y with y = K_ii^-1 r, r the inner residual."""
-    u = motion(full, reduced, q)
-    u_i, u_b = u[inside.i], u[inside.b]
-    r = inside.stiffness(u_i) + inside.K_ib @ u_b - (inside.mass(u_i) + inside.M_ib @ u_b) * omega2
-    y = inside.solve(r)
-    return np.array([np.einsum("ij,ij->j", r, y), np.einsum("ij,ij->j", y, inside.mass(y))])
-
-
-def error_of(energy: FloatArray, omega2: FloatArray, cut: float) -> FloatArray:
-    """Relative frequency error from `residual_energy`."""
     out = np.where(omega2 >= cut, np.inf, 0.0)
     fit = (omega2 > 0.0) & (omega2 < cut)
     lam, (stiff, heavy) = omega2[fit], energy[:, fit]

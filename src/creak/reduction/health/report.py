@@ -85,7 +85,7 @@ def health(
 
     Parameters
     ----------
-    full, reduced, inside : the part, `craig_bampton(full, ...)` of it (or `guyan`), and the blocks they share.
+    full, reduced, inside : the part, `craig_bampton(full, ...)` of it, and the blocks they share.
     coords : (n_node, 3) all nodes of the model.
     f_excitation : highest frequency of interest, Hz.
     count : fixed-interface and free modes to list.

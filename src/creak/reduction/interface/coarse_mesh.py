@@ -9,8 +9,10 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.model.dofs import PER_NODE, node_dofs
 from creak.model.projection import Nearest, nearest_points
-from creak.reduction.interface.basis import orthonormal, scale_of
 from creak.reduction.interface.interpolation import levers, rigid_motions
+
+NEGLIGIBLE = 1e-3
+"""Singular values of the modes' motion below this share of the largest are dropped."""
 
 
 def coarse_basis(
@@ -20,8 +22,6 @@ def coarse_basis(
     fine_coords: FloatArray,
     *,
     count: int | None = None,
-    tolerance: float = 1e-3,
-    length: float | None = None,
 ) -> FloatArray:
     """Basis of the fine interface from the modes of the assembly computed on a coarse mesh.
 
@@ -38,17 +38,15 @@ def coarse_basis(
         its end), at these nodes, node by node 1..6.
     fine_coords : (n, 3) interface nodes of the fine mesh.
     count : largest number of columns, the six rigid ones included.
-    tolerance : singular values below this share of the largest are dropped.
-    length : what a rotation is multiplied by to compare with translations; default: mean edge of the coarse mesh.
 
     Returns
     -------
-    B (6 n, k), rigid-body motion first; (S B)' (S B) = I, S = diag(1 for translations, length for rotations). Both
-    parts that meet at the interface use the same B: it is compatible.
+    B (6 n, k), rigid-body motion first; (S B)' (S B) = I, S = diag(1 for translations, the mean edge of the coarse
+    mesh for rotations). Both parts that meet at the interface use the same B: it is compatible.
 
     Raises
     ------
-    InputError : no coarse elements; shapes that do not fit the nodes; length not positive.
+    InputError : no coarse elements; shapes that do not fit the nodes.
 
     Source: idea of Gibanica, Abrahamsson and Rixen, Procedia Engineering 199, 2017; the linked shape functions are
     creak's. Free steel plate 600 x 400 x 1 mm of 24 x 24 elements, 150 dofs in a cut, first 20 elastic frequencies:
@@ -66,13 +64,12 @@ def coarse_basis(
             f"coarse modes of {coarse_shapes.shape[0]} rows", expected=f"{6 * coarse_coords.shape[0]}, six per node"
         )
     corners = np.where(coarse_elements < 0, coarse_elements[:, [2]], coarse_elements)
-    if length is None:
-        length = _mean_edge(coarse_coords[corners])
-    S = scale_of(6 * fine_coords.shape[0], length)[:, None]
+    S = np.tile(np.repeat([1.0, _mean_edge(coarse_coords[corners])], 3), fine_coords.shape[0])[:, None]
     modes = S * (_to_fine(coarse_coords, corners, fine_coords) @ coarse_shapes)
     rigid = np.linalg.qr(S * rigid_motions(fine_coords - fine_coords.mean(axis=0)))[0]
     modes -= rigid @ (rigid.T @ modes)
-    shapes = orthonormal(modes, tolerance, None if count is None else max(count - 6, 0))
+    U, sigma, _ = np.linalg.svd(modes, full_matrices=False)
+    shapes = U[:, sigma > NEGLIGIBLE * sigma.max(initial=0.0)]
     return np.hstack([rigid, shapes])[:, :count] / S
 
 

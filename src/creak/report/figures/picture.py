@@ -92,7 +92,7 @@ def contact_picture(model: Mesh, loaded: Loaded, outward: FloatArray) -> bytes |
         _draw_mesh(ax, model, facets, view, ("#d9dee3", "#e6e2da"))
         _draw_loaded(ax, model, view, loaded, scale)
     _name_hardest(axes[1], model, views[1], loaded)
-    _colour_bar(fig, axes[1], loaded, scale)
+    _colour_bar(fig, loaded, scale)
     return _png(fig)
 
 
@@ -290,7 +290,7 @@ def _name_hardest(ax: Axes, model: Mesh, view: View, loaded: Loaded) -> None:
     )
 
 
-def _colour_bar(fig: Figure, ax: Axes, loaded: Loaded, scale: float) -> None:
+def _colour_bar(fig: Figure, loaded: Loaded, scale: float) -> None:
     height = fig.get_size_inches()[1]
     bar = fig.add_axes((0.36, 0.22 / height, 0.28, 0.11 / height))
     bar.imshow(np.linspace(0.0, 1.0, 256)[None, :], aspect="auto", cmap=_scale_colours(), extent=(0.0, scale, 0.0, 1.0))

@@ -62,7 +62,7 @@ def procedure(c: Convergence) -> str:
         apart = c.finest in c.outcomes and (BASE, c.finest) not in c.families.values()
         less = f", and {c.finest} differs from the base run by no more" if apart else ""
         said.append(f"A figure has settled when none of the changes {listed(deciding)} is larger than this{less}:")
-        said.append(f"{_limits(c)}.")
+        said.append(f"{_limits()}.")
     if others:
         said.append(f"What changes {listed(others)} is told and decides nothing.")
     return " ".join([*said, '"Settled to" is the largest of all these changes.' if c.families else ""]).strip()
@@ -208,6 +208,6 @@ def _verdict(e: EventSettling) -> str:
     return f"not settled: {e.problem or ', '.join(WORDS[f.name] for f in e.figures.values() if not f.settled)}"
 
 
-def _limits(c: Convergence) -> str:
+def _limits() -> str:
     said = f"forces, impulses and closing speeds within {share(SETTLED)}"
     return f"start and duration within {share(OF_DURATION)} of the event's duration, {said}"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from creak.model.plain_mesh import Mesh
 from creak.model.units import Units
 from creak.report.figures.scene import Animations
 from creak.report.found import Found
@@ -98,7 +97,7 @@ def _row(
     audio: str,
 ) -> PlaceRow:
     model = result.setup.model
-    part = _part_name(model, place.node_idx)
+    part = next((p.name for p in model.parts if p.has(place.node_idx)), "")
     xyz = ", ".join(number(float(x), 3) for x in model.nodes.coords[place.node_idx])
     detail = f"{plural(int(place.nodes_idx.size), 'node')}; x, y, z = {xyz} {units.length}"
     return PlaceRow(
@@ -147,7 +146,3 @@ def _motion(place: Place, motions: Animations) -> int | None:
             if start <= event.t_start and event.t_end <= end:
                 return k
     return None
-
-
-def _part_name(model: Mesh, node_idx: int) -> str:
-    return next((p.name for p in model.parts if p.has(node_idx)), "")

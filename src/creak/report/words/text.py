@@ -46,11 +46,11 @@ def fixed(value: float | None, decimals: int) -> str:
     return text.replace(",", THIN).replace("-", MINUS)
 
 
-def four(value: float | None, bar: float = 0.99) -> str:
-    """Four decimals, cut rather than rounded where rounding would lift a value to its bar."""
+def four(value: float | None) -> str:
+    """Four decimals, cut rather than rounded where rounding would lift a value to the bar of .99."""
     if value is None:
         return NONE
-    if value < bar <= round(value, 4):
+    if value < 0.99 <= round(value, 4):
         value = math.floor(value * 1e4) / 1e4
     return fixed(value, 4) if value > -10.0 else number(value, 3)
 

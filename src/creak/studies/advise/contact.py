@@ -26,7 +26,6 @@ class Bounce:
     """Half a period of a channel's local mass on its contact stiffness."""
 
     shortest_s: float
-    median_s: float
     stiffness: float
     """Median, force / length."""
     mass: float
@@ -112,7 +111,7 @@ def _bounce(
         return None
     mass, stiffness = 1.0 / A.diagonal()[moves], k[some][moves]
     time = np.pi * np.sqrt(mass / stiffness)
-    return Bounce(float(time.min()), float(np.median(time)), float(np.median(stiffness)), float(np.median(mass)))
+    return Bounce(float(time.min()), float(np.median(stiffness)), float(np.median(mass)))
 
 
 def rounded_step(h: float) -> float:

@@ -148,7 +148,7 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     InputError : anything wrong in the study or the deck.
     OutOfMemory : memory holds neither a factor of the whole model nor those of its parts, or the study needs the whole.
     """
-    setup = _checked(setup)
+    setup = setup.with_tables(precheck=setup.study.config.precheck.model_copy(update={"enabled": True}))
     excitation = excitation_of(setup.study, setup.loads)
     by_parts = _without_the_whole(setup)
     reference = reference_that_fits(by_parts, assembled(setup, progress), progress)
@@ -168,11 +168,6 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     end = float(setup.loads.time[-1])
     sound = None if band is None else _sound(setup, found, band, f, gaps)
     return Facts(excitation, channels, found, options, cost, steps, end, gaps, taken, sound)
-
-
-def _checked(setup: Setup) -> Setup:
-    """The study with its pre-check on."""
-    return setup.with_tables(precheck=setup.study.config.precheck.model_copy(update={"enabled": True}))
 
 
 def _without_the_whole(setup: Setup) -> Setup:

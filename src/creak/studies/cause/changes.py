@@ -86,7 +86,7 @@ def candidates(result: StudyResult, place: Place, cause: Cause) -> Iterator[Chan
     springs = mine & np.isfinite(gaps.stiffness) & (gaps.stiffness > 0.0)
     if springs[place.channels].all() and gaps.curves is None:
         yield _softer(name)
-    if _damps(setup):
+    if setup.study.config.damping.modal is not None or setup.rayleigh != Rayleigh(0.0, 0.0):
         yield _more_damping(setup)
     yield _heavier(setup, int(gaps.nodes_idx[cause.channel]), MASS * result.reference.system.stats.mass)
     for channel in _fastened(setup.model, gaps, mine, cause.channel):
@@ -120,10 +120,6 @@ def _softer(name: str) -> Change:
 
 def _with_gaps(setup: Setup, of: Callable[[GapOperator], GapOperator]) -> Setup:
     return replace(setup, contacts=of(setup.contacts), connectors=of(setup.connectors))
-
-
-def _damps(setup: Setup) -> bool:
-    return setup.study.config.damping.modal is not None or setup.rayleigh != Rayleigh(0.0, 0.0)
 
 
 def _more_damping(setup: Setup) -> Change:

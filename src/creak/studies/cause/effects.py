@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -14,21 +15,24 @@ from creak.dynamics.stopped import Stopped
 from creak.errors import CreakError
 from creak.progress import Progress, silent
 from creak.studies.cause.changes import Change, Effect, candidates
-from creak.studies.cause.decompose import Cause, marched
-from creak.studies.cause.told import change_dict
+from creak.studies.cause.decompose import Cause, find_causes, marched
+from creak.studies.cause.told import cause_dict, change_dict, change_words
 from creak.studies.models.reference import rejoined
 from creak.studies.results.places import Place, channels_at, events_at
+from creak.studies.results.sound import heard_places
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult, run_study
 from creak.studies.run.static_start import started, unstarted
 from creak.studies.sound.ear import n5_of
 from creak.studies.sound.heard import Sound
 from creak.studies.sound.radiation import Ear, Radiation
+from creak.studies.warned import Warned
 
 MOST_PLACES = 3
 """Places, the loudest, for which changes are looked for."""
 KEPT = 3
 """Changes that are told of each."""
+IMPULSE = "N s"
 
 
 def find_changes(
@@ -144,3 +148,29 @@ def effect_of(
     if to is not None:
         heard = n5_of(setup, window, system, gaps, history, [channels], to)
     return Effect(count, float(impulse[channels].sum()), float(impulse.sum()), *heard)
+
+
+def causes_of(
+    result: StudyResult, sound: Sound | str | None, progress: Progress, changes: str = "none"
+) -> tuple[dict[int, dict[str, Any]], list[str]]:
+    """Number of each place of the main run -> its cause, and notes.
+
+    Parameters
+    ----------
+    changes : "none", "predicted" or "checked", as `creak.run` has it.
+    """
+    places = [p for p in heard_places(result, main_run(result.runs), sound) if p.events]
+    progress("what causes it", 0, 1)
+    found = find_causes(result, places)
+    progress("what causes it", 1, 1)
+    if isinstance(found, str):
+        if not places:
+            return {}, []
+        text = f"no cause is told of the places: {found}"
+        return {}, [Warned(text) if changes != "none" else text]
+    out = {cause.place: cause_dict(cause, result.setup, result.gaps) for cause in found}
+    if changes != "none":
+        every = find_changes(result, sound, places, found, progress, check=changes == "checked")
+        for number, some in every.items():
+            out[number] |= {"changes": some, "changes_words": change_words(some, IMPULSE)}
+    return out, []

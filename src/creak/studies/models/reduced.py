@@ -22,7 +22,7 @@ from creak.model.mesh import Model
 from creak.progress import Progress, silent
 from creak.reduction.diagonal import Split, all_modes, diagonalise
 from creak.reduction.gap_modes import gap_modes
-from creak.reduction.interface.second_level import second_level
+from creak.reduction.interface.characteristic import second_level
 from creak.reduction.massless_boundary import massless_boundary
 from creak.reduction.modal import support_motion
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes

@@ -90,7 +90,7 @@ def _cut(setup: Setup, gaps: GapOperator) -> Pieces:
         for of, rows in zip(groups, near_elements(model, gaps.retained_nodes, table.keep_out), strict=True):
             of[rows] = last
     if not any(g.any() for g in groups):
-        return Pieces(model, (0,) * len(model.parts), tuple(range(len(model.parts))))
+        return Pieces(model, (0,) * len(model.parts))
     return cut(model, groups, [*(n.upper() for n in table.substructures), UNREDUCED])
 
 
@@ -223,7 +223,7 @@ def _substructure(
         kept = _coordinates(part, chosen.labels)
         boundary = np.union1d(fixed, kept)
         return Substructure(part, boundary, None, chosen.labels, False)
-    return _shaped(part, fixed, _coordinates(part, chosen.labels), chosen.labels, chosen.shape)
+    return _shaped(part, fixed, _coordinates(part, chosen.labels), chosen.shape)
 
 
 def _linked(setup: Setup, part: System, marks: Marks | None, model: Model, must: IntArray) -> Substructure:
@@ -254,7 +254,7 @@ def touched(part: System, labels: IntArray, marks: Marks | None = None) -> IntAr
     return np.union1d(sp.csr_matrix(rows).indices, loose).astype(np.int64)
 
 
-def _shaped(part: System, fixed: IntArray, line: IntArray, labels: IntArray, shape: Matrix) -> Substructure:
+def _shaped(part: System, fixed: IntArray, line: IntArray, shape: Matrix) -> Substructure:
     """Boundary = fixed dofs as they are, interface dofs as shape times fewer."""
     boundary = np.union1d(fixed, line)
     own = np.setdiff1d(fixed, line)

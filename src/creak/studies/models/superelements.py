@@ -237,7 +237,7 @@ def _from_store(folder: Path | None, name: str, made_from: Mapping[str, str]) ->
     if not path.exists():
         return None, []
     found = _boundary(folder, path)
-    other = _other(found.saved.made_from, made_from)
+    other = {key for key in made_from if found.saved.made_from.get(key) != made_from[key]}
     changed = [WORDS[key] for key in made_from if key in other]
     if not changed:
         return found, [f"superelement {name}: taken from {path.name}"]
@@ -297,11 +297,6 @@ def _boundary(folder: Path, path: Path) -> Boundary:
 def _boundary_kind(path: Path) -> str:
     """First word of the file with the boundary of a superelement."""
     return f"boundary_{path.stem.replace('.', '_')}"
-
-
-def _other(before: Mapping[str, str], made_from: Mapping[str, str]) -> set[str]:
-    """What has changed."""
-    return {key for key in made_from if before.get(key) != made_from[key]}
 
 
 def _wider(saved: SavedSuperelement, sub: Substructure, model: Model) -> Substructure | None:

@@ -21,7 +21,7 @@ from creak.contact.play import Play, play_channels
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
-from creak.formats.deck.unread import stop_on_unread
+from creak.formats.deck.catalogue import stop_on_unread
 from creak.formats.decks import read_model
 from creak.formats.safe_names import file_stem
 from creak.linalg.modes import BAND, with_further
@@ -182,7 +182,7 @@ def set_up_model(
     rayleigh, override = _damping(model, study)
     notes += drive_warnings(model, study.config, loads, driven, rayleigh, highest_frequency(study))
     superelements = imported_superelements(model, study, rayleigh, override)
-    check_static(model, study, driven, loads)
+    check_static(model, study, driven)
     notes += gravity_warnings(model, study)
     notes += press_fit_warnings(study, contacts, connectors)
     notes += check_heat(model, study, bool(superelements))

@@ -11,7 +11,6 @@ from creak.assembly.constraints import fixed_equations
 from creak.assembly.coupling import Driven, labels_of
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.equilibrium import Equilibrium
-from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.model.dofs import node_and_dof
 from creak.model.mesh import Model
@@ -80,7 +79,7 @@ def static_supports(model: Model, study: Study, driven: Driven) -> FloatArray:
     return s
 
 
-def check_static(model: Model, study: Study, driven: Driven, loads: Loads) -> None:
+def check_static(model: Model, study: Study, driven: Driven) -> None:
     """Raise InputError for static loads that do nothing or contradict the supports."""
     held = {label for f in model.fixed for e in fixed_equations(f) for label in e.labels}
     moved = {int(x) for labels in driven.labels.values() for x in labels}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -15,6 +16,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.recovery import by_node, recovered
 from creak.dynamics.history import ENERGIES, History
+from creak.errors import InputError
 from creak.formats.complete_file import files_together, write_bytes, write_text
 from creak.formats.destination import destination
 from creak.formats.measured.csv_rows import plain_row
@@ -170,3 +172,29 @@ def _field(run: Run, result: StudyResult) -> Field | None:
     labels = run.system.labels
     blocks = ((here, by_node(u, labels, nodes.count)) for here, u in recovered(run.system, q, s))
     return Field(time, blocks, nodes.ids.astype(np.int64), nodes.coords)
+
+
+def refuse_other_study(folder: Path, study: str) -> None:
+    """Check that a run of a study may replace what is in `folder`.
+
+    Results of the same study file are replaced, whatever the file said then; so is what cannot be read.
+
+    Parameters
+    ----------
+    study : name of the study file, or of the deck that is run by itself.
+
+    Raises
+    ------
+    InputError : the folder holds the results of another study file.
+    """
+    try:
+        found = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+        other = found["study"]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return
+    if isinstance(other, str) and other != study:
+        raise InputError(
+            f"{folder} holds the results of {other}, which {study} would replace",
+            expected="a folder of its own for each study",
+            fix="Write beside it with --out FOLDER, or replace it with --force.",
+        )

@@ -13,7 +13,6 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.contact.laws.parameters import Curves, Friction
 from creak.contact.play import play_channels
 from creak.studies.design.clips import with_clips
-from creak.studies.file.contact_tables import ContactTable
 from creak.studies.file.reader import Study
 from creak.studies.prepare.excitation import sample_loads
 from creak.studies.prepare.pairs import contact_law
@@ -24,13 +23,8 @@ OF_SIGNAL = ("amplitude", "seed", "mean")
 """Numbers of a signal that change neither its length nor its frequencies."""
 
 
-def keeps_model(study: Study, key: str, system: System | None = None) -> bool:
-    """Whether another value leaves the reduced model, its channels and the steps of the run as they are.
-
-    Parameters
-    ----------
-    system : the reduced model, where it is there: another modal damping may only scale what it has.
-    """
+def keeps_model(study: Study, key: str) -> bool:
+    """Whether another value leaves the reduced model, its channels and the steps of the run as they are."""
     words = key.split(".")
     if words[0] == "contact" and len(words) > 2:
         return words[2] in OF_CONTACT and (len(words) == 3 or words[2] == "friction")
@@ -39,14 +33,7 @@ def keeps_model(study: Study, key: str, system: System | None = None) -> bool:
         return int(words[1]) < len(rows) and rows[int(words[1])].type not in ("bushing", None)
     if words[0] == "excitation":
         return len(words) == 4 and words[2] == "signal" and words[3] in OF_SIGNAL
-    if key == "damping.modal":
-        return system is None or _scales(system)
-    return words[0] in ("connector", "static")
-
-
-def _scales(system: System) -> bool:
-    d = system.damping
-    return d.modal_values is not None and d.extra is None and d.alpha == 0.0 and d.beta == 0.0
+    return key == "damping.modal" or words[0] in ("connector", "static")
 
 
 def changed_setup(
@@ -127,7 +114,7 @@ def _contact(setup: Setup, name: str, study: Study, field: FloatArray | None, fa
         return piece
     law, where = contact_law(new, study.where("contact", name)), study.where("contact", name)
     before = contact_law(old, where)
-    scale = _scale(piece, new)
+    scale = piece.area if new.method == "surface-to-surface" or new.per_area else np.ones(piece.m)
     stiffness, curves = piece.stiffness, piece.curves
     if law.stiffness is not None and law.stiffness != before.stiffness:
         stiffness = law.stiffness * scale
@@ -137,11 +124,6 @@ def _contact(setup: Setup, name: str, study: Study, field: FloatArray | None, fa
     friction = Friction(*(np.full(piece.m, x) for x in law.friction)) if law.friction.static > 0.0 else None
     damping = law.damping * scale
     return replace(piece, stiffness=stiffness, curves=curves, friction=friction, damping=damping)
-
-
-def _scale(piece: GapOperator, table: ContactTable) -> FloatArray:
-    """What turns the numbers of the study into those of channels."""
-    return piece.area if table.method == "surface-to-surface" or table.per_area else np.ones(piece.m)
 
 
 def with_damping(system: System, zeta: float, before: float) -> System:

@@ -139,7 +139,7 @@ def make_causes(study: Study, fields: dict[str, tuple[tuple[str, ...], FloatArra
         where = study.where("scatter", "vary", key)
         at = causes[-1].columns.stop if causes else 0
         if of.type == "field":
-            causes.append(_field(key, of, at, fields, study, where))
+            causes.append(_field(key, of, at, fields, where))
             continue
         _check_key(key, data, where)
         nominal = _nominal(key, of, value_at(given, key), value_at(data, key), where)
@@ -198,7 +198,6 @@ def _field(
     of: Distribution,
     at: int,
     fields: dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]],
-    study: Study,
     where: str,
 ) -> Cause:
     words = key.split(".")

@@ -105,7 +105,7 @@ def find(draws: Draws) -> Robustness:
     figures, impulse = draws.figures[:n][well], draws.impulse[:n][well]
     totals = _totals(draws)
     places = tuple(
-        _of_place(draws, k, name, figures[:, k], draws.slack[:n][well][:, k]) for k, name in enumerate(draws.places)
+        _of_place(draws, name, figures[:, k], draws.slack[:n][well][:, k]) for k, name in enumerate(draws.places)
     )
     indices: dict[str, dict[str, Index]] = {}
     half = n // 2
@@ -142,7 +142,7 @@ def _totals(draws: Draws) -> dict[str, FloatArray]:
     return dict(zip(SHOWN, columns, strict=True))
 
 
-def _of_place(draws: Draws, k: int, name: str, figures: FloatArray, slack: FloatArray) -> PlaceFindings:
+def _of_place(draws: Draws, name: str, figures: FloatArray, slack: FloatArray) -> PlaceFindings:
     spreads = {f: spread(figures[:, j]) for j, f in enumerate(FIGURES)}
     known = np.asarray(np.isfinite(slack).all(axis=1))
     need, fragility = None, None

@@ -28,13 +28,12 @@ from creak.studies.run.agreement import ModeComparison, SpectraComparison, compa
 from creak.studies.run.checkpoint import Checkpoints
 from creak.studies.run.compared import compare_events, compared_setup, main_run
 from creak.studies.run.costs import Cost, Meter
-from creak.studies.run.dropped import MOST_RUNS, with_closed
 from creak.studies.run.elines import LineFindings, compare_lines, line_steps, measured
 from creak.studies.run.forced_step import limited, step_warnings
 from creak.studies.run.integrate import integrate, output_times
 from creak.studies.run.kernels import compile_for
 from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
-from creak.studies.run.precheck import ready
+from creak.studies.run.precheck import MOST_RUNS, ready, with_closed
 from creak.studies.run.static_start import with_static
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned, attempted

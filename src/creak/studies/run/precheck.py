@@ -12,6 +12,7 @@ from creak.assembly.damping import Damping
 from creak.assembly.part import damps_by_itself
 from creak.assembly.system import Supports, System
 from creak.contact.gap_operator import GapOperator, join
+from creak.dynamics.history import History
 from creak.dynamics.scheme import Scheme
 from creak.linalg.diagonal import Diagonal
 from creak.progress import Progress
@@ -31,6 +32,8 @@ WITHOUT_WHOLE = (
     "memory does not hold a factor of the whole model: the linear pre-check is that of its parts, reduced to what "
     "joins them, and modes of reduced and unreduced model are not compared"
 )
+MOST_RUNS = 3
+"""Runs of a model until what closes must be among its channels; a red verdict says where it is not."""
 
 
 def precheck(
@@ -183,3 +186,20 @@ def prepare(
         reference.release()
     whole = [] if reference.of_parts is None else [WITHOUT_WHOLE]
     return reference, join([kept, setup.connectors]), [*figures, *whole, *notes]
+
+
+def with_closed(setup: Setup, gaps: GapOperator, history: History) -> tuple[GapOperator, str] | None:
+    """The channels with those dropped ones that came within the pre-check's margin, and a note; None: none closed."""
+    seen = history.extremes
+    if seen is None or not seen.silent or seen.gap.min() > 0.0:
+        return None
+    near = {name for name, gap in zip(seen.silent, seen.gap, strict=True) if gap <= setup.study.config.precheck.margin}
+    kept = near | set(gaps.names)
+    contacts = setup.contacts.select(np.flatnonzero([name in kept for name in setup.contacts.names]))
+    k = int(seen.gap.argmin())
+    note = (
+        f"pre-check: {int((seen.gap <= 0.0).sum())} channel(s) that the linear run let stay open closed in the "
+        f"nonlinear one, farthest {seen.silent[k]}, by {-seen.gap[k]:.3g} at t = {seen.gap_at[k]:.4g} s; the run was "
+        f"made again with {len(near)} more kept"
+    )
+    return join([contacts, setup.connectors]), note

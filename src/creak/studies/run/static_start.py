@@ -78,7 +78,7 @@ def started(setup: Setup, reference: ReferenceModel, progress: Progress) -> Setu
     start = StaticStart(found, system.labels, system.recover(found.q, found.support), gaps.names, given)
     now, m = found.on(gaps), setup.contacts.m
     contacts, connectors = (now.select(np.arange(a, b)) for a, b in ((0, m), (m, gaps.m)))
-    notes = [*setup.notes, _note(setup, found)]
+    notes = [*setup.notes, _note(found)]
     return replace(setup, contacts=contacts, connectors=connectors, static=start, notes=notes)
 
 
@@ -131,7 +131,7 @@ def _carriers(setup: Setup, reference: ReferenceModel) -> Iterator[tuple[IntArra
         yield labels, assemble_blocks(setup.model, blocks, labels, Rayleigh(0.0, 0.0), override=True).M
 
 
-def _note(setup: Setup, found: Equilibrium) -> str:
+def _note(found: Equilibrium) -> str:
     pressing = int(np.count_nonzero(found.force))
     with_friction = f" in {found.increments} increments" if found.increments > 1 else ""
     return (

@@ -13,7 +13,7 @@ from creak.assembly.system import System
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.skin import Skin
 from creak.sound.acceleration_noise import acceleration_noise, equivalent_radius
-from creak.sound.forced import LOWEST, Gain, lead, smooth, sound_of_forces
+from creak.sound.forced import LOWEST, Gain, smooth, sound_of_forces
 from creak.sound.rayleigh import AIR, PressureRows, pressure_weights
 from creak.sound.zwicker_tables import RATE
 from creak.studies.sound.listeners import Listener
@@ -155,12 +155,6 @@ def _nodal(skin: Skin, each: FloatArray) -> tuple[IntArray, FloatArray, FloatArr
     points[row.ravel()] = skin.corners.reshape(-1, 3)
     np.add.at(found, row.ravel(), (skin.shares[:, :, None] * each[:, None]).reshape(-1, 3))
     return nodes, points, found
-
-
-def pressure_of(source: Source, groups: Sequence[IntArray], to: Radiation) -> FloatArray:
-    """Pressure (n_group, n) in Pa at 48 kHz that each group of forces makes by itself at a listener."""
-    start = lead(RATE, to.band)
-    return record_of(source, groups, to)[:, start : start + source.force.shape[0]]
 
 
 def record_of(source: Source, groups: Sequence[IntArray], to: Radiation) -> FloatArray:

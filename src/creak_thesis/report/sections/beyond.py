@@ -8,7 +8,17 @@ from creak_thesis.report.blocks import Section, TableBlock, Text, absent
 from creak_thesis.report.facts import Facts
 from creak_thesis.report.figures import events_of, loads_of
 from creak_thesis.report.tables import agreement_table, count
-from creak_thesis.report.words import biases, by_load, counted, events_words, listed, not_run, seconds, worst_fit_change
+from creak_thesis.report.words import (
+    CLOSE,
+    biases,
+    by_load,
+    counted,
+    events_words,
+    listed,
+    not_run,
+    seconds,
+    worst_fit_change,
+)
 
 GENERALISED = ("X50", "X100", "X200")
 WHOLE = ("CB", "G700")
@@ -131,11 +141,11 @@ def _sizes(facts: Facts, names: tuple[str, ...]) -> Table:
     )
 
 
-def smallest_good(facts: Facts, limit: float = 0.02) -> str | None:
-    """The fewest generalised coordinates whose fits stay within a limit of those of D8."""
+def smallest_good(facts: Facts) -> str | None:
+    """The fewest generalised coordinates whose fits are close to those of D8."""
     for name in GENERALISED:
-        change = worst_fit_change(facts, (name,), "D8")
-        if change is not None and change <= limit:
+        change = worst_fit_change(facts, (name,))
+        if change is not None and change <= CLOSE:
             return name
     return None
 
@@ -147,7 +157,7 @@ def interface_words(facts: Facts) -> str:
         return "The cases with generalised interface coordinates are not there."
     best, whole = smallest_good(facts), facts.case("D8")
     if best is None:
-        spread = worst_fit_change(facts, (ran[-1],), "D8")
+        spread = worst_fit_change(facts, (ran[-1],))
         return f"None of {listed(ran)} keeps the NRMSE within 0.02 of D8" + (
             "." if spread is None else f" ({ran[-1]}: {spread:.4f} away)."
         )

@@ -54,7 +54,7 @@ def saving(facts: Facts, usual: bool) -> float | None:
 def _words(facts: Facts) -> list[Block]:
     if facts.case("M2") is None:
         return [absent("M2 is needed to compare.")]
-    change = worst_fit_change(facts, NAMES, "D8")
+    change = worst_fit_change(facts, NAMES)
     retained, of = facts.retained("M2", "FRAME"), facts.retained("D8", "FRAME")
     text = f"M2: {events_words(facts, 'M2')}. "
     if change is not None:

@@ -53,10 +53,10 @@ def _words(facts: Facts) -> list[Block]:
     texts = [
         f"Time: D8 finds {common} of {reference} events within 10 ms, {extra} extra ({events_words(facts, 'D8')})."
     ]
-    spread = worst_fit_change(facts, ("D40", "D90"), "D8")
-    others = [n for n in ("D40", "D90") if same_events(facts, n, "D8") is not None]
+    spread = worst_fit_change(facts, ("D40", "D90"))
+    others = [n for n in ("D40", "D90") if same_events(facts, n) is not None]
     if spread is not None and others:
-        alike = all(same_events(facts, n, "D8") for n in others)
+        alike = all(same_events(facts, n) for n in others)
         texts.append(
             f"Distance: the NRMSE changes by {spread:.4f} at most"
             + (" and the events found are the same" if alike else "; the events found are not all the same")

@@ -14,6 +14,7 @@ import pytest
 from creak.dynamics.scheme import HHT
 from creak.linalg.pencil import Pencil
 from creak.model.skin import skin_of
+from creak.progress import silent
 from creak.sound.rayleigh import AIR
 from creak.studies.advise.advice import Advice, as_dict, changes_toml
 from creak.studies.advise.choice import choose
@@ -32,10 +33,6 @@ from helpers_core import chain, channels, system_of
 from helpers_decks import STUDY, two_strips, write_strips
 
 
-def quiet(*_: object) -> None:
-    """No progress."""
-
-
 @pytest.fixture(scope="module")
 def setup(tmp_path_factory: pytest.TempPathFactory) -> Setup:
     return set_up(read_study(write_strips(tmp_path_factory.mktemp("strips"))))
@@ -43,7 +40,7 @@ def setup(tmp_path_factory: pytest.TempPathFactory) -> Setup:
 
 @pytest.fixture(scope="module")
 def facts(setup: Setup) -> Facts:
-    return gather(setup, quiet)
+    return gather(setup, silent)
 
 
 def changed(setup: Setup, changes: dict[str, Any]) -> Setup:
@@ -57,11 +54,11 @@ def changed(setup: Setup, changes: dict[str, Any]) -> Setup:
 @pytest.mark.parametrize("f_max", [6000.0, 20000.0])
 def test_counted_size_is_that_of_the_reduced_model(setup, facts, f_max):
     """No mode is computed for the count, so nothing but equality will do."""
-    reference = build_reference(setup, quiet)
+    reference = build_reference(setup, silent)
     study = changed(setup, {"reduction": {"f_max": f_max}})
     few = facts.gaps.select(np.array([0, 12, 38]))
-    found = sizes(study, reference, few, [f_max], quiet)
-    made = reduce_model(study, reference, few, quiet)
+    found = sizes(study, reference, few, [f_max], silent)
+    made = reduce_model(study, reference, few, silent)
     assert made.coupled is not None
     assert found.unknowns(f_max) == made.coupled.n
     assert sum(p.boundary for p in found.parts) == made.retained
@@ -173,7 +170,7 @@ def test_a_number_for_the_stiffness_asks_for_substeps(setup):
     stiff = HARD["contact"]["tip"] | {"stiffness": 1e4}
     study = replace(setup.study, config=changed(setup, {"contact": {"tip": stiff}}).study.config)
     varied = set_up(study)
-    found = gather(varied, quiet)
+    found = gather(varied, silent)
     choice = choose(varied, found)
     assert choice.step.fixed is not None
     assert choice.step.automatic is None
@@ -189,7 +186,7 @@ def other(tmp_path: Any, study: str, deck: str | None = None) -> Setup:
 
 
 def warnings_of(setup: Setup) -> str:
-    found = gather(setup, quiet)
+    found = gather(setup, silent)
     return "\n".join(choose(setup, found).warnings)
 
 
@@ -244,7 +241,7 @@ def test_bounds_are_above_what_the_door_left(facts):
 
 def test_what_a_band_of_sound_takes(setup):
     """Twice the band in modes; waves of bending shorten with the square root of the frequency, those in air with it."""
-    sound = gather(setup, quiet, 30_000.0).sound
+    sound = gather(setup, silent, 30_000.0).sound
     D, m = 210_000.0 * 1.0**3 / (12.0 * (1.0 - 0.3**2)), 7.85e-9  # of the thinner strip
     assert sound.mesh == pytest.approx(math.sqrt(D / m) * 2.0 * math.pi / (6.0 * 10.0) ** 2, rel=0.01)
     air = 6.0 * 10.0e-3 / AIR.speed

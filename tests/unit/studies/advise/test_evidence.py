@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import creak.studies.advise
+from creak.progress import silent
 from creak.studies.advise import choice, evidence, words
 from creak.studies.advise.choice import ALL, ASSEMBLY, ENOUGH
 from creak.studies.advise.evidence import case, doors, measured, points, record, step_evidence, steps
@@ -28,15 +29,11 @@ FIGURE = re.compile(r"\d *%|\d of \d|\d unknowns|\d events|\d times (left|the sp
 """What would be a measurement."""
 
 
-def quiet(*_: object) -> None:
-    """No progress."""
-
-
 @pytest.fixture(scope="module")
 def exact(tmp_path_factory) -> tuple[Setup, Facts]:
     setup = set_up(read_study(write_strips(tmp_path_factory.mktemp("strips"), None, EXACT)))
     assert setup.study.config.time.exact
-    return setup, gather(setup, quiet)
+    return setup, gather(setup, silent)
 
 
 @pytest.fixture

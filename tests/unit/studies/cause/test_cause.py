@@ -12,10 +12,8 @@ from creak.dynamics.loads import Loads
 from creak.report.words.terminal import cause_lines
 from creak.studies.cause.changes import candidates
 from creak.studies.cause.decompose import CONTACT, EXCITATION, REST, find_causes
-from creak.studies.cause.driven import driven_level
-from creak.studies.cause.effects import checked_by_run, effect_of, find_changes, predicted
-from creak.studies.cause.found import causes_of
-from creak.studies.cause.told import cause_dict
+from creak.studies.cause.effects import causes_of, checked_by_run, effect_of, find_changes, predicted
+from creak.studies.cause.told import cause_dict, driven_level
 from creak.studies.results.sound import heard_places
 from creak.studies.results.summary import summarise
 from helpers_decks import STUDY, two_strips, write_strips

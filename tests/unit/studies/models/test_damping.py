@@ -12,6 +12,7 @@ from creak.assembly.system import System
 from creak.dynamics.modal.coefficients import modal_matrices
 from creak.formats.abaqus.reader import read_deck
 from creak.linalg.modes import modes
+from creak.progress import silent
 from creak.reduction.modal import with_modal_damping
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
@@ -26,10 +27,6 @@ from helpers_decks import STUDY, two_strips, write_strips
 ZETA = 0.02
 UNDAMPED = re.sub(r"\*DAMPING[^\n]*\n", "", two_strips())
 MODAL = STUDY.replace("step = 5e-4\n", "").replace("[reduction]", f"[damping]\nmodal = {ZETA}\n[reduction]")
-
-
-def quiet(*_: object) -> None:
-    """No progress."""
 
 
 def fractions(system: System) -> tuple[np.ndarray, np.ndarray]:
@@ -66,8 +63,8 @@ def test_modes_beyond_the_computed_ones_are_damped_like_their_stiffness(measured
 def both(tmp_path_factory):
     """The two models of a study with modal damping."""
     setup = set_up(read_study(write_strips(tmp_path_factory.mktemp("strips"), UNDAMPED, MODAL)))
-    reference, gaps, _ = prepare(setup, quiet)
-    return setup, reference, reduce_model(setup, reference, gaps, quiet)
+    reference, gaps, _ = prepare(setup, silent)
+    return setup, reference, reduce_model(setup, reference, gaps, silent)
 
 
 def test_every_mode_of_the_reduced_model_has_the_damping_of_the_study(both):
@@ -103,5 +100,5 @@ def test_a_new_study_damps_what_the_deck_does_not(tmp_path, deck, lines):
     path = tmp_path / "strips.inp"
     path.write_text(deck)
     model = read_deck(path)
-    text = proposal_text(propose(model, None, None, quiet), model, "strips.inp", "strips")
+    text = proposal_text(propose(model, None, None, silent), model, "strips.inp", "strips")
     assert text.count("[damping]\nmodal = 0.02") == lines

@@ -19,6 +19,7 @@ from creak.linalg.memory import OVERRIDE, OutOfMemory, free_bytes
 from creak.linalg.mkl import has_pardiso
 from creak.linalg.pieces.dissection import cut_once_more, whole
 from creak.linalg.pieces.factor import Pieces
+from creak.progress import silent
 from creak.reduction import room as limits
 from creak.studies.file.reader import read_study
 from creak.studies.models import of_parts, outlines
@@ -38,10 +39,6 @@ ALONE = (
 )
 
 
-def quiet(stage: str, done: int, total: int) -> None:
-    """No progress."""
-
-
 @pytest.fixture(scope="module")
 def setup(tmp_path_factory) -> Setup:
     return set_up(read_study(write_strips(tmp_path_factory.mktemp("strips"), None, ALONE)))
@@ -53,20 +50,20 @@ def changed(setup: Setup, table: str, **values: object) -> Setup:
 
 @pytest.mark.skipif(not has_pardiso(), reason="SuperLU does not tell what it will need")
 def test_the_analysis_tells_the_memory_of_the_factor(setup):
-    K = build_reference(setup, quiet).system.K
+    K = build_reference(setup, silent).system.K
     with threadpool_limits(1):  # the work space of several threads is larger than so small a factor
         assert factor_bytes(K) == pytest.approx(factor(K).memory, rel=0.05)
 
 
 def test_a_small_model_is_not_looked_at(setup, monkeypatch):
-    parts = assembled(setup, quiet).parts
+    parts = assembled(setup, silent).parts
     monkeypatch.setattr(module, "factor_bytes", lambda _: pytest.fail("analysed"))
     assert room(parts) is None
     assert not only_parts_fit(setup, parts)
 
 
 def test_the_whole_takes_more_than_its_largest_part(setup, monkeypatch):
-    parts = assembled(setup, quiet).parts
+    parts = assembled(setup, silent).parts
     monkeypatch.setattr(limits, "PLENTY", 0.0)
     monkeypatch.setattr(module, "factor_bytes", lambda K: 100.0 * K.nnz)
     found = room(parts)
@@ -79,10 +76,10 @@ def test_the_whole_takes_more_than_its_largest_part(setup, monkeypatch):
 
 def test_the_motion_before_contact_is_that_of_the_whole(setup, monkeypatch):
     """Modes, gaps of the linear run and dofs; the reduced model, and what it does, are the same but for round-off."""
-    _, whole, gaps, _ = ready(setup, quiet)
-    plain = run_study(setup, quiet)
+    _, whole, gaps, _ = ready(setup, silent)
+    plain = run_study(setup, silent)
     monkeypatch.setattr(of_parts, "only_parts_fit", lambda *_: True)
-    _, parts, kept, notes = ready(setup, quiet)
+    _, parts, kept, notes = ready(setup, silent)
     assert parts.system.n < 0.7 * whole.system.n
     assert parts.free_dof == whole.free_dof == whole.system.n
     assert WITHOUT_WHOLE in notes
@@ -91,7 +88,7 @@ def test_the_motion_before_contact_is_that_of_the_whole(setup, monkeypatch):
     moved = np.abs(whole.linear_gaps - setup.contacts.gap0)
     np.testing.assert_allclose(parts.linear_gaps, whole.linear_gaps, atol=1e-3 * moved.max())
     assert kept.names == gaps.names
-    alone = run_study(setup, quiet)
+    alone = run_study(setup, silent)
     a, b = (r.runs["reduced"].history for r in (plain, alone))
     assert alone.modes is None
     assert plain.modes is not None
@@ -125,7 +122,7 @@ def test_what_does_not_fit_is_refused_before_it_starts(change, words, setup, mon
     monkeypatch.setattr(module, "room", lambda *_: Room(3e9, 2e9, "UPPER"))
     monkeypatch.setattr(of_parts, "joined_reference", lambda *_: pytest.fail("started"))
     with pytest.raises(OutOfMemory, match=words) as said:
-        ready(setup, quiet)
+        ready(setup, silent)
     insisted = re.search(rf"set {OVERRIDE}=(\S+) ", str(said.value))
     assert insisted is not None
     monkeypatch.setenv(OVERRIDE, insisted[1])
@@ -146,7 +143,7 @@ def test_no_matrix_of_a_part_stays_in_memory(setup, monkeypatch):
     for owner, name in ((outlines, "part_system"), (of_parts, "_reduced")):
         monkeypatch.setattr(owner, name, partial(_noted, getattr(owner, name), made, left))
     monkeypatch.setattr(of_parts, "only_parts_fit", lambda *_: True)
-    ready(setup, quiet)
+    ready(setup, silent)
     assert len(left) == len(setup.model.parts)
     assert not any(left)
 
@@ -165,7 +162,7 @@ def test_parts_that_only_contact_holds_need_the_whole(setup, monkeypatch):
     monkeypatch.setattr(of_parts, "only_parts_fit", lambda *_: True)
     monkeypatch.setattr(of_parts, "required_labels", lambda *_: np.zeros(0, dtype=np.int64))
     with pytest.raises(NumericalError, match="memory does not hold a factor of the whole model, and without it part "):
-        ready(setup, quiet)
+        ready(setup, silent)
 
 
 def refused(A: sp.csr_matrix, **_: object) -> None:
@@ -181,11 +178,11 @@ def halves(K: sp.csr_matrix, M: sp.csr_matrix) -> Pieces:
 
 def test_a_run_whose_parts_are_reduced_in_pieces_is_the_same(setup, monkeypatch):
     """To round-off, which the bounces of a symmetric strip make larger; the user is told; the check has its verdict."""
-    plain = run_study(setup, quiet)
+    plain = run_study(setup, silent)
     monkeypatch.setattr(of_parts, "only_parts_fit", lambda *_: True)
     monkeypatch.setattr(limits, "factor", refused)
     monkeypatch.setattr(limits, "pieces_of", halves)
-    cut = run_study(setup, quiet)
+    cut = run_study(setup, silent)
     told = [note for note in cut.notes if note.startswith("part UPPER does not fit: 2 GB for its factor, 1 GB free")]
     assert len(told) == 1
     assert re.search(r"cut into 2 pieces that \d+ dofs join, .* \(one at least, 1 GB\)", told[0])

@@ -8,14 +8,11 @@ import numpy as np
 import pytest
 
 from creak.errors import InputError
+from creak.progress import silent
 from creak.studies.file.reader import read_study
 from creak.studies.models.reference import build_reference, static_shapes
 from creak.studies.prepare.setup import set_up
 from helpers_decks import STUDY, two_strips, write_strips
-
-
-def quiet(stage: str, done: int, total: int) -> None:
-    """No progress."""
 
 
 def test_a_structure_that_only_contact_holds_has_none(tmp_path):
@@ -25,7 +22,7 @@ def test_a_structure_that_only_contact_holds_has_none(tmp_path):
     deck = two_strips().replace("ROOT_UPPER, 1, 2", "ROOT_UPPER, 1, 3")
     path = write_strips(tmp_path, deck, text.replace("f_max = 3000", 'method = "gap-modes"'))
     setup = set_up(read_study(path))
-    reference = build_reference(setup, quiet)
+    reference = build_reference(setup, silent)
     shapes = static_shapes(setup, reference)
     assert shapes.shape == (reference.system.n, 1)
     pushed = np.asarray(reference.system.K @ shapes[:, 0])

@@ -7,15 +7,12 @@ import numpy as np
 import pytest
 
 from creak.errors import InputError
+from creak.progress import silent
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.deck_step import set_up_deck
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import run_study
 from helpers_dynamic_decks import FLUSH, LINEAR, PAIR, STEP, bar_deck, cantilever_deck, stop_deck
-
-
-def quiet(stage, done, total):
-    pass
 
 
 @pytest.fixture
@@ -31,7 +28,7 @@ def deck(tmp_path):
 @pytest.fixture
 def run(deck):
     def go(text):
-        result = run_study(set_up_deck(deck(text)), quiet)
+        result = run_study(set_up_deck(deck(text)), silent)
         return result, result.runs["reference"]
 
     return go
@@ -162,7 +159,7 @@ def test_sine_base_motion_as_the_study_has_it(run, tmp_path, kind, amplitude, me
     lines = f"*BOUNDARY, TYPE={kind.upper()}, AMPLITUDE=SINE\nROOT, 3, 3, {amplitude}\n"
     _, found = run(cantilever_deck(step(lines), SINE))
     (tmp_path / "study.toml").write_text(STUDY.format(kind=kind, amplitude=amplitude))
-    other = run_study(set_up(read_study(tmp_path / "study.toml")), quiet).runs["reference"].history.displacement
+    other = run_study(set_up(read_study(tmp_path / "study.toml")), silent).runs["reference"].history.displacement
     largest = np.abs(other).max()
     assert largest > 0.5 * 0.001
     error = np.abs(found.history.displacement - other).max() / largest

@@ -97,7 +97,8 @@ def read_connectors(
     behaviours = read_behaviours(deck)
     made: list[Made] = []
     rigid: list[Connector] = []
-    of_fasteners = fastener_sets(deck)
+    # No element of the deck is in the element sets that Abaqus makes for fasteners.
+    of_fasteners = {block.get("ELSET").upper() for _, block in deck.blocks("FASTENER") if block.get("ELSET")}
     for scope, block in deck.blocks("CONNECTOR SECTION"):
         if block.need("ELSET").upper() in of_fasteners:
             continue
@@ -114,11 +115,6 @@ def read_connectors(
         made.append(section)
         rigid += joints
     return Connectors(tuple(made), tuple(rigid))
-
-
-def fastener_sets(deck: Outline) -> set[str]:
-    """Element sets of connectors that Abaqus makes for fasteners: no element of the deck is in them."""
-    return {block.get("ELSET").upper() for _, block in deck.blocks("FASTENER") if block.get("ELSET")}
 
 
 def _section(

@@ -9,8 +9,7 @@ from creak.errors import InputError, suggest
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import qualified
 from creak.formats.abaqus.text.numbers import floats, positive, to_float
-from creak.formats.abaqus.text.outline import Outline
-from creak.formats.abaqus.text.used import list_params
+from creak.formats.abaqus.text.outline import Outline, list_params
 from creak.model.steps import Interaction, SurfacePair
 
 OPTIONS = ("SURFACE BEHAVIOR", "FRICTION", "CONTACT DAMPING")

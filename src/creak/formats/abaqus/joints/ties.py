@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
-from creak.formats.abaqus.joints.tied_contact import tied_pairs
+from creak.formats.abaqus.loads.prestress import step_of_modes
 from creak.formats.abaqus.mesh.elements import TYPES, Elements
 from creak.formats.abaqus.mesh.surfaces import RawSurface
 from creak.formats.abaqus.sections.assigned import Assigned
@@ -26,6 +26,7 @@ ROUNDING = 1e-3
 """Share of the mean edge length within which nodes of a tied contact pair touch, whatever ADJUST says."""
 SHOWN = 8
 """Untied nodes that a message names."""
+NAME = "CONTACT PAIR, TIED"
 
 
 @dataclass(frozen=True)
@@ -212,3 +213,49 @@ def _nothing_tied(block: Block, secondary: RawSurface, main: RawSurface, found: 
         where=where,
         fix="Raise POSITION TOLERANCE=, correct the surfaces (secondary first, then main), or remove the tie.",
     )
+
+
+def tied_pairs(deck: Outline) -> Iterator[Block]:
+    """Each tied pair of the model data and of the steps up to the modes, written as a *TIE; it is no contact any more.
+
+    ADJUST, a distance or a node set, says which nodes are tied (POSITION TOLERANCE, TIED NSET). Rotations stay free, as
+    in Abaqus.
+    """
+    places = [deck.set_aside, *(step.blocks for step in deck.steps[: step_of_modes(deck) + 1])]
+    bonded = _bonded([block for blocks in places for block in blocks])
+    for blocks in places:
+        tied = [
+            b for b in blocks if b.name == "CONTACT PAIR" and (b.has("TIED") or b.get("INTERACTION").upper() in bonded)
+        ]
+        ours = {b.where for b in tied}
+        blocks[:] = [b for b in blocks if b.where not in ours or b.name != "CONTACT PAIR"]
+        deck.unread = {u: None for u in deck.unread if u.where not in ours}
+        yield from (_as_tie(deck, block) for block in tied)
+
+
+def _bonded(blocks: list[Block]) -> set[str]:
+    """Names of the interactions that tie."""
+    found, name = set(), ""
+    for block in blocks:
+        if block.name == "SURFACE INTERACTION":
+            name = block.get("NAME").upper()
+        elif block.name == "SURFACE BEHAVIOR" and block.option("PRESSURE-OVERCLOSURE") == "TIED":
+            found.add(name)
+    return found
+
+
+def _as_tie(deck: Outline, block: Block) -> Block:
+    params = {"NAME": block.get("CPSET") or block.get("INTERACTION") or "TIED", "NOROTATION": "", "ADJUST": "NO"}
+    given = block.get("ADJUST")
+    if given:
+        try:
+            params["POSITIONTOLERANCE"] = repr(to_float(given, block.where, "ADJUST"))
+        except InputError:
+            params["TIEDNSET"] = given
+    deck.note(
+        block,
+        "the pair is read as a tie: its nodes follow the main surface, and nothing opens or slides",
+        changes=False,
+        what=f"*{NAME}",
+    )
+    return replace(block, name=NAME, params=params, options=[])

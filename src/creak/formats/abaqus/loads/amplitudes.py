@@ -11,8 +11,7 @@ from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.numbers import positive, to_float, to_int
-from creak.formats.abaqus.text.outline import Outline
-from creak.formats.abaqus.text.used import list_params
+from creak.formats.abaqus.text.outline import Outline, list_params
 from creak.model.steps import Amplitude
 
 KINDS = ("TABULAR", "EQUALLY SPACED", "SMOOTH STEP", "PERIODIC")

@@ -15,8 +15,7 @@ from creak.formats.abaqus.mesh.transforms import Transforms
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry
 from creak.formats.abaqus.text.numbers import to_dof, to_float
-from creak.formats.abaqus.text.outline import Outline
-from creak.formats.abaqus.text.used import list_params
+from creak.formats.abaqus.text.outline import Outline, list_params
 from creak.model.constraints import Fixed
 from creak.model.dofs import dof_label, node_and_dof, nodes_of
 from creak.model.steps import Amplitude, PointLoad, Prescribed

@@ -14,8 +14,7 @@ from creak.formats.abaqus.loads.temperatures import heated
 from creak.formats.abaqus.mesh.transforms import Transforms
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry
-from creak.formats.abaqus.text.outline import Outline, StepBlocks
-from creak.formats.abaqus.text.used import list_params
+from creak.formats.abaqus.text.outline import Outline, StepBlocks, list_params
 from creak.model.constraints import Fixed
 from creak.model.dofs import node_dofs
 from creak.model.steps import Amplitude, PointLoad, Prescribed, StaticLoads

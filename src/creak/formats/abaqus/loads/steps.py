@@ -19,8 +19,7 @@ from creak.formats.abaqus.text.keywords import meaning
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry, lookup
 from creak.formats.abaqus.text.numbers import positive, to_float
-from creak.formats.abaqus.text.outline import Outline, StepBlocks
-from creak.formats.abaqus.text.used import list_params
+from creak.formats.abaqus.text.outline import Outline, StepBlocks, list_params
 from creak.model.constraints import Fixed
 from creak.model.steps import Amplitude, DeckRun, DynamicStep
 

@@ -10,8 +10,7 @@ from creak.errors import InputError
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry
 from creak.formats.abaqus.text.numbers import floats, to_float
-from creak.formats.abaqus.text.outline import Outline
-from creak.formats.abaqus.text.used import list_params
+from creak.formats.abaqus.text.outline import Outline, list_params
 from creak.model.steps import NodeTemperatures
 
 

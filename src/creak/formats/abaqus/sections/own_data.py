@@ -10,9 +10,10 @@ from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.mesh.elements import Elements
 from creak.formats.abaqus.sections.distributions import Distributions, find_distribution
-from creak.formats.abaqus.sections.nodal_thickness import at_elements
 from creak.formats.abaqus.sections.orientations import Orientations, find_orientation
 from creak.formats.abaqus.text.lexer import Block
+from creak.formats.abaqus.text.names import Registry
+from creak.formats.abaqus.text.numbers import positive
 from creak.formats.abaqus.text.outline import Outline, Scope
 from creak.model.materials import AnisotropicMaterial, BeamSection, GeneralShell, Section, ShellSection, SolidSection
 from creak.model.mesh import COMMON, Own
@@ -102,3 +103,36 @@ def _default_direction(scope: Scope, elements: Elements, rows: IntArray, coords:
     x, z = scope.rotation[:, 0], scope.rotation[:, 2]
     near = np.linalg.norm(np.cross(normal, x), axis=1) < 1.7e-3 * np.linalg.norm(normal, axis=1)
     return np.where(near[:, None], z, x)
+
+
+def read_nodal_thickness(deck: Outline, nodes: Registry, n_node: int) -> FloatArray:
+    """Thickness (n_node,) that the deck gives at nodes, NaN where it gives none; the last line of a node counts.
+
+    Raises
+    ------
+    InputError : unknown node or set, a thickness that is not positive.
+    """
+    result = np.full(n_node, np.nan)
+    for scope, block in deck.blocks("NODAL THICKNESS"):
+        for fields, where in block.rows():
+            value = positive(fields[1] if len(fields) > 1 else "", where, "nodal thickness")
+            result[nodes.find(fields[0], scope.name, where)] = value
+    return result
+
+
+def at_elements(block: Block, table: np.ndarray, thickness: FloatArray) -> FloatArray:
+    """(n_elem, n_node_per_element) thickness at the corners of elements; node rows -1 are left out.
+
+    Raises
+    ------
+    InputError : a node of the section has no thickness.
+    """
+    found = np.where(table >= 0, thickness[table], 0.0)
+    if np.isnan(found).any():
+        raise InputError(
+            f"{int(np.isnan(found).sum())} corner(s) of the shells of *{block.name}, NODAL THICKNESS have no thickness",
+            expected="*NODAL THICKNESS for all their nodes",
+            where=block.where,
+            fix="Add the nodes.",
+        )
+    return found

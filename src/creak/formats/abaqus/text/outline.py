@@ -11,7 +11,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.text.keywords import canonical, meaning
-from creak.formats.abaqus.text.lexer import Block
+from creak.formats.abaqus.text.lexer import Block, squeeze
 from creak.formats.abaqus.text.numbers import floats
 from creak.model.mesh import Unread
 
@@ -304,3 +304,11 @@ def _spelled_out(name: str) -> str:
 def _is_gravity(block: Block) -> bool:
     """A *DLOAD of type GRAV."""
     return block.name == "DLOAD" and any("GRAV" in (x.strip().upper() for x in fields) for fields, _ in block.rows())
+
+
+def list_params(deck: Outline, block: Block, known: str) -> None:
+    """List every parameter that is not in `known` (names with commas between them) as one that changes the answer."""
+    names = {squeeze(name) for name in known.split(",")}
+    for param in block.params:
+        if param not in names:
+            deck.note(block, "creak does not read this parameter", changes=True, what=f"*{block.name}, {param}")

@@ -71,7 +71,7 @@ def read_fasteners(deck: Deck, materials: Materials) -> list[Constraint]:
                 rows.append(given)
                 continue
             if patch not in surfaces:
-                surfaces[patch] = _facets(deck, f.card, patch, coords)
+                surfaces[patch] = _facets(deck, f.card, patch)
             ends.append(deck.grids.place(given) if given is not None else _pierced(f, *surfaces[patch], coords))
             rows.append(deck.grids.add(ends[-1]))
         normal = np.eye(3)[0] if f.patches[0] is None else _normal(ends[0], *surfaces[f.patches[0]], coords)
@@ -134,7 +134,7 @@ def _place(deck: Deck, card: Card, gs: int, ga: int | None, xyz: int) -> FloatAr
     return np.array([card.real(xyz + i, 0.0) for i in range(3)])
 
 
-def _facets(deck: Deck, card: Card, patch: Patch, coords: FloatArray) -> tuple[IntArray, FloatArray]:
+def _facets(deck: Deck, card: Card, patch: Patch) -> tuple[IntArray, FloatArray]:
     """(n, 4) corners of the shells of a patch, and (n,) their thickness."""
     kind, identifier, at = patch
     if kind == "GRID":

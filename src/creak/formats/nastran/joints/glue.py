@@ -17,8 +17,6 @@ from creak.model.constraints import Constraint
 from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
 from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces
 
-OPTISTRUCT = {"TIE", "CONTACT", "SURF"}
-"""Read always: creak's own contact is that of the study."""
 CARDS = {
     *("BGSET", "BGADD", "BGPARM", "BCTABLE", "BCTABL1", "BCONECT", "BCONPRG", "BCBODY", "BCBODY1"),
     *("BSURF", "BSURFS", "BCPROP", "BCPROPS"),

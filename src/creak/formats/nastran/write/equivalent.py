@@ -72,7 +72,7 @@ def _shared(old: ElementBlock, new: ElementBlock, made: dict[tuple[int, str], Se
 def _block(block: ElementBlock, x: FloatArray) -> ElementBlock:
     section, own = block.section, block.own
     if isinstance(section, ShellSection | GeneralShell):
-        axis = _shell_axis(section, own, x) if is_directed(section) else None
+        axis = _shell_axis(own, x) if is_directed(section) else None
         if isinstance(section, GeneralShell) and not section.thickness:
             block = replace(block, section=replace(section, thickness=1.0))
         return replace(block, own=Own(axis, None, own.thickness, own.arms))
@@ -95,7 +95,7 @@ def _block(block: ElementBlock, x: FloatArray) -> ElementBlock:
     return block
 
 
-def _shell_axis(section: ShellSection | GeneralShell, own: Own, x: FloatArray) -> FloatArray:
+def _shell_axis(own: Own, x: FloatArray) -> FloatArray:
     """The direction given, else global x, or z where x is normal to the element."""
     if own.axis1 is not None:
         return own.axis1

@@ -1,0 +1,19 @@
+"""Filters of whole modes and several listeners."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from creak.sound.rayleigh import HIGHEST, PressureRows, pressure_weights
+
+
+def pressure_rows(points, volumes, listeners, rate: float, **options) -> PressureRows:
+    """`pressure_weights` of each listener (n_listener, 3) times the volumes (n, n_mode) that the points move."""
+    band = HIGHEST * rate
+    weights, start = zip(
+        *(pressure_weights(points, np.array(at), rate, band, **options) for at in listeners), strict=True
+    )
+    rows = np.zeros((len(weights), max(w.shape[0] for w in weights), volumes.shape[1]))
+    for row, w in zip(rows, weights, strict=True):
+        row[: w.shape[0]] = w @ volumes
+    return PressureRows(rows, np.array(start), rate, band)
