@@ -134,7 +134,7 @@ def _of_repeats(c: Convergence) -> Verdict:
         return Verdict(UNSETTLED, c.unlooked)
     new = max((n for name, n in c.new.items() if c.outcomes[name].variant.judged), default=0)
     new = new if c.structure is None else max(new, c.structure.missed)
-    few = max(1.0, (1.0 - ENOUGH) * len(c.events))
+    few = (1.0 - ENOUGH) * len(c.events)
     if not whole and new <= few and (len(open_ones) <= few or are_faint(open_ones, c)):
         return Verdict(SETTLED, _exceptions(open_ones, c))
     reasons = _reasons(c, open_ones, whole, new)

@@ -44,7 +44,7 @@ UNREDUCED, BAND = "unreduced", "band"
 REST = {"modes": 2.0}
 """Times what half as many modes again change that all further ones may: an error that falls with the number of modes to
 the power 1.7 or faster. Found by coverage (docs/trust.md)."""
-UNSEEN, LEAST = "unseen", 5e-3
+UNSEEN, LEAST = "unseen", 2e-3
 """Source of what no run sees, share; of times a share of the event's duration. Found by coverage as well."""
 SOURCES = {"time": IN_TIME, "stiffness": ("softer", "stiffer", "stiffness"), "modes": ("modes",)}
 """What an answer hangs on -> the families that tell how much; of several the largest counts."""

@@ -11,6 +11,9 @@ from creak.verify.events import Event
 from creak.verify.matching import EventMatch
 from creak.verify.statistics import EventStatistics
 
+MOVED = {"start": 2.0, "closing_speed": 1.0}
+"""Figures of an event that hang on what came before it, and how much of `inherited` they change by, as a share of the
+event's duration and of the closing speed. Found by coverage (docs/trust.md)."""
 SURE = 0.95
 """Of the events that were not looked at, those whose differences are to lie within `Structure.spread`."""
 
@@ -118,13 +121,26 @@ class Structure:
         return replace(self, run=run, missed=len(match.missed), extra=tuple(match.extra), samples=samples)
 
     def change(self, name: str, event: Event) -> float:
-        """What it changes of a figure of an event, s or a share: as found where it looked, else `spread`."""
+        """What it changes of a figure of an event, s or a share: as found where it looked, else `spread`.
+
+        Where it looked at single events alone, start and closing speed hang on what came before, too (`inherited`).
+        """
+        unit = event.t_end - event.t_start if name in TIMES else 1.0
+        more = 0.0 if self.run or name not in MOVED else MOVED[name] * self.inherited * unit
         found = [s.error(name) for s in (*self.spots, *self.run) if s.event is event]
         known = [x for x in found if x is not None]
         if known:
-            return float("inf") if np.isnan(known).any() else max(known)
-        by = self.spread(name)
-        return by * (event.t_end - event.t_start) if name in TIMES else by
+            return float("inf") if np.isnan(known).any() else max(known) + more
+        return self.spread(name) * unit + more
+
+    @property
+    def inherited(self) -> float:
+        """What the error of earlier impulses moves of later events: the largest that a spot check found.
+
+        A check begins at the reduced model's state, which has these errors already.
+        """
+        errors = [x for s in self.spots if (x := s.error("impulse")) is not None]
+        return float("inf") if np.isnan(errors).any() else max(errors, default=0.0)
 
     def spread(self, name: str) -> float:
         """Within this lie differences of events that were not looked at, by those that were.

@@ -100,14 +100,16 @@ def stretch(event: Event, why: str, ends: FloatArray, fewest: int) -> Stretch | 
         parts //= 2
 
 
-def stretch_of(event: Event, why: str, ends: FloatArray, parts: int) -> tuple[Stretch | None, int]:
-    """The same by given parts of a flight step; and the steps that it would take, however many may be taken."""
+def stretch_of(
+    event: Event, why: str, ends: FloatArray, parts: int, most: int = LONGEST * STEPS
+) -> tuple[Stretch | None, int]:
+    """The same by given parts of a flight step; and the steps that it would take, of which `most` may be taken."""
     H, lasts = ends[1] - ends[0], event.t_end - event.t_start
     first = int(np.searchsorted(ends, event.t_start - LEAD * H / parts, side="right")) - 1
     if first < 0:
         return None, 0
     wanted = math.ceil((event.t_end + AFTER * lasts - ends[first]) / H * parts)
-    steps = min(wanted, LONGEST * STEPS, (ends.size - 1 - first) * parts)
+    steps = min(wanted, most, (ends.size - 1 - first) * parts)
     return Stretch(first, parts, steps, event, why), wanted
 
 

@@ -114,7 +114,8 @@ def figures_over(event: Event, history: History, gaps: GapOperator, of: Handover
 def _with_silence(history: History, f_max: float) -> History:
     """The history with as long a time without force beside it as a low-pass sees, where it begins open; behind it too.
 
-    What the force of an event is then hangs on the stretch alone, and not on where it was cut.
+    What the force of an event is then hangs on the stretch alone, and not on where it was cut. Before it gaps go on as
+    they begin.
     """
     long = 2.0 * REACH / f_max
     step = np.diff(history.time)
@@ -124,6 +125,8 @@ def _with_silence(history: History, f_max: float) -> History:
         more = history.time[at] + near + np.arange(SILENT) / (SILENT - 1) * far
         order = slice(None) if at else slice(None, None, -1)
         rows, none = np.repeat(history.gap[[at]], SILENT, axis=0), np.zeros((SILENT, force.shape[1]))
+        if at == 0:  # a gap that closes has come so fast
+            rows += np.multiply.outer(more[order] - history.time[0], (history.gap[1] - history.gap[0]) / step[0])
         pieces = [(time, more[order]), (gap, np.maximum(rows, 0.0)), (force, none)]
         time, gap, force = (np.concatenate([a, b] if at else [b, a]) for a, b in pieces)
     return replace(history, time=time, gap=gap, force=force)

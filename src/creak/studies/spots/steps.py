@@ -7,7 +7,7 @@ from dataclasses import replace
 from creak.dynamics.flight.contact_steps import steps_in_contact
 from creak.studies.converge.figures import TIMES, change
 from creak.studies.converge.settling import LEAST
-from creak.studies.run.integrate import resolution_of
+from creak.studies.run.integrate import flowing, resolution_of
 from creak.studies.run.job import StudyResult
 from creak.studies.spots.check import FEWEST_EVENTS
 from creak.studies.spots.choose import near_channels, stretch_of
@@ -27,14 +27,15 @@ def bars_of_steps(result: StudyResult) -> dict[str, float]:
     run sees (`settling.LEAST`).
     """
     of, _ = handed_over(result)
-    if of is None:
+    if of is None or flowing(of.unreduced)[0] is not None:  # which has no contact steps
         return {}
     step, longest = of.ends[1] - of.ends[0], resolution_of(result.setup).stepped
     parts, springs = steps_in_contact(of.unreduced, of.gaps, step, longest)
     half, stiffer = steps_in_contact(of.unreduced, of.gaps, step, 1.0 / (2 * parts))
     if half != 2 * parts:
         return {}
-    made = [stretch_of(e, why, of.ends, parts)[0] for e, why in ordered(result, of)[:FEWEST_EVENTS]]
+    most = (of.ends.size - 1) * parts
+    made = [stretch_of(e, why, of.ends, parts, most)[0] for e, why in ordered(result, of)[:FEWEST_EVENTS]]
     order = [s for s in made if s is not None]
     near, at = near_channels(of.history, of.gaps, order, of.ends), sorted({s.first for s in order})
     if not order:
