@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from creak.dynamics.modal.march import simulate_modal
 from rich.console import Console
 from rich.table import Table
 
@@ -19,7 +20,6 @@ from benchmarks.door import SCHEME, silent
 from benchmarks.reduction import Row, reduction_cost
 from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import compile_kernels
-from creak.dynamics.modal.march import simulate_modal
 from creak.model.dofs import node_dofs
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model

@@ -11,6 +11,7 @@ import time
 from dataclasses import replace
 
 import numpy as np
+from creak.dynamics.modal.march import simulate_modal
 from rich.console import Console
 from rich.table import Table
 
@@ -18,7 +19,6 @@ from benchmarks.door import SCHEME, Door, door
 from creak.arrays import FloatArray
 from creak.contact.step_problem import compile_kernels
 from creak.dynamics.instant import Instant
-from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.simulate import CondensedStepper, Stepper
 from creak.linalg.threads import one_blas_thread
 from creak.studies.run.integrate import divided_loads

@@ -19,10 +19,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from creak.dynamics.modal.march import simulate_modal
 from rich.console import Console
 
 from benchmarks.door import silent
-from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.scheme import generalised_alpha
 from creak.studies.converge.figures import FIGURES, TIMES, change
 from creak.studies.converge.settled import settled_to, verdict_of

@@ -46,18 +46,17 @@ def test_generalised_alpha_with_divided_steps(tmp_path, monkeypatch):
     assert summary["verification"]["events"]["missed"] == 0
 
 
-def test_hard_contact_with_friction_on_a_massless_boundary(tmp_path, monkeypatch):
+def test_hard_contact_with_friction(tmp_path, monkeypatch):
     study = changed(
         ('main = "OVER"\n', 'main = "OVER"\nstiffness = "hard"\nfriction = 0.3\n'),
-        ("[reduction]\n", '[reduction]\nmethod = "massless-boundary"\n'),
-        ("[time]\n", '[time]\nintegrator = "massless-boundary"\n'),
-        ("step = 5e-4", "step = 2.5e-4"),
+        ("[reduction]\n", '[reduction]\nmethod = "gap-modes"\n'),
+        ("step = 5e-4\n", ""),
         ("[time]", "[reference]\nrun = false\n[time]"),
     )
     status, summary = run(tmp_path, study, monkeypatch)
     assert status == 0
     figures = summary["runs"]["reduced"]
-    assert figures["integrator"].startswith("massless boundary")
+    assert figures["integrator"].startswith("exact flow")
     assert figures["events"]
     assert figures["energy_created"] <= 0.005
     # Nothing penetrates: the gap is zero to round-off of the motion, some .1 mm.

@@ -28,7 +28,7 @@ from creak.dynamics.scheme import Scheme
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.step_matrix import Maker, StepFactor, on_cores
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
-from creak.errors import NumericalError
+from creak.errors import InputError, NumericalError
 from creak.linalg.threads import one_blas_thread
 
 Progress = Callable[[int, int], None]
@@ -261,6 +261,7 @@ def simulate(
 
     Raises
     ------
+    InputError : the loads are no whole number of steps.
     NumericalError : the step matrix is singular.
     Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted); what was
         computed is in its `history`.
@@ -292,6 +293,12 @@ def march(
     """
     started = clock.perf_counter()
     gaps, loads, terms, substeps = stepper.gaps, stepper.loads, stepper.terms, stepper.substeps
+    if loads.n_step % substeps:
+        raise InputError(
+            f"{loads.n_step} samples of the loads are no whole number of steps",
+            where="[time] substeps",
+            expected=f"a multiple of {substeps}",
+        )
     n_step = loads.n_step // substeps
     recorder = Recorder(
         terms.system, stepper.on, gaps, loads, substeps, observed, output_every, whole_at, watched, lean=True
@@ -304,17 +311,22 @@ def march(
         now = _resumed(keeper.saved, stepper, audit, recorder)
     recorder.setup_s = stepper.setup_s + clock.perf_counter() - started
     try:
-        with one_blas_thread(), nullcontext() if keeper is None else keeper.heeding():
+        # A motion that leaves the range of numbers is told once, by `Diverged`.
+        with (
+            one_blas_thread(),
+            np.errstate(over="ignore", invalid="ignore"),
+            nullcontext() if keeper is None else keeper.heeding(),
+        ):
             for n in range(now.row // substeps + 1, n_step + 1):
                 for after in stepper.advance(now):
                     energy = audit.step(now, after)
+                    if not np.isfinite(energy).all():
+                        raise Diverged(float(loads.time[after.row]), recorder.history(stepper.residual))
                     now = after
                     ends = now.row == n * substeps
                     recorder.keep(loads.time[now.row], now, energy, n if ends else None)
                     if keeper is not None and keeper.wanted(now.row == n_step * substeps):
                         _hand_over(keeper, now, stepper, audit, recorder)
-                if not np.isfinite(energy).all():
-                    raise Diverged(float(loads.time[now.row]), recorder.history(stepper.residual))
                 if progress is not None:
                     progress(n, n_step)
     except KeyboardInterrupt as error:

@@ -35,7 +35,7 @@ from creak.dynamics.flow.kernel import FULL, may_close
 from creak.dynamics.flow.lasting import PATIENCE, rests
 from creak.dynamics.flow.motion import fly_single, load_step, quiet, settle_supports, shift, shift_loads
 from creak.dynamics.flow.rows import bends, changes, restart
-from creak.dynamics.modal.model import DONE, NOT_FINITE, acts, put
+from creak.dynamics.flow.vectors import DONE, NOT_FINITE, acts, put
 
 
 class Desk(NamedTuple):

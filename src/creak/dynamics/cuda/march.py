@@ -22,8 +22,8 @@ from creak.dynamics.cuda.model import Shared, Sizes, Work, Written
 from creak.dynamics.flow.kernel import FULL
 from creak.dynamics.flow.march import FlowRun
 from creak.dynamics.flow.model import FlowState
+from creak.dynamics.flow.vectors import DONE
 from creak.dynamics.history import History
-from creak.dynamics.modal.model import DONE
 from creak.dynamics.stopped import Diverged, Stopped
 
 FAILURES = (getattr(error, "CudaDriverError", MemoryError), error.CudaSupportError, MemoryError)

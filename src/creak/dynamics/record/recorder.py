@@ -7,6 +7,7 @@ hands them over one by one (`keep`).
 from __future__ import annotations
 
 import copy
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -19,7 +20,6 @@ from creak.dynamics.flow.model import FlowState
 from creak.dynamics.history import ENERGIES, History, split_columns
 from creak.dynamics.instant import Instant, LogState
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal.model import MarchState, Output
 from creak.dynamics.record.thinning import room_for, spacing_for, thin
 from creak.dynamics.record.watch import Watch, Watched
 from creak.linalg.memory import require
@@ -30,6 +30,22 @@ BUFFER_MEMORY = 64_000_000
 """Bytes of motion kept before it is turned into output."""
 FEWER = "Let the run end earlier, or keep fewer channels by a smaller [precheck] margin."
 """What to do where the instants of contact are too many."""
+
+
+class Output(NamedTuple):
+    """Where a compiled march writes to."""
+
+    table: FloatArray
+    """(rows, 1 + m + (m + 2 f) + 2 f + 8): time, gaps, forces, sliding, energies."""
+    at: IntArray
+    """(chunk,) rows of the table at which motion is kept."""
+    u: FloatArray
+    """(chunk, n)"""
+    s: FloatArray
+    """(chunk, n_support)"""
+    whole_at: IntArray
+    whole: FloatArray
+    """(n_whole, n)"""
 
 
 class Recorder:
@@ -141,7 +157,7 @@ class Recorder:
             return np.asarray(rows[0] @ self._basis), rows[1]
         return rows if self._needed.size == rows[0].shape[1] else (rows[0][:, self._needed], rows[1])
 
-    def first(self, time: float, x: MarchState | FlowState, kept: FloatArray) -> None:
+    def first(self, time: float, x: FlowState, kept: FloatArray) -> None:
         """The instant that a compiled march starts from."""
         row = np.concatenate([[time], x.gap, x.force, x.sliding, x.energy[: len(ENERGIES)]])
         self._begin(row, kept, kept, x.support[0])
