@@ -171,10 +171,12 @@ class CondensedStepper:
         a = gear.solver.solve(begun.right_side)
         half, support = begun.half, begun.support
         c_u, c_v = scheme.beta * h * h, scheme.gamma * h
-        move = np.asarray(on.G @ a)
-        gap = self.gaps.gap0 + on.G @ half.u + c_u * move + on.G_s @ support[0]
-        rate = on.G @ half.v + c_v * move + on.G_s @ support[1] if self._rated else np.zeros(self.gaps.m)
-        slip = h * (on.T @ half.v + c_v * (on.T @ a) + on.T_s @ support[1]) if on.T.shape[0] else np.zeros(0)
+        rate, slip = np.zeros(self.gaps.m), np.zeros(on.T.shape[0])
+        gap = self.gaps.gap0 + on.G @ (half.u + c_u * a) + on.G_s @ support[0]
+        if self._rated or slip.size:
+            v = half.v + c_v * a
+            rate = on.G @ v + on.G_s @ support[1] if self._rated else rate
+            slip = h * (on.T @ v + on.T_s @ support[1])
         return _Trial(begun, a, np.asarray(gap), np.asarray(rate), np.asarray(slip))
 
     def _finished(self, gear: _Gear, now: Instant, trial: _Trial) -> Instant:
@@ -185,7 +187,7 @@ class CondensedStepper:
 
     def _pressed(self, gear: _Gear, now: Instant, trial: _Trial) -> Instant:
         contact = gear.contact
-        if contact is None:
+        if contact is None or not trial.gap.min(initial=0.0) < 0.0:
             return self._open(gear, trial)
         force, stuck = contact.forces(trial.gap, trial.rate, trial.slip, now.stuck, now.force)
         if not force.any():

@@ -77,6 +77,7 @@ class Recorder:
         if lean:
             self._needed = _columns([A for A, _ in wanted if A.shape[0]], system.n)
         width = self._needed.size if basis is None else basis.shape[1]
+        self._taken = slice(None) if self._needed.size == system.n else self._needed
         self._rows = self._on_kept(wanted[0])
         moves = any(abs(A).max() > 0.0 for A, _ in on.tangents if A.size)
         self._tangents = tuple(self._on_kept(rows) for rows in on.tangents) if moves else ()
@@ -174,7 +175,7 @@ class Recorder:
         """The next instant; `step`: the whole step that it ends, 0 at the start, None within one."""
         row = np.concatenate([[time], now.gap, now.force, now.sliding, energy])
         if step == 0:
-            self._begin(row, now.x.u[self._needed], now.x.u, now.support[0])
+            self._begin(row, now.x.u[self._taken], now.x.u, now.support[0])
             return
         self._grow(1)
         self._table[self.used] = row
@@ -182,8 +183,9 @@ class Recorder:
         if step is None:
             return
         k = self._filled
-        self._ends[k], self._u[k], self._s[k] = self.used - 1, now.x.u[self._needed], now.support[0]
-        self._whole[self._whole_at == step] = now.x.u
+        self._ends[k], self._u[k], self._s[k] = self.used - 1, now.x.u[self._taken], now.support[0]
+        if self._whole_at.size:
+            self._whole[self._whole_at == step] = now.x.u
         self._filled += 1
         if self._filled == self.chunk:
             self._pass_on()
