@@ -31,7 +31,7 @@ TIP, OTHER = 6 * N + 1, 6 * (2 * N + 1) + 1
 OBSERVED = np.array([TIP, TIP - 6, OTHER])
 ROUND_OFF = 1e-8
 """Both solve the same equations; those in dofs have a step matrix of condition 1e7 (eps times that, some steps on)."""
-HARD = 1e-5
+HARD = 1e-6
 """Forces of hard contact are a quotient of small numbers, and each blow carries on a multiple of what they differ by."""
 
 
@@ -124,10 +124,10 @@ def test_modal_damping_and_sparse_output():
 @pytest.mark.parametrize("decay", [0.0, 0.05])
 def test_friction_and_hard_contact(decay, measured):
     gaps = rubbing(gaps_between(2e-4, np.array([np.inf, 3e4])), decay=decay)
-    a, b = both(in_dofs(), gaps, loads_of(), HHT(1.0 - np.sqrt(2.0)))
+    a, b = both(in_dofs(), gaps, loads_of(0.07), HHT(1.0 - np.sqrt(2.0)))
     slides = np.abs(a.sliding).max(axis=1) > 1e-6
     pressed = a.force[:, 1] > 0.0
-    assert 5 < np.count_nonzero(slides) < np.count_nonzero(pressed) - 5
+    assert 5 < np.count_nonzero(slides) < np.count_nonzero(pressed) - 3
     assert a.energy[-1, ENERGIES.index("friction")] > 0.0
     assert_same(a, b, HARD)
     error = np.abs(a.tangential - b.tangential).max() / np.abs(a.tangential).max()
