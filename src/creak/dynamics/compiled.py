@@ -14,6 +14,8 @@ import numba
 
 FAST = {"reassoc", "contract", "nsz", "arcp"}
 """Sums in any order; infinities and NaN keep their meaning."""
+DONE, NOT_FINITE = 0, -1
+"""How a chunk of steps ends; other codes are those of the contact solver."""
 _ALONE: dict[str, Any] = {"cache": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
 inner = numba.njit(**_ALONE)
 inner_fast = numba.njit(**_ALONE, fastmath=FAST)

@@ -106,6 +106,12 @@ class CondensedStepper:
         maker: Maker = on_cores,
     ) -> None:
         started = clock.perf_counter()
+        if loads.n_step % substeps:
+            raise InputError(
+                f"{loads.n_step} samples of the loads are no whole number of steps",
+                where="[time] substeps",
+                expected=f"a multiple of {substeps}",
+            )
         self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
@@ -295,12 +301,6 @@ def march(
     """
     started = clock.perf_counter()
     gaps, loads, terms, substeps = stepper.gaps, stepper.loads, stepper.terms, stepper.substeps
-    if loads.n_step % substeps:
-        raise InputError(
-            f"{loads.n_step} samples of the loads are no whole number of steps",
-            where="[time] substeps",
-            expected=f"a multiple of {substeps}",
-        )
     n_step = loads.n_step // substeps
     recorder = Recorder(
         terms.system, stepper.on, gaps, loads, substeps, observed, output_every, whole_at, watched, lean=True

@@ -13,7 +13,7 @@ import numpy as np
 from numba import cuda
 
 from creak.dynamics.compiled import inner
-from creak.dynamics.flow.vectors import dot
+from creak.dynamics.vector_kernels import dot
 
 THREADS = 128
 """Of a block: a multiple of `LANES`."""

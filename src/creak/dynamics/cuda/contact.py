@@ -14,7 +14,7 @@ from creak.dynamics.flow.block import MORE, can_close, cubic, lowest_within, new
 from creak.dynamics.flow.kicks import any_closed, drift_of, force_on, share_out, turn_rates
 from creak.dynamics.flow.lasting import LOSS, add, push_by
 from creak.dynamics.flow.motion import band_energies, fly_single, quiet, settle_supports
-from creak.dynamics.flow.vectors import acts, fill
+from creak.dynamics.vector_kernels import acts, fill
 
 
 @inner

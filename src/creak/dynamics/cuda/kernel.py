@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from numba import cuda, float64, int64
 
-from creak.dynamics.compiled import inner
+from creak.dynamics.compiled import DONE, NOT_FINITE, inner
 from creak.dynamics.cuda.block import THREADS, any_of, sync, team_of
 from creak.dynamics.cuda.contact import (
     amend,
@@ -35,7 +35,7 @@ from creak.dynamics.flow.kernel import FULL, may_close
 from creak.dynamics.flow.lasting import PATIENCE, rests
 from creak.dynamics.flow.motion import fly_single, load_step, quiet, settle_supports, shift, shift_loads
 from creak.dynamics.flow.rows import bends, changes, restart
-from creak.dynamics.flow.vectors import DONE, NOT_FINITE, acts, put
+from creak.dynamics.vector_kernels import acts, put
 
 
 class Desk(NamedTuple):

@@ -16,13 +16,13 @@ from numba import cuda
 from numba.cuda.cudadrv import error
 
 from creak.arrays import FloatArray
+from creak.dynamics.compiled import DONE
 from creak.dynamics.cuda.block import THREADS
 from creak.dynamics.cuda.kernel import compiled
 from creak.dynamics.cuda.model import Shared, Sizes, Work, Written
 from creak.dynamics.flow.kernel import FULL
 from creak.dynamics.flow.march import FlowRun
 from creak.dynamics.flow.model import FlowState
-from creak.dynamics.flow.vectors import DONE
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Diverged, Stopped
 

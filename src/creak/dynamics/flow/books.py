@@ -32,7 +32,8 @@ from creak.dynamics.books import (
 )
 from creak.dynamics.compiled import inner, inner_fast
 from creak.dynamics.flow.kicks import held_by_kick
-from creak.dynamics.flow.vectors import ACCELERATION, DISPLACEMENT, VELOCITY, dot, fill
+from creak.dynamics.flow.model import ACCELERATION, DISPLACEMENT, VELOCITY
+from creak.dynamics.vector_kernels import dot, fill
 
 GAUSS = math.sqrt(0.6)
 """Place of the outer points of Gauss's rule with three, from the middle, in half steps."""

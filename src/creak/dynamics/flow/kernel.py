@@ -15,7 +15,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.dynamics.books import GIVEN, SCHEME
 from creak.dynamics.closing import dips
-from creak.dynamics.compiled import inner
+from creak.dynamics.compiled import DONE, NOT_FINITE, inner
 from creak.dynamics.flow.block import APART, KNOWN, amend, close_block, ends, look_near, open_block, under_way
 from creak.dynamics.flow.books import as_springs_saw, book_flow, complete
 from creak.dynamics.flow.kicks import book_half, book_slack, lessen, press, settled
@@ -35,7 +35,7 @@ from creak.dynamics.flow.motion import (
     value,
 )
 from creak.dynamics.flow.rows import bends, changes, restart
-from creak.dynamics.flow.vectors import DONE, NOT_FINITE, acts, fill, put
+from creak.dynamics.vector_kernels import acts, fill, put
 
 FULL = -2
 """Code: no room left in the table."""

@@ -19,9 +19,11 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.books import SIZE
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.flow.propagator import propagator
-from creak.dynamics.flow.vectors import ACCELERATION, CONSTANT, DISPLACEMENT, FORCE, VELOCITY
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
+
+ACCELERATION, VELOCITY, DISPLACEMENT, FORCE, CONSTANT = 2, 1, 0, 3, 4
+"""What drives a load column."""
 
 
 class FlowModel(NamedTuple):
@@ -185,7 +187,7 @@ def driven(on: ChannelMatrices, terms: LinearTerms, gaps: GapOperator) -> tuple[
         (CONSTANT, -np.column_stack([np.asarray(on.G.T @ preload), np.asarray(on.T.T @ gaps.resting[gaps.m :])])),
     ]
     columns = [(order, j, A[:, j]) for order, A in blocks for j in range(A.shape[1]) if A[:, j].any()]
-    loads = np.array([x for _, _, x in columns]).reshape(-1, terms.system.n)
+    loads = np.array([x for _, _, x in columns]) if columns else np.zeros((0, terms.system.n))
     rows = np.ascontiguousarray(np.vstack([to_dense(on.G), to_dense(on.T)]), dtype=np.float64)
     sampled = {
         "M_ss": sup.M_ss,
