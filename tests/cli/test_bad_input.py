@@ -75,7 +75,7 @@ STUDY_MISTAKES = {
             "study.toml:18",
             "reduction.method = 'massless-boundary'",
             "has no massless boundary",
-            "gap-modes",
+            "craig-bampton",
             "Change it",
         ],
     ),

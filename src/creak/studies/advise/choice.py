@@ -98,6 +98,11 @@ def _option(setup: Setup, facts: Facts, step: StepAdvice) -> tuple[Option | None
             "method: craig-bampton, because the study has substructures, unreduced sets or imported parts; one "
             "assembly without them would be smaller with gap-modes"
         )
+    if any(t.stiffness == "hard" for t in setup.study.config.contact.values()):
+        return _by_parts(facts, setup.f_max), (
+            "method: craig-bampton, because contact is hard: the static shapes of gap-modes have hardly any mass, and "
+            "hard contact on them takes very short steps"
+        )
     keep = f"keep craig-bampton with f_max = {_by_parts(facts, setup.f_max).f_max:g} where parts are exchanged or saved"
     if facts.gaps.m == 0:
         return _whole(facts, 0.0), (

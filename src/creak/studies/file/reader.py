@@ -176,7 +176,7 @@ def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel]
         return InputError(
             f"{name} = {problem['input']!r}: {problem['msg']}",
             where=where,
-            expected='method = "gap-modes" or "craig-bampton", and [time] without integrator and step',
+            expected='method = "craig-bampton", and [time] without integrator and step',
             fix="Change it: motion between contacts is exact then, and contact is resolved in its own time scale.",
         )
     if problem["type"] in ("union_tag_invalid", "union_tag_not_found"):

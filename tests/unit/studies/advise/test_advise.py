@@ -143,7 +143,7 @@ VARIANTS: list[tuple[dict[str, Any], str]] = [
     ({}, "gap-modes"),
     (THINNED, "gap-modes"),
     ({"reduction": {"interface": {"type": "characteristic", "n": 4}}}, "gap-modes"),
-    (HARD, "gap-modes"),
+    (HARD, "craig-bampton"),
     ({"reduction": {"unreduced": ["LOWER"], "keep_out": 5.0}}, "craig-bampton"),
     ({"reduction": {"method": "none"}}, "none"),
     ({"time": {"step": 2e-3, "integrator": "generalised-alpha"}, "precheck": {"enabled": False}}, "gap-modes"),
