@@ -46,7 +46,6 @@ CASES: dict[str, dict[str, Any]] = {
     **{f"interpolation {n}": {"keep_out": 8, "interface": {"type": "interpolation", "n": n}} for n in (2, 3)},
     **{f"characteristic {n}": {"keep_out": 8, "interface": {"type": "characteristic", "n": n}} for n in (50, 100, 200)},
     **{f"gap modes {m} x": {"method": "gap-modes", "f_max": F * m} for m in (3, 7, 11)},
-    **{f"massless {m} x": {"method": "massless-boundary", "f_max": F * m} for m in (7, 11)},
 }
 """Name -> [reduction]; fixed-interface modes to `CHOSEN` times the excitation unless said."""
 FINE = (*(f"Craig-Bampton {m} x" for m in (3, 5, 7, 11, 15, 20)), "keep_out 8", "gap modes 7 x")

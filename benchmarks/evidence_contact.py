@@ -26,11 +26,7 @@ FORCED: tuple[tuple[str, dict[str, Any]], ...] = (
     ("HHT", {"integrator": "hht", "step": 2.5e-4}),
     ("HHT", {"integrator": "hht", "step": 1e-4}),
     ("HHT", {"integrator": "hht", "step": 2e-5}),
-    ("massless boundary", {"integrator": "massless-boundary", "step": 1e-3}),
-    ("massless boundary", {"integrator": "massless-boundary", "step": 2.5e-4}),
-    ("massless boundary", {"integrator": "massless-boundary", "step": 1e-4}),
 )
-MASSLESS = {"method": "massless-boundary", "f_max": 1100.0}
 THESIS: dict[str, Any] = {"integrator": "hht", "alpha": -0.05, "step": 1e-3}
 """Of its runs, 1 kHz."""
 WINDOW_S = 2.0
@@ -69,14 +65,12 @@ def contact_figures(run: Run) -> dict[str, Any]:
 
 def forced_steps(bench: Bench, model: ReducedModel, loads: Sequence[str]) -> dict[str, Any]:
     """Runs with a forced step against those of the default accuracy, both reduced alike."""
-    massless = bench.model(MASSLESS)
     settled = {load: bench.run(load, model) for load in loads}
     rows = []
     for name, time in FORCED:
-        fades = name.startswith("massless")
-        setup, reduced = bench.forced(time, MASSLESS if fades else None), massless if fades else model
+        setup = bench.forced(time)
         gaps, _ = limited(setup, bench.reference, bench.gaps)
-        runs = {load: bench.run(load, reduced, gaps=gaps, base=setup) for load in loads}
+        runs = {load: bench.run(load, model, gaps=gaps, base=setup) for load in loads}
         rows.append(
             {
                 "scheme": name,
@@ -91,7 +85,6 @@ def forced_steps(bench: Bench, model: ReducedModel, loads: Sequence[str]) -> dic
     cost = sum(r.cost.cpu_s for r in settled.values()) / len(settled)
     return {
         "loads": list(loads),
-        "massless_f_max": MASSLESS["f_max"],
         "full_stiffness": float(np.median(bench.gaps.stiffness)),
         "settled_cpu_s": cost,
         "rows": rows,

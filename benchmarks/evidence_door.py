@@ -114,10 +114,9 @@ class Bench:
             setup = replace(setup, loads=sample_loads(setup.model, setup.study, axis))
         return march_run("unreduced", setup, self.reference.system, self.gaps if gaps is None else gaps, silent, None)
 
-    def forced(self, time: Mapping[str, Any], reduction: Mapping[str, Any] | None = None) -> Setup:
+    def forced(self, time: Mapping[str, Any]) -> Setup:
         """The setup with a forced step."""
-        table = {"time": {"periods": 5, **time}} | ({} if reduction is None else {"reduction": reduction})
-        return self._set_up({f"{SIGNAL}.amplitude": LOADS[self.load], **table})
+        return self._set_up({f"{SIGNAL}.amplitude": LOADS[self.load], "time": {"periods": 5, **time}})
 
 
 def rattle(run: Run) -> dict[str, Any]:

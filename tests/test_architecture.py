@@ -375,4 +375,4 @@ def test_the_balance_of_energies_is_closed_in_one_place():
         return {p.relative_to(folder).as_posix() for p in folder.rglob("*.py") if text in p.read_text(encoding="utf-8")}
 
     assert holding("[SCHEME] = ") == {"books.py"}
-    assert holding("balance(e)") == {"books.py", "energy.py", "modal/books.py", "flow/books.py"}
+    assert holding("balance(e)") == {"books.py", "energy.py", "flow/books.py"}

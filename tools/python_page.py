@@ -28,7 +28,7 @@ GROUPS = {
     "Many reductions of one study": ("make_bench", "Bench", "ReducedModel"),
     "Decks": ("read_deck", "deck_modes", "near_elements", "write_door", "Model", "RigidLink", "DeckModes"),
     "Systems from matrices": ("system_from_matrices", "couple", "modes", "System", "Modes"),
-    "Reduction": ("craig_bampton", "guyan", "gap_modes", "massless_boundary", "diagonalise"),
+    "Reduction": ("craig_bampton", "guyan", "gap_modes", "diagonalise"),
     "Contact": ("gap_channels", "join_gaps", "GapOperator"),
     "Loads": (
         "make_loads",

@@ -22,8 +22,8 @@ import numpy as np
 from rich.console import Console
 
 from benchmarks.door import silent
-from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.scheme import generalised_alpha
+from creak.dynamics.simulate import simulate
 from creak.studies.converge.figures import FIGURES, TIMES, change
 from creak.studies.converge.settled import settled_to, verdict_of
 from creak.studies.converge.settling import OF_DURATION, SETTLED
@@ -105,7 +105,7 @@ def case(study: Study, other_step: float | None, store: Path) -> dict[str, Any]:
     }
     if other_step is not None:
         v, parts = study.config.verification, round(setup.study.config.time.step / other_step)
-        history = simulate_modal(
+        history = simulate(
             run.system,
             result.gaps,
             divided_loads(setup, parts),

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from creak.api.files import read_json, write_json, write_text
     from creak.api.matrices import couple, modes, system_from_matrices
     from creak.api.motion import make_loads, simulate
-    from creak.api.reductions import craig_bampton, gap_modes, guyan, massless_boundary
+    from creak.api.reductions import craig_bampton, gap_modes, guyan
     from creak.api.result import Result
     from creak.api.robust import robust
     from creak.api.saved import SavedResult, open_result
@@ -87,7 +87,7 @@ _HOMES = {
     "api.files": ("read_json", "write_json", "write_text"),
     "api.matrices": ("couple", "modes", "system_from_matrices"),
     "api.motion": ("make_loads", "simulate"),
-    "api.reductions": ("craig_bampton", "gap_modes", "guyan", "massless_boundary"),
+    "api.reductions": ("craig_bampton", "gap_modes", "guyan"),
     "api.result": ("Result",),
     "api.robust": ("robust",),
     "api.saved": ("SavedResult", "open_result"),
@@ -185,7 +185,6 @@ __all__ = [
     "make_bench",
     "make_loads",
     "make_study",
-    "massless_boundary",
     "match_events",
     "modes",
     "near_elements",

@@ -11,10 +11,8 @@ from creak.contact.gap_operator import GapOperator
 from creak.contact.laws.parameters import Friction
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
-from creak.linalg.diagonal import Diagonal
 from helpers_core import channels, system_of
 
 pytestmark = pytest.mark.slow
@@ -32,21 +30,18 @@ def pressed(force: float, static: float, kinetic: float, decay: float = 0.0) -> 
     return replace(g, tangents=(along, across), friction=friction, preload=np.array([force]))
 
 
-def rub(gaps: GapOperator, pull: np.ndarray, time: np.ndarray, run=simulate) -> History:
+def rub(gaps: GapOperator, pull: np.ndarray, time: np.ndarray) -> History:
     """A mass on springs K along and across, with a force `pull` (n_time,) along."""
     system = system_of(M * np.eye(3), K * np.eye(3), velocity=np.zeros(3))
-    if run is simulate_modal:
-        system = replace(system, M=Diagonal(M * np.ones(3)), K=Diagonal(K * np.ones(3)))
     loads = Loads(time, np.zeros((3, time.size, 0)), pull[:, None], (np.array([0]),))
-    return run(system, gaps, loads, HHT(), observed=np.arange(3))
+    return simulate(system, gaps, loads, HHT(), observed=np.arange(3))
 
 
-@pytest.mark.parametrize(("run", "h"), [(simulate, 2e-5), (simulate_modal, 2e-6)], ids=["general", "compiled"])
-def test_coulomb_friction_takes_the_same_from_every_swing(run, h, measured):
+def test_coulomb_friction_takes_the_same_from_every_swing(measured):
     """m = 1, k = 1e4, mu N = 1, released at .85 mm: turns at -.65, .45, -.25, .05 mm, sticks at .1256637 s."""
-    x0 = 0.85e-3
+    x0, h = 0.85e-3, 2e-5
     time = h * np.arange(round(0.16 / h) + 1)
-    history = rub(pressed(1.0, 1.0, 1.0), np.full(time.size, -K * x0), time, run)
+    history = rub(pressed(1.0, 1.0, 1.0), np.full(time.size, -K * x0), time)
     x = history.displacement[:, 0] + x0
     v = history.sliding[:, 0]
     turns = [float(x[i]) for i in np.flatnonzero((v[1:-1] * v[2:] <= 0.0) & (v[1:-1] != 0.0)) + 1]
@@ -55,7 +50,7 @@ def test_coulomb_friction_takes_the_same_from_every_swing(run, h, measured):
     # It takes the scheme a few steps to let the acceleration of the last slide die out.
     assert not v[round(0.127 / h) :].any()
     took = history.energy[-1, ENERGIES.index("friction")]
-    case = "Coulomb oscillator" if run is simulate else "Coulomb oscillator, compiled march"
+    case = "Coulomb oscillator"
     # Turning points are flat: a step that straddles one misses it by a h^2 / 2, and HHT takes 2 zeta per turn.
     measured(
         "friction",
@@ -88,19 +83,19 @@ def cycles(history: History) -> tuple[list[float], list[float]]:
     return starts, ends
 
 
-@pytest.mark.parametrize(("run", "h"), [(simulate, 1e-5), (simulate_modal, 1e-6)], ids=["general", "compiled"])
-def test_belt_squeaks(run, h, measured):
+def test_belt_squeaks(measured):
     """m = 1, k = 1e4, N = 10, mu .5 / .3, belt .01 m/s, in the frame of the belt.
 
     Stick .04 s, slip .04068888 s, 12.3932817 Hz, .80688788 mm of belt a cycle: to four digits with the short step.
     """
+    h = 1e-5
     time = h * np.arange(round(0.14 / h) + 1)  # the second slip starts at .1307 s
-    history = rub(pressed(10.0, 0.5, 0.3), -K * 0.01 * time, time, run)
+    history = rub(pressed(10.0, 0.5, 0.3), -K * 0.01 * time, time)
     starts, ends = cycles(history)
     assert starts[0] == pytest.approx(0.05, abs=2 * h)
     # Slip ends where the speeds meet: the step in which they do is known to one h.
     period = starts[1] - starts[0]
-    case = "block on a belt" if run is simulate else "block on a belt, compiled march"
+    case = "block on a belt"
     measured("friction", f"{case}: stick", starts[1] - ends[0], 0.04, abs=3 * h, unit="s", source="closed form")
     measured("friction", f"{case}: slip", ends[0] - starts[0], 0.04068888, abs=2 * h, unit="s", source="closed form")
     measured(

@@ -69,9 +69,19 @@ STUDY_MISTAKES = {
     ),
     "NaN amplitude": (("amplitude = 0.05", "amplitude = nan"), ["study.toml:15", "amplitude", "nan", "finite"]),
     "unknown signal": (('"multisine"', '"multisin"'), ["study.toml:15", "multisin", "Did you mean 'multisine'"]),
-    "integrator that needs another reduction": (
+    "massless boundary": (
+        ("[reduction]\n", '[reduction]\nmethod = "massless-boundary"\n'),
+        [
+            "study.toml:18",
+            "reduction.method = 'massless-boundary'",
+            "has no massless boundary",
+            "craig-bampton",
+            "Change it",
+        ],
+    ),
+    "massless boundary as an integrator": (
         ("[time]\n", '[time]\nintegrator = "massless-boundary"\n'),
-        ["study.toml:", "massless-boundary", "craig-bampton", "Change"],
+        ["study.toml:21", "time.integrator = 'massless-boundary'", "has no massless boundary", "without integrator"],
     ),
     "friction": (('main = "OVER"\n', 'main = "OVER"\nfriction = -0.3\n'), ["study.toml:9", "friction", "-0.3", "0"]),
     "kinetic above static": (

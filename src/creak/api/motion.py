@@ -15,10 +15,11 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.dynamics.scheme import Scheme
+from creak.dynamics.simulate import simulate as by_scheme
 from creak.errors import InputError
 from creak.signals import sources
 from creak.signals.sources import Motion, Signal
-from creak.studies.run.integrate import simulate_settled, simulator
+from creak.studies.run.integrate import simulate_settled
 
 Forces: TypeAlias = Sequence[tuple[ArrayLike, Signal | ArrayLike]]
 EVEN = 1e-6
@@ -116,7 +117,7 @@ def simulate(
         )
     if scheme is None:
         return simulate_settled(system, channels, loads, observed=kept, output_every=output_every, progress=progress)
-    return simulator(system)(
+    return by_scheme(
         system,
         channels,
         loads,

@@ -13,7 +13,6 @@ from creak.dynamics.channels import channel_matrices
 from creak.errors import InputError
 from creak.reduction import craig_bampton as cb
 from creak.reduction import gap_modes as gm
-from creak.reduction import massless_boundary as mb
 
 
 def craig_bampton(
@@ -73,26 +72,6 @@ def gap_modes(system: System, gaps: GapOperator, *, f_max: float | None = None, 
     """
     _one_of(f_max, count)
     return gm.gap_modes(system, _rows(system, gaps), f_max=f_max, count=count)
-
-
-def massless_boundary(
-    system: System, gaps: GapOperator, *, f_max: float | None = None, count: int | None = None
-) -> System:
-    """Reduce a System to its modes and a massless spring per gap channel; diagonal, it runs in compiled code.
-
-    Parameters
-    ----------
-    f_max : modes below this frequency, Hz. count : the lowest modes. One of them.
-
-    Raises
-    ------
-    InputError, NumericalError : as `gap_modes`.
-
-    Source: Monjaraz-Tec, Gross, Krack, Computers & Structures 260, 2022. Impulses of contacts converge with the
-    modes, the force at an instant rings with the highest of them.
-    """
-    _one_of(f_max, count)
-    return mb.massless_boundary(system, _rows(system, gaps), f_max=f_max, count=count)
 
 
 def _boundary(system: System, boundary: ArrayLike) -> IntArray:

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol, TypeVar
+from typing import NamedTuple, Protocol
 
 from creak.arrays import FloatArray
 from creak.contact.step_problem import failure
+from creak.dynamics.compiled import DONE, NOT_FINITE
 from creak.dynamics.flow.model import FlowState
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal.model import DONE, NOT_FINITE, MarchState, Output
-from creak.dynamics.record.recorder import Recorder
+from creak.dynamics.record.recorder import Output, Recorder
 from creak.dynamics.simulate import Progress
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.linalg.memory import OutOfMemory
 from creak.linalg.threads import one_blas_thread
-
-State = TypeVar("State", MarchState, FlowState)
 
 
 class Chunk(NamedTuple):
@@ -38,7 +36,7 @@ class Chunk(NamedTuple):
     """s, of the last instant"""
 
 
-class Chunked(Protocol[State]):
+class Chunked(Protocol):
     """A compiled stepper: `march_chunks` drives it as `simulate.march` drives a `Stepper`."""
 
     loads: Loads
@@ -47,27 +45,27 @@ class Chunked(Protocol[State]):
     started: float
     """When its setup began, `time.perf_counter`."""
 
-    def start(self) -> State:
+    def start(self) -> FlowState:
         """The first instant, its books opened."""
 
-    def empty(self) -> State:
+    def empty(self) -> FlowState:
         """An instant to write into."""
 
-    def kept(self, x: State) -> FloatArray:
+    def kept(self, x: FlowState) -> FloatArray:
         """What the log keeps of a motion."""
 
     def rows(self, steps: int) -> int:
         """Rows of the table that so many whole steps may take at once."""
 
-    def chunk(self, now: State, after: State, out: Output, begin: int, end: int) -> Chunk:
+    def chunk(self, now: FlowState, after: FlowState, out: Output, begin: int, end: int) -> Chunk:
         """March from whole step `begin` towards `end`."""
 
 
 def march_chunks(
-    run: Chunked[State],
+    run: Chunked,
     progress: Progress | None,
     at: Sequence[int] = (),
-    caught: Callable[[State], object] | None = None,
+    caught: Callable[[FlowState], object] | None = None,
 ) -> History:
     """The whole run.
 

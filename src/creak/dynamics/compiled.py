@@ -12,12 +12,13 @@ from typing import Any
 
 import numba
 
-from creak.dynamics.modal.model import FAST
-
+FAST = {"reassoc", "contract", "nsz", "arcp"}
+"""Sums in any order; infinities and NaN keep their meaning."""
+DONE, NOT_FINITE = 0, -1
+"""How a chunk of steps ends; other codes are those of the contact solver."""
 _ALONE: dict[str, Any] = {"cache": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
 inner = numba.njit(**_ALONE)
 inner_fast = numba.njit(**_ALONE, fastmath=FAST)
-"""Sums in any order."""
 _MAKING: dict[str, Any] = {"cache": True, "_nrt": True}
 with_arrays = numba.njit(**_MAKING)
 """For functions that make arrays and are called by the others (`_nrt` goes on from caller to called)."""

@@ -44,15 +44,15 @@ class EnergyAudit:
         self._balanced = np.zeros(gaps.m) if gaps.preload is None else gaps.preload
         self._preload = on.G_s.T @ self._balanced
         self._held = gaps.resting[gaps.m :]
-        self._holds, self._damps = bool(self._held.any()), gaps.has_dampers
+        self._holds, self._damps, self._rubs = bool(self._held.any()), gaps.has_dampers, gaps.rubbing > 0
         self._book = new_book()
 
     def start(self, now: Instant) -> FloatArray:
         """Take the energy of the first instant as given; returns its row of the table."""
         e = self._book
-        e[KINETIC], e[STRAIN], e[CONTACT] = self._stored(now)
+        self._forces, carried = self._boundary(now)
+        e[KINETIC], e[STRAIN], e[CONTACT] = self._stored(now, carried)
         open_book(e)
-        self._forces = self._boundary(now)
         return e[: SCHEME + 1].copy()
 
     @property
@@ -65,7 +65,8 @@ class EnergyAudit:
 
     def step(self, before: Instant, now: Instant) -> FloatArray:
         """Book one step; returns its row of the table, (len(ENERGIES),)."""
-        e, forces, self._forces = self._book, self._forces, self._boundary(now)
+        e, forces = self._book, self._forces
+        self._forces, carried = self._boundary(now)
         du, ds = now.x.u - before.x.u, now.support[0] - before.support[0]
         if now.works is None:
             damping, external = self._trapezoidal(before, now, forces, du, ds)
@@ -77,10 +78,10 @@ class EnergyAudit:
             e[EXTERNAL] -= float(self._held @ (self._on.T @ du))
         if self._damps:
             e[CONTACT_DAMPING] += float(damper_work(self._laws, before.gap, now.gap, now.force))
-        if now.tau.any() or before.tau.any():
+        if self._rubs and (now.tau.any() or before.tau.any()):
             slid = np.asarray(self._on.T @ du + self._on.T_s @ ds)
             e[FRICTION] -= 0.5 * float((before.tau + now.tau) @ slid)
-        e[KINETIC], e[STRAIN], e[CONTACT] = self._stored(now)
+        e[KINETIC], e[STRAIN], e[CONTACT] = self._stored(now, carried)
         balance(e)
         return e[: SCHEME + 1].copy()
 
@@ -97,23 +98,24 @@ class EnergyAudit:
             external += 0.5 * float((force0 + force1) @ (self._t.B.T @ du[self._t.driven] + self._t.B_s.T @ ds))
         return damping, external
 
-    def _stored(self, now: Instant) -> tuple[float, float, float]:
-        s, s_dot = now.support[0], now.support[1]
-        sup, t, x = self._t.system.supports, self._t, now.x
+    def _stored(self, now: Instant, carried: tuple[float, float]) -> tuple[float, float, float]:
+        """Kinetic, strain and contact energy; `carried`: kinetic and strain energy that the supports take part in."""
+        x = now.x
         if now.works is None:
             kinetic, strain = 0.5 * float(x.v @ x.Mv), 0.5 * float(x.u @ x.Ku)
         else:
             kinetic, strain = now.works.kinetic, now.works.strain
-        kinetic += float(x.v[t.driven] @ (t.M_qs @ s_dot) + 0.5 * s_dot @ sup.M_ss @ s_dot)
-        strain += float(x.u[t.driven] @ (t.K_qs @ s) + 0.5 * s @ sup.K_ss @ s)
-        return kinetic, strain, float(in_channels(self._laws, self._balanced, self._gaps.gap0, now.gap))
+        contact = float(in_channels(self._laws, self._balanced, self._gaps.gap0, now.gap))
+        return kinetic + carried[0], strain + carried[1], contact
 
-    def _boundary(self, now: Instant) -> Boundary:
+    def _boundary(self, now: Instant) -> tuple[Boundary, tuple[float, float]]:
+        """What acts at the boundary, and the kinetic and strain energy that the supports take part in."""
         s, s_dot = now.support[:2]
         sup, t, x = self._t.system.supports, self._t, now.x
         force = t.loads.force[now.row]
         u, v = x.u[t.driven], x.v[t.driven]
-        damper = (t.C_qs @ s_dot, t.C_qs.T @ v + t.C_ss @ s_dot)
-        reaction = t.K_qs.T @ u + sup.K_ss @ s + damper[1]
-        reaction = reaction - self._rows_s.T @ now.force + self._preload - t.B_s @ force
-        return damper, reaction, t.M_qs.T @ v + sup.M_ss @ s_dot, force
+        momentum, pull, own_momentum, own_pull = t.M_qs.T @ v, t.K_qs.T @ u, sup.M_ss @ s_dot, sup.K_ss @ s
+        damper = (np.dot(t.C_qs, s_dot), t.C_qs.T @ v + t.C_ss @ s_dot)
+        reaction = pull + own_pull + damper[1] - self._rows_s.T @ now.force + self._preload - t.B_s @ force
+        carried = float(s_dot @ (momentum + 0.5 * own_momentum)), float(s @ (pull + 0.5 * own_pull))
+        return (damper, reaction, momentum + own_momentum, force), carried

@@ -28,7 +28,7 @@ from creak.dynamics.scheme import Scheme
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.step_matrix import StepFactor
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
-from creak.errors import NumericalError
+from creak.errors import InputError, NumericalError
 from creak.linalg.threads import one_blas_thread
 
 Progress = Callable[[int, int], None]
@@ -96,6 +96,12 @@ class CondensedStepper:
 
     def __init__(self, system: System, gaps: GapOperator, loads: Loads, scheme: Scheme, substeps: int = 1) -> None:
         started = clock.perf_counter()
+        if loads.n_step % substeps:
+            raise InputError(
+                f"{loads.n_step} samples of the loads are no whole number of steps",
+                where="[time] substeps",
+                expected=f"a multiple of {substeps}",
+            )
         self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
@@ -160,10 +166,12 @@ class CondensedStepper:
         a = gear.solver.solve(begun.right_side)
         half, support = begun.half, begun.support
         c_u, c_v = scheme.beta * h * h, scheme.gamma * h
-        move = np.asarray(on.G @ a)
-        gap = self.gaps.gap0 + on.G @ half.u + c_u * move + on.G_s @ support[0]
-        rate = on.G @ half.v + c_v * move + on.G_s @ support[1] if self._rated else np.zeros(self.gaps.m)
-        slip = h * (on.T @ half.v + c_v * (on.T @ a) + on.T_s @ support[1]) if on.T.shape[0] else np.zeros(0)
+        rate, slip = np.zeros(self.gaps.m), np.zeros(on.T.shape[0])
+        gap = self.gaps.gap0 + on.G @ (half.u + c_u * a) + on.G_s @ support[0]
+        if self._rated or slip.size:
+            v = half.v + c_v * a
+            rate = on.G @ v + on.G_s @ support[1] if self._rated else rate
+            slip = h * (on.T @ v + on.T_s @ support[1])
         return _Trial(begun, a, np.asarray(gap), np.asarray(rate), np.asarray(slip))
 
     def _finished(self, gear: _Gear, now: Instant, trial: _Trial) -> Instant:
@@ -174,7 +182,7 @@ class CondensedStepper:
 
     def _pressed(self, gear: _Gear, now: Instant, trial: _Trial) -> Instant:
         contact = gear.contact
-        if contact is None:
+        if contact is None or not trial.gap.min(initial=0.0) < 0.0:
             return self._open(gear, trial)
         force, stuck = contact.forces(trial.gap, trial.rate, trial.slip, now.stuck, now.force)
         if not force.any():
@@ -248,6 +256,7 @@ def simulate(
 
     Raises
     ------
+    InputError : the loads are no whole number of steps.
     NumericalError : the step matrix is singular.
     Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted); what was
         computed is in its `history`.
@@ -286,17 +295,22 @@ def march(
         now = _resumed(keeper.saved, stepper, audit, recorder)
     recorder.setup_s = stepper.setup_s + clock.perf_counter() - started
     try:
-        with one_blas_thread(), nullcontext() if keeper is None else keeper.heeding():
+        # A motion that leaves the range of numbers is told once, by `Diverged`.
+        with (
+            one_blas_thread(),
+            np.errstate(over="ignore", invalid="ignore"),
+            nullcontext() if keeper is None else keeper.heeding(),
+        ):
             for n in range(now.row // substeps + 1, n_step + 1):
                 for after in stepper.advance(now):
                     energy = audit.step(now, after)
+                    if not np.isfinite(energy).all():
+                        raise Diverged(float(loads.time[after.row]), recorder.history(stepper.residual))
                     now = after
                     ends = now.row == n * substeps
                     recorder.keep(loads.time[now.row], now, energy, n if ends else None)
                     if keeper is not None and keeper.wanted(now.row == n_step * substeps):
                         _hand_over(keeper, now, stepper, audit, recorder)
-                if not np.isfinite(energy).all():
-                    raise Diverged(float(loads.time[now.row]), recorder.history(stepper.residual))
                 if progress is not None:
                     progress(n, n_step)
     except KeyboardInterrupt as error:

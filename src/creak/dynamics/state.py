@@ -60,9 +60,9 @@ class Outside:
 class LinearTerms:
     """M, C, K, supports and forces of a System under given loads."""
 
-    driven: IntArray
-    """(k,) coordinates that supports or forces act on: few in a full model. M_qs, C_qs, K_qs (k, n_support) and B
-    (k, n_force) have these rows."""
+    driven: IntArray | slice
+    """(k,) coordinates that supports or forces act on: few in a full model, a slice where it is all of them. M_qs,
+    C_qs, K_qs (k, n_support) and B (k, n_force) have these rows."""
 
     def __init__(self, system: System, loads: Loads) -> None:
         self.system, self.loads = system, loads
@@ -77,8 +77,9 @@ class LinearTerms:
             B[:, j] = np.asarray(R.sum(axis=0)).ravel()
             self.B_s[:, j] = np.asarray(R_s.sum(axis=0)).ravel()
         sides = (M_qs, C_qs, K_qs, B)
-        self.driven = np.flatnonzero(np.any([np.any(side != 0.0, axis=1) for side in sides], axis=0))
-        self.M_qs, self.C_qs, self.K_qs, self.B = (side[self.driven] for side in sides)
+        some = np.flatnonzero(np.any([np.any(side != 0.0, axis=1) for side in sides], axis=0))
+        self.driven = some if some.size < system.n else slice(None)
+        self.M_qs, self.C_qs, self.K_qs, self.B = (np.asfortranarray(side[self.driven]) for side in sides)
         self.forced = bool(n_force)
         self._simple = d.is_rayleigh
         self._derives = self._simple and sp.issparse(system.M)
@@ -91,10 +92,10 @@ class LinearTerms:
 
     def outside(self, row: int, support: FloatArray) -> Outside:
         """Loads at row `row` with the supports' motion (3, n_support)."""
-        f = -(self.C_qs @ support[1] + self.K_qs @ support[0])
+        f = -(np.dot(self.C_qs, support[1]) + np.dot(self.K_qs, support[0]))  # `@` is slow with a single column
         if self.forced:
-            f += self.B @ self.loads.force[row]
-        return Outside(f, self.M_qs @ support[2])
+            f += np.dot(self.B, self.loads.force[row])
+        return Outside(f, np.dot(self.M_qs, support[2]))
 
     def under(self, loads: Loads) -> LinearTerms:
         """The same with other loads."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from creak.arrays import FloatArray, Matrix
@@ -14,22 +12,12 @@ from creak.linalg.factor import Factor, factor, regular_factor
 from creak.linalg.modes import RIGID, Modes, small_shift
 from creak.linalg.modes import modes as lowest_modes
 from creak.progress import Progress
-from creak.reduction.modal import Residual, residual_shapes, riding_system, support_motion
+from creak.reduction.modal import residual_shapes, riding_system, support_motion
 
 COLUMNS = 128
 """Right-hand sides solved at a time."""
 REFINEMENTS = 3
 """Solves with K + s M for one with K; each leaves s / (s + omega^2) of the error, omega beyond the modes."""
-
-
-@dataclass(frozen=True)
-class FreeInterface:
-    """Free-interface modes, support motion and residual flexibility of a System with gap channels."""
-
-    modes: Modes
-    support: FloatArray
-    """R, (n, n_support): quasi-static motion with the supports."""
-    residual: Residual
 
 
 def gap_modes(
@@ -72,25 +60,6 @@ def gap_modes(
     to about f_max / 2 between contacts; the residual shapes vibrate at frequencies of their own far above f_max, which
     the time step seldom resolves and which HHT damps.
     """
-    basis = free_interface(
-        system, G, f_max=f_max, count=count, modes=modes, stiffness=stiffness, static=static, progress=progress
-    )
-    name = f"{system.name}, {basis.modes.omega2.size} modes and {basis.residual.mu.size} gap modes"
-    return riding_system(system, basis.modes, basis.support, basis.residual, name)
-
-
-def free_interface(
-    system: System,
-    G: Matrix,
-    *,
-    f_max: float | None,
-    count: int | None,
-    modes: Modes | None,
-    stiffness: Factor | None,
-    static: FloatArray | None,
-    progress: Progress | None,
-) -> FreeInterface:
-    """The basis of `gap_modes`, parameters as there."""
     _check_input(system, G, static, (f_max, count, modes))
     free = modes is not None and bool(np.any(modes.omega2 == 0.0))
     if stiffness is None and not free:
@@ -109,7 +78,9 @@ def free_interface(
     energy = np.concatenate([energy, np.einsum("ij,ij->j", static, to_dense(system.K @ static))])
     rest = np.hstack([rest, solver.without_modes(static)])
     support = solver.answer(-to_dense(system.supports.K_qs)) if free else support_motion(system, stiffness)
-    return FreeInterface(modes, support, residual_shapes(system, modes, rest, energy))
+    residual = residual_shapes(system, modes, rest, energy)
+    name = f"{system.name}, {modes.omega2.size} modes and {residual.mu.size} gap modes"
+    return riding_system(system, modes, support, residual, name)
 
 
 def _check_input(system: System, G: Matrix, static: FloatArray | None, choice: tuple[object, ...]) -> None:

@@ -97,11 +97,10 @@ def test_guyan_is_static_condensation():
     np.testing.assert_allclose(np.asarray(reduced.K), exact, rtol=1e-10)
 
 
-@pytest.mark.parametrize("reduce", [creak.gap_modes, creak.massless_boundary])
-def test_gap_modes_answer_a_static_channel_force_exactly(reduce):
+def test_gap_modes_answer_a_static_channel_force_exactly():
     system = creak.couple(creak.system_from_matrices(K, M))
     gaps = creak.gap_channels(np.eye(N)[[7, 11]], 1.0, 1e5)
-    small = reduce(system, gaps, count=2)
+    small = creak.gap_modes(system, gaps, count=2)
     assert small.n == 4
     R = np.asarray(small.rows(np.array([7, 11]))[0])
     answer = R @ np.linalg.solve(small.K.toarray(), R.T)

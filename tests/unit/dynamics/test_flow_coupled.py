@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 
+from creak.dynamics.diagonal import is_modal
 from creak.dynamics.flight.stepper import simulate_high_order
 from creak.dynamics.flow.coupled import can_couple
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal.coefficients import is_modal
 from creak.dynamics.scheme import HHT
 from creak.reduction.diagonal import in_own_modes
 from creak.studies.run.integrate import flowing

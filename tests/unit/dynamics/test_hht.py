@@ -9,7 +9,6 @@ from creak.assembly.coupling import Driven
 from creak.assembly.part import Rayleigh
 from creak.dynamics.history import ENERGIES
 from creak.dynamics.loads import Loads, at_rest, follow
-from creak.dynamics.modal.march import simulate_modal
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.dynamics.stopped import Interrupted
@@ -368,9 +367,6 @@ def test_work_at_a_support_is_the_same_in_absolute_and_in_relative_coordinates()
         simulate(s, NO_CHANNELS, from_rest(time_axis(2.0, 1e-3)), HHT(), observed=6 * np.arange(n))
         for s in (full, relative)
     ]
-    runs.append(
-        simulate_modal(relative, NO_CHANNELS, from_rest(time_axis(2.0, 1e-3)), HHT(), observed=6 * np.arange(n))
-    )
     first = runs[0].energy[-1]
     assert first[damping] > 0.1 * first[external] > 0.0
     for other in runs[1:]:
@@ -459,8 +455,7 @@ def test_modal_damping_gives_each_mode_its_fraction(sparse, measured):
     np.testing.assert_allclose(others, 0.0, atol=1e-10 / w)
 
 
-@pytest.mark.parametrize("compiled", [False, True])
-def test_ctrl_c_keeps_what_was_computed(compiled):
+def test_ctrl_c_keeps_what_was_computed():
     """The interrupt comes with a call of progress; all instants before it are there."""
     system = diagonalise(system_of(np.eye(2), np.diag([1e4, 2e4]), velocity=np.ones(2), sparse=False))
 
@@ -468,9 +463,8 @@ def test_ctrl_c_keeps_what_was_computed(compiled):
         if done >= 2000:
             raise KeyboardInterrupt
 
-    run = simulate_modal if compiled else simulate
     with pytest.raises(Interrupted, match=r"^stopped at t = 2 s$") as stop:
-        run(system, NO_CHANNELS, at_rest(time_axis(5.0, 1e-3)), HHT(), observed=np.arange(2), progress=interrupt)
+        simulate(system, NO_CHANNELS, at_rest(time_axis(5.0, 1e-3)), HHT(), observed=np.arange(2), progress=interrupt)
     history = stop.value.history
     assert history.time.size == 2001
     assert history.displacement.shape == (2001, 2)

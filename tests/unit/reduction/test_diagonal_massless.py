@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 from creak.assembly.system import Stats
+from creak.dynamics.loads import at_rest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.errors import NumericalError
 from creak.reduction.diagonal import diagonalise
+from creak_thesis.plain_newton import simulate_plain_newton
 from helpers_core import chain, channels, forces_on, system_of, time_axis
 
 ALL = np.arange(8)
@@ -90,3 +92,26 @@ def test_statistics_and_labels_stay():
     assert small.stats == Stats(modes=4)
     np.testing.assert_array_equal(small.labels, ALL)
     np.testing.assert_allclose(small.recover(np.eye(8)), small.rows(ALL)[0])
+
+
+def test_imbalance_at_the_start_dies_out_within_a_few_steps():
+    """A spring without mass. HHT weighs an algebraic equation at both ends of a step, so that what is out of balance at
+    t = 0 (a channel closed from the start) is left by alpha / (1 + alpha) a step."""
+    flexibility, k, alpha = 1e-3, 1e5, -0.05
+    system = diagonalise(system_of(np.zeros((1, 1)), np.array([[1.0 / flexibility]]), sparse=False))
+    loads = at_rest(time_axis(0.1, 1e-3))
+    history = simulate(system, channels(np.eye(1), -1e-3, k), loads, HHT(alpha), observed=np.zeros(1, dtype=int))
+    error = history.force[:, 0] - 1e-3 / (flexibility + 1.0 / k)
+    np.testing.assert_allclose(error[3:7] / error[2:6], alpha / (1.0 + alpha), rtol=1e-6)
+    np.testing.assert_allclose(error[20:], 0.0, atol=1e-12)
+    np.testing.assert_allclose(history.energy[:, 0], 0.0, atol=1e-20)
+
+
+def test_condensed_contact_without_mass_equals_plain_newton():
+    M, K = chain(8)
+    M[7, 7] = 0.0
+    system = diagonalise(system_of(M, K, velocity=np.where(ALL < 7, 1.0, 0.0), sparse=False))
+    gaps, loads = channels(-np.eye(8)[[7]], 0.005, 1e5), at_rest(time_axis(0.3, 1e-3))
+    a, b = (run(system, gaps, loads, HHT(), observed=ALL) for run in (simulate, simulate_plain_newton))
+    assert a.contact_steps > 50
+    np.testing.assert_allclose(b.force, a.force, atol=1e-9 * a.force.max())

@@ -85,7 +85,7 @@ class FlightStep:
         """The motion from `now` on while no channel presses."""
         t, rule, h, x = self.terms, self.rule, self.h, now.x
         support, force = self._loads(now.row)
-        driven = t.B @ force.T if t.forced else np.zeros((t.driven.size, rule.stages))
+        driven = t.B @ force.T if t.forced else np.zeros((t.B.shape[0], rule.stages))
         outside = driven - t.M_qs @ support[2].T - t.C_qs @ support[1].T - t.K_qs @ support[0].T
         r = self.on.push(-(x.Cv + x.Ku), -self.gaps.resting)
         Y = np.empty((x.u.size, rule.stages))

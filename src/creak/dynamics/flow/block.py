@@ -17,7 +17,7 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.dynamics.compiled import inner
 from creak.dynamics.flow.motion import band_energies, gap_of, rate_of
-from creak.dynamics.modal.model import acts
+from creak.dynamics.vector_kernels import acts
 
 STEPS = (128, 64, 32, 16)
 """Steps near contact of a block."""

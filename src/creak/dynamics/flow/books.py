@@ -32,8 +32,8 @@ from creak.dynamics.books import (
 )
 from creak.dynamics.compiled import inner, inner_fast
 from creak.dynamics.flow.kicks import held_by_kick
-from creak.dynamics.modal.books import at_supports, carried
-from creak.dynamics.modal.model import VELOCITY, dot, fill
+from creak.dynamics.flow.model import ACCELERATION, DISPLACEMENT, VELOCITY
+from creak.dynamics.vector_kernels import dot, fill
 
 GAUSS = math.sqrt(0.6)
 """Place of the outer points of Gauss's rule with three, from the middle, in half steps."""
@@ -65,6 +65,46 @@ def columns(model, x):  # type: ignore[no-untyped-def]
     for j in range(model.order.size):
         x.dots[0, j] = dot(model.load_u[j], z[model.u0 : model.u1])
         x.dots[1, j] = dot(model.load_v[j], z[model.v0 : model.v1])
+
+
+@inner
+def at_supports(model, x):  # type: ignore[no-untyped-def]
+    """Damper forces, reactions and momenta at the supports from the products of the load columns with the motion."""
+    s, m = x.support, model.gap0.size
+    for a in range(s.shape[1]):
+        damper = reaction = momentum = 0.0
+        for b in range(s.shape[1]):
+            damper += model.C_ss[a, b] * s[1, b]
+            reaction += model.K_ss[a, b] * s[0, b]
+            momentum += model.M_ss[a, b] * s[1, b]
+        for j in range(model.order.size):
+            if model.column[j] == a and model.order[j] <= ACCELERATION:
+                if model.order[j] == VELOCITY:
+                    damper -= x.dots[1, j]
+                elif model.order[j] == DISPLACEMENT:
+                    reaction -= x.dots[0, j]
+                else:
+                    momentum -= x.dots[1, j]
+        for j in range(x.force.size):
+            reaction -= model.rows_s[j, a] * (x.force[j] - (model.preload[j] if j < m else 0.0))
+        x.damper[a], x.reaction[a], x.momentum[a] = damper, reaction + damper, momentum
+
+
+@inner
+def carried(model, x):  # type: ignore[no-untyped-def]
+    """Kinetic and strain energy that the supports take part in."""
+    kinetic = strain = 0.0
+    s = x.support
+    for a in range(s.shape[1]):
+        for b in range(s.shape[1]):
+            kinetic += 0.5 * s[1, a] * model.M_ss[a, b] * s[1, b]
+            strain += 0.5 * s[0, a] * model.K_ss[a, b] * s[0, b]
+    for j in range(model.order.size):
+        if model.order[j] == ACCELERATION:
+            kinetic -= x.dots[1, j] * s[1, model.column[j]]
+        elif model.order[j] == DISPLACEMENT:
+            strain -= x.dots[0, j] * s[0, model.column[j]]
+    return kinetic, strain
 
 
 @inner

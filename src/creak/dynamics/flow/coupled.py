@@ -24,10 +24,9 @@ from creak.arrays import BoolArray, FloatArray
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
-from creak.dynamics.flow.model import FlowForm, of_modal
+from creak.dynamics.diagonal import OFF_DIAGONAL
+from creak.dynamics.flow.model import FlowForm, driven, flow_model
 from creak.dynamics.flow.propagator import propagator
-from creak.dynamics.modal.coefficients import OFF_DIAGONAL
-from creak.dynamics.modal.setup import modal_model
 from creak.dynamics.state import LinearTerms
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
@@ -93,20 +92,20 @@ def coupled_modes(system: System, on: ChannelMatrices, terms: LinearTerms, gaps:
     # Modal coordinates q = turn (x / scale) / mass.
     back = turn / mass[:, None]
     basis, speeds = (back / scale) @ whole[:n], back @ whole[n:]
-    modal = modal_model(mass**2, np.zeros(n), mass**2 * omega**2, on, terms, gaps)
+    rows_u, loads, shared = driven(on, terms, gaps)
     push = inverse[:, n:] @ back.T
-    rows, rates = modal.rows @ basis, modal.rows @ speeds
+    rows, rates = rows_u @ basis, rows_u @ speeds
     still = np.zeros((4, n))
     own = C.diagonal()[alone]
     still[:, : alone.size] = _inverse_blocks(
         np.stack([0.0 * own, scale[alone], -(omega[alone] ** 2) / scale[alone], -own])
     )
     still[:, alone.size :] = _inverse_blocks(B)
-    model = of_modal(
-        modal,
+    model = flow_model(
+        shared,
         ((0, 2 * n), (0, 2 * n), (0, 2 * n)),
         (rows, rates, rates),
-        (modal.X @ push.T, modal.X @ basis, modal.X @ speeds),
+        (loads @ push.T, loads @ basis, loads @ speeds),
         np.ones(n),
         np.zeros(n),
         (whole[n:], (omega / scale)[:, None] * whole[:n], still),
@@ -123,7 +122,7 @@ def coupled_modes(system: System, on: ChannelMatrices, terms: LinearTerms, gaps:
         x = np.concatenate([scale * (turn.T @ (mass * u)), turn.T @ (mass * v)])
         return np.asarray(inverse @ x).reshape(2, n)
 
-    mobility = (modal.rows[: gaps.m] / mass) ** 2
+    mobility = (rows_u[: gaps.m] / mass) ** 2
     return FlowForm(model, speed, squares, inverse, flow, basis, speeds, start, omega**2, mobility)
 
 

@@ -13,9 +13,9 @@ import numba
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.dynamics.books import GIVEN
+from creak.dynamics.books import GIVEN, SCHEME
 from creak.dynamics.closing import dips
-from creak.dynamics.compiled import inner
+from creak.dynamics.compiled import DONE, NOT_FINITE, inner
 from creak.dynamics.flow.block import APART, KNOWN, amend, close_block, ends, look_near, open_block, under_way
 from creak.dynamics.flow.books import as_springs_saw, book_flow, complete
 from creak.dynamics.flow.kicks import book_half, book_slack, lessen, press, settled
@@ -35,7 +35,7 @@ from creak.dynamics.flow.motion import (
     value,
 )
 from creak.dynamics.flow.rows import bends, changes, restart
-from creak.dynamics.modal.model import DONE, NOT_FINITE, acts, fill, put, write
+from creak.dynamics.vector_kernels import acts, fill, put
 
 FULL = -2
 """Code: no room left in the table."""
@@ -155,6 +155,16 @@ def advance(  # type: ignore[no-untyped-def]
 
 
 @inner
+def write(out, row, time, x):  # type: ignore[no-untyped-def]
+    """One row of the table."""
+    to = out.table[row]
+    to[0] = time
+    at = put(to, put(to, put(to, 1, x.gap), x.force), x.sliding)
+    for i in range(SCHEME + 1):
+        to[at + i] = x.energy[i]
+
+
+@inner
 def march(  # type: ignore[no-untyped-def]
     model,
     laws,
@@ -177,7 +187,6 @@ def march(  # type: ignore[no-untyped-def]
     H,
     begin,
     end,
-    every,
     used,
 ):
     """March from flight step `begin` to `end`; `used` rows of the table are taken (`flow.rows`).
@@ -296,11 +305,10 @@ def march(  # type: ignore[no-untyped-def]
         write(out, used, time, now)
         restart(cone, time, now, edge)
         used += 1
-        if (step + 1) % every == 0:
-            out.at[kept] = used - 1
-            put(out.u[kept], 0, now.x.reshape(now.x.size)[model.u0 : model.u1])
-            put(out.s[kept], 0, now.support[0])
-            kept += 1
+        out.at[kept] = used - 1
+        put(out.u[kept], 0, now.x.reshape(now.x.size)[model.u0 : model.u1])
+        put(out.s[kept], 0, now.support[0])
+        kept += 1
         while whole_row < out.whole_at.size and out.whole_at[whole_row] < step + 1:
             whole_row += 1
         if whole_row < out.whole_at.size and out.whole_at[whole_row] == step + 1:

@@ -15,9 +15,9 @@ import math
 
 from creak.contact.step_problem import solve_step, spring_energy, spring_force
 from creak.dynamics.books import CONTACT_DAMPING, EXTERNAL, FRICTION, GIVEN
-from creak.dynamics.compiled import inner, inner_fast, with_arrays
+from creak.dynamics.compiled import DONE, inner, inner_fast, with_arrays
 from creak.dynamics.flow.motion import look_along, quiet
-from creak.dynamics.modal.model import DONE, acts, fill, put
+from creak.dynamics.vector_kernels import acts, fill, put
 
 THETA = 0.6
 """Share of a kick that the laws see, less THETA - 1/2 of the kick before: 1/2 conserves the energy of a channel that

@@ -22,7 +22,7 @@ from creak.dynamics.closing import dips
 from creak.dynamics.compiled import inner, inner_fast, with_arrays
 from creak.dynamics.flow.block import look_near, under_way
 from creak.dynamics.flow.motion import fly, gap_of, look, settle_supports, times
-from creak.dynamics.modal.model import fill
+from creak.dynamics.vector_kernels import fill
 
 PATIENCE = 25
 """Long steps that the same channels press before one is taken: touches are over by then, their force is followed."""

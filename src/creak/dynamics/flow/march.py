@@ -17,20 +17,20 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.contact.step_problem import solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.chunks import Chunk, march_chunks
+from creak.dynamics.compiled import DONE
+from creak.dynamics.diagonal import is_modal, modal_matrices
 from creak.dynamics.flow.block import FEWEST, STEPS, Block, new_block
 from creak.dynamics.flow.books import begin_books
 from creak.dynamics.flow.coupled import can_couple, coupled_modes
 from creak.dynamics.flow.kernel import FULL, flow_chunk, new_desk
 from creak.dynamics.flow.kicks import GIVE, RATE, THETA
-from creak.dynamics.flow.model import FlowForm, FlowState, filtered, resting, single_modes
+from creak.dynamics.flow.model import CONSTANT, FORCE, FlowForm, FlowState, filtered, resting, single_modes
 from creak.dynamics.flow.propagator import Q0
 from creak.dynamics.flow.resolution import SETTLED, FlowSteps, Resolution, flow_steps, seen_through, steepest, straight
 from creak.dynamics.flow.rows import new_cone
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, at_rest
-from creak.dynamics.modal.coefficients import is_modal, modal_matrices
-from creak.dynamics.modal.model import CONSTANT, DONE, FORCE, Output
-from creak.dynamics.record.recorder import Recorder
+from creak.dynamics.record.recorder import Output, Recorder
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.simulate import Progress
 from creak.dynamics.state import LinearTerms
@@ -338,7 +338,6 @@ class FlowRun:
             self.H,
             begin,
             end,
-            1,
             self.log.used,
         )
         return Chunk(DONE if code == FULL else code, *others)

@@ -9,23 +9,25 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.assembly.system import to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.books import SIZE
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.flow.propagator import propagator
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal.model import CONSTANT, ModalModel
-from creak.dynamics.modal.setup import modal_model
 from creak.dynamics.state import LinearTerms
+
+ACCELERATION, VELOCITY, DISPLACEMENT, FORCE, CONSTANT = 2, 1, 0, 3, 4
+"""What drives a load column."""
 
 
 class FlowModel(NamedTuple):
-    """Arrays of a System for compiled code; those of the supports and load columns as in `ModalModel`."""
+    """Arrays of a System for compiled code."""
 
     u0: int
     u1: int
@@ -51,12 +53,16 @@ class FlowModel(NamedTuple):
     load_v: FloatArray
     """(n_x, u1 - u0), (n_x, v1 - v0): displacement and velocity that the loads work on."""
     order: IntArray
+    """(n_x,) what drives a load column: a derivative of the supports, a force, or nothing (constant)."""
     column: IntArray
+    """(n_x,) which support or force."""
     M_ss: FloatArray
     C_ss: FloatArray
     K_ss: FloatArray
     support: FloatArray
+    """(3, n_instant, n_support) samples."""
     force: FloatArray
+    """(n_instant, n_force)"""
     m: FloatArray
     k: FloatArray
     """(n,) of single modes; 1 and 0 for pairs."""
@@ -94,9 +100,11 @@ class FlowState(NamedTuple):
     dots: FloatArray
     """(2, n_x) load columns times displacement, velocity."""
     damper: FloatArray
+    """(n_support,) damper forces on the supports."""
     reaction: FloatArray
+    """(n_support,) of the supports, without inertia."""
     momentum: FloatArray
-    """(n_support,) as in `MarchState`."""
+    """(n_support,) M_sq v + M_ss s'."""
     energy: FloatArray
     """The book (`books`)."""
 
@@ -137,71 +145,88 @@ class FlowForm:
         return np.asarray(rates * self.root if self.root.ndim == 1 else rates @ self.root)
 
 
+Shared = dict[str, Any]
+"""Fields of a FlowModel that are the same whatever its pairs are."""
+Three = tuple[FloatArray, FloatArray, FloatArray]
+
+
 def single_modes(
     m: FloatArray, c: FloatArray, k: FloatArray, on: ChannelMatrices, terms: LinearTerms, gaps: GapOperator
 ) -> FlowForm:
     """A diagonal System."""
-    modal, n, heavy = modal_model(m, c, k, on, terms, gaps), m.size, m > 0.0
+    rows, loads, shared = driven(on, terms, gaps)
+    n, heavy = m.size, m > 0.0
     mass = np.where(heavy, m, 1.0)
     omega = np.sqrt(np.where(heavy, k / mass, 0.0))
     moves = (omega > 0.0) & (k > 0.0)
-    empty = np.zeros((0, 0))
-    model = of_modal(
-        modal, ((0, n), (n, 2 * n), (n, 2 * n)), (modal.rows,) * 3, (modal.X,) * 3, m, k, (empty, empty, empty)
-    )
+    slices, none = ((0, n), (n, 2 * n), (n, 2 * n)), np.zeros((0, 0))
+    model = flow_model(shared, slices, (rows,) * 3, (loads,) * 3, m, k, (none,) * 3)
     share = np.where(moves, 1.0 / np.where(moves, k, 1.0), 0.0)
     return FlowForm(
         model,
         omega,
-        modal.rows[: gaps.m] ** 2 * share,
+        rows[: gaps.m] ** 2 * share,
         np.where(heavy, 1.0 / np.sqrt(mass), 0.0),
         lambda h: propagator(m, c, k, h),
         None,
         None,
         lambda u, v: np.stack([u, v]),
         omega**2,
-        modal.rows[: gaps.m] ** 2 * np.where(heavy, 1.0 / mass, 0.0),
+        rows[: gaps.m] ** 2 * np.where(heavy, 1.0 / mass, 0.0),
     )
 
 
-def of_modal(
-    modal: ModalModel,
+def driven(on: ChannelMatrices, terms: LinearTerms, gaps: GapOperator) -> tuple[FloatArray, FloatArray, Shared]:
+    """Rows (m + 2 f, n) of all channels, load columns (n_x, n) without those that are zero, and what is shared."""
+    sup, preload = terms.system.supports, np.zeros(gaps.m) if gaps.preload is None else gaps.preload
+    blocks = [
+        (ACCELERATION, terms.on_all(-terms.M_qs)),
+        (VELOCITY, terms.on_all(-terms.C_qs)),
+        (DISPLACEMENT, terms.on_all(-terms.K_qs)),
+        (FORCE, terms.on_all(terms.B)),
+        (CONSTANT, -np.column_stack([np.asarray(on.G.T @ preload), np.asarray(on.T.T @ gaps.resting[gaps.m :])])),
+    ]
+    columns = [(order, j, A[:, j]) for order, A in blocks for j in range(A.shape[1]) if A[:, j].any()]
+    loads = np.array([x for _, _, x in columns]) if columns else np.zeros((0, terms.system.n))
+    rows = np.ascontiguousarray(np.vstack([to_dense(on.G), to_dense(on.T)]), dtype=np.float64)
+    sampled = {
+        "M_ss": sup.M_ss,
+        "C_ss": terms.C_ss,
+        "K_ss": sup.K_ss,
+        "support": terms.loads.support,
+        "force": terms.loads.force,
+    }
+    shared = {name: np.ascontiguousarray(A, dtype=float) for name, A in sampled.items()} | {
+        "rows_s": np.ascontiguousarray(np.vstack([on.G_s, on.T_s])),
+        "gap0": gaps.gap0.astype(float),
+        "preload": preload,
+        "presses": bool(gaps.presses),
+        "damped": bool(gaps.damping.any()),
+        "order": np.array([o for o, _, _ in columns], dtype=np.int64),
+        "column": np.array([j for _, j, _ in columns], dtype=np.int64),
+    }
+    return rows, loads, shared
+
+
+def flow_model(
+    shared: Shared,
     slices: tuple[tuple[int, int], tuple[int, int], tuple[int, int]],
-    rows: tuple[FloatArray, FloatArray, FloatArray],
-    loads: tuple[FloatArray, FloatArray, FloatArray],
+    rows: Three,
+    loads: Three,
     m: FloatArray,
     k: FloatArray,
-    forms: tuple[FloatArray, FloatArray, FloatArray],
+    forms: Three,
 ) -> FlowModel:
-    """What a ModalModel knows of supports and loads, with slices, rows and load columns (u, v, push; push, u, v)."""
+    """The model from what is shared, slices, rows and load columns (u, v, push; push, u, v)."""
+    (u0, u1), (v0, v1), (p0, p1) = slices
+    arrays = zip(
+        ("rows", "rates", "push", "load", "load_u", "load_v", "kinetic", "strain", "still"),
+        (*rows, *loads, *forms),
+        strict=True,
+    )
+    own: Shared = {name: np.ascontiguousarray(A) for name, A in arrays}
     return FlowModel(
-        *slices[0],
-        *slices[1],
-        *slices[2],
-        np.ascontiguousarray(rows[0]),
-        np.ascontiguousarray(rows[1]),
-        np.ascontiguousarray(rows[2]),
-        modal.rows_s,
-        modal.gap0,
-        modal.preload,
-        modal.presses,
-        modal.damped,
-        np.ascontiguousarray(loads[0]),
-        np.ascontiguousarray(loads[1]),
-        np.ascontiguousarray(loads[2]),
-        modal.order,
-        modal.column,
-        modal.M_ss,
-        modal.C_ss,
-        modal.K_ss,
-        modal.support,
-        modal.force,
-        m,
-        k,
-        np.flatnonzero(m <= 0.0),
-        np.ascontiguousarray(forms[0]),
-        np.ascontiguousarray(forms[1]),
-        np.ascontiguousarray(forms[2]),
+        u0=u0, u1=u1, v0=v0, v1=v1, p0=p0, p1=p1, m=m, k=k, massless=np.flatnonzero(m <= 0.0), **own, **shared
     )
 
 

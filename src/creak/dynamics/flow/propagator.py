@@ -20,7 +20,6 @@ import numpy as np
 import scipy.linalg as sla
 
 from creak.arrays import FloatArray
-from creak.dynamics.modal.damped import damped_waves
 
 SLOW = 0.5
 """omega h, and c h / m, below which S comes from its power series."""
@@ -75,6 +74,20 @@ def _in_closed_form(damp: FloatArray, stiff: FloatArray, h: float) -> FloatArray
     for r in range(4):
         S[r + 2] = (h**r / math.factorial(r) - S[r] - damp * S[r + 1]) / stiff
     return S
+
+
+def damped_waves(delta: FloatArray, omega2: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
+    """Of u'' + 2 delta u' + omega^2 u = 0: exp(-delta h) times cos(w h) and sin(w h) / w, (n,) each.
+
+    w^2 = omega^2 - delta^2 may have any sign, or be 0.
+    """
+    root = np.sqrt((omega2 - delta**2).astype(complex))
+    still = np.abs(root) * h < 1e-8
+    root = np.where(still, 1.0, root)
+    grow, fall = np.exp((1j * root - delta) * h), np.exp((-1j * root - delta) * h)
+    cosine = np.where(still, np.exp(-delta * h), (0.5 * (grow + fall)).real)
+    sine = np.where(still, h * np.exp(-delta * h), (0.5 * (grow - fall) / (1j * root)).real)
+    return cosine, sine
 
 
 def _by_exponential(damp: FloatArray, stiff: FloatArray, h: float) -> FloatArray:

@@ -15,7 +15,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.dynamics.compiled import inner
-from creak.dynamics.modal.model import put
+from creak.dynamics.vector_kernels import put
 
 CLOSE = 1e-5
 """Of the largest value since contact last changed."""

@@ -7,6 +7,7 @@ hands them over one by one (`keep`).
 from __future__ import annotations
 
 import copy
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -19,7 +20,6 @@ from creak.dynamics.flow.model import FlowState
 from creak.dynamics.history import ENERGIES, History, split_columns
 from creak.dynamics.instant import Instant, LogState
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal.model import MarchState, Output
 from creak.dynamics.record.thinning import room_for, spacing_for, thin
 from creak.dynamics.record.watch import Watch, Watched
 from creak.linalg.memory import require
@@ -30,6 +30,22 @@ BUFFER_MEMORY = 64_000_000
 """Bytes of motion kept before it is turned into output."""
 FEWER = "Let the run end earlier, or keep fewer channels by a smaller [precheck] margin."
 """What to do where the instants of contact are too many."""
+
+
+class Output(NamedTuple):
+    """Where a compiled march writes to."""
+
+    table: FloatArray
+    """(rows, 1 + m + (m + 2 f) + 2 f + 8): time, gaps, forces, sliding, energies."""
+    at: IntArray
+    """(chunk,) rows of the table at which motion is kept."""
+    u: FloatArray
+    """(chunk, n)"""
+    s: FloatArray
+    """(chunk, n_support)"""
+    whole_at: IntArray
+    whole: FloatArray
+    """(n_whole, n)"""
 
 
 class Recorder:
@@ -61,6 +77,7 @@ class Recorder:
         if lean:
             self._needed = _columns([A for A, _ in wanted if A.shape[0]], system.n)
         width = self._needed.size if basis is None else basis.shape[1]
+        self._taken = slice(None) if self._needed.size == system.n else self._needed
         self._rows = self._on_kept(wanted[0])
         moves = any(abs(A).max() > 0.0 for A, _ in on.tangents if A.size)
         self._tangents = tuple(self._on_kept(rows) for rows in on.tangents) if moves else ()
@@ -141,7 +158,7 @@ class Recorder:
             return np.asarray(rows[0] @ self._basis), rows[1]
         return rows if self._needed.size == rows[0].shape[1] else (rows[0][:, self._needed], rows[1])
 
-    def first(self, time: float, x: MarchState | FlowState, kept: FloatArray) -> None:
+    def first(self, time: float, x: FlowState, kept: FloatArray) -> None:
         """The instant that a compiled march starts from."""
         row = np.concatenate([[time], x.gap, x.force, x.sliding, x.energy[: len(ENERGIES)]])
         self._begin(row, kept, kept, x.support[0])
@@ -158,7 +175,7 @@ class Recorder:
         """The next instant; `step`: the whole step that it ends, 0 at the start, None within one."""
         row = np.concatenate([[time], now.gap, now.force, now.sliding, energy])
         if step == 0:
-            self._begin(row, now.x.u[self._needed], now.x.u, now.support[0])
+            self._begin(row, now.x.u[self._taken], now.x.u, now.support[0])
             return
         self._grow(1)
         self._table[self.used] = row
@@ -166,8 +183,9 @@ class Recorder:
         if step is None:
             return
         k = self._filled
-        self._ends[k], self._u[k], self._s[k] = self.used - 1, now.x.u[self._needed], now.support[0]
-        self._whole[self._whole_at == step] = now.x.u
+        self._ends[k], self._u[k], self._s[k] = self.used - 1, now.x.u[self._taken], now.support[0]
+        if self._whole_at.size:
+            self._whole[self._whole_at == step] = now.x.u
         self._filled += 1
         if self._filled == self.chunk:
             self._pass_on()

@@ -105,11 +105,10 @@ def _reduced(t: ReductionTable) -> list[str]:
     diagonal = "The result was then diagonalised, keeping all its coordinates."
     if t.method == "none":
         return []
-    if t.method in ("gap-modes", "massless-boundary"):
-        mass = "" if t.method == "gap-modes" else " whose own mass is neglected"
+    if t.method == "gap-modes":
         return [
-            f"The assembly was reduced to its modes {_up_to(t)} and one static shape per gap "
-            f"channel{mass}, so that contact is exact in statics. {diagonal}"
+            f"The assembly was reduced to its modes {_up_to(t)} and one static shape per gap channel, so that "
+            f"contact is exact in statics. {diagonal}"
         ]
     modes = "nothing else (Guyan)" if t.method == "guyan" else f"its fixed-interface modes {_up_to(t)}"
     return [

@@ -17,8 +17,8 @@ from creak.words import duration, percent
 ENOUGH, ALL = 11.0, 15.0
 """f_max of fixed-interface modes over the excitation that is good enough, and that is advised (docs/guidelines.md).
 Thesis 4.1: no gain beyond 11, for the hardest load 13."""
-ASSEMBLY, FADING = 7.0, 11.0
-"""The same for modes of the assembly, and for a massless boundary, whose modes fade."""
+ASSEMBLY = 7.0
+"""The same for modes of the assembly."""
 PER_PERIOD = 40.0
 """Forced steps in a period of the excitation's highest frequency at which events are found."""
 LONG_S = 3600.0
@@ -55,14 +55,14 @@ def choose(setup: Setup, facts: Facts) -> Choice:
     """Settings for this study; what it has already is kept where it is good enough."""
     step = _step(setup, facts)
     option, why = _option(setup, facts, step)
-    massless = option is not None and option.method == "massless-boundary"
-    substeps = _substeps(setup, step, massless)
+    own = setup.study.config.time.substeps
+    substeps = max(own, min(substeps_for(step.step, step.fixed), MOST_SUBSTEPS))
     exact, forced = (
         setup.study.config.time.exact,
         [
-            *words.why_step(setup, step, massless),
-            *words.why_substeps(step, substeps, massless),
-            *words.why_stiffness(setup, step, substeps, massless),
+            *words.why_step(setup, step),
+            *words.why_substeps(step, substeps),
+            *words.why_stiffness(setup, step, substeps),
         ],
     )
     because = [
@@ -85,7 +85,7 @@ def _step(setup: Setup, facts: Facts) -> StepAdvice:
 
 def _option(setup: Setup, facts: Facts, step: StepAdvice) -> tuple[Option | None, str]:
     """How to reduce, and why so."""
-    c, table = setup.study.config, setup.study.config.reduction
+    table = setup.study.config.reduction
     if table.method == "none" and step.unreduced_s <= words.AFFORDABLE_S:
         return None, f"method: none as in the study, because the run takes at most {duration(step.unreduced_s)}"
     if facts.unreduced is None:
@@ -98,23 +98,17 @@ def _option(setup: Setup, facts: Facts, step: StepAdvice) -> tuple[Option | None
             "method: craig-bampton, because the study has substructures, unreduced sets or imported parts; one "
             "assembly without them would be smaller with gap-modes"
         )
-    if any(t.stiffness == "hard" for t in c.contact.values()) and not c.time.exact:
-        return _whole(facts, "massless-boundary", FADING, setup.f_max), (
-            "method: massless-boundary with its own integrator, because with hard contact and a forced step HHT throws "
-            "a node back faster than it came, and the massless boundary closes once, with impulses that come out high "
-            "(docs/massless_boundary.md): better leave out the step, then the default resolves hard contact"
-        )
-    if table.method == "massless-boundary" and not c.time.exact:
-        return _whole(facts, "massless-boundary", FADING, setup.f_max), (
-            "method: massless-boundary as in the study, with its own integrator, because its contact does not chatter; "
-            "its impulses come out high (docs/massless_boundary.md): without a forced step nothing needs it"
+    if any(t.stiffness == "hard" for t in setup.study.config.contact.values()):
+        return _by_parts(facts, setup.f_max), (
+            "method: craig-bampton, because contact is hard: the static shapes of gap-modes have hardly any mass, and "
+            "hard contact on them takes very short steps"
         )
     keep = f"keep craig-bampton with f_max = {_by_parts(facts, setup.f_max).f_max:g} where parts are exchanged or saved"
     if facts.gaps.m == 0:
-        return _whole(facts, "gap-modes", ASSEMBLY, 0.0), (
+        return _whole(facts, 0.0), (
             f"method: gap-modes, because no channel closes and modes of the assembly are exact below f_max; {keep}"
         )
-    return _whole(facts, "gap-modes", ASSEMBLY, setup.f_max if table.method == "gap-modes" else 0.0), (
+    return _whole(facts, setup.f_max if table.method == WHOLE else 0.0), (
         f"method: gap-modes, because for one assembly it is the smallest: {_against_craig_bampton()} ({DOOR}); {keep}"
     )
 
@@ -136,15 +130,10 @@ def _by_parts(facts: Facts, own: float) -> Option:
     return good[0] if good else next(o for o in fit if o.multiple >= ALL * 0.999)
 
 
-def _whole(facts: Facts, method: str, multiple: float, own: float) -> Option:
-    """The smallest option of a whole-assembly method with at least this multiple; the study's own where it is one."""
-    fit = [o for o in facts.options if o.method == method and o.multiple >= multiple * 0.999]
+def _whole(facts: Facts, own: float) -> Option:
+    """The smallest option of gap modes with at least `ASSEMBLY`; the study's own where it is one."""
+    fit = [o for o in facts.options if o.method == WHOLE and o.multiple >= ASSEMBLY * 0.999]
     return next((o for o in fit if o.f_max == own), fit[0])
-
-
-def _substeps(setup: Setup, step: StepAdvice, massless: bool) -> int:
-    own = setup.study.config.time.substeps
-    return own if massless else max(own, min(substeps_for(step.step, step.fixed), MOST_SUBSTEPS))
 
 
 def _changes(setup: Setup, option: Option | None, step: StepAdvice, substeps: int) -> Iterator[Change]:
@@ -152,8 +141,6 @@ def _changes(setup: Setup, option: Option | None, step: StepAdvice, substeps: in
     c, wanted = setup.study.config, dict[str, tuple[Any, Any]]()
     if option is not None:
         wanted |= _reduction(setup, option)
-    if option is not None and not c.time.exact:
-        wanted["time.integrator"] = (c.time.integrator, _integrator(c.time.integrator, option))
     if not c.time.exact:
         wanted["time.step"] = (c.time.step, step.step)
         wanted["time.substeps"] = (c.time.substeps, substeps)
@@ -174,13 +161,7 @@ def _reduction(setup: Setup, option: Option) -> dict[str, tuple[Any, Any]]:
     if not setup.auto or option.method != table.method:
         wanted["reduction.f_max"] = (table.f_max, float(f"{option.f_max:.6g}"))
     if table.interface.type in ("spacing", "participation") or (
-        option.method in WHOLE and table.interface.type != "full"
+        option.method == WHOLE and table.interface.type != "full"
     ):
         wanted["reduction.interface"] = (table.interface.model_dump(exclude_unset=True), {"type": "full"})
     return wanted
-
-
-def _integrator(own: str, option: Option) -> str:
-    if option.method == "massless-boundary":
-        return "massless-boundary"
-    return "hht" if own == "massless-boundary" else own

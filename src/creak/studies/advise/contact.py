@@ -52,7 +52,6 @@ class StepAdvice:
     unreduced_s: float
     hht: str
     """What such a step left on the door."""
-    massless: str
 
 
 def period_error(scheme: Scheme, omega_h: float) -> float:

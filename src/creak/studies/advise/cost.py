@@ -20,7 +20,7 @@ CONTACT_STEP = 2.0
 """Step with contact over a back-substitution (1.4 to 2.0 measured, docs/evidence.md)."""
 READS = 2.2
 """Step of a diagonal model over the time that reading its channel rows and ten vectors takes
-(docs/massless_boundary.md)."""
+(measured on the door)."""
 COLUMNS_PER_MODE, LANCZOS, STATIC = 3.8, 4.0, 1.5
 """Lanczos columns for a mode (door at 40 mm, 238 modes), and time over that of blocked back-substitutions: modes 3.6 to
 4.5, constraint modes 1.3 to 1.6 (docs/reduction.md, a million dofs)."""
@@ -86,7 +86,7 @@ def lanczos_s(counted: Counted, f_max: float) -> float:
 
 
 def assembly_modes_s(counted: Counted, f_max: float, rows: int) -> float:
-    """Offline time of gap modes or a massless boundary: modes of the assembly, a static shape per channel row."""
+    """Offline time of gap modes: modes of the assembly, a static shape per channel row."""
     return counted.factor_s + lanczos_s(counted, f_max) + STATIC * rows * counted.column_s
 
 

@@ -173,7 +173,7 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
 def _without_the_whole(setup: Setup) -> Setup:
     """The study without what takes a factor of the whole model and advice may change (`choice`)."""
     c = setup.study.config
-    table: dict[str, Any] = {"method": "craig-bampton"} if c.reduction.method in ("none", *WHOLE) else {}
+    table: dict[str, Any] = {"method": "craig-bampton"} if c.reduction.method in ("none", WHOLE) else {}
     if c.reduction.interface.type == "participation":
         table["interface"] = InterfaceTable(type="full")
     return setup.with_tables(
@@ -208,7 +208,7 @@ def _whole_frequencies(setup: Setup, f: float) -> list[float]:
     """f_max for modes of the assembly: the multiples, from the second on no lower than the verification's spectra."""
     c = setup.study.config
     low, *others = (m * f for m in ASSEMBLY_MULTIPLES)
-    own = [setup.f_max] if c.reduction.method in WHOLE else []
+    own = [setup.f_max] if c.reduction.method == WHOLE else []
     return sorted({low, *(max(x, c.verification.f_max) for x in others), *own})
 
 
@@ -221,23 +221,22 @@ def _options(
     out = [_by_parts(found, f_max, f, rows, cube, observed) for f_max in fixed]
     if counted is None:
         return tuple(out)
-    for method in ("gap-modes", "massless-boundary"):
-        for f_max, modes in counted.below.items():
-            out.append(
-                Option(
-                    method,
-                    f_max,
-                    f_max / f,
-                    rows,
-                    modes,
-                    modes + rows,
-                    assembly_modes_s(counted, f_max, rows),
-                    reduced_step_s(modes + rows, rows, observed),
-                    0.0,
-                    0.0,
-                    measured(method, f_max / f),
-                )
+    for f_max, modes in counted.below.items():
+        out.append(
+            Option(
+                WHOLE,
+                f_max,
+                f_max / f,
+                rows,
+                modes,
+                modes + rows,
+                assembly_modes_s(counted, f_max, rows),
+                reduced_step_s(modes + rows, rows, observed),
+                0.0,
+                0.0,
+                measured(WHOLE, f_max / f),
             )
+        )
     return tuple(out)
 
 
@@ -299,7 +298,7 @@ def _steps(
         auto, given = bounces(reference.system, gaps, positions, scheme, h) if some else (None, None)
         n, angle = round(end / h), 2.0 * np.pi * f * h
         evidence = step_evidence(1.0 / (f * h))
-        words = ("coarser than any measured",) * 2 if evidence is None else (evidence.hht, evidence.massless)
+        words = "coarser than any measured" if evidence is None else evidence.hht
         out.append(
             StepAdvice(
                 h,
@@ -311,7 +310,7 @@ def _steps(
                 given,
                 n * largest.step_s,
                 np.inf if cost is None else cost.run_s(n),
-                *words,
+                words,
             )
         )
     progress("contact against the step", len(wanted), len(wanted))

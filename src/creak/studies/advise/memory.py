@@ -85,7 +85,7 @@ def memory(
     else:
         stages, held = _before(setup, reference, whole, rows)
     method = setup.study.config.reduction.method
-    reduced = [p for p in parts if not p.unreduced] if method not in (*WHOLE, "none") else []
+    reduced = [p for p in parts if not p.unreduced] if method not in (WHOLE, "none") else []
     counts = [0 if method == "guyan" else _computed(setup, p.modes) for p in reduced]
     alone, _ = _reductions(reduced, counts, held, unknowns, factors=False)
     kept_too, left = _reductions(reduced, counts, held, unknowns, factors=True)
@@ -124,7 +124,7 @@ def _before(setup: Setup, reference: ReferenceModel, whole: Counted, rows: int) 
         found("modes of the assembly", count, held),
     ]
     held += shapes
-    if c.reduction.method in WHOLE:
+    if c.reduction.method == WHOLE:
         kept = whole.below.get(setup.f_max, 0)
         stages.append(found("modes for the reduction", kept, held))
         held += whole.memory + 8.0 * n * (kept + 2 * rows)

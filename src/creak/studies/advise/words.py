@@ -46,21 +46,16 @@ def why_f_max(facts: Facts, option: Option | None) -> Iterator[str]:
             f"{left}, and the thesis saw no gain beyond 11 to 13 times (4.1). Frequencies alone need less: {thumb} in "
             f"the rule of thumb, and no mode at {f:.4g} Hz can be off by more than {percent(option.bound)}"
         )
-    elif option.method == "massless-boundary":
-        yield said + (
-            f"its modes fade towards the cut: marched exactly {left}; its own integrator, which divides its steps, is "
-            "what it is for (docs/massless_boundary.md)"
-        )
     else:
         yield said + f"modes of the assembly below it are exact and the static shapes carry the contact: {left}"
 
 
-def why_step(setup: Setup, step: StepAdvice, massless: bool) -> Iterator[str]:
+def why_step(setup: Setup, step: StepAdvice) -> Iterator[str]:
     yield (
         f"step: {step.step:g} s, {step.per_period:.3g} in a period of the highest frequency, because such a forced "
-        f"step left on the door: {step.massless if massless else step.hht} (docs/contact_convergence.md)"
-        + ("" if massless else f"; periods at that frequency are {percent(step.period_error)} too long with it")
-        + ". Without `step` and `integrator` in [time] creak chooses, and says how far the answer has settled"
+        f"step left on the door: {step.hht} (docs/contact_convergence.md); periods at that frequency are "
+        f"{percent(step.period_error)} too long with it. Without `step` and `integrator` in [time] creak chooses, and "
+        "says how far the answer has settled"
     )
     if abs(step.step / setup.study.config.time.step - 1.0) > 1e-6 and setup.contacts.m:
         yield (
@@ -69,10 +64,8 @@ def why_step(setup: Setup, step: StepAdvice, massless: bool) -> Iterator[str]:
         )
 
 
-def why_substeps(step: StepAdvice, substeps: int, massless: bool) -> Iterator[str]:
-    if massless:
-        yield "substeps: as in the study; the massless boundary takes more by itself where contact springs need them"
-    elif step.fixed is not None:
+def why_substeps(step: StepAdvice, substeps: int) -> Iterator[str]:
+    if step.fixed is not None:
         yield (
             f"substeps: {substeps}, because with the stiffness given in numbers the lightest channel bounces for "
             f"{step.fixed.shortest_s:.3g} s (half a period of its local mass), and a bounce should have "
@@ -89,7 +82,7 @@ def why_substeps(step: StepAdvice, substeps: int, massless: bool) -> Iterator[st
         )
 
 
-def why_stiffness(setup: Setup, step: StepAdvice, substeps: int, massless: bool) -> Iterator[str]:
+def why_stiffness(setup: Setup, step: StepAdvice, substeps: int) -> Iterator[str]:
     kinds = {
         ("table" if t.overclosure is not None else t.stiffness if isinstance(t.stiffness, str) else "number")
         for t in setup.study.config.contact.values()
@@ -99,14 +92,14 @@ def why_stiffness(setup: Setup, step: StepAdvice, substeps: int, massless: bool)
         yield (
             f"stiffness: auto (median {step.automatic.stiffness:.3g} force/length a channel with this step{harder}), "
             "because a forced step resolves no more: beyond that limit it creates energy (docs/numerics.md). A number "
-            "only to compare models or steps, hard only with the massless boundary"
+            "only to compare models or steps, hard only without a forced step"
         )
     if "number" in kinds and step.fixed is not None:
         yield (f"stiffness: the number stays (median {step.fixed.stiffness:.3g} force/length a channel); {_stiffer()}")
-    if "hard" in kinds and massless:
+    if "hard" in kinds:
         yield (
-            "stiffness: hard stays, because the massless boundary needs no penalty; forces at an instant ring with "
-            "the highest modes, impulses converge (docs/massless_boundary.md)"
+            "stiffness: hard and a forced step do not go together, because such a step throws a node back faster than "
+            "it came: leave out step and integrator, then hard contact is resolved in its own time scale"
         )
 
 

@@ -17,11 +17,11 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
+from creak.dynamics.diagonal import is_modal, modal_matrices
 from creak.dynamics.flow.march import SAMPLES, form_of
 from creak.dynamics.flow.resolution import flow_steps
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
-from creak.dynamics.modal.coefficients import is_modal, modal_matrices
 from creak.dynamics.state import LinearTerms
 from creak.model.dofs import nodes_of
 from creak.model.mesh import Model

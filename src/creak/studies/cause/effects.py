@@ -9,8 +9,8 @@ import numpy as np
 
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
+from creak.dynamics.diagonal import is_modal
 from creak.dynamics.history import History
-from creak.dynamics.modal.coefficients import is_modal
 from creak.dynamics.stopped import Stopped
 from creak.errors import CreakError
 from creak.progress import Progress, silent

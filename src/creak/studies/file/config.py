@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, StrictBool, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, StrictBool, model_validator
+from pydantic_core import PydanticCustomError
 
 from creak.model.units import UnitsName
 from creak.studies.file.contact_tables import ConnectorTable, ContactTable
@@ -14,6 +15,15 @@ from creak.studies.file.design.scatter_tables import ScatterTable
 from creak.studies.file.eline_tables import BackgroundTable, ElineTable, LimitTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
 from creak.studies.file.table import Finite, NonNegative, Positive, Table
+
+GONE = "not_needed"
+"""Type of the error of a word that creak knows and does not take."""
+
+
+def _no_massless_boundary(value: Any) -> Any:
+    if value == "massless-boundary":
+        raise PydanticCustomError(GONE, "creak has no massless boundary, as hard contact needs none")
+    return value
 
 
 class ModelTable(Table):
@@ -82,11 +92,13 @@ class InterfaceTable(Table):
 class ReductionTable(Table):
     """[reduction]"""
 
-    method: Literal["craig-bampton", "guyan", "gap-modes", "massless-boundary", "none"] = "craig-bampton"
-    """craig-bampton, guyan: part by part; gap-modes, massless-boundary: the whole assembly; none: unreduced only."""
+    method: Annotated[
+        Literal["craig-bampton", "guyan", "gap-modes", "none"], BeforeValidator(_no_massless_boundary)
+    ] = "craig-bampton"
+    """craig-bampton, guyan: part by part; gap-modes: the whole assembly; none: unreduced only."""
     f_max: Positive | Literal["auto"] = "auto"
-    """Fixed-interface modes (gap-modes, massless-boundary: modes of the assembly) up to this frequency are kept, Hz;
-    it must lie above the excitation. "auto": 11 times the excitation's highest frequency, and half as much again and
+    """Fixed-interface modes (gap-modes: modes of the assembly) up to this frequency are kept, Hz; it
+    must lie above the excitation. "auto": 11 times the excitation's highest frequency, and half as much again and
     again until more modes change no event by more than the verdict allows, or the next stage would cost too much."""
     keep_out: NonNegative = 0.0
     """length; elements with all nodes within this distance of the contact stay unreduced."""
@@ -105,7 +117,7 @@ class ReductionTable(Table):
 
     @model_validator(mode="after")
     def _applies(self) -> ReductionTable:
-        if self.method in ("gap-modes", "massless-boundary") and (
+        if self.method == "gap-modes" and (
             self.keep_out or self.substructures or self.unreduced or self.interface.type != "full"
         ):
             raise ValueError(
@@ -146,17 +158,17 @@ class TimeTable(Table):
     nothing else need be given."""
     step: Positive = 1e-3
     """s; a forced step, of the integrator hht where none is named."""
-    integrator: Literal["exact", "hht", "generalised-alpha", "massless-boundary"] = "exact"
+    integrator: Annotated[Literal["exact", "hht", "generalised-alpha"], BeforeValidator(_no_massless_boundary)] = (
+        "exact"
+    )
     """exact: exact motion between contacts, contact resolved in its own time scale, as accuracy says. The others take
-    the step as it is. massless-boundary needs the reduction of that name, and damping that couples no modes; the
-    unreduced run beside it takes hht."""
+    the step as it is."""
     alpha: Annotated[float, Field(ge=-0.5, le=0.0, allow_inf_nan=False)] = -0.05
     """hht: numerical damping; 0 is none."""
     rho_inf: Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)] = 0.9
     """generalised-alpha: what is left of the highest frequencies after a step."""
     substeps: Annotated[int, Field(ge=1)] = 1
-    """Steps into which a forced step near contact is divided; output stays at step. massless-boundary takes more by
-    itself where its springs need them."""
+    """Steps into which a forced step near contact is divided; output stays at step."""
 
     @property
     def exact(self) -> bool:

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
 from creak.formats.endings import is_deck
-from creak.studies.file.config import FORCED, StudyConfig, TimeTable
+from creak.studies.file.config import FORCED, GONE, StudyConfig, TimeTable
 from creak.studies.file.excitation_tables import SignalTable
 
 
@@ -86,8 +86,8 @@ def overlap(a: str, b: str) -> bool:
     return a == b or a.startswith(f"{b}.") or b.startswith(f"{a}.")
 
 
-OWN = {"hht": {"alpha"}, "generalised-alpha": {"rho_inf"}, "massless-boundary": {"alpha"}}
-"""Keys of [time] that belong to an integrator; alpha is that of the unreduced run beside a massless boundary."""
+OWN = {"hht": {"alpha"}, "generalised-alpha": {"rho_inf"}}
+"""Keys of [time] that belong to an integrator."""
 
 
 def check_time(table: TimeTable, given: Mapping[str, Any], where: Callable[..., str]) -> None:
@@ -172,6 +172,13 @@ def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel]
         return InputError(f"unknown key {name!r}", where=where, fix=suggest(str(keys[-1]), known))
     if problem["type"] == "missing":
         return InputError(f"{name!r} is missing", where=where, fix="Add it.")
+    if problem["type"] == GONE:
+        return InputError(
+            f"{name} = {problem['input']!r}: {problem['msg']}",
+            where=where,
+            expected='method = "craig-bampton", and [time] without integrator and step',
+            fix="Change it: motion between contacts is exact then, and contact is resolved in its own time scale.",
+        )
     if problem["type"] in ("union_tag_invalid", "union_tag_not_found"):
         kinds = [get_args(t.model_fields["type"].annotation)[0] for t in _signal_tables()]
         got = problem["input"].get("type") if isinstance(problem["input"], dict) else problem["input"]

@@ -23,7 +23,6 @@ from creak.progress import Progress, silent
 from creak.reduction.diagonal import Split, all_modes, diagonalise
 from creak.reduction.gap_modes import gap_modes
 from creak.reduction.interface.characteristic import second_level
-from creak.reduction.massless_boundary import massless_boundary
 from creak.reduction.modal import support_motion
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
 from creak.studies.models.substructures import UNREDUCED, Partition, partition
@@ -38,7 +37,6 @@ from creak.studies.models.superelements import (
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
 from creak.studies.solved import digest_of, solved
-from creak.studies.warned import Warned
 
 DIAGONAL_LIMIT = 6000
 """Coupled models up to this size are diagonalised; larger ones keep their sparse form."""
@@ -49,8 +47,8 @@ FACTOR = 50
 """Back-substitutions that a factorisation takes as long as (shells; solids two to four times as many)."""
 OF_A_MODE = 13
 """The same of a fixed-interface mode, measured (docs/benchmarks_modes.md)."""
-WHOLE = ("gap-modes", "massless-boundary")
-"""Methods that reduce the assembly as a whole."""
+WHOLE = "gap-modes"
+"""The method that reduces the assembly as a whole."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +131,7 @@ def reduce_model(
     InputError : what is asked for does not fit the model.
     """
     wall, cpu = clock.perf_counter(), clock.process_time()
-    whole = setup.study.config.reduction.method in WHOLE
+    whole = setup.study.config.reduction.method == WHOLE
     if whole:
         found = _modes_of_whole(replace(setup, raised=0), reference, progress, further)
         for k in range(setup.raised):
@@ -150,9 +148,6 @@ def _model_of(all_of_it: _Made, found: Modes | None, wall: float, cpu: float) ->
     wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
     return ReducedModel(superelements, model, system, retained, kept, wall, cpu, notes, coupled, found)
 
-
-MODES_OF_MASSLESS = 50.0
-"""f_max of a massless boundary over the excitation up to which impulses are more than some 5 % too high."""
 
 _Made = tuple[tuple[Reduced, ...], Model, System, int, int, list[str], System | None]
 
@@ -179,28 +174,14 @@ def _modes_of_whole(
 
 
 def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, found: Modes, kept: int) -> _Made:
-    """Gap modes or massless boundary of the assembly, with the lowest of its modes."""
-    table, system = setup.study.config.reduction, reference.system
+    """Gap modes of the assembly, with the lowest of its modes."""
+    system = reference.system
     found = found if kept == found.omega2.size else lowest(found, kept)
     rows = channel_matrices(system, gaps).rows
-    reduce = gap_modes if table.method == "gap-modes" else massless_boundary
-    reduced = reduce(system, rows, modes=found, stiffness=reference.stiffness, static=static_shapes(setup, reference))
-    notes = _limits(setup) if table.method == "massless-boundary" and gaps.presses else []
-    return (), setup.model, reduced, reduced.stats.retained, found.omega2.size, notes, None
-
-
-def _limits(setup: Setup) -> list[str]:
-    """What a massless boundary does to impulses with the modes that it has."""
-    highest, f_max = highest_frequency(setup.study), setup.f_max
-    if not 0.0 < f_max < MODES_OF_MASSLESS * highest:
-        return []
-    return [
-        Warned(
-            f"massless boundary: its modes fade towards {f_max:g} Hz, which takes mass away where contact is, so "
-            f"impulses come out too high (on the door by 33, 16 and 6 % with modes to 7, 11 and 50 times the "
-            f'excitation; here {f_max / highest:.3g} times): leave out the method, or take "gap-modes"'
-        )
-    ]
+    reduced = gap_modes(
+        system, rows, modes=found, stiffness=reference.stiffness, static=static_shapes(setup, reference)
+    )
+    return (), setup.model, reduced, reduced.stats.retained, found.omega2.size, [], None
 
 
 def _by_parts(
@@ -370,7 +351,7 @@ def with_damping(setup: Setup, system: System) -> System:
 
 
 def _own_modes(system: System, f_max: float) -> Modes:
-    """Modes of a System that is diagonal already (M = I, or 0 for massless coordinates): unit vectors."""
+    """Modes of a System that is diagonal already (M = I, or 0 for coordinates without mass): unit vectors."""
     assert isinstance(system.M, Diagonal)
     omega2 = np.asarray(system.K.diagonal())
     keep = np.flatnonzero((omega2 <= (2.0 * np.pi * f_max) ** 2) & (system.M.d > 0.0))

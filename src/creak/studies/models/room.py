@@ -109,7 +109,7 @@ def _takes_the_whole(setup: Setup) -> list[tuple[str, str]]:
     c = setup.study.config
     method = c.reduction.method
     causes = [
-        (method in ("none", *WHOLE), f'[reduction] method = "{method}"', 'method = "craig-bampton"'),
+        (method in ("none", WHOLE), f'[reduction] method = "{method}"', 'method = "craig-bampton"'),
         (c.proof == "whole", '[reference] run = "whole"', '[reference] run = "spots"'),
         (bool(c.static), "[[static]]", "no [[static]]"),
         (not c.time.exact, "a forced [time] scheme", "[time] without step and integrator"),

@@ -169,7 +169,6 @@ def set_up_model(
     model, clips, placed = with_clips(model, study)
     study = with_flight_steps(study)
     check_frequencies(study)
-    _check_integrator(study)
     time = time_axis(study)
     driven = driven_dofs(model, study)
     check_driven(model, study, driven)
@@ -207,17 +206,6 @@ def set_up_model(
         superelements,
         elines=make_elines(model, study, contacts),
     )
-
-
-def _check_integrator(study: Study) -> None:
-    c = study.config
-    if c.time.integrator == "massless-boundary" and c.reduction.method != "massless-boundary":
-        raise InputError(
-            f'integrator = "massless-boundary" with [reduction] method = {c.reduction.method!r}',
-            where=study.where("time", "integrator"),
-            expected='method = "massless-boundary"',
-            fix='Change the method, or use integrator = "hht".',
-        )
 
 
 def check_frequencies(study: Study) -> None:

@@ -184,9 +184,9 @@ def _stuck(model: Model, config: StudyConfig, loads: Loads, driven: Driven) -> l
 
 
 def _coarse(config: StudyConfig, highest: float) -> list[str]:
-    """A step that cannot follow the vibration; massless-boundary is exact between contacts."""
+    """A forced step that cannot follow the vibration."""
     step = config.time.step
-    if config.time.integrator in ("exact", "massless-boundary") or STEPS * step * highest <= 1.0 + 1e-9:
+    if config.time.exact or STEPS * step * highest <= 1.0 + 1e-9:
         return []
     long = (2.0 * np.pi * highest * step) ** 2 / 12.0
     return [

@@ -174,7 +174,7 @@ def _reduction() -> list[str]:
     return [
         "# `creak advise` looks closer: retained dofs, f_max and what they cost, with the errors to expect.",
         "[reduction]",
-        _line("method", "craig-bampton", "or guyan, gap-modes, massless-boundary, none"),
+        _line("method", "craig-bampton", "or guyan, gap-modes, none"),
         _line("f_max", "auto", "modes kept: as far as it takes until more change nothing; or Hz"),
     ]
 

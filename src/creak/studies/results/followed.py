@@ -9,8 +9,8 @@ import numpy as np
 
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
+from creak.dynamics.diagonal import is_modal
 from creak.dynamics.history import History
-from creak.dynamics.modal.coefficients import is_modal
 from creak.studies.converge.figures import OF_PLACE
 from creak.studies.converge.settling import Followed
 from creak.studies.prepare.setup import Setup

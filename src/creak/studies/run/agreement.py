@@ -11,9 +11,9 @@ import numpy as np
 from creak.arrays import ComplexArray, FloatArray
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
+from creak.dynamics.diagonal import is_modal, modal_matrices
 from creak.dynamics.flow.coupled import coupled_damping
 from creak.dynamics.history import History
-from creak.dynamics.modal.coefficients import is_modal, modal_matrices
 from creak.dynamics.state import LinearTerms
 from creak.linalg.diagonal import Diagonal
 from creak.model.dofs import TRANSLATIONS, node_dofs

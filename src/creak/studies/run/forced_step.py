@@ -46,9 +46,8 @@ def step_warnings(setup: Setup, events: Sequence[Event]) -> list[str]:
     short = min(events, key=lambda e: e.t_end - e.t_start, default=None)
     if short is None or step <= SHARE * (short.t_end - short.t_start):
         return []
-    key = "substeps" if table.integrator != "massless-boundary" else "step"
     return [
         f"the step near contact, {step:g} s, is longer than a tenth of the shortest event "
         f"({short.t_end - short.t_start:.3g} s at {short.channel}, t = {short.t_start:.4g} s): its force is not "
-        f"resolved; set [time] {key}, or compare with `creak run --converge`"
+        f"resolved; set [time] substeps, or compare with `creak run --converge`"
     ]

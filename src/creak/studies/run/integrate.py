@@ -1,4 +1,4 @@
-"""The integrator that a study asks for, and the compiled one wherever a System allows it."""
+"""The integrator that a study asks for: exact flow, flights, or a forced step."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.channels import channel_matrices
+from creak.dynamics.diagonal import is_modal
 from creak.dynamics.flight.contact_steps import IN_CONTACT, steps_in_contact
 from creak.dynamics.flight.stepper import FlightStepper, simulate_high_order
 from creak.dynamics.flow.coupled import MOST, can_couple
@@ -20,14 +20,9 @@ from creak.dynamics.flow.resolution import SETTLED, Resolution, finer
 from creak.dynamics.history import History
 from creak.dynamics.instant import Keeper
 from creak.dynamics.loads import Loads, refined
-from creak.dynamics.modal.coefficients import MasslessBoundary, is_modal
-from creak.dynamics.modal.march import simulate_modal
-from creak.dynamics.modal.massless import massless_substeps
-from creak.dynamics.modal.taper import tapered
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
 from creak.dynamics.simulate import CondensedStepper, march, simulate
-from creak.errors import InputError
 from creak.reduction.diagonal import in_own_modes
 from creak.studies.file.config import TimeTable
 from creak.studies.prepare.excitation import sample_loads, time_axis
@@ -49,7 +44,7 @@ class Kept(TypedDict):
 
 
 def scheme_of(table: TimeTable) -> Scheme:
-    """HHT-alpha or generalised-alpha; HHT-alpha beside a massless boundary, for models that have none."""
+    """HHT-alpha or generalised-alpha."""
     return generalised_alpha(table.rho_inf) if table.integrator == "generalised-alpha" else HHT(table.alpha)
 
 
@@ -67,9 +62,8 @@ def integrate(
 ) -> tuple[History, System, str]:
     """March a System through the study's loads; the history, the System as it was marched, and how in a few words.
 
-    Without a forced scheme reduced Systems are marched by exact flow (`flowing`), all others by `_stepped`. With a
-    forced one diagonal Systems run in compiled code; with integrator = "massless-boundary" the reduced System is
-    marched by it, with as many substeps near contact as its springs need, the unreduced one beside it by HHT-alpha.
+    Without a forced scheme reduced Systems are marched by exact flow (`flowing`), all others by `_stepped`; with one
+    all Systems take its condensed steps.
 
     Parameters
     ----------
@@ -90,15 +84,8 @@ def integrate(
             return _flown(setup, flows, gaps, kept)
         history, system, how = _stepped(setup, system, gaps, kept, keeper)
         return history, system, f"{how}{why_not}"
-    if table.integrator == "massless-boundary" and _is_reduced(system):
-        check_massless_boundary(setup, system)
-        return _massless(setup, system, gaps, kept)
-    scheme = scheme_of(table)
-    if is_modal(system):
-        history = simulate_modal(system, gaps, setup.loads, scheme, substeps=table.substeps, **kept)
-    else:
-        stepper = CondensedStepper(system, gaps, setup.loads, scheme, table.substeps)
-        history = march(stepper, **kept, keeper=keeper)
+    stepper = CondensedStepper(system, gaps, setup.loads, scheme_of(table), table.substeps)
+    history = march(stepper, **kept, keeper=keeper)
     name = "generalised-alpha" if table.integrator == "generalised-alpha" else "HHT-alpha"
     return history, system, name if table.substeps == 1 else f"{name}, {table.substeps} substeps near contact"
 
@@ -207,7 +194,7 @@ def linear_run(setup: Setup, system: System, scheme: Scheme, progress: Report | 
             progress=progress,
             solver=needs_solver(setup),
         )
-    return simulator(system)(
+    return simulate(
         system,
         silent,
         setup.loads,
@@ -219,49 +206,8 @@ def linear_run(setup: Setup, system: System, scheme: Scheme, progress: Report | 
     )
 
 
-def simulator(system: System) -> Callable[..., History]:
-    """The compiled march for diagonal Systems, the general one for others."""
-    return simulate_modal if is_modal(system) else simulate
-
-
 def _is_reduced(system: System) -> bool:
     return not sp.issparse(system.M) or bool(np.any(system.coordinates < 0))
-
-
-def check_massless_boundary(setup: Setup, system: System) -> None:
-    """Raise InputError where the study asks for a massless boundary, and damping couples the modes that it marches."""
-    if setup.study.config.time.integrator != "massless-boundary":
-        return  # what the damping is may not have been made yet
-    if system.damping.extra is not None or (_is_reduced(system) and not is_modal(system)):
-        raise InputError(
-            'integrator = "massless-boundary" with damping that couples the modes: materials with *DAMPING of their '
-            "own, dashpots, or masses with damping",
-            where=setup.study.where("time", "integrator"),
-            expected="modes that damping leaves by themselves",
-            fix="Give [damping] modal or rayleigh for all parts and take dashpots away, or leave out integrator and "
-            "step: the default carries such damping.",
-        )
-
-
-def _massless(
-    setup: Setup,
-    system: System,
-    gaps: GapOperator,
-    kept: Kept,
-) -> tuple[History, System, str]:
-    table = setup.study.config.time
-    if gaps.presses:
-        system = tapered(system, channel_matrices(system, gaps).rows)
-    parts = massless_substeps(system, gaps, table.step, table.substeps) if gaps.presses else 1
-    history = simulate_modal(
-        system,
-        gaps,
-        divided_loads(setup, parts),
-        MasslessBoundary(),
-        substeps=parts,
-        **kept,
-    )
-    return history, system, f"massless boundary, {parts} substeps near contact"
 
 
 def divided_loads(setup: Setup, parts: int) -> Loads:

@@ -21,7 +21,7 @@ from creak.studies.models.reduced import WHOLE
 from creak.studies.models.reference import ReferenceModel, build_reference, static_shapes
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import figure_warnings, nothing_closes
-from creak.studies.run.integrate import check_massless_boundary, linear_run, scheme_of
+from creak.studies.run.integrate import linear_run, scheme_of
 from creak.studies.run.kernels import needs_solver
 from creak.studies.run.static_start import begin
 from creak.studies.solved import digest_of_record, solved
@@ -177,12 +177,11 @@ def prepare(
 ) -> tuple[ReferenceModel, GapOperator, list[str]]:
     """The unreduced model, made here or by `begin`, the channels that the pre-check keeps (connectors last), notes."""
     reference = reference or build_reference(setup, progress)
-    check_massless_boundary(setup, reference.system)
     mass, units = reference.system.stats.mass, setup.study.config.model.units
     figures = figure_warnings(setup.model, units, mass, reference.modes.omega2)
     reference = with_linear_gaps(setup, reference, scheme_of(setup.study.config.time), progress)
     kept, notes = prechecked(setup, reference)
-    if setup.study.config.reduction.method not in WHOLE:
+    if setup.study.config.reduction.method != WHOLE:
         reference.release()
     whole = [] if reference.of_parts is None else [WITHOUT_WHOLE]
     return reference, join([kept, setup.connectors]), [*figures, *whole, *notes]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from creak.arrays import FloatArray, IntArray
-from creak.dynamics.modal.coefficients import is_modal
+from creak.dynamics.diagonal import is_modal
 from creak.errors import InputError
 from creak.formats.wav import full_scale_for, full_scale_level
 from creak.model.skin import skin_of

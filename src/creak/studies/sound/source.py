@@ -12,8 +12,8 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
+from creak.dynamics.diagonal import modal_matrices
 from creak.dynamics.history import History
-from creak.dynamics.modal.coefficients import modal_matrices
 from creak.signals.resampling import cell_means
 from creak.sound.forced import Modes
 from creak.sound.zwicker_tables import RATE

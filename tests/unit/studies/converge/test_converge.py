@@ -176,23 +176,6 @@ def test_refinement_changes_what_the_names_say(strips, repeated):
     assert again.history.output_index.tolist() == list(range(0, 1601, 2))  # the output interval of the base run
 
 
-def test_massless_boundary_keeps_its_substeps_near_contact(tmp_path):
-    """Halving the step halves the step near contact too, though the contact springs would not ask for it."""
-    study = STUDY.replace("[reduction]", '[reduction]\nmethod = "massless-boundary"') + "\n[reference]\nrun = false\n"
-    result = solved(
-        tmp_path,
-        study.replace("[time]", '[time]\nintegrator = "massless-boundary"').replace("periods = 2", "end = 0.12"),
-    )
-    c = converge(result, silent)
-    assert not any(o.stopped for o in c.outcomes.values())
-    near = {name: min(e.step for e in o.events) for name, o in c.outcomes.items()}
-    assert near[BASE] < 4e-4
-    assert near[HALF] == pytest.approx(0.5 * near[BASE], rel=1e-6)
-    assert near[QUARTER] == pytest.approx(0.25 * near[BASE], rel=1e-6)
-    assert near[TENFOLD] <= near[QUARTER] * (1.0 + 1e-6)
-    assert abs(c.totals["impulse"].changes["step"]) < 0.05
-
-
 def test_contact_stiffness_and_curves_are_scaled_hard_ones_are_not(strips):
     gaps = strips.gaps
     curves = Curves(np.zeros(gaps.m, dtype=np.int64), gaps.area.copy(), (np.array([[0.0, 0.0], [1.0, 2.0]]),))

@@ -9,7 +9,7 @@ import pytest
 import scipy.linalg as sla
 
 from creak.assembly.system import System
-from creak.dynamics.modal.coefficients import modal_matrices
+from creak.dynamics.diagonal import modal_matrices
 from creak.formats.abaqus.reader import read_deck
 from creak.linalg.modes import modes
 from creak.progress import silent

@@ -11,7 +11,6 @@ from creak.studies.prepare.setup import set_up
 from creak.studies.results.save import save
 from creak.studies.results.summary import summarise
 from creak.studies.run.job import StudyResult, run_study
-from creak.studies.warned import Warned
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_nastran_strips import strips
 
@@ -40,7 +39,6 @@ def run(folder, reduction: str, more: str = "") -> StudyResult:
         '[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = "coarse-mesh", deck = "strips.inp" }\n',
         '[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = "coarse-mesh", deck = "strips.bdf" }\n',
         '[reduction]\nmethod = "gap-modes"\nf_max = 6000\n',
-        '[reduction]\nmethod = "massless-boundary"\nf_max = 6000\n',
     ],
 )
 def test_modes_and_motion_agree_with_the_unreduced_model(reduction, tmp_path):
@@ -53,16 +51,6 @@ def test_modes_and_motion_agree_with_the_unreduced_model(reduction, tmp_path):
         assert reduced == pytest.approx(reference, rel=0.02)
     assert check["nrmse"]["all"] > 0.9
     assert check["events"]["missed"] == 0
-
-
-@pytest.mark.parametrize(("f_max", "warns"), [(660, True), (6000, False)])
-def test_a_massless_boundary_with_few_modes_warns(f_max, warns, tmp_path):
-    table = f'[reduction]\nmethod = "massless-boundary"\nf_max = {f_max}\n[reference]\nrun = false\n'
-    said = [n for n in run(tmp_path, table).notes if n.startswith("massless boundary")]
-    assert len(said) == warns
-    if warns:
-        assert isinstance(said[0], Warned)
-        assert "here 11 times" in said[0]
 
 
 def test_guyan_and_spacing_keep_fewer_dofs_and_run(tmp_path):

@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 
 import creak
-from creak.api.study import make_study, run, set_up
+from creak.api.study import make_study
 from creak.errors import InputError
-from creak.progress import silent
-from creak.studies.run.precheck import ready
-from helpers_decks import STEEL, STUDY, two_strips
+from creak.studies.file.reader import read_study
+from helpers_decks import STEEL, STUDY, two_strips, write_strips
 
 OTHER = STEEL.replace("NAME=STEEL", "NAME=OTHER").replace("ALPHA=5.", "ALPHA=50.")
-MASSLESS = {"integrator": "massless-boundary", "step": 5e-4, "end": 0.02}
 
 
 def study(folder, time, damping=None):
@@ -24,22 +22,25 @@ def study(folder, time, damping=None):
     )
     (folder / "strips.inp").write_text(deck, encoding="utf-8")
     tables = tomllib.loads(STUDY)
-    method = "massless-boundary" if time.get("integrator") == "massless-boundary" else "craig-bampton"
-    tables["reduction"] = {"method": method, "f_max": 1000.0}
+    tables["reduction"] = {"f_max": 1000.0}
     tables |= {"time": time, "reference": {"run": False}}
     return make_study(tables if damping is None else tables | {"damping": damping}, folder)
 
 
-def test_damping_that_couples_the_modes_is_refused_beside_a_massless_boundary(tmp_path):
-    """Before anything is solved for."""
-    with pytest.raises(InputError, match="damping that couples the modes") as error:
-        ready(set_up(study(tmp_path, MASSLESS)), silent)
-    assert "[damping] modal or rayleigh" in str(error.value)
-
-
-def test_one_damping_of_all_parts_is_marched_by_the_massless_boundary(tmp_path):
-    found = run(study(tmp_path, MASSLESS, {"rayleigh": {"alpha": 5.0, "beta": 1e-6}}), converge=False, record=False)
-    assert found.runs["reduced"].integrator.startswith("massless boundary")
+@pytest.mark.parametrize("table", ["time", "reduction", "both"])
+def test_a_massless_boundary_is_told_what_to_take_instead(tmp_path, table):
+    """One message, at the line of the key, whichever asks for it."""
+    lines = STUDY.splitlines()
+    keys = {"time": "integrator", "reduction": "method"}
+    for name, key in keys.items():
+        if table in (name, "both"):
+            lines.insert(lines.index(f"[{name}]") + 1, f'{key} = "massless-boundary"')
+    path = write_strips(tmp_path, study="\n".join(lines))
+    with pytest.raises(InputError, match=r"creak has no massless boundary.*craig-bampton.*without integrator") as error:
+        read_study(path)
+    first = "time" if table == "time" else "reduction"
+    at = lines.index(f'{keys[first]} = "massless-boundary"') + 1
+    assert error.value.where == f"{path}:{at}"
 
 
 @pytest.mark.parametrize(
@@ -48,7 +49,6 @@ def test_one_damping_of_all_parts_is_marched_by_the_massless_boundary(tmp_path):
         ({"integrator": "hht", "rho_inf": 0.8}, "rho_inf"),
         ({"integrator": "generalised-alpha", "alpha": -0.1}, "alpha"),
         ({"alpha": -0.1, "rho_inf": 0.8}, "alpha"),
-        ({**MASSLESS, "rho_inf": 0.8}, "rho_inf"),
     ],
 )
 def test_a_key_of_another_integrator_is_refused(tmp_path, time, key):

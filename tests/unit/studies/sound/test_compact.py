@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from creak.assembly.system import to_dense
-from creak.dynamics.modal.coefficients import modal_matrices
+from creak.dynamics.diagonal import modal_matrices
 from creak.model.materials import SolidSection
 from creak.model.mesh import Model
 from creak.model.skin import skin_of
