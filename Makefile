@@ -65,13 +65,12 @@ install-lowest:
 	$(LOWEST_PYTHON) -m tools.lowest > $(LOWEST)/constraints.txt
 	$(LOWEST)/bin/pip install --quiet --no-compile --disable-pip-version-check --constraint $(LOWEST)/constraints.txt -e '.[dev,report,cluster]'
 
-# Compiles all kernels in one process, so that those of the tests find them: the demo, and a file of tests on forced steps.
+# Compiles all kernels in one process, so that those of the tests find them.
 demo-newest demo-lowest: demo-%:
 	@build/$*/bin/pip list --format=freeze --exclude-editable | paste -s -d ' ' -
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba build/$*/bin/creak example door --mesh-size 40 --out build/$*/door
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/creak run build/$*/door/door.toml --set time.periods=1 --out build/$*/door/results
 	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/python -c $(COMPILE)
-	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/python -m pytest tests/unit/api/test_matrices.py
 
 # The whole suite runs with the newest versions that the default Python takes. With others what is read, written and
 # drawn, and what is compiled; what else creak takes of a package is looked up by tests/packaging/test_names_taken.py.
