@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.report.found import Found
 from creak.report.words.text import NONE, THIN, fixed, four, number, percent, plural, ratio, share, tidy
-from creak.studies.converge.settling import SETTLED
+from creak.studies.converge.settling import SETTLED, UNREDUCED
 from creak.studies.run.compared import event_statistics
 from creak.verify import nrmse
 from creak.verify.reliability import CONTACT_BAR, ENERGY_BAR
@@ -42,7 +42,7 @@ def checks(result: Found, summary: dict[str, Any]) -> list[Check]:
         judged = _spots(result)
     if result.events is not None and is_chaotic(summary):
         judged = [*(_not_judged(check) for check in judged), *_statistics(event_statistics(result))]
-    return [_mac(result), _nrmse(result), *judged, _energy(summary)]
+    return [_mac(result), _nrmse(result), *judged, *_rubs(result), _energy(summary)]
 
 
 def is_chaotic(summary: dict[str, Any]) -> bool:
@@ -109,6 +109,21 @@ def _spots(result: Found) -> list[Check]:
         words += f"; {lost} of them the unreduced model does not have" if lost else ""
         found.append(Check(f"Single events against the unreduced model, {word}", bar, words, inside == len(known)))
     return found
+
+
+def _rubs(result: Found) -> list[Check]:
+    """Friction and lasting contact in the pieces that the unreduced model went through, places one by one."""
+    structure = None if result.convergence is None else result.convergence.structure
+    if structure is None or result.convergence is None or not structure.rubs:
+        return []
+    every = (r.figures[name].beside.get(UNREDUCED) for r in result.convergence.rubs for name in r.deciding)
+    off = [by for by in every if by is not None]
+    if not off:
+        return []
+    inside = sum(x <= SETTLED for x in off)
+    words = f"{inside} of {len(off)} figures, at most {share(max(off))} off"
+    name = "Friction and lasting contact against the unreduced model"
+    return [Check(name, f"each within {100 * SETTLED:g}{THIN}%", words, inside == len(off))]
 
 
 def _mac(result: Found) -> Check:

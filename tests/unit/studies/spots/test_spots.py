@@ -101,6 +101,7 @@ def test_rubbing_is_held_against_the_unreduced_model(tmp_path, name):
             assert both["unreduced"] == pytest.approx(both["reduced"], rel=0.02), key
     friction = result.convergence.rubs[0].figures["friction_energy"]
     assert friction.beside["unreduced"] < 0.02
+    assert "Friction and lasting contact against the unreduced model" in result.page(0.0)
 
 
 def test_a_bar_on_a_wall_stays_for_its_wave_only_in_the_unreduced_model(tmp_path):
