@@ -8,6 +8,8 @@ LOWEST_PYTHON ?= python3.11
 NEWEST := build/newest
 LOWEST := build/lowest
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
+# Of other versions: kernels that are compiled sooner and run slower.
+KERNELS     = NUMBA_OPT=1 NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba
 PARALLEL   := -n 2 --dist loadfile
 COMPILE    := "from creak.dynamics.flow.march import compile_flow; compile_flow(); compile_flow(solver=True)"
 # Else each process would compile all modules of all packages anew: half of what a short command takes.
@@ -68,16 +70,16 @@ install-lowest:
 # Compiles all kernels in one process, so that those of the tests find them.
 demo-newest demo-lowest: demo-%:
 	@build/$*/bin/pip list --format=freeze --exclude-editable | paste -s -d ' ' -
-	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba build/$*/bin/creak example door --mesh-size 40 --out build/$*/door
-	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/creak run build/$*/door/door.toml --set time.periods=1 --out build/$*/door/results
-	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba $(ONE_THREAD) build/$*/bin/python -c $(COMPILE)
+	$(KERNELS) build/$*/bin/creak example door --mesh-size 40 --out build/$*/door
+	$(KERNELS) $(ONE_THREAD) build/$*/bin/creak run build/$*/door/door.toml --set time.periods=1 --out build/$*/door/results
+	$(KERNELS) $(ONE_THREAD) build/$*/bin/python -c $(COMPILE)
 
 # The whole suite runs with the newest versions that the default Python takes. With others what is read, written and
 # drawn, and what is compiled; what else creak takes of a package is looked up by tests/packaging/test_names_taken.py.
 UNIT := $(addprefix tests/unit/,api formats linalg model report signals sound studies/file studies/results)
 unit-lowest: UNIT += $(addprefix tests/unit/,assembly contact dynamics)
 unit-newest unit-lowest: unit-%:
-	NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba CREAK_TESTED=$* $(ONE_THREAD) build/$*/bin/python -m pytest $(PARALLEL) -m 'not once and not slow' $(UNIT) tests/packaging
+	$(KERNELS) CREAK_TESTED=$* $(ONE_THREAD) build/$*/bin/python -m pytest $(PARALLEL) -m 'not once and not slow' $(UNIT) tests/packaging
 
 # Rows of packages that only the lowest or the newest versions bring are kept; the last one words the others.
 licences: $(VENV)/dev.stamp

@@ -70,19 +70,6 @@ def test_a_model_that_is_complete_is_its_own_unreduced_one(stopped):
     assert stopped.summary["runs"]["reduced"]["verdict"] == "settled"
 
 
-def test_the_run_of_the_unreduced_model_has_bars_that_cover_its_own_error(tmp_path):
-    """A bar on a wall, by the run's own contact steps: 2 L / c and 2 m v, of which the waves that elements hold back take
-    half a percent."""
-    result = creak.run(bar(tmp_path, 'f_max = "auto"\n[reference]\nrun = "whole"'))
-    (event,) = result.summary["runs"]["reference"]["events"]
-    told = event["settled_to"]
-    assert abs(event["impulse"] / IMPULSE - 1.0) <= told["impulse"] + 0.005 < 0.05
-    assert abs(event["t_end"] - event["t_start"] - LASTS) <= told["duration"] < 0.2 * LASTS
-    assert abs(event["closing_speed"] / 100.0 - 1.0) <= told["closing_speed"] < 0.05
-    (reduced,) = result.summary["runs"]["reduced"]["events"]
-    assert reduced["settled_to"] != told
-
-
 @pytest.mark.parametrize("name", ["belt squeak", "Coulomb decay"])
 def test_rubbing_is_held_against_the_unreduced_model(tmp_path, name):
     """A model of two masses is complete: slips, slid time and heat of both marches are the same, but for a step at the
@@ -122,10 +109,13 @@ def test_a_bar_on_a_wall_stays_for_its_wave_only_in_the_unreduced_model(tmp_path
 # --- against the unreduced model's own run ---------------------------------------------------------------------------
 
 
+WHOLE = STUDY.replace("step = 5e-4\n", "").replace("periods = 2", "periods = 1\n\n[reference]\nrun = true")
+WHOLE = WHOLE.replace("f_max = 3000", "f_max = 1e5")
+
+
 @pytest.fixture(scope="module")
 def strips(tmp_path_factory):
-    text = STUDY.replace("step = 5e-4\n", "").replace("periods = 2", "periods = 1\n\n[reference]\nrun = true")
-    return solved(tmp_path_factory.mktemp("strips"), text.replace("f_max = 3000", "f_max = 1e5"))
+    return solved(tmp_path_factory.mktemp("strips"), WHOLE)
 
 
 def test_spots_are_what_the_whole_run_of_the_unreduced_model_finds(strips):
@@ -140,6 +130,20 @@ def test_spots_are_what_the_whole_run_of_the_unreduced_model_finds(strips):
             of = FIGURES[name]
             scale = whole.t_end - whole.t_start if name == "start" else of(whole)
             assert abs(s.unreduced[name] - of(whole)) <= 0.05 * scale, name
+
+
+def test_the_whole_run_has_bars_that_cover_what_finer_steps_find(strips, tmp_path):
+    """The first blow of the unreduced strips, against a run of them by steps of half the length and less."""
+    text = WHOLE.replace("[time]", '[time]\naccuracy = "fine"').replace("run = true", "run = false")
+    fine = solved(tmp_path, text, **{"reduction.method": "none"})
+    (run,) = fine.summary["runs"].values()
+    exact, first = run["events"][0], strips.summary["runs"]["reference"]["events"][0]
+    told = first["settled_to"]
+    for key in ("impulse", "closing_speed"):
+        assert abs(first[key] / exact[key] - 1.0) <= told[key] < 0.1, key
+    assert abs(first["t_start"] - exact["t_start"]) <= told["t_start"]
+    (reduced, *_) = strips.summary["runs"]["reduced"]["events"]
+    assert reduced["settled_to"] != told
 
 
 def test_the_state_taken_over_is_that_of_the_run(strips):
