@@ -39,10 +39,10 @@ def checks(result: Found, summary: dict[str, Any]) -> list[Check]:
     """The comparison with the unreduced model against the bars, and the energy balance."""
     judged = [_events(result), _mean_force(result), _each_force(result)]
     if "reference" not in result.runs and "reduced" in result.runs:
-        judged = _spots(result)
+        judged = [*_spots(result), *_rubs(result)]
     if result.events is not None and is_chaotic(summary):
         judged = [*(_not_judged(check) for check in judged), *_statistics(event_statistics(result))]
-    return [_mac(result), _nrmse(result), *judged, *_rubs(result), _energy(summary)]
+    return [_mac(result), _nrmse(result), *judged, _energy(summary)]
 
 
 def is_chaotic(summary: dict[str, Any]) -> bool:
