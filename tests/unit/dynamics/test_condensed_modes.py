@@ -171,7 +171,7 @@ def test_instants_one_by_one_are_the_output_of_many_chunks(monkeypatch):
     assert one.contact_steps > 5
     assert one.coordinates.shape[1] == 4
     assert_same(one, many, 1e-14)  # output is turned into motion by products of another size
-    assert_same(many, twin)
+    assert_same(many, twin, HARD)  # blows carry on a multiple of what they differ by, here too
     assert seen[:100] == [(n, 100) for n in range(1, 101)]
 
 
