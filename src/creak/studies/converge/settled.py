@@ -8,7 +8,7 @@ import numpy as np
 
 from creak.studies.converge.figures import FIGURES, OF_PLACE, TIMES
 from creak.studies.converge.rubbing import faint_rubs, open_rubs, rub_words
-from creak.studies.converge.settling import ENOUGH, Convergence, EventSettling, Settling
+from creak.studies.converge.settling import BASE, ENOUGH, MORE_MODES, Convergence, EventSettling, Settling
 from creak.studies.converge.unanswered import unanswered
 from creak.studies.converge.words import REMEDIES
 from creak.studies.run.job import Run, StudyResult
@@ -121,8 +121,13 @@ def _of_convergence(c: Convergence) -> Verdict:
 
 
 def _unproven(c: Convergence) -> str:
-    """Why a reduced run was not held against the unreduced model, in a sentence; empty: it was, or has no events."""
-    if c.structure is None or c.structure.looked or not c.events:
+    """Why a reduced run was not held against the unreduced model, in a sentence.
+
+    Empty: it was, it has no events, or it has all modes that there are, and is the unreduced model.
+    """
+    more = c.outcomes.get(MORE_MODES)
+    complete = more is not None and more.modes == c.outcomes[BASE].modes
+    if c.structure is None or c.structure.looked or not c.events or complete:
         return ""
     return f"not one event was held against the unreduced model: {c.structure.why_not}"
 

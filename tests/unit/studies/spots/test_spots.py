@@ -91,6 +91,17 @@ def test_rubbing_is_held_against_the_unreduced_model(tmp_path, name):
     assert "Friction and lasting contact against the unreduced model" in result.page(0.0)
 
 
+def test_a_complete_model_that_begins_with_its_blow_needs_no_spot_check(tmp_path):
+    """A mass on its stop from the first instant on: there is no state before the event to take over."""
+    (case,) = (c for c in cases() if c.name == "mass on a spring stop")
+    (tmp_path / "deck.inp").write_text(case.deck)
+    study = tmp_path / "study.toml"
+    study.write_text(f'[model]\ndeck = "deck.inp"\nunits = "m-kg-s"\n{case.study}')
+    told = creak.run(study).summary
+    assert told["verification"]["spots"] == []
+    assert told["runs"]["reduced"]["verdict"] == "settled"
+
+
 def test_a_bar_on_a_wall_stays_for_its_wave_only_in_the_unreduced_model(tmp_path):
     """2 L / c and 2 m v (de Saint-Venant). No mode lies below f_max, and none has the wave: the reduced run is told to be far
     off."""
