@@ -113,10 +113,8 @@ def _spots(result: Found) -> list[Check]:
 
 def _rubs(result: Found) -> list[Check]:
     """Friction and lasting contact in the pieces that the unreduced model went through, places one by one."""
-    structure = None if result.convergence is None else result.convergence.structure
-    if structure is None or result.convergence is None or not structure.rubs:
-        return []
-    every = (r.figures[name].beside.get(UNREDUCED) for r in result.convergence.rubs for name in r.deciding)
+    rubs = () if result.convergence is None else result.convergence.rubs
+    every = (r.figures[name].beside.get(UNREDUCED) for r in rubs for name in r.deciding)
     off = [by for by in every if by is not None]
     if not off:
         return []

@@ -88,7 +88,8 @@ class Structure:
     samples: EventStatistics | None = None
     """Events of both runs as samples; None: it was not run."""
     solves: int = 0
-    """Back-substitutions that the spot checks took, each factor counted as so many (`models.reduced.FACTOR`)."""
+    """Back-substitutions that the spot checks of events and of rubbing took, each factor counted as so many
+    (`models.reduced.FACTOR`)."""
     wall_s: float = 0.0
     why_not: str = ""
     """Why no event was marched through."""

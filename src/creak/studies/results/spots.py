@@ -52,7 +52,7 @@ def _rub(s: RubSpot) -> dict[str, Any]:
     return {**place, "problem": s.problem or None, **both}
 
 
-def bars_of_steps(structure: Structure, event: Event) -> dict[str, float | None]:
+def bars_of_reference(structure: Structure, event: Event) -> dict[str, float | None]:
     """How far an event of the unreduced model's own run hangs on its contact steps: s for times, shares else."""
     lasts = event.t_end - event.t_start
     bars = {name: x * (lasts if name in TIMES else 1.0) for name, x in structure.of_steps.items()}

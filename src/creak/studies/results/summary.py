@@ -20,7 +20,7 @@ from creak.studies.results.elines import as_dict as eline_summary
 from creak.studies.results.limits import judged
 from creak.studies.results.places import Place, resting_places
 from creak.studies.results.sound import heard_at, heard_places, place_name, sound_summary
-from creak.studies.results.spots import bars_of_steps, spots_of
+from creak.studies.results.spots import bars_of_reference, spots_of
 from creak.studies.results.static_figures import static_figures
 from creak.studies.run.compared import event_statistics, main_run
 from creak.studies.run.job import Run, StudyResult
@@ -132,7 +132,7 @@ def _run(
     mine = convergence if convergence is not None and convergence.model == run.name else None
     settled = {} if mine is None else {id(e.event): settled_to(e) for e in mine.events}
     if run.name == "reference" and convergence is not None and convergence.structure is not None:
-        settled = {id(e): bars_of_steps(convergence.structure, e) for e in run.events}
+        settled = {id(e): bars_of_reference(convergence.structure, e) for e in run.events}
     unknown = dict.fromkeys(KEYS.values())
     places = heard_places(result, run, sound)
     whole = sum(p.impulse for p in places)

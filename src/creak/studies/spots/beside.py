@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time as clock
 from dataclasses import replace
 
 from creak.progress import Progress
@@ -9,9 +10,12 @@ from creak.studies.converge.structure import RubSpot, Structure
 from creak.studies.run.compared import event_statistics
 from creak.studies.run.job import StudyResult
 from creak.studies.spots.check import check_spots
-from creak.studies.spots.rubs import rubs_beside
+from creak.studies.spots.handover import handed_over
+from creak.studies.spots.rubs import check_rubs
 from creak.studies.spots.steps import bars_of_steps
 from creak.studies.warned import attempted
+
+FAILED = Structure(why_not="they could not be made")
 
 
 def beside_unreduced(result: StudyResult, progress: Progress, notes: list[str]) -> Structure | None:
@@ -23,14 +27,23 @@ def beside_unreduced(result: StudyResult, progress: Progress, notes: list[str]) 
         return None
     found = Structure(why_not='[reference] run = "none"')
     if result.setup.study.config.proof != "none":
-        failed = Structure(why_not="they could not be made")
-        found = attempted("spot checks", lambda: check_spots(result, progress), failed, notes)
-        none: tuple[RubSpot, ...] = ()
-        rubs = attempted("spot checks of friction", lambda: rubs_beside(result), none, notes)
-        found = replace(found, rubs=rubs)
-        if "reference" in result.runs:
-            nothing: dict[str, float] = {}
-            bars = attempted("bars of the unreduced run", lambda: bars_of_steps(result), nothing, notes)
-            found = replace(found, of_steps=bars)
+        found = attempted("spot checks", lambda: _checked(result, progress, notes), FAILED, notes)
     samples = None if result.events is None else event_statistics(result)
     return found.beside(result.events, samples)
+
+
+def _checked(result: StudyResult, progress: Progress, notes: list[str]) -> Structure:
+    """By marches from the reduced model's states: events, rubbing, and contact steps of its own run; each may fail."""
+    started = clock.perf_counter()
+    of, why = handed_over(result)
+    if of is None:
+        return Structure(why_not=why)
+    nothing: tuple[tuple[RubSpot, ...], int] = (), 0
+    no_bars: dict[str, float] = {}
+    found = attempted("spot checks", lambda: check_spots(result, of, progress), FAILED, notes)
+    rubs, solves = attempted("spot checks of friction", lambda: check_rubs(result, of), nothing, notes)
+    bars = no_bars
+    if "reference" in result.runs:
+        bars = attempted("bars of the unreduced run", lambda: bars_of_steps(result, of), no_bars, notes)
+    wall_s = clock.perf_counter() - started
+    return replace(found, rubs=rubs, of_steps=bars, solves=found.solves + solves, wall_s=wall_s)

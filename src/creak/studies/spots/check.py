@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-import time as clock
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flow.march import FlowStates
 from creak.progress import Progress
 from creak.studies.converge.figures import change
 from creak.studies.converge.structure import Spot, Structure
 from creak.studies.models.reduced import FACTOR
-from creak.studies.prepare.flight_steps import RESOLUTIONS
 from creak.studies.run.job import StudyResult
-from creak.studies.spots.choose import FEWEST, SHARE, Stretch, affordable, near_channels, stretch
-from creak.studies.spots.handover import Handover, handed_over, ordered, states_at, states_of
+from creak.studies.spots.choose import Stretch, affordable, near_channels, stretch
+from creak.studies.spots.handover import Handover, ordered, states_at, states_of
 from creak.studies.spots.march import Checker, own_figures
 
 FEWEST_EVENTS = 3
 """Events that are checked whatever they cost."""
 
 
-def check_spots(result: StudyResult, progress: Progress) -> Structure:
+def check_spots(result: StudyResult, of: Handover, progress: Progress) -> Structure:
     """March the unreduced model through the hardest event of each place of the reduced run and some drawn ones.
 
     It takes over displacement and velocity of the reduced model a little before the event, under the same loads, and
@@ -37,23 +34,18 @@ def check_spots(result: StudyResult, progress: Progress) -> Structure:
     As many are checked as cost a fifth of the reduction (`choose.SHARE`, `choose.FEWEST`), counted in
     back-substitutions, so that the same input makes the same checks; `FEWEST_EVENTS` at any cost.
     """
-    started = clock.perf_counter()
-    of, why = handed_over(result)
-    if of is None or result.reduced is None:
-        return Structure(why_not=why)
-    fewest = fewest_parts(RESOLUTIONS[result.setup.study.config.time.accuracy].stepped)
-    made = [stretch(e, why, of.ends, fewest) for e, why in ordered(result, of)]
+    made = [stretch(e, why, of.ends, of.fewest) for e, why in ordered(result, of)]
     order = [s for s in made if s is not None]
     if not order:
         return Structure(why_not="there is no event to check")
     near = near_channels(of.history, of.gaps, order, of.ends)
     rows = near.size + 2 * of.gaps.select(near).rubbing
-    taken = affordable(order, rows, max(FEWEST, SHARE * result.reduced.solves), FEWEST_EVENTS)
+    taken = affordable(order, rows, of.budget, FEWEST_EVENTS)
     progress("spot checks", 0, len(taken) + 1)
     at = sorted({s.first for s in taken})
     states = states_at(result, of, at)
     spots, solves = _marched(of, taken, near, states, at, progress)
-    return Structure(tuple(spots), solves=solves, wall_s=clock.perf_counter() - started)
+    return Structure(tuple(spots), solves=solves)
 
 
 def _marched(

@@ -10,15 +10,17 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
+from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flow.march import SAMPLES, FlowStates, flow_states
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
+from creak.studies.prepare.flight_steps import RESOLUTIONS
 from creak.studies.results.places import find_places
 from creak.studies.run.integrate import flowing, resolution_of
 from creak.studies.run.job import StudyResult
 from creak.studies.run.kernels import needs_solver
-from creak.studies.spots.choose import chosen
+from creak.studies.spots.choose import FEWEST, SHARE, chosen
 from creak.verify.events import Event
 from creak.verify.sides import sides
 
@@ -42,6 +44,10 @@ class Handover:
     merge: float | None
     f_max: float
     """Of the verification."""
+    fewest: int
+    """Contact steps in a flight step by default."""
+    budget: float
+    """Back-substitutions that the checks of events may take, and those of rubbing as many again."""
 
     @property
     def ends(self) -> FloatArray:
@@ -86,7 +92,9 @@ def handed_over(result: StudyResult) -> tuple[Handover | None, str]:
     unreduced = result.reference.system
     if np.any(unreduced.coordinates < 0):
         return None, "parts of the model are superelements from files, whose inside is not there"
-    handover = Handover(unreduced, system, result.gaps, setup.loads, run.history, v.merge, v.f_max)
+    fewest = fewest_parts(RESOLUTIONS[c.time.accuracy].stepped)
+    budget = max(FEWEST, SHARE * reduced.solves)
+    handover = Handover(unreduced, system, result.gaps, setup.loads, run.history, v.merge, v.f_max, fewest, budget)
     return handover, ""
 
 

@@ -77,13 +77,16 @@ def _cut(loads: Loads, s: Span, parts: int) -> Loads:
     return replace(fine, time=fine.time[rows], support=fine.support[:, rows], force=fine.force[rows])
 
 
+def within(history: History, window: tuple[float, float]) -> History:
+    """Its instants in a window, those at its ends among them."""
+    first, last = np.searchsorted(history.time, [window[0] * (1.0 - ROUND_OFF), window[1] * (1.0 + ROUND_OFF)])
+    kept = ("time", "gap", "force", "tangential", "sliding")
+    return replace(history, **{name: getattr(history, name)[first:last] for name in kept})
+
+
 def own_figures(of: Handover, s: Stretch) -> dict[str, float] | None:
     """`FIGURES` of the event in the reduced run over the stretch alone, as the unreduced march sees it."""
-    h = of.history
-    begin, end = s.time(of.ends)
-    rows = slice(*np.searchsorted(h.time, [begin, end * (1.0 + ROUND_OFF)]))
-    part = replace(h, time=h.time[rows], gap=h.gap[rows], force=h.force[rows])
-    figures = figures_over(s.event, part, of.gaps, of)
+    figures = figures_over(s.event, within(of.history, s.time(of.ends)), of.gaps, of)
     if figures is not None:  # what came before the stretch tells how fast the gap closed
         figures |= {name: FIGURES[name](s.event) for name in ("start", "closing_speed")}
     return figures

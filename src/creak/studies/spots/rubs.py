@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.dynamics.flight.contact_steps import fewest_parts
-from creak.dynamics.history import History
 from creak.studies.converge.structure import RubSpot
-from creak.studies.prepare.flight_steps import RESOLUTIONS
+from creak.studies.models.reduced import FACTOR
 from creak.studies.results.places import Place, find_places, resting_places
 from creak.studies.run.job import StudyResult
-from creak.studies.spots.choose import FEWEST, LONGEST, SHARE, STEPS, Span, affordable, near_channels
-from creak.studies.spots.handover import SEED, handed_over, states_at, states_of
-from creak.studies.spots.march import ROUND_OFF, Checker
+from creak.studies.spots.choose import LONGEST, STEPS, Span, affordable, near_channels
+from creak.studies.spots.handover import SEED, Handover, states_at, states_of
+from creak.studies.spots.march import Checker, within
 from creak.verify.rubbing import rub_of
 
 SLIPS = 8
@@ -34,42 +32,43 @@ class Piece(Span):
     place: Place
 
 
-def rubs_beside(result: StudyResult) -> tuple[RubSpot, ...]:
+def check_rubs(result: StudyResult, of: Handover) -> tuple[tuple[RubSpot, ...], int]:
     """March the unreduced model through pieces of rubbing and of lasting contact, drawn by the stored seed.
 
     It takes over displacement and velocity of the reduced model; what rubs begins as stuck, and slips from the first
     step on where the limit asks for it. A piece holds `SLIPS` slips; where nothing slips by turns it has `ENOUGH` steps
-    of the default length. They may cost what events may (`choose.SHARE`), the first of all at any cost.
+    of the default length. They may cost what events may (`Handover.budget`), the first of all at any cost; how many
+    back-substitutions they took is told.
     """
-    of, _ = handed_over(result)
-    if of is None or result.reduced is None:
-        return ()
     run = result.runs["reduced"]
     places = [p for p in (*find_places(result, run), *resting_places(result, run)) if p.rub.figures]
-    fewest = fewest_parts(RESOLUTIONS[result.setup.study.config.time.accuracy].stepped)
     draw, order = np.random.default_rng(SEED), list[Piece]()
     for _ in range(EACH):
-        order += [x for p in places if (x := _piece(p, of.ends, fewest, result.window, draw.random())) is not None]
+        order += [x for p in places if (x := _piece(p, of.ends, of.fewest, result.window, draw.random())) is not None]
     if not order:
-        return ()
+        return (), 0
     near = near_channels(of.history, of.gaps, order, of.ends)
     rows = near.size + 2 * of.gaps.select(near).rubbing
-    taken = affordable(order, rows, max(FEWEST, SHARE * result.reduced.solves), 1)
+    taken = affordable(order, rows, of.budget, 1)
     at = sorted({p.first for p in taken})
     states = states_at(result, of, at)
     checkers = {n: Checker(of, n, near, states.stiffness) for n in sorted({p.parts for p in taken})}
     found = []
     for p in taken:
         history, problem = checkers[p.parts].through(p, *states_of(of, states, at.index(p.first), p.first))
-        reduced, window = _within(of.history, p.time(of.ends))
-        unreduced, _ = _within(history, window)
+        reduced = within(of.history, p.time(of.ends))
+        if reduced.time.size < 2:
+            continue  # nothing happens in it
+        window = float(reduced.time[0]), float(reduced.time[-1])  # between these all is known
+        unreduced = within(history, window)
         here = np.flatnonzero(np.isin(near, p.place.channels))
         own, other = (
             rub_of(h, gaps, channels, window, of.f_max).figures
             for h, gaps, channels in ((reduced, of.gaps, p.place.channels), (unreduced, checkers[p.parts].gaps, here))
         )
         found.append(RubSpot(p.place.contact, p.place.number, window, own, other, problem))
-    return tuple(found)
+    solves = sum(p.steps for p in taken) + len(checkers) * (FACTOR + rows)
+    return tuple(found), solves
 
 
 def _piece(place: Place, ends: FloatArray, fewest: int, window: tuple[float, float], at: float) -> Piece | None:
@@ -86,11 +85,3 @@ def _piece(place: Place, ends: FloatArray, fewest: int, window: tuple[float, flo
     first = max(0, int(np.searchsorted(ends, window[0] + at * (last - window[0]), side="right")) - 1)
     steps = min(LONGEST * STEPS, math.ceil(lasts / H * parts), (ends.size - 1 - first) * parts)
     return Piece(first, parts, steps, place)
-
-
-def _within(history: History, window: tuple[float, float]) -> tuple[History, tuple[float, float]]:
-    """Its instants in a window, and their first and last time: between these all is known."""
-    first, last = np.searchsorted(history.time, [window[0] * (1.0 - ROUND_OFF), window[1] * (1.0 + ROUND_OFF)])
-    kept = {name: getattr(history, name)[first:last] for name in ("time", "gap", "force", "tangential", "sliding")}
-    time = kept["time"]
-    return replace(history, **kept), (float(time[0]), float(time[-1])) if time.size else window

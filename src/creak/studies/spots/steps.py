@@ -7,18 +7,19 @@ from dataclasses import replace
 from creak.dynamics.flight.contact_steps import steps_in_contact
 from creak.studies.converge.figures import TIMES, change
 from creak.studies.converge.settling import LEAST
+from creak.studies.converge.structure import MOVED
 from creak.studies.run.integrate import flowing, resolution_of
 from creak.studies.run.job import StudyResult
 from creak.studies.spots.check import FEWEST_EVENTS
 from creak.studies.spots.choose import near_channels, stretch_of
-from creak.studies.spots.handover import handed_over, ordered, states_at, states_of
+from creak.studies.spots.handover import Handover, ordered, states_at, states_of
 from creak.studies.spots.march import Checker
 
 FALLS = 2.0
 """Times what half a contact step changes: all that smaller ones would."""
 
 
-def bars_of_steps(result: StudyResult) -> dict[str, float]:
+def bars_of_steps(result: StudyResult, of: Handover) -> dict[str, float]:
     """How far events of the unreduced model's own run hang on its contact steps (`Structure.of_steps`).
 
     Hard events, of as many places as there are up to `FEWEST_EVENTS`, are marched through twice from the state of the
@@ -26,8 +27,7 @@ def bars_of_steps(result: StudyResult) -> dict[str, float]:
     the step, or faster, is at most twice (`FALLS`) what that changes. The largest of all events counts, with what no
     run sees (`settling.LEAST`).
     """
-    of, _ = handed_over(result)
-    if of is None or flowing(of.unreduced)[0] is not None:  # which has no contact steps
+    if flowing(of.unreduced)[0] is not None:  # which has no contact steps
         return {}
     step, longest = of.ends[1] - of.ends[0], resolution_of(result.setup).stepped
     parts, springs = steps_in_contact(of.unreduced, of.gaps, step, longest)
@@ -52,4 +52,4 @@ def bars_of_steps(result: StudyResult) -> dict[str, float]:
             by = FALLS * abs(change(name, a[name], b[name])) / (lasts if name in TIMES else 1.0)
             found[name] = max(found.get(name, 0.0), by)
     inherited = found.get("impulse", 0.0)  # what an event gets wrong moves the later ones
-    return {name: x + LEAST + (inherited if name in ("start", "closing_speed") else 0.0) for name, x in found.items()}
+    return {name: x + LEAST + (inherited if name in MOVED else 0.0) for name, x in found.items()}
