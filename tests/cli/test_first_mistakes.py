@@ -26,7 +26,7 @@ def run(creak, folder, deck=None, study=SHORT, *more):
 
 def test_a_sound_study_warns_of_no_unit_and_no_support(creak, tmp_path):
     said, warnings = run(creak, tmp_path)
-    assert not any(word in text for text in warnings for word in ("mm-t-s", "margin", "holds", "start closed"))
+    assert not any(word in text for text in warnings for word in ("mm-t-s", "margin =", "holds", "start closed"))
     assert [line for line in said.err.splitlines() if line.startswith("warning: ")] == [
         f"warning: {w}" for w in warnings
     ]
@@ -65,7 +65,7 @@ def test_a_study_without_contact_is_told_first_of_all(creak, tmp_path):
 def test_nothing_comes_near(creak, tmp_path):
     """The root moves by 12 sines of 0.05 mm; 5 mm stay open."""
     said, warnings = run(creak, tmp_path, two_strips(gap=5.0))
-    text = next(w for w in warnings if "no contact comes within the pre-check's margin of 0.5" in w)
+    text = next(w for w in warnings if "no contact comes within the pre-check's margin of 15 % of its gap" in w)
     assert "which starts 5 open" in text
     assert "closest approach is" in text
     assert text in said.err
@@ -90,11 +90,32 @@ def test_parts_deep_inside_each_other_are_refused(creak, tmp_path):
     assert "surfaces 'UNDER' and 'OVER' never face each other" in said.err
 
 
+def in_metres(deck):
+    """The deck of the strips in m, kg and s."""
+    nodes = re.compile(r"^(\d+), (-?\d+\.\d+), (-?\d+\.\d+), (-?\d+\.\d+)$", re.MULTILINE)
+    small = nodes.sub(lambda found: ", ".join([found[1], *(f"{1e-3 * float(x):.9f}" for x in found.groups()[1:])]), deck)
+    thin = small.replace("STEEL\n1.0,", "STEEL\n1.0e-3,").replace("STEEL\n1.5,", "STEEL\n1.5e-3,")
+    return thin.replace("210000., 0.3", "2.1e11, 0.3").replace("7.85e-9", "7850.")
+
+
+@pytest.mark.parametrize("amplitude", [2.0, 3.0])
+def test_the_precheck_keeps_the_same_in_any_units(creak, tmp_path, amplitude):
+    """Channels that come near, not all of them; the margin was .5 of whatever length the deck had, as in 0.5 m."""
+    counts = []
+    for name, deck, units, unit in (("mm", two_strips(), "mm-t-s", 1.0), ("m", in_metres(two_strips()), "m-kg-s", 1e-3)):
+        (tmp_path / name).mkdir()
+        study = SHORT.replace("[model]", f'[model]\nunits = "{units}"').replace("0.05,", f"{amplitude * unit:g},")
+        _, warnings = run(creak, tmp_path / name, deck, study)
+        assert not any("margin" in w for w in warnings), warnings
+        counts.append(json.loads((tmp_path / name / "out" / "summary.json").read_text())["precheck"]["kept"])
+    assert counts[0] == counts[1]
+    assert 0 < counts[0] < 39
+
+
 def test_margin_as_large_as_the_model(creak, tmp_path):
-    """As the default of 0.5 is in metres."""
     study = SHORT.replace("[time]", "[precheck]\nmargin = 50\n[time]")
     _, warnings = run(creak, tmp_path, None, study)
-    assert any("margin = 50 mm is 41 % of the model's size" in w and "margin = 0.5 is 0.5 mm" in w for w in warnings)
+    assert any("margin = 50 mm is 41 % of the model's size" in w and "leave it out" in w for w in warnings)
 
 
 def test_part_that_nothing_holds_is_named_with_its_motions(creak, tmp_path):

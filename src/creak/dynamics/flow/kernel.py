@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.dynamics.books import GIVEN, SCHEME
 from creak.dynamics.closing import dips
-from creak.dynamics.compiled import DONE, NOT_FINITE, inner
+from creak.dynamics.compiled import DONE, NOT_FINITE, inner, outer
 from creak.dynamics.flow.block import APART, KNOWN, amend, close_block, ends, look_near, open_block, under_way
 from creak.dynamics.flow.books import as_springs_saw, book_flow, complete
 from creak.dynamics.flow.kicks import book_half, book_slack, lessen, press, settled
@@ -164,7 +163,7 @@ def write(out, row, time, x):  # type: ignore[no-untyped-def]
         to[at + i] = x.energy[i]
 
 
-@inner
+@outer
 def march(  # type: ignore[no-untyped-def]
     model,
     laws,
@@ -314,9 +313,3 @@ def march(  # type: ignore[no-untyped-def]
         if whole_row < out.whole_at.size and out.whole_at[whole_row] == step + 1:
             put(out.whole[whole_row], 0, now.x.reshape(now.x.size)[model.u0 : model.u1])
     return DONE, end, used, kept, swapped, end * H
-
-
-@numba.njit(cache=True, nogil=True)
-def flow_chunk(*given):  # type: ignore[no-untyped-def]
-    """`march`, for Python."""
-    return march(*given)

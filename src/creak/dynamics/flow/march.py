@@ -22,7 +22,7 @@ from creak.dynamics.diagonal import is_modal, modal_matrices
 from creak.dynamics.flow.block import FEWEST, STEPS, Block, new_block
 from creak.dynamics.flow.books import begin_books
 from creak.dynamics.flow.coupled import can_couple, coupled_modes
-from creak.dynamics.flow.kernel import FULL, flow_chunk, new_desk
+from creak.dynamics.flow.kernel import FULL, march, new_desk
 from creak.dynamics.flow.kicks import GIVE, RATE, THETA
 from creak.dynamics.flow.model import CONSTANT, FORCE, FlowForm, FlowState, filtered, resting, single_modes
 from creak.dynamics.flow.propagator import Q0
@@ -316,7 +316,7 @@ class FlowRun:
         return resting(self.model, self.loads)
 
     def chunk(self, now: FlowState, after: FlowState, out: Output, begin: int, end: int) -> Chunk:
-        code, *others = flow_chunk(
+        code, *others = march(
             self.model,
             self.steps.laws,
             self.slope,

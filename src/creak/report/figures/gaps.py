@@ -14,7 +14,7 @@ from creak.report.figures.run import MOST_ROWS, Figure, groups_by_force, inside_
 from creak.report.figures.surface import Surface
 from creak.report.figures.view import front, outward
 from creak.report.found import Found
-from creak.report.words.text import number, tidy
+from creak.report.words.text import number
 
 MOST_OUTLINE = 5000
 """Edges of the outline behind the map."""
@@ -77,8 +77,8 @@ def precheck_figure(result: Found, units: Units) -> Figure:
     xyz = setup.model.nodes.coords
     view = front(xyz, outward(setup.contacts, xyz))
     at = view.flat(xyz[setup.contacts.nodes_idx])
-    margin = setup.study.config.precheck.margin
-    kept = smallest <= margin
+    table = setup.study.config.precheck
+    kept = smallest <= table.near(setup.contacts.gap0)
     layout = base_layout(520)
     every = at if surface is None else view.flat(xyz[surface.nodes_idx])
     bare = {"showgrid": False, "showticklabels": False, "ticks": "", "showline": False, "constrain": "domain"}
@@ -89,7 +89,7 @@ def precheck_figure(result: Found, units: Units) -> Figure:
     data.append(_dots(result, at, smallest, kept, units))
     caption = (
         "How close every channel comes in a run without contact. Ringed: kept for the runs with contact, because the "
-        f"gap falls to the margin of {tidy(margin)} {units.length} or less; the others were left out. A gap below zero "
+        f"gap falls to the margin of {table.words(units.length)} or less; the others were left out. A gap below zero "
         "means that the parts would pass through each other there."
     )
     return Figure({"data": data, "layout": layout}, caption, 520)

@@ -132,7 +132,7 @@ def parameters(result: Found, summary: dict[str, Any], units: Units) -> list[tup
         *((f"Support {name}", _support(t)) for name, t in c.support.items()),
         ("Reduction", _reduction(result, summary, units)),
         *_stages(summary),
-        ("Pre-check", f"margin {tidy(c.precheck.margin)} {units.length}" if c.precheck.enabled else "off"),
+        ("Pre-check", f"margin {c.precheck.words(units.length)}" if c.precheck.enabled else "off"),
         ("Time", _time(c.time)),
         ("Verification", _verification(result)),
     ]

@@ -184,12 +184,12 @@ def _without_the_whole(setup: Setup) -> Setup:
 def _channels(
     setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress
 ) -> tuple[GapOperator, Channels]:
-    contacts, margin = setup.contacts, setup.study.config.precheck.margin
+    contacts = setup.contacts
     others = setup.connectors.m
     if contacts.m == 0 or reference.stiffness is None:
         return join([contacts, setup.connectors]), Channels(contacts.m, contacts.m, None, others, None)
     smallest = linear_gaps(setup, reference, scheme, progress)
-    keep = np.flatnonzero(smallest <= margin)
+    keep = np.flatnonzero(smallest <= setup.study.config.precheck.near(contacts.gap0))
     closing = int(np.count_nonzero(smallest <= 0.0))
     found = Channels(contacts.m, int(keep.size), closing, others, float(smallest.min()))
     return join([contacts.select(keep), setup.connectors]), found

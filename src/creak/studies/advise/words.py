@@ -236,12 +236,12 @@ def _load(facts: Facts) -> Iterator[str]:
 
 
 def _channels(setup: Setup, facts: Facts) -> Iterator[str]:
-    c, margin = facts.channels, setup.study.config.precheck.margin
+    c, margin = facts.channels, setup.study.config.precheck.words()
     if c.contacts + c.connectors == 0:
         yield "the study has neither contact nor connector: it is linear"
     elif c.smallest is not None and facts.gaps.m == 0:
         yield (
-            f"no channel closes: the smallest gap of the linear run is {c.smallest:.3g}, the margin {margin:g}. Check "
+            f"no channel closes: the smallest gap of the linear run is {c.smallest:.3g}, the margin {margin}. Check "
             "load, units and clearance"
         )
     elif c.closing == 0 and not c.connectors:
@@ -254,5 +254,5 @@ def _channels(setup: Setup, facts: Facts) -> Iterator[str]:
     elif c.contacts >= MANY and c.kept > EVERYWHERE * c.contacts:
         yield (
             f"contact everywhere: {c.kept} of {c.contacts} channels stay. Check load and units, and whether the margin "
-            f"of {margin:g} is small against the gap"
+            f"of {margin} is small against the gap"
         )

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import BeforeValidator, ConfigDict, Field, StrictBool, model_validator
 from pydantic_core import PydanticCustomError
 
+from creak.arrays import FloatArray
 from creak.model.units import UnitsName
 from creak.studies.file.contact_tables import ConnectorTable, ContactTable
 from creak.studies.file.design.clip_tables import ClipTable
@@ -15,9 +17,12 @@ from creak.studies.file.design.scatter_tables import ScatterTable
 from creak.studies.file.eline_tables import BackgroundTable, ElineTable, LimitTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
 from creak.studies.file.table import Finite, NonNegative, Positive, Table
+from creak.words import percent
 
 GONE = "not_needed"
 """Type of the error of a word that creak knows and does not take."""
+LEFT = 0.15
+"""Share of its gap at rest that the linear run may leave of a channel that the pre-check keeps."""
 
 
 def _no_massless_boundary(value: Any) -> Any:
@@ -141,8 +146,17 @@ class PrecheckTable(Table):
 
     enabled: bool = True
     """Keep contact only where a linear run closes the gap."""
-    margin: NonNegative = 0.5
-    """length: contact is kept where the gap of the linear run falls to this or below."""
+    margin: NonNegative | Literal["auto"] = "auto"
+    """length: contact is kept where the gap of the linear run falls to this or below. "auto": where that run closes the
+    gap, or all but 15 % of it."""
+
+    def near(self, gap0: FloatArray) -> FloatArray:
+        """(m,) gap of the linear run to which channels must fall to be kept; gap0: (m,) their gaps at rest."""
+        return np.maximum(LEFT * gap0, 0.0) if self.margin == "auto" else np.full(gap0.shape, self.margin)
+
+    def words(self, unit: str = "") -> str:
+        """The margin as a sentence has it, in this unit."""
+        return f"{percent(LEFT)} of its gap at rest" if self.margin == "auto" else f"{self.margin:g} {unit}".rstrip()
 
 
 class TimeTable(Table):

@@ -22,8 +22,6 @@ from creak.studies.warned import Warned
 
 WIDE = 0.1
 """Share of the model's size above which a margin of the pre-check can hardly be meant."""
-USUAL = 0.5e-3
-"""m: a margin to propose."""
 STEPS = 10
 """In a period of the highest excitation frequency: with fewer, vibration itself goes wrong."""
 MODAL = 0.2
@@ -93,16 +91,17 @@ def figure_warnings(model: Model, units: str, mass: float, omega2: FloatArray) -
     return [Warned(text) for text in unit_warnings(model, units, mass=mass, frequency=frequency)]
 
 
-def nothing_closes(contacts: GapOperator, smallest: FloatArray, margin: float) -> str:
+def nothing_closes(contacts: GapOperator, smallest: FloatArray, margin: str) -> str:
     """For a pre-check that keeps no channel: the closest approach, and what to do.
 
     Parameters
     ----------
     smallest : (m,) smallest gap of every channel in the linear run.
+    margin : what it had to fall to, in words.
     """
     k = int(np.argmin(smallest))
     return Warned(
-        f"no contact comes within the pre-check's margin of {margin:g}: the closest approach is {smallest[k]:.3g} at "
+        f"no contact comes within the pre-check's margin of {margin}: the closest approach is {smallest[k]:.3g} at "
         f"{contacts.names[k]}, which starts {contacts.gap0[k]:.3g} open; raise the excitation's amplitude, or look "
         "whether distances and units are as meant"
     )
@@ -119,13 +118,12 @@ def never_closed(gaps: GapOperator, history: History) -> str:
 
 def _margin(model: Model, config: StudyConfig) -> list[str]:
     margin, size = config.precheck.margin, across(model)
-    if not (config.precheck.enabled and config.contact and size and margin > WIDE * size):
+    if margin == "auto" or not (config.precheck.enabled and config.contact and size and margin > WIDE * size):
         return []
-    system = SYSTEMS[config.model.units]
-    unit = system.words[0]
+    unit = SYSTEMS[config.model.units].words[0]
     return [
         f"[precheck] margin = {margin:g} {unit} is {100.0 * margin / size:.0f} % of the model's size: every channel is "
-        f"kept; margin = {USUAL / system.length:g} is {1e3 * USUAL:g} mm"
+        "kept; leave it out, and it is a share of each gap"
     ]
 
 

@@ -73,8 +73,6 @@ class Proposal:
     """How sure the units are, in words."""
     distance: float
     """Up to which surfaces were looked for, length."""
-    margin: float
-    """Of the pre-check, length."""
     contacts: tuple[Contact, ...]
     closest: tuple[str, str, float] | None
     """The nearest two parts where no surfaces are near."""
@@ -112,7 +110,6 @@ def propose(model: Model, distance: float | None, units: str | None, progress: P
     """
     system, guess = _units(model, units)
     distance = REACH * across(model) if distance is None else distance
-    margin = 0.5e-3 / system.length
     progress("look for parts near each other", 0, 1)
     near = near_parts(model, distance)
     progress("look for parts near each other", 1, 1)
@@ -123,7 +120,6 @@ def propose(model: Model, distance: float | None, units: str | None, progress: P
         system,
         guess,
         distance,
-        margin,
         contacts,
         None if contacts else closest_parts(model),
         _held_sets(model, held),

@@ -107,7 +107,7 @@ def _contact(c: Contact, found: Proposal) -> list[str]:
     return [
         *lines,
         f"# {c.channels} gap channels, open by {c.start:.3g} {unit} or more; the pre-check keeps those that a "
-        f"linear run closes to {found.margin:g}.",
+        "linear run all but closes.",
         f"[contact.{c.name}]",
         _line("secondary", c.secondary, "its nodes become the gap channels"),
         _line("main", c.main, "what they may touch"),
@@ -183,7 +183,7 @@ def _precheck(found: Proposal) -> list[str]:
     return [
         "[precheck]",
         _line("enabled", True, "keep contact only where a linear run closes the gap"),
-        _line("margin", found.margin, f"{found.units.words[0]} of gap left that still counts as closing"),
+        _line("margin", "auto", "what may stay open without contact: 15 % of each gap; or a length"),
     ]
 
 

@@ -153,7 +153,8 @@ def make_bench(
     reference = with_linear_gaps(setup, reference, scheme_of(c.time), progress)
     kept, notes = setup.contacts, list[str]()
     if reference.linear_gaps is not None:
-        can_close = np.flatnonzero(reference.linear_gaps + lowest <= c.precheck.margin)
+        enough = c.precheck.near(setup.contacts.gap0 + lowest)
+        can_close = np.flatnonzero(reference.linear_gaps + lowest <= enough)
         kept = setup.contacts.select(can_close)
         notes.append(f"pre-check: {can_close.size} of {setup.contacts.m} channels can close in some draw")
     gaps = join([kept, setup.connectors])

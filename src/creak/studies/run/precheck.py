@@ -60,11 +60,11 @@ def prechecked(setup: Setup, reference: ReferenceModel) -> tuple[GapOperator, li
         return contacts, []
     if reference.linear_gaps is None:
         return contacts, ["the pre-check was skipped: only contact holds the structure; all channels are kept"]
-    keep = np.flatnonzero(reference.linear_gaps <= table.margin)
-    note = f"pre-check: {keep.size} of {contacts.m} channels kept (linear gap falls to {table.margin:g} or less)"
+    keep = np.flatnonzero(reference.linear_gaps <= table.near(contacts.gap0))
+    note = f"pre-check: {keep.size} of {contacts.m} channels kept (linear gap falls to {table.words()} or less)"
     return contacts.select(keep), [note] if keep.size else [
         note,
-        nothing_closes(contacts, reference.linear_gaps, table.margin),
+        nothing_closes(contacts, reference.linear_gaps, table.words()),
     ]
 
 
@@ -192,7 +192,9 @@ def with_closed(setup: Setup, gaps: GapOperator, history: History) -> tuple[GapO
     seen = history.extremes
     if seen is None or not seen.silent or seen.gap.min() > 0.0:
         return None
-    near = {name for name, gap in zip(seen.silent, seen.gap, strict=True) if gap <= setup.study.config.precheck.margin}
+    smallest = dict(zip(seen.silent, seen.gap, strict=True))
+    enough = setup.study.config.precheck.near(setup.contacts.gap0)
+    near = {name for name, at in zip(setup.contacts.names, enough, strict=True) if smallest.get(name, np.inf) <= at}
     kept = near | set(gaps.names)
     contacts = setup.contacts.select(np.flatnonzero([name in kept for name in setup.contacts.names]))
     k = int(seen.gap.argmin())

@@ -35,7 +35,9 @@ from helpers_decks import STUDY, two_strips, write_strips
 
 @pytest.fixture(scope="module")
 def setup(tmp_path_factory: pytest.TempPathFactory) -> Setup:
-    return set_up(read_study(write_strips(tmp_path_factory.mktemp("strips"))))
+    """Every channel is kept."""
+    study = STUDY + "[precheck]\nmargin = 0.5\n"
+    return set_up(read_study(write_strips(tmp_path_factory.mktemp("strips"), None, study)))
 
 
 @pytest.fixture(scope="module")

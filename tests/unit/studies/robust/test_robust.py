@@ -211,7 +211,7 @@ def test_every_number_that_keeps_the_model_changes_it_as_the_study_does(tmp_path
 
 def test_a_stiffness_of_the_elements_scatters_by_a_factor(tmp_path):
     """Neither study nor deck has a number for it: each channel's own is multiplied."""
-    text = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.02") + (
+    text = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.02").replace("amplitude = 0.05", "amplitude = 3") + (
         '[scatter.vary]\n"contact.tip.stiffness" = { type = "uniform", low = 0.5, high = 2, relative = true }\n'
     )
     found = creak.robust(write_strips(tmp_path, None, text), 4, indices=False, threads=1).draws
