@@ -93,7 +93,9 @@ def test_parts_deep_inside_each_other_are_refused(creak, tmp_path):
 def in_metres(deck):
     """The deck of the strips in m, kg and s."""
     nodes = re.compile(r"^(\d+), (-?\d+\.\d+), (-?\d+\.\d+), (-?\d+\.\d+)$", re.MULTILINE)
-    small = nodes.sub(lambda found: ", ".join([found[1], *(f"{1e-3 * float(x):.9f}" for x in found.groups()[1:])]), deck)
+    small = nodes.sub(
+        lambda found: ", ".join([found[1], *(f"{1e-3 * float(x):.9f}" for x in found.groups()[1:])]), deck
+    )
     thin = small.replace("STEEL\n1.0,", "STEEL\n1.0e-3,").replace("STEEL\n1.5,", "STEEL\n1.5e-3,")
     return thin.replace("210000., 0.3", "2.1e11, 0.3").replace("7.85e-9", "7850.")
 
@@ -102,7 +104,10 @@ def in_metres(deck):
 def test_the_precheck_keeps_the_same_in_any_units(creak, tmp_path, amplitude):
     """Channels that come near, not all of them; the margin was .5 of whatever length the deck had, as in 0.5 m."""
     counts = []
-    for name, deck, units, unit in (("mm", two_strips(), "mm-t-s", 1.0), ("m", in_metres(two_strips()), "m-kg-s", 1e-3)):
+    for name, deck, units, unit in (
+        ("mm", two_strips(), "mm-t-s", 1.0),
+        ("m", in_metres(two_strips()), "m-kg-s", 1e-3),
+    ):
         (tmp_path / name).mkdir()
         study = SHORT.replace("[model]", f'[model]\nunits = "{units}"').replace("0.05,", f"{amplitude * unit:g},")
         _, warnings = run(creak, tmp_path / name, deck, study)
