@@ -1,6 +1,7 @@
 """The commands of README.md and docs/, and folders with stand-ins for the files that they name.
 
-Only the names are those of the pages: decks are two strips, the door is as coarse as it gets and shakes for a twentieth of a second.
+Only the names are those of the pages: decks are two strips, that of the door too; a door that a command writes or the
+thesis takes is as coarse as it gets. Each shakes for a twentieth of a second.
 """
 
 from __future__ import annotations
@@ -169,12 +170,17 @@ def write_stand_ins(folder: Path, command: Command) -> None:
 
 @functools.cache
 def door_texts(hook_play: float | None) -> dict[str, str]:
-    """The files of the quick door."""
+    """The files of the quick door; its deck is that of two strips, whose sets have the names of the door's."""
     with tempfile.TemporaryDirectory() as folder:
-        return {
-            path.name: path.read_text(encoding="utf-8")
-            for path in quick_door(COARSEST, Path(folder), hook_play=hook_play)
-        }
+        _, path = quick_door(COARSEST, Path(folder), hook_play=hook_play)
+        study = path.read_text(encoding="utf-8").replace("f_max = 200\n", "f_max = 3000\n")  # modes of strips
+    names = {"UNDER": "PANEL_EDGE", "OVER": "FRAME_FLANGE", "ROOT_UPPER": "F", "NSET=PAIRS": "NSET=PAIRS15"}
+    deck = two_strips(gap=3.65)
+    for old, new in names.items():
+        deck = re.sub(rf"\b{old}\b", new, deck)
+    hooks = [names for connector in tomllib.loads(study).get("connector", ()) for names in connector["nodes"]]
+    sets = (f"*NSET, NSET={name}\n{'12' if 'PANEL' in name else '1012'}\n" for name in hooks)
+    return {path.name: study, path.with_suffix(".inp").name: deck + "".join(sets)}
 
 
 def quick_door(
